@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+
+# stage_auto_option(NAME DOC FOUND)
+#
+# An option for a part that needs an optional package: AUTO (the default) builds the part if the
+# variable called FOUND is true, ON insists on it, OFF leaves it out. Sets NAME_ENABLED. It is no
+# plain option() with a default, because that would remember a package's absence after the package
+# has been installed.
+function(stage_auto_option name doc found)
+  set(${name} AUTO CACHE STRING "${doc}: AUTO, ON or OFF")
+  set_property(CACHE ${name} PROPERTY STRINGS AUTO ON OFF)
+  set(enabled OFF)
+  if(${name} STREQUAL "AUTO")
+    if(${found})
+      set(enabled ON)
+    endif()
+  elseif(${name})
+    if(NOT ${found})
+      message(FATAL_ERROR "${name} is on, but what it needs was not found; try tools/setup --tests")
+    endif()
+    set(enabled ON)
+  endif()
+  message(STATUS "${doc}: ${enabled}")
+  set(${name}_ENABLED ${enabled} PARENT_SCOPE)
+endfunction()

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Type of build" FORCE)
+endif()
+
+# The same IEEE arithmetic on every processor: no fused multiply-add, nothing reordered.
+add_compile_options(-ffp-contract=off -fno-fast-math)
+
+add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wconversion)
+if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  add_compile_options(-Wno-sign-conversion) # part of GCC's -Wconversion for C only
+endif()
+if(STAGE_WERROR)
+  add_compile_options(-Werror)
+endif()
+
+if(STAGE_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    message(FATAL_ERROR "STAGE_FUZZ needs Clang: cmake --preset fuzz")
+  endif()
+  set(sanitizers address,undefined)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+else()
+  set(sanitizers "${STAGE_SANITIZE}")
+endif()
+if(sanitizers)
+  add_compile_options(-fsanitize=${sanitizers} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1)
+  add_link_options(-fsanitize=${sanitizers})
+endif()

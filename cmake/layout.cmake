@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+#
+# Where things lie. The build tree looks like an installation (bin/, lib/, lib/stage-5.0/), so that
+# the program finds its library and its plug-ins in both by the same relative paths.
+
+# PREFIX/lib everywhere: clients of Stage look for plug-ins there.
+set(CMAKE_INSTALL_LIBDIR lib CACHE PATH "Directory of libraries, below the prefix")
+include(GNUInstallDirs)
+
+set(STAGE_PLUGIN_SUBDIR "stage-${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
+set(STAGE_INSTALL_PLUGIN_DIR "${CMAKE_INSTALL_LIBDIR}/${STAGE_PLUGIN_SUBDIR}")
+set(STAGE_INSTALL_DATA_DIR "${CMAKE_INSTALL_DATADIR}/stage")
+set(STAGE_INSTALL_INCLUDE_DIR
+    "${CMAKE_INSTALL_INCLUDEDIR}/Stage-${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
+
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/lib")
+set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/lib")
+set(STAGE_PLUGIN_OUTPUT_DIR "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/${STAGE_PLUGIN_SUBDIR}")
+
+# Relative run paths keep build trees and installations movable; stage_set_run_path(TARGET PATH)
+# gives both the same one. Tests and benchmarks are not installed and keep CMake's own.
+function(stage_set_run_path target path)
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "${path}" BUILD_WITH_INSTALL_RPATH ON)
+endfunction()
+file(RELATIVE_PATH bin_to_lib "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}")
+set(STAGE_PROGRAM_RPATH "$ORIGIN/${bin_to_lib}")
+set(STAGE_PLUGIN_RPATH "$ORIGIN/..")
+
+# stage_add_plugin(TARGET SOURCE...): a plug-in TARGET.so beside the others, linked to libstage.
+function(stage_add_plugin target)
+  add_library(${target} MODULE ${ARGN})
+  target_link_libraries(${target} PRIVATE stage)
+  set_target_properties(
+    ${target} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY "${STAGE_PLUGIN_OUTPUT_DIR}")
+  stage_set_run_path(${target} "${STAGE_PLUGIN_RPATH}")
+  if(NOT STAGE_SANITIZE AND NOT STAGE_FUZZ)
+    # A symbol that nobody defines shows when the plug-in is built, not when a robot needs it.
+    target_link_options(${target} PRIVATE LINKER:--no-undefined)
+  endif()
+  install(TARGETS ${target} LIBRARY DESTINATION "${STAGE_INSTALL_PLUGIN_DIR}")
+  set_property(GLOBAL APPEND PROPERTY STAGE_PLUGIN_TARGETS ${target})
+endfunction()

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// disperse: spreads robots as far apart as they can get. See support/disperse_rule.hh.
+//
+//   ctrl "disperse [speed=0.4] [gain=1.0] [turn=1.5] [margin=0.1]"
+//
+// speed and turn are the greatest speeds (m/s, rad/s), gain is the turn speed for each radian that
+// the goal is off, margin the distance to keep from everything (m). Uses the first ranger that no
+// other controller has taken, all its sensors. Exit status 1: not a position model, no such ranger,
+// or arguments that make no sense.
+
+#include "support/arguments.hh"
+#include "support/disperse_rule.hh"
+#include "support/set_up.hh"
+
+namespace {
+
+/// A sensor on its robot.
+struct Eye {
+  Stg::Pose pose;  ///< in the robot's frame
+  double fov = 0;  ///< that the table was made for
+  const ctrl::RayTable *table = nullptr;
+};
+
+struct Robot {
+  Stg::ModelPosition *position = nullptr;
+  Stg::ModelRanger *ranger = nullptr;
+  ctrl::DisperseRule rule;
+  double radius = 0;  ///< of the disc to be kept free, m
+  std::vector<Eye> eyes;
+};
+
+void Look(const Robot &robot, const Stg::ModelRanger::Sensor &sensor, Eye *eye,
+          ctrl::Surroundings *seen) {
+  const size_t count = sensor.ranges.size();
+  if (count == 0 || sensor.bearings.size() != count) return;
+  if (!eye->table || eye->table->size() != count || eye->fov != sensor.fov) {
+    eye->table = ctrl::FindRayTable(eye->pose.a, sensor.fov, sensor.bearings);
+    eye->fov = sensor.fov;
+  }
+  const double cap = std::min(sensor.range.max, ctrl::kFarthest);
+  ctrl::AddReadings(*eye->table, sensor.ranges.data(), cap, seen);
+  ctrl::LimitFreePath(*eye->table, sensor.ranges.data(), {eye->pose.x, eye->pose.y, robot.radius},
+                      seen);
+}
+
+void Update(Robot *robot) {
+  const auto &sensors = robot->ranger->GetSensors();
+  const size_t count = std::min(sensors.size(), robot->eyes.size());
+  ctrl::Surroundings seen;
+  for (size_t i = 0; i < count; i++) Look(*robot, sensors[i], &robot->eyes[i], &seen);
+  const ctrl::Drive drive = ctrl::Disperse(seen, robot->radius, robot->rule);
+  robot->position->SetSpeed(drive.forward, 0, drive.turn);
+}
+
+/// Where the ranger's sensors are mounted, in the frame of the robot. Added up from the local
+/// poses: those are the same, bit for bit, for all robots of a kind, so that they share tables.
+Stg::Pose FrameOnRobot(const Stg::ModelRanger &ranger, const Stg::Model &robot) {
+  Stg::Pose frame = ranger.GetPose() + ranger.GetGeom().pose;
+  for (const Stg::Model *above = ranger.Parent(); above && above != &robot; above = above->Parent())
+    frame = above->GetPose() + frame;
+  return frame;
+}
+
+/// The disc about the origin of the model that its body and the margin fit in.
+double RadiusOf(const Stg::Geom &geom, double margin) {
+  return std::hypot(geom.pose.x, geom.pose.y) + std::hypot(geom.size.x, geom.size.y) / 2 + margin;
+}
+
+}  // namespace
+
+extern "C" int Init(Stg::Model *model, Stg::CtrlArgs *args) {
+  Robot *robot = ctrl::NewRobot<Robot>();
+  ctrl::DisperseRule &rule = robot->rule;
+  const std::string wrong =
+      ctrl::ReadArguments(args->worldfile, {{"speed", &rule.speed, 0, 1000},
+                                            {"gain", &rule.gain, 0, 1000},
+                                            {"turn", &rule.max_turn, 0, 1000},
+                                            {"margin", &rule.margin, 0, 1000}});
+  if (!wrong.empty()) ctrl::GiveUp("disperse", *model, wrong);
+  robot->position = ctrl::RequirePosition("disperse", model);
+  robot->ranger = ctrl::RequireUnusedRanger("disperse", model);
+  robot->radius = RadiusOf(model->GetGeom(), rule.margin);
+  const Stg::Pose frame = FrameOnRobot(*robot->ranger, *model);
+  for (const auto &sensor : robot->ranger->GetSensors())
+    robot->eyes.push_back({frame + sensor.pose, 0, nullptr});
+  ctrl::CallOnUpdate<Robot, Update>(robot->ranger, robot);
+  robot->ranger->Subscribe();
+  robot->position->Subscribe();
+  return 0;
+}

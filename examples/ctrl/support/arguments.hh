@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The arguments of a controller: the words after its name in the `ctrl` string.
+
+#ifndef EXAMPLES_CTRL_SUPPORT_ARGUMENTS_HH
+#define EXAMPLES_CTRL_SUPPORT_ARGUMENTS_HH
+
+#include <charconv>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ctrl {
+
+/// Splits at blanks and tabs.
+inline std::vector<std::string> SplitWords(std::string_view text) {
+  std::vector<std::string> words;
+  for (size_t begin = text.find_first_not_of(" \t"); begin != std::string_view::npos;) {
+    const size_t end = text.find_first_of(" \t", begin);
+    words.emplace_back(text.substr(begin, end - begin));
+    begin = text.find_first_not_of(" \t", end);
+  }
+  return words;
+}
+
+/// A number that may be given as NAME=VALUE.
+struct NumberArgument {
+  std::string_view name;
+  double *value;  ///< holds the default, gets what is given
+  double min, max;
+};
+
+/// Reads the whole text as a number within the bounds of the argument; false if it is not one.
+inline bool ReadNumber(std::string_view text, const NumberArgument &argument) {
+  double value = 0;
+  // from_chars, unlike strtod, does not care for the locale of the process.
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return false;
+  if (!(value >= argument.min && value <= argument.max)) return false;
+  *argument.value = value;
+  return true;
+}
+
+/// "speed=NUMBER, gain=NUMBER"
+inline std::string Usage(const std::vector<NumberArgument> &arguments) {
+  std::string usage;
+  for (const NumberArgument &a : arguments)
+    usage += (usage.empty() ? "" : ", ") + std::string(a.name) + "=NUMBER";
+  return usage;
+}
+
+/// Reads the words after the first one of a `ctrl` string. Returns an empty text, or else what is
+/// wrong with them.
+inline std::string ReadArguments(std::string_view ctrl_string,
+                                 const std::vector<NumberArgument> &arguments) {
+  const std::vector<std::string> words = SplitWords(ctrl_string);
+  for (size_t i = 1; i < words.size(); i++) {
+    const std::string_view word = words[i];
+    const size_t equals = word.find('=');
+    const NumberArgument *match = nullptr;
+    if (equals != std::string_view::npos)
+      for (const NumberArgument &a : arguments)
+        if (a.name == word.substr(0, equals)) match = &a;
+    if (!match) return "found the argument \"" + words[i] + "\", expected " + Usage(arguments);
+    if (!ReadNumber(word.substr(equals + 1), *match))
+      return "found \"" + words[i] + "\", expected a number from " + std::to_string(match->min) +
+             " to " + std::to_string(match->max);
+  }
+  return "";
+}
+
+}  // namespace ctrl
+
+#endif

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Driving about without running into things, with one laser-like sensor: straight ahead as long as
+// the way is free; otherwise a turn to the freer side that is kept up for a random time.
+
+#ifndef EXAMPLES_CTRL_SUPPORT_OBSTACLE_RULE_HH
+#define EXAMPLES_CTRL_SUPPORT_OBSTACLE_RULE_HH
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+namespace ctrl {
+
+struct ObstacleRule {
+  size_t window_divisor = 3;    ///< the samples ahead: all but 1/window_divisor at either end
+  double front_distance = 1.0;  ///< m: something ahead that is nearer is to be avoided
+  double stop_distance = 0.3;   ///< m: something anywhere that is nearer stops the robot
+  double cruise_speed = 0.4;    ///< m/s
+  double avoid_speed = 0.05;    ///< m/s
+  double avoid_turn = 0.5;      ///< rad/s
+  int avoid_duration = 10;      ///< updates: a turn lasts as many to twice as many less one
+};
+
+struct ObstacleState {
+  int avoid_count = 0;  ///< updates left of the present turn
+};
+
+struct ObstacleCommand {
+  double forward;              ///< m/s
+  std::optional<double> turn;  ///< rad/s; none: turn as before
+  bool avoiding;
+};
+
+/// What the ranges say, sample 0 being the rightmost one.
+struct ObstacleView {
+  bool obstructed = false, stop = false;
+  double min_left = 1e6, min_right = 1e6;
+};
+
+inline ObstacleView LookForObstacles(const std::vector<double> &ranges, const ObstacleRule &rule) {
+  ObstacleView view;
+  const size_t count = ranges.size();
+  const size_t side = count / rule.window_divisor;
+  for (size_t i = 0; i < count; i++) {
+    if (i > side && i < count - side && ranges[i] < rule.front_distance) view.obstructed = true;
+    if (ranges[i] < rule.stop_distance) view.stop = true;
+    double &nearest = i > count / 2 ? view.min_left : view.min_right;
+    nearest = std::min(nearest, ranges[i]);
+  }
+  return view;
+}
+
+/// One update; nothing where there are no ranges. `draw` returns a random integer of 0 or more and
+/// is called once, at the beginning of a turn.
+template <class Draw>
+std::optional<ObstacleCommand> AvoidObstacles(const std::vector<double> &ranges,
+                                              const ObstacleRule &rule, ObstacleState *state,
+                                              Draw draw) {
+  if (ranges.empty()) return std::nullopt;
+  const ObstacleView view = LookForObstacles(ranges, rule);
+  if (!view.obstructed && !view.stop && state->avoid_count <= 0) {
+    state->avoid_count = 0;
+    return ObstacleCommand{rule.cruise_speed, 0.0, false};
+  }
+  ObstacleCommand command{view.stop ? 0.0 : rule.avoid_speed, std::nullopt, true};
+  if (state->avoid_count < 1) {
+    state->avoid_count = rule.avoid_duration + static_cast<int>(draw() % rule.avoid_duration);
+    command.turn = view.min_left < view.min_right ? -rule.avoid_turn : rule.avoid_turn;
+  }
+  state->avoid_count--;
+  return command;
+}
+
+}  // namespace ctrl
+
+#endif

@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later
+ *
+ * The walk of a ray through the occupancy grid: the only code in this project that does it.
+ *
+ * The file is C++ for libstage and OpenCL C 1.1 for the devices, so that host and device cannot
+ * differ. Every decision is an integer comparison of exact 64-bit products; a float may guess where
+ * a leap lands, an integer test corrects it.
+ *
+ * Units. A cell is a pair of 32-bit integers. Lengths along a ray are in 16.16 fixed point cells
+ * ("Q16"). A ray has a displacement (dx, dy) of at most RAY_LEG_CELLS cells; longer rays are walked
+ * by the host as several legs of the same displacement, which join without rounding.
+ *
+ * Position along a ray. After crossing u cell borders in x and v in y the ray is in the cell
+ * (x0 + sx*u, y0 + sy*v). The next border in x lies at the offset ((u + 1) << 16) - ox from the
+ * start, ox being how far the start is inside its cell in the direction of travel. The pair (u, v)
+ * is the whole state: from it a walk can be resumed anywhere, on another processor too.
+ *
+ * Rules. The border in x is crossed next if bx * |dy| < by * |dx|; at a tie (a corner) y goes first.
+ * A border that the ray reaches exactly at its end is crossed. The start cell is part of the ray.
+ */
+#ifndef STAGE_KERNELS_RAY_WALK_H
+#define STAGE_KERNELS_RAY_WALK_H
+
+#ifdef __OPENCL_VERSION__
+typedef long ray_long;
+typedef ulong ray_ulong;
+typedef uint ray_uint;
+#define RAY_GLOBAL __global
+#define RAY_FUNCTION inline
+#else
+#include <cstdint>
+namespace Stg {
+typedef int64_t ray_long;
+typedef uint64_t ray_ulong;
+typedef uint32_t ray_uint;
+#define RAY_GLOBAL
+#define RAY_FUNCTION static inline
+#endif
+
+#define RAY_LEG_CELLS 16384 /* longest displacement of one walk; its Q16 value fits in 31 bits */
+#define RAY_TILE_SHIFT 3    /* a tile: 8 x 8 cells, one bit each in a 64-bit word */
+#define RAY_REGION_SHIFT 6  /* a region: 8 x 8 tiles, one bit each in its tile map */
+#define RAY_SUPER_SHIFT 10  /* a superregion: 16 x 16 regions */
+#define RAY_NO_HIT 0xffffffffu
+
+/* A slot of the directory of superregions: a hash table with linear probing. index 0: free. */
+typedef struct {
+  int x, y;
+  ray_uint index;
+  ray_uint padding;
+} ray_super_t;
+
+/* What is occupied. Region 0 and superregion 0 do not exist: "nothing here". */
+typedef struct {
+  RAY_GLOBAL const ray_super_t *directory;
+  RAY_GLOBAL const ray_uint *regions;    /* 256 for each superregion, row by row */
+  RAY_GLOBAL const ray_ulong *tile_maps; /* one word for each region: its occupied tiles */
+  RAY_GLOBAL const ray_ulong *tiles;     /* 64 words for each region, row by row */
+  ray_uint directory_mask;               /* slots - 1; the number of slots is a power of two */
+  int min_x, min_y, max_x, max_y;        /* cells outside this box are all empty */
+} ray_grid_t;
+
+/* Cells that the ray passes unseen, since they hold nothing but the body that carries the sensor:
+ * a window of tiles. An empty window has a width of 0. */
+typedef struct {
+  RAY_GLOBAL const ray_ulong *tiles; /* row by row */
+  int x, y;                          /* tile coordinates of its first tile */
+  ray_uint width, height;            /* in tiles */
+} ray_window_t;
+
+typedef struct {
+  int x0, y0;           /* start cell */
+  int sx, sy;           /* direction of travel, 1 or -1 */
+  int ox, oy;           /* 0..65536: start inside its cell, in the direction of travel */
+  int adx, ady;         /* |displacement| */
+  int limit_x, limit_y; /* last border worth crossing, as an offset; -1: none */
+  float dy_per_dx, dx_per_dy;
+  int u, v;           /* borders crossed so far */
+  int reported;       /* the present cell was returned already */
+  ray_uint region;    /* of the cell that ray_next() returned: its region, */
+  ray_uint tile, bit; /* its tile in the region and its bit in the tile */
+} ray_t;
+
+RAY_FUNCTION ray_long ray_product(int a, int b) { return (ray_long)a * (ray_long)b; }
+
+RAY_FUNCTION ray_uint ray_hash(int x, int y) {
+  ray_uint h = (ray_uint)x * 0x9e3779b1u ^ (ray_uint)y * 0x85ebca77u;
+  return h ^ (h >> 15);
+}
+
+/* Index of the superregion (x, y), or 0. */
+RAY_FUNCTION ray_uint ray_find_super(const ray_grid_t *grid, int x, int y) {
+  ray_uint slot = ray_hash(x, y) & grid->directory_mask;
+  for (;;) {
+    const ray_super_t entry = grid->directory[slot];
+    if (entry.index == 0 || (entry.x == x && entry.y == y)) return entry.index;
+    slot = (slot + 1) & grid->directory_mask;
+  }
+}
+
+/* The part (cosine * c - sine * s) of a rotation, rounded to nearest. (cosine, sine) is a heading
+ * times a length in Q16, (c, s) a direction in Q30. */
+RAY_FUNCTION int ray_rotate_x(int cosine, int sine, int c, int s) {
+  return (int)((ray_product(cosine, c) - ray_product(sine, s) + ((ray_long)1 << 29)) >> 30);
+}
+RAY_FUNCTION int ray_rotate_y(int cosine, int sine, int c, int s) {
+  return (int)((ray_product(sine, c) + ray_product(cosine, s) + ((ray_long)1 << 29)) >> 30);
+}
+
+/* Offset of the last border worth crossing on one axis: the end of the ray or of the occupied box,
+ * whichever comes first. */
+RAY_FUNCTION int ray_limit(int displacement, int offset, int start, int direction, int low,
+                           int high) {
+  /* Cells left to the far side of the box; 64 bits, as the box may be anywhere. */
+  const ray_long cells = direction > 0 ? (ray_long)high - start : (ray_long)start - low;
+  if (cells < 0) return -1;
+  if (cells > RAY_LEG_CELLS) return displacement;
+  {
+    const int border = ((int)cells << 16) - offset;
+    return border < displacement ? border : displacement;
+  }
+}
+
+/* Prepares a walk from the fraction (fx, fy), 16 bits each, of the cell (x, y) by (dx, dy). */
+RAY_FUNCTION void ray_begin(ray_t *ray, const ray_grid_t *grid, int x, int y, int fx, int fy, int dx,
+                            int dy) {
+  ray->x0 = x;
+  ray->y0 = y;
+  ray->sx = dx < 0 ? -1 : 1;
+  ray->sy = dy < 0 ? -1 : 1;
+  ray->ox = dx < 0 ? 65536 - fx : fx;
+  ray->oy = dy < 0 ? 65536 - fy : fy;
+  ray->adx = dx < 0 ? -dx : dx;
+  ray->ady = dy < 0 ? -dy : dy;
+  ray->limit_x = ray_limit(ray->adx, ray->ox, x, ray->sx, grid->min_x, grid->max_x);
+  ray->limit_y = ray_limit(ray->ady, ray->oy, y, ray->sy, grid->min_y, grid->max_y);
+  ray->dy_per_dx = ray->adx > 0 ? (float)ray->ady / (float)ray->adx : 0.0f;
+  ray->dx_per_dy = ray->ady > 0 ? (float)ray->adx / (float)ray->ady : 0.0f;
+  ray->u = 0;
+  ray->v = 0;
+  ray->reported = 0;
+  ray->region = 0;
+  ray->tile = 0;
+  ray->bit = 0;
+}
+
+/* Side, as a power of two, of an empty square of tiles around the tile t, which is empty itself. */
+RAY_FUNCTION int ray_empty_shift(ray_ulong tile_map, int t) {
+  if ((tile_map & ((ray_ulong)0x0f0f0f0fu << (t & 36))) == 0) return 5;
+  if ((tile_map & ((ray_ulong)0x0303u << (t & 54))) == 0) return 4;
+  return 3;
+}
+
+/* The tile's word without the cells that the window hides. */
+RAY_FUNCTION ray_ulong ray_visible(const ray_window_t *window, ray_ulong word, int x, int y) {
+  const ray_uint wx = (ray_uint)((x >> RAY_TILE_SHIFT) - window->x);
+  const ray_uint wy = (ray_uint)((y >> RAY_TILE_SHIFT) - window->y);
+  if (wx < window->width && wy < window->height)
+    return word & ~window->tiles[wy * window->width + wx];
+  return word;
+}
+
+/* Goes on to the next occupied cell that is not hidden by the window. Returns 1 with the cell in
+ * (u, v), region, tile and bit, or 0 if there is none before the end of the ray.
+ *
+ * Which border comes next is as good as random, so both the step and the leap select by arithmetic
+ * instead of branching: on a CPU a wrong guess costs more than the work. */
+RAY_FUNCTION int ray_next(const ray_grid_t *grid, const ray_window_t *window, ray_t *ray) {
+  const int sx = ray->sx, sy = ray->sy, ox = ray->ox, oy = ray->oy;
+  const int adx = ray->adx, ady = ray->ady;
+  const int limit_x = ray->limit_x, limit_y = ray->limit_y;
+  const ray_long ex = (ray_long)ady << 16, ey = (ray_long)adx << 16;
+  int u = ray->u, v = ray->v;
+  /* The bit of a cell that was returned before; it is in the first tile that is looked at. */
+  ray_ulong seen = 0;
+  int region_x = 0, region_y = 0, first = 1;
+  ray_uint super = 0, region = 0;
+  ray_ulong tile_map = 0;
+
+  if (limit_x < 0 || limit_y < 0) return 0;
+  /* The ray's end is looked for at each tile and leap, not at each cell. */
+  while (!(((u << 16) - ox > limit_x) | ((v << 16) - oy > limit_y))) {
+    const int x = ray->x0 + sx * u, y = ray->y0 + sy * v;
+    const int rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
+    const int t = ((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3);
+    int bit = (x & 7) | ((y & 7) << 3);
+    int shift;
+
+    if (first | (rx ^ region_x) | (ry ^ region_y)) {
+      if (first | (((rx ^ region_x) | (ry ^ region_y)) >> 4))
+        super = ray_find_super(grid, x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
+      region = super ? grid->regions[super * 256 + (ray_uint)(((ry & 15) << 4) | (rx & 15))] : 0;
+      tile_map = region ? grid->tile_maps[region] : 0;
+      region_x = rx;
+      region_y = ry;
+      if (first && ray->reported) seen = (ray_ulong)1 << bit;
+      first = 0;
+    }
+
+    if (tile_map == 0) {
+      shift = super ? RAY_REGION_SHIFT : RAY_SUPER_SHIFT;
+    } else if (((tile_map >> t) & 1) == 0) {
+      shift = ray_empty_shift(tile_map, t);
+    } else {
+      const ray_ulong word =
+          ray_visible(window, grid->tiles[region * 64 + (ray_uint)t], x, y) & ~seen;
+      seen = 0;
+      shift = RAY_TILE_SHIFT;
+      if (word != 0) {
+        /* Cell by cell to the edge of the tile. */
+        int left_x = sx > 0 ? 7 - (x & 7) : (x & 7);
+        int left_y = sy > 0 ? 7 - (y & 7) : (y & 7);
+        ray_long e = ray_product(((u + 1) << 16) - ox, ady) - ray_product(((v + 1) << 16) - oy, adx);
+        while (((word >> bit) & 1) == 0) {
+          const int in_x = (int)(e >> 63); /* all ones: the border in x is next */
+          u -= in_x;
+          v += 1 + in_x;
+          bit += sy * 8 + (in_x & (sx - sy * 8));
+          e += ((ex + ey) & (ray_long)in_x) - ey;
+          left_x += in_x;
+          left_y -= 1 + in_x;
+          if ((left_x | left_y) < 0) break;
+        }
+        if ((left_x | left_y) < 0) continue;
+        if (((u << 16) - ox > limit_x) | ((v << 16) - oy > limit_y)) return 0;
+        ray->u = u;
+        ray->v = v;
+        ray->reported = 1;
+        ray->region = region;
+        ray->tile = (ray_uint)t;
+        ray->bit = (ray_uint)bit;
+        return 1;
+      }
+    }
+
+    /* Leap to the edge of the empty square; land in the very cell that stepping would reach. */
+    {
+      const int m = (1 << shift) - 1;
+      const int to_x = u + 1 + (sx > 0 ? m - (x & m) : (x & m));
+      const int to_y = v + 1 + (sy > 0 ? m - (y & m) : (y & m));
+      const int bx = (to_x << 16) - ox, by = (to_y << 16) - oy;
+      const ray_long px = ray_product(bx, ady), py = ray_product(by, adx);
+      const int x_first = px < py;
+      /* Along the axis whose border comes first, `at` is where; across lies the other axis, of which
+       * the borders before that point count. At a tie the one in y does. */
+      const int at = x_first ? bx : by;
+      const ray_long target = x_first ? px + 1 : py;
+      const int along = x_first ? adx : ady;
+      const int offset = x_first ? oy : ox;
+      const float slope = x_first ? ray->dy_per_dx : ray->dx_per_dy;
+      const int least = x_first ? v : u;
+      int n = ((int)((float)at * slope) + offset) >> 16;
+      if (n < least) n = least;
+      while (ray_product(((n + 1) << 16) - offset, along) < target) n++;
+      while (n > least && ray_product((n << 16) - offset, along) >= target) n--;
+      u = x_first ? to_x : n;
+      v = x_first ? n : to_y;
+    }
+  }
+  return 0;
+}
+
+/* Sets the walk to the cell that lies (u, v) borders away and was returned before. */
+RAY_FUNCTION void ray_resume(ray_t *ray, int u, int v) {
+  ray->u = u;
+  ray->v = v;
+  ray->reported = 1;
+}
+
+/* A potential hit in 32 bits. */
+RAY_FUNCTION ray_uint ray_pack(int u, int v) { return (ray_uint)u | ((ray_uint)v << 16); }
+RAY_FUNCTION int ray_packed_u(ray_uint hit) { return (int)(hit & 0xffffu); }
+RAY_FUNCTION int ray_packed_v(ray_uint hit) { return (int)(hit >> 16); }
+
+#ifndef __OPENCL_VERSION__
+}  // namespace Stg
+#endif
+#endif

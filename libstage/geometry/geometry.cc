@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "geometry/geometry.hh"
+
+#include <cstdio>
+
+#include "geometry/random.hh"
+#include "geometry/trigonometry.hh"
+
+namespace Stg {
+
+double normalize(double a) {
+  if (a >= -M_PI && a <= M_PI) return a;
+  // The common case, one turn too far, by the additions that Stage users know; beyond, a remainder
+  // (which, unlike a loop of additions, ends for every argument).
+  if (std::fabs(a) < 3.0 * M_PI) return a > M_PI ? a - 2.0 * M_PI : a + 2.0 * M_PI;
+  return std::remainder(a, 2.0 * M_PI);
+}
+
+double constrain(double val, double minval, double maxval) {
+  if (val < minval) return minval;
+  if (val > maxval) return maxval;
+  return val;
+}
+
+Pose Pose::Random(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax) {
+  class Random &random = Random::Global();
+  const double x = random.Uniform(xmin, xmax);
+  const double y = random.Uniform(ymin, ymax);
+  return Pose(x, y, 0, normalize(random.Uniform(0, 2.0 * M_PI)));
+}
+
+Pose Pose::operator+(const Pose &p) const {
+  const SineCosine turn = SinCos(a);
+  return Pose(x + p.x * turn.cosine - p.y * turn.sine, y + p.x * turn.sine + p.y * turn.cosine,
+              z + p.z, normalize(a + p.a));
+}
+
+void Pose::Print(const char *prefix) const {
+  printf("%s pose [x:%.3f y:%.3f z:%.3f a:%.3f]\n", prefix, x, y, z, a);
+}
+
+std::string Pose::String() const {
+  char text[256];
+  snprintf(text, sizeof text, "[ %.3f %.3f %.3f %.3f ]", x, y, z, a);
+  return text;
+}
+
+void Velocity::Print(const char *prefix) const {
+  if (prefix) printf("%s", prefix);
+  printf("velocity [x:%.3f y:%.3f z:%.3f a:%.3f]\n", x, y, z, a);
+}
+
+void Geom::Print(const char *prefix) const {
+  if (prefix) printf("%s", prefix);
+  printf("geom pose: (%.2f,%.2f,%.2f) size: [%.2f,%.2f]\n", pose.x, pose.y, pose.a, size.x, size.y);
+}
+
+}  // namespace Stg

@@ -1,0 +1,404 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "grid/grid.hh"
+
+#include <algorithm>
+#include <cstring>
+
+namespace Stg::grid {
+
+namespace {
+
+constexpr uint32_t kRegionsPerSuper = 256;
+
+void Include(CellBox *box, const CellBox &other) {
+  if (box->empty()) {
+    *box = other;
+    return;
+  }
+  box->min_x = std::min(box->min_x, other.min_x);
+  box->min_y = std::min(box->min_y, other.min_y);
+  box->max_x = std::max(box->max_x, other.max_x);
+  box->max_y = std::max(box->max_y, other.max_y);
+}
+
+/// The cells of the square (x, y) of a mesh with 2^shift cells a side.
+CellBox SquareBox(int32_t x, int32_t y, int shift) {
+  const int32_t side = int32_t{1} << shift;
+  return {x * side, y * side, x * side + side - 1, y * side + side - 1};
+}
+
+}  // namespace
+
+Grid::Grid() : tile_cells_(1), nodes_(1), regions_(1), tile_slots_(kTilesPerRegion, 0), supers_(1) {
+  region_tables_.resize(kRegionsPerSuper, 0);
+  MakeLayer(Layer::kAll, 0);
+  RebuildDirectory();
+}
+
+BodyId Grid::AddBody(const Body &body) {
+  BodyId id = static_cast<BodyId>(bodies_.size());
+  if (!free_bodies_.empty()) {
+    id = free_bodies_.back();
+    free_bodies_.pop_back();
+    bodies_[id] = body;
+  } else {
+    bodies_.push_back(body);
+  }
+  bodies_[id].layers = LayersOf(body);
+  return id;
+}
+
+void Grid::ChangeBody(BodyId id, const Body &body, const std::vector<CellRef> &cells) {
+  const uint32_t before = bodies_[id].layers;
+  bodies_[id] = body;
+  bodies_[id].layers = LayersOf(body);
+  if (bodies_[id].layers == before) return;
+  for (const CellRef cell : cells) RefreshBit(tile_cells_[cell >> 6], cell & 63);
+}
+
+void Grid::RemoveBody(BodyId id) {
+  bodies_[id] = Body();
+  free_bodies_.push_back(id);
+}
+
+// ---- cells --------------------------------------------------------------------------------------
+
+CellRef Grid::Insert(int32_t x, int32_t y, BodyId id) {
+  const uint32_t region = MakeRegion(x, y);
+  const uint32_t tile = TileOf(x, y), bit = BitOf(x, y);
+  uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
+  if (slot == 0) slot = MakeTile(region, tile);
+
+  TileCells &cells = tile_cells_[slot];
+  if (cells.heads[bit] == 0) {
+    cells.heads[bit] = id + 1;
+    cells.occupied++;
+  } else {
+    Append(&cells.heads[bit], id);
+  }
+  const uint32_t drawn_in = bodies_[id].layers;
+  for (LayerIndex i = 0; i < layers_.size(); i++)
+    if (drawn_in >> i & 1) layers_[i].cells.Set(region, tile, bit);
+  return slot << 6 | bit;
+}
+
+void Grid::Remove(CellRef cell, BodyId id) {
+  const uint32_t slot = cell >> 6, bit = cell & 63;
+  TileCells &cells = tile_cells_[slot];
+  RemoveFromList(&cells.heads[bit], id);
+  RefreshBit(cells, bit);
+  if (cells.heads[bit] == 0 && --cells.occupied == 0) DropTile(slot);
+}
+
+void Grid::Append(uint32_t *head, BodyId id) {
+  const uint32_t node = MakeNode(id);
+  if (!(*head & kList)) {
+    const uint32_t first = MakeNode(*head - 1);
+    nodes_[first].next = node;
+    *head = kList | first;
+    return;
+  }
+  uint32_t last = *head & ~kList;
+  while (nodes_[last].next != 0) last = nodes_[last].next;
+  nodes_[last].next = node;
+}
+
+void Grid::RemoveFromList(uint32_t *head, BodyId id) {
+  if (!(*head & kList)) {
+    *head = 0;
+    return;
+  }
+  uint32_t previous = 0, n = *head & ~kList;
+  while (nodes_[n].id != id) {
+    previous = n;
+    n = nodes_[n].next;
+  }
+  const uint32_t next = nodes_[n].next;
+  if (previous == 0)
+    *head = kList | next;
+  else
+    nodes_[previous].next = next;
+  nodes_[n].next = free_node_;
+  free_node_ = n;
+
+  // A list of one goes back into the head.
+  const uint32_t first = *head & ~kList;
+  if (nodes_[first].next == 0) {
+    *head = nodes_[first].id + 1;
+    nodes_[first].next = free_node_;
+    free_node_ = first;
+  }
+}
+
+uint32_t Grid::MakeNode(BodyId id) {
+  uint32_t node = free_node_;
+  if (node != 0) {
+    free_node_ = nodes_[node].next;
+  } else {
+    node = static_cast<uint32_t>(nodes_.size());
+    nodes_.emplace_back();
+  }
+  nodes_[node] = {id, 0};
+  return node;
+}
+
+void Grid::RefreshBit(const TileCells &cells, uint32_t bit) {
+  uint32_t occupied_in = 0;
+  AnyInList(cells.heads[bit], [&](BodyId id) {
+    occupied_in |= bodies_[id].layers;
+    return false;
+  });
+  for (LayerIndex i = 0; i < layers_.size(); i++) {
+    if (occupied_in >> i & 1)
+      layers_[i].cells.Set(cells.region, cells.tile, bit);
+    else
+      layers_[i].cells.Clear(cells.region, cells.tile, bit);
+  }
+}
+
+void Grid::Coordinates(CellRef cell, int32_t *x, int32_t *y) const {
+  const TileCells &cells = tile_cells_[cell >> 6];
+  const Region &region = regions_[cells.region];
+  const Super &super = supers_[region.super];
+  const auto part = [](uint32_t index, int bits) {
+    return static_cast<int32_t>(index & ((1u << bits) - 1));
+  };
+  *x = super.x * 1024 + part(region.place, 4) * 64 + part(cells.tile, 3) * 8 + part(cell, 3);
+  *y = super.y * 1024 + part(region.place >> 4, 4) * 64 + part(cells.tile >> 3u, 3) * 8 +
+       part(cell >> 3, 3);
+}
+
+// ---- tiles, regions, superregions ---------------------------------------------------------------
+
+uint32_t Grid::MakeTile(uint32_t region, uint32_t tile) {
+  uint32_t slot;
+  if (!free_tiles_.empty()) {
+    slot = free_tiles_.back();
+    free_tiles_.pop_back();
+  } else {
+    slot = static_cast<uint32_t>(tile_cells_.size());
+    tile_cells_.emplace_back();
+  }
+  TileCells &cells = tile_cells_[slot];
+  memset(cells.heads, 0, sizeof cells.heads);
+  cells.region = region;
+  cells.tile = static_cast<uint16_t>(tile);
+  cells.occupied = 0;
+  tile_slots_[std::size_t{region} * kTilesPerRegion + tile] = slot;
+  if (regions_[region].tiles++ == 0) empty_regions_--;
+  return slot;
+}
+
+void Grid::DropTile(uint32_t slot) {
+  const TileCells &cells = tile_cells_[slot];
+  tile_slots_[std::size_t{cells.region} * kTilesPerRegion + cells.tile] = 0;
+  free_tiles_.push_back(slot);
+  if (--regions_[cells.region].tiles != 0) return;
+  empty_regions_++;
+  // Robots leave regions and come back all the time: drop empty ones only when there are many.
+  const size_t in_use = regions_.size() - 1 - free_regions_.size();
+  if (empty_regions_ > 256 && empty_regions_ > in_use / 2) DropEmptyRegions();
+}
+
+uint32_t Grid::FindRegion(int32_t x, int32_t y) const {
+  const ray_grid_t view = View(kEverything);
+  const uint32_t super = ray_find_super(&view, x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
+  if (super == 0) return 0;
+  const int32_t place = (((y >> RAY_REGION_SHIFT) & 15) << 4) | ((x >> RAY_REGION_SHIFT) & 15);
+  return region_tables_[super * kRegionsPerSuper + static_cast<uint32_t>(place)];
+}
+
+uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
+  const int32_t rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
+  if (last_region_ != 0 && rx == last_region_x_ && ry == last_region_y_) return last_region_;
+  uint32_t region = FindRegion(x, y);
+  if (region == 0) {
+    const uint32_t super = MakeSuper(x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
+    if (!free_regions_.empty()) {
+      region = free_regions_.back();
+      free_regions_.pop_back();
+    } else {
+      region = static_cast<uint32_t>(regions_.size());
+      regions_.emplace_back();
+      tile_slots_.resize(regions_.size() * kTilesPerRegion, 0);
+      for (Layer &layer : layers_) layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
+    }
+    const uint32_t place = static_cast<uint32_t>(((ry & 15) << 4) | (rx & 15));
+    regions_[region] = {super, place, 0};
+    region_tables_[super * kRegionsPerSuper + place] = region;
+    supers_[super].regions++;
+    empty_regions_++;
+    Include(&occupied_, SquareBox(rx, ry, RAY_REGION_SHIFT));
+    structure_version_++;
+  }
+  last_region_x_ = rx;
+  last_region_y_ = ry;
+  last_region_ = region;
+  return region;
+}
+
+uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
+  const ray_grid_t view = View(kEverything);
+  uint32_t super = ray_find_super(&view, x, y);
+  if (super != 0) return super;
+  if (!free_supers_.empty()) {
+    super = free_supers_.back();
+    free_supers_.pop_back();
+  } else {
+    super = static_cast<uint32_t>(supers_.size());
+    supers_.emplace_back();
+    region_tables_.resize(supers_.size() * kRegionsPerSuper, 0);
+  }
+  supers_[super] = {x, y, 0};
+  Include(&extent_, SquareBox(x, y, RAY_SUPER_SHIFT));
+  RebuildDirectory();
+  return super;
+}
+
+void Grid::DropEmptyRegions() {
+  for (uint32_t super = 1; super < supers_.size(); super++) {
+    if (supers_[super].regions == 0) continue;
+    for (uint32_t place = 0; place < kRegionsPerSuper; place++) {
+      uint32_t &region = region_tables_[super * kRegionsPerSuper + place];
+      if (region == 0 || regions_[region].tiles != 0) continue;
+      free_regions_.push_back(region);
+      region = 0;
+      empty_regions_--;
+      if (--supers_[super].regions == 0) free_supers_.push_back(super);
+    }
+  }
+  last_region_ = 0;
+  RebuildDirectory();
+  RecomputeOccupied();
+}
+
+void Grid::RebuildDirectory() {
+  const size_t in_use = supers_.size() - 1 - free_supers_.size();
+  size_t slots = 16;
+  while (slots < 4 * in_use) slots *= 2;
+  directory_.assign(slots, ray_super_t{0, 0, 0, 0});
+
+  std::vector<bool> dropped(supers_.size(), false);
+  for (const uint32_t super : free_supers_) dropped[super] = true;
+  const uint32_t mask = static_cast<uint32_t>(slots - 1);
+  for (uint32_t super = 1; super < supers_.size(); super++) {
+    if (dropped[super]) continue;
+    uint32_t slot = ray_hash(supers_[super].x, supers_[super].y) & mask;
+    while (directory_[slot].index != 0) slot = (slot + 1) & mask;
+    directory_[slot] = {supers_[super].x, supers_[super].y, super, 0};
+  }
+  structure_version_++;
+}
+
+void Grid::RecomputeOccupied() {
+  occupied_ = CellBox();
+  for (uint32_t super = 1; super < supers_.size(); super++) {
+    if (supers_[super].regions == 0) continue;
+    for (uint32_t place = 0; place < kRegionsPerSuper; place++) {
+      if (region_tables_[super * kRegionsPerSuper + place] == 0) continue;
+      const int32_t rx = supers_[super].x * 16 + static_cast<int32_t>(place & 15);
+      const int32_t ry = supers_[super].y * 16 + static_cast<int32_t>(place >> 4);
+      Include(&occupied_, SquareBox(rx, ry, RAY_REGION_SHIFT));
+    }
+  }
+}
+
+// ---- layers -------------------------------------------------------------------------------------
+
+uint32_t Grid::LayersOf(const Body &body) const {
+  uint32_t layers = 1u << kEverything;
+  if (!body.ranger_visible) return layers;
+  for (LayerIndex i = 0; i < layers_.size(); i++) {
+    const Layer &layer = layers_[i];
+    const bool reaches =
+        layer.kind == Layer::kAnyHeight ||
+        (layer.kind == Layer::kHeight && !(layer.z < body.z_min || layer.z > body.z_max));
+    if (reaches) layers |= 1u << i;
+  }
+  return layers;
+}
+
+LayerIndex Grid::RangerLayer(double z, bool z_test) {
+  const Layer::Kind kind = z_test ? Layer::kHeight : Layer::kAnyHeight;
+  for (LayerIndex i = 0; i < layers_.size(); i++) {
+    Layer &layer = layers_[i];
+    if (layer.kind != kind || (z_test && layer.z != z)) continue;
+    layer.last_used = step_;
+    return i;
+  }
+  // Two places are kept: for everything, and for any height.
+  const auto heights = std::count_if(layers_.begin(), layers_.end(),
+                                     [](const Layer &l) { return l.kind == Layer::kHeight; });
+  if (z_test && static_cast<uint32_t>(heights) >= kMaxLayers - 2) return RangerLayer(z, false);
+  return MakeLayer(kind, z);
+}
+
+LayerIndex Grid::MakeLayer(Layer::Kind kind, double z) {
+  LayerIndex index = 0;
+  while (index < layers_.size() && layers_[index].kind != Layer::kUnused) index++;
+  if (index == layers_.size()) layers_.emplace_back();
+  Layer &layer = layers_[index];
+  layer.kind = kind;
+  layer.z = z;
+  layer.last_used = step_;
+  layer.cells = Occupancy();
+  layer.cells.TrackChanges(tracking_);
+  layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
+  for (Body &body : bodies_)
+    if (body.model) body.layers = LayersOf(body);
+  for (uint32_t slot = 1; slot < tile_cells_.size(); slot++) {
+    const TileCells &cells = tile_cells_[slot];
+    if (cells.occupied == 0) continue;
+    for (uint32_t bit = 0; bit < 64; bit++)
+      if (cells.heads[bit] != 0) RefreshBit(cells, bit);
+  }
+  return index;
+}
+
+void Grid::AgeLayers() {
+  constexpr uint64_t kLongTime = 1000;  // steps
+  step_++;
+  for (LayerIndex i = 1; i < layers_.size(); i++) {
+    Layer &layer = layers_[i];
+    if (layer.kind == Layer::kUnused || step_ - layer.last_used < kLongTime) continue;
+    layer.kind = Layer::kUnused;
+    layer.cells = Occupancy();
+    layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
+    for (Body &body : bodies_) body.layers &= ~(1u << i);
+  }
+}
+
+void Grid::TrackChanges(bool on) {
+  tracking_ = on;
+  for (Layer &layer : layers_) layer.cells.TrackChanges(on);
+}
+
+ray_grid_t Grid::View(LayerIndex layer) const {
+  ray_grid_t view;
+  view.directory = directory_.data();
+  view.regions = region_tables_.data();
+  view.tile_maps = layers_[layer].cells.tile_maps().data();
+  view.tiles = layers_[layer].cells.tiles().data();
+  view.directory_mask = static_cast<uint32_t>(directory_.size() - 1);
+  view.min_x = occupied_.min_x;
+  view.min_y = occupied_.min_y;
+  view.max_x = occupied_.max_x;
+  view.max_y = occupied_.max_y;
+  return view;
+}
+
+Grid::Statistics Grid::statistics() const {
+  Statistics s;
+  s.superregions = supers_.size() - 1 - free_supers_.size();
+  s.regions = regions_.size() - 1 - free_regions_.size();
+  s.tiles = tile_cells_.size() - 1 - free_tiles_.size();
+  const auto bytes = [](const auto &v) { return v.capacity() * sizeof(v[0]); };
+  s.bytes = bytes(bodies_) + bytes(tile_cells_) + bytes(nodes_) + bytes(regions_) +
+            bytes(tile_slots_) + bytes(region_tables_) + bytes(directory_);
+  for (const Layer &layer : layers_)
+    s.bytes += bytes(layer.cells.tiles()) + bytes(layer.cells.tile_maps());
+  return s;
+}
+
+}  // namespace Stg::grid

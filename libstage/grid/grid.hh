@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The occupancy grid: which bodies lie in which cells.
+//
+// Cells are square, 1 / cells_per_metre wide; the cell of a point is the floor of its coordinates in
+// cells. 8 x 8 cells are a tile, 8 x 8 tiles a region, 16 x 16 regions a superregion. Each level is
+// made where geometry is and dropped when it is empty again, so that memory grows with what is in
+// the world and not with its extent. The cells that may be used are those within +-kMaxCell.
+
+#ifndef STAGE_GRID_GRID_HH
+#define STAGE_GRID_GRID_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "grid/occupancy.hh"
+#include "kernels/ray_walk.h"
+
+namespace Stg {
+class Model;
+}
+
+namespace Stg::grid {
+
+/// Bodies further out than this many cells are not drawn and rays from there hit nothing.
+inline constexpr int32_t kMaxCell = 1 << 30;
+
+/// Which cells are occupied is kept in layers, so that a ray meets only what it may stop at:
+/// everything; and, as they are asked for, what rangers can see at any height or at one height.
+using LayerIndex = uint32_t;
+inline constexpr LayerIndex kEverything = 0;
+inline constexpr uint32_t kMaxLayers = 10;
+
+/// A body that is drawn in the grid: one block of a model.
+struct Body {
+  double z_min = 0, z_max = 0;  ///< global height interval, metres
+  Model *model = nullptr;
+  const void *tree = nullptr;  ///< the topmost ancestor of the model: equal for related models
+  bool ranger_visible = true;  ///< false: no ranger can see it, leave it out of their layers
+  uint32_t layers = 0;         ///< bit i: it is drawn in layer i. Kept by the grid
+};
+using BodyId = uint32_t;
+
+/// A cell that something was drawn into: a handle that stays valid until it is removed.
+using CellRef = uint32_t;
+
+struct CellBox {
+  int32_t min_x = 0, min_y = 0, max_x = -1, max_y = -1;  ///< inclusive; empty if min > max
+  bool empty() const { return min_x > max_x; }
+};
+
+class Grid {
+ public:
+  Grid();
+  Grid(const Grid &) = delete;
+  Grid &operator=(const Grid &) = delete;
+
+  BodyId AddBody(const Body &body);
+  void RemoveBody(BodyId id);  ///< it must not be in any cell
+  /// Changes what is known of a body. `cells` are those that it is drawn in.
+  void ChangeBody(BodyId id, const Body &body, const std::vector<CellRef> &cells);
+  const Body &body(BodyId id) const { return bodies_[id]; }
+
+  /// Appends the body to the cell's list. The same body may be in a cell several times.
+  CellRef Insert(int32_t x, int32_t y, BodyId id);
+  /// Undoes one Insert().
+  void Remove(CellRef cell, BodyId id);
+
+  /// Calls f(BodyId) for the bodies in a cell, in the order of insertion, until f returns true.
+  /// Returns whether it did.
+  template <typename F>
+  bool AnyIn(CellRef cell, F f) const {
+    return AnyInList(tile_cells_[cell >> 6].heads[cell & 63], f);
+  }
+  template <typename F>
+  bool AnyAt(uint32_t region, uint32_t tile, uint32_t bit, F f) const {
+    const uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
+    return slot != 0 && AnyInList(tile_cells_[slot].heads[bit], f);
+  }
+  /// The region of a cell, or 0 if there is none.
+  uint32_t FindRegion(int32_t x, int32_t y) const;
+  /// A cell's tile in its region, and its bit in the tile.
+  static uint32_t TileOf(int32_t x, int32_t y) {
+    return static_cast<uint32_t>(((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3));
+  }
+  static uint32_t BitOf(int32_t x, int32_t y) {
+    return static_cast<uint32_t>((x & 7) | ((y & 7) << 3));
+  }
+
+  /// Cell coordinates of a handle.
+  void Coordinates(CellRef cell, int32_t *x, int32_t *y) const;
+
+  /// The layer for rangers' rays at height z, which meet what is visible to rangers and reaches
+  /// that height, ends included. There is room for a few heights; for others, and if `z_test` is
+  /// off, it is the layer of any height. Makes the layer if there is none.
+  LayerIndex RangerLayer(double z, bool z_test);
+  /// To be called once a step: heights that nobody asked for in a long time give up their layers.
+  void AgeLayers();
+
+  /// What the ray walk needs. Valid until the next change of the grid.
+  ray_grid_t View(LayerIndex layer) const;
+  LayerIndex layer_count() const { return static_cast<LayerIndex>(layers_.size()); }
+  const Occupancy &occupancy(LayerIndex layer) const { return layers_[layer].cells; }
+  Occupancy &occupancy(LayerIndex layer) { return layers_[layer].cells; }
+  /// Remembers changed tiles, for a device that has a copy of the layers.
+  void TrackChanges(bool on);
+
+  /// The directory of superregions and their tables of regions, as ray_walk.h describes them.
+  /// They stay the same as long as structure_version() does.
+  const std::vector<ray_super_t> &directory() const { return directory_; }
+  const std::vector<uint32_t> &region_tables() const { return region_tables_; }
+  uint64_t structure_version() const { return structure_version_; }
+
+  /// Everything drawn lies in here (in whole regions; it may be larger than needed).
+  CellBox occupied() const { return occupied_; }
+  /// The superregions ever made, in cells.
+  CellBox extent() const { return extent_; }
+
+  struct Statistics {
+    std::size_t superregions, regions, tiles, bytes;
+  };
+  Statistics statistics() const;
+
+ private:
+  // The lists of bodies of a tile's cells. A head is 0 (nobody), id + 1 (one body), or
+  // kList | index of the first of several nodes.
+  struct TileCells {
+    uint32_t heads[64];
+    uint32_t region;
+    uint16_t tile;
+    uint16_t occupied;  // cells that are not empty
+  };
+  struct Node {
+    BodyId id;
+    uint32_t next;  // 0: last
+  };
+  struct Region {
+    uint32_t super = 0;
+    uint32_t place = 0;  // in its superregion, 0..255
+    uint32_t tiles = 0;  // tiles that hold something
+  };
+  struct Super {
+    int32_t x = 0, y = 0;
+    uint32_t regions = 0;
+  };
+  struct Layer {
+    enum Kind { kAll, kAnyHeight, kHeight, kUnused } kind = kUnused;
+    double z = 0;            // kHeight
+    uint64_t last_used = 0;  // the step
+    Occupancy cells;
+  };
+  static constexpr uint32_t kList = 0x80000000u;
+
+  template <typename F>
+  bool AnyInList(uint32_t head, F f) const {
+    if (head == 0) return false;
+    if (!(head & kList)) return f(BodyId{head - 1});
+    for (uint32_t n = head & ~kList; n != 0; n = nodes_[n].next)
+      if (f(nodes_[n].id)) return true;
+    return false;
+  }
+
+  uint32_t MakeRegion(int32_t x, int32_t y);
+  uint32_t MakeSuper(int32_t x, int32_t y);
+  uint32_t MakeTile(uint32_t region, uint32_t tile);
+  uint32_t MakeNode(BodyId id);
+  void Append(uint32_t *head, BodyId id);
+  void RemoveFromList(uint32_t *head, BodyId id);
+  uint32_t LayersOf(const Body &body) const;
+  LayerIndex MakeLayer(Layer::Kind kind, double z);
+  void RefreshBit(const TileCells &cells, uint32_t bit);
+  void DropTile(uint32_t slot);
+  void DropEmptyRegions();
+  void RebuildDirectory();
+  void RecomputeOccupied();
+
+  std::vector<Body> bodies_;
+  std::vector<BodyId> free_bodies_;
+
+  std::vector<TileCells> tile_cells_;  // [0] unused
+  std::vector<uint32_t> free_tiles_;
+  std::vector<Node> nodes_;  // [0] unused
+  uint32_t free_node_ = 0;
+
+  std::vector<Region> regions_;  // [0]: none
+  std::vector<uint32_t> free_regions_;
+  std::vector<uint32_t> tile_slots_;  // 64 for each region: index into tile_cells_, 0: none
+  uint32_t empty_regions_ = 0;        // made, not dropped yet
+
+  std::vector<Super> supers_;  // [0]: none
+  std::vector<uint32_t> free_supers_;
+  std::vector<uint32_t> region_tables_;
+  std::vector<ray_super_t> directory_;
+  uint64_t structure_version_ = 1;
+
+  std::vector<Layer> layers_;
+  uint64_t step_ = 0;
+  bool tracking_ = false;
+  CellBox occupied_, extent_;
+
+  // The region that was asked for last: edges are drawn cell after cell.
+  int32_t last_region_x_ = 0, last_region_y_ = 0;
+  uint32_t last_region_ = 0;
+};
+
+/// Reads cells one after the other along an outline: remembers the region that it is in. The grid
+/// must not change meanwhile.
+class CellReader {
+ public:
+  explicit CellReader(const Grid &grid) : grid_(grid) {}
+
+  /// Calls f(BodyId) for the bodies in the cell until f returns true; returns whether it did.
+  template <typename F>
+  bool AnyAt(int32_t x, int32_t y, F f) {
+    if (!known_ || ((x ^ x_) | (y ^ y_)) >> RAY_REGION_SHIFT) {
+      known_ = true;
+      region_ = grid_.FindRegion(x, y);
+    }
+    x_ = x;
+    y_ = y;
+    if (region_ == 0) return false;
+    const uint32_t tile = Grid::TileOf(x, y), bit = Grid::BitOf(x, y);
+    const uint64_t word =
+        grid_.occupancy(kEverything).tiles()[std::size_t{region_} * kTilesPerRegion + tile];
+    return ((word >> bit) & 1) && grid_.AnyAt(region_, tile, bit, f);
+  }
+
+ private:
+  const Grid &grid_;
+  bool known_ = false;
+  int32_t x_ = 0, y_ = 0;
+  uint32_t region_ = 0;
+};
+
+}  // namespace Stg::grid
+
+#endif

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Which cells are occupied: one bit for each cell, in exactly the layout that the ray walk
+// of kernels/ray_walk.h reads. The grid keeps several such layers of the same regions: of everything,
+// and of what rangers can see.
+
+#ifndef STAGE_GRID_OCCUPANCY_HH
+#define STAGE_GRID_OCCUPANCY_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace Stg::grid {
+
+inline constexpr uint32_t kTilesPerRegion = 64;
+
+class Occupancy {
+ public:
+  /// One word for each region: which of its tiles have occupied cells.
+  const std::vector<uint64_t> &tile_maps() const { return tile_maps_; }
+  /// 64 words for each region: which cells of each tile are occupied.
+  const std::vector<uint64_t> &tiles() const { return tiles_; }
+
+  /// Makes room for regions 0 .. count - 1.
+  void Resize(uint32_t count);
+
+  void Set(uint32_t region, uint32_t tile, uint32_t bit);
+  void Clear(uint32_t region, uint32_t tile, uint32_t bit);
+
+  /// While on, regions that change are remembered until they are taken.
+  void TrackChanges(bool on);
+  /// Regions with changed tiles since the last call of ForgetChanges(), each once.
+  const std::vector<uint32_t> &changed_regions() const { return changed_regions_; }
+  /// The changed tiles of a region, one bit each.
+  uint64_t changed_tiles(uint32_t region) const { return changed_tiles_[region]; }
+  void ForgetChanges();
+
+ private:
+  void NoteChange(uint32_t region, uint32_t tile);
+
+  std::vector<uint64_t> tile_maps_, tiles_;
+  std::vector<uint64_t> changed_tiles_;
+  std::vector<uint32_t> changed_regions_;
+  bool tracking_ = false;
+};
+
+}  // namespace Stg::grid
+
+#endif

@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/model.hh"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "geometry/random.hh"
+#include "models/messages.hh"
+#include "sensing/scene.hh"
+#include "world/world.hh"
+
+namespace Stg {
+
+namespace {
+
+uint32_t NextId() {
+  static std::atomic<uint32_t> next{0};  // worlds may be made by several threads
+  return next++;
+}
+
+bool AllFinite(const Pose &p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
+}
+
+std::string AutomaticName(const Ancestor &above, const Model *parent, const std::string &type,
+                          unsigned int count) {
+  const std::string own = type + ":" + std::to_string(count);
+  return parent ? above.TokenStr() + "." + own : own;
+}
+
+}  // namespace
+
+std::map<std::string, creator_t> Model::name_map;
+
+Model::Model(World *world_, Model *parent_, const std::string &type_, const std::string &name)
+    : alwayson(false),
+      blockgroup(*this),
+      boundary(false),
+      color(1, 0, 0),
+      disabled(false),
+      friction(0),
+      gui{false, parent_ == nullptr, false, false},
+      has_default_block(true),
+      id(NextId()),
+      interval(100000),
+      map_resolution(0.1),
+      mass(0),
+      parent(parent_),
+      root(parent_ ? parent_->root : this),
+      stack_children(true),
+      stall(false),
+      subs(0),
+      trail_length(20),
+      trail_interval(10),
+      type(type_),
+      used(false),
+      watts(0),
+      watts_give(0),
+      watts_take(0),
+      wf(nullptr),
+      wf_entity(0),
+      world(world_),
+      scene_(&world_->scene()),
+      window_batch_(0),
+      update_chain_(0),
+      hidden_from_rangers_(false) {
+  Ancestor &above = parent ? static_cast<Ancestor &>(*parent) : *world;
+  const unsigned int count = above.CountOfType(type);
+  Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);
+  above.AddChild(this);
+  world->AddModel(this);
+
+  blockgroup.AddRectangle(-0.5, -0.5, 1.0, 1.0, Bounds(0, 1));
+  blockgroup.Fit(geom.size);
+}
+
+Model::~Model() {
+  DeleteChildren();
+  blockgroup.Clear();
+  if (parent)
+    parent->RemoveChild(this);
+  else
+    world->RemoveChild(this);
+  world->RemoveModel(this);
+}
+
+// ---- names and the tree -------------------------------------------------------------------------
+
+void Model::SetToken(const std::string &str) {
+  Ancestor::SetToken(str);
+  if (!str.empty()) world->AddModelName(this, token);
+}
+
+Model *Model::GetChild(const std::string &name) const {
+  return world->GetModel(token + "." + name);
+}
+
+Model *Model::GetUnusedModelOfType(const std::string &wanted) {
+  if (type == wanted && !used) {
+    used = true;
+    return this;
+  }
+  for (Model *child : children)
+    if (Model *found = child->GetUnusedModelOfType(wanted)) return found;
+  if (!parent) PRINT_WARN2("no unused model of type \"%s\" on %s", wanted.c_str(), Token());
+  return nullptr;
+}
+
+Model *Model::GetUnsubscribedModelOfType(const std::string &wanted) const {
+  if (type == wanted && subs == 0) return const_cast<Model *>(this);
+  for (const Model *child : children)
+    if (Model *found = child->GetUnsubscribedModelOfType(wanted)) return found;
+  return nullptr;
+}
+
+bool Model::IsAntecedent(const Model *testmod) const {
+  for (const Model *above = parent; above; above = above->parent)
+    if (above == testmod) return true;
+  return false;
+}
+
+bool Model::IsDescendent(const Model *testmod) const {
+  return testmod == this || testmod->IsAntecedent(this);
+}
+
+void Model::SetRoot(Model *new_root) {
+  root = new_root;
+  for (Model *child : children) child->SetRoot(new_root);
+}
+
+int Model::SetParent(Model *newparent) {
+  if (newparent && IsDescendent(newparent)) {
+    PRINT_ERR2("%s can't become a child of its own descendant %s", Token(), newparent->Token());
+    return 1;
+  }
+  const Pose global = GetGlobalPose();
+  UnMapWithChildren();
+  if (parent)
+    parent->RemoveChild(this);
+  else
+    world->RemoveChild(this);
+  parent = newparent;
+  if (parent)
+    parent->AddChild(this);
+  else
+    world->AddChild(this);
+  SetRoot(parent ? parent->root : this);
+  CallCallbacks(CB_PARENT);
+  SetGlobalPose(global);
+  Map();  // the pose in the new frame may happen to be the old one
+  return 0;
+}
+
+void Model::BecomeParentOf(Model *child) {
+  child->UnMapWithChildren();
+  if (child->parent)
+    child->parent->RemoveChild(child);
+  else
+    world->RemoveChild(child);
+  child->parent = this;
+  AddChild(child);
+  child->SetRoot(root);
+  child->Map();
+}
+
+// ---- pose and geometry --------------------------------------------------------------------------
+
+Pose Model::ChildGlobalPose(const Pose &global, const Model &child) const {
+  Pose p = global + child.pose;
+  if (stack_children) p.z += geom.size.z;
+  return p;
+}
+
+Pose Model::GetGlobalPose() const {
+  return parent ? parent->ChildGlobalPose(parent->GetGlobalPose(), *this) : pose;
+}
+
+void Model::SetPose(const Pose &new_pose) {
+  if (!AllFinite(new_pose)) {
+    PRINT_ERR5("%s: refused the pose [%f %f %f %f], which is not finite", Token(), new_pose.x,
+               new_pose.y, new_pose.z, new_pose.a);
+    return;
+  }
+  if (pose != new_pose) {
+    pose = new_pose;
+    pose.a = normalize(pose.a);
+    Map();
+  }
+  CallCallbacks(CB_POSE);
+}
+
+void Model::SetGlobalPose(const Pose &gpose) {
+  if (!parent) {
+    SetPose(gpose);
+    return;
+  }
+  Pose local = parent->GlobalToLocal(gpose);
+  if (parent->stack_children) local.z -= parent->geom.size.z;
+  SetPose(local);
+}
+
+void Model::AddToPose(const Pose &p) { AddToPose(p.x, p.y, p.z, p.a); }
+
+void Model::AddToPose(double dx, double dy, double dz, double da) {
+  SetPose(Pose(pose.x + dx, pose.y + dy, pose.z + dz, pose.a + da));
+}
+
+void Model::SetGeom(const Geom &src) {
+  geom = src;
+  blockgroup.Fit(geom.size);
+  Map();
+  CallCallbacks(CB_GEOM);
+}
+
+Pose Model::GlobalToLocal(const Pose &p) const {
+  const Pose g = GetGlobalPose();
+  const Pose turn(0, 0, 0, -g.a);
+  const Pose turned = turn + Pose(p.x - g.x, p.y - g.y, 0, 0);
+  return Pose(turned.x, turned.y, p.z - g.z, p.a - g.a);
+}
+
+Pose Model::LocalToGlobal(const Pose &p) const { return (GetGlobalPose() + geom.pose) + p; }
+
+point_t Model::LocalToGlobal(const point_t &pt) const {
+  const Pose global = LocalToGlobal(Pose(pt.x, pt.y, 0, 0));
+  return point_t(global.x, global.y);
+}
+
+std::vector<point_int_t> Model::LocalToPixels(const std::vector<point_t> &local) const {
+  std::vector<point_int_t> pixels;
+  pixels.reserve(local.size());
+  for (const point_t &p : local) pixels.push_back(world->MetersToPixels(LocalToGlobal(p)));
+  return pixels;
+}
+
+void Model::AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz) {
+  blockgroup.AddRectangle(x, y, dx, dy, Bounds(0, dz));
+}
+
+void Model::ClearBlocks() { blockgroup.Clear(); }
+
+void Model::Map() {
+  if (world->IsLoading()) return;  // all bodies are drawn when everything is loaded
+  Placement &placement = world->placement();
+  placement.Plan(*this, true);
+  placement.Commit();
+  if (vis.ranger_return < 0 && !hidden_from_rangers_) {
+    hidden_from_rangers_ = true;
+    world->NoteHiddenFromRangers(this);
+  }
+}
+
+bool Model::ShowAgainToRangers() {
+  if (vis.ranger_return < 0) return false;
+  hidden_from_rangers_ = false;
+  blockgroup.RefreshVisibility(true);
+  return true;
+}
+
+void Model::UnMapWithChildren() {
+  blockgroup.Erase();
+  for (Model *child : children) child->UnMapWithChildren();
+}
+
+void Model::Rasterize(uint8_t *data, unsigned int width, unsigned int height, meters_t cellwidth,
+                      meters_t cellheight) {
+  const auto mark = [&](double x, double y) {
+    if (x >= 0 && y >= 0 && x < width && y < height)
+      data[static_cast<size_t>(x) + static_cast<size_t>(y) * width] = 1;
+  };
+  for (const auto &block : blockgroup.blocks()) {
+    const std::vector<point_t> &points = block->points();
+    for (size_t i = 0; i < points.size(); i++) {
+      const auto cell_of = [&](const point_t &p) {
+        return point_t(std::floor((p.x + geom.size.x / 2.0) / cellwidth),
+                       std::floor((p.y + geom.size.y / 2.0) / cellheight));
+      };
+      const point_t from = cell_of(points[i]), to = cell_of(points[(i + 1) % points.size()]);
+      const double dx = to.x - from.x, dy = to.y - from.y;
+      const double steps = std::max(std::fabs(dx), std::fabs(dy));
+      if (!(steps <= 1e6)) continue;  // not a raster that anybody could have made
+      for (double s = 0; s <= steps; s += 1.0) {
+        const double along = steps > 0 ? s / steps : 0;
+        mark(std::floor(from.x + dx * along), std::floor(from.y + dy * along));
+      }
+    }
+  }
+}
+
+bool Model::HasCollision() {
+  Placement &placement = world->placement();
+  placement.Plan(*this, true);
+  return placement.Collision(world->GetGround()) != nullptr;
+}
+
+bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
+                                  size_t max_iter) {
+  SetPose(Pose::Random(xmin, xmax, ymin, ymax));
+  for (size_t i = 0; HasCollision(); i++) {
+    if (max_iter > 0 && i >= max_iter) return false;
+    SetPose(Pose::Random(xmin, xmax, ymin, ymax));
+  }
+  return true;
+}
+
+bool Model::PlaceInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
+                             size_t max_iter) {
+  return !HasCollision() || RandomPoseInFreeSpace(xmin, xmax, ymin, ymax, max_iter);
+}
+
+kg_t Model::GetMassOfChildren() const {
+  kg_t sum = 0;
+  for (const Model *child : children) sum += child->GetTotalMass();
+  return sum;
+}
+
+kg_t Model::GetTotalMass() const { return mass + GetMassOfChildren(); }
+
+// ---- life cycle ---------------------------------------------------------------------------------
+
+void Model::Subscribe() {
+  if (++subs == 1) Startup();
+}
+
+void Model::Unsubscribe() {
+  if (subs == 0) {
+    PRINT_WARN1("%s has no subscriber to lose", Token());
+    return;
+  }
+  if (--subs == 0) Shutdown();
+}
+
+void Model::Startup() {
+  world->ScheduleUpdate(this, ++update_chain_);
+  CallCallbacks(CB_STARTUP);
+}
+
+void Model::Shutdown() {
+  update_chain_++;  // what is pending is void
+  CallCallbacks(CB_SHUTDOWN);
+}
+
+void Model::Update() {
+  if (subs == 0) return;
+  world->ScheduleUpdate(this, update_chain_);
+  if (HasCallbacks(CB_UPDATE)) world->QueueUpdateCallbacks(this);
+}
+
+// ---- callbacks ----------------------------------------------------------------------------------
+
+void Model::AddCallback(callback_type_t t, model_callback_t cb, void *user) {
+  if (!callbacks_) callbacks_ = std::make_unique<CallbackLists>();
+  std::vector<Callback> &list = callbacks_->of[t];
+  const Callback entry{cb, user};
+  if (std::find(list.begin(), list.end(), entry) == list.end()) list.push_back(entry);
+}
+
+int Model::RemoveCallback(callback_type_t t, model_callback_t callback) {
+  if (!callbacks_) return 0;
+  // During a round entries are only struck out, as somebody is walking along the list.
+  for (Callback &entry : callbacks_->of[t])
+    if (entry.function == callback) entry.function = nullptr;
+  return callbacks_->rounds == 0 ? callbacks_->Tidy(t) : callbacks_->CountLeft(t);
+}
+
+int Model::CallbackLists::CountLeft(callback_type_t t) const {
+  return static_cast<int>(
+      std::count_if(of[t].begin(), of[t].end(), [](const Callback &c) { return c.function; }));
+}
+
+int Model::CallbackLists::Tidy(callback_type_t t) {
+  std::erase_if(of[t], [](const Callback &c) { return !c.function; });
+  return static_cast<int>(of[t].size());
+}
+
+int Model::CallCallbacks(callback_type_t t) {
+  if (!HasCallbacks(t)) return 0;
+  // By index, for a callback may add callbacks (called from the next round on) and remove any.
+  const std::vector<Callback> &list = callbacks_->of[t];
+  const size_t count = list.size();
+  callbacks_->rounds++;
+  for (size_t i = 0; i < count; i++) {
+    const Callback entry = list[i];
+    if (entry.function && entry.function(this, entry.user) != 0)
+      callbacks_->of[t][i].function = nullptr;
+  }
+  return --callbacks_->rounds == 0 ? callbacks_->Tidy(t) : callbacks_->CountLeft(t);
+}
+
+// ---- sensing ------------------------------------------------------------------------------------
+
+void Model::CollectCells(std::vector<const std::vector<grid::CellRef> *> *lists) const {
+  blockgroup.AppendCells(lists);
+  for (const Model *child : children) child->CollectCells(lists);
+}
+
+const sensing::Window &Model::OwnWindow() {
+  if (root != this) return root->OwnWindow();
+  if (window_batch_ == scene_->batch_number) return window_;
+  window_batch_ = scene_->batch_number;
+  static thread_local std::vector<const std::vector<grid::CellRef> *> lists;
+  lists.clear();
+  CollectCells(&lists);
+  window_ = scene_->batch.MakeWindow(scene_->grid, lists, this);
+  return window_;
+}
+
+}  // namespace Stg

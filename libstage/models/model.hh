@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Model: anything that is in a world. Part of <stage.hh>.
+//
+// Lengths are metres, angles radians, times microseconds of simulated time. Pointers handed in are
+// not owned by the library, pointers handed out stay owned by it, nothing throws.
+
+#ifndef STAGE_MODELS_MODEL_HH
+#define STAGE_MODELS_MODEL_HH
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "geometry/color.hh"
+#include "geometry/geometry.hh"
+#include "models/ancestor.hh"
+#include "models/block.hh"
+#include "sensing/batch.hh"
+
+namespace Stg {
+
+class Worldfile;
+namespace sensing {
+struct Scene;
+}
+
+/// Makes a model of one type: what Model::name_map holds for each type name.
+typedef Model *(*creator_t)(World *world, Model *parent, const std::string &type);
+
+/// How sensors and bodies perceive a model.
+class Visibility {
+ public:
+  bool blob_return;
+  int fiducial_key;
+  int fiducial_return;
+  bool gripper_return;
+  bool obstacle_return;
+  double ranger_return;  ///< intensity; negative: rangers look through it
+
+  Visibility()
+      : blob_return(true),
+        fiducial_key(0),
+        fiducial_return(0),
+        gripper_return(false),
+        obstacle_return(true),
+        ranger_return(1.0) {}
+  Visibility &Load(Worldfile *wf, int entity);
+  void Save(Worldfile *wf, int entity);
+};
+
+class Model : public Ancestor {
+ public:
+  typedef enum {
+    CB_FLAGDECR,
+    CB_FLAGINCR,
+    CB_GEOM,
+    CB_INIT,
+    CB_LOAD,
+    CB_PARENT,
+    CB_POSE,
+    CB_SAVE,
+    CB_SHUTDOWN,
+    CB_STARTUP,
+    CB_UPDATE,
+    CB_VELOCITY,
+    __CB_TYPE_COUNT
+  } callback_type_t;
+
+  /// The known types. Clients may add their own after Init() and before loading a world.
+  static std::map<std::string, creator_t> name_map;
+
+  /// Registers with the world and the parent (null: top level). An empty name is made up:
+  /// "type:n", after "parent." for children. The body is one block that fills the default size.
+  Model(World *world, Model *parent = NULL, const std::string &type = "model",
+        const std::string &name = "");
+  virtual ~Model();
+
+  // ---- names and the tree ----
+
+  /// Old names stay valid for World::GetModel().
+  virtual void SetToken(const std::string &str);
+  const std::string &GetModelType() const { return type; }
+  /// A serial number, unique in the process.
+  uint32_t GetId() const { return id; }
+  std::string PoseString() { return GetPose().String(); }
+
+  World *GetWorld() const { return world; }
+  Model *Parent() const { return parent; }
+  Model *Root() { return root; }
+  const Model *Root() const { return root; }
+  /// The model called "<token>.<name>"; null and a warning if there is none.
+  Model *GetChild(const std::string &name) const;
+  /// This model or the first descendant of the type that was not handed out before; marks it.
+  /// Null if there is none, with a warning at top level.
+  Model *GetUnusedModelOfType(const std::string &type);
+  /// The same, first without subscribers; nothing is marked.
+  Model *GetUnsubscribedModelOfType(const std::string &type) const;
+  bool IsAntecedent(const Model *testmod) const;
+  bool IsDescendent(const Model *testmod) const;
+  /// In the same top-level tree; a model is related to itself.
+  bool IsRelated(const Model *testmod) const { return root == testmod->root; }
+  /// Moves to another parent (null: top level) and keeps the global pose.
+  int SetParent(Model *newparent);
+  void BecomeParentOf(Model *child);
+
+  // ---- pose, geometry, body ----
+
+  Pose GetPose() const { return pose; }
+  Pose GetGlobalPose() const override;
+  /// In the parent's frame. No collision test. A pose with a coordinate that is not finite is
+  /// refused with a message.
+  void SetPose(const Pose &pose);
+  void SetGlobalPose(const Pose &gpose);
+  void AddToPose(const Pose &pose);
+  void AddToPose(double dx, double dy, double dz, double da);
+  Geom GetGeom() const { return geom; }
+  void SetGeom(const Geom &src);
+  /// A global pose in this model's frame; the body's offset plays no part.
+  Pose GlobalToLocal(const Pose &pose) const;
+  /// The other way, with the body's offset: not the exact inverse if there is one.
+  Pose LocalToGlobal(const Pose &pose) const;
+  point_t LocalToGlobal(const point_t &pt) const;
+  std::vector<point_int_t> LocalToPixels(const std::vector<point_t> &local) const;
+
+  void AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz);
+  void ClearBlocks();
+  /// Marks the cells of a raster that the body's outlines pass, centred on the body; row 0 is at
+  /// the smallest y.
+  void Rasterize(uint8_t *data, unsigned int width, unsigned int height, meters_t cellwidth,
+                 meters_t cellheight);
+  /// Does the body, or a descendant's, overlap an obstacle now?
+  bool HasCollision();
+  /// Random poses in the rectangle until one is free; gives up after max_iter further ones (0: never).
+  bool RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
+                             size_t max_iter = 0);
+  /// The same, unless the present pose is free.
+  bool PlaceInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
+                        size_t max_iter = 0);
+  kg_t GetTotalMass() const;
+  kg_t GetMassOfChildren() const;
+  void SetMass(kg_t m) { mass = m; }
+
+  // ---- life cycle ----
+
+  /// Counted. A model produces data only while it has subscribers; the first update comes one
+  /// interval after the first subscription.
+  void Subscribe();
+  void Unsubscribe();
+  unsigned int GetSubscriptionCount() const { return subs; }
+  bool HasSubscribers() const { return subs > 0; }
+  usec_t GetInterval() { return interval; }
+  usec_t GetUpdateInterval() const { return interval; }
+  /// A disabled model is not moved by its velocity.
+  void Enable() { disabled = false; }
+  void Disable() { disabled = true; }
+  bool IsEnabled() const { return !disabled; }
+
+  void Load(Worldfile *wf, int wf_entity);
+  virtual void Load();
+  void SetWorldfile(Worldfile *wf, int wf_entity);
+  virtual void Save();
+  void LoadBlock(Worldfile *wf, int entity);
+  void InitControllers();
+  /// Loads a plug-in for this model; `lib` is the text of a `ctrl` string. Its Init() is called
+  /// with InitControllers(). Throws LoadError while a world is loaded; otherwise prints why not.
+  void LoadControllerModule(const char *lib);
+
+  /// Blocked at the last attempt to move.
+  bool Stalled() const { return stall; }
+  void SetStall(bool blocked) { stall = blocked; }
+
+  // ---- callbacks ----
+
+  /// Calls cb(model, user) at each event of the type, in the order of registration. The pair
+  /// (cb, user) is kept once. A callback that returns non-zero is removed.
+  void AddCallback(callback_type_t type, model_callback_t cb, void *user);
+  /// Removes all entries with that function; returns how many entries remain.
+  int RemoveCallback(callback_type_t type, model_callback_t callback);
+  int CallCallbacks(callback_type_t type);
+
+  // ---- appearance and visibility ----
+
+  Color GetColor() const { return color; }
+  void SetColor(Color col) { color = col; }
+
+  Visibility vis;
+
+  void SetFiducialReturn(int fid) { vis.fiducial_return = fid; }
+  int GetFiducialReturn() const { return vis.fiducial_return; }
+  void SetFiducialKey(int key) { vis.fiducial_key = key; }
+  void SetObstacleReturn(bool val) { vis.obstacle_return = val; }
+  void SetBlobReturn(bool val) { vis.blob_return = val; }
+  void SetGripperReturn(bool val) { vis.gripper_return = val; }
+  void SetRangerReturn(double val) { vis.ranger_return = val; }
+  void SetBoundary(bool val) { boundary = val; }
+  void SetMapResolution(meters_t res) { map_resolution = res; }
+  void SetFriction(double f) { friction = f; }
+  void SetGuiNose(bool val) { gui.nose = val; }
+  void SetGuiMove(bool val) { gui.move = val; }
+  void SetGuiGrid(bool val) { gui.grid = val; }
+  void SetGuiOutline(bool val) { gui.outline = val; }
+  void SetWatts(watts_t w) { watts = w; }
+
+  void Say(const std::string &str) { say_string = str; }
+  std::string GetSayString() { return say_string; }
+
+  void NeedRedraw() {}
+  void Redraw() {}
+
+  /// Draws the body for rangers again if it was hidden from them and no longer is; true if so. For
+  /// the library's own rooms, like the next one.
+  bool ShowAgainToRangers();
+  /// What the world's models share.
+  sensing::Scene &scene() const { return *scene_; }
+
+ protected:
+  friend class World;
+  friend class Placement;
+  friend class ControllerLibrary;
+
+  struct GuiState {
+    bool grid, move, nose, outline;
+  };
+
+  virtual void Startup();
+  virtual void Shutdown();
+  /// One update. Overriding it, call Model::Update(), which schedules the next.
+  virtual void Update();
+
+  /// Draws the model's body, and those of its descendants, where they are now.
+  void Map();
+  void UnMapWithChildren();
+  /// The child's global pose, given this model's.
+  Pose ChildGlobalPose(const Pose &global, const Model &child) const;
+  /// The cells of the batch's picture that hold only this model's tree.
+  const sensing::Window &OwnWindow();
+
+  bool alwayson;
+  BlockGroup blockgroup;
+  bool boundary;
+  Color color;
+  bool disabled;
+  double friction;
+  Geom geom;
+  GuiState gui;
+  bool has_default_block;
+  uint32_t id;
+  usec_t interval;
+  meters_t map_resolution;
+  kg_t mass;
+  Model *parent;
+  Pose pose;
+  Model *root;
+  std::string say_string;
+  bool stack_children;
+  bool stall;
+  unsigned int subs;
+  unsigned int trail_length, trail_interval;
+  const std::string type;
+  bool used;
+  watts_t watts, watts_give, watts_take;
+  Worldfile *wf;
+  int wf_entity;
+  World *world;
+
+ private:
+  struct Callback {
+    model_callback_t function;
+    void *user;
+    bool operator==(const Callback &o) const { return function == o.function && user == o.user; }
+  };
+  struct CallbackLists {
+    std::vector<Callback> of[__CB_TYPE_COUNT];  // struck out ones have a null function
+    int rounds = 0;                             // in progress
+    int CountLeft(callback_type_t t) const;
+    int Tidy(callback_type_t t);
+  };
+
+  void LoadBody();
+  void LoadGuiState();
+  void LoadName();
+  void LoadControllers();
+  void AddBoundary();
+  void SetRoot(Model *new_root);
+  void CollectCells(std::vector<const std::vector<grid::CellRef> *> *lists) const;
+  bool HasCallbacks(callback_type_t t) const {
+    return callbacks_.get() != NULL && !callbacks_->of[t].empty();
+  }
+
+  sensing::Scene *scene_;
+  std::unique_ptr<CallbackLists> callbacks_;  // most models have none
+  sensing::Window window_;
+  uint64_t window_batch_;       // the batch that window_ belongs to
+  uint64_t update_chain_;       // a pending update of an older chain is void
+  bool hidden_from_rangers_;    // its body was drawn while rangers looked through it
+};
+
+/// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.
+struct CtrlArgs {
+  std::string worldfile;  ///< the whole `ctrl` string, library name included
+  std::string cmdline;    ///< the text of --args
+
+  CtrlArgs(std::string w, std::string c) : worldfile(w), cmdline(c) {}
+};
+
+}  // namespace Stg
+
+#endif

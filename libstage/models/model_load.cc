@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Models from and to world files.
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/load_error.hh"
+#include "geometry/trace.hh"
+#include "models/messages.hh"
+#include "models/model.hh"
+#include "world/controller.hh"
+#include "world/world.hh"
+#include "worldfile/find_file.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+/// Thickness of the rectangles that `boundary 1` adds, metres.
+constexpr double kBoundaryThickness = 0.01;
+
+std::vector<std::vector<point_t>> OutlinesOfPicture(Worldfile *wf, int entity,
+                                                    const std::string &name) {
+  const std::string path = wf->ReadFilename(entity, "bitmap", name.c_str());
+  std::printf("[Image \"%s\"", name.c_str());
+  std::fflush(stdout);
+  try {
+    std::vector<std::vector<point_t>> outlines = picture::Trace(picture::Load(path));
+    std::printf("]");
+    return outlines;
+  } catch (const LoadError &error) {
+    throw LoadError(wf->Where(entity, "bitmap") + ": " + error.what(), error.exit_status());
+  }
+}
+
+}  // namespace
+
+Visibility &Visibility::Load(Worldfile *wf, int entity) {
+  blob_return = wf->ReadInt(entity, "blob_return", blob_return);
+  fiducial_key = wf->ReadInt(entity, "fiducial_key", fiducial_key);
+  fiducial_return = wf->ReadInt(entity, "fiducial_return", fiducial_return);
+  gripper_return = wf->ReadInt(entity, "gripper_return", gripper_return);
+  obstacle_return = wf->ReadInt(entity, "obstacle_return", obstacle_return);
+  ranger_return = wf->ReadFloat(entity, "ranger_return", ranger_return);
+  return *this;
+}
+
+void Visibility::Save(Worldfile *wf, int entity) {
+  wf->WriteInt(entity, "blob_return", blob_return);
+  wf->WriteInt(entity, "fiducial_key", fiducial_key);
+  wf->WriteInt(entity, "fiducial_return", fiducial_return);
+  wf->WriteInt(entity, "gripper_return", gripper_return);
+  wf->WriteInt(entity, "obstacle_return", obstacle_return);
+  wf->WriteFloat(entity, "ranger_return", ranger_return);
+}
+
+void Model::SetWorldfile(Worldfile *file, int entity) {
+  wf = file;
+  wf_entity = entity;
+}
+
+void Model::Load(Worldfile *file, int entity) {
+  SetWorldfile(file, entity);
+  Load();
+}
+
+void Model::Load() {
+  if (!wf) return;
+  wf->ReadInt(wf_entity, "event_queue", 0);  // overwritten when the model starts: no effect
+  watts = wf->ReadFloat(wf_entity, "watts", watts);
+  debug = wf->ReadInt(wf_entity, "debug", debug);
+  LoadName();
+  if (debug) std::printf("Model \"%s\" is in debug mode\n", Token());
+
+  Geom new_geom = geom;
+  new_geom.pose.Load(wf, wf_entity, "origin");
+  new_geom.size.Load(wf, wf_entity, "size");
+  SetGeom(new_geom);
+  Pose new_pose = pose;
+  SetPose(new_pose.Load(wf, wf_entity, "pose"));
+  color.Load(wf, wf_entity);
+  LoadBody();
+
+  stack_children = wf->ReadInt(wf_entity, "stack_children", stack_children);
+  mass = wf->ReadFloat(wf_entity, "mass", mass);
+  vis.Load(wf, wf_entity);
+  LoadGuiState();
+  map_resolution = wf->ReadFloat(wf_entity, "map_resolution", map_resolution);
+  friction = wf->ReadFloat(wf_entity, "friction", friction);
+  LoadControllers();
+
+  // At least a microsecond: an interval of zero means every step.
+  const int milliseconds =
+      wf->ReadInt(wf_entity, "update_interval", static_cast<int>(interval / 1000));
+  interval = milliseconds > 0 ? static_cast<usec_t>(milliseconds) * 1000 : 1;
+  Say(wf->ReadString(wf_entity, "say", say_string));
+  const auto count = [&](const char *name, unsigned int value) {
+    return static_cast<unsigned int>(
+        std::max(0, wf->ReadInt(wf_entity, name, static_cast<int>(value))));
+  };
+  trail_length = count("trail_length", trail_length);
+  trail_interval = std::max(1u, count("trail_interval", trail_interval));
+  alwayson = wf->ReadInt(wf_entity, "alwayson", alwayson);
+  if (alwayson && subs == 0) Subscribe();
+
+  blockgroup.Fit(geom.size);
+  Map();
+  CallCallbacks(CB_LOAD);
+}
+
+void Model::LoadName() {
+  if (!wf->PropertyExists(wf_entity, "name")) return;
+  const std::string name = wf->ReadString(wf_entity, "name", "");
+  if (name.empty())
+    wf->Warn(wf_entity, "name", "found an empty name, the model keeps " + token);
+  else if (name[0] == '/')
+    SetToken(name.substr(1));
+  else
+    SetToken(parent ? parent->TokenStr() + "." + name : name);
+}
+
+void Model::LoadBody() {
+  if (wf->ReadInt(wf_entity, "noblocks", 0) && has_default_block) {
+    blockgroup.Clear();
+    has_default_block = false;
+  }
+  if (wf->PropertyExists(wf_entity, "bitmap")) {
+    const std::string name = wf->ReadString(wf_entity, "bitmap", "");
+    if (name.empty())
+      throw LoadError(wf->Where(wf_entity, "bitmap") + ": found an empty name, expected a picture",
+                      255);
+    std::vector<std::vector<point_t>> outlines = OutlinesOfPicture(wf, wf_entity, name);
+    if (has_default_block) blockgroup.Clear();
+    has_default_block = false;
+    for (std::vector<point_t> &outline : outlines)
+      blockgroup.Add(std::move(outline), Bounds(0, 1));
+    blockgroup.Fit(geom.size);
+  }
+  boundary = wf->ReadInt(wf_entity, "boundary", boundary);
+  if (boundary) AddBoundary();
+}
+
+void Model::AddBoundary() {
+  blockgroup.Fit(geom.size);
+  bounds3d_t box = blockgroup.BoundingBox();
+  if (blockgroup.empty())
+    box = bounds3d_t(Bounds(-geom.size.x / 2, geom.size.x / 2),
+                     Bounds(-geom.size.y / 2, geom.size.y / 2), Bounds(0, geom.size.z));
+  const double width = box.x.max - box.x.min, depth = box.y.max - box.y.min;
+  const double t = kBoundaryThickness;
+  blockgroup.AddRectangle(box.x.min, box.y.min, t, depth, box.z);
+  blockgroup.AddRectangle(box.x.min, box.y.min, width, t, box.z);
+  blockgroup.AddRectangle(box.x.min, box.y.max - t, width, t, box.z);
+  blockgroup.AddRectangle(box.x.max - t, box.y.min, t, depth, box.z);
+}
+
+void Model::LoadBlock(Worldfile *file, int entity) {
+  const int count = file->ReadInt(entity, "points", 0);
+  if (count < 0 || count > 1000000)
+    file->Fail(entity, "points", "found " + std::to_string(count) +
+                                     " points, expected a number from 0 to 1000000");
+  std::vector<point_t> points(static_cast<size_t>(count));
+  for (int i = 0; i < count; i++) {
+    const std::string name = "point[" + std::to_string(i) + "]";
+    point_t &p = points[static_cast<size_t>(i)];
+    file->ReadTuple(entity, name.c_str(), 0, 2, "ll", &p.x, &p.y);
+  }
+  Bounds z;
+  z.Load(file, entity, "z");
+  OrientPolygon(&points);
+
+  if (has_default_block) {
+    blockgroup.Clear();
+    has_default_block = false;
+  }
+  blockgroup.Add(std::move(points), z);
+}
+
+void Model::LoadGuiState() {
+  gui.nose = wf->ReadInt(wf_entity, "gui_nose", gui.nose);
+  gui.grid = wf->ReadInt(wf_entity, "gui_grid", gui.grid);
+  gui.move = wf->ReadInt(wf_entity, "gui_move", gui.move);
+  gui.outline = wf->ReadInt(wf_entity, "gui_outline", gui.outline);
+}
+
+void Model::LoadControllers() {
+  CProperty *property = wf->GetProperty(wf_entity, "ctrl");
+  if (!property) return;
+  const size_t count = wf->TupleLength(wf_entity, "ctrl");
+  for (size_t i = 0; i < count; i++) {
+    const std::string text = wf->GetPropertyValue(property, static_cast<int>(i));
+    if (text.find_first_not_of(" \t") == std::string::npos) {
+      wf->Warn(wf_entity, "ctrl", "found an empty controller name; ignored");
+      continue;
+    }
+    try {
+      LoadController(this, text);
+    } catch (const LoadError &error) {
+      throw LoadError(wf->Where(wf_entity, "ctrl") + ": " + error.what(), error.exit_status());
+    }
+  }
+}
+
+void Model::LoadControllerModule(const char *lib) {
+  try {
+    LoadController(this, lib);
+  } catch (const LoadError &error) {
+    PRINT_ERR2("%s: %s", Token(), error.what());
+  }
+}
+
+void Model::InitControllers() { CallCallbacks(CB_INIT); }
+
+void Model::Save() {
+  if (!wf) return;
+  Pose saved = pose;
+  saved.Save(wf, wf_entity, "pose");
+  geom.size.Save(wf, wf_entity, "size");
+  Pose origin = geom.pose;
+  origin.a = normalize(origin.a);
+  origin.Save(wf, wf_entity, "origin");
+  vis.Save(wf, wf_entity);
+  CallCallbacks(CB_SAVE);
+}
+
+}  // namespace Stg

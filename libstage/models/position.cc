@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/position.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/random.hh"
+#include "geometry/trigonometry.hh"
+#include "models/messages.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr double kSecond = 1e6;  // microseconds
+
+// Of the default odometry errors: widths of uniform distributions about zero.
+constexpr double kErrorWidthXY = 0.03, kErrorWidthA = 0.05;
+
+// Position control, with a gain of 1/s.
+constexpr double kMaxApproach = 0.4;       // m/s
+constexpr double kMaxTurn = 1.0;           // rad/s
+constexpr double kCloseEnough = 0.02;      // m, on either axis
+constexpr double kFacing = M_PI / 16.0;    // rad: drive on only if the goal is this far ahead
+
+double Symmetric(double value, double limit) { return constrain(value, -limit, limit); }
+
+bool AllNumbers(const Pose &p) {
+  return !std::isnan(p.x) && !std::isnan(p.y) && !std::isnan(p.z) && !std::isnan(p.a);
+}
+
+/// (x, y) turned by an angle.
+point_t Turned(double x, double y, double angle) {
+  const SineCosine turn = SinCos(angle);
+  return point_t(x * turn.cosine - y * turn.sine, x * turn.sine + y * turn.cosine);
+}
+
+}  // namespace
+
+ModelPosition::ModelPosition(World *world_, Model *parent_, const std::string &type_)
+    : Model(world_, parent_, type_),
+      control_mode(CONTROL_VELOCITY),
+      drive_mode(DRIVE_DIFFERENTIAL),
+      localization_mode(LOCALIZATION_GPS),
+      wheelbase(1.0),
+      last_update_(0),
+      car_warned_(false) {
+  for (int i = 0; i < 3; i++) velocity_bounds[i] = acceleration_bounds[i] = Bounds(-1.0, 1.0);
+  velocity_bounds[3] = acceleration_bounds[3] = Bounds(-M_PI / 2, M_PI / 2);
+
+  Random &random = world->random();
+  integration_error.x = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
+  integration_error.y = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
+  integration_error.a = random.Uniform(-kErrorWidthA / 2, kErrorWidthA / 2);
+}
+
+ModelPosition::~ModelPosition() { world->StopMoving(this); }
+
+// ---- commands -----------------------------------------------------------------------------------
+
+void ModelPosition::SetSpeed(double x, double y, double a) { SetSpeed(Velocity(x, y, 0, a)); }
+
+void ModelPosition::SetSpeed(Velocity vel) {
+  if (!AllNumbers(vel)) {
+    PRINT_ERR1("%s: ignored a speed that is not a number", Token());
+    return;
+  }
+  control_mode = CONTROL_VELOCITY;
+  goal = vel;
+}
+
+void ModelPosition::SetXSpeed(double x) { SetSpeed(Velocity(x, goal.y, goal.z, goal.a)); }
+void ModelPosition::SetYSpeed(double y) { SetSpeed(Velocity(goal.x, y, goal.z, goal.a)); }
+void ModelPosition::SetZSpeed(double z) { SetSpeed(Velocity(goal.x, goal.y, z, goal.a)); }
+void ModelPosition::SetTurnSpeed(double a) { SetSpeed(Velocity(goal.x, goal.y, goal.z, a)); }
+void ModelPosition::Stop() { SetSpeed(0, 0, 0); }
+
+void ModelPosition::GoTo(double x, double y, double a) { GoTo(Pose(x, y, 0, a)); }
+
+void ModelPosition::GoTo(Pose target) {
+  if (!AllNumbers(target)) {
+    PRINT_ERR1("%s: ignored a goal that is not a number", Token());
+    return;
+  }
+  control_mode = CONTROL_POSITION;
+  goal = target;
+}
+
+void ModelPosition::SetAcceleration(double x, double y, double a) {
+  const Pose wanted(x, y, 0, a);
+  if (!AllNumbers(wanted)) {
+    PRINT_ERR1("%s: ignored an acceleration that is not a number", Token());
+    return;
+  }
+  control_mode = CONTROL_ACCELERATION;
+  goal = wanted;
+}
+
+void ModelPosition::SetVelocity(const Velocity &val) {
+  if (!AllNumbers(val)) {
+    PRINT_ERR1("%s: ignored a velocity that is not a number", Token());
+    return;
+  }
+  velocity = val;
+  CallCallbacks(CB_VELOCITY);
+}
+
+Velocity ModelPosition::GetGlobalVelocity() const {
+  const point_t v = Turned(velocity.x, velocity.y, GetGlobalPose().a);
+  return Velocity(v.x, v.y, 0, velocity.a);
+}
+
+void ModelPosition::SetGlobalVelocity(const Velocity &gvel) {
+  const point_t v = Turned(gvel.x, gvel.y, -GetGlobalPose().a);
+  SetVelocity(Velocity(v.x, v.y, 0, gvel.a));
+}
+
+void ModelPosition::SetOdom(Pose odom) {
+  est_pose = odom;
+  // The frame in which the present pose reads `odom`.
+  const Pose g = GetGlobalPose();
+  const double da = normalize(g.a - odom.a);
+  const point_t offset = Turned(odom.x, odom.y, da);
+  est_origin = Pose(g.x - offset.x, g.y - offset.y, est_origin.z, da);
+}
+
+// ---- loading ------------------------------------------------------------------------------------
+
+void ModelPosition::Load() {
+  Model::Load();
+  velocity.Load(wf, wf_entity, "velocity");
+  LoadModes();
+  wheelbase = wf->ReadLength(wf_entity, "wheelbase", wheelbase);
+  if (!(wheelbase > 0)) wf->Fail(wf_entity, "wheelbase", "found a wheelbase that is not positive");
+  if (wf->PropertyExists(wf_entity, "odom")) {
+    wf->ReadString(wf_entity, "odom", "");
+    wf->Warn(wf_entity, "odom", "\"odom\" has no effect any more; use \"localization_origin\"");
+  }
+  integration_error.Load(wf, wf_entity, "odom_error");
+
+  const auto read_bounds = [this](const char *name, Bounds *b) {
+    wf->ReadTuple(wf_entity, name, 0, 8, "llllllaa", &b[0].min, &b[0].max, &b[1].min, &b[1].max,
+                  &b[2].min, &b[2].max, &b[3].min, &b[3].max);
+  };
+  read_bounds("velocity_bounds", velocity_bounds);
+  read_bounds("acceleration_bounds", acceleration_bounds);
+
+  // The estimate starts as the true pose, seen from the origin.
+  est_origin = GetGlobalPose();
+  const Pose global = est_origin;
+  est_origin.Load(wf, wf_entity, "localization_origin");
+  const point_t seen = Turned(global.x - est_origin.x, global.y - est_origin.y, -est_origin.a);
+  est_pose = Pose(seen.x, seen.y, 0, normalize(global.a - est_origin.a));
+}
+
+void ModelPosition::LoadModes() {
+  const std::string drive = wf->ReadString(wf_entity, "drive", "");
+  if (drive == "diff" || drive == "omni" || drive == "car")
+    drive_mode = drive == "diff"   ? DRIVE_DIFFERENTIAL
+                 : drive == "omni" ? DRIVE_OMNI
+                                   : DRIVE_CAR;
+  else if (wf->PropertyExists(wf_entity, "drive"))
+    wf->Warn(wf_entity, "drive",
+             "found drive \"" + drive + "\", expected \"diff\", \"omni\" or \"car\"; using \"diff\"");
+
+  const std::string localization = wf->ReadString(wf_entity, "localization", "");
+  if (localization == "gps" || localization == "odom")
+    localization_mode = localization == "gps" ? LOCALIZATION_GPS : LOCALIZATION_ODOM;
+  else if (wf->PropertyExists(wf_entity, "localization"))
+    wf->Warn(wf_entity, "localization",
+             "found localization \"" + localization + "\", expected \"gps\" or \"odom\"");
+}
+
+// ---- updating -----------------------------------------------------------------------------------
+
+void ModelPosition::Startup() {
+  Model::Startup();
+  last_update_ = world->SimTimeNow();
+  world->StartMoving(this);
+}
+
+void ModelPosition::Shutdown() {
+  goal = Pose();
+  velocity = Velocity();
+  world->StopMoving(this);
+  Model::Shutdown();
+}
+
+double ModelPosition::SecondsSinceUpdate() {
+  const usec_t now = world->SimTimeNow();
+  const double seconds = static_cast<double>(now - last_update_) / kSecond;
+  last_update_ = now;
+  return seconds;
+}
+
+void ModelPosition::Update() {
+  const double dt = SecondsSinceUpdate();
+  if (drive_mode == DRIVE_CAR && control_mode != CONTROL_VELOCITY && !car_warned_) {
+    PRINT_ERR1("%s: a car can only be driven by SetSpeed()", Token());
+    car_warned_ = true;
+  }
+  Velocity vel = WantedVelocity(dt);
+  watts = 1.0 + 10.0 * mass * (std::fabs(vel.x) + std::fabs(vel.y) + std::fabs(vel.a));
+  vel.x = velocity_bounds[0].Constrain(vel.x);
+  vel.y = velocity_bounds[1].Constrain(vel.y);
+  vel.z = velocity_bounds[2].Constrain(vel.z);
+  vel.a = velocity_bounds[3].Constrain(vel.a);
+  SetVelocity(vel);
+  Localize(dt);
+  Model::Update();
+}
+
+Velocity ModelPosition::WantedVelocity(double dt) const {
+  switch (control_mode) {
+    case CONTROL_VELOCITY: return VelocityMode();
+    case CONTROL_ACCELERATION: return AccelerationMode(dt);
+    case CONTROL_POSITION: return PositionMode();
+  }
+  return Velocity();
+}
+
+Velocity ModelPosition::VelocityMode() const {
+  switch (drive_mode) {
+    case DRIVE_DIFFERENTIAL: return Velocity(goal.x, 0, 0, goal.a);
+    case DRIVE_OMNI: return Velocity(goal.x, goal.y, 0, goal.a);
+    case DRIVE_CAR: {
+      const SineCosine steering = SinCos(goal.a);
+      return Velocity(goal.x * steering.cosine, 0, 0, goal.x * steering.sine / wheelbase);
+    }
+  }
+  return Velocity();
+}
+
+Velocity ModelPosition::AccelerationMode(double dt) const {
+  Velocity vel = velocity;
+  if (drive_mode == DRIVE_CAR) return vel;
+  const auto bounded = [this](int axis, double value) {
+    const Bounds &b = acceleration_bounds[axis];
+    return std::max(b.min, std::min(b.max, value));  // the upper bound first, then the lower
+  };
+  vel.x += bounded(0, goal.x) * dt;
+  vel.y = drive_mode == DRIVE_OMNI ? vel.y + bounded(1, goal.y) * dt : 0.0;
+  vel.a += bounded(3, goal.a) * dt;
+  return vel;
+}
+
+Velocity ModelPosition::PositionMode() const {
+  const double ex = goal.x - est_pose.x, ey = goal.y - est_pose.y;
+  const double ea = normalize(goal.a - est_pose.a);
+  if (drive_mode == DRIVE_OMNI) {
+    const point_t error = Turned(ex, ey, -est_pose.a);
+    return Velocity(Symmetric(error.x, kMaxApproach), Symmetric(error.y, kMaxApproach), 0,
+                    Symmetric(ea, kMaxTurn));
+  }
+  if (drive_mode == DRIVE_CAR) return Velocity();
+
+  if (std::fabs(ex) < kCloseEnough && std::fabs(ey) < kCloseEnough)
+    return Velocity(0, 0, 0, Symmetric(ea, kMaxTurn));
+  const double off_course = normalize(std::atan2(ey, ex) - est_pose.a);
+  const double speed =
+      std::fabs(off_course) < kFacing ? std::min(std::hypot(ex, ey), kMaxApproach) : 0.0;
+  return Velocity(speed, 0, 0, Symmetric(off_course, kMaxTurn));
+}
+
+void ModelPosition::Localize(double dt) {
+  if (localization_mode == LOCALIZATION_GPS) {
+    est_pose = GetGlobalPose();
+    return;
+  }
+  // Odometry believes the commanded velocity, stalled or not, times its errors; it turns first.
+  est_pose.a = normalize(est_pose.a + velocity.a * dt * (1.0 + integration_error.a));
+  const point_t step = Turned(velocity.x * dt * (1.0 + integration_error.x),
+                              velocity.y * dt * (1.0 + integration_error.y), est_pose.a);
+  est_pose.x += step.x;
+  est_pose.y += step.y;
+}
+
+void ModelPosition::Move() {
+  if (velocity.IsZero() || disabled) return;
+  const double dt = static_cast<double>(world->sim_interval) / kSecond;
+  const Pose old_pose = pose;
+  // Along the old heading, then turn.
+  pose = pose + Pose(velocity.x * dt, velocity.y * dt, velocity.z * dt, normalize(velocity.a * dt));
+
+  if (!std::isfinite(pose.x + pose.y + pose.z + pose.a)) {  // an infinite speed without bounds
+    pose = old_pose;
+    stall = true;
+    return;
+  }
+  Placement &placement = world->placement();
+  placement.Plan(*this, true);
+  stall = placement.Collision(world->GetGround()) != nullptr;
+  if (stall)
+    pose = old_pose;
+  else
+    placement.Commit();
+}
+
+}  // namespace Stg

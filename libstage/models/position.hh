@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// ModelPosition: a body that drives. Part of <stage.hh>.
+
+#ifndef STAGE_MODELS_POSITION_HH
+#define STAGE_MODELS_POSITION_HH
+
+#include <vector>
+
+#include "models/model.hh"
+
+namespace Stg {
+
+class ModelPosition : public Model {
+ public:
+  typedef enum { CONTROL_ACCELERATION, CONTROL_VELOCITY, CONTROL_POSITION } ControlMode;
+  typedef enum { LOCALIZATION_GPS, LOCALIZATION_ODOM } LocalizationMode;
+  typedef enum { DRIVE_DIFFERENTIAL, DRIVE_OMNI, DRIVE_CAR } DriveMode;
+
+  ModelPosition(World *world, Model *parent, const std::string &type);
+  ~ModelPosition();
+
+  // Commands take effect at the next update, clipped to the bounds. One with a component that is
+  // not a number is ignored, with a message.
+
+  /// Metres per second forwards and to the left (omni only), radians per second; for a car, `a` is
+  /// the steering angle.
+  void SetSpeed(double x, double y, double a);
+  void SetSpeed(Velocity vel);
+  void SetXSpeed(double x);
+  void SetYSpeed(double y);
+  void SetZSpeed(double z);
+  void SetTurnSpeed(double a);
+  void Stop();
+  /// Drives towards a pose in the frame of est_pose.
+  void GoTo(double x, double y, double a);
+  void GoTo(Pose pose);
+  /// Not for cars.
+  void SetAcceleration(double x, double y, double a);
+
+  /// In force now, in the body frame. Not reset by a stall.
+  Velocity GetVelocity() const { return velocity; }
+  /// At once and unclipped; overwritten at the next update.
+  void SetVelocity(const Velocity &val);
+  Velocity GetGlobalVelocity() const;
+  void SetGlobalVelocity(const Velocity &gvel);
+
+  /// Relative errors of the odometry along x, y and about z; z is not used.
+  Velocity GetOdomError() const { return integration_error; }
+  /// Makes the estimate read `odom` here. In gps mode the next update overwrites it.
+  void SetOdom(Pose odom);
+
+  /// Where the robot believes that it is. Refreshed at each update, before the move of the step: in
+  /// a callback it is one step behind the true pose. In gps mode in world coordinates.
+  Pose est_pose;
+  Pose est_pose_error;  ///< always zero
+  Pose est_origin;      ///< the origin of the estimate's frame
+
+  Bounds velocity_bounds[4];      ///< x, y, z, a
+  Bounds acceleration_bounds[4];  ///< x, y, z, a
+
+  class Waypoint {
+   public:
+    Pose pose;
+    Color color;
+
+    Waypoint(const Pose &p, Color c) : pose(p), color(c) {}
+    Waypoint(meters_t x, meters_t y, meters_t z, radians_t a, Color c)
+        : pose(x, y, z, a), color(c) {}
+    Waypoint() {}
+  };
+  std::vector<Waypoint> waypoints;  ///< to look at; no effect on motion
+
+ protected:
+  friend class World;
+
+  /// One step of motion; refused as a whole if it would end in an obstacle.
+  virtual void Move();
+  void Startup() override;
+  void Shutdown() override;
+  void Update() override;
+  void Load() override;
+
+ private:
+  void LoadModes();
+  Velocity WantedVelocity(double dt) const;
+  Velocity VelocityMode() const;
+  Velocity AccelerationMode(double dt) const;
+  Velocity PositionMode() const;
+  void Localize(double dt);
+  double SecondsSinceUpdate();
+
+  Velocity velocity;
+  Pose goal;  // a velocity, an acceleration or a pose
+  ControlMode control_mode;
+  DriveMode drive_mode;
+  LocalizationMode localization_mode;
+  Velocity integration_error;
+  double wheelbase;
+  usec_t last_update_;  // simulated time of the last update; that of the subscription at first
+  bool car_warned_;
+};
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/ranger.hh"
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "sensing/scene.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr double kWattsPerSensor = 0.2;
+constexpr unsigned kMaxSamples = 100000000;
+
+/// Rays pass the ranger's own tree and models with a negative ranger_return. A ranger_return of 0
+/// stops them.
+bool StopsRanger(Model *candidate, const Model *finder, const void *) {
+  return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0.0);
+}
+
+/// A number that depends on nothing but the text: FNV-1a.
+uint64_t HashOf(const std::string &text) {
+  uint64_t hash = 0xcbf29ce484222325u;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return hash;
+}
+
+/// Uniform in [-1, 1).
+double UniformError(Random *random) { return random->Uniform(-1.0, 1.0); }
+
+/// Normal, mean 0, variance 1: the sum of twelve uniform numbers (Irwin-Hall). It needs no
+/// logarithm, which would differ in the last bit from one machine to the next.
+double NormalError(Random *random) {
+  double sum = -6.0;
+  for (int i = 0; i < 12; i++) sum += random->Uniform();
+  return sum;
+}
+
+/// What is not a usable magnitude counts as 0.
+double Magnitude(double value) { return value > 0 ? value : 0.0; }
+
+}  // namespace
+
+// ---- Sensor -------------------------------------------------------------------------------------
+
+ModelRanger::Sensor::Sensor()
+    : size(0.02, 0.02, 0.02),
+      range(0.0, 5.0),
+      fov(0.1),
+      angle_noise(0),
+      range_noise(0),
+      range_noise_const(0),
+      sample_count(1),
+      color(0, 0, 1, 0.15),
+      table_fov_(std::numeric_limits<double>::quiet_NaN()),
+      table_count_(0),
+      first_direction_(0) {}
+
+void ModelRanger::Sensor::Load(Worldfile *wf, int entity) {
+  pose.Load(wf, entity, "pose");
+  size.Load(wf, entity, "size");
+  range.Load(wf, entity, "range");
+  if (range.max < 0)
+    wf->Fail(entity, "range", "found a negative maximum range, expected 0 or more");
+  fov = wf->ReadAngle(entity, "fov", fov);
+  const int samples = wf->ReadInt(entity, "samples", static_cast<int>(sample_count));
+  if (samples < 0 || static_cast<unsigned>(samples) > kMaxSamples)
+    wf->Fail(entity, "samples", "found " + std::to_string(samples) +
+                                    " samples, expected a number from 0 to 100000000");
+  sample_count = static_cast<unsigned int>(samples);
+  wf->ReadTuple(entity, "noise", 0, 3, "lfa", &range_noise_const, &range_noise, &angle_noise);
+  if (range_noise_const < 0)
+    wf->Fail(entity, "noise", "found a negative variance, expected 0 or more");
+  if (!wf->PropertyExists(entity, "color") || !wf->ReadString(entity, "color", "").empty())
+    color.Load(wf, entity);
+}
+
+std::string ModelRanger::Sensor::String() const {
+  char text[256];
+  std::snprintf(text, sizeof text, "[ samples %u, range [%.2f %.2f] ]", sample_count, range.min,
+                range.max);
+  return text;
+}
+
+void ModelRanger::Sensor::Resize() {
+  ranges.resize(sample_count);
+  intensities.resize(sample_count);
+  const double f = std::isfinite(fov) ? fov : 0.0;
+  if (table_fov_ == f && table_count_ == sample_count && bearings.size() == sample_count) return;
+  bearings.resize(sample_count);
+  for (unsigned int i = 0; i < sample_count; i++)
+    bearings[i] = sensing::SampleBearing(f, sample_count, i);
+  table_fov_ = f;
+  table_count_ = sample_count;
+  first_direction_ = std::numeric_limits<uint32_t>::max();
+}
+
+// ---- ModelRanger --------------------------------------------------------------------------------
+
+ModelRanger::ModelRanger(World *world_, Model *parent_, const std::string &type_)
+    : Model(world_, parent_, type_) {
+  ClearBlocks();
+  has_default_block = true;  // there is none, but the first block replaces nothing else
+  geom.size = Size(0.15, 0.15, 0.2);
+  color = Color(0, 0, 0.5);
+}
+
+ModelRanger::~ModelRanger() { world->ForgetRays(this); }
+
+void ModelRanger::LoadSensor(Worldfile *file, int entity) {
+  Sensor sensor;
+  sensor.Load(file, entity);
+  sensors_.push_back(sensor);
+  if (subs > 0) watts = kWattsPerSensor * static_cast<double>(sensors_.size());
+}
+
+void ModelRanger::Print(char *prefix) const {
+  std::printf("%s%s\n", prefix ? prefix : "", Token());
+  for (const Sensor &sensor : sensors_) {
+    std::printf("  ranges");
+    for (const double r : sensor.ranges) std::printf(" %.2f", r);
+    std::printf("\n  intensities");
+    for (const double i : sensor.intensities) std::printf(" %.2f", i);
+    std::printf("\n");
+  }
+}
+
+void ModelRanger::Startup() {
+  Model::Startup();
+  watts = kWattsPerSensor * static_cast<double>(sensors_.size());
+  for (size_t i = 0; i < sensors_.size(); i++)
+    sensors_[i].random_.Seed(world->seed() ^ HashOf(token + "/" + std::to_string(i)));
+}
+
+void ModelRanger::Shutdown() {
+  watts = 0;
+  Model::Shutdown();
+}
+
+void ModelRanger::Update() {
+  const Pose frame = GetGlobalPose() + geom.pose;
+  for (size_t i = 0; i < sensors_.size(); i++)
+    AddFan(&sensors_[i], static_cast<uint32_t>(i), frame);
+  Model::Update();
+}
+
+void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame) {
+  sensor->Resize();
+  if (sensor->sample_count == 0) return;
+  sensing::Scene &shared = scene();
+
+  sensing::Fan fan;
+  fan.predicate = StopsRanger;
+  fan.finder = this;
+  fan.sink = this;
+  fan.tag = index;
+  Pose origin = frame + sensor->pose;
+  origin.z += sensor->size.z / 2.0;
+  PlaceFan(&fan, origin, Magnitude(sensor->range.max), shared.cells_per_metre);
+  fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test);
+
+  const unsigned count = sensor->sample_count;
+  const double increment = sensor->table_fov_ / (count > 1 ? count - 1 : 1);
+  if (sensor->angle_noise != 0 && increment != 0 && std::isfinite(sensor->angle_noise)) {
+    std::vector<sensing::Direction> directions(count);
+    for (unsigned i = 0; i < count; i++)
+      directions[i] = sensing::MakeDirection(
+          sensor->bearings[i] +
+          increment * sensor->angle_noise * 0.5 * UniformError(&sensor->random_));
+    shared.batch.Add(fan, directions, OwnWindow());
+    return;
+  }
+  if (sensor->first_direction_ == std::numeric_limits<uint32_t>::max())
+    sensor->first_direction_ = shared.tables.Find(sensor->table_fov_, count);
+  fan.record.first_direction = sensor->first_direction_;
+  shared.batch.Add(fan, count, OwnWindow());
+}
+
+void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit *hits, uint32_t count) {
+  Sensor &sensor = sensors_[tag];
+  const double share = std::isfinite(sensor.range_noise) ? sensor.range_noise : 0.0;
+  const double deviation = std::sqrt(Magnitude(sensor.range_noise_const));
+  const bool noisy = share != 0 || deviation > 0;
+  for (uint32_t i = 0; i < count; i++) {
+    double range = hits[i].range;
+    if (noisy && range < sensor.range.max)
+      range += range * share * UniformError(&sensor.random_) +
+               (deviation > 0 ? deviation * NormalError(&sensor.random_) : 0.0);
+    sensor.ranges[i] = range;
+    sensor.intensities[i] = hits[i].model ? hits[i].model->vis.ranger_return : 0.0;
+  }
+}
+
+}  // namespace Stg

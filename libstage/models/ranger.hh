@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// ModelRanger: range sensors that cast rays. Part of <stage.hh>.
+//
+// Edge cases, one rule each (they are tested in tests/ranger_test.cc):
+//   no samples             empty vectors
+//   one sample             straight ahead, whatever the field of view
+//   maximum range 0        no ray is cast: all readings 0, intensity 0
+//   range below a cell     a ray like any other
+//   infinite range         allowed; where nothing is hit the reading is infinite
+//   negative or NaN range  refused in a world file; set through the API it counts as 0
+//   minimum range          stored, no effect: nearer hits are reported as they are
+//   min > max              max is used
+//   field of view 0        all samples look ahead
+//   field of view > 360    rays wrap; bearings are as computed
+//   negative field of view the order is reversed
+//   NaN field of view      refused in a world file; through the API all samples look ahead
+//   sensor out of the grid nothing is hit: readings are the maximum range
+//   negative noise         refused in a world file; through the API it counts as 0
+
+#ifndef STAGE_MODELS_RANGER_HH
+#define STAGE_MODELS_RANGER_HH
+
+#include <vector>
+
+#include "geometry/random.hh"
+#include "models/model.hh"
+
+namespace Stg {
+
+class ModelRanger : public Model, private sensing::RaySink {
+ public:
+  class Sensor {
+   public:
+    Pose pose;    ///< in the ranger's frame
+    Size size;    ///< the rays leave at half its height
+    Bounds range; ///< metres
+    radians_t fov;
+    double angle_noise;        ///< of a ray's heading, as a share of half the sample increment
+    double range_noise;        ///< largest error as a share of the range
+    double range_noise_const;  ///< variance of a normal error, square metres
+    unsigned int sample_count;
+    Color color;
+
+    // Data: empty until the first update, then sample_count elements each. Sample 0 is at the
+    // right-hand end of the field of view.
+    std::vector<meters_t> ranges;     ///< range.max where nothing was hit
+    std::vector<double> intensities;  ///< ranger_return of what was hit, 0 for nothing
+    std::vector<double> bearings;     ///< radians, relative to the sensor
+
+    Sensor();
+    void Load(Worldfile *wf, int entity);
+    std::string String() const;
+
+   private:
+    friend class ModelRanger;
+    void Resize();
+
+    // What the bearings and the direction table were made for.
+    double table_fov_;
+    unsigned int table_count_;
+    uint32_t first_direction_;
+    Random random_;
+  };
+
+  ModelRanger(World *world, Model *parent, const std::string &type);
+  ~ModelRanger();
+
+  /// One for each `sensor` section, in file order.
+  const std::vector<Sensor> &GetSensors() const { return sensors_; }
+  std::vector<Sensor> &GetSensorsMutable() { return sensors_; }
+  void LoadSensor(Worldfile *wf, int entity);
+  void Print(char *prefix) const;
+
+ protected:
+  void Startup() override;
+  void Shutdown() override;
+  /// Puts the sensors' rays into the batch of the step; the readings follow when it is traced.
+  void Update() override;
+
+ private:
+  void AddFan(Sensor *sensor, uint32_t index, const Pose &frame);
+  void TakeHits(uint32_t tag, const sensing::RayHit *hits, uint32_t count) override;
+
+  std::vector<Sensor> sensors_;
+};
+
+}  // namespace Stg
+
+#endif

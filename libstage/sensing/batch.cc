@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "sensing/batch.hh"
+
+#include <algorithm>
+
+namespace Stg::sensing {
+
+void RayBatch::Clear() {
+  fans_.clear();
+  window_words_.clear();
+  own_directions_.clear();
+  fans_with_own_directions_.clear();
+  tables_ = nullptr;
+  ray_count_ = 0;
+}
+
+void RayBatch::Add(Fan fan, uint32_t samples, const Window &window) {
+  fan.record.window_x = window.x;
+  fan.record.window_y = window.y;
+  fan.record.window_size = window.width | window.height << 16;
+  fan.record.window_first = window.first;
+  fan.record.first_ray = ray_count_;
+  fan.record.samples = samples;
+  ray_count_ += samples;
+  fans_.push_back(fan);
+}
+
+void RayBatch::Add(Fan fan, const std::vector<Direction> &directions, const Window &window) {
+  fan.record.first_direction = static_cast<uint32_t>(own_directions_.size());
+  own_directions_.insert(own_directions_.end(), directions.begin(), directions.end());
+  fans_with_own_directions_.push_back(static_cast<uint32_t>(fans_.size()));
+  Add(fan, static_cast<uint32_t>(directions.size()), window);
+}
+
+void RayBatch::Close(const DirectionTables &tables) {
+  tables_ = &tables;
+  const uint32_t first = static_cast<uint32_t>(tables.all().size());
+  for (const uint32_t i : fans_with_own_directions_) fans_[i].record.first_direction += first;
+}
+
+const Direction *RayBatch::DirectionsOf(const Fan &fan) const {
+  const uint32_t in_tables = static_cast<uint32_t>(tables_->all().size());
+  const uint32_t first = fan.record.first_direction;
+  return first < in_tables ? &tables_->all()[first] : &own_directions_[first - in_tables];
+}
+
+ray_window_t RayBatch::WindowOf(const Fan &fan) const {
+  const FanRecord &r = fan.record;
+  return {window_words_.data() + r.window_first, r.window_x, r.window_y, r.window_size & 0xffff,
+          r.window_size >> 16};
+}
+
+Window RayBatch::MakeWindow(const grid::Grid &grid,
+                            const std::vector<const std::vector<grid::CellRef> *> &cells,
+                            const void *tree) {
+  grid::CellBox box;
+  int32_t x, y;
+  for (const auto *list : cells) {
+    for (const grid::CellRef cell : *list) {
+      grid.Coordinates(cell, &x, &y);
+      x >>= RAY_TILE_SHIFT;
+      y >>= RAY_TILE_SHIFT;
+      if (box.empty()) box = {x, y, x, y};
+      box = {std::min(box.min_x, x), std::min(box.min_y, y), std::max(box.max_x, x),
+             std::max(box.max_y, y)};
+    }
+  }
+  if (box.empty()) return Window();
+  Window window{box.min_x, box.min_y, static_cast<uint32_t>(box.max_x - box.min_x) + 1,
+                static_cast<uint32_t>(box.max_y - box.min_y) + 1,
+                static_cast<uint32_t>(window_words_.size())};
+  if (window.width > kMaxWindowSide || window.height > kMaxWindowSide) return Window();
+
+  window_words_.resize(window_words_.size() + window.width * window.height, 0);
+  uint64_t *words = &window_words_[window.first];
+  for (const auto *list : cells) {
+    for (const grid::CellRef cell : *list) {
+      const bool shared = grid.AnyIn(
+          cell, [&](grid::BodyId other) { return grid.body(other).tree != tree; });
+      if (shared) continue;
+      grid.Coordinates(cell, &x, &y);
+      const uint32_t tile = static_cast<uint32_t>((y >> RAY_TILE_SHIFT) - window.y) * window.width +
+                            static_cast<uint32_t>((x >> RAY_TILE_SHIFT) - window.x);
+      words[tile] |= uint64_t{1} << (cell & 63);
+    }
+  }
+  return window;
+}
+
+}  // namespace Stg::sensing

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The batch of a step: the fans of all sensors that are due, in the order in which they came.
+
+#ifndef STAGE_SENSING_BATCH_HH
+#define STAGE_SENSING_BATCH_HH
+
+#include <cstdint>
+#include <vector>
+
+#include "grid/grid.hh"
+#include "sensing/fan.hh"
+
+namespace Stg::sensing {
+
+/// Tiles of the grid whose marked cells hold nothing but one tree of models. Rays of that tree's
+/// sensors, which never stop at their own tree, need not look at them.
+struct Window {
+  int32_t x = 0, y = 0;  ///< tile coordinates of the first tile
+  uint32_t width = 0, height = 0;
+  uint32_t first = 0;  ///< index of its first word among the batch's
+};
+/// A window has at most this many tiles a side; larger bodies are looked at like any other.
+inline constexpr uint32_t kMaxWindowSide = 16;
+
+class RayBatch {
+ public:
+  void Clear();
+
+  /// Adds a fan of `samples` rays. It is walked past the cells of the window.
+  void Add(Fan fan, uint32_t samples, const Window &window);
+  /// The same with directions of its own (a sensor with angular noise).
+  void Add(Fan fan, const std::vector<Direction> &directions, const Window &window);
+
+  /// The window of a body that is drawn in these cells (a list for each of its blocks): the cells
+  /// in which there is nothing else. `tree` as in grid::Body.
+  Window MakeWindow(const grid::Grid &grid,
+                    const std::vector<const std::vector<grid::CellRef> *> &cells, const void *tree);
+
+  const std::vector<Fan> &fans() const { return fans_; }
+  uint32_t ray_count() const { return ray_count_; }
+  const std::vector<uint64_t> &window_words() const { return window_words_; }
+  /// Directions of this step's noisy sensors. Their indices begin where those of the tables end.
+  const std::vector<Direction> &own_directions() const { return own_directions_; }
+  /// To be called once all fans are in.
+  void Close(const DirectionTables &tables);
+
+  const Direction *DirectionsOf(const Fan &fan) const;
+  ray_window_t WindowOf(const Fan &fan) const;
+
+ private:
+
+  std::vector<Fan> fans_;
+  std::vector<uint64_t> window_words_;
+  std::vector<Direction> own_directions_;
+  std::vector<uint32_t> fans_with_own_directions_;
+  const DirectionTables *tables_ = nullptr;
+  uint32_t ray_count_ = 0;
+};
+
+}  // namespace Stg::sensing
+
+#endif

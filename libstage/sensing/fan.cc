@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "sensing/fan.hh"
+
+#include <cmath>
+
+#include "geometry/trigonometry.hh"
+#include "grid/grid.hh"
+
+namespace Stg::sensing {
+
+namespace {
+
+constexpr double kQ16 = 65536.0;
+constexpr double kQ30 = 1073741824.0;
+
+/// Nearest integer, halves away from zero, whatever the rounding mode of the thread.
+int32_t Rounded(double value) {
+  return static_cast<int32_t>(value < 0 ? -std::floor(0.5 - value) : std::floor(value + 0.5));
+}
+
+/// Splits a coordinate into its cell and a 16-bit fraction. False if it is out of the grid.
+bool SplitCell(double coordinate, int32_t *cell, uint32_t *fraction) {
+  const double whole = std::floor(coordinate);
+  if (!(std::fabs(whole) < grid::kMaxCell)) return false;  // NaN too
+  *cell = static_cast<int32_t>(whole);
+  *fraction = static_cast<uint32_t>((coordinate - whole) * kQ16);
+  if (*fraction > 65535) *fraction = 65535;
+  return true;
+}
+
+}  // namespace
+
+Direction MakeDirection(double bearing) {
+  const SineCosine turn = SinCos(bearing);
+  return {Rounded(turn.cosine * kQ30), Rounded(turn.sine * kQ30)};
+}
+
+double SampleBearing(double fov, uint32_t count, uint32_t i) {
+  if (count < 2) return 0.0;
+  return -fov / 2.0 + i * (fov / (count - 1));
+}
+
+DirectionTables::DirectionTables() { Find(0.0, 1); }
+
+uint32_t DirectionTables::Find(double fov, uint32_t count) {
+  if (count == 1) fov = 0.0;  // all single samples look ahead
+  const auto [entry, is_new] =
+      first_.try_emplace({fov, count}, static_cast<uint32_t>(all_.size()));
+  if (is_new)
+    for (uint32_t i = 0; i < count; i++) all_.push_back(MakeDirection(SampleBearing(fov, count, i)));
+  return entry->second;
+}
+
+void PlaceFan(Fan *fan, const Pose &origin, double range, double cells_per_metre) {
+  FanRecord &record = fan->record;
+  uint32_t fx = 0, fy = 0;
+  fan->z = origin.z;
+  fan->range = range;
+  fan->legs = 1;
+  fan->leg_length = range;
+  fan->nothing = !(range > 0) || !SplitCell(origin.x * cells_per_metre, &record.x, &fx) ||
+                 !SplitCell(origin.y * cells_per_metre, &record.y, &fy) || std::isnan(origin.a);
+  if (fan->nothing) return;
+
+  double cells = range * cells_per_metre;
+  if (cells > RAY_LEG_CELLS) {
+    fan->legs = std::ceil(cells / RAY_LEG_CELLS);
+    cells = std::isinf(fan->legs) ? RAY_LEG_CELLS : cells / fan->legs;
+    fan->leg_length = cells / cells_per_metre;
+  }
+  const SineCosine heading = SinCos(origin.a);
+  record.fraction = fx | fy << 16;
+  record.cosine = Rounded(heading.cosine * cells * kQ16);
+  record.sine = Rounded(heading.sine * cells * kQ16);
+}
+
+}  // namespace Stg::sensing

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// A fan: the rays that one sensor casts in one step. They share their start and length; each has a
+// direction relative to the sensor's heading, taken from a table that is made once for each kind of
+// sensor. So a fan is one small record, however many rays it has.
+
+#ifndef STAGE_SENSING_FAN_HH
+#define STAGE_SENSING_FAN_HH
+
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "geometry/geometry.hh"
+#include "kernels/ray_walk.h"
+
+namespace Stg {
+
+class Model;
+/// True if the ray of `finder` stops at `candidate`.
+typedef bool (*ray_test_func_t)(Model *candidate, const Model *finder, const void *arg);
+
+namespace sensing {
+
+/// A direction relative to a sensor's heading: cosine and sine in Q30.
+struct Direction {
+  int32_t cosine, sine;
+};
+Direction MakeDirection(double bearing);
+
+/// Bearing of sample i of `count` over the field of view `fov`, counter-clockwise, both ends
+/// included; a single sample looks straight ahead.
+double SampleBearing(double fov, uint32_t count, uint32_t i);
+
+/// The direction tables of all kinds of sensors in use, one behind the other.
+class DirectionTables {
+ public:
+  DirectionTables();
+  /// Index of the first direction of the table for this kind of sensor; makes it if need be.
+  uint32_t Find(double fov, uint32_t count);
+  const std::vector<Direction> &all() const { return all_; }
+
+  /// A table of one direction: straight ahead.
+  static constexpr uint32_t kAhead = 0;
+
+ private:
+  std::map<std::pair<double, uint32_t>, uint32_t> first_;
+  std::vector<Direction> all_;
+};
+
+/// What a device needs to know of a fan: 48 bytes.
+struct FanRecord {
+  int32_t x = 0, y = 0;                 ///< start cell
+  uint32_t fraction = 0;                ///< of the start in its cell: x | y << 16
+  uint32_t first_direction = 0;         ///< in the direction tables
+  int32_t cosine = 0, sine = 0;         ///< heading times length, Q16 cells
+  int32_t window_x = 0, window_y = 0;   ///< tiles hidden from the rays, see ray_window_t
+  uint32_t window_size = 0;             ///< width | height << 16, in tiles
+  uint32_t window_first = 0;            ///< index of its first word
+  uint32_t first_ray = 0, samples = 0;  ///< its rays, among those of the batch
+};
+static_assert(sizeof(FanRecord) == 48, "the kernel reads three int4");
+
+/// One ray's outcome.
+struct RayHit {
+  double range;  ///< metres; that of the fan if nothing was hit
+  Model *model;  ///< null if nothing was hit
+};
+
+/// Takes the outcome of fans. Different fans may be handed over by different threads at once.
+class RaySink {
+ public:
+  virtual ~RaySink() = default;
+  /// `tag` is the one that came with the fan; there is one hit for each sample.
+  virtual void TakeHits(uint32_t tag, const RayHit *hits, uint32_t count) = 0;
+};
+
+struct Fan {
+  FanRecord record;
+  double z = 0;            ///< height of the rays, metres
+  double range = 0;        ///< metres, may be infinite
+  double leg_length = 0;   ///< metres: a long ray is walked in several legs
+  double legs = 1;         ///< whole number; infinite for an infinite range
+  bool nothing = false;    ///< casts no ray: no length, or starts outside the grid
+  bool z_test = true;
+  uint32_t layer = 0;  ///< of the grid: what the rays may stop at is in it
+  ray_test_func_t predicate = nullptr;
+  const Model *finder = nullptr;
+  const void *arg = nullptr;
+  RaySink *sink = nullptr;
+  uint32_t tag = 0;
+
+  /// One leg: a device can walk it.
+  bool single_leg() const { return !nothing && legs == 1; }
+};
+
+/// Fills in the start, heading, length and legs of a fan from `origin`, global. `range` is in
+/// metres, not negative and not NaN.
+void PlaceFan(Fan *fan, const Pose &origin, double range, double cells_per_metre);
+
+}  // namespace sensing
+}  // namespace Stg
+
+#endif

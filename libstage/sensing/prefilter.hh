@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The prefilter: walks all rays of a step at once and says where each may hit. It never decides:
+// the predicate that is run on its answer does, on the host. This is the whole interface between
+// the simulator and a device.
+
+#ifndef STAGE_SENSING_PREFILTER_HH
+#define STAGE_SENSING_PREFILTER_HH
+
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "grid/grid.hh"
+#include "sensing/batch.hh"
+
+namespace Stg::sensing {
+
+/// The first potential hits of each ray of a batch.
+struct HitLists {
+  const uint32_t *hits = nullptr;  ///< ray r has hits[r * per_ray .. (r + 1) * per_ray - 1]
+  uint32_t per_ray = 0;            ///< packed (ray_walk.h); RAY_NO_HIT ends a list early.
+                                   ///< A full list may go on: the host resumes behind its last.
+};
+
+/// What a prefilter did so far, for --stats.
+struct PrefilterStatistics {
+  double compile_seconds = 0;
+  double send_seconds = 0, walk_seconds = 0, fetch_seconds = 0;
+  uint64_t bytes_sent = 0, bytes_fetched = 0;
+};
+
+/// Thrown by a prefilter that can't go on. The run goes on without it, with the same results.
+class PrefilterError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+class Prefilter {
+ public:
+  virtual ~Prefilter() = default;
+
+  /// Walks every fan of the batch that has a single leg through the rangers' layer. The lists of
+  /// other fans' rays are undefined. The result is valid until the next call. The grid's list of
+  /// changes has been used up afterwards. Throws PrefilterError.
+  virtual HitLists Walk(grid::Grid &grid, const DirectionTables &tables, const RayBatch &batch) = 0;
+
+  /// Such as "gpu NVIDIA H200 (NVIDIA CUDA)".
+  virtual std::string DeviceName() const = 0;
+  virtual const PrefilterStatistics &statistics() const = 0;
+};
+
+/// What a plug-in exports as `stage_make_prefilter`. `choice` is the text after --opencl= (empty:
+/// the best device). Returns null and a message if there is no such device; the message lists
+/// those that there are.
+using MakePrefilter = Prefilter *(*)(const char *choice, std::string *message);
+/// Exported as `stage_list_devices`: a text with one line for each device.
+using ListDevices = std::string (*)();
+
+}  // namespace Stg::sensing
+
+#endif

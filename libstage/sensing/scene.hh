@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What the models of a world share: the grid that they are drawn in and the batch of the step.
+
+#ifndef STAGE_SENSING_SCENE_HH
+#define STAGE_SENSING_SCENE_HH
+
+#include "grid/grid.hh"
+#include "sensing/batch.hh"
+
+namespace Stg::sensing {
+
+struct Scene {
+  double cells_per_metre = 50;
+  grid::Grid grid;
+  DirectionTables tables;
+  RayBatch batch;
+  uint64_t batch_number = 1;  ///< counts batches: tells what is left over from an earlier one
+};
+
+}  // namespace Stg::sensing
+
+#endif

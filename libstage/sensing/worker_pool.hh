@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Threads that share the work of one step.
+
+#ifndef STAGE_SENSING_WORKER_POOL_HH
+#define STAGE_SENSING_WORKER_POOL_HH
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace Stg::sensing {
+
+class WorkerPool {
+ public:
+  /// `threads` in all, the caller's included; 1 or less: no thread is started.
+  explicit WorkerPool(unsigned threads);
+  ~WorkerPool();
+  WorkerPool(const WorkerPool &) = delete;
+  WorkerPool &operator=(const WorkerPool &) = delete;
+
+  unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
+
+  /// Calls job(begin, end, thread) for ranges that make up [0, count), on all threads, the caller's
+  /// among them; `thread` is below threads(). Returns when all is done. Which thread does what is
+  /// left open: results must not depend on it. The job must not throw.
+  using Job = std::function<void(size_t begin, size_t end, unsigned thread)>;
+  void Run(size_t count, size_t grain, const Job &job);
+
+ private:
+  void Work(unsigned thread);
+  void TakeRanges(unsigned thread);
+
+  std::vector<std::thread> workers_;
+  std::mutex mutex_;
+  std::condition_variable start_, done_;
+  uint64_t generation_ = 0;  // of jobs; counts up under the mutex, so no wake-up can be missed
+  unsigned busy_ = 0;
+  bool stop_ = false;
+
+  const Job *job_ = nullptr;
+  size_t count_ = 0, grain_ = 1;
+  std::atomic<size_t> next_{0};
+};
+
+}  // namespace Stg::sensing
+
+#endif

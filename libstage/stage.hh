@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Stage 5: simulates crowds of mobile robots in the plane. The one header that clients include.
+//
+// A program: Stg::Init(&argc, &argv); Stg::World world; world.Load("my.world"); world.Start();
+// Stg::World::Run(). A controller: a shared library that exports
+// extern "C" int Init(Stg::Model *, Stg::CtrlArgs *), named by a `ctrl` property of a model.
+//
+// Needs C++17 at least, in C++20 it is tested.
+
+#ifndef STG_H
+#define STG_H
+
+// Clients rely on these.
+#include <assert.h>
+#include <libgen.h>
+#include <pthread.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/time.h>
+#include <sys/types.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <list>
+#include <map>
+#include <queue>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "geometry/color.hh"
+#include "geometry/geometry.hh"
+#include "geometry/random.hh"
+#include "geometry/trace.hh"
+#include "models/ancestor.hh"
+#include "models/messages.hh"
+#include "models/model.hh"
+#include "models/position.hh"
+#include "models/ranger.hh"
+#include "world/world.hh"
+
+namespace Stg {
+
+/// Call it first. Keeps the arguments in World::args, makes numbers be read and written with a
+/// decimal point, and registers the model types. Leaves the arguments as they are; may be called
+/// again.
+void Init(int *argc, char **argv[]);
+bool InitDone();
+/// "5.0.0"
+const char *Version();
+/// 50000: major * 10000 + minor * 100 + patch
+unsigned int FullVersion();
+/// Fills Model::name_map with the built-in types. Init() does.
+void RegisterModels();
+
+/// Removes all elements equal to `thing` from a sequence.
+template <class T, class C>
+void EraseAll(T thing, C &cont) {
+  cont.erase(std::remove(cont.begin(), cont.end(), thing), cont.end());
+}
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "world/engine.hh"
+
+#include <chrono>
+
+#include "models/messages.hh"
+
+namespace Stg {
+
+double WallClock() {
+  using Clock = std::chrono::steady_clock;
+  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+void Engine::SetThreads(unsigned threads) {
+  if (threads == workers_->threads()) return;
+  workers_ = std::make_unique<sensing::WorkerPool>(threads);
+  thread_data_.resize(workers_->threads());
+  statistics.threads = workers_->threads();
+}
+
+void Engine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {
+  prefilter_ = std::move(prefilter);
+  chooser_ = PathChooser(always);
+  scene.grid.TrackChanges(prefilter_ != nullptr);
+  statistics.device = prefilter_ ? prefilter_->DeviceName() : "";
+}
+
+void Engine::TraceBatch() {
+  sensing::RayBatch &batch = scene.batch;
+  if (batch.fans().empty()) return;
+  RefreshHidden();
+  batch.Close(scene.tables);
+
+  const bool on_device = prefilter_ && chooser_.UseDevice(batch.ray_count());
+  const double start = WallClock();
+  const sensing::HitLists lists = on_device ? Prefilter() : sensing::HitLists();
+  const double walked = WallClock();
+  TraceFans(lists);
+  const double traced = WallClock();
+  if (prefilter_) chooser_.Report(traced - start);
+  statistics.seconds.prefilter += walked - start;
+  statistics.seconds.trace += traced - walked;
+
+  batch.Clear();
+  scene.batch_number++;
+  scene.grid.AgeLayers();
+}
+
+sensing::HitLists Engine::Prefilter() {
+  try {
+    const sensing::HitLists lists = prefilter_->Walk(scene.grid, scene.tables, scene.batch);
+    statistics.device_steps++;
+    statistics.device_rays += scene.batch.ray_count();
+    statistics.prefilter = prefilter_->statistics();
+    return lists;
+  } catch (const sensing::PrefilterError &error) {
+    std::fprintf(stderr, "stage: warning: %s failed (%s); going on without it\n",
+                 prefilter_->DeviceName().c_str(), error.what());
+    SetPrefilter(nullptr, false);
+    return sensing::HitLists();
+  }
+}
+
+void Engine::TraceFans(const sensing::HitLists &lists) {
+  const sensing::Tracer tracer(scene.grid);
+  const std::vector<sensing::Fan> &fans = scene.batch.fans();
+  constexpr size_t kGrain = 32;
+  workers_->Run(fans.size(), kGrain, [&](size_t begin, size_t end, unsigned thread) {
+    ThreadData &mine = thread_data_[thread];
+    for (size_t i = begin; i < end; i++) {
+      const sensing::Fan &fan = fans[i];
+      if (mine.hits.size() < fan.record.samples) mine.hits.resize(fan.record.samples);
+      tracer.TraceFan(scene.batch, fan, lists, mine.hits.data(), &mine.counters);
+      fan.sink->TakeHits(fan.tag, mine.hits.data(), fan.record.samples);
+    }
+  });
+  for (ThreadData &data : thread_data_) {
+    statistics.trace.rays += data.counters.rays;
+    statistics.trace.potential_hits += data.counters.potential_hits;
+    statistics.trace.resumed += data.counters.resumed;
+    data.counters = sensing::TraceCounters();
+  }
+}
+
+void Engine::RefreshHidden() {
+  std::erase_if(hidden_from_rangers, [](Model *model) { return model->ShowAgainToRangers(); });
+}
+
+void Engine::ForgetRays(const Model *finder) {
+  // A model that is deleted while its rays wait: the whole batch is traced first, so that the other
+  // sensors' readings are not lost.
+  for (const sensing::Fan &fan : scene.batch.fans()) {
+    if (fan.finder != finder) continue;
+    TraceBatch();
+    return;
+  }
+}
+
+}  // namespace Stg

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What makes a world run, behind World's interface: the scene, the scheduler, the threads, the
+// prefilter.
+
+#ifndef STAGE_WORLD_ENGINE_HH
+#define STAGE_WORLD_ENGINE_HH
+
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "models/block.hh"
+#include "models/position.hh"
+#include "sensing/prefilter.hh"
+#include "sensing/scene.hh"
+#include "sensing/tracer.hh"
+#include "sensing/worker_pool.hh"
+#include "world/path_chooser.hh"
+#include "world/scheduler.hh"
+#include "world/statistics.hh"
+
+namespace Stg {
+
+class Engine {
+ public:
+  sensing::Scene scene;
+  Placement placement;
+  Scheduler scheduler;
+  RunStatistics statistics;
+
+  std::vector<Model *> models;  ///< in the order of creation, the ground first
+  std::unordered_map<std::string, Model *> names;
+  std::vector<ModelPosition *> moving;        ///< subscribed positions, in the order of creation
+  std::vector<Model *> hidden_from_rangers;   ///< drawn while rangers looked through them
+  std::vector<Model *> update_callbacks_due;  ///< models that updated in this step
+  std::vector<Scheduler::Event> due;          ///< those of this step
+  bool loading = false;                       ///< bodies are drawn when all is loaded
+
+  void SetThreads(unsigned threads);
+  void SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always);
+
+  /// Traces the rays of the batch and hands the results to their sensors; empties the batch.
+  void TraceBatch();
+  /// Puts bodies back into the rangers' layer whose ranger_return is no longer negative.
+  void RefreshHidden();
+  void ForgetRays(const Model *finder);
+
+ private:
+  sensing::HitLists Prefilter();
+  void TraceFans(const sensing::HitLists &lists);
+
+  std::unique_ptr<sensing::WorkerPool> workers_ = std::make_unique<sensing::WorkerPool>(1);
+  struct ThreadData {
+    std::vector<sensing::RayHit> hits;
+    sensing::TraceCounters counters;
+  };
+  std::vector<ThreadData> thread_data_ = std::vector<ThreadData>(1);
+  std::unique_ptr<sensing::Prefilter> prefilter_;
+  PathChooser chooser_;
+};
+
+/// Seconds since some fixed moment.
+double WallClock();
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include <clocale>
+#include <cstdlib>
+
+#include "stage.hh"
+#include "stage_config.hh"
+
+namespace Stg {
+
+namespace {
+
+bool init_done = false;
+
+template <class T>
+Model *Create(World *world, Model *parent, const std::string &type) {
+  return new T(world, parent, type);
+}
+
+}  // namespace
+
+void Init(int *argc, char **argv[]) {
+  World::args.clear();
+  if (argc && *argc > 0 && argv && *argv)
+    for (int i = 0; i < *argc; i++) World::args.push_back((*argv)[i]);
+  // Controllers may use drand48(); it is seeded like everything else, so that runs repeat.
+  srand48(static_cast<long>(World::run_options.seed));
+  Random::Global().Seed(World::run_options.seed);
+  std::setlocale(LC_ALL, "POSIX");
+  RegisterModels();
+  init_done = true;
+}
+
+bool InitDone() { return init_done; }
+const char *Version() { return kVersion; }
+unsigned int FullVersion() { return 50000; }
+
+void RegisterModels() {
+  Model::name_map["model"] = Create<Model>;
+  Model::name_map["position"] = Create<ModelPosition>;
+  Model::name_map["ranger"] = Create<ModelRanger>;
+}
+
+}  // namespace Stg

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Worlds from world files.
+
+#include <cmath>
+#include <cstdio>
+
+#include "geometry/load_error.hh"
+#include "models/ranger.hh"
+#include "world/engine.hh"
+#include "world/prefilter_loader.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+/// Properties of the window section: the graphical interface reads them. Without one they are
+/// looked up all the same, so that only misspelt ones are reported.
+constexpr const char *kWindowProperties[] = {
+    "size", "center", "rotate", "scale", "pcam_loc", "pcam_angle", "pcam_on", "interval",
+    "screenshots", "screenshot_skip", "follow_model", "show_data", "show_blocks", "show_flags",
+    "show_clock", "show_grid", "show_follow", "show_footprints", "show_occupancy",
+    "show_boundingboxes", "show_trailblur", "show_trailarrows", "show_trailrise", "show_trailfast",
+    "show_status", "show_voxels", "vis_all", "ranger_vis", "show_ranger_ranges",
+    "show_ranger_strikes", "show_ranger_fov", "show_ranger_transducers", "blobfinder_vis",
+    "show_fiducial", "show_fiducial_fov", "show_gripper_data", "show_bumper_hits", "show_camera",
+    "show_blinken", "show_position_waypoints", "show_position_coords", "raster_vis",
+    "energy_dissipation", "energy_input", "energy_stored", "vis_graph"};
+
+/// Model types of Stage 4.3 that this version does not have yet.
+constexpr const char *kTypesToCome[] = {"actuator", "blinkenlight", "blobfinder", "bumper",
+                                        "camera",   "fiducial",     "gripper",    "lightindicator"};
+
+std::string UnknownType(const std::string &type) {
+  for (const char *to_come : kTypesToCome)
+    if (type == to_come)
+      return "found a model of type \"" + type + "\", which this version does not have yet";
+  std::string known;
+  for (const auto &[name, creator] : Model::name_map) known += name + ", ";
+  return "found \"" + type + "\", expected a model type (" + known +
+         "block, sensor, window) or the name of a definition";
+}
+
+/// Microseconds, truncated; `factor` of them make a unit of the file.
+usec_t Microseconds(double value, double factor) {
+  const double us = value * factor;
+  return us >= 1 && us < 1.8e19 ? static_cast<usec_t>(us) : 0;
+}
+
+std::unique_ptr<sensing::Prefilter> ChoosePrefilter() {
+  const RunOptions &options = World::run_options;
+  if (!options.opencl) return nullptr;
+  std::string message;
+  std::unique_ptr<sensing::Prefilter> prefilter = LoadPrefilter(options.device, &message);
+  if (prefilter) return prefilter;
+  if (!options.device.empty() && options.device != "auto") throw LoadError("stage: " + message);
+  std::fprintf(stderr, "stage: warning: %s; going on without OpenCL, with the same results\n",
+               message.c_str());
+  return nullptr;
+}
+
+}  // namespace
+
+bool World::Load(const std::string &worldfile_path) {
+  std::printf(" [Loading %s]", worldfile_path.c_str());
+  std::fflush(stdout);
+  return LoadFrom(worldfile_path, nullptr);
+}
+
+bool World::Load(std::istream &world_content, const std::string &worldfile_path) {
+  std::printf(" [Loading from stream]");
+  std::fflush(stdout);
+  return LoadFrom(worldfile_path, &world_content);
+}
+
+bool World::LoadFrom(const std::string &path, std::istream *content) {
+  const double start = WallClock();
+  if (wf) UnLoad();
+  load_status_ = 0;
+  try {
+    wf = std::make_unique<Worldfile>();
+    if (content)
+      wf->Load(*content, path);
+    else
+      wf->Load(path);
+    SetToken(wf->ReadString(0, "name", path.empty() ? "[stream]" : path));
+    LoadWorldProperties();
+    engine_->SetPrefilter(ChoosePrefilter(), run_options.always_on_device);
+    engine_->loading = true;
+    LoadEntities();
+  } catch (const LoadError &error) {
+    engine_->loading = false;
+    std::printf("\n");
+    std::fflush(stdout);
+    std::fprintf(stderr, "%s\n", error.what());
+    UnLoad();
+    load_status_ = error.exit_status();
+    return false;
+  }
+  engine_->loading = false;
+  for (Model *child : children) child->Map();
+  const std::vector<Model *> all = engine_->models;  // Init functions may add models
+  for (Model *model : all) model->InitControllers();
+  wf->WarnUnused();
+  std::printf("\n");
+  std::fflush(stdout);
+  engine_->statistics.load_seconds = WallClock() - start;
+  return true;
+}
+
+void World::LoadWorldProperties() {
+  const auto positive = [this](const char *name, double value) {
+    const double read = wf->ReadFloat(0, name, value);
+    if (!(read > 0))
+      wf->Fail(0, name, "found a value that is not positive, expected one greater than 0");
+    return read;
+  };
+  sim_interval = Microseconds(positive("interval_sim", static_cast<double>(sim_interval) / 1000.0), 1e3);
+  if (sim_interval == 0)
+    wf->Fail(0, "interval_sim", "found a step below a microsecond, expected 0.001 (ms) or more");
+  quit_time = Microseconds(wf->ReadFloat(0, "quit_time", 0), 1e6);
+  if (wf->PropertyExists(0, "resolution"))
+    engine_->scene.cells_per_metre = 1.0 / positive("resolution", 0.02);
+  show_clock = wf->ReadInt(0, "show_clock", show_clock);
+  const int every = wf->ReadInt(0, "show_clock_interval", static_cast<int>(show_clock_interval));
+  show_clock_interval = every < 1 ? 1 : static_cast<unsigned>(every);
+  speedup = wf->PropertyExists(0, "speedup") ? wf->ReadFloat(0, "speedup", 0) : 0;
+  wf->ReadInt(0, "paused", 0);           // these two are for those who
+  wf->ReadInt(0, "confirm_on_quit", 1);  // have a window
+  wf->ReadInt(0, "test", 0);
+
+  int threads = wf->ReadInt(0, "threads", 1);
+  if (threads < 1) {
+    wf->Warn(0, "threads", "found fewer than 1 thread; using 1");
+    threads = 1;
+  }
+  if (threads > 1) std::printf("[threads %d]", threads);
+  if (run_options.threads > 0) threads = run_options.threads;
+  engine_->SetThreads(static_cast<unsigned>(std::min(threads, 1024)));
+}
+
+void World::LoadEntities() {
+  const int count = wf->GetEntityCount();
+  std::vector<Model *> models(static_cast<size_t>(count), nullptr);
+  for (int entity = 1; entity < count; entity++) LoadEntity(entity, &models);
+  // The models' own frames are final only now.
+  for (Model *model : engine_->models) model->blockgroup.Fit(model->geom.size);
+}
+
+void World::CheckNotNested(int entity, Model *parent_model) {
+  const int above = wf->GetEntityParent(entity);
+  const std::string parent_type = above > 0 ? wf->GetEntityType(above) : "";
+  const std::string type = wf->GetEntityType(entity);
+  if (parent_type == "block" || parent_type == "sensor")
+    wf->Fail(entity, "", "found \"" + type + "\" inside a " + parent_type + ", expected properties");
+  if (type == "block" && !parent_model)
+    wf->Fail(entity, "", "found a block outside of any model, expected it inside the body of one");
+  if (type == "sensor" && !dynamic_cast<ModelRanger *>(parent_model))
+    wf->Fail(entity, "", "found a sensor outside of any ranger, expected it inside the body of one");
+}
+
+void World::LoadEntity(int entity, std::vector<Model *> *models) {
+  const std::string type = wf->GetEntityType(entity);
+  const int above = wf->GetEntityParent(entity);
+  Model *parent_model = above > 0 ? (*models)[static_cast<size_t>(above)] : nullptr;
+  CheckNotNested(entity, parent_model);
+
+  if (type == "window") {
+    for (const char *property : kWindowProperties) wf->ReadString(entity, property, "");
+  } else if (type == "block") {
+    parent_model->LoadBlock(wf.get(), entity);
+  } else if (type == "sensor") {
+    static_cast<ModelRanger *>(parent_model)->LoadSensor(wf.get(), entity);
+  } else {
+    const auto creator = Model::name_map.find(type);
+    if (creator == Model::name_map.end()) wf->Fail(entity, "", UnknownType(type));
+    Model *model = creator->second(this, parent_model, type);
+    (*models)[static_cast<size_t>(entity)] = model;
+    model->Load(wf.get(), entity);
+  }
+}
+
+}  // namespace Stg

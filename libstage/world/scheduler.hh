@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What is to happen at which simulated time.
+
+#ifndef STAGE_WORLD_SCHEDULER_HH
+#define STAGE_WORLD_SCHEDULER_HH
+
+#include <map>
+#include <vector>
+
+#include "models/model.hh"
+
+namespace Stg {
+
+class Scheduler {
+ public:
+  struct Event {
+    Model *model;
+    model_callback_t callback;  ///< null: the model's update
+    void *arg;
+    uint64_t chain;  ///< of an update: void if the model has begun a newer chain
+  };
+
+  void Add(usec_t time, const Event &event) { due_[time].push_back(event); }
+
+  /// Moves the events whose time is `now` or earlier to *events: by time, and in the order of
+  /// adding where times are equal. Events added meanwhile are left for the next call.
+  void Take(usec_t now, std::vector<Event> *events);
+
+  void Forget(const Model *model);
+  void Clear() { due_.clear(); }
+
+ private:
+  // Nearly all models share a few intervals, so there are few distinct times.
+  std::map<usec_t, std::vector<Event>> due_;
+};
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What a run did and where its time went.
+
+#ifndef STAGE_WORLD_STATISTICS_HH
+#define STAGE_WORLD_STATISTICS_HH
+
+#include <stdint.h>
+
+#include <string>
+
+#include "sensing/prefilter.hh"
+#include "sensing/tracer.hh"
+
+namespace Stg {
+
+/// Wall-clock seconds, summed over all steps.
+struct PhaseSeconds {
+  double gather = 0;     ///< due models update; sensors put their rays into the batch
+  double prefilter = 0;  ///< the device walks the batch; 0 without one
+  double trace = 0;      ///< rays to hits to readings
+  double move = 0;       ///< positions integrate, test collisions, are drawn anew
+  double callbacks = 0;  ///< controllers and world callbacks
+};
+
+struct RunStatistics {
+  double load_seconds = 0;
+  uint64_t steps = 0;
+  uint64_t device_steps = 0;  ///< steps whose batch went to the device
+  uint64_t device_rays = 0;
+  PhaseSeconds seconds;
+  sensing::TraceCounters trace;
+  std::string device;  ///< empty: none
+  sensing::PrefilterStatistics prefilter;
+  unsigned threads = 1;
+};
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The steps of a world. The order of events in one step:
+//   gather     due models update: positions choose their velocities, sensors fill the batch
+//   trace      the batch is traced against the bodies as the last step left them
+//   move       positions move, in the order of creation
+//   callbacks  of the models that updated, in that order; then those of the world
+
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <cstring>
+
+#include "models/position.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+
+namespace Stg {
+
+bool World::UpdateAll() {
+  bool all_done = true;
+  for (World *world : std::vector<World *>(worlds_)) all_done &= world->Update();
+  return all_done;
+}
+
+void World::Run() {
+  while (!UpdateAll()) {
+  }
+}
+
+bool World::Update(void) {
+  if (PastQuitTime() || TestQuit()) return true;
+  if (show_clock && updates % std::max(1u, show_clock_interval) == 0) PrintClock();
+
+  sim_time += sim_interval;
+  PhaseSeconds &seconds = engine_->statistics.seconds;
+  const double start = WallClock();
+  const double traced_before = seconds.prefilter + seconds.trace;
+  RunDueEvents();
+  TraceBatch();
+  const double sensed = WallClock();
+  MoveModels();
+  const double moved = WallClock();
+  CallModelCallbacks();
+  CallUpdateCallbacks();
+  const double called = WallClock();
+
+  seconds.gather += sensed - start - (seconds.prefilter + seconds.trace - traced_before);
+  seconds.move += moved - sensed;
+  seconds.callbacks += called - moved;
+  engine_->statistics.steps++;
+  updates++;
+  return false;
+}
+
+void World::RunDueEvents() {
+  engine_->scheduler.Take(sim_time, &engine_->due);
+  // By index: an update may delete models, which strikes out their events.
+  for (size_t i = 0; i < engine_->due.size(); i++) {
+    const Scheduler::Event event = engine_->due[i];
+    if (!event.model) continue;
+    if (event.callback)
+      event.callback(event.model, event.arg);
+    else if (event.model->subs > 0 && event.chain == event.model->update_chain_)
+      event.model->Update();
+    if (!run_options.batch) TraceBatch();
+  }
+  engine_->due.clear();
+}
+
+void World::TraceBatch() { engine_->TraceBatch(); }
+
+void World::MoveModels() {
+  // By index: a callback of a model may change the list.
+  for (size_t i = 0; i < engine_->moving.size(); i++) engine_->moving[i]->Move();
+}
+
+void World::CallModelCallbacks() {
+  std::vector<Model *> &due = engine_->update_callbacks_due;
+  for (size_t i = 0; i < due.size(); i++)
+    if (due[i]) due[i]->CallCallbacks(Model::CB_UPDATE);
+  due.clear();
+}
+
+void World::CallUpdateCallbacks() {
+  // Those added meanwhile are called from the next step on; those removed are only struck out.
+  const size_t count = update_callbacks_.size();
+  for (size_t i = 0; i < count; i++) {
+    const UpdateCallback entry = update_callbacks_[i];
+    if (entry.function && entry.function(this, entry.user) != 0)
+      update_callbacks_[i].function = nullptr;
+  }
+  std::erase_if(update_callbacks_, [](const UpdateCallback &c) { return !c.function; });
+}
+
+void World::AddUpdateCallback(world_callback_t cb, void *user) {
+  update_callbacks_.push_back({cb, user});
+}
+
+int World::RemoveUpdateCallback(world_callback_t cb, void *user) {
+  int left = 0;
+  bool removed = false;
+  for (UpdateCallback &entry : update_callbacks_) {
+    if (!entry.function) continue;
+    if (!removed && entry.function == cb && entry.user == user) {
+      entry.function = nullptr;  // struck out: somebody may be walking along the list
+      removed = true;
+    } else {
+      left++;
+    }
+  }
+  return left;
+}
+
+void World::Enqueue(unsigned int, usec_t delay, Model *mod, model_callback_t cb, void *arg) {
+  engine_->scheduler.Add(sim_time + delay, {mod, cb, arg, 0});
+}
+
+void World::ScheduleUpdate(Model *mod, uint64_t chain) {
+  engine_->scheduler.Add(sim_time + mod->GetUpdateInterval(), {mod, nullptr, nullptr, chain});
+}
+
+void World::QueueUpdateCallbacks(Model *mod) { engine_->update_callbacks_due.push_back(mod); }
+
+std::string World::ClockString(void) const {
+  const uint64_t milliseconds = sim_time / 1000;
+  const uint64_t hours = milliseconds / 3600000;
+  char text[128];
+  int length = 0;
+  if (hours > 0) length = std::snprintf(text, sizeof text, "%" PRIu64 "h", hours);
+  std::snprintf(text + length, sizeof text - static_cast<size_t>(length),
+                " %" PRIu64 "m %02" PRIu64 "s %03" PRIu64 "msec", milliseconds / 60000 % 60,
+                milliseconds / 1000 % 60, milliseconds % 1000);
+  return text;
+}
+
+void World::PrintClock() {
+  std::printf("\r[Stage: %s]", ClockString().c_str());
+  std::fflush(stdout);
+}
+
+}  // namespace Stg

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "world/world.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include "models/messages.hh"
+#include "models/position.hh"
+#include "models/ranger.hh"
+#include "world/engine.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+std::vector<std::string> World::args;
+std::string World::ctrlargs;
+RunOptions World::run_options;
+std::atomic<bool> World::quit_all_{false};
+std::vector<World *> World::worlds_;
+
+World::World(const std::string &name, double ppm)
+    : paused(false),
+      sim_interval(100000),
+      speedup(0),
+      ground(nullptr),
+      quit_time(0),
+      sim_time(0),
+      updates(0),
+      show_clock(false),
+      show_clock_interval(100),
+      engine_(std::make_unique<Engine>()),
+      seed_(run_options.seed),
+      random_(run_options.seed),
+      load_status_(0),
+      quit_(false) {
+  token = name;
+  engine_->scene.cells_per_metre = ppm;
+  engine_->SetThreads(static_cast<unsigned>(std::max(1, run_options.threads)));
+  worlds_.push_back(this);
+  MakeGround();
+}
+
+World::~World() {
+  engine_->names.clear();
+  DeleteChildren();
+  std::erase(worlds_, this);
+}
+
+void World::MakeGround() {
+  ground = new Model(this, nullptr, "model");
+  ground->SetToken("_ground_model");
+  ground->ClearBlocks();
+  ground->has_default_block = false;
+  ground->SetGuiMove(false);
+}
+
+void World::UnLoad() {
+  engine_->names.clear();
+  engine_->scheduler.Clear();
+  engine_->scene.batch.Clear();
+  engine_->update_callbacks_due.clear();
+  DeleteChildren();
+  child_type_counts.clear();
+  update_callbacks_.clear();
+  wf.reset();
+  sim_time = 0;
+  updates = 0;
+  quit_time = 0;
+  quit_ = false;
+  random_.Seed(seed_);
+  token = "[unloaded]";
+  MakeGround();
+}
+
+bool World::Save(const char *filename) {
+  if (!wf) return false;
+  for (Model *model : engine_->models) model->Save();
+  return wf->Save(filename ? filename : "");
+}
+
+Worldfile *World::GetWorldFile() { return wf.get(); }
+
+// ---- models -------------------------------------------------------------------------------------
+
+void World::AddModel(Model *mod) {
+  engine_->models.push_back(mod);
+  AddModelName(mod, mod->TokenStr());
+}
+
+void World::AddModelName(Model *mod, const std::string &name) { engine_->names[name] = mod; }
+
+void World::RemoveModel(Model *mod) {
+  Engine &e = *engine_;
+  std::erase_if(e.names, [&](const auto &entry) { return entry.second == mod; });
+  // From the back: whole worlds are deleted youngest first.
+  const auto found = std::find(e.models.rbegin(), e.models.rend(), mod);
+  if (found != e.models.rend()) e.models.erase(std::next(found).base());
+  std::erase(e.hidden_from_rangers, mod);
+  std::replace(e.update_callbacks_due.begin(), e.update_callbacks_due.end(), mod,
+               static_cast<Model *>(nullptr));
+  e.scheduler.Forget(mod);
+  for (Scheduler::Event &event : e.due)
+    if (event.model == mod) event.model = nullptr;
+}
+
+Model *World::GetModel(const std::string &name) const {
+  const auto found = engine_->names.find(name);
+  if (found != engine_->names.end()) return found->second;
+  PRINT_WARN1("there is no model called \"%s\"", name.c_str());
+  return nullptr;
+}
+
+const std::set<Model *> World::GetAllModels() const {
+  return std::set<Model *>(engine_->models.begin(), engine_->models.end());
+}
+
+Model *World::CreateModel(Model *parent, const std::string &typestr) {
+  const auto found = Model::name_map.find(typestr);
+  if (found == Model::name_map.end()) {
+    PRINT_ERR1("model type \"%s\" is not known", typestr.c_str());
+    return nullptr;
+  }
+  Model *model = found->second(this, parent, typestr);
+  if (!IsLoading()) model->Map();
+  return model;
+}
+
+sensing::Scene &World::scene() { return engine_->scene; }
+Placement &World::placement() { return engine_->placement; }
+bool World::IsLoading() const { return engine_->loading; }
+
+void World::NoteHiddenFromRangers(Model *mod) { engine_->hidden_from_rangers.push_back(mod); }
+void World::ForgetRays(const Model *mod) { engine_->ForgetRays(mod); }
+
+void World::StartMoving(ModelPosition *mod) {
+  std::vector<ModelPosition *> &list = engine_->moving;
+  const auto older = [](const Model *a, const Model *b) { return a->GetId() < b->GetId(); };
+  const auto place = std::lower_bound(list.begin(), list.end(), mod, older);
+  if (place == list.end() || *place != mod) list.insert(place, mod);
+}
+
+void World::StopMoving(ModelPosition *mod) { std::erase(engine_->moving, mod); }
+
+// ---- geometry and rays --------------------------------------------------------------------------
+
+double World::Resolution() const { return engine_->scene.cells_per_metre; }
+
+const bounds3d_t &World::GetExtent() const {
+  const grid::CellBox box = engine_->scene.grid.extent();
+  const double ppm = Resolution();
+  if (box.empty()) return extent = bounds3d_t();
+  extent.x = Bounds(box.min_x / ppm, (box.max_x + 1.0) / ppm);
+  extent.y = Bounds(box.min_y / ppm, (box.max_y + 1.0) / ppm);
+  return extent;
+}
+
+int32_t World::MetersToPixels(meters_t x) const {
+  return static_cast<int32_t>(std::floor(x * Resolution()));
+}
+
+point_int_t World::MetersToPixels(const point_t &pt) const {
+  return point_int_t(MetersToPixels(pt.x), MetersToPixels(pt.y));
+}
+
+RaytraceResult World::ResultOf(const Pose &origin, double range, Model *hit) const {
+  return RaytraceResult(origin, hit, hit ? hit->GetColor() : Color(), range);
+}
+
+RaytraceResult World::Raytrace(const Ray &ray) {
+  return Raytrace(ray.origin, ray.range, ray.func, ray.mod, ray.arg, ray.ztest);
+}
+
+RaytraceResult World::Raytrace(const Pose &pose, const meters_t range, const ray_test_func_t func,
+                               const Model *finder, const void *arg, const bool ztest) {
+  std::vector<RaytraceResult> results(1);
+  Raytrace(pose, range, 0.0, func, finder, arg, ztest, results);
+  return results[0];
+}
+
+void World::Raytrace(const Pose &gpose, const meters_t range, const radians_t fov,
+                     const ray_test_func_t func, const Model *finder, const void *arg,
+                     const bool ztest, std::vector<RaytraceResult> &results) {
+  sensing::Fan fan;
+  fan.predicate = func;
+  fan.finder = finder;
+  fan.arg = arg;
+  fan.z_test = ztest;
+  sensing::PlaceFan(&fan, gpose, range, Resolution());
+
+  // The predicate is anybody's: every body counts, none is left out.
+  const sensing::Tracer tracer(engine_->scene.grid);
+  const ray_grid_t view = engine_->scene.grid.View(grid::kEverything);
+  const ray_window_t no_window{nullptr, 0, 0, 0, 0};
+  sensing::TraceCounters counters;
+  const uint32_t count = static_cast<uint32_t>(results.size());
+  for (uint32_t i = 0; i < count; i++) {
+    const sensing::Direction direction =
+        sensing::MakeDirection(sensing::SampleBearing(fov, count, i));
+    const sensing::RayHit hit = tracer.Trace(fan, view, direction, no_window, nullptr, 0, &counters);
+    results[i] = ResultOf(gpose, hit.range, hit.model);
+  }
+}
+
+// ---- state --------------------------------------------------------------------------------------
+
+namespace {
+
+class Fnv1a {
+ public:
+  void Add(double value) {
+    unsigned char bytes[sizeof value];
+    if (value == 0) value = 0;  // -0 is 0
+    std::memcpy(bytes, &value, sizeof value);
+    for (const unsigned char byte : bytes) hash_ = (hash_ ^ byte) * 0x100000001b3u;
+  }
+  void Add(const Pose &p) {
+    for (const double value : {p.x, p.y, p.z, p.a}) Add(value);
+  }
+  uint64_t hash() const { return hash_; }
+
+ private:
+  uint64_t hash_ = 0xcbf29ce484222325u;
+};
+
+}  // namespace
+
+uint64_t World::StateHash() const {
+  Fnv1a hash;
+  for (const Model *model : engine_->models) {
+    hash.Add(model->GetPose());
+    if (const auto *position = dynamic_cast<const ModelPosition *>(model))
+      hash.Add(position->GetVelocity());
+    if (const auto *ranger = dynamic_cast<const ModelRanger *>(model)) {
+      for (const ModelRanger::Sensor &sensor : ranger->GetSensors()) {
+        for (const double range : sensor.ranges) hash.Add(range);
+        for (const double intensity : sensor.intensities) hash.Add(intensity);
+      }
+    }
+  }
+  return hash.hash();
+}
+
+const RunStatistics &World::statistics() const { return engine_->statistics; }
+
+}  // namespace Stg

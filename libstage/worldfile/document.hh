@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#ifndef STAGE_WORLDFILE_DOCUMENT_HH
+#define STAGE_WORLDFILE_DOCUMENT_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "worldfile/source.hh"
+
+/// What a world file becomes. Nothing is copied out of the text: tokens point into it, properties
+/// point to tokens, and all instances of a macro share the macro's properties and children. So an
+/// entity costs a dozen bytes, however long its macro is.
+namespace Stg::worldfile {
+
+/// Limits that keep a hostile file from taking the machine. None is near what real worlds need.
+inline constexpr std::size_t kMaxTextBytes = 64U << 20;  // read in all, each inclusion counted
+inline constexpr std::size_t kMaxTokens = 8'000'000;
+inline constexpr std::size_t kMaxEntities = 2'000'000;
+inline constexpr std::size_t kMaxNesting = 1000;      // entities within entities
+inline constexpr std::size_t kMaxMacroChain = 100;    // macros based on macros
+inline constexpr std::size_t kMaxIncludeDepth = 100;  // files within files
+inline constexpr std::size_t kMaxIncludes = 10'000;   // include lines, each time they are read
+inline constexpr std::size_t kMaxWarnings = 1000;
+
+inline constexpr std::uint32_t kNone = 0xffffffffU;
+
+enum class TokenKind : std::uint8_t {
+  kWord,
+  kNumber,
+  kString,  // with its quotes
+  kOpenParen,
+  kCloseParen,
+  kOpenBracket,
+  kCloseBracket,
+  kEnd,  // the one after all others
+};
+
+struct Token {
+  std::uint32_t offset;
+  std::uint32_t length;
+  std::uint16_t source;
+  TokenKind kind;
+  bool after_gap;  // a comment or the end of a line lies before it
+};
+
+/// Words as small numbers.
+class NameTable {
+ public:
+  std::uint32_t Intern(std::string_view text);
+  const std::string& Text(std::uint32_t name) const { return texts_[name]; }
+  std::uint32_t Count() const { return static_cast<std::uint32_t>(texts_.size()); }
+
+ private:
+  std::deque<std::string> texts_;  // a deque, so that the map's keys stay where they are
+  std::unordered_map<std::string_view, std::uint32_t> numbers_;
+};
+
+struct Property {
+  std::uint32_t name;
+  std::uint32_t name_token;
+  std::uint32_t first_value;  // token; the values of a tuple follow one another
+  std::uint32_t value_count : 30;
+  std::uint32_t used : 1;  // fetched for some entity that has it
+};
+
+/// An entity as written: `NAME ( BODY )`.
+struct Child {
+  std::uint32_t name;
+  std::uint32_t name_token;
+  std::uint32_t body;
+};
+
+/// What stands between two parentheses. Ranges in Document::properties (sorted by name, each name
+/// once) and Document::children (in file order).
+struct Body {
+  std::uint32_t first_property = 0;
+  std::uint32_t property_count = 0;
+  std::uint32_t first_child = 0;
+  std::uint32_t child_count = 0;
+  std::uint32_t close_token = kNone;
+  bool in_macro = false;  // shared by all instances of a macro
+};
+
+struct Macro {
+  std::uint32_t name;
+  std::uint32_t base;  // name
+  std::uint32_t name_token;
+  std::uint32_t body;
+  std::string error;  // what is wrong with the body: reported when the macro is used
+  std::uint32_t chain = kNone;
+  std::uint32_t chain_made_at = 0;  // number of macros that there were then
+  bool expanding = false;
+};
+
+/// What an entity's type name stands for: macros, the most derived first, down to a plain type.
+struct Chain {
+  std::vector<std::uint32_t> macros;
+  std::uint32_t type = 0;  // name
+};
+
+struct Entity {
+  std::uint32_t body;
+  std::uint32_t chain;
+  std::uint32_t name_token;  // kNone for the world
+  std::int32_t parent;
+};
+
+/// Text of the world file that a saved copy leaves out.
+struct DroppedText {
+  std::uint32_t offset;
+  std::uint32_t length;
+};
+
+struct Document {
+  SourceSet sources;
+  std::deque<Token> tokens;  // a deque does not copy all tokens each time it grows
+  NameTable names;
+  std::vector<Property> properties;
+  std::vector<Child> children;
+  std::vector<Body> bodies;  // the first is the world's
+  std::vector<Macro> macros;
+  std::vector<Chain> chains;
+  std::vector<Entity> entities;  // the first is the world
+  std::vector<DroppedText> dropped;
+  std::vector<std::string> warnings;
+  std::unordered_set<std::string> warnings_seen;
+
+  /// With the world, entity 0, and nothing in it.
+  Document();
+
+  /// The token's text; a string's without its quotes.
+  std::string_view Text(const Token& token) const;
+  Place PlaceOf(const Token& token) const;
+  [[noreturn]] void Fail(const Token& token, const std::string& message) const;
+
+  /// Keeps "PLACE: warning: message", once.
+  void Warn(const std::string& place, const std::string& message);
+
+  /// The property of that name in a body, or kNone.
+  std::uint32_t FindIn(std::uint32_t body, std::uint32_t name) const;
+
+  /// The property of that name that holds for an entity (its own, or the one of the most derived
+  /// macro that has it), or kNone.
+  std::uint32_t Find(std::uint32_t entity, std::uint32_t name) const;
+};
+
+/// Text fit for a one-line message: short, and without control characters.
+std::string Printable(std::string_view text);
+
+/// `"pose"` and the like, for messages.
+std::string Quoted(std::string_view text);
+
+}  // namespace Stg::worldfile
+
+#endif

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#ifndef STAGE_WORLDFILE_EXPANDER_HH
+#define STAGE_WORLDFILE_EXPANDER_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "worldfile/document.hh"
+
+namespace Stg::worldfile {
+
+/// Macro expansion: from entities as written to the numbered entities of the world. Names are
+/// looked up among the macros that are defined at that moment. Throws LoadError for recursive
+/// macros, for macros with mistakes in their bodies and where a limit is passed.
+class Expander {
+ public:
+  explicit Expander(Document& document) : document_(document) {}
+
+  void AddMacro(Macro macro);
+  const Macro* FindMacro(std::uint32_t name) const;
+
+  /// Adds an entity of the world with all that its macros give it.
+  void Expand(const Child& child);
+
+  /// For macros with mistakes that nobody used.
+  void WarnOfUnusedErrors();
+
+ private:
+  void ExpandUnder(const Child& child, std::uint32_t parent, std::size_t depth);
+  void ExpandChildren(std::uint32_t body, std::uint32_t parent, std::size_t depth);
+  void CheckLimits(const Child& child, std::size_t depth) const;
+  void CheckUsable(const Chain& chain, const Child& child) const;
+  std::uint32_t ResolveChain(const Child& child);
+  std::uint32_t PlainChain(std::uint32_t type);
+  Chain WalkBases(std::uint32_t macro, const Child& child) const;
+  [[noreturn]] void FailRecursive(std::uint32_t macro, const Child& child) const;
+  std::uint32_t MacroNumber(std::uint32_t name) const;
+
+  Document& document_;
+  std::vector<std::uint32_t> macro_of_name_;
+  std::vector<std::uint32_t> plain_chain_of_name_;
+  const Child* outermost_ = nullptr;
+};
+
+}  // namespace Stg::worldfile
+
+#endif

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "worldfile/lexer.hh"
+
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <ostream>
+#include <system_error>
+#include <utility>
+
+#include "geometry/load_error.hh"
+#include "worldfile/find_file.hh"
+
+namespace Stg::worldfile {
+namespace {
+
+bool IsBlank(char c) { return c == ' ' || c == '\t'; }
+bool IsLineEnd(char c) { return c == '\n' || c == '\r'; }
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+bool IsLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool IsNumberPart(char c) { return IsDigit(c) || c == '+' || c == '-' || c == '.'; }
+
+bool IsWordPart(char c) {
+  return IsLetter(c) || IsDigit(c) || c == '.' || c == '-' || c == '_' || c == '[' || c == ']';
+}
+
+std::string DescribeByte(char c) {
+  const auto byte = static_cast<unsigned char>(c);
+  if (byte > 0x20 && byte < 0x7f) return std::string("'") + c + "'";
+  char text[16];
+  std::snprintf(text, sizeof text, "byte 0x%02x", static_cast<unsigned>(byte));
+  return text;
+}
+
+// Tells files apart, however they are spelled.
+std::string FileKey(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::path canonical = std::filesystem::canonical(path, error);
+  return error ? path : canonical.string();
+}
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
+}  // namespace
+
+std::string ReadWholeFile(const std::string& path) {
+  const auto fail = [&path](const std::string& reason) { throw LoadError(path + ": " + reason); };
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) fail("found a directory, expected a file");
+  const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "rb"));
+  if (!file) fail("unable to open the file: " + std::generic_category().message(errno));
+
+  std::string text;
+  char buffer[1 << 16];
+  std::size_t count = 0;
+  while ((count = std::fread(buffer, 1, sizeof buffer, file.get())) > 0) {
+    text.append(buffer, count);
+    if (text.size() > kMaxTextBytes) {
+      fail("found more than " + std::to_string(kMaxTextBytes >> 20) +
+           " MiB of text, expected a world file");
+    }
+  }
+  if (std::ferror(file.get()) != 0) {
+    fail("unable to read the file: " + std::generic_category().message(errno));
+  }
+  return text;
+}
+
+Lexer::Lexer(Document& document, std::string base_directory, std::ostream* progress)
+    : document_(document), base_directory_(std::move(base_directory)), progress_(progress) {}
+
+void Lexer::Run() {
+  LexSource(0);
+  const Cursor end{0, document_.sources.Text(0), document_.sources.Text(0).size()};
+  Push(end, end.at, TokenKind::kEnd);
+}
+
+void Lexer::LexSource(std::uint16_t source) {
+  Cursor cursor{source, document_.sources.Text(source)};
+  open_.push_back(source);
+  while (cursor.at < cursor.text.size()) LexToken(cursor);
+  open_.pop_back();
+}
+
+void Lexer::LexToken(Cursor& cursor) {
+  const char c = cursor.text[cursor.at];
+  const auto single = [&](TokenKind kind) {
+    ++cursor.at;
+    Push(cursor, cursor.at - 1, kind);
+  };
+  if (IsBlank(c)) {
+    ++cursor.at;
+  } else if (IsLineEnd(c)) {
+    cursor.at += LineEndLength(cursor.text, cursor.at);
+    gap_ = true;
+  } else if (c == '#') {
+    while (cursor.at < cursor.text.size() && !IsLineEnd(cursor.text[cursor.at])) ++cursor.at;
+    gap_ = true;
+  } else if (IsLetter(c)) {
+    LexWord(cursor);
+  } else if (IsNumberPart(c)) {
+    LexNumber(cursor);
+  } else if (c == '"') {
+    LexString(cursor);
+  } else if (c == '(') {
+    single(TokenKind::kOpenParen);
+  } else if (c == ')') {
+    single(TokenKind::kCloseParen);
+  } else if (c == '[') {
+    single(TokenKind::kOpenBracket);
+  } else if (c == ']') {
+    single(TokenKind::kCloseBracket);
+  } else {
+    document_.sources.Fail(cursor.source, cursor.at,
+                           "syntax error: found " + DescribeByte(c) +
+                               ", expected a word, a number, a quoted string, a parenthesis, a "
+                               "bracket or a comment");
+  }
+}
+
+void Lexer::LexWord(Cursor& cursor) {
+  const std::size_t start = cursor.at;
+  while (cursor.at < cursor.text.size() && IsWordPart(cursor.text[cursor.at])) ++cursor.at;
+  if (cursor.text.substr(start, cursor.at - start) == "include") {
+    LexInclude(cursor, start);
+  } else {
+    Push(cursor, start, TokenKind::kWord);
+  }
+}
+
+void Lexer::LexNumber(Cursor& cursor) {
+  const std::size_t start = cursor.at;
+  while (cursor.at < cursor.text.size() && IsNumberPart(cursor.text[cursor.at])) ++cursor.at;
+  Push(cursor, start, TokenKind::kNumber);
+}
+
+void Lexer::LexString(Cursor& cursor) {
+  const std::size_t start = cursor.at++;
+  while (cursor.at < cursor.text.size() && cursor.text[cursor.at] != '"') {
+    const char c = cursor.text[cursor.at];
+    if (IsLineEnd(c)) break;
+    if (c == '\0') {
+      document_.sources.Fail(cursor.source, cursor.at,
+                             "syntax error: found byte 0x00 in a string, expected text");
+    }
+    ++cursor.at;
+  }
+  const bool at_end = cursor.at == cursor.text.size();
+  if (at_end || cursor.text[cursor.at] != '"') {
+    document_.sources.Fail(cursor.source, start,
+                           std::string("unterminated string constant: found the end of the ") +
+                               (at_end ? "file" : "line") + ", expected '\"'");
+  }
+  ++cursor.at;
+  Push(cursor, start, TokenKind::kString);
+}
+
+void Lexer::LexInclude(Cursor& cursor, std::size_t word) {
+  const std::string name = IncludeName(cursor, word);
+  const std::size_t quote = cursor.at - name.size() - 2;
+  SkipRestOfLine(cursor);
+  if (progress_ != nullptr) *progress_ << "[Include " << name << "]" << std::flush;
+  if (++includes_ > kMaxIncludes) {
+    document_.sources.Fail(
+        cursor.source, word,
+        "found more than " + std::to_string(kMaxIncludes) + " include lines, expected fewer");
+  }
+  gap_ = true;
+  LexSource(OpenInclude(cursor, quote, name));
+  gap_ = true;
+}
+
+std::string Lexer::IncludeName(Cursor& cursor, std::size_t word) const {
+  const auto fail = [&](std::size_t at, const std::string& found) {
+    const bool at_end = at >= cursor.text.size();
+    document_.sources.Fail(cursor.source, at_end ? word : at,
+                           (at_end ? "incomplete include statement: found "
+                                   : "syntax error in include statement: found ") +
+                               found + ", expected include \"FILE\" on one line");
+  };
+  const auto describe = [&](std::size_t at) -> std::string {
+    if (at >= cursor.text.size()) return "the end of the file";
+    if (IsLineEnd(cursor.text[at])) return "the end of the line";
+    return DescribeByte(cursor.text[at]);
+  };
+
+  std::size_t at = cursor.at;
+  while (at < cursor.text.size() && IsBlank(cursor.text[at])) ++at;
+  if (at == cursor.at || at >= cursor.text.size() || cursor.text[at] != '"') {
+    fail(at, describe(at));
+  }
+  const std::size_t start = at + 1;
+  const std::size_t end = cursor.text.find_first_of(std::string_view("\"\r\n\0", 4), start);
+  if (end == std::string_view::npos) fail(cursor.text.size(), describe(cursor.text.size()));
+  if (cursor.text[end] != '"') fail(end, describe(end));
+  cursor.at = end + 1;
+  return std::string(cursor.text.substr(start, end - start));
+}
+
+// What follows an include's name on its line is not read: Stage throws it away. Saving drops it
+// too. Only a comment goes without a warning.
+void Lexer::SkipRestOfLine(Cursor& cursor) {
+  const std::size_t start = cursor.at;
+  while (cursor.at < cursor.text.size() && !IsLineEnd(cursor.text[cursor.at])) ++cursor.at;
+  const std::string_view rest = cursor.text.substr(start, cursor.at - start);
+  const std::size_t text = rest.find_first_not_of(" \t");
+  if (text != std::string_view::npos && rest[text] != '#') {
+    document_.Warn(document_.sources.PlaceOf(cursor.source, start + text).Text(),
+                   "what follows an include on its line is not read: " + Quoted(rest.substr(text)));
+  }
+  if (cursor.source == 0 && !rest.empty()) {
+    document_.dropped.push_back(
+        {static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(rest.size())});
+  }
+}
+
+std::uint16_t Lexer::OpenInclude(const Cursor& cursor, std::size_t quote, const std::string& name) {
+  const auto fail = [&](const std::string& message) {
+    document_.sources.Fail(cursor.source, quote, message);
+  };
+  std::string reason;
+  const std::string path = FindFile(base_directory_, name, &reason);
+  if (path.empty()) {
+    fail("unable to open include file " + Printable(CompletePath(base_directory_, name)) + " : " +
+         reason);
+  }
+  const std::string key = FileKey(path);
+  CheckCycle(cursor, quote, key);
+  if (open_.size() > kMaxIncludeDepth) {
+    fail("found includes nested more than " + std::to_string(kMaxIncludeDepth) +
+         " deep, expected fewer");
+  }
+  int source = document_.sources.Find(key);
+  if (source < 0) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) {
+      fail("found a special file, expected a plain file to include: " + Printable(path));
+    }
+    source = static_cast<int>(document_.sources.Add(path, key, ReadWholeFile(path)));
+  }
+  bytes_ += document_.sources.Text(static_cast<std::uint32_t>(source)).size();
+  if (bytes_ > kMaxTextBytes) {
+    fail("found more than " + std::to_string(kMaxTextBytes >> 20) +
+         " MiB of included text, expected less");
+  }
+  return static_cast<std::uint16_t>(source);
+}
+
+void Lexer::CheckCycle(const Cursor& cursor, std::size_t quote, const std::string& key) const {
+  const int source = document_.sources.Find(key);
+  std::string cycle;
+  for (const std::uint16_t open : open_) {
+    if (open == source || !cycle.empty()) cycle += document_.sources.Name(open) + " -> ";
+  }
+  if (cycle.empty()) return;
+  document_.sources.Fail(cursor.source, quote,
+                         "found an include cycle (" + cycle +
+                             document_.sources.Name(static_cast<std::uint32_t>(source)) +
+                             "), expected a file that does not include itself");
+}
+
+void Lexer::Push(const Cursor& cursor, std::size_t start, TokenKind kind) {
+  if (document_.tokens.size() >= kMaxTokens) {
+    document_.sources.Fail(
+        cursor.source, start,
+        "found more than " + std::to_string(kMaxTokens) + " words and values, expected fewer");
+  }
+  document_.tokens.push_back({static_cast<std::uint32_t>(start),
+                              static_cast<std::uint32_t>(cursor.at - start), cursor.source, kind,
+                              gap_});
+  gap_ = false;
+}
+
+}  // namespace Stg::worldfile

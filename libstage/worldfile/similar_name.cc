@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "worldfile/worldfile_impl.hh"
+
+namespace Stg::worldfile {
+namespace {
+
+// Optimal string alignment distance: the number of letters to insert, remove, replace or swap with
+// their neighbour.
+std::size_t EditDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      row[j] = std::min({replaced, last[j] + 1, row[j - 1] + 1});
+      const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (swapped) row[j] = std::min(row[j], before[j - 2] + 1);
+    }
+    before.swap(last);
+    last.swap(row);
+  }
+  return last[b.size()];
+}
+
+// How many mistakes a name may have: in a short name two would turn it into any other.
+std::size_t MostMistakes(const std::string& name) {
+  if (name.size() < 3) return 0;
+  return name.size() < 6 ? 1 : 2;
+}
+
+// "point" of "point[3]".
+std::string Stem(const std::string& name) { return name.substr(0, name.find('[')); }
+
+}  // namespace
+
+std::string SimilarName(const Document& document, std::uint32_t entity, std::uint32_t name,
+                        const std::vector<bool>& asked) {
+  if (name < asked.size() && asked[name]) return "";
+  const std::string& text = document.names.Text(name);
+  std::size_t best = MostMistakes(text) + 1;
+  std::string similar;
+  for (std::uint32_t other = 0; other < asked.size(); ++other) {
+    if (!asked[other]) continue;
+    const std::string& candidate = document.names.Text(other);
+    const std::size_t longer = std::max(candidate.size(), text.size());
+    if (longer - std::min(candidate.size(), text.size()) >= best) continue;
+    const bool indexed = text.find('[') != std::string::npos;
+    if (indexed && Stem(candidate) == Stem(text)) continue;  // one more of a list that is too long
+    if (MostMistakes(candidate) == 0 || document.Find(entity, other) != kNone) continue;
+    const std::size_t distance = EditDistance(text, candidate);
+    // Of equally near names the first in the alphabet, not the one asked for first.
+    if (distance < best || (distance == best && !similar.empty() && candidate < similar)) {
+      best = distance;
+      similar = candidate;
+    }
+  }
+  return similar;
+}
+
+}  // namespace Stg::worldfile

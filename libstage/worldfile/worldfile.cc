@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "worldfile/worldfile.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <istream>
+#include <system_error>
+#include <utility>
+
+#include "geometry/load_error.hh"
+#include "worldfile/find_file.hh"
+#include "worldfile/lexer.hh"
+#include "worldfile/parser.hh"
+#include "worldfile/worldfile_impl.hh"
+
+namespace Stg {
+namespace {
+
+using worldfile::kNone;
+
+constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+
+std::string ReadStream(std::istream& in, const std::string& name) {
+  std::string text;
+  std::vector<char> buffer(1U << 16);
+  while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())), in.gcount() > 0) {
+    text.append(buffer.data(), static_cast<std::size_t>(in.gcount()));
+    if (text.size() > worldfile::kMaxTextBytes) {
+      throw LoadError(name + ": found more than " + std::to_string(worldfile::kMaxTextBytes >> 20) +
+                      " MiB of text, expected a world file");
+    }
+  }
+  return text;
+}
+
+std::string KeyOf(const std::string& file) {
+  std::error_code error;
+  const std::filesystem::path path = std::filesystem::canonical(file, error);
+  return error ? file : path.string();
+}
+
+}  // namespace
+
+// ---- loading ----
+
+Worldfile::Worldfile() : unit_length(1.0), unit_angle(kRadiansPerDegree), impl_(new Impl) {
+  impl_->progress = &std::cout;
+  Reset();
+}
+
+Worldfile::~Worldfile() = default;
+
+void Worldfile::Reset() {
+  std::ostream* const progress = impl_->progress;
+  impl_.reset(new Impl);
+  impl_->progress = progress;
+  unit_length = 1.0;
+  unit_angle = kRadiansPerDegree;
+}
+
+bool Worldfile::Load(const std::string& file) {
+  Reset();
+  filename = file;
+  std::string reason;
+  const std::string path = worldfile::FindFile("", file, &reason);
+  if (path.empty()) {
+    throw LoadError(worldfile::Printable(file) + ": unable to open world file: " + reason);
+  }
+  filename = path;
+  impl_->base_directory = worldfile::DirectoryOf(path);
+  impl_->document.sources.Add(path, KeyOf(path), worldfile::ReadWholeFile(path));
+  Parse();
+  return true;
+}
+
+bool Worldfile::Load(std::istream& world_content, const std::string& file) {
+  Reset();
+  filename = file;
+  impl_->base_directory = worldfile::DirectoryOf(file);
+  const std::string name = file.empty() ? "<stream>" : file;
+  impl_->document.sources.Add(name, file.empty() ? "" : KeyOf(file),
+                              ReadStream(world_content, name));
+  Parse();
+  return true;
+}
+
+void Worldfile::Parse() {
+  try {
+    worldfile::Lexer(impl_->document, impl_->base_directory, impl_->progress).Run();
+    worldfile::Parser(impl_->document).ParseFile();
+    ReadUnits();
+  } catch (const LoadError&) {
+    Reset();
+    throw;
+  }
+}
+
+void Worldfile::ReadUnits() {
+  const std::string length = ReadString(0, "unit_length", "m");
+  if (length == "cm") {
+    unit_length = 0.01;
+  } else if (length == "mm") {
+    unit_length = 0.001;
+  } else if (length != "m") {
+    Warn(0, "unit_length",
+         "found " + worldfile::Quoted(length) + ", expected \"m\", \"cm\" or \"mm\"; using \"m\"");
+  }
+  const std::string angle = ReadString(0, "unit_angle", "degrees");
+  if (angle == "radians") {
+    unit_angle = 1.0;
+  } else if (angle != "degrees") {
+    Warn(0, "unit_angle",
+         "found " + worldfile::Quoted(angle) +
+             ", expected \"degrees\" or \"radians\"; using \"degrees\"");
+  }
+}
+
+void Worldfile::SetProgressStream(std::ostream* out) { impl_->progress = out; }
+
+// ---- entities ----
+
+int Worldfile::GetEntityCount() { return static_cast<int>(impl_->document.entities.size()); }
+
+const char* Worldfile::GetEntityType(int entity) {
+  if (entity < 0 || entity >= GetEntityCount()) return "";
+  const worldfile::Document& document = impl_->document;
+  const std::uint32_t chain = document.entities[static_cast<std::size_t>(entity)].chain;
+  return document.names.Text(document.chains[chain].type).c_str();
+}
+
+int Worldfile::GetEntityParent(int entity) {
+  if (entity < 0 || entity >= GetEntityCount()) return -1;
+  return impl_->document.entities[static_cast<std::size_t>(entity)].parent;
+}
+
+int Worldfile::LookupEntity(const char* type) {
+  for (int entity = 1; entity < GetEntityCount(); ++entity) {
+    if (std::string_view(GetEntityType(entity)) == type) return entity;
+  }
+  return -1;
+}
+
+// ---- properties ----
+
+std::uint32_t Worldfile::Impl::AskedName(const char* name) {
+  const std::uint32_t number = document.names.Intern(name);
+  if (asked.size() <= number) asked.resize(number + 1U);
+  asked[number] = true;
+  return number;
+}
+
+std::string_view Worldfile::Impl::Value(int entity, int property, std::size_t index) const {
+  const worldfile::Property& from = document.properties[static_cast<std::size_t>(property)];
+  if (!written.empty()) {
+    const auto found = written.find({static_cast<std::uint32_t>(entity), from.name});
+    if (found != written.end() && found->second[index]) return *found->second[index];
+  }
+  return document.Text(document.tokens[from.first_value + index]);
+}
+
+// The number of a property, or -1.
+int Worldfile::Find(int entity, const char* name) const {
+  const worldfile::Document& document = impl_->document;
+  const std::uint32_t number = impl_->AskedName(name);
+  if (entity < 0 || static_cast<std::size_t>(entity) >= document.entities.size()) return -1;
+  const std::uint32_t property = document.Find(static_cast<std::uint32_t>(entity), number);
+  return property == kNone ? -1 : static_cast<int>(property);
+}
+
+// The same for those who fetch values: marks the property as used.
+int Worldfile::Fetch(int entity, const char* name) {
+  const int number = Find(entity, name);
+  if (number < 0) return -1;
+  worldfile::Property& property = impl_->document.properties[static_cast<std::size_t>(number)];
+  property.used = 1;
+  if (!impl_->handles.empty()) {
+    const auto handle = impl_->handles.find({static_cast<std::uint32_t>(entity), property.name});
+    if (handle != impl_->handles.end()) handle->second->used = true;
+  }
+  return number;
+}
+
+bool Worldfile::PropertyExists(int entity, const char* name) { return Find(entity, name) >= 0; }
+
+std::size_t Worldfile::TupleLength(int entity, const char* name) {
+  const int property = Find(entity, name);
+  if (property < 0) return 0;
+  return impl_->document.properties[static_cast<std::size_t>(property)].value_count;
+}
+
+CProperty* Worldfile::GetProperty(int entity, const char* name) {
+  const int number = Find(entity, name);
+  if (number < 0) return nullptr;
+  const worldfile::Document& document = impl_->document;
+  const worldfile::Property& property = document.properties[static_cast<std::size_t>(number)];
+  std::unique_ptr<CProperty>& handle =
+      impl_->handles[{static_cast<std::uint32_t>(entity), property.name}];
+  if (!handle) {
+    const worldfile::Place place = document.PlaceOf(document.tokens[property.name_token]);
+    handle.reset(new CProperty(entity, name, static_cast<int>(place.line)));
+    handle->file = place.file;
+    handle->column = static_cast<int>(place.column);
+    handle->used = property.used != 0;
+    for (std::uint32_t i = 0; i < property.value_count; ++i) {
+      handle->values.push_back(static_cast<int>(property.first_value + i));
+    }
+  }
+  return handle.get();
+}
+
+const char* Worldfile::GetPropertyValue(CProperty* property, int index) {
+  if (property == nullptr || index < 0) return nullptr;
+  const int number = Fetch(property->entity, property->name.c_str());
+  if (number < 0) return nullptr;
+  const auto at = static_cast<std::size_t>(index);
+  if (at >= impl_->document.properties[static_cast<std::size_t>(number)].value_count) {
+    return nullptr;
+  }
+  return impl_->kept_strings.emplace_back(impl_->Value(property->entity, number, at)).c_str();
+}
+
+// ---- places, warnings ----
+
+std::string Worldfile::Where(int entity, const char* name) const {
+  const worldfile::Document& document = impl_->document;
+  const int number = Find(entity, name);
+  if (number >= 0) {
+    const worldfile::Property& property = document.properties[static_cast<std::size_t>(number)];
+    return document.PlaceOf(document.tokens[property.first_value]).Text();
+  }
+  const bool inside = entity > 0 && static_cast<std::size_t>(entity) < document.entities.size();
+  const std::uint32_t token =
+      inside ? document.entities[static_cast<std::size_t>(entity)].name_token : kNone;
+  if (token == kNone) return worldfile::Place{filename.empty() ? "<stream>" : filename}.Text();
+  return document.PlaceOf(document.tokens[token]).Text();
+}
+
+void Worldfile::Fail(int entity, const char* name, const std::string& message) const {
+  throw LoadError(Where(entity, name) + ": " + message);
+}
+
+void Worldfile::Warn(int entity, const char* name, const std::string& message) {
+  impl_->document.Warn(Where(entity, name), message);
+}
+
+const std::vector<std::string>& Worldfile::warnings() const { return impl_->document.warnings; }
+
+std::vector<UnusedProperty> Worldfile::Unused() const {
+  const worldfile::Document& document = impl_->document;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // property, entity
+  std::vector<bool> seen(document.properties.size());
+  for (const auto& handle : impl_->handles) {
+    if (handle.second->used) seen[document.Find(handle.first.first, handle.first.second)] = true;
+  }
+  const auto visit = [&](std::uint32_t entity, std::uint32_t body) {
+    const worldfile::Body& from = document.bodies[body];
+    for (std::uint32_t i = 0; i < from.property_count; ++i) {
+      const std::uint32_t number = from.first_property + i;
+      const worldfile::Property& property = document.properties[number];
+      if (property.used != 0 || seen[number]) continue;
+      if (document.Find(entity, property.name) != number) continue;  // overridden here
+      seen[number] = true;
+      found.emplace_back(number, entity);
+    }
+  };
+  for (std::uint32_t entity = 0; entity < document.entities.size(); ++entity) {
+    visit(entity, document.entities[entity].body);
+    for (const std::uint32_t macro : document.chains[document.entities[entity].chain].macros) {
+      visit(entity, document.macros[macro].body);
+    }
+  }
+  std::sort(found.begin(), found.end(), [&](const auto& a, const auto& b) {
+    return document.properties[a.first].name_token < document.properties[b.first].name_token;
+  });
+
+  std::vector<UnusedProperty> unused;
+  for (const auto& [number, entity] : found) {
+    const worldfile::Property& property = document.properties[number];
+    const worldfile::Place place = document.PlaceOf(document.tokens[property.name_token]);
+    const std::string& name = document.names.Text(property.name);
+    unused.push_back({place.file, static_cast<int>(place.line), static_cast<int>(place.column),
+                      name, worldfile::SimilarName(document, entity, property.name, impl_->asked)});
+  }
+  return unused;
+}
+
+bool Worldfile::WarnUnused() {
+  const std::vector<UnusedProperty> unused = Unused();
+  for (const UnusedProperty& property : unused) {
+    const worldfile::Place place{property.file, static_cast<std::size_t>(property.line),
+                                 static_cast<std::size_t>(property.column)};
+    impl_->document.Warn(
+        place.Text(), "property " + worldfile::Quoted(property.name) + " is never read" +
+                          (property.suggestion.empty()
+                               ? ""
+                               : "; did you mean " + worldfile::Quoted(property.suggestion) + "?"));
+  }
+  const std::vector<std::string>& lines = warnings();
+  for (; impl_->warnings_printed < lines.size(); ++impl_->warnings_printed) {
+    std::cerr << lines[impl_->warnings_printed] << "\n";
+  }
+  std::cerr << std::flush;
+  return !unused.empty();
+}
+
+}  // namespace Stg

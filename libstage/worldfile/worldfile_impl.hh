@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#ifndef STAGE_WORLDFILE_WORLDFILE_IMPL_HH
+#define STAGE_WORLDFILE_WORLDFILE_IMPL_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "worldfile/document.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+namespace worldfile {
+
+/// An entity and the name of a property.
+using Slot = std::pair<std::uint32_t, std::uint32_t>;
+
+/// New values of a property, those that were written.
+using Written = std::vector<std::optional<std::string>>;
+
+/// The text of the world file with what was written in its place (see Worldfile::Save). Adds a
+/// warning for what cannot be expressed.
+std::string SavedText(Document& document, const std::map<Slot, Written>& written);
+
+/// The name that a property's name may have been meant to be, or "". It is one of those that
+/// somebody asked for (`asked`, by name), and none that the entity has anyway.
+std::string SimilarName(const Document& document, std::uint32_t entity, std::uint32_t name,
+                        const std::vector<bool>& asked);
+
+}  // namespace worldfile
+
+struct Worldfile::Impl {
+  worldfile::Document document;
+  std::string base_directory;
+  std::ostream* progress;
+  std::map<worldfile::Slot, worldfile::Written> written;
+  std::vector<bool> asked;  // by name: somebody looked for a property of that name
+  std::map<worldfile::Slot, std::unique_ptr<CProperty>> handles;
+  std::deque<std::string> kept_strings;  // what const char* results point to
+  std::size_t warnings_printed = 0;
+
+  std::uint32_t AskedName(const char* name);
+  std::string_view Value(int entity, int property, std::size_t index) const;
+};
+
+}  // namespace Stg
+
+#endif

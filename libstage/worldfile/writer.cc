@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Saving: the world file's own text is written again with some places changed, so that its layout
+// and its comments stay. What was written through Worldfile goes
+//   - into the value's own place, if the value belongs to this entity alone;
+//   - into a new property of the instance, if the value is a macro's;
+//   - into the macro, if the entity is a child that a macro makes and all such children agree.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "worldfile/numbers.hh"
+#include "worldfile/worldfile_impl.hh"
+
+namespace Stg {
+namespace worldfile {
+namespace {
+
+struct Edit {
+  std::size_t offset;
+  std::size_t length;
+  std::string text;
+};
+
+// Gathers the changes to the text of the world file.
+class SavePlan {
+ public:
+  SavePlan(Document& document, const std::map<Slot, Written>& written)
+      : document_(document), written_(written) {}
+
+  std::string Text();
+
+ private:
+  struct Shared {  // what the instances of one property in a macro's child have become
+    std::size_t entities = 0;
+    std::uint32_t entity = 0;
+    std::uint32_t property = 0;
+    bool changed = false;
+    bool agreed = true;
+    Written values;
+  };
+
+  void Plan(const Slot& slot, const Written& values);
+  void PlanShared(const Slot& slot, std::uint32_t property, const Written& values);
+  void FinishShared();
+  void Replace(std::uint32_t property, const Written& values);
+  void Insert(std::uint32_t body, std::uint32_t property, const Written& values);
+  bool Changed(std::uint32_t property, const Written& values) const;
+  const Token& ValueToken(std::uint32_t property, std::size_t index) const;
+  std::string NewToken(const Token& token, const std::string& text) const;
+  std::string PropertyText(std::uint32_t property, const Written& values) const;
+  std::string Apply();
+
+  Document& document_;
+  const std::map<Slot, Written>& written_;
+  std::map<Slot, Shared> shared_;  // by body and name
+  std::vector<Edit> edits_;
+};
+
+std::string SavePlan::Text() {
+  for (const auto& [slot, values] : written_) Plan(slot, values);
+  FinishShared();
+  for (const DroppedText& dropped : document_.dropped) {
+    edits_.push_back({dropped.offset, dropped.length, ""});
+  }
+  return Apply();
+}
+
+void SavePlan::Plan(const Slot& slot, const Written& values) {
+  const std::uint32_t property = document_.Find(slot.first, slot.second);
+  const std::uint32_t body = document_.entities[slot.first].body;
+  if (document_.bodies[body].in_macro) {
+    PlanShared(slot, property, values);
+  } else if (document_.FindIn(body, slot.second) == property) {
+    Replace(property, values);
+  } else if (Changed(property, values)) {
+    Insert(body, property, values);
+  }
+}
+
+void SavePlan::PlanShared(const Slot& slot, std::uint32_t property, const Written& values) {
+  Shared& shared = shared_[{document_.entities[slot.first].body, slot.second}];
+  if (shared.entities++ == 0) {
+    shared.values = values;
+    shared.property = property;
+    shared.entity = slot.first;
+  }
+  shared.agreed = shared.agreed && shared.values == values && shared.property == property;
+  shared.changed = shared.changed || Changed(property, values);
+}
+
+void SavePlan::FinishShared() {
+  std::vector<std::size_t> users(document_.bodies.size());
+  for (const Entity& entity : document_.entities) ++users[entity.body];
+  for (const auto& [slot, shared] : shared_) {
+    if (!shared.changed) continue;
+    if (!shared.agreed || shared.entities != users[slot.first]) {
+      const Token& at = document_.tokens[document_.properties[shared.property].name_token];
+      document_.Warn(document_.PlaceOf(at).Text(),
+                     "property " + Quoted(document_.names.Text(slot.second)) +
+                         " is not saved: its entity belongs to a macro, whose instances have "
+                         "different values");
+    } else if (document_.FindIn(slot.first, slot.second) == shared.property) {
+      Replace(shared.property, shared.values);
+    } else {
+      Insert(slot.first, shared.property, shared.values);
+    }
+  }
+}
+
+const Token& SavePlan::ValueToken(std::uint32_t property, std::size_t index) const {
+  return document_.tokens[document_.properties[property].first_value + index];
+}
+
+bool SavePlan::Changed(std::uint32_t property, const Written& values) const {
+  constexpr double kSame = 1e-6;  // what is lost in writing
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!values[i]) continue;
+    const std::string_view old = document_.Text(ValueToken(property, i));
+    if (old == *values[i]) continue;
+    const ReadNumber before = ReadFloatText(old);
+    const ReadNumber now = ReadFloatText(*values[i]);
+    const bool same = before.clean && now.clean && std::fabs(before.value - now.value) <= kSame;
+    if (!same) return true;
+  }
+  return false;
+}
+
+std::string SavePlan::NewToken(const Token& token, const std::string& text) const {
+  const bool quotes = token.kind == TokenKind::kString || !IsNumberToken(text);
+  return quotes ? "\"" + text + "\"" : text;
+}
+
+// Included files are not written.
+void SavePlan::Replace(std::uint32_t property, const Written& values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const Token& token = ValueToken(property, i);
+    if (values[i] && token.source == 0) {
+      edits_.push_back({token.offset, token.length, NewToken(token, *values[i])});
+    }
+  }
+}
+
+// Adds a property before the parenthesis that closes a body; on a line of its own if the
+// parenthesis has one.
+void SavePlan::Insert(std::uint32_t body, std::uint32_t property, const Written& values) {
+  if (document_.bodies[body].close_token == kNone) return;
+  const Token& close = document_.tokens[document_.bodies[body].close_token];
+  if (close.source != 0) return;
+  const std::string_view text = document_.sources.Text(0);
+  std::size_t line = close.offset;
+  while (line > 0 && (text[line - 1] == ' ' || text[line - 1] == '\t')) --line;
+  const bool own_line = line > 0 && (text[line - 1] == '\n' || text[line - 1] == '\r');
+  const std::string indent(text.substr(line, close.offset - line));
+  const std::string added = PropertyText(property, values);
+  edits_.push_back({close.offset, 0, own_line ? "  " + added + "\n" + indent : " " + added + " "});
+}
+
+std::string SavePlan::PropertyText(std::uint32_t property, const Written& values) const {
+  const Property& from = document_.properties[property];
+  // A tuple of one is not a scalar to look at, but reads as one.
+  const bool tuple = document_.tokens[from.first_value - 1].kind == TokenKind::kOpenBracket;
+  std::string text = document_.names.Text(from.name) + (tuple ? " [" : " ");
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const Token& token = ValueToken(property, i);
+    if (i > 0) text += " ";
+    text += NewToken(token, values[i] ? *values[i] : std::string(document_.Text(token)));
+  }
+  return tuple ? text + "]" : text;
+}
+
+std::string SavePlan::Apply() {
+  std::stable_sort(edits_.begin(), edits_.end(),
+                   [](const Edit& a, const Edit& b) { return a.offset < b.offset; });
+  const std::string_view text = document_.sources.Text(0);
+  std::string result;
+  std::size_t at = 0;
+  const auto copy_until = [&](std::size_t end) {
+    while (at < end) {
+      const std::size_t line_end = LineEndLength(text, at);
+      result += line_end > 0 ? '\n' : text[at];
+      at += std::max<std::size_t>(line_end, 1);
+    }
+  };
+  for (const Edit& edit : edits_) {
+    copy_until(edit.offset);
+    result += edit.text;
+    at = std::max(at, edit.offset + edit.length);
+  }
+  copy_until(text.size());
+  return result;
+}
+
+// 0, or the error number of what went wrong.
+int WriteAll(int file, const std::string& text) {
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t count = write(file, text.data() + done, text.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return errno;
+    done += static_cast<std::size_t>(count);
+  }
+  return fsync(file) == 0 || errno == EINVAL || errno == EROFS ? 0 : errno;
+}
+
+// Writes a file beside the wanted one and puts it in its place. 0, or an error number.
+int ReplaceFile(const std::string& path, const std::string& text) {
+  std::error_code error;
+  // A link stays a link: what it points to is replaced.
+  const std::filesystem::path canonical = std::filesystem::canonical(path, error);
+  const std::string target = error ? path : canonical.string();
+  struct stat old = {};
+  const bool exists = stat(target.c_str(), &old) == 0;
+  if (exists && S_ISDIR(old.st_mode)) return EISDIR;
+  if (exists && access(target.c_str(), W_OK) != 0) return errno;
+
+  const std::string temporary = target + "." + std::to_string(getpid()) + ".tmp";
+  const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (file < 0) return errno;
+  int result = WriteAll(file, text);
+  if (result == 0 && exists && fchmod(file, old.st_mode & 07777) != 0) result = errno;
+  if (close(file) != 0 && result == 0) result = errno;
+  if (result == 0 && std::rename(temporary.c_str(), target.c_str()) != 0) result = errno;
+  if (result != 0) unlink(temporary.c_str());
+  return result;
+}
+
+}  // namespace
+
+std::string SavedText(Document& document, const std::map<Slot, Written>& written) {
+  return SavePlan(document, written).Text();
+}
+
+}  // namespace worldfile
+
+bool Worldfile::Save(const std::string& file) {
+  const std::string name = file.empty() ? filename : file;
+  int error = ENOENT;
+  if (!name.empty() && impl_->document.sources.Count() > 0) {
+    error = worldfile::ReplaceFile(name, worldfile::SavedText(impl_->document, impl_->written));
+  }
+  if (error == 0) return true;
+  std::cerr << "unable to save world file " << name << " : "
+            << std::generic_category().message(error) << std::endl;
+  return false;
+}
+
+}  // namespace Stg

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// libFuzzer entry point: any bytes are a picture with outlines, or a LoadError.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "geometry/load_error.hh"
+#include "geometry/picture.hh"
+#include "geometry/trace.hh"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  try {
+    const Stg::picture::Raster raster = Stg::picture::LoadFromMemory(data, size, "fuzz");
+    for (const auto& polygon : Stg::picture::Trace(raster)) {
+      if (polygon.size() < 4) std::abort();
+    }
+  } catch (const Stg::LoadError&) {
+  }
+  return 0;
+}

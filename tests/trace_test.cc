@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Rasters into polygons.
+#include "geometry/trace.hh"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "geometry/picture.hh"
+
+namespace {
+
+using Stg::point_t;
+using Stg::picture::Load;
+using Stg::picture::Raster;
+using Stg::picture::Trace;
+using Polygons = std::vector<std::vector<point_t>>;
+
+// A raster out of rows in which # is solid.
+Raster Drawing(const std::vector<std::string>& rows) {
+  Raster raster;
+  raster.width = rows.empty() ? 0 : int(rows[0].size());
+  raster.height = int(rows.size());
+  for (const std::string& row : rows) {
+    for (const char c : row) raster.samples.push_back(c == '#' ? 0 : 255);
+  }
+  return raster;
+}
+
+TEST(Outlines, ThresholdIs127) {
+  Raster raster = Drawing({"......."});
+  raster.samples = {126, 255, 127, 255, 128, 255, 129};
+  const Polygons polygons = Trace(raster);
+  ASSERT_EQ(polygons.size(), 2U);
+  EXPECT_EQ(polygons[0][0], point_t(0, 0));
+  EXPECT_EQ(polygons[1][0], point_t(2, 0));
+  EXPECT_EQ(Trace(raster, 128).size(), 3U);
+  EXPECT_EQ(Trace(raster, 0).size(), 0U);
+  EXPECT_EQ(Trace(raster, 255).size(), 1U);
+}
+
+TEST(Outlines, NothingSolid) {
+  EXPECT_TRUE(Trace(Drawing({"....", "...."})).empty());
+  EXPECT_TRUE(Trace(Raster{}).empty());
+}
+
+TEST(Outlines, FirstAndLastStepsStayUnjoined) {
+  EXPECT_EQ(Trace(Drawing({"###", "###"})),
+            (Polygons{{{0, 0}, {1, 0}, {3, 0}, {3, -2}, {0, -2}, {0, -1}}}));
+}
+
+TEST(Outlines, TopRowIsAtPlainZero) {
+  EXPECT_FALSE(std::signbit(Trace(Drawing({"#"})).at(0).at(0).y));
+}
+
+TEST(Outlines, RingWithIsland) {
+  const Polygons polygons = Trace(Drawing({"#####", "#...#", "#.#.#", "#...#", "#####"}));
+  ASSERT_EQ(polygons.size(), 3U);
+  EXPECT_EQ(polygons[0][0], point_t(0, 0));
+  EXPECT_EQ(polygons[1][0], point_t(1, -1));
+  EXPECT_EQ(polygons[2][0], point_t(2, -2));
+}
+
+TEST(Outlines, PixelsTouchingAtACorner) {
+  EXPECT_EQ(Trace(Drawing({"#.", ".#"})),
+            (Polygons{{{0, 0}, {1, 0}, {1, -1}, {0, -1}}, {{1, -1}, {2, -1}, {2, -2}, {1, -2}}}));
+}
+
+// The other diagonal is one outline: the way on to the smaller corner leads into the other pixel.
+TEST(Outlines, PixelsTouchingAtTheOtherCorner) {
+  EXPECT_EQ(Trace(Drawing({".#", "#."})),
+            (Polygons{{{0, -1}, {1, -1}, {1, 0}, {2, 0}, {2, -1}, {1, -1}, {1, -2}, {0, -2}}}));
+}
+
+TEST(Outlines, RefusesRastersThatDoNotAddUp) {
+  Raster raster = Drawing({"##"});
+  raster.samples.pop_back();
+  EXPECT_THROW(Trace(raster), std::invalid_argument);
+}
+
+// The definition of the outlines, word for word and slow: a sorted set of directed unit edges.
+Polygons SlowTrace(const Raster& raster, int threshold) {
+  using Corner = std::pair<int, int>;
+  std::set<std::pair<Corner, Corner>> edges;
+  const auto add = [&edges](Corner from, Corner to) {
+    if (edges.erase({to, from}) == 0) edges.insert({from, to});
+  };
+  for (int y = 0; y < raster.height; ++y) {
+    for (int x = 0; x < raster.width; ++x) {
+      if (raster.samples[std::size_t(y * raster.width + x)] > threshold) continue;
+      add({x, y}, {x + 1, y});
+      add({x + 1, y}, {x + 1, y + 1});
+      add({x + 1, y + 1}, {x, y + 1});
+      add({x, y + 1}, {x, y});
+    }
+  }
+  const auto direction = [](Corner from, Corner to) {
+    const auto sign = [](int v) { return (v > 0) - (v < 0); };
+    return Corner(sign(to.first - from.first), sign(to.second - from.second));
+  };
+  Polygons polygons;
+  while (!edges.empty()) {
+    std::vector<Corner> polygon;
+    for (auto edge = edges.begin(); edge != edges.end();) {
+      const auto [start, end] = *edge;
+      const std::size_t n = polygon.size();
+      if (n > 2 && direction(polygon[n - 1], start) == direction(polygon[n - 2], polygon[n - 1])) {
+        polygon.back() = start;
+      } else {
+        polygon.push_back(start);
+      }
+      edges.erase(edge);
+      edge = edges.lower_bound({end, Corner(-1, -1)});
+      if (edge != edges.end() && edge->first != end) edge = edges.end();
+    }
+    polygons.emplace_back();
+    for (const auto& [x, y] : polygon) polygons.back().emplace_back(x, -y);
+  }
+  return polygons;
+}
+
+TEST(Outlines, SameAsTheDefinition) {
+  std::mt19937 random(20240229);
+  for (int round = 0; round < 400; ++round) {
+    Raster raster;
+    raster.width = 1 + int(random() % 14);
+    raster.height = 1 + int(random() % 14);
+    raster.samples.resize(std::size_t(raster.width * raster.height));
+    for (auto& sample : raster.samples) sample = std::uint8_t(random() % 256);
+    const int threshold = 25 + int(random() % 206);
+    ASSERT_EQ(Trace(raster, std::uint8_t(threshold)), SlowTrace(raster, threshold)) << round;
+  }
+}
+
+// ---- reference data: the bundled bitmaps of Stage 4.3, if they are at hand
+
+struct Reference {
+  const char* file;
+  int width, height, solid, left, top, right, bottom;
+  std::size_t polygons, vertices;
+};
+
+class ReferencePictures : public testing::TestWithParam<Reference> {};
+
+TEST_P(ReferencePictures, SolidPixelsAndOutlines) {
+  const char* const shared = std::getenv("STAGE_SHARED_DIR");
+  if (shared == nullptr) GTEST_SKIP() << "STAGE_SHARED_DIR is not set";
+  const Reference& expected = GetParam();
+  const auto path = std::filesystem::path(shared) / "stage-worlds" / "bitmaps" / expected.file;
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " does not exist";
+
+  const Raster raster = Load(path);
+  ASSERT_EQ(raster.width, expected.width);
+  ASSERT_EQ(raster.height, expected.height);
+  int solid = 0, left = raster.width, top = raster.height, right = -1, bottom = -1;
+  for (int y = 0; y < raster.height; ++y) {
+    for (int x = 0; x < raster.width; ++x) {
+      if (raster.samples[std::size_t(y * raster.width + x)] > 127) continue;
+      ++solid;
+      left = std::min(left, x), right = std::max(right, x);
+      top = std::min(top, y), bottom = std::max(bottom, y);
+    }
+  }
+  EXPECT_EQ(solid, expected.solid);
+  EXPECT_EQ((std::array{left, top, right, bottom}),
+            (std::array{expected.left, expected.top, expected.right, expected.bottom}));
+  const Polygons polygons = Trace(raster);
+  std::size_t vertices = 0;
+  for (const auto& polygon : polygons) vertices += polygon.size();
+  EXPECT_EQ(polygons.size(), expected.polygons);
+  EXPECT_EQ(vertices, expected.vertices);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Stage43, ReferencePictures,
+    testing::Values(Reference{"cave.png", 500, 500, 5270, 0, 0, 499, 499, 15, 1462},
+                    Reference{"cave_filled.png", 500, 500, 59067, 0, 0, 499, 499, 8, 729},
+                    Reference{"ghost.png", 23, 20, 134, 4, 3, 17, 16, 3, 70},
+                    Reference{"hospital.png", 3117, 1189, 95287, 1, 1, 3116, 1188, 979, 17357},
+                    Reference{"hospital_section.png", 1086, 443, 17158, 4, 0, 1085, 442, 66, 1805},
+                    Reference{"simple_rooms.png", 400, 300, 36816, 0, 0, 399, 299, 2, 60},
+                    Reference{"space_invader.png", 122, 101, 3486, 13, 13, 108, 82, 5, 66}),
+    [](const auto& param_info) {
+      const std::string file = param_info.param.file;
+      return file.substr(0, file.find('.'));
+    });
+
+}  // namespace

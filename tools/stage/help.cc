@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/help.hh"
+
+namespace Stg::program {
+
+const char kHelpText[] =
+    R"(Usage: stage [OPTION]... WORLDFILE...
+
+Simulates crowds of robots in the plane. A WORLDFILE describes what there is: surroundings, robots,
+their sensors, and the controllers (plug-ins) that drive them. Several worlds run side by side, one
+step each in turn, in the order given.
+
+How long, and what comes out
+  --duration S         end after S simulated seconds, whatever the worlds' quit_time says;
+                       a world without either runs until its controllers or Ctrl-C end it
+  --seed N             begin the random numbers differently (default 1): the same seed gives the
+                       same run, another seed another sample of it
+  -a, --args STR       hand STR to every controller
+
+How fast
+  A world's speedup, if positive, keeps it to that multiple of real time; otherwise it runs as fast
+  as it can. None of these options changes any result.
+  --threads N          trace sensor rays in N threads (1 to 1024; default: the world's threads, or
+                       1); pays with many sensors, up to the number of cores
+  --opencl[=DEVICE]    trace sensor rays with an OpenCL device wherever that is faster; pays from
+                       some ten thousand rays a step. DEVICE is one of
+                         auto            the best one; without any, the run goes on (default)
+                         cpu, gpu        the first of that kind
+                         NAME[:INDEX]    one whose name contains NAME; the INDEXth, from 0
+                         list            none: print the devices that there are, and end
+  --opencl-always      use the device for every step, even where it is slower: for measurements
+  --no-batch           trace each sensor on its own instead of all at once: for comparisons
+
+What you see
+  -c, --clock          print the simulated time, every show_clock_interval steps of the world
+  --progress           show how far the run is, on standard error, even if that is no terminal
+  --no-progress        never show it; default: on a terminal, if the end is known, without a clock
+  --stats FILE         at the end write figures about the run (robots, speed, rays, memory, where
+                       the time went) to FILE as JSON; - for standard output
+  --state-hash         at the end print a line "state-hash DIGITS" for each world: equal digits mean
+                       that all poses, velocities and sensor readings are equal
+  -g, --gui            no window. (The name has historical reasons. This build has no window anyway.)
+  -h, -?, --help       print this and end
+  --version            print the version and end
+
+Options may stand anywhere and long ones may be shortened; after -- everything is a world file.
+
+Examples
+  stage -g -c worlds/simple.world
+      two robots stroll about a flat; print the clock
+  stage -g --duration 60 --threads 8 --stats run.json worlds/hospital.world
+      one simulated minute with 8 threads; then look up r_acc in run.json: simulated robot seconds
+      for each second of real time
+  stage -g --duration 60 --opencl=gpu --state-hash worlds/cave.world
+      the same sort of run on a GPU; the state hash shows that the result is that of the CPU
+
+World files
+  simple.world is where to start: in worlds/ of the source tree, in share/stage/worlds/ below the
+  place where Stage is installed. Their comments explain the format.
+
+Environment
+  STAGEPATH            folders, with : between them, for world files, includes and controllers that
+                       are not found otherwise
+  LD_LIBRARY_PATH      further folders for controllers
+  STAGE_CL_DEVICE      DEVICE for an --opencl that names none
+  POSIXLY_CORRECT      if set, options only count before the first world file
+
+Exit status
+  0        all worlds have come to their end
+  1        a world file is missing or wrong; or the run can't go on
+  2        wrong options, or FILE of --stats can't be written
+  255      something that a world file names is missing or wrong: a controller, a bitmap, a tuple
+  128+N    ended by signal N, such as 130 for Ctrl-C: the step is finished, figures are written
+  A controller that ends the program chooses its own.
+)";
+
+}  // namespace Stg::program

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/interrupt.hh"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+
+namespace Stg::program {
+
+namespace {
+
+std::atomic<int> caught{0};
+static_assert(std::atomic<int>::is_always_lock_free, "signal handlers need it");
+
+// A signal may come between looking at `caught` and going to sleep, or to another thread: a byte
+// in a pipe wakes the sleeper in either case.
+int wake_pipe[2] = {-1, -1};
+
+void Note(int signal) {
+  const int saved = errno;
+  caught = signal;
+  const char byte = 0;
+  [[maybe_unused]] const ssize_t written = write(wake_pipe[1], &byte, 1);
+  errno = saved;
+}
+
+void Catch(int signal) {
+  struct sigaction action = {};
+  // What is ignored stays ignored: nohup, and shells that start a job in the background, want that.
+  if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) return;
+  action = {};
+  action.sa_handler = Note;
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  sigemptyset(&action.sa_mask);
+  sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+double Now() {
+  using Clock = std::chrono::steady_clock;
+  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+void CatchSignals() {
+  if (pipe(wake_pipe) != 0) return;  // then signals kill, as they would without us
+  for (const int end : wake_pipe) {
+    fcntl(end, F_SETFD, FD_CLOEXEC);
+    fcntl(end, F_SETFL, O_NONBLOCK);
+  }
+  Catch(SIGINT);
+  Catch(SIGTERM);
+}
+
+int CaughtSignal() { return caught; }
+
+bool SleepUntil(double time) {
+  constexpr double kLongestNap = 3600;
+  for (;;) {
+    if (CaughtSignal() != 0) return false;
+    const double left = std::min(time - Now(), kLongestNap);
+    if (left <= 0) return true;
+    const double seconds = std::floor(left);
+    const timespec nap = {static_cast<time_t>(seconds), static_cast<long>((left - seconds) * 1e9)};
+    pollfd wake = {wake_pipe[0], POLLIN, 0};
+    ppoll(&wake, 1, &nap, nullptr);
+  }
+}
+
+int DieOf(int signal) {
+  std::signal(signal, SIG_DFL);
+  raise(signal);
+  return 128 + signal;
+}
+
+}  // namespace Stg::program

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The `stage` program: runs world files.
+
+#include <cinttypes>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <optional>
+
+#include "stage.hh"
+#include "stage/help.hh"
+#include "stage/interrupt.hh"
+#include "stage/options.hh"
+#include "stage/report.hh"
+#include "stage/run.hh"
+#include "world/prefilter_loader.hh"
+
+namespace Stg::program {
+
+namespace {
+
+constexpr int kFailure = 1;
+constexpr int kBadUsage = 2;
+
+void PrintBanner(const Options &options) {
+  std::printf("Stage %s %s\n", Version(), options.tags.c_str());
+  std::fflush(stdout);
+  if (!options.no_gui && !options.worldfiles.empty())
+    std::fputs("stage: no graphical interface in this build; running headless\n", stderr);
+}
+
+/// Returns the status to exit with.
+int Finish(const Options &options, const std::optional<ReportFile> &report,
+           const std::vector<LoadedWorld> &worlds) {
+  std::printf("\n[Stage: done]\n");
+  if (options.state_hash)
+    for (const LoadedWorld &loaded : worlds)
+      std::printf("state-hash %016" PRIx64 "\n", loaded.world->StateHash());
+  if (report) report->Write(Statistics(worlds));
+  std::fflush(stdout);
+  return CaughtSignal() != 0 ? DieOf(CaughtSignal()) : 0;
+}
+
+int Run(const Options &options) {
+  std::optional<ReportFile> report;
+  if (!options.stats_file.empty()) {
+    try {
+      report.emplace(options.stats_file);
+    } catch (const std::exception &error) {
+      throw UsageError(error.what());
+    }
+  }
+  PrintBanner(options);
+  // Never deleted, like the worlds in it: nothing is torn down at the end.
+  static std::vector<LoadedWorld> &worlds = *new std::vector<LoadedWorld>;
+  if (const int status = LoadWorlds(options, &worlds); status != 0) return status;
+  CatchSignals();  // not before: while loading there is nothing to be finished
+  RunWorlds(options, &worlds);
+  return Finish(options, report, worlds);
+}
+
+int Main(int argc, char *argv[]) {
+  const Options options = ParseOptions(argc, argv);
+  switch (options.action) {
+    case Options::Action::kHelp:
+      std::fputs(kHelpText, stdout);
+      return 0;
+    case Options::Action::kVersion:
+      std::printf("stage %s\n", Version());
+      return 0;
+    case Options::Action::kListDevices:
+      std::fputs(ListDevices().c_str(), stdout);
+      return 0;
+    case Options::Action::kRun:
+      break;
+  }
+  World::run_options = options.run;  // before Init(), which seeds the random numbers
+  World::ctrlargs = options.controller_args;
+  Init(&argc, &argv);
+  return Run(options);
+}
+
+}  // namespace
+
+}  // namespace Stg::program
+
+int main(int argc, char *argv[]) {
+  try {
+    return Stg::program::Main(argc, argv);
+  } catch (const Stg::program::UsageError &error) {
+    std::fprintf(stderr, "stage: %s; 'stage --help' explains the options\n", error.what());
+    return Stg::program::kBadUsage;
+  } catch (const std::bad_alloc &) {
+    std::fflush(stdout);
+    std::fputs("stage: out of memory\n", stderr);
+  } catch (const std::exception &error) {
+    std::fflush(stdout);
+    std::fprintf(stderr, "stage: %s\n", error.what());
+  }
+  return Stg::program::kFailure;
+}

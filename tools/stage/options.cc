@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/options.hh"
+
+#include <getopt.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <string_view>
+
+namespace Stg::program {
+
+namespace {
+
+// Values of options without a short form lie above all characters.
+enum Id : int {
+  kArgs = 'a',
+  kClock = 'c',
+  kGui = 'g',
+  kHelp = 'h',
+  kQuestion = '?',
+  kMissingValue = ':',
+  kVersion = 256,
+  kDuration,
+  kSeed,
+  kThreads,
+  kStats,
+  kStateHash,
+  kOpencl,
+  kOpenclAlways,
+  kNoBatch,
+  kProgress,
+  kNoProgress
+};
+
+// The colon in front: getopt keeps quiet and tells a missing value from an unknown option.
+constexpr char kShortOptions[] = ":a:cgh";
+
+// The values of --clock, --gui and --help are taken and ignored, as ever.
+constexpr option kLongOptions[] = {
+    {"args", required_argument, nullptr, kArgs},
+    {"clock", optional_argument, nullptr, kClock},
+    {"duration", required_argument, nullptr, kDuration},
+    {"gui", optional_argument, nullptr, kGui},
+    {"help", optional_argument, nullptr, kHelp},
+    {"no-batch", no_argument, nullptr, kNoBatch},
+    {"no-progress", no_argument, nullptr, kNoProgress},
+    {"opencl", optional_argument, nullptr, kOpencl},
+    {"opencl-always", no_argument, nullptr, kOpenclAlways},
+    {"progress", no_argument, nullptr, kProgress},
+    {"seed", required_argument, nullptr, kSeed},
+    {"state-hash", no_argument, nullptr, kStateHash},
+    {"stats", required_argument, nullptr, kStats},
+    {"threads", required_argument, nullptr, kThreads},
+    {"version", no_argument, nullptr, kVersion},
+    {nullptr, 0, nullptr, 0},
+};
+
+constexpr double kLongestDuration = 1e12;  // seconds; keeps microseconds well inside usec_t
+constexpr int kMostThreads = 1024;
+
+std::string NameOf(int id) {
+  for (const option *o = kLongOptions; o->name; o++)
+    if (o->val == id) return std::string("--") + o->name;
+  return "";
+}
+
+/// All of the text has to be the number; no blanks, no sign in front of unsigned ones.
+template <typename Number>
+std::optional<Number> ParseNumber(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+[[noreturn]] void Refuse(int id, const std::string &expected, const std::string &found) {
+  throw UsageError(NameOf(id) + ": found '" + found + "', expected " + expected);
+}
+
+usec_t ParseDuration(const std::string &text) {
+  const std::optional<double> seconds = ParseNumber<double>(text);
+  // The comparisons are false for what is not a number.
+  if (!seconds || !(*seconds >= 1e-6 && *seconds <= kLongestDuration))
+    Refuse(kDuration, "simulated seconds, from 0.000001 to 1e12", text);
+  return static_cast<usec_t>(std::llround(*seconds * 1e6));
+}
+
+uint64_t ParseSeed(const std::string &text) {
+  const std::optional<uint64_t> seed = ParseNumber<uint64_t>(text);
+  if (!seed) Refuse(kSeed, "a whole number, from 0 to 18446744073709551615", text);
+  return *seed;
+}
+
+int ParseThreads(const std::string &text) {
+  const std::optional<int> threads = ParseNumber<int>(text);
+  if (!threads || *threads < 1 || *threads > kMostThreads)
+    Refuse(kThreads, "a whole number, from 1 to " + std::to_string(kMostThreads), text);
+  return *threads;
+}
+
+/// Why getopt did not find a long option: there is none, or more than one begins like that.
+std::string UnknownLongOption(const std::string &given) {
+  const std::string prefix = given.substr(2, given.find('=') - 2);
+  std::string candidates;
+  for (const option *o = kLongOptions; o->name; o++)
+    if (std::string_view(o->name).starts_with(prefix))
+      candidates += (candidates.empty() ? "--" : ", --") + std::string(o->name);
+  if (candidates.empty()) return "there is no option '" + given + "'";
+  return "'" + given + "' may mean any of " + candidates;
+}
+
+class Parser {
+ public:
+  Parser(int argc, char *argv[]) : arguments_(argv, argv + argc) { arguments_.push_back(nullptr); }
+
+  Options Parse() {
+    const int count = static_cast<int>(arguments_.size()) - 1;
+    int id;
+    while ((id = getopt_long(count, arguments_.data(), kShortOptions, kLongOptions, nullptr)) !=
+           -1) {
+      Apply(id);
+      if (options_.action == Options::Action::kHelp || options_.action == Options::Action::kVersion)
+        return options_;
+    }
+    for (int i = optind; i < count; i++)
+      options_.worldfiles.push_back(arguments_[static_cast<size_t>(i)]);
+    return options_;
+  }
+
+ private:
+  void Apply(int id) {
+    const std::string value = optarg ? optarg : "";
+    switch (id) {
+      case kArgs:
+        options_.controller_args = value;
+        break;
+      case kClock:
+        TurnOn(&options_.clock, "[Clock enabled]");
+        break;
+      case kGui:
+        TurnOn(&options_.no_gui, "[GUI disabled]");
+        break;
+      case kHelp:
+        options_.action = Options::Action::kHelp;
+        break;
+      case kVersion:
+        options_.action = Options::Action::kVersion;
+        break;
+      case kDuration:
+        options_.duration = ParseDuration(value);
+        break;
+      case kSeed:
+        options_.run.seed = ParseSeed(value);
+        break;
+      case kThreads:
+        options_.run.threads = ParseThreads(value);
+        break;
+      case kStats:
+        SetStatsFile(value);
+        break;
+      case kStateHash:
+        options_.state_hash = true;
+        break;
+      case kOpencl:
+        SetDevice(value);
+        break;
+      case kOpenclAlways:
+        options_.run.opencl = options_.run.always_on_device = true;
+        break;
+      case kNoBatch:
+        options_.run.batch = false;
+        break;
+      case kProgress:
+        options_.progress = true;
+        break;
+      case kNoProgress:
+        options_.progress = false;
+        break;
+      default:
+        Fail(id);
+    }
+  }
+
+  void TurnOn(bool *option, const char *tag) {
+    if (!*option) options_.tags += tag;
+    *option = true;
+  }
+
+  void SetStatsFile(const std::string &value) {
+    if (value.empty()) Refuse(kStats, "the name of a file, or - for standard output", value);
+    options_.stats_file = value;
+  }
+
+  void SetDevice(const std::string &value) {
+    options_.run.opencl = true;
+    options_.run.device = value;
+    if (value == "list") options_.action = Options::Action::kListDevices;
+  }
+
+  void Fail(int id) {
+    // '?' is no option of ours as far as getopt knows, because it also stands for any mistake.
+    if (id == kQuestion && optopt == '?') {
+      options_.action = Options::Action::kHelp;
+      return;
+    }
+    if (id == kMissingValue) throw UsageError(NameOf(optopt) + " needs a value");
+    if (optopt >= kVersion) throw UsageError(NameOf(optopt) + " takes no value");
+    if (optopt != 0)
+      throw UsageError(std::string("there is no option '-") + static_cast<char>(optopt) + "'");
+    throw UsageError(UnknownLongOption(arguments_[static_cast<size_t>(optind - 1)]));
+  }
+
+  std::vector<char *> arguments_;  // a copy: getopt sorts it
+  Options options_;
+};
+
+/// The environment chooses a device where the command line leaves that open.
+void TakeDeviceFromEnvironment(Options *options) {
+  const char *choice = std::getenv("STAGE_CL_DEVICE");
+  if (!options->run.opencl || !options->run.device.empty() || !choice) return;
+  options->run.device = choice;
+  if (options->run.device == "list" && options->action == Options::Action::kRun)
+    options->action = Options::Action::kListDevices;
+}
+
+}  // namespace
+
+Options ParseOptions(int argc, char *argv[]) {
+  Options options = Parser(argc, argv).Parse();
+  TakeDeviceFromEnvironment(&options);
+  return options;
+}
+
+}  // namespace Stg::program

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The command line.
+
+#ifndef STAGE_TOOLS_STAGE_OPTIONS_HH
+#define STAGE_TOOLS_STAGE_OPTIONS_HH
+
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "stage.hh"
+
+namespace Stg::program {
+
+struct Options {
+  enum class Action { kRun, kHelp, kVersion, kListDevices };
+
+  Action action = Action::kRun;
+  bool no_gui = false;
+  bool clock = false;
+  std::string tags;                ///< of the options before: "[GUI disabled]", in their order
+  std::string controller_args;     ///< the text of --args
+  std::optional<usec_t> duration;  ///< simulated; otherwise each world's own quit time counts
+  RunOptions run;
+  std::string stats_file;  ///< empty: none; "-": standard output
+  bool state_hash = false;
+  std::optional<bool> progress;  ///< unset: shown where somebody is likely to look
+  std::vector<std::string> worldfiles;
+};
+
+/// what() is one line that says what is wrong with the command line.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws UsageError. Call it once: getopt has a state of its own.
+Options ParseOptions(int argc, char *argv[]);
+
+}  // namespace Stg::program
+
+#endif

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/progress.hh"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "stage/interrupt.hh"
+
+namespace Stg::program {
+
+namespace {
+
+constexpr double kPeriod = 0.25;     // seconds between two prints
+constexpr size_t kMostSamples = 20;  // so the speed is that of the last five seconds
+
+/// Worlds advance step by step together, so it is their number that tells who comes last.
+double StepsLeft(const World *world) {
+  const usec_t end = world->GetQuitTime(), now = world->SimTimeNow();
+  return end > now ? static_cast<double>(end - now) / static_cast<double>(world->sim_interval) : 0;
+}
+
+double Seconds(usec_t time) { return static_cast<double>(time) / 1e6; }
+
+/// "9 s", "4 min 5 s", "2 h 10 min"
+std::string Duration(double seconds) {
+  if (!(seconds < 1e7)) return "months";
+  const long s = static_cast<long>(seconds + 0.5);
+  char text[64];
+  if (s < 100)
+    std::snprintf(text, sizeof text, "%ld s", s);
+  else if (s < 6000)
+    std::snprintf(text, sizeof text, "%ld min %ld s", s / 60, s % 60);
+  else
+    std::snprintf(text, sizeof text, "%ld h %ld min", s / 3600, s / 60 % 60);
+  return text;
+}
+
+}  // namespace
+
+Progress::Progress(std::optional<bool> wanted, const std::vector<LoadedWorld> &worlds)
+    : next_(Now() + kPeriod) {
+  bool end_known = true, clock = false;
+  World *last = nullptr;
+  for (const LoadedWorld &loaded : worlds) {
+    World *world = loaded.world;
+    end_known &= world->GetQuitTime() > 0;
+    clock |= world->ShowsClock();
+    const bool later = !last || (last->GetQuitTime() > 0 &&
+                                 (world->GetQuitTime() == 0 || StepsLeft(world) > StepsLeft(last)));
+    if (later) last = world;
+  }
+  if (!last || !wanted.value_or(isatty(STDERR_FILENO) != 0 && end_known && !clock)) return;
+  last_ = last;
+  samples_.push_back({Now(), Seconds(last->SimTimeNow())});
+}
+
+Progress::~Progress() {
+  if (length_ == 0) return;
+  Print("");
+  std::fputc('\r', stderr);
+}
+
+void Progress::Tick() {
+  if (!last_) return;
+  const double now = Now();
+  if (now < next_) return;
+  next_ = now + kPeriod;
+  Print(Text(now));
+}
+
+void Progress::Print(const std::string &text) {
+  // Blanks wipe out what is left of a longer line before.
+  std::fprintf(stderr, "\r%-*s", static_cast<int>(length_), text.c_str());
+  std::fflush(stderr);
+  length_ = text.size();
+}
+
+std::string Progress::Text(double now) {
+  const double simulated = Seconds(last_->SimTimeNow()), end = Seconds(last_->GetQuitTime());
+  samples_.push_back({now, simulated});
+  if (samples_.size() > kMostSamples) samples_.pop_front();
+  const Sample &first = samples_.front();
+  const double speed = now > first.wall ? (simulated - first.simulated) / (now - first.wall) : 0;
+
+  char text[160];
+  int length;
+  if (end > 0)
+    length = std::snprintf(text, sizeof text, " %2.0f%% of %.6g s simulated",
+                           std::min(99.0, 100 * simulated / end), end);
+  else
+    length = std::snprintf(text, sizeof text, " %.1f s simulated", simulated);
+  if (speed > 0)
+    length += std::snprintf(text + length, sizeof text - static_cast<size_t>(length),
+                            ", %.*f x real time", speed < 100 ? 1 : 0, speed);
+  std::string line(text, static_cast<size_t>(length));
+  if (speed > 0 && end > 0)
+    line += ", " + Duration(std::max(0.0, end - simulated) / speed) + " left";
+  return line;
+}
+
+}  // namespace Stg::program

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/report.hh"
+
+#include <sys/resource.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <thread>
+
+#include "world/statistics.hh"
+
+namespace Stg::program {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// 0 where there is nothing to divide by: JSON has no infinity.
+double Ratio(double a, double b) {
+  const double ratio = b != 0 ? a / b : 0;
+  return std::isfinite(ratio) ? ratio : 0;
+}
+
+// ---- the process and the machine ----------------------------------------------------------------
+
+/// The text after the colon of the first line that begins with `key`.
+std::string FromProc(const char *file, const std::string &key) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with(key)) continue;
+    const size_t value = line.find_first_not_of(" \t", line.find(':') + 1);
+    return value == std::string::npos ? "" : line.substr(value);
+  }
+  return "";
+}
+
+double PeakMemoryMb() {
+  // getrusage() may tell the peak of the process that started this one.
+  const double kilobytes = std::atof(FromProc("/proc/self/status", "VmHWM:").c_str());
+  if (kilobytes > 0) return kilobytes / 1024;
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+Json Machine() {
+  utsname system = {};
+  uname(&system);
+  return {{"system", std::string(system.sysname) + " " + system.release},
+          {"architecture", system.machine},
+          {"cpu", FromProc("/proc/cpuinfo", "model name")},
+          {"cores", std::thread::hardware_concurrency()}};
+}
+
+// ---- a world ------------------------------------------------------------------------------------
+
+struct Population {
+  size_t models = 0, positions = 0, robots = 0;  // robots: positions that somebody drives
+};
+
+void Count(const Ancestor &parent, const Model *ground, Population *population) {
+  for (const Model *model : parent.GetChildren()) {
+    if (model == ground) continue;
+    const bool position = dynamic_cast<const ModelPosition *>(model) != nullptr;
+    population->models++;
+    population->positions += position;
+    population->robots += position && model->HasSubscribers();
+    Count(*model, ground, population);
+  }
+}
+
+Json OpenCl(const RunStatistics &run) {
+  if (run.device.empty() && run.device_steps == 0) return nullptr;
+  return {{"device", run.device},  // empty: it failed in mid-run
+          {"steps_on_device", run.device_steps},
+          {"rays_on_device", run.device_rays},
+          {"compile_seconds", run.prefilter.compile_seconds},
+          {"bytes_sent", run.prefilter.bytes_sent},
+          {"bytes_fetched", run.prefilter.bytes_fetched},
+          {"send_ms", run.prefilter.send_seconds * 1e3},
+          {"walk_ms", run.prefilter.walk_seconds * 1e3},
+          {"fetch_ms", run.prefilter.fetch_seconds * 1e3}};
+}
+
+Json PhasesPerStep(const RunStatistics &run) {
+  const auto ms = [&run](double seconds) {
+    return Ratio(seconds * 1e3, static_cast<double>(run.steps));
+  };
+  return {{"gather", ms(run.seconds.gather)},
+          {"prefilter", ms(run.seconds.prefilter)},
+          {"trace", ms(run.seconds.trace)},
+          {"move", ms(run.seconds.move)},
+          {"callbacks", ms(run.seconds.callbacks)}};
+}
+
+Json Describe(const LoadedWorld &loaded) {
+  World *world = loaded.world;
+  const RunStatistics &run = world->statistics();
+  Population population;
+  Count(*world, world->GetGround(), &population);
+  const double simulated = static_cast<double>(world->SimTimeNow()) / 1e6;
+  const double rays = static_cast<double>(run.trace.rays);
+
+  return {{"worldfile", loaded.file},
+          {"seed", world->seed()},
+          {"robots", population.robots},
+          {"position_models", population.positions},
+          {"models", population.models},
+          {"steps", run.steps},
+          {"simulated_seconds", simulated},
+          {"load_seconds", run.load_seconds},
+          {"wall_seconds", loaded.wall_seconds},
+          {"r_acc", Ratio(static_cast<double>(population.robots) * simulated, loaded.wall_seconds)},
+          {"rays", run.trace.rays},
+          {"rays_per_second", Ratio(rays, loaded.wall_seconds)},
+          {"potential_hits_per_ray", Ratio(static_cast<double>(run.trace.potential_hits), rays)},
+          {"resumed_rays", run.trace.resumed},
+          {"threads", run.threads},
+          {"phases_ms_per_step", PhasesPerStep(run)},
+          {"opencl", OpenCl(run)}};
+}
+
+// ---- files --------------------------------------------------------------------------------------
+
+[[noreturn]] void Fail(const std::string &name, int error) {
+  throw std::runtime_error("can't write the statistics to '" + name + "': " + std::strerror(error));
+}
+
+void WriteFile(const std::string &name, const std::string &path, const char *mode,
+               const std::string &text) {
+  FILE *file = std::fopen(path.c_str(), mode);
+  if (!file) Fail(name, errno);
+  const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  const int write_error = errno;
+  const bool closed = std::fclose(file) == 0;
+  if (!written || !closed) Fail(name, written ? errno : write_error);
+}
+
+}  // namespace
+
+std::string Statistics(const std::vector<LoadedWorld> &worlds) {
+  Json json = {{"program", "stage"}, {"version", Version()}};
+  double wall_seconds = 0;
+  Json list = Json::array();
+  for (const LoadedWorld &loaded : worlds) {
+    wall_seconds += loaded.wall_seconds;
+    list.push_back(Describe(loaded));
+  }
+  if (list.size() == 1) {
+    json.update(list[0]);
+  } else {
+    json["wall_seconds"] = wall_seconds;
+    json["worlds"] = list;
+  }
+  json["peak_memory_mb"] = PeakMemoryMb();
+  json["machine"] = Machine();
+  // Names of files need not be UTF-8, JSON has to be.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+ReportFile::ReportFile(const std::string &name) : name_(name) {
+  if (name == "-") return;
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(name, error);
+  if (std::filesystem::is_directory(status)) Fail(name, EISDIR);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    target_ = name;  // a device or a pipe: written to, not replaced
+    if (access(name.c_str(), W_OK) != 0) Fail(name, errno);
+    return;
+  }
+  // Behind symbolic links, which are to stay.
+  const std::filesystem::path target = std::filesystem::weakly_canonical(name, error);
+  target_ = error ? name : target.string();
+  // The surest way to learn whether it can be written is to do it.
+  temporary_ = target_ + ".tmp" + std::to_string(getpid());
+  WriteFile(name_, temporary_, "w", "");
+  std::remove(temporary_.c_str());
+}
+
+void ReportFile::Write(const std::string &text) const {
+  if (target_.empty()) {
+    std::fputs(text.c_str(), stdout);
+    if (std::fflush(stdout) != 0) Fail("standard output", errno);
+  } else if (temporary_.empty()) {
+    WriteFile(name_, target_, "a", text);
+  } else {
+    WriteFile(name_, temporary_, "w", text);
+    if (std::rename(temporary_.c_str(), target_.c_str()) != 0) Fail(name_, errno);
+  }
+}
+
+}  // namespace Stg::program

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What a run did, as JSON: --stats.
+
+#ifndef STAGE_TOOLS_STAGE_REPORT_HH
+#define STAGE_TOOLS_STAGE_REPORT_HH
+
+#include <string>
+#include <vector>
+
+#include "stage/run.hh"
+
+namespace Stg::program {
+
+/// The statistics of a run: an object with a line end. One world's figures lie in the object
+/// itself; those of several in objects of its array "worlds".
+std::string Statistics(const std::vector<LoadedWorld> &worlds);
+
+/// Where a text will go: a file, which is written whole or not at all, or standard output.
+class ReportFile {
+ public:
+  /// `name`: "-" is standard output. Throws std::runtime_error if it could not be written; leaves
+  /// no trace.
+  explicit ReportFile(const std::string &name);
+  /// Throws std::runtime_error.
+  void Write(const std::string &text) const;
+
+ private:
+  std::string name_;       // as given
+  std::string target_;     // without symbolic links; empty: standard output
+  std::string temporary_;  // written first, then renamed; empty: the target is no regular file
+};
+
+}  // namespace Stg::program
+
+#endif

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/run.hh"
+
+#include <algorithm>
+
+#include "stage/interrupt.hh"
+#include "stage/progress.hh"
+
+namespace Stg::program {
+
+namespace {
+
+bool IsDone(World *world) { return world->PastQuitTime() || world->TestQuit(); }
+
+/// One step, when it is due. True if the world has none left.
+bool Step(LoadedWorld *loaded) {
+  if (!IsDone(loaded->world) && !loaded->pacer.Wait(*loaded->world)) return false;
+  const double start = Now();
+  const bool done = loaded->world->Update();
+  loaded->wall_seconds += Now() - start;
+  return done;
+}
+
+/// One step of each world. True if all are done; stops early if a signal comes.
+bool Round(std::vector<LoadedWorld> *worlds) {
+  bool all_done = true;
+  for (LoadedWorld &loaded : *worlds) {
+    if (CaughtSignal() != 0) return false;
+    all_done &= Step(&loaded);
+  }
+  return all_done;
+}
+
+}  // namespace
+
+bool Pacer::Wait(const World &world) {
+  if (!(world.speedup > 0)) return true;
+  // Late steps are caught up with, but not after a long stop, such as a suspended process: robots
+  // that race for minutes to make up for it are no use to anybody who watches.
+  constexpr double kMostArrears = 0.5;
+  const double now = Now();
+  const double period = static_cast<double>(world.sim_interval) / 1e6 / world.speedup;
+  due_ = std::max((due_ < 0 ? now : due_) + period, now - kMostArrears);
+  return SleepUntil(due_);
+}
+
+int LoadWorlds(const Options &options, std::vector<LoadedWorld> *worlds) {
+  for (const std::string &file : options.worldfiles) {
+    // Never deleted: controllers may hold on to models until the very end of the process, and that
+    // frees the memory of a million models faster than anything else.
+    World *world = new World;
+    worlds->push_back({world, file, 0, {}});
+    if (!world->Load(file)) return world->LoadStatus() != 0 ? world->LoadStatus() : 1;
+    if (options.clock) world->ShowClock(true);
+    if (options.duration) world->SetQuitTime(*options.duration);
+  }
+  return 0;
+}
+
+void RunWorlds(const Options &options, std::vector<LoadedWorld> *worlds) {
+  Progress progress(options.progress, *worlds);
+  while (CaughtSignal() == 0 && !Round(worlds)) progress.Tick();
+}
+
+}  // namespace Stg::program
