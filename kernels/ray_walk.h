@@ -26,7 +26,7 @@ typedef long ray_long;
 typedef ulong ray_ulong;
 typedef uint ray_uint;
 #define RAY_GLOBAL __global
-#define RAY_FUNCTION inline
+#define RAY_FUNCTION
 #else
 #include <cstdint>
 namespace Stg {

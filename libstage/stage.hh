@@ -42,6 +42,7 @@
 #include "models/model.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
+#include "world/statistics.hh"
 #include "world/world.hh"
 
 namespace Stg {

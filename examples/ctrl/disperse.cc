@@ -2,12 +2,12 @@
 //
 // disperse: spreads robots as far apart as they can get. See support/disperse_rule.hh.
 //
-//   ctrl "disperse [speed=0.4] [gain=1.0] [turn=1.5] [margin=0.1]"
+//   ctrl "disperse [speed=0.4] [gain=1.0] [turn=1.5] [margin=0.1] [horizon=5.0]"
 //
 // speed and turn are the greatest speeds (m/s, rad/s), gain is the turn speed for each radian that
-// the goal is off, margin the distance to keep from everything (m). Uses the first ranger that no
-// other controller has taken, all its sensors. Exit status 1: not a position model, no such ranger,
-// or arguments that make no sense.
+// the goal is off, margin the distance to keep from everything (m), horizon how far readings count
+// (m). Uses the first ranger that no other controller has taken, all its sensors. Exit status 1:
+// not a position model, no such ranger, or arguments that make no sense.
 
 #include "support/arguments.hh"
 #include "support/disperse_rule.hh"
@@ -28,8 +28,10 @@ struct Robot {
   ctrl::DisperseRule rule;
   double radius = 0;  ///< of the disc to be kept free, m
   std::vector<Eye> eyes;
+  bool backing = false;
 };
 
+/// Adds what one sensor sees.
 void Look(const Robot &robot, const Stg::ModelRanger::Sensor &sensor, Eye *eye,
           ctrl::Surroundings *seen) {
   const size_t count = sensor.ranges.size();
@@ -38,13 +40,21 @@ void Look(const Robot &robot, const Stg::ModelRanger::Sensor &sensor, Eye *eye,
     eye->table = ctrl::FindRayTable(eye->pose.a, sensor.fov, sensor.bearings);
     eye->fov = sensor.fov;
   }
-  const double cap = std::min(sensor.range.max, ctrl::kFarthest);
+  const double cap = std::min(sensor.range.max, robot.rule.horizon);
   ctrl::AddReadings(*eye->table, sensor.ranges.data(), cap, seen);
   ctrl::LimitFreePath(*eye->table, sensor.ranges.data(), {eye->pose.x, eye->pose.y, robot.radius},
                       seen);
 }
 
+/// A robot that stalls, perhaps in turning, backs a little every other update.
+bool BackOff(Robot *robot) {
+  robot->backing = robot->position->Stalled() && !robot->backing;
+  if (robot->backing) robot->position->SetSpeed(-robot->rule.speed / 4, 0, 0);
+  return robot->backing;
+}
+
 void Update(Robot *robot) {
+  if (BackOff(robot)) return;
   const auto &sensors = robot->ranger->GetSensors();
   const size_t count = std::min(sensors.size(), robot->eyes.size());
   ctrl::Surroundings seen;
@@ -76,7 +86,8 @@ extern "C" int Init(Stg::Model *model, Stg::CtrlArgs *args) {
       ctrl::ReadArguments(args->worldfile, {{"speed", &rule.speed, 0, 1000},
                                             {"gain", &rule.gain, 0, 1000},
                                             {"turn", &rule.max_turn, 0, 1000},
-                                            {"margin", &rule.margin, 0, 1000}});
+                                            {"margin", &rule.margin, 0, 1000},
+                                            {"horizon", &rule.horizon, 0, 1000}});
   if (!wrong.empty()) ctrl::GiveUp("disperse", *model, wrong);
   robot->position = ctrl::RequirePosition("disperse", model);
   robot->ranger = ctrl::RequireUnusedRanger("disperse", model);

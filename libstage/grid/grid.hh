@@ -45,6 +45,11 @@ using BodyId = uint32_t;
 /// A cell that something was drawn into: a handle that stays valid until it is removed.
 using CellRef = uint32_t;
 
+/// The cells of several bodies: a list for each.
+struct CellLists {
+  std::vector<const std::vector<CellRef> *> lists;
+};
+
 struct CellBox {
   int32_t min_x = 0, min_y = 0, max_x = -1, max_y = -1;  ///< inclusive; empty if min > max
   bool empty() const { return min_x > max_x; }

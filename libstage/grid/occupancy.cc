@@ -2,7 +2,14 @@
 
 #include "grid/occupancy.hh"
 
+#include <atomic>
+
 namespace Stg::grid {
+
+Occupancy::Occupancy() {
+  static std::atomic<uint64_t> count{0};
+  made_ = ++count;
+}
 
 void Occupancy::Resize(uint32_t count) {
   tile_maps_.resize(count, 0);
@@ -39,7 +46,7 @@ void Occupancy::TrackChanges(bool on) {
   ForgetChanges();
 }
 
-void Occupancy::ForgetChanges() {
+void Occupancy::ForgetChanges() const {
   for (const uint32_t region : changed_regions_) changed_tiles_[region] = 0;
   changed_regions_.clear();
 }

@@ -17,6 +17,11 @@ inline constexpr uint32_t kTilesPerRegion = 64;
 
 class Occupancy {
  public:
+  Occupancy();
+
+  /// A number that tells this layer from any that was in its place before.
+  uint64_t made() const { return made_; }
+
   /// One word for each region: which of its tiles have occupied cells.
   const std::vector<uint64_t> &tile_maps() const { return tile_maps_; }
   /// 64 words for each region: which cells of each tile are occupied.
@@ -34,14 +39,16 @@ class Occupancy {
   const std::vector<uint32_t> &changed_regions() const { return changed_regions_; }
   /// The changed tiles of a region, one bit each.
   uint64_t changed_tiles(uint32_t region) const { return changed_tiles_[region]; }
-  void ForgetChanges();
+  /// Const, as it changes nothing of what is occupied.
+  void ForgetChanges() const;
 
  private:
   void NoteChange(uint32_t region, uint32_t tile);
 
   std::vector<uint64_t> tile_maps_, tiles_;
-  std::vector<uint64_t> changed_tiles_;
-  std::vector<uint32_t> changed_regions_;
+  uint64_t made_;
+  mutable std::vector<uint64_t> changed_tiles_;
+  mutable std::vector<uint32_t> changed_regions_;
   bool tracking_ = false;
 };
 

@@ -114,9 +114,9 @@ void BlockGroup::Erase() {
   }
 }
 
-void BlockGroup::AppendCells(std::vector<const std::vector<grid::CellRef> *> *lists) const {
+void BlockGroup::AppendCells(grid::CellLists *cells) const {
   for (const auto &block : blocks_)
-    if (!block->cells_.empty()) lists->push_back(&block->cells_);
+    if (!block->cells_.empty()) cells->lists.push_back(&block->cells_);
 }
 
 void BlockGroup::RefreshVisibility(bool ranger_visible) {
@@ -138,7 +138,7 @@ void Placement::Plan(Model &model, bool with_children) {
 }
 
 void Placement::PlanModel(Model &model, const Pose &global, bool with_children) {
-  const BlockGroup &group = model.blockgroup;
+  const BlockGroup &group = *model.blockgroup;
   if (!group.empty()) {
     const Pose frame = global + model.geom.pose;
     const SineCosine turn = SinCos(frame.a);

@@ -68,7 +68,7 @@ class BlockGroup {
   /// Takes the body off the grid.
   void Erase();
   /// The lists of cells of those blocks that are drawn.
-  void AppendCells(std::vector<const std::vector<grid::CellRef> *> *lists) const;
+  void AppendCells(grid::CellLists *cells) const;
   /// To be called when the owner's visibility to rangers changed.
   void RefreshVisibility(bool ranger_visible);
 

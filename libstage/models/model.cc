@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "geometry/random.hh"
+#include "models/block.hh"
 #include "models/messages.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
@@ -36,7 +37,7 @@ std::map<std::string, creator_t> Model::name_map;
 
 Model::Model(World *world_, Model *parent_, const std::string &type_, const std::string &name)
     : alwayson(false),
-      blockgroup(*this),
+      blockgroup(std::make_unique<BlockGroup>(*this)),
       boundary(false),
       color(1, 0, 0),
       disabled(false),
@@ -72,13 +73,13 @@ Model::Model(World *world_, Model *parent_, const std::string &type_, const std:
   above.AddChild(this);
   world->AddModel(this);
 
-  blockgroup.AddRectangle(-0.5, -0.5, 1.0, 1.0, Bounds(0, 1));
-  blockgroup.Fit(geom.size);
+  blockgroup->AddRectangle(-0.5, -0.5, 1.0, 1.0, Bounds(0, 1));
+  blockgroup->Fit(geom.size);
 }
 
 Model::~Model() {
   DeleteChildren();
-  blockgroup.Clear();
+  blockgroup->Clear();
   if (parent)
     parent->RemoveChild(this);
   else
@@ -209,7 +210,7 @@ void Model::AddToPose(double dx, double dy, double dz, double da) {
 
 void Model::SetGeom(const Geom &src) {
   geom = src;
-  blockgroup.Fit(geom.size);
+  blockgroup->Fit(geom.size);
   Map();
   CallCallbacks(CB_GEOM);
 }
@@ -236,10 +237,10 @@ std::vector<point_int_t> Model::LocalToPixels(const std::vector<point_t> &local)
 }
 
 void Model::AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz) {
-  blockgroup.AddRectangle(x, y, dx, dy, Bounds(0, dz));
+  blockgroup->AddRectangle(x, y, dx, dy, Bounds(0, dz));
 }
 
-void Model::ClearBlocks() { blockgroup.Clear(); }
+void Model::ClearBlocks() { blockgroup->Clear(); }
 
 void Model::Map() {
   if (world->IsLoading()) return;  // all bodies are drawn when everything is loaded
@@ -255,12 +256,12 @@ void Model::Map() {
 bool Model::ShowAgainToRangers() {
   if (vis.ranger_return < 0) return false;
   hidden_from_rangers_ = false;
-  blockgroup.RefreshVisibility(true);
+  blockgroup->RefreshVisibility(true);
   return true;
 }
 
 void Model::UnMapWithChildren() {
-  blockgroup.Erase();
+  blockgroup->Erase();
   for (Model *child : children) child->UnMapWithChildren();
 }
 
@@ -270,7 +271,7 @@ void Model::Rasterize(uint8_t *data, unsigned int width, unsigned int height, me
     if (x >= 0 && y >= 0 && x < width && y < height)
       data[static_cast<size_t>(x) + static_cast<size_t>(y) * width] = 1;
   };
-  for (const auto &block : blockgroup.blocks()) {
+  for (const auto &block : blockgroup->blocks()) {
     const std::vector<point_t> &points = block->points();
     for (size_t i = 0; i < points.size(); i++) {
       const auto cell_of = [&](const point_t &p) {
@@ -391,20 +392,21 @@ int Model::CallCallbacks(callback_type_t t) {
 
 // ---- sensing ------------------------------------------------------------------------------------
 
-void Model::CollectCells(std::vector<const std::vector<grid::CellRef> *> *lists) const {
-  blockgroup.AppendCells(lists);
+void Model::CollectCells(grid::CellLists *lists) const {
+  blockgroup->AppendCells(lists);
   for (const Model *child : children) child->CollectCells(lists);
 }
 
 const sensing::Window &Model::OwnWindow() {
   if (root != this) return root->OwnWindow();
-  if (window_batch_ == scene_->batch_number) return window_;
+  if (!window_) window_ = std::make_unique<sensing::Window>();
+  if (window_batch_ == scene_->batch_number) return *window_;
   window_batch_ = scene_->batch_number;
-  static thread_local std::vector<const std::vector<grid::CellRef> *> lists;
-  lists.clear();
-  CollectCells(&lists);
-  window_ = scene_->batch.MakeWindow(scene_->grid, lists, this);
-  return window_;
+  static thread_local grid::CellLists cells;  // for its memory
+  cells.lists.clear();
+  CollectCells(&cells);
+  *window_ = scene_->batch.MakeWindow(scene_->grid, cells, this);
+  return *window_;
 }
 
 }  // namespace Stg

@@ -16,14 +16,17 @@
 #include "geometry/color.hh"
 #include "geometry/geometry.hh"
 #include "models/ancestor.hh"
-#include "models/block.hh"
-#include "sensing/batch.hh"
 
 namespace Stg {
 
+class BlockGroup;
 class Worldfile;
 namespace sensing {
 struct Scene;
+struct Window;
+}  // namespace sensing
+namespace grid {
+struct CellLists;
 }
 
 /// Makes a model of one type: what Model::name_map holds for each type name.
@@ -80,7 +83,7 @@ class Model : public Ancestor {
   // ---- names and the tree ----
 
   /// Old names stay valid for World::GetModel().
-  virtual void SetToken(const std::string &str);
+  void SetToken(const std::string &str) override;
   const std::string &GetModelType() const { return type; }
   /// A serial number, unique in the process.
   uint32_t GetId() const { return id; }
@@ -238,7 +241,7 @@ class Model : public Ancestor {
   const sensing::Window &OwnWindow();
 
   bool alwayson;
-  BlockGroup blockgroup;
+  std::unique_ptr<BlockGroup> blockgroup;
   bool boundary;
   Color color;
   bool disabled;
@@ -284,17 +287,17 @@ class Model : public Ancestor {
   void LoadControllers();
   void AddBoundary();
   void SetRoot(Model *new_root);
-  void CollectCells(std::vector<const std::vector<grid::CellRef> *> *lists) const;
+  void CollectCells(grid::CellLists *lists) const;
   bool HasCallbacks(callback_type_t t) const {
     return callbacks_.get() != NULL && !callbacks_->of[t].empty();
   }
 
   sensing::Scene *scene_;
   std::unique_ptr<CallbackLists> callbacks_;  // most models have none
-  sensing::Window window_;
-  uint64_t window_batch_;       // the batch that window_ belongs to
-  uint64_t update_chain_;       // a pending update of an older chain is void
-  bool hidden_from_rangers_;    // its body was drawn while rangers looked through it
+  std::unique_ptr<sensing::Window> window_;  // only of roots that carry rangers
+  uint64_t window_batch_;                    // the batch that window_ belongs to
+  uint64_t update_chain_;                    // a pending update of an older chain is void
+  bool hidden_from_rangers_;  // its body was drawn while rangers looked through it
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.

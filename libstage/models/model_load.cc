@@ -7,6 +7,7 @@
 
 #include "geometry/load_error.hh"
 #include "geometry/trace.hh"
+#include "models/block.hh"
 #include "models/messages.hh"
 #include "models/model.hh"
 #include "world/controller.hh"
@@ -105,7 +106,7 @@ void Model::Load() {
   alwayson = wf->ReadInt(wf_entity, "alwayson", alwayson);
   if (alwayson && subs == 0) Subscribe();
 
-  blockgroup.Fit(geom.size);
+  blockgroup->Fit(geom.size);
   Map();
   CallCallbacks(CB_LOAD);
 }
@@ -123,7 +124,7 @@ void Model::LoadName() {
 
 void Model::LoadBody() {
   if (wf->ReadInt(wf_entity, "noblocks", 0) && has_default_block) {
-    blockgroup.Clear();
+    blockgroup->Clear();
     has_default_block = false;
   }
   if (wf->PropertyExists(wf_entity, "bitmap")) {
@@ -132,28 +133,28 @@ void Model::LoadBody() {
       throw LoadError(wf->Where(wf_entity, "bitmap") + ": found an empty name, expected a picture",
                       255);
     std::vector<std::vector<point_t>> outlines = OutlinesOfPicture(wf, wf_entity, name);
-    if (has_default_block) blockgroup.Clear();
+    if (has_default_block) blockgroup->Clear();
     has_default_block = false;
     for (std::vector<point_t> &outline : outlines)
-      blockgroup.Add(std::move(outline), Bounds(0, 1));
-    blockgroup.Fit(geom.size);
+      blockgroup->Add(std::move(outline), Bounds(0, 1));
+    blockgroup->Fit(geom.size);
   }
   boundary = wf->ReadInt(wf_entity, "boundary", boundary);
   if (boundary) AddBoundary();
 }
 
 void Model::AddBoundary() {
-  blockgroup.Fit(geom.size);
-  bounds3d_t box = blockgroup.BoundingBox();
-  if (blockgroup.empty())
+  blockgroup->Fit(geom.size);
+  bounds3d_t box = blockgroup->BoundingBox();
+  if (blockgroup->empty())
     box = bounds3d_t(Bounds(-geom.size.x / 2, geom.size.x / 2),
                      Bounds(-geom.size.y / 2, geom.size.y / 2), Bounds(0, geom.size.z));
   const double width = box.x.max - box.x.min, depth = box.y.max - box.y.min;
   const double t = kBoundaryThickness;
-  blockgroup.AddRectangle(box.x.min, box.y.min, t, depth, box.z);
-  blockgroup.AddRectangle(box.x.min, box.y.min, width, t, box.z);
-  blockgroup.AddRectangle(box.x.min, box.y.max - t, width, t, box.z);
-  blockgroup.AddRectangle(box.x.max - t, box.y.min, t, depth, box.z);
+  blockgroup->AddRectangle(box.x.min, box.y.min, t, depth, box.z);
+  blockgroup->AddRectangle(box.x.min, box.y.min, width, t, box.z);
+  blockgroup->AddRectangle(box.x.min, box.y.max - t, width, t, box.z);
+  blockgroup->AddRectangle(box.x.max - t, box.y.min, t, depth, box.z);
 }
 
 void Model::LoadBlock(Worldfile *file, int entity) {
@@ -172,10 +173,10 @@ void Model::LoadBlock(Worldfile *file, int entity) {
   OrientPolygon(&points);
 
   if (has_default_block) {
-    blockgroup.Clear();
+    blockgroup->Clear();
     has_default_block = false;
   }
-  blockgroup.Add(std::move(points), z);
+  blockgroup->Add(std::move(points), z);
 }
 
 void Model::LoadGuiState() {

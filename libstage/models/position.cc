@@ -7,6 +7,7 @@
 
 #include "geometry/random.hh"
 #include "geometry/trigonometry.hh"
+#include "models/block.hh"
 #include "models/messages.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"

@@ -59,7 +59,8 @@ ModelRanger::Sensor::Sensor()
       color(0, 0, 1, 0.15),
       table_fov_(std::numeric_limits<double>::quiet_NaN()),
       table_count_(0),
-      first_direction_(0) {}
+      first_direction_(0),
+      seeded_(false) {}
 
 void ModelRanger::Sensor::Load(Worldfile *wf, int entity) {
   pose.Load(wf, entity, "pose");
@@ -133,8 +134,6 @@ void ModelRanger::Print(char *prefix) const {
 void ModelRanger::Startup() {
   Model::Startup();
   watts = kWattsPerSensor * static_cast<double>(sensors_.size());
-  for (size_t i = 0; i < sensors_.size(); i++)
-    sensors_[i].random_.Seed(world->seed() ^ HashOf(token + "/" + std::to_string(i)));
 }
 
 void ModelRanger::Shutdown() {
@@ -152,6 +151,11 @@ void ModelRanger::Update() {
 void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame) {
   sensor->Resize();
   if (sensor->sample_count == 0) return;
+  if (!sensor->seeded_) {
+    // Its own stream, so that no other sensor and no thread has a say in its noise.
+    sensor->random_.Seed(world->seed() ^ HashOf(token + "/" + std::to_string(index)));
+    sensor->seeded_ = true;
+  }
   sensing::Scene &shared = scene();
 
   sensing::Fan fan;

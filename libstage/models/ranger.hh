@@ -25,6 +25,7 @@
 
 #include "geometry/random.hh"
 #include "models/model.hh"
+#include "sensing/ray_hit.hh"
 
 namespace Stg {
 
@@ -60,7 +61,8 @@ class ModelRanger : public Model, private sensing::RaySink {
     double table_fov_;
     unsigned int table_count_;
     uint32_t first_direction_;
-    Random random_;
+    Random random_;  // of its noise, seeded at its first use
+    bool seeded_;
   };
 
   ModelRanger(World *world, Model *parent, const std::string &type);

@@ -52,11 +52,11 @@ ray_window_t RayBatch::WindowOf(const Fan &fan) const {
 }
 
 Window RayBatch::MakeWindow(const grid::Grid &grid,
-                            const std::vector<const std::vector<grid::CellRef> *> &cells,
+                            const grid::CellLists &cells,
                             const void *tree) {
   grid::CellBox box;
   int32_t x, y;
-  for (const auto *list : cells) {
+  for (const auto *list : cells.lists) {
     for (const grid::CellRef cell : *list) {
       grid.Coordinates(cell, &x, &y);
       x >>= RAY_TILE_SHIFT;
@@ -74,7 +74,7 @@ Window RayBatch::MakeWindow(const grid::Grid &grid,
 
   window_words_.resize(window_words_.size() + window.width * window.height, 0);
   uint64_t *words = &window_words_[window.first];
-  for (const auto *list : cells) {
+  for (const auto *list : cells.lists) {
     for (const grid::CellRef cell : *list) {
       const bool shared = grid.AnyIn(
           cell, [&](grid::BodyId other) { return grid.body(other).tree != tree; });

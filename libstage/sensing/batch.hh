@@ -35,7 +35,7 @@ class RayBatch {
   /// The window of a body that is drawn in these cells (a list for each of its blocks): the cells
   /// in which there is nothing else. `tree` as in grid::Body.
   Window MakeWindow(const grid::Grid &grid,
-                    const std::vector<const std::vector<grid::CellRef> *> &cells, const void *tree);
+                    const grid::CellLists &cells, const void *tree);
 
   const std::vector<Fan> &fans() const { return fans_; }
   uint32_t ray_count() const { return ray_count_; }

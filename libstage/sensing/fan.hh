@@ -14,12 +14,9 @@
 
 #include "geometry/geometry.hh"
 #include "kernels/ray_walk.h"
+#include "sensing/ray_hit.hh"
 
 namespace Stg {
-
-class Model;
-/// True if the ray of `finder` stops at `candidate`.
-typedef bool (*ray_test_func_t)(Model *candidate, const Model *finder, const void *arg);
 
 namespace sensing {
 
@@ -61,20 +58,6 @@ struct FanRecord {
   uint32_t first_ray = 0, samples = 0;  ///< its rays, among those of the batch
 };
 static_assert(sizeof(FanRecord) == 48, "the kernel reads three int4");
-
-/// One ray's outcome.
-struct RayHit {
-  double range;  ///< metres; that of the fan if nothing was hit
-  Model *model;  ///< null if nothing was hit
-};
-
-/// Takes the outcome of fans. Different fans may be handed over by different threads at once.
-class RaySink {
- public:
-  virtual ~RaySink() = default;
-  /// `tag` is the one that came with the fan; there is one hit for each sample.
-  virtual void TakeHits(uint32_t tag, const RayHit *hits, uint32_t count) = 0;
-};
 
 struct Fan {
   FanRecord record;

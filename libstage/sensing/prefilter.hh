@@ -14,6 +14,7 @@
 
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
+#include "sensing/counters.hh"
 
 namespace Stg::sensing {
 
@@ -22,13 +23,6 @@ struct HitLists {
   const uint32_t *hits = nullptr;  ///< ray r has hits[r * per_ray .. (r + 1) * per_ray - 1]
   uint32_t per_ray = 0;            ///< packed (ray_walk.h); RAY_NO_HIT ends a list early.
                                    ///< A full list may go on: the host resumes behind its last.
-};
-
-/// What a prefilter did so far, for --stats.
-struct PrefilterStatistics {
-  double compile_seconds = 0;
-  double send_seconds = 0, walk_seconds = 0, fetch_seconds = 0;
-  uint64_t bytes_sent = 0, bytes_fetched = 0;
 };
 
 /// Thrown by a prefilter that can't go on. The run goes on without it, with the same results.

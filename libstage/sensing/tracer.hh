@@ -7,16 +7,10 @@
 
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
+#include "sensing/counters.hh"
 #include "sensing/prefilter.hh"
 
 namespace Stg::sensing {
-
-/// Counters of a trace, summed over rays.
-struct TraceCounters {
-  uint64_t rays = 0;
-  uint64_t potential_hits = 0;  ///< cells whose bodies were looked at
-  uint64_t resumed = 0;         ///< rays whose full hit list did not suffice
-};
 
 class Tracer {
  public:

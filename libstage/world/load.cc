@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "geometry/load_error.hh"
+#include "models/block.hh"
 #include "models/ranger.hh"
 #include "world/engine.hh"
 #include "world/prefilter_loader.hh"
@@ -146,7 +147,7 @@ void World::LoadEntities() {
   std::vector<Model *> models(static_cast<size_t>(count), nullptr);
   for (int entity = 1; entity < count; entity++) LoadEntity(entity, &models);
   // The models' own frames are final only now.
-  for (Model *model : engine_->models) model->blockgroup.Fit(model->geom.size);
+  for (Model *model : engine_->models) model->blockgroup->Fit(model->geom.size);
 }
 
 void World::CheckNotNested(int entity, Model *parent_model) {

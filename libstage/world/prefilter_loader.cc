@@ -2,6 +2,7 @@
 
 #include "world/prefilter_loader.hh"
 
+#include "sensing/prefilter.hh"
 #include "world/plugin.hh"
 
 namespace Stg {

@@ -8,9 +8,11 @@
 #include <memory>
 #include <string>
 
-#include "sensing/prefilter.hh"
-
 namespace Stg {
+
+namespace sensing {
+class Prefilter;
+}
 
 /// The prefilter of a device; `choice` is the text after --opencl=, empty or "auto" for the best
 /// one. Null and a message if there is none.

@@ -9,8 +9,7 @@
 
 #include <string>
 
-#include "sensing/prefilter.hh"
-#include "sensing/tracer.hh"
+#include "sensing/counters.hh"
 
 namespace Stg {
 

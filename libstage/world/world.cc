@@ -21,6 +21,10 @@ RunOptions World::run_options;
 std::atomic<bool> World::quit_all_{false};
 std::vector<World *> World::worlds_;
 
+namespace {
+bool Older(const Model *a, const Model *b) { return a->GetId() < b->GetId(); }
+}  // namespace
+
 World::World(const std::string &name, double ppm)
     : paused(false),
       sim_interval(100000),
@@ -44,7 +48,7 @@ World::World(const std::string &name, double ppm)
 }
 
 World::~World() {
-  engine_->names.clear();
+  ForgetAll();
   DeleteChildren();
   std::erase(worlds_, this);
 }
@@ -57,11 +61,17 @@ void World::MakeGround() {
   ground->SetGuiMove(false);
 }
 
-void World::UnLoad() {
+/// What refers to models goes first, so that deleting them one by one finds nothing to search.
+void World::ForgetAll() {
   engine_->names.clear();
   engine_->scheduler.Clear();
   engine_->scene.batch.Clear();
   engine_->update_callbacks_due.clear();
+  engine_->hidden_from_rangers.clear();
+}
+
+void World::UnLoad() {
+  ForgetAll();
   DeleteChildren();
   child_type_counts.clear();
   update_callbacks_.clear();
@@ -137,12 +147,15 @@ void World::ForgetRays(const Model *mod) { engine_->ForgetRays(mod); }
 
 void World::StartMoving(ModelPosition *mod) {
   std::vector<ModelPosition *> &list = engine_->moving;
-  const auto older = [](const Model *a, const Model *b) { return a->GetId() < b->GetId(); };
-  const auto place = std::lower_bound(list.begin(), list.end(), mod, older);
+  const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
   if (place == list.end() || *place != mod) list.insert(place, mod);
 }
 
-void World::StopMoving(ModelPosition *mod) { std::erase(engine_->moving, mod); }
+void World::StopMoving(ModelPosition *mod) {
+  std::vector<ModelPosition *> &list = engine_->moving;
+  const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
+  if (place != list.end() && *place == mod) list.erase(place);
+}
 
 // ---- geometry and rays --------------------------------------------------------------------------
 

@@ -16,13 +16,14 @@
 #include "geometry/random.hh"
 #include "models/ancestor.hh"
 #include "models/model.hh"
-#include "sensing/fan.hh"
+#include "sensing/ray_hit.hh"
 
 namespace Stg {
 
 class Worldfile;
-class ModelPosition;
 class Engine;
+class ModelPosition;
+class Placement;
 struct RunStatistics;
 
 /// A ray to be traced.
@@ -169,6 +170,7 @@ class World : public Ancestor {
   virtual void AddModel(Model *mod);
   virtual void RemoveModel(Model *mod);
   void AddModelName(Model *mod, const std::string &name);
+  Engine &engine() { return *engine_; }
   sensing::Scene &scene();
   Placement &placement();
   void ScheduleUpdate(Model *mod, uint64_t chain);
@@ -192,6 +194,7 @@ class World : public Ancestor {
   void MoveModels();
   void PrintClock();
   void MakeGround();
+  void ForgetAll();
   RaytraceResult ResultOf(const Pose &origin, double range, Model *hit) const;
 
   usec_t quit_time;

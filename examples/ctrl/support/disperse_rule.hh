@@ -29,7 +29,7 @@
 
 namespace ctrl {
 
-/// Readings farther than this, infinite ones for instance, count as this far.
+/// A free path that nothing limits.
 constexpr double kFarthest = 1000.0;  // m
 
 /// The directions of a sensor's rays in the robot's frame. The same for all robots with such a
@@ -151,12 +151,16 @@ inline void LimitFreePath(const RayTable &table, const double *ranges, const Pat
 }
 
 struct DisperseRule {
-  double speed = 0.4;       ///< m/s at most
-  double gain = 1.0;        ///< rad/s for each rad that the goal is off
-  double max_turn = 1.5;    ///< rad/s
-  double margin = 0.1;      ///< m between the robot and anything else
-  double balanced = 0.02;   ///< rest where the imbalance is less
-  double unbalanced = 0.1;  ///< full speed where it is more
+  double speed = 0.4;     ///< m/s at most
+  double gain = 1.0;      ///< rad/s for each rad that the goal is off
+  double max_turn = 1.5;  ///< rad/s
+  double margin = 0.1;    ///< m between the robot and anything else
+  /// m: readings count as no more. A shorter horizon draws robots less to the middle of large
+  /// rooms, a longer one lets them know sooner of each other. Of 2, 3, 5 and 8 m, with 36 robots
+  /// in 20 x 20 m that start in a corner, 5 m leaves them farthest apart.
+  double horizon = 5.0;
+  double balanced = 0.004;   ///< rest where the imbalance is less
+  double unbalanced = 0.05;  ///< full speed where it is more
 };
 
 /// How a disc of that radius is to move.

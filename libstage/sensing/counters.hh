@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What sensing counts. Part of <stage.hh>.
+
+#ifndef STAGE_SENSING_COUNTERS_HH
+#define STAGE_SENSING_COUNTERS_HH
+
+#include <stdint.h>
+
+namespace Stg {
+namespace sensing {
+
+/// Counters of a trace, summed over rays.
+struct TraceCounters {
+  uint64_t rays = 0;
+  uint64_t potential_hits = 0;  ///< cells whose bodies were looked at
+  uint64_t resumed = 0;         ///< rays whose full hit list did not suffice
+};
+
+/// What a prefilter did so far, for --stats.
+struct PrefilterStatistics {
+  double compile_seconds = 0;
+  double send_seconds = 0, walk_seconds = 0, fetch_seconds = 0;
+  uint64_t bytes_sent = 0, bytes_fetched = 0;
+};
+
+}  // namespace sensing
+}  // namespace Stg
+
+#endif

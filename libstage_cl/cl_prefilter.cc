@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "libstage_cl/cl_prefilter.hh"
+
+#include <algorithm>
+#include <chrono>
+
+#include "libstage_cl/program.hh"
+
+namespace Stg::cl {
+
+namespace {
+
+constexpr std::size_t kWorkGroup = 64;
+
+double Now() {
+  using Clock = std::chrono::steady_clock;
+  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+::cl::NDRange RoundedUp(std::size_t count) {
+  return ::cl::NDRange((count + kWorkGroup - 1) / kWorkGroup * kWorkGroup);
+}
+
+}  // namespace
+
+ClPrefilter::ClPrefilter(const FoundDevice &device, uint32_t hits_per_ray)
+    : name_(device.kind + " " + device.name + " (" + device.platform + ")"),
+      per_ray_(hits_per_ray),
+      context_(device.device),
+      queue_(context_, device.device),
+      directory_(context_, queue_),
+      regions_(context_, queue_),
+      fans_(context_, queue_),
+      directions_(context_, queue_),
+      windows_(context_, queue_),
+      hits_(context_, queue_),
+      places_(context_, queue_),
+      words_(context_, queue_) {
+  const double start = Now();
+  const ::cl::Program program = BuildProgram(context_, device.device);
+  walk_ = ::cl::Kernel(program, "walk_fans");
+  update_ = ::cl::Kernel(program, "update_words");
+  statistics_.compile_seconds = Now() - start;
+}
+
+sensing::HitLists ClPrefilter::Walk(grid::Grid &grid, const sensing::DirectionTables &tables,
+                                    const sensing::RayBatch &batch) try {
+  const double start = Now();
+  hits_.Unmap();
+  MakeGroups(batch);
+  SendStructure(grid);
+  for (uint32_t i = 0; i < grid.layer_count(); i++) {
+    const bool wanted = std::any_of(groups_.begin(), groups_.end(),
+                                    [i](const Group &group) { return group.layer == i; });
+    if (wanted) SendLayer(grid, i);
+  }
+  SendBatch(tables, batch);
+  const std::size_t hit_bytes = std::size_t{batch.ray_count()} * per_ray_ * sizeof(uint32_t);
+  hits_.Reserve(hit_bytes);
+
+  const double sent = Now();
+  for (const Group &group : groups_) Launch(grid, group);
+  queue_.finish();
+  const double walked = Now();
+  const auto *hits = static_cast<const uint32_t *>(hits_.MapForReading(hit_bytes));
+  statistics_.send_seconds += sent - start;
+  statistics_.walk_seconds += walked - sent;
+  statistics_.fetch_seconds += Now() - walked;
+  statistics_.bytes_fetched += hit_bytes;
+  return {hits, per_ray_};
+} catch (const ::cl::Error &error) {
+  throw sensing::PrefilterError(std::string(error.what()) + ", error " +
+                                std::to_string(error.err()));
+}
+
+/// Fans that the device can walk, by layer and number of samples; within these in their own order.
+void ClPrefilter::MakeGroups(const sensing::RayBatch &batch) {
+  const std::vector<sensing::Fan> &fans = batch.fans();
+  order_.clear();
+  for (uint32_t i = 0; i < fans.size(); i++)
+    if (fans[i].single_leg() && fans[i].record.samples > 0) order_.push_back(i);
+  std::stable_sort(order_.begin(), order_.end(), [&](uint64_t a, uint64_t b) {
+    if (fans[a].layer != fans[b].layer) return fans[a].layer < fans[b].layer;
+    return fans[a].record.samples < fans[b].record.samples;
+  });
+  groups_.clear();
+  for (uint32_t i = 0; i < order_.size(); i++) {
+    const sensing::Fan &fan = fans[order_[i]];
+    if (groups_.empty() || groups_.back().layer != fan.layer ||
+        groups_.back().samples != fan.record.samples)
+      groups_.push_back({fan.layer, fan.record.samples, i, 0});
+    groups_.back().fans++;
+  }
+}
+
+void ClPrefilter::SendStructure(const grid::Grid &grid) {
+  if (grid.structure_version() == structure_version_) return;
+  structure_version_ = grid.structure_version();
+  const auto send = [this](Buffer *buffer, const auto &data) {
+    const std::size_t bytes = data.size() * sizeof(data[0]);
+    buffer->Write(data.data(), bytes);
+    CountSent(bytes);
+  };
+  send(&directory_, grid.directory());
+  send(&regions_, grid.region_tables());
+}
+
+void ClPrefilter::SendLayer(const grid::Grid &grid, uint32_t index) {
+  while (layers_.size() <= index) layers_.push_back(std::make_unique<Layer>(context_, queue_));
+  Layer &layer = *layers_[index];
+  const grid::Occupancy &cells = grid.occupancy(index);
+  const std::size_t regions = cells.tile_maps().size();
+  // Everything, if it is new or if most of it has changed.
+  const bool all = layer.regions != regions || layer.made != cells.made() ||
+                   cells.changed_regions().size() * 2 > regions;
+  if (!all) {
+    SendChanges(cells, &layer);
+  } else {
+    layer.tile_maps.Write(cells.tile_maps().data(), regions * sizeof(uint64_t));
+    layer.tiles.Write(cells.tiles().data(), cells.tiles().size() * sizeof(uint64_t));
+    CountSent((regions + cells.tiles().size()) * sizeof(uint64_t));
+    layer.regions = regions;
+    layer.made = cells.made();
+  }
+  cells.ForgetChanges();
+}
+
+void ClPrefilter::SendChanges(const grid::Occupancy &cells, Layer *layer) {
+  tile_places_.clear();
+  tile_words_.clear();
+  map_places_.clear();
+  map_words_.clear();
+  for (const uint32_t region : cells.changed_regions()) {
+    map_places_.push_back(region);
+    map_words_.push_back(cells.tile_maps()[region]);
+    const uint64_t changed = cells.changed_tiles(region);
+    for (uint32_t tile = 0; tile < grid::kTilesPerRegion; tile++) {
+      if (!(changed >> tile & 1)) continue;
+      const uint32_t place = region * grid::kTilesPerRegion + tile;
+      tile_places_.push_back(place);
+      tile_words_.push_back(cells.tiles()[place]);
+    }
+  }
+  Update(&layer->tile_maps, map_places_, map_words_);
+  Update(&layer->tiles, tile_places_, tile_words_);
+}
+
+void ClPrefilter::Update(Buffer *target, const std::vector<uint32_t> &places,
+                         const std::vector<uint64_t> &words) {
+  if (places.empty()) return;
+  places_.Write(places.data(), places.size() * sizeof(uint32_t));
+  words_.Write(words.data(), words.size() * sizeof(uint64_t));
+  CountSent(places.size() * (sizeof(uint32_t) + sizeof(uint64_t)));
+  update_.setArg(0, target->memory());
+  update_.setArg(1, places_.memory());
+  update_.setArg(2, words_.memory());
+  update_.setArg(3, static_cast<cl_uint>(places.size()));
+  queue_.enqueueNDRangeKernel(update_, ::cl::NullRange, RoundedUp(places.size()),
+                              ::cl::NDRange(kWorkGroup));
+}
+
+void ClPrefilter::SendBatch(const sensing::DirectionTables &tables,
+                            const sensing::RayBatch &batch) {
+  const std::size_t fan_bytes = order_.size() * sizeof(sensing::FanRecord);
+  if (fan_bytes > 0) {
+    auto *records = static_cast<sensing::FanRecord *>(fans_.MapForWriting(fan_bytes));
+    for (std::size_t i = 0; i < order_.size(); i++) records[i] = batch.fans()[order_[i]].record;
+    fans_.Unmap();
+  }
+  const std::vector<uint64_t> &windows = batch.window_words();
+  windows_.Write(windows.data(), windows.size() * sizeof(uint64_t));
+  CountSent(fan_bytes + windows.size() * sizeof(uint64_t));
+
+  const std::vector<sensing::Direction> &shared = tables.all(), &own = batch.own_directions();
+  if (own.empty() && directions_sent_ == shared.size()) return;
+  const std::size_t bytes = (shared.size() + own.size()) * sizeof(sensing::Direction);
+  auto *directions = static_cast<sensing::Direction *>(directions_.MapForWriting(bytes));
+  std::copy(own.begin(), own.end(), std::copy(shared.begin(), shared.end(), directions));
+  directions_.Unmap();
+  directions_sent_ = shared.size();
+  CountSent(bytes);
+}
+
+void ClPrefilter::Launch(const grid::Grid &grid, const Group &group) {
+  const ray_grid_t view = grid.View(group.layer);
+  const cl_int4 box = {{view.min_x, view.min_y, view.max_x, view.max_y}};
+  const Layer &layer = *layers_[group.layer];
+  cl_uint i = 0;
+  walk_.setArg(i++, directory_.memory());
+  walk_.setArg(i++, static_cast<cl_uint>(view.directory_mask));
+  walk_.setArg(i++, regions_.memory());
+  walk_.setArg(i++, layer.tile_maps.memory());
+  walk_.setArg(i++, layer.tiles.memory());
+  walk_.setArg(i++, box);
+  walk_.setArg(i++, fans_.memory());
+  walk_.setArg(i++, static_cast<cl_uint>(group.first_fan));
+  walk_.setArg(i++, static_cast<cl_uint>(group.fans));
+  walk_.setArg(i++, static_cast<cl_uint>(group.samples));
+  walk_.setArg(i++, directions_.memory());
+  walk_.setArg(i++, windows_.memory());
+  walk_.setArg(i++, static_cast<cl_uint>(per_ray_));
+  walk_.setArg(i++, hits_.memory());
+  queue_.enqueueNDRangeKernel(walk_, ::cl::NullRange,
+                              RoundedUp(std::size_t{group.fans} * group.samples),
+                              ::cl::NDRange(kWorkGroup));
+}
+
+}  // namespace Stg::cl

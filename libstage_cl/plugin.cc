@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What the plug-in exports.
+
+#include <cstdlib>
+
+#include "libstage_cl/cl_prefilter.hh"
+
+namespace {
+
+/// STAGE_CL_HITS: how many potential hits a ray's list holds, 1 to 16.
+uint32_t HitsPerRay() {
+  const char *text = std::getenv("STAGE_CL_HITS");
+  const int hits = text ? std::atoi(text) : 0;
+  return hits >= 1 && hits <= 16 ? static_cast<uint32_t>(hits) : 1;
+}
+
+}  // namespace
+
+extern "C" Stg::sensing::Prefilter *stage_make_prefilter(const char *choice, std::string *message) {
+  using namespace Stg::cl;
+  std::string reason;
+  const std::vector<FoundDevice> devices = FindDevices(&reason);
+  if (devices.empty()) {
+    *message = "no OpenCL device: " + reason;
+    return nullptr;
+  }
+  const std::vector<FoundDevice> matching = MatchingDevices(devices, choice);
+  if (matching.empty()) {
+    *message = std::string("no OpenCL device matches \"") + choice + "\"; there are:\n" +
+               DescribeAll(devices);
+    return nullptr;
+  }
+  try {
+    return new ClPrefilter(matching.front(), HitsPerRay());
+  } catch (const Stg::sensing::PrefilterError &error) {
+    *message = Describe(matching.front()) + ": " + error.what();
+  } catch (const ::cl::Error &error) {
+    *message = Describe(matching.front()) + ": " + error.what() + ", error " +
+               std::to_string(error.err());
+  }
+  return nullptr;
+}
+
+extern "C" std::string stage_list_devices() {
+  std::string reason;
+  const std::vector<Stg::cl::FoundDevice> devices = Stg::cl::FindDevices(&reason);
+  return devices.empty() ? "no OpenCL device: " + reason + "\n" : Stg::cl::DescribeAll(devices);
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "libstage_cl/program.hh"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "kernels_embedded.hh"
+#include "sensing/prefilter.hh"
+
+namespace Stg::cl {
+
+namespace {
+
+/// The log on one line, not too long.
+std::string Shortened(std::string log) {
+  constexpr size_t kLongest = 400;
+  std::replace(log.begin(), log.end(), '\n', ' ');
+  log.erase(std::find(log.begin(), log.end(), '\0'), log.end());
+  return log.size() > kLongest ? log.substr(0, kLongest) + "..." : log;
+}
+
+std::string LogOf(const ::cl::Program &program, const ::cl::Device &device) {
+  try {
+    return Shortened(program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device));
+  } catch (const ::cl::Error &) {
+    return "no log";
+  }
+}
+
+}  // namespace
+
+::cl::Program BuildProgram(const ::cl::Context &context, const ::cl::Device &device) {
+  const std::string source = std::string(kRayWalkSource) + "\n" + kPrefilterSource;
+  const char *more = std::getenv("STAGE_CL_OPTIONS");
+  const std::string options = std::string("-cl-std=CL1.1 ") + (more ? more : "");
+  ::cl::Program program(context, source);
+  try {
+    program.build(std::vector<::cl::Device>{device}, options.c_str());
+  } catch (const ::cl::Error &error) {
+    throw sensing::PrefilterError("its compiler refuses the kernels (error " +
+                                  std::to_string(error.err()) +
+                                  "): " + LogOf(program, device));
+  }
+  return program;
+}
+
+}  // namespace Stg::cl
