@@ -144,13 +144,6 @@ RAY_FUNCTION void ray_begin(ray_t *ray, const ray_grid_t *grid, int x, int y, in
   ray->bit = 0;
 }
 
-/* Side, as a power of two, of an empty square of tiles around the tile t, which is empty itself. */
-RAY_FUNCTION int ray_empty_shift(ray_ulong tile_map, int t) {
-  if ((tile_map & ((ray_ulong)0x0f0f0f0fu << (t & 36))) == 0) return 5;
-  if ((tile_map & ((ray_ulong)0x0303u << (t & 54))) == 0) return 4;
-  return 3;
-}
-
 /* The tile's word without the cells that the window hides. */
 RAY_FUNCTION ray_ulong ray_visible(const ray_window_t *window, ray_ulong word, int x, int y) {
   const ray_uint wx = (ray_uint)((x >> RAY_TILE_SHIFT) - window->x);
@@ -160,16 +153,39 @@ RAY_FUNCTION ray_ulong ray_visible(const ray_window_t *window, ray_ulong word, i
   return word;
 }
 
+/* Where a leap lands that crosses the border `to` of one axis: how many borders of the other axis
+ * lie before that border, and on it if `ties`. `from` of them are known to. `offset` and `across`
+ * are the start's offset and |displacement| on the crossed axis, `other_offset` and `along` those
+ * on the other; slope = along / across. */
+RAY_FUNCTION int ray_land(int to, int offset, int across, int other_offset, int along, float slope,
+                          int from, int ties) {
+  const int at = (to << 16) - offset;
+  const ray_long target = ray_product(at, along) + ties;
+  int n = ((int)((float)at * slope) + other_offset) >> 16;
+  if (n < from) n = from;
+  while (ray_product(((n + 1) << 16) - other_offset, across) < target) n++;
+  while (n > from && ray_product((n << 16) - other_offset, across) >= target) n--;
+  return n;
+}
+
+/* Cells from one of an axis to the far side of its square of 2^shift cells, in this direction. */
+RAY_FUNCTION int ray_cells_left(int cell, int direction, int shift) {
+  const int mask = (1 << shift) - 1;
+  return direction > 0 ? mask - (cell & mask) : (cell & mask);
+}
+
 /* Goes on to the next occupied cell that is not hidden by the window. Returns 1 with the cell in
  * (u, v), region, tile and bit, or 0 if there is none before the end of the ray.
  *
- * Which border comes next is as good as random, so both the step and the leap select by arithmetic
- * instead of branching: on a CPU a wrong guess costs more than the work. */
+ * Empty regions and superregions are leapt over; in a region that holds something the walk goes
+ * from tile to tile, and in a tile that does from cell to cell. Which border comes next is as good
+ * as random, so the steps select by arithmetic instead of branching: on a CPU a wrong guess costs
+ * more than the work. in_x is all ones if the border in x is next, else 0. */
 RAY_FUNCTION int ray_next(const ray_grid_t *grid, const ray_window_t *window, ray_t *ray) {
   const int sx = ray->sx, sy = ray->sy, ox = ray->ox, oy = ray->oy;
   const int adx = ray->adx, ady = ray->ady;
   const int limit_x = ray->limit_x, limit_y = ray->limit_y;
-  const ray_long ex = (ray_long)ady << 16, ey = (ray_long)adx << 16;
+  const ray_long ex = (ray_long)ady << 16, ey = (ray_long)adx << 16; /* one cell on */
   int u = ray->u, v = ray->v;
   /* The bit of a cell that was returned before; it is in the first tile that is looked at. */
   ray_ulong seen = 0;
@@ -178,13 +194,11 @@ RAY_FUNCTION int ray_next(const ray_grid_t *grid, const ray_window_t *window, ra
   ray_ulong tile_map = 0;
 
   if (limit_x < 0 || limit_y < 0) return 0;
-  /* The ray's end is looked for at each tile and leap, not at each cell. */
+  /* The ray's end is looked for at each leap, not at each cell. */
   while (!(((u << 16) - ox > limit_x) | ((v << 16) - oy > limit_y))) {
     const int x = ray->x0 + sx * u, y = ray->y0 + sy * v;
     const int rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
-    const int t = ((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3);
-    int bit = (x & 7) | ((y & 7) << 3);
-    int shift;
+    int in_x, to_x, to_y; /* the next borders to be crossed, and which is */
 
     if (first | (rx ^ region_x) | (ry ^ region_y)) {
       if (first | (((rx ^ region_x) | (ry ^ region_y)) >> 4))
@@ -193,68 +207,77 @@ RAY_FUNCTION int ray_next(const ray_grid_t *grid, const ray_window_t *window, ra
       tile_map = region ? grid->tile_maps[region] : 0;
       region_x = rx;
       region_y = ry;
-      if (first && ray->reported) seen = (ray_ulong)1 << bit;
+      if (first && ray->reported) seen = (ray_ulong)1 << ((x & 7) | ((y & 7) << 3));
       first = 0;
     }
 
     if (tile_map == 0) {
-      shift = super ? RAY_REGION_SHIFT : RAY_SUPER_SHIFT;
-    } else if (((tile_map >> t) & 1) == 0) {
-      shift = ray_empty_shift(tile_map, t);
+      const int shift = super ? RAY_REGION_SHIFT : RAY_SUPER_SHIFT;
+      to_x = u + 1 + ray_cells_left(x, sx, shift);
+      to_y = v + 1 + ray_cells_left(y, sy, shift);
+      in_x = ray_product((to_x << 16) - ox, ady) < ray_product((to_y << 16) - oy, adx) ? -1 : 0;
     } else {
-      const ray_ulong word =
-          ray_visible(window, grid->tiles[region * 64 + (ray_uint)t], x, y) & ~seen;
-      seen = 0;
-      shift = RAY_TILE_SHIFT;
-      if (word != 0) {
-        /* Cell by cell to the edge of the tile. */
-        int left_x = sx > 0 ? 7 - (x & 7) : (x & 7);
-        int left_y = sy > 0 ? 7 - (y & 7) : (y & 7);
-        ray_long e = ray_product(((u + 1) << 16) - ox, ady) - ray_product(((v + 1) << 16) - oy, adx);
-        while (((word >> bit) & 1) == 0) {
-          const int in_x = (int)(e >> 63); /* all ones: the border in x is next */
-          u -= in_x;
-          v += 1 + in_x;
-          bit += sy * 8 + (in_x & (sx - sy * 8));
-          e += ((ex + ey) & (ray_long)in_x) - ey;
-          left_x += in_x;
-          left_y -= 1 + in_x;
-          if ((left_x | left_y) < 0) break;
+      int t = ((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3);
+      int left_x = ray_cells_left(x, sx, RAY_TILE_SHIFT);
+      int left_y = ray_cells_left(y, sy, RAY_TILE_SHIFT);
+      ray_long e;
+
+      if ((tile_map >> t) & 1) {
+        const ray_ulong word =
+            ray_visible(window, grid->tiles[region * 64 + (ray_uint)t], x, y) & ~seen;
+        seen = 0;
+        if (word != 0) {
+          /* From cell to cell, to the edge of the tile. */
+          int bit = (x & 7) | ((y & 7) << 3);
+          e = ray_product(((u + 1) << 16) - ox, ady) - ray_product(((v + 1) << 16) - oy, adx);
+          while (((word >> bit) & 1) == 0) {
+            in_x = (int)(e >> 63);
+            u -= in_x;
+            v += 1 + in_x;
+            bit += sy * 8 + (in_x & (sx - sy * 8));
+            e += ((ex + ey) & (ray_long)in_x) - ey;
+            left_x += in_x;
+            left_y -= 1 + in_x;
+            if ((left_x | left_y) < 0) break;
+          }
+          if ((left_x | left_y) < 0) continue;
+          if (((u << 16) - ox > limit_x) | ((v << 16) - oy > limit_y)) return 0;
+          ray->u = u;
+          ray->v = v;
+          ray->reported = 1;
+          ray->region = region;
+          ray->tile = (ray_uint)t;
+          ray->bit = (ray_uint)bit;
+          return 1;
         }
-        if ((left_x | left_y) < 0) continue;
-        if (((u << 16) - ox > limit_x) | ((v << 16) - oy > limit_y)) return 0;
-        ray->u = u;
-        ray->v = v;
-        ray->reported = 1;
-        ray->region = region;
-        ray->tile = (ray_uint)t;
-        ray->bit = (ray_uint)bit;
-        return 1;
+      }
+
+      /* From tile to tile, to one that holds something or to the edge of the region. */
+      to_x = u + 1 + left_x;
+      to_y = v + 1 + left_y;
+      e = ray_product((to_x << 16) - ox, ady) - ray_product((to_y << 16) - oy, adx);
+      left_x = ray_cells_left(x >> RAY_TILE_SHIFT, sx, 3);
+      left_y = ray_cells_left(y >> RAY_TILE_SHIFT, sy, 3);
+      for (;;) {
+        in_x = (int)(e >> 63);
+        left_x += in_x;
+        left_y -= 1 + in_x;
+        t += sy * 8 + (in_x & (sx - sy * 8));
+        if ((left_x | left_y) < 0 || ((tile_map >> t) & 1)) break;
+        to_x -= in_x * 8;
+        to_y += 8 + in_x * 8;
+        e += 8 * (((ex + ey) & (ray_long)in_x) - ey);
       }
     }
 
-    /* Leap to the edge of the empty square; land in the very cell that stepping would reach. */
-    {
-      const int m = (1 << shift) - 1;
-      const int to_x = u + 1 + (sx > 0 ? m - (x & m) : (x & m));
-      const int to_y = v + 1 + (sy > 0 ? m - (y & m) : (y & m));
-      const int bx = (to_x << 16) - ox, by = (to_y << 16) - oy;
-      const ray_long px = ray_product(bx, ady), py = ray_product(by, adx);
-      const int x_first = px < py;
-      /* Along the axis whose border comes first, `at` is where; across lies the other axis, of which
-       * the borders before that point count. At a tie the one in y does. */
-      const int at = x_first ? bx : by;
-      const ray_long target = x_first ? px + 1 : py;
-      const int along = x_first ? adx : ady;
-      const int offset = x_first ? oy : ox;
-      const float slope = x_first ? ray->dy_per_dx : ray->dx_per_dy;
-      const int least = x_first ? v : u;
-      int n = ((int)((float)at * slope) + offset) >> 16;
-      if (n < least) n = least;
-      while (ray_product(((n + 1) << 16) - offset, along) < target) n++;
-      while (n > least && ray_product((n << 16) - offset, along) >= target) n--;
-      u = x_first ? to_x : n;
-      v = x_first ? n : to_y;
+    /* Land in the very cell that stepping would have reached. At a tie the border in y is first, so
+     * those in y count for a border in x, and not the other way round. */
+    if (in_x) {
+      v = ray_land(to_x, ox, adx, oy, ady, ray->dy_per_dx, v, 1);
+      u = to_x;
+    } else {
+      u = ray_land(to_y, oy, ady, ox, adx, ray->dx_per_dy, u, 0);
+      v = to_y;
     }
   }
   return 0;

@@ -179,6 +179,8 @@ TEST_F(CliTest, LoadsThatFail) {
   ExpectLoadFails(1, {"-gc", "bad.world"}, "gone.inc");
   Write("bad.world", "quit_time 1\n  robocar( )\n");
   ExpectLoadFails(1, {"-gc", "bad.world"}, "bad.world:2:3: ");
+  Write("bad.world", "quit_time 1\nmodel( pose [1 2] )\n");
+  ExpectLoadFails(1, {"-gc", "bad.world"}, "bad.world:2:");
   for (const char *text : {"block( points 3 )", "sensor( samples 3 )", "camera( )"}) {
     Write("bad.world", std::string("quit_time 1\n") + text + "\n");
     ExpectLoadFails(1, {"-gc", "bad.world"}, "bad.world:2:");
@@ -193,7 +195,6 @@ TEST_F(CliTest, LoadsThatFailWith255) {
   fails("bitmap \"gone.png\"", "gone.png");
   Write("text.png", "no picture");
   fails("bitmap \"text.png\"", "text.png");
-  fails("pose [1 2]", "bad.world:2:");
   fails("ctrl \"gone_controller\"", "gone_controller");
   Write("broken.so",
         "this is no library, but it is longer than the header of one would have to be\n");

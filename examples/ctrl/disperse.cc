@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// disperse: spreads robots as far apart as they can get. See support/disperse_rule.hh.
+// disperse: drives each robot to where it is emptiest, so that a crowd spreads. See
+// support/disperse_rule.hh.
 //
 //   ctrl "disperse [speed=0.4] [gain=1.0] [turn=1.5] [margin=0.1] [horizon=5.0]"
 //
 // speed and turn are the greatest speeds (m/s, rad/s), gain is the turn speed for each radian that
 // the goal is off, margin the distance to keep from everything (m), horizon how far readings count
-// (m). Uses the first ranger that no other controller has taken, all its sensors. Exit status 1:
-// not a position model, no such ranger, or arguments that make no sense.
+// (m). Looks through all sensors of all the robot's rangers that nobody else uses, whenever the first of
+// them has new data. Exit status 1: not a position model, no such ranger, or arguments that make no
+// sense.
 
 #include "support/arguments.hh"
 #include "support/disperse_rule.hh"
@@ -17,6 +19,8 @@ namespace {
 
 /// A sensor on its robot.
 struct Eye {
+  Stg::ModelRanger *ranger = nullptr;
+  size_t sensor = 0;
   Stg::Pose pose;  ///< in the robot's frame
   double fov = 0;  ///< that the table was made for
   const ctrl::RayTable *table = nullptr;
@@ -24,7 +28,6 @@ struct Eye {
 
 struct Robot {
   Stg::ModelPosition *position = nullptr;
-  Stg::ModelRanger *ranger = nullptr;
   ctrl::DisperseRule rule;
   double radius = 0;  ///< of the disc to be kept free, m
   std::vector<Eye> eyes;
@@ -32,8 +35,9 @@ struct Robot {
 };
 
 /// Adds what one sensor sees.
-void Look(const Robot &robot, const Stg::ModelRanger::Sensor &sensor, Eye *eye,
-          ctrl::Surroundings *seen) {
+void Look(const Robot &robot, Eye *eye, ctrl::Surroundings *seen) {
+  if (eye->sensor >= eye->ranger->GetSensors().size()) return;
+  const Stg::ModelRanger::Sensor &sensor = eye->ranger->GetSensors()[eye->sensor];
   const size_t count = sensor.ranges.size();
   if (count == 0 || sensor.bearings.size() != count) return;
   if (!eye->table || eye->table->size() != count || eye->fov != sensor.fov) {
@@ -55,10 +59,8 @@ bool BackOff(Robot *robot) {
 
 void Update(Robot *robot) {
   if (BackOff(robot)) return;
-  const auto &sensors = robot->ranger->GetSensors();
-  const size_t count = std::min(sensors.size(), robot->eyes.size());
   ctrl::Surroundings seen;
-  for (size_t i = 0; i < count; i++) Look(*robot, sensors[i], &robot->eyes[i], &seen);
+  for (Eye &eye : robot->eyes) Look(*robot, &eye, &seen);
   const ctrl::Drive drive = ctrl::Disperse(seen, robot->radius, robot->rule);
   robot->position->SetSpeed(drive.forward, 0, drive.turn);
 }
@@ -77,6 +79,15 @@ double RadiusOf(const Stg::Geom &geom, double margin) {
   return std::hypot(geom.pose.x, geom.pose.y) + std::hypot(geom.size.x, geom.size.y) / 2 + margin;
 }
 
+/// Subscribes to a ranger and looks through all its sensors from now on.
+void Use(Stg::ModelRanger *ranger, const Stg::Model &model, Robot *robot) {
+  const Stg::Pose frame = FrameOnRobot(*ranger, model);
+  const auto &sensors = ranger->GetSensors();
+  for (size_t i = 0; i < sensors.size(); i++)
+    robot->eyes.push_back({ranger, i, frame + sensors[i].pose, 0, nullptr});
+  ranger->Subscribe();
+}
+
 }  // namespace
 
 extern "C" int Init(Stg::Model *model, Stg::CtrlArgs *args) {
@@ -90,13 +101,12 @@ extern "C" int Init(Stg::Model *model, Stg::CtrlArgs *args) {
                                             {"horizon", &rule.horizon, 0, 1000}});
   if (!wrong.empty()) ctrl::GiveUp("disperse", *model, wrong);
   robot->position = ctrl::RequirePosition("disperse", model);
-  robot->ranger = ctrl::RequireUnusedRanger("disperse", model);
   robot->radius = RadiusOf(model->GetGeom(), rule.margin);
-  const Stg::Pose frame = FrameOnRobot(*robot->ranger, *model);
-  for (const auto &sensor : robot->ranger->GetSensors())
-    robot->eyes.push_back({frame + sensor.pose, 0, nullptr});
-  ctrl::CallOnUpdate<Robot, Update>(robot->ranger, robot);
-  robot->ranger->Subscribe();
+  Stg::ModelRanger *first = ctrl::RequireUnusedRanger("disperse", model);
+  ctrl::CallOnUpdate<Robot, Update>(first, robot);
+  Use(first, *model, robot);
+  while (Stg::Model *other = model->GetUnsubscribedModelOfType("ranger"))
+    Use(static_cast<Stg::ModelRanger *>(other), *model, robot);
   robot->position->Subscribe();
   return 0;
 }

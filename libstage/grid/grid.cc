@@ -3,6 +3,7 @@
 #include "grid/grid.hh"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 namespace Stg::grid {
@@ -77,9 +78,8 @@ CellRef Grid::Insert(int32_t x, int32_t y, BodyId id) {
   } else {
     Append(&cells.heads[bit], id);
   }
-  const uint32_t drawn_in = bodies_[id].layers;
-  for (LayerIndex i = 0; i < layers_.size(); i++)
-    if (drawn_in >> i & 1) layers_[i].cells.Set(region, tile, bit);
+  for (uint32_t left = bodies_[id].layers; left != 0; left &= left - 1)
+    layers_[static_cast<uint32_t>(std::countr_zero(left))].cells.Set(region, tile, bit);
   return slot << 6 | bit;
 }
 
@@ -87,8 +87,14 @@ void Grid::Remove(CellRef cell, BodyId id) {
   const uint32_t slot = cell >> 6, bit = cell & 63;
   TileCells &cells = tile_cells_[slot];
   RemoveFromList(&cells.heads[bit], id);
-  RefreshBit(cells, bit);
-  if (cells.heads[bit] == 0 && --cells.occupied == 0) DropTile(slot);
+  if (cells.heads[bit] != 0) {
+    RefreshBit(cells, bit);
+    return;
+  }
+  for (uint32_t left = bodies_[id].layers; left != 0; left &= left - 1)
+    layers_[static_cast<uint32_t>(std::countr_zero(left))].cells.Clear(cells.region, cells.tile,
+                                                                       bit);
+  if (--cells.occupied == 0) DropTile(slot);
 }
 
 void Grid::Append(uint32_t *head, BodyId id) {
@@ -157,16 +163,18 @@ void Grid::RefreshBit(const TileCells &cells, uint32_t bit) {
   }
 }
 
-void Grid::Coordinates(CellRef cell, int32_t *x, int32_t *y) const {
-  const TileCells &cells = tile_cells_[cell >> 6];
+void Grid::TileCoordinates(uint32_t slot, int32_t *x, int32_t *y) const {
+  const TileCells &cells = tile_cells_[slot];
   const Region &region = regions_[cells.region];
   const Super &super = supers_[region.super];
-  const auto part = [](uint32_t index, int bits) {
-    return static_cast<int32_t>(index & ((1u << bits) - 1));
-  };
-  *x = super.x * 1024 + part(region.place, 4) * 64 + part(cells.tile, 3) * 8 + part(cell, 3);
-  *y = super.y * 1024 + part(region.place >> 4, 4) * 64 + part(cells.tile >> 3u, 3) * 8 +
-       part(cell >> 3, 3);
+  *x = super.x * 128 + static_cast<int32_t>((region.place & 15) * 8 + (cells.tile & 7u));
+  *y = super.y * 128 + static_cast<int32_t>((region.place >> 4) * 8 + (cells.tile >> 3u));
+}
+
+void Grid::Coordinates(CellRef cell, int32_t *x, int32_t *y) const {
+  TileCoordinates(TileSlot(cell), x, y);
+  *x = *x * 8 + static_cast<int32_t>(cell & 7);
+  *y = *y * 8 + static_cast<int32_t>(cell >> 3 & 7);
 }
 
 // ---- tiles, regions, superregions ---------------------------------------------------------------

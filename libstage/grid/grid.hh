@@ -95,6 +95,9 @@ class Grid {
 
   /// Cell coordinates of a handle.
   void Coordinates(CellRef cell, int32_t *x, int32_t *y) const;
+  /// A number that cells of the same tile share, and the coordinates of that tile, in tiles.
+  static uint32_t TileSlot(CellRef cell) { return cell >> 6; }
+  void TileCoordinates(uint32_t slot, int32_t *x, int32_t *y) const;
 
   /// The layer for rangers' rays at height z, which meet what is visible to rangers and reaches
   /// that height, ends included. There is room for a few heights; for others, and if `z_test` is

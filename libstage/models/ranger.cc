@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "geometry/trigonometry.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
@@ -143,12 +144,15 @@ void ModelRanger::Shutdown() {
 
 void ModelRanger::Update() {
   const Pose frame = GetGlobalPose() + geom.pose;
+  const SineCosine turn = SinCos(frame.a);
   for (size_t i = 0; i < sensors_.size(); i++)
-    AddFan(&sensors_[i], static_cast<uint32_t>(i), frame);
+    AddFan(&sensors_[i], static_cast<uint32_t>(i), frame, turn);
   Model::Update();
 }
 
-void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame) {
+/// `turn`: of the frame's heading, which all sensors share.
+void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame,
+                         const SineCosine &turn) {
   sensor->Resize();
   if (sensor->sample_count == 0) return;
   if (!sensor->seeded_) {
@@ -163,8 +167,10 @@ void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame) {
   fan.finder = this;
   fan.sink = this;
   fan.tag = index;
-  Pose origin = frame + sensor->pose;
-  origin.z += sensor->size.z / 2.0;
+  const Pose &p = sensor->pose;
+  const Pose origin(frame.x + p.x * turn.cosine - p.y * turn.sine,
+                    frame.y + p.x * turn.sine + p.y * turn.cosine,
+                    frame.z + p.z + sensor->size.z / 2.0, normalize(frame.a + p.a));
   PlaceFan(&fan, origin, Magnitude(sensor->range.max), shared.cells_per_metre);
   fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test);
 

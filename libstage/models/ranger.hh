@@ -29,6 +29,8 @@
 
 namespace Stg {
 
+struct SineCosine;
+
 class ModelRanger : public Model, private sensing::RaySink {
  public:
   class Sensor {
@@ -81,7 +83,7 @@ class ModelRanger : public Model, private sensing::RaySink {
   void Update() override;
 
  private:
-  void AddFan(Sensor *sensor, uint32_t index, const Pose &frame);
+  void AddFan(Sensor *sensor, uint32_t index, const Pose &frame, const SineCosine &turn);
   void TakeHits(uint32_t tag, const sensing::RayHit *hits, uint32_t count) override;
 
   std::vector<Sensor> sensors_;

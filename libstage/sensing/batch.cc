@@ -51,40 +51,52 @@ ray_window_t RayBatch::WindowOf(const Fan &fan) const {
           r.window_size >> 16};
 }
 
-Window RayBatch::MakeWindow(const grid::Grid &grid,
-                            const grid::CellLists &cells,
+namespace {
+
+/// Calls f(cell, tile_x, tile_y) for all cells; where a tile is gets looked up once for a run of
+/// cells in it.
+template <typename F>
+void ForEachCell(const grid::Grid &grid, const grid::CellLists &cells, F f) {
+  uint32_t slot = 0;
+  int32_t x = 0, y = 0;
+  for (const auto *list : cells.lists) {
+    for (const grid::CellRef cell : *list) {
+      if (slot != grid::Grid::TileSlot(cell)) {
+        slot = grid::Grid::TileSlot(cell);
+        grid.TileCoordinates(slot, &x, &y);
+      }
+      f(cell, x, y);
+    }
+  }
+}
+
+}  // namespace
+
+Window RayBatch::MakeWindow(const grid::Grid &grid, const grid::CellLists &cells,
                             const void *tree) {
   grid::CellBox box;
-  int32_t x, y;
-  for (const auto *list : cells.lists) {
-    for (const grid::CellRef cell : *list) {
-      grid.Coordinates(cell, &x, &y);
-      x >>= RAY_TILE_SHIFT;
-      y >>= RAY_TILE_SHIFT;
-      if (box.empty()) box = {x, y, x, y};
-      box = {std::min(box.min_x, x), std::min(box.min_y, y), std::max(box.max_x, x),
-             std::max(box.max_y, y)};
-    }
-  }
+  ForEachCell(grid, cells, [&](grid::CellRef, int32_t x, int32_t y) {
+    if (box.empty()) box = {x, y, x, y};
+    box = {std::min(box.min_x, x), std::min(box.min_y, y), std::max(box.max_x, x),
+           std::max(box.max_y, y)};
+  });
   if (box.empty()) return Window();
-  Window window{box.min_x, box.min_y, static_cast<uint32_t>(box.max_x - box.min_x) + 1,
-                static_cast<uint32_t>(box.max_y - box.min_y) + 1,
-                static_cast<uint32_t>(window_words_.size())};
-  if (window.width > kMaxWindowSide || window.height > kMaxWindowSide) return Window();
+  const int64_t width = int64_t{box.max_x} - box.min_x + 1;
+  const int64_t height = int64_t{box.max_y} - box.min_y + 1;
+  if (width > kMaxWindowSide || height > kMaxWindowSide) return Window();
 
+  const Window window{box.min_x, box.min_y, static_cast<uint32_t>(width),
+                      static_cast<uint32_t>(height), static_cast<uint32_t>(window_words_.size())};
   window_words_.resize(window_words_.size() + window.width * window.height, 0);
   uint64_t *words = &window_words_[window.first];
-  for (const auto *list : cells.lists) {
-    for (const grid::CellRef cell : *list) {
-      const bool shared = grid.AnyIn(
-          cell, [&](grid::BodyId other) { return grid.body(other).tree != tree; });
-      if (shared) continue;
-      grid.Coordinates(cell, &x, &y);
-      const uint32_t tile = static_cast<uint32_t>((y >> RAY_TILE_SHIFT) - window.y) * window.width +
-                            static_cast<uint32_t>((x >> RAY_TILE_SHIFT) - window.x);
-      words[tile] |= uint64_t{1} << (cell & 63);
-    }
-  }
+  ForEachCell(grid, cells, [&](grid::CellRef cell, int32_t x, int32_t y) {
+    const bool shared =
+        grid.AnyIn(cell, [&](grid::BodyId other) { return grid.body(other).tree != tree; });
+    if (shared) return;
+    const uint32_t tile = static_cast<uint32_t>(y - window.y) * window.width +
+                          static_cast<uint32_t>(x - window.x);
+    words[tile] |= uint64_t{1} << (cell & 63);
+  });
   return window;
 }
 

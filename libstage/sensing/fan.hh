@@ -78,8 +78,8 @@ struct Fan {
   bool single_leg() const { return !nothing && legs == 1; }
 };
 
-/// Fills in the start, heading, length and legs of a fan from `origin`, global. `range` is in
-/// metres, not negative and not NaN.
+/// Fills in the start, heading, length and legs of a fan from `origin`, global; its heading need not
+/// be normalised. `range` is in metres, not negative and not NaN.
 void PlaceFan(Fan *fan, const Pose &origin, double range, double cells_per_metre);
 
 }  // namespace sensing

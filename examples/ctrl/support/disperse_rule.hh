@@ -159,8 +159,8 @@ struct DisperseRule {
   /// rooms, a longer one lets them know sooner of each other. Of 2, 3, 5 and 8 m, with 36 robots
   /// in 20 x 20 m that start in a corner, 5 m leaves them farthest apart.
   double horizon = 5.0;
-  double balanced = 0.004;   ///< rest where the imbalance is less
-  double unbalanced = 0.05;  ///< full speed where it is more
+  double balanced = 0.01;   ///< rest where the imbalance is less
+  double unbalanced = 0.1;  ///< full speed where it is more
 };
 
 /// How a disc of that radius is to move.

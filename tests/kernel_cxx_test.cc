@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The kernels' own text compiled as C++, so that sanitizers can look at it. It has to find what the
+// host's walk finds, and both what a plain walk from cell to cell finds.
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "support/ray_scene.hh"
+
+// ---- OpenCL C as C++ ----------------------------------------------------------------------------
+
+#undef STAGE_KERNELS_RAY_WALK_H
+#undef RAY_GLOBAL
+#undef RAY_FUNCTION
+
+namespace opencl_c {
+
+using uint = std::uint32_t;
+using ulong = std::uint64_t;
+struct int2 {
+  int x, y;
+};
+struct int4 {
+  int x, y, z, w;
+};
+
+thread_local std::size_t global_id = 0;
+std::size_t get_global_id(unsigned) { return global_id; }
+
+/// Stands for the kernels' floats. It is wrong by up to 3 when it is used, which must not matter;
+/// and it cannot be compared, so it does not compile where a float decides anything.
+class Guess {
+ public:
+  Guess() = default;
+  Guess(double value) : value_(value) {}
+  friend Guess operator*(Guess a, Guess b) { return a.value_ * b.value_; }
+  friend Guess operator/(Guess a, Guess b) { return a.value_ / b.value_; }
+  explicit operator int() const {
+    static thread_local unsigned count = 0;
+    return static_cast<int>(value_) + static_cast<int>(count++ % 7 * 65536) - 3 * 65536;
+  }
+
+ private:
+  double value_;
+};
+
+#define __OPENCL_VERSION__ 110
+#define __kernel
+#define __global
+#define long std::int64_t
+#define float Guess
+#include "kernels/ray_walk.h"
+// The order matters: the kernels use what is declared in the walk.
+#include "kernels/prefilter.cl"
+#undef float
+#undef long
+#undef __global
+#undef __kernel
+#undef __OPENCL_VERSION__
+
+}  // namespace opencl_c
+
+namespace {
+
+using ray_scene::RayScene;
+namespace sensing = Stg::sensing;
+
+constexpr std::size_t kWorkGroup = 64;
+
+template <typename Kernel>
+void Launch(std::size_t items, Kernel kernel) {
+  // Whole work-groups, as on a device: the last items have nothing to do.
+  const std::size_t rounded = (items + kWorkGroup - 1) / kWorkGroup * kWorkGroup;
+  for (opencl_c::global_id = 0; opencl_c::global_id < rounded; opencl_c::global_id++) kernel();
+}
+
+std::vector<uint32_t> ListsByKernel(const RayScene &scene, uint32_t per_ray) {
+  const sensing::RayBatch &batch = scene.batch();
+  std::map<std::pair<uint32_t, uint32_t>, std::vector<sensing::FanRecord>> launches;
+  for (const sensing::Fan &fan : batch.fans())
+    if (fan.single_leg() && fan.record.samples > 0)
+      launches[{fan.layer, fan.record.samples}].push_back(fan.record);
+
+  // One fan more in front: fans need not begin at 0.
+  std::vector<sensing::FanRecord> fans(1);
+  std::vector<sensing::Direction> directions = scene.tables().all();
+  directions.insert(directions.end(), batch.own_directions().begin(), batch.own_directions().end());
+  std::vector<uint32_t> hits(std::size_t{batch.ray_count()} * per_ray, 0);
+
+  for (const auto &[launch, records] : launches) {
+    const auto &[layer, samples] = launch;
+    const uint32_t first_fan = static_cast<uint32_t>(fans.size());
+    const uint32_t fan_count = static_cast<uint32_t>(records.size());
+    fans.insert(fans.end(), records.begin(), records.end());
+    const Stg::ray_grid_t view = scene.grid().View(layer);
+    const opencl_c::int4 box{view.min_x, view.min_y, view.max_x, view.max_y};
+    const uint32_t samples_of_each = samples;
+    Launch(std::size_t{fan_count} * samples, [&] {
+      opencl_c::walk_fans(reinterpret_cast<const opencl_c::ray_super_t *>(view.directory),
+                          view.directory_mask, view.regions, view.tile_maps, view.tiles, box,
+                          reinterpret_cast<const opencl_c::int4 *>(fans.data()), first_fan,
+                          fan_count, samples_of_each,
+                          reinterpret_cast<const opencl_c::int2 *>(directions.data()),
+                          batch.window_words().data(), per_ray, hits.data());
+    });
+  }
+  return hits;
+}
+
+constexpr uint64_t kScenes = 120;
+constexpr int kRounds = 4;
+
+TEST(KernelCxxTest, FindsWhatTheHostFinds) {
+  uint64_t listed = 0;
+  for (uint64_t seed = 1; seed <= kScenes; seed++) {
+    RayScene scene(seed);
+    const uint32_t per_ray = 1 + seed % 4;
+    for (int round = 0; round < kRounds; round++) {
+      const std::vector<uint32_t> expected = ListsByWalk(scene, per_ray);
+      const std::vector<uint32_t> found = ListsByKernel(scene, per_ray);
+      const std::string difference = FirstDifference(scene, per_ray, expected.data(), found.data());
+      ASSERT_EQ(difference, "") << "scene " << seed << ", round " << round;
+      for (const uint32_t hit : expected) listed += hit != 0 && hit != RAY_NO_HIT;
+      scene.Change();
+      scene.MakeBatch();
+    }
+  }
+  EXPECT_GT(listed, 10000u);
+}
+
+TEST(KernelCxxTest, FindsWhatAPlainWalkFinds) {
+  for (uint64_t seed = 1001; seed <= 1000 + kScenes; seed++) {
+    RayScene scene(seed);
+    const uint32_t per_ray = 1 + seed % 4;
+    for (int round = 0; round < kRounds; round++) {
+      const std::vector<uint32_t> expected = ListsCellByCell(scene, per_ray);
+      const std::vector<uint32_t> found = ListsByKernel(scene, per_ray);
+      const std::string difference = FirstDifference(scene, per_ray, expected.data(), found.data());
+      ASSERT_EQ(difference, "") << "scene " << seed << ", round " << round;
+      scene.Change();
+      scene.MakeBatch();
+    }
+  }
+}
+
+TEST(KernelCxxTest, UpdatesTheWordsThatItIsGiven) {
+  std::vector<uint64_t> words(200, 7);
+  const std::vector<uint32_t> places{199, 0, 66};
+  const std::vector<uint64_t> values{~uint64_t{0}, 1, uint64_t{1} << 63};
+  Launch(places.size(), [&] {
+    opencl_c::update_words(words.data(), places.data(), values.data(),
+                           static_cast<uint32_t>(places.size()));
+  });
+  for (std::size_t i = 0; i < words.size(); i++)
+    EXPECT_EQ(words[i], i == 199 ? values[0] : i == 0 ? values[1] : i == 66 ? values[2] : 7u) << i;
+}
+
+}  // namespace

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Random grids and fans for tests of the ray walk, without any models; and what the walk has to
+// find in them. The same seed gives the same scene. One metre is one cell here.
+
+#ifndef STAGE_TESTS_SUPPORT_RAY_SCENE_HH
+#define STAGE_TESTS_SUPPORT_RAY_SCENE_HH
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "geometry/geometry.hh"
+#include "geometry/random.hh"
+#include "grid/grid.hh"
+#include "sensing/batch.hh"
+
+namespace ray_scene {
+
+class RayScene {
+ public:
+  explicit RayScene(uint64_t seed);
+
+  /// Moves, removes and adds bodies; now and then far away, so many that regions are dropped, or
+  /// after so long a time that the layers of heights are.
+  void Change();
+  /// A new batch of random fans, some of them without rays, some with rays of several legs.
+  void MakeBatch();
+
+  Stg::grid::Grid &grid() { return grid_; }
+  const Stg::grid::Grid &grid() const { return grid_; }
+  const Stg::sensing::DirectionTables &tables() const { return tables_; }
+  const Stg::sensing::RayBatch &batch() const { return batch_; }
+
+ private:
+  struct Drawn {
+    Stg::grid::BodyId id;
+    uint32_t tree;
+    std::vector<Stg::grid::CellRef> cells;
+  };
+
+  bool Chance(double probability) { return random_.Uniform() < probability; }
+  uint32_t Below(uint32_t n) { return static_cast<uint32_t>(random_.Next() % n); }
+  double PickHeight();
+  std::vector<Stg::point_int_t> MakeOutline();
+  void AddBody(const std::vector<Stg::point_int_t> &outline);
+  void RemoveBody(size_t i);
+  void ChangeVisibility(Drawn *drawn);
+  void AddDots();
+  void AddFrame();
+  Stg::Pose PickOrigin();
+  double PickRange();
+  void AddFan();
+
+  Stg::Random random_;
+  Stg::grid::Grid grid_;
+  Stg::sensing::DirectionTables tables_;
+  Stg::sensing::RayBatch batch_;
+  int32_t centre_x_, centre_y_;
+  std::vector<Drawn> bodies_;
+};
+
+/// The lists that a prefilter with room for per_ray hits has to give: those of ray_next(), or of a
+/// walk that crosses one border after the other and looks at each cell. Lists of fans that are
+/// not of a single leg stay 0.
+std::vector<uint32_t> ListsByWalk(const RayScene &scene, uint32_t per_ray);
+std::vector<uint32_t> ListsCellByCell(const RayScene &scene, uint32_t per_ray);
+
+/// Where two sets of lists differ first; empty if nowhere. What stands behind the end of a list
+/// does not count.
+std::string FirstDifference(const RayScene &scene, uint32_t per_ray, const uint32_t *expected,
+                            const uint32_t *found);
+
+}  // namespace ray_scene
+
+#endif
