@@ -12,6 +12,9 @@ endif()
 # The same IEEE arithmetic on every processor: no fused multiply-add, nothing reordered.
 add_compile_options(-ffp-contract=off -fno-fast-math)
 
+# Messages name files from the top of the tree, not of the machine that they were built on.
+add_compile_options("-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=")
+
 add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wconversion)
 if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
   add_compile_options(-Wno-sign-conversion) # part of GCC's -Wconversion for C only

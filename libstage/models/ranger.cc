@@ -66,7 +66,7 @@ ModelRanger::Sensor::Sensor()
 void ModelRanger::Sensor::Load(Worldfile *wf, int entity) {
   pose.Load(wf, entity, "pose");
   size.Load(wf, entity, "size");
-  range.Load(wf, entity, "range");
+  LoadRange(wf, entity);
   if (range.max < 0)
     wf->Fail(entity, "range", "found a negative maximum range, expected 0 or more");
   fov = wf->ReadAngle(entity, "fov", fov);
@@ -80,6 +80,20 @@ void ModelRanger::Sensor::Load(Worldfile *wf, int entity) {
     wf->Fail(entity, "noise", "found a negative variance, expected 0 or more");
   if (!wf->PropertyExists(entity, "color") || !wf->ReadString(entity, "color", "").empty())
     color.Load(wf, entity);
+}
+
+/// The one property that may be infinite: range [0 "inf"].
+void ModelRanger::Sensor::LoadRange(Worldfile *wf, int entity) {
+  CProperty *property = wf->GetProperty(entity, "range");
+  if (property && wf->TupleLength(entity, "range") > 1) {
+    const std::string text = wf->GetPropertyValue(property, 1);
+    if (text == "inf" || text == "infinity") {
+      wf->ReadTuple(entity, "range", 0, 1, "l", &range.min);
+      range.max = std::numeric_limits<double>::infinity();
+      return;
+    }
+  }
+  range.Load(wf, entity, "range");
 }
 
 std::string ModelRanger::Sensor::String() const {
@@ -172,7 +186,7 @@ void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame,
                     frame.y + p.x * turn.sine + p.y * turn.cosine,
                     frame.z + p.z + sensor->size.z / 2.0, normalize(frame.a + p.a));
   PlaceFan(&fan, origin, Magnitude(sensor->range.max), shared.cells_per_metre);
-  fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test);
+  if (!fan.nothing) fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test);
 
   const unsigned count = sensor->sample_count;
   const double increment = sensor->table_fov_ / (count > 1 ? count - 1 : 1);
@@ -192,7 +206,10 @@ void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame,
 }
 
 void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit *hits, uint32_t count) {
+  // A callback may have changed the sensors since the rays were made.
+  if (tag >= sensors_.size() || sensors_[tag].ranges.size() != count) return;
   Sensor &sensor = sensors_[tag];
+  sensor.intensities.resize(count);
   const double share = std::isfinite(sensor.range_noise) ? sensor.range_noise : 0.0;
   const double deviation = std::sqrt(Magnitude(sensor.range_noise_const));
   const bool noisy = share != 0 || deviation > 0;

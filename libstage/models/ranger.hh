@@ -7,7 +7,7 @@
 //   one sample             straight ahead, whatever the field of view
 //   maximum range 0        no ray is cast: all readings 0, intensity 0
 //   range below a cell     a ray like any other
-//   infinite range         allowed; where nothing is hit the reading is infinite
+//   infinite range         allowed (in a world file "inf"); the reading is infinite where nothing is hit
 //   negative or NaN range  refused in a world file; set through the API it counts as 0
 //   minimum range          stored, no effect: nearer hits are reported as they are
 //   min > max              max is used
@@ -58,6 +58,7 @@ class ModelRanger : public Model, private sensing::RaySink {
    private:
     friend class ModelRanger;
     void Resize();
+    void LoadRange(Worldfile *wf, int entity);
 
     // What the bearings and the direction table were made for.
     double table_fov_;

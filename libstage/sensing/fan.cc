@@ -60,7 +60,8 @@ void PlaceFan(Fan *fan, const Pose &origin, double range, double cells_per_metre
   fan->legs = 1;
   fan->leg_length = range;
   fan->nothing = !(range > 0) || !SplitCell(origin.x * cells_per_metre, &record.x, &fx) ||
-                 !SplitCell(origin.y * cells_per_metre, &record.y, &fy) || std::isnan(origin.a);
+                 !SplitCell(origin.y * cells_per_metre, &record.y, &fy) || std::isnan(origin.a) ||
+                 std::isnan(origin.z);
   if (fan->nothing) return;
 
   double cells = range * cells_per_metre;

@@ -102,6 +102,8 @@ void RayScene::AddDots() {
 /// Along the very edge of the box of all that is occupied.
 void RayScene::AddFrame() {
   const grid::CellBox box = grid_.occupied();
+  const int64_t longest = 10000;
+  if (int64_t{box.max_x} - box.min_x > longest || int64_t{box.max_y} - box.min_y > longest) return;
   AddBody({{box.min_x, box.min_y},
            {box.max_x, box.min_y},
            {box.max_x, box.max_y},
