@@ -7,12 +7,12 @@
  *
  * fans: three int4 for each fan, the FanRecord of libstage/sensing/fan.hh.
  * hits: per_ray words for each ray of the batch, see HitLists in libstage/sensing/prefilter.hh. */
-__kernel void walk_fans(__global const ray_super_t *directory, const uint directory_mask,
-                        __global const uint *regions, __global const ulong *tile_maps,
-                        __global const ulong *tiles, const int4 box, __global const int4 *fans,
+__kernel void walk_fans(__global const ray_super_t* directory, const uint directory_mask,
+                        __global const uint* regions, __global const ulong* tile_maps,
+                        __global const ulong* tiles, const int4 box, __global const int4* fans,
                         const uint first_fan, const uint fan_count, const uint samples,
-                        __global const int2 *directions, __global const ulong *windows,
-                        const uint per_ray, __global uint *hits) {
+                        __global const int2* directions, __global const ulong* windows,
+                        const uint per_ray, __global uint* hits) {
   const uint item = (uint)get_global_id(0);
   const uint fan = item / samples;
   const uint sample = item - fan * samples;
@@ -20,7 +20,8 @@ __kernel void walk_fans(__global const ray_super_t *directory, const uint direct
 
   const int4 start = fans[3 * (first_fan + fan)];       /* x, y, fraction, first direction */
   const int4 heading = fans[3 * (first_fan + fan) + 1]; /* cosine, sine, window x, window y */
-  const int4 rest = fans[3 * (first_fan + fan) + 2]; /* window size, first word, first ray, samples */
+  const int4 rest =
+      fans[3 * (first_fan + fan) + 2]; /* window size, first word, first ray, samples */
   const int2 direction = directions[(uint)start.w + sample];
 
   ray_grid_t grid;
@@ -47,7 +48,7 @@ __kernel void walk_fans(__global const ray_super_t *directory, const uint direct
             ray_rotate_x(heading.x, heading.y, direction.x, direction.y),
             ray_rotate_y(heading.x, heading.y, direction.x, direction.y));
 
-  __global uint *list = hits + (size_t)((uint)rest.z + sample) * per_ray;
+  __global uint* list = hits + (size_t)((uint)rest.z + sample) * per_ray;
   for (uint i = 0; i < per_ray; i++) {
     if (!ray_next(&grid, &window, &ray)) {
       list[i] = RAY_NO_HIT;
@@ -58,8 +59,8 @@ __kernel void walk_fans(__global const ray_super_t *directory, const uint direct
 }
 
 /* Brings changed words up to date: words[places[i]] = values[i]. */
-__kernel void update_words(__global ulong *words, __global const uint *places,
-                           __global const ulong *values, const uint count) {
+__kernel void update_words(__global ulong* words, __global const uint* places,
+                           __global const ulong* values, const uint count) {
   const uint i = (uint)get_global_id(0);
   if (i < count) words[places[i]] = values[i];
 }

@@ -15,8 +15,9 @@
  * start, ox being how far the start is inside its cell in the direction of travel. The pair (u, v)
  * is the whole state: from it a walk can be resumed anywhere, on another processor too.
  *
- * Rules. The border in x is crossed next if bx * |dy| < by * |dx|; at a tie (a corner) y goes first.
- * A border that the ray reaches exactly at its end is crossed. The start cell is part of the ray.
+ * Rules. The border in x is crossed next if bx * |dy| < by * |dx|; at a tie (a corner) y goes
+ * first. A border that the ray reaches exactly at its end is crossed. The start cell is part of the
+ * ray.
  */
 #ifndef STAGE_KERNELS_RAY_WALK_H
 #define STAGE_KERNELS_RAY_WALK_H
@@ -52,10 +53,10 @@ typedef struct {
 
 /* What is occupied. Region 0 and superregion 0 do not exist: "nothing here". */
 typedef struct {
-  RAY_GLOBAL const ray_super_t *directory;
-  RAY_GLOBAL const ray_uint *regions;    /* 256 for each superregion, row by row */
-  RAY_GLOBAL const ray_ulong *tile_maps; /* one word for each region: its occupied tiles */
-  RAY_GLOBAL const ray_ulong *tiles;     /* 64 words for each region, row by row */
+  RAY_GLOBAL const ray_super_t* directory;
+  RAY_GLOBAL const ray_uint* regions;    /* 256 for each superregion, row by row */
+  RAY_GLOBAL const ray_ulong* tile_maps; /* one word for each region: its occupied tiles */
+  RAY_GLOBAL const ray_ulong* tiles;     /* 64 words for each region, row by row */
   ray_uint directory_mask;               /* slots - 1; the number of slots is a power of two */
   int min_x, min_y, max_x, max_y;        /* cells outside this box are all empty */
 } ray_grid_t;
@@ -63,7 +64,7 @@ typedef struct {
 /* Cells that the ray passes unseen, since they hold nothing but the body that carries the sensor:
  * a window of tiles. An empty window has a width of 0. */
 typedef struct {
-  RAY_GLOBAL const ray_ulong *tiles; /* row by row */
+  RAY_GLOBAL const ray_ulong* tiles; /* row by row */
   int x, y;                          /* tile coordinates of its first tile */
   ray_uint width, height;            /* in tiles */
 } ray_window_t;
@@ -89,7 +90,7 @@ RAY_FUNCTION ray_uint ray_hash(int x, int y) {
 }
 
 /* Index of the superregion (x, y), or 0. */
-RAY_FUNCTION ray_uint ray_find_super(const ray_grid_t *grid, int x, int y) {
+RAY_FUNCTION ray_uint ray_find_super(const ray_grid_t* grid, int x, int y) {
   ray_uint slot = ray_hash(x, y) & grid->directory_mask;
   for (;;) {
     const ray_super_t entry = grid->directory[slot];
@@ -122,8 +123,8 @@ RAY_FUNCTION int ray_limit(int displacement, int offset, int start, int directio
 }
 
 /* Prepares a walk from the fraction (fx, fy), 16 bits each, of the cell (x, y) by (dx, dy). */
-RAY_FUNCTION void ray_begin(ray_t *ray, const ray_grid_t *grid, int x, int y, int fx, int fy, int dx,
-                            int dy) {
+RAY_FUNCTION void ray_begin(ray_t* ray, const ray_grid_t* grid, int x, int y, int fx, int fy,
+                            int dx, int dy) {
   ray->x0 = x;
   ray->y0 = y;
   ray->sx = dx < 0 ? -1 : 1;
@@ -145,7 +146,7 @@ RAY_FUNCTION void ray_begin(ray_t *ray, const ray_grid_t *grid, int x, int y, in
 }
 
 /* The tile's word without the cells that the window hides. */
-RAY_FUNCTION ray_ulong ray_visible(const ray_window_t *window, ray_ulong word, int x, int y) {
+RAY_FUNCTION ray_ulong ray_visible(const ray_window_t* window, ray_ulong word, int x, int y) {
   const ray_uint wx = (ray_uint)((x >> RAY_TILE_SHIFT) - window->x);
   const ray_uint wy = (ray_uint)((y >> RAY_TILE_SHIFT) - window->y);
   if (wx < window->width && wy < window->height)
@@ -181,7 +182,7 @@ RAY_FUNCTION int ray_cells_left(int cell, int direction, int shift) {
  * from tile to tile, and in a tile that does from cell to cell. Which border comes next is as good
  * as random, so the steps select by arithmetic instead of branching: on a CPU a wrong guess costs
  * more than the work. in_x is all ones if the border in x is next, else 0. */
-RAY_FUNCTION int ray_next(const ray_grid_t *grid, const ray_window_t *window, ray_t *ray) {
+RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ray_t* ray) {
   const int sx = ray->sx, sy = ray->sy, ox = ray->ox, oy = ray->oy;
   const int adx = ray->adx, ady = ray->ady;
   const int limit_x = ray->limit_x, limit_y = ray->limit_y;
@@ -284,7 +285,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t *grid, const ray_window_t *window, ra
 }
 
 /* Sets the walk to the cell that lies (u, v) borders away and was returned before. */
-RAY_FUNCTION void ray_resume(ray_t *ray, int u, int v) {
+RAY_FUNCTION void ray_resume(ray_t* ray, int u, int v) {
   ray->u = u;
   ray->v = v;
   ray->reported = 1;

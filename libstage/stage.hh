@@ -50,10 +50,10 @@ namespace Stg {
 /// Call it first. Keeps the arguments in World::args, makes numbers be read and written with a
 /// decimal point, and registers the model types. Leaves the arguments as they are; may be called
 /// again.
-void Init(int *argc, char **argv[]);
+void Init(int* argc, char** argv[]);
 bool InitDone();
 /// "5.0.0"
-const char *Version();
+const char* Version();
 /// 50000: major * 10000 + minor * 100 + patch
 unsigned int FullVersion();
 /// Fills Model::name_map with the built-in types. Init() does.
@@ -61,7 +61,7 @@ void RegisterModels();
 
 /// Removes all elements equal to `thing` from a sequence.
 template <class T, class C>
-void EraseAll(T thing, C &cont) {
+void EraseAll(T thing, C& cont) {
   cont.erase(std::remove(cont.begin(), cont.end(), thing), cont.end());
 }
 

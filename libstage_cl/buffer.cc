@@ -9,7 +9,7 @@ namespace Stg::cl {
 Buffer::~Buffer() {
   try {
     Unmap();
-  } catch (const ::cl::Error &) {
+  } catch (const ::cl::Error&) {
     // The device is lost; so is the buffer.
   }
 }
@@ -24,7 +24,7 @@ bool Buffer::Reserve(std::size_t bytes) {
   return true;
 }
 
-void Buffer::Write(const void *data, std::size_t bytes) {
+void Buffer::Write(const void* data, std::size_t bytes) {
   if (bytes == 0) {
     Reserve(0);
     return;
@@ -33,19 +33,19 @@ void Buffer::Write(const void *data, std::size_t bytes) {
   Unmap();
 }
 
-void *Buffer::MapForWriting(std::size_t bytes) {
+void* Buffer::MapForWriting(std::size_t bytes) {
   Reserve(bytes);
   Unmap();
   // 1.1 has no way to say that the old contents don't matter.
-  mapped_ = queue_.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_WRITE, 0,
-                                    std::max<std::size_t>(bytes, 1));
+  mapped_ =
+      queue_.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_WRITE, 0, std::max<std::size_t>(bytes, 1));
   return mapped_;
 }
 
-const void *Buffer::MapForReading(std::size_t bytes) {
+const void* Buffer::MapForReading(std::size_t bytes) {
   Unmap();
-  mapped_ = queue_.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_READ, 0,
-                                    std::max<std::size_t>(bytes, 1));
+  mapped_ =
+      queue_.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_READ, 0, std::max<std::size_t>(bytes, 1));
   return mapped_;
 }
 

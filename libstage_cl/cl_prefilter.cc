@@ -24,7 +24,7 @@ double Now() {
 
 }  // namespace
 
-ClPrefilter::ClPrefilter(const FoundDevice &device, uint32_t hits_per_ray)
+ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
     : name_(device.kind + " " + device.name + " (" + device.platform + ")"),
       per_ray_(hits_per_ray),
       context_(device.device),
@@ -44,15 +44,15 @@ ClPrefilter::ClPrefilter(const FoundDevice &device, uint32_t hits_per_ray)
   statistics_.compile_seconds = Now() - start;
 }
 
-sensing::HitLists ClPrefilter::Walk(grid::Grid &grid, const sensing::DirectionTables &tables,
-                                    const sensing::RayBatch &batch) try {
+sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
+                                    const sensing::RayBatch& batch) try {
   const double start = Now();
   hits_.Unmap();
   MakeGroups(batch);
   SendStructure(grid);
   for (uint32_t i = 0; i < grid.layer_count(); i++) {
     const bool wanted = std::any_of(groups_.begin(), groups_.end(),
-                                    [i](const Group &group) { return group.layer == i; });
+                                    [i](const Group& group) { return group.layer == i; });
     if (wanted) SendLayer(grid, i);
   }
   SendBatch(tables, batch);
@@ -60,23 +60,23 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid &grid, const sensing::DirectionTa
   hits_.Reserve(hit_bytes);
 
   const double sent = Now();
-  for (const Group &group : groups_) Launch(grid, group);
+  for (const Group& group : groups_) Launch(grid, group);
   queue_.finish();
   const double walked = Now();
-  const auto *hits = static_cast<const uint32_t *>(hits_.MapForReading(hit_bytes));
+  const auto* hits = static_cast<const uint32_t*>(hits_.MapForReading(hit_bytes));
   statistics_.send_seconds += sent - start;
   statistics_.walk_seconds += walked - sent;
   statistics_.fetch_seconds += Now() - walked;
   statistics_.bytes_fetched += hit_bytes;
   return {hits, per_ray_};
-} catch (const ::cl::Error &error) {
+} catch (const ::cl::Error& error) {
   throw sensing::PrefilterError(std::string(error.what()) + ", error " +
                                 std::to_string(error.err()));
 }
 
 /// Fans that the device can walk, by layer and number of samples; within these in their own order.
-void ClPrefilter::MakeGroups(const sensing::RayBatch &batch) {
-  const std::vector<sensing::Fan> &fans = batch.fans();
+void ClPrefilter::MakeGroups(const sensing::RayBatch& batch) {
+  const std::vector<sensing::Fan>& fans = batch.fans();
   order_.clear();
   for (uint32_t i = 0; i < fans.size(); i++)
     if (fans[i].single_leg() && fans[i].record.samples > 0) order_.push_back(i);
@@ -86,7 +86,7 @@ void ClPrefilter::MakeGroups(const sensing::RayBatch &batch) {
   });
   groups_.clear();
   for (uint32_t i = 0; i < order_.size(); i++) {
-    const sensing::Fan &fan = fans[order_[i]];
+    const sensing::Fan& fan = fans[order_[i]];
     if (groups_.empty() || groups_.back().layer != fan.layer ||
         groups_.back().samples != fan.record.samples)
       groups_.push_back({fan.layer, fan.record.samples, i, 0});
@@ -94,10 +94,10 @@ void ClPrefilter::MakeGroups(const sensing::RayBatch &batch) {
   }
 }
 
-void ClPrefilter::SendStructure(const grid::Grid &grid) {
+void ClPrefilter::SendStructure(const grid::Grid& grid) {
   if (grid.structure_version() == structure_version_) return;
   structure_version_ = grid.structure_version();
-  const auto send = [this](Buffer *buffer, const auto &data) {
+  const auto send = [this](Buffer* buffer, const auto& data) {
     const std::size_t bytes = data.size() * sizeof(data[0]);
     buffer->Write(data.data(), bytes);
     CountSent(bytes);
@@ -106,10 +106,10 @@ void ClPrefilter::SendStructure(const grid::Grid &grid) {
   send(&regions_, grid.region_tables());
 }
 
-void ClPrefilter::SendLayer(const grid::Grid &grid, uint32_t index) {
+void ClPrefilter::SendLayer(const grid::Grid& grid, uint32_t index) {
   while (layers_.size() <= index) layers_.push_back(std::make_unique<Layer>(context_, queue_));
-  Layer &layer = *layers_[index];
-  const grid::Occupancy &cells = grid.occupancy(index);
+  Layer& layer = *layers_[index];
+  const grid::Occupancy& cells = grid.occupancy(index);
   const std::size_t regions = cells.tile_maps().size();
   // Everything, if it is new or if most of it has changed.
   const bool all = layer.regions != regions || layer.made != cells.made() ||
@@ -126,7 +126,7 @@ void ClPrefilter::SendLayer(const grid::Grid &grid, uint32_t index) {
   cells.ForgetChanges();
 }
 
-void ClPrefilter::SendChanges(const grid::Occupancy &cells, Layer *layer) {
+void ClPrefilter::SendChanges(const grid::Occupancy& cells, Layer* layer) {
   tile_places_.clear();
   tile_words_.clear();
   map_places_.clear();
@@ -146,8 +146,8 @@ void ClPrefilter::SendChanges(const grid::Occupancy &cells, Layer *layer) {
   Update(&layer->tiles, tile_places_, tile_words_);
 }
 
-void ClPrefilter::Update(Buffer *target, const std::vector<uint32_t> &places,
-                         const std::vector<uint64_t> &words) {
+void ClPrefilter::Update(Buffer* target, const std::vector<uint32_t>& places,
+                         const std::vector<uint64_t>& words) {
   if (places.empty()) return;
   places_.Write(places.data(), places.size() * sizeof(uint32_t));
   words_.Write(words.data(), words.size() * sizeof(uint64_t));
@@ -160,32 +160,32 @@ void ClPrefilter::Update(Buffer *target, const std::vector<uint32_t> &places,
                               ::cl::NDRange(kWorkGroup));
 }
 
-void ClPrefilter::SendBatch(const sensing::DirectionTables &tables,
-                            const sensing::RayBatch &batch) {
+void ClPrefilter::SendBatch(const sensing::DirectionTables& tables,
+                            const sensing::RayBatch& batch) {
   const std::size_t fan_bytes = order_.size() * sizeof(sensing::FanRecord);
   if (fan_bytes > 0) {
-    auto *records = static_cast<sensing::FanRecord *>(fans_.MapForWriting(fan_bytes));
+    auto* records = static_cast<sensing::FanRecord*>(fans_.MapForWriting(fan_bytes));
     for (std::size_t i = 0; i < order_.size(); i++) records[i] = batch.fans()[order_[i]].record;
     fans_.Unmap();
   }
-  const std::vector<uint64_t> &windows = batch.window_words();
+  const std::vector<uint64_t>& windows = batch.window_words();
   windows_.Write(windows.data(), windows.size() * sizeof(uint64_t));
   CountSent(fan_bytes + windows.size() * sizeof(uint64_t));
 
-  const std::vector<sensing::Direction> &shared = tables.all(), &own = batch.own_directions();
+  const std::vector<sensing::Direction>&shared = tables.all(), &own = batch.own_directions();
   if (own.empty() && directions_sent_ == shared.size()) return;
   const std::size_t bytes = (shared.size() + own.size()) * sizeof(sensing::Direction);
-  auto *directions = static_cast<sensing::Direction *>(directions_.MapForWriting(bytes));
+  auto* directions = static_cast<sensing::Direction*>(directions_.MapForWriting(bytes));
   std::copy(own.begin(), own.end(), std::copy(shared.begin(), shared.end(), directions));
   directions_.Unmap();
   directions_sent_ = shared.size();
   CountSent(bytes);
 }
 
-void ClPrefilter::Launch(const grid::Grid &grid, const Group &group) {
+void ClPrefilter::Launch(const grid::Grid& grid, const Group& group) {
   const ray_grid_t view = grid.View(group.layer);
   const cl_int4 box = {{view.min_x, view.min_y, view.max_x, view.max_y}};
-  const Layer &layer = *layers_[group.layer];
+  const Layer& layer = *layers_[group.layer];
   cl_uint i = 0;
   walk_.setArg(i++, directory_.memory());
   walk_.setArg(i++, static_cast<cl_uint>(view.directory_mask));

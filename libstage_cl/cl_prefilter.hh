@@ -19,17 +19,17 @@ namespace Stg::cl {
 class ClPrefilter : public sensing::Prefilter {
  public:
   /// Throws sensing::PrefilterError or cl::Error.
-  ClPrefilter(const FoundDevice &device, uint32_t hits_per_ray);
+  ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray);
 
-  sensing::HitLists Walk(grid::Grid &grid, const sensing::DirectionTables &tables,
-                         const sensing::RayBatch &batch) override;
+  sensing::HitLists Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
+                         const sensing::RayBatch& batch) override;
   std::string DeviceName() const override { return name_; }
-  const sensing::PrefilterStatistics &statistics() const override { return statistics_; }
+  const sensing::PrefilterStatistics& statistics() const override { return statistics_; }
 
  private:
   // The device's copy of one layer of the grid.
   struct Layer {
-    Layer(const ::cl::Context &context, const ::cl::CommandQueue &queue)
+    Layer(const ::cl::Context& context, const ::cl::CommandQueue& queue)
         : tile_maps(context, queue), tiles(context, queue) {}
     Buffer tile_maps, tiles;
     std::size_t regions = 0;  // copied
@@ -41,14 +41,14 @@ class ClPrefilter : public sensing::Prefilter {
     uint32_t first_fan, fans;
   };
 
-  void SendStructure(const grid::Grid &grid);
-  void SendLayer(const grid::Grid &grid, uint32_t index);
-  void SendChanges(const grid::Occupancy &cells, Layer *layer);
-  void SendBatch(const sensing::DirectionTables &tables, const sensing::RayBatch &batch);
-  void MakeGroups(const sensing::RayBatch &batch);
-  void Launch(const grid::Grid &grid, const Group &group);
-  void Update(Buffer *target, const std::vector<uint32_t> &places,
-              const std::vector<uint64_t> &words);
+  void SendStructure(const grid::Grid& grid);
+  void SendLayer(const grid::Grid& grid, uint32_t index);
+  void SendChanges(const grid::Occupancy& cells, Layer* layer);
+  void SendBatch(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);
+  void MakeGroups(const sensing::RayBatch& batch);
+  void Launch(const grid::Grid& grid, const Group& group);
+  void Update(Buffer* target, const std::vector<uint32_t>& places,
+              const std::vector<uint64_t>& words);
   void CountSent(std::size_t bytes) { statistics_.bytes_sent += bytes; }
 
   std::string name_;

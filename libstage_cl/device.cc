@@ -20,28 +20,28 @@ constexpr int kProbeSeconds = 30;
 // What an OpenCL loader answers where there is no driver at all.
 constexpr cl_int kPlatformNotFound = -1001;
 
-const char *KindOf(cl_device_type type) {
+const char* KindOf(cl_device_type type) {
   if (type & CL_DEVICE_TYPE_GPU) return "gpu";
   return type & CL_DEVICE_TYPE_CPU ? "cpu" : "accelerator";
 }
 
-int RankOf(const std::string &kind) { return kind == "gpu" ? 0 : kind == "cpu" ? 2 : 1; }
+int RankOf(const std::string& kind) { return kind == "gpu" ? 0 : kind == "cpu" ? 2 : 1; }
 
 std::vector<::cl::Platform> Platforms() {
   std::vector<::cl::Platform> platforms;
   try {
     ::cl::Platform::get(&platforms);
-  } catch (const ::cl::Error &error) {
+  } catch (const ::cl::Error& error) {
     if (error.err() != kPlatformNotFound) throw;
   }
   return platforms;
 }
 
-std::vector<::cl::Device> DevicesOf(const ::cl::Platform &platform) {
+std::vector<::cl::Device> DevicesOf(const ::cl::Platform& platform) {
   std::vector<::cl::Device> devices;
   try {
     platform.getDevices(CL_DEVICE_TYPE_ALL, &devices);
-  } catch (const ::cl::Error &error) {
+  } catch (const ::cl::Error& error) {
     if (error.err() != CL_DEVICE_NOT_FOUND) throw;
   }
   return devices;
@@ -52,7 +52,7 @@ std::string Text(std::string text) {
   return text;
 }
 
-FoundDevice Examine(const ::cl::Platform &platform, const ::cl::Device &device) {
+FoundDevice Examine(const ::cl::Platform& platform, const ::cl::Device& device) {
   FoundDevice found;
   found.device = device;
   found.kind = KindOf(device.getInfo<CL_DEVICE_TYPE>());
@@ -66,13 +66,14 @@ FoundDevice Examine(const ::cl::Platform &platform, const ::cl::Device &device) 
 
 std::vector<FoundDevice> Enumerate() {
   std::vector<FoundDevice> found;
-  for (const ::cl::Platform &platform : Platforms())
-    for (const ::cl::Device &device : DevicesOf(platform)) found.push_back(Examine(platform, device));
+  for (const ::cl::Platform& platform : Platforms())
+    for (const ::cl::Device& device : DevicesOf(platform))
+      found.push_back(Examine(platform, device));
   return found;
 }
 
 /// Waits for a child process, but not for ever. False if it had to be killed.
-bool WaitFor(pid_t child, int *status) {
+bool WaitFor(pid_t child, int* status) {
   for (int i = 0; i < kProbeSeconds * 100; i++) {
     const pid_t ended = waitpid(child, status, WNOHANG);
     if (ended != 0) return ended == child;
@@ -85,7 +86,7 @@ bool WaitFor(pid_t child, int *status) {
 
 /// Some drivers abort the process that asks for them (two with different LLVMs in them, for
 /// instance, or one in a container without /sys). So a child asks first.
-bool ProbeSurvives(std::string *reason) {
+bool ProbeSurvives(std::string* reason) {
   const pid_t child = fork();
   if (child < 0) return true;  // no process to spare: take the risk
   if (child == 0) {
@@ -93,7 +94,7 @@ bool ProbeSurvives(std::string *reason) {
     int status = 0;
     try {
       Enumerate();
-    } catch (const ::cl::Error &) {
+    } catch (const ::cl::Error&) {
       status = 1;  // the parent will get the same error, and report it
     }
     _exit(status);
@@ -111,10 +112,10 @@ bool ProbeSurvives(std::string *reason) {
 
 /// What to do if no device is found.
 std::string Advice() {
-  for (const char *path : {"/usr/lib/x86_64-linux-gnu/libnvidia-opencl.so.1",
-                           "/usr/lib/aarch64-linux-gnu/libnvidia-opencl.so.1",
-                           "/usr/lib64/libnvidia-opencl.so.1", "/usr/lib/libnvidia-opencl.so.1",
-                           "/usr/local/nvidia/lib64/libnvidia-opencl.so.1"}) {
+  for (const char* path :
+       {"/usr/lib/x86_64-linux-gnu/libnvidia-opencl.so.1",
+        "/usr/lib/aarch64-linux-gnu/libnvidia-opencl.so.1", "/usr/lib64/libnvidia-opencl.so.1",
+        "/usr/lib/libnvidia-opencl.so.1", "/usr/local/nvidia/lib64/libnvidia-opencl.so.1"}) {
     if (std::ifstream(path))
       return std::string("no OpenCL driver is registered, but NVIDIA's is there: write \"") + path +
              "\" into /etc/OpenCL/vendors/nvidia.icd";
@@ -125,24 +126,24 @@ std::string Advice() {
 
 }  // namespace
 
-std::vector<FoundDevice> FindDevices(std::string *reason) {
+std::vector<FoundDevice> FindDevices(std::string* reason) {
   if (!ProbeSurvives(reason)) return {};
   try {
     std::vector<FoundDevice> found = Enumerate();
     if (found.empty()) *reason = Advice();
-    std::stable_sort(found.begin(), found.end(), [](const FoundDevice &a, const FoundDevice &b) {
+    std::stable_sort(found.begin(), found.end(), [](const FoundDevice& a, const FoundDevice& b) {
       if (a.kind != b.kind) return RankOf(a.kind) < RankOf(b.kind);
       return a.compute_units > b.compute_units;
     });
     return found;
-  } catch (const ::cl::Error &error) {
+  } catch (const ::cl::Error& error) {
     *reason = std::string(error.what()) + " failed with error " + std::to_string(error.err());
     return {};
   }
 }
 
-std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice> &devices,
-                                         const std::string &choice) {
+std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice>& devices,
+                                         const std::string& choice) {
   std::string name = choice;
   size_t index = std::string::npos;
   const size_t colon = choice.rfind(':');
@@ -152,11 +153,12 @@ std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice> &devices
     index = std::stoul(choice.substr(colon + 1));
   }
   std::vector<FoundDevice> matching;
-  for (const FoundDevice &device : devices) {
-    const auto contains = [&](const std::string &text) {
+  for (const FoundDevice& device : devices) {
+    const auto contains = [&](const std::string& text) {
       return strcasestr(text.c_str(), name.c_str()) != nullptr;
     };
-    const bool by_kind = strcasecmp(name.c_str(), "gpu") == 0 || strcasecmp(name.c_str(), "cpu") == 0;
+    const bool by_kind =
+        strcasecmp(name.c_str(), "gpu") == 0 || strcasecmp(name.c_str(), "cpu") == 0;
     const bool any = name.empty() || strcasecmp(name.c_str(), "auto") == 0;
     if (any || (by_kind ? strcasecmp(name.c_str(), device.kind.c_str()) == 0
                         : contains(device.name) || contains(device.platform)))
@@ -167,15 +169,15 @@ std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice> &devices
   return {matching[index]};
 }
 
-std::string Describe(const FoundDevice &d) {
+std::string Describe(const FoundDevice& d) {
   return d.kind + ": " + d.name + " (" + d.platform + ", " + d.version + ", " +
          std::to_string(d.compute_units) + " compute units, " + std::to_string(d.megabytes) +
          " MiB)";
 }
 
-std::string DescribeAll(const std::vector<FoundDevice> &devices) {
+std::string DescribeAll(const std::vector<FoundDevice>& devices) {
   std::string text;
-  for (const FoundDevice &device : devices) text += "  " + Describe(device) + "\n";
+  for (const FoundDevice& device : devices) text += "  " + Describe(device) + "\n";
   return text;
 }
 

@@ -23,18 +23,18 @@ struct FoundDevice {
 /// All devices of all platforms, the best first: GPUs before accelerators before CPUs, and large
 /// ones before small ones. Empty, with a reason, if there are none. A driver that crashes while it
 /// is asked (it is asked in a child process first) counts as none.
-std::vector<FoundDevice> FindDevices(std::string *reason);
+std::vector<FoundDevice> FindDevices(std::string* reason);
 
 /// The devices that a choice means: "" or "auto" all of them; "gpu", "cpu" those of the kind;
 /// otherwise those whose name or platform contains the text, in any case. ":N" behind it leaves the
 /// N-th of these, from 0.
-std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice> &devices,
-                                         const std::string &choice);
+std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice>& devices,
+                                         const std::string& choice);
 
 /// One line: "gpu: NAME (PLATFORM, VERSION, N compute units, M MiB)".
-std::string Describe(const FoundDevice &device);
+std::string Describe(const FoundDevice& device);
 /// A line for each, indented.
-std::string DescribeAll(const std::vector<FoundDevice> &devices);
+std::string DescribeAll(const std::vector<FoundDevice>& devices);
 
 }  // namespace Stg::cl
 

@@ -10,14 +10,14 @@ namespace {
 
 /// STAGE_CL_HITS: how many potential hits a ray's list holds, 1 to 16.
 uint32_t HitsPerRay() {
-  const char *text = std::getenv("STAGE_CL_HITS");
+  const char* text = std::getenv("STAGE_CL_HITS");
   const int hits = text ? std::atoi(text) : 0;
   return hits >= 1 && hits <= 16 ? static_cast<uint32_t>(hits) : 1;
 }
 
 }  // namespace
 
-extern "C" Stg::sensing::Prefilter *stage_make_prefilter(const char *choice, std::string *message) {
+extern "C" Stg::sensing::Prefilter* stage_make_prefilter(const char* choice, std::string* message) {
   using namespace Stg::cl;
   std::string reason;
   const std::vector<FoundDevice> devices = FindDevices(&reason);
@@ -33,11 +33,11 @@ extern "C" Stg::sensing::Prefilter *stage_make_prefilter(const char *choice, std
   }
   try {
     return new ClPrefilter(matching.front(), HitsPerRay());
-  } catch (const Stg::sensing::PrefilterError &error) {
+  } catch (const Stg::sensing::PrefilterError& error) {
     *message = Describe(matching.front()) + ": " + error.what();
-  } catch (const ::cl::Error &error) {
-    *message = Describe(matching.front()) + ": " + error.what() + ", error " +
-               std::to_string(error.err());
+  } catch (const ::cl::Error& error) {
+    *message =
+        Describe(matching.front()) + ": " + error.what() + ", error " + std::to_string(error.err());
   }
   return nullptr;
 }

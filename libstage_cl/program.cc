@@ -20,27 +20,26 @@ std::string Shortened(std::string log) {
   return log.size() > kLongest ? log.substr(0, kLongest) + "..." : log;
 }
 
-std::string LogOf(const ::cl::Program &program, const ::cl::Device &device) {
+std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
   try {
     return Shortened(program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device));
-  } catch (const ::cl::Error &) {
+  } catch (const ::cl::Error&) {
     return "no log";
   }
 }
 
 }  // namespace
 
-::cl::Program BuildProgram(const ::cl::Context &context, const ::cl::Device &device) {
+::cl::Program BuildProgram(const ::cl::Context& context, const ::cl::Device& device) {
   const std::string source = std::string(kRayWalkSource) + "\n" + kPrefilterSource;
-  const char *more = std::getenv("STAGE_CL_OPTIONS");
+  const char* more = std::getenv("STAGE_CL_OPTIONS");
   const std::string options = std::string("-cl-std=CL1.1 ") + (more ? more : "");
   ::cl::Program program(context, source);
   try {
     program.build(std::vector<::cl::Device>{device}, options.c_str());
-  } catch (const ::cl::Error &error) {
+  } catch (const ::cl::Error& error) {
     throw sensing::PrefilterError("its compiler refuses the kernels (error " +
-                                  std::to_string(error.err()) +
-                                  "): " + LogOf(program, device));
+                                  std::to_string(error.err()) + "): " + LogOf(program, device));
   }
   return program;
 }

@@ -14,7 +14,7 @@ namespace Stg::cl {
 
 /// Compiles the kernels; throws sensing::PrefilterError with the first lines of the compiler's log
 /// if that fails. STAGE_CL_OPTIONS in the environment adds options for the compiler.
-::cl::Program BuildProgram(const ::cl::Context &context, const ::cl::Device &device);
+::cl::Program BuildProgram(const ::cl::Context& context, const ::cl::Device& device);
 
 }  // namespace Stg::cl
 

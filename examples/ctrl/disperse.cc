@@ -7,9 +7,9 @@
 //
 // speed and turn are the greatest speeds (m/s, rad/s), gain is the turn speed for each radian that
 // the goal is off, margin the distance to keep from everything (m), horizon how far readings count
-// (m). Looks through all sensors of all the robot's rangers that nobody else uses, whenever the first of
-// them has new data. Exit status 1: not a position model, no such ranger, or arguments that make no
-// sense.
+// (m). Looks through all sensors of all the robot's rangers that nobody else uses, whenever the
+// first of them has new data. Exit status 1: not a position model, no such ranger, or arguments
+// that make no sense.
 
 #include "support/arguments.hh"
 #include "support/disperse_rule.hh"
@@ -19,15 +19,15 @@ namespace {
 
 /// A sensor on its robot.
 struct Eye {
-  Stg::ModelRanger *ranger = nullptr;
+  Stg::ModelRanger* ranger = nullptr;
   size_t sensor = 0;
   Stg::Pose pose;  ///< in the robot's frame
   double fov = 0;  ///< that the table was made for
-  const ctrl::RayTable *table = nullptr;
+  const ctrl::RayTable* table = nullptr;
 };
 
 struct Robot {
-  Stg::ModelPosition *position = nullptr;
+  Stg::ModelPosition* position = nullptr;
   ctrl::DisperseRule rule;
   double radius = 0;  ///< of the disc to be kept free, m
   std::vector<Eye> eyes;
@@ -35,9 +35,9 @@ struct Robot {
 };
 
 /// Adds what one sensor sees.
-void Look(const Robot &robot, Eye *eye, ctrl::Surroundings *seen) {
+void Look(const Robot& robot, Eye* eye, ctrl::Surroundings* seen) {
   if (eye->sensor >= eye->ranger->GetSensors().size()) return;
-  const Stg::ModelRanger::Sensor &sensor = eye->ranger->GetSensors()[eye->sensor];
+  const Stg::ModelRanger::Sensor& sensor = eye->ranger->GetSensors()[eye->sensor];
   const size_t count = sensor.ranges.size();
   if (count == 0 || sensor.bearings.size() != count) return;
   if (!eye->table || eye->table->size() != count || eye->fov != sensor.fov) {
@@ -51,38 +51,38 @@ void Look(const Robot &robot, Eye *eye, ctrl::Surroundings *seen) {
 }
 
 /// A robot that stalls, perhaps in turning, backs a little every other update.
-bool BackOff(Robot *robot) {
+bool BackOff(Robot* robot) {
   robot->backing = robot->position->Stalled() && !robot->backing;
   if (robot->backing) robot->position->SetSpeed(-robot->rule.speed / 4, 0, 0);
   return robot->backing;
 }
 
-void Update(Robot *robot) {
+void Update(Robot* robot) {
   if (BackOff(robot)) return;
   ctrl::Surroundings seen;
-  for (Eye &eye : robot->eyes) Look(*robot, &eye, &seen);
+  for (Eye& eye : robot->eyes) Look(*robot, &eye, &seen);
   const ctrl::Drive drive = ctrl::Disperse(seen, robot->radius, robot->rule);
   robot->position->SetSpeed(drive.forward, 0, drive.turn);
 }
 
 /// Where the ranger's sensors are mounted, in the frame of the robot. Added up from the local
 /// poses: those are the same, bit for bit, for all robots of a kind, so that they share tables.
-Stg::Pose FrameOnRobot(const Stg::ModelRanger &ranger, const Stg::Model &robot) {
+Stg::Pose FrameOnRobot(const Stg::ModelRanger& ranger, const Stg::Model& robot) {
   Stg::Pose frame = ranger.GetPose() + ranger.GetGeom().pose;
-  for (const Stg::Model *above = ranger.Parent(); above && above != &robot; above = above->Parent())
+  for (const Stg::Model* above = ranger.Parent(); above && above != &robot; above = above->Parent())
     frame = above->GetPose() + frame;
   return frame;
 }
 
 /// The disc about the origin of the model that its body and the margin fit in.
-double RadiusOf(const Stg::Geom &geom, double margin) {
+double RadiusOf(const Stg::Geom& geom, double margin) {
   return std::hypot(geom.pose.x, geom.pose.y) + std::hypot(geom.size.x, geom.size.y) / 2 + margin;
 }
 
 /// Subscribes to a ranger and looks through all its sensors from now on.
-void Use(Stg::ModelRanger *ranger, const Stg::Model &model, Robot *robot) {
+void Use(Stg::ModelRanger* ranger, const Stg::Model& model, Robot* robot) {
   const Stg::Pose frame = FrameOnRobot(*ranger, model);
-  const auto &sensors = ranger->GetSensors();
+  const auto& sensors = ranger->GetSensors();
   for (size_t i = 0; i < sensors.size(); i++)
     robot->eyes.push_back({ranger, i, frame + sensors[i].pose, 0, nullptr});
   ranger->Subscribe();
@@ -90,9 +90,9 @@ void Use(Stg::ModelRanger *ranger, const Stg::Model &model, Robot *robot) {
 
 }  // namespace
 
-extern "C" int Init(Stg::Model *model, Stg::CtrlArgs *args) {
-  Robot *robot = ctrl::NewRobot<Robot>();
-  ctrl::DisperseRule &rule = robot->rule;
+extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
+  Robot* robot = ctrl::NewRobot<Robot>();
+  ctrl::DisperseRule& rule = robot->rule;
   const std::string wrong =
       ctrl::ReadArguments(args->worldfile, {{"speed", &rule.speed, 0, 1000},
                                             {"gain", &rule.gain, 0, 1000},
@@ -102,11 +102,11 @@ extern "C" int Init(Stg::Model *model, Stg::CtrlArgs *args) {
   if (!wrong.empty()) ctrl::GiveUp("disperse", *model, wrong);
   robot->position = ctrl::RequirePosition("disperse", model);
   robot->radius = RadiusOf(model->GetGeom(), rule.margin);
-  Stg::ModelRanger *first = ctrl::RequireUnusedRanger("disperse", model);
+  Stg::ModelRanger* first = ctrl::RequireUnusedRanger("disperse", model);
   ctrl::CallOnUpdate<Robot, Update>(first, robot);
   Use(first, *model, robot);
-  while (Stg::Model *other = model->GetUnsubscribedModelOfType("ranger"))
-    Use(static_cast<Stg::ModelRanger *>(other), *model, robot);
+  while (Stg::Model* other = model->GetUnsubscribedModelOfType("ranger"))
+    Use(static_cast<Stg::ModelRanger*>(other), *model, robot);
   robot->position->Subscribe();
   return 0;
 }

@@ -13,12 +13,12 @@ constexpr size_t kSensorsNeeded = 7;
 const ctrl::ExpandRule kRule{0.2, kClearances};
 
 struct Robot {
-  Stg::ModelPosition *position = nullptr;
-  Stg::ModelRanger *sonars = nullptr;
+  Stg::ModelPosition* position = nullptr;
+  Stg::ModelRanger* sonars = nullptr;
 };
 
-void Update(Robot *robot) {
-  const ctrl::Sensors &sensors = robot->sonars->GetSensors();
+void Update(Robot* robot) {
+  const ctrl::Sensors& sensors = robot->sonars->GetSensors();
   if (sensors.size() < kSensorsNeeded) return;
   if (const auto drive = ctrl::Expand(sensors, kRule))
     robot->position->SetSpeed(drive->forward, 0, drive->turn);
@@ -26,8 +26,8 @@ void Update(Robot *robot) {
 
 }  // namespace
 
-extern "C" int Init(Stg::Model *model, Stg::CtrlArgs *) {
-  Robot *robot = ctrl::NewRobot<Robot>();
+extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
+  Robot* robot = ctrl::NewRobot<Robot>();
   robot->position = ctrl::RequirePosition("expand_pioneer", model);
   robot->sonars = ctrl::RequireUnusedRanger("expand_pioneer", model);
   if (robot->sonars->GetSensors().size() < kSensorsNeeded)

@@ -15,12 +15,12 @@ constexpr ctrl::Clearance kClearances[] = {
 const ctrl::ExpandRule kRule{0.3, kClearances};
 
 struct Robot {
-  Stg::ModelPosition *position = nullptr;
-  Stg::ModelRanger *ring = nullptr;
+  Stg::ModelPosition* position = nullptr;
+  Stg::ModelRanger* ring = nullptr;
 };
 
-void Update(Robot *robot) {
-  const ctrl::Sensors &sensors = robot->ring->GetSensors();
+void Update(Robot* robot) {
+  const ctrl::Sensors& sensors = robot->ring->GetSensors();
   if (sensors.size() < kSensorsNeeded) return;
   if (const auto drive = ctrl::Expand(sensors, kRule))
     robot->position->SetSpeed(drive->forward, 0, drive->turn);
@@ -28,8 +28,8 @@ void Update(Robot *robot) {
 
 }  // namespace
 
-extern "C" int Init(Stg::Model *model, Stg::CtrlArgs *) {
-  Robot *robot = ctrl::NewRobot<Robot>();
+extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
+  Robot* robot = ctrl::NewRobot<Robot>();
   robot->position = ctrl::RequirePosition("expand_swarm", model);
   robot->ring = ctrl::RequireUnusedRanger("expand_swarm", model);
   if (robot->ring->GetSensors().size() < kSensorsNeeded)

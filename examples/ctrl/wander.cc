@@ -16,13 +16,13 @@ constexpr int kNamesTried = 16;
 constexpr unsigned kFewSamples = 8;  // as many or fewer make no laser
 
 struct Robot {
-  Stg::ModelPosition *position = nullptr;
-  Stg::ModelRanger *laser = nullptr;
+  Stg::ModelPosition* position = nullptr;
+  Stg::ModelRanger* laser = nullptr;
   ctrl::ObstacleState state;
 };
 
-void Update(Robot *robot) {
-  const auto &sensors = robot->laser->GetSensors();
+void Update(Robot* robot) {
+  const auto& sensors = robot->laser->GetSensors();
   if (sensors.empty()) return;
   // random() without a seed: the same numbers in every run.
   const auto command = ctrl::AvoidObstacles(sensors[0].ranges, ctrl::ObstacleRule(), &robot->state,
@@ -32,10 +32,10 @@ void Update(Robot *robot) {
   if (command->turn) robot->position->SetTurnSpeed(*command->turn);
 }
 
-Stg::ModelRanger *FindLaser(const Stg::Model &model) {
+Stg::ModelRanger* FindLaser(const Stg::Model& model) {
   for (int i = 0; i < kNamesTried; i++) {
     const std::string name = "ranger:" + std::to_string(i);
-    auto *ranger = dynamic_cast<Stg::ModelRanger *>(model.GetChild(name));
+    auto* ranger = dynamic_cast<Stg::ModelRanger*>(model.GetChild(name));
     const bool good = ranger && !ranger->GetSensors().empty() &&
                       ranger->GetSensors()[0].sample_count > kFewSamples;
     printf("wander: %s: is %s a laser? %s\n", model.Token(), name.c_str(), good ? "yes" : "no");
@@ -46,8 +46,8 @@ Stg::ModelRanger *FindLaser(const Stg::Model &model) {
 
 }  // namespace
 
-extern "C" int Init(Stg::Model *model, Stg::CtrlArgs *) {
-  Robot *robot = ctrl::NewRobot<Robot>();
+extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
+  Robot* robot = ctrl::NewRobot<Robot>();
   robot->position = ctrl::RequirePosition("wander", model);
   robot->position->Subscribe();
   robot->laser = FindLaser(*model);

@@ -24,19 +24,19 @@ double constrain(double val, double minval, double maxval) {
 }
 
 Pose Pose::Random(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax) {
-  class Random &random = Random::Global();
+  class Random& random = Random::Global();
   const double x = random.Uniform(xmin, xmax);
   const double y = random.Uniform(ymin, ymax);
   return Pose(x, y, 0, normalize(random.Uniform(0, 2.0 * M_PI)));
 }
 
-Pose Pose::operator+(const Pose &p) const {
+Pose Pose::operator+(const Pose& p) const {
   const SineCosine turn = SinCos(a);
   return Pose(x + p.x * turn.cosine - p.y * turn.sine, y + p.x * turn.sine + p.y * turn.cosine,
               z + p.z, normalize(a + p.a));
 }
 
-void Pose::Print(const char *prefix) const {
+void Pose::Print(const char* prefix) const {
   printf("%s pose [x:%.3f y:%.3f z:%.3f a:%.3f]\n", prefix, x, y, z, a);
 }
 
@@ -46,12 +46,12 @@ std::string Pose::String() const {
   return text;
 }
 
-void Velocity::Print(const char *prefix) const {
+void Velocity::Print(const char* prefix) const {
   if (prefix) printf("%s", prefix);
   printf("velocity [x:%.3f y:%.3f z:%.3f a:%.3f]\n", x, y, z, a);
 }
 
-void Geom::Print(const char *prefix) const {
+void Geom::Print(const char* prefix) const {
   if (prefix) printf("%s", prefix);
   printf("geom pose: (%.2f,%.2f,%.2f) size: [%.2f,%.2f]\n", pose.x, pose.y, pose.a, size.x, size.y);
 }

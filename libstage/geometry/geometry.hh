@@ -54,8 +54,8 @@ class Size {
   Size() : x(0.4), y(0.4), z(1.0) {}
 
   void Zero() { x = y = z = 0.0; }
-  Size &Load(Worldfile *wf, int section, const char *keyword);
-  void Save(Worldfile *wf, int section, const char *keyword) const;
+  Size& Load(Worldfile* wf, int section, const char* keyword);
+  void Save(Worldfile* wf, int section, const char* keyword) const;
 };
 
 /// A position and a heading about the z axis; also the frame that these define.
@@ -66,14 +66,14 @@ class Pose {
 
   Pose(meters_t x_, meters_t y_, meters_t z_, radians_t a_) : x(x_), y(y_), z(z_), a(a_) {}
   Pose() : x(0.0), y(0.0), z(0.0), a(0.0) {}
-  Pose(const Pose &) = default;
-  Pose &operator=(const Pose &) = default;
+  Pose(const Pose&) = default;
+  Pose& operator=(const Pose&) = default;
   virtual ~Pose() {}
 
   /// Uniform in the rectangle and over all headings, z = 0.
   static Pose Random(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax);
 
-  virtual void Print(const char *prefix) const;
+  virtual void Print(const char* prefix) const;
   /// "[ x y z a ]", three decimals each.
   std::string String() const;
 
@@ -81,16 +81,16 @@ class Pose {
   void Zero() { x = y = z = a = 0.0; }
 
   /// p, which is given in this frame, in the frame that this pose is given in.
-  Pose operator+(const Pose &p) const;
+  Pose operator+(const Pose& p) const;
   /// Nearer to the origin of the plane.
-  bool operator<(const Pose &p) const { return x * x + y * y < p.x * p.x + p.y * p.y; }
-  bool operator==(const Pose &o) const { return x == o.x && y == o.y && z == o.z && a == o.a; }
-  bool operator!=(const Pose &o) const { return !(*this == o); }
+  bool operator<(const Pose& p) const { return x * x + y * y < p.x * p.x + p.y * p.y; }
+  bool operator==(const Pose& o) const { return x == o.x && y == o.y && z == o.z && a == o.a; }
+  bool operator!=(const Pose& o) const { return !(*this == o); }
   /// Distance in the plane.
-  meters_t Distance(const Pose &other) const { return std::hypot(x - other.x, y - other.y); }
+  meters_t Distance(const Pose& other) const { return std::hypot(x - other.x, y - other.y); }
 
-  Pose &Load(Worldfile *wf, int section, const char *keyword);
-  void Save(Worldfile *wf, int section, const char *keyword);
+  Pose& Load(Worldfile* wf, int section, const char* keyword);
+  void Save(Worldfile* wf, int section, const char* keyword);
 };
 
 /// Metres per second forwards, to the left and up; radians per second of turn.
@@ -99,8 +99,8 @@ class Velocity : public Pose {
   Velocity(double vx, double vy, double vz, double va) : Pose(vx, vy, vz, va) {}
   Velocity() {}
 
-  Velocity &Load(Worldfile *wf, int section, const char *keyword);
-  void Print(const char *prefix) const override;
+  Velocity& Load(Worldfile* wf, int section, const char* keyword);
+  void Print(const char* prefix) const override;
 };
 
 /// Where a model's body lies in the model's own frame, and how large it is.
@@ -110,13 +110,13 @@ class Geom {
   Size size;
 
   Geom() {}
-  Geom(const Pose &p, const Size &s) : pose(p), size(s) {}
+  Geom(const Pose& p, const Size& s) : pose(p), size(s) {}
 
   void Zero() {
     pose.Zero();
     size.Zero();
   }
-  void Print(const char *prefix) const;
+  void Print(const char* prefix) const;
 };
 
 /// A closed interval.
@@ -128,7 +128,7 @@ class Bounds {
   Bounds(double lo, double hi) : min(lo), max(hi) {}
 
   double Constrain(double value) { return constrain(value, min, max); }
-  Bounds &Load(Worldfile *wf, int section, const char *keyword);
+  Bounds& Load(Worldfile* wf, int section, const char* keyword);
 };
 
 /// An axis-parallel box.
@@ -137,7 +137,7 @@ class bounds3d_t {
   Bounds x, y, z;
 
   bounds3d_t() {}
-  bounds3d_t(const Bounds &bx, const Bounds &by, const Bounds &bz) : x(bx), y(by), z(bz) {}
+  bounds3d_t(const Bounds& bx, const Bounds& by, const Bounds& bz) : x(bx), y(by), z(bz) {}
 };
 
 class point_t {
@@ -147,13 +147,13 @@ class point_t {
   point_t(meters_t px, meters_t py) : x(px), y(py) {}
   point_t() : x(0.0), y(0.0) {}
 
-  point_t &operator+=(const point_t &o) {
+  point_t& operator+=(const point_t& o) {
     x += o.x;
     y += o.y;
     return *this;
   }
-  bool operator<(const point_t &o) const { return x < o.x || (x == o.x && y < o.y); }
-  bool operator==(const point_t &o) const { return x == o.x && y == o.y; }
+  bool operator<(const point_t& o) const { return x < o.x || (x == o.x && y < o.y); }
+  bool operator==(const point_t& o) const { return x == o.x && y == o.y; }
 };
 
 class point3_t {
@@ -172,8 +172,8 @@ class point_int_t {
   point_int_t(int px, int py) : x(px), y(py) {}
   point_int_t() : x(0), y(0) {}
 
-  bool operator<(const point_int_t &o) const { return x < o.x || (x == o.x && y < o.y); }
-  bool operator==(const point_int_t &o) const { return x == o.x && y == o.y; }
+  bool operator<(const point_int_t& o) const { return x < o.x || (x == o.x && y < o.y); }
+  bool operator==(const point_int_t& o) const { return x == o.x && y == o.y; }
 };
 
 }  // namespace Stg

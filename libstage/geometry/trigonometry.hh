@@ -64,10 +64,14 @@ inline SineCosine SinCos(double angle) {
   // NaN falls through the switch's conversion: test it first.
   if (std::isnan(quotient)) return {quotient, quotient};
   switch (static_cast<long>(quotient) & 3) {
-    case 0: return {sine, cosine};
-    case 1: return {cosine, -sine};
-    case 2: return {-sine, -cosine};
-    default: return {-cosine, sine};
+    case 0:
+      return {sine, cosine};
+    case 1:
+      return {cosine, -sine};
+    case 2:
+      return {-sine, -cosine};
+    default:
+      return {-cosine, sine};
   }
 }
 

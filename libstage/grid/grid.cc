@@ -12,7 +12,7 @@ namespace {
 
 constexpr uint32_t kRegionsPerSuper = 256;
 
-void Include(CellBox *box, const CellBox &other) {
+void Include(CellBox* box, const CellBox& other) {
   if (box->empty()) {
     *box = other;
     return;
@@ -37,7 +37,7 @@ Grid::Grid() : tile_cells_(1), nodes_(1), regions_(1), tile_slots_(kTilesPerRegi
   RebuildDirectory();
 }
 
-BodyId Grid::AddBody(const Body &body) {
+BodyId Grid::AddBody(const Body& body) {
   BodyId id = static_cast<BodyId>(bodies_.size());
   if (!free_bodies_.empty()) {
     id = free_bodies_.back();
@@ -50,7 +50,7 @@ BodyId Grid::AddBody(const Body &body) {
   return id;
 }
 
-void Grid::ChangeBody(BodyId id, const Body &body, const std::vector<CellRef> &cells) {
+void Grid::ChangeBody(BodyId id, const Body& body, const std::vector<CellRef>& cells) {
   const uint32_t before = bodies_[id].layers;
   bodies_[id] = body;
   bodies_[id].layers = LayersOf(body);
@@ -71,7 +71,7 @@ CellRef Grid::Insert(int32_t x, int32_t y, BodyId id) {
   uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
   if (slot == 0) slot = MakeTile(region, tile);
 
-  TileCells &cells = tile_cells_[slot];
+  TileCells& cells = tile_cells_[slot];
   if (cells.heads[bit] == 0) {
     cells.heads[bit] = id + 1;
     cells.occupied++;
@@ -85,7 +85,7 @@ CellRef Grid::Insert(int32_t x, int32_t y, BodyId id) {
 
 void Grid::Remove(CellRef cell, BodyId id) {
   const uint32_t slot = cell >> 6, bit = cell & 63;
-  TileCells &cells = tile_cells_[slot];
+  TileCells& cells = tile_cells_[slot];
   RemoveFromList(&cells.heads[bit], id);
   if (cells.heads[bit] != 0) {
     RefreshBit(cells, bit);
@@ -97,7 +97,7 @@ void Grid::Remove(CellRef cell, BodyId id) {
   if (--cells.occupied == 0) DropTile(slot);
 }
 
-void Grid::Append(uint32_t *head, BodyId id) {
+void Grid::Append(uint32_t* head, BodyId id) {
   const uint32_t node = MakeNode(id);
   if (!(*head & kList)) {
     const uint32_t first = MakeNode(*head - 1);
@@ -110,7 +110,7 @@ void Grid::Append(uint32_t *head, BodyId id) {
   nodes_[last].next = node;
 }
 
-void Grid::RemoveFromList(uint32_t *head, BodyId id) {
+void Grid::RemoveFromList(uint32_t* head, BodyId id) {
   if (!(*head & kList)) {
     *head = 0;
     return;
@@ -149,7 +149,7 @@ uint32_t Grid::MakeNode(BodyId id) {
   return node;
 }
 
-void Grid::RefreshBit(const TileCells &cells, uint32_t bit) {
+void Grid::RefreshBit(const TileCells& cells, uint32_t bit) {
   uint32_t occupied_in = 0;
   AnyInList(cells.heads[bit], [&](BodyId id) {
     occupied_in |= bodies_[id].layers;
@@ -163,15 +163,15 @@ void Grid::RefreshBit(const TileCells &cells, uint32_t bit) {
   }
 }
 
-void Grid::TileCoordinates(uint32_t slot, int32_t *x, int32_t *y) const {
-  const TileCells &cells = tile_cells_[slot];
-  const Region &region = regions_[cells.region];
-  const Super &super = supers_[region.super];
+void Grid::TileCoordinates(uint32_t slot, int32_t* x, int32_t* y) const {
+  const TileCells& cells = tile_cells_[slot];
+  const Region& region = regions_[cells.region];
+  const Super& super = supers_[region.super];
   *x = super.x * 128 + static_cast<int32_t>((region.place & 15) * 8 + (cells.tile & 7u));
   *y = super.y * 128 + static_cast<int32_t>((region.place >> 4) * 8 + (cells.tile >> 3u));
 }
 
-void Grid::Coordinates(CellRef cell, int32_t *x, int32_t *y) const {
+void Grid::Coordinates(CellRef cell, int32_t* x, int32_t* y) const {
   TileCoordinates(TileSlot(cell), x, y);
   *x = *x * 8 + static_cast<int32_t>(cell & 7);
   *y = *y * 8 + static_cast<int32_t>(cell >> 3 & 7);
@@ -188,7 +188,7 @@ uint32_t Grid::MakeTile(uint32_t region, uint32_t tile) {
     slot = static_cast<uint32_t>(tile_cells_.size());
     tile_cells_.emplace_back();
   }
-  TileCells &cells = tile_cells_[slot];
+  TileCells& cells = tile_cells_[slot];
   memset(cells.heads, 0, sizeof cells.heads);
   cells.region = region;
   cells.tile = static_cast<uint16_t>(tile);
@@ -199,7 +199,7 @@ uint32_t Grid::MakeTile(uint32_t region, uint32_t tile) {
 }
 
 void Grid::DropTile(uint32_t slot) {
-  const TileCells &cells = tile_cells_[slot];
+  const TileCells& cells = tile_cells_[slot];
   tile_slots_[std::size_t{cells.region} * kTilesPerRegion + cells.tile] = 0;
   free_tiles_.push_back(slot);
   if (--regions_[cells.region].tiles != 0) return;
@@ -230,7 +230,7 @@ uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
       region = static_cast<uint32_t>(regions_.size());
       regions_.emplace_back();
       tile_slots_.resize(regions_.size() * kTilesPerRegion, 0);
-      for (Layer &layer : layers_) layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
+      for (Layer& layer : layers_) layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
     }
     const uint32_t place = static_cast<uint32_t>(((ry & 15) << 4) | (rx & 15));
     regions_[region] = {super, place, 0};
@@ -268,7 +268,7 @@ void Grid::DropEmptyRegions() {
   for (uint32_t super = 1; super < supers_.size(); super++) {
     if (supers_[super].regions == 0) continue;
     for (uint32_t place = 0; place < kRegionsPerSuper; place++) {
-      uint32_t &region = region_tables_[super * kRegionsPerSuper + place];
+      uint32_t& region = region_tables_[super * kRegionsPerSuper + place];
       if (region == 0 || regions_[region].tiles != 0) continue;
       free_regions_.push_back(region);
       region = 0;
@@ -314,11 +314,11 @@ void Grid::RecomputeOccupied() {
 
 // ---- layers -------------------------------------------------------------------------------------
 
-uint32_t Grid::LayersOf(const Body &body) const {
+uint32_t Grid::LayersOf(const Body& body) const {
   uint32_t layers = 1u << kEverything;
   if (!body.ranger_visible) return layers;
   for (LayerIndex i = 0; i < layers_.size(); i++) {
-    const Layer &layer = layers_[i];
+    const Layer& layer = layers_[i];
     const bool reaches =
         layer.kind == Layer::kAnyHeight ||
         (layer.kind == Layer::kHeight && !(layer.z < body.z_min || layer.z > body.z_max));
@@ -330,14 +330,14 @@ uint32_t Grid::LayersOf(const Body &body) const {
 LayerIndex Grid::RangerLayer(double z, bool z_test) {
   const Layer::Kind kind = z_test ? Layer::kHeight : Layer::kAnyHeight;
   for (LayerIndex i = 0; i < layers_.size(); i++) {
-    Layer &layer = layers_[i];
+    Layer& layer = layers_[i];
     if (layer.kind != kind || (z_test && layer.z != z)) continue;
     layer.last_used = step_;
     return i;
   }
   // Two places are kept: for everything, and for any height.
   const auto heights = std::count_if(layers_.begin(), layers_.end(),
-                                     [](const Layer &l) { return l.kind == Layer::kHeight; });
+                                     [](const Layer& l) { return l.kind == Layer::kHeight; });
   if (z_test && static_cast<uint32_t>(heights) >= kMaxLayers - 2) return RangerLayer(z, false);
   return MakeLayer(kind, z);
 }
@@ -346,17 +346,17 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z) {
   LayerIndex index = 0;
   while (index < layers_.size() && layers_[index].kind != Layer::kUnused) index++;
   if (index == layers_.size()) layers_.emplace_back();
-  Layer &layer = layers_[index];
+  Layer& layer = layers_[index];
   layer.kind = kind;
   layer.z = z;
   layer.last_used = step_;
   layer.cells = Occupancy();
   layer.cells.TrackChanges(tracking_);
   layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
-  for (Body &body : bodies_)
+  for (Body& body : bodies_)
     if (body.model) body.layers = LayersOf(body);
   for (uint32_t slot = 1; slot < tile_cells_.size(); slot++) {
-    const TileCells &cells = tile_cells_[slot];
+    const TileCells& cells = tile_cells_[slot];
     if (cells.occupied == 0) continue;
     for (uint32_t bit = 0; bit < 64; bit++)
       if (cells.heads[bit] != 0) RefreshBit(cells, bit);
@@ -368,18 +368,18 @@ void Grid::AgeLayers() {
   constexpr uint64_t kLongTime = 1000;  // steps
   step_++;
   for (LayerIndex i = 1; i < layers_.size(); i++) {
-    Layer &layer = layers_[i];
+    Layer& layer = layers_[i];
     if (layer.kind == Layer::kUnused || step_ - layer.last_used < kLongTime) continue;
     layer.kind = Layer::kUnused;
     layer.cells = Occupancy();
     layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
-    for (Body &body : bodies_) body.layers &= ~(1u << i);
+    for (Body& body : bodies_) body.layers &= ~(1u << i);
   }
 }
 
 void Grid::TrackChanges(bool on) {
   tracking_ = on;
-  for (Layer &layer : layers_) layer.cells.TrackChanges(on);
+  for (Layer& layer : layers_) layer.cells.TrackChanges(on);
 }
 
 ray_grid_t Grid::View(LayerIndex layer) const {
@@ -401,10 +401,10 @@ Grid::Statistics Grid::statistics() const {
   s.superregions = supers_.size() - 1 - free_supers_.size();
   s.regions = regions_.size() - 1 - free_regions_.size();
   s.tiles = tile_cells_.size() - 1 - free_tiles_.size();
-  const auto bytes = [](const auto &v) { return v.capacity() * sizeof(v[0]); };
+  const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
   s.bytes = bytes(bodies_) + bytes(tile_cells_) + bytes(nodes_) + bytes(regions_) +
             bytes(tile_slots_) + bytes(region_tables_) + bytes(directory_);
-  for (const Layer &layer : layers_)
+  for (const Layer& layer : layers_)
     s.bytes += bytes(layer.cells.tiles()) + bytes(layer.cells.tile_maps());
   return s;
 }

@@ -2,10 +2,10 @@
 //
 // The occupancy grid: which bodies lie in which cells.
 //
-// Cells are square, 1 / cells_per_metre wide; the cell of a point is the floor of its coordinates in
-// cells. 8 x 8 cells are a tile, 8 x 8 tiles a region, 16 x 16 regions a superregion. Each level is
-// made where geometry is and dropped when it is empty again, so that memory grows with what is in
-// the world and not with its extent. The cells that may be used are those within +-kMaxCell.
+// Cells are square, 1 / cells_per_metre wide; the cell of a point is the floor of its coordinates
+// in cells. 8 x 8 cells are a tile, 8 x 8 tiles a region, 16 x 16 regions a superregion. Each level
+// is made where geometry is and dropped when it is empty again, so that memory grows with what is
+// in the world and not with its extent. The cells that may be used are those within +-kMaxCell.
 
 #ifndef STAGE_GRID_GRID_HH
 #define STAGE_GRID_GRID_HH
@@ -35,8 +35,8 @@ inline constexpr uint32_t kMaxLayers = 10;
 /// A body that is drawn in the grid: one block of a model.
 struct Body {
   double z_min = 0, z_max = 0;  ///< global height interval, metres
-  Model *model = nullptr;
-  const void *tree = nullptr;  ///< the topmost ancestor of the model: equal for related models
+  Model* model = nullptr;
+  const void* tree = nullptr;  ///< the topmost ancestor of the model: equal for related models
   bool ranger_visible = true;  ///< false: no ranger can see it, leave it out of their layers
   uint32_t layers = 0;         ///< bit i: it is drawn in layer i. Kept by the grid
 };
@@ -47,7 +47,7 @@ using CellRef = uint32_t;
 
 /// The cells of several bodies: a list for each.
 struct CellLists {
-  std::vector<const std::vector<CellRef> *> lists;
+  std::vector<const std::vector<CellRef>*> lists;
 };
 
 struct CellBox {
@@ -58,14 +58,14 @@ struct CellBox {
 class Grid {
  public:
   Grid();
-  Grid(const Grid &) = delete;
-  Grid &operator=(const Grid &) = delete;
+  Grid(const Grid&) = delete;
+  Grid& operator=(const Grid&) = delete;
 
-  BodyId AddBody(const Body &body);
+  BodyId AddBody(const Body& body);
   void RemoveBody(BodyId id);  ///< it must not be in any cell
   /// Changes what is known of a body. `cells` are those that it is drawn in.
-  void ChangeBody(BodyId id, const Body &body, const std::vector<CellRef> &cells);
-  const Body &body(BodyId id) const { return bodies_[id]; }
+  void ChangeBody(BodyId id, const Body& body, const std::vector<CellRef>& cells);
+  const Body& body(BodyId id) const { return bodies_[id]; }
 
   /// Appends the body to the cell's list. The same body may be in a cell several times.
   CellRef Insert(int32_t x, int32_t y, BodyId id);
@@ -94,10 +94,10 @@ class Grid {
   }
 
   /// Cell coordinates of a handle.
-  void Coordinates(CellRef cell, int32_t *x, int32_t *y) const;
+  void Coordinates(CellRef cell, int32_t* x, int32_t* y) const;
   /// A number that cells of the same tile share, and the coordinates of that tile, in tiles.
   static uint32_t TileSlot(CellRef cell) { return cell >> 6; }
-  void TileCoordinates(uint32_t slot, int32_t *x, int32_t *y) const;
+  void TileCoordinates(uint32_t slot, int32_t* x, int32_t* y) const;
 
   /// The layer for rangers' rays at height z, which meet what is visible to rangers and reaches
   /// that height, ends included. There is room for a few heights; for others, and if `z_test` is
@@ -109,15 +109,15 @@ class Grid {
   /// What the ray walk needs. Valid until the next change of the grid.
   ray_grid_t View(LayerIndex layer) const;
   LayerIndex layer_count() const { return static_cast<LayerIndex>(layers_.size()); }
-  const Occupancy &occupancy(LayerIndex layer) const { return layers_[layer].cells; }
-  Occupancy &occupancy(LayerIndex layer) { return layers_[layer].cells; }
+  const Occupancy& occupancy(LayerIndex layer) const { return layers_[layer].cells; }
+  Occupancy& occupancy(LayerIndex layer) { return layers_[layer].cells; }
   /// Remembers changed tiles, for a device that has a copy of the layers.
   void TrackChanges(bool on);
 
   /// The directory of superregions and their tables of regions, as ray_walk.h describes them.
   /// They stay the same as long as structure_version() does.
-  const std::vector<ray_super_t> &directory() const { return directory_; }
-  const std::vector<uint32_t> &region_tables() const { return region_tables_; }
+  const std::vector<ray_super_t>& directory() const { return directory_; }
+  const std::vector<uint32_t>& region_tables() const { return region_tables_; }
   uint64_t structure_version() const { return structure_version_; }
 
   /// Everything drawn lies in here (in whole regions; it may be larger than needed).
@@ -173,11 +173,11 @@ class Grid {
   uint32_t MakeSuper(int32_t x, int32_t y);
   uint32_t MakeTile(uint32_t region, uint32_t tile);
   uint32_t MakeNode(BodyId id);
-  void Append(uint32_t *head, BodyId id);
-  void RemoveFromList(uint32_t *head, BodyId id);
-  uint32_t LayersOf(const Body &body) const;
+  void Append(uint32_t* head, BodyId id);
+  void RemoveFromList(uint32_t* head, BodyId id);
+  uint32_t LayersOf(const Body& body) const;
   LayerIndex MakeLayer(Layer::Kind kind, double z);
-  void RefreshBit(const TileCells &cells, uint32_t bit);
+  void RefreshBit(const TileCells& cells, uint32_t bit);
   void DropTile(uint32_t slot);
   void DropEmptyRegions();
   void RebuildDirectory();
@@ -216,7 +216,7 @@ class Grid {
 /// must not change meanwhile.
 class CellReader {
  public:
-  explicit CellReader(const Grid &grid) : grid_(grid) {}
+  explicit CellReader(const Grid& grid) : grid_(grid) {}
 
   /// Calls f(BodyId) for the bodies in the cell until f returns true; returns whether it did.
   template <typename F>
@@ -235,7 +235,7 @@ class CellReader {
   }
 
  private:
-  const Grid &grid_;
+  const Grid& grid_;
   bool known_ = false;
   int32_t x_ = 0, y_ = 0;
   uint32_t region_ = 0;

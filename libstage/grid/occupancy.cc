@@ -24,7 +24,7 @@ void Occupancy::NoteChange(uint32_t region, uint32_t tile) {
 }
 
 void Occupancy::Set(uint32_t region, uint32_t tile, uint32_t bit) {
-  uint64_t &word = tiles_[std::size_t{region} * kTilesPerRegion + tile];
+  uint64_t& word = tiles_[std::size_t{region} * kTilesPerRegion + tile];
   const uint64_t mask = uint64_t{1} << bit;
   if (word & mask) return;
   word |= mask;
@@ -33,7 +33,7 @@ void Occupancy::Set(uint32_t region, uint32_t tile, uint32_t bit) {
 }
 
 void Occupancy::Clear(uint32_t region, uint32_t tile, uint32_t bit) {
-  uint64_t &word = tiles_[std::size_t{region} * kTilesPerRegion + tile];
+  uint64_t& word = tiles_[std::size_t{region} * kTilesPerRegion + tile];
   const uint64_t mask = uint64_t{1} << bit;
   if (!(word & mask)) return;
   word &= ~mask;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Which cells are occupied: one bit for each cell, in exactly the layout that the ray walk
-// of kernels/ray_walk.h reads. The grid keeps several such layers of the same regions: of everything,
-// and of what rangers can see.
+// of kernels/ray_walk.h reads. The grid keeps several such layers of the same regions: of
+// everything, and of what rangers can see.
 
 #ifndef STAGE_GRID_OCCUPANCY_HH
 #define STAGE_GRID_OCCUPANCY_HH
@@ -23,9 +23,9 @@ class Occupancy {
   uint64_t made() const { return made_; }
 
   /// One word for each region: which of its tiles have occupied cells.
-  const std::vector<uint64_t> &tile_maps() const { return tile_maps_; }
+  const std::vector<uint64_t>& tile_maps() const { return tile_maps_; }
   /// 64 words for each region: which cells of each tile are occupied.
-  const std::vector<uint64_t> &tiles() const { return tiles_; }
+  const std::vector<uint64_t>& tiles() const { return tiles_; }
 
   /// Makes room for regions 0 .. count - 1.
   void Resize(uint32_t count);
@@ -36,7 +36,7 @@ class Occupancy {
   /// While on, regions that change are remembered until they are taken.
   void TrackChanges(bool on);
   /// Regions with changed tiles since the last call of ForgetChanges(), each once.
-  const std::vector<uint32_t> &changed_regions() const { return changed_regions_; }
+  const std::vector<uint32_t>& changed_regions() const { return changed_regions_; }
   /// The changed tiles of a region, one bit each.
   uint64_t changed_tiles(uint32_t region) const { return changed_tiles_[region]; }
   /// Const, as it changes nothing of what is occupied.

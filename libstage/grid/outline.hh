@@ -17,7 +17,7 @@ namespace Stg::grid {
 /// includes the first cell and not the last (which is the first of the next edge of an outline).
 /// At a tie the step in y goes first, so an edge drawn backwards may pass other cells.
 template <typename F>
-void ForEachCellOfEdge(const point_int_t &from, const point_int_t &to, F f) {
+void ForEachCellOfEdge(const point_int_t& from, const point_int_t& to, F f) {
   // 64 bits: the difference of two 32-bit coordinates, doubled.
   const int64_t dx = int64_t{to.x} - from.x, dy = int64_t{to.y} - from.y;
   const int32_t sx = dx < 0 ? -1 : 1, sy = dy < 0 ? -1 : 1;
@@ -39,7 +39,7 @@ void ForEachCellOfEdge(const point_int_t &from, const point_int_t &to, F f) {
 /// The cells of a closed outline, edge by edge. An outline that lies within one cell has that cell
 /// (Stage 4.3 draws nothing then, and the body is invisible).
 template <typename F>
-void ForEachCellOfOutline(const point_int_t *corners, size_t count, F f) {
+void ForEachCellOfOutline(const point_int_t* corners, size_t count, F f) {
   bool any = false;
   for (size_t i = 0; i < count; i++) {
     const point_int_t &from = corners[i], &to = corners[i + 1 < count ? i + 1 : 0];

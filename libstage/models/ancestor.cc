@@ -16,17 +16,17 @@ void Ancestor::DeleteChildren() {
   while (!children.empty()) delete children.back();
 }
 
-unsigned int Ancestor::CountOfType(const std::string &type) const {
+unsigned int Ancestor::CountOfType(const std::string& type) const {
   const auto found = child_type_counts.find(type);
   return found == child_type_counts.end() ? 0 : found->second;
 }
 
-void Ancestor::AddChild(Model *mod) {
+void Ancestor::AddChild(Model* mod) {
   children.push_back(mod);
   child_type_counts[mod->GetModelType()]++;
 }
 
-void Ancestor::RemoveChild(Model *mod) {
+void Ancestor::RemoveChild(Model* mod) {
   // From the back: the youngest children go first when everything is deleted.
   for (size_t i = children.size(); i-- > 0;) {
     if (children[i] != mod) continue;
@@ -35,10 +35,10 @@ void Ancestor::RemoveChild(Model *mod) {
   }
 }
 
-void Ancestor::ForEachDescendant(model_callback_t func, void *arg) {
+void Ancestor::ForEachDescendant(model_callback_t func, void* arg) {
   // By index and with a look at the size: func may add models.
   for (size_t i = 0; i < children.size(); i++) {
-    Model *child = children[i];
+    Model* child = children[i];
     func(child, arg);
     child->ForEachDescendant(func, arg);
   }
@@ -46,7 +46,7 @@ void Ancestor::ForEachDescendant(model_callback_t func, void *arg) {
 
 Pose Ancestor::GetGlobalPose() const { return Pose(); }
 
-void Ancestor::SetToken(const std::string &str) {
+void Ancestor::SetToken(const std::string& str) {
   if (str.empty()) {
     PRINT_ERR1("an empty name was given to %s; it keeps its own", Token());
     return;
@@ -54,7 +54,7 @@ void Ancestor::SetToken(const std::string &str) {
   token = str;
 }
 
-void *Ancestor::GetProperty(const std::string &key) const {
+void* Ancestor::GetProperty(const std::string& key) const {
   const auto found = props.find(key);
   return found == props.end() ? nullptr : found->second;
 }

@@ -18,8 +18,8 @@ class World;
 
 /// Zero to stay registered, non-zero to be removed. Clients cast functions of other signatures to
 /// these types, so they are plain function pointers.
-typedef int (*model_callback_t)(Model *mod, void *user);
-typedef int (*world_callback_t)(World *world, void *user);
+typedef int (*model_callback_t)(Model* mod, void* user);
+typedef int (*world_callback_t)(World* world, void* user);
 
 class Ancestor {
  public:
@@ -27,40 +27,40 @@ class Ancestor {
   virtual ~Ancestor();
 
   /// Direct children in the order of creation; a live reference.
-  std::vector<Model *> &GetChildren() { return children; }
-  const std::vector<Model *> &GetChildren() const { return children; }
+  std::vector<Model*>& GetChildren() { return children; }
+  const std::vector<Model*>& GetChildren() const { return children; }
   /// Calls func for all descendants, parents before their children. Its result is ignored.
-  void ForEachDescendant(model_callback_t func, void *arg);
+  void ForEachDescendant(model_callback_t func, void* arg);
 
   /// Children of the type that there have been so far.
-  unsigned int CountOfType(const std::string &type) const;
-  virtual void AddChild(Model *mod);
-  virtual void RemoveChild(Model *mod);
+  unsigned int CountOfType(const std::string& type) const;
+  virtual void AddChild(Model* mod);
+  virtual void RemoveChild(Model* mod);
   virtual Pose GetGlobalPose() const;
 
   /// The full name.
-  const char *Token() const { return token.c_str(); }
-  const std::string &TokenStr() const { return token; }
+  const char* Token() const { return token.c_str(); }
+  const std::string& TokenStr() const { return token; }
   /// An empty name is refused with a message.
-  virtual void SetToken(const std::string &str);
+  virtual void SetToken(const std::string& str);
 
   /// An untyped pointer under a name; not owned.
-  void SetProperty(const std::string &key, void *value) { props[key] = value; }
-  void *GetProperty(const std::string &key) const;
+  void SetProperty(const std::string& key, void* value) { props[key] = value; }
+  void* GetProperty(const std::string& key) const;
 
  protected:
   /// Deletes the children, the youngest first.
   void DeleteChildren();
 
   std::map<std::string, unsigned int> child_type_counts;
-  std::vector<Model *> children;
+  std::vector<Model*> children;
   bool debug;
-  std::map<std::string, void *> props;
+  std::map<std::string, void*> props;
   std::string token;
 
  private:
-  Ancestor(const Ancestor &);
-  Ancestor &operator=(const Ancestor &);
+  Ancestor(const Ancestor&);
+  Ancestor& operator=(const Ancestor&);
 };
 
 }  // namespace Stg

@@ -16,7 +16,7 @@ namespace Stg {
 Block::Block(std::vector<point_t> points, Bounds z_range)
     : source_points_(std::move(points)), points_(source_points_), source_z_(z_range), z_(z_range) {}
 
-void OrientPolygon(std::vector<point_t> *points) {
+void OrientPolygon(std::vector<point_t>* points) {
   const size_t n = points->size();
   double turned = 0;
   for (size_t i = 0; i < n; i++) {
@@ -30,7 +30,7 @@ void OrientPolygon(std::vector<point_t> *points) {
 
 void BlockGroup::Add(std::vector<point_t> points, Bounds z_range) {
   Erase();
-  for (const auto &block : blocks_) {
+  for (const auto& block : blocks_) {
     block->source_points_ = block->points_;
     block->source_z_ = block->z_;
   }
@@ -48,7 +48,7 @@ void BlockGroup::Clear() {
 
 namespace {
 
-void Widen(Bounds *bounds, double value) {
+void Widen(Bounds* bounds, double value) {
   bounds->min = std::min(bounds->min, value);
   bounds->max = std::max(bounds->max, value);
 }
@@ -59,7 +59,7 @@ bounds3d_t EmptyBox() {
 }
 
 /// An extent to divide by: never zero.
-double Extent(const Bounds &bounds) {
+double Extent(const Bounds& bounds) {
   const double extent = bounds.max - bounds.min;
   const double smallest = std::numeric_limits<double>::epsilon();
   return std::fabs(extent) < smallest ? smallest : extent;
@@ -69,8 +69,8 @@ double Extent(const Bounds &bounds) {
 
 bounds3d_t BlockGroup::BoundingBox() const {
   bounds3d_t box = EmptyBox();
-  for (const auto &block : blocks_) {
-    for (const point_t &p : block->points_) {
+  for (const auto& block : blocks_) {
+    for (const point_t& p : block->points_) {
       Widen(&box.x, p.x);
       Widen(&box.y, p.y);
     }
@@ -80,10 +80,10 @@ bounds3d_t BlockGroup::BoundingBox() const {
   return blocks_.empty() ? bounds3d_t() : box;
 }
 
-void BlockGroup::Fit(const Size &size) {
+void BlockGroup::Fit(const Size& size) {
   bounds3d_t box = EmptyBox();
-  for (const auto &block : blocks_) {
-    for (const point_t &p : block->source_points_) {
+  for (const auto& block : blocks_) {
+    for (const point_t& p : block->source_points_) {
       Widen(&box.x, p.x);
       Widen(&box.y, p.y);
     }
@@ -93,9 +93,9 @@ void BlockGroup::Fit(const Size &size) {
   const double dx = Extent(box.x), dy = Extent(box.y), dz = Extent(box.z);
   const double scale_x = size.x / dx, scale_y = size.y / dy, scale_z = size.z / dz;
   const double centre_x = box.x.min + dx / 2.0, centre_y = box.y.min + dy / 2.0;
-  for (const auto &block : blocks_) {
+  for (const auto& block : blocks_) {
     for (size_t i = 0; i < block->points_.size(); i++) {
-      const point_t &p = block->source_points_[i];
+      const point_t& p = block->source_points_[i];
       block->points_[i] = point_t((p.x - centre_x) * scale_x, (p.y - centre_y) * scale_y);
     }
     block->z_ = Bounds(block->source_z_.min * scale_z, block->source_z_.max * scale_z);
@@ -103,9 +103,9 @@ void BlockGroup::Fit(const Size &size) {
 }
 
 void BlockGroup::Erase() {
-  for (const auto &block : blocks_) {
+  for (const auto& block : blocks_) {
     if (!block->drawn_) continue;
-    grid::Grid &grid = owner_.scene().grid;
+    grid::Grid& grid = owner_.scene().grid;
     for (const grid::CellRef cell : block->cells_) grid.Remove(cell, block->body_);
     grid.RemoveBody(block->body_);
     block->cells_.clear();
@@ -114,14 +114,14 @@ void BlockGroup::Erase() {
   }
 }
 
-void BlockGroup::AppendCells(grid::CellLists *cells) const {
-  for (const auto &block : blocks_)
+void BlockGroup::AppendCells(grid::CellLists* cells) const {
+  for (const auto& block : blocks_)
     if (!block->cells_.empty()) cells->lists.push_back(&block->cells_);
 }
 
 void BlockGroup::RefreshVisibility(bool ranger_visible) {
-  grid::Grid &grid = owner_.scene().grid;
-  for (const auto &block : blocks_) {
+  grid::Grid& grid = owner_.scene().grid;
+  for (const auto& block : blocks_) {
     if (!block->drawn_) continue;
     grid::Body body = grid.body(block->body_);
     body.ranger_visible = ranger_visible;
@@ -131,23 +131,24 @@ void BlockGroup::RefreshVisibility(bool ranger_visible) {
 
 // ---- Placement ----------------------------------------------------------------------------------
 
-void Placement::Plan(Model &model, bool with_children) {
+void Placement::Plan(Model& model, bool with_children) {
   items_.clear();
   corners_.clear();
   PlanModel(model, model.GetGlobalPose(), with_children);
 }
 
-void Placement::PlanModel(Model &model, const Pose &global, bool with_children) {
-  const BlockGroup &group = *model.blockgroup;
+void Placement::PlanModel(Model& model, const Pose& global, bool with_children) {
+  const BlockGroup& group = *model.blockgroup;
   if (!group.empty()) {
     const Pose frame = global + model.geom.pose;
     const SineCosine turn = SinCos(frame.a);
     const double cells_per_metre = model.scene().cells_per_metre;
     const double lift = global.z + model.geom.pose.z;
-    for (const auto &block : group.blocks()) {
-      Item item{&model, block.get(), corners_.size(),
-                Bounds(block->z_.min + lift, block->z_.max + lift), true, false};
-      for (const point_t &p : block->points_) {
+    for (const auto& block : group.blocks()) {
+      Item item{
+          &model, block.get(), corners_.size(), Bounds(block->z_.min + lift, block->z_.max + lift),
+          true,   false};
+      for (const point_t& p : block->points_) {
         const double x = frame.x + p.x * turn.cosine - p.y * turn.sine;
         const double y = frame.y + p.x * turn.sine + p.y * turn.cosine;
         const double cx = std::floor(x * cells_per_metre), cy = std::floor(y * cells_per_metre);
@@ -156,32 +157,33 @@ void Placement::PlanModel(Model &model, const Pose &global, bool with_children) 
         corners_.emplace_back(static_cast<int>(cx), static_cast<int>(cy));
       }
       if (!item.drawable) corners_.resize(item.first_corner);
-      const std::vector<point_int_t> &now = block->corners_;
+      const std::vector<point_int_t>& now = block->corners_;
       item.moved = !block->drawn_ || now.size() != corners_.size() - item.first_corner ||
-                   !std::equal(now.begin(), now.end(), corners_.begin() +
-                                                           static_cast<long>(item.first_corner));
+                   !std::equal(now.begin(), now.end(),
+                               corners_.begin() + static_cast<long>(item.first_corner));
       items_.push_back(item);
     }
   }
   if (!with_children) return;
-  for (Model *child : model.GetChildren()) PlanModel(*child, model.ChildGlobalPose(global, *child), true);
+  for (Model* child : model.GetChildren())
+    PlanModel(*child, model.ChildGlobalPose(global, *child), true);
 }
 
-Model *Placement::Collision(Model *ground) const {
-  for (const Item &item : items_) {
+Model* Placement::Collision(Model* ground) const {
+  for (const Item& item : items_) {
     if (!item.model->vis.obstacle_return) continue;
     if (item.z.min < 0) return ground;
-    if (Model *hit = CollisionOf(item)) return hit;
+    if (Model* hit = CollisionOf(item)) return hit;
   }
   return nullptr;
 }
 
-Model *Placement::CollisionOf(const Item &item) const {
-  const grid::Grid &grid = item.model->scene().grid;
-  const void *tree = item.model->Root();
-  Model *hit = nullptr;
+Model* Placement::CollisionOf(const Item& item) const {
+  const grid::Grid& grid = item.model->scene().grid;
+  const void* tree = item.model->Root();
+  Model* hit = nullptr;
   const auto runs_into = [&](grid::BodyId id) {
-    const grid::Body &other = grid.body(id);
+    const grid::Body& other = grid.body(id);
     if (other.tree == tree || !other.model->vis.obstacle_return) return false;
     if (other.z_min > item.z.max || other.z_max < item.z.min) return false;
     hit = other.model;
@@ -204,14 +206,15 @@ Model *Placement::CollisionOf(const Item &item) const {
 }
 
 void Placement::Commit() {
-  for (const Item &item : items_) CommitItem(item);
+  for (const Item& item : items_) CommitItem(item);
 }
 
-void Placement::CommitItem(const Item &item) {
-  Block &block = *item.block;
-  grid::Grid &grid = item.model->scene().grid;
-  const grid::Body body{item.z.min, item.z.max, item.model, item.model->Root(),
-                        !(item.model->vis.ranger_return < 0), 0};
+void Placement::CommitItem(const Item& item) {
+  Block& block = *item.block;
+  grid::Grid& grid = item.model->scene().grid;
+  const grid::Body body{
+      item.z.min, item.z.max, item.model, item.model->Root(), !(item.model->vis.ranger_return < 0),
+      0};
   if (!item.moved) {
     grid.ChangeBody(block.body_, body, block.cells_);
     return;
@@ -228,10 +231,9 @@ void Placement::CommitItem(const Item &item) {
   block.corners_.assign(corners_.begin() + static_cast<long>(item.first_corner),
                         corners_.begin() + static_cast<long>(end));
   block.cells_.clear();
-  grid::ForEachCellOfOutline(block.corners_.data(), block.corners_.size(),
-                             [&](int32_t x, int32_t y) {
-                               block.cells_.push_back(grid.Insert(x, y, block.body_));
-                             });
+  grid::ForEachCellOfOutline(
+      block.corners_.data(), block.corners_.size(),
+      [&](int32_t x, int32_t y) { block.cells_.push_back(grid.Insert(x, y, block.body_)); });
 }
 
 }  // namespace Stg

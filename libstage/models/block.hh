@@ -21,8 +21,8 @@ class Block {
   Block(std::vector<point_t> points, Bounds z_range);
 
   /// Corners in the model's frame, counter-clockwise as a rule, after fitting.
-  const std::vector<point_t> &points() const { return points_; }
-  const Bounds &z_range() const { return z_; }  ///< after fitting
+  const std::vector<point_t>& points() const { return points_; }
+  const Bounds& z_range() const { return z_; }  ///< after fitting
 
  private:
   friend class BlockGroup;
@@ -41,17 +41,17 @@ class Block {
 
 /// Puts a polygon in the order that Stage wants: if the sum of its turning angles is not positive,
 /// it is reversed.
-void OrientPolygon(std::vector<point_t> *points);
+void OrientPolygon(std::vector<point_t>* points);
 
 class BlockGroup {
  public:
-  explicit BlockGroup(Model &owner) : owner_(owner) {}
+  explicit BlockGroup(Model& owner) : owner_(owner) {}
   ~BlockGroup() { Clear(); }
-  BlockGroup(const BlockGroup &) = delete;
-  BlockGroup &operator=(const BlockGroup &) = delete;
+  BlockGroup(const BlockGroup&) = delete;
+  BlockGroup& operator=(const BlockGroup&) = delete;
 
   bool empty() const { return blocks_.empty(); }
-  const std::vector<std::unique_ptr<Block>> &blocks() const { return blocks_; }
+  const std::vector<std::unique_ptr<Block>>& blocks() const { return blocks_; }
 
   /// New blocks are in the frame that the fitted ones are in. The group must be fitted and drawn
   /// again afterwards.
@@ -62,18 +62,18 @@ class BlockGroup {
 
   /// Stretches and centres the body in plan to fill size.x by size.y; heights are scaled to
   /// size.z in all, and not shifted.
-  void Fit(const Size &size);
+  void Fit(const Size& size);
   bounds3d_t BoundingBox() const;
 
   /// Takes the body off the grid.
   void Erase();
   /// The lists of cells of those blocks that are drawn.
-  void AppendCells(grid::CellLists *cells) const;
+  void AppendCells(grid::CellLists* cells) const;
   /// To be called when the owner's visibility to rangers changed.
   void RefreshVisibility(bool ranger_visible);
 
  private:
-  Model &owner_;
+  Model& owner_;
   std::vector<std::unique_ptr<Block>> blocks_;
 };
 
@@ -82,26 +82,26 @@ class BlockGroup {
 class Placement {
  public:
   /// `with_children`: also the bodies of all descendants.
-  void Plan(Model &model, bool with_children);
+  void Plan(Model& model, bool with_children);
 
   /// The first model that a body would run into: one that is an obstacle, not related, of
   /// overlapping height, and drawn in one of the cells. The ground, where a body reaches below z 0.
-  Model *Collision(Model *ground) const;
+  Model* Collision(Model* ground) const;
   /// Moves the drawings there.
   void Commit();
 
  private:
   struct Item {
-    Model *model;
-    Block *block;
+    Model* model;
+    Block* block;
     size_t first_corner;
     Bounds z;
     bool drawable;  // its corners are in the grid
     bool moved;     // it will be drawn in other cells than now
   };
-  void PlanModel(Model &model, const Pose &global, bool with_children);
-  Model *CollisionOf(const Item &item) const;
-  void CommitItem(const Item &item);
+  void PlanModel(Model& model, const Pose& global, bool with_children);
+  Model* CollisionOf(const Item& item) const;
+  void CommitItem(const Item& item);
 
   std::vector<Item> items_;
   std::vector<point_int_t> corners_;

@@ -11,16 +11,14 @@
 #define STG_PRINT(stream, tag, m, ...) \
   fprintf(stream, tag m " (%s %s)\n", __VA_ARGS__, __FILE__, __FUNCTION__)
 
-#define PRINT_ERR(m) \
-  fprintf(stderr, "\033[41merr\033[0m: " m " (%s %s)\n", __FILE__, __FUNCTION__)
+#define PRINT_ERR(m) fprintf(stderr, "\033[41merr\033[0m: " m " (%s %s)\n", __FILE__, __FUNCTION__)
 #define PRINT_ERR1(m, a) STG_PRINT(stderr, "\033[41merr\033[0m: ", m, a)
 #define PRINT_ERR2(m, a, b) STG_PRINT(stderr, "\033[41merr\033[0m: ", m, a, b)
 #define PRINT_ERR3(m, a, b, c) STG_PRINT(stderr, "\033[41merr\033[0m: ", m, a, b, c)
 #define PRINT_ERR4(m, a, b, c, d) STG_PRINT(stderr, "\033[41merr\033[0m: ", m, a, b, c, d)
 #define PRINT_ERR5(m, a, b, c, d, e) STG_PRINT(stderr, "\033[41merr\033[0m: ", m, a, b, c, d, e)
 
-#define PRINT_WARN(m) \
-  printf("\033[44mwarn\033[0m: " m " (%s %s)\n", __FILE__, __FUNCTION__)
+#define PRINT_WARN(m) printf("\033[44mwarn\033[0m: " m " (%s %s)\n", __FILE__, __FUNCTION__)
 #define PRINT_WARN1(m, a) STG_PRINT(stdout, "\033[44mwarn\033[0m: ", m, a)
 #define PRINT_WARN2(m, a, b) STG_PRINT(stdout, "\033[44mwarn\033[0m: ", m, a, b)
 #define PRINT_WARN3(m, a, b, c) STG_PRINT(stdout, "\033[44mwarn\033[0m: ", m, a, b, c)

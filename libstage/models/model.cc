@@ -21,11 +21,11 @@ uint32_t NextId() {
   return next++;
 }
 
-bool AllFinite(const Pose &p) {
+bool AllFinite(const Pose& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
 }
 
-std::string AutomaticName(const Ancestor &above, const Model *parent, const std::string &type,
+std::string AutomaticName(const Ancestor& above, const Model* parent, const std::string& type,
                           unsigned int count) {
   const std::string own = type + ":" + std::to_string(count);
   return parent ? above.TokenStr() + "." + own : own;
@@ -35,7 +35,7 @@ std::string AutomaticName(const Ancestor &above, const Model *parent, const std:
 
 std::map<std::string, creator_t> Model::name_map;
 
-Model::Model(World *world_, Model *parent_, const std::string &type_, const std::string &name)
+Model::Model(World* world_, Model* parent_, const std::string& type_, const std::string& name)
     : alwayson(false),
       blockgroup(std::make_unique<BlockGroup>(*this)),
       boundary(false),
@@ -67,7 +67,7 @@ Model::Model(World *world_, Model *parent_, const std::string &type_, const std:
       window_batch_(0),
       update_chain_(0),
       hidden_from_rangers_(false) {
-  Ancestor &above = parent ? static_cast<Ancestor &>(*parent) : *world;
+  Ancestor& above = parent ? static_cast<Ancestor&>(*parent) : *world;
   const unsigned int count = above.CountOfType(type);
   Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);
   above.AddChild(this);
@@ -89,49 +89,49 @@ Model::~Model() {
 
 // ---- names and the tree -------------------------------------------------------------------------
 
-void Model::SetToken(const std::string &str) {
+void Model::SetToken(const std::string& str) {
   Ancestor::SetToken(str);
   if (!str.empty()) world->AddModelName(this, token);
 }
 
-Model *Model::GetChild(const std::string &name) const {
+Model* Model::GetChild(const std::string& name) const {
   return world->GetModel(token + "." + name);
 }
 
-Model *Model::GetUnusedModelOfType(const std::string &wanted) {
+Model* Model::GetUnusedModelOfType(const std::string& wanted) {
   if (type == wanted && !used) {
     used = true;
     return this;
   }
-  for (Model *child : children)
-    if (Model *found = child->GetUnusedModelOfType(wanted)) return found;
+  for (Model* child : children)
+    if (Model* found = child->GetUnusedModelOfType(wanted)) return found;
   if (!parent) PRINT_WARN2("no unused model of type \"%s\" on %s", wanted.c_str(), Token());
   return nullptr;
 }
 
-Model *Model::GetUnsubscribedModelOfType(const std::string &wanted) const {
-  if (type == wanted && subs == 0) return const_cast<Model *>(this);
-  for (const Model *child : children)
-    if (Model *found = child->GetUnsubscribedModelOfType(wanted)) return found;
+Model* Model::GetUnsubscribedModelOfType(const std::string& wanted) const {
+  if (type == wanted && subs == 0) return const_cast<Model*>(this);
+  for (const Model* child : children)
+    if (Model* found = child->GetUnsubscribedModelOfType(wanted)) return found;
   return nullptr;
 }
 
-bool Model::IsAntecedent(const Model *testmod) const {
-  for (const Model *above = parent; above; above = above->parent)
+bool Model::IsAntecedent(const Model* testmod) const {
+  for (const Model* above = parent; above; above = above->parent)
     if (above == testmod) return true;
   return false;
 }
 
-bool Model::IsDescendent(const Model *testmod) const {
+bool Model::IsDescendent(const Model* testmod) const {
   return testmod == this || testmod->IsAntecedent(this);
 }
 
-void Model::SetRoot(Model *new_root) {
+void Model::SetRoot(Model* new_root) {
   root = new_root;
-  for (Model *child : children) child->SetRoot(new_root);
+  for (Model* child : children) child->SetRoot(new_root);
 }
 
-int Model::SetParent(Model *newparent) {
+int Model::SetParent(Model* newparent) {
   if (newparent && IsDescendent(newparent)) {
     PRINT_ERR2("%s can't become a child of its own descendant %s", Token(), newparent->Token());
     return 1;
@@ -154,7 +154,7 @@ int Model::SetParent(Model *newparent) {
   return 0;
 }
 
-void Model::BecomeParentOf(Model *child) {
+void Model::BecomeParentOf(Model* child) {
   child->UnMapWithChildren();
   if (child->parent)
     child->parent->RemoveChild(child);
@@ -168,7 +168,7 @@ void Model::BecomeParentOf(Model *child) {
 
 // ---- pose and geometry --------------------------------------------------------------------------
 
-Pose Model::ChildGlobalPose(const Pose &global, const Model &child) const {
+Pose Model::ChildGlobalPose(const Pose& global, const Model& child) const {
   Pose p = global + child.pose;
   if (stack_children) p.z += geom.size.z;
   return p;
@@ -178,7 +178,7 @@ Pose Model::GetGlobalPose() const {
   return parent ? parent->ChildGlobalPose(parent->GetGlobalPose(), *this) : pose;
 }
 
-void Model::SetPose(const Pose &new_pose) {
+void Model::SetPose(const Pose& new_pose) {
   if (!AllFinite(new_pose)) {
     PRINT_ERR5("%s: refused the pose [%f %f %f %f], which is not finite", Token(), new_pose.x,
                new_pose.y, new_pose.z, new_pose.a);
@@ -192,7 +192,7 @@ void Model::SetPose(const Pose &new_pose) {
   CallCallbacks(CB_POSE);
 }
 
-void Model::SetGlobalPose(const Pose &gpose) {
+void Model::SetGlobalPose(const Pose& gpose) {
   if (!parent) {
     SetPose(gpose);
     return;
@@ -202,37 +202,37 @@ void Model::SetGlobalPose(const Pose &gpose) {
   SetPose(local);
 }
 
-void Model::AddToPose(const Pose &p) { AddToPose(p.x, p.y, p.z, p.a); }
+void Model::AddToPose(const Pose& p) { AddToPose(p.x, p.y, p.z, p.a); }
 
 void Model::AddToPose(double dx, double dy, double dz, double da) {
   SetPose(Pose(pose.x + dx, pose.y + dy, pose.z + dz, pose.a + da));
 }
 
-void Model::SetGeom(const Geom &src) {
+void Model::SetGeom(const Geom& src) {
   geom = src;
   blockgroup->Fit(geom.size);
   Map();
   CallCallbacks(CB_GEOM);
 }
 
-Pose Model::GlobalToLocal(const Pose &p) const {
+Pose Model::GlobalToLocal(const Pose& p) const {
   const Pose g = GetGlobalPose();
   const Pose turn(0, 0, 0, -g.a);
   const Pose turned = turn + Pose(p.x - g.x, p.y - g.y, 0, 0);
   return Pose(turned.x, turned.y, p.z - g.z, p.a - g.a);
 }
 
-Pose Model::LocalToGlobal(const Pose &p) const { return (GetGlobalPose() + geom.pose) + p; }
+Pose Model::LocalToGlobal(const Pose& p) const { return (GetGlobalPose() + geom.pose) + p; }
 
-point_t Model::LocalToGlobal(const point_t &pt) const {
+point_t Model::LocalToGlobal(const point_t& pt) const {
   const Pose global = LocalToGlobal(Pose(pt.x, pt.y, 0, 0));
   return point_t(global.x, global.y);
 }
 
-std::vector<point_int_t> Model::LocalToPixels(const std::vector<point_t> &local) const {
+std::vector<point_int_t> Model::LocalToPixels(const std::vector<point_t>& local) const {
   std::vector<point_int_t> pixels;
   pixels.reserve(local.size());
-  for (const point_t &p : local) pixels.push_back(world->MetersToPixels(LocalToGlobal(p)));
+  for (const point_t& p : local) pixels.push_back(world->MetersToPixels(LocalToGlobal(p)));
   return pixels;
 }
 
@@ -244,7 +244,7 @@ void Model::ClearBlocks() { blockgroup->Clear(); }
 
 void Model::Map() {
   if (world->IsLoading()) return;  // all bodies are drawn when everything is loaded
-  Placement &placement = world->placement();
+  Placement& placement = world->placement();
   placement.Plan(*this, true);
   placement.Commit();
   if (vis.ranger_return < 0 && !hidden_from_rangers_) {
@@ -262,19 +262,19 @@ bool Model::ShowAgainToRangers() {
 
 void Model::UnMapWithChildren() {
   blockgroup->Erase();
-  for (Model *child : children) child->UnMapWithChildren();
+  for (Model* child : children) child->UnMapWithChildren();
 }
 
-void Model::Rasterize(uint8_t *data, unsigned int width, unsigned int height, meters_t cellwidth,
+void Model::Rasterize(uint8_t* data, unsigned int width, unsigned int height, meters_t cellwidth,
                       meters_t cellheight) {
   const auto mark = [&](double x, double y) {
     if (x >= 0 && y >= 0 && x < width && y < height)
       data[static_cast<size_t>(x) + static_cast<size_t>(y) * width] = 1;
   };
-  for (const auto &block : blockgroup->blocks()) {
-    const std::vector<point_t> &points = block->points();
+  for (const auto& block : blockgroup->blocks()) {
+    const std::vector<point_t>& points = block->points();
     for (size_t i = 0; i < points.size(); i++) {
-      const auto cell_of = [&](const point_t &p) {
+      const auto cell_of = [&](const point_t& p) {
         return point_t(std::floor((p.x + geom.size.x / 2.0) / cellwidth),
                        std::floor((p.y + geom.size.y / 2.0) / cellheight));
       };
@@ -291,7 +291,7 @@ void Model::Rasterize(uint8_t *data, unsigned int width, unsigned int height, me
 }
 
 bool Model::HasCollision() {
-  Placement &placement = world->placement();
+  Placement& placement = world->placement();
   placement.Plan(*this, true);
   return placement.Collision(world->GetGround()) != nullptr;
 }
@@ -313,7 +313,7 @@ bool Model::PlaceInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters
 
 kg_t Model::GetMassOfChildren() const {
   kg_t sum = 0;
-  for (const Model *child : children) sum += child->GetTotalMass();
+  for (const Model* child : children) sum += child->GetTotalMass();
   return sum;
 }
 
@@ -351,9 +351,9 @@ void Model::Update() {
 
 // ---- callbacks ----------------------------------------------------------------------------------
 
-void Model::AddCallback(callback_type_t t, model_callback_t cb, void *user) {
+void Model::AddCallback(callback_type_t t, model_callback_t cb, void* user) {
   if (!callbacks_) callbacks_ = std::make_unique<CallbackLists>();
-  std::vector<Callback> &list = callbacks_->of[t];
+  std::vector<Callback>& list = callbacks_->of[t];
   const Callback entry{cb, user};
   if (std::find(list.begin(), list.end(), entry) == list.end()) list.push_back(entry);
 }
@@ -361,25 +361,25 @@ void Model::AddCallback(callback_type_t t, model_callback_t cb, void *user) {
 int Model::RemoveCallback(callback_type_t t, model_callback_t callback) {
   if (!callbacks_) return 0;
   // During a round entries are only struck out, as somebody is walking along the list.
-  for (Callback &entry : callbacks_->of[t])
+  for (Callback& entry : callbacks_->of[t])
     if (entry.function == callback) entry.function = nullptr;
   return callbacks_->rounds == 0 ? callbacks_->Tidy(t) : callbacks_->CountLeft(t);
 }
 
 int Model::CallbackLists::CountLeft(callback_type_t t) const {
   return static_cast<int>(
-      std::count_if(of[t].begin(), of[t].end(), [](const Callback &c) { return c.function; }));
+      std::count_if(of[t].begin(), of[t].end(), [](const Callback& c) { return c.function; }));
 }
 
 int Model::CallbackLists::Tidy(callback_type_t t) {
-  std::erase_if(of[t], [](const Callback &c) { return !c.function; });
+  std::erase_if(of[t], [](const Callback& c) { return !c.function; });
   return static_cast<int>(of[t].size());
 }
 
 int Model::CallCallbacks(callback_type_t t) {
   if (!HasCallbacks(t)) return 0;
   // By index, for a callback may add callbacks (called from the next round on) and remove any.
-  const std::vector<Callback> &list = callbacks_->of[t];
+  const std::vector<Callback>& list = callbacks_->of[t];
   const size_t count = list.size();
   callbacks_->rounds++;
   for (size_t i = 0; i < count; i++) {
@@ -392,12 +392,12 @@ int Model::CallCallbacks(callback_type_t t) {
 
 // ---- sensing ------------------------------------------------------------------------------------
 
-void Model::CollectCells(grid::CellLists *lists) const {
+void Model::CollectCells(grid::CellLists* lists) const {
   blockgroup->AppendCells(lists);
-  for (const Model *child : children) child->CollectCells(lists);
+  for (const Model* child : children) child->CollectCells(lists);
 }
 
-const sensing::Window &Model::OwnWindow() {
+const sensing::Window& Model::OwnWindow() {
   if (root != this) return root->OwnWindow();
   if (!window_) window_ = std::make_unique<sensing::Window>();
   if (window_batch_ == scene_->batch_number) return *window_;

@@ -30,7 +30,7 @@ struct CellLists;
 }
 
 /// Makes a model of one type: what Model::name_map holds for each type name.
-typedef Model *(*creator_t)(World *world, Model *parent, const std::string &type);
+typedef Model* (*creator_t)(World* world, Model* parent, const std::string& type);
 
 /// How sensors and bodies perceive a model.
 class Visibility {
@@ -49,8 +49,8 @@ class Visibility {
         gripper_return(false),
         obstacle_return(true),
         ranger_return(1.0) {}
-  Visibility &Load(Worldfile *wf, int entity);
-  void Save(Worldfile *wf, int entity);
+  Visibility& Load(Worldfile* wf, int entity);
+  void Save(Worldfile* wf, int entity);
 };
 
 class Model : public Ancestor {
@@ -76,37 +76,37 @@ class Model : public Ancestor {
 
   /// Registers with the world and the parent (null: top level). An empty name is made up:
   /// "type:n", after "parent." for children. The body is one block that fills the default size.
-  Model(World *world, Model *parent = NULL, const std::string &type = "model",
-        const std::string &name = "");
+  Model(World* world, Model* parent = NULL, const std::string& type = "model",
+        const std::string& name = "");
   virtual ~Model();
 
   // ---- names and the tree ----
 
   /// Old names stay valid for World::GetModel().
-  void SetToken(const std::string &str) override;
-  const std::string &GetModelType() const { return type; }
+  void SetToken(const std::string& str) override;
+  const std::string& GetModelType() const { return type; }
   /// A serial number, unique in the process.
   uint32_t GetId() const { return id; }
   std::string PoseString() { return GetPose().String(); }
 
-  World *GetWorld() const { return world; }
-  Model *Parent() const { return parent; }
-  Model *Root() { return root; }
-  const Model *Root() const { return root; }
+  World* GetWorld() const { return world; }
+  Model* Parent() const { return parent; }
+  Model* Root() { return root; }
+  const Model* Root() const { return root; }
   /// The model called "<token>.<name>"; null and a warning if there is none.
-  Model *GetChild(const std::string &name) const;
+  Model* GetChild(const std::string& name) const;
   /// This model or the first descendant of the type that was not handed out before; marks it.
   /// Null if there is none, with a warning at top level.
-  Model *GetUnusedModelOfType(const std::string &type);
+  Model* GetUnusedModelOfType(const std::string& type);
   /// The same, first without subscribers; nothing is marked.
-  Model *GetUnsubscribedModelOfType(const std::string &type) const;
-  bool IsAntecedent(const Model *testmod) const;
-  bool IsDescendent(const Model *testmod) const;
+  Model* GetUnsubscribedModelOfType(const std::string& type) const;
+  bool IsAntecedent(const Model* testmod) const;
+  bool IsDescendent(const Model* testmod) const;
   /// In the same top-level tree; a model is related to itself.
-  bool IsRelated(const Model *testmod) const { return root == testmod->root; }
+  bool IsRelated(const Model* testmod) const { return root == testmod->root; }
   /// Moves to another parent (null: top level) and keeps the global pose.
-  int SetParent(Model *newparent);
-  void BecomeParentOf(Model *child);
+  int SetParent(Model* newparent);
+  void BecomeParentOf(Model* child);
 
   // ---- pose, geometry, body ----
 
@@ -114,28 +114,29 @@ class Model : public Ancestor {
   Pose GetGlobalPose() const override;
   /// In the parent's frame. No collision test. A pose with a coordinate that is not finite is
   /// refused with a message.
-  void SetPose(const Pose &pose);
-  void SetGlobalPose(const Pose &gpose);
-  void AddToPose(const Pose &pose);
+  void SetPose(const Pose& pose);
+  void SetGlobalPose(const Pose& gpose);
+  void AddToPose(const Pose& pose);
   void AddToPose(double dx, double dy, double dz, double da);
   Geom GetGeom() const { return geom; }
-  void SetGeom(const Geom &src);
+  void SetGeom(const Geom& src);
   /// A global pose in this model's frame; the body's offset plays no part.
-  Pose GlobalToLocal(const Pose &pose) const;
+  Pose GlobalToLocal(const Pose& pose) const;
   /// The other way, with the body's offset: not the exact inverse if there is one.
-  Pose LocalToGlobal(const Pose &pose) const;
-  point_t LocalToGlobal(const point_t &pt) const;
-  std::vector<point_int_t> LocalToPixels(const std::vector<point_t> &local) const;
+  Pose LocalToGlobal(const Pose& pose) const;
+  point_t LocalToGlobal(const point_t& pt) const;
+  std::vector<point_int_t> LocalToPixels(const std::vector<point_t>& local) const;
 
   void AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz);
   void ClearBlocks();
   /// Marks the cells of a raster that the body's outlines pass, centred on the body; row 0 is at
   /// the smallest y.
-  void Rasterize(uint8_t *data, unsigned int width, unsigned int height, meters_t cellwidth,
+  void Rasterize(uint8_t* data, unsigned int width, unsigned int height, meters_t cellwidth,
                  meters_t cellheight);
   /// Does the body, or a descendant's, overlap an obstacle now?
   bool HasCollision();
-  /// Random poses in the rectangle until one is free; gives up after max_iter further ones (0: never).
+  /// Random poses in the rectangle until one is free; gives up after max_iter further ones (0:
+  /// never).
   bool RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
                              size_t max_iter = 0);
   /// The same, unless the present pose is free.
@@ -160,15 +161,15 @@ class Model : public Ancestor {
   void Disable() { disabled = true; }
   bool IsEnabled() const { return !disabled; }
 
-  void Load(Worldfile *wf, int wf_entity);
+  void Load(Worldfile* wf, int wf_entity);
   virtual void Load();
-  void SetWorldfile(Worldfile *wf, int wf_entity);
+  void SetWorldfile(Worldfile* wf, int wf_entity);
   virtual void Save();
-  void LoadBlock(Worldfile *wf, int entity);
+  void LoadBlock(Worldfile* wf, int entity);
   void InitControllers();
   /// Loads a plug-in for this model; `lib` is the text of a `ctrl` string. Its Init() is called
   /// with InitControllers(). Throws LoadError while a world is loaded; otherwise prints why not.
-  void LoadControllerModule(const char *lib);
+  void LoadControllerModule(const char* lib);
 
   /// Blocked at the last attempt to move.
   bool Stalled() const { return stall; }
@@ -178,7 +179,7 @@ class Model : public Ancestor {
 
   /// Calls cb(model, user) at each event of the type, in the order of registration. The pair
   /// (cb, user) is kept once. A callback that returns non-zero is removed.
-  void AddCallback(callback_type_t type, model_callback_t cb, void *user);
+  void AddCallback(callback_type_t type, model_callback_t cb, void* user);
   /// Removes all entries with that function; returns how many entries remain.
   int RemoveCallback(callback_type_t type, model_callback_t callback);
   int CallCallbacks(callback_type_t type);
@@ -206,7 +207,7 @@ class Model : public Ancestor {
   void SetGuiOutline(bool val) { gui.outline = val; }
   void SetWatts(watts_t w) { watts = w; }
 
-  void Say(const std::string &str) { say_string = str; }
+  void Say(const std::string& str) { say_string = str; }
   std::string GetSayString() { return say_string; }
 
   void NeedRedraw() {}
@@ -216,7 +217,7 @@ class Model : public Ancestor {
   /// the library's own rooms, like the next one.
   bool ShowAgainToRangers();
   /// What the world's models share.
-  sensing::Scene &scene() const { return *scene_; }
+  sensing::Scene& scene() const { return *scene_; }
 
  protected:
   friend class World;
@@ -236,9 +237,9 @@ class Model : public Ancestor {
   void Map();
   void UnMapWithChildren();
   /// The child's global pose, given this model's.
-  Pose ChildGlobalPose(const Pose &global, const Model &child) const;
+  Pose ChildGlobalPose(const Pose& global, const Model& child) const;
   /// The cells of the batch's picture that hold only this model's tree.
-  const sensing::Window &OwnWindow();
+  const sensing::Window& OwnWindow();
 
   bool alwayson;
   std::unique_ptr<BlockGroup> blockgroup;
@@ -253,9 +254,9 @@ class Model : public Ancestor {
   usec_t interval;
   meters_t map_resolution;
   kg_t mass;
-  Model *parent;
+  Model* parent;
   Pose pose;
-  Model *root;
+  Model* root;
   std::string say_string;
   bool stack_children;
   bool stall;
@@ -264,15 +265,15 @@ class Model : public Ancestor {
   const std::string type;
   bool used;
   watts_t watts, watts_give, watts_take;
-  Worldfile *wf;
+  Worldfile* wf;
   int wf_entity;
-  World *world;
+  World* world;
 
  private:
   struct Callback {
     model_callback_t function;
-    void *user;
-    bool operator==(const Callback &o) const { return function == o.function && user == o.user; }
+    void* user;
+    bool operator==(const Callback& o) const { return function == o.function && user == o.user; }
   };
   struct CallbackLists {
     std::vector<Callback> of[__CB_TYPE_COUNT];  // struck out ones have a null function
@@ -286,18 +287,18 @@ class Model : public Ancestor {
   void LoadName();
   void LoadControllers();
   void AddBoundary();
-  void SetRoot(Model *new_root);
-  void CollectCells(grid::CellLists *lists) const;
+  void SetRoot(Model* new_root);
+  void CollectCells(grid::CellLists* lists) const;
   bool HasCallbacks(callback_type_t t) const {
     return callbacks_.get() != NULL && !callbacks_->of[t].empty();
   }
 
-  sensing::Scene *scene_;
+  sensing::Scene* scene_;
   std::unique_ptr<CallbackLists> callbacks_;  // most models have none
-  std::unique_ptr<sensing::Window> window_;  // only of roots that carry rangers
-  uint64_t window_batch_;                    // the batch that window_ belongs to
-  uint64_t update_chain_;                    // a pending update of an older chain is void
-  bool hidden_from_rangers_;  // its body was drawn while rangers looked through it
+  std::unique_ptr<sensing::Window> window_;   // only of roots that carry rangers
+  uint64_t window_batch_;                     // the batch that window_ belongs to
+  uint64_t update_chain_;                     // a pending update of an older chain is void
+  bool hidden_from_rangers_;                  // its body was drawn while rangers looked through it
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.

@@ -22,8 +22,8 @@ namespace {
 /// Thickness of the rectangles that `boundary 1` adds, metres.
 constexpr double kBoundaryThickness = 0.01;
 
-std::vector<std::vector<point_t>> OutlinesOfPicture(Worldfile *wf, int entity,
-                                                    const std::string &name) {
+std::vector<std::vector<point_t>> OutlinesOfPicture(Worldfile* wf, int entity,
+                                                    const std::string& name) {
   const std::string path = wf->ReadFilename(entity, "bitmap", name.c_str());
   std::printf("[Image \"%s\"", name.c_str());
   std::fflush(stdout);
@@ -31,14 +31,14 @@ std::vector<std::vector<point_t>> OutlinesOfPicture(Worldfile *wf, int entity,
     std::vector<std::vector<point_t>> outlines = picture::Trace(picture::Load(path));
     std::printf("]");
     return outlines;
-  } catch (const LoadError &error) {
+  } catch (const LoadError& error) {
     throw LoadError(wf->Where(entity, "bitmap") + ": " + error.what(), error.exit_status());
   }
 }
 
 }  // namespace
 
-Visibility &Visibility::Load(Worldfile *wf, int entity) {
+Visibility& Visibility::Load(Worldfile* wf, int entity) {
   blob_return = wf->ReadInt(entity, "blob_return", blob_return);
   fiducial_key = wf->ReadInt(entity, "fiducial_key", fiducial_key);
   fiducial_return = wf->ReadInt(entity, "fiducial_return", fiducial_return);
@@ -48,7 +48,7 @@ Visibility &Visibility::Load(Worldfile *wf, int entity) {
   return *this;
 }
 
-void Visibility::Save(Worldfile *wf, int entity) {
+void Visibility::Save(Worldfile* wf, int entity) {
   wf->WriteInt(entity, "blob_return", blob_return);
   wf->WriteInt(entity, "fiducial_key", fiducial_key);
   wf->WriteInt(entity, "fiducial_return", fiducial_return);
@@ -57,12 +57,12 @@ void Visibility::Save(Worldfile *wf, int entity) {
   wf->WriteFloat(entity, "ranger_return", ranger_return);
 }
 
-void Model::SetWorldfile(Worldfile *file, int entity) {
+void Model::SetWorldfile(Worldfile* file, int entity) {
   wf = file;
   wf_entity = entity;
 }
 
-void Model::Load(Worldfile *file, int entity) {
+void Model::Load(Worldfile* file, int entity) {
   SetWorldfile(file, entity);
   Load();
 }
@@ -97,7 +97,7 @@ void Model::Load() {
       wf->ReadInt(wf_entity, "update_interval", static_cast<int>(interval / 1000));
   interval = milliseconds > 0 ? static_cast<usec_t>(milliseconds) * 1000 : 1;
   Say(wf->ReadString(wf_entity, "say", say_string));
-  const auto count = [&](const char *name, unsigned int value) {
+  const auto count = [&](const char* name, unsigned int value) {
     return static_cast<unsigned int>(
         std::max(0, wf->ReadInt(wf_entity, name, static_cast<int>(value))));
   };
@@ -135,7 +135,7 @@ void Model::LoadBody() {
     std::vector<std::vector<point_t>> outlines = OutlinesOfPicture(wf, wf_entity, name);
     if (has_default_block) blockgroup->Clear();
     has_default_block = false;
-    for (std::vector<point_t> &outline : outlines)
+    for (std::vector<point_t>& outline : outlines)
       blockgroup->Add(std::move(outline), Bounds(0, 1));
     blockgroup->Fit(geom.size);
   }
@@ -157,15 +157,15 @@ void Model::AddBoundary() {
   blockgroup->AddRectangle(box.x.max - t, box.y.min, t, depth, box.z);
 }
 
-void Model::LoadBlock(Worldfile *file, int entity) {
+void Model::LoadBlock(Worldfile* file, int entity) {
   const int count = file->ReadInt(entity, "points", 0);
   if (count < 0 || count > 1000000)
-    file->Fail(entity, "points", "found " + std::to_string(count) +
-                                     " points, expected a number from 0 to 1000000");
+    file->Fail(entity, "points",
+               "found " + std::to_string(count) + " points, expected a number from 0 to 1000000");
   std::vector<point_t> points(static_cast<size_t>(count));
   for (int i = 0; i < count; i++) {
     const std::string name = "point[" + std::to_string(i) + "]";
-    point_t &p = points[static_cast<size_t>(i)];
+    point_t& p = points[static_cast<size_t>(i)];
     file->ReadTuple(entity, name.c_str(), 0, 2, "ll", &p.x, &p.y);
   }
   Bounds z;
@@ -187,7 +187,7 @@ void Model::LoadGuiState() {
 }
 
 void Model::LoadControllers() {
-  CProperty *property = wf->GetProperty(wf_entity, "ctrl");
+  CProperty* property = wf->GetProperty(wf_entity, "ctrl");
   if (!property) return;
   const size_t count = wf->TupleLength(wf_entity, "ctrl");
   for (size_t i = 0; i < count; i++) {
@@ -198,16 +198,16 @@ void Model::LoadControllers() {
     }
     try {
       LoadController(this, text);
-    } catch (const LoadError &error) {
+    } catch (const LoadError& error) {
       throw LoadError(wf->Where(wf_entity, "ctrl") + ": " + error.what(), error.exit_status());
     }
   }
 }
 
-void Model::LoadControllerModule(const char *lib) {
+void Model::LoadControllerModule(const char* lib) {
   try {
     LoadController(this, lib);
-  } catch (const LoadError &error) {
+  } catch (const LoadError& error) {
     PRINT_ERR2("%s: %s", Token(), error.what());
   }
 }

@@ -22,14 +22,14 @@ constexpr double kSecond = 1e6;  // microseconds
 constexpr double kErrorWidthXY = 0.03, kErrorWidthA = 0.05;
 
 // Position control, with a gain of 1/s.
-constexpr double kMaxApproach = 0.4;       // m/s
-constexpr double kMaxTurn = 1.0;           // rad/s
-constexpr double kCloseEnough = 0.02;      // m, on either axis
-constexpr double kFacing = M_PI / 16.0;    // rad: drive on only if the goal is this far ahead
+constexpr double kMaxApproach = 0.4;     // m/s
+constexpr double kMaxTurn = 1.0;         // rad/s
+constexpr double kCloseEnough = 0.02;    // m, on either axis
+constexpr double kFacing = M_PI / 16.0;  // rad: drive on only if the goal is this far ahead
 
 double Symmetric(double value, double limit) { return constrain(value, -limit, limit); }
 
-bool AllNumbers(const Pose &p) {
+bool AllNumbers(const Pose& p) {
   return !std::isnan(p.x) && !std::isnan(p.y) && !std::isnan(p.z) && !std::isnan(p.a);
 }
 
@@ -41,7 +41,7 @@ point_t Turned(double x, double y, double angle) {
 
 }  // namespace
 
-ModelPosition::ModelPosition(World *world_, Model *parent_, const std::string &type_)
+ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_),
       control_mode(CONTROL_VELOCITY),
       drive_mode(DRIVE_DIFFERENTIAL),
@@ -52,7 +52,7 @@ ModelPosition::ModelPosition(World *world_, Model *parent_, const std::string &t
   for (int i = 0; i < 3; i++) velocity_bounds[i] = acceleration_bounds[i] = Bounds(-1.0, 1.0);
   velocity_bounds[3] = acceleration_bounds[3] = Bounds(-M_PI / 2, M_PI / 2);
 
-  Random &random = world->random();
+  Random& random = world->random();
   integration_error.x = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
   integration_error.y = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
   integration_error.a = random.Uniform(-kErrorWidthA / 2, kErrorWidthA / 2);
@@ -100,7 +100,7 @@ void ModelPosition::SetAcceleration(double x, double y, double a) {
   goal = wanted;
 }
 
-void ModelPosition::SetVelocity(const Velocity &val) {
+void ModelPosition::SetVelocity(const Velocity& val) {
   if (!AllNumbers(val)) {
     PRINT_ERR1("%s: ignored a velocity that is not a number", Token());
     return;
@@ -114,7 +114,7 @@ Velocity ModelPosition::GetGlobalVelocity() const {
   return Velocity(v.x, v.y, 0, velocity.a);
 }
 
-void ModelPosition::SetGlobalVelocity(const Velocity &gvel) {
+void ModelPosition::SetGlobalVelocity(const Velocity& gvel) {
   const point_t v = Turned(gvel.x, gvel.y, -GetGlobalPose().a);
   SetVelocity(Velocity(v.x, v.y, 0, gvel.a));
 }
@@ -142,7 +142,7 @@ void ModelPosition::Load() {
   }
   integration_error.Load(wf, wf_entity, "odom_error");
 
-  const auto read_bounds = [this](const char *name, Bounds *b) {
+  const auto read_bounds = [this](const char* name, Bounds* b) {
     wf->ReadTuple(wf_entity, name, 0, 8, "llllllaa", &b[0].min, &b[0].max, &b[1].min, &b[1].max,
                   &b[2].min, &b[2].max, &b[3].min, &b[3].max);
   };
@@ -160,12 +160,11 @@ void ModelPosition::Load() {
 void ModelPosition::LoadModes() {
   const std::string drive = wf->ReadString(wf_entity, "drive", "");
   if (drive == "diff" || drive == "omni" || drive == "car")
-    drive_mode = drive == "diff"   ? DRIVE_DIFFERENTIAL
-                 : drive == "omni" ? DRIVE_OMNI
-                                   : DRIVE_CAR;
+    drive_mode = drive == "diff" ? DRIVE_DIFFERENTIAL : drive == "omni" ? DRIVE_OMNI : DRIVE_CAR;
   else if (wf->PropertyExists(wf_entity, "drive"))
-    wf->Warn(wf_entity, "drive",
-             "found drive \"" + drive + "\", expected \"diff\", \"omni\" or \"car\"; using \"diff\"");
+    wf->Warn(
+        wf_entity, "drive",
+        "found drive \"" + drive + "\", expected \"diff\", \"omni\" or \"car\"; using \"diff\"");
 
   const std::string localization = wf->ReadString(wf_entity, "localization", "");
   if (localization == "gps" || localization == "odom")
@@ -216,17 +215,22 @@ void ModelPosition::Update() {
 
 Velocity ModelPosition::WantedVelocity(double dt) const {
   switch (control_mode) {
-    case CONTROL_VELOCITY: return VelocityMode();
-    case CONTROL_ACCELERATION: return AccelerationMode(dt);
-    case CONTROL_POSITION: return PositionMode();
+    case CONTROL_VELOCITY:
+      return VelocityMode();
+    case CONTROL_ACCELERATION:
+      return AccelerationMode(dt);
+    case CONTROL_POSITION:
+      return PositionMode();
   }
   return Velocity();
 }
 
 Velocity ModelPosition::VelocityMode() const {
   switch (drive_mode) {
-    case DRIVE_DIFFERENTIAL: return Velocity(goal.x, 0, 0, goal.a);
-    case DRIVE_OMNI: return Velocity(goal.x, goal.y, 0, goal.a);
+    case DRIVE_DIFFERENTIAL:
+      return Velocity(goal.x, 0, 0, goal.a);
+    case DRIVE_OMNI:
+      return Velocity(goal.x, goal.y, 0, goal.a);
     case DRIVE_CAR: {
       const SineCosine steering = SinCos(goal.a);
       return Velocity(goal.x * steering.cosine, 0, 0, goal.x * steering.sine / wheelbase);
@@ -239,7 +243,7 @@ Velocity ModelPosition::AccelerationMode(double dt) const {
   Velocity vel = velocity;
   if (drive_mode == DRIVE_CAR) return vel;
   const auto bounded = [this](int axis, double value) {
-    const Bounds &b = acceleration_bounds[axis];
+    const Bounds& b = acceleration_bounds[axis];
     return std::max(b.min, std::min(b.max, value));  // the upper bound first, then the lower
   };
   vel.x += bounded(0, goal.x) * dt;
@@ -291,7 +295,7 @@ void ModelPosition::Move() {
     stall = true;
     return;
   }
-  Placement &placement = world->placement();
+  Placement& placement = world->placement();
   placement.Plan(*this, true);
   stall = placement.Collision(world->GetGround()) != nullptr;
   if (stall)

@@ -17,7 +17,7 @@ class ModelPosition : public Model {
   typedef enum { LOCALIZATION_GPS, LOCALIZATION_ODOM } LocalizationMode;
   typedef enum { DRIVE_DIFFERENTIAL, DRIVE_OMNI, DRIVE_CAR } DriveMode;
 
-  ModelPosition(World *world, Model *parent, const std::string &type);
+  ModelPosition(World* world, Model* parent, const std::string& type);
   ~ModelPosition();
 
   // Commands take effect at the next update, clipped to the bounds. One with a component that is
@@ -41,9 +41,9 @@ class ModelPosition : public Model {
   /// In force now, in the body frame. Not reset by a stall.
   Velocity GetVelocity() const { return velocity; }
   /// At once and unclipped; overwritten at the next update.
-  void SetVelocity(const Velocity &val);
+  void SetVelocity(const Velocity& val);
   Velocity GetGlobalVelocity() const;
-  void SetGlobalVelocity(const Velocity &gvel);
+  void SetGlobalVelocity(const Velocity& gvel);
 
   /// Relative errors of the odometry along x, y and about z; z is not used.
   Velocity GetOdomError() const { return integration_error; }
@@ -64,7 +64,7 @@ class ModelPosition : public Model {
     Pose pose;
     Color color;
 
-    Waypoint(const Pose &p, Color c) : pose(p), color(c) {}
+    Waypoint(const Pose& p, Color c) : pose(p), color(c) {}
     Waypoint(meters_t x, meters_t y, meters_t z, radians_t a, Color c)
         : pose(x, y, z, a), color(c) {}
     Waypoint() {}

@@ -20,23 +20,23 @@ constexpr unsigned kMaxSamples = 100000000;
 
 /// Rays pass the ranger's own tree and models with a negative ranger_return. A ranger_return of 0
 /// stops them.
-bool StopsRanger(Model *candidate, const Model *finder, const void *) {
+bool StopsRanger(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0.0);
 }
 
 /// A number that depends on nothing but the text: FNV-1a.
-uint64_t HashOf(const std::string &text) {
+uint64_t HashOf(const std::string& text) {
   uint64_t hash = 0xcbf29ce484222325u;
   for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
   return hash;
 }
 
 /// Uniform in [-1, 1).
-double UniformError(Random *random) { return random->Uniform(-1.0, 1.0); }
+double UniformError(Random* random) { return random->Uniform(-1.0, 1.0); }
 
 /// Normal, mean 0, variance 1: the sum of twelve uniform numbers (Irwin-Hall). It needs no
 /// logarithm, which would differ in the last bit from one machine to the next.
-double NormalError(Random *random) {
+double NormalError(Random* random) {
   double sum = -6.0;
   for (int i = 0; i < 12; i++) sum += random->Uniform();
   return sum;
@@ -63,7 +63,7 @@ ModelRanger::Sensor::Sensor()
       first_direction_(0),
       seeded_(false) {}
 
-void ModelRanger::Sensor::Load(Worldfile *wf, int entity) {
+void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
   pose.Load(wf, entity, "pose");
   size.Load(wf, entity, "size");
   LoadRange(wf, entity);
@@ -72,8 +72,9 @@ void ModelRanger::Sensor::Load(Worldfile *wf, int entity) {
   fov = wf->ReadAngle(entity, "fov", fov);
   const int samples = wf->ReadInt(entity, "samples", static_cast<int>(sample_count));
   if (samples < 0 || static_cast<unsigned>(samples) > kMaxSamples)
-    wf->Fail(entity, "samples", "found " + std::to_string(samples) +
-                                    " samples, expected a number from 0 to 100000000");
+    wf->Fail(
+        entity, "samples",
+        "found " + std::to_string(samples) + " samples, expected a number from 0 to 100000000");
   sample_count = static_cast<unsigned int>(samples);
   wf->ReadTuple(entity, "noise", 0, 3, "lfa", &range_noise_const, &range_noise, &angle_noise);
   if (range_noise_const < 0)
@@ -83,8 +84,8 @@ void ModelRanger::Sensor::Load(Worldfile *wf, int entity) {
 }
 
 /// The one property that may be infinite: range [0 "inf"].
-void ModelRanger::Sensor::LoadRange(Worldfile *wf, int entity) {
-  CProperty *property = wf->GetProperty(entity, "range");
+void ModelRanger::Sensor::LoadRange(Worldfile* wf, int entity) {
+  CProperty* property = wf->GetProperty(entity, "range");
   if (property && wf->TupleLength(entity, "range") > 1) {
     const std::string text = wf->GetPropertyValue(property, 1);
     if (text == "inf" || text == "infinity") {
@@ -118,7 +119,7 @@ void ModelRanger::Sensor::Resize() {
 
 // ---- ModelRanger --------------------------------------------------------------------------------
 
-ModelRanger::ModelRanger(World *world_, Model *parent_, const std::string &type_)
+ModelRanger::ModelRanger(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_) {
   ClearBlocks();
   has_default_block = true;  // there is none, but the first block replaces nothing else
@@ -128,16 +129,16 @@ ModelRanger::ModelRanger(World *world_, Model *parent_, const std::string &type_
 
 ModelRanger::~ModelRanger() { world->ForgetRays(this); }
 
-void ModelRanger::LoadSensor(Worldfile *file, int entity) {
+void ModelRanger::LoadSensor(Worldfile* file, int entity) {
   Sensor sensor;
   sensor.Load(file, entity);
   sensors_.push_back(sensor);
   if (subs > 0) watts = kWattsPerSensor * static_cast<double>(sensors_.size());
 }
 
-void ModelRanger::Print(char *prefix) const {
+void ModelRanger::Print(char* prefix) const {
   std::printf("%s%s\n", prefix ? prefix : "", Token());
-  for (const Sensor &sensor : sensors_) {
+  for (const Sensor& sensor : sensors_) {
     std::printf("  ranges");
     for (const double r : sensor.ranges) std::printf(" %.2f", r);
     std::printf("\n  intensities");
@@ -165,8 +166,8 @@ void ModelRanger::Update() {
 }
 
 /// `turn`: of the frame's heading, which all sensors share.
-void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame,
-                         const SineCosine &turn) {
+void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
+                         const SineCosine& turn) {
   sensor->Resize();
   if (sensor->sample_count == 0) return;
   if (!sensor->seeded_) {
@@ -174,14 +175,14 @@ void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame,
     sensor->random_.Seed(world->seed() ^ HashOf(token + "/" + std::to_string(index)));
     sensor->seeded_ = true;
   }
-  sensing::Scene &shared = scene();
+  sensing::Scene& shared = scene();
 
   sensing::Fan fan;
   fan.predicate = StopsRanger;
   fan.finder = this;
   fan.sink = this;
   fan.tag = index;
-  const Pose &p = sensor->pose;
+  const Pose& p = sensor->pose;
   const Pose origin(frame.x + p.x * turn.cosine - p.y * turn.sine,
                     frame.y + p.x * turn.sine + p.y * turn.cosine,
                     frame.z + p.z + sensor->size.z / 2.0, normalize(frame.a + p.a));
@@ -193,9 +194,9 @@ void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame,
   if (sensor->angle_noise != 0 && increment != 0 && std::isfinite(sensor->angle_noise)) {
     std::vector<sensing::Direction> directions(count);
     for (unsigned i = 0; i < count; i++)
-      directions[i] = sensing::MakeDirection(
-          sensor->bearings[i] +
-          increment * sensor->angle_noise * 0.5 * UniformError(&sensor->random_));
+      directions[i] =
+          sensing::MakeDirection(sensor->bearings[i] + increment * sensor->angle_noise * 0.5 *
+                                                           UniformError(&sensor->random_));
     shared.batch.Add(fan, directions, OwnWindow());
     return;
   }
@@ -205,10 +206,10 @@ void ModelRanger::AddFan(Sensor *sensor, uint32_t index, const Pose &frame,
   shared.batch.Add(fan, count, OwnWindow());
 }
 
-void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit *hits, uint32_t count) {
+void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) {
   // A callback may have changed the sensors since the rays were made.
   if (tag >= sensors_.size() || sensors_[tag].ranges.size() != count) return;
-  Sensor &sensor = sensors_[tag];
+  Sensor& sensor = sensors_[tag];
   sensor.intensities.resize(count);
   const double share = std::isfinite(sensor.range_noise) ? sensor.range_noise : 0.0;
   const double deviation = std::sqrt(Magnitude(sensor.range_noise_const));

@@ -7,8 +7,8 @@
 //   one sample             straight ahead, whatever the field of view
 //   maximum range 0        no ray is cast: all readings 0, intensity 0
 //   range below a cell     a ray like any other
-//   infinite range         allowed (in a world file "inf"); the reading is infinite where nothing is hit
-//   negative or NaN range  refused in a world file; set through the API it counts as 0
+//   infinite range         allowed (in a world file "inf"); the reading is infinite where nothing
+//   is hit negative or NaN range  refused in a world file; set through the API it counts as 0
 //   minimum range          stored, no effect: nearer hits are reported as they are
 //   min > max              max is used
 //   field of view 0        all samples look ahead
@@ -35,9 +35,9 @@ class ModelRanger : public Model, private sensing::RaySink {
  public:
   class Sensor {
    public:
-    Pose pose;    ///< in the ranger's frame
-    Size size;    ///< the rays leave at half its height
-    Bounds range; ///< metres
+    Pose pose;     ///< in the ranger's frame
+    Size size;     ///< the rays leave at half its height
+    Bounds range;  ///< metres
     radians_t fov;
     double angle_noise;        ///< of a ray's heading, as a share of half the sample increment
     double range_noise;        ///< largest error as a share of the range
@@ -52,13 +52,13 @@ class ModelRanger : public Model, private sensing::RaySink {
     std::vector<double> bearings;     ///< radians, relative to the sensor
 
     Sensor();
-    void Load(Worldfile *wf, int entity);
+    void Load(Worldfile* wf, int entity);
     std::string String() const;
 
    private:
     friend class ModelRanger;
     void Resize();
-    void LoadRange(Worldfile *wf, int entity);
+    void LoadRange(Worldfile* wf, int entity);
 
     // What the bearings and the direction table were made for.
     double table_fov_;
@@ -68,14 +68,14 @@ class ModelRanger : public Model, private sensing::RaySink {
     bool seeded_;
   };
 
-  ModelRanger(World *world, Model *parent, const std::string &type);
+  ModelRanger(World* world, Model* parent, const std::string& type);
   ~ModelRanger();
 
   /// One for each `sensor` section, in file order.
-  const std::vector<Sensor> &GetSensors() const { return sensors_; }
-  std::vector<Sensor> &GetSensorsMutable() { return sensors_; }
-  void LoadSensor(Worldfile *wf, int entity);
-  void Print(char *prefix) const;
+  const std::vector<Sensor>& GetSensors() const { return sensors_; }
+  std::vector<Sensor>& GetSensorsMutable() { return sensors_; }
+  void LoadSensor(Worldfile* wf, int entity);
+  void Print(char* prefix) const;
 
  protected:
   void Startup() override;
@@ -84,8 +84,8 @@ class ModelRanger : public Model, private sensing::RaySink {
   void Update() override;
 
  private:
-  void AddFan(Sensor *sensor, uint32_t index, const Pose &frame, const SineCosine &turn);
-  void TakeHits(uint32_t tag, const sensing::RayHit *hits, uint32_t count) override;
+  void AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn);
+  void TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) override;
 
   std::vector<Sensor> sensors_;
 };

@@ -15,7 +15,7 @@ void RayBatch::Clear() {
   ray_count_ = 0;
 }
 
-void RayBatch::Add(Fan fan, uint32_t samples, const Window &window) {
+void RayBatch::Add(Fan fan, uint32_t samples, const Window& window) {
   fan.record.window_x = window.x;
   fan.record.window_y = window.y;
   fan.record.window_size = window.width | window.height << 16;
@@ -26,27 +26,27 @@ void RayBatch::Add(Fan fan, uint32_t samples, const Window &window) {
   fans_.push_back(fan);
 }
 
-void RayBatch::Add(Fan fan, const std::vector<Direction> &directions, const Window &window) {
+void RayBatch::Add(Fan fan, const std::vector<Direction>& directions, const Window& window) {
   fan.record.first_direction = static_cast<uint32_t>(own_directions_.size());
   own_directions_.insert(own_directions_.end(), directions.begin(), directions.end());
   fans_with_own_directions_.push_back(static_cast<uint32_t>(fans_.size()));
   Add(fan, static_cast<uint32_t>(directions.size()), window);
 }
 
-void RayBatch::Close(const DirectionTables &tables) {
+void RayBatch::Close(const DirectionTables& tables) {
   tables_ = &tables;
   const uint32_t first = static_cast<uint32_t>(tables.all().size());
   for (const uint32_t i : fans_with_own_directions_) fans_[i].record.first_direction += first;
 }
 
-const Direction *RayBatch::DirectionsOf(const Fan &fan) const {
+const Direction* RayBatch::DirectionsOf(const Fan& fan) const {
   const uint32_t in_tables = static_cast<uint32_t>(tables_->all().size());
   const uint32_t first = fan.record.first_direction;
   return first < in_tables ? &tables_->all()[first] : &own_directions_[first - in_tables];
 }
 
-ray_window_t RayBatch::WindowOf(const Fan &fan) const {
-  const FanRecord &r = fan.record;
+ray_window_t RayBatch::WindowOf(const Fan& fan) const {
+  const FanRecord& r = fan.record;
   return {window_words_.data() + r.window_first, r.window_x, r.window_y, r.window_size & 0xffff,
           r.window_size >> 16};
 }
@@ -56,10 +56,10 @@ namespace {
 /// Calls f(cell, tile_x, tile_y) for all cells; where a tile is gets looked up once for a run of
 /// cells in it.
 template <typename F>
-void ForEachCell(const grid::Grid &grid, const grid::CellLists &cells, F f) {
+void ForEachCell(const grid::Grid& grid, const grid::CellLists& cells, F f) {
   uint32_t slot = 0;
   int32_t x = 0, y = 0;
-  for (const auto *list : cells.lists) {
+  for (const auto* list : cells.lists) {
     for (const grid::CellRef cell : *list) {
       if (slot != grid::Grid::TileSlot(cell)) {
         slot = grid::Grid::TileSlot(cell);
@@ -72,8 +72,8 @@ void ForEachCell(const grid::Grid &grid, const grid::CellLists &cells, F f) {
 
 }  // namespace
 
-Window RayBatch::MakeWindow(const grid::Grid &grid, const grid::CellLists &cells,
-                            const void *tree) {
+Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::CellLists& cells,
+                            const void* tree) {
   grid::CellBox box;
   ForEachCell(grid, cells, [&](grid::CellRef, int32_t x, int32_t y) {
     if (box.empty()) box = {x, y, x, y};
@@ -88,13 +88,13 @@ Window RayBatch::MakeWindow(const grid::Grid &grid, const grid::CellLists &cells
   const Window window{box.min_x, box.min_y, static_cast<uint32_t>(width),
                       static_cast<uint32_t>(height), static_cast<uint32_t>(window_words_.size())};
   window_words_.resize(window_words_.size() + window.width * window.height, 0);
-  uint64_t *words = &window_words_[window.first];
+  uint64_t* words = &window_words_[window.first];
   ForEachCell(grid, cells, [&](grid::CellRef cell, int32_t x, int32_t y) {
     const bool shared =
         grid.AnyIn(cell, [&](grid::BodyId other) { return grid.body(other).tree != tree; });
     if (shared) return;
-    const uint32_t tile = static_cast<uint32_t>(y - window.y) * window.width +
-                          static_cast<uint32_t>(x - window.x);
+    const uint32_t tile =
+        static_cast<uint32_t>(y - window.y) * window.width + static_cast<uint32_t>(x - window.x);
     words[tile] |= uint64_t{1} << (cell & 63);
   });
   return window;

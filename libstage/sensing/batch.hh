@@ -28,33 +28,31 @@ class RayBatch {
   void Clear();
 
   /// Adds a fan of `samples` rays. It is walked past the cells of the window.
-  void Add(Fan fan, uint32_t samples, const Window &window);
+  void Add(Fan fan, uint32_t samples, const Window& window);
   /// The same with directions of its own (a sensor with angular noise).
-  void Add(Fan fan, const std::vector<Direction> &directions, const Window &window);
+  void Add(Fan fan, const std::vector<Direction>& directions, const Window& window);
 
   /// The window of a body that is drawn in these cells (a list for each of its blocks): the cells
   /// in which there is nothing else. `tree` as in grid::Body.
-  Window MakeWindow(const grid::Grid &grid,
-                    const grid::CellLists &cells, const void *tree);
+  Window MakeWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree);
 
-  const std::vector<Fan> &fans() const { return fans_; }
+  const std::vector<Fan>& fans() const { return fans_; }
   uint32_t ray_count() const { return ray_count_; }
-  const std::vector<uint64_t> &window_words() const { return window_words_; }
+  const std::vector<uint64_t>& window_words() const { return window_words_; }
   /// Directions of this step's noisy sensors. Their indices begin where those of the tables end.
-  const std::vector<Direction> &own_directions() const { return own_directions_; }
+  const std::vector<Direction>& own_directions() const { return own_directions_; }
   /// To be called once all fans are in.
-  void Close(const DirectionTables &tables);
+  void Close(const DirectionTables& tables);
 
-  const Direction *DirectionsOf(const Fan &fan) const;
-  ray_window_t WindowOf(const Fan &fan) const;
+  const Direction* DirectionsOf(const Fan& fan) const;
+  ray_window_t WindowOf(const Fan& fan) const;
 
  private:
-
   std::vector<Fan> fans_;
   std::vector<uint64_t> window_words_;
   std::vector<Direction> own_directions_;
   std::vector<uint32_t> fans_with_own_directions_;
-  const DirectionTables *tables_ = nullptr;
+  const DirectionTables* tables_ = nullptr;
   uint32_t ray_count_ = 0;
 };
 

@@ -20,7 +20,7 @@ int32_t Rounded(double value) {
 }
 
 /// Splits a coordinate into its cell and a 16-bit fraction. False if it is out of the grid.
-bool SplitCell(double coordinate, int32_t *cell, uint32_t *fraction) {
+bool SplitCell(double coordinate, int32_t* cell, uint32_t* fraction) {
   const double whole = std::floor(coordinate);
   if (!(std::fabs(whole) < grid::kMaxCell)) return false;  // NaN too
   *cell = static_cast<int32_t>(whole);
@@ -45,15 +45,15 @@ DirectionTables::DirectionTables() { Find(0.0, 1); }
 
 uint32_t DirectionTables::Find(double fov, uint32_t count) {
   if (count == 1) fov = 0.0;  // all single samples look ahead
-  const auto [entry, is_new] =
-      first_.try_emplace({fov, count}, static_cast<uint32_t>(all_.size()));
+  const auto [entry, is_new] = first_.try_emplace({fov, count}, static_cast<uint32_t>(all_.size()));
   if (is_new)
-    for (uint32_t i = 0; i < count; i++) all_.push_back(MakeDirection(SampleBearing(fov, count, i)));
+    for (uint32_t i = 0; i < count; i++)
+      all_.push_back(MakeDirection(SampleBearing(fov, count, i)));
   return entry->second;
 }
 
-void PlaceFan(Fan *fan, const Pose &origin, double range, double cells_per_metre) {
-  FanRecord &record = fan->record;
+void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre) {
+  FanRecord& record = fan->record;
   uint32_t fx = 0, fy = 0;
   fan->z = origin.z;
   fan->range = range;

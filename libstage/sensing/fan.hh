@@ -36,7 +36,7 @@ class DirectionTables {
   DirectionTables();
   /// Index of the first direction of the table for this kind of sensor; makes it if need be.
   uint32_t Find(double fov, uint32_t count);
-  const std::vector<Direction> &all() const { return all_; }
+  const std::vector<Direction>& all() const { return all_; }
 
   /// A table of one direction: straight ahead.
   static constexpr uint32_t kAhead = 0;
@@ -61,26 +61,26 @@ static_assert(sizeof(FanRecord) == 48, "the kernel reads three int4");
 
 struct Fan {
   FanRecord record;
-  double z = 0;            ///< height of the rays, metres
-  double range = 0;        ///< metres, may be infinite
-  double leg_length = 0;   ///< metres: a long ray is walked in several legs
-  double legs = 1;         ///< whole number; infinite for an infinite range
-  bool nothing = false;    ///< casts no ray: no length, or starts outside the grid
+  double z = 0;           ///< height of the rays, metres
+  double range = 0;       ///< metres, may be infinite
+  double leg_length = 0;  ///< metres: a long ray is walked in several legs
+  double legs = 1;        ///< whole number; infinite for an infinite range
+  bool nothing = false;   ///< casts no ray: no length, or starts outside the grid
   bool z_test = true;
   uint32_t layer = 0;  ///< of the grid: what the rays may stop at is in it
   ray_test_func_t predicate = nullptr;
-  const Model *finder = nullptr;
-  const void *arg = nullptr;
-  RaySink *sink = nullptr;
+  const Model* finder = nullptr;
+  const void* arg = nullptr;
+  RaySink* sink = nullptr;
   uint32_t tag = 0;
 
   /// One leg: a device can walk it.
   bool single_leg() const { return !nothing && legs == 1; }
 };
 
-/// Fills in the start, heading, length and legs of a fan from `origin`, global; its heading need not
-/// be normalised. `range` is in metres, not negative and not NaN.
-void PlaceFan(Fan *fan, const Pose &origin, double range, double cells_per_metre);
+/// Fills in the start, heading, length and legs of a fan from `origin`, global; its heading need
+/// not be normalised. `range` is in metres, not negative and not NaN.
+void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre);
 
 }  // namespace sensing
 }  // namespace Stg

@@ -20,7 +20,7 @@ namespace Stg::sensing {
 
 /// The first potential hits of each ray of a batch.
 struct HitLists {
-  const uint32_t *hits = nullptr;  ///< ray r has hits[r * per_ray .. (r + 1) * per_ray - 1]
+  const uint32_t* hits = nullptr;  ///< ray r has hits[r * per_ray .. (r + 1) * per_ray - 1]
   uint32_t per_ray = 0;            ///< packed (ray_walk.h); RAY_NO_HIT ends a list early.
                                    ///< A full list may go on: the host resumes behind its last.
 };
@@ -38,17 +38,17 @@ class Prefilter {
   /// Walks every fan of the batch that has a single leg through the rangers' layer. The lists of
   /// other fans' rays are undefined. The result is valid until the next call. The grid's list of
   /// changes has been used up afterwards. Throws PrefilterError.
-  virtual HitLists Walk(grid::Grid &grid, const DirectionTables &tables, const RayBatch &batch) = 0;
+  virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch) = 0;
 
   /// Such as "gpu NVIDIA H200 (NVIDIA CUDA)".
   virtual std::string DeviceName() const = 0;
-  virtual const PrefilterStatistics &statistics() const = 0;
+  virtual const PrefilterStatistics& statistics() const = 0;
 };
 
 /// What a plug-in exports as `stage_make_prefilter`. `choice` is the text after --opencl= (empty:
 /// the best device). Returns null and a message if there is no such device; the message lists
 /// those that there are.
-using MakePrefilter = Prefilter *(*)(const char *choice, std::string *message);
+using MakePrefilter = Prefilter* (*)(const char* choice, std::string* message);
 /// Exported as `stage_list_devices`: a text with one line for each device.
 using ListDevices = std::string (*)();
 

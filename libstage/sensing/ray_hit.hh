@@ -12,13 +12,13 @@ namespace Stg {
 class Model;
 
 /// True if the ray of `finder` stops at `candidate`. May be called by several threads at once.
-typedef bool (*ray_test_func_t)(Model *candidate, const Model *finder, const void *arg);
+typedef bool (*ray_test_func_t)(Model* candidate, const Model* finder, const void* arg);
 
 namespace sensing {
 
 struct RayHit {
   double range;  ///< metres; that of the fan if nothing was hit
-  Model *model;  ///< null if nothing was hit
+  Model* model;  ///< null if nothing was hit
 };
 
 /// Takes the outcome of fans. Different fans may be handed over by different threads at once.
@@ -26,7 +26,7 @@ class RaySink {
  public:
   virtual ~RaySink() = default;
   /// `tag` is the one that came with the fan; there is one hit for each sample.
-  virtual void TakeHits(uint32_t tag, const RayHit *hits, uint32_t count) = 0;
+  virtual void TakeHits(uint32_t tag, const RayHit* hits, uint32_t count) = 0;
 };
 
 }  // namespace sensing

@@ -12,7 +12,7 @@ namespace {
 
 /// Where along its leg the ray is halfway through the cell that it has reached: 0 start, 1 end.
 /// The outline that was hit lies anywhere in the cell, so its middle is the best guess.
-double FractionAtHit(const ray_t &ray) {
+double FractionAtHit(const ray_t& ray) {
   const auto border = [](int n, int offset) { return (static_cast<double>(n) * 65536.0) - offset; };
   double in = 0.0, out = 1.0;
   if (ray.adx > 0) {
@@ -28,7 +28,7 @@ double FractionAtHit(const ray_t &ray) {
 
 /// First and last leg, of `legs`, that may touch the occupied box on one axis: those for which
 /// [start + k * step, start + (k + 1) * step] meets [low, high]. All in Q16.
-void CutLegs(double start, double step, double low, double high, double *first, double *last) {
+void CutLegs(double start, double step, double low, double high, double* first, double* last) {
   if (step == 0) {
     if (start < low || start > high) *last = -1;
     return;
@@ -46,10 +46,10 @@ void CutLegs(double start, double step, double low, double high, double *first, 
 
 }  // namespace
 
-Model *Tracer::Accepted(const Fan &fan, uint32_t region, uint32_t tile, uint32_t bit) const {
-  Model *hit = nullptr;
+Model* Tracer::Accepted(const Fan& fan, uint32_t region, uint32_t tile, uint32_t bit) const {
+  Model* hit = nullptr;
   grid_.AnyAt(region, tile, bit, [&](grid::BodyId id) {
-    const grid::Body &body = grid_.body(id);
+    const grid::Body& body = grid_.body(id);
     if (fan.z_test && (fan.z < body.z_min || fan.z > body.z_max)) return false;
     if (!fan.predicate(body.model, fan.finder, fan.arg)) return false;
     hit = body.model;
@@ -59,8 +59,8 @@ Model *Tracer::Accepted(const Fan &fan, uint32_t region, uint32_t tile, uint32_t
 }
 
 /// Looks at the cells of the ray's list. `finished`: the ray ended; there is nothing behind them.
-Model *Tracer::FollowList(const Fan &fan, ray_t *ray, const uint32_t *list, uint32_t listed,
-                          bool *finished, TraceCounters *counters) const {
+Model* Tracer::FollowList(const Fan& fan, ray_t* ray, const uint32_t* list, uint32_t listed,
+                          bool* finished, TraceCounters* counters) const {
   for (uint32_t i = 0; i < listed; i++) {
     if (list[i] == RAY_NO_HIT) {
       *finished = true;
@@ -70,19 +70,20 @@ Model *Tracer::FollowList(const Fan &fan, ray_t *ray, const uint32_t *list, uint
     const int32_t x = ray->x0 + ray->sx * ray->u, y = ray->y0 + ray->sy * ray->v;
     counters->potential_hits++;
     const uint32_t region = grid_.FindRegion(x, y);
-    if (Model *hit = Accepted(fan, region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y)))
+    if (Model* hit = Accepted(fan, region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y)))
       return hit;
   }
   *finished = false;
   return nullptr;
 }
 
-RayHit Tracer::Trace(const Fan &fan, const ray_grid_t &view, const Direction &direction,
-                     const ray_window_t &window, const uint32_t *list, uint32_t listed, TraceCounters *counters) const {
+RayHit Tracer::Trace(const Fan& fan, const ray_grid_t& view, const Direction& direction,
+                     const ray_window_t& window, const uint32_t* list, uint32_t listed,
+                     TraceCounters* counters) const {
   counters->rays++;
   const RayHit none{fan.range, nullptr};
   if (fan.nothing) return none;
-  const FanRecord &record = fan.record;
+  const FanRecord& record = fan.record;
   const int32_t dx = ray_rotate_x(record.cosine, record.sine, direction.cosine, direction.sine);
   const int32_t dy = ray_rotate_y(record.cosine, record.sine, direction.cosine, direction.sine);
   if (fan.legs != 1) return TraceLegs(fan, view, dx, dy, window, counters);
@@ -90,7 +91,7 @@ RayHit Tracer::Trace(const Fan &fan, const ray_grid_t &view, const Direction &di
   ray_t ray;
   ray_begin(&ray, &view, record.x, record.y, static_cast<int>(record.fraction & 0xffff),
             static_cast<int>(record.fraction >> 16), dx, dy);
-  Model *hit = nullptr;
+  Model* hit = nullptr;
   if (listed != 0) {
     bool finished = false;
     hit = FollowList(fan, &ray, list, listed, &finished, counters);
@@ -106,9 +107,9 @@ RayHit Tracer::Trace(const Fan &fan, const ray_grid_t &view, const Direction &di
   return none;
 }
 
-RayHit Tracer::TraceLegs(const Fan &fan, const ray_grid_t &view, int32_t dx, int32_t dy,
-                         const ray_window_t &window, TraceCounters *counters) const {
-  const FanRecord &record = fan.record;
+RayHit Tracer::TraceLegs(const Fan& fan, const ray_grid_t& view, int32_t dx, int32_t dy,
+                         const ray_window_t& window, TraceCounters* counters) const {
+  const FanRecord& record = fan.record;
   const int64_t start_x = int64_t{record.x} * 65536 + (record.fraction & 0xffff);
   const int64_t start_y = int64_t{record.y} * 65536 + (record.fraction >> 16);
   double first = 0, last = fan.legs - 1;
@@ -125,21 +126,21 @@ RayHit Tracer::TraceLegs(const Fan &fan, const ray_grid_t &view, int32_t dx, int
               static_cast<int>(x & 0xffff), static_cast<int>(y & 0xffff), dx, dy);
     while (ray_next(&view, &window, &ray)) {
       counters->potential_hits++;
-      if (Model *hit = Accepted(fan, ray.region, ray.tile, ray.bit))
+      if (Model* hit = Accepted(fan, ray.region, ray.tile, ray.bit))
         return {(k + FractionAtHit(ray)) * fan.leg_length, hit};
     }
   }
   return {fan.range, nullptr};
 }
 
-void Tracer::TraceFan(const RayBatch &batch, const Fan &fan, const HitLists &lists, RayHit *hits,
-                      TraceCounters *counters) const {
-  const Direction *directions = batch.DirectionsOf(fan);
+void Tracer::TraceFan(const RayBatch& batch, const Fan& fan, const HitLists& lists, RayHit* hits,
+                      TraceCounters* counters) const {
+  const Direction* directions = batch.DirectionsOf(fan);
   const ray_window_t window = batch.WindowOf(fan);
   const ray_grid_t view = grid_.View(fan.layer);
   const uint32_t listed = fan.single_leg() ? lists.per_ray : 0;
   for (uint32_t i = 0; i < fan.record.samples; i++) {
-    const uint32_t *list = lists.hits + size_t{fan.record.first_ray + i} * lists.per_ray;
+    const uint32_t* list = lists.hits + size_t{fan.record.first_ray + i} * lists.per_ray;
     hits[i] = Trace(fan, view, directions[i], window, list, listed, counters);
   }
 }

@@ -16,10 +16,10 @@ WorkerPool::~WorkerPool() {
     stop_ = true;
   }
   start_.notify_all();
-  for (std::thread &worker : workers_) worker.join();
+  for (std::thread& worker : workers_) worker.join();
 }
 
-void WorkerPool::Run(size_t count, size_t grain, const Job &job) {
+void WorkerPool::Run(size_t count, size_t grain, const Job& job) {
   grain = std::max<size_t>(grain, 1);
   if (workers_.empty() || count <= grain) {
     if (count > 0) job(0, count, 0);

@@ -20,8 +20,8 @@ class WorkerPool {
   /// `threads` in all, the caller's included; 1 or less: no thread is started.
   explicit WorkerPool(unsigned threads);
   ~WorkerPool();
-  WorkerPool(const WorkerPool &) = delete;
-  WorkerPool &operator=(const WorkerPool &) = delete;
+  WorkerPool(const WorkerPool&) = delete;
+  WorkerPool& operator=(const WorkerPool&) = delete;
 
   unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
 
@@ -29,7 +29,7 @@ class WorkerPool {
   /// among them; `thread` is below threads(). Returns when all is done. Which thread does what is
   /// left open: results must not depend on it. The job must not throw.
   using Job = std::function<void(size_t begin, size_t end, unsigned thread)>;
-  void Run(size_t count, size_t grain, const Job &job);
+  void Run(size_t count, size_t grain, const Job& job);
 
  private:
   void Work(unsigned thread);
@@ -42,7 +42,7 @@ class WorkerPool {
   unsigned busy_ = 0;
   bool stop_ = false;
 
-  const Job *job_ = nullptr;
+  const Job* job_ = nullptr;
   size_t count_ = 0, grain_ = 1;
   std::atomic<size_t> next_{0};
 };

@@ -12,14 +12,14 @@
 
 namespace Stg {
 
-void LoadController(Model *model, const std::string &text) {
+void LoadController(Model* model, const std::string& text) {
   const size_t begin = text.find_first_not_of(" \t");
   if (begin == std::string::npos) throw LoadError("found an empty controller name", 255);
   const std::string name = text.substr(begin, text.find_first_of(" \t", begin) - begin);
 
   std::string error;
-  void *library = OpenPlugin(name, &error);
-  void *init = library ? FindSymbol(library, "Init", &error) : nullptr;
+  void* library = OpenPlugin(name, &error);
+  void* init = library ? FindSymbol(library, "Init", &error) : nullptr;
   if (!init)
     throw LoadError("controller \"" + name + "\" can't be " + (library ? "used" : "loaded") + ": " +
                         error + (library ? "" : "; STAGEPATH names further folders to look in"),

@@ -13,7 +13,7 @@ class Model;
 
 /// Loads the plug-in that is the first word of `text` and registers its Init() as a callback of
 /// type CB_INIT. Throws LoadError with status 255.
-void LoadController(Model *model, const std::string &text);
+void LoadController(Model* model, const std::string& text);
 
 }  // namespace Stg
 

@@ -28,7 +28,7 @@ void Engine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool al
 }
 
 void Engine::TraceBatch() {
-  sensing::RayBatch &batch = scene.batch;
+  sensing::RayBatch& batch = scene.batch;
   if (batch.fans().empty()) return;
   RefreshHidden();
   batch.Close(scene.tables);
@@ -55,7 +55,7 @@ sensing::HitLists Engine::Prefilter() {
     statistics.device_rays += scene.batch.ray_count();
     statistics.prefilter = prefilter_->statistics();
     return lists;
-  } catch (const sensing::PrefilterError &error) {
+  } catch (const sensing::PrefilterError& error) {
     std::fprintf(stderr, "stage: warning: %s failed (%s); going on without it\n",
                  prefilter_->DeviceName().c_str(), error.what());
     SetPrefilter(nullptr, false);
@@ -63,20 +63,20 @@ sensing::HitLists Engine::Prefilter() {
   }
 }
 
-void Engine::TraceFans(const sensing::HitLists &lists) {
+void Engine::TraceFans(const sensing::HitLists& lists) {
   const sensing::Tracer tracer(scene.grid);
-  const std::vector<sensing::Fan> &fans = scene.batch.fans();
+  const std::vector<sensing::Fan>& fans = scene.batch.fans();
   constexpr size_t kGrain = 32;
   workers_->Run(fans.size(), kGrain, [&](size_t begin, size_t end, unsigned thread) {
-    ThreadData &mine = thread_data_[thread];
+    ThreadData& mine = thread_data_[thread];
     for (size_t i = begin; i < end; i++) {
-      const sensing::Fan &fan = fans[i];
+      const sensing::Fan& fan = fans[i];
       if (mine.hits.size() < fan.record.samples) mine.hits.resize(fan.record.samples);
       tracer.TraceFan(scene.batch, fan, lists, mine.hits.data(), &mine.counters);
       fan.sink->TakeHits(fan.tag, mine.hits.data(), fan.record.samples);
     }
   });
-  for (ThreadData &data : thread_data_) {
+  for (ThreadData& data : thread_data_) {
     statistics.trace.rays += data.counters.rays;
     statistics.trace.potential_hits += data.counters.potential_hits;
     statistics.trace.resumed += data.counters.resumed;
@@ -85,13 +85,13 @@ void Engine::TraceFans(const sensing::HitLists &lists) {
 }
 
 void Engine::RefreshHidden() {
-  std::erase_if(hidden_from_rangers, [](Model *model) { return model->ShowAgainToRangers(); });
+  std::erase_if(hidden_from_rangers, [](Model* model) { return model->ShowAgainToRangers(); });
 }
 
-void Engine::ForgetRays(const Model *finder) {
+void Engine::ForgetRays(const Model* finder) {
   // A model that is deleted while its rays wait: the whole batch is traced first, so that the other
   // sensors' readings are not lost.
-  for (const sensing::Fan &fan : scene.batch.fans()) {
+  for (const sensing::Fan& fan : scene.batch.fans()) {
     if (fan.finder != finder) continue;
     TraceBatch();
     return;

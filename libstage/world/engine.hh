@@ -30,13 +30,13 @@ class Engine {
   Scheduler scheduler;
   RunStatistics statistics;
 
-  std::vector<Model *> models;  ///< in the order of creation, the ground first
-  std::unordered_map<std::string, Model *> names;
-  std::vector<ModelPosition *> moving;        ///< subscribed positions, in the order of creation
-  std::vector<Model *> hidden_from_rangers;   ///< drawn while rangers looked through them
-  std::vector<Model *> update_callbacks_due;  ///< models that updated in this step
-  std::vector<Scheduler::Event> due;          ///< those of this step
-  bool loading = false;                       ///< bodies are drawn when all is loaded
+  std::vector<Model*> models;  ///< in the order of creation, the ground first
+  std::unordered_map<std::string, Model*> names;
+  std::vector<ModelPosition*> moving;        ///< subscribed positions, in the order of creation
+  std::vector<Model*> hidden_from_rangers;   ///< drawn while rangers looked through them
+  std::vector<Model*> update_callbacks_due;  ///< models that updated in this step
+  std::vector<Scheduler::Event> due;         ///< those of this step
+  bool loading = false;                      ///< bodies are drawn when all is loaded
 
   void SetThreads(unsigned threads);
   void SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always);
@@ -45,11 +45,11 @@ class Engine {
   void TraceBatch();
   /// Puts bodies back into the rangers' layer whose ranger_return is no longer negative.
   void RefreshHidden();
-  void ForgetRays(const Model *finder);
+  void ForgetRays(const Model* finder);
 
  private:
   sensing::HitLists Prefilter();
-  void TraceFans(const sensing::HitLists &lists);
+  void TraceFans(const sensing::HitLists& lists);
 
   std::unique_ptr<sensing::WorkerPool> workers_ = std::make_unique<sensing::WorkerPool>(1);
   struct ThreadData {

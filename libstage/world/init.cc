@@ -13,13 +13,13 @@ namespace {
 bool init_done = false;
 
 template <class T>
-Model *Create(World *world, Model *parent, const std::string &type) {
+Model* Create(World* world, Model* parent, const std::string& type) {
   return new T(world, parent, type);
 }
 
 }  // namespace
 
-void Init(int *argc, char **argv[]) {
+void Init(int* argc, char** argv[]) {
   World::args.clear();
   if (argc && *argc > 0 && argv && *argv)
     for (int i = 0; i < *argc; i++) World::args.push_back((*argv)[i]);
@@ -32,7 +32,7 @@ void Init(int *argc, char **argv[]) {
 }
 
 bool InitDone() { return init_done; }
-const char *Version() { return kVersion; }
+const char* Version() { return kVersion; }
 unsigned int FullVersion() { return 50000; }
 
 void RegisterModels() {

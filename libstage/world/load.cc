@@ -19,27 +19,63 @@ namespace {
 
 /// Properties of the window section: the graphical interface reads them. Without one they are
 /// looked up all the same, so that only misspelt ones are reported.
-constexpr const char *kWindowProperties[] = {
-    "size", "center", "rotate", "scale", "pcam_loc", "pcam_angle", "pcam_on", "interval",
-    "screenshots", "screenshot_skip", "follow_model", "show_data", "show_blocks", "show_flags",
-    "show_clock", "show_grid", "show_follow", "show_footprints", "show_occupancy",
-    "show_boundingboxes", "show_trailblur", "show_trailarrows", "show_trailrise", "show_trailfast",
-    "show_status", "show_voxels", "vis_all", "ranger_vis", "show_ranger_ranges",
-    "show_ranger_strikes", "show_ranger_fov", "show_ranger_transducers", "blobfinder_vis",
-    "show_fiducial", "show_fiducial_fov", "show_gripper_data", "show_bumper_hits", "show_camera",
-    "show_blinken", "show_position_waypoints", "show_position_coords", "raster_vis",
-    "energy_dissipation", "energy_input", "energy_stored", "vis_graph"};
+constexpr const char* kWindowProperties[] = {"size",
+                                             "center",
+                                             "rotate",
+                                             "scale",
+                                             "pcam_loc",
+                                             "pcam_angle",
+                                             "pcam_on",
+                                             "interval",
+                                             "screenshots",
+                                             "screenshot_skip",
+                                             "follow_model",
+                                             "show_data",
+                                             "show_blocks",
+                                             "show_flags",
+                                             "show_clock",
+                                             "show_grid",
+                                             "show_follow",
+                                             "show_footprints",
+                                             "show_occupancy",
+                                             "show_boundingboxes",
+                                             "show_trailblur",
+                                             "show_trailarrows",
+                                             "show_trailrise",
+                                             "show_trailfast",
+                                             "show_status",
+                                             "show_voxels",
+                                             "vis_all",
+                                             "ranger_vis",
+                                             "show_ranger_ranges",
+                                             "show_ranger_strikes",
+                                             "show_ranger_fov",
+                                             "show_ranger_transducers",
+                                             "blobfinder_vis",
+                                             "show_fiducial",
+                                             "show_fiducial_fov",
+                                             "show_gripper_data",
+                                             "show_bumper_hits",
+                                             "show_camera",
+                                             "show_blinken",
+                                             "show_position_waypoints",
+                                             "show_position_coords",
+                                             "raster_vis",
+                                             "energy_dissipation",
+                                             "energy_input",
+                                             "energy_stored",
+                                             "vis_graph"};
 
 /// Model types of Stage 4.3 that this version does not have yet.
-constexpr const char *kTypesToCome[] = {"actuator", "blinkenlight", "blobfinder", "bumper",
+constexpr const char* kTypesToCome[] = {"actuator", "blinkenlight", "blobfinder", "bumper",
                                         "camera",   "fiducial",     "gripper",    "lightindicator"};
 
-std::string UnknownType(const std::string &type) {
-  for (const char *to_come : kTypesToCome)
+std::string UnknownType(const std::string& type) {
+  for (const char* to_come : kTypesToCome)
     if (type == to_come)
       return "found a model of type \"" + type + "\", which this version does not have yet";
   std::string known;
-  for (const auto &[name, creator] : Model::name_map) known += name + ", ";
+  for (const auto& [name, creator] : Model::name_map) known += name + ", ";
   return "found \"" + type + "\", expected a model type (" + known +
          "block, sensor, window) or the name of a definition";
 }
@@ -51,7 +87,7 @@ usec_t Microseconds(double value, double factor) {
 }
 
 std::unique_ptr<sensing::Prefilter> ChoosePrefilter() {
-  const RunOptions &options = World::run_options;
+  const RunOptions& options = World::run_options;
   if (!options.opencl) return nullptr;
   std::string message;
   std::unique_ptr<sensing::Prefilter> prefilter = LoadPrefilter(options.device, &message);
@@ -64,19 +100,19 @@ std::unique_ptr<sensing::Prefilter> ChoosePrefilter() {
 
 }  // namespace
 
-bool World::Load(const std::string &worldfile_path) {
+bool World::Load(const std::string& worldfile_path) {
   std::printf(" [Loading %s]", worldfile_path.c_str());
   std::fflush(stdout);
   return LoadFrom(worldfile_path, nullptr);
 }
 
-bool World::Load(std::istream &world_content, const std::string &worldfile_path) {
+bool World::Load(std::istream& world_content, const std::string& worldfile_path) {
   std::printf(" [Loading from stream]");
   std::fflush(stdout);
   return LoadFrom(worldfile_path, &world_content);
 }
 
-bool World::LoadFrom(const std::string &path, std::istream *content) {
+bool World::LoadFrom(const std::string& path, std::istream* content) {
   const double start = WallClock();
   if (wf) UnLoad();
   load_status_ = 0;
@@ -91,7 +127,7 @@ bool World::LoadFrom(const std::string &path, std::istream *content) {
     engine_->SetPrefilter(ChoosePrefilter(), run_options.always_on_device);
     engine_->loading = true;
     LoadEntities();
-  } catch (const LoadError &error) {
+  } catch (const LoadError& error) {
     engine_->loading = false;
     std::printf("\n");
     std::fflush(stdout);
@@ -101,9 +137,9 @@ bool World::LoadFrom(const std::string &path, std::istream *content) {
     return false;
   }
   engine_->loading = false;
-  for (Model *child : children) child->Map();
-  const std::vector<Model *> all = engine_->models;  // Init functions may add models
-  for (Model *model : all) model->InitControllers();
+  for (Model* child : children) child->Map();
+  const std::vector<Model*> all = engine_->models;  // Init functions may add models
+  for (Model* model : all) model->InitControllers();
   wf->WarnUnused();
   std::printf("\n");
   std::fflush(stdout);
@@ -112,13 +148,14 @@ bool World::LoadFrom(const std::string &path, std::istream *content) {
 }
 
 void World::LoadWorldProperties() {
-  const auto positive = [this](const char *name, double value) {
+  const auto positive = [this](const char* name, double value) {
     const double read = wf->ReadFloat(0, name, value);
     if (!(read > 0))
       wf->Fail(0, name, "found a value that is not positive, expected one greater than 0");
     return read;
   };
-  sim_interval = Microseconds(positive("interval_sim", static_cast<double>(sim_interval) / 1000.0), 1e3);
+  sim_interval =
+      Microseconds(positive("interval_sim", static_cast<double>(sim_interval) / 1000.0), 1e3);
   if (sim_interval == 0)
     wf->Fail(0, "interval_sim", "found a step below a microsecond, expected 0.001 (ms) or more");
   quit_time = Microseconds(wf->ReadFloat(0, "quit_time", 0), 1e6);
@@ -144,40 +181,42 @@ void World::LoadWorldProperties() {
 
 void World::LoadEntities() {
   const int count = wf->GetEntityCount();
-  std::vector<Model *> models(static_cast<size_t>(count), nullptr);
+  std::vector<Model*> models(static_cast<size_t>(count), nullptr);
   for (int entity = 1; entity < count; entity++) LoadEntity(entity, &models);
   // The models' own frames are final only now.
-  for (Model *model : engine_->models) model->blockgroup->Fit(model->geom.size);
+  for (Model* model : engine_->models) model->blockgroup->Fit(model->geom.size);
 }
 
-void World::CheckNotNested(int entity, Model *parent_model) {
+void World::CheckNotNested(int entity, Model* parent_model) {
   const int above = wf->GetEntityParent(entity);
   const std::string parent_type = above > 0 ? wf->GetEntityType(above) : "";
   const std::string type = wf->GetEntityType(entity);
   if (parent_type == "block" || parent_type == "sensor")
-    wf->Fail(entity, "", "found \"" + type + "\" inside a " + parent_type + ", expected properties");
+    wf->Fail(entity, "",
+             "found \"" + type + "\" inside a " + parent_type + ", expected properties");
   if (type == "block" && !parent_model)
     wf->Fail(entity, "", "found a block outside of any model, expected it inside the body of one");
-  if (type == "sensor" && !dynamic_cast<ModelRanger *>(parent_model))
-    wf->Fail(entity, "", "found a sensor outside of any ranger, expected it inside the body of one");
+  if (type == "sensor" && !dynamic_cast<ModelRanger*>(parent_model))
+    wf->Fail(entity, "",
+             "found a sensor outside of any ranger, expected it inside the body of one");
 }
 
-void World::LoadEntity(int entity, std::vector<Model *> *models) {
+void World::LoadEntity(int entity, std::vector<Model*>* models) {
   const std::string type = wf->GetEntityType(entity);
   const int above = wf->GetEntityParent(entity);
-  Model *parent_model = above > 0 ? (*models)[static_cast<size_t>(above)] : nullptr;
+  Model* parent_model = above > 0 ? (*models)[static_cast<size_t>(above)] : nullptr;
   CheckNotNested(entity, parent_model);
 
   if (type == "window") {
-    for (const char *property : kWindowProperties) wf->ReadString(entity, property, "");
+    for (const char* property : kWindowProperties) wf->ReadString(entity, property, "");
   } else if (type == "block") {
     parent_model->LoadBlock(wf.get(), entity);
   } else if (type == "sensor") {
-    static_cast<ModelRanger *>(parent_model)->LoadSensor(wf.get(), entity);
+    static_cast<ModelRanger*>(parent_model)->LoadSensor(wf.get(), entity);
   } else {
     const auto creator = Model::name_map.find(type);
     if (creator == Model::name_map.end()) wf->Fail(entity, "", UnknownType(type));
-    Model *model = creator->second(this, parent_model, type);
+    Model* model = creator->second(this, parent_model, type);
     (*models)[static_cast<size_t>(entity)] = model;
     model->Load(wf.get(), entity);
   }

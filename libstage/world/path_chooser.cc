@@ -7,8 +7,8 @@
 namespace Stg {
 
 namespace {
-constexpr uint64_t kWarmUps = 2;       // the first runs of a path are slower: not counted
-constexpr double kSmoothing = 0.25;    // weight of the newest measurement
+constexpr uint64_t kWarmUps = 2;         // the first runs of a path are slower: not counted
+constexpr double kSmoothing = 0.25;      // weight of the newest measurement
 constexpr uint64_t kLongestWait = 2048;  // batches between looks at the slower path
 }  // namespace
 
@@ -31,7 +31,7 @@ bool PathChooser::UseDevice(uint64_t rays) {
 }
 
 void PathChooser::Report(double seconds) {
-  Path &path = device_chosen_ ? device_ : host_;
+  Path& path = device_chosen_ ? device_ : host_;
   if (path.tries++ < kWarmUps || rays_ == 0) return;
   const double cost = seconds / static_cast<double>(rays_);
   path.cost = path.cost < 0 ? cost : path.cost + kSmoothing * (cost - path.cost);

@@ -19,7 +19,7 @@ namespace {
 /// installation that was moved.
 std::string FolderBesideLibrary() {
   Dl_info info;
-  if (!dladdr(reinterpret_cast<void *>(&OpenPlugin), &info) || !info.dli_fname) return "";
+  if (!dladdr(reinterpret_cast<void*>(&OpenPlugin), &info) || !info.dli_fname) return "";
   const std::string path = info.dli_fname;
   const size_t slash = path.rfind('/');
   return (slash == std::string::npos ? std::string(".") : path.substr(0, slash)) + "/" +
@@ -28,7 +28,7 @@ std::string FolderBesideLibrary() {
 
 std::vector<std::string> PluginFolders() {
   std::vector<std::string> folders;
-  if (const char *stagepath = std::getenv("STAGEPATH")) {
+  if (const char* stagepath = std::getenv("STAGEPATH")) {
     std::istringstream parts(stagepath);
     for (std::string part; std::getline(parts, part, ':');)
       if (!part.empty()) folders.push_back(part);
@@ -38,34 +38,34 @@ std::vector<std::string> PluginFolders() {
   return folders;
 }
 
-std::string WithSuffix(const std::string &name) {
+std::string WithSuffix(const std::string& name) {
   return name.size() > 3 && name.ends_with(".so") ? name : name + ".so";
 }
 
-void *Open(const std::string &file, std::string *error) {
-  void *handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+void* Open(const std::string& file, std::string* error) {
+  void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle) *error = dlerror();
   return handle;
 }
 
 }  // namespace
 
-void *OpenPlugin(const std::string &name, std::string *error) {
+void* OpenPlugin(const std::string& name, std::string* error) {
   const std::string file = WithSuffix(name);
   if (name.find('/') != std::string::npos) return Open(file, error);
   std::string tried;
-  for (const std::string &folder : PluginFolders()) {
+  for (const std::string& folder : PluginFolders()) {
     const std::string path = folder + "/" + file;
     if (access(path.c_str(), R_OK) == 0) return Open(path, error);
     tried += (tried.empty() ? "" : ", ") + folder;
   }
-  if (void *handle = Open(file, error)) return handle;  // LD_LIBRARY_PATH, system folders
+  if (void* handle = Open(file, error)) return handle;  // LD_LIBRARY_PATH, system folders
   *error = "there is no " + file + " in " + tried + " nor where the system looks";
   return nullptr;
 }
 
-void *FindSymbol(void *plugin, const char *symbol, std::string *error) {
-  void *address = dlsym(plugin, symbol);
+void* FindSymbol(void* plugin, const char* symbol, std::string* error) {
+  void* address = dlsym(plugin, symbol);
   if (!address) *error = dlerror();
   return address;
 }

@@ -13,9 +13,9 @@ namespace Stg {
 /// looked for in the directories of STAGEPATH, in the plug-in directory beside this library, in
 /// that of the installation, and where the system looks. ".so" is added if it is missing.
 /// Returns null and the loader's reason in *error.
-void *OpenPlugin(const std::string &name, std::string *error);
+void* OpenPlugin(const std::string& name, std::string* error);
 /// A symbol of it, or null and the reason.
-void *FindSymbol(void *plugin, const char *symbol, std::string *error);
+void* FindSymbol(void* plugin, const char* symbol, std::string* error);
 
 }  // namespace Stg
 

@@ -10,17 +10,17 @@ namespace Stg {
 namespace {
 
 template <typename Function>
-Function FromPlugin(const char *symbol, std::string *message) {
+Function FromPlugin(const char* symbol, std::string* message) {
   std::string error;
-  void *plugin = OpenPlugin("stage_cl", &error);
-  void *address = plugin ? FindSymbol(plugin, symbol, &error) : nullptr;
+  void* plugin = OpenPlugin("stage_cl", &error);
+  void* address = plugin ? FindSymbol(plugin, symbol, &error) : nullptr;
   if (!address) *message = "the OpenCL plug-in can't be loaded: " + error;
   return reinterpret_cast<Function>(address);
 }
 
 }  // namespace
 
-std::unique_ptr<sensing::Prefilter> LoadPrefilter(const std::string &choice, std::string *message) {
+std::unique_ptr<sensing::Prefilter> LoadPrefilter(const std::string& choice, std::string* message) {
   const auto make = FromPlugin<sensing::MakePrefilter>("stage_make_prefilter", message);
   if (!make) return nullptr;
   return std::unique_ptr<sensing::Prefilter>(make(choice.c_str(), message));

@@ -16,7 +16,7 @@ class Prefilter;
 
 /// The prefilter of a device; `choice` is the text after --opencl=, empty or "auto" for the best
 /// one. Null and a message if there is none.
-std::unique_ptr<sensing::Prefilter> LoadPrefilter(const std::string &choice, std::string *message);
+std::unique_ptr<sensing::Prefilter> LoadPrefilter(const std::string& choice, std::string* message);
 
 /// One line for each device, or why there is none.
 std::string ListDevices();

@@ -6,18 +6,18 @@
 
 namespace Stg {
 
-void Scheduler::Take(usec_t now, std::vector<Event> *events) {
+void Scheduler::Take(usec_t now, std::vector<Event>* events) {
   events->clear();
   while (!due_.empty() && due_.begin()->first <= now) {
-    const std::vector<Event> &list = due_.begin()->second;
+    const std::vector<Event>& list = due_.begin()->second;
     events->insert(events->end(), list.begin(), list.end());
     due_.erase(due_.begin());
   }
 }
 
-void Scheduler::Forget(const Model *model) {
-  for (auto &[time, list] : due_)
-    std::erase_if(list, [&](const Event &event) { return event.model == model; });
+void Scheduler::Forget(const Model* model) {
+  for (auto& [time, list] : due_)
+    std::erase_if(list, [&](const Event& event) { return event.model == model; });
 }
 
 }  // namespace Stg

@@ -15,19 +15,19 @@ namespace Stg {
 class Scheduler {
  public:
   struct Event {
-    Model *model;
+    Model* model;
     model_callback_t callback;  ///< null: the model's update
-    void *arg;
+    void* arg;
     uint64_t chain;  ///< of an update: void if the model has begun a newer chain
   };
 
-  void Add(usec_t time, const Event &event) { due_[time].push_back(event); }
+  void Add(usec_t time, const Event& event) { due_[time].push_back(event); }
 
   /// Moves the events whose time is `now` or earlier to *events: by time, and in the order of
   /// adding where times are equal. Events added meanwhile are left for the next call.
-  void Take(usec_t now, std::vector<Event> *events);
+  void Take(usec_t now, std::vector<Event>* events);
 
-  void Forget(const Model *model);
+  void Forget(const Model* model);
   void Clear() { due_.clear(); }
 
  private:

@@ -19,7 +19,7 @@ namespace Stg {
 
 bool World::UpdateAll() {
   bool all_done = true;
-  for (World *world : std::vector<World *>(worlds_)) all_done &= world->Update();
+  for (World* world : std::vector<World*>(worlds_)) all_done &= world->Update();
   return all_done;
 }
 
@@ -33,7 +33,7 @@ bool World::Update(void) {
   if (show_clock && updates % std::max(1u, show_clock_interval) == 0) PrintClock();
 
   sim_time += sim_interval;
-  PhaseSeconds &seconds = engine_->statistics.seconds;
+  PhaseSeconds& seconds = engine_->statistics.seconds;
   const double start = WallClock();
   const double traced_before = seconds.prefilter + seconds.trace;
   RunDueEvents();
@@ -76,7 +76,7 @@ void World::MoveModels() {
 }
 
 void World::CallModelCallbacks() {
-  std::vector<Model *> &due = engine_->update_callbacks_due;
+  std::vector<Model*>& due = engine_->update_callbacks_due;
   for (size_t i = 0; i < due.size(); i++)
     if (due[i]) due[i]->CallCallbacks(Model::CB_UPDATE);
   due.clear();
@@ -90,17 +90,17 @@ void World::CallUpdateCallbacks() {
     if (entry.function && entry.function(this, entry.user) != 0)
       update_callbacks_[i].function = nullptr;
   }
-  std::erase_if(update_callbacks_, [](const UpdateCallback &c) { return !c.function; });
+  std::erase_if(update_callbacks_, [](const UpdateCallback& c) { return !c.function; });
 }
 
-void World::AddUpdateCallback(world_callback_t cb, void *user) {
+void World::AddUpdateCallback(world_callback_t cb, void* user) {
   update_callbacks_.push_back({cb, user});
 }
 
-int World::RemoveUpdateCallback(world_callback_t cb, void *user) {
+int World::RemoveUpdateCallback(world_callback_t cb, void* user) {
   int left = 0;
   bool removed = false;
-  for (UpdateCallback &entry : update_callbacks_) {
+  for (UpdateCallback& entry : update_callbacks_) {
     if (!entry.function) continue;
     if (!removed && entry.function == cb && entry.user == user) {
       entry.function = nullptr;  // struck out: somebody may be walking along the list
@@ -112,15 +112,15 @@ int World::RemoveUpdateCallback(world_callback_t cb, void *user) {
   return left;
 }
 
-void World::Enqueue(unsigned int, usec_t delay, Model *mod, model_callback_t cb, void *arg) {
+void World::Enqueue(unsigned int, usec_t delay, Model* mod, model_callback_t cb, void* arg) {
   engine_->scheduler.Add(sim_time + delay, {mod, cb, arg, 0});
 }
 
-void World::ScheduleUpdate(Model *mod, uint64_t chain) {
+void World::ScheduleUpdate(Model* mod, uint64_t chain) {
   engine_->scheduler.Add(sim_time + mod->GetUpdateInterval(), {mod, nullptr, nullptr, chain});
 }
 
-void World::QueueUpdateCallbacks(Model *mod) { engine_->update_callbacks_due.push_back(mod); }
+void World::QueueUpdateCallbacks(Model* mod) { engine_->update_callbacks_due.push_back(mod); }
 
 std::string World::ClockString(void) const {
   const uint64_t milliseconds = sim_time / 1000;

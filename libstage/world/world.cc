@@ -19,13 +19,13 @@ std::vector<std::string> World::args;
 std::string World::ctrlargs;
 RunOptions World::run_options;
 std::atomic<bool> World::quit_all_{false};
-std::vector<World *> World::worlds_;
+std::vector<World*> World::worlds_;
 
 namespace {
-bool Older(const Model *a, const Model *b) { return a->GetId() < b->GetId(); }
+bool Older(const Model* a, const Model* b) { return a->GetId() < b->GetId(); }
 }  // namespace
 
-World::World(const std::string &name, double ppm)
+World::World(const std::string& name, double ppm)
     : paused(false),
       sim_interval(100000),
       speedup(0),
@@ -85,74 +85,74 @@ void World::UnLoad() {
   MakeGround();
 }
 
-bool World::Save(const char *filename) {
+bool World::Save(const char* filename) {
   if (!wf) return false;
-  for (Model *model : engine_->models) model->Save();
+  for (Model* model : engine_->models) model->Save();
   return wf->Save(filename ? filename : "");
 }
 
-Worldfile *World::GetWorldFile() { return wf.get(); }
+Worldfile* World::GetWorldFile() { return wf.get(); }
 
 // ---- models -------------------------------------------------------------------------------------
 
-void World::AddModel(Model *mod) {
+void World::AddModel(Model* mod) {
   engine_->models.push_back(mod);
   AddModelName(mod, mod->TokenStr());
 }
 
-void World::AddModelName(Model *mod, const std::string &name) { engine_->names[name] = mod; }
+void World::AddModelName(Model* mod, const std::string& name) { engine_->names[name] = mod; }
 
-void World::RemoveModel(Model *mod) {
-  Engine &e = *engine_;
-  std::erase_if(e.names, [&](const auto &entry) { return entry.second == mod; });
+void World::RemoveModel(Model* mod) {
+  Engine& e = *engine_;
+  std::erase_if(e.names, [&](const auto& entry) { return entry.second == mod; });
   // From the back: whole worlds are deleted youngest first.
   const auto found = std::find(e.models.rbegin(), e.models.rend(), mod);
   if (found != e.models.rend()) e.models.erase(std::next(found).base());
   std::erase(e.hidden_from_rangers, mod);
   std::replace(e.update_callbacks_due.begin(), e.update_callbacks_due.end(), mod,
-               static_cast<Model *>(nullptr));
+               static_cast<Model*>(nullptr));
   e.scheduler.Forget(mod);
-  for (Scheduler::Event &event : e.due)
+  for (Scheduler::Event& event : e.due)
     if (event.model == mod) event.model = nullptr;
 }
 
-Model *World::GetModel(const std::string &name) const {
+Model* World::GetModel(const std::string& name) const {
   const auto found = engine_->names.find(name);
   if (found != engine_->names.end()) return found->second;
   PRINT_WARN1("there is no model called \"%s\"", name.c_str());
   return nullptr;
 }
 
-const std::set<Model *> World::GetAllModels() const {
-  return std::set<Model *>(engine_->models.begin(), engine_->models.end());
+const std::set<Model*> World::GetAllModels() const {
+  return std::set<Model*>(engine_->models.begin(), engine_->models.end());
 }
 
-Model *World::CreateModel(Model *parent, const std::string &typestr) {
+Model* World::CreateModel(Model* parent, const std::string& typestr) {
   const auto found = Model::name_map.find(typestr);
   if (found == Model::name_map.end()) {
     PRINT_ERR1("model type \"%s\" is not known", typestr.c_str());
     return nullptr;
   }
-  Model *model = found->second(this, parent, typestr);
+  Model* model = found->second(this, parent, typestr);
   if (!IsLoading()) model->Map();
   return model;
 }
 
-sensing::Scene &World::scene() { return engine_->scene; }
-Placement &World::placement() { return engine_->placement; }
+sensing::Scene& World::scene() { return engine_->scene; }
+Placement& World::placement() { return engine_->placement; }
 bool World::IsLoading() const { return engine_->loading; }
 
-void World::NoteHiddenFromRangers(Model *mod) { engine_->hidden_from_rangers.push_back(mod); }
-void World::ForgetRays(const Model *mod) { engine_->ForgetRays(mod); }
+void World::NoteHiddenFromRangers(Model* mod) { engine_->hidden_from_rangers.push_back(mod); }
+void World::ForgetRays(const Model* mod) { engine_->ForgetRays(mod); }
 
-void World::StartMoving(ModelPosition *mod) {
-  std::vector<ModelPosition *> &list = engine_->moving;
+void World::StartMoving(ModelPosition* mod) {
+  std::vector<ModelPosition*>& list = engine_->moving;
   const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
   if (place == list.end() || *place != mod) list.insert(place, mod);
 }
 
-void World::StopMoving(ModelPosition *mod) {
-  std::vector<ModelPosition *> &list = engine_->moving;
+void World::StopMoving(ModelPosition* mod) {
+  std::vector<ModelPosition*>& list = engine_->moving;
   const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
   if (place != list.end() && *place == mod) list.erase(place);
 }
@@ -161,7 +161,7 @@ void World::StopMoving(ModelPosition *mod) {
 
 double World::Resolution() const { return engine_->scene.cells_per_metre; }
 
-const bounds3d_t &World::GetExtent() const {
+const bounds3d_t& World::GetExtent() const {
   const grid::CellBox box = engine_->scene.grid.extent();
   const double ppm = Resolution();
   if (box.empty()) return extent = bounds3d_t();
@@ -174,28 +174,28 @@ int32_t World::MetersToPixels(meters_t x) const {
   return static_cast<int32_t>(std::floor(x * Resolution()));
 }
 
-point_int_t World::MetersToPixels(const point_t &pt) const {
+point_int_t World::MetersToPixels(const point_t& pt) const {
   return point_int_t(MetersToPixels(pt.x), MetersToPixels(pt.y));
 }
 
-RaytraceResult World::ResultOf(const Pose &origin, double range, Model *hit) const {
+RaytraceResult World::ResultOf(const Pose& origin, double range, Model* hit) const {
   return RaytraceResult(origin, hit, hit ? hit->GetColor() : Color(), range);
 }
 
-RaytraceResult World::Raytrace(const Ray &ray) {
+RaytraceResult World::Raytrace(const Ray& ray) {
   return Raytrace(ray.origin, ray.range, ray.func, ray.mod, ray.arg, ray.ztest);
 }
 
-RaytraceResult World::Raytrace(const Pose &pose, const meters_t range, const ray_test_func_t func,
-                               const Model *finder, const void *arg, const bool ztest) {
+RaytraceResult World::Raytrace(const Pose& pose, const meters_t range, const ray_test_func_t func,
+                               const Model* finder, const void* arg, const bool ztest) {
   std::vector<RaytraceResult> results(1);
   Raytrace(pose, range, 0.0, func, finder, arg, ztest, results);
   return results[0];
 }
 
-void World::Raytrace(const Pose &gpose, const meters_t range, const radians_t fov,
-                     const ray_test_func_t func, const Model *finder, const void *arg,
-                     const bool ztest, std::vector<RaytraceResult> &results) {
+void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fov,
+                     const ray_test_func_t func, const Model* finder, const void* arg,
+                     const bool ztest, std::vector<RaytraceResult>& results) {
   sensing::Fan fan;
   fan.predicate = func;
   fan.finder = finder;
@@ -212,7 +212,8 @@ void World::Raytrace(const Pose &gpose, const meters_t range, const radians_t fo
   for (uint32_t i = 0; i < count; i++) {
     const sensing::Direction direction =
         sensing::MakeDirection(sensing::SampleBearing(fov, count, i));
-    const sensing::RayHit hit = tracer.Trace(fan, view, direction, no_window, nullptr, 0, &counters);
+    const sensing::RayHit hit =
+        tracer.Trace(fan, view, direction, no_window, nullptr, 0, &counters);
     results[i] = ResultOf(gpose, hit.range, hit.model);
   }
 }
@@ -229,7 +230,7 @@ class Fnv1a {
     std::memcpy(bytes, &value, sizeof value);
     for (const unsigned char byte : bytes) hash_ = (hash_ ^ byte) * 0x100000001b3u;
   }
-  void Add(const Pose &p) {
+  void Add(const Pose& p) {
     for (const double value : {p.x, p.y, p.z, p.a}) Add(value);
   }
   uint64_t hash() const { return hash_; }
@@ -242,12 +243,12 @@ class Fnv1a {
 
 uint64_t World::StateHash() const {
   Fnv1a hash;
-  for (const Model *model : engine_->models) {
+  for (const Model* model : engine_->models) {
     hash.Add(model->GetPose());
-    if (const auto *position = dynamic_cast<const ModelPosition *>(model))
+    if (const auto* position = dynamic_cast<const ModelPosition*>(model))
       hash.Add(position->GetVelocity());
-    if (const auto *ranger = dynamic_cast<const ModelRanger *>(model)) {
-      for (const ModelRanger::Sensor &sensor : ranger->GetSensors()) {
+    if (const auto* ranger = dynamic_cast<const ModelRanger*>(model)) {
+      for (const ModelRanger::Sensor& sensor : ranger->GetSensors()) {
         for (const double range : sensor.ranges) hash.Add(range);
         for (const double intensity : sensor.intensities) hash.Add(intensity);
       }
@@ -256,6 +257,6 @@ uint64_t World::StateHash() const {
   return hash.hash();
 }
 
-const RunStatistics &World::statistics() const { return engine_->statistics; }
+const RunStatistics& World::statistics() const { return engine_->statistics; }
 
 }  // namespace Stg

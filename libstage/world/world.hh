@@ -29,14 +29,14 @@ struct RunStatistics;
 /// A ray to be traced.
 class Ray {
  public:
-  const Model *mod;      ///< the finder
+  const Model* mod;      ///< the finder
   Pose origin;           ///< global
   meters_t range;        ///< may be infinite
   ray_test_func_t func;  ///< true: the ray stops at the candidate
-  const void *arg;
+  const void* arg;
   bool ztest;  ///< only bodies whose height interval contains origin.z, ends included
 
-  Ray(const Model *m, const Pose &o, const meters_t r, const ray_test_func_t f, const void *a,
+  Ray(const Model* m, const Pose& o, const meters_t r, const ray_test_func_t f, const void* a,
       const bool z)
       : mod(m), origin(o), range(r), func(f), arg(a), ztest(z) {}
   Ray() : mod(NULL), range(0), func(NULL), arg(NULL), ztest(true) {}
@@ -45,23 +45,23 @@ class Ray {
 class RaytraceResult {
  public:
   Pose pose;       ///< where the ray began: not the point that was hit
-  Model *mod;      ///< null if nothing was hit
+  Model* mod;      ///< null if nothing was hit
   Color color;     ///< of what was hit; red if nothing
   meters_t range;  ///< the ray's own if nothing was hit
 
   RaytraceResult() : mod(NULL), range(0) {}
-  RaytraceResult(const Pose &p, Model *m, const Color &c, const meters_t r)
+  RaytraceResult(const Pose& p, Model* m, const Color& c, const meters_t r)
       : pose(p), mod(m), color(c), range(r) {}
 };
 
 /// How worlds are run; set before they are made. None of it changes any result, the seed apart.
 struct RunOptions {
-  int threads;         ///< that trace rays; 0: what the world file says
-  uint64_t seed;       ///< of all random numbers
-  bool batch;          ///< false: each sensor's rays are traced on their own, one by one
-  bool opencl;         ///< use an OpenCL device where that is faster
+  int threads;            ///< that trace rays; 0: what the world file says
+  uint64_t seed;          ///< of all random numbers
+  bool batch;             ///< false: each sensor's rays are traced on their own, one by one
+  bool opencl;            ///< use an OpenCL device where that is faster
   bool always_on_device;  ///< use it for every batch, however small
-  std::string device;  ///< which: the text after --opencl=
+  std::string device;     ///< which: the text after --opencl=
 
   RunOptions() : threads(0), seed(1), batch(true), opencl(false), always_on_device(false) {}
 };
@@ -74,21 +74,20 @@ class World : public Ancestor {
   static RunOptions run_options;
 
   /// ppm: cells of the grid per metre. The name is only a stand-in until a world is loaded.
-  World(const std::string &name = "MyWorld", double ppm = DEFAULT_PPM);
+  World(const std::string& name = "MyWorld", double ppm = DEFAULT_PPM);
   virtual ~World();
 
   /// Reads a world file and makes its models; then calls their controllers' Init functions. False,
   /// with a message on standard error, if anything is wrong with it; the world is then as after
   /// UnLoad(), and LoadStatus() is the status that a program should exit with.
-  virtual bool Load(const std::string &worldfile_path);
-  virtual bool Load(std::istream &world_content,
-                    const std::string &worldfile_path = std::string());
+  virtual bool Load(const std::string& worldfile_path);
+  virtual bool Load(std::istream& world_content, const std::string& worldfile_path = std::string());
   int LoadStatus() const { return load_status_; }
   /// Deletes all models; the clock goes back to 0.
   virtual void UnLoad();
   /// Writes what models save into the world file; null: the one that was loaded.
-  virtual bool Save(const char *filename);
-  Worldfile *GetWorldFile();
+  virtual bool Save(const char* filename);
+  Worldfile* GetWorldFile();
 
   /// Steps all worlds until all are done, as fast as possible.
   static void Run();
@@ -100,9 +99,9 @@ class World : public Ancestor {
   virtual void Stop() { paused = true; }
   virtual void TogglePause() { paused = !paused; }
   bool Paused() const { return paused; }
-  bool paused;         ///< concerns those who call Update(), not Update() itself
-  usec_t sim_interval; ///< length of a step
-  double speedup;      ///< wanted multiple of real time, for who paces the steps; <= 0: none
+  bool paused;          ///< concerns those who call Update(), not Update() itself
+  usec_t sim_interval;  ///< length of a step
+  double speedup;       ///< wanted multiple of real time, for who paces the steps; <= 0: none
 
   usec_t SimTimeNow(void) const { return sim_time; }
   uint64_t UpdateCount() { return updates; }
@@ -123,70 +122,70 @@ class World : public Ancestor {
   usec_t GetQuitTime() const { return quit_time; }
 
   /// cb(world, user) at the end of each step, in the order of registration; non-zero removes it.
-  void AddUpdateCallback(world_callback_t cb, void *user);
-  int RemoveUpdateCallback(world_callback_t cb, void *user);
+  void AddUpdateCallback(world_callback_t cb, void* user);
+  int RemoveUpdateCallback(world_callback_t cb, void* user);
   /// cb(mod, arg) once, in the first step whose time is now + delay or later.
-  void Enqueue(unsigned int queue_num, usec_t delay, Model *mod, model_callback_t cb, void *arg);
+  void Enqueue(unsigned int queue_num, usec_t delay, Model* mod, model_callback_t cb, void* arg);
 
   /// By full name, former names included. Null and a warning if there is none.
-  Model *GetModel(const std::string &name) const;
-  const std::set<Model *> GetAllModels() const;
-  Model *GetGround() { return ground; }
-  Model *ground;
+  Model* GetModel(const std::string& name) const;
+  const std::set<Model*> GetAllModels() const;
+  Model* GetGround() { return ground; }
+  Model* ground;
   /// The type has to be one of Model::name_map; otherwise a message, and null.
-  Model *CreateModel(Model *parent, const std::string &typestr);
+  Model* CreateModel(Model* parent, const std::string& typestr);
 
   /// Cells per metre.
   double Resolution() const;
   /// The plane area that anything was ever drawn in, in superregions.
-  const bounds3d_t &GetExtent() const;
+  const bounds3d_t& GetExtent() const;
   int32_t MetersToPixels(meters_t x) const;
-  point_int_t MetersToPixels(const point_t &pt) const;
+  point_int_t MetersToPixels(const point_t& pt) const;
 
   /// The nearest model along the ray for which the predicate holds. In a callback at the end of a
   /// step, models are where that step has moved them.
-  RaytraceResult Raytrace(const Ray &ray);
-  RaytraceResult Raytrace(const Pose &pose, const meters_t range, const ray_test_func_t func,
-                          const Model *finder, const void *arg, const bool ztest);
+  RaytraceResult Raytrace(const Ray& ray);
+  RaytraceResult Raytrace(const Pose& pose, const meters_t range, const ray_test_func_t func,
+                          const Model* finder, const void* arg, const bool ztest);
   /// results.size() rays, spread evenly over heading +- fov / 2, the right-hand one first; a single
   /// one goes straight ahead.
-  void Raytrace(const Pose &gpose, const meters_t range, const radians_t fov,
-                const ray_test_func_t func, const Model *model, const void *arg, const bool ztest,
-                std::vector<RaytraceResult> &results);
+  void Raytrace(const Pose& gpose, const meters_t range, const radians_t fov,
+                const ray_test_func_t func, const Model* model, const void* arg, const bool ztest,
+                std::vector<RaytraceResult>& results);
 
   virtual bool IsGUI() const { return false; }
   virtual void Redraw(void) {}
-  virtual Model *RecentlySelectedModel() const { return NULL; }
+  virtual Model* RecentlySelectedModel() const { return NULL; }
 
   /// Where the time went, counts of rays and hits, memory of the grid.
-  const RunStatistics &statistics() const;
+  const RunStatistics& statistics() const;
   /// FNV-1a over every pose, velocity, range and intensity, in the order of the models.
   uint64_t StateHash() const;
   uint64_t seed() const { return seed_; }
-  Random &random() { return random_; }
+  Random& random() { return random_; }
 
   // ---- for the models ----
 
-  virtual void AddModel(Model *mod);
-  virtual void RemoveModel(Model *mod);
-  void AddModelName(Model *mod, const std::string &name);
-  Engine &engine() { return *engine_; }
-  sensing::Scene &scene();
-  Placement &placement();
-  void ScheduleUpdate(Model *mod, uint64_t chain);
-  void QueueUpdateCallbacks(Model *mod);
-  void StartMoving(ModelPosition *mod);
-  void StopMoving(ModelPosition *mod);
-  void NoteHiddenFromRangers(Model *mod);
-  void ForgetRays(const Model *mod);
+  virtual void AddModel(Model* mod);
+  virtual void RemoveModel(Model* mod);
+  void AddModelName(Model* mod, const std::string& name);
+  Engine& engine() { return *engine_; }
+  sensing::Scene& scene();
+  Placement& placement();
+  void ScheduleUpdate(Model* mod, uint64_t chain);
+  void QueueUpdateCallbacks(Model* mod);
+  void StartMoving(ModelPosition* mod);
+  void StopMoving(ModelPosition* mod);
+  void NoteHiddenFromRangers(Model* mod);
+  void ForgetRays(const Model* mod);
   bool IsLoading() const;
 
  protected:
-  bool LoadFrom(const std::string &path, std::istream *content);
+  bool LoadFrom(const std::string& path, std::istream* content);
   virtual void LoadWorldProperties();
   void LoadEntities();
-  void LoadEntity(int entity, std::vector<Model *> *models);
-  void CheckNotNested(int entity, Model *parent_model);
+  void LoadEntity(int entity, std::vector<Model*>* models);
+  void CheckNotNested(int entity, Model* parent_model);
   void CallUpdateCallbacks();
   void CallModelCallbacks();
   void RunDueEvents();
@@ -195,7 +194,7 @@ class World : public Ancestor {
   void PrintClock();
   void MakeGround();
   void ForgetAll();
-  RaytraceResult ResultOf(const Pose &origin, double range, Model *hit) const;
+  RaytraceResult ResultOf(const Pose& origin, double range, Model* hit) const;
 
   usec_t quit_time;
   usec_t sim_time;
@@ -208,7 +207,7 @@ class World : public Ancestor {
  private:
   struct UpdateCallback {
     world_callback_t function;
-    void *user;
+    void* user;
   };
 
   std::unique_ptr<Engine> engine_;
@@ -218,7 +217,7 @@ class World : public Ancestor {
   int load_status_;
   std::atomic<bool> quit_;
   static std::atomic<bool> quit_all_;
-  static std::vector<World *> worlds_;
+  static std::vector<World*> worlds_;
 };
 
 }  // namespace Stg

@@ -23,7 +23,7 @@ namespace {
 constexpr int kFailure = 1;
 constexpr int kBadUsage = 2;
 
-void PrintBanner(const Options &options) {
+void PrintBanner(const Options& options) {
   std::printf("Stage %s %s\n", Version(), options.tags.c_str());
   std::fflush(stdout);
   if (!options.no_gui && !options.worldfiles.empty())
@@ -31,36 +31,36 @@ void PrintBanner(const Options &options) {
 }
 
 /// Returns the status to exit with.
-int Finish(const Options &options, const std::optional<ReportFile> &report,
-           const std::vector<LoadedWorld> &worlds) {
+int Finish(const Options& options, const std::optional<ReportFile>& report,
+           const std::vector<LoadedWorld>& worlds) {
   std::printf("\n[Stage: done]\n");
   if (options.state_hash)
-    for (const LoadedWorld &loaded : worlds)
+    for (const LoadedWorld& loaded : worlds)
       std::printf("state-hash %016" PRIx64 "\n", loaded.world->StateHash());
   if (report) report->Write(Statistics(worlds));
   std::fflush(stdout);
   return CaughtSignal() != 0 ? DieOf(CaughtSignal()) : 0;
 }
 
-int Run(const Options &options) {
+int Run(const Options& options) {
   std::optional<ReportFile> report;
   if (!options.stats_file.empty()) {
     try {
       report.emplace(options.stats_file);
-    } catch (const std::exception &error) {
+    } catch (const std::exception& error) {
       throw UsageError(error.what());
     }
   }
   PrintBanner(options);
   // Never deleted, like the worlds in it: nothing is torn down at the end.
-  static std::vector<LoadedWorld> &worlds = *new std::vector<LoadedWorld>;
+  static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
   if (const int status = LoadWorlds(options, &worlds); status != 0) return status;
   CatchSignals();  // not before: while loading there is nothing to be finished
   RunWorlds(options, &worlds);
   return Finish(options, report, worlds);
 }
 
-int Main(int argc, char *argv[]) {
+int Main(int argc, char* argv[]) {
   const Options options = ParseOptions(argc, argv);
   switch (options.action) {
     case Options::Action::kHelp:
@@ -85,16 +85,16 @@ int Main(int argc, char *argv[]) {
 
 }  // namespace Stg::program
 
-int main(int argc, char *argv[]) {
+int main(int argc, char* argv[]) {
   try {
     return Stg::program::Main(argc, argv);
-  } catch (const Stg::program::UsageError &error) {
+  } catch (const Stg::program::UsageError& error) {
     std::fprintf(stderr, "stage: %s; 'stage --help' explains the options\n", error.what());
     return Stg::program::kBadUsage;
-  } catch (const std::bad_alloc &) {
+  } catch (const std::bad_alloc&) {
     std::fflush(stdout);
     std::fputs("stage: out of memory\n", stderr);
-  } catch (const std::exception &error) {
+  } catch (const std::exception& error) {
     std::fflush(stdout);
     std::fprintf(stderr, "stage: %s\n", error.what());
   }

@@ -61,7 +61,7 @@ constexpr double kLongestDuration = 1e12;  // seconds; keeps microseconds well i
 constexpr int kMostThreads = 1024;
 
 std::string NameOf(int id) {
-  for (const option *o = kLongOptions; o->name; o++)
+  for (const option* o = kLongOptions; o->name; o++)
     if (o->val == id) return std::string("--") + o->name;
   return "";
 }
@@ -75,11 +75,11 @@ std::optional<Number> ParseNumber(std::string_view text) {
   return value;
 }
 
-[[noreturn]] void Refuse(int id, const std::string &expected, const std::string &found) {
+[[noreturn]] void Refuse(int id, const std::string& expected, const std::string& found) {
   throw UsageError(NameOf(id) + ": found '" + found + "', expected " + expected);
 }
 
-usec_t ParseDuration(const std::string &text) {
+usec_t ParseDuration(const std::string& text) {
   const std::optional<double> seconds = ParseNumber<double>(text);
   // The comparisons are false for what is not a number.
   if (!seconds || !(*seconds >= 1e-6 && *seconds <= kLongestDuration))
@@ -87,13 +87,13 @@ usec_t ParseDuration(const std::string &text) {
   return static_cast<usec_t>(std::llround(*seconds * 1e6));
 }
 
-uint64_t ParseSeed(const std::string &text) {
+uint64_t ParseSeed(const std::string& text) {
   const std::optional<uint64_t> seed = ParseNumber<uint64_t>(text);
   if (!seed) Refuse(kSeed, "a whole number, from 0 to 18446744073709551615", text);
   return *seed;
 }
 
-int ParseThreads(const std::string &text) {
+int ParseThreads(const std::string& text) {
   const std::optional<int> threads = ParseNumber<int>(text);
   if (!threads || *threads < 1 || *threads > kMostThreads)
     Refuse(kThreads, "a whole number, from 1 to " + std::to_string(kMostThreads), text);
@@ -101,10 +101,10 @@ int ParseThreads(const std::string &text) {
 }
 
 /// Why getopt did not find a long option: there is none, or more than one begins like that.
-std::string UnknownLongOption(const std::string &given) {
+std::string UnknownLongOption(const std::string& given) {
   const std::string prefix = given.substr(2, given.find('=') - 2);
   std::string candidates;
-  for (const option *o = kLongOptions; o->name; o++)
+  for (const option* o = kLongOptions; o->name; o++)
     if (std::string_view(o->name).starts_with(prefix))
       candidates += (candidates.empty() ? "--" : ", --") + std::string(o->name);
   if (candidates.empty()) return "there is no option '" + given + "'";
@@ -113,7 +113,7 @@ std::string UnknownLongOption(const std::string &given) {
 
 class Parser {
  public:
-  Parser(int argc, char *argv[]) : arguments_(argv, argv + argc) { arguments_.push_back(nullptr); }
+  Parser(int argc, char* argv[]) : arguments_(argv, argv + argc) { arguments_.push_back(nullptr); }
 
   Options Parse() {
     const int count = static_cast<int>(arguments_.size()) - 1;
@@ -183,17 +183,17 @@ class Parser {
     }
   }
 
-  void TurnOn(bool *option, const char *tag) {
+  void TurnOn(bool* option, const char* tag) {
     if (!*option) options_.tags += tag;
     *option = true;
   }
 
-  void SetStatsFile(const std::string &value) {
+  void SetStatsFile(const std::string& value) {
     if (value.empty()) Refuse(kStats, "the name of a file, or - for standard output", value);
     options_.stats_file = value;
   }
 
-  void SetDevice(const std::string &value) {
+  void SetDevice(const std::string& value) {
     options_.run.opencl = true;
     options_.run.device = value;
     if (value == "list") options_.action = Options::Action::kListDevices;
@@ -212,13 +212,13 @@ class Parser {
     throw UsageError(UnknownLongOption(arguments_[static_cast<size_t>(optind - 1)]));
   }
 
-  std::vector<char *> arguments_;  // a copy: getopt sorts it
+  std::vector<char*> arguments_;  // a copy: getopt sorts it
   Options options_;
 };
 
 /// The environment chooses a device where the command line leaves that open.
-void TakeDeviceFromEnvironment(Options *options) {
-  const char *choice = std::getenv("STAGE_CL_DEVICE");
+void TakeDeviceFromEnvironment(Options* options) {
+  const char* choice = std::getenv("STAGE_CL_DEVICE");
   if (!options->run.opencl || !options->run.device.empty() || !choice) return;
   options->run.device = choice;
   if (options->run.device == "list" && options->action == Options::Action::kRun)
@@ -227,7 +227,7 @@ void TakeDeviceFromEnvironment(Options *options) {
 
 }  // namespace
 
-Options ParseOptions(int argc, char *argv[]) {
+Options ParseOptions(int argc, char* argv[]) {
   Options options = Parser(argc, argv).Parse();
   TakeDeviceFromEnvironment(&options);
   return options;

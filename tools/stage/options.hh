@@ -37,7 +37,7 @@ class UsageError : public std::runtime_error {
 };
 
 /// Throws UsageError. Call it once: getopt has a state of its own.
-Options ParseOptions(int argc, char *argv[]);
+Options ParseOptions(int argc, char* argv[]);
 
 }  // namespace Stg::program
 

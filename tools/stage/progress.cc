@@ -17,7 +17,7 @@ constexpr double kPeriod = 0.25;     // seconds between two prints
 constexpr size_t kMostSamples = 20;  // so the speed is that of the last five seconds
 
 /// Worlds advance step by step together, so it is their number that tells who comes last.
-double StepsLeft(const World *world) {
+double StepsLeft(const World* world) {
   const usec_t end = world->GetQuitTime(), now = world->SimTimeNow();
   return end > now ? static_cast<double>(end - now) / static_cast<double>(world->sim_interval) : 0;
 }
@@ -40,12 +40,12 @@ std::string Duration(double seconds) {
 
 }  // namespace
 
-Progress::Progress(std::optional<bool> wanted, const std::vector<LoadedWorld> &worlds)
+Progress::Progress(std::optional<bool> wanted, const std::vector<LoadedWorld>& worlds)
     : next_(Now() + kPeriod) {
   bool end_known = true, clock = false;
-  World *last = nullptr;
-  for (const LoadedWorld &loaded : worlds) {
-    World *world = loaded.world;
+  World* last = nullptr;
+  for (const LoadedWorld& loaded : worlds) {
+    World* world = loaded.world;
     end_known &= world->GetQuitTime() > 0;
     clock |= world->ShowsClock();
     const bool later = !last || (last->GetQuitTime() > 0 &&
@@ -71,7 +71,7 @@ void Progress::Tick() {
   Print(Text(now));
 }
 
-void Progress::Print(const std::string &text) {
+void Progress::Print(const std::string& text) {
   // Blanks wipe out what is left of a longer line before.
   std::fprintf(stderr, "\r%-*s", static_cast<int>(length_), text.c_str());
   std::fflush(stderr);
@@ -82,7 +82,7 @@ std::string Progress::Text(double now) {
   const double simulated = Seconds(last_->SimTimeNow()), end = Seconds(last_->GetQuitTime());
   samples_.push_back({now, simulated});
   if (samples_.size() > kMostSamples) samples_.pop_front();
-  const Sample &first = samples_.front();
+  const Sample& first = samples_.front();
   const double speed = now > first.wall ? (simulated - first.simulated) / (now - first.wall) : 0;
 
   char text[160];

@@ -17,11 +17,11 @@ namespace Stg::program {
 class Progress {
  public:
   /// `wanted` unset: only if standard error is a terminal, the end is known and no clock is shown.
-  Progress(std::optional<bool> wanted, const std::vector<LoadedWorld> &worlds);
+  Progress(std::optional<bool> wanted, const std::vector<LoadedWorld>& worlds);
   /// Erases the line.
   ~Progress();
-  Progress(const Progress &) = delete;
-  Progress &operator=(const Progress &) = delete;
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
 
   /// To be called after each round. Prints a few times a second.
   void Tick();
@@ -31,10 +31,10 @@ class Progress {
     double wall, simulated;
   };
 
-  void Print(const std::string &text);
+  void Print(const std::string& text);
   std::string Text(double now);
 
-  World *last_ = nullptr;  // the world that will be done last; null: nothing is shown
+  World* last_ = nullptr;  // the world that will be done last; null: nothing is shown
   double next_;
   std::deque<Sample> samples_;  // of the last seconds
   size_t length_ = 0;           // of what is on the line

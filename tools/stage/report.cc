@@ -33,7 +33,7 @@ double Ratio(double a, double b) {
 // ---- the process and the machine ----------------------------------------------------------------
 
 /// The text after the colon of the first line that begins with `key`.
-std::string FromProc(const char *file, const std::string &key) {
+std::string FromProc(const char* file, const std::string& key) {
   std::ifstream in(file);
   for (std::string line; std::getline(in, line);) {
     if (!line.starts_with(key)) continue;
@@ -67,10 +67,10 @@ struct Population {
   size_t models = 0, positions = 0, robots = 0;  // robots: positions that somebody drives
 };
 
-void Count(const Ancestor &parent, const Model *ground, Population *population) {
-  for (const Model *model : parent.GetChildren()) {
+void Count(const Ancestor& parent, const Model* ground, Population* population) {
+  for (const Model* model : parent.GetChildren()) {
     if (model == ground) continue;
-    const bool position = dynamic_cast<const ModelPosition *>(model) != nullptr;
+    const bool position = dynamic_cast<const ModelPosition*>(model) != nullptr;
     population->models++;
     population->positions += position;
     population->robots += position && model->HasSubscribers();
@@ -78,7 +78,7 @@ void Count(const Ancestor &parent, const Model *ground, Population *population) 
   }
 }
 
-Json OpenCl(const RunStatistics &run) {
+Json OpenCl(const RunStatistics& run) {
   if (run.device.empty() && run.device_steps == 0) return nullptr;
   return {{"device", run.device},  // empty: it failed in mid-run
           {"steps_on_device", run.device_steps},
@@ -91,7 +91,7 @@ Json OpenCl(const RunStatistics &run) {
           {"fetch_ms", run.prefilter.fetch_seconds * 1e3}};
 }
 
-Json PhasesPerStep(const RunStatistics &run) {
+Json PhasesPerStep(const RunStatistics& run) {
   const auto ms = [&run](double seconds) {
     return Ratio(seconds * 1e3, static_cast<double>(run.steps));
   };
@@ -102,9 +102,9 @@ Json PhasesPerStep(const RunStatistics &run) {
           {"callbacks", ms(run.seconds.callbacks)}};
 }
 
-Json Describe(const LoadedWorld &loaded) {
-  World *world = loaded.world;
-  const RunStatistics &run = world->statistics();
+Json Describe(const LoadedWorld& loaded) {
+  World* world = loaded.world;
+  const RunStatistics& run = world->statistics();
   Population population;
   Count(*world, world->GetGround(), &population);
   const double simulated = static_cast<double>(world->SimTimeNow()) / 1e6;
@@ -131,13 +131,13 @@ Json Describe(const LoadedWorld &loaded) {
 
 // ---- files --------------------------------------------------------------------------------------
 
-[[noreturn]] void Fail(const std::string &name, int error) {
+[[noreturn]] void Fail(const std::string& name, int error) {
   throw std::runtime_error("can't write the statistics to '" + name + "': " + std::strerror(error));
 }
 
-void WriteFile(const std::string &name, const std::string &path, const char *mode,
-               const std::string &text) {
-  FILE *file = std::fopen(path.c_str(), mode);
+void WriteFile(const std::string& name, const std::string& path, const char* mode,
+               const std::string& text) {
+  FILE* file = std::fopen(path.c_str(), mode);
   if (!file) Fail(name, errno);
   const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
   const int write_error = errno;
@@ -147,11 +147,11 @@ void WriteFile(const std::string &name, const std::string &path, const char *mod
 
 }  // namespace
 
-std::string Statistics(const std::vector<LoadedWorld> &worlds) {
+std::string Statistics(const std::vector<LoadedWorld>& worlds) {
   Json json = {{"program", "stage"}, {"version", Version()}};
   double wall_seconds = 0;
   Json list = Json::array();
-  for (const LoadedWorld &loaded : worlds) {
+  for (const LoadedWorld& loaded : worlds) {
     wall_seconds += loaded.wall_seconds;
     list.push_back(Describe(loaded));
   }
@@ -167,7 +167,7 @@ std::string Statistics(const std::vector<LoadedWorld> &worlds) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-ReportFile::ReportFile(const std::string &name) : name_(name) {
+ReportFile::ReportFile(const std::string& name) : name_(name) {
   if (name == "-") return;
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(name, error);
@@ -186,7 +186,7 @@ ReportFile::ReportFile(const std::string &name) : name_(name) {
   std::remove(temporary_.c_str());
 }
 
-void ReportFile::Write(const std::string &text) const {
+void ReportFile::Write(const std::string& text) const {
   if (target_.empty()) {
     std::fputs(text.c_str(), stdout);
     if (std::fflush(stdout) != 0) Fail("standard output", errno);

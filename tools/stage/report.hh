@@ -14,16 +14,16 @@ namespace Stg::program {
 
 /// The statistics of a run: an object with a line end. One world's figures lie in the object
 /// itself; those of several in objects of its array "worlds".
-std::string Statistics(const std::vector<LoadedWorld> &worlds);
+std::string Statistics(const std::vector<LoadedWorld>& worlds);
 
 /// Where a text will go: a file, which is written whole or not at all, or standard output.
 class ReportFile {
  public:
   /// `name`: "-" is standard output. Throws std::runtime_error if it could not be written; leaves
   /// no trace.
-  explicit ReportFile(const std::string &name);
+  explicit ReportFile(const std::string& name);
   /// Throws std::runtime_error.
-  void Write(const std::string &text) const;
+  void Write(const std::string& text) const;
 
  private:
   std::string name_;       // as given

@@ -11,10 +11,10 @@ namespace Stg::program {
 
 namespace {
 
-bool IsDone(World *world) { return world->PastQuitTime() || world->TestQuit(); }
+bool IsDone(World* world) { return world->PastQuitTime() || world->TestQuit(); }
 
 /// One step, when it is due. True if the world has none left.
-bool Step(LoadedWorld *loaded) {
+bool Step(LoadedWorld* loaded) {
   if (!IsDone(loaded->world) && !loaded->pacer.Wait(*loaded->world)) return false;
   const double start = Now();
   const bool done = loaded->world->Update();
@@ -23,9 +23,9 @@ bool Step(LoadedWorld *loaded) {
 }
 
 /// One step of each world. True if all are done; stops early if a signal comes.
-bool Round(std::vector<LoadedWorld> *worlds) {
+bool Round(std::vector<LoadedWorld>* worlds) {
   bool all_done = true;
-  for (LoadedWorld &loaded : *worlds) {
+  for (LoadedWorld& loaded : *worlds) {
     if (CaughtSignal() != 0) return false;
     all_done &= Step(&loaded);
   }
@@ -34,7 +34,7 @@ bool Round(std::vector<LoadedWorld> *worlds) {
 
 }  // namespace
 
-bool Pacer::Wait(const World &world) {
+bool Pacer::Wait(const World& world) {
   if (!(world.speedup > 0)) return true;
   // Late steps are caught up with, but not after a long stop, such as a suspended process: robots
   // that race for minutes to make up for it are no use to anybody who watches.
@@ -45,11 +45,11 @@ bool Pacer::Wait(const World &world) {
   return SleepUntil(due_);
 }
 
-int LoadWorlds(const Options &options, std::vector<LoadedWorld> *worlds) {
-  for (const std::string &file : options.worldfiles) {
+int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds) {
+  for (const std::string& file : options.worldfiles) {
     // Never deleted: controllers may hold on to models until the very end of the process, and that
     // frees the memory of a million models faster than anything else.
-    World *world = new World;
+    World* world = new World;
     worlds->push_back({world, file, 0, {}});
     if (!world->Load(file)) return world->LoadStatus() != 0 ? world->LoadStatus() : 1;
     if (options.clock) world->ShowClock(true);
@@ -58,7 +58,7 @@ int LoadWorlds(const Options &options, std::vector<LoadedWorld> *worlds) {
   return 0;
 }
 
-void RunWorlds(const Options &options, std::vector<LoadedWorld> *worlds) {
+void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds) {
   Progress progress(options.progress, *worlds);
   while (CaughtSignal() == 0 && !Round(worlds)) progress.Tick();
 }

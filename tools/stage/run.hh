@@ -17,14 +17,14 @@ namespace Stg::program {
 class Pacer {
  public:
   /// Sleeps until the world's next step is due. False if a signal came.
-  bool Wait(const World &world);
+  bool Wait(const World& world);
 
  private:
   double due_ = -1;  // of the last step; negative: there was none
 };
 
 struct LoadedWorld {
-  World *world;
+  World* world;
   std::string file;         ///< as on the command line
   double wall_seconds = 0;  ///< spent in steps: without loading and waiting
   Pacer pacer;
@@ -32,10 +32,10 @@ struct LoadedWorld {
 
 /// Loads the world files, in their order. Returns 0, or the status to exit with: then something is
 /// wrong with one of them, and was reported.
-int LoadWorlds(const Options &options, std::vector<LoadedWorld> *worlds);
+int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds);
 
 /// Steps all worlds in turn until all are done, or a signal comes.
-void RunWorlds(const Options &options, std::vector<LoadedWorld> *worlds);
+void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds);
 
 }  // namespace Stg::program
 

@@ -26,12 +26,12 @@ inline std::vector<std::string> SplitWords(std::string_view text) {
 /// A number that may be given as NAME=VALUE.
 struct NumberArgument {
   std::string_view name;
-  double *value;  ///< holds the default, gets what is given
+  double* value;  ///< holds the default, gets what is given
   double min, max;
 };
 
 /// Reads the whole text as a number within the bounds of the argument; false if it is not one.
-inline bool ReadNumber(std::string_view text, const NumberArgument &argument) {
+inline bool ReadNumber(std::string_view text, const NumberArgument& argument) {
   double value = 0;
   // from_chars, unlike strtod, does not care for the locale of the process.
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -42,9 +42,9 @@ inline bool ReadNumber(std::string_view text, const NumberArgument &argument) {
 }
 
 /// "speed=NUMBER, gain=NUMBER"
-inline std::string Usage(const std::vector<NumberArgument> &arguments) {
+inline std::string Usage(const std::vector<NumberArgument>& arguments) {
   std::string usage;
-  for (const NumberArgument &a : arguments)
+  for (const NumberArgument& a : arguments)
     usage += (usage.empty() ? "" : ", ") + std::string(a.name) + "=NUMBER";
   return usage;
 }
@@ -52,14 +52,14 @@ inline std::string Usage(const std::vector<NumberArgument> &arguments) {
 /// Reads the words after the first one of a `ctrl` string. Returns an empty text, or else what is
 /// wrong with them.
 inline std::string ReadArguments(std::string_view ctrl_string,
-                                 const std::vector<NumberArgument> &arguments) {
+                                 const std::vector<NumberArgument>& arguments) {
   const std::vector<std::string> words = SplitWords(ctrl_string);
   for (size_t i = 1; i < words.size(); i++) {
     const std::string_view word = words[i];
     const size_t equals = word.find('=');
-    const NumberArgument *match = nullptr;
+    const NumberArgument* match = nullptr;
     if (equals != std::string_view::npos)
-      for (const NumberArgument &a : arguments)
+      for (const NumberArgument& a : arguments)
         if (a.name == word.substr(0, equals)) match = &a;
     if (!match) return "found the argument \"" + words[i] + "\", expected " + Usage(arguments);
     if (!ReadNumber(word.substr(equals + 1), *match))

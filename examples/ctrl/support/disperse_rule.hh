@@ -40,7 +40,7 @@ struct RayTable {
   size_t front_begin = 0, front_end = 0;  ///< all rays that look ahead, perhaps some others
 
   /// `mount`: the heading of the sensor on the robot, `bearings`: those of its rays, in radians.
-  RayTable(double mount, const std::vector<double> &bearings) {
+  RayTable(double mount, const std::vector<double>& bearings) {
     for (size_t i = 0; i < bearings.size(); i++) {
       const Stg::SineCosine direction = Stg::SinCos(mount + bearings[i]);
       cosine.push_back(direction.cosine);
@@ -57,7 +57,7 @@ struct RayTable {
 };
 
 /// The table of a kind of sensor, made when first asked for.
-inline const RayTable *FindRayTable(double mount, double fov, const std::vector<double> &bearings) {
+inline const RayTable* FindRayTable(double mount, double fov, const std::vector<double>& bearings) {
   static std::map<std::tuple<double, double, size_t>, RayTable> tables;
   const double key_fov = std::isnan(fov) ? 0.0 : fov;  // as the ranger has it
   const std::tuple<double, double, size_t> key(mount, key_fov, bearings.size());
@@ -77,7 +77,7 @@ struct Surroundings {
 /// in a fixed number of such lanes, so that the order of additions is the same everywhere.
 typedef double Pair __attribute__((vector_size(16)));
 
-inline Pair LoadPair(const double *from) {
+inline Pair LoadPair(const double* from) {
   Pair pair;
   std::memcpy(&pair, from, sizeof pair);
   return pair;
@@ -95,7 +95,7 @@ struct ReadingSums {
     y += range * sine;
     length += range;
   }
-  void AddTo(Surroundings *seen) const {
+  void AddTo(Surroundings* seen) const {
     seen->x += x[0] + x[1];
     seen->y += y[0] + y[1];
     seen->length += length[0] + length[1];
@@ -103,8 +103,8 @@ struct ReadingSums {
 };
 
 /// Adds a sensor's readings; there are table.size() of them. What is longer than `cap` is cut.
-inline void AddReadings(const RayTable &table, const double *ranges, double cap,
-                        Surroundings *seen) {
+inline void AddReadings(const RayTable& table, const double* ranges, double cap,
+                        Surroundings* seen) {
   const double *cosine = table.cosine.data(), *sine = table.sine.data();
   const size_t count = table.size();
   ReadingSums even, odd;  // two, as an addition has to wait for the one before
@@ -137,8 +137,8 @@ struct Path {
 };
 
 /// Shortens the free path by what a sensor has hit.
-inline void LimitFreePath(const RayTable &table, const double *ranges, const Path &path,
-                          Surroundings *seen) {
+inline void LimitFreePath(const RayTable& table, const double* ranges, const Path& path,
+                          Surroundings* seen) {
   const double *cosine = table.cosine.data(), *sine = table.sine.data();
   Pair nearest = Both(seen->free_path);
   size_t i = table.front_begin;
@@ -164,7 +164,7 @@ struct DisperseRule {
 };
 
 /// How a disc of that radius is to move.
-inline Drive Disperse(const Surroundings &seen, double radius, const DisperseRule &rule) {
+inline Drive Disperse(const Surroundings& seen, double radius, const DisperseRule& rule) {
   if (!(seen.length > 0)) return Drive();
   const double mean = seen.length / seen.rays;
   const double x = seen.x - mean * seen.cosine_sum;

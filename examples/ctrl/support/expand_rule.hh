@@ -19,14 +19,14 @@ namespace ctrl {
 using Sensors = std::vector<Stg::ModelRanger::Sensor>;
 
 /// The reading of a sensor with one ray; 0 if it has none.
-inline double Reading(const Stg::ModelRanger::Sensor &sensor) {
+inline double Reading(const Stg::ModelRanger::Sensor& sensor) {
   return sensor.ranges.empty() ? 0.0 : sensor.ranges[0];
 }
 
 /// The vector sum of all readings, each in the direction that its sensor looks in.
-inline Stg::point_t OpenSpace(const Sensors &sensors) {
+inline Stg::point_t OpenSpace(const Sensors& sensors) {
   Stg::point_t sum;
-  for (const auto &sensor : sensors) {
+  for (const auto& sensor : sensors) {
     const Stg::SineCosine direction = Stg::SinCos(sensor.pose.a);
     sum.x += Reading(sensor) * direction.cosine;
     sum.y += Reading(sensor) * direction.sine;
@@ -49,12 +49,12 @@ struct ExpandRule {
 
 /// One update; nothing if the sum lies exactly on an axis, in which case the last command stands.
 /// `sensors` must have all those that the rule names.
-inline std::optional<Drive> Expand(const Sensors &sensors, const ExpandRule &rule) {
+inline std::optional<Drive> Expand(const Sensors& sensors, const ExpandRule& rule) {
   const Stg::point_t open = OpenSpace(sensors);
   if (open.x == 0.0 || open.y == 0.0) return std::nullopt;
   const double theta = std::atan2(open.y, open.x);
   bool clear = std::fabs(theta) < rule.ahead;
-  for (const Clearance &c : rule.clearances)
+  for (const Clearance& c : rule.clearances)
     clear = clear && Reading(sensors[c.sensor]) > c.distance;
   return Drive{clear ? rule.speed : 0.0, rule.turn_gain * theta};
 }

@@ -38,14 +38,14 @@ struct ObstacleView {
   double min_left = 1e6, min_right = 1e6;
 };
 
-inline ObstacleView LookForObstacles(const std::vector<double> &ranges, const ObstacleRule &rule) {
+inline ObstacleView LookForObstacles(const std::vector<double>& ranges, const ObstacleRule& rule) {
   ObstacleView view;
   const size_t count = ranges.size();
   const size_t side = count / rule.window_divisor;
   for (size_t i = 0; i < count; i++) {
     if (i > side && i < count - side && ranges[i] < rule.front_distance) view.obstructed = true;
     if (ranges[i] < rule.stop_distance) view.stop = true;
-    double &nearest = i > count / 2 ? view.min_left : view.min_right;
+    double& nearest = i > count / 2 ? view.min_left : view.min_right;
     nearest = std::min(nearest, ranges[i]);
   }
   return view;
@@ -54,8 +54,8 @@ inline ObstacleView LookForObstacles(const std::vector<double> &ranges, const Ob
 /// One update; nothing where there are no ranges. `draw` returns a random integer of 0 or more and
 /// is called once, at the beginning of a turn.
 template <class Draw>
-std::optional<ObstacleCommand> AvoidObstacles(const std::vector<double> &ranges,
-                                              const ObstacleRule &rule, ObstacleState *state,
+std::optional<ObstacleCommand> AvoidObstacles(const std::vector<double>& ranges,
+                                              const ObstacleRule& rule, ObstacleState* state,
                                               Draw draw) {
   if (ranges.empty()) return std::nullopt;
   const ObstacleView view = LookForObstacles(ranges, rule);

@@ -20,35 +20,35 @@ struct Drive {
 };
 
 /// Ends the program: a robot without its controller would make the whole run worthless.
-[[noreturn]] inline void GiveUp(const std::string &controller, const Stg::Model &model,
-                                const std::string &reason, int exit_status = 1) {
+[[noreturn]] inline void GiveUp(const std::string& controller, const Stg::Model& model,
+                                const std::string& reason, int exit_status = 1) {
   std::fprintf(stderr, "%s: %s: %s\n", controller.c_str(), model.Token(), reason.c_str());
   std::exit(exit_status);
 }
 
 /// The model as a position model. Gives up if it is another one.
-inline Stg::ModelPosition *RequirePosition(const std::string &controller, Stg::Model *model) {
-  if (auto *position = dynamic_cast<Stg::ModelPosition *>(model)) return position;
+inline Stg::ModelPosition* RequirePosition(const std::string& controller, Stg::Model* model) {
+  if (auto* position = dynamic_cast<Stg::ModelPosition*>(model)) return position;
   GiveUp(controller, *model,
          "found a model of type " + model->GetModelType() +
              ", expected a position: this controller drives robots");
 }
 
 /// The model's first ranger that no controller has taken yet. Gives up if there is none.
-inline Stg::ModelRanger *RequireUnusedRanger(const std::string &controller, Stg::Model *model) {
-  Stg::Model *found = model->GetUnusedModelOfType("ranger");
-  if (auto *ranger = dynamic_cast<Stg::ModelRanger *>(found)) return ranger;
+inline Stg::ModelRanger* RequireUnusedRanger(const std::string& controller, Stg::Model* model) {
+  Stg::Model* found = model->GetUnusedModelOfType("ranger");
+  if (auto* ranger = dynamic_cast<Stg::ModelRanger*>(found)) return ranger;
   GiveUp(controller, *model, "found no ranger that is not in use, expected one on the robot");
 }
 
 /// Registers a callback with a typed second argument. A wrapper instead of the customary cast of
 /// the function pointer, which is undefined behaviour.
-template <class Robot, void (*kUpdate)(Robot *)>
-void CallOnUpdate(Stg::Model *sensor, Robot *robot) {
+template <class Robot, void (*kUpdate)(Robot*)>
+void CallOnUpdate(Stg::Model* sensor, Robot* robot) {
   sensor->AddCallback(
       Stg::Model::CB_UPDATE,
-      [](Stg::Model *, void *user) {
-        kUpdate(static_cast<Robot *>(user));
+      [](Stg::Model*, void* user) {
+        kUpdate(static_cast<Robot*>(user));
         return 0;  // stay registered
       },
       robot);
@@ -57,7 +57,7 @@ void CallOnUpdate(Stg::Model *sensor, Robot *robot) {
 /// The state of one more robot. States live as long as the process, since nobody tells a
 /// controller when its model is deleted.
 template <class Robot>
-Robot *NewRobot() {
+Robot* NewRobot() {
   static std::deque<Robot> robots;
   return &robots.emplace_back();
 }
