@@ -37,11 +37,26 @@
 #include "geometry/geometry.hh"
 #include "geometry/random.hh"
 #include "geometry/trace.hh"
+#include "models/actuator.hh"
 #include "models/ancestor.hh"
+#include "models/blinkenlight.hh"
+#include "models/blobfinder.hh"
+#include "models/bumper.hh"
+#include "models/camera.hh"
+#include "models/camera_view.hh"
+#include "models/fiducial.hh"
+#include "models/flag.hh"
+#include "models/gripper.hh"
+#include "models/lightindicator.hh"
+#include "models/log_entry.hh"
 #include "models/messages.hh"
 #include "models/model.hh"
 #include "models/position.hh"
+#include "models/power_pack.hh"
 #include "models/ranger.hh"
+#include "models/state_hasher.hh"
+#include "models/visualizer.hh"
+#include "models/wifi.hh"
 #include "world/statistics.hh"
 #include "world/world.hh"
 
@@ -58,6 +73,21 @@ const char* Version();
 unsigned int FullVersion();
 /// Fills Model::name_map with the built-in types. Init() does.
 void RegisterModels();
+
+/// About the program.
+extern const char COPYRIGHT[], AUTHORS[], WEBSITE[], DESCRIPTION[], LICENSE[];
+
+/// A fiducial_return that is none.
+enum { FiducialNone = 0 };
+
+typedef struct {
+  int enabled;
+  Pose pose;
+  meters_t size;
+  Color color;
+  msec_t period;
+  double duty_cycle;
+} blinkenlight_t;
 
 /// Removes all elements equal to `thing` from a sequence.
 template <class T, class C>

@@ -9,6 +9,10 @@
 
 namespace Stg {
 
+point_t* unit_square_points_create() {
+  return new point_t[4]{point_t(0, 0), point_t(1, 0), point_t(1, 1), point_t(0, 1)};
+}
+
 double normalize(double a) {
   if (a >= -M_PI && a <= M_PI) return a;
   // The common case, one turn too far, by the additions that Stage users know; beyond, a remainder

@@ -176,6 +176,20 @@ class point_int_t {
   bool operator==(const point_int_t& o) const { return x == o.x && y == o.y; }
 };
 
+/// A rectangle anywhere in the plane.
+typedef struct {
+  Pose pose;
+  Size size;
+} rotrect_t;
+
+typedef struct {
+  Bounds range;
+  radians_t angle;
+} fov_t;
+
+/// A new array of the corners (0, 0), (1, 0), (1, 1) and (0, 1); to be freed with delete[].
+point_t* unit_square_points_create();
+
 }  // namespace Stg
 
 #endif

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Sine and cosine that give the same bits on every processor.
+// Sine, cosine and arc tangent that give the same bits on every processor.
 //
 // A C library picks variants of sin() and cos() by processor (with or without fused multiply-add),
 // and these differ in the last bit; so would trajectories, from one machine to the next. Here only
@@ -73,6 +73,56 @@ inline SineCosine SinCos(double angle) {
     default:
       return {-cosine, sine};
   }
+}
+
+namespace trigonometry {
+
+/// atan(x) for x >= 0: fdlibm's reduction to the angle from the nearest of atan(0), atan(1/2),
+/// atan(1), atan(3/2) and atan(infinity), given in two parts, and its polynomial.
+inline double ArcTangentOfRatio(double x) {
+  double high = 0.0, low = 0.0, t = x;
+  if (x >= 2.4375) {
+    high = 1.57079632679489655800e+00;
+    low = 6.12323399573676603587e-17;
+    t = -1.0 / x;
+  } else if (x >= 1.1875) {
+    high = 9.82793723247329054082e-01;
+    low = 1.39033110312309984516e-17;
+    t = (x - 1.5) / (1.0 + 1.5 * x);
+  } else if (x >= 0.6875) {
+    high = 7.85398163397448278999e-01;
+    low = 3.06161699786838301793e-17;
+    t = (x - 1.0) / (x + 1.0);
+  } else if (x >= 0.4375) {
+    high = 4.63647609000806093515e-01;
+    low = 2.26987774529616870924e-17;
+    t = (2.0 * x - 1.0) / (2.0 + x);
+  }
+  const double z = t * t, w = z * z;
+  const double odd =
+      z * (3.33333333333329318027e-01 +
+           w * (1.42857142725034663711e-01 +
+                w * (9.09088713343650656196e-02 +
+                     w * (6.66107313738753120669e-02 +
+                          w * (4.97687799461593236017e-02 + w * 1.62858201153657823623e-02)))));
+  const double even =
+      w * (-1.99999999998764832476e-01 +
+           w * (-1.11111104054623557880e-01 +
+                w * (-7.69187620504482999495e-02 +
+                     w * (-5.83357013379057348645e-02 + w * -3.65315727442169155270e-02))));
+  return high - ((t * (odd + even) - low) - t);
+}
+
+}  // namespace trigonometry
+
+/// The angle of the point (x, y), in [-pi, pi]: what atan2() gives, in the last bit the same on
+/// every processor. NaN for NaN and if both are infinite.
+inline double ArcTangent(double y, double x) {
+  const double ax = std::fabs(x), ay = std::fabs(y);
+  double angle = ax == 0 && ay == 0 ? 0.0 : trigonometry::ArcTangentOfRatio(ay / ax);
+  if (x < 0 || (ay == 0 && std::signbit(x)))
+    angle = M_PI - (angle - 1.22464679914735317720e-16);  // pi has more digits than M_PI
+  return std::copysign(angle, y);
 }
 
 }  // namespace Stg

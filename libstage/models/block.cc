@@ -28,22 +28,47 @@ void OrientPolygon(std::vector<point_t>* points) {
 
 // ---- BlockGroup ---------------------------------------------------------------------------------
 
-void BlockGroup::Add(std::vector<point_t> points, Bounds z_range) {
-  Erase();
+/// The blocks as they are fitted now become what later fitting starts from.
+void BlockGroup::FreezeShape() {
   for (const auto& block : blocks_) {
     block->source_points_ = block->points_;
     block->source_z_ = block->z_;
   }
+}
+
+void BlockGroup::Add(std::vector<point_t> points, Bounds z_range) {
+  Erase();
+  FreezeShape();
+  WidenRadius(points);
   blocks_.push_back(std::make_unique<Block>(std::move(points), z_range));
+}
+
+void BlockGroup::WidenRadius(const std::vector<point_t>& points) {
+  for (const point_t& p : points) radius_ = std::max(radius_, std::sqrt(p.x * p.x + p.y * p.y));
 }
 
 void BlockGroup::AddRectangle(double x, double y, double dx, double dy, Bounds z_range) {
   Add({{x, y}, {x + dx, y}, {x + dx, y + dy}, {x, y + dy}}, z_range);
 }
 
+void BlockGroup::ChangeRectangle(size_t index, const bounds3d_t& box) {
+  FreezeShape();
+  Block& block = *blocks_[index];
+  block.source_points_ = {{box.x.min, box.y.min},
+                          {box.x.max, box.y.min},
+                          {box.x.max, box.y.max},
+                          {box.x.min, box.y.max}};
+  block.source_z_ = box.z;
+  block.points_ = block.source_points_;
+  WidenRadius(block.points_);
+  block.z_ = block.source_z_;
+}
+
 void BlockGroup::Clear() {
   Erase();
   blocks_.clear();
+  radius_ = 0;
+  times_cleared_++;
 }
 
 namespace {
@@ -93,12 +118,14 @@ void BlockGroup::Fit(const Size& size) {
   const double dx = Extent(box.x), dy = Extent(box.y), dz = Extent(box.z);
   const double scale_x = size.x / dx, scale_y = size.y / dy, scale_z = size.z / dz;
   const double centre_x = box.x.min + dx / 2.0, centre_y = box.y.min + dy / 2.0;
+  radius_ = 0;
   for (const auto& block : blocks_) {
     for (size_t i = 0; i < block->points_.size(); i++) {
       const point_t& p = block->source_points_[i];
       block->points_[i] = point_t((p.x - centre_x) * scale_x, (p.y - centre_y) * scale_y);
     }
     block->z_ = Bounds(block->source_z_.min * scale_z, block->source_z_.max * scale_z);
+    WidenRadius(block->points_);
   }
 }
 

@@ -57,13 +57,19 @@ class BlockGroup {
   /// again afterwards.
   void Add(std::vector<point_t> points, Bounds z_range);
   void AddRectangle(double x, double y, double dx, double dy, Bounds z_range);
+  /// Changes a block that is a rectangle, as AddRectangle() makes them. Draw it again afterwards.
+  void ChangeRectangle(size_t index, const bounds3d_t& box);
   /// Erases the body from the grid and forgets it.
   void Clear();
+  /// How often it was cleared: tells whether blocks that one has added are still there.
+  unsigned times_cleared() const { return times_cleared_; }
 
   /// Stretches and centres the body in plan to fill size.x by size.y; heights are scaled to
   /// size.z in all, and not shifted.
   void Fit(const Size& size);
   bounds3d_t BoundingBox() const;
+  /// Of a circle about the origin of the body's frame that all blocks lie in, seen from above.
+  double radius() const { return radius_; }
 
   /// Takes the body off the grid.
   void Erase();
@@ -73,8 +79,13 @@ class BlockGroup {
   void RefreshVisibility(bool ranger_visible);
 
  private:
+  void FreezeShape();
+  void WidenRadius(const std::vector<point_t>& points);
+
   Model& owner_;
   std::vector<std::unique_ptr<Block>> blocks_;
+  double radius_ = 0;
+  unsigned times_cleared_ = 0;
 };
 
 /// Where the bodies of a model and its descendants would lie in the grid, with the poses that the

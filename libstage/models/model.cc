@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 
 #include "geometry/random.hh"
 #include "models/block.hh"
+#include "models/flag.hh"
 #include "models/messages.hh"
+#include "models/power_pack.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 
@@ -53,6 +56,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       stack_children(true),
       stall(false),
       subs(0),
+      trail_index(0),
       trail_length(20),
       trail_interval(10),
       type(type_),
@@ -66,6 +70,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       scene_(&world_->scene()),
       window_batch_(0),
       update_chain_(0),
+      loaded_(false),
       hidden_from_rangers_(false) {
   Ancestor& above = parent ? static_cast<Ancestor&>(*parent) : *world;
   const unsigned int count = above.CountOfType(type);
@@ -79,6 +84,8 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
 
 Model::~Model() {
   DeleteChildren();
+  StopCharging();
+  power_pack.reset();
   blockgroup->Clear();
   if (parent)
     parent->RemoveChild(this);
@@ -114,6 +121,23 @@ Model* Model::GetUnsubscribedModelOfType(const std::string& wanted) const {
   for (const Model* child : children)
     if (Model* found = child->GetUnsubscribedModelOfType(wanted)) return found;
   return nullptr;
+}
+
+Model* Model::LookupId(uint32_t wanted) { return World::FindModel(wanted); }
+
+void Model::Print(char* prefix) const {
+  std::printf("%s%s %s:%s\n", prefix ? prefix : "", prefix ? " model" : "Model", world->Token(),
+              Token());
+  for (const Model* child : children) child->Print(prefix);
+}
+
+const char* Model::PrintWithPose() const {
+  static thread_local std::string text;
+  const Pose g = GetGlobalPose();
+  char numbers[256];
+  std::snprintf(numbers, sizeof numbers, " @ [%.2f,%.2f,%.2f,%.2f]", g.x, g.y, g.z, g.a);
+  text = token + numbers;
+  return text.c_str();
 }
 
 bool Model::IsAntecedent(const Model* testmod) const {
@@ -335,12 +359,15 @@ void Model::Unsubscribe() {
 
 void Model::Startup() {
   world->ScheduleUpdate(this, ++update_chain_);
+  if (FindPowerPack()) world->EnableEnergy(this);
   CallCallbacks(CB_STARTUP);
 }
 
 void Model::Shutdown() {
   update_chain_++;  // what is pending is void
   CallCallbacks(CB_SHUTDOWN);
+  world->DisableEnergy(this);
+  StopCharging();
 }
 
 void Model::Update() {

@@ -8,6 +8,8 @@
 #ifndef STAGE_MODELS_MODEL_HH
 #define STAGE_MODELS_MODEL_HH
 
+#include <functional>
+#include <list>
 #include <map>
 #include <memory>
 #include <string>
@@ -20,6 +22,10 @@
 namespace Stg {
 
 class BlockGroup;
+class Option;
+class PowerPack;
+class StateHasher;
+class Visualizer;
 class Worldfile;
 namespace sensing {
 struct Scene;
@@ -55,6 +61,8 @@ class Visibility {
 
 class Model : public Ancestor {
  public:
+  class Flag;
+
   typedef enum {
     CB_FLAGDECR,
     CB_FLAGINCR,
@@ -87,7 +95,13 @@ class Model : public Ancestor {
   const std::string& GetModelType() const { return type; }
   /// A serial number, unique in the process.
   uint32_t GetId() const { return id; }
+  /// The model of that number in any world; null if there is none.
+  static Model* LookupId(uint32_t id);
   std::string PoseString() { return GetPose().String(); }
+  /// Its name and its descendants', a line each.
+  virtual void Print(char* prefix) const;
+  /// "name @ [x,y,z,a]", global. Valid until this thread's next call for any model.
+  virtual const char* PrintWithPose() const;
 
   World* GetWorld() const { return world; }
   Model* Parent() const { return parent; }
@@ -156,6 +170,9 @@ class Model : public Ancestor {
   bool HasSubscribers() const { return subs > 0; }
   usec_t GetInterval() { return interval; }
   usec_t GetUpdateInterval() const { return interval; }
+  usec_t GetEnergyInterval() const { return kEnergyInterval; }
+  /// Never: nobody takes note of who has read the data.
+  bool DataIsFresh() const { return false; }
   /// A disabled model is not moved by its velocity.
   void Enable() { disabled = false; }
   void Disable() { disabled = true; }
@@ -184,6 +201,22 @@ class Model : public Ancestor {
   int RemoveCallback(callback_type_t type, model_callback_t callback);
   int CallCallbacks(callback_type_t type);
 
+  class cb_t {
+   public:
+    model_callback_t callback;
+    void* arg;
+
+    cb_t() : callback(NULL), arg(NULL) {}
+    cb_t(model_callback_t cb, void* a) : callback(cb), arg(a) {}
+    cb_t(world_callback_t cb, void* a)
+        : callback(reinterpret_cast<model_callback_t>(reinterpret_cast<void (*)()>(cb))), arg(a) {}
+    bool operator<(const cb_t& o) const {
+      const std::less<model_callback_t> before;
+      return callback == o.callback ? std::less<void*>()(arg, o.arg) : before(callback, o.callback);
+    }
+    bool operator==(const cb_t& o) const { return callback == o.callback; }
+  };
+
   // ---- appearance and visibility ----
 
   Color GetColor() const { return color; }
@@ -205,17 +238,46 @@ class Model : public Ancestor {
   void SetGuiMove(bool val) { gui.move = val; }
   void SetGuiGrid(bool val) { gui.grid = val; }
   void SetGuiOutline(bool val) { gui.outline = val; }
-  void SetWatts(watts_t w) { watts = w; }
-
   void Say(const std::string& str) { say_string = str; }
   std::string GetSayString() { return say_string; }
 
-  void NeedRedraw() {}
-  void Redraw() {}
+  // Without a window, what follows does nothing.
+
+  /// Not owned: it must live as long as it is attached. The first visualizer of a menu name decides
+  /// whether the option is on at first.
+  void AddVisualizer(Visualizer* custom_visual, bool on_by_default);
+  void RemoveVisualizer(Visualizer* custom_visual);
+  void NeedRedraw();
+  void Redraw();
+  /// A stack of colours, for drawing in Visualizer::Visualize().
+  virtual void PushColor(Color col);
+  virtual void PushColor(double r, double g, double b, double a);
+  virtual void PopColor();
+
+  // ---- energy and flags ----
+
+  /// Power drawn while it has subscribers and a power pack.
+  void SetWatts(watts_t w) { watts = w; }
+  /// Its own, or the nearest ancestor's that has one, or null.
+  PowerPack* FindPowerPack() const;
+
+  // Flags are not owned; null is ignored.
+
+  void AddFlag(Flag* flag);   ///< at the end
+  void PushFlag(Flag* flag);  ///< at the front
+  Flag* PopFlag();            ///< from the front; null if there is none
+  /// All occurrences.
+  void RemoveFlag(Flag* flag);
+  unsigned int GetFlagCount() const { return static_cast<unsigned int>(flag_list.size()); }
+
+  /// Feeds what simulation changes in this model to World::StateHash(): its pose, its data. A type
+  /// with data of its own overrides it and calls its parent class first.
+  virtual void HashState(StateHasher& hasher) const;
 
   /// Draws the body for rangers again if it was hidden from them and no longer is; true if so. For
   /// the library's own rooms, like the next one.
   bool ShowAgainToRangers();
+  const BlockGroup& body() const { return *blockgroup; }
   /// What the world's models share.
   sensing::Scene& scene() const { return *scene_; }
 
@@ -227,11 +289,38 @@ class Model : public Ancestor {
   struct GuiState {
     bool grid, move, nose, outline;
   };
+  class TrailItem {
+   public:
+    usec_t time;
+    Pose pose;  ///< global
+    Color color;
+
+    TrailItem(usec_t t, const Pose& p, const Color& c) : time(t), pose(p), color(c) {}
+  };
+  /// Each step of a world pays for this much time, microseconds.
+  static const usec_t kEnergyInterval = 100000;
 
   virtual void Startup();
   virtual void Shutdown();
   /// One update. Overriding it, call Model::Update(), which schedules the next.
   virtual void Update();
+  /// The rest of an update, for what has to wait until the rays of the step are traced, such as
+  /// changes of bodies. Called if Update() asked World::QueueSensed() for it, before bodies move.
+  virtual void Sensed() {}
+  /// One step of motion, of models that asked World::StartMoving() for it.
+  virtual void Move() {}
+
+  /// The model's share in the world's energy phase; see power_pack.hh.
+  virtual void UpdateCharge();
+
+  /// Adds the unrelated models whose outlines share a cell with one of this model's own blocks,
+  /// whatever their height, in the order of creation.
+  void AppendTouchingModels(std::vector<Model*>* touching) const;
+  /// Writes down where the model is, over the oldest item if the trail is full.
+  void UpdateTrail();
+  /// The trail, the oldest item first.
+  std::vector<TrailItem> Trail() const;
+  void RegisterOption(Option* option);
 
   /// Draws the model's body, and those of its descendants, where they are now.
   void Map();
@@ -245,7 +334,9 @@ class Model : public Ancestor {
   std::unique_ptr<BlockGroup> blockgroup;
   bool boundary;
   Color color;
+  std::vector<Visualizer*> cv_list;
   bool disabled;
+  std::list<Flag*> flag_list;
   double friction;
   Geom geom;
   GuiState gui;
@@ -256,12 +347,15 @@ class Model : public Ancestor {
   kg_t mass;
   Model* parent;
   Pose pose;
+  std::unique_ptr<PowerPack> power_pack;
+  std::vector<PowerPack*> pps_charging;  // those that this model charged in its last update
   Model* root;
   std::string say_string;
   bool stack_children;
   bool stall;
   unsigned int subs;
-  unsigned int trail_length, trail_interval;
+  std::vector<TrailItem> trail;  // once it is full, trail_index is the oldest item
+  unsigned int trail_index, trail_length, trail_interval;
   const std::string type;
   bool used;
   watts_t watts, watts_give, watts_take;
@@ -282,6 +376,7 @@ class Model : public Ancestor {
     int Tidy(callback_type_t t);
   };
 
+  void LoadEnergy();
   void LoadBody();
   void LoadGuiState();
   void LoadName();
@@ -289,6 +384,7 @@ class Model : public Ancestor {
   void AddBoundary();
   void SetRoot(Model* new_root);
   void CollectCells(grid::CellLists* lists) const;
+  void StopCharging();
   bool HasCallbacks(callback_type_t t) const {
     return callbacks_.get() != NULL && !callbacks_->of[t].empty();
   }
@@ -298,6 +394,7 @@ class Model : public Ancestor {
   std::unique_ptr<sensing::Window> window_;   // only of roots that carry rangers
   uint64_t window_batch_;                     // the batch that window_ belongs to
   uint64_t update_chain_;                     // a pending update of an older chain is void
+  bool loaded_;                               // not for the first time, if it loads again
   bool hidden_from_rangers_;                  // its body was drawn while rangers looked through it
 };
 

@@ -10,6 +10,7 @@
 #include "models/block.hh"
 #include "models/messages.hh"
 #include "models/model.hh"
+#include "models/power_pack.hh"
 #include "world/controller.hh"
 #include "world/world.hh"
 #include "worldfile/find_file.hh"
@@ -70,7 +71,7 @@ void Model::Load(Worldfile* file, int entity) {
 void Model::Load() {
   if (!wf) return;
   wf->ReadInt(wf_entity, "event_queue", 0);  // overwritten when the model starts: no effect
-  watts = wf->ReadFloat(wf_entity, "watts", watts);
+  LoadEnergy();
   debug = wf->ReadInt(wf_entity, "debug", debug);
   LoadName();
   if (debug) std::printf("Model \"%s\" is in debug mode\n", Token());
@@ -82,7 +83,8 @@ void Model::Load() {
   Pose new_pose = pose;
   SetPose(new_pose.Load(wf, wf_entity, "pose"));
   color.Load(wf, wf_entity);
-  LoadBody();
+  // Loaded again, the model keeps its body (pictures do not change) and its controllers.
+  if (!loaded_) LoadBody();
 
   stack_children = wf->ReadInt(wf_entity, "stack_children", stack_children);
   mass = wf->ReadFloat(wf_entity, "mass", mass);
@@ -90,7 +92,8 @@ void Model::Load() {
   LoadGuiState();
   map_resolution = wf->ReadFloat(wf_entity, "map_resolution", map_resolution);
   friction = wf->ReadFloat(wf_entity, "friction", friction);
-  LoadControllers();
+  if (!loaded_) LoadControllers();
+  loaded_ = true;
 
   // At least a microsecond: an interval of zero means every step.
   const int milliseconds =
@@ -109,6 +112,23 @@ void Model::Load() {
   blockgroup->Fit(geom.size);
   Map();
   CallCallbacks(CB_LOAD);
+}
+
+void Model::LoadEnergy() {
+  const auto read = [this](const char* name, double unit, bool is_stored) {
+    if (!wf->PropertyExists(wf_entity, name)) return;
+    const joules_t joules = wf->ReadFloat(wf_entity, name, 0) * unit;
+    if (!power_pack) power_pack = std::make_unique<PowerPack>(this);
+    power_pack->SetCapacity(joules);
+    if (is_stored) power_pack->SetStored(joules);
+  };
+  read("joules", 1, true);
+  read("joules_capacity", 1, false);
+  read("kjoules", 1000, true);
+  read("kjoules_capacity", 1000, false);
+  watts = wf->ReadFloat(wf_entity, "watts", watts);
+  watts_give = wf->ReadFloat(wf_entity, "give_watts", watts_give);
+  watts_take = wf->ReadFloat(wf_entity, "take_watts", watts_take);
 }
 
 void Model::LoadName() {

@@ -9,6 +9,7 @@
 #include "geometry/trigonometry.hh"
 #include "models/block.hh"
 #include "models/messages.hh"
+#include "models/state_hasher.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -126,6 +127,11 @@ void ModelPosition::SetOdom(Pose odom) {
   const double da = normalize(g.a - odom.a);
   const point_t offset = Turned(odom.x, odom.y, da);
   est_origin = Pose(g.x - offset.x, g.y - offset.y, est_origin.z, da);
+}
+
+void ModelPosition::HashState(StateHasher& hasher) const {
+  Model::HashState(hasher);
+  hasher.Add(velocity);
 }
 
 // ---- loading ------------------------------------------------------------------------------------

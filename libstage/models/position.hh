@@ -68,14 +68,18 @@ class ModelPosition : public Model {
     Waypoint(meters_t x, meters_t y, meters_t z, radians_t a, Color c)
         : pose(x, y, z, a), color(c) {}
     Waypoint() {}
+    /// Of a library without a window: draws nothing.
+    void Draw() const {}
   };
   std::vector<Waypoint> waypoints;  ///< to look at; no effect on motion
+
+  void HashState(StateHasher& hasher) const override;
 
  protected:
   friend class World;
 
   /// One step of motion; refused as a whole if it would end in an obstacle.
-  virtual void Move();
+  void Move() override;
   void Startup() override;
   void Shutdown() override;
   void Update() override;

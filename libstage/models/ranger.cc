@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "geometry/trigonometry.hh"
+#include "models/noise.hh"
+#include "models/state_hasher.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
@@ -22,24 +24,6 @@ constexpr unsigned kMaxSamples = 100000000;
 /// stops them.
 bool StopsRanger(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0.0);
-}
-
-/// A number that depends on nothing but the text: FNV-1a.
-uint64_t HashOf(const std::string& text) {
-  uint64_t hash = 0xcbf29ce484222325u;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return hash;
-}
-
-/// Uniform in [-1, 1).
-double UniformError(Random* random) { return random->Uniform(-1.0, 1.0); }
-
-/// Normal, mean 0, variance 1: the sum of twelve uniform numbers (Irwin-Hall). It needs no
-/// logarithm, which would differ in the last bit from one machine to the next.
-double NormalError(Random* random) {
-  double sum = -6.0;
-  for (int i = 0; i < 12; i++) sum += random->Uniform();
-  return sum;
 }
 
 /// What is not a usable magnitude counts as 0.
@@ -147,6 +131,14 @@ void ModelRanger::Print(char* prefix) const {
   }
 }
 
+void ModelRanger::HashState(StateHasher& hasher) const {
+  Model::HashState(hasher);
+  for (const Sensor& sensor : sensors_) {
+    for (const double range : sensor.ranges) hasher.Add(range);
+    for (const double intensity : sensor.intensities) hasher.Add(intensity);
+  }
+}
+
 void ModelRanger::Startup() {
   Model::Startup();
   watts = kWattsPerSensor * static_cast<double>(sensors_.size());
@@ -171,7 +163,6 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
   sensor->Resize();
   if (sensor->sample_count == 0) return;
   if (!sensor->seeded_) {
-    // Its own stream, so that no other sensor and no thread has a say in its noise.
     sensor->random_.Seed(world->seed() ^ HashOf(token + "/" + std::to_string(index)));
     sensor->seeded_ = true;
   }

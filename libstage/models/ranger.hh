@@ -75,7 +75,8 @@ class ModelRanger : public Model, private sensing::RaySink {
   const std::vector<Sensor>& GetSensors() const { return sensors_; }
   std::vector<Sensor>& GetSensorsMutable() { return sensors_; }
   void LoadSensor(Worldfile* wf, int entity);
-  void Print(char* prefix) const;
+  void Print(char* prefix) const override;
+  void HashState(StateHasher& hasher) const override;
 
  protected:
   void Startup() override;

@@ -17,11 +17,14 @@
 #include "sensing/scene.hh"
 #include "sensing/tracer.hh"
 #include "sensing/worker_pool.hh"
+#include "world/fiducial_index.hh"
 #include "world/path_chooser.hh"
 #include "world/scheduler.hh"
 #include "world/statistics.hh"
 
 namespace Stg {
+
+class ModelWifi;
 
 class Engine {
  public:
@@ -29,11 +32,15 @@ class Engine {
   Placement placement;
   Scheduler scheduler;
   RunStatistics statistics;
+  FiducialIndex fiducials;
 
   std::vector<Model*> models;  ///< in the order of creation, the ground first
   std::unordered_map<std::string, Model*> names;
-  std::vector<ModelPosition*> moving;        ///< subscribed positions, in the order of creation
+  std::vector<Model*> moving;                ///< those that asked for it, in the order of creation
+  std::vector<Model*> energy;                ///< running ones with a pack, in the same order
   std::vector<Model*> hidden_from_rangers;   ///< drawn while rangers looked through them
+  std::vector<Model*> sensed;                ///< models with a rest of their update to do
+  std::vector<ModelWifi*> radios;            ///< in the order of creation
   std::vector<Model*> update_callbacks_due;  ///< models that updated in this step
   std::vector<Scheduler::Event> due;         ///< those of this step
   bool loading = false;                      ///< bodies are drawn when all is loaded

@@ -36,9 +36,18 @@ const char* Version() { return kVersion; }
 unsigned int FullVersion() { return 50000; }
 
 void RegisterModels() {
+  Model::name_map["actuator"] = Create<ModelActuator>;
+  Model::name_map["blinkenlight"] = Create<ModelBlinkenlight>;
+  Model::name_map["blobfinder"] = Create<ModelBlobfinder>;
+  Model::name_map["bumper"] = Create<ModelBumper>;
+  Model::name_map["camera"] = Create<ModelCamera>;
+  Model::name_map["fiducial"] = Create<ModelFiducial>;
+  Model::name_map["gripper"] = Create<ModelGripper>;
+  Model::name_map["lightindicator"] = Create<ModelLightIndicator>;
   Model::name_map["model"] = Create<Model>;
   Model::name_map["position"] = Create<ModelPosition>;
   Model::name_map["ranger"] = Create<ModelRanger>;
+  Model::name_map["wifi"] = Create<ModelWifi>;
 }
 
 }  // namespace Stg

@@ -66,14 +66,7 @@ constexpr const char* kWindowProperties[] = {"size",
                                              "energy_stored",
                                              "vis_graph"};
 
-/// Model types of Stage 4.3 that this version does not have yet.
-constexpr const char* kTypesToCome[] = {"actuator", "blinkenlight", "blobfinder", "bumper",
-                                        "camera",   "fiducial",     "gripper",    "lightindicator"};
-
 std::string UnknownType(const std::string& type) {
-  for (const char* to_come : kTypesToCome)
-    if (type == to_come)
-      return "found a model of type \"" + type + "\", which this version does not have yet";
   std::string known;
   for (const auto& [name, creator] : Model::name_map) known += name + ", ";
   return "found \"" + type + "\", expected a model type (" + known +
@@ -145,6 +138,15 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
   std::fflush(stdout);
   engine_->statistics.load_seconds = WallClock() - start;
   return true;
+}
+
+void World::Reload() {
+  if (!wf) return;
+  try {
+    for (Model* model : engine_->models) model->Load();
+  } catch (const LoadError& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+  }
 }
 
 void World::LoadWorldProperties() {

@@ -20,6 +20,7 @@ struct PhaseSeconds {
   double trace = 0;      ///< rays to hits to readings
   double move = 0;       ///< positions integrate, test collisions, are drawn anew
   double callbacks = 0;  ///< controllers and world callbacks
+  double energy = 0;     ///< power packs
 };
 
 struct RunStatistics {

@@ -3,8 +3,10 @@
 // The steps of a world. The order of events in one step:
 //   gather     due models update: positions choose their velocities, sensors fill the batch
 //   trace      the batch is traced against the bodies as the last step left them
-//   move       positions move, in the order of creation
+//   finish     what sensors do with what they sensed: grippers grip
+//   move       positions and actuators move, in the order of creation
 //   callbacks  of the models that updated, in that order; then those of the world
+//   energy     running models draw from their power packs, chargers give
 
 #include <algorithm>
 #include <cinttypes>
@@ -38,18 +40,22 @@ bool World::Update(void) {
   const double traced_before = seconds.prefilter + seconds.trace;
   RunDueEvents();
   TraceBatch();
+  FinishSensing();
   const double sensed = WallClock();
   MoveModels();
   const double moved = WallClock();
   CallModelCallbacks();
   CallUpdateCallbacks();
   const double called = WallClock();
+  UpdateEnergy();
 
   seconds.gather += sensed - start - (seconds.prefilter + seconds.trace - traced_before);
   seconds.move += moved - sensed;
   seconds.callbacks += called - moved;
+  seconds.energy += WallClock() - called;
   engine_->statistics.steps++;
   updates++;
+  if (record_trails) UpdateTrails();
   return false;
 }
 
@@ -70,9 +76,26 @@ void World::RunDueEvents() {
 
 void World::TraceBatch() { engine_->TraceBatch(); }
 
+void World::FinishSensing() {
+  // By index: it may delete models, which strikes them out.
+  for (size_t i = 0; i < engine_->sensed.size(); i++)
+    if (engine_->sensed[i]) engine_->sensed[i]->Sensed();
+  engine_->sensed.clear();
+}
+
 void World::MoveModels() {
   // By index: a callback of a model may change the list.
   for (size_t i = 0; i < engine_->moving.size(); i++) engine_->moving[i]->Move();
+}
+
+void World::UpdateEnergy() {
+  for (Model* model : engine_->energy) model->UpdateCharge();
+}
+
+void World::UpdateTrails() {
+  for (Model* model : engine_->moving)
+    if (updates % model->trail_interval == 0 && dynamic_cast<ModelPosition*>(model))
+      model->UpdateTrail();
 }
 
 void World::CallModelCallbacks() {
@@ -119,6 +142,8 @@ void World::Enqueue(unsigned int, usec_t delay, Model* mod, model_callback_t cb,
 void World::ScheduleUpdate(Model* mod, uint64_t chain) {
   engine_->scheduler.Add(sim_time + mod->GetUpdateInterval(), {mod, nullptr, nullptr, chain});
 }
+
+void World::QueueSensed(Model* mod) { engine_->sensed.push_back(mod); }
 
 void World::QueueUpdateCallbacks(Model* mod) { engine_->update_callbacks_due.push_back(mod); }
 

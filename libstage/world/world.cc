@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 
+#include "models/log_entry.hh"
 #include "models/messages.hh"
 #include "models/position.hh"
-#include "models/ranger.hh"
+#include "models/power_pack.hh"
+#include "models/state_hasher.hh"
 #include "world/engine.hh"
 #include "worldfile/worldfile.hh"
 
@@ -33,6 +34,8 @@ World::World(const std::string& name, double ppm)
       quit_time(0),
       sim_time(0),
       updates(0),
+      dirty(false),
+      record_trails(false),
       show_clock(false),
       show_clock_interval(100),
       engine_(std::make_unique<Engine>()),
@@ -66,8 +69,13 @@ void World::ForgetAll() {
   engine_->names.clear();
   engine_->scheduler.Clear();
   engine_->scene.batch.Clear();
+  engine_->fiducials.Clear();
+  engine_->sensed.clear();
   engine_->update_callbacks_due.clear();
   engine_->hidden_from_rangers.clear();
+  for (Model* model : engine_->energy) model->pps_charging.clear();
+  engine_->energy.clear();
+  powerpack_list.clear();
 }
 
 void World::UnLoad() {
@@ -75,6 +83,7 @@ void World::UnLoad() {
   DeleteChildren();
   child_type_counts.clear();
   update_callbacks_.clear();
+  ray_list.clear();
   wf.reset();
   sim_time = 0;
   updates = 0;
@@ -109,8 +118,11 @@ void World::RemoveModel(Model* mod) {
   const auto found = std::find(e.models.rbegin(), e.models.rend(), mod);
   if (found != e.models.rend()) e.models.erase(std::next(found).base());
   std::erase(e.hidden_from_rangers, mod);
+  e.fiducials.Forget(mod);
+  DisableEnergy(mod);
   std::replace(e.update_callbacks_due.begin(), e.update_callbacks_due.end(), mod,
                static_cast<Model*>(nullptr));
+  std::replace(e.sensed.begin(), e.sensed.end(), mod, static_cast<Model*>(nullptr));
   e.scheduler.Forget(mod);
   for (Scheduler::Event& event : e.due)
     if (event.model == mod) event.model = nullptr;
@@ -138,6 +150,29 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
   return model;
 }
 
+Model* World::FindModel(uint32_t id) {
+  for (const World* world : worlds_) {
+    const std::vector<Model*>& models = world->engine_->models;
+    const auto found = std::lower_bound(models.begin(), models.end(), id,
+                                        [](const Model* m, uint32_t i) { return m->GetId() < i; });
+    if (found != models.end() && (*found)->GetId() == id) return *found;
+  }
+  return nullptr;
+}
+
+void World::Log(Model* mod) {
+  if (mod) LogEntry(sim_time, mod);
+}
+
+void World::RegisterOption(Option* option) {
+  if (std::find(option_table.begin(), option_table.end(), option) == option_table.end())
+    option_table.push_back(option);
+}
+
+void World::RecordRay(double x1, double y1, double x2, double y2) {
+  if (IsGUI()) ray_list.push_back({x1, y1, x2, y2});
+}
+
 sensing::Scene& World::scene() { return engine_->scene; }
 Placement& World::placement() { return engine_->placement; }
 bool World::IsLoading() const { return engine_->loading; }
@@ -145,14 +180,39 @@ bool World::IsLoading() const { return engine_->loading; }
 void World::NoteHiddenFromRangers(Model* mod) { engine_->hidden_from_rangers.push_back(mod); }
 void World::ForgetRays(const Model* mod) { engine_->ForgetRays(mod); }
 
-void World::StartMoving(ModelPosition* mod) {
-  std::vector<ModelPosition*>& list = engine_->moving;
+// ---- energy -------------------------------------------------------------------------------------
+
+void World::EnableEnergy(Model* mod) {
+  std::vector<Model*>& list = engine_->energy;
   const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
   if (place == list.end() || *place != mod) list.insert(place, mod);
 }
 
-void World::StopMoving(ModelPosition* mod) {
-  std::vector<ModelPosition*>& list = engine_->moving;
+void World::DisableEnergy(Model* mod) {
+  std::vector<Model*>& list = engine_->energy;
+  const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
+  if (place != list.end() && *place == mod) list.erase(place);
+}
+
+void World::AddPowerPack(PowerPack* pack) { powerpack_list.push_back(pack); }
+
+void World::RemovePowerPack(PowerPack* pack) {
+  const auto found = std::find(powerpack_list.rbegin(), powerpack_list.rend(), pack);
+  if (found == powerpack_list.rend()) return;  // all are going
+  powerpack_list.erase(std::next(found).base());
+  for (Model* model : engine_->energy) std::erase(model->pps_charging, pack);
+}
+
+// ---- what moves ---------------------------------------------------------------------------------
+
+void World::StartMoving(Model* mod) {
+  std::vector<Model*>& list = engine_->moving;
+  const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
+  if (place == list.end() || *place != mod) list.insert(place, mod);
+}
+
+void World::StopMoving(Model* mod) {
+  std::vector<Model*>& list = engine_->moving;
   const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
   if (place != list.end() && *place == mod) list.erase(place);
 }
@@ -220,41 +280,10 @@ void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fo
 
 // ---- state --------------------------------------------------------------------------------------
 
-namespace {
-
-class Fnv1a {
- public:
-  void Add(double value) {
-    unsigned char bytes[sizeof value];
-    if (value == 0) value = 0;  // -0 is 0
-    std::memcpy(bytes, &value, sizeof value);
-    for (const unsigned char byte : bytes) hash_ = (hash_ ^ byte) * 0x100000001b3u;
-  }
-  void Add(const Pose& p) {
-    for (const double value : {p.x, p.y, p.z, p.a}) Add(value);
-  }
-  uint64_t hash() const { return hash_; }
-
- private:
-  uint64_t hash_ = 0xcbf29ce484222325u;
-};
-
-}  // namespace
-
 uint64_t World::StateHash() const {
-  Fnv1a hash;
-  for (const Model* model : engine_->models) {
-    hash.Add(model->GetPose());
-    if (const auto* position = dynamic_cast<const ModelPosition*>(model))
-      hash.Add(position->GetVelocity());
-    if (const auto* ranger = dynamic_cast<const ModelRanger*>(model)) {
-      for (const ModelRanger::Sensor& sensor : ranger->GetSensors()) {
-        for (const double range : sensor.ranges) hash.Add(range);
-        for (const double intensity : sensor.intensities) hash.Add(intensity);
-      }
-    }
-  }
-  return hash.hash();
+  StateHasher hasher;
+  for (const Model* model : engine_->models) model->HashState(hasher);
+  return hasher.hash();
 }
 
 const RunStatistics& World::statistics() const { return engine_->statistics; }

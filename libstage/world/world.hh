@@ -22,8 +22,10 @@ namespace Stg {
 
 class Worldfile;
 class Engine;
-class ModelPosition;
+class Option;
 class Placement;
+class PowerPack;
+class Visualizer;
 struct RunStatistics;
 
 /// A ray to be traced.
@@ -85,6 +87,9 @@ class World : public Ancestor {
   int LoadStatus() const { return load_status_; }
   /// Deletes all models; the clock goes back to 0.
   virtual void UnLoad();
+  /// Lets every model read its properties again, from the world file as it is in memory. Bodies,
+  /// sensors and controllers stay as they are; the clock goes on.
+  virtual void Reload();
   /// Writes what models save into the world file; null: the one that was loaded.
   virtual bool Save(const char* filename);
   Worldfile* GetWorldFile();
@@ -125,6 +130,8 @@ class World : public Ancestor {
   void AddUpdateCallback(world_callback_t cb, void* user);
   int RemoveUpdateCallback(world_callback_t cb, void* user);
   /// cb(mod, arg) once, in the first step whose time is now + delay or later.
+  /// There is one queue.
+  unsigned int GetEventQueue(Model*) const { return 0; }
   void Enqueue(unsigned int queue_num, usec_t delay, Model* mod, model_callback_t cb, void* arg);
 
   /// By full name, former names included. Null and a warning if there is none.
@@ -153,13 +160,30 @@ class World : public Ancestor {
                 const ray_test_func_t func, const Model* model, const void* arg, const bool ztest,
                 std::vector<RaytraceResult>& results);
 
+  /// Writes down where the model is: see LogEntry.
+  void Log(Model* mod);
+
   virtual bool IsGUI() const { return false; }
   virtual void Redraw(void) {}
+  /// The next picture is to be made from scratch.
+  void NeedRedraw() { dirty = true; }
   virtual Model* RecentlySelectedModel() const { return NULL; }
+  virtual void PushColor(Color) {}
+  virtual void PushColor(double, double, double, double) {}
+  virtual void PopColor() {}
+  /// Not owned.
+  void RegisterOption(Option* option);
+  /// A model has got a visualizer: for windows, which make an option for it.
+  virtual void OfferVisualizer(Visualizer*, bool) {}
+  /// A line of the next picture (metres); ignored without a window.
+  void RecordRay(double x1, double y1, double x2, double y2);
+  void ClearRays() { ray_list.clear(); }
+  /// Whether positions write down where they have been, which only windows show. Off at first.
+  void RecordTrails(bool enable) { record_trails = enable; }
 
   /// Where the time went, counts of rays and hits, memory of the grid.
   const RunStatistics& statistics() const;
-  /// FNV-1a over every pose, velocity, range and intensity, in the order of the models.
+  /// FNV-1a over what the models feed to Model::HashState(), in the order of the models.
   uint64_t StateHash() const;
   uint64_t seed() const { return seed_; }
   Random& random() { return random_; }
@@ -174,8 +198,14 @@ class World : public Ancestor {
   Placement& placement();
   void ScheduleUpdate(Model* mod, uint64_t chain);
   void QueueUpdateCallbacks(Model* mod);
-  void StartMoving(ModelPosition* mod);
-  void StopMoving(ModelPosition* mod);
+  void QueueSensed(Model* mod);
+  void StartMoving(Model* mod);
+  void StopMoving(Model* mod);
+  void EnableEnergy(Model* mod);
+  void DisableEnergy(Model* mod);
+  void AddPowerPack(PowerPack* pack);
+  void RemovePowerPack(PowerPack* pack);
+  static Model* FindModel(uint32_t id);
   void NoteHiddenFromRangers(Model* mod);
   void ForgetRays(const Model* mod);
   bool IsLoading() const;
@@ -190,7 +220,10 @@ class World : public Ancestor {
   void CallModelCallbacks();
   void RunDueEvents();
   void TraceBatch();
+  void FinishSensing();
   void MoveModels();
+  void UpdateEnergy();
+  void UpdateTrails();
   void PrintClock();
   void MakeGround();
   void ForgetAll();
@@ -199,10 +232,19 @@ class World : public Ancestor {
   usec_t quit_time;
   usec_t sim_time;
   uint64_t updates;
+  bool dirty;
+  std::vector<Option*> option_table;
+  std::vector<PowerPack*> powerpack_list;
+  bool record_trails;
   bool show_clock;
   unsigned int show_clock_interval;
   std::unique_ptr<Worldfile> wf;
   mutable bounds3d_t extent;
+
+  struct RecordedRay {
+    double x1, y1, x2, y2;
+  };
+  std::vector<RecordedRay> ray_list;
 
  private:
   struct UpdateCallback {

@@ -95,11 +95,9 @@ Json PhasesPerStep(const RunStatistics& run) {
   const auto ms = [&run](double seconds) {
     return Ratio(seconds * 1e3, static_cast<double>(run.steps));
   };
-  return {{"gather", ms(run.seconds.gather)},
-          {"prefilter", ms(run.seconds.prefilter)},
-          {"trace", ms(run.seconds.trace)},
-          {"move", ms(run.seconds.move)},
-          {"callbacks", ms(run.seconds.callbacks)}};
+  return {{"gather", ms(run.seconds.gather)},       {"prefilter", ms(run.seconds.prefilter)},
+          {"trace", ms(run.seconds.trace)},         {"move", ms(run.seconds.move)},
+          {"callbacks", ms(run.seconds.callbacks)}, {"energy", ms(run.seconds.energy)}};
 }
 
 Json Describe(const LoadedWorld& loaded) {

@@ -17,6 +17,8 @@
 namespace ctrl {
 
 using Sensors = std::vector<Stg::ModelRanger::Sensor>;
+/// All of them, or the first ones.
+using SensorSpan = std::span<const Stg::ModelRanger::Sensor>;
 
 /// The reading of a sensor with one ray; 0 if it has none.
 inline double Reading(const Stg::ModelRanger::Sensor& sensor) {
@@ -24,7 +26,7 @@ inline double Reading(const Stg::ModelRanger::Sensor& sensor) {
 }
 
 /// The vector sum of all readings, each in the direction that its sensor looks in.
-inline Stg::point_t OpenSpace(const Sensors& sensors) {
+inline Stg::point_t OpenSpace(SensorSpan sensors) {
   Stg::point_t sum;
   for (const auto& sensor : sensors) {
     const Stg::SineCosine direction = Stg::SinCos(sensor.pose.a);
@@ -49,7 +51,7 @@ struct ExpandRule {
 
 /// One update; nothing if the sum lies exactly on an axis, in which case the last command stands.
 /// `sensors` must have all those that the rule names.
-inline std::optional<Drive> Expand(const Sensors& sensors, const ExpandRule& rule) {
+inline std::optional<Drive> Expand(SensorSpan sensors, const ExpandRule& rule) {
   const Stg::point_t open = OpenSpace(sensors);
   if (open.x == 0.0 || open.y == 0.0) return std::nullopt;
   const double theta = std::atan2(open.y, open.x);

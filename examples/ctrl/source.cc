@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// source: on a zone that flags are taken from. Makes one flag in each update of the model, until it
+// holds as many as it has room for.
+//
+//   ctrl "source 10"
+//
+// The argument is that number; further ones are ignored. Exit status 1: it is missing, or not a
+// number from 1 to 1000000.
+
+#include <deque>
+
+#include "support/arguments.hh"
+#include "support/set_up.hh"
+
+namespace {
+
+const Stg::Color kYellow(1, 1, 0);
+constexpr double kFlagSize = 0.25;  // m
+
+struct Zone {
+  Stg::Model* model = nullptr;
+  double capacity = 0;
+};
+
+void Produce(Zone* zone) {
+  // They live as long as the process: nobody says when a flag is of no use any more.
+  static std::deque<Stg::Model::Flag> flags;
+  if (zone->model->GetFlagCount() < zone->capacity)
+    zone->model->PushFlag(&flags.emplace_back(kYellow, kFlagSize));
+}
+
+}  // namespace
+
+extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
+  Zone* zone = ctrl::NewRobot<Zone>();
+  zone->model = model;
+  const std::vector<std::string> words = ctrl::SplitWords(args->worldfile);
+  if (words.size() < 2 || !ctrl::ReadNumber(words[1], {"capacity", &zone->capacity, 1, 1000000}))
+    ctrl::GiveUp("source", *model,
+                 "found \"" + args->worldfile +
+                     "\", expected a number of flags from 1 to 1000000, as in \"source 10\"");
+  std::printf("source: %s makes flags, up to %.0f\n", model->Token(), zone->capacity);
+  ctrl::CallOnUpdate<Zone, Produce>(model, zone);
+  model->Subscribe();
+  return 0;
+}

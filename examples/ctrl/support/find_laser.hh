@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Which of a robot's rangers is the laser.
+
+#ifndef EXAMPLES_CTRL_SUPPORT_FIND_LASER_HH
+#define EXAMPLES_CTRL_SUPPORT_FIND_LASER_HH
+
+#include "set_up.hh"
+
+namespace ctrl {
+
+/// The first of the children ranger:0 to ranger:15 whose first sensor has more than 8 samples.
+/// Says on standard output which names it tries. Gives up with exit status 2 if there is none.
+inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::Model& model) {
+  constexpr int kNamesTried = 16;
+  constexpr unsigned kFewSamples = 8;  // as many or fewer make no laser
+  for (int i = 0; i < kNamesTried; i++) {
+    const std::string name = "ranger:" + std::to_string(i);
+    auto* ranger = dynamic_cast<Stg::ModelRanger*>(model.GetChild(name));
+    const bool good = ranger && !ranger->GetSensors().empty() &&
+                      ranger->GetSensors()[0].sample_count > kFewSamples;
+    std::printf("%s: %s: is %s a laser? %s\n", controller.c_str(), model.Token(), name.c_str(),
+                good ? "yes" : "no");
+    if (good) return ranger;
+  }
+  GiveUp(controller, model,
+         "found none of ranger:0 to ranger:15 with more than 8 samples, expected one", 2);
+}
+
+}  // namespace ctrl
+
+#endif

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/actuator.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/trigonometry.hh"
+#include "models/block.hh"
+#include "models/messages.hh"
+#include "models/state_hasher.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+constexpr double kWatts = 2.0;
+constexpr double kSecond = 1e6;  // microseconds
+}  // namespace
+
+ModelActuator::ModelActuator(World* world_, Model* parent_, const std::string& type_)
+    : Model(world_, parent_, type_),
+      control_mode_(CONTROL_VELOCITY),
+      type_of_joint_(TYPE_LINEAR),
+      axis_(1, 0, 0),
+      goal_(0),
+      velocity_(0),
+      max_speed_(1),
+      max_position_(1),
+      min_position_(0),
+      has_reference_(false),
+      turned_(0) {
+  watts = kWatts;
+}
+
+ModelActuator::~ModelActuator() { world->StopMoving(this); }
+
+// ---- commands and state -------------------------------------------------------------------------
+
+void ModelActuator::SetGoal(ControlMode mode, double goal) {
+  if (std::isnan(goal)) {
+    PRINT_ERR1("%s: ignored a goal that is not a number", Token());
+    return;
+  }
+  control_mode_ = mode;
+  goal_ = goal;
+}
+
+void ModelActuator::SetSpeed(double speed) { SetGoal(CONTROL_VELOCITY, speed); }
+void ModelActuator::GoTo(double pose_) { SetGoal(CONTROL_POSITION, pose_); }
+
+double ModelActuator::GetPosition() const {
+  if (!has_reference_) return 0.0;
+  if (type_of_joint_ == TYPE_ROTATIONAL)
+    return turned_ + normalize(pose.a - reference_.a - turned_);
+  const SineCosine turn = SinCos(-reference_.a);
+  const double dx = pose.x - reference_.x, dy = pose.y - reference_.y;
+  return axis_.x * (dx * turn.cosine - dy * turn.sine) +
+         axis_.y * (dx * turn.sine + dy * turn.cosine) + axis_.z * (pose.z - reference_.z);
+}
+
+/// In the actuator's own frame.
+Pose ModelActuator::Displacement(double distance) const {
+  if (type_of_joint_ == TYPE_ROTATIONAL) return Pose(0, 0, 0, distance);
+  return Pose(axis_.x * distance, axis_.y * distance, axis_.z * distance, 0);
+}
+
+// ---- loading ------------------------------------------------------------------------------------
+
+void ModelActuator::Load() {
+  if (!wf) return;
+  if (has_reference_) SetPose(reference_);  // it is loaded again
+  Model::Load();
+  LoadJoint();
+  reference_ = pose;
+  has_reference_ = true;
+  const double start = wf->ReadFloat(wf_entity, "start_position", 0);
+  turned_ = start;
+  if (start != 0) SetPose(pose + Displacement(start));
+}
+
+void ModelActuator::Save() {
+  Model::Save();
+  if (!wf || !wf->PropertyExists(wf_entity, "start_position")) return;
+  // Loaded again, the start position is added to the pose: they are saved apart.
+  reference_.Save(wf, wf_entity, "pose");
+  wf->WriteFloat(wf_entity, "start_position", GetPosition());
+}
+
+void ModelActuator::LoadJoint() {
+  const std::string joint = wf->ReadString(wf_entity, "type", "linear");
+  if (joint != "linear" && joint != "rotational")
+    wf->Warn(wf_entity, "type",
+             "found type \"" + joint + "\", expected \"linear\" or \"rotational\"; using linear");
+  type_of_joint_ = joint == "rotational" ? TYPE_ROTATIONAL : TYPE_LINEAR;
+  LoadAxis();
+  max_speed_ = wf->ReadFloat(wf_entity, "max_speed", max_speed_);
+  if (max_speed_ < 0)
+    wf->Fail(wf_entity, "max_speed", "found a negative speed, expected 0 or more");
+  max_position_ = wf->ReadFloat(wf_entity, "max_position", max_position_);
+  min_position_ = wf->ReadFloat(wf_entity, "min_position", min_position_);
+  if (min_position_ > max_position_)
+    wf->Fail(wf_entity, "min_position", "found a smallest position above max_position");
+}
+
+void ModelActuator::LoadAxis() {
+  double x = 1, y = 0, z = 0;
+  wf->ReadTuple(wf_entity, "axis", 0, 3, "fff", &x, &y, &z);
+  if (type_of_joint_ == TYPE_ROTATIONAL) {
+    axis_ = point3_t();
+    return;
+  }
+  const double length = std::sqrt(x * x + y * y + z * z);
+  if (length > 0 && std::isfinite(length)) {
+    axis_ = point3_t(x / length, y / length, z / length);
+    return;
+  }
+  wf->Warn(wf_entity, "axis", "found an axis without direction; using 1 0 0");
+  axis_ = point3_t(1, 0, 0);
+}
+
+void ModelActuator::HashState(StateHasher& hasher) const {
+  Model::HashState(hasher);
+  hasher.Add(velocity_);
+}
+
+// ---- updating -----------------------------------------------------------------------------------
+
+void ModelActuator::Startup() {
+  Model::Startup();
+  if (!has_reference_) reference_ = pose;
+  has_reference_ = true;
+  world->StartMoving(this);
+}
+
+void ModelActuator::Shutdown() {
+  goal_ = velocity_ = 0;
+  world->StopMoving(this);
+  Model::Shutdown();
+}
+
+void ModelActuator::Update() {
+  const double position = GetPosition();
+  turned_ = position;
+  if (control_mode_ == CONTROL_VELOCITY) {
+    const bool at_end =
+        (position <= min_position_ && goal_ < 0) || (position >= max_position_ && goal_ > 0);
+    velocity_ = at_end ? 0.0 : goal_;
+  } else {
+    goal_ = constrain(goal_, min_position_, max_position_);
+    velocity_ = goal_ - position;  // a gain of 1/s
+  }
+  velocity_ = constrain(velocity_, -max_speed_, max_speed_);
+  Model::Update();
+}
+
+/// How far to go in this step: not beyond a limit, nor beyond the goal.
+double ModelActuator::StepLength(double position) const {
+  const double step = velocity_ * (static_cast<double>(world->sim_interval) / kSecond);
+  const bool to_goal = control_mode_ == CONTROL_POSITION;
+  if (step > 0) return constrain((to_goal ? goal_ : max_position_) - position, 0.0, step);
+  return constrain((to_goal ? goal_ : min_position_) - position, step, 0.0);
+}
+
+void ModelActuator::Move() {
+  if (velocity_ == 0 || disabled) return;
+  const double position = GetPosition();
+  const double step = StepLength(position);
+  if (step == 0) return;
+  const Pose old_pose = pose;
+  pose = pose + Displacement(step);
+
+  Placement& placement = world->placement();
+  placement.Plan(*this, true);
+  stall = placement.Collision(world->GetGround()) != nullptr;
+  if (stall) {
+    pose = old_pose;
+    return;
+  }
+  turned_ = position + step;
+  placement.Commit();
+}
+
+}  // namespace Stg

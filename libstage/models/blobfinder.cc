@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/blobfinder.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/load_error.hh"
+#include "geometry/trigonometry.hh"
+#include "models/state_hasher.hh"
+#include "sensing/scene.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr double kWatts = 2.0;
+constexpr unsigned kMaxWidth = 100000000;
+/// Everything is taken to be twice as high as this, metres, and seen at half its height.
+constexpr double kHalfHeight = 0.3;
+
+/// Rays pass the finder's own tree and models without a blob_return.
+bool StopsBlobfinder(Model* candidate, const Model* finder, const void*) {
+  return candidate->vis.blob_return && !candidate->IsRelated(finder);
+}
+
+/// Opacity plays no part.
+bool LooksLike(const Color& a, const Color& b) {
+  constexpr double kTolerance = 1e-5;
+  return std::fabs(a.r - b.r) <= kTolerance && std::fabs(a.g - b.g) <= kTolerance &&
+         std::fabs(a.b - b.b) <= kTolerance;
+}
+
+}  // namespace
+
+ModelBlobfinder::ModelBlobfinder(World* world_, Model* parent_, const std::string& type_)
+    : Model(world_, parent_, type_),
+      fov(M_PI / 3.0),
+      pan(0.0),
+      range(12.0),
+      scan_height(60),
+      scan_width(80),
+      rays_out_(false),
+      table_fov_(0),
+      table_width_(0),
+      first_direction_(0) {
+  ClearBlocks();
+}
+
+ModelBlobfinder::~ModelBlobfinder() { world->ForgetRays(this); }
+
+void ModelBlobfinder::AddColor(Color col) { colors_.push_back(col); }
+void ModelBlobfinder::RemoveColor(Color col) { std::erase(colors_, col); }
+void ModelBlobfinder::RemoveAllColors() { colors_.clear(); }
+
+void ModelBlobfinder::Load() {
+  Model::Load();
+  if (!wf) return;
+  wf->ReadTuple(wf_entity, "image", 0, 2, "uu", &scan_width, &scan_height);
+  if (scan_width > kMaxWidth)
+    wf->Fail(wf_entity, "image",
+             "found a width of " + std::to_string(scan_width) +
+                 " pixels, expected a number from 0 to 100000000");
+  range = wf->ReadFloat(wf_entity, "range", range);
+  if (range < 0) wf->Fail(wf_entity, "range", "found a negative range, expected 0 or more");
+  fov = wf->ReadAngle(wf_entity, "fov", fov);
+  pan = wf->ReadAngle(wf_entity, "pan", pan);
+  LoadColors();
+}
+
+/// The first `colors_count` of `colors`.
+void ModelBlobfinder::LoadColors() {
+  CProperty* property = wf->GetProperty(wf_entity, "colors");
+  if (!property) return;
+  colors_.clear();
+  wf->ReadString(wf_entity, "colors", "");  // it counts as read, whatever the count
+  const size_t length = wf->TupleLength(wf_entity, "colors");
+  if (!wf->PropertyExists(wf_entity, "colors_count"))
+    wf->Warn(wf_entity, "colors",
+             "found no colors_count, expected the number of colors to use; reporting every color");
+  const int count = wf->ReadInt(wf_entity, "colors_count", 0);
+  if (count < 0 || static_cast<size_t>(count) > length)
+    throw LoadError(wf->Where(wf_entity, "colors_count") + ": found a colors_count of " +
+                        std::to_string(count) + ", expected 0 to " + std::to_string(length) +
+                        ", the number of colors",
+                    255);
+  for (int i = 0; i < count; i++) {
+    const std::string name = wf->GetPropertyValue(property, i);
+    Color wanted;
+    if (!Color::Lookup(name, &wanted))
+      wf->Warn(wf_entity, "colors",
+               "found \"" + name + "\", expected the name of a color; using red");
+    AddColor(wanted);
+  }
+}
+
+void ModelBlobfinder::Startup() {
+  Model::Startup();
+  watts = kWatts;
+}
+
+void ModelBlobfinder::Shutdown() {
+  watts = 0;
+  blobs_.clear();
+  rays_out_ = false;
+  Model::Shutdown();
+}
+
+void ModelBlobfinder::Update() {
+  if (subs == 0) return;
+  if (scan_width == 0)
+    blobs_.clear();
+  else
+    AddFan();
+  Model::Update();
+}
+
+void ModelBlobfinder::AddFan() {
+  sensing::Scene& shared = scene();
+  const double f = std::isfinite(fov) ? fov : 0.0;
+  if (table_fov_ != f || table_width_ != scan_width) {
+    table_fov_ = f;
+    table_width_ = scan_width;
+    first_direction_ = shared.tables.Find(f, scan_width);
+  }
+  sensing::Fan fan;
+  fan.predicate = StopsBlobfinder;
+  fan.finder = this;
+  fan.sink = this;
+  fan.layer = grid::kEverything;
+  fan.z_test = false;
+  fan.record.first_direction = first_direction_;
+  PlaceFan(&fan, LocalToGlobal(Pose(0, 0, 0, pan)), range > 0 ? range : 0.0,
+           shared.cells_per_metre);
+  shared.batch.Add(fan, scan_width, OwnWindow());
+  rays_out_ = true;
+}
+
+void ModelBlobfinder::TakeHits(uint32_t, const sensing::RayHit* hits, uint32_t count) {
+  if (!rays_out_) return;
+  rays_out_ = false;
+  blobs_.clear();
+  // The increment behind a run leaves out the ray that ended it.
+  for (uint32_t i = 0; i < count; i++) {
+    if (!hits[i].model) continue;
+    const uint32_t first = i;
+    const Color seen = hits[i].model->GetColor();
+    double sum = 0;
+    for (; i < count && hits[i].model && LooksLike(hits[i].model->GetColor(), seen); i++)
+      sum += hits[i].range;
+    if (!Reports(seen)) continue;
+    Blob blob = MakeBlob(seen, sum / (i - first));
+    blob.left = count - i;  // rays are counted from the right, pixels from the left
+    blob.right = count - first - 1;
+    blobs_.push_back(blob);
+  }
+}
+
+bool ModelBlobfinder::Reports(const Color& seen) const {
+  return colors_.empty() || std::any_of(colors_.begin(), colors_.end(),
+                                        [&](const Color& c) { return LooksLike(c, seen); });
+}
+
+ModelBlobfinder::Blob ModelBlobfinder::MakeBlob(const Color& seen, double mean_range) const {
+  Blob blob;
+  blob.color = seen;
+  blob.range = mean_range;
+  const double height = scan_height;
+  const double middle = scan_height / 2;
+  const double pixel = std::fabs(table_fov_) / height;
+  const double reach = std::trunc(ArcTangent(kHalfHeight, mean_range) / pixel);
+  blob.top = static_cast<uint32_t>(std::max(0.0, middle - reach));
+  blob.bottom = static_cast<uint32_t>(std::min(height, middle + reach));
+  return blob;
+}
+
+void ModelBlobfinder::HashState(StateHasher& hasher) const {
+  Model::HashState(hasher);
+  hasher.Add(static_cast<double>(blobs_.size()));
+  for (const Blob& blob : blobs_) {
+    for (const double part : {blob.color.r, blob.color.g, blob.color.b, blob.color.a, blob.range})
+      hasher.Add(part);
+    for (const uint32_t edge : {blob.left, blob.top, blob.right, blob.bottom}) hasher.Add(edge);
+  }
+}
+
+}  // namespace Stg

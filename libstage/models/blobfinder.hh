@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// ModelBlobfinder: a camera with one row of pixels that tracks colours. Part of <stage.hh>.
+//
+// Each pixel of the row is a ray; a run of rays that meet the same colour makes a blob. The ray
+// directly after a run can't begin the next one, so blobs that touch leave a gap of a pixel. Rays
+// look past heights: they meet whatever stands in their way, however high or low, if it is not in
+// the finder's own tree and its blob_return is set.
+//
+// Edge cases, one rule each (they are tested in tests/blobfinder_test.cc):
+//   width 0                 no blobs
+//   height 0                blobs without height
+//   range 0, negative, NaN  no blobs; a negative one is refused in a world file
+//   field of view 0, NaN    all rays look ahead; blobs fill the height of the image
+//   field of view negative  the row is reversed
+
+#ifndef STAGE_MODELS_BLOBFINDER_HH
+#define STAGE_MODELS_BLOBFINDER_HH
+
+#include <vector>
+
+#include "models/model.hh"
+#include "sensing/ray_hit.hh"
+
+namespace Stg {
+
+class ModelBlobfinder : public Model, private sensing::RaySink {
+ public:
+  class Blob {
+   public:
+    Color color;
+    uint32_t left, top, right, bottom;  ///< pixels; the origin is the top left corner
+    meters_t range;                     ///< mean over the blob's rays
+
+    Blob() : left(0), top(0), right(0), bottom(0), range(0) {}
+  };
+
+  explicit ModelBlobfinder(World* world, Model* parent, const std::string& type);
+  ~ModelBlobfinder();
+
+  /// What the last update saw, from the right of the image to the left.
+  const std::vector<Blob>& GetBlobs() const { return blobs_; }
+  std::vector<Blob>& GetBlobsMutable() { return blobs_; }
+
+  // The colours to report; if there are none, all are.
+  void AddColor(Color col);
+  void RemoveColor(Color col);
+  void RemoveAllColors();
+
+  using Model::Load;
+  void Load() override;
+  void Startup() override;
+  /// Forgets the blobs.
+  void Shutdown() override;
+  /// Puts the row's rays into the batch of the step; blobs follow when it is traced.
+  void Update() override;
+
+  void HashState(StateHasher& hasher) const override;
+
+  radians_t fov;             ///< of the row; also spans the height of the image
+  radians_t pan;             ///< heading of the middle of the image, relative to the model
+  meters_t range;            ///< beyond it nothing is seen
+  unsigned int scan_height;  ///< of the image, pixels
+  unsigned int scan_width;   ///< the same, and the number of rays
+
+ private:
+  void LoadColors();
+  void AddFan();
+  void TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) override;
+  bool Reports(const Color& seen) const;
+  Blob MakeBlob(const Color& seen, double mean_range) const;
+
+  std::vector<Blob> blobs_;
+  std::vector<Color> colors_;
+  bool rays_out_;  // on the way
+
+  // What the direction table was made for.
+  double table_fov_;
+  unsigned int table_width_;
+  uint32_t first_direction_;
+};
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/bumper.hh"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "geometry/trigonometry.hh"
+#include "models/state_hasher.hh"
+#include "sensing/scene.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr double kWatts = 0.1;
+constexpr int kMaxBumpers = 1000000;
+
+bool StopsBumper(Model* candidate, const Model* finder, const void*) {
+  return !candidate->IsRelated(finder);
+}
+
+}  // namespace
+
+ModelBumper::ModelBumper(World* world_, Model* parent_, const std::string& type_)
+    : Model(world_, parent_, type_), bumper_count(0), bumpers(nullptr), samples(nullptr) {}
+
+ModelBumper::~ModelBumper() { world->ForgetRays(this); }
+
+void ModelBumper::Load() {
+  Model::Load();
+  if (!wf || !wf->PropertyExists(wf_entity, "bcount")) return;
+  const int count = wf->ReadInt(wf_entity, "bcount", 0);
+  if (count < 0 || count > kMaxBumpers)
+    wf->Fail(wf_entity, "bcount",
+             "found " + std::to_string(count) + " bumpers, expected a number from 1 to 1000000");
+  if (count == 0)
+    wf->Warn(wf_entity, "bcount", "found 0 bumpers, expected 1 or more; there are none");
+
+  const auto read_length = [this](const std::string& name, double value) {
+    const double length = wf->ReadLength(wf_entity, name.c_str(), value);
+    if (length < 0)
+      wf->Fail(wf_entity, name.c_str(), "found a negative length, expected 0 or more");
+    return length;
+  };
+  const double length = read_length("blength", 0);
+  samples = nullptr;
+  configs_.assign(static_cast<size_t>(count), BumperConfig());
+  for (size_t i = 0; i < configs_.size(); i++) {
+    const std::string index = "[" + std::to_string(i) + "]";
+    configs_[i].pose.Load(wf, wf_entity, ("bpose" + index).c_str());
+    configs_[i].length = read_length("blength" + index, length);
+  }
+  bumper_count = static_cast<uint32_t>(count);
+  bumpers = count > 0 ? configs_.data() : nullptr;
+}
+
+void ModelBumper::Print(char* prefix) const {
+  std::printf("%s%s bumpers:", prefix ? prefix : "", Token());
+  for (uint32_t i = 0; i < bumper_count; i++) std::printf(" %d", samples && samples[i].hit ? 1 : 0);
+  std::printf("\n");
+}
+
+void ModelBumper::HashState(StateHasher& hasher) const {
+  Model::HashState(hasher);
+  for (uint32_t i = 0; samples && i < bumper_count; i++) {
+    hasher.Add(samples[i].hit ? 1.0 : 0.0);
+    hasher.Add(samples[i].hit_point.x);
+    hasher.Add(samples[i].hit_point.y);
+  }
+}
+
+void ModelBumper::Startup() {
+  Model::Startup();
+  watts = kWatts;
+}
+
+void ModelBumper::Shutdown() {
+  watts = 0;
+  samples = nullptr;
+  Model::Shutdown();
+}
+
+void ModelBumper::Update() {
+  Model::Update();
+  bumper_count = std::min(bumper_count, static_cast<uint32_t>(configs_.size()));
+  if (bumper_count == 0) return;
+  if (!samples) {
+    results_.assign(configs_.size(), BumperSample());
+    lines_.resize(configs_.size());
+    samples = results_.data();
+  }
+  const Pose frame = GetGlobalPose() + geom.pose;
+  for (uint32_t i = 0; i < bumper_count; i++) AddLine(i, frame);
+}
+
+void ModelBumper::AddLine(uint32_t index, const Pose& frame) {
+  const BumperConfig& config = configs_[index];
+  Pose start = frame + Pose(config.pose.x, config.pose.y, 0, config.pose.a);
+  start.a = normalize(start.a + M_PI / 2);
+  const SineCosine along = SinCos(start.a);
+  start.x -= config.length / 2 * along.cosine;
+  start.y -= config.length / 2 * along.sine;
+  lines_[index] = {point_t(start.x, start.y), along.cosine, along.sine};
+
+  sensing::Scene& shared = scene();
+  sensing::Fan fan;
+  fan.predicate = StopsBumper;
+  fan.finder = this;
+  fan.sink = this;
+  fan.tag = index;
+  fan.z_test = false;
+  fan.layer = grid::kEverything;
+  PlaceFan(&fan, start, config.length, shared.cells_per_metre);
+  fan.record.first_direction = sensing::DirectionTables::kAhead;
+  shared.batch.Add(fan, 1, OwnWindow());
+}
+
+void ModelBumper::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t) {
+  // It may have been shut down since the rays were made.
+  if (!samples || tag >= results_.size()) return;
+  BumperSample& sample = results_[tag];
+  sample.hit = hits[0].model;
+  if (!sample.hit) return;
+  const Line& line = lines_[tag];
+  sample.hit_point =
+      point_t(line.start.x + hits[0].range * line.cosine, line.start.y + hits[0].range * line.sine);
+}
+
+}  // namespace Stg

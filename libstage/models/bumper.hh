@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// ModelBumper: straight touch sensors. Part of <stage.hh>.
+
+#ifndef STAGE_MODELS_BUMPER_HH
+#define STAGE_MODELS_BUMPER_HH
+
+#include <vector>
+
+#include "models/model.hh"
+#include "sensing/ray_hit.hh"
+
+namespace Stg {
+
+class ModelBumper : public Model, private sensing::RaySink {
+ public:
+  /// A touch line: as long as `length`, across the direction that the pose faces, its centre there.
+  class BumperConfig {
+   public:
+    Pose pose;  ///< in the bumper's frame; z has no effect
+    meters_t length;
+
+    BumperConfig() : length(0) {}
+  };
+
+  class BumperSample {
+   public:
+    Model* hit;         ///< what touches the line, at any height, obstacle or not; null: nothing
+    point_t hit_point;  ///< of the last contact, global
+
+    BumperSample() : hit(NULL) {}
+  };
+
+  ModelBumper(World* world, Model* parent, const std::string& type);
+  ~ModelBumper();
+
+  // The arrays belong to the model. The sensors may be changed in place.
+  uint32_t bumper_count;
+  BumperConfig* bumpers;  ///< null if there are none
+  BumperSample* samples;  ///< null before the first update and after the last subscriber left
+
+  using Model::Load;
+  void Load() override;
+  /// One line: 1 or 0 for each sensor.
+  void Print(char* prefix) const override;
+  void HashState(StateHasher& hasher) const override;
+
+ protected:
+  void Startup() override;
+  void Shutdown() override;
+  /// Puts the touch lines into the batch of the step; the samples follow when it is traced.
+  void Update() override;
+
+ private:
+  struct Line {
+    point_t start;
+    double cosine, sine;  // of its heading
+  };
+  void AddLine(uint32_t index, const Pose& frame);
+  void TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) override;
+
+  std::vector<BumperConfig> configs_;
+  std::vector<BumperSample> results_;
+  std::vector<Line> lines_;  // of this update
+};
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/camera_view.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/geometry.hh"
+#include "geometry/trigonometry.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr double kLowest = 0.1;    // m: a perspective camera that is moved
+constexpr double kLeastScale = 1;  // pixels per metre
+constexpr double kLeastZoom = 1.1, kGreatestZoom = 2.5, kZoomUnit = 25;  // of a turn of the wheel
+constexpr double kFarthestPan = 100;                                     // m
+
+/// Old files hold pitches that were taken for radians when they were saved.
+double PitchFromFile(double pitch) { return pitch > 180 ? dtor(pitch) : pitch; }
+
+}  // namespace
+
+// ---- PerspectiveCamera --------------------------------------------------------------------------
+
+PerspectiveCamera::PerspectiveCamera(void)
+    : _z_near(0.2), _z_far(40), _horiz_fov(70), _vert_fov(70), _aspect(1) {
+  _pitch = 70;
+}
+
+void PerspectiveCamera::strafe(double amount) {
+  const SineCosine yaw = SinCos(dtor(_yaw));
+  _x += amount * yaw.cosine;
+  _y += amount * yaw.sine;
+}
+
+void PerspectiveCamera::forward(double amount) {
+  const SineCosine yaw = SinCos(dtor(_yaw)), pitch = SinCos(dtor(_pitch));
+  _x -= amount * yaw.sine * pitch.sine;
+  _y += amount * yaw.cosine * pitch.sine;
+  _z -= amount * pitch.cosine;
+}
+
+void PerspectiveCamera::setPose(double x, double y, double z) {
+  _x = x;
+  _y = y;
+  _z = z;
+}
+
+void PerspectiveCamera::addPose(double x, double y, double z) {
+  _x += x;
+  _y += y;
+  _z = std::max(_z + z, kLowest);
+}
+
+void PerspectiveCamera::move(double x, double y, double z) {
+  const double share = _z / 100.0;
+  const SineCosine yaw = SinCos(dtor(_yaw));
+  _x += share * (x * yaw.cosine - y * yaw.sine);
+  _y += share * (x * yaw.sine + y * yaw.cosine);
+  _z += share * z;
+}
+
+void PerspectiveCamera::setFov(double horiz_fov, double vert_fov) {
+  _horiz_fov = horiz_fov;
+  _vert_fov = vert_fov;
+}
+
+void PerspectiveCamera::addPitch(double pitch) { _pitch = constrain(_pitch + pitch, 0, 180); }
+
+void PerspectiveCamera::setClip(double near, double far) {
+  _z_near = near;
+  _z_far = far;
+}
+
+void PerspectiveCamera::reset() {
+  _pitch = 70;
+  _yaw = 0;
+}
+
+void PerspectiveCamera::Load(Worldfile* wf, int sec) {
+  wf->ReadTuple(sec, "pcam_loc", 0, 3, "lll", &_x, &_y, &_z);
+  double pitch = _pitch, yaw = _yaw;
+  if (wf->ReadTuple(sec, "pcam_angle", 0, 2, "ff", &pitch, &yaw) > 0) {
+    _pitch = PitchFromFile(pitch);
+    _yaw = pitch > 180 ? dtor(yaw) : yaw;
+  }
+}
+
+void PerspectiveCamera::Save(Worldfile* wf, int sec) {
+  wf->WriteTuple(sec, "pcam_loc", 0, 3, "lll", _x, _y, _z);
+  wf->WriteTuple(sec, "pcam_angle", 0, 2, "ff", _pitch, _yaw);
+}
+
+// ---- OrthoCamera --------------------------------------------------------------------------------
+
+void OrthoCamera::SetProjection(double, double, double, double) {}
+
+void OrthoCamera::move(double x, double y) {
+  const SineCosine yaw = SinCos(dtor(_yaw)), pitch = SinCos(dtor(_pitch));
+  // The floor is foreshortened where it is looked at from the side.
+  const double right = x / _scale;
+  const double away =
+      constrain(y / (_scale * std::max(pitch.cosine, 1e-9)), -kFarthestPan, kFarthestPan);
+  _x += right * yaw.cosine - away * yaw.sine;
+  _y += right * yaw.sine + away * yaw.cosine;
+}
+
+void OrthoCamera::addPitch(double pitch) { _pitch = constrain(_pitch + pitch, 0, 90); }
+
+void OrthoCamera::setPose(double x, double y) {
+  _x = x;
+  _y = y;
+}
+
+void OrthoCamera::scale(double amount, double shift_x, double h, double shift_y, double w) {
+  const double factor = constrain(1 + std::fabs(amount) / kZoomUnit, kLeastZoom, kGreatestZoom);
+  const double old = _scale;
+  _scale = std::max(amount < 0 ? old * factor : old / factor, kLeastScale);
+  if (w <= 0 || h <= 0) return;
+  // What is under the pointer stays there: the centre moves towards it, or away.
+  const double x = shift_x - w / 2, y = h / 2 - shift_y;
+  const double gain = 1 / old - 1 / _scale;
+  const SineCosine yaw = SinCos(dtor(_yaw));
+  _x += gain * (x * yaw.cosine - y * yaw.sine);
+  _y += gain * (x * yaw.sine + y * yaw.cosine);
+}
+
+void OrthoCamera::reset(void) { _pitch = _yaw = 0; }
+
+void OrthoCamera::Load(Worldfile* wf, int sec) {
+  wf->ReadTuple(sec, "center", 0, 2, "ff", &_x, &_y);
+  wf->ReadTuple(sec, "rotate", 0, 2, "ff", &_pitch, &_yaw);
+  setScale(wf->ReadFloat(sec, "scale", _scale));
+}
+
+void OrthoCamera::Save(Worldfile* wf, int sec) {
+  wf->WriteTuple(sec, "center", 0, 2, "ff", _x, _y);
+  wf->WriteTuple(sec, "rotate", 0, 2, "ff", _pitch, _yaw);
+  wf->WriteFloat(sec, "scale", _scale);
+}
+
+}  // namespace Stg

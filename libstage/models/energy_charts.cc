@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/energy_charts.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "models/model.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr size_t kChartLength = 1200;
+constexpr float kChartWidth = 200, kChartHeight = 40;  // pixels
+
+point_int_t SquareOf(double x, double y) {
+  return point_int_t(static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
+}
+
+}  // namespace
+
+joules_t DissipationVis::greatest_ = 0;
+
+void DissipationVis::Accumulate(double x, double y, joules_t amount) {
+  joules_t& sum = squares_[SquareOf(x, y)];
+  sum += amount;
+  greatest_ = std::max(greatest_, sum);
+}
+
+joules_t DissipationVis::At(double x, double y) const {
+  const auto found = squares_.find(SquareOf(x, y));
+  return found == squares_.end() ? 0 : found->second;
+}
+
+EnergyCharts::EnergyCharts(Model* model)
+    // "input" is the name that world files have for it.
+    : output(0, 100, kChartWidth, kChartHeight, kChartLength, Color(1, 0, 0), Color(0, 0, 0, 0.5),
+             "energy output", "energy_input"),
+      stored(0, 142, kChartWidth, kChartHeight, kChartLength, Color(0, 1, 0), Color(0, 0, 0, 0.5),
+             "energy stored", "energy_stored"),
+      model_(model) {
+  model_->AddVisualizer(&output, false);
+  model_->AddVisualizer(&stored, false);
+  model_->AddVisualizer(&dissipation, false);
+}
+
+EnergyCharts::~EnergyCharts() {
+  model_->RemoveVisualizer(&output);
+  model_->RemoveVisualizer(&stored);
+  model_->RemoveVisualizer(&dissipation);
+}
+
+}  // namespace Stg

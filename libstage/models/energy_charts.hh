@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What a window shows of a power pack: two charts, and a map of where energy was dissipated.
+
+#ifndef STAGE_MODELS_ENERGY_CHARTS_HH
+#define STAGE_MODELS_ENERGY_CHARTS_HH
+
+#include <map>
+
+#include "geometry/geometry.hh"
+#include "models/visualizer.hh"
+
+namespace Stg {
+
+/// Energy by squares of 1 m.
+class DissipationVis : public Visualizer {
+ public:
+  DissipationVis() : Visualizer("energy dissipation", "energy_dissipation") {}
+
+  void Accumulate(double x, double y, joules_t amount);
+  joules_t At(double x, double y) const;
+  /// Of all squares of all packs: what the shades are relative to.
+  static joules_t Greatest() { return greatest_; }
+
+  /// Of a library without a window: draws nothing.
+  void Visualize(Model*, Camera*) override {}
+
+ private:
+  std::map<point_int_t, joules_t> squares_;
+  static joules_t greatest_;
+};
+
+class EnergyCharts {
+ public:
+  /// Attaches them to the model.
+  explicit EnergyCharts(Model* model);
+  ~EnergyCharts();
+
+  StripPlotVis output, stored;
+  DissipationVis dissipation;
+
+ private:
+  Model* model_;
+};
+
+}  // namespace Stg
+
+#endif

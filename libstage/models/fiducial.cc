@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/fiducial.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/trigonometry.hh"
+#include "models/state_hasher.hh"
+#include "sensing/scene.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+/// Everything but the finder's own tree blocks the view.
+bool StopsFinder(Model* candidate, const Model* finder, const void*) {
+  return !candidate->IsRelated(finder);
+}
+
+}  // namespace
+
+ModelFiducial::ModelFiducial(World* world_, Model* parent_, const std::string& type_)
+    : Model(world_, parent_, type_),
+      max_range_anon(8.0),
+      max_range_id(5.0),
+      min_range(0.0),
+      fov(M_PI),
+      heading(0.0),
+      key(0),
+      ignore_zloc(false) {
+  ClearBlocks();
+  geom.Zero();
+}
+
+ModelFiducial::~ModelFiducial() {
+  world->ForgetRays(this);
+  world->engine().fiducials.RemoveFinder(this);
+}
+
+void ModelFiducial::Load() {
+  Model::Load();
+  if (!wf) return;
+  min_range = wf->ReadLength(wf_entity, "range_min", min_range);
+  max_range_anon = wf->ReadLength(wf_entity, "range_max", max_range_anon);
+  if (max_range_anon < 0)
+    wf->Fail(wf_entity, "range_max", "found a negative range, expected 0 or more");
+  max_range_id = wf->ReadLength(wf_entity, "range_max_id", max_range_id);
+  fov = wf->ReadAngle(wf_entity, "fov", fov);
+  ignore_zloc = wf->ReadInt(wf_entity, "ignore_zloc", ignore_zloc);
+}
+
+void ModelFiducial::Startup() {
+  world->engine().fiducials.AddFinder(this);
+  Model::Startup();
+}
+
+void ModelFiducial::Shutdown() {
+  fiducials_.clear();
+  candidates_.clear();
+  world->engine().fiducials.RemoveFinder(this);
+  Model::Shutdown();
+}
+
+ModelFiducial::Fiducial* ModelFiducial::GetFiducials(unsigned int* count) {
+  if (count) *count = static_cast<unsigned int>(fiducials_.size());
+  return fiducials_.data();
+}
+
+void ModelFiducial::Update() {
+  if (subs == 0) return;
+  CollectCandidates();
+  if (candidates_.empty())
+    fiducials_.clear();
+  else
+    AddFan();
+  Model::Update();
+}
+
+void ModelFiducial::CollectCandidates() {
+  Engine& engine = world->engine();
+  FiducialIndex& index = engine.fiducials;
+  index.Refresh(engine.models, world->GetUpdateCount());
+  candidates_.clear();
+  const Pose own = GetGlobalPose();
+  Fiducial candidate;
+  for (const uint32_t i : index.Near(own.x, own.y, max_range_anon)) {
+    const FiducialIndex::Target& target = index.target(i);
+    if (MakeCandidate(own, target.model, target.pose, &candidate)) candidates_.push_back(candidate);
+  }
+}
+
+/// Everything that decides but the line of sight. False: it can't be found.
+bool ModelFiducial::MakeCandidate(const Pose& own, Model* target, const Pose& there,
+                                  Fiducial* candidate) const {
+  if (target->vis.fiducial_key != vis.fiducial_key) return false;
+  const double dx = there.x - own.x, dy = there.y - own.y;
+  const double distance = std::sqrt(dx * dx + dy * dy);
+  if (!(distance < max_range_anon)) return false;
+  const double bearing = normalize(ArcTangent(dy, dx) - own.a);
+  if (!(std::fabs(bearing) <= fov / 2.0)) return false;
+  if (target->vis.fiducial_return == 0 || IsRelated(target)) return false;
+
+  const Size size = target->GetGeom().size;
+  candidate->range = std::max(distance, min_range);
+  candidate->bearing = bearing;
+  candidate->geom = Pose(size.x, size.y, size.z, normalize(there.a - own.a));
+  candidate->pose = there;
+  candidate->mod = target;
+  candidate->id = distance < max_range_id ? target->vis.fiducial_return : 0;
+  return true;
+}
+
+/// One fan with a ray for each candidate. The rays are as long as the range: they go on behind the
+/// candidate's origin.
+void ModelFiducial::AddFan() {
+  sensing::Scene& shared = scene();
+  sensing::Fan fan;
+  fan.predicate = StopsFinder;
+  fan.finder = this;
+  fan.sink = this;
+  fan.layer = grid::kEverything;
+  PlaceFan(&fan, GetGlobalPose() + geom.pose, max_range_anon, shared.cells_per_metre);
+  static thread_local std::vector<sensing::Direction> directions;  // for its memory
+  directions.clear();
+  for (const Fiducial& candidate : candidates_)
+    directions.push_back(sensing::MakeDirection(candidate.bearing));
+  shared.batch.Add(fan, directions, OwnWindow());
+}
+
+void ModelFiducial::TakeHits(uint32_t, const sensing::RayHit* hits, uint32_t count) {
+  if (candidates_.size() != count) return;  // nobody has wanted to know for a while
+  fiducials_.clear();
+  for (uint32_t i = 0; i < count; i++) {
+    const Fiducial& candidate = candidates_[i];
+    if (!candidate.mod) continue;
+    const Model* hit = hits[i].model;
+    if (hit == candidate.mod || (!hit && ignore_zloc)) fiducials_.push_back(candidate);
+  }
+  candidates_.clear();
+}
+
+void ModelFiducial::HashState(StateHasher& hasher) const {
+  Model::HashState(hasher);
+  hasher.Add(static_cast<double>(fiducials_.size()));
+  for (const Fiducial& f : fiducials_) {
+    hasher.Add(f.range);
+    hasher.Add(f.bearing);
+    hasher.Add(f.geom);
+    hasher.Add(f.pose);
+    hasher.Add(f.id);
+  }
+}
+
+void ModelFiducial::ForgetTarget(const Model* target) {
+  std::erase_if(fiducials_, [target](const Fiducial& f) { return f.mod == target; });
+  for (Fiducial& candidate : candidates_)
+    if (candidate.mod == target) candidate.mod = nullptr;
+}
+
+}  // namespace Stg

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/gripper.hh"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "models/block.hh"
+#include "models/state_hasher.hh"
+#include "sensing/scene.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr double kStep = 0.05;      // of fingers and lift, in one update
+constexpr double kRounding = 1e-9;  // a full travel takes 20 steps, however they add up
+
+// The order of the gripper's own blocks, which are the first of its body.
+constexpr size_t kBase = 0, kLeft = 1, kRight = 2;
+
+constexpr uint32_t kFirstContact = 2;  // the tags of the rays before it are the beams'
+
+bool StopsGripper(Model* candidate, const Model* finder, const void*) {
+  return candidate != finder && candidate->vis.gripper_return;
+}
+
+/// From `range`, the share `unit` of the way. Exact at both ends.
+double Along(const Bounds& range, double unit) {
+  return range.min * (1.0 - unit) + range.max * unit;
+}
+Bounds Along(const Bounds& range, const Bounds& unit) {
+  return Bounds(Along(range, unit.min), Along(range, unit.max));
+}
+
+bool IsIn(World& world, const Model* model) {
+  const std::vector<Model*>& models = world.engine().models;
+  return std::find(models.begin(), models.end(), model) != models.end();
+}
+
+Bounds Extent(const Block& block, meters_t point_t::*axis) {
+  Bounds extent(block.points()[0].*axis, block.points()[0].*axis);
+  for (const point_t& p : block.points()) {
+    extent.min = std::min(extent.min, p.*axis);
+    extent.max = std::max(extent.max, p.*axis);
+  }
+  return extent;
+}
+
+}  // namespace
+
+ModelGripper::ModelGripper(World* world_, Model* parent_, const std::string& type_)
+    : Model(world_, parent_, type_),
+      config_(),
+      command_(CMD_NOOP),
+      drop_due_(false),
+      shape_due_(false),
+      body_made_(0),
+      hits_() {
+  config_.paddle_size = Size(0.66, 0.1, 0.4);
+  config_.close_limit = 1.0;
+  config_.break_beam_inset[0] = 0.75 * config_.paddle_size.x;
+  config_.break_beam_inset[1] = 0.25 * config_.paddle_size.x;
+  geom.size = Size(0.2, 0.3, 0.2);
+  color = Color(0.3, 0.3, 0.3);
+  has_default_block = false;  // blocks of the world file come on top of the gripper's
+  BuildBody();
+  blockgroup->Fit(geom.size);
+}
+
+ModelGripper::~ModelGripper() { world->ForgetRays(this); }
+
+// ---- world file ---------------------------------------------------------------------------------
+
+void ModelGripper::Load() {
+  if (wf) {
+    if (config_.gripped) Drop();  // it is loaded again
+    LoadConfig();
+    const bool no_body = wf->ReadInt(wf_entity, "noblocks", 0);
+    if (no_body && HasBody()) ClearBlocks();
+    ShapeBody();
+  }
+  Model::Load();
+}
+
+void ModelGripper::LoadConfig() {
+  Size& size = config_.paddle_size;
+  wf->ReadTuple(wf_entity, "paddle_size", 0, 3, "fff", &size.x, &size.y, &size.z);
+  config_.break_beam_inset[0] = 0.75 * size.x;
+  config_.break_beam_inset[1] = 0.25 * size.x;
+  config_.autosnatch = wf->ReadInt(wf_entity, "autosnatch", config_.autosnatch);
+
+  char *paddles = nullptr, *lift = nullptr;
+  if (wf->ReadTuple(wf_entity, "paddle_state", 0, 2, "ss", &paddles, &lift) == 0) return;
+  const std::string paddle_text = paddles, lift_text = lift;
+  std::free(paddles);
+  std::free(lift);
+  if (paddle_text == "open" || paddle_text == "closed") {
+    config_.paddles = paddle_text == "open" ? PADDLE_OPEN : PADDLE_CLOSED;
+    config_.paddle_position = config_.paddles == PADDLE_OPEN ? 0.0 : 1.0;
+  } else {
+    wf->Warn(wf_entity, "paddle_state",
+             "found paddles \"" + paddle_text + "\", expected \"open\" or \"closed\"");
+  }
+  if (lift_text == "up" || lift_text == "down") {
+    config_.lift = lift_text == "up" ? LIFT_UP : LIFT_DOWN;
+    config_.lift_position = config_.lift == LIFT_UP ? 1.0 : 0.0;
+  } else {
+    wf->Warn(wf_entity, "paddle_state",
+             "found lift \"" + lift_text + "\", expected \"up\" or \"down\"");
+  }
+}
+
+void ModelGripper::Save() {
+  Model::Save();
+  if (!wf) return;
+  const Size& size = config_.paddle_size;
+  wf->WriteTuple(wf_entity, "paddle_size", 0, 3, "fff", size.x, size.y, size.z);
+  wf->WriteTuple(wf_entity, "paddle_state", 0, 2, "ss",
+                 config_.paddles == PADDLE_CLOSED ? "closed" : "open",
+                 config_.lift == LIFT_UP ? "up" : "down");
+}
+
+void ModelGripper::SetConfig(config_t& newcfg) {
+  const config_t old = config_;
+  config_ = newcfg;
+  config_.gripped = old.gripped;
+  config_.paddles_stalled = old.paddles_stalled;
+  std::copy(old.beam, old.beam + 2, config_.beam);
+  std::copy(old.contact, old.contact + 2, config_.contact);
+  ShapeBody();
+  Map();
+}
+
+void ModelGripper::HashState(StateHasher& hasher) const {
+  Model::HashState(hasher);
+  for (const double value : {config_.paddle_position, config_.lift_position, config_.close_limit})
+    hasher.Add(value);
+  hasher.Add(config_.gripped ? 1.0 : 0.0);
+  for (int i = 0; i < 2; i++) {
+    hasher.Add(config_.beam[i] ? 1.0 : 0.0);
+    hasher.Add(config_.contact[i] ? 1.0 : 0.0);
+  }
+}
+
+// ---- body ---------------------------------------------------------------------------------------
+
+/// In the unit cube, for fitting.
+void ModelGripper::BuildBody() {
+  blockgroup->Clear();
+  for (size_t i = 0; i < 3; i++) blockgroup->AddRectangle(0, 0, 1, 1, Bounds(0, 1));
+  body_made_ = blockgroup->times_cleared();
+  ShapeBody();
+}
+
+/// False if somebody has cleared the blocks.
+bool ModelGripper::HasBody() const { return blockgroup->times_cleared() == body_made_; }
+
+/// In the unit cube.
+bounds3d_t ModelGripper::Finger(bool left) const {
+  const Size& size = config_.paddle_size;
+  const double from_edge = config_.paddle_position * (0.5 - size.y);
+  const double y = left ? from_edge : 1.0 - from_edge - size.y;
+  const double z = config_.lift_position * (1.0 - size.z);
+  return bounds3d_t(Bounds(1.0 - size.x, 1.0), Bounds(y, y + size.y), Bounds(z, z + size.z));
+}
+
+/// Gives the gripper's own blocks the shape of the moment, in the box that they fill now. Map() it
+/// afterwards.
+void ModelGripper::ShapeBody() {
+  shape_due_ = false;
+  if (!HasBody()) return;
+  const auto& blocks = blockgroup->blocks();
+  bounds3d_t box(Extent(*blocks[kBase], &point_t::x), Extent(*blocks[kBase], &point_t::y),
+                 blocks[kBase]->z_range());
+  for (const size_t finger : {kLeft, kRight}) {
+    const Bounds x = Extent(*blocks[finger], &point_t::x);
+    box.x = Bounds(std::min(box.x.min, x.min), std::max(box.x.max, x.max));
+  }
+  const auto change = [&](size_t index, const bounds3d_t& unit) {
+    blockgroup->ChangeRectangle(
+        index, bounds3d_t(Along(box.x, unit.x), Along(box.y, unit.y), Along(box.z, unit.z)));
+  };
+  change(kBase, bounds3d_t(Bounds(0, 1.0 - config_.paddle_size.x), Bounds(0, 1), Bounds(0, 1)));
+  change(kLeft, Finger(true));
+  change(kRight, Finger(false));
+}
+
+// ---- updating -----------------------------------------------------------------------------------
+
+void ModelGripper::Update() {
+  ObeyCommand();
+  MovePaddles();
+  MoveLift();
+  AddRays();
+  world->QueueSensed(this);
+  Model::Update();
+}
+
+void ModelGripper::ObeyCommand() {
+  switch (command_) {
+    case CMD_CLOSE:
+      if (config_.paddles != PADDLE_CLOSED) config_.paddles = PADDLE_CLOSING;
+      break;
+    case CMD_OPEN:
+      if (config_.paddles != PADDLE_OPEN) config_.paddles = PADDLE_OPENING;
+      break;
+    case CMD_UP:
+      if (config_.lift != LIFT_UP) config_.lift = LIFT_UPPING;
+      break;
+    case CMD_DOWN:
+      if (config_.lift != LIFT_DOWN) config_.lift = LIFT_DOWNING;
+      break;
+    case CMD_NOOP:
+      break;
+  }
+}
+
+void ModelGripper::MovePaddles() {
+  double& position = config_.paddle_position;
+  if (config_.paddles == PADDLE_OPENING) {
+    position -= kStep;
+    if (position < kRounding) {
+      position = 0.0;
+      config_.paddles = PADDLE_OPEN;
+    }
+    drop_due_ = config_.gripped && (position == 0.0 || position < config_.close_limit);
+    shape_due_ = true;
+  } else if (config_.paddles == PADDLE_CLOSING) {
+    position += kStep;
+    if (position > config_.close_limit - kRounding) {
+      position = config_.close_limit;
+      config_.paddles = PADDLE_CLOSED;
+    }
+    shape_due_ = true;
+  }
+}
+
+void ModelGripper::MoveLift() {
+  double& position = config_.lift_position;
+  if (config_.lift == LIFT_UPPING) {
+    position += kStep;
+    if (position > 1.0 - kRounding) {
+      position = 1.0;
+      config_.lift = LIFT_UP;
+    }
+    shape_due_ = true;
+  } else if (config_.lift == LIFT_DOWNING) {
+    position -= kStep;
+    if (position < kRounding) {
+      position = 0.0;
+      config_.lift = LIFT_DOWN;
+    }
+    shape_due_ = true;
+  }
+}
+
+void ModelGripper::AddRays() {
+  const Size& body = geom.size;
+  const Size& paddle = config_.paddle_size;
+  const double side = (1.0 - config_.paddle_position) * (body.y / 2.0 - body.y * paddle.y);
+  // A beam ends a cell short of the other finger: what that finger presses against lies in its
+  // cell.
+  const double beam = 2.0 * side - 1.0 / scene().cells_per_metre;
+  for (uint32_t i = 0; i < 2; i++)
+    AddRay(i, Pose(body.x * (1.0 - config_.break_beam_inset[i]) - body.x / 2.0, side, 0, -M_PI / 2),
+           beam);
+  const double start = (1.0 - paddle.x) * body.x - body.x / 2.0;
+  AddRay(kFirstContact, Pose(start, side, 0, 0), paddle.x * body.x);
+  AddRay(kFirstContact + 1, Pose(start, -side, 0, 0), paddle.x * body.x);
+}
+
+void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length) {
+  sensing::Scene& shared = scene();
+  sensing::Fan fan;
+  fan.predicate = StopsGripper;
+  fan.finder = this;
+  fan.sink = this;
+  fan.tag = tag;
+  fan.layer = grid::kEverything;
+  PlaceFan(&fan, LocalToGlobal(local), length, shared.cells_per_metre);
+  fan.record.first_direction = sensing::DirectionTables::kAhead;
+  // No window: what the gripper's own robot carries breaks beams too.
+  shared.batch.Add(fan, 1, sensing::Window());
+}
+
+void ModelGripper::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t) {
+  hits_[tag] = hits[0].model;
+}
+
+// ---- after sensing ------------------------------------------------------------------------------
+
+void ModelGripper::Sensed() {
+  if (shape_due_) {
+    ShapeBody();
+    Map();
+  }
+  const bool drop = drop_due_ && config_.gripped;
+  drop_due_ = false;
+  std::copy(hits_, hits_ + 2, config_.beam);
+  std::copy(hits_ + kFirstContact, hits_ + kFirstContact + 2, config_.contact);
+  config_.paddles_stalled = config_.contact[0] || config_.contact[1];
+  if (config_.autosnatch) {
+    if (config_.beam[0] || config_.beam[1])
+      command_ = CMD_CLOSE;
+    else if (!config_.gripped || drop)  // what is held may be clear of the beams
+      command_ = CMD_OPEN;
+  }
+  // These come last: they call callbacks, which may delete the gripper and what it holds.
+  if (drop)
+    Drop();
+  else if (config_.paddles == PADDLE_CLOSING && !config_.gripped)
+    Grip();
+}
+
+/// What touches a finger, the left one first; not the robot itself.
+Model* ModelGripper::Grippable() const {
+  for (Model* thing : config_.contact)
+    // A callback may have deleted it since the rays were traced.
+    if (thing && IsIn(*world, thing) && !IsAntecedent(thing)) return thing;
+  return nullptr;
+}
+
+/// Takes it into the gripper's own place.
+void ModelGripper::Grip() {
+  Model* thing = Grippable();
+  if (!thing) return;
+  World& in_world = *world;
+  // The share py / 2 is taken for metres, as Stage always did.
+  const double width = geom.size.y - config_.paddle_size.y / 2.0;
+  const double close_limit = std::max(0.0, 1.0 - thing->GetGeom().size.y / width);
+  const Pose place(0, 0, stack_children ? -geom.size.z : 0.0, 0);
+  if (thing->Parent() != this) thing->SetParent(this);
+  if (!IsIn(in_world, this) || !IsIn(in_world, thing) || thing->Parent() != this) return;
+  config_.gripped = thing;
+  config_.close_limit = close_limit;
+  thing->SetPose(place);
+}
+
+void ModelGripper::Drop() {
+  Model* thing = config_.gripped;
+  World& in_world = *world;
+  const Pose place = GetGlobalPose();
+  thing->SetParent(nullptr);  // RemoveChild() follows
+  if (IsIn(in_world, thing)) thing->SetPose(place);
+}
+
+void ModelGripper::RemoveChild(Model* mod) {
+  Model::RemoveChild(mod);
+  if (mod != config_.gripped) return;
+  config_.gripped = nullptr;
+  config_.close_limit = 1.0;
+}
+
+}  // namespace Stg

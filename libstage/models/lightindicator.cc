@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/lightindicator.hh"
+
+#include "models/state_hasher.hh"
+
+namespace Stg {
+
+namespace {
+constexpr double kDimmed = 0.8;
+}
+
+ModelLightIndicator::ModelLightIndicator(World* world_, Model* parent_, const std::string& type_)
+    : Model(world_, parent_, type_), is_on_(false) {}
+
+Color ModelLightIndicator::GetShownColor() const {
+  if (is_on_) return color;
+  return Color(color.r * kDimmed, color.g * kDimmed, color.b * kDimmed, color.a);
+}
+
+void ModelLightIndicator::HashState(StateHasher& hasher) const {
+  Model::HashState(hasher);
+  hasher.Add(is_on_ ? 1.0 : 0.0);
+}
+
+}  // namespace Stg

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Models: energy, trails, what windows show, and the hash of their state.
+
+#include <algorithm>
+
+#include "models/block.hh"
+#include "models/flag.hh"
+#include "models/power_pack.hh"
+#include "models/state_hasher.hh"
+#include "sensing/scene.hh"
+#include "world/world.hh"
+
+namespace Stg {
+
+const usec_t Model::kEnergyInterval;
+
+// ---- energy -------------------------------------------------------------------------------------
+
+PowerPack* Model::FindPowerPack() const {
+  for (const Model* model = this; model; model = model->parent)
+    if (model->power_pack) return model->power_pack.get();
+  return nullptr;
+}
+
+void Model::UpdateCharge() {
+  PowerPack* pack = FindPowerPack();
+  if (!pack) return;  // it had one when it started, and was given to another parent since
+  const double seconds = static_cast<double>(kEnergyInterval) / 1e6;
+  if (watts > 0) pack->Dissipate(watts * seconds, GetGlobalPose());
+  if (!(watts_give > 0)) return;
+
+  StopCharging();
+  static thread_local std::vector<Model*> touching;  // for its memory
+  touching.clear();
+  AppendTouchingModels(&touching);
+  for (Model* taker : touching) {
+    PowerPack* receiver = taker->watts_take > 0 ? taker->FindPowerPack() : nullptr;
+    if (!receiver) continue;
+    receiver->ChargeStart();
+    pack->TransferTo(receiver, std::min(watts_give, taker->watts_take) * seconds);
+    pps_charging.push_back(receiver);
+  }
+}
+
+void Model::StopCharging() {
+  for (PowerPack* pack : pps_charging) pack->ChargeStop();
+  pps_charging.clear();
+}
+
+void Model::AppendTouchingModels(std::vector<Model*>* touching) const {
+  const auto begin = static_cast<std::ptrdiff_t>(touching->size());
+  static thread_local grid::CellLists cells;  // for its memory
+  cells.lists.clear();
+  blockgroup->AppendCells(&cells);
+  const grid::Grid& grid = scene_->grid;
+  const Model* last = nullptr;
+  for (const std::vector<grid::CellRef>* list : cells.lists)
+    for (const grid::CellRef cell : *list)
+      grid.AnyIn(cell, [&](grid::BodyId body) {
+        Model* other = grid.body(body).model;
+        if (other != last && !IsRelated(other)) touching->push_back(other);
+        last = other;
+        return false;
+      });
+  std::sort(touching->begin() + begin, touching->end(),
+            [](const Model* a, const Model* b) { return a->id < b->id; });
+  touching->erase(std::unique(touching->begin() + begin, touching->end()), touching->end());
+}
+
+// ---- trails -------------------------------------------------------------------------------------
+
+void Model::UpdateTrail() {
+  if (trail_length == 0) return;
+  const TrailItem item(world->SimTimeNow(), GetGlobalPose(), color);
+  if (trail.size() < trail_length) {
+    trail.push_back(item);
+    return;
+  }
+  trail[trail_index] = item;
+  trail_index = (trail_index + 1) % trail_length;
+}
+
+std::vector<Model::TrailItem> Model::Trail() const {
+  std::vector<TrailItem> items(trail);
+  std::rotate(items.begin(), items.begin() + trail_index, items.end());
+  return items;
+}
+
+// ---- windows ------------------------------------------------------------------------------------
+
+void Model::AddVisualizer(Visualizer* custom_visual, bool on_by_default) {
+  if (!custom_visual || !world->IsGUI()) return;
+  cv_list.push_back(custom_visual);
+  world->OfferVisualizer(custom_visual, on_by_default);
+}
+
+void Model::RemoveVisualizer(Visualizer* custom_visual) { std::erase(cv_list, custom_visual); }
+
+void Model::RegisterOption(Option* option) { world->RegisterOption(option); }
+void Model::NeedRedraw() { world->NeedRedraw(); }
+void Model::Redraw() { world->Redraw(); }
+void Model::PushColor(Color col) { world->PushColor(col); }
+void Model::PushColor(double r, double g, double b, double a) { world->PushColor(r, g, b, a); }
+void Model::PopColor() { world->PopColor(); }
+
+// ---- state --------------------------------------------------------------------------------------
+
+void Model::HashState(StateHasher& hasher) const {
+  hasher.Add(pose);
+  if (power_pack) {
+    hasher.Add(power_pack->GetStored());
+    hasher.Add(power_pack->GetDissipated());
+  }
+  for (Flag* flag : flag_list) hasher.Add(flag->GetSize());
+}
+
+}  // namespace Stg

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/power_pack.hh"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+
+#include "models/energy_charts.hh"
+#include "models/model.hh"
+#include "world/world.hh"
+
+namespace Stg {
+
+joules_t PowerPack::global_stored = 0;
+joules_t PowerPack::global_capacity = 0;
+joules_t PowerPack::global_dissipated = 0;
+joules_t PowerPack::global_input = 0;
+
+namespace {
+
+/// The totals are shared by all worlds, which different threads may run.
+void AddTo(joules_t* total, joules_t change) {
+  if (change != 0) std::atomic_ref<joules_t>(*total).fetch_add(change, std::memory_order_relaxed);
+}
+
+/// What an amount, which may be infinite, contributes to a total.
+joules_t Countable(joules_t amount) { return amount > 0 ? amount : 0; }
+
+}  // namespace
+
+PowerPack::PowerPack(Model* mod)
+    : mod_(mod), stored_(0), capacity_(0), dissipated_(0), charging_(false) {
+  mod_->GetWorld()->AddPowerPack(this);
+  if (mod_->GetWorld()->IsGUI()) charts_ = std::make_unique<EnergyCharts>(mod_);
+}
+
+PowerPack::~PowerPack() {
+  SetStored(0);
+  SetCapacity(0);
+  mod_->GetWorld()->RemovePowerPack(this);
+}
+
+void PowerPack::Print(const char* prefix) const {
+  std::printf("%sstored %.3f of %.3f joules, dissipated %.3f%s\n", prefix ? prefix : "", stored_,
+              capacity_, dissipated_, charging_ ? ", charging" : "");
+}
+
+void PowerPack::Store(joules_t j) {
+  AddTo(&global_stored, Countable(j) - Countable(stored_));
+  stored_ = j;
+}
+
+void PowerPack::SetStored(joules_t j) { Store(j); }
+
+void PowerPack::SetCapacity(joules_t cap) {
+  AddTo(&global_capacity, Countable(cap) - Countable(capacity_));
+  capacity_ = cap;
+  if (stored_ > cap) Store(cap);
+}
+
+void PowerPack::Add(joules_t j) {
+  if (!(j > 0) || !(RemainingCapacity() > 0)) return;
+  const joules_t amount = std::min(RemainingCapacity(), j);
+  Store(stored_ + amount);
+  charging_ = true;
+}
+
+void PowerPack::Subtract(joules_t j) {
+  if (!(j > 0)) return;
+  if (IsInfinite())
+    AddTo(&global_input, j);
+  else
+    Store(stored_ - std::min(stored_, j));
+}
+
+void PowerPack::TransferTo(PowerPack* dest, joules_t amount) {
+  if (!IsInfinite()) amount = std::min(amount, stored_);
+  amount = std::min(amount, dest->RemainingCapacity());
+  if (!(amount > 0)) return;
+  Subtract(amount);
+  dest->Add(amount);
+  mod_->NeedRedraw();
+}
+
+joules_t PowerPack::Spend(joules_t j) {
+  if (!(j > 0)) return 0;
+  const joules_t amount = IsInfinite() ? j : std::min(j, stored_);
+  Subtract(amount);
+  dissipated_ += amount;
+  AddTo(&global_dissipated, amount);
+  if (charts_) {
+    charts_->output.AppendValue(static_cast<float>(amount));
+    charts_->stored.AppendValue(static_cast<float>(stored_));
+  }
+  return amount;
+}
+
+void PowerPack::Dissipate(joules_t j) { Spend(j); }
+
+void PowerPack::Dissipate(joules_t j, const Pose& p) {
+  const joules_t amount = Spend(j);
+  if (charts_) charts_->dissipation.Accumulate(p.x, p.y, amount);
+}
+
+}  // namespace Stg

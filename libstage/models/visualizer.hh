@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Visualizers: what clients and the models themselves draw over a model in a window. Part of
+// <stage.hh>; C++11.
+
+#ifndef STAGE_MODELS_VISUALIZER_HH
+#define STAGE_MODELS_VISUALIZER_HH
+
+#include <stddef.h>
+
+#include <string>
+#include <vector>
+
+#include "geometry/color.hh"
+
+namespace Stg {
+
+class Camera;
+class Model;
+
+/// To be attached by Model::AddVisualizer().
+class Visualizer {
+ public:
+  /// The names of the option that switches it: in the menu, and in the world file's window section.
+  Visualizer(const std::string& menu_name, const std::string& worldfile_name)
+      : menu_name_(menu_name), worldfile_name_(worldfile_name) {}
+  virtual ~Visualizer(void) {}
+
+  /// Called for each picture while the option is on and the model has subscribers; the frame of
+  /// drawing is the model's.
+  virtual void Visualize(Model* mod, Camera* cam) = 0;
+
+  const std::string& GetMenuName() { return menu_name_; }
+  const std::string& GetWorldfileName() { return worldfile_name_; }
+
+ private:
+  const std::string menu_name_, worldfile_name_;
+};
+
+/// A chart of the latest values of some quantity, in a rectangle of the screen (pixels).
+class StripPlotVis : public Visualizer {
+ public:
+  /// `len`: how many values it shows.
+  StripPlotVis(float x, float y, float w, float h, size_t len, Color fgcolor, Color bgcolor,
+               const char* name, const char* wfname);
+  virtual ~StripPlotVis() {}
+
+  void AppendValue(float value);
+  /// Of a library without a window: draws nothing.
+  void Visualize(Model* mod, Camera* cam) override;
+
+  /// The values, the oldest first.
+  std::vector<float> Values() const;
+  /// Extremes of all values that there ever were; 0 before the first.
+  float Least() const { return least_; }
+  float Greatest() const { return greatest_; }
+
+ private:
+  float x_, y_, width_, height_;
+  Color foreground_, background_;
+  std::vector<float> ring_;  // once it is full, next_ is the oldest value
+  size_t capacity_, next_;
+  float least_, greatest_;
+};
+
+}  // namespace Stg
+
+#endif

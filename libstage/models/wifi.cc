@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/wifi.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/trigonometry.hh"
+#include "models/block.hh"
+#include "models/line_in_bodies.hh"
+#include "models/noise.hh"
+#include "models/state_hasher.hh"
+#include "sensing/scene.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr double kWatts = 2.5;
+constexpr size_t kMaxNameLength = 31;
+constexpr double kSmallestDistance = 0.01;  // where the logarithm of 0 would be needed
+
+// Free space loss in dB for kilometres and megahertz: 20 log (4 pi 10^9 / c).
+constexpr double kFriis = 32.44177;
+constexpr double kItuIndoor = -28.0;
+constexpr double kDecibelsPerMetre = 100.0;  // of obstacle, times the wall factor
+
+/// From additions, multiplications and divisions only, to be the same on every processor: the
+/// series of the area tangent, for a mantissa in [sqrt(1/2), sqrt(2)).
+double Log10(double x) {
+  if (!(x > 0)) return std::numeric_limits<double>::quiet_NaN();
+  int exponent = 0;
+  double mantissa = std::frexp(x, &exponent);
+  if (mantissa < M_SQRT1_2) {
+    mantissa *= 2.0;
+    exponent--;
+  }
+  const double s = (mantissa - 1.0) / (mantissa + 1.0);
+  double sum = 0;
+  for (int k = 23; k >= 1; k -= 2) sum = sum * s * s + 1.0 / k;
+  return (exponent * M_LN2 + 2.0 * s * sum) / M_LN10;
+}
+
+}  // namespace
+
+ModelWifi::ModelWifi(World* world_, Model* parent_, const std::string& type_)
+    : Model(world_, parent_, type_),
+      propagation(PROPAGATION_NONE),
+      ip("192.168.0.1"),
+      mac("00:00:00:00:00"),
+      essid("any"),
+      power(45),
+      sensitivity(-75),
+      freq(2450),
+      range(0),
+      plc(30),
+      ple(2.5),
+      sigma(5),
+      wall_factor(1),
+      range_db(-50),
+      path_count_(0),
+      seeded_(false) {
+  ClearBlocks();
+  geom.size.Zero();
+  vis.obstacle_return = false;
+  vis.blob_return = false;
+  vis.ranger_return = -1.0;
+  world->engine().radios.push_back(this);
+}
+
+ModelWifi::~ModelWifi() {
+  world->ForgetRays(this);
+  std::erase(world->engine().radios, this);
+}
+
+// ---- loading ------------------------------------------------------------------------------------
+
+void ModelWifi::LoadName(const char* property, std::string* name) {
+  *name = wf->ReadString(wf_entity, property, *name);
+  if (name->size() <= kMaxNameLength) return;
+  wf->Warn(wf_entity, property, "found more than 31 characters; using the first 31");
+  name->resize(kMaxNameLength);
+}
+
+void ModelWifi::Load() {
+  Model::Load();
+  if (!wf) return;
+  static const std::pair<const char*, Propagation> kPropagations[] = {
+      {"simple", PROPAGATION_SIMPLE},
+      {"friis", PROPAGATION_FRIIS},
+      {"ITU indoor", PROPAGATION_ITU_INDOOR},
+      {"log distance", PROPAGATION_LOG_DISTANCE},
+      {"raytrace", PROPAGATION_RAYTRACE}};
+  if (wf->PropertyExists(wf_entity, "model")) {
+    const std::string name = wf->ReadString(wf_entity, "model", "");
+    propagation = PROPAGATION_NONE;
+    for (const auto& [known, value] : kPropagations)
+      if (name == known) propagation = value;
+    if (propagation == PROPAGATION_NONE)
+      wf->Warn(wf_entity, "model",
+               "found the model \"" + name +
+                   "\", expected \"simple\", \"friis\", \"ITU indoor\", \"log distance\" or "
+                   "\"raytrace\"; there will be no links");
+  }
+  LoadName("ip", &ip);
+  LoadName("mac", &mac);
+  LoadName("essid", &essid);
+
+  const auto read = [this](const char* name, double* value) {
+    *value = wf->ReadFloat(wf_entity, name, *value);
+  };
+  read("power", &power);
+  read("sensitivity", &sensitivity);
+  read("freq", &freq);
+  if (!(freq > 0))
+    wf->Fail(wf_entity, "freq", "found a frequency that is not positive, expected MHz");
+  range = wf->ReadLength(wf_entity, "range", range);
+  if (range < 0) wf->Fail(wf_entity, "range", "found a negative range, expected 0 or more");
+  read("plc", &plc);
+  read("ple", &ple);
+  read("sigma", &sigma);
+  if (sigma < 0)
+    wf->Fail(wf_entity, "sigma", "found a negative standard deviation, expected 0 or more");
+  read("wall_factor", &wall_factor);
+  read("range_db", &range_db);
+}
+
+// ---- updating -----------------------------------------------------------------------------------
+
+void ModelWifi::Startup() {
+  Model::Startup();
+  watts = kWatts;
+}
+
+void ModelWifi::Shutdown() {
+  watts = 0;
+  neighbors_.clear();
+  Model::Shutdown();
+}
+
+void ModelWifi::Update() {
+  path_count_ = 0;
+  const Pose here = GetGlobalPose();
+  here_ = here;
+  if (propagation != PROPAGATION_NONE)
+    for (const ModelWifi* other : world->engine().radios)
+      if (!IsRelated(other)) AddPath(*other, here);
+  if (propagation == PROPAGATION_RAYTRACE)
+    for (size_t i = 0; i < path_count_; i++) AddRay(static_cast<uint32_t>(i), here);
+  world->QueueSensed(this);
+  Model::Update();
+}
+
+/// In dB, obstacles not counted.
+double ModelWifi::Loss(double distance) {
+  const double log_distance = Log10(std::max(distance, kSmallestDistance));
+  const double log_frequency = Log10(freq);
+  switch (propagation) {
+    case PROPAGATION_FRIIS:
+      return kFriis + 20.0 * log_frequency + 20.0 * (log_distance - 3.0);
+    case PROPAGATION_ITU_INDOOR:
+    case PROPAGATION_RAYTRACE:
+      return 20.0 * log_frequency + plc * log_distance + kItuIndoor;
+    case PROPAGATION_LOG_DISTANCE:
+      return kFriis + 20.0 * log_frequency - 60.0 + 10.0 * ple * log_distance +
+             sigma * NormalError(&random_);
+    case PROPAGATION_SIMPLE:
+    case PROPAGATION_NONE:
+      break;
+  }
+  return 0;
+}
+
+/// If the other device may be in reach.
+void ModelWifi::AddPath(const ModelWifi& other, const Pose& here) {
+  if (!seeded_) {
+    random_.Seed(world->seed() ^ HashOf(token));
+    seeded_ = true;
+  }
+  const Pose there = other.GetGlobalPose();
+  const double distance =
+      std::sqrt((there.x - here.x) * (there.x - here.x) + (there.y - here.y) * (there.y - here.y));
+  const double loss = Loss(distance), budget = power - other.sensitivity;
+  const bool near = propagation == PROPAGATION_SIMPLE ? distance <= range : loss <= budget;
+  if (!near) return;
+
+  if (path_count_ == paths_.size()) paths_.emplace_back();
+  Path& path = paths_[path_count_++];
+  path.tree = other.Root();
+  path.distance = distance;
+  path.loss = loss;
+  path.budget = budget;
+  path.obstacles.clear();
+  path.neighbor.pose = there;
+  path.neighbor.essid = other.essid;
+  path.neighbor.mac = other.mac;
+  path.neighbor.ip = other.ip;
+  path.neighbor.freq = other.freq;
+}
+
+/// The ray's part is to tell, quickly, which bodies are on the way; it stops at none of them.
+bool ModelWifi::NoteObstacle(Model* candidate, const Model* finder, const void* arg) {
+  const Path& path = *static_cast<const Path*>(arg);
+  if (candidate->vis.ranger_return < 0 || candidate->IsRelated(finder) ||
+      candidate->Root() == path.tree)
+    return false;
+  std::vector<const Model*>& known = path.obstacles;
+  if (std::find(known.rbegin(), known.rend(), candidate) == known.rend())
+    known.push_back(candidate);
+  return false;
+}
+
+void ModelWifi::AddRay(uint32_t index, const Pose& here) {
+  const Path& path = paths_[index];
+  const Pose& there = path.neighbor.pose;
+  sensing::Scene& shared = scene();
+  sensing::Fan fan;
+  fan.predicate = NoteObstacle;
+  fan.finder = this;
+  fan.arg = &path;
+  fan.sink = this;
+  fan.tag = index;
+  fan.z_test = false;  // the line may rise; heights are looked at afterwards
+  fan.layer = grid::kEverything;
+  const double heading = ArcTangent(there.y - here.y, there.x - here.x);
+  PlaceFan(&fan, Pose(here.x, here.y, here.z, heading), path.distance, shared.cells_per_metre);
+  fan.record.first_direction = sensing::DirectionTables::kAhead;
+  shared.batch.Add(fan, 1, OwnWindow());
+}
+
+void ModelWifi::TakeHits(uint32_t tag, const sensing::RayHit*, uint32_t) {
+  Path& path = paths_[tag];
+  if (path.obstacles.empty()) return;
+  static thread_local LineInBodies line;  // for its memory
+  const Pose& there = path.neighbor.pose;
+  line.Begin(point3_t(here_.x, here_.y, here_.z), point3_t(there.x, there.y, there.z));
+  for (const Model* obstacle : path.obstacles) line.AddBodyOf(*obstacle);
+  path.loss += wall_factor * kDecibelsPerMetre * line.ShareInside() * path.distance;
+}
+
+void ModelWifi::Sensed() {
+  if (subs == 0) return;
+  size_t count = 0;
+  for (size_t i = 0; i < path_count_; i++) {
+    Path& path = paths_[i];
+    if (propagation != PROPAGATION_SIMPLE && !(path.loss <= path.budget)) continue;
+    path.neighbor.db = propagation == PROPAGATION_SIMPLE ? 1.0 : power - path.loss;
+    if (count == neighbors_.size()) neighbors_.emplace_back();
+    std::swap(neighbors_[count++], path.neighbor);  // both keep their memory
+  }
+  neighbors_.resize(count);
+}
+
+void ModelWifi::HashState(StateHasher& hasher) const {
+  Model::HashState(hasher);
+  hasher.Add(static_cast<double>(neighbors_.size()));
+  for (const Neighbor& neighbor : neighbors_) {
+    hasher.Add(neighbor.pose);
+    hasher.Add(neighbor.db);
+  }
+}
+
+}  // namespace Stg

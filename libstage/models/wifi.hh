@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// ModelWifi: a radio that knows which others it reaches. Part of <stage.hh>.
+//
+// Of each device that is not in its own tree it works out the loss on the way there, in dB; with f
+// the sender's frequency in MHz and d the distance in the plane in metres, at least 1 cm:
+//   friis         32.44177 + 20 log f + 20 log (d / 1000): free space
+//   ITU indoor    20 log f + plc log d - 28
+//   log distance  the friis loss at 1 m + 10 ple log d + a normal error of deviation sigma
+//   raytrace      ITU indoor + 100 wall_factor for each metre inside of obstacles: bodies that
+//                 rangers see, where the straight line between the devices meets them
+// It reaches a device if its own power less the loss is at least the other's sensitivity. A
+// "simple" one reaches those within its range.
+
+#ifndef STAGE_MODELS_WIFI_HH
+#define STAGE_MODELS_WIFI_HH
+
+#include <string>
+#include <vector>
+
+#include "geometry/random.hh"
+#include "models/model.hh"
+#include "sensing/ray_hit.hh"
+
+namespace Stg {
+
+class ModelWifi : public Model, private sensing::RaySink {
+ public:
+  /// A device that is reached.
+  class Neighbor {
+   public:
+    Pose pose;  ///< global, at the start of the step
+    std::string essid, mac, ip;
+    double freq;  ///< MHz
+    double db;    ///< what arrives there of this device's power, dBm; 1 if that is "simple"
+
+    Neighbor() : freq(0), db(0) {}
+  };
+
+  typedef enum {
+    PROPAGATION_NONE,
+    PROPAGATION_SIMPLE,
+    PROPAGATION_FRIIS,
+    PROPAGATION_ITU_INDOOR,
+    PROPAGATION_LOG_DISTANCE,
+    PROPAGATION_RAYTRACE
+  } Propagation;
+
+  ModelWifi(World* world, Model* parent, const std::string& type);
+  ~ModelWifi();
+
+  /// What the last update found, in the order of the devices' creation.
+  const std::vector<Neighbor>& GetNeighbors() const { return neighbors_; }
+
+  // May be changed at any time.
+  Propagation propagation;
+  std::string ip, mac, essid;
+  double power;        ///< of the sender, dBm
+  double sensitivity;  ///< of the receiver, dBm
+  double freq;         ///< MHz
+  meters_t range;
+  double plc;          ///< power loss coefficient
+  double ple;          ///< path loss exponent
+  double sigma;        ///< dB
+  double wall_factor;  ///< hundreds of dB per metre
+  double range_db;     ///< the level whose contour is drawn, dBm
+
+  using Model::Load;
+  void Load() override;
+  void HashState(StateHasher& hasher) const override;
+
+ protected:
+  void Startup() override;
+  void Shutdown() override;
+  /// Works out who may be in reach and puts the lines past obstacles into the batch of the step.
+  void Update() override;
+  /// Makes the list of neighbours.
+  void Sensed() override;
+
+ private:
+  struct Path {
+    Neighbor neighbor;
+    const Model* tree;  // of the other device; to compare with only
+    double distance, loss, budget;
+    mutable std::vector<const Model*> obstacles;  // that its ray came by
+  };
+
+  static bool NoteObstacle(Model* candidate, const Model* finder, const void* path);
+  void LoadName(const char* property, std::string* name);
+  double Loss(double distance);
+  void AddPath(const ModelWifi& other, const Pose& here);
+  void AddRay(uint32_t index, const Pose& here);
+  void TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) override;
+
+  std::vector<Neighbor> neighbors_;
+  std::vector<Path>
+      paths_;  // those of this update come first; the others are kept for their memory
+  size_t path_count_;
+  Pose here_;  // of this update
+  Random random_;
+  bool seeded_;
+};
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "world/fiducial_index.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "models/fiducial.hh"
+
+namespace Stg {
+
+namespace {
+
+/// Metres. Half the usual range of a finder: it then looks at five strips, and at few targets that
+/// are too far to the left or right.
+constexpr double kStripWidth = 4.0;
+
+double StripOf(double x) { return std::floor(x / kStripWidth); }
+
+bool Older(const Model* a, const Model* b) { return a->GetId() < b->GetId(); }
+
+}  // namespace
+
+bool FiducialIndex::Place::operator<(const Place& o) const {
+  if (strip != o.strip) return strip < o.strip;
+  if (y != o.y) return y < o.y;
+  return target < o.target;
+}
+
+void FiducialIndex::Refresh(const std::vector<Model*>& models, uint64_t step) {
+  if (known_ && step_ == step) return;
+  known_ = true;
+  step_ = step;
+  targets_.clear();
+  places_.clear();
+  for (Model* model : models) {
+    if (model->vis.fiducial_return == 0) continue;
+    const Pose pose = model->GetGlobalPose();
+    if (!std::isfinite(pose.x) || !std::isfinite(pose.y)) continue;
+    places_.push_back({StripOf(pose.x), pose.y, static_cast<uint32_t>(targets_.size())});
+    targets_.push_back({model, pose});
+  }
+  std::sort(places_.begin(), places_.end());
+}
+
+const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reach) {
+  near_.clear();
+  if (!std::isfinite(x) || !std::isfinite(y) || !(reach >= 0)) return near_;
+  const double last_strip = StripOf(x + reach);
+  const Place from{StripOf(x - reach), y - reach, 0};
+  auto place = std::lower_bound(places_.begin(), places_.end(), from);
+  while (place != places_.end() && place->strip <= last_strip) {
+    const double strip = place->strip;
+    // This may be the first place of a later strip than the one that was looked for.
+    place = std::lower_bound(place, places_.end(), Place{strip, y - reach, 0});
+    for (; place != places_.end() && place->strip == strip && place->y <= y + reach; ++place)
+      if (std::fabs(targets_[place->target].pose.x - x) <= reach) near_.push_back(place->target);
+    place = std::lower_bound(place, places_.end(), Place{strip + 1, y - reach, 0});
+  }
+  std::sort(near_.begin(), near_.end());
+  return near_;
+}
+
+void FiducialIndex::AddFinder(ModelFiducial* finder) {
+  const auto place = std::lower_bound(finders_.begin(), finders_.end(), finder, Older);
+  if (place == finders_.end() || *place != finder) finders_.insert(place, finder);
+}
+
+void FiducialIndex::RemoveFinder(ModelFiducial* finder) {
+  const auto place = std::lower_bound(finders_.begin(), finders_.end(), finder, Older);
+  if (place != finders_.end() && *place == finder) finders_.erase(place);
+}
+
+void FiducialIndex::Forget(const Model* model) {
+  known_ = false;
+  for (ModelFiducial* finder : finders_) finder->ForgetTarget(model);
+}
+
+void FiducialIndex::Clear() {
+  known_ = false;
+  targets_.clear();
+  places_.clear();
+  finders_.clear();
+}
+
+}  // namespace Stg
