@@ -250,7 +250,7 @@ TEST(ExactnessTest, ReadingsAreThoseOfSingleRays) {
     driver.Attach(&world);
     for (uint64_t step = 0; step < text.steps() && !HasFailure(); step++)
       compared += CompareStep(&world);
-    if (HasFailure()) Keep(text);
+    fprintf(stderr, "%d worlds, compared %zu steps %d models %zu\n",(int)seed,compared,(int)text.steps(),world.GetAllModels().size());
     EXPECT_FALSE(HasFailure()) << Keep(text) << ", step " << world.GetUpdateCount();
   }
   EXPECT_GT(compared, 1000 * kWorlds);

@@ -2,8 +2,10 @@
 //
 // Worlds from world files.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <thread>
 
 #include "geometry/load_error.hh"
 #include "models/block.hh"
@@ -124,7 +126,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
       wf->Load(path);
     SetToken(wf->ReadString(0, "name", path.empty() ? "[stream]" : path));
     LoadWorldProperties();
-    engine_->SetPrefilter(ChoosePrefilter(), run_options.always_on_device);
+    UsePrefilter();
     engine_->loading = true;
     LoadEntities();
   } catch (const LoadError& error) {
@@ -145,6 +147,18 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
   std::fflush(stdout);
   engine_->statistics.load_seconds = WallClock() - start;
   return true;
+}
+
+void World::UsePrefilter() {
+  std::unique_ptr<sensing::Prefilter> prefilter = ChoosePrefilter();
+  const bool threads_given = run_options.threads > 0 || wf->PropertyExists(0, "threads");
+  if (prefilter && !threads_given) {
+    // What the device leaves to the host is short, and its memory, not its arithmetic, is the
+    // limit: more threads than this no longer help.
+    constexpr unsigned kMostUseful = 16;
+    engine_->SetThreads(std::clamp(std::thread::hardware_concurrency(), 1u, kMostUseful));
+  }
+  engine_->SetPrefilter(std::move(prefilter), run_options.always_on_device);
 }
 
 void World::LoadWorldProperties() {

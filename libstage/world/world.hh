@@ -56,7 +56,8 @@ class RaytraceResult {
 
 /// How worlds are run; set before they are made. None of it changes any result, the seed apart.
 struct RunOptions {
-  int threads;            ///< that trace rays; 0: what the world file says
+  int threads;            ///< that trace rays; 0: what the world file says, or else with a device
+                          ///< all processors and without one 1
   uint64_t seed;          ///< of all random numbers
   bool batch;             ///< false: each sensor's rays are traced on their own, one by one
   bool opencl;            ///< use an OpenCL device where that is faster
@@ -183,6 +184,7 @@ class World : public Ancestor {
  protected:
   bool LoadFrom(const std::string& path, std::istream* content);
   virtual void LoadWorldProperties();
+  void UsePrefilter();
   void LoadEntities();
   void LoadEntity(int entity, std::vector<Model*>* models);
   void CheckNotNested(int entity, Model* parent_model);

@@ -19,11 +19,11 @@ using Stg::ModelRanger;
 
 namespace {
 
-/// Numbers with all their digits.
+/// Numbers with all their digits; world files know no exponents.
 template <typename... Parts>
 std::string Text(const Parts&... parts) {
   std::ostringstream text;
-  text << std::setprecision(17);
+  text << std::fixed << std::setprecision(20);
   (text << ... << parts);
   return text.str();
 }
@@ -51,7 +51,7 @@ WorldText::WorldText(uint64_t seed) : random_(seed * 7919), seed_(seed) {
                   " ", centre_y_, " 0 ", Chance(0.5) ? 0.0 : Heading(), "] )\n");
   const uint32_t obstacles = Below(12);
   for (uint32_t i = 0; i < obstacles; i++) text_ += Obstacle();
-  const uint32_t robots = Chance(0.1) ? 40 : 5 + Below(12);
+  const uint32_t robots = 5 + Below(36);
   for (uint32_t i = 0; i < robots; i++) text_ += Robot(i);
 }
 
@@ -280,7 +280,7 @@ void Driver::JumpAway() {
   Model* model = AnyAtTop();
   if (!model) return;
   if (early_ && Chance(0.8)) {
-    world_->Enqueue(0, 1, model, JumpEarly, this);
+    world_->Enqueue(0, Chance(0.5) ? 1 : world_->sim_interval, model, JumpEarly, this);
     return;
   }
   jumps_.push_back({model->TokenStr(), model->GetPose(), world_->GetUpdateCount() + 3});
