@@ -192,6 +192,13 @@ TEST(Loading, UnLoadMakesRoomForTheNext) {
   EXPECT_TRUE(TryToLoad(world.get(), "model( )").loaded);
 }
 
+// Sanitizers keep what is freed for a while.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMemoryIsWatched = true;
+#else
+constexpr bool kMemoryIsWatched = false;
+#endif
+
 TEST(Loading, ManyTimesDoesNotGrow) {
   std::string text = "resolution 0.02\n";
   for (int i = 0; i < 20; i++)
@@ -221,7 +228,9 @@ TEST(Loading, ManyTimesDoesNotGrow) {
   EXPECT_EQ(grid_after.tiles, 0u);
   EXPECT_EQ(grid_after.superregions, grid_before.superregions);
   EXPECT_LE(grid_after.bytes, grid_before.bytes);
-  EXPECT_LE(memory_after - memory_before, 2048) << "KiB more after 250 further cycles";
+  if (!kMemoryIsWatched) {
+    EXPECT_LE(memory_after - memory_before, 2048) << "KiB more after 250 further cycles";
+  }
 }
 
 // ---- several worlds -----------------------------------------------------------------------------
@@ -263,19 +272,6 @@ TEST(SeveralWorlds, AreDeletedInAnyOrder) {
   first.reset();
   EXPECT_FALSE(World::UpdateAll());
   EXPECT_EQ(second->GetUpdateCount(), 2u);
-}
-
-TEST(SeveralWorlds, OneCanBeDeletedByTheCallbackOfAnother) {
-  const auto first = LoadText("");
-  auto* second = LoadText("model( alwayson 1 )").release();
-  first->AddUpdateCallback(
-      [](World*, void* other) {
-        delete static_cast<World*>(other);
-        return 1;
-      },
-      second);
-  EXPECT_FALSE(World::UpdateAll());
-  EXPECT_FALSE(World::UpdateAll());
 }
 
 // ---- world callbacks ----------------------------------------------------------------------------
@@ -395,38 +391,6 @@ TEST(Deletion, OfOthersInAModelsCallback) {
       EXPECT_EQ(world->GetModel(name), nullptr);
     }
   }
-}
-
-TEST(Deletion, OfAModelInItsOwnUpdateCallback) {
-  const auto world = LoadText(kTrio);
-  Model* b = Find(*world, "b");
-  b->AddCallback(
-      Model::CB_UPDATE,
-      [](Model* mod, void*) {
-        delete mod;
-        return 0;
-      },
-      nullptr);
-  b->AddCallback(
-      Model::CB_UPDATE, [](Model*, void*) { return 1; }, nullptr);
-  Step(*world, 3);
-  EXPECT_EQ(world->GetModel("b"), nullptr);
-  EXPECT_EQ(world->GetModel("b.c"), nullptr);
-}
-
-TEST(Deletion, OfAModelInItsOwnPoseCallback) {
-  const auto world = LoadText(kTrio);
-  Model* b = Find(*world, "b");
-  b->AddCallback(
-      Model::CB_POSE,
-      [](Model* mod, void*) {
-        delete mod;
-        return 1;
-      },
-      nullptr);
-  b->SetPose(Pose(1, 0, 0, 0));
-  EXPECT_EQ(world->GetModel("b"), nullptr);
-  Step(*world, 2);
 }
 
 TEST(Deletion, DuringUpdates) {
@@ -549,6 +513,53 @@ TEST(Saving, WritesPosesAndCanBeLoadedAgain) {
   ExpectPose(again, pose.x, pose.y, 0, pose.a, 1e-6);
   std::filesystem::remove(path);
   EXPECT_FALSE(EmptyWorld()->Save("nowhere.world"));  // nothing was loaded
+}
+
+// ---- deleting what is in use --------------------------------------------------------------------
+
+TEST(SelfDeletion, OfAWorldInTheCallbackOfAnother) {
+  const auto first = LoadText("");
+  auto* second = LoadText("model( alwayson 1 )").release();
+  first->AddUpdateCallback(
+      [](World*, void* other) {
+        delete static_cast<World*>(other);
+        return 1;
+      },
+      second);
+  EXPECT_FALSE(World::UpdateAll());
+  EXPECT_FALSE(World::UpdateAll());
+}
+
+TEST(SelfDeletion, InAModelsOwnUpdateCallback) {
+  const auto world = LoadText(kTrio);
+  Model* b = Find(*world, "b");
+  b->AddCallback(
+      Model::CB_UPDATE,
+      [](Model* mod, void*) {
+        delete mod;
+        return 0;
+      },
+      nullptr);
+  b->AddCallback(
+      Model::CB_UPDATE, [](Model*, void*) { return 1; }, nullptr);
+  Step(*world, 3);
+  EXPECT_EQ(world->GetModel("b"), nullptr);
+  EXPECT_EQ(world->GetModel("b.c"), nullptr);
+}
+
+TEST(SelfDeletion, InAModelsOwnPoseCallback) {
+  const auto world = LoadText(kTrio);
+  Model* b = Find(*world, "b");
+  b->AddCallback(
+      Model::CB_POSE,
+      [](Model* mod, void*) {
+        delete mod;
+        return 1;
+      },
+      nullptr);
+  b->SetPose(Pose(1, 0, 0, 0));
+  EXPECT_EQ(world->GetModel("b"), nullptr);
+  Step(*world, 2);
 }
 
 }  // namespace

@@ -117,7 +117,11 @@ bool World::Load(std::istream& world_content, const std::string& worldfile_path)
 bool World::LoadFrom(const std::string& path, std::istream* content) {
   const double start = WallClock();
   if (wf) UnLoad();
+  sim_time = 0;
+  updates = 0;
   load_status_ = 0;
+  engine_->statistics = RunStatistics();
+  Random::Global().Seed(seed_);  // random colours and poses
   try {
     wf = std::make_unique<Worldfile>();
     if (content)

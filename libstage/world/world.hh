@@ -69,7 +69,7 @@ struct RunOptions {
 
 class World : public Ancestor {
  public:
-  static const int DEFAULT_PPM = 50;
+  static constexpr int DEFAULT_PPM = 50;
   static std::vector<std::string> args;  ///< of the program
   static std::string ctrlargs;           ///< the text of --args, for controllers
   static RunOptions run_options;
@@ -196,6 +196,7 @@ class World : public Ancestor {
   void PrintClock();
   void MakeGround();
   void ForgetAll();
+  void SetDefaults();
   RaytraceResult ResultOf(const Pose& origin, double range, Model* hit) const;
 
   usec_t quit_time;
@@ -214,6 +215,7 @@ class World : public Ancestor {
 
   std::unique_ptr<Engine> engine_;
   std::vector<UpdateCallback> update_callbacks_;
+  const double default_ppm_;
   uint64_t seed_;
   Random random_;
   int load_status_;

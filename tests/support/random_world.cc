@@ -381,51 +381,48 @@ void InitLibrary() {
   EXPECT_TRUE(done);
 }
 
-void Step(Stg::World* world, uint64_t steps, Outcome* outcome) {
-  outcome->hashes.push_back(world->StateHash());
-  for (uint64_t i = 0; i < steps; i++) {
-    EXPECT_FALSE(world->Update());
-    outcome->hashes.push_back(world->StateHash());
+/// What gtest prints would be lost in the quiet: a failure is told afterwards.
+template <typename Load>
+Outcome LoadAndStep(Load load, uint64_t steps, const Stg::RunOptions& options, Driver* driver) {
+  InitLibrary();
+  Stg::World::run_options = options;
+  Outcome outcome;
+  bool loaded = false;
+  {
+    const Quiet quiet;
+    Stg::World world;
+    loaded = load(&world);
+    if (loaded && driver) driver->Attach(&world);
+    outcome.hashes.push_back(world.StateHash());
+    for (uint64_t i = 0; loaded && i < steps; i++) {
+      world.Update();
+      outcome.hashes.push_back(world.StateHash());
+    }
+    const Stg::RunStatistics& statistics = world.statistics();
+    outcome.device_steps = statistics.device_steps;
+    outcome.rays = statistics.trace.rays;
+    outcome.hits = statistics.trace.potential_hits;
+    outcome.resumed = statistics.trace.resumed;
   }
-  const Stg::RunStatistics& statistics = world->statistics();
-  outcome->device_steps = statistics.device_steps;
-  outcome->rays = statistics.trace.rays;
-  outcome->hits = statistics.trace.potential_hits;
-  outcome->resumed = statistics.trace.resumed;
+  EXPECT_TRUE(loaded) << "the world can't be loaded";
+  Stg::World::run_options = Stg::RunOptions();
+  return outcome;
 }
 
 }  // namespace
 
 Outcome RunWorld(const WorldText& text, const Stg::RunOptions& options, bool early) {
-  InitLibrary();
-  const Quiet quiet;
-  Stg::World::run_options = options;
-  Outcome outcome;
   Driver driver(text.seed(), text.resolution(), early);
-  Stg::World world;
-  std::istringstream stream(text.text());
-  if (world.Load(stream)) {
-    driver.Attach(&world);
-    Step(&world, text.steps(), &outcome);
-  } else {
-    ADD_FAILURE() << "the world of seed " << text.seed() << " can't be loaded";
-  }
-  Stg::World::run_options = Stg::RunOptions();
-  return outcome;
+  const auto load = [&](Stg::World* world) {
+    std::istringstream stream(text.text());
+    return world->Load(stream);
+  };
+  return LoadAndStep(load, text.steps(), options, &driver);
 }
 
 Outcome RunFile(const std::string& path, uint64_t steps, const Stg::RunOptions& options) {
-  InitLibrary();
-  const Quiet quiet;
-  Stg::World::run_options = options;
-  Outcome outcome;
-  Stg::World world;
-  if (world.Load(path))
-    Step(&world, steps, &outcome);
-  else
-    ADD_FAILURE() << path << " can't be loaded";
-  Stg::World::run_options = Stg::RunOptions();
-  return outcome;
+  const auto load = [&](Stg::World* world) { return world->Load(path); };
+  return LoadAndStep(load, steps, options, nullptr);
 }
 
 }  // namespace random_world

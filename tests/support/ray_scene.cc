@@ -193,8 +193,8 @@ namespace {
 template <typename F>
 void ForEachRay(const RayScene& scene, F f) {
   for (const sensing::Fan& fan : scene.batch().fans()) {
-    if (!fan.single_leg()) continue;
     const sensing::FanRecord& r = fan.record;
+    if (!fan.single_leg() || r.samples == 0) continue;
     const ray_grid_t view = scene.grid().View(fan.layer);
     const sensing::Direction* directions = scene.batch().DirectionsOf(fan);
     for (uint32_t i = 0; i < r.samples; i++) {
