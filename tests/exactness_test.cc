@@ -10,15 +10,13 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
-#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
-#include "sensing/prefilter.hh"
 #include "stage.hh"
+#include "support/device.hh"
 #include "support/random_world.hh"
-#include "world/prefilter_loader.hh"
 
 namespace {
 
@@ -26,7 +24,7 @@ using random_world::Outcome;
 using random_world::WorldText;
 using Stg::RunOptions;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef STAGE_TEST_SANITIZED
 constexpr uint64_t kWorlds = 30;  // they take their time
 #else
 constexpr uint64_t kWorlds = 200;
@@ -60,13 +58,6 @@ RunOptions OnDevice() {
   RunOptions options = Plain();
   options.opencl = options.always_on_device = true;
   return options;
-}
-
-/// Why no device can be had; empty if one can.
-std::string NoDevice() {
-  std::string message;
-  const std::unique_ptr<Stg::sensing::Prefilter> prefilter = Stg::LoadPrefilter("", &message);
-  return prefilter ? "" : message;
 }
 
 /// The first step after which two runs differ; -1: none. 0 is the beginning.
@@ -127,7 +118,7 @@ TEST(ExactnessTest, PosesSetInTheMidstOfUpdates) {
 }
 
 TEST(ExactnessTest, OnADevice) {
-  if (const std::string reason = NoDevice(); !reason.empty()) GTEST_SKIP() << reason;
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
   uint64_t resumed = 0;
   for (uint64_t seed = 1; seed <= kWorlds && !HasFailure(); seed++) {
     const char* lengths[] = {"1", "2", "4"};
@@ -165,7 +156,7 @@ TEST_P(ShippedWorlds, AreTheSameHoweverTheyRun) {
   EXPECT_GT(expected.hits, 0u);
   for (const RunOptions& options : {WithThreads(2), WithThreads(4), RayByRay()})
     EXPECT_EQ(FirstDifference(expected, random_world::RunFile(Path(), steps, options)), -1);
-  if (const std::string reason = NoDevice(); !reason.empty()) GTEST_SKIP() << reason;
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
   for (const char* length : {"1", "2", "4"}) {
     setenv("STAGE_CL_HITS", length, 1);
     const Outcome found = random_world::RunFile(Path(), steps, OnDevice());

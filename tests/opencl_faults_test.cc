@@ -20,6 +20,7 @@
 #include "models/messages.hh"
 #include "sensing/prefilter.hh"
 #include "stage.hh"
+#include "support/device.hh"
 #include "world/engine.hh"
 #include "world/prefilter_loader.hh"
 
@@ -27,11 +28,7 @@ namespace {
 
 using namespace cli_testing;
 
-/// The plug-in works here and finds a device.
-bool DeviceFound() {
-  std::string message;
-  return Stg::LoadPrefilter("", &message) != nullptr;
-}
+bool DeviceFound() { return device::WhyNone().empty(); }
 
 class FaultsTest : public CliTest {
  protected:

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "sensing/prefilter.hh"
+#include "support/device.hh"
 #include "support/ray_scene.hh"
 #include "world/prefilter_loader.hh"
 
@@ -35,10 +36,12 @@ using ray_scene::RayScene;
 using Stg::LoadPrefilter;
 using PrefilterPointer = std::unique_ptr<Stg::sensing::Prefilter>;
 
-/// A prefilter with lists of this length; null where there is no device.
-PrefilterPointer MakePrefilter(uint32_t per_ray, std::string* message) {
+/// A prefilter with lists of this length.
+PrefilterPointer MakePrefilter(uint32_t per_ray) {
+  std::string message;
   setenv("STAGE_CL_HITS", std::to_string(per_ray).c_str(), 1);
-  PrefilterPointer prefilter = LoadPrefilter("", message);
+  PrefilterPointer prefilter = LoadPrefilter("", &message);
+  EXPECT_TRUE(prefilter) << message;
   unsetenv("STAGE_CL_HITS");
   return prefilter;
 }
@@ -48,9 +51,9 @@ PrefilterPointer MakePrefilter(uint32_t per_ray, std::string* message) {
 class HitLists : public testing::TestWithParam<uint32_t> {
  protected:
   void SetUp() override {
-    std::string message;
-    prefilter_ = MakePrefilter(GetParam(), &message);
-    if (!prefilter_) GTEST_SKIP() << message;
+    if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
+    prefilter_ = MakePrefilter(GetParam());
+    ASSERT_TRUE(prefilter_);
   }
 
   /// Walks the scene's batch on the device and on the host. Returns the number of hits.
@@ -88,9 +91,8 @@ TEST_P(HitLists, AreRightInOtherGrids) {
   // One prefilter for each grid, as in a program with several worlds.
   for (uint64_t seed = 100; seed < 108 && !HasFailure(); seed++) {
     SCOPED_TRACE(seed);
-    std::string message;
-    prefilter_ = MakePrefilter(GetParam(), &message);
-    ASSERT_TRUE(prefilter_) << message;
+    prefilter_ = MakePrefilter(GetParam());
+    ASSERT_TRUE(prefilter_);
     RayScene scene(seed);
     scene.grid().TrackChanges(true);
     for (int round = 0; round < 6; round++) {
@@ -105,9 +107,9 @@ INSTANTIATE_TEST_SUITE_P(PerRay, HitLists, testing::Values(1u, 2u, 3u, 4u),
                          testing::PrintToStringParamName());
 
 TEST(PrefilterTest, CountsWhatItDoes) {
-  std::string message;
-  const PrefilterPointer prefilter = MakePrefilter(2, &message);
-  if (!prefilter) GTEST_SKIP() << message;
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
+  const PrefilterPointer prefilter = MakePrefilter(2);
+  ASSERT_TRUE(prefilter);
   RayScene scene(7);
   scene.grid().TrackChanges(true);
   prefilter->Walk(scene.grid(), scene.tables(), scene.batch());
@@ -146,9 +148,10 @@ std::string SwapCase(std::string text) {
 class DeviceChoice : public testing::Test {
  protected:
   void SetUp() override {
+    if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
     std::string message;
     const PrefilterPointer best = LoadPrefilter("", &message);
-    if (!best) GTEST_SKIP() << message;
+    ASSERT_TRUE(best) << message;
     best_ = best->DeviceName();
     names_ = Split(best_);
   }
@@ -283,18 +286,17 @@ class OpenClLibrary {
 #define STAGE_FIND(library, function) (library).Find<decltype(function)>(#function)
 
 TEST(KernelFacts, LeaveRoomForLargeWorkGroups) {
-  std::string message;
   // The plug-in asks in a child process first whether the drivers can be trusted.
-  const PrefilterPointer prefilter = LoadPrefilter("cpu", &message);
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
   const OpenClLibrary library;
-  if (!prefilter || !library) GTEST_SKIP() << message;
+  if (!library) GTEST_SKIP() << "there is no libOpenCL.so.1";
 
   cl_uint count = 0;
   cl_platform_id platforms[16];
   ASSERT_EQ(STAGE_FIND(library, clGetPlatformIDs)(16, platforms, &count), CL_SUCCESS);
   cl_device_id device = nullptr;
   for (cl_uint i = 0; i < std::min(count, 16u) && !device; i++)
-    STAGE_FIND(library, clGetDeviceIDs)(platforms[i], CL_DEVICE_TYPE_CPU, 1, &device, nullptr);
+    STAGE_FIND(library, clGetDeviceIDs)(platforms[i], CL_DEVICE_TYPE_ALL, 1, &device, nullptr);
   ASSERT_NE(device, nullptr);
   cl_int error = CL_SUCCESS;
   const cl_context context =

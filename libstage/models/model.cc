@@ -79,6 +79,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
 
 Model::~Model() {
   if (callbacks_) callbacks_->orphaned = true;
+  world->FinishRays();
   DeleteChildren();
   blockgroup->Clear();
   if (parent)
@@ -242,13 +243,18 @@ std::vector<point_int_t> Model::LocalToPixels(const std::vector<point_t>& local)
 }
 
 void Model::AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz) {
+  world->FinishRays();
   blockgroup->AddRectangle(x, y, dx, dy, Bounds(0, dz));
 }
 
-void Model::ClearBlocks() { blockgroup->Clear(); }
+void Model::ClearBlocks() {
+  world->FinishRays();
+  blockgroup->Clear();
+}
 
 void Model::Map() {
   if (world->IsLoading()) return;  // all bodies are drawn when everything is loaded
+  world->FinishRays();
   Placement& placement = world->placement();
   placement.Plan(*this, true);
   placement.Commit();
@@ -268,6 +274,7 @@ bool Model::ShowAgainToRangers() {
 }
 
 void Model::UnMapWithChildren() {
+  world->FinishRays();
   blockgroup->Erase();
   for (Model* child : children) child->UnMapWithChildren();
 }

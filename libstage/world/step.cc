@@ -41,7 +41,7 @@ bool World::Update(void) {
   const double start = WallClock();
   const double traced_before = seconds.prefilter + seconds.trace;
   RunDueEvents();
-  TraceBatch();
+  FinishRays();
   const double sensed = WallClock();
   MoveModels();
   const double moved = WallClock();
@@ -66,12 +66,12 @@ void World::RunDueEvents() {
       event.callback(event.model, event.arg);
     else if (event.model && event.model->subs > 0 && event.chain == event.model->update_chain_)
       event.model->Update();
-    if (!run_options.batch) TraceBatch();
+    if (!run_options.batch) FinishRays();
   }
   engine_->due.clear();
 }
 
-void World::TraceBatch() { engine_->TraceBatch(); }
+void World::FinishRays() { engine_->TraceBatch(); }
 
 void World::MoveModels() {
   // By index: a callback of a model may change the list.

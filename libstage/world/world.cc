@@ -71,7 +71,7 @@ void World::MakeGround() {
 void World::ForgetAll() {
   engine_->names.clear();
   engine_->scheduler.Clear();
-  engine_->scene.batch.Clear();
+  engine_->TraceBatch();
   engine_->update_callbacks_due.clear();
   engine_->hidden_from_rangers.clear();
   engine_->due.clear();

@@ -179,6 +179,9 @@ class World : public Ancestor {
   void StopMoving(ModelPosition* mod);
   void NoteHiddenFromRangers(Model* mod);
   void ForgetRays(const Model* mod);
+  /// Traces the rays that are waiting in the batch. To be called before the grid is changed: rays
+  /// meet the bodies as they were when the sensor updated, batch or no batch.
+  void FinishRays();
   bool IsLoading() const;
 
  protected:
@@ -191,7 +194,6 @@ class World : public Ancestor {
   void CallUpdateCallbacks();
   void CallModelCallbacks();
   void RunDueEvents();
-  void TraceBatch();
   void MoveModels();
   void PrintClock();
   void MakeGround();

@@ -189,9 +189,11 @@ std::vector<Model*> AllModels(Stg::World* world) {
 
 void Driver::Attach(Stg::World* world) {
   world_ = world;
-  for (Model* model : AllModels(world))
-    if (dynamic_cast<ModelPosition*>(model))
-      model->AddCallback(Model::CB_UPDATE, UpdatePosition, this);
+  for (Model* model : AllModels(world)) {
+    if (!dynamic_cast<ModelPosition*>(model)) continue;
+    model->AddCallback(Model::CB_UPDATE, UpdatePosition, this);
+    if (early_) model->AddCallback(Model::CB_VELOCITY, PushSomebody, this);
+  }
   world->AddUpdateCallback(UpdateWorld, this);
 }
 
@@ -292,6 +294,15 @@ void Driver::JumpAway() {
 int Driver::JumpEarly(Model* model, void* driver) {
   const double cell = static_cast<Driver*>(driver)->cell_;
   model->AddToPose(5 * cell, 3 * cell, 0, 0.3);
+  return 0;
+}
+
+int Driver::PushSomebody(Model* model, void* driver) {
+  const Driver& self = *static_cast<Driver*>(driver);
+  const std::vector<Model*> all = AllModels(self.world_);
+  Stg::Random random(HashOf(model->TokenStr()) + self.world_->GetUpdateCount());
+  Model* other = all[random.Next() % all.size()];
+  if (random.Uniform() < 0.1) other->AddToPose(4 * self.cell_, -2 * self.cell_, 0, 0.2);
   return 0;
 }
 

@@ -56,7 +56,8 @@ class WorldText {
 /// seed, the models' names and the step.
 class Driver {
  public:
-  /// `cell`: metres. `early`: some poses are set by timed callbacks, in the midst of the updates.
+  /// `cell`: metres. `early`: some poses are set in the midst of the updates, by timed callbacks
+  /// and by callbacks of velocities.
   Driver(uint64_t seed, double cell, bool early) : seed_(seed), cell_(cell), early_(early) {}
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
@@ -72,6 +73,7 @@ class Driver {
   static int UpdateWorld(Stg::World* world, void* driver);
   static int UpdatePosition(Stg::Model* model, void* driver);
   static int JumpEarly(Stg::Model* model, void* driver);
+  static int PushSomebody(Stg::Model* model, void* driver);
 
   bool Chance(double probability) { return random_.Uniform() < probability; }
   size_t Below(size_t n) { return static_cast<size_t>(random_.Next() % n); }
