@@ -43,6 +43,7 @@ typedef uint32_t ray_uint;
 #define RAY_REGION_SHIFT 6  /* a region: 8 x 8 tiles, one bit each in its tile map */
 #define RAY_SUPER_SHIFT 10  /* a superregion: 16 x 16 regions */
 #define RAY_NO_HIT 0xffffffffu
+#define RAY_BEHIND (-131072) /* a limit that the start is beyond already */
 
 /* A slot of the directory of superregions: a hash table with linear probing. index 0: free. */
 typedef struct {
@@ -74,7 +75,7 @@ typedef struct {
   int sx, sy;           /* direction of travel, 1 or -1 */
   int ox, oy;           /* 0..65536: start inside its cell, in the direction of travel */
   int adx, ady;         /* |displacement| */
-  int limit_x, limit_y; /* last border worth crossing, as an offset; -1: none */
+  int limit_x, limit_y; /* last border worth crossing, as an offset */
   float dy_per_dx, dx_per_dy;
   int u, v;           /* borders crossed so far */
   int reported;       /* the present cell was returned already */
@@ -114,7 +115,7 @@ RAY_FUNCTION int ray_limit(int displacement, int offset, int start, int directio
                            int high) {
   /* Cells left to the far side of the box; 64 bits, as the box may be anywhere. */
   const ray_long cells = direction > 0 ? (ray_long)high - start : (ray_long)start - low;
-  if (cells < 0) return -1;
+  if (cells < 0) return RAY_BEHIND;
   if (cells > RAY_LEG_CELLS) return displacement;
   {
     const int border = ((int)cells << 16) - offset;
@@ -194,7 +195,6 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ra
   ray_uint super = 0, region = 0;
   ray_ulong tile_map = 0;
 
-  if (limit_x < 0 || limit_y < 0) return 0;
   /* The ray's end is looked for at each leap, not at each cell. */
   while (!(((u << 16) - ox > limit_x) | ((v << 16) - oy > limit_y))) {
     const int x = ray->x0 + sx * u, y = ray->y0 + sy * v;

@@ -173,12 +173,14 @@ void ClPrefilter::SendBatch(const sensing::DirectionTables& tables,
   CountSent(fan_bytes + windows.size() * sizeof(uint64_t));
 
   const std::vector<sensing::Direction>&shared = tables.all(), &own = batch.own_directions();
-  if (own.empty() && directions_sent_ == shared.size()) return;
+  if (own.empty() && directions_sent_ == shared.size() && generation_sent_ == tables.generation())
+    return;
   const std::size_t bytes = (shared.size() + own.size()) * sizeof(sensing::Direction);
   auto* directions = static_cast<sensing::Direction*>(directions_.MapForWriting(bytes));
   std::copy(own.begin(), own.end(), std::copy(shared.begin(), shared.end(), directions));
   directions_.Unmap();
-  directions_sent_ = shared.size();
+  directions_sent_ = own.empty() ? shared.size() : 0;
+  generation_sent_ = tables.generation();
   CountSent(bytes);
 }
 

@@ -62,7 +62,8 @@ class ClPrefilter : public sensing::Prefilter {
   uint64_t structure_version_ = 0;
   std::vector<std::unique_ptr<Layer>> layers_;
   Buffer fans_, directions_, windows_, hits_;
-  std::size_t directions_sent_ = 0;  // of the tables
+  std::size_t directions_sent_ = 0;  // of the tables, of this generation
+  uint64_t generation_sent_ = 0;
   Buffer places_, words_;            // of an update
 
   // Scratch, kept for its memory.

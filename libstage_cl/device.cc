@@ -17,6 +17,9 @@ namespace {
 
 constexpr int kProbeSeconds = 30;
 
+// How the process that asks first ends, unless a driver ends it: numbers that no driver will use.
+constexpr int kProbeDone = 90, kProbeRefused = 91;
+
 // What an OpenCL loader answers where there is no driver at all.
 constexpr cl_int kPlatformNotFound = -1001;
 
@@ -91,11 +94,11 @@ bool ProbeSurvives(std::string* reason) {
   if (child < 0) return true;  // no process to spare: take the risk
   if (child == 0) {
     signal(SIGABRT, SIG_DFL);
-    int status = 0;
+    int status = kProbeDone;
     try {
       Enumerate();
     } catch (const ::cl::Error&) {
-      status = 1;  // the parent will get the same error, and report it
+      status = kProbeRefused;  // the parent will get the same error, and report it
     }
     _exit(status);
   }
@@ -104,9 +107,15 @@ bool ProbeSurvives(std::string* reason) {
     *reason = "an OpenCL driver hangs when it is asked for its devices";
     return false;
   }
-  if (!WIFSIGNALED(status)) return true;
-  *reason = std::string("an OpenCL driver crashes when it is asked for its devices (") +
-            strsignal(WTERMSIG(status)) + ")";
+  if (WIFSIGNALED(status)) {
+    *reason = std::string("an OpenCL driver crashes when it is asked for its devices (") +
+              strsignal(WTERMSIG(status)) + ")";
+    return false;
+  }
+  const int ended = WEXITSTATUS(status);
+  if (ended == kProbeDone || ended == kProbeRefused) return true;
+  *reason = "an OpenCL driver ends the process when it is asked for its devices (status " +
+            std::to_string(ended) + ")";
   return false;
 }
 

@@ -35,12 +35,12 @@ TEST_F(CliTest, VersionAndHelpRunNothing) {
   EXPECT_EQ(Stage({"w.world", "--version"}).out, "stage 5.0.0\n");
   const std::string help = Stage({"--help"}).out;
   EXPECT_EQ(help.substr(0, 12), "Usage: stage");
-  for (const char *name :
+  for (const char* name :
        {"--args", "--clock", "--duration", "--gui", "--no-batch", "--no-progress", "--opencl",
         "--opencl-always", "--progress", "--seed", "--state-hash", "--stats", "--threads",
         "--version", "STAGEPATH", "STAGE_CL_DEVICE"})
     EXPECT_TRUE(Contains(help, name)) << name;
-  for (const Strings &arguments : {Strings{"-h", "w.world"}, Strings{"w.world", "-?"},
+  for (const Strings& arguments : {Strings{"-h", "w.world"}, Strings{"w.world", "-?"},
                                    Strings{"--h"}, Strings{"--help=x"}, Strings{"-g?c"}}) {
     const Result r = Stage(arguments);
     EXPECT_EQ(r.status, 0);
@@ -55,7 +55,7 @@ TEST_F(CliTest, OptionsAsGetoptKnowsThem) {
   EXPECT_EQ(out,
             "Stage 5.0.0 [GUI disabled][Clock enabled]\n [Loading w.world]\n"
             "\r[Stage:  0m 00s 000msec]\n[Stage: done]\n");
-  for (const Strings &arguments :
+  for (const Strings& arguments :
        {Strings{"-gc", "w.world"}, Strings{"--gui", "w.world", "--cl"}, Strings{"-gcc", "w.world"},
         Strings{"--gui=no", "--clock=x", "w.world"}, Strings{"-ga", "a b", "-c", "w.world"},
         Strings{"-a", "w.world", "-g", "--args=x", "-c", "--", "w.world"}})
@@ -78,12 +78,12 @@ TEST_F(CliTest, BadOptions) {
 
 TEST_F(CliTest, BadNumbers) {
   WriteWorld("w.world", "quit_time 0.3");
-  for (const char *value :
+  for (const char* value :
        {"abc", "", "-1", "0", "nan", "inf", "1e300", "1x", " 1", "0x10", "1e-9"})
     ExpectRefused({"-g", "w.world", "--duration", value}, std::string("'") + value + "'");
-  for (const char *value : {"abc", "", "-1", "1.5", "18446744073709551616", "7 "})
+  for (const char* value : {"abc", "", "-1", "1.5", "18446744073709551616", "7 "})
     ExpectRefused({"-g", "w.world", "--seed", value}, std::string("'") + value + "'");
-  for (const char *value : {"abc", "0", "-1", "1025", "2.5", "99999999999"})
+  for (const char* value : {"abc", "0", "-1", "1025", "2.5", "99999999999"})
     ExpectRefused({"-g", "w.world", "--threads", value}, std::string("'") + value + "'");
   ExpectStatus(0,
                {"-g", "w.world", "--duration=1e-1", "--seed=18446744073709551615", "--threads=4"});
@@ -138,7 +138,7 @@ TEST_F(CliTest, ClockOfTheWorldFile) {
 }
 
 TEST_F(CliTest, QuitTimeIsRoundedUpToSteps) {
-  const auto steps = [this](const std::string &world, const Strings &more) {
+  const auto steps = [this](const std::string& world, const Strings& more) {
     WriteWorld("w.world", world + " show_clock_interval 1");
     Strings arguments = {"-gc", "w.world"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -181,14 +181,14 @@ TEST_F(CliTest, LoadsThatFail) {
   ExpectLoadFails(1, {"-gc", "bad.world"}, "bad.world:2:3: ");
   Write("bad.world", "quit_time 1\nmodel( pose [1 2] )\n");
   ExpectLoadFails(1, {"-gc", "bad.world"}, "bad.world:2:");
-  for (const char *text : {"block( points 3 )", "sensor( samples 3 )", "camera( )"}) {
+  for (const char* text : {"block( points 3 )", "sensor( samples 3 )", "camera( )"}) {
     Write("bad.world", std::string("quit_time 1\n") + text + "\n");
     ExpectLoadFails(1, {"-gc", "bad.world"}, "bad.world:2:");
   }
 }
 
 TEST_F(CliTest, LoadsThatFailWith255) {
-  const auto fails = [this](const std::string &property, const std::string &part) {
+  const auto fails = [this](const std::string& property, const std::string& part) {
     Write("bad.world", "quit_time 1\nmodel( " + property + " )\n");
     ExpectLoadFails(255, {"-gc", "bad.world"}, part);
   };
@@ -215,7 +215,7 @@ TEST_F(CliTest, FilesInStagepath) {
 }
 
 TEST_F(CliTest, ControllerInStagepath) {
-  const char *build = std::getenv("STAGE_BINARY_DIR");
+  const char* build = std::getenv("STAGE_BINARY_DIR");
   const fs::path wander = fs::path(build ? build : ".") / "lib" / "stage-5.0" / "wander.so";
   if (!fs::exists(wander)) GTEST_SKIP() << "there is no " << wander;
   fs::create_directory(Path("plugins"));
@@ -275,10 +275,10 @@ TEST_F(CliTest, Statistics) {
   EXPECT_GT(wall, 0);
   EXPECT_NEAR(s["r_acc"], 2.0 / wall, 1e-6 / wall);
   EXPECT_NEAR(s["rays_per_second"], s["rays"].get<double>() / wall, 1e-6 / wall);
-  for (const char *name : {"load_seconds", "potential_hits_per_ray", "peak_memory_mb"})
+  for (const char* name : {"load_seconds", "potential_hits_per_ray", "peak_memory_mb"})
     EXPECT_GT(s[name], 0) << name;
   EXPECT_EQ(s["resumed_rays"], 0);  // only rays from a device are
-  for (const char *phase : {"gather", "prefilter", "trace", "move", "callbacks"})
+  for (const char* phase : {"gather", "prefilter", "trace", "move", "callbacks"})
     EXPECT_GE(s["phases_ms_per_step"][phase], 0) << phase;
   EXPECT_GE(s["machine"]["cores"], 1);
   EXPECT_TRUE(s["machine"]["cpu"].is_string());
@@ -315,7 +315,7 @@ TEST_F(CliTest, StatisticsFileIsReplacedAsAWhole) {
   EXPECT_EQ(Stage({"-g", "w.world", "--stats", "link.json"}).status, 0);
   EXPECT_TRUE(fs::is_symlink(Path("link.json")));
   EXPECT_EQ(Stats("real.json")["steps"], 10);
-  for (const fs::directory_entry &entry : fs::directory_iterator(directory_))
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory_))
     EXPECT_FALSE(Contains(entry.path().string(), ".tmp")) << entry.path();
 }
 

@@ -38,30 +38,30 @@ inline double Now() {
 
 inline void Nap() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
 
-inline std::string ReadFile(const fs::path &path) {
+inline std::string ReadFile(const fs::path& path) {
   std::ifstream in(path);
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();
 }
 
-inline bool Contains(const std::string &text, const std::string &part) {
+inline bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
 /// Does a part of the text match the regular expression?
-inline bool MatchesPart(const std::string &text, const std::string &expression) {
-  return testing::Matcher<const std::string &>(testing::ContainsRegex(expression)).Matches(text);
+inline bool MatchesPart(const std::string& text, const std::string& expression) {
+  return testing::Matcher<const std::string&>(testing::ContainsRegex(expression)).Matches(text);
 }
 
-inline size_t CountOf(const std::string &text, const std::string &part) {
+inline size_t CountOf(const std::string& text, const std::string& part) {
   size_t count = 0;
   for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) count++;
   return count;
 }
 
 /// The clock's readings, in their order.
-inline Strings Clocks(const std::string &out) {
+inline Strings Clocks(const std::string& out) {
   const std::string before = "\r[Stage: ";
   Strings found;
   for (size_t at = out.find(before); at != std::string::npos; at = out.find(before, at + 1)) {
@@ -81,30 +81,30 @@ struct Result {
 /// A run of the program in a directory; its output goes to files there.
 class Process {
  public:
-  Process(const fs::path &directory, const Strings &arguments, const Environment &environment)
+  Process(const fs::path& directory, const Strings& arguments, const Environment& environment)
       : directory_(directory), start_(Now()) {
-    const char *build = std::getenv("STAGE_BINARY_DIR");
+    const char* build = std::getenv("STAGE_BINARY_DIR");
     Strings words = {std::string(build ? build : ".") + "/bin/stage"};
     words.insert(words.end(), arguments.begin(), arguments.end());
-    std::vector<char *> argv;
-    for (std::string &word : words) argv.push_back(word.data());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
-    for (const char *stale : {"out", "err"}) fs::remove(directory / stale);
+    for (const char* stale : {"out", "err"}) fs::remove(directory / stale);
     pid_ = fork();
     if (pid_ == 0) RunChild(argv.data(), environment);
   }
   ~Process() {
     if (pid_ > 0) Finish(0);
   }
-  Process(const Process &) = delete;
-  Process &operator=(const Process &) = delete;
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
 
   std::string out() const { return ReadFile(directory_ / "out"); }
   std::string err() const { return ReadFile(directory_ / "err"); }
   void Send(int signal) const { kill(pid_, signal); }
 
   /// False if standard output still lacks the text after a long while.
-  bool WaitFor(const std::string &text) const {
+  bool WaitFor(const std::string& text) const {
     while (Now() < start_ + kTimeLimit) {
       if (Contains(out(), text)) return true;
       Nap();
@@ -133,9 +133,9 @@ class Process {
   }
 
  private:
-  [[noreturn]] void RunChild(char *const argv[], const Environment &environment) const {
-    for (const char *name : {"STAGEPATH", "STAGE_CL_DEVICE", "POSIXLY_CORRECT"}) unsetenv(name);
-    for (const auto &[name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
+  [[noreturn]] void RunChild(char* const argv[], const Environment& environment) const {
+    for (const char* name : {"STAGEPATH", "STAGE_CL_DEVICE", "POSIXLY_CORRECT"}) unsetenv(name);
+    for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
     const int flags = O_WRONLY | O_CREAT | O_TRUNC;
     if (chdir(directory_.c_str()) == 0 && dup2(open("out", flags, 0644), 1) == 1 &&
         dup2(open("err", flags, 0644), 2) == 2)
@@ -160,18 +160,18 @@ class CliTest : public testing::Test {
     fs::remove_all(directory_, ignored);
   }
 
-  fs::path Path(const std::string &name) const { return directory_ / name; }
+  fs::path Path(const std::string& name) const { return directory_ / name; }
 
-  void Write(const std::string &name, const std::string &text) const {
+  void Write(const std::string& name, const std::string& text) const {
     fs::create_directories(Path(name).parent_path());
     std::ofstream(Path(name)) << text;
   }
   /// A world with one model.
-  void WriteWorld(const std::string &name, const std::string &text) const {
+  void WriteWorld(const std::string& name, const std::string& text) const {
     Write(name, text + "\nmodel( name \"m\" )\n");
   }
   /// Two robots, of which one is driven and has a noisy sensor with 90 rays.
-  void WriteRobots(const std::string &name, const std::string &text) const {
+  void WriteRobots(const std::string& name, const std::string& text) const {
     Write(name, text +
                     "\ndefine scanner ranger( alwayson 1 sensor( range [0 8] fov 180 samples 90"
                     " noise [0.1 0 0] ) )\ndefine robot position( size [0.5 0.5 0.2] )\n"
@@ -179,17 +179,17 @@ class CliTest : public testing::Test {
                     "model( pose [2 0 0 0] size [1 1 5] )\n");
   }
 
-  Result Stage(const Strings &arguments, const Environment &environment = {}) const {
+  Result Stage(const Strings& arguments, const Environment& environment = {}) const {
     Result result = Process(directory_, arguments, environment).Finish();
     EXPECT_FALSE(result.hung) << result.out << result.err;
     return result;
   }
-  void ExpectStatus(int status, const Strings &arguments) const {
+  void ExpectStatus(int status, const Strings& arguments) const {
     const Result r = Stage(arguments);
     EXPECT_EQ(r.status, status) << testing::PrintToString(arguments) << "\n" << r.out << r.err;
   }
   /// One line on standard error, nothing on standard output.
-  void ExpectRefused(const Strings &arguments, const std::string &part) const {
+  void ExpectRefused(const Strings& arguments, const std::string& part) const {
     const Result r = Stage(arguments);
     EXPECT_EQ(r.status, 2) << testing::PrintToString(arguments);
     EXPECT_EQ(r.out, "");
@@ -197,8 +197,8 @@ class CliTest : public testing::Test {
     EXPECT_TRUE(Contains(r.err, part)) << r.err;
   }
   /// What a failed load prints: the message, but no end lines.
-  void ExpectLoadFails(int status, const Strings &arguments, const std::string &part,
-                       const Environment &environment = {}) const {
+  void ExpectLoadFails(int status, const Strings& arguments, const std::string& part,
+                       const Environment& environment = {}) const {
     const Result r = Stage(arguments, environment);
     EXPECT_EQ(r.status, status) << testing::PrintToString(arguments) << r.err;
     EXPECT_TRUE(Contains(r.err, part)) << r.err;
@@ -206,7 +206,7 @@ class CliTest : public testing::Test {
     EXPECT_TRUE(Clocks(r.out).empty());
     EXPECT_LT(r.seconds, 10);
   }
-  nlohmann::json Stats(const std::string &name) const {
+  nlohmann::json Stats(const std::string& name) const {
     return nlohmann::json::parse(ReadFile(Path(name)));
   }
 

@@ -32,7 +32,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // ---- arguments
 
-std::string ReadTwo(const std::string &text, double *speed, double *gain) {
+std::string ReadTwo(const std::string& text, double* speed, double* gain) {
   return ctrl::ReadArguments(text, {{"speed", speed, 0, 10}, {"gain", gain, -1, 1}});
 }
 
@@ -59,7 +59,7 @@ TEST(ArgumentsTest, RefusesWhatItDoesNotKnow) {
   double speed = 0.4, gain = 0.5;
   EXPECT_EQ(ReadTwo("d sped=1", &speed, &gain),
             "found the argument \"sped=1\", expected speed=NUMBER, gain=NUMBER");
-  for (const char *bad : {"d speed", "d 0.4", "d =1", "d spee=1", "d speeds=1"})
+  for (const char* bad : {"d speed", "d 0.4", "d =1", "d spee=1", "d speeds=1"})
     EXPECT_NE(ReadTwo(bad, &speed, &gain), "") << bad;
   EXPECT_EQ(speed, 0.4);
 }
@@ -68,7 +68,7 @@ TEST(ArgumentsTest, RefusesWhatIsNoNumberWithinTheBounds) {
   double speed = 0.4, gain = 0.5;
   EXPECT_EQ(ReadTwo("d speed=fast", &speed, &gain),
             "found \"speed=fast\", expected a number from 0.000000 to 10.000000");
-  for (const char *bad : {"d speed=", "d speed=1m", "d speed=nan", "d speed=inf", "d speed=-0.1",
+  for (const char* bad : {"d speed=", "d speed=1m", "d speed=nan", "d speed=inf", "d speed=-0.1",
                           "d speed=11", "d speed=1=2"})
     EXPECT_NE(ReadTwo(bad, &speed, &gain), "") << bad;
   EXPECT_EQ(speed, 0.4);
@@ -77,7 +77,7 @@ TEST(ArgumentsTest, RefusesWhatIsNoNumberWithinTheBounds) {
 // ---- wander
 
 /// Calls the rule with a fixed random number.
-std::optional<ctrl::ObstacleCommand> Avoid(const std::vector<double> &ranges, ObstacleState *state,
+std::optional<ctrl::ObstacleCommand> Avoid(const std::vector<double>& ranges, ObstacleState* state,
                                            long random_number = 3) {
   return AvoidObstacles(ranges, ObstacleRule(), state, [=] { return random_number; });
 }
@@ -154,7 +154,7 @@ TEST(WanderTest, KeepsTheSideUntilTheTurnIsOver) {
 // ---- expand
 
 /// A ring of single rays, evenly spread, the first ahead.
-ctrl::Sensors Ring(const std::vector<double> &readings) {
+ctrl::Sensors Ring(const std::vector<double>& readings) {
   ctrl::Sensors sensors(readings.size());
   for (size_t i = 0; i < readings.size(); i++) {
     const double share = static_cast<double>(i) / static_cast<double>(readings.size());
@@ -209,7 +209,7 @@ std::vector<double> Bearings(double fov, size_t count) {
   return bearings;
 }
 
-Surroundings Look(const RayTable &table, const std::vector<double> &ranges, double cap = 8) {
+Surroundings Look(const RayTable& table, const std::vector<double>& ranges, double cap = 8) {
   Surroundings seen;
   ctrl::AddReadings(table, ranges.data(), cap, &seen);
   ctrl::LimitFreePath(table, ranges.data(), {0, 0, kRadius}, &seen);
@@ -221,7 +221,7 @@ struct Obstacle {
   double from, to, range;
 };
 
-Drive DriveWith(double fov, size_t count, const Obstacle &obstacle, double mount = 0) {
+Drive DriveWith(double fov, size_t count, const Obstacle& obstacle, double mount = 0) {
   const std::vector<double> bearings = Bearings(fov, count);
   std::vector<double> ranges(count, 8.0);
   for (size_t i = 0; i < count; i++) {
@@ -334,7 +334,7 @@ TEST(DisperseTest, SlowsDownTowardsThings) {
 TEST(DisperseTest, SurvivesOddReadings) {
   const RayTable table(0, Bearings(350, 6));
   const double nan = std::nan("");
-  for (const std::vector<double> &ranges : {std::vector<double>(6, 0.0),
+  for (const std::vector<double>& ranges : {std::vector<double>(6, 0.0),
                                             std::vector<double>(6, kInfinity),
                                             {nan, 1, 2, 3, 4, 5},
                                             {-1, 1, kInfinity, kInfinity, 4, 5}}) {
@@ -349,7 +349,7 @@ TEST(DisperseTest, SurvivesOddReadings) {
 
 TEST(DisperseTest, RobotsOfAKindShareATable) {
   const std::vector<double> bearings = Bearings(350, 350);
-  const RayTable *table = ctrl::FindRayTable(0.1, 6, bearings);
+  const RayTable* table = ctrl::FindRayTable(0.1, 6, bearings);
   EXPECT_EQ(ctrl::FindRayTable(0.1, 6, bearings), table);
   EXPECT_NE(ctrl::FindRayTable(0.2, 6, bearings), table);
   EXPECT_NE(ctrl::FindRayTable(0.1, 5, bearings), table);
@@ -366,7 +366,7 @@ class ControllerRun : public testing::Test {
     srandom(1);  // as if it had never been used
   }
 
-  void Load(const std::string &text) {
+  void Load(const std::string& text) {
     std::istringstream content(text);
     ASSERT_TRUE(world_.Load(content));
   }
@@ -376,12 +376,12 @@ class ControllerRun : public testing::Test {
       ASSERT_FALSE(world_.Update());
   }
 
-  Stg::Pose PoseOf(const std::string &name) {
-    const Stg::Model *model = world_.GetModel(name);
+  Stg::Pose PoseOf(const std::string& name) {
+    const Stg::Model* model = world_.GetModel(name);
     return model ? model->GetGlobalPose() : Stg::Pose(1e9, 1e9, 1e9, 1e9);
   }
 
-  void ExpectPose(const std::string &name, double seconds, const Stg::Pose &expected,
+  void ExpectPose(const std::string& name, double seconds, const Stg::Pose& expected,
                   double tolerance) {
     RunUntil(seconds);
     const Stg::Pose pose = PoseOf(name);
@@ -408,7 +408,7 @@ std::string RingText(int count) {
 }
 
 /// 16 robots side by side in a corner of the box.
-std::string Crowd(const std::string &sensors) {
+std::string Crowd(const std::string& sensors) {
   std::string text = kBox;
   for (int i = 0; i < 16; i++)
     text += "position( size [0.3 0.3 0.3] pose [" + std::to_string(-4 + 0.6 * (i % 4)) + " " +
@@ -417,17 +417,17 @@ std::string Crowd(const std::string &sensors) {
   return text;
 }
 
-std::vector<Stg::ModelPosition *> RobotsOf(const Stg::World &world) {
-  std::vector<Stg::ModelPosition *> robots;
-  for (Stg::Model *model : world.GetChildren())
-    if (auto *robot = dynamic_cast<Stg::ModelPosition *>(model)) robots.push_back(robot);
+std::vector<Stg::ModelPosition*> RobotsOf(const Stg::World& world) {
+  std::vector<Stg::ModelPosition*> robots;
+  for (Stg::Model* model : world.GetChildren())
+    if (auto* robot = dynamic_cast<Stg::ModelPosition*>(model)) robots.push_back(robot);
   return robots;
 }
 
-double LeastDistance(const std::vector<Stg::ModelPosition *> &robots) {
+double LeastDistance(const std::vector<Stg::ModelPosition*>& robots) {
   double least = kInfinity;
-  for (const auto *a : robots)
-    for (const auto *b : robots)
+  for (const auto* a : robots)
+    for (const auto* b : robots)
       if (a != b) least = std::min(least, a->GetPose().Distance(b->GetPose()));
   return least;
 }
@@ -452,19 +452,19 @@ TEST_F(ControllerRun, WanderStaysClearOfWalls) {
 }
 
 TEST_F(ControllerRun, DisperseSpreadsACrowdAndRests) {
-  for (const std::string &sensors : {std::string(kLaser), RingText(24)}) {
+  for (const std::string& sensors : {std::string(kLaser), RingText(24)}) {
     Load(Crowd(sensors));
     const auto robots = RobotsOf(world_);
     ASSERT_EQ(robots.size(), 16u);
     int stalls = 0;
     for (int step = 0; step < 1200; step++) {
       world_.Update();
-      for (const auto *robot : robots) stalls += robot->Stalled();
+      for (const auto* robot : robots) stalls += robot->Stalled();
     }
     EXPECT_GT(LeastDistance(robots), 0.9) << sensors;  // from 0.6
     EXPECT_LT(stalls, 20) << sensors;                  // of 19200
     double speed = 0;
-    for (const auto *robot : robots) speed += std::fabs(robot->GetVelocity().x);
+    for (const auto* robot : robots) speed += std::fabs(robot->GetVelocity().x);
     EXPECT_LT(speed / 16, 0.04) << sensors;
     world_.UnLoad();
   }
@@ -494,7 +494,7 @@ TEST_F(ControllerRun, DisperseDoesNotDependOnThreads) {
 using ControllerDeathTest = ControllerRun;
 
 /// Loads the world in a child process, which is to end with that status and message.
-void ExpectExit(const std::string &text, int status, const char *message) {
+void ExpectExit(const std::string& text, int status, const char* message) {
   const auto load = [&] {
     Stg::World world;
     std::istringstream content(text);
@@ -527,7 +527,7 @@ class ReferenceRun : public ControllerRun {
  protected:
   void SetUp() override {
     ControllerRun::SetUp();
-    const char *folder = std::getenv("STAGE_SHARED_DIR");
+    const char* folder = std::getenv("STAGE_SHARED_DIR");
     if (folder) worlds_ = std::string(folder) + "/stage-worlds/";
     if (!folder || !std::filesystem::exists(worlds_ + "simple.world"))
       GTEST_SKIP() << "needs STAGE_SHARED_DIR/stage-worlds";

@@ -80,10 +80,10 @@ void Launch(std::size_t items, Kernel kernel) {
   for (opencl_c::global_id = 0; opencl_c::global_id < rounded; opencl_c::global_id++) kernel();
 }
 
-std::vector<uint32_t> ListsByKernel(const RayScene &scene, uint32_t per_ray) {
-  const sensing::RayBatch &batch = scene.batch();
+std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
+  const sensing::RayBatch& batch = scene.batch();
   std::map<std::pair<uint32_t, uint32_t>, std::vector<sensing::FanRecord>> launches;
-  for (const sensing::Fan &fan : batch.fans())
+  for (const sensing::Fan& fan : batch.fans())
     if (fan.single_leg() && fan.record.samples > 0)
       launches[{fan.layer, fan.record.samples}].push_back(fan.record);
 
@@ -93,8 +93,8 @@ std::vector<uint32_t> ListsByKernel(const RayScene &scene, uint32_t per_ray) {
   directions.insert(directions.end(), batch.own_directions().begin(), batch.own_directions().end());
   std::vector<uint32_t> hits(std::size_t{batch.ray_count()} * per_ray, 0);
 
-  for (const auto &[launch, records] : launches) {
-    const auto &[layer, samples] = launch;
+  for (const auto& [launch, records] : launches) {
+    const auto& [layer, samples] = launch;
     const uint32_t first_fan = static_cast<uint32_t>(fans.size());
     const uint32_t fan_count = static_cast<uint32_t>(records.size());
     fans.insert(fans.end(), records.begin(), records.end());
@@ -102,11 +102,11 @@ std::vector<uint32_t> ListsByKernel(const RayScene &scene, uint32_t per_ray) {
     const opencl_c::int4 box{view.min_x, view.min_y, view.max_x, view.max_y};
     const uint32_t samples_of_each = samples;
     Launch(std::size_t{fan_count} * samples, [&] {
-      opencl_c::walk_fans(reinterpret_cast<const opencl_c::ray_super_t *>(view.directory),
+      opencl_c::walk_fans(reinterpret_cast<const opencl_c::ray_super_t*>(view.directory),
                           view.directory_mask, view.regions, view.tile_maps, view.tiles, box,
-                          reinterpret_cast<const opencl_c::int4 *>(fans.data()), first_fan,
+                          reinterpret_cast<const opencl_c::int4*>(fans.data()), first_fan,
                           fan_count, samples_of_each,
-                          reinterpret_cast<const opencl_c::int2 *>(directions.data()),
+                          reinterpret_cast<const opencl_c::int2*>(directions.data()),
                           batch.window_words().data(), per_ray, hits.data());
     });
   }

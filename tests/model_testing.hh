@@ -29,7 +29,7 @@ inline std::unique_ptr<World> EmptyWorld() {
 }
 
 /// A world made from a text, as if it were the file t.world of the current folder.
-inline std::unique_ptr<World> LoadText(const std::string &text) {
+inline std::unique_ptr<World> LoadText(const std::string& text) {
   std::unique_ptr<World> world = EmptyWorld();
   std::istringstream content(text);
   EXPECT_TRUE(world->Load(content, "t.world")) << text;
@@ -45,8 +45,8 @@ struct LoadOutcome {
   size_t models = 0;   ///< afterwards, the ground included
 };
 
-inline LoadOutcome TryToLoad(World *world, const std::string &text,
-                             const std::string &path = "t.world") {
+inline LoadOutcome TryToLoad(World* world, const std::string& text,
+                             const std::string& path = "t.world") {
   LoadOutcome outcome;
   std::istringstream content(text);
   testing::internal::CaptureStderr();
@@ -59,30 +59,30 @@ inline LoadOutcome TryToLoad(World *world, const std::string &text,
   return outcome;
 }
 
-inline LoadOutcome TryToLoad(const std::string &text) {
+inline LoadOutcome TryToLoad(const std::string& text) {
   return TryToLoad(EmptyWorld().get(), text);
 }
 
 /// Standard error or output while something is done.
-inline std::string ErrorsOf(const std::function<void()> &action) {
+inline std::string ErrorsOf(const std::function<void()>& action) {
   testing::internal::CaptureStderr();
   action();
   return testing::internal::GetCapturedStderr();
 }
-inline std::string OutputOf(const std::function<void()> &action) {
+inline std::string OutputOf(const std::function<void()>& action) {
   testing::internal::CaptureStdout();
   action();
   return testing::internal::GetCapturedStdout();
 }
 
-inline void Step(World &world, int count = 1) {
+inline void Step(World& world, int count = 1) {
   for (int i = 0; i < count; i++) ASSERT_FALSE(world.Update());
 }
 
 /// A model of a type by name. Ends the program if there is none: nothing can be tested then.
 template <class M = Model>
-M *Find(const World &world, const std::string &name) {
-  M *model = dynamic_cast<M *>(world.GetModel(name));
+M* Find(const World& world, const std::string& name) {
+  M* model = dynamic_cast<M*>(world.GetModel(name));
   if (!model) {
     ADD_FAILURE() << "no such model: " << name;
     abort();
@@ -92,13 +92,13 @@ M *Find(const World &world, const std::string &name) {
 
 /// The same, subscribed.
 template <class M>
-M *FindRunning(const World &world, const std::string &name) {
-  M *model = Find<M>(world, name);
+M* FindRunning(const World& world, const std::string& name) {
+  M* model = Find<M>(world, name);
   model->Subscribe();
   return model;
 }
 
-inline void ExpectPose(const Pose &pose, double x, double y, double z, double a,
+inline void ExpectPose(const Pose& pose, double x, double y, double z, double a,
                        double tolerance = 1e-9) {
   EXPECT_NEAR(pose.x, x, tolerance);
   EXPECT_NEAR(pose.y, y, tolerance);
@@ -111,7 +111,7 @@ struct Journal {
   std::vector<std::string> entries;
   std::string Text() const {
     std::string text;
-    for (const std::string &entry : entries) text += (text.empty() ? "" : " ") + entry;
+    for (const std::string& entry : entries) text += (text.empty() ? "" : " ") + entry;
     return text;
   }
 };

@@ -15,22 +15,22 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-using Command = void (*)(ModelPosition *);
+using Command = void (*)(ModelPosition*);
 
 /// A world with one robot, "r", subscribed.
 struct Robot {
-  explicit Robot(const std::string &properties, const std::string &rest = "")
+  explicit Robot(const std::string& properties, const std::string& rest = "")
       : world(LoadText("position( name \"r\" " + properties + " )\n" + rest)),
         position(FindRunning<ModelPosition>(*world, "r")) {}
   std::unique_ptr<World> world;
-  ModelPosition *position;
+  ModelPosition* position;
 };
 
 // ---- figures of Stage 4.3 -----------------------------------------------------------------------
 
 struct DriveCase {
-  const char *name;
-  const char *properties;
+  const char* name;
+  const char* properties;
   Command command;
   double poses[3][3];  // x, y, a after each of three steps
 };
@@ -38,10 +38,10 @@ struct DriveCase {
 class Drive : public testing::TestWithParam<DriveCase> {};
 
 TEST_P(Drive, MovesAsStageDoes) {
-  const DriveCase &c = GetParam();
+  const DriveCase& c = GetParam();
   Robot robot(c.properties);
   c.command(robot.position);
-  for (const auto &pose : c.poses) {
+  for (const auto& pose : c.poses) {
     Step(*robot.world);
     ExpectPose(robot.position->GetPose(), pose[0], pose[1], 0, pose[2], 1e-6);
     EXPECT_FALSE(robot.position->Stalled());
@@ -51,37 +51,37 @@ TEST_P(Drive, MovesAsStageDoes) {
 const DriveCase kDriveCases[] = {
     {"Diff",
      "pose [6 2 0 90]",
-     [](ModelPosition *p) { p->SetSpeed(0.5, 0, 0.2); },
+     [](ModelPosition* p) { p->SetSpeed(0.5, 0, 0.2); },
      {{6, 2.05, 1.590796}, {5.999000, 2.099990, 1.610796}, {5.997001, 2.149950, 1.630796}}},
     {"DiffIgnoresSideways",
      "pose [6 2 0 90]",
-     [](ModelPosition *p) { p->SetSpeed(0.5, 0.7, 0.2); },
+     [](ModelPosition* p) { p->SetSpeed(0.5, 0.7, 0.2); },
      {{6, 2.05, 1.590796}, {5.999000, 2.099990, 1.610796}, {5.997001, 2.149950, 1.630796}}},
     {"Car",
      "pose [0 30 0 0] drive \"car\" wheelbase 0.5",
-     [](ModelPosition *p) { p->SetSpeed(0.8, 0, 0.3); },
+     [](ModelPosition* p) { p->SetSpeed(0.8, 0, 0.3); },
      {{0.076427, 30, 0.047283}, {0.152768, 30.003612, 0.094566}, {0.228854, 30.010829, 0.141850}}},
     {"OmniClippedByDefaultBounds",
      "pose [0 60 0 0] drive \"omni\"",
-     [](ModelPosition *p) { p->SetSpeed(5, -5, 5); },
+     [](ModelPosition* p) { p->SetSpeed(5, -5, 5); },
      {{0.1, 59.9, 0.157080}, {0.214412, 59.816875, 0.314159}, {0.340420, 59.752671, 0.471239}}},
     {"OmniClippedByOwnBounds",
      "pose [0 50 0 0] drive \"omni\" velocity_bounds [-0.1 0.2 -0.3 0.4 0 0 -10 20]",
-     [](ModelPosition *p) { p->SetSpeed(5, -5, 5); },
+     [](ModelPosition* p) { p->SetSpeed(5, -5, 5); },
      {{0.02, 49.97, 0.034907}, {0.041035, 49.940716, 0.069813}, {0.063079, 49.912184, 0.104720}}},
     {"DiffAccelerated",
      "pose [0 80 0 0]",
-     [](ModelPosition *p) { p->SetAcceleration(5, 5, 5); },
+     [](ModelPosition* p) { p->SetAcceleration(5, 5, 5); },
      {{0.01, 80, 0.015708}, {0.029998, 80.000314, 0.047124}, {0.059964, 80.001727, 0.094248}}},
     {"OmniAcceleratedWithinOwnBounds",
      "pose [0 70 0 0] drive \"omni\" acceleration_bounds [-0.5 0.5 -0.5 0.25 0 0 -10 20]",
-     [](ModelPosition *p) { p->SetAcceleration(5, 5, 5); },
+     [](ModelPosition* p) { p->SetAcceleration(5, 5, 5); },
      {{0.005, 70.0025, 0.003491},
       {0.014982, 70.007535, 0.010472},
       {0.029903, 70.015192, 0.020944}}},
 };
 INSTANTIATE_TEST_SUITE_P(Figures, Drive, testing::ValuesIn(kDriveCases),
-                         [](const auto &test) { return std::string(test.param.name); });
+                         [](const auto& test) { return std::string(test.param.name); });
 
 // Stage limits turns to the left by the velocity bounds only and goes 0.152133 in the first step.
 // Here both directions have the limit that Stage gives to the right, 1 rad/s; the rest is Stage's.
@@ -106,7 +106,7 @@ TEST(Odometry, FiguresOfStage) {
   const double estimates[3][3] = {{0.054546, 0.007050, 0.128540},
                                   {0.107739, 0.021034, 0.257080},
                                   {0.158700, 0.041722, 0.385619}};
-  for (const auto &e : estimates) {
+  for (const auto& e : estimates) {
     Step(*robot.world);
     ExpectPose(robot.position->est_pose, e[0], e[1], 0, e[2], 1e-6);
   }
@@ -124,7 +124,7 @@ TEST(Speed, TakesEffectAtTheNextUpdate) {
 
 TEST(Speed, ComponentsAreSetOneByOne) {
   Robot robot("drive \"omni\"");
-  ModelPosition &p = *robot.position;
+  ModelPosition& p = *robot.position;
   p.SetSpeed(0.1, 0.2, 0.3);
   p.SetXSpeed(0.4);
   Step(*robot.world);
@@ -160,7 +160,7 @@ TEST(Speed, AfterGoToTheOtherComponentsOfTheGoalBecomeSpeeds) {
 
 TEST(Speed, NotANumberIsIgnored) {
   Robot robot("drive \"omni\"");
-  ModelPosition &p = *robot.position;
+  ModelPosition& p = *robot.position;
   p.SetSpeed(0.1, 0.2, 0.3);
   const std::string errors = ErrorsOf([&] {
     p.SetSpeed(kNaN, 0, 0);
@@ -225,7 +225,7 @@ TEST(Bounds, CanBeChangedAtRunTime) {
 
 TEST(Defaults, AreThoseOfStage) {
   Robot robot("");
-  const ModelPosition &p = *robot.position;
+  const ModelPosition& p = *robot.position;
   for (int i = 0; i < 3; i++) {
     EXPECT_EQ(p.velocity_bounds[i].min, -1);
     EXPECT_EQ(p.velocity_bounds[i].max, 1);
@@ -243,7 +243,7 @@ TEST(Units, ScaleBoundsErrorsAndWheelbase) {
       "unit_length \"cm\" unit_angle \"radians\"\n"
       "position( name \"r\" velocity_bounds [-10 20 -30 40 -50 60 -0.1 0.2]\n"
       " odom_error [10 20 30 0.5] drive \"car\" wheelbase 50 )");
-  ModelPosition *p = FindRunning<ModelPosition>(*world, "r");
+  ModelPosition* p = FindRunning<ModelPosition>(*world, "r");
   EXPECT_DOUBLE_EQ(p->velocity_bounds[0].min, -0.1);
   EXPECT_DOUBLE_EQ(p->velocity_bounds[1].max, 0.4);
   EXPECT_DOUBLE_EQ(p->velocity_bounds[2].max, 0.6);
@@ -303,7 +303,7 @@ TEST(GoTo, TurnsToBothSidesEquallyFast) {
 }
 
 TEST(GoTo, ArrivesWithEveryDriveThatCan) {
-  for (const char *drive : {"diff", "omni"}) {
+  for (const char* drive : {"diff", "omni"}) {
     for (const double heading : {0.0, 2.0, -2.5}) {
       Robot robot("pose [3 4 0 130] drive \"" + std::string(drive) + "\"");
       robot.position->GoTo(2.2, 5.1, heading);
@@ -419,7 +419,7 @@ TEST(Odometry, CountsTheTimeSinceTheLastUpdate) {
 
 TEST(Odometry, ATimeWithoutSubscribersDoesNotCount) {
   Robot robot("localization \"odom\" odom_error [0 0 0 0]");
-  ModelPosition &p = *robot.position;
+  ModelPosition& p = *robot.position;
   p.SetSpeed(0.5, 0, 0);
   Step(*robot.world, 2);
   p.Unsubscribe();
@@ -540,7 +540,7 @@ TEST(Velocities, EndWithTheLastSubscriber) {
 TEST(Velocities, CallbacksTellOfThem) {
   Robot robot("");
   int velocities = 0, poses = 0;
-  const auto count = [](Model *, void *counter) { return ++*static_cast<int *>(counter), 0; };
+  const auto count = [](Model*, void* counter) { return ++*static_cast<int*>(counter), 0; };
   robot.position->AddCallback(Model::CB_VELOCITY, count, &velocities);
   robot.position->AddCallback(Model::CB_POSE, count, &poses);
   robot.position->SetSpeed(0.5, 0, 0);
@@ -556,7 +556,7 @@ TEST(Velocities, CallbacksTellOfThem) {
 TEST(Stall, RefusesTheStepKeepsTheVelocityAndTriesAgain) {
   // The robot's front is at 0.2, the box's face at 0.29: one step of 0.05 fits.
   Robot robot("", "model( name \"box\" pose [0.49 0 0 0] size [0.4 0.4 1] )");
-  ModelPosition &p = *robot.position;
+  ModelPosition& p = *robot.position;
   p.SetSpeed(0.5, 0, 0.05);
   std::string stalled;
   for (int i = 0; i < 4; i++) {
@@ -601,7 +601,7 @@ TEST(Stall, SetStallClearsTheFlag) {
 
 TEST(Stall, ADisabledRobotStaysWhereItIs) {
   Robot robot("");
-  ModelPosition &p = *robot.position;
+  ModelPosition& p = *robot.position;
   EXPECT_TRUE(p.IsEnabled());
   p.SetSpeed(0.5, 0, 0);
   p.Disable();
@@ -622,9 +622,9 @@ TEST(Attached, MoveInTheirParentsFrame) {
       "position( name \"ship\" pose [1 2 0 90] size [2 2 0.5]\n"
       "  position( name \"deck\" pose [0.3 0 0 90] drive \"omni\"\n"
       "    position( name \"toy\" pose [0 0.1 0 0] ) ) )");
-  ModelPosition *ship = FindRunning<ModelPosition>(*world, "ship");
-  ModelPosition *deck = FindRunning<ModelPosition>(*world, "ship.deck");
-  ModelPosition *toy = FindRunning<ModelPosition>(*world, "ship.deck.toy");
+  ModelPosition* ship = FindRunning<ModelPosition>(*world, "ship");
+  ModelPosition* deck = FindRunning<ModelPosition>(*world, "ship.deck");
+  ModelPosition* toy = FindRunning<ModelPosition>(*world, "ship.deck.toy");
   ship->SetSpeed(0.5, 0, 0);
   deck->SetSpeed(0.1, 0.2, 0);
   toy->SetSpeed(0, 0, 0.5);
@@ -642,8 +642,8 @@ TEST(Attached, ACarriedBodyStallsItsCarrierOnly) {
       "position( name \"ship\" size [0.4 0.4 0.5]\n"
       "  position( name \"mast\" size [0.2 0.2 2] ) )\n"
       "model( name \"bridge\" pose [0.35 0 0.6 0] size [0.4 2 0.2] )");
-  ModelPosition *ship = FindRunning<ModelPosition>(*world, "ship");
-  ModelPosition *mast = FindRunning<ModelPosition>(*world, "ship.mast");
+  ModelPosition* ship = FindRunning<ModelPosition>(*world, "ship");
+  ModelPosition* mast = FindRunning<ModelPosition>(*world, "ship.mast");
   ship->SetSpeed(0.5, 0, 0);
   Step(*world, 2);
   EXPECT_TRUE(ship->Stalled());  // passes under the bridge but for the mast
@@ -657,7 +657,7 @@ TEST(Attached, ACarriedBodyStallsItsCarrierOnly) {
 // ---- loading ------------------------------------------------------------------------------------
 
 TEST(Loading, RefusesAWheelbaseThatIsNotPositive) {
-  for (const char *value : {"0", "-0.5"}) {
+  for (const char* value : {"0", "-0.5"}) {
     const LoadOutcome outcome = TryToLoad("\nposition( wheelbase " + std::string(value) + " )");
     EXPECT_FALSE(outcome.loaded);
     EXPECT_EQ(outcome.status, 1);
@@ -667,7 +667,7 @@ TEST(Loading, RefusesAWheelbaseThatIsNotPositive) {
 }
 
 TEST(Loading, RefusesShortTuples) {
-  for (const char *property : {"velocity_bounds [-1 1 -1 1 -1 1 -90]", "acceleration_bounds [0 1]",
+  for (const char* property : {"velocity_bounds [-1 1 -1 1 -1 1 -90]", "acceleration_bounds [0 1]",
                                "velocity [1 0 0]", "localization_origin [1 2]", "odom_error [1]"}) {
     const LoadOutcome outcome = TryToLoad("position( " + std::string(property) + " )");
     EXPECT_FALSE(outcome.loaded) << property;
@@ -683,7 +683,7 @@ TEST(Loading, UnknownWordsAreReportedAndChangeNothing) {
   EXPECT_NE(outcome.errors.find("hover"), std::string::npos) << outcome.errors;
   EXPECT_NE(outcome.errors.find("stars"), std::string::npos) << outcome.errors;
   EXPECT_NE(outcome.errors.find("localization_origin"), std::string::npos) << outcome.errors;
-  ModelPosition *p = FindRunning<ModelPosition>(*world, "r");
+  ModelPosition* p = FindRunning<ModelPosition>(*world, "r");
   p->SetSpeed(0.5, 0.5, 0);
   Step(*world);
   ExpectPose(p->GetVelocity(), 0.5, 0, 0, 0);  // a differential drive

@@ -19,23 +19,23 @@ const char kBoxAhead[] = "model( name \"box\" pose [3 0 0 0] size [1 1 1] )\n"; 
 
 /// A world with a ranger "l" at the origin, subscribed, and something for it to see.
 struct Scene {
-  explicit Scene(const std::string &sensors, const std::string &rest = kBoxAhead,
-                 const std::string &properties = "")
+  explicit Scene(const std::string& sensors, const std::string& rest = kBoxAhead,
+                 const std::string& properties = "")
       : world(LoadText("ranger( name \"l\" " + properties + " " + sensors + " )\n" + rest)),
         ranger(FindRunning<ModelRanger>(*world, "l")) {}
-  Sensor &sensor(size_t i = 0) { return ranger->GetSensorsMutable().at(i); }
-  const std::vector<double> &Ranges() {
+  Sensor& sensor(size_t i = 0) { return ranger->GetSensorsMutable().at(i); }
+  const std::vector<double>& Ranges() {
     Step(*world);
     return sensor().ranges;
   }
   std::unique_ptr<World> world;
-  ModelRanger *ranger;
+  ModelRanger* ranger;
 };
 
 struct Moments {
   double mean = 0, deviation = 0, min = kInfinity, max = -kInfinity;
 };
-Moments MomentsOf(const std::vector<double> &values) {
+Moments MomentsOf(const std::vector<double>& values) {
   Moments m;
   double squares = 0;
   const double n = static_cast<double>(values.size());
@@ -69,7 +69,7 @@ TEST(Ranger, HasNoBodyAndNoSensorsOfItsOwn) {
   const auto world =
       LoadText("ranger( name \"l\" alwayson 1 )\nranger( name \"m\" pose [1 0 0 0] )");
   Step(*world);
-  const ModelRanger *ranger = Find<ModelRanger>(*world, "l");
+  const ModelRanger* ranger = Find<ModelRanger>(*world, "l");
   EXPECT_TRUE(ranger->GetSensors().empty());
   EXPECT_EQ(ranger->GetGeom().size.x, 0.15);
   EXPECT_EQ(ranger->GetGeom().size.y, 0.15);
@@ -82,7 +82,7 @@ TEST(Ranger, HasNoBodyAndNoSensorsOfItsOwn) {
 TEST(Ranger, SamplesSpanTheFieldOfViewFromTheRight) {
   Scene scene("sensor( fov 90 samples 3 range [0 6] )", "model( pose [2 2 0 0] size [1 1 1] )");
   Step(*scene.world);
-  const Sensor &s = scene.sensor();
+  const Sensor& s = scene.sensor();
   ASSERT_EQ(s.bearings.size(), 3u);
   EXPECT_EQ(s.bearings[0], -M_PI / 4);
   EXPECT_EQ(s.bearings[1], 0);
@@ -185,7 +185,7 @@ TEST(Ranger, AlwaysonMeasuresFromTheFirstStepOn) {
 TEST(Ranger, SeesTheWorldAsTheLastStepLeftIt) {
   Scene scene("sensor( range [0 9] )",
               "position( name \"r\" pose [4 0 0 180] size [0.4 0.4 1] alwayson 1 )");
-  ModelPosition *robot = Find<ModelPosition>(*scene.world, "r");
+  ModelPosition* robot = Find<ModelPosition>(*scene.world, "r");
   robot->SetSpeed(0.8, 0, 0);
   for (int i = 0; i < 20; i++) {
     const double face = robot->GetPose().x - 0.2;
@@ -199,7 +199,7 @@ TEST(Ranger, SeesTheWorldAsTheLastStepLeftIt) {
 TEST(Ranger, ARobotThatStoppedStandsStill) {
   Scene scene("sensor( range [0 9] )",
               "position( name \"r\" pose [4.0101 0 0 180] size [0.4 0.4 1] alwayson 1 )");
-  ModelPosition *robot = Find<ModelPosition>(*scene.world, "r");
+  ModelPosition* robot = Find<ModelPosition>(*scene.world, "r");
   robot->SetSpeed(0.4, 0, 0);
   const double approach[] = {3.80, 3.76, 3.72, 3.68, 3.64, 3.60};
   for (const double expected : approach) EXPECT_NEAR(scene.Ranges().at(0), expected, kCell);
@@ -230,11 +230,11 @@ TEST(Visibility, NegativeReturnsAreTransparent) {
 }
 
 TEST(Visibility, ChangesAtRunTimeInBothDirections) {
-  for (const char *loaded_as : {"-1", "1"}) {
+  for (const char* loaded_as : {"-1", "1"}) {
     Scene scene("sensor( range [0 9] )",
                 "model( name \"box\" pose [3 0 0 0] size [1 1 1] ranger_return " +
                     std::string(loaded_as) + " )");
-    Model *box = Find(*scene.world, "box");
+    Model* box = Find(*scene.world, "box");
     EXPECT_NEAR(scene.Ranges().at(0), loaded_as[0] == '-' ? 9 : 2.5, kCell);
     for (int round = 0; round < 3; round++) {
       box->SetRangerReturn(0.5);
@@ -253,7 +253,7 @@ TEST(Visibility, ChangesAtRunTimeInBothDirections) {
 
 TEST(Visibility, ChangesOfWhatIsMovedWhileItIsTransparent) {
   Scene scene("sensor( range [0 9] )");
-  Model *box = Find(*scene.world, "box");
+  Model* box = Find(*scene.world, "box");
   box->SetRangerReturn(-1);
   box->SetPose(Pose(4, 0, 0, 0));
   EXPECT_EQ(scene.Ranges().at(0), 9);
@@ -270,7 +270,7 @@ TEST(Visibility, ChangesOfWhatIsMovedWhileItIsTransparent) {
 TEST(Visibility, ChangesOfAModelThatDrives) {
   Scene scene("sensor( range [0 9] )",
               "position( name \"r\" pose [3 0 0 0] size [1 1 1] alwayson 1 )");
-  ModelPosition *robot = Find<ModelPosition>(*scene.world, "r");
+  ModelPosition* robot = Find<ModelPosition>(*scene.world, "r");
   robot->SetSpeed(0.3, 0, 0);
   EXPECT_NEAR(scene.Ranges().at(0), 2.5, kCell);
   robot->SetRangerReturn(-1);
@@ -283,7 +283,7 @@ TEST(Visibility, ChangesOfAModelThatDrives) {
 TEST(Visibility, ChangesOfAModelThatStopped) {
   Scene scene("sensor( range [0 9] )",
               "position( name \"r\" pose [3 0 0 0] size [1 1 1] alwayson 1 ranger_return -1 )");
-  ModelPosition *robot = Find<ModelPosition>(*scene.world, "r");
+  ModelPosition* robot = Find<ModelPosition>(*scene.world, "r");
   robot->SetRangerReturn(1);
   EXPECT_NEAR(scene.Ranges().at(0), 2.5, kCell);
   robot->SetRangerReturn(-1);
@@ -323,7 +323,7 @@ TEST(Visibility, TheHeightOfTheRayDecidesEndsIncluded) {
     double z;
     bool hit;
   } const cases[] = {{0.499, false}, {0.5, true}, {1.0, true}, {1.5, true}, {1.501, false}};
-  for (const auto &c : cases) {
+  for (const auto& c : cases) {
     Scene scene("sensor( size [0 0 0] )", "model( pose [3 0 0.5 0] size [1 1 1] )",
                 "pose [0 0 " + std::to_string(c.z) + " 0]");
     EXPECT_NEAR(scene.Ranges().at(0), c.hit ? 2.5 : 5, kCell) << c.z;
@@ -367,7 +367,7 @@ TEST(Visibility, OnesOwnTreeIsInvisible) {
       " point[2] [0 1] z [0 1] ) alwayson 1 sensor( range [0 9] samples 8 fov 315 ) ) )\n" +
       std::string(kBoxAhead));
   Step(*world);
-  const Sensor &s = Find<ModelRanger>(*world, "r.l")->GetSensors()[0];
+  const Sensor& s = Find<ModelRanger>(*world, "r.l")->GetSensors()[0];
   for (size_t i = 0; i < 8; i++) EXPECT_EQ(s.ranges[i], 9) << i;
   Find(*world, "box")
       ->SetPose(Pose(3 * std::cos(s.bearings[5]), 3 * std::sin(s.bearings[5]), 0, s.bearings[5]));
@@ -381,7 +381,7 @@ TEST(Visibility, WhatIsPickedUpBecomesInvisible) {
       " sensor( range [0 9] ) ) )\n" +
       std::string(kBoxAhead));
   Model *robot = Find(*world, "r"), *box = Find(*world, "box");
-  const std::vector<double> &ranges = Find<ModelRanger>(*world, "r.l")->GetSensors()[0].ranges;
+  const std::vector<double>& ranges = Find<ModelRanger>(*world, "r.l")->GetSensors()[0].ranges;
   Step(*world);
   EXPECT_NEAR(ranges.at(0), 2.5, kCell);
   box->SetParent(robot);
@@ -403,7 +403,7 @@ TEST(EdgeCases, NoSamples) {
 }
 
 TEST(EdgeCases, OneSampleLooksAheadWhateverTheFieldOfView) {
-  for (const char *fov : {"0", "90", "360", "-720"}) {
+  for (const char* fov : {"0", "90", "360", "-720"}) {
     Scene scene("sensor( samples 1 fov " + std::string(fov) + " )");
     EXPECT_NEAR(scene.Ranges().at(0), 2.5, kCell);
     EXPECT_EQ(scene.sensor().bearings.at(0), 0);
@@ -442,17 +442,17 @@ TEST(EdgeCases, TheMinimumRangeHasNoEffect) {
 
 TEST(EdgeCases, FieldsOfView) {
   struct {
-    const char *fov;
+    const char* fov;
     std::vector<double> bearings;
   } const cases[] = {{"0", {0, 0, 0}},
                      {"360", {-M_PI, -M_PI / 2, 0, M_PI / 2, M_PI}},
                      {"720", {-2 * M_PI, 0, 2 * M_PI}},
                      {"-90", {M_PI / 4, 0, -M_PI / 4}}};
-  for (const auto &c : cases) {
+  for (const auto& c : cases) {
     Scene scene("sensor( fov " + std::string(c.fov) + " samples " +
                 std::to_string(c.bearings.size()) + " )");
     Step(*scene.world);
-    const Sensor &s = scene.sensor();
+    const Sensor& s = scene.sensor();
     ASSERT_EQ(s.bearings.size(), c.bearings.size()) << c.fov;
     for (size_t i = 0; i < c.bearings.size(); i++) {
       EXPECT_NEAR(s.bearings[i], c.bearings[i], 1e-12) << c.fov;
@@ -481,11 +481,19 @@ TEST(EdgeCases, HugeAndInfiniteRanges) {
   }
 }
 
+TEST(EdgeCases, AnInfiniteRangeInAWorldFile) {
+  Scene scene("sensor( range [0 \"inf\"] samples 3 fov 180 noise [0.01 0.1 0] )");
+  const std::vector<double>& ranges = scene.Ranges();
+  EXPECT_EQ(ranges[0], kInfinity);
+  EXPECT_LT(ranges[1], 5);
+  EXPECT_EQ(scene.sensor().intensities, (std::vector<double>{0, 1, 0}));
+}
+
 TEST(EdgeCases, PosesThatAreNowhereSeeNothing) {
   const Pose poses[] = {Pose(kNaN, 0, 0, 0),      Pose(0, kNaN, 0, 0),      Pose(0, 0, 0, kNaN),
                         Pose(kInfinity, 0, 0, 0), Pose(0, 0, 0, kInfinity), Pose(1e12, 0, 0, 0),
                         Pose(0, 0, kInfinity, 0)};
-  for (const Pose &pose : poses) {
+  for (const Pose& pose : poses) {
     Scene scene("sensor( samples 3 fov 0 )");
     scene.sensor().pose = pose;
     EXPECT_EQ(scene.Ranges(), std::vector<double>(3, 5)) << pose.String();
@@ -512,10 +520,10 @@ TEST(EdgeCases, HugeHeadingsDoNotHang) {
 }
 
 TEST(EdgeCases, WorldFilesAreRefused) {
-  for (const char *property :
+  for (const char* property :
        {"samples -1", "samples 4294967295", "range [0 -3]", "range [0 \"nan\"]",
-        "range [0 \"inf\"]", "fov \"nan\"", "pose [0 0 \"nan\" 0]", "pose [0 0 0 \"inf\"]",
-        "noise [-0.1 0 0]", "noise [0.1]", "range 5", "pose [0 0 0]"}) {
+        "range [\"inf\" 5]", "range [0 \"-inf\"]", "fov \"nan\"", "pose [0 0 \"nan\" 0]",
+        "pose [0 0 0 \"inf\"]", "noise [-0.1 0 0]", "noise [0.1]", "range 5", "pose [0 0 0]"}) {
     const LoadOutcome outcome = TryToLoad("ranger( sensor( " + std::string(property) + " ) )");
     EXPECT_FALSE(outcome.loaded) << property;
     EXPECT_EQ(outcome.errors.rfind("t.world:1:", 0), 0u) << property << ": " << outcome.errors;
@@ -620,7 +628,7 @@ std::vector<double> NoisyReadings(int threads, uint64_t seed) {
   for (int step = 0; step < 4; step++) {
     Step(*world);
     for (int i = 0; i < 70; i++)
-      for (const Sensor &s : Find<ModelRanger>(*world, "l" + std::to_string(i))->GetSensors())
+      for (const Sensor& s : Find<ModelRanger>(*world, "l" + std::to_string(i))->GetSensors())
         readings.insert(readings.end(), s.ranges.begin(), s.ranges.end());
   }
   return readings;

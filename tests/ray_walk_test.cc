@@ -53,10 +53,10 @@ class Terrain {
     high_y_ = std::max(high_y_, y_ + y);
   }
 
-  void AddDust(RandomSource *random, int count) {
+  void AddDust(RandomSource* random, int count) {
     for (int i = 0; i < count; i++) Add(random->Int(0, kSide - 1), random->Int(0, kSide - 1));
   }
-  void AddFrames(RandomSource *random, int count) {
+  void AddFrames(RandomSource* random, int count) {
     for (int i = 0; i < count; i++) {
       const int x = random->Int(0, kSide), y = random->Int(0, kSide);
       const int w = random->Int(1, 40), h = random->Int(1, 40);
@@ -72,7 +72,7 @@ class Terrain {
            picture_[static_cast<size_t>(y * kSide + x)];
   }
 
-  const std::vector<point_int_t> &cells() const { return cells_; }
+  const std::vector<point_int_t>& cells() const { return cells_; }
   int x() const { return x_; }
   int y() const { return y_; }
 
@@ -107,7 +107,7 @@ struct RandomWindow {
   std::vector<uint64_t> words;
   ray_window_t window = kNoWindow;
 
-  RandomWindow(RandomSource *random, const Terrain &terrain) {
+  RandomWindow(RandomSource* random, const Terrain& terrain) {
     window.x = (terrain.x() >> RAY_TILE_SHIFT) + random->Int(-2, Terrain::kSide / 8);
     window.y = (terrain.y() >> RAY_TILE_SHIFT) + random->Int(-2, Terrain::kSide / 8);
     window.width = static_cast<ray_uint>(random->Int(1, 16));
@@ -118,13 +118,13 @@ struct RandomWindow {
   }
 };
 
-bool IsHidden(const ray_window_t &window, int64_t x, int64_t y) {
+bool IsHidden(const ray_window_t& window, int64_t x, int64_t y) {
   const int64_t tx = (x >> 3) - window.x, ty = (y >> 3) - window.y;
   if (tx < 0 || ty < 0 || tx >= window.width || ty >= window.height) return false;
   return window.tiles[ty * window.width + tx] >> ((x & 7) + 8 * (y & 7)) & 1;
 }
 
-ray_t Begin(const ray_grid_t &view, const PlainRay &r) {
+ray_t Begin(const ray_grid_t& view, const PlainRay& r) {
   const auto narrow = [](int64_t value) { return static_cast<int>(value); };
   ray_t ray;
   ray_begin(&ray, &view, narrow(r.x), narrow(r.y), narrow(r.fx), narrow(r.fy), narrow(r.dx),
@@ -132,10 +132,14 @@ ray_t Begin(const ray_grid_t &view, const PlainRay &r) {
   return ray;
 }
 
-Hits Remaining(const ray_grid_t &view, const ray_window_t &window, ray_t ray) {
+Hits Remaining(const ray_grid_t& view, const ray_window_t& window, ray_t ray) {
   Hits hits;
   while (ray_next(&view, &window, &ray)) {
     hits.emplace_back(ray.u, ray.v);
+    if (hits.size() > 2 * RAY_LEG_CELLS + 3) {
+      ADD_FAILURE() << "the walk does not get on";
+      break;
+    }
     const int x = ray.x0 + ray.sx * ray.u, y = ray.y0 + ray.sy * ray.v;
     EXPECT_EQ(ray.tile, grid::Grid::TileOf(x, y));
     EXPECT_EQ(ray.bit, grid::Grid::BitOf(x, y));
@@ -144,7 +148,7 @@ Hits Remaining(const ray_grid_t &view, const ray_window_t &window, ray_t ray) {
   return hits;
 }
 
-Hits ExpectedHits(const Terrain &terrain, const ray_window_t &window, const PlainRay &ray) {
+Hits ExpectedHits(const Terrain& terrain, const ray_window_t& window, const PlainRay& ray) {
   Hits hits;
   test::WalkPlainly(ray, [&](int64_t u, int64_t v, int64_t x, int64_t y) {
     if (terrain.Has(x, y) && !IsHidden(window, x, y))
@@ -154,7 +158,7 @@ Hits ExpectedHits(const Terrain &terrain, const ray_window_t &window, const Plai
   return hits;
 }
 
-std::string Text(const PlainRay &r) {
+std::string Text(const PlainRay& r) {
   std::string text = "ray";
   for (const int64_t value : {r.x, r.y, r.fx, r.fy, r.dx, r.dy})
     text += " " + std::to_string(value);
@@ -162,8 +166,8 @@ std::string Text(const PlainRay &r) {
 }
 
 /// All that is to be said about one ray. False if something is wrong.
-bool Check(const Terrain &terrain, const ray_grid_t &view, const ray_window_t &window,
-           const PlainRay &r, RandomSource *random, size_t *hits = nullptr) {
+bool Check(const Terrain& terrain, const ray_grid_t& view, const ray_window_t& window,
+           const PlainRay& r, RandomSource* random, size_t* hits = nullptr) {
   const Hits expected = ExpectedHits(terrain, window, r);
   if (hits) *hits += expected.size();
   const Hits found = Remaining(view, window, Begin(view, r));
@@ -185,7 +189,7 @@ bool Check(const Terrain &terrain, const ray_grid_t &view, const ray_window_t &w
 int64_t Clamp(int64_t displacement) { return std::clamp(displacement, -kLongest, kLongest); }
 
 /// Rays of every kind that could matter.
-PlainRay RandomRay(RandomSource *random, const Terrain &terrain) {
+PlainRay RandomRay(RandomSource* random, const Terrain& terrain) {
   PlainRay r;
   r.x = terrain.x() + random->Between(-20, Terrain::kSide + 20);
   r.y = terrain.y() + random->Between(-20, Terrain::kSide + 20);
@@ -226,8 +230,8 @@ PlainRay RandomRay(RandomSource *random, const Terrain &terrain) {
       break;
     case 6: {  // from one occupied cell to another, or just past it
       if (terrain.cells().empty()) break;
-      const point_int_t &from = random->Pick(terrain.cells());
-      const point_int_t &to = random->Pick(terrain.cells());
+      const point_int_t& from = random->Pick(terrain.cells());
+      const point_int_t& to = random->Pick(terrain.cells());
       r.x = from.x;
       r.y = from.y;
       r.dx = ((int64_t{to.x} - from.x) << 16) + random->Between(-65536, 65536);
@@ -243,7 +247,7 @@ PlainRay RandomRay(RandomSource *random, const Terrain &terrain) {
 }
 
 /// The longest rays, from anywhere within their reach, towards the terrain.
-PlainRay LongRay(RandomSource *random, const Terrain &terrain) {
+PlainRay LongRay(RandomSource* random, const Terrain& terrain) {
   const int64_t to_x = terrain.x() + random->Between(0, Terrain::kSide);
   const int64_t to_y = terrain.y() + random->Between(0, Terrain::kSide);
   PlainRay r;
@@ -285,7 +289,7 @@ INSTANTIATE_TEST_SUITE_P(Everywhere, RayWalkAt,
                                            Place{-kEnd + 1, -kEnd + 1},
                                            Place{-kEnd + 1, kEnd - Terrain::kSide}));
 
-void CheckMany(const Terrain &terrain, uint64_t seed, int rays, int long_rays) {
+void CheckMany(const Terrain& terrain, uint64_t seed, int rays, int long_rays) {
   RandomSource random(seed);
   size_t hits = 0;
   for (int i = 0; i < rays + long_rays; i++) {
@@ -364,7 +368,7 @@ TEST(RayWalk, ABorderReachedExactlyIsCrossed) {
   Terrain terrain(0, 0);
   terrain.Add(10, 5);
   const ray_grid_t view = terrain.View(Terrain::kOfGrid);
-  const auto hits = [&](const PlainRay &ray) {
+  const auto hits = [&](const PlainRay& ray) {
     return Remaining(view, kNoWindow, Begin(view, ray)).size();
   };
   EXPECT_EQ(hits({3, 5, 100, 9, (7 << 16) - 100, 0}), 1u);
@@ -422,7 +426,7 @@ TEST(RayWalk, ClutterBesideTheRayChangesNothing) {
       });
     }
     Terrain cluttered(-160, -160);
-    for (const point_int_t &cell : plain.cells()) cluttered.Add(cell.x + 160, cell.y + 160);
+    for (const point_int_t& cell : plain.cells()) cluttered.Add(cell.x + 160, cell.y + 160);
     const int more = random.Int(1, 20000);
     for (int i = 0; i < more; i++) {
       const int x = random.Int(-160, 159), y = random.Int(-160, 159);
@@ -430,7 +434,7 @@ TEST(RayWalk, ClutterBesideTheRayChangesNothing) {
     }
     const ray_grid_t before = plain.View(Terrain::kOfGrid);
     const ray_grid_t after = cluttered.View(Terrain::kOfGrid);
-    for (const PlainRay &ray : rays)
+    for (const PlainRay& ray : rays)
       ASSERT_EQ(Remaining(before, kNoWindow, Begin(before, ray)),
                 Remaining(after, kNoWindow, Begin(after, ray)))
           << Text(ray);

@@ -53,11 +53,15 @@ inline SineCosine SinCos(double angle) {
   // Beyond this the quotient would no longer be exact; remainder() is, by definition.
   if (!(std::fabs(angle) < 1e6)) angle = std::remainder(angle, 2.0 * M_PI);
 
-  const double quotient = std::floor(angle * 6.36619772367581382433e-01 + 0.5);
+  // Nearest multiple of pi/2; halves go away from zero on either side, for symmetry.
+  const double quotient =
+      std::trunc(angle * 6.36619772367581382433e-01 + std::copysign(0.5, angle));
   const double first = angle - quotient * 1.57079632673412561417e+00;  // exact: 33-bit constant
   const double second = quotient * 6.07710050630396597660e-11;
-  const double r = first - second;
-  const double tail = ((first - r) - second) - quotient * 2.02226624879595063154e-21;
+  const double rough = first - second;
+  const double rest = quotient * 2.02226624879595063154e-21 - ((first - rough) - second);
+  const double r = rough - rest;
+  const double tail = (rough - r) - rest;
 
   const double sine = trigonometry::SineKernel(r, tail);
   const double cosine = trigonometry::CosineKernel(r, tail);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 namespace Stg::grid {
@@ -328,6 +329,7 @@ uint32_t Grid::LayersOf(const Body& body) const {
 }
 
 LayerIndex Grid::RangerLayer(double z, bool z_test) {
+  if (std::isnan(z)) z_test = false;
   const Layer::Kind kind = z_test ? Layer::kHeight : Layer::kAnyHeight;
   for (LayerIndex i = 0; i < layers_.size(); i++) {
     Layer& layer = layers_[i];

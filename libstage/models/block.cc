@@ -237,6 +237,7 @@ void Placement::Commit() {
 }
 
 void Placement::CommitItem(const Item& item) {
+  item.model->NoteDrawn();
   Block& block = *item.block;
   grid::Grid& grid = item.model->scene().grid;
   const grid::Body body{

@@ -83,6 +83,8 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
 }
 
 Model::~Model() {
+  if (callbacks_) callbacks_->orphaned = true;
+  world->FinishRays();
   DeleteChildren();
   StopCharging();
   power_pack.reset();
@@ -179,6 +181,10 @@ int Model::SetParent(Model* newparent) {
 }
 
 void Model::BecomeParentOf(Model* child) {
+  if (child->IsDescendent(this)) {
+    PRINT_ERR2("%s can't adopt %s, which it descends from", Token(), child->Token());
+    return;
+  }
   child->UnMapWithChildren();
   if (child->parent)
     child->parent->RemoveChild(child);
@@ -261,20 +267,27 @@ std::vector<point_int_t> Model::LocalToPixels(const std::vector<point_t>& local)
 }
 
 void Model::AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz) {
+  world->FinishRays();
   blockgroup->AddRectangle(x, y, dx, dy, Bounds(0, dz));
 }
 
-void Model::ClearBlocks() { blockgroup->Clear(); }
+void Model::ClearBlocks() {
+  world->FinishRays();
+  blockgroup->Clear();
+}
 
 void Model::Map() {
   if (world->IsLoading()) return;  // all bodies are drawn when everything is loaded
+  world->FinishRays();
   Placement& placement = world->placement();
   placement.Plan(*this, true);
   placement.Commit();
-  if (vis.ranger_return < 0 && !hidden_from_rangers_) {
-    hidden_from_rangers_ = true;
-    world->NoteHiddenFromRangers(this);
-  }
+}
+
+void Model::NoteDrawn() {
+  if (!(vis.ranger_return < 0) || hidden_from_rangers_) return;
+  hidden_from_rangers_ = true;
+  world->NoteHiddenFromRangers(this);
 }
 
 bool Model::ShowAgainToRangers() {
@@ -285,6 +298,7 @@ bool Model::ShowAgainToRangers() {
 }
 
 void Model::UnMapWithChildren() {
+  world->FinishRays();
   blockgroup->Erase();
   for (Model* child : children) child->UnMapWithChildren();
 }
@@ -379,7 +393,7 @@ void Model::Update() {
 // ---- callbacks ----------------------------------------------------------------------------------
 
 void Model::AddCallback(callback_type_t t, model_callback_t cb, void* user) {
-  if (!callbacks_) callbacks_ = std::make_unique<CallbackLists>();
+  if (!callbacks_) callbacks_ = std::make_shared<CallbackLists>();
   std::vector<Callback>& list = callbacks_->of[t];
   const Callback entry{cb, user};
   if (std::find(list.begin(), list.end(), entry) == list.end()) list.push_back(entry);
@@ -405,16 +419,16 @@ int Model::CallbackLists::Tidy(callback_type_t t) {
 
 int Model::CallCallbacks(callback_type_t t) {
   if (!HasCallbacks(t)) return 0;
-  // By index, for a callback may add callbacks (called from the next round on) and remove any.
-  const std::vector<Callback>& list = callbacks_->of[t];
-  const size_t count = list.size();
-  callbacks_->rounds++;
-  for (size_t i = 0; i < count; i++) {
-    const Callback entry = list[i];
-    if (entry.function && entry.function(this, entry.user) != 0)
-      callbacks_->of[t][i].function = nullptr;
+  // By index, for a callback may add callbacks (called from the next round on), remove any, or
+  // delete the model: then the rest is not called and nothing of it is touched any more.
+  const std::shared_ptr<CallbackLists> lists = callbacks_;
+  const size_t count = lists->of[t].size();
+  lists->rounds++;
+  for (size_t i = 0; i < count && !lists->orphaned; i++) {
+    const Callback entry = lists->of[t][i];
+    if (entry.function && entry.function(this, entry.user) != 0) lists->of[t][i].function = nullptr;
   }
-  return --callbacks_->rounds == 0 ? callbacks_->Tidy(t) : callbacks_->CountLeft(t);
+  return --lists->rounds == 0 ? lists->Tidy(t) : lists->CountLeft(t);
 }
 
 // ---- sensing ------------------------------------------------------------------------------------

@@ -194,7 +194,8 @@ class Model : public Ancestor {
 
   // ---- callbacks ----
 
-  /// Calls cb(model, user) at each event of the type, in the order of registration. The pair
+  /// Calls cb(model, user) at each event of the type, in the order of registration. A callback may
+  /// delete the model, those of type CB_VELOCITY excepted. The pair
   /// (cb, user) is kept once. A callback that returns non-zero is removed.
   void AddCallback(callback_type_t type, model_callback_t cb, void* user);
   /// Removes all entries with that function; returns how many entries remain.
@@ -278,6 +279,8 @@ class Model : public Ancestor {
   /// the library's own rooms, like the next one.
   bool ShowAgainToRangers();
   const BlockGroup& body() const { return *blockgroup; }
+  /// Remembers a body that is drawn while rangers look through it.
+  void NoteDrawn();
   /// What the world's models share.
   sensing::Scene& scene() const { return *scene_; }
 
@@ -371,6 +374,7 @@ class Model : public Ancestor {
   };
   struct CallbackLists {
     std::vector<Callback> of[__CB_TYPE_COUNT];  // struck out ones have a null function
+    bool orphaned = false;                      // the model is gone
     int rounds = 0;                             // in progress
     int CountLeft(callback_type_t t) const;
     int Tidy(callback_type_t t);
@@ -390,7 +394,7 @@ class Model : public Ancestor {
   }
 
   sensing::Scene* scene_;
-  std::unique_ptr<CallbackLists> callbacks_;  // most models have none
+  std::shared_ptr<CallbackLists> callbacks_;  // most models have none
   std::unique_ptr<sensing::Window> window_;   // only of roots that carry rangers
   uint64_t window_batch_;                     // the batch that window_ belongs to
   uint64_t update_chain_;                     // a pending update of an older chain is void

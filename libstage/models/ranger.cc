@@ -45,6 +45,7 @@ ModelRanger::Sensor::Sensor()
       table_fov_(std::numeric_limits<double>::quiet_NaN()),
       table_count_(0),
       first_direction_(0),
+      table_generation_(0),
       seeded_(false) {}
 
 void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
@@ -191,8 +192,11 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
     shared.batch.Add(fan, directions, OwnWindow());
     return;
   }
-  if (sensor->first_direction_ == std::numeric_limits<uint32_t>::max())
+  if (sensor->first_direction_ == std::numeric_limits<uint32_t>::max() ||
+      sensor->table_generation_ != shared.tables.generation()) {
     sensor->first_direction_ = shared.tables.Find(sensor->table_fov_, count);
+    sensor->table_generation_ = shared.tables.generation();
+  }
   fan.record.first_direction = sensor->first_direction_;
   shared.batch.Add(fan, count, OwnWindow());
 }

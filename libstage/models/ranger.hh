@@ -64,6 +64,7 @@ class ModelRanger : public Model, private sensing::RaySink {
     double table_fov_;
     unsigned int table_count_;
     uint32_t first_direction_;
+    uint64_t table_generation_;
     Random random_;  // of its noise, seeded at its first use
     bool seeded_;
   };

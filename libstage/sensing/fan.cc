@@ -32,6 +32,7 @@ bool SplitCell(double coordinate, int32_t* cell, uint32_t* fraction) {
 }  // namespace
 
 Direction MakeDirection(double bearing) {
+  if (!std::isfinite(bearing)) bearing = 0;  // no direction at all: look ahead
   const SineCosine turn = SinCos(bearing);
   return {Rounded(turn.cosine * kQ30), Rounded(turn.sine * kQ30)};
 }
@@ -42,6 +43,15 @@ double SampleBearing(double fov, uint32_t count, uint32_t i) {
 }
 
 DirectionTables::DirectionTables() { Find(0.0, 1); }
+
+void DirectionTables::Trim() {
+  constexpr size_t kPlenty = 4000000;  // directions: 32 MB
+  if (all_.size() < kPlenty || first_.size() < 64) return;
+  first_.clear();
+  all_.clear();
+  generation_++;
+  Find(0.0, 1);
+}
 
 uint32_t DirectionTables::Find(double fov, uint32_t count) {
   if (count == 1) fov = 0.0;  // all single samples look ahead
@@ -60,8 +70,8 @@ void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre
   fan->legs = 1;
   fan->leg_length = range;
   fan->nothing = !(range > 0) || !SplitCell(origin.x * cells_per_metre, &record.x, &fx) ||
-                 !SplitCell(origin.y * cells_per_metre, &record.y, &fy) || std::isnan(origin.a) ||
-                 std::isnan(origin.z);
+                 !SplitCell(origin.y * cells_per_metre, &record.y, &fy) ||
+                 !std::isfinite(origin.a) || std::isnan(origin.z);
   if (fan->nothing) return;
 
   double cells = range * cells_per_metre;

@@ -36,6 +36,10 @@ class DirectionTables {
   DirectionTables();
   /// Index of the first direction of the table for this kind of sensor; makes it if need be.
   uint32_t Find(double fov, uint32_t count);
+  /// To be called between steps: if there are very many tables (of sensors that keep changing),
+  /// forgets them all. Indices got before are void if the generation has changed.
+  void Trim();
+  uint64_t generation() const { return generation_; }
   const std::vector<Direction>& all() const { return all_; }
 
   /// A table of one direction: straight ahead.
@@ -44,6 +48,7 @@ class DirectionTables {
  private:
   std::map<std::pair<double, uint32_t>, uint32_t> first_;
   std::vector<Direction> all_;
+  uint64_t generation_ = 0;
 };
 
 /// What a device needs to know of a fan: 48 bytes.

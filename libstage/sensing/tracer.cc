@@ -10,11 +10,12 @@ namespace Stg::sensing {
 
 namespace {
 
-/// Where along its leg the ray is halfway through the cell that it has reached: 0 start, 1 end.
-/// The outline that was hit lies anywhere in the cell, so its middle is the best guess.
-double FractionAtHit(const ray_t& ray) {
+/// Where along its leg the ray is halfway through the cell that it has reached: 0 start, 1 end. The
+/// ray as a whole ends at `end`. The outline that was hit lies anywhere in the cell, so its middle
+/// is the best guess.
+double FractionAtHit(const ray_t& ray, double end = 1.0) {
   const auto border = [](int n, int offset) { return (static_cast<double>(n) * 65536.0) - offset; };
-  double in = 0.0, out = 1.0;
+  double in = 0.0, out = end;
   if (ray.adx > 0) {
     in = std::max(in, border(ray.u, ray.ox) / ray.adx);
     out = std::min(out, border(ray.u + 1, ray.ox) / ray.adx);
@@ -127,7 +128,7 @@ RayHit Tracer::TraceLegs(const Fan& fan, const ray_grid_t& view, int32_t dx, int
     while (ray_next(&view, &window, &ray)) {
       counters->potential_hits++;
       if (Model* hit = Accepted(fan, ray.region, ray.tile, ray.bit))
-        return {(k + FractionAtHit(ray)) * fan.leg_length, hit};
+        return {(k + FractionAtHit(ray, fan.legs - k)) * fan.leg_length, hit};
     }
   }
   return {fan.range, nullptr};

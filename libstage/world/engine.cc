@@ -14,8 +14,7 @@ double WallClock() {
 }
 
 void Engine::SetThreads(unsigned threads) {
-  if (threads == workers_->threads()) return;
-  workers_ = std::make_unique<sensing::WorkerPool>(threads);
+  if (threads != workers_->threads()) workers_ = std::make_unique<sensing::WorkerPool>(threads);
   thread_data_.resize(workers_->threads());
   statistics.threads = workers_->threads();
 }
@@ -46,6 +45,7 @@ void Engine::TraceBatch() {
   batch.Clear();
   scene.batch_number++;
   scene.grid.AgeLayers();
+  scene.tables.Trim();
 }
 
 sensing::HitLists Engine::Prefilter() {

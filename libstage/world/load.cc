@@ -2,8 +2,10 @@
 //
 // Worlds from world files.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <thread>
 
 #include "geometry/load_error.hh"
 #include "models/block.hh"
@@ -108,7 +110,11 @@ bool World::Load(std::istream& world_content, const std::string& worldfile_path)
 bool World::LoadFrom(const std::string& path, std::istream* content) {
   const double start = WallClock();
   if (wf) UnLoad();
+  sim_time = 0;
+  updates = 0;
   load_status_ = 0;
+  engine_->statistics = RunStatistics();
+  Random::Global().Seed(seed_);  // random colours and poses
   try {
     wf = std::make_unique<Worldfile>();
     if (content)
@@ -117,7 +123,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
       wf->Load(path);
     SetToken(wf->ReadString(0, "name", path.empty() ? "[stream]" : path));
     LoadWorldProperties();
-    engine_->SetPrefilter(ChoosePrefilter(), run_options.always_on_device);
+    UsePrefilter();
     engine_->loading = true;
     LoadEntities();
   } catch (const LoadError& error) {
@@ -147,6 +153,18 @@ void World::Reload() {
   } catch (const LoadError& error) {
     std::fprintf(stderr, "%s\n", error.what());
   }
+}
+
+void World::UsePrefilter() {
+  std::unique_ptr<sensing::Prefilter> prefilter = ChoosePrefilter();
+  const bool threads_given = run_options.threads > 0 || wf->PropertyExists(0, "threads");
+  if (prefilter && !threads_given) {
+    // What the device leaves to the host is short, and its memory, not its arithmetic, is the
+    // limit: more threads than this no longer help.
+    constexpr unsigned kMostUseful = 16;
+    engine_->SetThreads(std::clamp(std::thread::hardware_concurrency(), 1u, kMostUseful));
+  }
+  engine_->SetPrefilter(std::move(prefilter), run_options.always_on_device);
 }
 
 void World::LoadWorldProperties() {

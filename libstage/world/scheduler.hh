@@ -15,10 +15,10 @@ namespace Stg {
 class Scheduler {
  public:
   struct Event {
-    Model* model;
-    model_callback_t callback;  ///< null: the model's update
-    void* arg;
-    uint64_t chain;  ///< of an update: void if the model has begun a newer chain
+    Model* model = nullptr;
+    model_callback_t callback = nullptr;  ///< null: the model's update
+    void* arg = nullptr;
+    uint64_t chain = 0;  ///< of an update: void if the model has begun a newer chain
   };
 
   void Add(usec_t time, const Event& event) { due_[time].push_back(event); }

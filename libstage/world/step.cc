@@ -21,7 +21,11 @@ namespace Stg {
 
 bool World::UpdateAll() {
   bool all_done = true;
-  for (World* world : std::vector<World*>(worlds_)) all_done &= world->Update();
+  for (World* world : std::vector<World*>(worlds_)) {
+    // A callback of one world may delete another.
+    const bool alive = std::find(worlds_.begin(), worlds_.end(), world) != worlds_.end();
+    if (alive) all_done &= world->Update();
+  }
   return all_done;
 }
 
@@ -39,7 +43,7 @@ bool World::Update(void) {
   const double start = WallClock();
   const double traced_before = seconds.prefilter + seconds.trace;
   RunDueEvents();
-  TraceBatch();
+  FinishRays();
   FinishSensing();
   const double sensed = WallClock();
   MoveModels();
@@ -64,17 +68,16 @@ void World::RunDueEvents() {
   // By index: an update may delete models, which strikes out their events.
   for (size_t i = 0; i < engine_->due.size(); i++) {
     const Scheduler::Event event = engine_->due[i];
-    if (!event.model) continue;
     if (event.callback)
       event.callback(event.model, event.arg);
-    else if (event.model->subs > 0 && event.chain == event.model->update_chain_)
+    else if (event.model && event.model->subs > 0 && event.chain == event.model->update_chain_)
       event.model->Update();
-    if (!run_options.batch) TraceBatch();
+    if (!run_options.batch) FinishRays();
   }
   engine_->due.clear();
 }
 
-void World::TraceBatch() { engine_->TraceBatch(); }
+void World::FinishRays() { engine_->TraceBatch(); }
 
 void World::FinishSensing() {
   // By index: it may delete models, which strikes them out.

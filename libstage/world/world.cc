@@ -28,26 +28,32 @@ bool Older(const Model* a, const Model* b) { return a->GetId() < b->GetId(); }
 
 World::World(const std::string& name, double ppm)
     : paused(false),
-      sim_interval(100000),
-      speedup(0),
       ground(nullptr),
-      quit_time(0),
-      sim_time(0),
-      updates(0),
       dirty(false),
       record_trails(false),
-      show_clock(false),
-      show_clock_interval(100),
       engine_(std::make_unique<Engine>()),
+      default_ppm_(ppm),
       seed_(run_options.seed),
       random_(run_options.seed),
       load_status_(0),
       quit_(false) {
   token = name;
-  engine_->scene.cells_per_metre = ppm;
+  SetDefaults();
   engine_->SetThreads(static_cast<unsigned>(std::max(1, run_options.threads)));
   worlds_.push_back(this);
   MakeGround();
+}
+
+/// What a world file that says nothing else means.
+void World::SetDefaults() {
+  sim_interval = 100000;
+  speedup = 0;
+  sim_time = 0;
+  updates = 0;
+  quit_time = 0;
+  show_clock = false;
+  show_clock_interval = 100;
+  engine_->scene.cells_per_metre = default_ppm_;
 }
 
 World::~World() {
@@ -68,11 +74,12 @@ void World::MakeGround() {
 void World::ForgetAll() {
   engine_->names.clear();
   engine_->scheduler.Clear();
-  engine_->scene.batch.Clear();
+  engine_->TraceBatch();
   engine_->fiducials.Clear();
   engine_->sensed.clear();
   engine_->update_callbacks_due.clear();
   engine_->hidden_from_rangers.clear();
+  engine_->due.clear();
   for (Model* model : engine_->energy) model->pps_charging.clear();
   engine_->energy.clear();
   powerpack_list.clear();
@@ -82,12 +89,11 @@ void World::UnLoad() {
   ForgetAll();
   DeleteChildren();
   child_type_counts.clear();
-  update_callbacks_.clear();
   ray_list.clear();
+  // Struck out, not erased: this may be called from one of them.
+  for (UpdateCallback& entry : update_callbacks_) entry.function = nullptr;
   wf.reset();
-  sim_time = 0;
-  updates = 0;
-  quit_time = 0;
+  SetDefaults();
   quit_ = false;
   random_.Seed(seed_);
   token = "[unloaded]";
@@ -125,7 +131,7 @@ void World::RemoveModel(Model* mod) {
   std::replace(e.sensed.begin(), e.sensed.end(), mod, static_cast<Model*>(nullptr));
   e.scheduler.Forget(mod);
   for (Scheduler::Event& event : e.due)
-    if (event.model == mod) event.model = nullptr;
+    if (event.model == mod) event = Scheduler::Event();
 }
 
 Model* World::GetModel(const std::string& name) const {

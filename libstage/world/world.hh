@@ -58,7 +58,8 @@ class RaytraceResult {
 
 /// How worlds are run; set before they are made. None of it changes any result, the seed apart.
 struct RunOptions {
-  int threads;            ///< that trace rays; 0: what the world file says
+  int threads;            ///< that trace rays; 0: what the world file says, or else with a device
+                          ///< all processors and without one 1
   uint64_t seed;          ///< of all random numbers
   bool batch;             ///< false: each sensor's rays are traced on their own, one by one
   bool opencl;            ///< use an OpenCL device where that is faster
@@ -70,7 +71,7 @@ struct RunOptions {
 
 class World : public Ancestor {
  public:
-  static const int DEFAULT_PPM = 50;
+  static constexpr int DEFAULT_PPM = 50;
   static std::vector<std::string> args;  ///< of the program
   static std::string ctrlargs;           ///< the text of --args, for controllers
   static RunOptions run_options;
@@ -208,18 +209,21 @@ class World : public Ancestor {
   static Model* FindModel(uint32_t id);
   void NoteHiddenFromRangers(Model* mod);
   void ForgetRays(const Model* mod);
+  /// Traces the rays that are waiting in the batch. To be called before the grid is changed: rays
+  /// meet the bodies as they were when the sensor updated, batch or no batch.
+  void FinishRays();
   bool IsLoading() const;
 
  protected:
   bool LoadFrom(const std::string& path, std::istream* content);
   virtual void LoadWorldProperties();
+  void UsePrefilter();
   void LoadEntities();
   void LoadEntity(int entity, std::vector<Model*>* models);
   void CheckNotNested(int entity, Model* parent_model);
   void CallUpdateCallbacks();
   void CallModelCallbacks();
   void RunDueEvents();
-  void TraceBatch();
   void FinishSensing();
   void MoveModels();
   void UpdateEnergy();
@@ -227,6 +231,7 @@ class World : public Ancestor {
   void PrintClock();
   void MakeGround();
   void ForgetAll();
+  void SetDefaults();
   RaytraceResult ResultOf(const Pose& origin, double range, Model* hit) const;
 
   usec_t quit_time;
@@ -254,6 +259,7 @@ class World : public Ancestor {
 
   std::unique_ptr<Engine> engine_;
   std::vector<UpdateCallback> update_callbacks_;
+  const double default_ppm_;
   uint64_t seed_;
   Random random_;
   int load_status_;

@@ -21,7 +21,7 @@ struct PlainRay {
 /// Calls f(u, v, x, y) for each cell of the ray, in order, until f returns true; (u, v) borders
 /// have been crossed to reach the cell (x, y).
 template <typename F>
-void WalkPlainly(const PlainRay &ray, F f) {
+void WalkPlainly(const PlainRay& ray, F f) {
   const int64_t sx = ray.dx < 0 ? -1 : 1, sy = ray.dy < 0 ? -1 : 1;
   const int64_t ox = ray.dx < 0 ? 65536 - ray.fx : ray.fx;
   const int64_t oy = ray.dy < 0 ? 65536 - ray.fy : ray.fy;

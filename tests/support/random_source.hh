@@ -34,7 +34,7 @@ class RandomSource {
   bool OneIn(uint64_t n) { return Next() % n == 0; }
   int Sign() { return OneIn(2) ? 1 : -1; }
   template <typename T>
-  const T &Pick(const std::vector<T> &from) {
+  const T& Pick(const std::vector<T>& from) {
     return from[static_cast<size_t>(Next() % from.size())];
   }
 

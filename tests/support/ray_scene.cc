@@ -26,8 +26,8 @@ constexpr uint32_t kTrees = 6;
 
 // The grid knows models and trees by their addresses only.
 char trees[kTrees];
-const void *TreeOf(uint32_t tree) { return &trees[tree]; }
-Stg::Model *ModelOf(uint32_t tree) { return reinterpret_cast<Stg::Model *>(&trees[tree]); }
+const void* TreeOf(uint32_t tree) { return &trees[tree]; }
+Stg::Model* ModelOf(uint32_t tree) { return reinterpret_cast<Stg::Model*>(&trees[tree]); }
 
 }  // namespace
 
@@ -57,11 +57,11 @@ std::vector<point_int_t> RayScene::MakeOutline() {
   const uint32_t sizes[] = {0, 1, 4, 15, 60, 200};
   const uint32_t size = sizes[Below(6)];
   std::vector<point_int_t> outline(3 + Below(5));
-  for (point_int_t &corner : outline) corner = point_int_t(x + within(size), y + within(size));
+  for (point_int_t& corner : outline) corner = point_int_t(x + within(size), y + within(size));
   return outline;
 }
 
-void RayScene::AddBody(const std::vector<point_int_t> &outline) {
+void RayScene::AddBody(const std::vector<point_int_t>& outline) {
   Drawn drawn;
   drawn.tree = Below(kTrees);
   const double bottom = PickHeight();
@@ -81,7 +81,7 @@ void RayScene::RemoveBody(size_t i) {
   bodies_.pop_back();
 }
 
-void RayScene::ChangeVisibility(Drawn *drawn) {
+void RayScene::ChangeVisibility(Drawn* drawn) {
   grid::Body body = grid_.body(drawn->id);
   body.ranger_visible = !body.ranger_visible;
   body.z_min = PickHeight();
@@ -163,7 +163,7 @@ void RayScene::AddFan() {
   if (Chance(0.5)) {
     const uint32_t tree = Below(kTrees);
     grid::CellLists cells;
-    for (const Drawn &drawn : bodies_)
+    for (const Drawn& drawn : bodies_)
       if (drawn.tree == tree && Chance(0.3)) cells.lists.push_back(&drawn.cells);
     window = batch_.MakeWindow(grid_, cells, TreeOf(tree));
   }
@@ -191,12 +191,12 @@ namespace {
 
 /// Calls f(fan, ray, number of the ray) for each ray of the single-leg fans, ready to walk.
 template <typename F>
-void ForEachRay(const RayScene &scene, F f) {
-  for (const sensing::Fan &fan : scene.batch().fans()) {
-    if (!fan.single_leg()) continue;
-    const sensing::FanRecord &r = fan.record;
+void ForEachRay(const RayScene& scene, F f) {
+  for (const sensing::Fan& fan : scene.batch().fans()) {
+    const sensing::FanRecord& r = fan.record;
+    if (!fan.single_leg() || r.samples == 0) continue;
     const ray_grid_t view = scene.grid().View(fan.layer);
-    const sensing::Direction *directions = scene.batch().DirectionsOf(fan);
+    const sensing::Direction* directions = scene.batch().DirectionsOf(fan);
     for (uint32_t i = 0; i < r.samples; i++) {
       ray_t ray;
       Stg::ray_begin(&ray, &view, r.x, r.y, static_cast<int>(r.fraction & 0xffff),
@@ -211,7 +211,7 @@ void ForEachRay(const RayScene &scene, F f) {
 /// The occupied cells of one layer, taken from the lists of bodies.
 class CellSet {
  public:
-  CellSet(const grid::Grid &grid, grid::LayerIndex layer) : grid_(grid), layer_(layer) {}
+  CellSet(const grid::Grid& grid, grid::LayerIndex layer) : grid_(grid), layer_(layer) {}
   bool Has(int32_t x, int32_t y) const {
     const uint32_t region = grid_.FindRegion(x, y);
     return region != 0 && grid_.AnyAt(region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y),
@@ -221,11 +221,11 @@ class CellSet {
   }
 
  private:
-  const grid::Grid &grid_;
+  const grid::Grid& grid_;
   grid::LayerIndex layer_;
 };
 
-bool Hidden(const Stg::ray_window_t &window, int32_t x, int32_t y) {
+bool Hidden(const Stg::ray_window_t& window, int32_t x, int32_t y) {
   const int64_t wx = int64_t{x >> 3} - window.x, wy = int64_t{y >> 3} - window.y;
   if (wx < 0 || wy < 0 || wx >= window.width || wy >= window.height) return false;
   const uint64_t word = window.tiles[wy * window.width + wx];
@@ -234,11 +234,11 @@ bool Hidden(const Stg::ray_window_t &window, int32_t x, int32_t y) {
 
 }  // namespace
 
-std::vector<uint32_t> ListsByWalk(const RayScene &scene, uint32_t per_ray) {
+std::vector<uint32_t> ListsByWalk(const RayScene& scene, uint32_t per_ray) {
   std::vector<uint32_t> lists(size_t{scene.batch().ray_count()} * per_ray, 0);
-  ForEachRay(scene, [&](const sensing::Fan &fan, const ray_grid_t &view, ray_t *ray, uint32_t n) {
+  ForEachRay(scene, [&](const sensing::Fan& fan, const ray_grid_t& view, ray_t* ray, uint32_t n) {
     const Stg::ray_window_t window = scene.batch().WindowOf(fan);
-    uint32_t *list = &lists[size_t{n} * per_ray];
+    uint32_t* list = &lists[size_t{n} * per_ray];
     for (uint32_t i = 0; i < per_ray; i++) {
       const bool found = Stg::ray_next(&view, &window, ray) != 0;
       list[i] = found ? Stg::ray_pack(ray->u, ray->v) : RAY_NO_HIT;
@@ -248,12 +248,12 @@ std::vector<uint32_t> ListsByWalk(const RayScene &scene, uint32_t per_ray) {
   return lists;
 }
 
-std::vector<uint32_t> ListsCellByCell(const RayScene &scene, uint32_t per_ray) {
+std::vector<uint32_t> ListsCellByCell(const RayScene& scene, uint32_t per_ray) {
   std::vector<uint32_t> lists(size_t{scene.batch().ray_count()} * per_ray, 0);
-  ForEachRay(scene, [&](const sensing::Fan &fan, const ray_grid_t &, ray_t *ray, uint32_t n) {
+  ForEachRay(scene, [&](const sensing::Fan& fan, const ray_grid_t&, ray_t* ray, uint32_t n) {
     const Stg::ray_window_t window = scene.batch().WindowOf(fan);
     const CellSet cells(scene.grid(), fan.layer);
-    uint32_t *list = &lists[size_t{n} * per_ray];
+    uint32_t* list = &lists[size_t{n} * per_ray];
     uint32_t found = 0;
     int64_t u = 0, v = 0;
     while (found < per_ray) {
@@ -271,10 +271,10 @@ std::vector<uint32_t> ListsCellByCell(const RayScene &scene, uint32_t per_ray) {
   return lists;
 }
 
-std::string FirstDifference(const RayScene &scene, uint32_t per_ray, const uint32_t *expected,
-                            const uint32_t *found) {
+std::string FirstDifference(const RayScene& scene, uint32_t per_ray, const uint32_t* expected,
+                            const uint32_t* found) {
   std::ostringstream text;
-  ForEachRay(scene, [&](const sensing::Fan &fan, const ray_grid_t &view, ray_t *ray, uint32_t n) {
+  ForEachRay(scene, [&](const sensing::Fan& fan, const ray_grid_t& view, ray_t* ray, uint32_t n) {
     for (uint32_t i = 0; i < per_ray && text.tellp() == 0; i++) {
       const uint32_t e = expected[size_t{n} * per_ray + i], f = found[size_t{n} * per_ray + i];
       if (e != f)

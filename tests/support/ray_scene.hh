@@ -27,10 +27,10 @@ class RayScene {
   /// A new batch of random fans, some of them without rays, some with rays of several legs.
   void MakeBatch();
 
-  Stg::grid::Grid &grid() { return grid_; }
-  const Stg::grid::Grid &grid() const { return grid_; }
-  const Stg::sensing::DirectionTables &tables() const { return tables_; }
-  const Stg::sensing::RayBatch &batch() const { return batch_; }
+  Stg::grid::Grid& grid() { return grid_; }
+  const Stg::grid::Grid& grid() const { return grid_; }
+  const Stg::sensing::DirectionTables& tables() const { return tables_; }
+  const Stg::sensing::RayBatch& batch() const { return batch_; }
 
  private:
   struct Drawn {
@@ -43,9 +43,9 @@ class RayScene {
   uint32_t Below(uint32_t n) { return static_cast<uint32_t>(random_.Next() % n); }
   double PickHeight();
   std::vector<Stg::point_int_t> MakeOutline();
-  void AddBody(const std::vector<Stg::point_int_t> &outline);
+  void AddBody(const std::vector<Stg::point_int_t>& outline);
   void RemoveBody(size_t i);
-  void ChangeVisibility(Drawn *drawn);
+  void ChangeVisibility(Drawn* drawn);
   void AddDots();
   void AddFrame();
   Stg::Pose PickOrigin();
@@ -63,13 +63,13 @@ class RayScene {
 /// The lists that a prefilter with room for per_ray hits has to give: those of ray_next(), or of a
 /// walk that crosses one border after the other and looks at each cell. Lists of fans that are
 /// not of a single leg stay 0.
-std::vector<uint32_t> ListsByWalk(const RayScene &scene, uint32_t per_ray);
-std::vector<uint32_t> ListsCellByCell(const RayScene &scene, uint32_t per_ray);
+std::vector<uint32_t> ListsByWalk(const RayScene& scene, uint32_t per_ray);
+std::vector<uint32_t> ListsCellByCell(const RayScene& scene, uint32_t per_ray);
 
 /// Where two sets of lists differ first; empty if nowhere. What stands behind the end of a list
 /// does not count.
-std::string FirstDifference(const RayScene &scene, uint32_t per_ray, const uint32_t *expected,
-                            const uint32_t *found);
+std::string FirstDifference(const RayScene& scene, uint32_t per_ray, const uint32_t* expected,
+                            const uint32_t* found);
 
 }  // namespace ray_scene
 

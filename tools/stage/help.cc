@@ -22,7 +22,7 @@ How fast
   A world's speedup, if positive, keeps it to that multiple of real time; otherwise it runs as fast
   as it can. None of these options changes any result.
   --threads N          trace sensor rays in N threads (1 to 1024; default: the world's threads, or
-                       1); pays with many sensors, up to the number of cores
+                       all cores with an OpenCL device and 1 without); pays with many sensors
   --opencl[=DEVICE]    trace sensor rays with an OpenCL device wherever that is faster; pays from
                        some ten thousand rays a step. DEVICE is one of
                          auto            the best one; without any, the run goes on (default)

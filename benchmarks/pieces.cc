@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Benchmarks of the pieces: how long a ray, a move, a picture, a world file takes on its own.
+// STAGE_WORLDS names the folder of the worlds; the one of the source tree unless given.
+
+#include <benchmark/benchmark.h>
+
+#include <cstdlib>
+#include <sstream>
+#include <string>
+
+#include "geometry/trace.hh"
+#include "sensing/scene.hh"
+#include "sensing/tracer.hh"
+#include "stage.hh"
+#include "world/engine.hh"
+#include "worldfile/worldfile.hh"
+
+namespace {
+
+std::string Worlds() {
+  const char* folder = std::getenv("STAGE_WORLDS");
+  return folder ? folder : STAGE_SOURCE_WORLDS;
+}
+
+void InitOnce() {
+  static const bool done = [] {
+    int argc = 0;
+    Stg::Init(&argc, nullptr);
+    return true;
+  }();
+  (void)done;
+}
+
+bool AnyBody(Stg::Model*, const Stg::Model*, const void*) { return true; }
+
+/// Rays of 8 m from random places of a shipped world, in fans of 360.
+void TraceRays(benchmark::State& state, const char* name, double width, double depth) {
+  InitOnce();
+  Stg::World world;
+  if (!world.Load(Worlds() + "/" + name)) {
+    state.SkipWithError("the world can't be loaded");
+    return;
+  }
+  Stg::sensing::Scene& scene = world.scene();
+  Stg::Random random(7);
+  const Stg::sensing::Tracer tracer(scene.grid);
+  const Stg::ray_window_t no_window{nullptr, 0, 0, 0, 0};
+  const uint32_t first = scene.tables.Find(2 * M_PI, 360);
+  Stg::sensing::TraceCounters counters;
+  for (auto _ : state) {
+    Stg::sensing::Fan fan;
+    fan.predicate = AnyBody;
+    fan.z_test = false;
+    const Stg::Pose origin(random.Uniform(-width / 2, width / 2),
+                           random.Uniform(-depth / 2, depth / 2), 0.1, random.Uniform(-3, 3));
+    Stg::sensing::PlaceFan(&fan, origin, 8.0, scene.cells_per_metre);
+    const Stg::ray_grid_t view = scene.grid.View(Stg::grid::kEverything);
+    for (uint32_t i = 0; i < 360; i++)
+      benchmark::DoNotOptimize(
+          tracer.Trace(fan, view, scene.tables.all()[first + i], no_window, nullptr, 0, &counters));
+  }
+  state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
+}
+BENCHMARK_CAPTURE(TraceRays, cave, "cave.world", 64.0, 64.0);
+BENCHMARK_CAPTURE(TraceRays, hospital, "hospital.world", 540.0, 220.0);
+
+/// One robot of the given width in cells of 0.02 m that drives on the spot's neighbourhood.
+void MoveBody(benchmark::State& state) {
+  InitOnce();
+  Stg::World world;
+  Stg::Model body(&world, nullptr, "model");
+  Stg::Geom geom;
+  geom.size = Stg::Size(static_cast<double>(state.range(0)) * 0.02,
+                        static_cast<double>(state.range(0)) * 0.02, 1);
+  body.SetGeom(geom);
+  double step = 0;
+  for (auto _ : state) {
+    step += 1;
+    body.SetPose(Stg::Pose(0.013 * std::fmod(step, 100.0), 0, 0, 0.01 * std::fmod(step, 300.0)));
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(MoveBody)->Arg(2)->Arg(20)->Arg(100);
+
+void LoadPicture(benchmark::State& state) {
+  const std::string file = Worlds() + "/bitmaps/hospital.png";
+  for (auto _ : state) benchmark::DoNotOptimize(Stg::picture::Trace(Stg::picture::Load(file)));
+}
+BENCHMARK(LoadPicture)->Unit(benchmark::kMillisecond);
+
+/// A world file with so many instances of a definition with 17 children.
+void ParseWorldfile(benchmark::State& state) {
+  std::string text = "define bot position( ranger(";
+  for (int i = 0; i < 16; i++) text += " sensor( samples 1 range [0 5] )";
+  text += " ) )\n";
+  for (int i = 0; i < state.range(0); i++) text += "bot( name \"r\" pose [1 2 0 90] )\n";
+  for (auto _ : state) {
+    std::istringstream stream(text);
+    Stg::Worldfile file;
+    file.Load(stream);
+    benchmark::DoNotOptimize(file.GetEntityCount());
+  }
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+BENCHMARK(ParseWorldfile)->Arg(10000)->Unit(benchmark::kMillisecond);
+
+}  // namespace

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "sensing/batch.hh"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "support/random_source.hh"
+
+namespace Stg::sensing {
+namespace {
+
+using Cell = std::pair<int32_t, int32_t>;
+
+const int kMine = 0, kOther = 0;  // trees: only their addresses count
+
+grid::Body BodyOf(const void* tree) {
+  grid::Body body;
+  body.tree = tree;
+  return body;
+}
+
+bool Hides(const ray_window_t& window, Cell cell) {
+  const int64_t x = (cell.first >> 3) - window.x, y = (cell.second >> 3) - window.y;
+  if (x < 0 || y < 0 || x >= window.width || y >= window.height) return false;
+  return window.tiles[y * window.width + x] >> ((cell.first & 7) | (cell.second & 7) << 3) & 1;
+}
+
+/// A batch with one fan that has the window of the cells.
+struct WithWindow {
+  RayBatch batch;
+  DirectionTables tables;
+  WithWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree) {
+    batch.Add(Fan(), 1, batch.MakeWindow(grid, cells, tree));
+    batch.Close(tables);
+  }
+  ray_window_t window() const { return batch.WindowOf(batch.fans()[0]); }
+};
+
+TEST(Window, HidesExactlyTheCellsWithNobodyElse) {
+  test::RandomSource random(1);
+  for (int round = 0; round < 200; round++) {
+    grid::Grid grid;
+    const grid::BodyId mine = grid.AddBody(BodyOf(&kMine)),
+                       also_mine = grid.AddBody(BodyOf(&kMine));
+    const grid::BodyId other = grid.AddBody(BodyOf(&kOther));
+    const int32_t x0 = random.Int(-100000, 100000), y0 = random.Int(-100000, 100000);
+    const auto cell = [&] { return Cell{x0 + random.Int(0, 70), y0 + random.Int(0, 70)}; };
+    std::vector<grid::CellRef> first, second;
+    std::set<Cell> own, others;
+    for (int i = 0; i < 200; i++) {
+      const Cell at = cell();
+      const bool is_first = random.OneIn(2);
+      (is_first ? first : second)
+          .push_back(grid.Insert(at.first, at.second, is_first ? mine : also_mine));
+      own.insert(at);
+    }
+    for (int i = 0; i < 300; i++) {
+      const Cell at = cell();
+      grid.Insert(at.first, at.second, other);
+      others.insert(at);
+    }
+    grid::CellLists lists;
+    lists.lists = {&first, &second};
+    const WithWindow with(grid, lists, &kMine);
+    const ray_window_t window = with.window();
+    ASSERT_LE(window.width, 10u);
+    for (int32_t x = x0 - 20; x < x0 + 90; x++)
+      for (int32_t y = y0 - 20; y < y0 + 90; y++)
+        ASSERT_EQ(Hides(window, {x, y}), own.count({x, y}) && !others.count({x, y}));
+  }
+}
+
+TEST(Window, OfNoCellsIsEmpty) {
+  grid::Grid grid;
+  const WithWindow with(grid, grid::CellLists(), &kMine);
+  EXPECT_EQ(with.window().width, 0u);
+  const std::vector<grid::CellRef> none;
+  grid::CellLists lists;
+  lists.lists = {&none};
+  EXPECT_EQ(WithWindow(grid, lists, &kMine).window().width, 0u);
+}
+
+TEST(Window, LargeBodiesHaveNone) {
+  const int32_t side = static_cast<int32_t>(kMaxWindowSide) * 8;
+  for (const int32_t size : {side, side + 1, 1 << 29})
+    for (const bool wide : {false, true}) {
+      grid::Grid grid;
+      const grid::BodyId mine = grid.AddBody(BodyOf(&kMine));
+      const std::vector<grid::CellRef> cells = {
+          grid.Insert(-64, 128, mine),
+          grid.Insert(-64 + (wide ? size - 1 : 0), 128 + (wide ? 0 : size - 1), mine)};
+      grid::CellLists lists;
+      lists.lists = {&cells};
+      const WithWindow with(grid, lists, &kMine);
+      EXPECT_EQ(with.window().width != 0, size == side) << size;
+      EXPECT_EQ(Hides(with.window(), {-64, 128}), size == side);
+    }
+}
+
+TEST(Batch, KeepsWindowsApart) {
+  grid::Grid grid;
+  const grid::BodyId mine = grid.AddBody(BodyOf(&kMine)), other = grid.AddBody(BodyOf(&kOther));
+  const std::vector<grid::CellRef> a = {grid.Insert(0, 0, mine), grid.Insert(30, 0, mine)};
+  const std::vector<grid::CellRef> b = {grid.Insert(100, 100, other)};
+  grid::CellLists of_a, of_b;
+  of_a.lists = {&a};
+  of_b.lists = {&b};
+  RayBatch batch;
+  DirectionTables tables;
+  const Window window = batch.MakeWindow(grid, of_a, &kMine);
+  batch.Add(Fan(), 3, window);
+  batch.Add(Fan(), 2, batch.MakeWindow(grid, of_b, &kOther));
+  batch.Add(Fan(), 2, Window());
+  batch.Add(Fan(), 5, window);  // two sensors of one body share it
+  batch.Close(tables);
+  ASSERT_EQ(batch.fans().size(), 4u);
+  const bool expected[4][2] = {{true, false}, {false, true}, {false, false}, {true, false}};
+  for (size_t i = 0; i < 4; i++) {
+    EXPECT_EQ(Hides(batch.WindowOf(batch.fans()[i]), {30, 0}), expected[i][0]) << i;
+    EXPECT_EQ(Hides(batch.WindowOf(batch.fans()[i]), {100, 100}), expected[i][1]) << i;
+  }
+}
+
+TEST(Batch, NumbersTheRays) {
+  RayBatch batch;
+  DirectionTables tables;
+  for (const uint32_t samples : {5u, 1u, 180u}) batch.Add(Fan(), samples, Window());
+  batch.Close(tables);
+  EXPECT_EQ(batch.ray_count(), 186u);
+  EXPECT_EQ(batch.fans()[0].record.first_ray, 0u);
+  EXPECT_EQ(batch.fans()[1].record.first_ray, 5u);
+  EXPECT_EQ(batch.fans()[2].record.first_ray, 6u);
+  EXPECT_EQ(batch.fans()[2].record.samples, 180u);
+  batch.Clear();
+  EXPECT_EQ(batch.ray_count(), 0u);
+  EXPECT_TRUE(batch.fans().empty());
+  EXPECT_TRUE(batch.window_words().empty());
+}
+
+TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
+  RayBatch batch;
+  DirectionTables tables;
+  Fan fan;
+  fan.record.first_direction = tables.Find(1.0, 10);
+  batch.Add(fan, 10, Window());
+  const std::vector<Direction> own = {{1, 2}, {3, 4}}, more = {{5, 6}};
+  batch.Add(Fan(), own, Window());
+  batch.Add(Fan(), more, Window());
+  // Sensors that come later may make tables: the numbers are settled when the batch is closed.
+  fan.record.first_direction = tables.Find(2.0, 100);
+  batch.Add(fan, 100, Window());
+  batch.Close(tables);
+
+  const std::vector<Fan>& fans = batch.fans();
+  EXPECT_EQ(batch.DirectionsOf(fans[0]), &tables.all()[1]);
+  EXPECT_EQ(batch.DirectionsOf(fans[1])[0].cosine, 1);
+  EXPECT_EQ(batch.DirectionsOf(fans[1])[1].sine, 4);
+  EXPECT_EQ(batch.DirectionsOf(fans[2])[0].cosine, 5);
+  EXPECT_EQ(batch.DirectionsOf(fans[3]), &tables.all()[11]);
+  EXPECT_EQ(batch.own_directions().size(), 3u);
+  EXPECT_EQ(fans[1].record.first_direction, tables.all().size());
+  EXPECT_EQ(fans[2].record.samples, 1u);
+  batch.Clear();
+  EXPECT_TRUE(batch.own_directions().empty());
+}
+
+}  // namespace
+}  // namespace Stg::sensing

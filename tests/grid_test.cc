@@ -1,0 +1,518 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The grid against a map from cells to lists.
+
+#include "grid/grid.hh"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "support/random_source.hh"
+
+namespace Stg::grid {
+namespace {
+
+using test::RandomSource;
+using Cell = std::pair<int32_t, int32_t>;
+
+/// Bodies need a model that is not null; nobody looks at it.
+Model* SomeModel() {
+  static int somewhere;
+  return reinterpret_cast<Model*>(&somewhere);
+}
+
+Body MakeBody(double z_min, double z_max, bool visible = true) {
+  Body body;
+  body.z_min = z_min;
+  body.z_max = z_max;
+  body.model = SomeModel();
+  body.ranger_visible = visible;
+  return body;
+}
+
+/// What a layer should show of a body.
+struct LayerRule {
+  enum Kind { kAll, kAnyHeight, kHeight } kind;
+  double z;
+  bool Shows(const Body& body) const {
+    if (kind == kAll) return true;
+    if (!body.ranger_visible) return false;
+    return kind == kAnyHeight || (z >= body.z_min && z <= body.z_max);
+  }
+};
+
+/// A grid and what should be in it.
+class Checked {
+ public:
+  struct Entry {
+    CellRef ref;
+    Cell cell;
+    BodyId body;
+  };
+
+  Checked() { layers_[kEverything] = {LayerRule::kAll, 0}; }
+
+  Grid& grid() { return grid_; }
+  const std::vector<BodyId>& bodies() const { return bodies_; }
+  const std::vector<Entry>& entries() const { return entries_; }
+  void ExpectLayer(LayerIndex i, LayerRule rule) { layers_[i] = rule; }
+
+  void AddBody(const Body& body) { bodies_.push_back(grid_.AddBody(body)); }
+  void Insert(Cell cell, BodyId body) {
+    const CellRef ref = grid_.Insert(cell.first, cell.second, body);
+    entries_.push_back({ref, cell, body});
+    lists_[cell].push_back(body);
+  }
+  void Remove(size_t entry) {
+    const Entry gone = entries_[entry];
+    grid_.Remove(gone.ref, gone.body);
+    std::vector<BodyId>& list = lists_[gone.cell];
+    list.erase(std::find(list.begin(), list.end(), gone.body));
+    if (list.empty()) lists_.erase(gone.cell);
+    entries_[entry] = entries_.back();
+    entries_.pop_back();
+  }
+  void Change(BodyId body, const Body& to) {
+    std::vector<CellRef> cells;
+    for (const Entry& entry : entries_)
+      if (entry.body == body) cells.push_back(entry.ref);
+    grid_.ChangeBody(body, to, cells);
+  }
+
+  void Verify() {
+    VerifyLists();
+    for (const auto& [index, rule] : layers_) VerifyLayer(index, rule);
+    std::set<Cell> tiles, regions;
+    for (const auto& [cell, list] : lists_) {
+      tiles.insert({cell.first >> 3, cell.second >> 3});
+      regions.insert({cell.first >> 6, cell.second >> 6});
+      const CellBox box = grid_.occupied();
+      ASSERT_TRUE(cell.first >= box.min_x && cell.first <= box.max_x);
+      ASSERT_TRUE(cell.second >= box.min_y && cell.second <= box.max_y);
+    }
+    ASSERT_EQ(grid_.statistics().tiles, tiles.size());
+    ASSERT_GE(grid_.statistics().regions, regions.size());
+  }
+
+ private:
+  void VerifyLists() {
+    CellReader reader(grid_);
+    for (const auto& [cell, list] : lists_) {
+      const auto [x, y] = cell;
+      const auto collect = [&](auto any) {
+        std::vector<BodyId> found;
+        EXPECT_FALSE(any([&](BodyId id) {
+          found.push_back(id);
+          return false;
+        }));
+        return found;
+      };
+      ASSERT_EQ(list, collect([&, x = x, y = y](auto f) { return reader.AnyAt(x, y, f); }));
+      const uint32_t region = grid_.FindRegion(x, y), tile = Grid::TileOf(x, y);
+      ASSERT_NE(region, 0u);
+      ASSERT_EQ(list, collect([&, x = x, y = y](auto f) {
+                  return grid_.AnyAt(region, tile, Grid::BitOf(x, y), f);
+                }));
+    }
+    for (const Entry& entry : entries_) {
+      Cell at;
+      grid_.Coordinates(entry.ref, &at.first, &at.second);
+      ASSERT_EQ(at, entry.cell);
+      std::vector<BodyId> found;
+      grid_.AnyIn(entry.ref, [&](BodyId id) {
+        found.push_back(id);
+        return false;
+      });
+      ASSERT_EQ(found, lists_[entry.cell]);
+    }
+  }
+
+  /// Exactly the right bits, and tile maps that fit them.
+  void VerifyLayer(LayerIndex index, const LayerRule& rule) {
+    const Occupancy& layer = grid_.occupancy(index);
+    size_t bits = 0, expected_bits = 0;
+    for (size_t i = 0; i < layer.tiles().size(); i++) {
+      const uint64_t word = layer.tiles()[i];
+      bits += static_cast<size_t>(std::popcount(word));
+      ASSERT_EQ(word != 0, (layer.tile_maps()[i / 64] >> (i % 64) & 1) != 0);
+    }
+    for (const auto& [cell, list] : lists_) {
+      const auto [x, y] = cell;
+      const size_t word = size_t{grid_.FindRegion(x, y)} * 64 + Grid::TileOf(x, y);
+      const bool expected = std::any_of(list.begin(), list.end(),
+                                        [&](BodyId id) { return rule.Shows(grid_.body(id)); });
+      expected_bits += expected;
+      ASSERT_EQ((layer.tiles()[word] >> Grid::BitOf(x, y) & 1) != 0, expected)
+          << "layer " << index << " cell " << x << " " << y;
+    }
+    ASSERT_EQ(bits, expected_bits) << "layer " << index;
+  }
+
+  Grid grid_;
+  std::vector<BodyId> bodies_;
+  std::vector<Entry> entries_;
+  std::map<Cell, std::vector<BodyId>> lists_;
+  std::map<LayerIndex, LayerRule> layers_;
+};
+
+/// Crowded, spread, negative, and very far away cells.
+Cell RandomCell(RandomSource* random) {
+  const auto coordinate = [&](int spread) {
+    return static_cast<int32_t>(random->Between(-spread, spread));
+  };
+  switch (random->Int(0, 3)) {
+    case 0:
+      return {coordinate(3), coordinate(3)};
+    case 1:
+      return {coordinate(100), coordinate(100)};
+    case 2:
+      return {coordinate(3000), coordinate(3000)};
+    default:
+      return {coordinate(kMaxCell), coordinate(kMaxCell)};
+  }
+}
+
+TEST(Grid, EmptyHasNothing) {
+  Checked checked;
+  checked.Verify();
+  EXPECT_TRUE(checked.grid().occupied().empty());
+  EXPECT_EQ(checked.grid().FindRegion(0, 0), 0u);
+  EXPECT_EQ(checked.grid().statistics().superregions, 0u);
+  CellReader reader(checked.grid());
+  EXPECT_FALSE(reader.AnyAt(5, 5, [](BodyId) { return true; }));
+}
+
+TEST(Grid, RandomChangesKeepListsAndLayersRight) {
+  for (uint64_t seed = 1; seed <= 4; seed++) {
+    RandomSource random(seed);
+    Checked checked;
+    for (int i = 0; i < 30; i++)
+      checked.AddBody(MakeBody(random.Int(0, 3), random.Int(3, 6), !random.OneIn(4)));
+    Grid& grid = checked.grid();
+    for (int step = 0; step < 6000; step++) {
+      if (step == 1000) checked.ExpectLayer(grid.RangerLayer(3, true), {LayerRule::kHeight, 3});
+      if (step == 1500) checked.ExpectLayer(grid.RangerLayer(0, false), {LayerRule::kAnyHeight, 0});
+      if (step == 2000) checked.ExpectLayer(grid.RangerLayer(1.5, true), {LayerRule::kHeight, 1.5});
+      // Grows, then shrinks to nothing.
+      if (random.Int(0, 2) < (step < 3500 ? 2 : 1) || checked.entries().empty())
+        checked.Insert(RandomCell(&random), random.Pick(checked.bodies()));
+      else
+        checked.Remove(static_cast<size_t>(random.Next() % checked.entries().size()));
+      if (random.OneIn(40))
+        checked.Change(random.Pick(checked.bodies()),
+                       MakeBody(random.Int(0, 3), random.Int(3, 6), !random.OneIn(4)));
+      if (step % 500 == 0) {
+        ASSERT_NO_FATAL_FAILURE(checked.Verify());
+      }
+    }
+    ASSERT_NO_FATAL_FAILURE(checked.Verify());
+    while (!checked.entries().empty()) checked.Remove(checked.entries().size() - 1);
+    ASSERT_NO_FATAL_FAILURE(checked.Verify());
+    EXPECT_EQ(grid.statistics().tiles, 0u);
+  }
+}
+
+TEST(Grid, AnyStopsAtTheFirstThatIsWanted) {
+  Grid grid;
+  CellRef cell = 0;
+  for (int i = 0; i < 5; i++) cell = grid.Insert(7, -7, grid.AddBody(MakeBody(0, 1)));
+  int looked_at = 0;
+  EXPECT_TRUE(grid.AnyIn(cell, [&](BodyId id) {
+    looked_at++;
+    return id == 2;
+  }));
+  EXPECT_EQ(looked_at, 3);
+}
+
+TEST(Grid, BodyNumbersAreUsedAgain) {
+  Grid grid;
+  const BodyId first = grid.AddBody(MakeBody(0, 1));
+  grid.RemoveBody(first);
+  EXPECT_EQ(grid.AddBody(MakeBody(5, 6)), first);
+  EXPECT_EQ(grid.body(first).z_min, 5);
+}
+
+TEST(Grid, CellsAtTheEndsOfTheGrid) {
+  Checked checked;
+  checked.AddBody(MakeBody(0, 1));
+  for (const int32_t x : {-kMaxCell, -kMaxCell + 1, -1, 0, kMaxCell - 1, kMaxCell})
+    for (const int32_t y : {-kMaxCell, -1, 0, kMaxCell}) checked.Insert({x, y}, 0);
+  checked.Verify();
+}
+
+TEST(Grid, ManySuperregionsFarApart) {
+  RandomSource random(21);
+  Checked checked;
+  checked.AddBody(MakeBody(0, 1));
+  for (int i = 0; i < 700; i++) {
+    const auto far = [&] { return static_cast<int32_t>(random.Between(-500, 500) * 1000000); };
+    checked.Insert({far(), far()}, 0);
+  }
+  ASSERT_NO_FATAL_FAILURE(checked.Verify());
+  const Grid& grid = checked.grid();
+  EXPECT_GE(grid.statistics().superregions, 690u);
+  // Room enough that the walk's search of the directory is short, and ends.
+  EXPECT_GE(grid.directory().size(), 2 * grid.statistics().superregions);
+  EXPECT_TRUE(std::has_single_bit(grid.directory().size()));
+  for (int i = 0; i < 100000; i++) {
+    const auto [x, y] = RandomCell(&random);
+    const ray_grid_t view = grid.View(kEverything);
+    const ray_uint super = ray_find_super(&view, x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
+    ASSERT_LT(super * 256, grid.region_tables().size());
+  }
+}
+
+TEST(Grid, TheStructureVersionTellsOfNewRegions) {
+  Grid grid;
+  const BodyId body = grid.AddBody(MakeBody(0, 1));
+  grid.Insert(0, 0, body);
+  const uint64_t version = grid.structure_version();
+  const std::vector<uint32_t> tables = grid.region_tables();
+  grid.Insert(63, 63, body);
+  EXPECT_EQ(grid.structure_version(), version);
+  EXPECT_EQ(grid.region_tables(), tables);
+  grid.Insert(64, 0, body);
+  EXPECT_GT(grid.structure_version(), version);
+}
+
+TEST(Grid, TheExtentIsThatOfSuperregions) {
+  Grid grid;
+  EXPECT_TRUE(grid.extent().empty());
+  const BodyId body = grid.AddBody(MakeBody(0, 1));
+  grid.Insert(-1, 5, body);
+  grid.Insert(3000, 5, body);
+  const CellBox box = grid.extent();
+  EXPECT_EQ(box.min_x, -1024);
+  EXPECT_EQ(box.max_x, 3071);
+  EXPECT_EQ(box.min_y, 0);
+  EXPECT_EQ(box.max_y, 1023);
+}
+
+// ---- memory -------------------------------------------------------------------------------------
+
+TEST(GridMemory, AWandererLeavesNothingBehind) {
+  Grid grid;
+  const BodyId body = grid.AddBody(MakeBody(0, 1));
+  grid.RangerLayer(0.5, true);
+  CellRef last = grid.Insert(0, 0, body);
+  size_t early = 0;
+  for (int32_t i = 1; i <= 20000; i++) {
+    const CellRef next = grid.Insert(i * 640, i * -6400, body);
+    grid.Remove(last, body);
+    last = next;
+    if (i == 5000) early = grid.statistics().bytes;
+  }
+  const Grid::Statistics end = grid.statistics();
+  EXPECT_EQ(end.tiles, 1u);
+  EXPECT_LE(end.regions, 300u);
+  EXPECT_LE(end.superregions, 300u);
+  EXPECT_LE(end.bytes, early);
+  EXPECT_LE(end.bytes, size_t{4} << 20);
+  // What is dropped no longer widens the box that rays are cut to.
+  EXPECT_GT(grid.occupied().min_x, 10000000);
+}
+
+TEST(GridMemory, WhatWasDroppedCanBeUsedAgain) {
+  Checked checked;
+  checked.AddBody(MakeBody(0, 1));
+  for (int round = 0; round < 3; round++) {
+    for (int32_t i = 0; i < 1500; i++) checked.Insert({i * 100 - 70000, i * round * 70}, 0);
+    ASSERT_NO_FATAL_FAILURE(checked.Verify());
+    while (checked.entries().size() > 10) checked.Remove(0);
+    ASSERT_NO_FATAL_FAILURE(checked.Verify());
+    EXPECT_LE(checked.grid().statistics().regions, 300u);
+  }
+}
+
+TEST(GridMemory, ACrowdInOneCellTakesNoMoreThanItsList) {
+  Grid grid;
+  const BodyId body = grid.AddBody(MakeBody(0, 1));
+  std::vector<CellRef> cells;
+  for (int i = 0; i < 1000; i++) cells.push_back(grid.Insert(1, 1, body));
+  const size_t bytes = grid.statistics().bytes;
+  for (int round = 0; round < 10; round++) {
+    for (const CellRef cell : cells) grid.Remove(cell, body);
+    EXPECT_EQ(grid.statistics().tiles, 0u);
+    for (CellRef& cell : cells) cell = grid.Insert(1, 1, body);
+  }
+  EXPECT_EQ(grid.statistics().bytes, bytes);
+}
+
+// ---- layers -------------------------------------------------------------------------------------
+
+bool ShowsCell(const Grid& grid, LayerIndex layer, int32_t x, int32_t y) {
+  const uint32_t region = grid.FindRegion(x, y);
+  const auto& tiles = grid.occupancy(layer).tiles();
+  return tiles[size_t{region} * 64 + Grid::TileOf(x, y)] >> Grid::BitOf(x, y) & 1;
+}
+
+TEST(GridLayers, HeightsIncludeTheirEnds) {
+  Grid grid;
+  grid.Insert(0, 0, grid.AddBody(MakeBody(1, 2)));
+  for (const double z : {1.0, 1.5, 2.0})
+    EXPECT_TRUE(ShowsCell(grid, grid.RangerLayer(z, true), 0, 0)) << z;
+  for (const double z : {0.999, 2.001})
+    EXPECT_FALSE(ShowsCell(grid, grid.RangerLayer(z, true), 0, 0)) << z;
+  EXPECT_TRUE(ShowsCell(grid, grid.RangerLayer(77, false), 0, 0));
+}
+
+TEST(GridLayers, AskingAgainGivesTheSameLayer) {
+  Grid grid;
+  const LayerIndex any = grid.RangerLayer(1, false);
+  EXPECT_EQ(grid.RangerLayer(2, false), any);
+  const LayerIndex one = grid.RangerLayer(1, true);
+  EXPECT_NE(one, any);
+  EXPECT_NE(one, kEverything);
+  EXPECT_EQ(grid.RangerLayer(1, true), one);
+  EXPECT_NE(grid.RangerLayer(2, true), one);
+}
+
+TEST(GridLayers, BodiesChangeWhatTheyShow) {
+  Grid grid;
+  const LayerIndex low = grid.RangerLayer(0.5, true), high = grid.RangerLayer(5, true);
+  const BodyId id = grid.AddBody(MakeBody(0, 1));
+  const std::vector<CellRef> cells = {grid.Insert(0, 0, id)};
+  grid.ChangeBody(id, MakeBody(4, 6), cells);
+  EXPECT_FALSE(ShowsCell(grid, low, 0, 0));
+  EXPECT_TRUE(ShowsCell(grid, high, 0, 0));
+  grid.ChangeBody(id, MakeBody(0, 6, false), cells);
+  EXPECT_FALSE(ShowsCell(grid, low, 0, 0));
+  EXPECT_FALSE(ShowsCell(grid, high, 0, 0));
+  EXPECT_TRUE(ShowsCell(grid, kEverything, 0, 0));
+  grid.ChangeBody(id, MakeBody(0, 6), cells);
+  EXPECT_TRUE(ShowsCell(grid, low, 0, 0));
+}
+
+TEST(GridLayers, TooManyHeightsShareOneLayer) {
+  Grid grid;
+  grid.Insert(0, 0, grid.AddBody(MakeBody(0, 1)));
+  std::set<LayerIndex> layers;
+  for (uint32_t i = 0; i < kMaxLayers - 2; i++) layers.insert(grid.RangerLayer(i, true));
+  EXPECT_EQ(layers.size(), kMaxLayers - 2);
+  const LayerIndex shared = grid.RangerLayer(1000, true);
+  EXPECT_EQ(layers.count(shared), 0u);
+  EXPECT_EQ(grid.RangerLayer(2000, true), shared);
+  EXPECT_EQ(grid.RangerLayer(0, false), shared);
+  EXPECT_TRUE(ShowsCell(grid, shared, 0, 0));
+  EXPECT_LE(grid.layer_count(), kMaxLayers);
+}
+
+TEST(GridLayers, HeightsThatNobodyAsksForGiveWay) {
+  Grid grid;
+  const BodyId body = grid.AddBody(MakeBody(0, 1));
+  grid.Insert(0, 0, body);
+  const uint32_t heights = kMaxLayers - 2;
+  for (uint32_t i = 0; i < heights; i++) grid.RangerLayer(i, true);
+  const LayerIndex kept = grid.RangerLayer(0, true);
+  const LayerIndex unused = grid.RangerLayer(1, true);
+  const uint64_t made = grid.occupancy(unused).made();
+  for (int i = 0; i < 3000; i++) {
+    grid.AgeLayers();
+    EXPECT_EQ(grid.RangerLayer(0, true), kept);
+  }
+  EXPECT_TRUE(ShowsCell(grid, kept, 0, 0));
+  EXPECT_TRUE(ShowsCell(grid, kEverything, 0, 0));
+  std::set<LayerIndex> layers = {kept};
+  for (uint32_t i = 1; i < heights; i++) layers.insert(grid.RangerLayer(0.01 * i, true));
+  EXPECT_EQ(layers.size(), heights);
+  EXPECT_LE(grid.layer_count(), kMaxLayers);
+  for (const LayerIndex layer : layers) {
+    EXPECT_TRUE(ShowsCell(grid, layer, 0, 0));
+    if (layer == unused) {
+      EXPECT_NE(grid.occupancy(layer).made(), made);
+    }
+  }
+}
+
+TEST(GridLayers, UnusedLayersFollowTheGridsGrowth) {
+  Checked checked;
+  checked.AddBody(MakeBody(0, 1));
+  Grid& grid = checked.grid();
+  grid.RangerLayer(0.5, true);
+  for (int i = 0; i < 2000; i++) grid.AgeLayers();
+  for (int32_t i = 0; i < 100; i++) checked.Insert({i * 1000, i}, 0);
+  checked.ExpectLayer(grid.RangerLayer(0.25, true), {LayerRule::kHeight, 0.25});
+  checked.Verify();
+}
+
+TEST(GridLayers, ANaNHeightMeetsEverythingAndTakesOneLayer) {
+  Grid grid;
+  grid.Insert(0, 0, grid.AddBody(MakeBody(0, 1)));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const LayerIndex layer = grid.RangerLayer(nan, true);
+  EXPECT_TRUE(ShowsCell(grid, layer, 0, 0));
+  EXPECT_EQ(grid.RangerLayer(nan, true), layer);
+}
+
+// ---- changes ------------------------------------------------------------------------------------
+
+using Tiles = std::set<std::pair<uint32_t, uint32_t>>;  // (region, tile)
+
+Tiles Noted(const Occupancy& layer) {
+  Tiles tiles;
+  std::set<uint32_t> regions;
+  for (const uint32_t region : layer.changed_regions()) {
+    EXPECT_TRUE(regions.insert(region).second) << "a region is listed twice";
+    EXPECT_NE(layer.changed_tiles(region), 0u);
+    for (uint32_t tile = 0; tile < 64; tile++)
+      if (layer.changed_tiles(region) >> tile & 1) tiles.insert({region, tile});
+  }
+  return tiles;
+}
+
+Tiles Different(const std::vector<uint64_t>& before, const std::vector<uint64_t>& after) {
+  Tiles tiles;
+  for (size_t i = 0; i < after.size(); i++)
+    if (after[i] != (i < before.size() ? before[i] : 0))
+      tiles.insert({static_cast<uint32_t>(i / 64), static_cast<uint32_t>(i % 64)});
+  return tiles;
+}
+
+TEST(GridChanges, ExactlyTheChangedTilesAreListed) {
+  RandomSource random(31);
+  Checked checked;
+  for (int i = 0; i < 5; i++) checked.AddBody(MakeBody(0, 1 + i, i != 2));
+  Grid& grid = checked.grid();
+  const LayerIndex height = grid.RangerLayer(3, true);
+  grid.TrackChanges(true);
+  for (int step = 0; step < 2000; step++) {
+    const std::vector<uint64_t> all = grid.occupancy(kEverything).tiles();
+    const std::vector<uint64_t> seen = grid.occupancy(height).tiles();
+    if (random.OneIn(2) || checked.entries().empty())
+      checked.Insert({random.Int(-200, 200), random.Int(-200, 200)}, random.Pick(checked.bodies()));
+    else
+      checked.Remove(static_cast<size_t>(random.Next() % checked.entries().size()));
+    ASSERT_EQ(Noted(grid.occupancy(kEverything)),
+              Different(all, grid.occupancy(kEverything).tiles()));
+    ASSERT_EQ(Noted(grid.occupancy(height)), Different(seen, grid.occupancy(height).tiles()));
+    grid.occupancy(kEverything).ForgetChanges();
+    grid.occupancy(height).ForgetChanges();
+    ASSERT_TRUE(Noted(grid.occupancy(height)).empty());
+  }
+}
+
+TEST(GridChanges, AddUpUntilTheyAreForgotten) {
+  Grid grid;
+  const BodyId body = grid.AddBody(MakeBody(0, 1));
+  grid.Insert(0, 0, body);
+  EXPECT_TRUE(Noted(grid.occupancy(kEverything)).empty()) << "nobody asked for them";
+  grid.TrackChanges(true);
+  EXPECT_TRUE(Noted(grid.occupancy(kEverything)).empty());
+  grid.Insert(1, 0, body);
+  grid.Insert(8, 0, body);
+  grid.Insert(100, 0, body);
+  EXPECT_EQ(Noted(grid.occupancy(kEverything)).size(), 3u);
+  grid.TrackChanges(false);
+  EXPECT_TRUE(Noted(grid.occupancy(kEverything)).empty());
+}
+
+}  // namespace
+}  // namespace Stg::grid

@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Runs the kernels under Oclgrind, which watches every access to memory.
+
+Oclgrind is about a hundred times slower than a device, so the world is tiny.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+BINARY_DIR = os.environ.get("STAGE_BINARY_DIR", ".")
+STAGE = os.path.join(BINARY_DIR, "bin", "stage")
+OCLGRIND = shutil.which("oclgrind")
+
+# Robots that drive, so that tiles change; two heights, a noisy sensor, a body far away, rays of one
+# leg and of many.
+WORLD = """
+resolution 0.05
+quit_time 0.6
+define eye sensor( range [0 3] samples 9 fov 200 )
+define robot position
+(
+  alwayson 1
+  size [0.4 0.3 0.2]
+  drive "omni"
+  velocity_bounds [-9 9 -9 9 0 0 -900 900]
+  ctrl "wander"
+  ranger( alwayson 1 eye() eye( pose [0 0 0.3 180] range [0 0] ) )
+  ranger( alwayson 1 pose [0 0 -0.1 0] eye( samples 3 noise [0.001 0.1 20] ) )
+)
+model( size [6 6 1] )
+model( pose [1 1 0 30] size [1 0.4 0.3] ranger_return 0.5 )
+model( pose [4000 -2500 0 0] size [1 1 1] )
+robot( pose [0 0 0 0] )
+robot( pose [-1 1 0 45] )
+ranger( alwayson 1 pose [2.5 -2.5 0 135] eye( range [0 700] samples 2 fov 10 ) )
+ranger( alwayson 1 pose [2.5 2.5 0 -135] eye( range [0 1000000000] samples 1 ) )
+"""
+
+
+def is_sanitized():
+    """Oclgrind has to be the first library that a program loads; so have sanitizers."""
+    cache = os.path.join(BINARY_DIR, "CMakeCache.txt")
+    if not os.path.exists(cache):
+        return False
+    with open(cache, encoding="utf-8") as file:
+        return re.search(r"^STAGE_SANITIZE:\w+=.", file.read(), re.MULTILINE) is not None
+
+
+class OclgrindTest(unittest.TestCase):
+    def run_stage(self, before, options, hits):
+        environment = dict(os.environ, STAGE_CL_HITS=str(hits))
+        result = subprocess.run(
+            before + [STAGE, "-g", self.world, "--state-hash"] + options,
+            env=environment, capture_output=True, text=True, timeout=110, check=False)
+        output = result.stdout + result.stderr
+        self.assertEqual(result.returncode, 0, output)
+        found = re.search(r"^state-hash [0-9a-f]{16}$", result.stdout, re.MULTILINE)
+        self.assertTrue(found, output)
+        return found.group(), output
+
+    def setUp(self):
+        if not OCLGRIND:
+            self.skipTest("oclgrind is not installed")
+        if is_sanitized():
+            self.skipTest("the program is built with sanitizers")
+        self.directory = tempfile.TemporaryDirectory()
+        self.addCleanup(self.directory.cleanup)
+        self.world = os.path.join(self.directory.name, "tiny.world")
+        with open(self.world, "w", encoding="utf-8") as file:
+            file.write(WORLD)
+
+    def check(self, hits):
+        stats = os.path.join(self.directory.name, "stats.json")
+        expected, _ = self.run_stage([], [], hits)
+        log = os.path.join(self.directory.name, "oclgrind.log")
+        found, output = self.run_stage(
+            [OCLGRIND, "--data-races", "--uninitialized", "--check-api", "--log", log],
+            ["--opencl", "--opencl-always", "--stats", stats], hits)
+        self.assertEqual(found, expected)
+        # Oclgrind says nothing where nothing is wrong.
+        report = ""
+        if os.path.exists(log):
+            with open(log, encoding="utf-8") as file:
+                report = file.read()
+        self.assertEqual(report.strip(), "")
+        self.assertNotIn("warning", output)
+        with open(stats, encoding="utf-8") as file:
+            self.assertIn("Oclgrind", file.read())
+
+    def test_one_hit_for_each_ray(self):
+        self.check(1)
+
+    def test_four_hits_for_each_ray(self):
+        self.check(4)
+
+
+if __name__ == "__main__":
+    unittest.main()

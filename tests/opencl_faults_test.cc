@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// OpenCL that is missing, broken, or lost on the way: a run that asked for the best device goes on
+// without one, with one warning and the same result; a run that asked for a certain one says why
+// it can't be had. Nothing that a driver does may crash the program.
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli_testing.hh"
+#include "models/messages.hh"
+#include "sensing/prefilter.hh"
+#include "stage.hh"
+#include "support/device.hh"
+#include "world/engine.hh"
+#include "world/prefilter_loader.hh"
+
+namespace {
+
+using namespace cli_testing;
+
+bool DeviceFound() { return device::WhyNone().empty(); }
+
+class FaultsTest : public CliTest {
+ protected:
+  void SetUp() override {
+    CliTest::SetUp();
+    WriteRobots("w.world", "quit_time 1");
+    plain_ = HashOf(Stage({"-g", "w.world", "--state-hash"}));
+    ASSERT_NE(plain_, "");
+  }
+
+  static std::string HashOf(const Result& result) {
+    const size_t at = result.out.find("state-hash ");
+    return at == std::string::npos ? "" : result.out.substr(at, 27);
+  }
+
+  Result WithDevice(const std::string& option, const Environment& environment) const {
+    return Stage({"-g", "w.world", "--state-hash", "--opencl-always", option}, environment);
+  }
+  /// One warning on standard error, and the run goes on as without OpenCL.
+  void ExpectGoesOn(const Environment& environment, const std::string& reason) const {
+    const Result r = WithDevice("--opencl", environment);
+    EXPECT_EQ(r.status, 0) << r.err;
+    EXPECT_EQ(HashOf(r), plain_);
+    EXPECT_EQ(CountOf(r.err, "stage: "), 1u) << r.err;  // drivers may add lines of their own
+    EXPECT_EQ(CountOf(r.err, "stage: warning: "), 1u) << r.err;
+    EXPECT_TRUE(Contains(r.err, "without OpenCL")) << r.err;
+    EXPECT_TRUE(Contains(r.err, reason)) << r.err;
+  }
+  /// A clear message and no run.
+  void ExpectFails(const std::string& option, const Environment& environment,
+                   const std::string& reason) const {
+    const Result r = WithDevice(option, environment);
+    EXPECT_NE(r.status, 0);
+    EXPECT_LT(r.status, 128) << "ended by a signal";
+    EXPECT_EQ(HashOf(r), "");
+    EXPECT_TRUE(Contains(r.err, reason)) << r.err;
+    EXPECT_EQ(CountOf(r.err, "stage: "), 1u) << r.err;
+  }
+
+  /// A folder of drivers with one that names this library.
+  Environment Driver(const std::string& library) const {
+    Write("vendors/broken.icd", library + "\n");
+    return {{"OCL_ICD_VENDORS", Path("vendors").string() + "/"},
+            {"OPENCL_VENDOR_PATH", Path("vendors")}};
+  }
+  /// Compiles a library from C. False where there is no compiler.
+  bool Compile(const std::string& name, const std::string& text) const {
+    Write(name + ".c", text);
+    const std::string base = Path(name).string();
+    const std::string command =
+        "cc -shared -fPIC -o '" + base + ".so' '" + base + ".c' 2>/dev/null";
+    return std::system(command.c_str()) == 0;
+  }
+
+  std::string plain_;
+};
+
+bool PluginIsBuilt() {
+  std::string message;
+  Stg::LoadPrefilter("no such device", &message);
+  return !Contains(message, "can't be loaded");
+}
+
+#define SKIP_WITHOUT_PLUGIN() \
+  if (!PluginIsBuilt()) GTEST_SKIP() << "the OpenCL plug-in is not built"
+
+// ---- drivers ------------------------------------------------------------------------------------
+
+const Environment kNoDrivers = {{"OCL_ICD_VENDORS", "/nonexistent"},
+                                {"OPENCL_VENDOR_PATH", "/nonexistent"}};
+
+TEST_F(FaultsTest, NoDriver) {
+  SKIP_WITHOUT_PLUGIN();
+  ExpectGoesOn(kNoDrivers, "no OpenCL device");
+  EXPECT_EQ(HashOf(WithDevice("--opencl=auto", kNoDrivers)), plain_);
+  for (const char* choice : {"--opencl=cpu", "--opencl=gpu", "--opencl=auto:0", "--opencl=pocl"})
+    ExpectFails(choice, kNoDrivers, "no OpenCL device");
+  const Result r = Stage({"--opencl=list"}, kNoDrivers);
+  EXPECT_EQ(r.status, 0);
+  EXPECT_TRUE(Contains(r.out, "no OpenCL device")) << r.out;
+}
+
+TEST_F(FaultsTest, DriverWithoutItsLibrary) {
+  SKIP_WITHOUT_PLUGIN();
+  ExpectGoesOn(Driver("/nonexistent/libnone.so"), "no OpenCL device");
+  ExpectFails("--opencl=cpu", Driver("/nonexistent/libnone.so"), "no OpenCL device");
+}
+
+TEST_F(FaultsTest, DriverThatIsNoLibrary) {
+  SKIP_WITHOUT_PLUGIN();
+  Write("text.so", "this is not a library\n");
+  ExpectGoesOn(Driver(Path("text.so")), "no OpenCL device");
+}
+
+TEST_F(FaultsTest, DriverThatAbortsWhenItIsLoaded) {
+  SKIP_WITHOUT_PLUGIN();
+  if (!Compile("abort",
+               "#include <stdlib.h>\n"
+               "__attribute__((constructor)) static void start(void) { abort(); }\n"))
+    GTEST_SKIP() << "no C compiler";
+  ExpectGoesOn(Driver(Path("abort.so")), "crashes");
+  ExpectFails("--opencl=cpu", Driver(Path("abort.so")), "crashes");
+}
+
+TEST_F(FaultsTest, DriverThatCrashesWhenItIsAsked) {
+  SKIP_WITHOUT_PLUGIN();
+  if (!Compile("crash",
+               "#include <string.h>\n"
+               "int clIcdGetPlatformIDsKHR(unsigned n, void **p, unsigned *count) {\n"
+               "  *(volatile int *)8 = 1; return 0; }\n"
+               "void *clGetExtensionFunctionAddress(const char *name) {\n"
+               "  return strcmp(name, \"clIcdGetPlatformIDsKHR\") ? 0 :\n"
+               "         (void *)clIcdGetPlatformIDsKHR; }\n"
+               "int clGetPlatformInfo(void *a, unsigned b, unsigned long c, void *d,\n"
+               "                      unsigned long *e) { return -30; }\n"))
+    GTEST_SKIP() << "no C compiler";
+  ExpectGoesOn(Driver(Path("crash.so")), "no OpenCL device");
+}
+
+TEST_F(FaultsTest, DriverThatEndsTheProcess) {
+  SKIP_WITHOUT_PLUGIN();
+  if (!Compile("leave",
+               "#include <stdlib.h>\n"
+               "__attribute__((constructor)) static void start(void) { _Exit(3); }\n"))
+    GTEST_SKIP() << "no C compiler";
+  ExpectGoesOn(Driver(Path("leave.so")), "no OpenCL device");
+}
+
+TEST_F(FaultsTest, WithoutTheOptionNoDriverIsTouched) {
+  if (!Compile("abort",
+               "#include <stdlib.h>\n"
+               "__attribute__((constructor)) static void start(void) { abort(); }\n"))
+    GTEST_SKIP() << "no C compiler";
+  const Result r = Stage({"-g", "w.world", "--state-hash"}, Driver(Path("abort.so")));
+  EXPECT_EQ(HashOf(r), plain_);
+  EXPECT_EQ(r.err, "");
+}
+
+// ---- kernels ------------------------------------------------------------------------------------
+
+TEST_F(FaultsTest, KernelsThatDoNotCompile) {
+  if (!DeviceFound()) GTEST_SKIP() << "no OpenCL device";
+  const Environment environment = {{"STAGE_CL_OPTIONS", "-Dray_begin="}};
+  ExpectGoesOn(environment, "refuses the kernels");
+  ExpectFails("--opencl=auto:0", environment, "refuses the kernels");
+  ExpectGoesOn({{"STAGE_CL_OPTIONS", "--no-such-option"}}, "");
+}
+
+TEST_F(FaultsTest, NothingIsWrong) {
+  // What the other tests expect is not there when all is well.
+  if (!DeviceFound()) GTEST_SKIP() << "no OpenCL device";
+  const Result r = WithDevice("--opencl", {});
+  EXPECT_EQ(HashOf(r), plain_);
+  EXPECT_EQ(CountOf(r.err, "stage: "), 0u) << r.err;
+  EXPECT_EQ(HashOf(WithDevice("--opencl=auto:0", {{"STAGE_CL_HITS", "3"}})), plain_);
+}
+
+// ---- the plug-in --------------------------------------------------------------------------------
+
+/// The program with its library and other plug-ins, elsewhere and without this one.
+class MissingPluginTest : public FaultsTest {
+ protected:
+  void SetUp() override {
+    FaultsTest::SetUp();
+    build_ = std::getenv("STAGE_BINARY_DIR") ? std::getenv("STAGE_BINARY_DIR") : ".";
+    const auto options = fs::copy_options::recursive | fs::copy_options::copy_symlinks;
+    fs::create_directories(Path("copy"));
+    fs::copy(fs::path(build_) / "bin", Path("copy/bin"), options);
+    fs::copy(fs::path(build_) / "lib", Path("copy/lib"), options);
+    for (const fs::directory_entry& entry : fs::directory_iterator(Path("copy/lib")))
+      if (entry.is_directory()) fs::remove(plugin_ = entry.path() / "stage_cl.so");
+    setenv("STAGE_BINARY_DIR", Path("copy").c_str(), 1);
+  }
+  void TearDown() override {
+    setenv("STAGE_BINARY_DIR", build_.c_str(), 1);
+    FaultsTest::TearDown();
+  }
+
+  std::string build_;
+  fs::path plugin_;
+};
+
+TEST_F(MissingPluginTest, IsToldOnce) {
+  ExpectGoesOn({}, "plug-in");
+  ExpectFails("--opencl=cpu", {}, "plug-in");
+  EXPECT_TRUE(Contains(Stage({"--opencl=list"}).out, "plug-in"));
+}
+
+TEST_F(MissingPluginTest, OrBrokenOne) {
+  ASSERT_FALSE(plugin_.empty());
+  std::ofstream(plugin_) << "not a library";
+  ExpectGoesOn({}, "plug-in");
+  fs::remove(plugin_);
+  if (!Compile("empty", "int nothing;\n")) GTEST_SKIP() << "no C compiler";
+  fs::copy(Path("empty.so"), plugin_);
+  ExpectGoesOn({}, "stage_make_prefilter");
+}
+
+// ---- a device that is lost ----------------------------------------------------------------------
+
+/// Finds what a device would find, for some steps.
+class FailingPrefilter : public Stg::sensing::Prefilter {
+ public:
+  explicit FailingPrefilter(int steps) : steps_left_(steps) {}
+
+  Stg::sensing::HitLists Walk(Stg::grid::Grid& grid, const Stg::sensing::DirectionTables&,
+                              const Stg::sensing::RayBatch& batch) override {
+    if (steps_left_-- == 0) throw Stg::sensing::PrefilterError("the cable was pulled");
+    lists_.assign(batch.ray_count(), RAY_NO_HIT);
+    for (const Stg::sensing::Fan& fan : batch.fans())
+      if (fan.single_leg()) WalkFan(grid, batch, fan);
+    return {lists_.data(), 1};
+  }
+  std::string DeviceName() const override { return "fake device"; }
+  const Stg::sensing::PrefilterStatistics& statistics() const override { return statistics_; }
+
+ private:
+  void WalkFan(const Stg::grid::Grid& grid, const Stg::sensing::RayBatch& batch,
+               const Stg::sensing::Fan& fan) {
+    const Stg::sensing::FanRecord& r = fan.record;
+    const Stg::ray_grid_t view = grid.View(fan.layer);
+    const Stg::ray_window_t window = batch.WindowOf(fan);
+    const Stg::sensing::Direction* directions = batch.DirectionsOf(fan);
+    for (uint32_t i = 0; i < r.samples; i++) {
+      Stg::ray_t ray;
+      Stg::ray_begin(&ray, &view, r.x, r.y, static_cast<int>(r.fraction & 0xffff),
+                     static_cast<int>(r.fraction >> 16),
+                     Stg::ray_rotate_x(r.cosine, r.sine, directions[i].cosine, directions[i].sine),
+                     Stg::ray_rotate_y(r.cosine, r.sine, directions[i].cosine, directions[i].sine));
+      if (Stg::ray_next(&view, &window, &ray))
+        lists_[r.first_ray + i] = Stg::ray_pack(ray.u, ray.v);
+    }
+  }
+
+  int steps_left_;
+  std::vector<uint32_t> lists_;
+  Stg::sensing::PrefilterStatistics statistics_;
+};
+
+struct Ended {
+  uint64_t hash;
+  uint64_t device_steps;
+  std::string device, warnings;
+};
+
+/// Ten steps with a prefilter, or without one.
+Ended TenSteps(const std::string& file, std::unique_ptr<Stg::sensing::Prefilter> prefilter) {
+  Stg::Init(nullptr, nullptr);
+  Stg::World world;
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  EXPECT_TRUE(world.Load(file));
+  if (prefilter) world.engine().SetPrefilter(std::move(prefilter), true);
+  for (int i = 0; i < 10; i++) world.Update();
+  testing::internal::GetCapturedStdout();
+  return {world.StateHash(), world.statistics().device_steps, world.statistics().device,
+          testing::internal::GetCapturedStderr()};
+}
+
+TEST_F(FaultsTest, DeviceLostOnTheWay) {
+  const std::string file = Path("w.world");
+  const Ended without = TenSteps(file, nullptr);
+  EXPECT_EQ(without.warnings, "");
+  for (const int steps : {0, 1, 3}) {
+    const Ended with = TenSteps(file, std::make_unique<FailingPrefilter>(steps));
+    EXPECT_EQ(with.hash, without.hash);
+    EXPECT_EQ(with.device_steps, static_cast<uint64_t>(steps));
+    EXPECT_EQ(with.device, "");
+    EXPECT_EQ(CountOf(with.warnings, "\n"), 1u) << with.warnings;
+    for (const char* part : {"warning", "fake device", "the cable was pulled", "going on without"})
+      EXPECT_TRUE(Contains(with.warnings, part)) << part << " in " << with.warnings;
+  }
+  const Ended kept = TenSteps(file, std::make_unique<FailingPrefilter>(1000));
+  EXPECT_EQ(kept.hash, without.hash);
+  EXPECT_EQ(kept.device_steps, 10u);
+  EXPECT_EQ(kept.device, "fake device");
+}
+
+}  // namespace

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Random worlds and what goes on in them. The same seed gives the same world, driven in the same
+// way, however it is run.
+
+#ifndef STAGE_TESTS_SUPPORT_RANDOM_WORLD_HH
+#define STAGE_TESTS_SUPPORT_RANDOM_WORLD_HH
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "stage.hh"
+
+namespace random_world {
+
+/// A world file: robots with rangers among boxes and polygons, in all kinds of sizes, heights,
+/// resolutions and places.
+class WorldText {
+ public:
+  explicit WorldText(uint64_t seed);
+
+  const std::string& text() const { return text_; }
+  double resolution() const { return cell_; }
+  uint64_t steps() const { return steps_; }
+  uint64_t seed() const { return seed_; }
+
+ private:
+  bool Chance(double probability) { return random_.Uniform() < probability; }
+  uint32_t Below(uint32_t n) { return static_cast<uint32_t>(random_.Next() % n); }
+  template <typename T, size_t n>
+  T OneOf(const T (&values)[n]) {
+    return values[Below(n)];
+  }
+
+  std::string Pose(double z);
+  std::string LocalPose(double reach, double z);
+  double Heading();
+  std::string Polygon(double reach);
+  std::string Body(double size);
+  std::string Obstacle();
+  std::string Sensor();
+  std::string Ranger(double reach);
+  std::string Robot(uint32_t number);
+
+  Stg::Random random_;
+  uint64_t seed_;
+  double cell_;  // metres
+  double centre_x_, centre_y_;
+  double half_width_;  // metres
+  uint64_t steps_;
+  std::string text_;
+};
+
+/// Drives a world's robots and changes its models at the end of each step, as a function of the
+/// seed, the models' names and the step.
+class Driver {
+ public:
+  /// `cell`: metres. `early`: some poses are set in the midst of the updates, by timed callbacks
+  /// and by callbacks of velocities.
+  Driver(uint64_t seed, double cell, bool early) : seed_(seed), cell_(cell), early_(early) {}
+  Driver(const Driver&) = delete;
+  Driver& operator=(const Driver&) = delete;
+  void Attach(Stg::World* world);
+
+ private:
+  struct Jump {
+    std::string name;
+    Stg::Pose home;
+    uint64_t until;
+  };
+
+  static int UpdateWorld(Stg::World* world, void* driver);
+  static int UpdatePosition(Stg::Model* model, void* driver);
+  static int JumpEarly(Stg::Model* model, void* driver);
+  static int PushSomebody(Stg::Model* model, void* driver);
+
+  bool Chance(double probability) { return random_.Uniform() < probability; }
+  size_t Below(size_t n) { return static_cast<size_t>(random_.Next() % n); }
+  Stg::Model* Any();
+  Stg::Model* AnyAtTop();
+  Stg::ModelRanger* AnyRanger();
+  void DriveAll();
+  void ChangeSomething();
+  void Create();
+  void Delete();
+  void JumpAway();
+  void JumpHome();
+  void ChangeBody();
+  void ChangeVisibility();
+  void ChangeSensor();
+  void ChangeParent();
+  void ChangeSubscription();
+
+  uint64_t seed_;
+  double cell_;
+  bool early_;
+  Stg::World* world_ = nullptr;
+  Stg::Random random_;
+  std::vector<Jump> jumps_;
+};
+
+struct Outcome {
+  std::vector<uint64_t> hashes;  ///< of the state, at the beginning and after each step
+  uint64_t device_steps = 0;
+  uint64_t rays = 0;
+  uint64_t hits = 0;     ///< cells that were looked at
+  uint64_t resumed = 0;  ///< rays that went on behind their list
+};
+
+/// Loads the world with these options, drives it, and lets it go.
+Outcome RunWorld(const WorldText& world, const Stg::RunOptions& options, bool early = false);
+/// The same with a file and its own controllers.
+Outcome RunFile(const std::string& path, uint64_t steps, const Stg::RunOptions& options);
+
+/// While there is one, nothing is printed on standard output.
+class Quiet {
+ public:
+  Quiet();
+  ~Quiet();
+  Quiet(const Quiet&) = delete;
+  Quiet& operator=(const Quiet&) = delete;
+
+ private:
+  int saved_;
+};
+
+}  // namespace random_world
+
+#endif

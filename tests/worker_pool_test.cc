@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "sensing/worker_pool.hh"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+namespace Stg::sensing {
+namespace {
+
+/// Runs a job that counts how often each index comes up.
+void ExpectOnceEach(WorkerPool* pool, size_t count, size_t grain) {
+  std::vector<std::atomic<int>> times(count);
+  std::atomic<bool> good{true};
+  pool->Run(count, grain, [&](size_t begin, size_t end, unsigned thread) {
+    if (begin >= end || end > count || thread >= pool->threads()) good = false;
+    for (size_t i = begin; i < end; i++) times[i].fetch_add(1);
+  });
+  ASSERT_TRUE(good);
+  for (size_t i = 0; i < count; i++) ASSERT_EQ(times[i], 1) << i << " of " << count;
+}
+
+TEST(WorkerPool, EveryIndexComesUpOnce) {
+  for (const unsigned threads : {0u, 1u, 2u, 3u, 8u, 33u}) {
+    WorkerPool pool(threads);
+    EXPECT_EQ(pool.threads(), threads == 0 ? 1 : threads);
+    for (const size_t count : {0, 1, 2, 7, 31, 32, 33, 64, 100, 1000, 10007})
+      for (const size_t grain : {0, 1, 3, 32, 1000, 100000})
+        ASSERT_NO_FATAL_FAILURE(ExpectOnceEach(&pool, count, grain));
+  }
+}
+
+TEST(WorkerPool, NoWakeUpIsMissed) {
+  for (const unsigned threads : {2u, 4u, 9u}) {
+    WorkerPool pool(threads);
+    std::atomic<uint64_t> sum{0};
+    for (int i = 0; i < 2000; i++) {
+      const size_t count = 1 + static_cast<size_t>(i) % 17;
+      pool.Run(count, 1, [&](size_t begin, size_t end, unsigned) { sum += end - begin; });
+    }
+    uint64_t expected = 0;
+    for (int i = 0; i < 2000; i++) expected += 1 + static_cast<uint64_t>(i) % 17;
+    EXPECT_EQ(sum, expected);
+  }
+}
+
+TEST(WorkerPool, AllIsDoneWhenRunReturns) {
+  WorkerPool pool(4);
+  std::vector<int> data(5000, 0);  // not atomic: Run() has to order it
+  for (int round = 1; round <= 200; round++) {
+    pool.Run(data.size(), 16, [&](size_t begin, size_t end, unsigned) {
+      for (size_t i = begin; i < end; i++) data[i]++;
+    });
+    for (const int value : data) ASSERT_EQ(value, round);
+  }
+}
+
+TEST(WorkerPool, ThreadsOfTheirOwnNumber) {
+  WorkerPool pool(4);
+  // Each thread writes to its own counter, as the tracing does.
+  std::vector<uint64_t> counters(pool.threads(), 0);
+  for (int i = 0; i < 500; i++)
+    pool.Run(64, 1,
+             [&](size_t begin, size_t end, unsigned thread) { counters[thread] += end - begin; });
+  uint64_t sum = 0;
+  for (const uint64_t counter : counters) sum += counter;
+  EXPECT_EQ(sum, 500u * 64u);
+}
+
+TEST(WorkerPool, SmallJobsStayWithTheCaller) {
+  WorkerPool pool(4);
+  const std::thread::id caller = std::this_thread::get_id();
+  int calls = 0;
+  pool.Run(32, 32, [&](size_t begin, size_t end, unsigned thread) {
+    calls++;
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    EXPECT_EQ(begin, 0u);
+    EXPECT_EQ(end, 32u);
+    EXPECT_EQ(thread, 0u);
+  });
+  EXPECT_EQ(calls, 1);
+}
+
+TEST(WorkerPool, ComesAndGoes) {
+  for (int i = 0; i < 200; i++) {
+    WorkerPool pool(3);
+    if (i % 2) {
+      ASSERT_NO_FATAL_FAILURE(ExpectOnceEach(&pool, 10, 1));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace Stg::sensing
