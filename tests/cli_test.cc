@@ -181,7 +181,7 @@ TEST_F(CliTest, LoadsThatFail) {
   ExpectLoadFails(1, {"-gc", "bad.world"}, "bad.world:2:3: ");
   Write("bad.world", "quit_time 1\nmodel( pose [1 2] )\n");
   ExpectLoadFails(1, {"-gc", "bad.world"}, "bad.world:2:");
-  for (const char* text : {"block( points 3 )", "sensor( samples 3 )", "camera( )"}) {
+  for (const char* text : {"block( points 3 )", "sensor( samples 3 )", "laser( )"}) {
     Write("bad.world", std::string("quit_time 1\n") + text + "\n");
     ExpectLoadFails(1, {"-gc", "bad.world"}, "bad.world:2:");
   }

@@ -63,7 +63,6 @@ const BadFile kBadFiles[] = {
     {"\n unicorn( )", 1, "2:2", {"\"unicorn\"", "expected", "position", "ranger", "block"}},
     {"define u unicorn( )\nu( )", 1, "2:1", {"unicorn"}},
     {"model( unicorn( ) )", 1, "1:8", {"unicorn"}},
-    {"fiducial( )", 1, "1:1", {"\"fiducial\"", "does not have yet"}},
     {"block( points 0 )", 1, "1:1", {"block outside of any model"}},
     {"window( block( points 0 ) )", 1, "1:9", {"block outside of any model"}},
     {"sensor( )", 1, "1:1", {"sensor outside of any ranger"}},
