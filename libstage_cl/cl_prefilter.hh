@@ -64,7 +64,7 @@ class ClPrefilter : public sensing::Prefilter {
   Buffer fans_, directions_, windows_, hits_;
   std::size_t directions_sent_ = 0;  // of the tables, of this generation
   uint64_t generation_sent_ = 0;
-  Buffer places_, words_;            // of an update
+  Buffer places_, words_;  // of an update
 
   // Scratch, kept for its memory.
   std::vector<Group> groups_;
