@@ -2,8 +2,44 @@
 #
 # Run at installation: installs stage.hh and every header of ours that it includes, directly or not,
 # into DESTINATION under the name by which it is included. INCLUDE_ROOTS are the folders to look in.
+#
+# Installed headers name each other relative to themselves ("../geometry/color.hh"), so that clients
+# may say <Stage-5.0/stage.hh> as well as <stage.hh>. The changed copies are kept in STAGING_DIR and
+# only rewritten if they differ: installing again does not make clients compile again.
 
 cmake_policy(VERSION 3.22)
+
+# Sets VARIABLE to the path of the header NAME below one of INCLUDE_ROOTS.
+function(find_header variable name)
+  foreach(root IN LISTS INCLUDE_ROOTS)
+    if(EXISTS "${root}/${name}")
+      set(${variable} "${root}/${name}" PARENT_SCOPE)
+      return()
+    endif()
+  endforeach()
+  message(FATAL_ERROR "the public header ${name} was not found in ${INCLUDE_ROOTS}")
+endfunction()
+
+# Sets VARIABLE to the text of the header at PATH, which lies in FOLDER of the installation and
+# includes the headers ARGN, with relative includes.
+function(read_with_relative_includes variable path folder)
+  file(READ "${path}" text)
+  foreach(include IN LISTS ARGN)
+    file(RELATIVE_PATH relative "/${folder}" "/${include}")
+    string(REPLACE "#include \"${include}\"" "#include \"${relative}\"" text "${text}")
+  endforeach()
+  set(${variable} "${text}" PARENT_SCOPE)
+endfunction()
+
+function(write_if_different path text)
+  if(EXISTS "${path}")
+    file(READ "${path}" old_text)
+    if("${old_text}" STREQUAL "${text}")
+      return()
+    endif()
+  endif()
+  file(WRITE "${path}" "${text}")
+endfunction()
 
 set(waiting stage.hh)
 set(installed "")
@@ -13,19 +49,12 @@ while(waiting)
     continue()
   endif()
   list(APPEND installed "${name}")
-  unset(path)
-  foreach(root IN LISTS INCLUDE_ROOTS)
-    if(EXISTS "${root}/${name}")
-      set(path "${root}/${name}")
-      break()
-    endif()
-  endforeach()
-  if(NOT path)
-    message(FATAL_ERROR "the public header ${name} was not found in ${INCLUDE_ROOTS}")
-  endif()
+  find_header(path "${name}")
   get_filename_component(folder "${name}" DIRECTORY)
-  file(INSTALL "${path}" DESTINATION "${DESTINATION}/${folder}")
-  file(STRINGS "${path}" includes REGEX "^[ \t]*#[ \t]*include[ \t]+\"")
+  file(STRINGS "${path}" includes REGEX "^#include \"")
   list(TRANSFORM includes REPLACE "^[^\"]*\"([^\"]*)\".*$" "\\1")
   list(APPEND waiting ${includes})
+  read_with_relative_includes(text "${path}" "${folder}" ${includes})
+  write_if_different("${STAGING_DIR}/${name}" "${text}")
+  file(INSTALL "${STAGING_DIR}/${name}" DESTINATION "${DESTINATION}/${folder}")
 endwhile()

@@ -1,13 +1,68 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Plug-ins install themselves (stage_add_plugin). A pkg-config file and a CMake package belong here.
+# What `cmake --install` puts where. The components are those that packages.cmake makes packages of.
 
-install(TARGETS stage LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
-install(TARGETS stage_program RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
-install(DIRECTORY worlds DESTINATION "${STAGE_INSTALL_DATA_DIR}")
+include(CMakePackageConfigHelpers)
+
+# ---- to run ----
+
+install(
+  TARGETS stage
+  LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+          COMPONENT libstage5
+          NAMELINK_COMPONENT libstage-dev)
+install(TARGETS stage_program RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT stage)
+get_property(plugin_targets GLOBAL PROPERTY STAGE_PLUGIN_TARGETS)
+foreach(plugin IN LISTS plugin_targets)
+  set(component libstage5)
+  if(plugin STREQUAL "stage_cl")
+    set(component stage-opencl)
+  endif()
+  install(
+    TARGETS ${plugin} LIBRARY DESTINATION "${STAGE_INSTALL_PLUGIN_DIR}" COMPONENT ${component})
+endforeach()
+install(
+  DIRECTORY worlds
+  DESTINATION "${STAGE_INSTALL_DATA_DIR}"
+  COMPONENT libstage5)
+install(
+  FILES LICENSE
+  DESTINATION "${CMAKE_INSTALL_DATAROOTDIR}/doc/stage"
+  COMPONENT libstage5)
+
+# ---- to build clients: everything below is relative, so installations can be moved ----
 
 install(
   CODE "
     set(INCLUDE_ROOTS \"${PROJECT_SOURCE_DIR}/libstage\" \"${PROJECT_SOURCE_DIR}\")
+    set(STAGING_DIR \"${PROJECT_BINARY_DIR}/installed_headers\")
     set(DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${STAGE_INSTALL_INCLUDE_DIR}\")
-    include(\"${PROJECT_SOURCE_DIR}/cmake/install_headers.cmake\")")
+    include(\"${PROJECT_SOURCE_DIR}/cmake/install_headers.cmake\")"
+  COMPONENT libstage-dev)
+
+set(pkgconfig_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+file(RELATIVE_PATH pkgconfig_to_prefix "/prefix/${pkgconfig_dir}" "/prefix")
+configure_file(cmake/stage.pc.in stage.pc @ONLY)
+install(
+  FILES "${PROJECT_BINARY_DIR}/stage.pc"
+  DESTINATION "${pkgconfig_dir}"
+  COMPONENT libstage-dev)
+
+# CMake finds lower-case file names, and folders in any case, for find_package(stage), (Stage) and
+# (STAGE) alike.
+set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/Stage")
+set(library_link "${CMAKE_INSTALL_LIBDIR}/libstage.so")
+set(library_file "${library_link}.${PROJECT_VERSION}")
+configure_package_config_file(
+  cmake/stage-config.cmake.in "${PROJECT_BINARY_DIR}/stage-config.cmake"
+  INSTALL_DESTINATION "${package_dir}"
+  PATH_VARS STAGE_INSTALL_INCLUDE_DIR STAGE_INSTALL_PLUGIN_DIR library_link library_file
+  NO_CHECK_REQUIRED_COMPONENTS_MACRO)
+write_basic_package_version_file(
+  "${PROJECT_BINARY_DIR}/stage-config-version.cmake" COMPATIBILITY AnyNewerVersion)
+install(
+  FILES "${PROJECT_BINARY_DIR}/stage-config.cmake" "${PROJECT_BINARY_DIR}/stage-config-version.cmake"
+  DESTINATION "${package_dir}"
+  COMPONENT libstage-dev)
+
+include(packages)

@@ -27,7 +27,8 @@ file(RELATIVE_PATH bin_to_lib "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FU
 set(STAGE_PROGRAM_RPATH "$ORIGIN/${bin_to_lib}")
 set(STAGE_PLUGIN_RPATH "$ORIGIN/..")
 
-# stage_add_plugin(TARGET SOURCE...): a plug-in TARGET.so beside the others, linked to libstage.
+# stage_add_plugin(TARGET SOURCE...): a plug-in TARGET.so beside the others, linked to libstage;
+# install_rules.cmake installs it.
 function(stage_add_plugin target)
   add_library(${target} MODULE ${ARGN})
   target_link_libraries(${target} PRIVATE stage)
@@ -38,6 +39,5 @@ function(stage_add_plugin target)
     # A symbol that nobody defines shows when the plug-in is built, not when a robot needs it.
     target_link_options(${target} PRIVATE LINKER:--no-undefined)
   endif()
-  install(TARGETS ${target} LIBRARY DESTINATION "${STAGE_INSTALL_PLUGIN_DIR}")
   set_property(GLOBAL APPEND PROPERTY STAGE_PLUGIN_TARGETS ${target})
 endfunction()
