@@ -58,6 +58,7 @@ class ClPrefilter : public sensing::Prefilter {
   ::cl::Context context_;
   ::cl::CommandQueue queue_;
   ::cl::Kernel walk_, update_;
+  std::size_t work_group_ = 64;
   Buffer directory_, regions_;  // of superregions; of regions in them
   uint64_t structure_version_ = 0;
   std::vector<std::unique_ptr<Layer>> layers_;
