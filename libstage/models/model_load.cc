@@ -209,6 +209,7 @@ void Model::LoadGuiState() {
 void Model::LoadControllers() {
   CProperty* property = wf->GetProperty(wf_entity, "ctrl");
   if (!property) return;
+  property->used = true;  // an empty list too
   const size_t count = wf->TupleLength(wf_entity, "ctrl");
   for (size_t i = 0; i < count; i++) {
     const std::string text = wf->GetPropertyValue(property, static_cast<int>(i));
