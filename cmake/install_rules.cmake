@@ -42,6 +42,7 @@ install(
 
 set(pkgconfig_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 file(RELATIVE_PATH pkgconfig_to_prefix "/prefix/${pkgconfig_dir}" "/prefix")
+string(REGEX REPLACE "/$" "" pkgconfig_to_prefix "${pkgconfig_to_prefix}")
 configure_file(cmake/stage.pc.in stage.pc @ONLY)
 install(
   FILES "${PROJECT_BINARY_DIR}/stage.pc"
@@ -61,7 +62,8 @@ configure_package_config_file(
 write_basic_package_version_file(
   "${PROJECT_BINARY_DIR}/stage-config-version.cmake" COMPATIBILITY AnyNewerVersion)
 install(
-  FILES "${PROJECT_BINARY_DIR}/stage-config.cmake" "${PROJECT_BINARY_DIR}/stage-config-version.cmake"
+  FILES "${PROJECT_BINARY_DIR}/stage-config.cmake"
+        "${PROJECT_BINARY_DIR}/stage-config-version.cmake"
   DESTINATION "${package_dir}"
   COMPONENT libstage-dev)
 

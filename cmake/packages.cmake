@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+#
+# Debian packages: `cpack -G DEB` in the build folder makes one for each component. Builds and
+# installations do not notice.
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME stage)
+set(CPACK_PACKAGE_VENDOR "The Stage 5 contributors")
+set(CPACK_PACKAGE_CONTACT "The Stage 5 contributors")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+    OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
+# Libraries of others: what the files were linked with. Our own: the component, see below.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}")
+
+# stage_package(NAME SECTION SUMMARY [COMPONENT...]): the package NAME, of the component of that
+# name, which needs the other components.
+macro(stage_package name section summary)
+  list(APPEND CPACK_COMPONENTS_ALL ${name})
+  string(TOUPPER ${name} upper_name)
+  set(CPACK_DEBIAN_${upper_name}_PACKAGE_NAME ${name})
+  set(CPACK_DEBIAN_${upper_name}_PACKAGE_SECTION ${section})
+  set(CPACK_COMPONENT_${upper_name}_DESCRIPTION "${summary}")
+  set(CPACK_COMPONENT_${upper_name}_DEPENDS ${ARGN})
+endmacro()
+
+set(CPACK_COMPONENTS_ALL "")
+stage_package(libstage5 libs "The library, the controllers and the worlds that come with it")
+stage_package(libstage-dev libdevel "Headers, to build programs and controllers" libstage5)
+stage_package(stage science "The program" libstage5)
+set(CPACK_DEBIAN_STAGE_PACKAGE_SUGGESTS stage-opencl)
+if(STAGE_OPENCL_ENABLED)
+  stage_package(stage-opencl science "Sensor rays on OpenCL devices" libstage5)
+  set(CPACK_DEBIAN_STAGE-OPENCL_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
+endif()
+
+include(CPack)
