@@ -114,7 +114,9 @@ class InstallTest(unittest.TestCase):
 
     def test_client_of_cmake(self) -> None:
         folder = self.new_folder("with_cmake")
-        run(CMAKE, "-S", CLIENT_DIR, "-B", folder, f"-DCMAKE_PREFIX_PATH={self.prefix}",
+        # The generator of the build: there may be no other on this machine.
+        run(CMAKE, "-G", cache_entry("CMAKE_GENERATOR"), "-S", CLIENT_DIR, "-B", folder,
+            f"-DCMAKE_PREFIX_PATH={self.prefix}",
             f"-DEXPECTED_PREFIX={self.prefix}", f"-DCMAKE_CXX_COMPILER={COMPILER}",
             f"-DCMAKE_CXX_FLAGS={' '.join(SANITIZE)}")
         run(CMAKE, "--build", folder)
