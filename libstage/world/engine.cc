@@ -44,6 +44,9 @@ void Engine::TraceBatch() {
 
   batch.Clear();
   scene.batch_number++;
+}
+
+void Engine::EndStep() {
   scene.grid.AgeLayers();
   scene.tables.Trim();
 }

@@ -50,6 +50,8 @@ class Engine {
 
   /// Traces the rays of the batch and hands the results to their sensors; empties the batch.
   void TraceBatch();
+  /// Lets go of what no sensor has used for a long time; the batch is empty.
+  void EndStep();
   /// Puts bodies back into the rangers' layer whose ranger_return is no longer negative.
   void RefreshHidden();
   void ForgetRays(const Model* finder);

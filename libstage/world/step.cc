@@ -57,6 +57,7 @@ bool World::Update(void) {
   seconds.move += moved - sensed;
   seconds.callbacks += called - moved;
   seconds.energy += WallClock() - called;
+  engine_->EndStep();
   engine_->statistics.steps++;
   updates++;
   if (record_trails) UpdateTrails();
