@@ -42,20 +42,20 @@ void TraceRays(benchmark::State& state, const char* name, double width, double d
     state.SkipWithError("the world can't be loaded");
     return;
   }
-  Stg::sensing::Scene& scene = world.scene();
-  Stg::Random random(7);
-  const Stg::sensing::Tracer tracer(scene.grid);
+  Stg::internal::sensing::Scene& scene = world.scene();
+  Stg::RandomStream random(7);
+  const Stg::internal::sensing::Tracer tracer(scene.grid);
   const Stg::ray_window_t no_window{nullptr, 0, 0, 0, 0};
   const uint32_t first = scene.tables.Find(2 * M_PI, 360);
-  Stg::sensing::TraceCounters counters;
+  Stg::internal::sensing::TraceCounters counters;
   for (auto _ : state) {
-    Stg::sensing::Fan fan;
+    Stg::internal::sensing::Fan fan;
     fan.predicate = AnyBody;
     fan.z_test = false;
     const Stg::Pose origin(random.Uniform(-width / 2, width / 2),
                            random.Uniform(-depth / 2, depth / 2), 0.1, random.Uniform(-3, 3));
-    Stg::sensing::PlaceFan(&fan, origin, 8.0, scene.cells_per_metre);
-    const Stg::ray_grid_t view = scene.grid.View(Stg::grid::kEverything);
+    Stg::internal::sensing::PlaceFan(&fan, origin, 8.0, scene.cells_per_metre);
+    const Stg::ray_grid_t view = scene.grid.View(Stg::internal::grid::kEverything);
     for (uint32_t i = 0; i < 360; i++)
       benchmark::DoNotOptimize(
           tracer.Trace(fan, view, scene.tables.all()[first + i], no_window, nullptr, 0, &counters));

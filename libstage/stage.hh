@@ -35,8 +35,8 @@
 
 #include "geometry/color.hh"
 #include "geometry/geometry.hh"
+#include "geometry/image_polygons.hh"
 #include "geometry/random.hh"
-#include "geometry/trace.hh"
 #include "models/actuator.hh"
 #include "models/ancestor.hh"
 #include "models/blinkenlight.hh"

@@ -17,7 +17,8 @@ uint32_t HitsPerRay() {
 
 }  // namespace
 
-extern "C" Stg::sensing::Prefilter* stage_make_prefilter(const char* choice, std::string* message) {
+extern "C" Stg::internal::sensing::Prefilter* stage_make_prefilter(const char* choice,
+                                                                   std::string* message) {
   using namespace Stg::cl;
   std::string reason;
   const std::vector<FoundDevice> devices = FindDevices(&reason);
@@ -33,7 +34,7 @@ extern "C" Stg::sensing::Prefilter* stage_make_prefilter(const char* choice, std
   }
   try {
     return new ClPrefilter(matching.front(), HitsPerRay());
-  } catch (const Stg::sensing::PrefilterError& error) {
+  } catch (const Stg::internal::sensing::PrefilterError& error) {
     *message = Describe(matching.front()) + ": " + error.what();
   } catch (const ::cl::Error& error) {
     *message =

@@ -10,7 +10,7 @@
 
 #include "support/random_source.hh"
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 namespace {
 
 using Cell = std::pair<int32_t, int32_t>;
@@ -169,4 +169,4 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
 }
 
 }  // namespace
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing

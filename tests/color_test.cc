@@ -91,10 +91,10 @@ TEST(ColorTest, Prints) {
 }
 
 TEST(ColorTest, RandomColoursComeFromTheGlobalGenerator) {
-  Random::Global().Seed(7);
+  RandomStream::Global().Seed(7);
   const Color first = Color::RandomColor();
   const Color second = Color::RandomColor();
-  Random::Global().Seed(7);
+  RandomStream::Global().Seed(7);
   const Color again = Color::RandomColor();
   EXPECT_TRUE(Same(again, first.r, first.g, first.b, 1));
   EXPECT_TRUE(first != second);
@@ -115,9 +115,9 @@ TEST(ColorTest, ColorWinsOverColorRgba) {
 }
 
 TEST(ColorTest, LoadRandom) {
-  Random::Global().Seed(3);
+  RandomStream::Global().Seed(3);
   const Color expected = Color::RandomColor();
-  Random::Global().Seed(3);
+  RandomStream::Global().Seed(3);
   const Color color = LoadFrom("model( color \"random\" )");
   EXPECT_TRUE(Same(color, expected.r, expected.g, expected.b, 1));
 }
@@ -136,14 +136,14 @@ TEST(ColorTest, ShortColorRgbaIsAnError) {
 
 // xoshiro256** seeded by splitmix64(1), computed with an independent program.
 TEST(RandomTest, KnownSequence) {
-  Random random(1);
+  RandomStream random(1);
   EXPECT_EQ(random.Next(), 0xb3f2af6d0fc710c5U);
   EXPECT_EQ(random.Next(), 0x853b559647364ceaU);
   EXPECT_EQ(random.Next(), 0x92f89756082a4514U);
 }
 
 TEST(RandomTest, UniformStaysInItsInterval) {
-  Random random(5);
+  RandomStream random(5);
   double sum = 0;
   for (int i = 0; i < 100000; ++i) {
     const double value = random.Uniform();
@@ -159,7 +159,7 @@ TEST(RandomTest, UniformStaysInItsInterval) {
 }
 
 TEST(RandomTest, SeedsDiffer) {
-  Random a(1), b(2), c(1);
+  RandomStream a(1), b(2), c(1);
   EXPECT_NE(a.Next(), b.Next());
   c.Seed(1);
   a.Seed(1);

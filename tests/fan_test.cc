@@ -12,7 +12,7 @@
 #include "grid/grid.hh"
 #include "support/random_source.hh"
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -213,4 +213,4 @@ TEST(PlaceFan, TinyRangesAreRays) {
 }
 
 }  // namespace
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing

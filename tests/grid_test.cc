@@ -17,7 +17,7 @@
 
 #include "support/random_source.hh"
 
-namespace Stg::grid {
+namespace Stg::internal::grid {
 namespace {
 
 using test::RandomSource;
@@ -515,4 +515,4 @@ TEST(GridChanges, AddUpUntilTheyAreForgotten) {
 }
 
 }  // namespace
-}  // namespace Stg::grid
+}  // namespace Stg::internal::grid

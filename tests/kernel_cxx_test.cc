@@ -69,7 +69,7 @@ class Guess {
 namespace {
 
 using ray_scene::RayScene;
-namespace sensing = Stg::sensing;
+namespace sensing = Stg::internal::sensing;
 
 constexpr std::size_t kWorkGroup = 64;
 

@@ -230,28 +230,31 @@ TEST_F(MissingPluginTest, OrBrokenOne) {
 // ---- a device that is lost ----------------------------------------------------------------------
 
 /// Finds what a device would find, for some steps.
-class FailingPrefilter : public Stg::sensing::Prefilter {
+class FailingPrefilter : public Stg::internal::sensing::Prefilter {
  public:
   explicit FailingPrefilter(int steps) : steps_left_(steps) {}
 
-  Stg::sensing::HitLists Walk(Stg::grid::Grid& grid, const Stg::sensing::DirectionTables&,
-                              const Stg::sensing::RayBatch& batch) override {
-    if (steps_left_-- == 0) throw Stg::sensing::PrefilterError("the cable was pulled");
+  Stg::internal::sensing::HitLists Walk(Stg::internal::grid::Grid& grid,
+                                        const Stg::internal::sensing::DirectionTables&,
+                                        const Stg::internal::sensing::RayBatch& batch) override {
+    if (steps_left_-- == 0) throw Stg::internal::sensing::PrefilterError("the cable was pulled");
     lists_.assign(batch.ray_count(), RAY_NO_HIT);
-    for (const Stg::sensing::Fan& fan : batch.fans())
+    for (const Stg::internal::sensing::Fan& fan : batch.fans())
       if (fan.single_leg()) WalkFan(grid, batch, fan);
     return {lists_.data(), 1};
   }
   std::string DeviceName() const override { return "fake device"; }
-  const Stg::sensing::PrefilterStatistics& statistics() const override { return statistics_; }
+  const Stg::internal::sensing::PrefilterStatistics& statistics() const override {
+    return statistics_;
+  }
 
  private:
-  void WalkFan(const Stg::grid::Grid& grid, const Stg::sensing::RayBatch& batch,
-               const Stg::sensing::Fan& fan) {
-    const Stg::sensing::FanRecord& r = fan.record;
+  void WalkFan(const Stg::internal::grid::Grid& grid, const Stg::internal::sensing::RayBatch& batch,
+               const Stg::internal::sensing::Fan& fan) {
+    const Stg::internal::sensing::FanRecord& r = fan.record;
     const Stg::ray_grid_t view = grid.View(fan.layer);
     const Stg::ray_window_t window = batch.WindowOf(fan);
-    const Stg::sensing::Direction* directions = batch.DirectionsOf(fan);
+    const Stg::internal::sensing::Direction* directions = batch.DirectionsOf(fan);
     for (uint32_t i = 0; i < r.samples; i++) {
       Stg::ray_t ray;
       Stg::ray_begin(&ray, &view, r.x, r.y, static_cast<int>(r.fraction & 0xffff),
@@ -265,7 +268,7 @@ class FailingPrefilter : public Stg::sensing::Prefilter {
 
   int steps_left_;
   std::vector<uint32_t> lists_;
-  Stg::sensing::PrefilterStatistics statistics_;
+  Stg::internal::sensing::PrefilterStatistics statistics_;
 };
 
 struct Ended {
@@ -275,7 +278,8 @@ struct Ended {
 };
 
 /// Ten steps with a prefilter, or without one.
-Ended TenSteps(const std::string& file, std::unique_ptr<Stg::sensing::Prefilter> prefilter) {
+Ended TenSteps(const std::string& file,
+               std::unique_ptr<Stg::internal::sensing::Prefilter> prefilter) {
   Stg::Init(nullptr, nullptr);
   Stg::World world;
   testing::internal::CaptureStdout();

@@ -34,7 +34,7 @@ namespace {
 
 using ray_scene::RayScene;
 using Stg::LoadPrefilter;
-using PrefilterPointer = std::unique_ptr<Stg::sensing::Prefilter>;
+using PrefilterPointer = std::unique_ptr<Stg::internal::sensing::Prefilter>;
 
 /// A prefilter with lists of this length.
 PrefilterPointer MakePrefilter(uint32_t per_ray) {
@@ -59,7 +59,7 @@ class HitLists : public testing::TestWithParam<uint32_t> {
   /// Walks the scene's batch on the device and on the host. Returns the number of hits.
   size_t Compare(RayScene* scene) {
     const uint32_t per_ray = GetParam();
-    const Stg::sensing::HitLists found =
+    const Stg::internal::sensing::HitLists found =
         prefilter_->Walk(scene->grid(), scene->tables(), scene->batch());
     EXPECT_EQ(found.per_ray, per_ray);
     const std::vector<uint32_t> expected = ListsByWalk(*scene, per_ray);
@@ -113,7 +113,7 @@ TEST(PrefilterTest, CountsWhatItDoes) {
   RayScene scene(7);
   scene.grid().TrackChanges(true);
   prefilter->Walk(scene.grid(), scene.tables(), scene.batch());
-  const Stg::sensing::PrefilterStatistics first = prefilter->statistics();
+  const Stg::internal::sensing::PrefilterStatistics first = prefilter->statistics();
   EXPECT_GT(first.compile_seconds, 0);
   EXPECT_GT(first.walk_seconds, 0);
   EXPECT_EQ(first.bytes_fetched, uint64_t{scene.batch().ray_count()} * 2 * sizeof(uint32_t));

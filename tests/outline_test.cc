@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-namespace Stg::grid {
+namespace Stg::internal::grid {
 namespace {
 
 using Cells = std::vector<point_int_t>;
@@ -101,4 +101,4 @@ TEST(Outline, AThinBodyIsDrawnThereAndBack) {
 }
 
 }  // namespace
-}  // namespace Stg::grid
+}  // namespace Stg::internal::grid

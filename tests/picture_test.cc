@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/image_polygons.hh"
 #include "geometry/load_error.hh"
 #include "geometry/trace.hh"
 

@@ -490,7 +490,7 @@ void Draw(Picture* picture, Model* model) {
   const double x = size.x / 2, y = size.y / 2;
   const std::vector<point_int_t> corners =
       model->LocalToPixels({point_t(-x, -y), point_t(x, -y), point_t(x, y), point_t(-x, y)});
-  grid::ForEachCellOfOutline(corners.data(), corners.size(), [&](int32_t cx, int32_t cy) {
+  internal::grid::ForEachCellOfOutline(corners.data(), corners.size(), [&](int32_t cx, int32_t cy) {
     (*picture)[{cx, cy}].push_back(model);
   });
 }

@@ -17,7 +17,7 @@
 #include "support/plain_walk.hh"
 #include "support/random_source.hh"
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 namespace {
 
 using test::PlainRay;
@@ -484,4 +484,4 @@ TEST(TracerLegs, EmptyGridsAndRaysThatLeadAway) {
 }
 
 }  // namespace
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing

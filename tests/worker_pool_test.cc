@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 namespace {
 
 /// Runs a job that counts how often each index comes up.
@@ -95,4 +95,4 @@ TEST(WorkerPool, ComesAndGoes) {
 }
 
 }  // namespace
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing

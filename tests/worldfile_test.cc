@@ -331,7 +331,7 @@ TEST(WorldfileSamples, MutatedTextsLoadOrThrow) {
       "define a b( x 1 ) define b a( y 2 ) define c model( c() )\nmodel() # end",
       "include \"nothing.inc\" # x\nm( a .5 b -3 c 1.2.3 d \"1e3\" )"};
   const std::string alphabet("()[]\"#\n\r\t .+-09azAZ_\\,\0\xff", 24);
-  Random random(2024);
+  RandomStream random(2024);
   const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random.Next() % n); };
   int loaded = 0, refused = 0;
   for (int round = 0; round < 20000; ++round) {

@@ -39,7 +39,7 @@ bool Color::Lookup(const std::string& name, Color* color) {
 }
 
 Color Color::RandomColor() {
-  Random& random = Random::Global();
+  RandomStream& random = RandomStream::Global();
   Color color;
   color.r = random.Uniform();
   color.g = random.Uniform();

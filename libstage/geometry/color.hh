@@ -31,7 +31,7 @@ class Color {
   /// Sets *color, opaque, if `name` is an X11 colour name; else returns false.
   static bool Lookup(const std::string& name, Color* color);
 
-  /// An opaque colour from Random::Global().
+  /// An opaque colour from RandomStream::Global().
   static Color RandomColor();
 
   /// Prints `PREFIX [r g b a]` with two decimals on standard output.

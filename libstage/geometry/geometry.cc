@@ -28,7 +28,7 @@ double constrain(double val, double minval, double maxval) {
 }
 
 Pose Pose::Random(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax) {
-  class Random& random = Random::Global();
+  RandomStream& random = RandomStream::Global();
   const double x = random.Uniform(xmin, xmax);
   const double y = random.Uniform(ymin, ymax);
   return Pose(x, y, 0, normalize(random.Uniform(0, 2.0 * M_PI)));

@@ -17,11 +17,11 @@ std::uint64_t SplitMix(std::uint64_t& state) {
 
 }  // namespace
 
-void Random::Seed(std::uint64_t seed) {
+void RandomStream::Seed(std::uint64_t seed) {
   for (std::uint64_t& word : state_) word = SplitMix(seed);
 }
 
-std::uint64_t Random::Next() {
+std::uint64_t RandomStream::Next() {
   const std::uint64_t result = std::rotl(state_[1] * 5, 7) * 9;
   const std::uint64_t shifted = state_[1] << 17;
   state_[2] ^= state_[0];
@@ -33,15 +33,15 @@ std::uint64_t Random::Next() {
   return result;
 }
 
-double Random::Uniform() { return static_cast<double>(Next() >> 11) * 0x1.0p-53; }
+double RandomStream::Uniform() { return static_cast<double>(Next() >> 11) * 0x1.0p-53; }
 
-double Random::Uniform(double lo, double hi) {
+double RandomStream::Uniform(double lo, double hi) {
   const double value = lo + (hi - lo) * Uniform();
   return value < hi ? value : lo;  // rounding may reach hi
 }
 
-Random& Random::Global() {
-  static Random generator(1);
+RandomStream& RandomStream::Global() {
+  static RandomStream generator(1);
   return generator;
 }
 

@@ -10,9 +10,9 @@ namespace Stg {
 /// machine. The generator is xoshiro256** 1.0 and its state is filled by splitmix64, both by
 /// D. Blackman and S. Vigna (https://prng.di.unimi.it, public domain; "Scrambled Linear
 /// Pseudorandom Number Generators", ACM TOMS 47(4), 2021). Not safe to share between threads.
-class Random {
+class RandomStream {
  public:
-  explicit Random(std::uint64_t seed = 1) { Seed(seed); }
+  explicit RandomStream(std::uint64_t seed = 1) { Seed(seed); }
 
   void Seed(std::uint64_t seed);
 
@@ -26,7 +26,7 @@ class Random {
   double Uniform(double lo, double hi);
 
   /// The generator of this process, seeded with 1 at its first use.
-  static Random& Global();
+  static RandomStream& Global();
 
  private:
   std::uint64_t state_[4];

@@ -9,6 +9,8 @@
 #include <exception>
 #include <stdexcept>
 
+#include "geometry/image_polygons.hh"
+
 namespace Stg {
 namespace picture {
 namespace {

@@ -26,11 +26,6 @@ std::vector<std::vector<point_t>> Trace(const Raster& raster, std::uint8_t thres
 
 }  // namespace picture
 
-/// Replaces `polys` by the outlines of the picture in `filename` (see picture::Trace; threshold
-/// 127) and returns 0. If it cannot be read, says why on the standard error output, leaves `polys`
-/// alone and returns another number.
-int polys_from_image_file(const std::string& filename, std::vector<std::vector<point_t>>& polys);
-
 }  // namespace Stg
 
 #endif  // STAGE_GEOMETRY_TRACE_HH

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace Stg::grid {
+namespace Stg::internal::grid {
 
 namespace {
 
@@ -411,4 +411,4 @@ Grid::Statistics Grid::statistics() const {
   return s;
 }
 
-}  // namespace Stg::grid
+}  // namespace Stg::internal::grid

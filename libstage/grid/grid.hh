@@ -21,7 +21,7 @@ namespace Stg {
 class Model;
 }
 
-namespace Stg::grid {
+namespace Stg::internal::grid {
 
 /// Bodies further out than this many cells are not drawn and rays from there hit nothing.
 inline constexpr int32_t kMaxCell = 1 << 30;
@@ -241,6 +241,10 @@ class CellReader {
   uint32_t region_ = 0;
 };
 
-}  // namespace Stg::grid
+}  // namespace Stg::internal::grid
+
+namespace Stg {
+namespace grid = internal::grid;  // for the rooms above: clients see no such header
+}
 
 #endif

@@ -4,7 +4,7 @@
 
 #include <atomic>
 
-namespace Stg::grid {
+namespace Stg::internal::grid {
 
 Occupancy::Occupancy() {
   static std::atomic<uint64_t> count{0};
@@ -51,4 +51,4 @@ void Occupancy::ForgetChanges() const {
   changed_regions_.clear();
 }
 
-}  // namespace Stg::grid
+}  // namespace Stg::internal::grid

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace Stg::grid {
+namespace Stg::internal::grid {
 
 inline constexpr uint32_t kTilesPerRegion = 64;
 
@@ -52,6 +52,6 @@ class Occupancy {
   bool tracking_ = false;
 };
 
-}  // namespace Stg::grid
+}  // namespace Stg::internal::grid
 
 #endif

@@ -11,7 +11,7 @@
 
 #include "geometry/geometry.hh"
 
-namespace Stg::grid {
+namespace Stg::internal::grid {
 
 /// The cells of the edge from one cell to another: a 4-connected path of |dx| + |dy| cells that
 /// includes the first cell and not the last (which is the first of the next edge of an outline).
@@ -49,6 +49,6 @@ void ForEachCellOfOutline(const point_int_t* corners, size_t count, F f) {
   if (!any && count > 2) f(corners[0].x, corners[0].y);
 }
 
-}  // namespace Stg::grid
+}  // namespace Stg::internal::grid
 
 #endif

@@ -24,7 +24,7 @@
 
 namespace Stg {
 
-class ModelBlobfinder : public Model, private sensing::RaySink {
+class ModelBlobfinder : public Model, private internal::sensing::RaySink {
  public:
   class Blob {
    public:
@@ -66,7 +66,7 @@ class ModelBlobfinder : public Model, private sensing::RaySink {
  private:
   void LoadColors();
   void AddFan();
-  void TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) override;
+  void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
   bool Reports(const Color& seen) const;
   Blob MakeBlob(const Color& seen, double mean_range) const;
 

@@ -12,7 +12,7 @@
 
 namespace Stg {
 
-class ModelBumper : public Model, private sensing::RaySink {
+class ModelBumper : public Model, private internal::sensing::RaySink {
  public:
   /// A touch line: as long as `length`, across the direction that the pose faces, its centre there.
   class BumperConfig {
@@ -57,7 +57,7 @@ class ModelBumper : public Model, private sensing::RaySink {
     double cosine, sine;  // of its heading
   };
   void AddLine(uint32_t index, const Pose& frame);
-  void TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) override;
+  void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
   std::vector<BumperConfig> configs_;
   std::vector<BumperSample> results_;

@@ -81,7 +81,7 @@ void ModelFiducial::Update() {
 }
 
 void ModelFiducial::CollectCandidates() {
-  Engine& engine = world->engine();
+  WorldEngine& engine = world->engine();
   FiducialIndex& index = engine.fiducials;
   index.Refresh(engine.models, world->GetUpdateCount());
   candidates_.clear();

@@ -26,7 +26,7 @@ namespace Stg {
 
 class FiducialIndex;
 
-class ModelFiducial : public Model, private sensing::RaySink {
+class ModelFiducial : public Model, private internal::sensing::RaySink {
  public:
   class Fiducial {
    public:
@@ -76,7 +76,7 @@ class ModelFiducial : public Model, private sensing::RaySink {
   void CollectCandidates();
   bool MakeCandidate(const Pose& own, Model* target, const Pose& there, Fiducial* candidate) const;
   void AddFan();
-  void TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) override;
+  void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
   std::vector<Fiducial> fiducials_;
   std::vector<Fiducial> candidates_;  // their rays are on the way; mod is null if it was deleted

@@ -13,7 +13,7 @@
 
 namespace Stg {
 
-class ModelGripper : public Model, private sensing::RaySink {
+class ModelGripper : public Model, private internal::sensing::RaySink {
  public:
   typedef enum { PADDLE_OPEN = 0, PADDLE_CLOSED, PADDLE_OPENING, PADDLE_CLOSING } paddle_state_t;
   typedef enum { LIFT_DOWN = 0, LIFT_UP, LIFT_UPPING, LIFT_DOWNING } lift_state_t;
@@ -75,7 +75,7 @@ class ModelGripper : public Model, private sensing::RaySink {
   Model* Grippable() const;
   void Grip();
   void Drop();
-  void TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) override;
+  void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
   config_t config_;
   cmd_t command_;

@@ -27,6 +27,7 @@ class PowerPack;
 class StateHasher;
 class Visualizer;
 class Worldfile;
+namespace internal {
 namespace sensing {
 struct Scene;
 struct Window;
@@ -34,6 +35,7 @@ struct Window;
 namespace grid {
 struct CellLists;
 }
+}  // namespace internal
 
 /// Makes a model of one type: what Model::name_map holds for each type name.
 typedef Model* (*creator_t)(World* world, Model* parent, const std::string& type);
@@ -282,7 +284,7 @@ class Model : public Ancestor {
   /// Remembers a body that is drawn while rangers look through it.
   void NoteDrawn();
   /// What the world's models share.
-  sensing::Scene& scene() const { return *scene_; }
+  internal::sensing::Scene& scene() const { return *scene_; }
 
  protected:
   friend class World;
@@ -331,7 +333,7 @@ class Model : public Ancestor {
   /// The child's global pose, given this model's.
   Pose ChildGlobalPose(const Pose& global, const Model& child) const;
   /// The cells of the batch's picture that hold only this model's tree.
-  const sensing::Window& OwnWindow();
+  const internal::sensing::Window& OwnWindow();
 
   bool alwayson;
   std::unique_ptr<BlockGroup> blockgroup;
@@ -387,19 +389,19 @@ class Model : public Ancestor {
   void LoadControllers();
   void AddBoundary();
   void SetRoot(Model* new_root);
-  void CollectCells(grid::CellLists* lists) const;
+  void CollectCells(internal::grid::CellLists* lists) const;
   void StopCharging();
   bool HasCallbacks(callback_type_t t) const {
     return callbacks_.get() != NULL && !callbacks_->of[t].empty();
   }
 
-  sensing::Scene* scene_;
-  std::shared_ptr<CallbackLists> callbacks_;  // most models have none
-  std::unique_ptr<sensing::Window> window_;   // only of roots that carry rangers
-  uint64_t window_batch_;                     // the batch that window_ belongs to
-  uint64_t update_chain_;                     // a pending update of an older chain is void
-  bool loaded_;                               // not for the first time, if it loads again
-  bool hidden_from_rangers_;                  // its body was drawn while rangers looked through it
+  internal::sensing::Scene* scene_;
+  std::shared_ptr<CallbackLists> callbacks_;           // most models have none
+  std::unique_ptr<internal::sensing::Window> window_;  // only of roots that carry rangers
+  uint64_t window_batch_;                              // the batch that window_ belongs to
+  uint64_t update_chain_;                              // a pending update of an older chain is void
+  bool loaded_;                                        // not for the first time, if it loads again
+  bool hidden_from_rangers_;  // its body was drawn while rangers looked through it
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.

@@ -22,11 +22,11 @@ inline uint64_t HashOf(const std::string& text) {
 }
 
 /// Uniform in [-1, 1).
-inline double UniformError(Random* random) { return random->Uniform(-1.0, 1.0); }
+inline double UniformError(RandomStream* random) { return random->Uniform(-1.0, 1.0); }
 
 /// Normal, mean 0, variance 1: the sum of twelve uniform numbers (Irwin-Hall). It needs no
 /// logarithm, which would differ in the last bit from one machine to the next.
-inline double NormalError(Random* random) {
+inline double NormalError(RandomStream* random) {
   double sum = -6.0;
   for (int i = 0; i < 12; i++) sum += random->Uniform();
   return sum;

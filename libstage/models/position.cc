@@ -53,7 +53,7 @@ ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& t
   for (int i = 0; i < 3; i++) velocity_bounds[i] = acceleration_bounds[i] = Bounds(-1.0, 1.0);
   velocity_bounds[3] = acceleration_bounds[3] = Bounds(-M_PI / 2, M_PI / 2);
 
-  Random& random = world->random();
+  RandomStream& random = world->random();
   integration_error.x = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
   integration_error.y = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
   integration_error.a = random.Uniform(-kErrorWidthA / 2, kErrorWidthA / 2);

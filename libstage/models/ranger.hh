@@ -31,7 +31,7 @@ namespace Stg {
 
 struct SineCosine;
 
-class ModelRanger : public Model, private sensing::RaySink {
+class ModelRanger : public Model, private internal::sensing::RaySink {
  public:
   class Sensor {
    public:
@@ -65,7 +65,7 @@ class ModelRanger : public Model, private sensing::RaySink {
     unsigned int table_count_;
     uint32_t first_direction_;
     uint64_t table_generation_;
-    Random random_;  // of its noise, seeded at its first use
+    RandomStream random_;  // of its noise, seeded at its first use
     bool seeded_;
   };
 
@@ -87,7 +87,7 @@ class ModelRanger : public Model, private sensing::RaySink {
 
  private:
   void AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn);
-  void TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) override;
+  void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
   std::vector<Sensor> sensors_;
 };

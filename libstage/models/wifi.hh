@@ -24,7 +24,7 @@
 
 namespace Stg {
 
-class ModelWifi : public Model, private sensing::RaySink {
+class ModelWifi : public Model, private internal::sensing::RaySink {
  public:
   /// A device that is reached.
   class Neighbor {
@@ -90,14 +90,14 @@ class ModelWifi : public Model, private sensing::RaySink {
   double Loss(double distance);
   void AddPath(const ModelWifi& other, const Pose& here);
   void AddRay(uint32_t index, const Pose& here);
-  void TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) override;
+  void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
   std::vector<Neighbor> neighbors_;
   std::vector<Path>
       paths_;  // those of this update come first; the others are kept for their memory
   size_t path_count_;
   Pose here_;  // of this update
-  Random random_;
+  RandomStream random_;
   bool seeded_;
 };
 

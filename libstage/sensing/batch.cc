@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 
 void RayBatch::Clear() {
   fans_.clear();
@@ -100,4 +100,4 @@ Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::CellLists& cells
   return window;
 }
 
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing

@@ -11,7 +11,7 @@
 #include "grid/grid.hh"
 #include "sensing/fan.hh"
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 
 /// Tiles of the grid whose marked cells hold nothing but one tree of models. Rays of that tree's
 /// sensors, which never stop at their own tree, need not look at them.
@@ -56,6 +56,6 @@ class RayBatch {
   uint32_t ray_count_ = 0;
 };
 
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing
 
 #endif

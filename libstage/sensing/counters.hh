@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 namespace Stg {
+namespace internal {
 namespace sensing {
 
 /// Counters of a trace, summed over rays.
@@ -25,6 +26,7 @@ struct PrefilterStatistics {
 };
 
 }  // namespace sensing
+}  // namespace internal
 }  // namespace Stg
 
 #endif

@@ -7,7 +7,7 @@
 #include "geometry/trigonometry.hh"
 #include "grid/grid.hh"
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 
 namespace {
 
@@ -86,4 +86,4 @@ void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre
   record.sine = Rounded(heading.sine * cells * kQ16);
 }
 
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing

@@ -18,6 +18,7 @@
 
 namespace Stg {
 
+namespace internal {
 namespace sensing {
 
 /// A direction relative to a sensor's heading: cosine and sine in Q30.
@@ -88,6 +89,11 @@ struct Fan {
 void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre);
 
 }  // namespace sensing
+}  // namespace internal
 }  // namespace Stg
+
+namespace Stg {
+namespace sensing = internal::sensing;  // for the rooms above: clients see no such header
+}
 
 #endif

@@ -16,7 +16,7 @@
 #include "sensing/batch.hh"
 #include "sensing/counters.hh"
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 
 /// The first potential hits of each ray of a batch.
 struct HitLists {
@@ -52,6 +52,10 @@ using MakePrefilter = Prefilter* (*)(const char* choice, std::string* message);
 /// Exported as `stage_list_devices`: a text with one line for each device.
 using ListDevices = std::string (*)();
 
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing
+
+namespace Stg {
+namespace sensing = internal::sensing;  // for the rooms above: clients see no such header
+}
 
 #endif

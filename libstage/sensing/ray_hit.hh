@@ -14,6 +14,7 @@ class Model;
 /// True if the ray of `finder` stops at `candidate`. May be called by several threads at once.
 typedef bool (*ray_test_func_t)(Model* candidate, const Model* finder, const void* arg);
 
+namespace internal {
 namespace sensing {
 
 struct RayHit {
@@ -30,6 +31,7 @@ class RaySink {
 };
 
 }  // namespace sensing
+}  // namespace internal
 }  // namespace Stg
 
 #endif

@@ -8,7 +8,7 @@
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 
 struct Scene {
   double cells_per_metre = 50;
@@ -18,6 +18,6 @@ struct Scene {
   uint64_t batch_number = 1;  ///< counts batches: tells what is left over from an earlier one
 };
 
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing
 
 #endif

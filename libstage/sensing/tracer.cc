@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 
 namespace {
 
@@ -146,4 +146,4 @@ void Tracer::TraceFan(const RayBatch& batch, const Fan& fan, const HitLists& lis
   }
 }
 
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing

@@ -10,7 +10,7 @@
 #include "sensing/counters.hh"
 #include "sensing/prefilter.hh"
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 
 class Tracer {
  public:
@@ -37,6 +37,6 @@ class Tracer {
   const grid::Grid& grid_;
 };
 
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing
 
 #endif

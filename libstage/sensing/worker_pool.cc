@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 
 WorkerPool::WorkerPool(unsigned threads) {
   for (unsigned i = 1; i < threads; i++) workers_.emplace_back([this, i] { Work(i); });
@@ -63,4 +63,4 @@ void WorkerPool::Work(unsigned thread) {
   }
 }
 
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-namespace Stg::sensing {
+namespace Stg::internal::sensing {
 
 class WorkerPool {
  public:
@@ -47,6 +47,10 @@ class WorkerPool {
   std::atomic<size_t> next_{0};
 };
 
-}  // namespace Stg::sensing
+}  // namespace Stg::internal::sensing
+
+namespace Stg {
+namespace sensing = internal::sensing;  // for the rooms above: clients see no such header
+}
 
 #endif

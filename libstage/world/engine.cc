@@ -13,20 +13,20 @@ double WallClock() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
-void Engine::SetThreads(unsigned threads) {
+void WorldEngine::SetThreads(unsigned threads) {
   if (threads != workers_->threads()) workers_ = std::make_unique<sensing::WorkerPool>(threads);
   thread_data_.resize(workers_->threads());
   statistics.threads = workers_->threads();
 }
 
-void Engine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {
+void WorldEngine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {
   prefilter_ = std::move(prefilter);
   chooser_ = PathChooser(always);
   scene.grid.TrackChanges(prefilter_ != nullptr);
   statistics.device = prefilter_ ? prefilter_->DeviceName() : "";
 }
 
-void Engine::TraceBatch() {
+void WorldEngine::TraceBatch() {
   sensing::RayBatch& batch = scene.batch;
   if (batch.fans().empty()) return;
   RefreshHidden();
@@ -46,12 +46,12 @@ void Engine::TraceBatch() {
   scene.batch_number++;
 }
 
-void Engine::EndStep() {
+void WorldEngine::EndStep() {
   scene.grid.AgeLayers();
   scene.tables.Trim();
 }
 
-sensing::HitLists Engine::Prefilter() {
+sensing::HitLists WorldEngine::Prefilter() {
   try {
     const sensing::HitLists lists = prefilter_->Walk(scene.grid, scene.tables, scene.batch);
     statistics.device_steps++;
@@ -66,7 +66,7 @@ sensing::HitLists Engine::Prefilter() {
   }
 }
 
-void Engine::TraceFans(const sensing::HitLists& lists) {
+void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   const sensing::Tracer tracer(scene.grid);
   const std::vector<sensing::Fan>& fans = scene.batch.fans();
   constexpr size_t kGrain = 32;
@@ -87,11 +87,11 @@ void Engine::TraceFans(const sensing::HitLists& lists) {
   }
 }
 
-void Engine::RefreshHidden() {
+void WorldEngine::RefreshHidden() {
   std::erase_if(hidden_from_rangers, [](Model* model) { return model->ShowAgainToRangers(); });
 }
 
-void Engine::ForgetRays(const Model* finder) {
+void WorldEngine::ForgetRays(const Model* finder) {
   // A model that is deleted while its rays wait: the whole batch is traced first, so that the other
   // sensors' readings are not lost.
   for (const sensing::Fan& fan : scene.batch.fans()) {

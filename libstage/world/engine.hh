@@ -26,7 +26,7 @@ namespace Stg {
 
 class ModelWifi;
 
-class Engine {
+class WorldEngine {
  public:
   sensing::Scene scene;
   Placement placement;

@@ -25,7 +25,7 @@ void Init(int* argc, char** argv[]) {
     for (int i = 0; i < *argc; i++) World::args.push_back((*argv)[i]);
   // Controllers may use drand48(); it is seeded like everything else, so that runs repeat.
   srand48(static_cast<long>(World::run_options.seed));
-  Random::Global().Seed(World::run_options.seed);
+  RandomStream::Global().Seed(World::run_options.seed);
   std::setlocale(LC_ALL, "POSIX");
   RegisterModels();
   init_done = true;

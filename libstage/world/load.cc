@@ -114,7 +114,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
   updates = 0;
   load_status_ = 0;
   engine_->statistics = RunStatistics();
-  Random::Global().Seed(seed_);  // random colours and poses
+  RandomStream::Global().Seed(seed_);  // random colours and poses
   try {
     wf = std::make_unique<Worldfile>();
     if (content)

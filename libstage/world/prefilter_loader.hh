@@ -10,9 +10,12 @@
 
 namespace Stg {
 
+namespace internal {
 namespace sensing {
 class Prefilter;
 }
+}  // namespace internal
+namespace sensing = internal::sensing;
 
 /// The prefilter of a device; `choice` is the text after --opencl=, empty or "auto" for the best
 /// one. Null and a message if there is none.

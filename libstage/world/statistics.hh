@@ -29,9 +29,9 @@ struct RunStatistics {
   uint64_t device_steps = 0;  ///< steps whose batch went to the device
   uint64_t device_rays = 0;
   PhaseSeconds seconds;
-  sensing::TraceCounters trace;
+  internal::sensing::TraceCounters trace;
   std::string device;  ///< empty: none
-  sensing::PrefilterStatistics prefilter;
+  internal::sensing::PrefilterStatistics prefilter;
   unsigned threads = 1;
 };
 

@@ -31,7 +31,7 @@ World::World(const std::string& name, double ppm)
       ground(nullptr),
       dirty(false),
       record_trails(false),
-      engine_(std::make_unique<Engine>()),
+      engine_(std::make_unique<WorldEngine>()),
       default_ppm_(ppm),
       seed_(run_options.seed),
       random_(run_options.seed),
@@ -118,7 +118,7 @@ void World::AddModel(Model* mod) {
 void World::AddModelName(Model* mod, const std::string& name) { engine_->names[name] = mod; }
 
 void World::RemoveModel(Model* mod) {
-  Engine& e = *engine_;
+  WorldEngine& e = *engine_;
   std::erase_if(e.names, [&](const auto& entry) { return entry.second == mod; });
   // From the back: whole worlds are deleted youngest first.
   const auto found = std::find(e.models.rbegin(), e.models.rend(), mod);

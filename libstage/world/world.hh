@@ -21,7 +21,7 @@
 namespace Stg {
 
 class Worldfile;
-class Engine;
+class WorldEngine;
 class Option;
 class Placement;
 class PowerPack;
@@ -187,15 +187,15 @@ class World : public Ancestor {
   /// FNV-1a over what the models feed to Model::HashState(), in the order of the models.
   uint64_t StateHash() const;
   uint64_t seed() const { return seed_; }
-  Random& random() { return random_; }
+  RandomStream& random() { return random_; }
 
   // ---- for the models ----
 
   virtual void AddModel(Model* mod);
   virtual void RemoveModel(Model* mod);
   void AddModelName(Model* mod, const std::string& name);
-  Engine& engine() { return *engine_; }
-  sensing::Scene& scene();
+  WorldEngine& engine() { return *engine_; }
+  internal::sensing::Scene& scene();
   Placement& placement();
   void ScheduleUpdate(Model* mod, uint64_t chain);
   void QueueUpdateCallbacks(Model* mod);
@@ -257,11 +257,11 @@ class World : public Ancestor {
     void* user;
   };
 
-  std::unique_ptr<Engine> engine_;
+  std::unique_ptr<WorldEngine> engine_;
   std::vector<UpdateCallback> update_callbacks_;
   const double default_ppm_;
   uint64_t seed_;
-  Random random_;
+  RandomStream random_;
   int load_status_;
   std::atomic<bool> quit_;
   static std::atomic<bool> quit_all_;

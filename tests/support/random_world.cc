@@ -200,7 +200,7 @@ void Driver::Attach(Stg::World* world) {
 int Driver::UpdatePosition(Model* model, void* driver) {
   const Driver& self = *static_cast<Driver*>(driver);
   const uint64_t step = model->GetWorld()->GetUpdateCount();
-  Stg::Random random(HashOf(model->TokenStr()) ^ (self.seed_ << 32) ^ step / 4);
+  Stg::RandomStream random(HashOf(model->TokenStr()) ^ (self.seed_ << 32) ^ step / 4);
   auto* position = static_cast<ModelPosition*>(model);
   const double fast = 25 * self.cell_;
   if (random.Uniform() < 0.2)
@@ -300,7 +300,7 @@ int Driver::JumpEarly(Model* model, void* driver) {
 int Driver::PushSomebody(Model* model, void* driver) {
   const Driver& self = *static_cast<Driver*>(driver);
   const std::vector<Model*> all = AllModels(self.world_);
-  Stg::Random random(HashOf(model->TokenStr()) + self.world_->GetUpdateCount());
+  Stg::RandomStream random(HashOf(model->TokenStr()) + self.world_->GetUpdateCount());
   Model* other = all[random.Next() % all.size()];
   if (random.Uniform() < 0.1) other->AddToPose(4 * self.cell_, -2 * self.cell_, 0, 0.2);
   return 0;

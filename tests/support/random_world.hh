@@ -43,7 +43,7 @@ class WorldText {
   std::string Ranger(double reach);
   std::string Robot(uint32_t number);
 
-  Stg::Random random_;
+  Stg::RandomStream random_;
   uint64_t seed_;
   double cell_;  // metres
   double centre_x_, centre_y_;
@@ -96,7 +96,7 @@ class Driver {
   double cell_;
   bool early_;
   Stg::World* world_ = nullptr;
-  Stg::Random random_;
+  Stg::RandomStream random_;
   std::vector<Jump> jumps_;
 };
 

@@ -13,8 +13,8 @@
 
 namespace ray_scene {
 
-namespace grid = Stg::grid;
-namespace sensing = Stg::sensing;
+namespace grid = Stg::internal::grid;
+namespace sensing = Stg::internal::sensing;
 using Stg::point_int_t;
 using Stg::ray_grid_t;
 using Stg::ray_t;

@@ -27,16 +27,16 @@ class RayScene {
   /// A new batch of random fans, some of them without rays, some with rays of several legs.
   void MakeBatch();
 
-  Stg::grid::Grid& grid() { return grid_; }
-  const Stg::grid::Grid& grid() const { return grid_; }
-  const Stg::sensing::DirectionTables& tables() const { return tables_; }
-  const Stg::sensing::RayBatch& batch() const { return batch_; }
+  Stg::internal::grid::Grid& grid() { return grid_; }
+  const Stg::internal::grid::Grid& grid() const { return grid_; }
+  const Stg::internal::sensing::DirectionTables& tables() const { return tables_; }
+  const Stg::internal::sensing::RayBatch& batch() const { return batch_; }
 
  private:
   struct Drawn {
-    Stg::grid::BodyId id;
+    Stg::internal::grid::BodyId id;
     uint32_t tree;
-    std::vector<Stg::grid::CellRef> cells;
+    std::vector<Stg::internal::grid::CellRef> cells;
   };
 
   bool Chance(double probability) { return random_.Uniform() < probability; }
@@ -52,10 +52,10 @@ class RayScene {
   double PickRange();
   void AddFan();
 
-  Stg::Random random_;
-  Stg::grid::Grid grid_;
-  Stg::sensing::DirectionTables tables_;
-  Stg::sensing::RayBatch batch_;
+  Stg::RandomStream random_;
+  Stg::internal::grid::Grid grid_;
+  Stg::internal::sensing::DirectionTables tables_;
+  Stg::internal::sensing::RayBatch batch_;
   int32_t centre_x_, centre_y_;
   std::vector<Drawn> bodies_;
 };
