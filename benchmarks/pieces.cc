@@ -58,7 +58,8 @@ void TraceRays(benchmark::State& state, const char* name, double width, double d
     const Stg::ray_grid_t view = scene.grid.View(Stg::internal::grid::kEverything);
     for (uint32_t i = 0; i < 360; i++)
       benchmark::DoNotOptimize(
-          tracer.Trace(fan, view, scene.tables.all()[first + i], no_window, nullptr, 0, &counters));
+          tracer.Trace(fan, view, {scene.tables.all()[first + i], scene.tables.turns()[first + i]},
+                       no_window, {}, &counters));
   }
   state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
 }

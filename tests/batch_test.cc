@@ -34,7 +34,7 @@ struct WithWindow {
   RayBatch batch;
   DirectionTables tables;
   WithWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree) {
-    batch.Add(Fan(), 1, batch.MakeWindow(grid, cells, tree));
+    batch.Add(Fan(), 1, batch.MakeWindow(grid, cells, tree, false));
     batch.Close(tables);
   }
   ray_window_t window() const { return batch.WindowOf(batch.fans()[0]); }
@@ -111,9 +111,9 @@ TEST(Batch, KeepsWindowsApart) {
   of_b.lists = {&b};
   RayBatch batch;
   DirectionTables tables;
-  const Window window = batch.MakeWindow(grid, of_a, &kMine);
+  const Window window = batch.MakeWindow(grid, of_a, &kMine, false);
   batch.Add(Fan(), 3, window);
-  batch.Add(Fan(), 2, batch.MakeWindow(grid, of_b, &kOther));
+  batch.Add(Fan(), 2, batch.MakeWindow(grid, of_b, &kOther, false));
   batch.Add(Fan(), 2, Window());
   batch.Add(Fan(), 5, window);  // two sensors of one body share it
   batch.Close(tables);
@@ -147,9 +147,10 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
   Fan fan;
   fan.record.first_direction = tables.Find(1.0, 10);
   batch.Add(fan, 10, Window());
-  const std::vector<Direction> own = {{1, 2}, {3, 4}}, more = {{5, 6}};
+  const std::vector<double> own = {0.1, 0.2}, more = {0.3}, none;
   batch.Add(Fan(), own, Window());
   batch.Add(Fan(), more, Window());
+  batch.Add(Fan(), none, Window());
   // Sensors that come later may make tables: the numbers are settled when the batch is closed.
   fan.record.first_direction = tables.Find(2.0, 100);
   batch.Add(fan, 100, Window());
@@ -157,10 +158,14 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
 
   const std::vector<Fan>& fans = batch.fans();
   EXPECT_EQ(batch.DirectionsOf(fans[0]), &tables.all()[1]);
-  EXPECT_EQ(batch.DirectionsOf(fans[1])[0].cosine, 1);
-  EXPECT_EQ(batch.DirectionsOf(fans[1])[1].sine, 4);
-  EXPECT_EQ(batch.DirectionsOf(fans[2])[0].cosine, 5);
-  EXPECT_EQ(batch.DirectionsOf(fans[3]), &tables.all()[11]);
+  EXPECT_EQ(batch.DirectionsOf(fans[1])[0].cosine, MakeDirection(0.1).cosine);
+  EXPECT_EQ(batch.DirectionsOf(fans[1])[1].sine, MakeDirection(0.2).sine);
+  EXPECT_EQ(batch.DirectionsOf(fans[2])[0].cosine, MakeDirection(0.3).cosine);
+  EXPECT_EQ(batch.DirectionsOf(fans[3]), batch.DirectionsOf(fans[2]) + 1) << "just behind the last";
+  EXPECT_EQ(batch.DirectionsOf(fans[4]), &tables.all()[11]);
+  EXPECT_EQ(batch.TurnsOf(fans[0]), &tables.turns()[1]);
+  EXPECT_EQ(batch.TurnsOf(fans[1])[1].sine, std::sin(0.2));
+  EXPECT_EQ(batch.TurnsOf(fans[4]), &tables.turns()[11]);
   EXPECT_EQ(batch.own_directions().size(), 3u);
   EXPECT_EQ(fans[1].record.first_direction, tables.all().size());
   EXPECT_EQ(fans[2].record.samples, 1u);

@@ -192,8 +192,11 @@ Expected Foresee(Stg::World* world, const Stg::ModelRanger& ranger, size_t index
   Stg::Pose origin = ranger.GetGlobalPose() + ranger.GetGeom().pose + sensor.pose;
   origin.z += sensor.size.z / 2;
   std::vector<Stg::RaytraceResult> results(sensor.sample_count);
+  const Stg::RayModel of_world = world->GetRayModel();
+  world->SetRayModel(sensor.ray_model);
   world->Raytrace(origin, sensor.range.max, sensor.fov, StopsRangers, &ranger, nullptr, true,
                   results);
+  world->SetRayModel(of_world);
   Expected expected{ranger.GetId(), index, {}, {}};
   for (const Stg::RaytraceResult& result : results) {
     expected.ranges.push_back(result.range);

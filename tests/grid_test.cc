@@ -395,8 +395,8 @@ TEST(GridLayers, TooManyHeightsShareOneLayer) {
   Grid grid;
   grid.Insert(0, 0, grid.AddBody(MakeBody(0, 1)));
   std::set<LayerIndex> layers;
-  for (uint32_t i = 0; i < kMaxLayers - 2; i++) layers.insert(grid.RangerLayer(i, true));
-  EXPECT_EQ(layers.size(), kMaxLayers - 2);
+  for (uint32_t i = 0; i < kMaxHeights; i++) layers.insert(grid.RangerLayer(i, true));
+  EXPECT_EQ(layers.size(), kMaxHeights);
   const LayerIndex shared = grid.RangerLayer(1000, true);
   EXPECT_EQ(layers.count(shared), 0u);
   EXPECT_EQ(grid.RangerLayer(2000, true), shared);
@@ -409,7 +409,7 @@ TEST(GridLayers, HeightsThatNobodyAsksForGiveWay) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
   grid.Insert(0, 0, body);
-  const uint32_t heights = kMaxLayers - 2;
+  const uint32_t heights = kMaxHeights;
   for (uint32_t i = 0; i < heights; i++) grid.RangerLayer(i, true);
   const LayerIndex kept = grid.RangerLayer(0, true);
   const LayerIndex unused = grid.RangerLayer(1, true);

@@ -133,12 +133,12 @@ void ExpectSame(const RayHit& found, const RayHit& expected, const char* what) {
 }
 
 const ray_window_t kNoWindow{nullptr, 0, 0, 0, 0};
-constexpr Direction kAhead{1 << 30, 0};
+constexpr Tracer::Bearing kAhead{{1 << 30, 0}, {.sine = 0, .cosine = 1}};
 
-RayHit TraceOne(const Scene& scene, const Fan& fan, Direction direction = kAhead) {
+RayHit TraceOne(const Scene& scene, const Fan& fan, const Tracer::Bearing& bearing = kAhead) {
   TraceCounters counters;
   return Tracer(scene.grid)
-      .Trace(fan, scene.grid.View(fan.layer), direction, kNoWindow, nullptr, 0, &counters);
+      .Trace(fan, scene.grid.View(fan.layer), bearing, kNoWindow, {}, &counters);
 }
 
 TEST(Tracer, TheNearestAcceptedBody) {
@@ -157,7 +157,7 @@ TEST(Tracer, TheNearestAcceptedBody) {
         fan.layer = scene.grid.RangerLayer(fan.z, fan.z_test);
       }
       const RayHit found = TraceOne(scene, fan);
-      ExpectSame(found, scene.Expected(fan, kAhead), "one ray");
+      ExpectSame(found, scene.Expected(fan, kAhead.direction), "one ray");
       hits += found.model != nullptr;
       if (::testing::Test::HasFailure()) return;
     }
@@ -219,7 +219,7 @@ TEST(Tracer, CountsRaysAndHits) {
   scene.refused = 3;
   TraceCounters counters;
   const Fan fan = scene.MakeFan(Pose(0.5, 0.5, 0, 0), 20);
-  Tracer(scene.grid).Trace(fan, scene.grid.View(0), kAhead, kNoWindow, nullptr, 0, &counters);
+  Tracer(scene.grid).Trace(fan, scene.grid.View(0), kAhead, kNoWindow, {}, &counters);
   EXPECT_EQ(counters.rays, 1u);
   EXPECT_EQ(counters.potential_hits, 3u);
   EXPECT_EQ(counters.resumed, 0u);
@@ -275,8 +275,8 @@ void MakeBatch(Scene* scene, RandomSource* random, DirectionTables* tables, RayB
     fan.layer = scene->grid.RangerLayer(fan.z, fan.z_test);
     const uint32_t samples = static_cast<uint32_t>(random->Int(1, 30));
     if (random->OneIn(4)) {
-      std::vector<Direction> own;
-      for (uint32_t j = 0; j < samples; j++) own.push_back(MakeDirection(random->Real(-3, 3)));
+      std::vector<double> own;
+      for (uint32_t j = 0; j < samples; j++) own.push_back(random->Real(-3, 3));
       batch->Add(fan, own, Window());
     } else {
       fan.record.first_direction = tables->Find(random->Int(0, 3), samples);
@@ -346,8 +346,8 @@ TEST(TracerLists, ShortListsAreTrusted) {
   const Fan fan = scene.MakeFan(Pose(0.5, 0.5, 0, 0), 50);
   const auto trace = [&](std::vector<uint32_t> list, TraceCounters* counters) {
     return Tracer(scene.grid)
-        .Trace(fan, scene.grid.View(0), kAhead, kNoWindow, list.data(),
-               static_cast<uint32_t>(list.size()), counters)
+        .Trace(fan, scene.grid.View(0), kAhead, kNoWindow,
+               {list.data(), static_cast<uint32_t>(list.size())}, counters)
         .model;
   };
   TraceCounters counters;
@@ -388,7 +388,7 @@ TEST(TracerWindows, LookAtLessAndSeeTheSame) {
     Fan fan = scene.MakeFan(Pose(random.Real(0, 20), random.Real(-20, 20), 1, 0), 60);
     fan.record.first_direction = tables.Find(6, 100);
     RayBatch with, without;
-    with.Add(fan, 100, with.MakeWindow(scene.grid, lists, ModelOf(me)));
+    with.Add(fan, 100, with.MakeWindow(scene.grid, lists, ModelOf(me), false));
     without.Add(fan, 100, Window());
     with.Close(tables);
     without.Close(tables);
@@ -425,7 +425,7 @@ TEST(TracerLegs, HitBeyondTheFirstLeg) {
     const RayHit found = TraceOne(scene, fan);
     ASSERT_NE(found.model, nullptr) << i;
     EXPECT_NEAR(found.range, distance, 9);
-    ExpectSame(found, scene.Expected(fan, kAhead), "a long ray");
+    ExpectSame(found, scene.Expected(fan, kAhead.direction), "a long ray");
     // Infinite rays see it as well.
     const Fan endless = scene.MakeFan(Pose(x, y, 0, heading), 1.0 / 0.0);
     ASSERT_NE(TraceOne(scene, endless).model, nullptr);

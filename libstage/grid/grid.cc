@@ -34,7 +34,7 @@ CellBox SquareBox(int32_t x, int32_t y, int shift) {
 
 Grid::Grid() : tile_cells_(1), nodes_(1), regions_(1), tile_slots_(kTilesPerRegion, 0), supers_(1) {
   region_tables_.resize(kRegionsPerSuper, 0);
-  MakeLayer(Layer::kAll, 0);
+  MakeLayer(Layer::kAll, 0, false);
   RebuildDirectory();
 }
 
@@ -315,42 +315,59 @@ void Grid::RecomputeOccupied() {
 
 // ---- layers -------------------------------------------------------------------------------------
 
-uint32_t Grid::LayersOf(const Body& body) const {
-  uint32_t layers = 1u << kEverything;
-  if (!body.ranger_visible) return layers;
-  for (LayerIndex i = 0; i < layers_.size(); i++) {
-    const Layer& layer = layers_[i];
-    const bool reaches =
-        layer.kind == Layer::kAnyHeight ||
-        (layer.kind == Layer::kHeight && !(layer.z < body.z_min || layer.z > body.z_max));
-    if (reaches) layers |= 1u << i;
+bool Grid::Shows(const Layer& layer, const Body& body) {
+  if (layer.exact != body.exact()) return false;
+  switch (layer.kind) {
+    case Layer::kUnused:
+      return false;
+    case Layer::kAll:
+      return true;
+    case Layer::kAnyHeight:
+      return body.ranger_visible;
+    case Layer::kHeight:
+      return body.ranger_visible && !(layer.z < body.z_min || layer.z > body.z_max);
   }
+  return true;
+}
+
+uint32_t Grid::LayersOf(const Body& body) const {
+  uint32_t layers = 0;
+  for (LayerIndex i = 0; i < layers_.size(); i++)
+    if (Shows(layers_[i], body)) layers |= 1u << i;
   return layers;
 }
 
-LayerIndex Grid::RangerLayer(double z, bool z_test) {
-  if (std::isnan(z)) z_test = false;
-  const Layer::Kind kind = z_test ? Layer::kHeight : Layer::kAnyHeight;
+LayerIndex Grid::EverythingLayer(bool exact) { return FindLayer(Layer::kAll, 0, exact); }
+
+LayerIndex Grid::RangerLayer(double z, bool z_test, bool exact) {
+  if (!z_test || std::isnan(z)) return FindLayer(Layer::kAnyHeight, 0, exact);
+  return FindLayer(Layer::kHeight, z, exact);
+}
+
+/// The layer, made if need be. When all places for heights are taken, it is that of any height.
+LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact) {
+  uint32_t heights = 0;
   for (LayerIndex i = 0; i < layers_.size(); i++) {
     Layer& layer = layers_[i];
-    if (layer.kind != kind || (z_test && layer.z != z)) continue;
+    if (layer.exact != exact) continue;
+    if (layer.kind == Layer::kHeight) heights++;
+    if (layer.kind != kind || layer.z != z) continue;
     layer.last_used = step_;
     return i;
   }
-  // Two places are kept: for everything, and for any height.
-  const auto heights = std::count_if(layers_.begin(), layers_.end(),
-                                     [](const Layer& l) { return l.kind == Layer::kHeight; });
-  if (z_test && static_cast<uint32_t>(heights) >= kMaxLayers - 2) return RangerLayer(z, false);
-  return MakeLayer(kind, z);
+  if (kind == Layer::kHeight && heights >= kMaxHeights)
+    return FindLayer(Layer::kAnyHeight, 0, exact);
+  return MakeLayer(kind, z, exact);
 }
 
-LayerIndex Grid::MakeLayer(Layer::Kind kind, double z) {
+LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
   LayerIndex index = 0;
   while (index < layers_.size() && layers_[index].kind != Layer::kUnused) index++;
   if (index == layers_.size()) layers_.emplace_back();
   Layer& layer = layers_[index];
   layer.kind = kind;
   layer.z = z;
+  layer.exact = exact;
   layer.last_used = step_;
   layer.cells = Occupancy();
   layer.cells.TrackChanges(tracking_);

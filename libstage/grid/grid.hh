@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "geometry/geometry.hh"
 #include "grid/occupancy.hh"
 #include "kernels/ray_walk.h"
 
@@ -28,17 +29,26 @@ inline constexpr int32_t kMaxCell = 1 << 30;
 
 /// Which cells are occupied is kept in layers, so that a ray meets only what it may stop at:
 /// everything; and, as they are asked for, what rangers can see at any height or at one height.
+/// Bodies may be drawn twice: by thin outlines, and for the exact ray model in every cell that
+/// their outline touches. Each layer shows one of these drawings.
 using LayerIndex = uint32_t;
-inline constexpr LayerIndex kEverything = 0;
-inline constexpr uint32_t kMaxLayers = 10;
+inline constexpr LayerIndex kEverything = 0;  ///< of the thin outlines
+inline constexpr uint32_t kMaxHeights = 8;    ///< of each drawing
+inline constexpr uint32_t kMaxLayers = 2 * (kMaxHeights + 2);
 
-/// A body that is drawn in the grid: one block of a model.
+/// A body that is drawn in the grid: one block of a model, or, in the exact drawing, a few
+/// consecutive edges of a block.
 struct Body {
   double z_min = 0, z_max = 0;  ///< global height interval, metres
   Model* model = nullptr;
   const void* tree = nullptr;  ///< the topmost ancestor of the model: equal for related models
   bool ranger_visible = true;  ///< false: no ranger can see it, leave it out of their layers
-  uint32_t layers = 0;         ///< bit i: it is drawn in layer i. Kept by the grid
+  /// Exact drawing: edges + 1 corners, global, metres; they stay where they are. Else null.
+  const point_t* corners = nullptr;
+  uint32_t edges = 0;
+  uint32_t layers = 0;  ///< bit i: it is drawn in layer i. Kept by the grid
+
+  bool exact() const { return corners != nullptr; }
 };
 using BodyId = uint32_t;
 
@@ -102,7 +112,9 @@ class Grid {
   /// The layer for rangers' rays at height z, which meet what is visible to rangers and reaches
   /// that height, ends included. There is room for a few heights; for others, and if `z_test` is
   /// off, it is the layer of any height. Makes the layer if there is none.
-  LayerIndex RangerLayer(double z, bool z_test);
+  LayerIndex RangerLayer(double z, bool z_test, bool exact = false);
+  /// The layer of everything in one of the drawings.
+  LayerIndex EverythingLayer(bool exact);
   /// To be called once a step: heights that nobody asked for in a long time give up their layers.
   void AgeLayers();
 
@@ -155,6 +167,7 @@ class Grid {
   struct Layer {
     enum Kind { kAll, kAnyHeight, kHeight, kUnused } kind = kUnused;
     double z = 0;            // kHeight
+    bool exact = false;      // which drawing
     uint64_t last_used = 0;  // the step
     Occupancy cells;
   };
@@ -175,8 +188,10 @@ class Grid {
   uint32_t MakeNode(BodyId id);
   void Append(uint32_t* head, BodyId id);
   void RemoveFromList(uint32_t* head, BodyId id);
+  static bool Shows(const Layer& layer, const Body& body);
   uint32_t LayersOf(const Body& body) const;
-  LayerIndex MakeLayer(Layer::Kind kind, double z);
+  LayerIndex FindLayer(Layer::Kind kind, double z, bool exact);
+  LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);
   void RefreshBit(const TileCells& cells, uint32_t bit);
   void DropTile(uint32_t slot);
   void DropEmptyRegions();

@@ -129,12 +129,10 @@ void ModelBlobfinder::AddFan() {
   fan.predicate = StopsBlobfinder;
   fan.finder = this;
   fan.sink = this;
-  fan.layer = grid::kEverything;
   fan.z_test = false;
   fan.record.first_direction = first_direction_;
-  PlaceFan(&fan, LocalToGlobal(Pose(0, 0, 0, pan)), range > 0 ? range : 0.0,
-           shared.cells_per_metre);
-  shared.batch.Add(fan, scan_width, OwnWindow());
+  PlaceFan(&fan, LocalToGlobal(Pose(0, 0, 0, pan)), range > 0 ? range : 0.0, RayModel::kDefault);
+  shared.batch.Add(fan, scan_width, OwnWindow(fan));
   rays_out_ = true;
 }
 

@@ -8,6 +8,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "grid/outline.hh"
+#include "models/exact_drawing.hh"
 #include "models/model.hh"
 #include "sensing/scene.hh"
 
@@ -15,6 +16,8 @@ namespace Stg {
 
 Block::Block(std::vector<point_t> points, Bounds z_range)
     : source_points_(std::move(points)), points_(source_points_), source_z_(z_range), z_(z_range) {}
+
+Block::~Block() = default;
 
 void OrientPolygon(std::vector<point_t>* points) {
   const size_t n = points->size();
@@ -133,6 +136,7 @@ void BlockGroup::Erase() {
   for (const auto& block : blocks_) {
     if (!block->drawn_) continue;
     grid::Grid& grid = owner_.scene().grid;
+    if (block->exact_) block->exact_->Erase(&grid);
     for (const grid::CellRef cell : block->cells_) grid.Remove(cell, block->body_);
     grid.RemoveBody(block->body_);
     block->cells_.clear();
@@ -141,9 +145,11 @@ void BlockGroup::Erase() {
   }
 }
 
-void BlockGroup::AppendCells(grid::CellLists* cells) const {
-  for (const auto& block : blocks_)
-    if (!block->cells_.empty()) cells->lists.push_back(&block->cells_);
+void BlockGroup::AppendCells(grid::CellLists* cells, bool exact) const {
+  for (const auto& block : blocks_) {
+    if (exact && block->exact_) block->exact_->AppendCells(cells);
+    if (!exact && !block->cells_.empty()) cells->lists.push_back(&block->cells_);
+  }
 }
 
 void BlockGroup::RefreshVisibility(bool ranger_visible) {
@@ -153,6 +159,7 @@ void BlockGroup::RefreshVisibility(bool ranger_visible) {
     grid::Body body = grid.body(block->body_);
     body.ranger_visible = ranger_visible;
     grid.ChangeBody(block->body_, body, block->cells_);
+    if (block->exact_) block->exact_->Change(&grid, body);
   }
 }
 
@@ -161,6 +168,7 @@ void BlockGroup::RefreshVisibility(bool ranger_visible) {
 void Placement::Plan(Model& model, bool with_children) {
   items_.clear();
   corners_.clear();
+  exact_corners_.clear();
   PlanModel(model, model.GetGlobalPose(), with_children);
 }
 
@@ -170,6 +178,7 @@ void Placement::PlanModel(Model& model, const Pose& global, bool with_children) 
     const Pose frame = global + model.geom.pose;
     const SineCosine turn = SinCos(frame.a);
     const double cells_per_metre = model.scene().cells_per_metre;
+    const bool exact = model.scene().exact_drawing;
     const double lift = global.z + model.geom.pose.z;
     for (const auto& block : group.blocks()) {
       Item item{
@@ -182,8 +191,12 @@ void Placement::PlanModel(Model& model, const Pose& global, bool with_children) 
         item.drawable &= std::fabs(cx) < grid::kMaxCell && std::fabs(cy) < grid::kMaxCell;
         if (!item.drawable) break;
         corners_.emplace_back(static_cast<int>(cx), static_cast<int>(cy));
+        if (exact) exact_corners_.emplace_back(x, y);
       }
-      if (!item.drawable) corners_.resize(item.first_corner);
+      if (!item.drawable) {
+        corners_.resize(item.first_corner);
+        if (exact) exact_corners_.resize(item.first_corner);
+      }
       const std::vector<point_int_t>& now = block->corners_;
       item.moved = !block->drawn_ || now.size() != corners_.size() - item.first_corner ||
                    !std::equal(now.begin(), now.end(),
@@ -211,7 +224,7 @@ Model* Placement::CollisionOf(const Item& item) const {
   Model* hit = nullptr;
   const auto runs_into = [&](grid::BodyId id) {
     const grid::Body& other = grid.body(id);
-    if (other.tree == tree || !other.model->vis.obstacle_return) return false;
+    if (other.exact() || other.tree == tree || !other.model->vis.obstacle_return) return false;
     if (other.z_min > item.z.max || other.z_max < item.z.min) return false;
     hit = other.model;
     return true;
@@ -222,10 +235,8 @@ Model* Placement::CollisionOf(const Item& item) const {
       if (grid.AnyIn(cell, runs_into)) return hit;
     return nullptr;
   }
-  const size_t next = static_cast<size_t>(&item - items_.data()) + 1;
-  const size_t end = next < items_.size() ? items_[next].first_corner : corners_.size();
   grid::CellReader reader(grid);
-  grid::ForEachCellOfOutline(&corners_[item.first_corner], end - item.first_corner,
+  grid::ForEachCellOfOutline(&corners_[item.first_corner], EndOf(item) - item.first_corner,
                              [&](int32_t x, int32_t y) {
                                if (hit == nullptr) reader.AnyAt(x, y, runs_into);
                              });
@@ -236,13 +247,26 @@ void Placement::Commit() {
   for (const Item& item : items_) CommitItem(item);
 }
 
+/// Behind the item's last corner.
+size_t Placement::EndOf(const Item& item) const {
+  const size_t next = static_cast<size_t>(&item - items_.data()) + 1;
+  return next < items_.size() ? items_[next].first_corner : corners_.size();
+}
+
 void Placement::CommitItem(const Item& item) {
   item.model->NoteDrawn();
   Block& block = *item.block;
   grid::Grid& grid = item.model->scene().grid;
-  const grid::Body body{
-      item.z.min, item.z.max, item.model, item.model->Root(), !(item.model->vis.ranger_return < 0),
-      0};
+  const grid::Body body{.z_min = item.z.min,
+                        .z_max = item.z.max,
+                        .model = item.model,
+                        .tree = item.model->Root(),
+                        .ranger_visible = !(item.model->vis.ranger_return < 0)};
+  if (item.model->scene().exact_drawing) {
+    if (!block.exact_) block.exact_ = std::make_unique<ExactDrawing>();
+    block.exact_->Draw(&grid, body, exact_corners_.data() + item.first_corner,
+                       EndOf(item) - item.first_corner, item.model->scene().cells_per_metre);
+  }
   if (!item.moved) {
     grid.ChangeBody(block.body_, body, block.cells_);
     return;
@@ -254,10 +278,8 @@ void Placement::CommitItem(const Item& item) {
     block.body_ = grid.AddBody(body);
     block.drawn_ = true;
   }
-  const size_t next = static_cast<size_t>(&item - items_.data()) + 1;
-  const size_t end = next < items_.size() ? items_[next].first_corner : corners_.size();
   block.corners_.assign(corners_.begin() + static_cast<long>(item.first_corner),
-                        corners_.begin() + static_cast<long>(end));
+                        corners_.begin() + static_cast<long>(EndOf(item)));
   block.cells_.clear();
   grid::ForEachCellOfOutline(
       block.corners_.data(), block.corners_.size(),

@@ -15,10 +15,12 @@
 namespace Stg {
 
 class Model;
+class ExactDrawing;
 
 class Block {
  public:
   Block(std::vector<point_t> points, Bounds z_range);
+  ~Block();
 
   /// Corners in the model's frame, counter-clockwise as a rule, after fitting.
   const std::vector<point_t>& points() const { return points_; }
@@ -33,6 +35,7 @@ class Block {
   Bounds source_z_, z_;
 
   // What is drawn in the grid now.
+  std::unique_ptr<ExactDrawing> exact_;  // only if some sensor wants it
   bool drawn_ = false;
   grid::BodyId body_ = 0;
   std::vector<point_int_t> corners_;
@@ -73,8 +76,8 @@ class BlockGroup {
 
   /// Takes the body off the grid.
   void Erase();
-  /// The lists of cells of those blocks that are drawn.
-  void AppendCells(grid::CellLists* cells) const;
+  /// The lists of cells of those blocks that are drawn; `exact`: for the exact ray model.
+  void AppendCells(grid::CellLists* cells, bool exact) const;
   /// To be called when the owner's visibility to rangers changed.
   void RefreshVisibility(bool ranger_visible);
 
@@ -112,10 +115,12 @@ class Placement {
   };
   void PlanModel(Model& model, const Pose& global, bool with_children);
   Model* CollisionOf(const Item& item) const;
+  size_t EndOf(const Item& item) const;
   void CommitItem(const Item& item);
 
   std::vector<Item> items_;
   std::vector<point_int_t> corners_;
+  std::vector<point_t> exact_corners_;  // the same, global metres; only for the exact drawing
 };
 
 }  // namespace Stg

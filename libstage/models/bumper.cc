@@ -105,17 +105,15 @@ void ModelBumper::AddLine(uint32_t index, const Pose& frame) {
   start.y -= config.length / 2 * along.sine;
   lines_[index] = {point_t(start.x, start.y), along.cosine, along.sine};
 
-  sensing::Scene& shared = scene();
   sensing::Fan fan;
   fan.predicate = StopsBumper;
   fan.finder = this;
   fan.sink = this;
   fan.tag = index;
   fan.z_test = false;
-  fan.layer = grid::kEverything;
-  PlaceFan(&fan, start, config.length, shared.cells_per_metre);
+  PlaceFan(&fan, start, config.length, RayModel::kCell);  // contact is a matter of cells
   fan.record.first_direction = sensing::DirectionTables::kAhead;
-  shared.batch.Add(fan, 1, OwnWindow());
+  scene().batch.Add(fan, 1, OwnWindow(fan));
 }
 
 void ModelBumper::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t) {

@@ -117,18 +117,15 @@ bool ModelFiducial::MakeCandidate(const Pose& own, Model* target, const Pose& th
 /// One fan with a ray for each candidate. The rays are as long as the range: they go on behind the
 /// candidate's origin.
 void ModelFiducial::AddFan() {
-  sensing::Scene& shared = scene();
   sensing::Fan fan;
   fan.predicate = StopsFinder;
   fan.finder = this;
   fan.sink = this;
-  fan.layer = grid::kEverything;
-  PlaceFan(&fan, GetGlobalPose() + geom.pose, max_range_anon, shared.cells_per_metre);
-  static thread_local std::vector<sensing::Direction> directions;  // for its memory
-  directions.clear();
-  for (const Fiducial& candidate : candidates_)
-    directions.push_back(sensing::MakeDirection(candidate.bearing));
-  shared.batch.Add(fan, directions, OwnWindow());
+  PlaceFan(&fan, GetGlobalPose() + geom.pose, max_range_anon, RayModel::kDefault);
+  static thread_local std::vector<double> bearings;  // for its memory
+  bearings.clear();
+  for (const Fiducial& candidate : candidates_) bearings.push_back(candidate.bearing);
+  scene().batch.Add(fan, bearings, OwnWindow(fan));
 }
 
 void ModelFiducial::TakeHits(uint32_t, const sensing::RayHit* hits, uint32_t count) {

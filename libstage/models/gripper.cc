@@ -274,17 +274,15 @@ void ModelGripper::AddRays() {
 }
 
 void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length) {
-  sensing::Scene& shared = scene();
   sensing::Fan fan;
   fan.predicate = StopsGripper;
   fan.finder = this;
   fan.sink = this;
   fan.tag = tag;
-  fan.layer = grid::kEverything;
-  PlaceFan(&fan, LocalToGlobal(local), length, shared.cells_per_metre);
+  PlaceFan(&fan, LocalToGlobal(local), length, RayModel::kCell);  // contact is a matter of cells
   fan.record.first_direction = sensing::DirectionTables::kAhead;
   // No window: what the gripper's own robot carries breaks beams too.
-  shared.batch.Add(fan, 1, sensing::Window());
+  scene().batch.Add(fan, 1, sensing::Window());
 }
 
 void ModelGripper::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t) {

@@ -68,7 +68,6 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       wf_entity(0),
       world(world_),
       scene_(&world_->scene()),
-      window_batch_(0),
       update_chain_(0),
       loaded_(false),
       hidden_from_rangers_(false) {
@@ -433,21 +432,37 @@ int Model::CallCallbacks(callback_type_t t) {
 
 // ---- sensing ------------------------------------------------------------------------------------
 
-void Model::CollectCells(grid::CellLists* lists) const {
-  blockgroup->AppendCells(lists);
-  for (const Model* child : children) child->CollectCells(lists);
+void Model::PlaceFan(sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model) {
+  fan->exact = world->IsExact(model);
+  if (fan->exact) world->DrawForExactRays();
+  sensing::PlaceFan(fan, origin, range, scene_->cells_per_metre);
+  fan->layer = scene_->grid.EverythingLayer(fan->exact);
 }
 
-const sensing::Window& Model::OwnWindow() {
-  if (root != this) return root->OwnWindow();
-  if (!window_) window_ = std::make_unique<sensing::Window>();
-  if (window_batch_ == scene_->batch_number) return *window_;
-  window_batch_ = scene_->batch_number;
+/// One for each drawing of the bodies; each for the batch with its number.
+struct Model::OwnWindows {
+  struct {
+    sensing::Window window;
+    uint64_t batch = 0;
+  } of[2];
+};
+
+void Model::CollectCells(grid::CellLists* lists, bool exact) const {
+  blockgroup->AppendCells(lists, exact);
+  for (const Model* child : children) child->CollectCells(lists, exact);
+}
+
+const sensing::Window& Model::OwnWindow(const sensing::Fan& fan) {
+  if (root != this) return root->OwnWindow(fan);
+  if (!windows_) windows_ = std::make_unique<OwnWindows>();
+  auto& own = windows_->of[fan.exact];
+  if (own.batch == scene_->batch_number) return own.window;
+  own.batch = scene_->batch_number;
   static thread_local grid::CellLists cells;  // for its memory
   cells.lists.clear();
-  CollectCells(&cells);
-  *window_ = scene_->batch.MakeWindow(scene_->grid, cells, this);
-  return *window_;
+  CollectCells(&cells, fan.exact);
+  own.window = scene_->batch.MakeWindow(scene_->grid, cells, this, fan.exact);
+  return own.window;
 }
 
 }  // namespace Stg

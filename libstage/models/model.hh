@@ -17,6 +17,7 @@
 
 #include "geometry/color.hh"
 #include "geometry/geometry.hh"
+#include "grid/ray_model.hh"
 #include "models/ancestor.hh"
 
 namespace Stg {
@@ -29,6 +30,7 @@ class Visualizer;
 class Worldfile;
 namespace internal {
 namespace sensing {
+struct Fan;
 struct Scene;
 struct Window;
 }  // namespace sensing
@@ -332,8 +334,10 @@ class Model : public Ancestor {
   void UnMapWithChildren();
   /// The child's global pose, given this model's.
   Pose ChildGlobalPose(const Pose& global, const Model& child) const;
-  /// The cells of the batch's picture that hold only this model's tree.
-  const internal::sensing::Window& OwnWindow();
+  /// Places a fan of rays that may stop at anything, and picks its layer of the grid.
+  void PlaceFan(internal::sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model);
+  /// The cells of the fan's layer that hold only this model's tree.
+  const internal::sensing::Window& OwnWindow(const internal::sensing::Fan& fan);
 
   bool alwayson;
   std::unique_ptr<BlockGroup> blockgroup;
@@ -389,19 +393,20 @@ class Model : public Ancestor {
   void LoadControllers();
   void AddBoundary();
   void SetRoot(Model* new_root);
-  void CollectCells(internal::grid::CellLists* lists) const;
+  void CollectCells(internal::grid::CellLists* lists, bool exact) const;
   void StopCharging();
   bool HasCallbacks(callback_type_t t) const {
     return callbacks_.get() != NULL && !callbacks_->of[t].empty();
   }
 
+  struct OwnWindows;
+
   internal::sensing::Scene* scene_;
-  std::shared_ptr<CallbackLists> callbacks_;           // most models have none
-  std::unique_ptr<internal::sensing::Window> window_;  // only of roots that carry rangers
-  uint64_t window_batch_;                              // the batch that window_ belongs to
-  uint64_t update_chain_;                              // a pending update of an older chain is void
-  bool loaded_;                                        // not for the first time, if it loads again
-  bool hidden_from_rangers_;  // its body was drawn while rangers looked through it
+  std::shared_ptr<CallbackLists> callbacks_;  // most models have none
+  std::unique_ptr<OwnWindows> windows_;       // only of roots that carry ray sensors
+  uint64_t update_chain_;                     // a pending update of an older chain is void
+  bool loaded_;                               // not for the first time, if it loads again
+  bool hidden_from_rangers_;                  // its body was drawn while rangers looked through it
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.

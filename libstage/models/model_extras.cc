@@ -52,12 +52,13 @@ void Model::AppendTouchingModels(std::vector<Model*>* touching) const {
   const auto begin = static_cast<std::ptrdiff_t>(touching->size());
   static thread_local grid::CellLists cells;  // for its memory
   cells.lists.clear();
-  blockgroup->AppendCells(&cells);
+  blockgroup->AppendCells(&cells, false);
   const grid::Grid& grid = scene_->grid;
   const Model* last = nullptr;
   for (const std::vector<grid::CellRef>* list : cells.lists)
     for (const grid::CellRef cell : *list)
       grid.AnyIn(cell, [&](grid::BodyId body) {
+        if (grid.body(body).exact()) return false;
         Model* other = grid.body(body).model;
         if (other != last && !IsRelated(other)) touching->push_back(other);
         last = other;

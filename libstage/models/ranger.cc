@@ -8,6 +8,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "models/noise.hh"
+#include "models/ray_model_reader.hh"
 #include "models/state_hasher.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
@@ -42,6 +43,7 @@ ModelRanger::Sensor::Sensor()
       range_noise_const(0),
       sample_count(1),
       color(0, 0, 1, 0.15),
+      ray_model(RayModel::kDefault),
       table_fov_(std::numeric_limits<double>::quiet_NaN()),
       table_count_(0),
       first_direction_(0),
@@ -61,6 +63,7 @@ void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
         entity, "samples",
         "found " + std::to_string(samples) + " samples, expected a number from 0 to 100000000");
   sample_count = static_cast<unsigned int>(samples);
+  ray_model = ReadRayModel(wf, entity, ray_model);
   wf->ReadTuple(entity, "noise", 0, 3, "lfa", &range_noise_const, &range_noise, &angle_noise);
   if (range_noise_const < 0)
     wf->Fail(entity, "noise", "found a negative variance, expected 0 or more");
@@ -178,18 +181,18 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
   const Pose origin(frame.x + p.x * turn.cosine - p.y * turn.sine,
                     frame.y + p.x * turn.sine + p.y * turn.cosine,
                     frame.z + p.z + sensor->size.z / 2.0, normalize(frame.a + p.a));
-  PlaceFan(&fan, origin, Magnitude(sensor->range.max), shared.cells_per_metre);
-  if (!fan.nothing) fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test);
+  PlaceFan(&fan, origin, Magnitude(sensor->range.max), sensor->ray_model);
+  if (!fan.nothing) fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test, fan.exact);
 
   const unsigned count = sensor->sample_count;
   const double increment = sensor->table_fov_ / (count > 1 ? count - 1 : 1);
   if (sensor->angle_noise != 0 && increment != 0 && std::isfinite(sensor->angle_noise)) {
-    std::vector<sensing::Direction> directions(count);
-    for (unsigned i = 0; i < count; i++)
-      directions[i] =
-          sensing::MakeDirection(sensor->bearings[i] + increment * sensor->angle_noise * 0.5 *
-                                                           UniformError(&sensor->random_));
-    shared.batch.Add(fan, directions, OwnWindow());
+    static thread_local std::vector<double> bearings;  // for its memory
+    bearings.clear();
+    for (const double bearing : sensor->bearings)
+      bearings.push_back(bearing +
+                         increment * sensor->angle_noise * 0.5 * UniformError(&sensor->random_));
+    shared.batch.Add(fan, bearings, OwnWindow(fan));
     return;
   }
   if (sensor->first_direction_ == std::numeric_limits<uint32_t>::max() ||
@@ -198,7 +201,7 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
     sensor->table_generation_ = shared.tables.generation();
   }
   fan.record.first_direction = sensor->first_direction_;
-  shared.batch.Add(fan, count, OwnWindow());
+  shared.batch.Add(fan, count, OwnWindow(fan));
 }
 
 void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) {

@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "geometry/random.hh"
+#include "grid/ray_model.hh"
 #include "models/model.hh"
 #include "sensing/ray_hit.hh"
 
@@ -44,6 +45,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     double range_noise_const;  ///< variance of a normal error, square metres
     unsigned int sample_count;
     Color color;
+    RayModel ray_model;  ///< what its ranges go to
 
     // Data: empty until the first update, then sample_count elements each. Sample 0 is at the
     // right-hand end of the field of view.

@@ -217,7 +217,6 @@ bool ModelWifi::NoteObstacle(Model* candidate, const Model* finder, const void* 
 void ModelWifi::AddRay(uint32_t index, const Pose& here) {
   const Path& path = paths_[index];
   const Pose& there = path.neighbor.pose;
-  sensing::Scene& shared = scene();
   sensing::Fan fan;
   fan.predicate = NoteObstacle;
   fan.finder = this;
@@ -225,11 +224,11 @@ void ModelWifi::AddRay(uint32_t index, const Pose& here) {
   fan.sink = this;
   fan.tag = index;
   fan.z_test = false;  // the line may rise; heights are looked at afterwards
-  fan.layer = grid::kEverything;
   const double heading = ArcTangent(there.y - here.y, there.x - here.x);
-  PlaceFan(&fan, Pose(here.x, here.y, here.z, heading), path.distance, shared.cells_per_metre);
+  // The bodies' own geometry is looked at afterwards: cells will do to find them.
+  PlaceFan(&fan, Pose(here.x, here.y, here.z, heading), path.distance, RayModel::kCell);
   fan.record.first_direction = sensing::DirectionTables::kAhead;
-  shared.batch.Add(fan, 1, OwnWindow());
+  scene().batch.Add(fan, 1, OwnWindow(fan));
 }
 
 void ModelWifi::TakeHits(uint32_t tag, const sensing::RayHit*, uint32_t) {

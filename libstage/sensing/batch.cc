@@ -10,6 +10,7 @@ void RayBatch::Clear() {
   fans_.clear();
   window_words_.clear();
   own_directions_.clear();
+  own_turns_.clear();
   fans_with_own_directions_.clear();
   tables_ = nullptr;
   ray_count_ = 0;
@@ -26,11 +27,14 @@ void RayBatch::Add(Fan fan, uint32_t samples, const Window& window) {
   fans_.push_back(fan);
 }
 
-void RayBatch::Add(Fan fan, const std::vector<Direction>& directions, const Window& window) {
+void RayBatch::Add(Fan fan, const std::vector<double>& bearings, const Window& window) {
   fan.record.first_direction = static_cast<uint32_t>(own_directions_.size());
-  own_directions_.insert(own_directions_.end(), directions.begin(), directions.end());
+  for (const double bearing : bearings) {
+    own_turns_.push_back(TurnOf(bearing));
+    own_directions_.push_back(MakeDirection(own_turns_.back()));
+  }
   fans_with_own_directions_.push_back(static_cast<uint32_t>(fans_.size()));
-  Add(fan, static_cast<uint32_t>(directions.size()), window);
+  Add(fan, static_cast<uint32_t>(bearings.size()), window);
 }
 
 void RayBatch::Close(const DirectionTables& tables) {
@@ -42,7 +46,16 @@ void RayBatch::Close(const DirectionTables& tables) {
 const Direction* RayBatch::DirectionsOf(const Fan& fan) const {
   const uint32_t in_tables = static_cast<uint32_t>(tables_->all().size());
   const uint32_t first = fan.record.first_direction;
-  return first < in_tables ? &tables_->all()[first] : &own_directions_[first - in_tables];
+  // By data(): a fan without samples may come behind the last one.
+  return first < in_tables ? tables_->all().data() + first
+                           : own_directions_.data() + (first - in_tables);
+}
+
+const SineCosine* RayBatch::TurnsOf(const Fan& fan) const {
+  const uint32_t in_tables = static_cast<uint32_t>(tables_->turns().size());
+  const uint32_t first = fan.record.first_direction;
+  return first < in_tables ? tables_->turns().data() + first
+                           : own_turns_.data() + (first - in_tables);
 }
 
 ray_window_t RayBatch::WindowOf(const Fan& fan) const {
@@ -72,8 +85,8 @@ void ForEachCell(const grid::Grid& grid, const grid::CellLists& cells, F f) {
 
 }  // namespace
 
-Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::CellLists& cells,
-                            const void* tree) {
+Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree,
+                            bool exact) {
   grid::CellBox box;
   ForEachCell(grid, cells, [&](grid::CellRef, int32_t x, int32_t y) {
     if (box.empty()) box = {x, y, x, y};
@@ -90,8 +103,9 @@ Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::CellLists& cells
   window_words_.resize(window_words_.size() + window.width * window.height, 0);
   uint64_t* words = &window_words_[window.first];
   ForEachCell(grid, cells, [&](grid::CellRef cell, int32_t x, int32_t y) {
-    const bool shared =
-        grid.AnyIn(cell, [&](grid::BodyId other) { return grid.body(other).tree != tree; });
+    const bool shared = grid.AnyIn(cell, [&](grid::BodyId other) {
+      return grid.body(other).tree != tree && grid.body(other).exact() == exact;
+    });
     if (shared) return;
     const uint32_t tile =
         static_cast<uint32_t>(y - window.y) * window.width + static_cast<uint32_t>(x - window.x);

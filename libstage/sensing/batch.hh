@@ -29,12 +29,13 @@ class RayBatch {
 
   /// Adds a fan of `samples` rays. It is walked past the cells of the window.
   void Add(Fan fan, uint32_t samples, const Window& window);
-  /// The same with directions of its own (a sensor with angular noise).
-  void Add(Fan fan, const std::vector<Direction>& directions, const Window& window);
+  /// The same with bearings of its own (a sensor with angular noise), in radians.
+  void Add(Fan fan, const std::vector<double>& bearings, const Window& window);
 
   /// The window of a body that is drawn in these cells (a list for each of its blocks): the cells
-  /// in which there is nothing else. `tree` as in grid::Body.
-  Window MakeWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree);
+  /// in which there is nothing else. `tree` as in grid::Body; `exact`: which drawing of the bodies.
+  Window MakeWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree,
+                    bool exact);
 
   const std::vector<Fan>& fans() const { return fans_; }
   uint32_t ray_count() const { return ray_count_; }
@@ -45,12 +46,15 @@ class RayBatch {
   void Close(const DirectionTables& tables);
 
   const Direction* DirectionsOf(const Fan& fan) const;
+  /// The same in doubles, for the exact ray model.
+  const SineCosine* TurnsOf(const Fan& fan) const;
   ray_window_t WindowOf(const Fan& fan) const;
 
  private:
   std::vector<Fan> fans_;
   std::vector<uint64_t> window_words_;
   std::vector<Direction> own_directions_;
+  std::vector<SineCosine> own_turns_;
   std::vector<uint32_t> fans_with_own_directions_;
   const DirectionTables* tables_ = nullptr;
   uint32_t ray_count_ = 0;

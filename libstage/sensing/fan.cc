@@ -19,7 +19,8 @@ int32_t Rounded(double value) {
   return static_cast<int32_t>(value < 0 ? -std::floor(0.5 - value) : std::floor(value + 0.5));
 }
 
-/// Splits a coordinate into its cell and a 16-bit fraction. False if it is out of the grid.
+}  // namespace
+
 bool SplitCell(double coordinate, int32_t* cell, uint32_t* fraction) {
   const double whole = std::floor(coordinate);
   if (!(std::fabs(whole) < grid::kMaxCell)) return false;  // NaN too
@@ -29,13 +30,13 @@ bool SplitCell(double coordinate, int32_t* cell, uint32_t* fraction) {
   return true;
 }
 
-}  // namespace
+SineCosine TurnOf(double bearing) { return SinCos(std::isfinite(bearing) ? bearing : 0.0); }
 
-Direction MakeDirection(double bearing) {
-  if (!std::isfinite(bearing)) bearing = 0;  // no direction at all: look ahead
-  const SineCosine turn = SinCos(bearing);
+Direction MakeDirection(const SineCosine& turn) {
   return {Rounded(turn.cosine * kQ30), Rounded(turn.sine * kQ30)};
 }
+
+Direction MakeDirection(double bearing) { return MakeDirection(TurnOf(bearing)); }
 
 double SampleBearing(double fov, uint32_t count, uint32_t i) {
   if (count < 2) return 0.0;
@@ -49,6 +50,7 @@ void DirectionTables::Trim() {
   if (all_.size() < kPlenty || first_.size() < 64) return;
   first_.clear();
   all_.clear();
+  turns_.clear();
   generation_++;
   Find(0.0, 1);
 }
@@ -56,15 +58,18 @@ void DirectionTables::Trim() {
 uint32_t DirectionTables::Find(double fov, uint32_t count) {
   if (count == 1) fov = 0.0;  // all single samples look ahead
   const auto [entry, is_new] = first_.try_emplace({fov, count}, static_cast<uint32_t>(all_.size()));
-  if (is_new)
-    for (uint32_t i = 0; i < count; i++)
-      all_.push_back(MakeDirection(SampleBearing(fov, count, i)));
+  for (uint32_t i = 0; is_new && i < count; i++) {
+    turns_.push_back(TurnOf(SampleBearing(fov, count, i)));
+    all_.push_back(MakeDirection(turns_.back()));
+  }
   return entry->second;
 }
 
 void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre) {
   FanRecord& record = fan->record;
   uint32_t fx = 0, fy = 0;
+  fan->x = origin.x;
+  fan->y = origin.y;
   fan->z = origin.z;
   fan->range = range;
   fan->legs = 1;
@@ -80,10 +85,11 @@ void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre
     cells = std::isinf(fan->legs) ? RAY_LEG_CELLS : cells / fan->legs;
     fan->leg_length = cells / cells_per_metre;
   }
-  const SineCosine heading = SinCos(origin.a);
+  fan->leg_cells = cells;
+  fan->heading = SinCos(origin.a);
   record.fraction = fx | fy << 16;
-  record.cosine = Rounded(heading.cosine * cells * kQ16);
-  record.sine = Rounded(heading.sine * cells * kQ16);
+  record.cosine = Rounded(fan->heading.cosine * cells * kQ16);
+  record.sine = Rounded(fan->heading.sine * cells * kQ16);
 }
 
 }  // namespace Stg::internal::sensing

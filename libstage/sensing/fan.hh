@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
+#include "geometry/trigonometry.hh"
+#include "grid/ray_model.hh"
 #include "kernels/ray_walk.h"
 #include "sensing/ray_hit.hh"
 
@@ -25,7 +27,10 @@ namespace sensing {
 struct Direction {
   int32_t cosine, sine;
 };
+Direction MakeDirection(const SineCosine& turn);
 Direction MakeDirection(double bearing);
+/// Sine and cosine of a bearing, of 0 if it is not finite.
+SineCosine TurnOf(double bearing);
 
 /// Bearing of sample i of `count` over the field of view `fov`, counter-clockwise, both ends
 /// included; a single sample looks straight ahead.
@@ -42,6 +47,8 @@ class DirectionTables {
   void Trim();
   uint64_t generation() const { return generation_; }
   const std::vector<Direction>& all() const { return all_; }
+  /// The same in doubles, one for each.
+  const std::vector<SineCosine>& turns() const { return turns_; }
 
   /// A table of one direction: straight ahead.
   static constexpr uint32_t kAhead = 0;
@@ -49,6 +56,7 @@ class DirectionTables {
  private:
   std::map<std::pair<double, uint32_t>, uint32_t> first_;
   std::vector<Direction> all_;
+  std::vector<SineCosine> turns_;
   uint64_t generation_ = 0;
 };
 
@@ -67,9 +75,13 @@ static_assert(sizeof(FanRecord) == 48, "the kernel reads three int4");
 
 struct Fan {
   FanRecord record;
-  double z = 0;           ///< height of the rays, metres
+  bool exact = false;   ///< ranges go to outlines, not to cells
+  double x = 0, y = 0;  ///< start, metres
+  double z = 0;         ///< height of the rays, metres
+  SineCosine heading{0, 1};
   double range = 0;       ///< metres, may be infinite
   double leg_length = 0;  ///< metres: a long ray is walked in several legs
+  double leg_cells = 0;   ///< the same in cells
   double legs = 1;        ///< whole number; infinite for an infinite range
   bool nothing = false;   ///< casts no ray: no length, or starts outside the grid
   bool z_test = true;
@@ -87,6 +99,10 @@ struct Fan {
 /// Fills in the start, heading, length and legs of a fan from `origin`, global; its heading need
 /// not be normalised. `range` is in metres, not negative and not NaN.
 void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre);
+
+/// Splits a coordinate in cells into its cell and a 16-bit fraction. False if it is out of the
+/// grid.
+bool SplitCell(double coordinate, int32_t* cell, uint32_t* fraction);
 
 }  // namespace sensing
 }  // namespace internal

@@ -12,6 +12,8 @@ namespace Stg::internal::sensing {
 
 struct Scene {
   double cells_per_metre = 50;
+  RayModel ray_model = RayModel::kCell;  ///< of sensors that don't say
+  bool exact_drawing = false;            ///< bodies are drawn for the exact ray model too
   grid::Grid grid;
   DirectionTables tables;
   RayBatch batch;

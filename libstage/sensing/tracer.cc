@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sensing/crossing.hh"
+
 namespace Stg::internal::sensing {
 
 namespace {
@@ -45,104 +47,222 @@ void CutLegs(double start, double step, double low, double high, double* first, 
   *last = std::min(*last, std::ceil((high - start) / step));
 }
 
+/// Numbers of the legs to walk, ends included.
+struct LegRange {
+  double first, last;
+};
+
+/// The legs that may touch the occupied box. `x`, `y`: the start, `dx`, `dy`: a leg, all in Q16.
+LegRange LegsInBox(const Fan& fan, const ray_grid_t& view, int64_t x, int64_t y, int32_t dx,
+                   int32_t dy) {
+  if (fan.legs == 1) return {0, 0};
+  double first = 0, last = fan.legs - 1;
+  CutLegs(static_cast<double>(x), dx, view.min_x * 65536.0, (view.max_x + 1.0) * 65536.0, &first,
+          &last);
+  CutLegs(static_cast<double>(y), dy, view.min_y * 65536.0, (view.max_y + 1.0) * 65536.0, &first,
+          &last);
+  return {std::max(first, 0.0), last};
+}
+
+/// Visits the cells that a ray reaches until a body's predicate accepts it: the cell model.
+class CellVisit {
+ public:
+  CellVisit(const grid::Grid& grid, const Fan& fan) : grid_(grid), fan_(fan) {}
+
+  Model* hit() const { return hit_; }
+
+  /// True ends the walk.
+  bool operator()(ray_t*, uint32_t region, uint32_t tile, uint32_t bit) {
+    return grid_.AnyAt(region, tile, bit, [&](grid::BodyId id) {
+      const grid::Body& body = grid_.body(id);
+      if (body.exact() || (fan_.z_test && (fan_.z < body.z_min || fan_.z > body.z_max)))
+        return false;
+      if (!fan_.predicate(body.model, fan_.finder, fan_.arg)) return false;
+      hit_ = body.model;
+      return true;
+    });
+  }
+
+ private:
+  const grid::Grid& grid_;
+  const Fan& fan_;
+  Model* hit_ = nullptr;
+};
+
+/// Visits the cells that a ray reaches and intersects it with the outlines that touch them, until
+/// no cell to come can hold a nearer crossing: the exact model.
+class ExactVisit {
+ public:
+  ExactVisit(const grid::Grid& grid, const Fan& fan, const Line& line)
+      : grid_(grid),
+        fan_(fan),
+        line_(line),
+        nearest_(std::nextafter(fan.range, std::numeric_limits<double>::infinity())) {}
+
+  Model* hit() const { return hit_; }
+  double nearest() const { return nearest_; }
+  void BeginLeg(double leg) { leg_start_ = leg * fan_.leg_length; }
+
+  bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t bit) {
+    if (PastLimits(*ray, ray->u, ray->v)) return true;  // a listed cell behind a hit
+    bool nearer = false;
+    grid_.AnyAt(region, tile, bit, [&](grid::BodyId id) {
+      nearer |= Offer(grid_.body(id));
+      return false;
+    });
+    if (!nearer) return false;
+    EndAtNearest(ray);
+    return PastLimits(*ray, ray->u + 1, ray->v) && PastLimits(*ray, ray->u, ray->v + 1);
+  }
+
+ private:
+  /// Takes note of the body if the ray meets it first.
+  bool Offer(const grid::Body& body) {
+    if (!body.exact() || (fan_.z_test && (fan_.z < body.z_min || fan_.z > body.z_max)))
+      return false;
+    const double along = FirstCrossing(line_, body.corners, body.edges);
+    if (!(along < nearest_) || !fan_.predicate(body.model, fan_.finder, fan_.arg)) return false;
+    nearest_ = along;
+    hit_ = body.model;
+    return true;
+  }
+
+  /// Cells that the ray enters behind the nearest crossing are of no interest any more.
+  void EndAtNearest(ray_t* ray) const {
+    const double share = constrain((nearest_ - leg_start_) / fan_.leg_length, 0.0, 1.0);
+    ray->limit_x = std::min(ray->limit_x, static_cast<int>(share * ray->adx) + 1);
+    ray->limit_y = std::min(ray->limit_y, static_cast<int>(share * ray->ady) + 1);
+  }
+
+  static bool PastLimits(const ray_t& ray, int u, int v) {
+    return (u << 16) - ray.ox > ray.limit_x || (v << 16) - ray.oy > ray.limit_y;
+  }
+
+  const grid::Grid& grid_;
+  const Fan& fan_;
+  const Line line_;
+  double leg_start_ = 0;
+  double nearest_;
+  Model* hit_ = nullptr;
+};
+
 }  // namespace
 
-Model* Tracer::Accepted(const Fan& fan, uint32_t region, uint32_t tile, uint32_t bit) const {
-  Model* hit = nullptr;
-  grid_.AnyAt(region, tile, bit, [&](grid::BodyId id) {
-    const grid::Body& body = grid_.body(id);
-    if (fan.z_test && (fan.z < body.z_min || fan.z > body.z_max)) return false;
-    if (!fan.predicate(body.model, fan.finder, fan.arg)) return false;
-    hit = body.model;
-    return true;
-  });
-  return hit;
+/// How a ray is walked.
+struct Tracer::Walk {
+  const ray_grid_t& view;
+  const ray_window_t& window;
+  const HitList& list;
+  int32_t dx, dy;  // displacement of a leg, Q16 cells
+  TraceCounters* counters;
+};
+
+namespace {
+
+/// The start, Q16 cells.
+int64_t StartX(const Fan& fan) {
+  return int64_t{fan.record.x} * 65536 + (fan.record.fraction & 0xffff);
+}
+int64_t StartY(const Fan& fan) {
+  return int64_t{fan.record.y} * 65536 + (fan.record.fraction >> 16);
 }
 
-/// Looks at the cells of the ray's list. `finished`: the ray ended; there is nothing behind them.
-Model* Tracer::FollowList(const Fan& fan, ray_t* ray, const uint32_t* list, uint32_t listed,
-                          bool* finished, TraceCounters* counters) const {
-  for (uint32_t i = 0; i < listed; i++) {
-    if (list[i] == RAY_NO_HIT) {
-      *finished = true;
-      return nullptr;
-    }
-    ray_resume(ray, ray_packed_u(list[i]), ray_packed_v(list[i]));
+}  // namespace
+
+/// Begins a leg at (x, y), Q16.
+void Tracer::Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y) {
+  ray_begin(ray, &walk.view, static_cast<int32_t>(x >> 16), static_cast<int32_t>(y >> 16),
+            static_cast<int>(x & 0xffff), static_cast<int>(y & 0xffff), walk.dx, walk.dy);
+}
+
+/// Takes `visit` to the cells in which something is, in their order along the ray: those of the
+/// list, then those that the walk finds behind them.
+template <typename Visit>
+void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
+  for (uint32_t i = 0; i < walk.list.count; i++) {
+    const uint32_t hit = walk.list.hits[i];
+    if (hit == RAY_NO_HIT) return;  // the ray ended; there is nothing behind
+    ray_resume(ray, ray_packed_u(hit), ray_packed_v(hit));
     const int32_t x = ray->x0 + ray->sx * ray->u, y = ray->y0 + ray->sy * ray->v;
-    counters->potential_hits++;
+    walk.counters->potential_hits++;
     const uint32_t region = grid_.FindRegion(x, y);
-    if (Model* hit = Accepted(fan, region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y)))
-      return hit;
+    if ((*visit)(ray, region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y))) return;
   }
-  *finished = false;
-  return nullptr;
+  if (walk.list.count != 0) walk.counters->resumed++;
+  while (ray_next(&walk.view, &walk.window, ray)) {
+    walk.counters->potential_hits++;
+    if ((*visit)(ray, ray->region, ray->tile, ray->bit)) return;
+  }
 }
 
-RayHit Tracer::Trace(const Fan& fan, const ray_grid_t& view, const Direction& direction,
-                     const ray_window_t& window, const uint32_t* list, uint32_t listed,
+RayHit Tracer::Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
+                     const ray_window_t& window, const HitList& list,
                      TraceCounters* counters) const {
   counters->rays++;
-  const RayHit none{fan.range, nullptr};
-  if (fan.nothing) return none;
+  if (fan.nothing) return {fan.range, nullptr};
   const FanRecord& record = fan.record;
-  const int32_t dx = ray_rotate_x(record.cosine, record.sine, direction.cosine, direction.sine);
-  const int32_t dy = ray_rotate_y(record.cosine, record.sine, direction.cosine, direction.sine);
-  if (fan.legs != 1) return TraceLegs(fan, view, dx, dy, window, counters);
-
-  ray_t ray;
-  ray_begin(&ray, &view, record.x, record.y, static_cast<int>(record.fraction & 0xffff),
-            static_cast<int>(record.fraction >> 16), dx, dy);
-  Model* hit = nullptr;
-  if (listed != 0) {
-    bool finished = false;
-    hit = FollowList(fan, &ray, list, listed, &finished, counters);
-    if (hit) return {FractionAtHit(ray) * fan.leg_length, hit};
-    if (finished) return none;
-    counters->resumed++;
-  }
-  while (ray_next(&view, &window, &ray)) {
-    counters->potential_hits++;
-    hit = Accepted(fan, ray.region, ray.tile, ray.bit);
-    if (hit) return {FractionAtHit(ray) * fan.leg_length, hit};
-  }
-  return none;
+  const Direction& direction = bearing.direction;
+  const Walk walk{view,
+                  window,
+                  list,
+                  ray_rotate_x(record.cosine, record.sine, direction.cosine, direction.sine),
+                  ray_rotate_y(record.cosine, record.sine, direction.cosine, direction.sine),
+                  counters};
+  return fan.exact ? TraceExact(fan, walk, bearing.turn) : TraceCells(fan, walk);
 }
 
-RayHit Tracer::TraceLegs(const Fan& fan, const ray_grid_t& view, int32_t dx, int32_t dy,
-                         const ray_window_t& window, TraceCounters* counters) const {
-  const FanRecord& record = fan.record;
-  const int64_t start_x = int64_t{record.x} * 65536 + (record.fraction & 0xffff);
-  const int64_t start_y = int64_t{record.y} * 65536 + (record.fraction >> 16);
-  double first = 0, last = fan.legs - 1;
-  CutLegs(static_cast<double>(start_x), dx, view.min_x * 65536.0, (view.max_x + 1.0) * 65536.0,
-          &first, &last);
-  CutLegs(static_cast<double>(start_y), dy, view.min_y * 65536.0, (view.max_y + 1.0) * 65536.0,
-          &first, &last);
-
-  for (double k = std::max(first, 0.0); k <= last; k += 1.0) {
-    const int64_t x = start_x + static_cast<int64_t>(k) * dx;
-    const int64_t y = start_y + static_cast<int64_t>(k) * dy;
-    ray_t ray;
-    ray_begin(&ray, &view, static_cast<int32_t>(x >> 16), static_cast<int32_t>(y >> 16),
-              static_cast<int>(x & 0xffff), static_cast<int>(y & 0xffff), dx, dy);
-    while (ray_next(&view, &window, &ray)) {
-      counters->potential_hits++;
-      if (Model* hit = Accepted(fan, ray.region, ray.tile, ray.bit))
-        return {(k + FractionAtHit(ray, fan.legs - k)) * fan.leg_length, hit};
-    }
+/// Legs join without rounding: each begins where the one before has ended.
+RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk) const {
+  const int64_t start_x = StartX(fan), start_y = StartY(fan);
+  CellVisit visit(grid_, fan);
+  ray_t ray;
+  const LegRange legs = LegsInBox(fan, walk.view, start_x, start_y, walk.dx, walk.dy);
+  for (double k = legs.first; k <= legs.last; k += 1.0) {
+    const int64_t x = start_x + static_cast<int64_t>(k) * walk.dx;
+    const int64_t y = start_y + static_cast<int64_t>(k) * walk.dy;
+    Begin(&ray, walk, x, y);
+    Follow(walk, &ray, &visit);
+    if (visit.hit()) return {(k + FractionAtHit(ray, fan.legs - k)) * fan.leg_length, visit.hit()};
   }
   return {fan.range, nullptr};
+}
+
+/// Each leg begins on the true ray, so that the walk stays as near to it as the outlines' margin in
+/// the grid allows for, however far out it gets.
+RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn) const {
+  const SineCosine& heading = fan.heading;
+  const Line line{fan.x,
+                  fan.y,
+                  {.sine = heading.sine * turn.cosine + heading.cosine * turn.sine,
+                   .cosine = heading.cosine * turn.cosine - heading.sine * turn.sine}};
+  const int64_t start_x = StartX(fan), start_y = StartY(fan);
+  const double leg_x = line.direction.cosine * fan.leg_cells * 65536.0;
+  const double leg_y = line.direction.sine * fan.leg_cells * 65536.0;
+  ExactVisit visit(grid_, fan, line);
+  ray_t ray;
+  const LegRange legs = LegsInBox(fan, walk.view, start_x, start_y, walk.dx, walk.dy);
+  for (double k = legs.first; k <= legs.last; k += 1.0) {
+    if (visit.hit() && visit.nearest() <= k * fan.leg_length) break;
+    visit.BeginLeg(k);
+    Begin(&ray, walk, start_x + static_cast<int64_t>(std::floor(k * leg_x)),
+          start_y + static_cast<int64_t>(std::floor(k * leg_y)));
+    Follow(walk, &ray, &visit);
+  }
+  if (!visit.hit()) return {fan.range, nullptr};
+  return {std::min(visit.nearest(), fan.range), visit.hit()};
 }
 
 void Tracer::TraceFan(const RayBatch& batch, const Fan& fan, const HitLists& lists, RayHit* hits,
                       TraceCounters* counters) const {
   const Direction* directions = batch.DirectionsOf(fan);
+  const SineCosine* turns = batch.TurnsOf(fan);
   const ray_window_t window = batch.WindowOf(fan);
   const ray_grid_t view = grid_.View(fan.layer);
   const uint32_t listed = fan.single_leg() ? lists.per_ray : 0;
   for (uint32_t i = 0; i < fan.record.samples; i++) {
-    const uint32_t* list = lists.hits + size_t{fan.record.first_ray + i} * lists.per_ray;
-    hits[i] = Trace(fan, view, directions[i], window, list, listed, counters);
+    const size_t first = size_t{fan.record.first_ray + i} * lists.per_ray;
+    const HitList list{listed == 0 ? nullptr : lists.hits + first, listed};
+    hits[i] = Trace(fan, view, {directions[i], turns[i]}, window, list, counters);
   }
 }
 

@@ -5,6 +5,7 @@
 #ifndef STAGE_SENSING_TRACER_HH
 #define STAGE_SENSING_TRACER_HH
 
+#include "geometry/trigonometry.hh"
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
 #include "sensing/counters.hh"
@@ -17,22 +18,32 @@ class Tracer {
   /// The grid must not change meanwhile.
   explicit Tracer(const grid::Grid& grid) : grid_(grid) {}
 
-  /// One ray of a fan, through `view` of the fan's layer. `list`: the ray's potential hits,
-  /// `listed` of them (0: none are known).
-  RayHit Trace(const Fan& fan, const ray_grid_t& view, const Direction& direction,
-               const ray_window_t& window, const uint32_t* list, uint32_t listed,
-               TraceCounters* counters) const;
+  /// A ray's direction relative to its fan's heading, for the walk and for the exact model.
+  struct Bearing {
+    Direction direction;
+    SineCosine turn;
+  };
+  /// What is known beforehand of where a ray may stop.
+  struct HitList {
+    const uint32_t* hits = nullptr;  ///< as HitLists has them
+    uint32_t count = 0;              ///< 0: nothing is known
+  };
+
+  /// One ray of a fan, through `view` of the fan's layer.
+  RayHit Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
+               const ray_window_t& window, const HitList& list, TraceCounters* counters) const;
 
   /// All rays of a fan of the batch, into hits[0 .. samples - 1].
   void TraceFan(const RayBatch& batch, const Fan& fan, const HitLists& lists, RayHit* hits,
                 TraceCounters* counters) const;
 
  private:
-  Model* Accepted(const Fan& fan, uint32_t region, uint32_t tile, uint32_t bit) const;
-  Model* FollowList(const Fan& fan, ray_t* ray, const uint32_t* list, uint32_t listed,
-                    bool* finished, TraceCounters* counters) const;
-  RayHit TraceLegs(const Fan& fan, const ray_grid_t& view, int32_t dx, int32_t dy,
-                   const ray_window_t& window, TraceCounters* counters) const;
+  struct Walk;
+  static void Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y);
+  template <typename Visit>
+  void Follow(const Walk& walk, ray_t* ray, Visit* visit) const;
+  RayHit TraceCells(const Fan& fan, const Walk& walk) const;
+  RayHit TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn) const;
 
   const grid::Grid& grid_;
 };

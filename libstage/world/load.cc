@@ -10,6 +10,7 @@
 #include "geometry/load_error.hh"
 #include "models/block.hh"
 #include "models/ranger.hh"
+#include "models/ray_model_reader.hh"
 #include "world/engine.hh"
 #include "world/prefilter_loader.hh"
 #include "world/world.hh"
@@ -181,6 +182,8 @@ void World::LoadWorldProperties() {
   quit_time = Microseconds(wf->ReadFloat(0, "quit_time", 0), 1e6);
   if (wf->PropertyExists(0, "resolution"))
     engine_->scene.cells_per_metre = 1.0 / positive("resolution", 0.02);
+  SetRayModel(ReadRayModel(wf.get(), 0, RayModel::kDefault));
+  SetRayModel(run_options.ray_model);
   show_clock = wf->ReadInt(0, "show_clock", show_clock);
   const int every = wf->ReadInt(0, "show_clock_interval", static_cast<int>(show_clock_interval));
   show_clock_interval = every < 1 ? 1 : static_cast<unsigned>(every);

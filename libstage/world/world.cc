@@ -54,6 +54,8 @@ void World::SetDefaults() {
   show_clock = false;
   show_clock_interval = 100;
   engine_->scene.cells_per_metre = default_ppm_;
+  engine_->scene.ray_model = RayModel::kCell;
+  engine_->scene.exact_drawing = false;
 }
 
 World::~World() {
@@ -236,6 +238,22 @@ const bounds3d_t& World::GetExtent() const {
   return extent;
 }
 
+RayModel World::GetRayModel() const { return engine_->scene.ray_model; }
+
+void World::SetRayModel(RayModel model) {
+  if (model != RayModel::kDefault) engine_->scene.ray_model = model;
+}
+
+bool World::IsExact(RayModel model) const {
+  return (model == RayModel::kDefault ? GetRayModel() : model) == RayModel::kExact;
+}
+
+void World::DrawForExactRays() {
+  if (engine_->scene.exact_drawing) return;
+  engine_->scene.exact_drawing = true;
+  for (Model* child : children) child->Map();
+}
+
 int32_t World::MetersToPixels(meters_t x) const {
   return static_cast<int32_t>(std::floor(x * Resolution()));
 }
@@ -267,19 +285,21 @@ void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fo
   fan.finder = finder;
   fan.arg = arg;
   fan.z_test = ztest;
+  fan.exact = IsExact(RayModel::kDefault);
+  if (fan.exact) DrawForExactRays();
   sensing::PlaceFan(&fan, gpose, range, Resolution());
 
   // The predicate is anybody's: every body counts, none is left out.
-  const sensing::Tracer tracer(engine_->scene.grid);
-  const ray_grid_t view = engine_->scene.grid.View(grid::kEverything);
+  grid::Grid& grid = engine_->scene.grid;
+  const sensing::Tracer tracer(grid);
+  const ray_grid_t view = grid.View(grid.EverythingLayer(fan.exact));
   const ray_window_t no_window{nullptr, 0, 0, 0, 0};
   sensing::TraceCounters counters;
   const uint32_t count = static_cast<uint32_t>(results.size());
   for (uint32_t i = 0; i < count; i++) {
-    const sensing::Direction direction =
-        sensing::MakeDirection(sensing::SampleBearing(fov, count, i));
+    const SineCosine turn = sensing::TurnOf(sensing::SampleBearing(fov, count, i));
     const sensing::RayHit hit =
-        tracer.Trace(fan, view, direction, no_window, nullptr, 0, &counters);
+        tracer.Trace(fan, view, {sensing::MakeDirection(turn), turn}, no_window, {}, &counters);
     results[i] = ResultOf(gpose, hit.range, hit.model);
   }
 }

@@ -14,6 +14,7 @@
 
 #include "geometry/geometry.hh"
 #include "geometry/random.hh"
+#include "grid/ray_model.hh"
 #include "models/ancestor.hh"
 #include "models/model.hh"
 #include "sensing/ray_hit.hh"
@@ -56,7 +57,7 @@ class RaytraceResult {
       : pose(p), mod(m), color(c), range(r) {}
 };
 
-/// How worlds are run; set before they are made. None of it changes any result, the seed apart.
+/// How worlds are run; set before they are made. Only the seed and the ray model change results.
 struct RunOptions {
   int threads;            ///< that trace rays; 0: what the world file says, or else with a device
                           ///< all processors and without one 1
@@ -65,8 +66,15 @@ struct RunOptions {
   bool opencl;            ///< use an OpenCL device where that is faster
   bool always_on_device;  ///< use it for every batch, however small
   std::string device;     ///< which: the text after --opencl=
+  RayModel ray_model;     ///< of worlds, whatever their files say; changes results
 
-  RunOptions() : threads(0), seed(1), batch(true), opencl(false), always_on_device(false) {}
+  RunOptions()
+      : threads(0),
+        seed(1),
+        batch(true),
+        opencl(false),
+        always_on_device(false),
+        ray_model(RayModel::kDefault) {}
 };
 
 class World : public Ancestor {
@@ -145,6 +153,9 @@ class World : public Ancestor {
 
   /// Cells per metre.
   double Resolution() const;
+  /// Of Raytrace() and of sensors that don't say: kCell or kExact.
+  RayModel GetRayModel() const;
+  void SetRayModel(RayModel model);
   /// The plane area that anything was ever drawn in, in superregions.
   const bounds3d_t& GetExtent() const;
   int32_t MetersToPixels(meters_t x) const;
@@ -213,6 +224,10 @@ class World : public Ancestor {
   /// meet the bodies as they were when the sensor updated, batch or no batch.
   void FinishRays();
   bool IsLoading() const;
+  /// What it comes to in this world.
+  bool IsExact(RayModel model) const;
+  /// Draws the bodies for the exact ray model, from now on, if it is not done yet.
+  void DrawForExactRays();
 
  protected:
   bool LoadFrom(const std::string& path, std::istream* content);

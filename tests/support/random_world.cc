@@ -45,6 +45,7 @@ WorldText::WorldText(uint64_t seed) : random_(seed * 7919), seed_(seed) {
   steps_ = 8 + Below(12);
 
   text_ = Text("resolution ", cell_, "\nthreads ", 1 + Below(3), "\n");
+  if (Chance(0.3)) text_ += "ray_model \"exact\"\n";
   // A frame all round, closed or not.
   if (Chance(0.7))
     text_ += Text("model( size [", 2 * half_width_, " ", 2 * half_width_, " 3] pose [", centre_x_,
@@ -344,6 +345,9 @@ void Driver::ChangeSensor() {
   const unsigned counts[] = {0, 1, 2, 33};
   sensor.sample_count = counts[Below(4)];
   sensor.fov = random_.Uniform(-4, 8);
+  const Stg::RayModel models[] = {Stg::RayModel::kDefault, Stg::RayModel::kCell,
+                                  Stg::RayModel::kExact};
+  if (Chance(0.3)) sensor.ray_model = models[Below(3)];
   const double ranges[] = {0, 0.5 * cell_, 77 * cell_, 20000 * cell_, INFINITY};
   sensor.range.max = ranges[Below(5)];
   if (sensor.range.max > 1000 * cell_) sensor.sample_count = std::min(sensor.sample_count, 2u);

@@ -165,13 +165,12 @@ void RayScene::AddFan() {
     grid::CellLists cells;
     for (const Drawn& drawn : bodies_)
       if (drawn.tree == tree && Chance(0.3)) cells.lists.push_back(&drawn.cells);
-    window = batch_.MakeWindow(grid_, cells, TreeOf(tree));
+    window = batch_.MakeWindow(grid_, cells, TreeOf(tree), false);
   }
   if (Chance(0.2)) {
-    std::vector<sensing::Direction> directions;
-    for (uint32_t i = 0; i < samples; i++)
-      directions.push_back(sensing::MakeDirection(random_.Uniform(-4, 4)));
-    batch_.Add(fan, directions, window);
+    std::vector<double> bearings;
+    for (uint32_t i = 0; i < samples; i++) bearings.push_back(random_.Uniform(-4, 4));
+    batch_.Add(fan, bearings, window);
   } else {
     fan.record.first_direction = tables_.Find(Chance(0.5) ? 3.14 : fov, samples);
     batch_.Add(fan, samples, window);

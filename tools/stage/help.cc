@@ -16,6 +16,9 @@ How long, and what comes out
                        a world without either runs until its controllers or Ctrl-C end it
   --seed N             begin the random numbers differently (default 1): the same seed gives the
                        same run, another seed another sample of it
+  --ray-model MODEL    what ranges go to where the world leaves it open to its sensors, instead of
+                       what the world says: cell, the grid cell that was hit (right to about a
+                       cell), or exact, the outline itself, whatever the size of the cells
   -a, --args STR       hand STR to every controller
 
 How fast

@@ -25,6 +25,7 @@ enum Id : int {
   kDuration,
   kSeed,
   kThreads,
+  kRayModel,
   kStats,
   kStateHash,
   kOpencl,
@@ -49,6 +50,7 @@ constexpr option kLongOptions[] = {
     {"opencl", optional_argument, nullptr, kOpencl},
     {"opencl-always", no_argument, nullptr, kOpenclAlways},
     {"progress", no_argument, nullptr, kProgress},
+    {"ray-model", required_argument, nullptr, kRayModel},
     {"seed", required_argument, nullptr, kSeed},
     {"state-hash", no_argument, nullptr, kStateHash},
     {"stats", required_argument, nullptr, kStats},
@@ -98,6 +100,11 @@ int ParseThreads(const std::string& text) {
   if (!threads || *threads < 1 || *threads > kMostThreads)
     Refuse(kThreads, "a whole number, from 1 to " + std::to_string(kMostThreads), text);
   return *threads;
+}
+
+RayModel ParseRayModel(const std::string& text) {
+  if (text != "cell" && text != "exact") Refuse(kRayModel, "cell or exact", text);
+  return text == "cell" ? RayModel::kCell : RayModel::kExact;
 }
 
 /// Why getopt did not find a long option: there is none, or more than one begins like that.
@@ -156,6 +163,9 @@ class Parser {
         break;
       case kThreads:
         options_.run.threads = ParseThreads(value);
+        break;
+      case kRayModel:
+        options_.run.ray_model = ParseRayModel(value);
         break;
       case kStats:
         SetStatsFile(value);

@@ -113,6 +113,7 @@ Json Describe(const LoadedWorld& loaded) {
           {"robots", population.robots},
           {"position_models", population.positions},
           {"models", population.models},
+          {"ray_model", world->GetRayModel() == RayModel::kExact ? "exact" : "cell"},
           {"steps", run.steps},
           {"simulated_seconds", simulated},
           {"load_seconds", run.load_seconds},

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/exact_drawing.hh"
+
+#include <algorithm>
+
+#include "grid/cover.hh"
+
+namespace Stg {
+
+namespace {
+
+uint64_t Packed(int32_t x, int32_t y) {
+  return uint64_t{static_cast<uint32_t>(y)} << 32 | static_cast<uint32_t>(x);
+}
+int32_t UnpackedX(uint64_t place) { return static_cast<int32_t>(static_cast<uint32_t>(place)); }
+int32_t UnpackedY(uint64_t place) { return static_cast<int32_t>(place >> 32); }
+
+}  // namespace
+
+void ExactDrawing::Draw(grid::Grid* grid, const grid::Body& body, const point_t* corners,
+                        size_t count, double cells_per_metre) {
+  const bool same = corners_.size() == (count == 0 ? 0 : count + 1) &&
+                    std::equal(corners, corners + count, corners_.begin());
+  if (same) {
+    Change(grid, body);
+    return;
+  }
+  const size_t runs = (count + kRunEdges - 1) / kRunEdges;
+  if (runs != runs_.size()) Erase(grid);
+  corners_.assign(corners, corners + count);
+  if (count > 0) corners_.push_back(corners[0]);
+  const bool is_new = runs_.empty();
+  runs_.resize(runs);
+  for (size_t i = 0; i < runs; i++) {
+    if (is_new) runs_[i].body = grid->AddBody(BodyOf(body, i));
+    grid->ChangeBody(runs_[i].body, BodyOf(body, i), runs_[i].cells);
+    DrawRun(grid, i, cells_per_metre);
+  }
+}
+
+grid::Body ExactDrawing::BodyOf(const grid::Body& body, size_t run) const {
+  grid::Body part = body;
+  const size_t first = run * kRunEdges;
+  part.corners = corners_.data() + first;
+  part.edges = static_cast<uint32_t>(std::min(kRunEdges, corners_.size() - 1 - first));
+  return part;
+}
+
+/// Only the difference is drawn: a body that moves on by little stays in most of its cells.
+void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metre) {
+  static thread_local std::vector<uint64_t> places;  // for their memory
+  static thread_local std::vector<grid::CellRef> cells;
+  Run& run = runs_[index];
+  places.clear();
+  const size_t first = index * kRunEdges;
+  const size_t last = std::min(first + kRunEdges, corners_.size() - 1);
+  for (size_t i = first; i < last; i++) {
+    const point_t from(corners_[i].x * cells_per_metre, corners_[i].y * cells_per_metre);
+    const point_t to(corners_[i + 1].x * cells_per_metre, corners_[i + 1].y * cells_per_metre);
+    grid::ForEachCellNear(from, to, [](int32_t x, int32_t y) { places.push_back(Packed(x, y)); });
+  }
+  std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+
+  cells.clear();
+  size_t old = 0;
+  for (const uint64_t place : places) {
+    while (old < run.places.size() && run.places[old] < place)
+      grid->Remove(run.cells[old++], run.body);
+    const bool kept = old < run.places.size() && run.places[old] == place;
+    cells.push_back(kept ? run.cells[old++]
+                         : grid->Insert(UnpackedX(place), UnpackedY(place), run.body));
+  }
+  while (old < run.places.size()) grid->Remove(run.cells[old++], run.body);
+  run.places.assign(places.begin(), places.end());
+  run.cells.assign(cells.begin(), cells.end());
+}
+
+void ExactDrawing::Change(grid::Grid* grid, const grid::Body& body) {
+  for (size_t i = 0; i < runs_.size(); i++)
+    grid->ChangeBody(runs_[i].body, BodyOf(body, i), runs_[i].cells);
+}
+
+void ExactDrawing::Erase(grid::Grid* grid) {
+  for (Run& run : runs_) {
+    for (const grid::CellRef cell : run.cells) grid->Remove(cell, run.body);
+    grid->RemoveBody(run.body);
+  }
+  runs_.clear();
+  corners_.clear();
+}
+
+void ExactDrawing::AppendCells(grid::CellLists* lists) const {
+  for (const Run& run : runs_)
+    if (!run.cells.empty()) lists->lists.push_back(&run.cells);
+}
+
+}  // namespace Stg

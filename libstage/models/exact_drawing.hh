@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// A block as the exact ray model sees it: its outline in metres, and in the grid every cell that
+// the outline touches.
+
+#ifndef STAGE_MODELS_EXACT_DRAWING_HH
+#define STAGE_MODELS_EXACT_DRAWING_HH
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry/geometry.hh"
+#include "grid/grid.hh"
+
+namespace Stg {
+
+class ExactDrawing {
+ public:
+  /// Draws the outline with these `count` corners (global, metres) instead of what was drawn
+  /// before; none of them: nothing. `body` says what else the grid wants to know of the block.
+  void Draw(grid::Grid* grid, const grid::Body& body, const point_t* corners, size_t count,
+            double cells_per_metre);
+  /// Changes what the grid knows of the block.
+  void Change(grid::Grid* grid, const grid::Body& body);
+  void Erase(grid::Grid* grid);
+  void AppendCells(grid::CellLists* lists) const;
+
+ private:
+  /// Consecutive edges: a ray that comes to a cell need not look at the whole of a long outline.
+  struct Run {
+    grid::BodyId body = 0;
+    std::vector<uint64_t> places;  // coordinates of the cells, packed, in ascending order
+    std::vector<grid::CellRef> cells;
+  };
+  static constexpr size_t kRunEdges = 8;
+
+  grid::Body BodyOf(const grid::Body& body, size_t run) const;
+  void DrawRun(grid::Grid* grid, size_t run, double cells_per_metre);
+
+  std::vector<point_t> corners_;  // the first one again at the end
+  std::vector<Run> runs_;
+};
+
+}  // namespace Stg
+
+#endif
