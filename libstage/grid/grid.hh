@@ -46,6 +46,7 @@ struct Body {
   /// Exact drawing: edges + 1 corners, global, metres; they stay where they are. Else null.
   const point_t* corners = nullptr;
   uint32_t edges = 0;
+  double x = 0, y = 0, radius = 0;  ///< a circle that holds them
   uint32_t layers = 0;  ///< bit i: it is drawn in layer i. Kept by the grid
 
   bool exact() const { return corners != nullptr; }

@@ -3,6 +3,7 @@
 #include "models/exact_drawing.hh"
 
 #include <algorithm>
+#include <cmath>
 
 #include "grid/cover.hh"
 
@@ -15,6 +16,24 @@ uint64_t Packed(int32_t x, int32_t y) {
 }
 int32_t UnpackedX(uint64_t place) { return static_cast<int32_t>(static_cast<uint32_t>(place)); }
 int32_t UnpackedY(uint64_t place) { return static_cast<int32_t>(place >> 32); }
+
+/// A circle around the corners.
+void Enclose(grid::Body* part) {
+  const point_t* begin = part->corners;
+  const point_t* end = begin + part->edges + 1;
+  const auto [left, right] =
+      std::minmax_element(begin, end, [](const point_t& a, const point_t& b) { return a.x < b.x; });
+  const auto [low, high] =
+      std::minmax_element(begin, end, [](const point_t& a, const point_t& b) { return a.y < b.y; });
+  part->x = (left->x + right->x) / 2;
+  part->y = (low->y + high->y) / 2;
+  double square = 0;
+  for (const point_t* p = begin; p != end; p++) {
+    const double dx = p->x - part->x, dy = p->y - part->y;
+    square = std::max(square, dx * dx + dy * dy);
+  }
+  part->radius = std::sqrt(square);
+}
 
 }  // namespace
 
@@ -44,6 +63,7 @@ grid::Body ExactDrawing::BodyOf(const grid::Body& body, size_t run) const {
   const size_t first = run * kRunEdges;
   part.corners = corners_.data() + first;
   part.edges = static_cast<uint32_t>(std::min(kRunEdges, corners_.size() - 1 - first));
+  Enclose(&part);
   return part;
 }
 

@@ -120,6 +120,7 @@ class ExactVisit {
   bool Offer(const grid::Body& body) {
     if (!body.exact() || (fan_.z_test && (fan_.z < body.z_min || fan_.z > body.z_max)))
       return false;
+    if (PassesBy(line_, point_t(body.x, body.y), body.radius, nearest_)) return false;
     const double along = FirstCrossing(line_, body.corners, body.edges);
     if (!(along < nearest_) || !fan_.predicate(body.model, fan_.finder, fan_.arg)) return false;
     nearest_ = along;
