@@ -130,6 +130,12 @@ class Series:
         """Whether any run has that figure."""
         return any(not math.isnan(getattr(record, name)) for record in self.measured)
 
+    @property
+    def scopes(self) -> str:
+        """What the energy figures cover."""
+        found = {r.scope or "unknown" for r in self.measured if not math.isnan(r.r_epss)}
+        return "/".join(sorted(found))
+
     def ratios(self, world: str, population: int, backend: str, base: str,
                name: str = "r_acc") -> list[float]:
         """The figure over that of the base, in each repeat that both have."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import dataclass
 from typing import Protocol, Sequence
 
@@ -82,7 +83,7 @@ def open_energy_meter(choice: str) -> Meter:
         return NoMeter()
     try:
         # Only now: measuring without energy has to work where the meters cannot be loaded.
-        from harness import power  # pylint: disable=import-outside-toplevel
+        power = importlib.import_module("harness.power")
     except ImportError as error:
         if choice == "auto":
             return NoMeter()

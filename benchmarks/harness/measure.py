@@ -56,7 +56,8 @@ class Measurer:
             figures = {**figures_of(outcome), **energy_figures(job, reading)}
         except RunError as error:
             return Record(**known, error=one_line(str(error)) or "failed")
-        figures["notes"] = "; ".join(filter(None, [figures["notes"], notes_text(reading)]))
+        if reading.meter != "none":
+            figures["notes"] = "; ".join(filter(None, [figures["notes"], notes_text(reading)]))
         return Record(**known, **figures)
 
     def _run(self, job: Job, world: Path, time_limit: float | None,
@@ -81,6 +82,8 @@ def energy_figures(job: Job, reading: Reading) -> dict:
     """The columns of a record that come from the meter."""
     if job.purpose != MEASURE:
         return {}
+    if reading.meter == "none":
+        return {"meter": "none"}
     figures = {
         "meter": reading.meter, "scope": reading.scope or "", "joules": NAN, "watts": NAN,
         "metered_seconds": reading.seconds or NAN, "r_epss": NAN,

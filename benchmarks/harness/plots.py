@@ -7,6 +7,7 @@ differ as well.
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Callable, Iterator
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 WIDTH, PANEL = 8.0, 3.9  # inches of 100 pixels
 BLACK, BLUE, SKY, ORANGE = "#000000", "#0072B2", "#56B4E9", "#E69F00"
 RED, GREEN, PURPLE, YELLOW, GREY = "#D55E00", "#009E73", "#CC79A7", "#F0E442", "#999999"
+PAPER_COLOUR = "#555555"
 DEVICE_STYLES = [(ORANGE, "D"), (GREEN, "^"), (RED, "P"), (YELLOW, "h")]
 HOST_STYLES = [(SKY, "v"), (GREY, "<")]
 PHASE_COLOURS = [BLUE, ORANGE, SKY, GREEN, PURPLE, YELLOW, GREY]
@@ -43,7 +45,7 @@ def load_pyplot():
     pyplot.rcParams.update({
         "figure.dpi": 100, "savefig.dpi": 100, "font.size": 10.5, "axes.titlesize": 11.5,
         "axes.grid": True, "grid.alpha": 0.3, "legend.fontsize": 9.5, "lines.linewidth": 1.6,
-        "lines.markersize": 5.5, "axes.axisbelow": True, "svg.hashsalt": "stage",
+        "axes.axisbelow": True,
     })
     return pyplot
 
@@ -70,20 +72,42 @@ def panels(series: Series, title: str) -> Iterator[tuple["Figure", "Axes", str]]
         yield figure, axis, world
 
 
-def plain_ticks(axis: "Axes", *which: str) -> None:
-    """1000, not 10³, on logarithmic axes."""
-    from matplotlib.ticker import FuncFormatter  # pylint: disable=import-outside-toplevel
-    for name in which:
-        getattr(axis, f"{name}axis").set_major_formatter(
-            FuncFormatter(lambda value, _: f"{value:g}" if value < 1e6 else f"{value:.0e}"))
+def plain_ticks(axis: "Axes", name: str) -> None:
+    """1000, not 10³, on logarithmic axes, and enough numbers where they span little."""
+    from matplotlib.ticker import (FuncFormatter, LogLocator,  # pylint: disable=C0415
+                                   NullFormatter)
+    low, high = getattr(axis, f"get_{name}lim")()
+    decades = math.log10(high / low)
+    subs = (1, 1.5, 2, 3, 5, 7) if decades < 0.8 else (1, 2, 5) if decades < 4.6 else (1,)
+    ticks = getattr(axis, f"{name}axis")
+    ticks.set_major_locator(LogLocator(subs=subs, numticks=30))
+    ticks.set_major_formatter(
+        FuncFormatter(lambda value, _: f"{value:g}" if value < 1e6 else f"{value:.0e}"))
+    ticks.set_minor_formatter(NullFormatter())
 
 
-def save(figure: "Figure", path: Path) -> Path:
-    figure.tight_layout()
+def save(figure: "Figure", path: Path, legend_rows: int = 0) -> Path:
+    """With room below for a legend of so many rows."""
+    height = figure.get_size_inches()[1]
+    figure.tight_layout(rect=(0, (0.1 + 0.22 * legend_rows) / height if legend_rows else 0, 1, 1))
     # No software version inside: equal figures give equal files.
     figure.savefig(path, metadata={"Software": None})
     load_pyplot().close(figure)
     return path
+
+
+def save_with_legend(figure: "Figure", path: Path, columns: int) -> Path:
+    """One legend for all panels, below them, where it hides nothing."""
+    entries: dict[str, object] = {}
+    for axis in figure.axes:
+        for handle, label in zip(*axis.get_legend_handles_labels()):
+            entries.setdefault(label, handle)
+    names = sorted(entries, key=lambda name: name.startswith(PAPER))  # what is ours comes first
+    rows = math.ceil(len(entries) / columns)
+    figure.set_figheight(figure.get_size_inches()[1] + 0.1 + 0.22 * rows)
+    figure.legend([entries[name] for name in names], names, loc="lower center", ncol=columns,
+                  frameon=False)
+    return save(figure, path, rows)
 
 
 def draw_line(axis: "Axes", points: list[tuple[int, Summary]], look: dict, name: str) -> None:
@@ -102,7 +126,9 @@ def draw_world(axis: "Axes", series: Series, world: str, labels: list[str],
                value: Callable[[int, str], Summary | None]) -> None:
     """A line for each backend over the populations, which are on a logarithmic axis."""
     looks = styles(series)
-    for label in labels:
+    for i, label in enumerate(labels):
+        # Lines that coincide can be told apart: later markers are smaller.
+        looks[label]["markersize"] = max(3.5, 7.5 - 1.2 * i)
         found = [(n, value(n, label)) for n in series.populations(world, label)]
         points = [(n, v) for n, v in found if v is not None]
         if points:
@@ -121,8 +147,7 @@ def plot_against_population(series: Series, path: Path, column: str, title: str,
         axis.set_yscale("log")
         axis.set_ylabel(label)
         plain_ticks(axis, "y")
-        axis.legend(loc="best")
-    return save(figure, path)
+    return save_with_legend(figure, path, 2)
 
 
 def plot_relative(series: Series, path: Path, base: str, column: str) -> Path:
@@ -135,26 +160,24 @@ def plot_relative(series: Series, path: Path, base: str, column: str) -> Path:
         draw_world(axis, series, world, labels,
                    lambda n, b, w=world: series.relative(w, n, b, base, column))  # type: ignore[misc]
         axis.axhline(1, color=BLACK, linewidth=1)
-        value = PAPER_FASTER if faster else PAPER_ENERGY
-        words = f"up to {PAPER_FASTER:g} times" if faster else "30 % less energy"
-        axis.axhline(value, color=RED, linestyle=(0, (6, 3)), linewidth=1.2,
-                     label=f"{PAPER} (Exynos, Mali GPU): {words}")
-        axis.axvline(PAPER_ROBOTS, color=RED, linestyle=":", linewidth=1.4,
-                     label=f"{PAPER}: GPU lost below about {PAPER_ROBOTS}")
         axis.set_yscale("log")
         axis.set_ylabel(f"{what} / {what} of the host")
-        ratio_ticks(axis)
-        axis.legend(loc="best")
-    return save(figure, path)
+        draw_paper(axis, PAPER_FASTER if faster else PAPER_ENERGY,
+                   f"up to {PAPER_FASTER:g} times" if faster else "30 % less energy")
+        plain_ticks(axis, "y")
+    return save_with_legend(figure, path, 2)
 
 
-def ratio_ticks(axis: "Axes") -> None:
-    """Enough numbers on a logarithmic axis of ratios, which may span less than a decade."""
-    from matplotlib.ticker import (FuncFormatter, LogLocator,  # pylint: disable=C0415
-                                   NullFormatter)
-    axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.yaxis.set_minor_formatter(NullFormatter())
+def draw_paper(axis: "Axes", value: float, words: str) -> None:
+    """What the paper published, as lines that nobody takes for ours."""
+    axis.axhline(value, color=PAPER_COLOUR, linestyle=(0, (6, 3)), linewidth=1.2,
+                 label=f"{PAPER} (Exynos, Mali GPU): {words}")
+    axis.axvline(PAPER_ROBOTS, color=PAPER_COLOUR, linestyle=":", linewidth=1.4,
+                 label=f"{PAPER}: GPU lost below about {PAPER_ROBOTS} robots")
+    low, high = axis.get_ylim()
+    axis.set_ylim(min(low, value / 1.15), max(high, value * 1.25))
+    axis.text(0.01, value * 1.02, PAPER, transform=axis.get_yaxis_transform(), fontsize=9,
+              color=PAPER_COLOUR, va="bottom")
 
 
 def plot_averages(series: Series, path: Path, column: str, label: str) -> Path:
@@ -172,12 +195,11 @@ def plot_averages(series: Series, path: Path, column: str, label: str) -> Path:
                 if backend != "host1" and "host1" in series.backends else None
             words = f"  {number(value.median)}"
             if times is not None:
-                words += f"\n  {times.median:.2f} × host, 1 thread"
+                words += f"\n  {times.median:.2f} × host1"
             axis.text(value.greatest, i, words, va="center")
         axis.set_yticks(range(len(bars)), [wrapped(backend_name(series, b)) for b, _ in bars])
         axis.invert_yaxis()
-        axis.margins(x=0.3)
-        axis.set_xlim(left=0)
+        axis.set_xlim(0, 1.25 * max((value.greatest for _, value in bars), default=1))
         axis.grid(axis="y", visible=False)
         axis.set_xlabel(label)
     return save(figure, path)
@@ -201,7 +223,7 @@ def plot_phases(series: Series, path: Path) -> Path:
     """Stacked bars: where the time of a step goes."""
     pyplot = load_pyplot()
     rows = [(world, n) for world in series.worlds for n in phase_populations(series, world)]
-    height = 0.9 + len(rows) * (0.9 + 0.33 * len(series.backends))
+    height = 0.3 + len(rows) * (0.9 + 0.33 * len(series.backends))
     figure, axes = pyplot.subplots(max(1, len(rows)), 1, figsize=(WIDTH, height), squeeze=False)
     for axis, (world, population) in zip(axes[:, 0], rows):
         left = [0.0] * len(series.backends)
@@ -216,17 +238,7 @@ def plot_phases(series: Series, path: Path) -> Path:
         axis.invert_yaxis()
         axis.grid(axis="y", visible=False)
         axis.set_xlabel("time of a step (ms, median)")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower center",
-                  ncol=len(PHASES) + 1, frameon=False)
-    figure.tight_layout(rect=(0, 0.4 / height, 1, 1))
-    figure.savefig(path, metadata={"Software": None})
-    pyplot.close(figure)
-    return path
-
-
-def scopes(series: Series) -> str:
-    """What the energy figures cover, for titles."""
-    return "/".join(sorted({r.scope for r in series.measured if r.scope})) or "scope unknown"
+    return save_with_legend(figure, path, len(PHASES) + 1)
 
 
 def plot_all(series: Series, folder: Path) -> dict[str, Path]:
@@ -237,12 +249,12 @@ def plot_all(series: Series, folder: Path) -> dict[str, Path]:
             "r_ACC (robot s / real s)"),
         "phases": plot_phases(series, folder / "phases.png"),
         "memory": plot_against_population(
-            series, folder / "memory.png", "peak_memory_mb", "memory", "peak memory (MB)"),
+            series, folder / "memory.png", "peak_memory_mb", "memory", "peak memory (MiB)"),
     }
     energy = series.has("r_epss")
     if energy:
         made["r_epss"] = plot_against_population(
-            series, folder / "r_epss.png", "r_epss", f"energy ({scopes(series)})",
+            series, folder / "r_epss.png", "r_epss", f"energy ({series.scopes})",
             "r_EPSS (J / robot s)")
     for base in series.bases:
         if any(b != base for b in series.accelerated):
@@ -257,5 +269,5 @@ def plot_all(series: Series, folder: Path) -> dict[str, Path]:
         if energy:
             made["averages-energy"] = plot_averages(
                 series, folder / "averages-energy.png", "r_epss",
-                f"mean r_EPSS (J / robot s, {scopes(series)})")
+                f"mean r_EPSS (J / robot s, {series.scopes})")
     return made

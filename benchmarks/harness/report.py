@@ -82,7 +82,7 @@ def meter_text(series: Series) -> str:
     if not series.has("r_epss"):
         return "no meter on this machine: no r_EPSS"
     return "; ".join(sorted({f"{r.meter}, scope: {r.scope or 'unknown'}"
-                             for r in series.measured if r.meter}))
+                             for r in series.measured if not math.isnan(r.r_epss)}))
 
 
 def warnings(series: Series) -> list[str]:
@@ -150,9 +150,13 @@ def energy_section(series: Series, plots: dict[str, Path]) -> list[str]:
         lines += [f"The meter runs as long as the program does, loading included: "
                   f"{share.median:.0%} of that time (median; {share.least:.0%} to "
                   f"{share.greatest:.0%}) is not spent in steps.", ""]
-    scope = "; ".join(sorted({r.scope or "unknown" for r in series.measured if r.meter}))
+    without = [record for record in series.measured if math.isnan(record.r_epss)]
+    if without:
+        reasons = sorted({record.notes for record in without})
+        lines += [f"{len(without)} of {len(series.measured)} runs have no figure "
+                  f"({'; '.join(reasons)}).", ""]
     return lines + [*picture(plots, "r_epss", "r_EPSS against the population"),
-                    *column_tables(series, "r_epss", f"J / robot s, scope: {scope}")]
+                    *column_tables(series, "r_epss", f"J / robot s, scope: {series.scopes}")]
 
 
 def relative_section(series: Series, plots: dict[str, Path]) -> list[str]:
@@ -193,6 +197,7 @@ def loss_lines(series: Series) -> list[str]:
     lines = ["### Where OpenCL loses", ""]
     if not losses:
         return lines + ["Nowhere in the range.", ""]
+    lines += ["By the median; populations in brackets where not all repeats agree.", ""]
     rows = []
     for base in series.bases:
         for backend in series.accelerated:
@@ -203,7 +208,8 @@ def loss_lines(series: Series) -> list[str]:
                     continue
                 worst = min(mine, key=lambda loss: loss.ratio.median)
                 rows.append([world, backend_name(series, backend), backend_name(series, base),
-                             ", ".join(str(loss.population) for loss in mine),
+                             ", ".join(str(loss.population) if loss.ratio.greatest < 1 else
+                                       f"({loss.population})" for loss in mine),
                              f"{worst.ratio.median:.2f} at {worst.population}"])
     return lines + table(["world", "backend", "slower than", "with robots", "worst r_ACC ratio"],
                          rows)
@@ -230,12 +236,8 @@ def averages_section(series: Series, plots: dict[str, Path]) -> list[str]:
     head = ["world", "backend", "mean r_ACC"]
     head += [f"times {backend_name(series, base)}" for base in series.bases]
     if series.has("r_epss"):
-        head.append(f"mean r_EPSS (J / robot s, {'/'.join(sorted_scopes(series))})")
+        head.append(f"mean r_EPSS (J / robot s, {series.scopes})")
     return lines + ["", *table(head, rows)]
-
-
-def sorted_scopes(series: Series) -> list[str]:
-    return sorted({record.scope for record in series.measured if record.scope})
 
 
 # Break-even.
@@ -324,12 +326,19 @@ def memory_section(series: Series, plots: dict[str, Path]) -> list[str]:
             rows.append([world, backend_name(series, b),
                          *(f"{number(end.median)} at {n}" if end else ""
                            for end, n in zip(ends, (populations[0], populations[-1]))),
-                         number(each) if each is not None else ""])
+                         memory_text(each)])
     return ["## Memory", "",
             "Peak memory of the process on the host; a robot's share is the rise from the smallest to "
             "the greatest population. A GPU's own memory is not in it.", "",
             *picture(plots, "memory", "Memory against the population"),
-            *table(["world", "backend", "MB, smallest", "MB, greatest", "KiB for each robot"], rows)]
+            *table(["world", "backend", "MiB, smallest", "MiB, greatest", "KiB for each robot"], rows)]
+
+
+def memory_text(kib_per_robot: float | None) -> str:
+    """Loading a world may take more than its robots do."""
+    if kib_per_robot is None:
+        return ""
+    return number(kib_per_robot) if kib_per_robot > 0 else "hidden by the peak of loading"
 
 
 def compile_section(series: Series) -> list[str]:
