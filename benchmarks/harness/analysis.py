@@ -100,15 +100,17 @@ class Series:
         self.bases = [label for label in ("host1", "hostN") if label in self.backends]
 
     @property
-    def repeats(self) -> int:
-        return max((len(runs) for runs in self._runs.values()), default=0)
+    def repeats(self) -> tuple[int, int]:
+        """Of the point that has the fewest, and the most."""
+        counts = [len(runs) for runs in self._runs.values()]
+        return min(counts, default=0), max(counts, default=0)
 
     @property
     def measured(self) -> list[Record]:
         return [record for runs in self._runs.values() for record in runs.values()]
 
     def populations(self, world: str, *backends: str) -> list[int]:
-        """That all of these backends have been measured with; without backends, all that any has."""
+        """That all of these backends were measured with; without backends, all that any was."""
         sets = [{key[1] for key in self._runs if key[0] == world and key[2] == backend}
                 for backend in backends]
         if not sets:
@@ -241,9 +243,6 @@ class Series:
 
     def failures(self) -> list[Record]:
         """Runs that gave no figures, and were not done again with success."""
-        def key(record: Record) -> tuple:
-            return (record.purpose, record.world, record.population, record.backend, record.repeat)
-        done = {key(record) for record in self.good}
-        last = {key(record): record for record in self.records if not record.ok}
+        done = {record.key for record in self.good}
+        last = {record.key: record for record in self.records if not record.ok}
         return [record for place, record in last.items() if place not in done]
-

@@ -15,7 +15,7 @@ from typing import Callable
 from harness import report
 from harness.analysis import Series, differences
 from harness.energy import EnergyError, open_energy_meter, try_meter
-from harness.machine import (ROOT, commit, list_devices, program_fingerprint,
+from harness.machine import (ROOT, Machine, commit, list_devices, program_fingerprint,
                              this_machine)
 from harness.measure import Circumstances, Measurer
 from harness.options import chosen_backends, chosen_worlds, read_command_line
@@ -50,7 +50,7 @@ class Campaign:
         self._told: set[tuple] = set()  # differences of hashes
 
     def run(self, end: float | None) -> bool:
-        """Until all runs are done, or no further one is expected to end before `end`, a reading of
+        """Until all runs are done, or the next is not expected to end before `end`, a reading of
         time.monotonic(). True if all are done."""
         history = History(self._raw.records)
         done = 0
@@ -88,8 +88,8 @@ class Campaign:
         self._progress.say(f"series: {record.world} {record.population} {record.backend} failed: "
                            f"{record.error}")
         if self._failures[record.backend] == MOST_FAILURES:
-            self._progress.say(f"series: {record.backend} failed {MOST_FAILURES} times in a row; it "
-                               "is left out from here on")
+            self._progress.say(f"series: {record.backend} failed {MOST_FAILURES} times in a row; "
+                               "it is left out from here on")
 
 
 def write_report(folder: Path, records: list[Record]) -> int:
@@ -117,10 +117,12 @@ def write_report(folder: Path, records: list[Record]) -> int:
     return FAILED if wrong or failed else DONE
 
 
+def default_folder(machine: Machine) -> Path:
+    return ROOT / "benchmarks/results" / machine.folder_name
+
+
 def report_only(options: argparse.Namespace) -> int:
-    folder = options.output
-    if folder is None:
-        raise CampaignError("--report-only needs the folder: -o FOLDER")
+    folder = options.output or default_folder(this_machine(list_devices(options.stage)))
     if not (folder / RAW_FILE).exists():
         raise CampaignError(f"{folder / RAW_FILE} does not exist: no series was run there")
     return write_report(folder, read_records(folder / RAW_FILE)[0])
@@ -144,7 +146,7 @@ def run_campaign(options: argparse.Namespace, progress: Progress) -> int:
                 options.fixed_seconds)
     now = Circumstances(commit(), program_fingerprint(options.stage), machine.identity,
                         machine.system, options.form, SEED)
-    folder = options.output or ROOT / "benchmarks/results" / machine.folder_name
+    folder = options.output or default_folder(machine)
     folder.mkdir(parents=True, exist_ok=True)
     raw = RawFile(folder / RAW_FILE)
     try:

@@ -26,12 +26,14 @@ class Reading(Protocol):
 class Meter(Protocol):
     """See the package `power`."""
 
-    def start(self) -> None: ...
+    def start(self) -> None:
+        """Begins a run."""
 
-    def stop(self) -> Reading: ...
+    def stop(self) -> Reading:
+        """Ends it."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class NoReading:
     """No energy."""
 

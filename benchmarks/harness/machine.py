@@ -81,7 +81,7 @@ def commit() -> str:
 
 
 def program_fingerprint(stage: Path) -> str:
-    """Twelve digits that change with the program, its library, its OpenCL plug-in or controllers."""
+    """Twelve digits that change with the program, its library, its plug-ins or controllers."""
     files = [stage.resolve()]
     try:
         linked = subprocess.run(["ldd", str(stage)], capture_output=True, text=True,

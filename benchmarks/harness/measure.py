@@ -64,6 +64,7 @@ class Measurer:
              environment: dict[str, str]) -> tuple[Outcome, Reading]:
         meter = self.meter if job.purpose == MEASURE else NoMeter()
         meter.start()
+        reading: Reading
         try:
             outcome = run_stage(self.stage, world, job.simulated_seconds,
                                 list(job.backend.options), environment, time_limit)

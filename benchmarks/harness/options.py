@@ -146,7 +146,8 @@ def read_command_line(words: list[str] | None = None) -> argparse.Namespace:
                         help="where results are kept (default: benchmarks/results/MACHINE)")
     parser.add_argument("--mix", action="store_true", help="go on in a folder whose runs are of "
                         "another commit, build or machine; the report says so")
-    parser.add_argument("--report-only", action="store_true", help="run nothing, report what is there")
+    parser.add_argument("--report-only", action="store_true",
+                        help="run nothing, report what is there")
     parser.add_argument("--time-limit", type=positive("a time in minutes"), metavar="MINUTES",
                         help="begin no run that is expected to end later than that")
     parser.add_argument("--stage", type=Path, default=ROOT / "build/release/bin/stage",

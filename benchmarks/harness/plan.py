@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Iterator
 
 from harness.runs import Backend, Job
-from harness.store import COMPILE, MEASURE, WARM_UP, Record
+from harness.store import COMPILE, MEASURE, WARM_UP, Key, Record
 
 STEP = 0.1  # simulated seconds of a step in the worlds of tools/populate
 LEAST_STEPS = 20
@@ -45,29 +45,34 @@ class History:
     """The runs so far, sorted by what planning asks about."""
 
     def __init__(self, records: list[Record]) -> None:
-        self._speeds: dict[tuple, dict[int, list[Record]]] = defaultdict(lambda: defaultdict(list))
+        self._runs: dict[tuple, list[Record]] = defaultdict(list)
+        self._steps: dict[tuple, dict[int, float]] = defaultdict(dict)
+        self._overheads: dict[tuple, dict[int, float]] = defaultdict(dict)
         self._durations: dict[tuple, float] = {}
-        self._done: dict[tuple, Record] = {}
-        self.failed: set[tuple] = set()  # in this call; earlier failures deserve another chance
+        self._done: dict[Key, Record] = {}
+        self.failed: set[Key] = set()  # in this call; earlier failures deserve another chance
         for record in records:
             if record.ok:
                 self.add(record)
 
     def add(self, record: Record) -> None:
-        key = (record.purpose, record.world, record.population, record.backend, record.repeat)
         if not record.ok:
-            self.failed.add(key)
+            self.failed.add(record.key)
             return
-        self._done[key] = record
+        self._done[record.key] = record
         if record.purpose != COMPILE:
-            self._speeds[record.world, record.backend][record.population].append(record)
+            runs = self._runs[record.world, record.backend, record.population]
+            runs.append(record)
+            self._steps[record.world, record.backend][record.population] = step_time(runs)
+            self._overheads[record.world, record.backend][record.population] = \
+                statistics.median(run.process_seconds - run.wall_seconds for run in runs)
         if record.purpose == MEASURE:
             self._durations[record.world, record.population] = record.simulated_seconds
 
-    def record_of(self, key: tuple) -> Record | None:
+    def record_of(self, key: Key) -> Record | None:
         return self._done.get(key)
 
-    def is_over(self, key: tuple) -> bool:
+    def is_over(self, key: Key) -> bool:
         """Whether the run has been done or has failed."""
         return key in self._done or key in self.failed
 
@@ -80,8 +85,7 @@ class History:
 
         The rise between the last two goes on, or else time is taken to grow with the robots.
         """
-        known = {n: step_time(records)
-                 for n, records in self._speeds.get((world, backend), {}).items()}
+        known = self._steps.get((world, backend), {})
         if not known or population in known:
             return known.get(population)
         below = sorted(n for n in known if n < population)
@@ -97,11 +101,10 @@ class History:
 
     def overhead(self, world: str, backend: str, population: int) -> float:
         """Real seconds of a run that are not spent in steps, from the nearest population."""
-        known = self._speeds.get((world, backend))
+        known = self._overheads.get((world, backend))
         if not known:
             return USUAL_OVERHEAD
-        nearest = min(known, key=lambda n: abs(math.log(n / population)))
-        return statistics.median(r.process_seconds - r.wall_seconds for r in known[nearest])
+        return known[min(known, key=lambda n: abs(math.log(n / population)))]
 
 
 def step_time(records: list[Record]) -> float:

@@ -7,9 +7,10 @@ differ as well.
 
 from __future__ import annotations
 
+import functools
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Callable, Iterator
+from typing import TYPE_CHECKING, Any, Callable, Iterator
 
 from harness.analysis import LARGE, Series, Summary
 from harness.labels import (PAPER, PAPER_ENERGY, PAPER_FASTER, PAPER_ROBOTS, backend_name,
@@ -33,7 +34,7 @@ class PlotsMissing(Exception):
     """Why there can be no plots, in one line."""
 
 
-def load_pyplot():
+def load_pyplot() -> Any:
     """matplotlib, without a window. Boards that only measure may lack it."""
     try:
         import matplotlib  # pylint: disable=import-outside-toplevel
@@ -143,7 +144,7 @@ def plot_against_population(series: Series, path: Path, column: str, title: str,
     """A figure with its unit against the population, both axes logarithmic."""
     for figure, axis, world in panels(series, title):
         draw_world(axis, series, world, series.backends,
-                   lambda n, b, w=world: series.column(w, n, b, column))  # type: ignore[misc]
+                   functools.partial(series.column, world, name=column))
         axis.set_yscale("log")
         axis.set_ylabel(label)
         plain_ticks(axis, "y")
@@ -158,7 +159,7 @@ def plot_relative(series: Series, path: Path, base: str, column: str) -> Path:
     labels = [b for b in series.backends if b != base and b not in ("host1",)]
     for figure, axis, world in panels(series, f"{what} relative to {name}"):
         draw_world(axis, series, world, labels,
-                   lambda n, b, w=world: series.relative(w, n, b, base, column))  # type: ignore[misc]
+                   functools.partial(series.relative, world, base=base, name=column))
         axis.axhline(1, color=BLACK, linewidth=1)
         axis.set_yscale("log")
         axis.set_ylabel(f"{what} / {what} of the host")

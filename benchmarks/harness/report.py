@@ -62,12 +62,18 @@ def measured_section(series: Series, facts: list[dict]) -> list[str]:
         ("commit", ", ".join(values(series, "commit"))),
         ("build (fingerprint)", ", ".join(values(series, "program"))),
         ("measured", f"{dates[0]} to {dates[-1]}"),
-        ("runs", f"{len(series.measured)}, {series.repeats} repeats of each"),
+        ("runs", f"{len(series.measured)}, {repeats_text(series)} of each"),
         ("form", form_text(series)),
         ("energy meter", meter_text(series)),
         ("load average before a run", f"{min(loads):.1f} to {max(loads):.1f}" if loads else ""),
     ]
     return ["## What was measured", "", *table(("", ""), rows)]
+
+
+def repeats_text(series: Series) -> str:
+    fewest, most = series.repeats
+    number_text = str(most) if fewest == most else f"{fewest} to {most}"
+    return f"{number_text} repeat{'' if number_text == '1' else 's'}"
 
 
 def form_text(series: Series) -> str:
@@ -91,16 +97,17 @@ def warnings(series: Series) -> list[str]:
     for difference in differences(series.records):
         hashes = "; ".join(f"`{state}`: {', '.join(labels)}"
                            for state, labels in sorted(difference.hashes.items()))
-        found.append(f"**STATE HASHES DIFFER**: {difference.world}, {difference.population} robots, "
-                     f"{difference.simulated_seconds:g} simulated seconds: {hashes}. These runs did "
-                     "not compute the same; none of their figures can be compared.")
+        found.append(f"**STATE HASHES DIFFER**: {difference.world}, {difference.population} "
+                     f"robots, {difference.simulated_seconds:g} simulated seconds: {hashes}. These "
+                     "runs did not compute the same; none of their figures can be compared.")
     for record in series.failures():
-        found.append(f"**Run failed**: {record.purpose}, {record.world}, {record.population} robots, "
-                     f"{record.backend}, repeat {record.repeat}: {record.error}")
+        found.append(f"**Run failed**: {record.purpose}, {record.world}, {record.population} "
+                     f"robots, {record.backend}, repeat {record.repeat}: {record.error}")
     for column in ("commit", "program", "machine"):
-        if len(values(series, column)) > 1:
-            found.append(f"**Mixed**: the runs differ in {column} ({'; '.join(values(series, column))}"
-                         "), and their figures are pooled.")
+        different = values(series, column)
+        if len(different) > 1:
+            found.append(f"**Mixed**: the runs differ in {column} ({'; '.join(different)}), and "
+                         "their figures are pooled.")
     changed = [commit for commit in values(series, "commit") if commit.endswith("+")]
     if changed:
         found.append(f"The tree had changes that are in no commit ({', '.join(changed)}).")
@@ -108,8 +115,8 @@ def warnings(series: Series) -> list[str]:
         found.append(f"Short form: simulated seconds are chosen so that a run takes about "
                      f"{SHORT_RUN_SECONDS:g} real seconds on average over the backends. Good for "
                      "trends; figures to be quoted want `--long`.")
-    if series.repeats < 3:
-        found.append(f"Only {series.repeats} repeats: spreads say little.")
+    if series.repeats[0] < 3:
+        found.append(f"Only {repeats_text(series)}: spreads say little.")
     return [f"> {text}\n>" for text in found[:-1]] + [f"> {text}" for text in found[-1:]] + [""] \
         if found else []
 
@@ -165,8 +172,8 @@ def relative_section(series: Series, plots: dict[str, Path]) -> list[str]:
     if not series.accelerated or not series.bases:
         return lines + ["Nothing to compare: runs with OpenCL and on the host are needed.", ""]
     lines += ["Ratios of r_ACC within a repeat; more than 1 means that OpenCL is faster. "
-              f"Of the figures of {PAPER} only these are at hand: on an Exynos board with a Mali GPU "
-              f"up to 82 % faster ({PAPER_FASTER:g} times) and 30 % less energy, and slower than "
+              f"Of the figures of {PAPER} only these are at hand: on an Exynos "
+              f"board with a Mali GPU up to 82 % faster ({PAPER_FASTER:g} times) and 30 % less energy, and slower than "
               f"without its GPU below about {PAPER_ROBOTS} robots. They are drawn as lines; their "
               "worlds and their board are not ours.", ""]
     for base in series.bases:
@@ -222,7 +229,8 @@ def averages_section(series: Series, plots: dict[str, Path]) -> list[str]:
         return lines + [f"No population of {LARGE} robots or more was measured with all "
                         "backends.", ""]
     lines += ["Arithmetic means of r_ACC and geometric means of the ratios, over the populations "
-              "that all backends were measured with; median, least and greatest of the repeats.", "",
+              "that all backends were measured with; median, least and greatest of the "
+              "repeats.", "",
               *picture(plots, "averages", "Averages"), *picture(plots, "averages-energy", "Energy")]
     rows = []
     for world in worlds:
@@ -245,7 +253,12 @@ def averages_section(series: Series, plots: dict[str, Path]) -> list[str]:
 def bound_text(value: float, below: str, above: str) -> str:
     if math.isinf(value):
         return above if value > 0 else below
-    return number(value)
+    return rough(value)
+
+
+def rough(value: float) -> str:
+    """Interpolated figures are not as exact as measured ones."""
+    return number(float(f"{value:.3g}"))
 
 
 def break_even_text(found: BreakEven | None) -> tuple[str, str, str]:
@@ -259,10 +272,10 @@ def break_even_text(found: BreakEven | None) -> tuple[str, str, str]:
         if math.isinf(found.low) and found.low == found.high:
             bounds = bound_text(found.low, "below the range", "none in the range")
     if found.found:
-        rays = number(found.rays)
+        rays = rough(found.rays)
         if found.crossings > 1:
             rays += f" (the last of {found.crossings} crossings)"
-        return rays, bounds, number(found.robots)
+        return rays, bounds, rough(found.robots)
     if found.rays < 0:
         return (f"below the range: faster already at {number(found.range_low)}", bounds, "")
     if found.wins:
@@ -277,8 +290,8 @@ def break_even_section(series: Series) -> list[str]:
     if not series.devices or not series.bases:
         return lines + ["No device was measured with every step on it, or no host.", ""]
     lines += ["Interpolated between populations on logarithmic axes. The interval "
-              f"({LEVEL:.0%}) comes from the scatter of the repeats by resampling; with few repeats "
-              "it is rough.", ""]
+              f"({LEVEL:.0%}) comes from the scatter of the repeats by resampling; with few "
+              "repeats it is rough.", ""]
     rows = [[world, backend_name(series, device), backend_name(series, base),
              *break_even_text(series.break_even(world, device, base))]
             for world in series.worlds for device in series.devices for base in series.bases]
@@ -299,7 +312,8 @@ def auto_lines(series: Series) -> list[str]:
                 rows.append([world, str(n), number(rays.median), f"{share.median:.0%} "
                              f"({share.least:.0%} to {share.greatest:.0%})"])
     return ["`--opencl` finds the break-even while it runs: the share of its steps that it made on "
-            "the device.", "", *table(["world", "robots", "rays a step", "steps on the device"], rows)]
+            "the device.", "",
+            *table(["world", "robots", "rays a step", "steps on the device"], rows)]
 
 
 # Phases, memory, compiling.
@@ -308,8 +322,8 @@ def phases_section(plots: dict[str, Path]) -> list[str]:
     return ["## Phases of a step", "",
             "Gather: sensors add their rays to the batch. Prefilter: the device walks the rays "
             "(nothing on the host). Trace: the host walks the rays, or checks the potential hits "
-            "that the device found. Move: bodies move and collide. Callbacks: controllers run. Other: "
-            "what the program's own clock of phases leaves of the step.", "",
+            "that the device found. Move: bodies move and collide. Callbacks: controllers run. "
+            "Other: what the program's own clock of phases leaves of the step.", "",
             *picture(plots, "phases", "Phases of a step")]
 
 
@@ -328,10 +342,11 @@ def memory_section(series: Series, plots: dict[str, Path]) -> list[str]:
                            for end, n in zip(ends, (populations[0], populations[-1]))),
                          memory_text(each)])
     return ["## Memory", "",
-            "Peak memory of the process on the host; a robot's share is the rise from the smallest to "
-            "the greatest population. A GPU's own memory is not in it.", "",
+            "Peak memory of the process on the host; a robot's share is the rise from the smallest "
+            "to the greatest population. A GPU's own memory is not in it.", "",
             *picture(plots, "memory", "Memory against the population"),
-            *table(["world", "backend", "MiB, smallest", "MiB, greatest", "KiB for each robot"], rows)]
+            *table(["world", "backend", "MiB, smallest", "MiB, greatest", "KiB for each robot"],
+                   rows)]
 
 
 def memory_text(kib_per_robot: float | None) -> str:
@@ -351,8 +366,8 @@ def compile_section(series: Series) -> list[str]:
                      number(cold.process_seconds) if cold else "", spread(warm)])
     return ["## Compiling the kernels", "",
             "Seconds that the first run with an empty kernel cache takes to compile (one run; some "
-            "drivers compile more at the first launch, which the whole run's time has), and what it "
-            "takes later. Not part of r_ACC.", "",
+            "drivers compile more at the first launch, which the whole run's time has), and what "
+            "it takes later. Not part of r_ACC.", "",
             *table(["device", "first run: compile s", "first run: whole s", "later: compile s"],
                    rows)]
 
@@ -361,10 +376,9 @@ def same_results_lines(series: Series) -> list[str]:
     """How many comparisons of hashes the statement rests on."""
     points = {(r.commit, r.world, r.population, r.seed, r.simulated_seconds) for r in series.good}
     wrong = len(differences(series.records))
-    text = f"All runs of each of {len(points)} combinations of world, population and simulated " \
-           "seconds ended in the same state (equal state hashes)." if not wrong else \
-           f"**{wrong} of {len(points)} combinations of world, population and simulated seconds ended " \
-           "in different states.**"
+    what = f"{len(points)} combinations of world, population and simulated seconds"
+    text = f"**{wrong} of {what} ended in different states.**" if wrong else \
+        f"All runs of each of {what} ended in the same state (equal state hashes)."
     return ["## Same results", "", f"{text} {len(series.good)} runs were compared.", ""]
 
 
@@ -400,4 +414,3 @@ def add_facts(folder: Path, fact: dict) -> None:
     if fact["identity"] not in [known.get("identity") for known in facts]:
         text = json.dumps([*facts, fact], indent=2)
         (folder / MACHINE_FILE).write_text(text + "\n", encoding="utf-8")
-

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.machine import ROOT
-from harness.store import NAN, PHASES, Record, one_line
+from harness.store import NAN, PHASES, Key, one_line
 
 # Empty kernel caches, by driver: PoCL, NVIDIA, Mesa, Intel. {} is a fresh folder.
 NO_KERNEL_CACHE = {
@@ -52,7 +52,7 @@ class Job:
     simulated_seconds: float
 
     @property
-    def key(self) -> tuple:
+    def key(self) -> Key:
         return (self.purpose, self.world, self.population, self.backend.label, self.repeat)
 
 

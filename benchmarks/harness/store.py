@@ -14,13 +14,17 @@ import math
 import os
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Iterable
+from typing import Any, Callable, Iterable
 
 NAN = math.nan
 
 WARM_UP = "warm-up"  # fills caches; in the short form also shows how fast the machine is
 COMPILE = "compile"  # with an empty kernel cache
 MEASURE = "measure"
+
+
+# What tells runs apart: purpose, world, population, backend, repeat.
+Key = tuple[str, str, int, str, int]
 
 
 class StoreError(Exception):
@@ -78,6 +82,10 @@ class Record:
     state_hash: str = ""
 
     @property
+    def key(self) -> Key:
+        return (self.purpose, self.world, self.population, self.backend, self.repeat)
+
+    @property
     def ok(self) -> bool:
         return not self.error
 
@@ -88,7 +96,9 @@ class Record:
 
 PHASES = ("gather", "prefilter", "trace", "move", "callbacks", "energy")
 COLUMNS = [field.name for field in fields(Record)]
-READERS = {"int": int, "str": str, "float": lambda text: float(text) if text else NAN}
+READERS: dict[str, Callable[[str], Any]] = {
+    "int": int, "str": str, "float": lambda text: float(text) if text else NAN,
+}
 
 
 def one_line(text: str) -> str:
@@ -114,7 +124,8 @@ def from_line(line: str) -> Record:
     values = next(csv.reader([line], strict=True))
     if len(values) != len(COLUMNS):
         raise ValueError(f"{len(values)} fields, expected {len(COLUMNS)}")
-    return Record(*(READERS[str(field.type)](value) for field, value in zip(fields(Record), values)))
+    return Record(*(READERS[str(field.type)](value)
+                    for field, value in zip(fields(Record), values)))
 
 
 def read_records(path: Path) -> tuple[list[Record], int]:
