@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import importlib.util
 import io
 import os
 import re
@@ -29,11 +30,7 @@ from harness.runs import Worlds
 from harness.store import MEASURE, read_records
 
 STAGE = Path(os.environ.get("STAGE_BINARY_DIR", ROOT / "build/release")) / "bin/stage"
-try:
-    import matplotlib  # noqa: F401  pylint: disable=unused-import
-    NO_PLOTS = ""
-except ImportError:
-    NO_PLOTS = "python3-matplotlib is not installed"
+HAS_PLOTS = importlib.util.find_spec("matplotlib") is not None
 
 
 def series(*words: object, plots: bool = False) -> tuple[int, str, str]:
@@ -317,7 +314,7 @@ class ReportTest(unittest.TestCase):
         for table in re.findall(r"(?:^\|.*\n)+", self.text, re.MULTILINE):
             self.assertEqual(len({line.count("|") for line in table.splitlines()}), 1, table)
 
-    @unittest.skipIf(NO_PLOTS, NO_PLOTS)
+    @unittest.skipUnless(HAS_PLOTS, "python3-matplotlib is not installed")
     def test_plots_are_there_and_not_blank(self) -> None:
         names = re.findall(r"!\[[^]]+\]\(([^)]+)\)", self.text)
         self.assertEqual(sorted(names), sorted(path.name for path in self.folder.glob("*.png")))

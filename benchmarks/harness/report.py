@@ -172,10 +172,10 @@ def relative_section(series: Series, plots: dict[str, Path]) -> list[str]:
     if not series.accelerated or not series.bases:
         return lines + ["Nothing to compare: runs with OpenCL and on the host are needed.", ""]
     lines += ["Ratios of r_ACC within a repeat; more than 1 means that OpenCL is faster. "
-              f"Of the figures of {PAPER} only these are at hand: on an Exynos "
-              f"board with a Mali GPU up to 82 % faster ({PAPER_FASTER:g} times) and 30 % less energy, and slower than "
-              f"without its GPU below about {PAPER_ROBOTS} robots. They are drawn as lines; their "
-              "worlds and their board are not ours.", ""]
+              f"Of the figures of {PAPER} only these are at hand: on an Exynos board with a Mali "
+              f"GPU up to 82 % faster ({PAPER_FASTER:g} times) and 30 % less energy, and slower "
+              f"with its GPU than without below about {PAPER_ROBOTS} robots. They are drawn as "
+              "lines; their worlds and their board are not ours.", ""]
     for base in series.bases:
         if not any(b != base for b in series.accelerated):
             continue
