@@ -61,7 +61,9 @@ class SeriesTest(unittest.TestCase):
         self.folder = Path(folder.name)
         self.results = self.folder / "results"
         self.stage = self.folder / "stage"
-        self.stage.write_text(FAKE_STAGE, encoding="utf-8")
+        # The interpreter of the tests has what they need, wherever it is.
+        self.stage.write_text(FAKE_STAGE.replace("/usr/bin/python3", sys.executable),
+                              encoding="utf-8")
         self.stage.chmod(0o755)
         self.log = self.folder / "log"
         environment = mock.patch.dict(os.environ, {"FAKE_LOG": str(self.log),

@@ -53,7 +53,7 @@ class Campaign:
         """Until all runs are done, or the next is not expected to end before `end`, a reading of
         time.monotonic(). True if all are done."""
         history = History(self._raw.records)
-        done = 0
+        done = sum(record.ok for record in self._raw.records)
         while True:
             left = [(job, seconds) for job, seconds in remaining(self._plan, history)
                     if self._failures[job.backend.label] < MOST_FAILURES]

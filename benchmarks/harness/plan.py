@@ -21,7 +21,7 @@ from harness.store import COMPILE, MEASURE, WARM_UP, Key, Record
 STEP = 0.1  # simulated seconds of a step in the worlds of tools/populate
 LEAST_STEPS = 20
 MOST_STEPS = 20_000  # more shows nothing new
-SHORT_RUN_SECONDS = 1.2  # on average over the backends
+SHORT_RUN_SECONDS = 1.0  # on average over the backends
 LONG_SECONDS = 600.0  # simulated, as in the paper
 # A shorter warm-up says too little about the machine's speed.
 WARM_UP_SECONDS = 0.1

@@ -129,7 +129,7 @@ def draw_world(axis: "Axes", series: Series, world: str, labels: list[str],
     looks = styles(series)
     for i, label in enumerate(labels):
         # Lines that coincide can be told apart: later markers are smaller.
-        looks[label]["markersize"] = max(3.5, 7.5 - 1.2 * i)
+        looks[label]["markersize"] = max(4.0, 7.5 - 1.2 * i)
         found = [(n, value(n, label)) for n in series.populations(world, label)]
         points = [(n, v) for n, v in found if v is not None]
         if points:
@@ -239,6 +239,7 @@ def plot_phases(series: Series, path: Path) -> Path:
         axis.invert_yaxis()
         axis.grid(axis="y", visible=False)
         axis.set_xlabel("time of a step (ms, median)")
+        axis.set_xlim(0, 1.04 * max(left))
     return save_with_legend(figure, path, len(PHASES) + 1)
 
 

@@ -12,7 +12,6 @@ from harness.analysis import LARGE, Series, differences
 from harness.breakeven import LEVEL, BreakEven
 from harness.labels import (PAPER, PAPER_FASTER, PAPER_ROBOTS, backend_name, number, short_device,
                             spread)
-from harness.plan import SHORT_RUN_SECONDS
 
 MACHINE_FILE = "machine.json"
 REPORT_FILE = "report.md"
@@ -81,7 +80,10 @@ def form_text(series: Series) -> str:
     seconds = [record.simulated_seconds for record in series.measured]
     span = f"{min(seconds):g} to {max(seconds):g}" if min(seconds) < max(seconds) else \
         f"{seconds[0]:g}"
-    return f"{'/'.join(values(series, 'form'))}: {span} simulated seconds a run"
+    real = sorted(record.wall_seconds for record in series.measured)
+    return (f"{'/'.join(values(series, 'form'))}: {span} simulated seconds a run, which took "
+            f"{number(real[0])} to {number(real[-1])} real seconds, "
+            f"median {number(real[len(real) // 2])}")
 
 
 def meter_text(series: Series) -> str:
@@ -112,9 +114,8 @@ def warnings(series: Series) -> list[str]:
     if changed:
         found.append(f"The tree had changes that are in no commit ({', '.join(changed)}).")
     if "short" in values(series, "form"):
-        found.append(f"Short form: simulated seconds are chosen so that a run takes about "
-                     f"{SHORT_RUN_SECONDS:g} real seconds on average over the backends. Good for "
-                     "trends; figures to be quoted want `--long`.")
+        found.append("Short form: only as many seconds are simulated as take a second or two. Good "
+                     "for trends; figures to be quoted want `--long`.")
     if series.repeats[0] < 3:
         found.append(f"Only {repeats_text(series)}: spreads say little.")
     return [f"> {text}\n>" for text in found[:-1]] + [f"> {text}" for text in found[-1:]] + [""] \
