@@ -41,12 +41,11 @@ files in the folder
 
 resuming
   The same command goes on where a series was cut off (Ctrl-C, --time-limit, a power cut); a larger
-  --repeats or more populations add to what is there. A run is made of: its world with --seed, its
-  number of robots, its backend. All backends simulate the same seconds, so that their state hashes
-  must be equal; a difference is reported, and is a failure.
+  --repeats or more populations add to what is there. All backends simulate the same seconds of the
+  same world, so their state hashes must be equal; a difference is reported, and is a failure.
 
 examples
-  benchmarks/series                                 all of it, in less than 10 minutes
+  benchmarks/series                                 all of it, under 10 minutes with 2 cores
   benchmarks/series --long --worlds cave            figures to be quoted, overnight
   benchmarks/series --populations 100,1000 --backends host1,cl:gpu --repeats 5 -o /tmp/try
   benchmarks/series --populations cave=10,100 --populations hospital=1000
