@@ -7,34 +7,81 @@
 namespace Stg {
 
 namespace {
-constexpr uint64_t kWarmUps = 2;         // the first runs of a path are slower: not counted
-constexpr double kSmoothing = 0.25;      // weight of the newest measurement
-constexpr uint64_t kLongestWait = 2048;  // batches between looks at the slower path
+constexpr uint64_t kLook = 3;           // batches of a look
+constexpr double kShareOfLooks = 0.01;  // looks may cost this share of the time
+constexpr uint64_t kShortestWait = 64;  // batches between looks
+constexpr uint64_t kSoon = 16;
+constexpr uint64_t kLongestWait = 20000;
 }  // namespace
+
+double PathChooser::Cost::typical() const {
+  double sorted[kKept];
+  const uint64_t count = std::min(tries_ - warm_ups_, kKept);
+  std::copy_n(last_, count, sorted);
+  std::nth_element(sorted, sorted + count / 2, sorted + count);
+  return sorted[count / 2];
+}
+
+void PathChooser::Cost::Note(double seconds_per_ray) {
+  if (tries_++ >= warm_ups_) last_[(tries_ - 1 - warm_ups_) % kKept] = seconds_per_ray;
+}
 
 bool PathChooser::UseDevice(uint64_t rays) {
   rays_ = rays;
   batches_++;
-  if (always_) return device_chosen_ = true;
-  if (device_.tries <= kWarmUps) return device_chosen_ = true;
-  if (host_.tries <= kWarmUps) return device_chosen_ = false;
-  device_chosen_ = device_.cost < host_.cost;
-  if (batches_ >= next_look_) {
-    // The scene changes: look at the other path now and then, ever more rarely, and the sooner the
-    // closer they are.
-    const double ratio = std::max(device_.cost, host_.cost) / std::min(device_.cost, host_.cost);
-    look_after_ = std::min(kLongestWait, look_after_ * 2);
-    next_look_ = batches_ + (ratio < 1.5 ? look_after_ / 2 : look_after_);
+  if (always_ || !device_.known()) return device_chosen_ = true;
+  if (!host_.known()) return device_chosen_ = false;
+  if (rays_at_look_ == 0) BeginToCompare();
+  if (look_batches_ > 0) {
+    look_batches_--;
+    return device_chosen_;
+  }
+  device_chosen_ = device_.typical() < host_.typical();
+  if (device_chosen_ != device_faster_) {
+    // A change of mind may be due to a bad moment: it is looked into soon.
+    device_faster_ = device_chosen_;
+    next_look_ = std::min(next_look_, batches_ + kSoon);
+  }
+  if (NeedsLook(rays)) {
+    rays_at_look_ = rays;
+    look_batches_ = kLook - 1;
     device_chosen_ = !device_chosen_;
+    ScheduleLook();
   }
   return device_chosen_;
 }
 
+/// Both are known by a single batch each. One that was interrupted may have taken many times as
+/// long: if that could have turned the outcome, there is a look soon.
+void PathChooser::BeginToCompare() {
+  constexpr double kInterrupted = 30;
+  rays_at_look_ = rays_;
+  device_faster_ = device_.typical() < host_.typical();
+  ScheduleLook();
+  if (TimesSlower() < kInterrupted) next_look_ = batches_ + kSoon;
+}
+
+double PathChooser::TimesSlower() const {
+  const double device = device_.typical(), host = host_.typical();
+  return std::max(device, host) / std::min(device, host);
+}
+
+/// The scene changes: the other path is looked at now and then, and at once if the batches have
+/// become much larger or smaller.
+bool PathChooser::NeedsLook(uint64_t rays) const {
+  return batches_ >= next_look_ || rays > 2 * rays_at_look_ || 2 * rays < rays_at_look_;
+}
+
+/// The slower the other path, the more rarely.
+void PathChooser::ScheduleLook() {
+  const double wait = std::min(static_cast<double>(kLook) * (TimesSlower() - 1) / kShareOfLooks,
+                               static_cast<double>(kLongestWait));
+  next_look_ = batches_ + std::max(kShortestWait, static_cast<uint64_t>(wait));
+}
+
 void PathChooser::Report(double seconds) {
-  Path& path = device_chosen_ ? device_ : host_;
-  if (path.tries++ < kWarmUps || rays_ == 0) return;
-  const double cost = seconds / static_cast<double>(rays_);
-  path.cost = path.cost < 0 ? cost : path.cost + kSmoothing * (cost - path.cost);
+  if (rays_ == 0) return;
+  (device_chosen_ ? device_ : host_).Note(seconds / static_cast<double>(rays_));
 }
 
 }  // namespace Stg

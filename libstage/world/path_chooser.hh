@@ -22,18 +22,39 @@ class PathChooser {
   void Report(double seconds);
 
  private:
-  // Seconds for each ray, smoothed; below 0: not known yet.
-  struct Path {
-    double cost = -1;
-    uint64_t tries = 0;
+  /// What rays cost on one of the paths.
+  class Cost {
+   public:
+    /// The first `warm_ups` batches of a path are slower: they are not counted.
+    explicit Cost(uint64_t warm_ups) : warm_ups_(warm_ups) {}
+
+    bool known() const { return tries_ > warm_ups_; }
+    /// Seconds for each ray: the median of the last few batches, for now and then one is
+    /// interrupted by something else and takes many times as long.
+    double typical() const;
+    void Note(double seconds_per_ray);
+
+   private:
+    static constexpr uint64_t kKept = 5;
+    double last_[kKept] = {};
+    uint64_t warm_ups_, tries_ = 0;
   };
+  void BeginToCompare();
+  /// By how much the slower path is slower.
+  double TimesSlower() const;
+  bool NeedsLook(uint64_t rays) const;
+  void ScheduleLook();
+
   bool always_;
-  Path device_, host_;
-  bool device_chosen_ = false;
+  Cost device_{2}, host_{1};
+  bool device_faster_ = false;  // so it seems
+  bool device_chosen_ = false;  // for the present batch
   uint64_t rays_ = 0;
   uint64_t batches_ = 0;
-  uint64_t next_look_ = 0;  // at the batch with this number the slower path is tried again
-  uint64_t look_after_ = 32;
+  // A look: a few batches on the path that seems to be the slower one.
+  uint64_t next_look_ = 0;     // at the batch with this number
+  uint64_t look_batches_ = 0;  // left of the look that is going on
+  uint64_t rays_at_look_ = 0;  // 0: both paths are not known yet
 };
 
 }  // namespace Stg
