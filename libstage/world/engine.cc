@@ -2,6 +2,7 @@
 
 #include "world/engine.hh"
 
+#include <algorithm>
 #include <chrono>
 
 #include "models/messages.hh"
@@ -69,8 +70,14 @@ sensing::HitLists WorldEngine::Prefilter() {
 void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   const sensing::Tracer tracer(scene.grid);
   const std::vector<sensing::Fan>& fans = scene.batch.fans();
-  constexpr size_t kGrain = 32;
-  workers_->Run(fans.size(), kGrain, [&](size_t begin, size_t end, unsigned thread) {
+  // Several shares for each thread, as fans take different times; but waking threads takes as long as
+  // tracing a thousand rays or so.
+  constexpr uint32_t kTooFewRays = 1500;
+  const size_t shares = size_t{4} * workers_->threads();
+  const size_t grain = scene.batch.ray_count() < kTooFewRays
+                           ? fans.size()
+                           : std::clamp<size_t>(fans.size() / shares, 1, 32);
+  workers_->Run(fans.size(), grain, [&](size_t begin, size_t end, unsigned thread) {
     ThreadData& mine = thread_data_[thread];
     for (size_t i = begin; i < end; i++) {
       const sensing::Fan& fan = fans[i];
