@@ -69,6 +69,7 @@ constexpr option kLongOptions[] = {{"seconds", required_argument, nullptr, kSeco
 
 using truth::Number;
 using truth::UsageError;
+using truth::WholeNumber;
 
 void Apply(int id, const std::string& value, Options* options) {
   switch (id) {
@@ -79,10 +80,10 @@ void Apply(int id, const std::string& value, Options* options) {
       options->every = Number("--every", value, 1e-6, 1e9);
       break;
     case kSeed:
-      options->seed = static_cast<uint64_t>(Number("--seed", value, 0, 1e15));
+      options->seed = WholeNumber("--seed", value, 0, 1e15);
       break;
     case kThreads:
-      options->threads = static_cast<int>(Number("--threads", value, 1, 1024));
+      options->threads = static_cast<int>(WholeNumber("--threads", value, 1, 1024));
       break;
     case kNudge:
       options->nudge = Number("--nudge", value, -1e6, 1e6);

@@ -104,6 +104,7 @@ constexpr option kLongOptions[] = {{"seconds", required_argument, nullptr, kSeco
 
 using truth::Number;
 using truth::UsageError;
+using truth::WholeNumber;
 using Mode = truth::ComparisonOptions::Mode;
 
 void SetMode(Options* options, Mode mode) {
@@ -121,7 +122,7 @@ void Apply(int id, const std::string& value, Options* options) {
       options->from = Number("--from", value, 0, 1e9);
       break;
     case kEvery:
-      options->every = static_cast<unsigned>(Number("--every", value, 1, 1e9));
+      options->every = static_cast<unsigned>(WholeNumber("--every", value, 1, 1e9));
       break;
     case kStill:
       options->comparison.once = true;
@@ -131,13 +132,13 @@ void Apply(int id, const std::string& value, Options* options) {
       break;
     case kBetween:
       SetMode(options, Mode::kBetween);
-      options->comparison.bearings = static_cast<unsigned>(Number("--between", value, 2, 1e7));
+      options->comparison.bearings = static_cast<unsigned>(WholeNumber("--between", value, 2, 1e7));
       break;
     case kSeed:
-      options->seed = static_cast<uint64_t>(Number("--seed", value, 0, 1e15));
+      options->seed = WholeNumber("--seed", value, 0, 1e15);
       break;
     case kThreads:
-      options->threads = static_cast<int>(Number("--threads", value, 1, 1024));
+      options->threads = static_cast<int>(WholeNumber("--threads", value, 1, 1024));
       break;
     case kJson:
       options->json = value;

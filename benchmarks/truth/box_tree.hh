@@ -13,7 +13,8 @@
 
 namespace truth {
 
-/// Wider than a double, so that what is compared with the truth has the larger error.
+/// Wider than a double on most machines, so that what is compared with the truth has the larger
+/// error.
 using Real = long double;
 
 struct Point {

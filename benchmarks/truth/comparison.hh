@@ -30,7 +30,7 @@ struct ComparisonOptions {
 class Comparison {
  public:
   /// Subscribes to all rangers of the world, so that they work without controllers too. The world
-  /// must outlive this.
+  /// must outlive this; models may be added meanwhile, but not deleted.
   Comparison(Stg::World* world, const ComparisonOptions& options,
              std::function<void(const Reading&)> report);
 

@@ -6,6 +6,9 @@
 #define STAGE_BENCHMARKS_TRUTH_NUMBERS_HH
 
 #include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <stdexcept>
 #include <string>
 
@@ -24,6 +27,14 @@ inline double Number(const std::string& option, const std::string& text, double 
   char range[80];
   std::snprintf(range, sizeof range, "a number from %g to %g", low, high);
   throw UsageError(option + ": found '" + text + "', expected " + range);
+}
+
+/// The same for a whole number.
+inline uint64_t WholeNumber(const std::string& option, const std::string& text, double low,
+                            double high) {
+  const double value = Number(option, text, low, high);
+  if (value == std::floor(value)) return static_cast<uint64_t>(value);
+  throw UsageError(option + ": found '" + text + "', expected a whole number");
 }
 
 }  // namespace truth

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 
 namespace truth {
 
@@ -19,7 +20,7 @@ Verdict Reading::verdict() const {
 double Reading::error() const {
   const Verdict v = verdict();
   const bool comparable =
-      v == Verdict::kHit || v == Verdict::kWrongObject || (v == Verdict::kBetween);
+      v == Verdict::kHit || v == Verdict::kWrongObject || v == Verdict::kBetween;
   const double error = static_cast<double>(std::fabs(Real{value} - truth.distance));
   return comparable && std::isfinite(error) ? error : std::numeric_limits<double>::quiet_NaN();
 }
@@ -58,7 +59,8 @@ std::string CsvLine(const Reading& r) {
                 static_cast<double>(r.from.origin.y), r.from.z, static_cast<double>(r.from.heading),
                 r.bearing, r.range, r.value, r.truth.distance);
   char rest[128];
-  std::snprintf(rest, sizeof rest, ",%.9Lg,%.6Lg,", r.clearance, r.truth.incidence * 180 / M_PIl);
+  std::snprintf(rest, sizeof rest, ",%.9Lg,%.6Lg,", r.clearance,
+                r.truth.incidence * 180 / std::numbers::pi_v<Real>);
   const std::string seen = !r.seen_is_known ? "?" : r.seen ? r.seen->TokenStr() : "";
   return std::to_string(r.time) + "," + std::to_string(r.age) + "," + r.ranger->TokenStr() + "," +
          numbers + (r.truth.model ? r.truth.model->TokenStr() : "") + "," +

@@ -36,7 +36,7 @@ struct Reading {
   bool seen_is_known = false;
 
   Verdict verdict() const;
-  /// |value - truth|; NaN where it makes no sense: both have to be hits.
+  /// |value - truth|; NaN where it makes no sense: unless interpolated, both have to be hits.
   double error() const;
 };
 

@@ -15,7 +15,7 @@ namespace {
 constexpr double kRanges[] = {0, 0.5, 1, 2, 4, 8, 16};      // metres
 constexpr double kIncidences[] = {0, 5, 15, 30, 60};        // degrees
 constexpr double kStarts[] = {0, 1, 5};                     // cells
-constexpr double kNear = 2;                                 // metres
+constexpr double kNearby = 2;                               // metres
 constexpr double kThresholds[] = {0.001, 0.01, 0.05, 0.1};  // metres
 
 std::string Plain(double value) {
@@ -86,35 +86,35 @@ std::vector<std::pair<std::string, double>> Tally::Figures() {
   return figures;
 }
 
-void Summary::Count(const char* group, int order, const std::string& bin, const Reading& reading) {
-  const auto [entry, is_new] = index_.try_emplace({group, order}, bins_.size());
-  if (is_new) bins_.push_back({group, bin, Tally()});
+void Summary::Count(Group group, int64_t place, const std::string& bin, const Reading& reading) {
+  constexpr const char* kNames[] = {"all", "near", "range", "incidence", "object", "start", "age"};
+  const auto [entry, is_new] = index_.try_emplace({group, place}, bins_.size());
+  if (is_new) bins_.push_back({kNames[group], bin, Tally()});
   bins_[entry->second].tally.Add(reading);
 }
 
 void Summary::Add(const Reading& reading) {
-  Count("all", 0, "all", reading);
+  Count(kAll, 0, "all", reading);
   const Place start =
       PlaceIn(kStarts, static_cast<double>(reading.clearance) / cell_, "cells from the sensor");
-  Count("start", start.order, start.name, reading);
-  Count("age", static_cast<int>(reading.age / 1000),
+  Count(kStart, start.order, start.name, reading);
+  Count(kAge, static_cast<int64_t>(reading.age),
         Plain(static_cast<double>(reading.age) / 1e6) + " s", reading);
   if (!reading.truth.model) return;
 
   const double distance = static_cast<double>(reading.truth.distance);
-  if (distance < kNear) Count("near", 0, "up to 2 m", reading);
+  if (distance < kNearby) Count(kNear, 0, "up to 2 m", reading);
   const Place range = PlaceIn(kRanges, distance, "m");
-  Count("range", range.order, range.name, reading);
+  Count(kRange, range.order, range.name, reading);
   const Place incidence =
       PlaceIn(kIncidences, static_cast<double>(reading.truth.incidence) * 180 / M_PI, "degrees");
-  Count("incidence", incidence.order, incidence.name, reading);
+  Count(kIncidence, incidence.order, incidence.name, reading);
   const bool robot = IsRobot(*reading.truth.model);
-  Count("object", robot, robot ? "robot" : "wall", reading);
+  Count(kObject, robot, robot ? "robot" : "wall", reading);
 }
 
 std::vector<Summary::Bin>& Summary::bins() {
   std::vector<Bin> sorted;
-  // "all" comes first in the alphabet, too.
   for (const auto& [key, place] : index_) sorted.push_back(std::move(bins_[place]));
   bins_ = std::move(sorted);
   size_t place = 0;

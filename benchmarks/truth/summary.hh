@@ -46,15 +46,16 @@ class Summary {
     std::string group, bin;
     Tally tally;
   };
-  /// "all" first; only bins that have readings.
+  /// Group by group, "all" first; only bins that have readings.
   std::vector<Bin>& bins();
 
  private:
-  void Count(const char* group, int order, const std::string& bin, const Reading& reading);
+  enum Group : int { kAll, kNear, kRange, kIncidence, kObject, kStart, kAge };
+  void Count(Group group, int64_t place, const std::string& bin, const Reading& reading);
 
   double cell_;
   std::vector<Bin> bins_;
-  std::map<std::pair<std::string, int>, size_t> index_;  // by group and the bin's place in it
+  std::map<std::pair<Group, int64_t>, size_t> index_;  // by group and the bin's place in it
 };
 
 }  // namespace truth
