@@ -179,7 +179,7 @@ int Main(int argc, char* argv[]) {
   Stg::World::run_options.threads = options.threads;
   srandom(static_cast<unsigned>(options.seed));
   // Never deleted: controllers may hold on to models until the end of the process.
-  Stg::World* world = new Stg::World;
+  static Stg::World* const world = new Stg::World;
   if (!world->Load(options.world)) return 1;
   FILE* out = options.output.empty() ? stdout : std::fopen(options.output.c_str(), "w");
   if (!out) throw std::runtime_error("can't write the poses to '" + options.output + "'");

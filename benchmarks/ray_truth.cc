@@ -281,7 +281,7 @@ int Main(int argc, char* argv[]) {
   Stg::World::run_options.threads = options.threads;
   srandom(static_cast<unsigned>(options.seed));
   // Never deleted: controllers may hold on to models until the end of the process.
-  Stg::World* world = new Stg::World;
+  static Stg::World* const world = new Stg::World;
   if (!world->Load(options.world)) return 1;
 
   truth::Summary summary(1 / world->Resolution());
