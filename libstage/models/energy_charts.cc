@@ -14,8 +14,11 @@ namespace {
 constexpr size_t kChartLength = 1200;
 constexpr float kChartWidth = 200, kChartHeight = 40;  // pixels
 
+/// All that is further away than numbers of squares go is in the outermost ones.
 point_int_t SquareOf(double x, double y) {
-  return point_int_t(static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
+  constexpr double kFarthest = 1 << 30;
+  return point_int_t(static_cast<int>(std::floor(constrain(x, -kFarthest, kFarthest))),
+                     static_cast<int>(std::floor(constrain(y, -kFarthest, kFarthest))));
 }
 
 }  // namespace
