@@ -286,9 +286,9 @@ Velocity ModelPosition::PositionMode() const {
 
   if (std::fabs(ex) < kCloseEnough && std::fabs(ey) < kCloseEnough)
     return Velocity(0, 0, 0, Symmetric(ea, kMaxTurn));
-  const double off_course = normalize(std::atan2(ey, ex) - est_pose.a);
-  const double speed =
-      std::fabs(off_course) < kFacing ? std::min(std::hypot(ex, ey), kMaxApproach) : 0.0;
+  const double off_course = normalize(ArcTangent(ey, ex) - est_pose.a);
+  const double distance = std::sqrt(ex * ex + ey * ey);
+  const double speed = std::fabs(off_course) < kFacing ? std::min(distance, kMaxApproach) : 0.0;
   return Velocity(speed, 0, 0, Symmetric(off_course, kMaxTurn));
 }
 
