@@ -170,6 +170,11 @@ void ModelActuator::Move() {
   if (step == 0) return;
   const Pose old_pose = pose;
   pose = pose + Displacement(step);
+  if (!std::isfinite(pose.x + pose.y + pose.z)) {  // limits beyond the range of numbers
+    pose = old_pose;
+    stall = true;
+    return;
+  }
 
   Placement& placement = world->placement();
   placement.Plan(*this, true);

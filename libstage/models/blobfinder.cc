@@ -26,11 +26,11 @@ bool StopsBlobfinder(Model* candidate, const Model* finder, const void*) {
   return candidate->vis.blob_return && !candidate->IsRelated(finder);
 }
 
-/// Opacity plays no part.
+/// Opacity plays no part. Each colour looks like itself, even one that is not a number.
 bool LooksLike(const Color& a, const Color& b) {
   constexpr double kTolerance = 1e-5;
-  return std::fabs(a.r - b.r) <= kTolerance && std::fabs(a.g - b.g) <= kTolerance &&
-         std::fabs(a.b - b.b) <= kTolerance;
+  return !(std::fabs(a.r - b.r) > kTolerance || std::fabs(a.g - b.g) > kTolerance ||
+           std::fabs(a.b - b.b) > kTolerance);
 }
 
 }  // namespace
@@ -45,6 +45,7 @@ ModelBlobfinder::ModelBlobfinder(World* world_, Model* parent_, const std::strin
       rays_out_(false),
       table_fov_(0),
       table_width_(0),
+      table_generation_(0),
       first_direction_(0) {
   ClearBlocks();
 }
@@ -120,9 +121,11 @@ void ModelBlobfinder::Update() {
 void ModelBlobfinder::AddFan() {
   sensing::Scene& shared = scene();
   const double f = std::isfinite(fov) ? fov : 0.0;
-  if (table_fov_ != f || table_width_ != scan_width) {
+  if (table_fov_ != f || table_width_ != scan_width ||
+      table_generation_ != shared.tables.generation()) {
     table_fov_ = f;
     table_width_ = scan_width;
+    table_generation_ = shared.tables.generation();
     first_direction_ = shared.tables.Find(f, scan_width);
   }
   sensing::Fan fan;

@@ -77,6 +77,7 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
   // What the direction table was made for.
   double table_fov_;
   unsigned int table_width_;
+  uint64_t table_generation_;
   uint32_t first_direction_;
 };
 

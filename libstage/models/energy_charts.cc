@@ -14,9 +14,15 @@ namespace {
 constexpr size_t kChartLength = 1200;
 constexpr float kChartWidth = 200, kChartHeight = 40;  // pixels
 
-point_int_t SquareOf(double x, double y) {
-  return point_int_t(static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
+/// All that is further away than numbers of squares go is in the outermost ones.
+int SquareOf(double metres) {
+  constexpr double kFarthest = 1 << 30;
+  return std::isnan(metres)
+             ? 0
+             : static_cast<int>(std::floor(constrain(metres, -kFarthest, kFarthest)));
 }
+
+point_int_t SquareOf(double x, double y) { return point_int_t(SquareOf(x), SquareOf(y)); }
 
 }  // namespace
 

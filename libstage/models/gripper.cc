@@ -3,9 +3,11 @@
 #include "models/gripper.hh"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "models/block.hh"
+#include "models/messages.hh"
 #include "models/state_hasher.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -125,6 +127,14 @@ void ModelGripper::Save() {
 }
 
 void ModelGripper::SetConfig(config_t& newcfg) {
+  const Size& size = newcfg.paddle_size;
+  for (const double number :
+       {size.x, size.y, size.z, newcfg.paddle_position, newcfg.lift_position, newcfg.close_limit,
+        newcfg.break_beam_inset[0], newcfg.break_beam_inset[1]}) {
+    if (std::isfinite(number)) continue;
+    PRINT_ERR1("%s: refused a configuration that is not finite", Token());
+    return;
+  }
   const config_t old = config_;
   config_ = newcfg;
   config_.gripped = old.gripped;

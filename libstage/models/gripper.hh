@@ -39,7 +39,8 @@ class ModelGripper : public Model, private internal::sensing::RaySink {
 
   /// As of the last update.
   config_t GetConfig() { return config_; }
-  /// All but what the gripper holds and senses.
+  /// All but what the gripper holds and senses. One with a number that is not finite is refused
+  /// with a message.
   void SetConfig(config_t& newcfg);
 
   /// Obeyed from the next update on, until another one comes.

@@ -28,6 +28,14 @@ bool AllFinite(const Pose& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
 }
 
+/// Sets a number of a model, unless it is not finite.
+void SetFinite(const Model& model, const char* name, double value, double* target) {
+  if (std::isfinite(value))
+    *target = value;
+  else
+    PRINT_ERR3("%s: refused the %s %f, which is not finite", model.Token(), name, value);
+}
+
 std::string AutomaticName(const Ancestor& above, const Model* parent, const std::string& type,
                           unsigned int count) {
   const std::string own = type + ":" + std::to_string(count);
@@ -238,6 +246,11 @@ void Model::AddToPose(double dx, double dy, double dz, double da) {
 }
 
 void Model::SetGeom(const Geom& src) {
+  if (!AllFinite(src.pose) || !std::isfinite(src.size.x) || !std::isfinite(src.size.y) ||
+      !std::isfinite(src.size.z)) {
+    PRINT_ERR1("%s: refused a geometry that is not finite", Token());
+    return;
+  }
   geom = src;
   blockgroup->Fit(geom.size);
   Map();
@@ -266,6 +279,10 @@ std::vector<point_int_t> Model::LocalToPixels(const std::vector<point_t>& local)
 }
 
 void Model::AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz) {
+  if (!AllFinite(Pose(x, y, dz, 0)) || !AllFinite(Pose(dx, dy, 0, 0))) {
+    PRINT_ERR1("%s: refused a block that is not finite", Token());
+    return;
+  }
   world->FinishRays();
   blockgroup->AddRectangle(x, y, dx, dy, Bounds(0, dz));
 }
@@ -335,6 +352,10 @@ bool Model::HasCollision() {
 
 bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
                                   size_t max_iter) {
+  if (!std::isfinite(xmax - xmin) || !std::isfinite(ymax - ymin)) {
+    PRINT_ERR1("%s: refused to look for a place in a rectangle that is not finite", Token());
+    return false;
+  }
   SetPose(Pose::Random(xmin, xmax, ymin, ymax));
   for (size_t i = 0; HasCollision(); i++) {
     if (max_iter > 0 && i >= max_iter) return false;
@@ -355,6 +376,14 @@ kg_t Model::GetMassOfChildren() const {
 }
 
 kg_t Model::GetTotalMass() const { return mass + GetMassOfChildren(); }
+
+void Model::SetMass(kg_t m) { SetFinite(*this, "mass", m, &mass); }
+
+void Model::SetRangerReturn(double val) {
+  SetFinite(*this, "ranger_return", val, &vis.ranger_return);
+}
+
+void Model::SetWatts(watts_t w) { SetFinite(*this, "watts", w, &watts); }
 
 // ---- life cycle ---------------------------------------------------------------------------------
 

@@ -137,6 +137,7 @@ class Model : public Ancestor {
   void AddToPose(const Pose& pose);
   void AddToPose(double dx, double dy, double dz, double da);
   Geom GetGeom() const { return geom; }
+  /// One with a number that is not finite is refused with a message.
   void SetGeom(const Geom& src);
   /// A global pose in this model's frame; the body's offset plays no part.
   Pose GlobalToLocal(const Pose& pose) const;
@@ -145,6 +146,7 @@ class Model : public Ancestor {
   point_t LocalToGlobal(const point_t& pt) const;
   std::vector<point_int_t> LocalToPixels(const std::vector<point_t>& local) const;
 
+  /// One with a number that is not finite is refused with a message.
   void AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz);
   void ClearBlocks();
   /// Marks the cells of a raster that the body's outlines pass, centred on the body; row 0 is at
@@ -154,7 +156,7 @@ class Model : public Ancestor {
   /// Does the body, or a descendant's, overlap an obstacle now?
   bool HasCollision();
   /// Random poses in the rectangle until one is free; gives up after max_iter further ones (0:
-  /// never).
+  /// never), and at once, with a message, if the rectangle is not finite.
   bool RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
                              size_t max_iter = 0);
   /// The same, unless the present pose is free.
@@ -162,7 +164,8 @@ class Model : public Ancestor {
                         size_t max_iter = 0);
   kg_t GetTotalMass() const;
   kg_t GetMassOfChildren() const;
-  void SetMass(kg_t m) { mass = m; }
+  /// SetMass(), SetRangerReturn() and SetWatts() refuse what is not finite with a message.
+  void SetMass(kg_t m);
 
   // ---- life cycle ----
 
@@ -235,7 +238,7 @@ class Model : public Ancestor {
   void SetObstacleReturn(bool val) { vis.obstacle_return = val; }
   void SetBlobReturn(bool val) { vis.blob_return = val; }
   void SetGripperReturn(bool val) { vis.gripper_return = val; }
-  void SetRangerReturn(double val) { vis.ranger_return = val; }
+  void SetRangerReturn(double val);
   void SetBoundary(bool val) { boundary = val; }
   void SetMapResolution(meters_t res) { map_resolution = res; }
   void SetFriction(double f) { friction = f; }
@@ -262,7 +265,7 @@ class Model : public Ancestor {
   // ---- energy and flags ----
 
   /// Power drawn while it has subscribers and a power pack.
-  void SetWatts(watts_t w) { watts = w; }
+  void SetWatts(watts_t w);
   /// Its own, or the nearest ancestor's that has one, or null.
   PowerPack* FindPowerPack() const;
 

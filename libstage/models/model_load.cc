@@ -118,6 +118,10 @@ void Model::LoadEnergy() {
   const auto read = [this](const char* name, double unit, bool is_stored) {
     if (!wf->PropertyExists(wf_entity, name)) return;
     const joules_t joules = wf->ReadFloat(wf_entity, name, 0) * unit;
+    if (!std::isfinite(joules))
+      wf->Fail(wf_entity, name,
+               std::string("property \"") + name +
+                   "\": found more joules than numbers go, expected fewer than 1.8e308");
     if (!power_pack) power_pack = std::make_unique<PowerPack>(this);
     power_pack->SetCapacity(joules);
     if (is_stored) power_pack->SetStored(joules);

@@ -34,6 +34,10 @@ bool AllNumbers(const Pose& p) {
   return !std::isnan(p.x) && !std::isnan(p.y) && !std::isnan(p.z) && !std::isnan(p.a);
 }
 
+bool AllFinite(const Pose& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
+}
+
 /// (x, y) turned by an angle.
 point_t Turned(double x, double y, double angle) {
   const SineCosine turn = SinCos(angle);
@@ -83,8 +87,8 @@ void ModelPosition::Stop() { SetSpeed(0, 0, 0); }
 void ModelPosition::GoTo(double x, double y, double a) { GoTo(Pose(x, y, 0, a)); }
 
 void ModelPosition::GoTo(Pose target) {
-  if (!AllNumbers(target)) {
-    PRINT_ERR1("%s: ignored a goal that is not a number", Token());
+  if (!AllFinite(target)) {
+    PRINT_ERR1("%s: ignored a goal that is not finite", Token());
     return;
   }
   control_mode = CONTROL_POSITION;
@@ -121,6 +125,10 @@ void ModelPosition::SetGlobalVelocity(const Velocity& gvel) {
 }
 
 void ModelPosition::SetOdom(Pose odom) {
+  if (!AllFinite(odom)) {
+    PRINT_ERR1("%s: refused an estimate that is not finite", Token());
+    return;
+  }
   est_pose = odom;
   // The frame in which the present pose reads `odom`.
   const Pose g = GetGlobalPose();
@@ -209,14 +217,22 @@ void ModelPosition::Update() {
     car_warned_ = true;
   }
   Velocity vel = WantedVelocity(dt);
-  watts = 1.0 + 10.0 * mass * (std::fabs(vel.x) + std::fabs(vel.y) + std::fabs(vel.a));
+  if (!AllNumbers(vel)) vel = Velocity();  // such as a car's whose steering angle is infinite
+  double power = PowerOf(vel);
   vel.x = velocity_bounds[0].Constrain(vel.x);
   vel.y = velocity_bounds[1].Constrain(vel.y);
   vel.z = velocity_bounds[2].Constrain(vel.z);
   vel.a = velocity_bounds[3].Constrain(vel.a);
+  // Before the bounds, as Stage has it; an infinite command costs what the bounds leave of it.
+  if (!std::isfinite(power)) power = PowerOf(vel);
+  if (std::isfinite(power)) watts = power;
   SetVelocity(vel);
   Localize(dt);
   Model::Update();
+}
+
+double ModelPosition::PowerOf(const Velocity& vel) const {
+  return 1.0 + 10.0 * mass * (std::fabs(vel.x) + std::fabs(vel.y) + std::fabs(vel.a));
 }
 
 Velocity ModelPosition::WantedVelocity(double dt) const {
@@ -270,9 +286,9 @@ Velocity ModelPosition::PositionMode() const {
 
   if (std::fabs(ex) < kCloseEnough && std::fabs(ey) < kCloseEnough)
     return Velocity(0, 0, 0, Symmetric(ea, kMaxTurn));
-  const double off_course = normalize(std::atan2(ey, ex) - est_pose.a);
-  const double speed =
-      std::fabs(off_course) < kFacing ? std::min(std::hypot(ex, ey), kMaxApproach) : 0.0;
+  const double off_course = normalize(ArcTangent(ey, ex) - est_pose.a);
+  const double distance = std::sqrt(ex * ex + ey * ey);
+  const double speed = std::fabs(off_course) < kFacing ? std::min(distance, kMaxApproach) : 0.0;
   return Velocity(speed, 0, 0, Symmetric(off_course, kMaxTurn));
 }
 
@@ -282,11 +298,13 @@ void ModelPosition::Localize(double dt) {
     return;
   }
   // Odometry believes the commanded velocity, stalled or not, times its errors; it turns first.
-  est_pose.a = normalize(est_pose.a + velocity.a * dt * (1.0 + integration_error.a));
+  Pose next = est_pose;
+  next.a = normalize(next.a + velocity.a * dt * (1.0 + integration_error.a));
   const point_t step = Turned(velocity.x * dt * (1.0 + integration_error.x),
-                              velocity.y * dt * (1.0 + integration_error.y), est_pose.a);
-  est_pose.x += step.x;
-  est_pose.y += step.y;
+                              velocity.y * dt * (1.0 + integration_error.y), next.a);
+  next.x += step.x;
+  next.y += step.y;
+  if (AllFinite(next)) est_pose = next;  // an infinite speed leads nowhere
 }
 
 void ModelPosition::Move() {
@@ -296,7 +314,7 @@ void ModelPosition::Move() {
   // Along the old heading, then turn.
   pose = pose + Pose(velocity.x * dt, velocity.y * dt, velocity.z * dt, normalize(velocity.a * dt));
 
-  if (!std::isfinite(pose.x + pose.y + pose.z + pose.a)) {  // an infinite speed without bounds
+  if (!AllFinite(pose)) {  // an infinite speed without bounds
     pose = old_pose;
     stall = true;
     return;

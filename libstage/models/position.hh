@@ -21,7 +21,8 @@ class ModelPosition : public Model {
   ~ModelPosition();
 
   // Commands take effect at the next update, clipped to the bounds. One with a component that is
-  // not a number is ignored, with a message.
+  // not a number is ignored, with a message; so is a goal that is not finite. Infinite speeds are
+  // clipped like others. Where there is nothing to clip them, the robot stalls.
 
   /// Metres per second forwards and to the left (omni only), radians per second; for a car, `a` is
   /// the steering angle.
@@ -47,7 +48,8 @@ class ModelPosition : public Model {
 
   /// Relative errors of the odometry along x, y and about z; z is not used.
   Velocity GetOdomError() const { return integration_error; }
-  /// Makes the estimate read `odom` here. In gps mode the next update overwrites it.
+  /// Makes the estimate read `odom` here. In gps mode the next update overwrites it. A pose that is
+  /// not finite is refused with a message.
   void SetOdom(Pose odom);
 
   /// Where the robot believes that it is. Refreshed at each update, before the move of the step: in
@@ -87,6 +89,7 @@ class ModelPosition : public Model {
 
  private:
   void LoadModes();
+  double PowerOf(const Velocity& vel) const;
   Velocity WantedVelocity(double dt) const;
   Velocity VelocityMode() const;
   Velocity AccelerationMode(double dt) const;

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 
 #include "models/energy_charts.hh"
+#include "models/messages.hh"
 #include "models/model.hh"
 #include "world/world.hh"
 
@@ -25,7 +27,7 @@ void AddTo(joules_t* total, joules_t change) {
 }
 
 /// What an amount, which may be infinite, contributes to a total.
-joules_t Countable(joules_t amount) { return amount > 0 ? amount : 0; }
+joules_t Countable(joules_t amount) { return amount > 0 && std::isfinite(amount) ? amount : 0; }
 
 }  // namespace
 
@@ -51,9 +53,18 @@ void PowerPack::Store(joules_t j) {
   stored_ = j;
 }
 
-void PowerPack::SetStored(joules_t j) { Store(j); }
+void PowerPack::SetStored(joules_t j) {
+  if (std::isnan(j))
+    PRINT_ERR1("%s: refused an amount of energy that is not a number", mod_->Token());
+  else
+    Store(j);
+}
 
 void PowerPack::SetCapacity(joules_t cap) {
+  if (std::isnan(cap)) {
+    PRINT_ERR1("%s: refused a capacity that is not a number", mod_->Token());
+    return;
+  }
   AddTo(&global_capacity, Countable(cap) - Countable(capacity_));
   capacity_ = cap;
   if (stored_ > cap) Store(cap);
@@ -62,22 +73,23 @@ void PowerPack::SetCapacity(joules_t cap) {
 void PowerPack::Add(joules_t j) {
   if (!(j > 0) || !(RemainingCapacity() > 0)) return;
   const joules_t amount = std::min(RemainingCapacity(), j);
+  if (std::isinf(amount)) return;
   Store(stored_ + amount);
   charging_ = true;
 }
 
 void PowerPack::Subtract(joules_t j) {
   if (!(j > 0)) return;
-  if (IsInfinite())
-    AddTo(&global_input, j);
-  else
+  if (!IsInfinite())
     Store(stored_ - std::min(stored_, j));
+  else if (std::isfinite(j))
+    AddTo(&global_input, j);
 }
 
 void PowerPack::TransferTo(PowerPack* dest, joules_t amount) {
   if (!IsInfinite()) amount = std::min(amount, stored_);
   amount = std::min(amount, dest->RemainingCapacity());
-  if (!(amount > 0)) return;
+  if (!(amount > 0) || std::isinf(amount)) return;
   Subtract(amount);
   dest->Add(amount);
   mod_->NeedRedraw();
@@ -86,6 +98,7 @@ void PowerPack::TransferTo(PowerPack* dest, joules_t amount) {
 joules_t PowerPack::Spend(joules_t j) {
   if (!(j > 0)) return 0;
   const joules_t amount = IsInfinite() ? j : std::min(j, stored_);
+  if (std::isinf(amount)) return 0;
   Subtract(amount);
   dissipated_ += amount;
   AddTo(&global_dissipated, amount);

@@ -10,6 +10,7 @@
 #ifndef STAGE_MODELS_POWER_PACK_HH
 #define STAGE_MODELS_POWER_PACK_HH
 
+#include <cmath>
 #include <memory>
 
 #include "geometry/geometry.hh"
@@ -31,19 +32,22 @@ class PowerPack {
   void Visualize(Camera*) {}
   void Print(const char* prefix) const;
 
-  /// A negative amount means an infinite supply: it can give for ever and takes nothing.
+  /// A negative amount, or an infinite one, means an infinite supply: it can give for ever and
+  /// takes nothing.
   joules_t GetStored() const { return stored_; }
   joules_t GetCapacity() const { return capacity_; }
   joules_t GetDissipated() const { return dissipated_; }
   joules_t RemainingCapacity() const { return IsInfinite() ? 0 : capacity_ - stored_; }
   /// 1 if infinite; not a number without any capacity.
   double ProportionRemaining() const { return IsInfinite() ? 1.0 : stored_ / capacity_; }
-  /// Not clipped to the capacity.
+  /// Not clipped to the capacity. What is not a number is refused with a message.
   void SetStored(joules_t j);
-  /// What is stored beyond it is lost.
+  /// What is stored beyond it is lost; so a negative one makes an infinite supply. May be infinite.
+  /// What is not a number is refused with a message.
   void SetCapacity(joules_t cap);
 
-  // Amounts that are not positive do nothing.
+  // Amounts that are not positive, or not numbers, do nothing. An infinite one is as much as there
+  // is, or as there is room for; where there is no end to that, it does nothing.
 
   /// Takes what there is room for; the pack is then charging.
   void Add(joules_t j);
@@ -69,7 +73,7 @@ class PowerPack {
   PowerPack(const PowerPack&);
   PowerPack& operator=(const PowerPack&);
 
-  bool IsInfinite() const { return stored_ < 0; }
+  bool IsInfinite() const { return stored_ < 0 || std::isinf(stored_); }
   void Store(joules_t j);
   joules_t Spend(joules_t j);
 

@@ -246,7 +246,8 @@ void ModelWifi::Sensed() {
   size_t count = 0;
   for (size_t i = 0; i < path_count_; i++) {
     Path& path = paths_[i];
-    if (propagation != PROPAGATION_SIMPLE && !(path.loss <= path.budget)) continue;
+    const bool heard = path.loss <= path.budget && std::isfinite(path.budget - path.loss);
+    if (propagation != PROPAGATION_SIMPLE && !heard) continue;
     path.neighbor.db = propagation == PROPAGATION_SIMPLE ? 1.0 : power - path.loss;
     if (count == neighbors_.size()) neighbors_.emplace_back();
     std::swap(neighbors_[count++], path.neighbor);  // both keep their memory

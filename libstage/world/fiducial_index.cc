@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "models/fiducial.hh"
 
@@ -55,7 +56,9 @@ const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reac
     place = std::lower_bound(place, places_.end(), Place{strip, y - reach, 0});
     for (; place != places_.end() && place->strip == strip && place->y <= y + reach; ++place)
       if (std::fabs(targets_[place->target].pose.x - x) <= reach) near_.push_back(place->target);
-    place = std::lower_bound(place, places_.end(), Place{strip + 1, y - reach, 0});
+    // The next strip. So far out that adding 1 changes nothing the next number is all the same.
+    const double beyond = std::nextafter(strip, std::numeric_limits<double>::infinity());
+    place = std::lower_bound(place, places_.end(), Place{beyond, y - reach, 0});
   }
   std::sort(near_.begin(), near_.end());
   return near_;

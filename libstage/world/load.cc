@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <thread>
 
 #include "geometry/load_error.hh"
@@ -69,6 +70,9 @@ constexpr const char* kWindowProperties[] = {"size",
                                              "energy_stored",
                                              "vis_graph"};
 
+/// Metres: a cell's side. Beyond these limits nothing in a world would have the size of some cells.
+constexpr double kSmallestCell = 1e-6, kLargestCell = 1e6;
+
 std::string UnknownType(const std::string& type) {
   std::string known;
   for (const auto& [name, creator] : Model::name_map) known += name + ", ";
@@ -76,9 +80,12 @@ std::string UnknownType(const std::string& type) {
          "block, sensor, window) or the name of a definition";
 }
 
-/// Microseconds, truncated; `factor` of them make a unit of the file.
+/// Microseconds, truncated; `factor` of them make a unit of the file. 0 if they are less than one
+/// or more than a clock can count.
 usec_t Microseconds(double value, double factor) {
-  const double us = value * factor;
+  // 1.001 * 1000 is a little less than 1001: what was meant as a whole number is to remain one.
+  constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
+  const double us = value * factor * (1 + kRounding);
   return us >= 1 && us < 1.8e19 ? static_cast<usec_t>(us) : 0;
 }
 
@@ -178,10 +185,16 @@ void World::LoadWorldProperties() {
   sim_interval =
       Microseconds(positive("interval_sim", static_cast<double>(sim_interval) / 1000.0), 1e3);
   if (sim_interval == 0)
-    wf->Fail(0, "interval_sim", "found a step below a microsecond, expected 0.001 (ms) or more");
+    wf->Fail(0, "interval_sim",
+             "found a step that the clock can't count, expected 0.001 to 1.8e16 (ms)");
   quit_time = Microseconds(wf->ReadFloat(0, "quit_time", 0), 1e6);
-  if (wf->PropertyExists(0, "resolution"))
-    engine_->scene.cells_per_metre = 1.0 / positive("resolution", 0.02);
+  if (wf->PropertyExists(0, "resolution")) {
+    const double cell = positive("resolution", 0.02);
+    if (cell < kSmallestCell || cell > kLargestCell)
+      wf->Fail(0, "resolution",
+               "found cells that are too small or too large, expected 1e-6 to 1e6 (m)");
+    engine_->scene.cells_per_metre = 1.0 / cell;
+  }
   SetRayModel(ReadRayModel(wf.get(), 0, RayModel::kDefault));
   SetRayModel(run_options.ray_model);
   show_clock = wf->ReadInt(0, "show_clock", show_clock);

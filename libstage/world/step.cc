@@ -12,6 +12,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 
 #include "models/position.hh"
 #include "world/engine.hh"
@@ -140,7 +141,9 @@ int World::RemoveUpdateCallback(world_callback_t cb, void* user) {
 }
 
 void World::Enqueue(unsigned int, usec_t delay, Model* mod, model_callback_t cb, void* arg) {
-  engine_->scheduler.Add(sim_time + delay, {mod, cb, arg, 0});
+  // A sum beyond the end of the clock would wrap and be due at once.
+  constexpr usec_t kNever = std::numeric_limits<usec_t>::max();
+  engine_->scheduler.Add(delay > kNever - sim_time ? kNever : sim_time + delay, {mod, cb, arg, 0});
 }
 
 void World::ScheduleUpdate(Model* mod, uint64_t chain) {

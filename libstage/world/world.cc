@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "models/log_entry.hh"
 #include "models/messages.hh"
@@ -24,6 +25,13 @@ std::vector<World*> World::worlds_;
 
 namespace {
 bool Older(const Model* a, const Model* b) { return a->GetId() < b->GetId(); }
+
+double UsablePpm(double ppm) {
+  if (ppm > 0 && std::isfinite(ppm)) return ppm;
+  PRINT_ERR2("found %g cells per metre, expected a positive number; using %d", ppm,
+             World::DEFAULT_PPM);
+  return World::DEFAULT_PPM;
+}
 }  // namespace
 
 World::World(const std::string& name, double ppm)
@@ -32,7 +40,7 @@ World::World(const std::string& name, double ppm)
       dirty(false),
       record_trails(false),
       engine_(std::make_unique<WorldEngine>()),
-      default_ppm_(ppm),
+      default_ppm_(UsablePpm(ppm)),
       seed_(run_options.seed),
       random_(run_options.seed),
       load_status_(0),
@@ -255,7 +263,11 @@ void World::DrawForExactRays() {
 }
 
 int32_t World::MetersToPixels(meters_t x) const {
-  return static_cast<int32_t>(std::floor(x * Resolution()));
+  // What no cell number can tell is the first or the last cell that one can.
+  constexpr double kFirst = std::numeric_limits<int32_t>::min();
+  constexpr double kLast = std::numeric_limits<int32_t>::max();
+  const double cell = std::floor(x * Resolution());
+  return static_cast<int32_t>(std::isnan(cell) ? kFirst : constrain(cell, kFirst, kLast));
 }
 
 point_int_t World::MetersToPixels(const point_t& pt) const {

@@ -84,7 +84,8 @@ class World : public Ancestor {
   static std::string ctrlargs;           ///< the text of --args, for controllers
   static RunOptions run_options;
 
-  /// ppm: cells of the grid per metre. The name is only a stand-in until a world is loaded.
+  /// ppm: cells of the grid per metre; in place of one that is not positive and finite, with a
+  /// message, DEFAULT_PPM. The name is only a stand-in until a world is loaded.
   World(const std::string& name = "MyWorld", double ppm = DEFAULT_PPM);
   virtual ~World();
 
@@ -158,11 +159,13 @@ class World : public Ancestor {
   void SetRayModel(RayModel model);
   /// The plane area that anything was ever drawn in, in superregions.
   const bounds3d_t& GetExtent() const;
+  /// The number of the cell; the first or last number there is where it would be beyond these.
   int32_t MetersToPixels(meters_t x) const;
   point_int_t MetersToPixels(const point_t& pt) const;
 
   /// The nearest model along the ray for which the predicate holds. In a callback at the end of a
-  /// step, models are where that step has moved them.
+  /// step, models are where that step has moved them. A range that is negative or not a number, and
+  /// a pose that is not finite, cast no ray: nothing is hit.
   RaytraceResult Raytrace(const Ray& ray);
   RaytraceResult Raytrace(const Pose& pose, const meters_t range, const ray_test_func_t func,
                           const Model* finder, const void* arg, const bool ztest);

@@ -107,6 +107,10 @@ long long Worldfile::ReadInteger(int entity, int property, std::size_t index, lo
                                  long long high) {
   const std::string_view text = impl_->Value(entity, property, index);
   const worldfile::ReadInteger number = worldfile::ReadIntText(text);
+  // "nan" would be read as 0 and "1e999" as 1: like all that is not finite, they are refused.
+  if (!number.clean && !std::isfinite(worldfile::ReadFloatText(text).value)) {
+    FailAt(property, index, "found " + worldfile::Quoted(text) + ", expected a finite number");
+  }
   const long long value = std::min(std::max(number.value, low), high);
   if (!number.clean || value != number.value) {
     WarnAt(property, index,

@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// NaN and infinity thrown into every call of the interface that takes numbers, and into every
+// number that clients may write to: what is refused, what is taken for something else, and that the
+// world goes on. Holds rows of docs/extremes.md.
+
+#include <functional>
+
+#include "extremes_testing.hh"
+
+namespace Stg::extremes {
+namespace {
+
+/// A world with one of everything.
+struct Things {
+  Things()
+      : world(
+            LoadText("define eyes ranger( name \"eye\" sensor( range [0 6] fov 180 samples 19 ) )\n"
+                     "define robot position( size [0.4 0.4 0.3] joules 1000 drive \"omni\" mass 3\n"
+                     "  localization \"odom\" odom_error [0 0 0 0]\n"
+                     "  eyes() blobfinder( name \"blobs\" ) fiducial( name \"finder\" )\n"
+                     "  bumper( name \"bumper\" bcount 1 bpose[0] [0.2 0 0 0] blength 0.4 )\n"
+                     "  camera( name \"camera\" ) gripper( name \"gripper\" )\n"
+                     "  actuator( name \"arm\" size [0.1 0.1 0.1] max_speed 1 )\n"
+                     "  wifi( name \"wifi\" model \"raytrace\" power 100 range 5 ) )\n"
+                     "robot( name \"a\" pose [-2 0 0 0] fiducial_return 1 )\n"
+                     "robot( name \"b\" pose [2 0.1 0 180] fiducial_return 2 )\n"
+                     "model( name \"wall\" pose [0 3 0 0] size [8 0.2 1] )\n")),
+        robot(Find<ModelPosition>(*world, "a")),
+        wall(Find(*world, "wall")) {
+    for (Model* model : world->GetAllModels()) model->Subscribe();
+  }
+  template <class M>
+  M* Part(const char* name) {
+    return Find<M>(*world, std::string("a.") + name);
+  }
+  ModelRanger::Sensor& sensor() { return Part<ModelRanger>("eye")->GetSensorsMutable()[0]; }
+
+  std::unique_ptr<World> world;
+  ModelPosition* robot;
+  Model* wall;
+};
+
+/// What of a model the state hash does not know.
+std::vector<double> Remainder(const Model& model) {
+  const Geom g = model.GetGeom();
+  return {g.pose.x,
+          g.pose.y,
+          g.pose.z,
+          g.pose.a,
+          g.size.x,
+          g.size.y,
+          g.size.z,
+          model.GetTotalMass(),
+          model.vis.ranger_return};
+}
+
+struct Call {
+  const char* name;
+  std::function<void(Things&, double)> make;
+};
+
+void PrintTo(const Call& call, std::ostream* out) { *out << call.name; }
+
+class Refused : public testing::TestWithParam<Call> {};
+class NotANumber : public testing::TestWithParam<Call> {};
+
+/// One line says so, and nothing has changed.
+void ExpectRefusal(const Call& call, double value) {
+  Things things;
+  Step(*things.world, 2);
+  const uint64_t before = things.world->StateHash();
+  const std::vector<double> wall = Remainder(*things.wall), robot = Remainder(*things.robot);
+  const std::string errors = ErrorsOf([&] { call.make(things, value); });
+  EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
+  EXPECT_EQ(things.world->StateHash(), before) << value;
+  EXPECT_EQ(Remainder(*things.wall), wall);
+  EXPECT_EQ(Remainder(*things.robot), robot);
+
+  // From then on all is as if nobody had called.
+  Things untouched;
+  Step(*untouched.world, 12);
+  Step(*things.world, 10);
+  EXPECT_EQ(things.world->StateHash(), untouched.world->StateHash()) << value;
+}
+
+TEST_P(Refused, WhatIsNotFinite) {
+  for (const double value : {kNaN, kInfinity, -kInfinity}) ExpectRefusal(GetParam(), value);
+}
+
+TEST_P(NotANumber, IsRefused) { ExpectRefusal(GetParam(), kNaN); }
+
+std::string NameOf(const testing::TestParamInfo<Call>& test) { return test.param.name; }
+
+ModelGripper::config_t ConfigWith(Things& t, double ModelGripper::config_t::*number, double value) {
+  ModelGripper::config_t config = t.Part<ModelGripper>("gripper")->GetConfig();
+  config.*number = value;
+  return config;
+}
+
+void SetConfig(Things& t, ModelGripper::config_t config) {
+  t.Part<ModelGripper>("gripper")->SetConfig(config);
+}
+
+const Call kRefused[] = {
+    {"SetPoseX", [](Things& t, double v) { t.wall->SetPose(Pose(v, 0, 0, 0)); }},
+    {"SetPoseY", [](Things& t, double v) { t.wall->SetPose(Pose(0, v, 0, 0)); }},
+    {"SetPoseZ", [](Things& t, double v) { t.wall->SetPose(Pose(0, 0, v, 0)); }},
+    {"SetPoseA", [](Things& t, double v) { t.wall->SetPose(Pose(0, 0, 0, v)); }},
+    {"SetGlobalPose", [](Things& t, double v) { t.wall->SetGlobalPose(Pose(v, 0, 0, 0)); }},
+    {"SetGlobalPoseOfAChild",
+     [](Things& t, double v) { t.Part<Model>("eye")->SetGlobalPose(Pose(0, v, 0, 0)); }},
+    {"AddToPose", [](Things& t, double v) { t.wall->AddToPose(0, 0, 0, v); }},
+    {"AddToPoseOfAPose", [](Things& t, double v) { t.wall->AddToPose(Pose(0, v, 0, 0)); }},
+    {"SetGeomPose",
+     [](Things& t, double v) { t.wall->SetGeom(Geom(Pose(v, 0, 0, 0), Size(1, 1, 1))); }},
+    {"SetGeomSizeX", [](Things& t, double v) { t.wall->SetGeom(Geom(Pose(), Size(v, 1, 1))); }},
+    {"SetGeomSizeZ", [](Things& t, double v) { t.wall->SetGeom(Geom(Pose(), Size(1, 1, v))); }},
+    {"AddBlockRectX", [](Things& t, double v) { t.wall->AddBlockRect(v, 0, 1, 1, 1); }},
+    {"AddBlockRectDY", [](Things& t, double v) { t.wall->AddBlockRect(0, 0, 1, v, 1); }},
+    {"AddBlockRectDZ", [](Things& t, double v) { t.wall->AddBlockRect(0, 0, 1, 1, v); }},
+    {"RandomPoseInFreeSpace",
+     [](Things& t, double v) { EXPECT_FALSE(t.wall->RandomPoseInFreeSpace(0, v, 0, 1)); }},
+    {"SetMass", [](Things& t, double v) { t.robot->SetMass(v); }},
+    {"SetWatts", [](Things& t, double v) { t.wall->SetWatts(v); }},
+    {"SetRangerReturn", [](Things& t, double v) { t.wall->SetRangerReturn(v); }},
+    {"GoTo", [](Things& t, double v) { t.robot->GoTo(v, 0, 0); }},
+    {"GoToAPose", [](Things& t, double v) { t.robot->GoTo(Pose(0, 0, 0, v)); }},
+    {"SetOdom", [](Things& t, double v) { t.robot->SetOdom(Pose(0, v, 0, 0)); }},
+    {"GripperPaddles",
+     [](Things& t, double v) {
+       SetConfig(t, ConfigWith(t, &ModelGripper::config_t::paddle_position, v));
+     }},
+    {"GripperLift",
+     [](Things& t, double v) {
+       SetConfig(t, ConfigWith(t, &ModelGripper::config_t::lift_position, v));
+     }},
+    {"GripperLimit",
+     [](Things& t, double v) {
+       SetConfig(t, ConfigWith(t, &ModelGripper::config_t::close_limit, v));
+     }},
+    {"GripperSize",
+     [](Things& t, double v) {
+       ModelGripper::config_t config = t.Part<ModelGripper>("gripper")->GetConfig();
+       config.paddle_size.y = v;
+       SetConfig(t, config);
+     }},
+};
+INSTANTIATE_TEST_SUITE_P(Api, Refused, testing::ValuesIn(kRefused), NameOf);
+
+/// Infinity has a meaning there: see Infinity below.
+const Call kNotANumber[] = {
+    {"SetSpeed", [](Things& t, double v) { t.robot->SetSpeed(v, 0, 0); }},
+    {"SetSpeedOfAVelocity", [](Things& t, double v) { t.robot->SetSpeed(Velocity(0, 0, v, 0)); }},
+    {"SetXSpeed", [](Things& t, double v) { t.robot->SetXSpeed(v); }},
+    {"SetYSpeed", [](Things& t, double v) { t.robot->SetYSpeed(v); }},
+    {"SetZSpeed", [](Things& t, double v) { t.robot->SetZSpeed(v); }},
+    {"SetTurnSpeed", [](Things& t, double v) { t.robot->SetTurnSpeed(v); }},
+    {"SetAcceleration", [](Things& t, double v) { t.robot->SetAcceleration(0, v, 0); }},
+    {"SetVelocity", [](Things& t, double v) { t.robot->SetVelocity(Velocity(0, 0, 0, v)); }},
+    {"SetGlobalVelocity",
+     [](Things& t, double v) { t.robot->SetGlobalVelocity(Velocity(v, 0, 0, 0)); }},
+    {"ActuatorSpeed", [](Things& t, double v) { t.Part<ModelActuator>("arm")->SetSpeed(v); }},
+    {"ActuatorGoTo", [](Things& t, double v) { t.Part<ModelActuator>("arm")->GoTo(v); }},
+    {"StoredEnergy", [](Things& t, double v) { t.robot->FindPowerPack()->SetStored(v); }},
+    {"CapacityForEnergy", [](Things& t, double v) { t.robot->FindPowerPack()->SetCapacity(v); }},
+};
+INSTANTIATE_TEST_SUITE_P(Api, NotANumber, testing::ValuesIn(kNotANumber), NameOf);
+
+// ---- what infinity means ------------------------------------------------------------------------
+
+TEST(Infinity, OfACommandIsClippedToTheBounds) {
+  Things things;
+  things.robot->SetSpeed(kInfinity, -kInfinity, kInfinity);
+  things.Part<ModelActuator>("arm")->SetSpeed(kInfinity);
+  Step(*things.world);
+  ExpectPose(things.robot->GetVelocity(), 1, -1, 0, M_PI / 2);
+  EXPECT_NEAR(things.Part<ModelActuator>("arm")->GetPosition(), 0.1, 1e-9);
+  EXPECT_TRUE(std::isfinite(things.robot->FindPowerPack()->GetStored()));
+  EXPECT_GT(things.robot->FindPowerPack()->GetStored(), 900) << "no more than what it does costs";
+}
+
+TEST(Infinity, OfAnAccelerationIsClippedToo) {
+  Things things;
+  things.robot->SetAcceleration(kInfinity, -kInfinity, 0);
+  Step(*things.world, 2);
+  ExpectPose(things.robot->GetVelocity(), 0.2, -0.2, 0, 0);
+}
+
+TEST(Infinity, WithoutBoundsIsAStall) {
+  Things things;
+  for (Bounds& bounds : things.robot->velocity_bounds) bounds = Bounds(-kInfinity, kInfinity);
+  for (const auto& command : std::vector<std::function<void()>>{
+           [&] { things.robot->SetSpeed(kInfinity, 0, 0); },
+           [&] { things.robot->SetSpeed(0, 0, -kInfinity); },
+           [&] { things.robot->SetVelocity(Velocity(0, kInfinity, 0, 0)); }}) {
+    command();
+    Step(*things.world, 3);
+    ExpectPose(things.robot->GetPose(), -2, 0, 0, 0, 0);
+    EXPECT_TRUE(things.robot->Stalled());
+    EXPECT_TRUE(IsFinite(things.robot->est_pose));
+    EXPECT_TRUE(std::isfinite(things.robot->FindPowerPack()->GetStored()));
+  }
+  things.robot->SetSpeed(0.5, 0, 0);
+  Step(*things.world);
+  EXPECT_NEAR(things.robot->GetPose().x, -1.95, 1e-9);
+}
+
+// ---- numbers that anybody can write to ----------------------------------------------------------
+
+/// Each is written to, the world goes on for some steps, and all that comes out are numbers.
+const Call kFields[] = {
+    {"SensorX", [](Things& t, double v) { t.sensor().pose.x = v; }},
+    {"SensorZ", [](Things& t, double v) { t.sensor().pose.z = v; }},
+    {"SensorHeading", [](Things& t, double v) { t.sensor().pose.a = v; }},
+    {"SensorHeight", [](Things& t, double v) { t.sensor().size.z = v; }},
+    {"SensorRangeMin", [](Things& t, double v) { t.sensor().range.min = v; }},
+    {"SensorFov", [](Things& t, double v) { t.sensor().fov = v; }},
+    {"SensorNoise", [](Things& t, double v) { t.sensor().range_noise = v; }},
+    {"SensorVariance",
+     [](Things& t, double v) { t.sensor().range_noise_const = std::isinf(v) ? -1 : v; }},  // below
+    {"SensorAngleNoise", [](Things& t, double v) { t.sensor().angle_noise = v; }},
+    {"BlobfinderFov", [](Things& t, double v) { t.Part<ModelBlobfinder>("blobs")->fov = v; }},
+    {"BlobfinderPan", [](Things& t, double v) { t.Part<ModelBlobfinder>("blobs")->pan = v; }},
+    {"BlobfinderRange", [](Things& t, double v) { t.Part<ModelBlobfinder>("blobs")->range = v; }},
+    {"FiducialRange",
+     [](Things& t, double v) { t.Part<ModelFiducial>("finder")->max_range_anon = v; }},
+    {"FiducialIdRange",
+     [](Things& t, double v) { t.Part<ModelFiducial>("finder")->max_range_id = v; }},
+    {"FiducialFov", [](Things& t, double v) { t.Part<ModelFiducial>("finder")->fov = v; }},
+    {"BumperLength",
+     [](Things& t, double v) { t.Part<ModelBumper>("bumper")->bumpers[0].length = v; }},
+    {"BumperPose",
+     [](Things& t, double v) { t.Part<ModelBumper>("bumper")->bumpers[0].pose.a = v; }},
+    {"CameraPitch", [](Things& t, double v) { t.Part<ModelCamera>("camera")->setPitch(v); }},
+    {"CameraYaw", [](Things& t, double v) { t.Part<ModelCamera>("camera")->setYaw(v); }},
+    {"WifiPower", [](Things& t, double v) { t.Part<ModelWifi>("wifi")->power = v; }},
+    {"WifiSensitivity", [](Things& t, double v) { t.Part<ModelWifi>("wifi")->sensitivity = v; }},
+    {"WifiFrequency", [](Things& t, double v) { t.Part<ModelWifi>("wifi")->freq = v; }},
+    {"WifiLoss", [](Things& t, double v) { t.Part<ModelWifi>("wifi")->plc = v; }},
+    {"WifiWalls", [](Things& t, double v) { t.Part<ModelWifi>("wifi")->wall_factor = v; }},
+    {"VelocityBounds",
+     [](Things& t, double v) {
+       t.robot->velocity_bounds[0] = Bounds(v, v);
+       t.robot->SetSpeed(0.1, 0, 0.1);
+     }},
+    {"AccelerationBounds",
+     [](Things& t, double v) {
+       t.robot->acceleration_bounds[0] = Bounds(v, v);
+       t.robot->SetAcceleration(0.1, 0, 0.1);
+     }},
+    {"Waypoints",
+     [](Things& t, double v) { t.robot->waypoints.emplace_back(v, v, v, v, Color()); }},
+    {"Color", [](Things& t, double v) { t.wall->SetColor(Color(v, v, v, v)); }},
+    {"Friction", [](Things& t, double v) { t.wall->SetFriction(v); }},
+    {"MapResolution", [](Things& t, double v) { t.wall->SetMapResolution(v); }},
+    {"Flag",
+     [](Things& t, double v) {
+       static Model::Flag flag(Color(), 1);
+       flag.SetSize(v);
+       t.wall->AddFlag(&flag);
+     }},
+    {"Speedup", [](Things& t, double v) { t.world->speedup = v; }},
+};
+
+class Fields : public testing::TestWithParam<Call> {};
+
+size_t ExpectNumbers(Things& t) {
+  size_t count = 0;
+  const auto expect = [&](double value) {
+    EXPECT_TRUE(std::isfinite(value));
+    count++;
+  };
+  for (const Model* model : t.world->GetAllModels())
+    EXPECT_TRUE(IsFinite(model->GetGlobalPose())) << model->PrintWithPose();
+  EXPECT_TRUE(IsFinite(t.robot->est_pose));
+  expect(t.robot->FindPowerPack()->GetStored());
+  expect(t.robot->FindPowerPack()->GetDissipated());
+  for (const auto* data : {&t.sensor().ranges, &t.sensor().intensities, &t.sensor().bearings})
+    for (const double value : *data) expect(value);
+  for (const auto& blob : t.Part<ModelBlobfinder>("blobs")->GetBlobs()) expect(blob.range);
+  for (const auto& found : t.Part<ModelFiducial>("finder")->GetFiducials()) {
+    expect(found.range);
+    expect(found.bearing);
+  }
+  for (const auto& heard : t.Part<ModelWifi>("wifi")->GetNeighbors()) expect(heard.db);
+  const ModelCamera& camera = *t.Part<ModelCamera>("camera");
+  for (int i = 0; i < camera.getWidth() * camera.getHeight(); i++)
+    expect(static_cast<double>(camera.FrameDepth()[i]));
+  expect(t.Part<ModelActuator>("arm")->GetPosition());
+  return count;
+}
+
+TEST_P(Fields, TakeAnythingAndNumbersComeOut) {
+  for (const double value : {kNaN, kInfinity, -kInfinity, 1e300, -1e300, 5e-324}) {
+    SCOPED_TRACE(value);
+    Things things;
+    Step(*things.world, 2);
+    GetParam().make(things, value);
+    testing::internal::CaptureStderr();
+    Step(*things.world, 5);
+    testing::internal::GetCapturedStderr();
+    EXPECT_GT(ExpectNumbers(things), 1000u);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Api, Fields, testing::ValuesIn(kFields), NameOf);
+
+/// The readings are infinite or not numbers: like an infinite range_noise, it should count as 0.
+TEST(SensorNoise, DISABLED_OfInfiniteVarianceCountsAsNone) {
+  Things things;
+  things.sensor().range_noise_const = kInfinity;
+  Step(*things.world, 5);
+  ExpectNumbers(things);
+}
+
+// ---- everything at once -------------------------------------------------------------------------
+
+TEST(Everything, AtOnceAndTheWorldGoesOn) {
+  for (const double value : {kNaN, kInfinity, -kInfinity}) {
+    Things things;
+    testing::internal::CaptureStderr();
+    for (int round = 0; round < 10; round++) {
+      for (const Call& call : kRefused) call.make(things, value);
+      for (const Call& call : kNotANumber) call.make(things, value);
+      for (const Call& call : kFields) call.make(things, value);
+      things.world->Raytrace(Pose(value, value, value, value), value, Anything, nullptr, nullptr,
+                             true);
+      Step(*things.world, 10);
+    }
+    testing::internal::GetCapturedStderr();
+    EXPECT_EQ(things.world->GetUpdateCount(), 100u);
+    for (const Model* model : things.world->GetAllModels()) {
+      EXPECT_TRUE(IsFinite(model->GetPose())) << model->PrintWithPose();
+      EXPECT_TRUE(IsFinite(model->GetGlobalPose())) << model->PrintWithPose();
+    }
+  }
+}
+
+// ---- rays ---------------------------------------------------------------------------------------
+
+TEST(Rays, FromNowhereHitNothing) {
+  Things t;
+  for (const double v : {kNaN, kInfinity, -kInfinity})
+    for (const Pose& from :
+         {Pose(v, 0, 0.1, 0), Pose(0, v, 0.1, 0), Pose(0, 0, 0.1, v), Pose(0, 0, v, M_PI / 2)}) {
+      const Ray ray(nullptr, from, 50, Anything, nullptr, true);
+      EXPECT_EQ(t.world->Raytrace(ray).mod, nullptr) << from.String();
+      EXPECT_EQ(t.world->Raytrace(ray).range, 50) << from.String();
+    }
+}
+
+TEST(Rays, OverAFieldOfViewThatIsNoneLookAhead) {
+  Things t;
+  for (const double fov : {kNaN, kInfinity, -kInfinity}) {
+    std::vector<RaytraceResult> results(3);
+    t.world->Raytrace(Pose(0, 0, 0.5, M_PI / 2), 8, fov, Anything, nullptr, nullptr, true, results);
+    for (const RaytraceResult& result : results) EXPECT_EQ(result.mod, t.wall) << fov;
+  }
+}
+
+// ---- far away -----------------------------------------------------------------------------------
+
+/// Sensors and targets that are so far out that neighbouring numbers are metres apart.
+TEST(FarOut, SensorsGoOn) {
+  for (const double far : {1e9, 1e15, 4e16, 1e17, 1e100, 1e300}) {
+    Things t;
+    t.robot->SetPose(Pose(far, 1000, 0, 1));
+    Find(*t.world, "b")->SetPose(Pose(far, -1000, 0, 2));
+    t.wall->SetPose(Pose(far, 500, 0, 2));
+    Step(*t.world, 5);
+    EXPECT_GT(ExpectNumbers(t), 1000u) << far;
+    EXPECT_TRUE(t.Part<ModelFiducial>("finder")->GetFiducials().empty());
+  }
+}
+
+}  // namespace
+}  // namespace Stg::extremes

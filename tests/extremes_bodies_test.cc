@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The ends of bodies: thinner than a cell, without area, crossing themselves, of ten thousand
+// points, without height. Each test holds a row of docs/extremes.md.
+
+#include <sys/resource.h>
+
+#include <cstdlib>
+#include <sstream>
+
+#include "extremes_testing.hh"
+#include "support/random_source.hh"
+
+namespace Stg::extremes {
+namespace {
+
+/// A model "a" with one block of these corners; numbers are written so that they come back exactly.
+std::string ModelOf(const std::vector<point_t>& corners, const std::string& size,
+                    const std::string& z = "[0 1]") {
+  std::ostringstream text;
+  text.precision(17);
+  text << std::fixed << "model( name \"a\" size " << size << " block( points " << corners.size();
+  for (size_t i = 0; i < corners.size(); i++)
+    text << " point[" << i << "] [" << corners[i].x << " " << corners[i].y << "]";
+  text << " z " << z << " ) )\n";
+  return text.str();
+}
+
+/// A robot of 0.2 m by 0.2 m that is driven at 0.5 m/s along x, from x on, until it stalls. Where
+/// its front is then; infinite if nothing stops it within 10 m.
+double StopOf(World* world, double x, double y) {
+  auto* robot = dynamic_cast<ModelPosition*>(world->CreateModel(nullptr, "position"));
+  robot->SetGeom(Geom(Pose(), Size(0.2, 0.2, 0.4)));
+  robot->SetPose(Pose(x, y, 0, 0));
+  robot->Subscribe();
+  robot->SetSpeed(0.5, 0, 0);
+  for (int i = 0; i < 200 && !robot->Stalled(); i++) EXPECT_FALSE(world->Update());
+  const double front = robot->Stalled() ? robot->GetPose().x + 0.1 : kInfinity;
+  delete robot;
+  return front;
+}
+
+/// A robot comes to a stop before x: by less than a step and some cells.
+void ExpectStop(World* world, double x, double y) {
+  const double front = StopOf(world, x - 1.3, y);
+  EXPECT_LE(front, x + kCell) << y;
+  EXPECT_GE(front, x - 0.05 - 2 * kCell) << y;
+}
+
+double Distance(World* world, const Pose& from) {
+  const RaytraceResult found = LookFrom(world, from, 8);
+  return found.mod ? found.range : kInfinity;
+}
+
+// ---- thin ---------------------------------------------------------------------------------------
+
+TEST(Thin, WallsAreSeenAndStopRobotsWhereverTheyLieInTheirCells) {
+  for (const double thickness : {0.005, 1e-4, 1e-9, 1e-300, 0.0})
+    for (double offset = 0; offset < kCell; offset += 0.003) {
+      const std::unique_ptr<World> world = WorldOfCells(kCell);
+      const double x = 1 + offset;
+      AddBox(world.get(), Size(thickness, 2, 1), Pose(x, 0, 0, 0));
+      EXPECT_NEAR(Distance(world.get(), Pose(-1, 0.3, 0, 0)), x + 1, kCell) << thickness;
+      EXPECT_NEAR(Distance(world.get(), Pose(3, 0.3, 0, M_PI)), 3 - x, kCell) << thickness;
+      ExpectStop(world.get(), x, 0.1);
+    }
+}
+
+TEST(Thin, NoRayAndNoRobotSlipsThroughATurnedWall) {
+  test::RandomSource random(7);
+  Worst error;
+  for (double heading = 0.05; heading < 3.1; heading += 0.31) {
+    const std::unique_ptr<World> world = WorldOfCells(kCell);
+    AddBox(world.get(), Size(0, 4, 1), Pose(0.007, 0.003, 0, heading));
+    const double cosine = std::cos(heading), sine = std::sin(heading);
+    for (int i = 0; i < 400; i++) {
+      // From one side of the wall to the other, through a point of it.
+      const double where = random.Real(-1.9, 1.9), away = random.Real(0.2, 2);
+      const double across = random.Real(-1.2, 1.2);
+      const Pose from(0.007 - sine * where - away * std::cos(heading + across),
+                      0.003 + cosine * where - away * std::sin(heading + across), 0,
+                      heading + across);
+      const RaytraceResult found = LookFrom(world.get(), from, 8);
+      ASSERT_NE(found.mod, nullptr) << heading << " " << from.String();
+      error.Note((found.range - away) * std::cos(across) / kCell);
+    }
+    if (std::fabs(cosine) > 0.3) {
+      const double front = StopOf(world.get(), -2, 0);
+      EXPECT_LE(front, 0.1 * std::fabs(sine / cosine) + 0.1);
+    }
+  }
+  error.Record("cells");
+  EXPECT_LE(error.value(), kTurnedFace);
+}
+
+// ---- without area -------------------------------------------------------------------------------
+
+TEST(Flat, BlocksOfPointsOnALineAreLines) {
+  for (const std::vector<point_t>& corners :
+       {std::vector<point_t>{{0, 0}, {1, 0}, {3, 0}}, {{0, 0}, {3, 0}}, {{3, 0}, {0, 0}, {1, 0}}}) {
+    const auto world = LoadText(ModelOf(corners, "[2 1 1]"));
+    const double way = Distance(world.get(), Pose(0.3, -2, 0.5, M_PI / 2));
+    EXPECT_GE(way, 1.5 - kCell);  // somewhere in the size of 1 m
+    EXPECT_LE(way, 2.5 + kCell);
+    const double y = -2 + way;
+    for (const double x : {-0.9, 0.0, 0.9})
+      EXPECT_NEAR(Distance(world.get(), Pose(x, -2, 0.5, M_PI / 2)), way, 1e-6);
+    EXPECT_NEAR(Distance(world.get(), Pose(-3, y, 0.5, 0)), 2, kStraightFace * kCell);
+    ExpectStop(world.get(), -1, y);
+  }
+}
+
+/// Fitting divides by an extent that is zero: what comes out depends on rounding. Such a block is
+/// to lie in the middle of the model's size, wherever its points have been.
+TEST(Flat, DISABLED_BlocksOfPointsOnALineLieInTheMiddle) {
+  for (const double y : {0.0, 0.5, 1.0, 3.0, -0.1}) {
+    const auto world = LoadText(ModelOf({{0, y}, {1, y}, {3, y}}, "[2 1 1]"));
+    EXPECT_NEAR(Distance(world.get(), Pose(0.3, -2, 0.5, M_PI / 2)), 2, kStraightFace * kCell) << y;
+  }
+}
+
+TEST(Flat, BlocksOfEqualPointsAreACellOrNothing) {
+  // A polygon of three or more corners is at least a cell.
+  const auto world = LoadText(ModelOf({{1, 1}, {1, 1}, {1, 1}}, "[0.001 0.001 1]"));
+  EXPECT_NEAR(Distance(world.get(), Pose(-1, 0.0, 0.5, 0)), 1, kStraightFace * kCell);
+  ExpectStop(world.get(), 0, 0);
+  // Two equal ones are no polygon.
+  const auto nothing = LoadText(ModelOf({{1, 1}, {1, 1}}, "[0.001 0.001 1]"));
+  EXPECT_EQ(Distance(nothing.get(), Pose(-1, 0.0, 0.5, 0)), kInfinity);
+  EXPECT_EQ(StopOf(nothing.get(), -1, 0), kInfinity);
+  EXPECT_FALSE(Find(*nothing, "a")->HasCollision());
+}
+
+TEST(Flat, ASizeOfZeroIsACellAndNotForGood) {
+  const std::unique_ptr<World> world = WorldOfCells(kCell);
+  Model* model = AddBox(world.get(), Size(0, 0, 0), Pose(0.01, 0.01, 0, 0));
+  EXPECT_NEAR(Distance(world.get(), Pose(-1, 0.01, 0, 0)), 1, kStraightFace * kCell);
+  ExpectStop(world.get(), 0, 0.01);
+  model->SetGeom(Geom(Pose(), Size(1, 1, 1)));
+  EXPECT_NEAR(Distance(world.get(), Pose(-2, 0.01, 0, 0)), 1.5, kStraightFace * kCell);
+}
+
+TEST(Flat, NegativeSizesMirrorTheBody) {
+  const std::unique_ptr<World> world = WorldOfCells(kCell);
+  Model* model = AddBox(world.get(), Size(-1, -2, 1), Pose());
+  EXPECT_NEAR(Distance(world.get(), Pose(-2, 0.9, 0, 0)), 1.5, kStraightFace * kCell);
+  ExpectStop(world.get(), -0.5, 0.9);
+  // A negative height leaves none at which the body could be met.
+  model->SetGeom(Geom(Pose(), Size(1, 1, -1)));
+  ModelRanger* ranger = AddRanger(world.get(), Pose(-2, 0, 0.5, 0), 8);
+  Step(*world);
+  EXPECT_EQ(ranger->GetSensors()[0].ranges.at(0), 8);
+}
+
+// ---- many corners -------------------------------------------------------------------------------
+
+TEST(Crossing, OutlinesThatCrossThemselvesCountWhereTheyAre) {
+  // A bow tie: its waist is in the middle.
+  const auto world = LoadText(ModelOf({{0, 0}, {2, 2}, {2, 0}, {0, 2}}, "[2 2 1]"));
+  for (const double y : {-0.81, -0.33, 0.35, 0.77}) {
+    EXPECT_NEAR(Distance(world.get(), Pose(-3, y, 0.5, 0)), 2, kStraightFace * kCell) << y;
+    // From between its wings the slopes are seen.
+    EXPECT_NEAR(Distance(world.get(), Pose(0, y, 0.5, 0)), std::fabs(y), 2 * kCell) << y;
+    EXPECT_NEAR(Distance(world.get(), Pose(0, y, 0.5, M_PI)), std::fabs(y), 2 * kCell) << y;
+  }
+  EXPECT_NEAR(Distance(world.get(), Pose(0, 3, 0.5, -M_PI / 2)), 3, 2 * kCell);
+  ExpectStop(world.get(), -1, 0.4);
+}
+
+TEST(Crossing, EdgesThatAreDrawnTwiceAreTakenAwayTwice) {
+  const auto world = LoadText(ModelOf({{0, 0}, {2, 0}, {0, 0}, {2, 0}, {2, 2}}, "[2 2 1]"));
+  Model* model = Find(*world, "a");
+  for (int i = 0; i < 10; i++) {
+    model->SetPose(Pose(0.13 * i, 0, 0, 0.3 * i));
+    Step(*world);
+  }
+  model->SetPose(Pose(30, 0, 0, 0));
+  for (double heading = 0; heading < 6.28; heading += 0.01)
+    EXPECT_EQ(Distance(world.get(), Pose(0, 0, 0.5, heading)), kInfinity);
+}
+
+TEST(Many, TenThousandCornersMakeACircle) {
+  std::vector<point_t> corners;
+  for (int i = 0; i < 10000; i++)
+    corners.emplace_back(std::cos(2 * M_PI * i / 10000), std::sin(2 * M_PI * i / 10000));
+  const auto world = LoadText(ModelOf(corners, "[4 4 1]"));
+  Worst error;
+  for (int i = 0; i < 360; i++) {
+    const double heading = dtor(i + 0.3), x = std::cos(heading), y = std::sin(heading);
+    error.Note((Distance(world.get(), Pose(0.001, 0.001, 0.5, heading)) - 2) / kCell);
+    error.Note((Distance(world.get(), Pose(-5 * x, -5 * y, 0.5, heading)) - 3) / kCell);
+  }
+  error.Record("cells");
+  EXPECT_LE(error.value(), kTurnedFace);
+  ExpectStop(world.get(), -2, 0);
+}
+
+// ---- heights ------------------------------------------------------------------------------------
+
+TEST(Height, OfZeroIsMetAtThatHeightAlone) {
+  for (const char* z : {"[0 0]", "[0 1]"}) {
+    const std::vector<point_t> square = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    const auto world = LoadText(ModelOf(square, z[3] == '0' ? "[1 1 1]" : "[1 1 0]", z));
+    const auto seen_at = [&](double height) {
+      return world->Raytrace(Pose(-2, 0, height, 0), 8, Anything, nullptr, nullptr, true).mod;
+    };
+    EXPECT_NE(seen_at(0), nullptr) << z;
+    EXPECT_EQ(seen_at(1e-9), nullptr) << z;
+    EXPECT_EQ(seen_at(-1e-9), nullptr) << z;
+    ExpectStop(world.get(), -0.5, 0);  // heights that touch overlap
+    Find(*world, "a")->SetPose(Pose(0, 0, 0.401, 0));
+    EXPECT_EQ(StopOf(world.get(), -2, 0), kInfinity) << "it is above the robot now";
+    Find(*world, "a")->SetPose(Pose(0, 0, 0.2, 0));
+    ExpectStop(world.get(), -0.5, 0);
+  }
+}
+
+/// Fitting divides by an extent that is zero and lifts such a body by a factor of 4.5e15. It has to
+/// stay at a height that the model's size knows: at most size.z.
+TEST(Height, DISABLED_OfZeroAboveTheFloorStaysInReach) {
+  const auto world = LoadText(ModelOf({{0, 0}, {1, 0}, {1, 1}, {0, 1}}, "[1 1 1]", "[0.5 0.5]"));
+  bool seen = false;
+  for (const double height : {0.5, 1.0})
+    if (world->Raytrace(Pose(-2, 0, height, 0), 8, Anything, nullptr, nullptr, true).mod)
+      seen = true;
+  EXPECT_TRUE(seen);
+}
+
+// ---- too large ----------------------------------------------------------------------------------
+
+[[noreturn]] void MakeAnIslandIn2GB() {
+  rlimit limit;
+  limit.rlim_cur = limit.rlim_max = 2000000000;
+  setrlimit(RLIMIT_AS, &limit);
+  const std::unique_ptr<World> world = WorldOfCells(kCell);
+  Model* model = world->CreateModel(nullptr, "model");
+  model->SetGeom(Geom(Pose(), Size(1e6, 1e6, 1)));
+  std::_Exit(world->Update() ? 1 : 0);
+}
+
+/// A body is drawn cell by cell, at up to 100 bytes each: one that is a thousand kilometres long
+/// takes all the memory there is and ends the program. It has to be refused with a message. The
+/// test runs in a process of its own with 2 GB of memory.
+TEST(Large, DISABLED_BodiesThatNoMemoryHoldsAreRefused) {
+#ifdef STAGE_TEST_SANITIZED
+  GTEST_SKIP() << "sanitizers need more memory than the limit allows";
+#endif
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(MakeAnIslandIn2GB(), testing::ExitedWithCode(0), "");
+}
+
+}  // namespace
+}  // namespace Stg::extremes
