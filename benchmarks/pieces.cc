@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Benchmarks of the pieces: how long a ray, a move, a picture, a world file takes on its own.
-// STAGE_WORLDS names the folder of the worlds; the one of the source tree unless given.
+// STAGE_WORLDS names the folder of the worlds; the one of the source tree unless given. STAGE_SCENE
+// names the world of the TraceScene benchmarks; cave.world unless given.
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "geometry/trace.hh"
 #include "sensing/scene.hh"
@@ -65,6 +68,73 @@ void TraceRays(benchmark::State& state, const char* name, double width, double d
 }
 BENCHMARK_CAPTURE(TraceRays, cave, "cave.world", 64.0, 64.0);
 BENCHMARK_CAPTURE(TraceRays, hospital, "hospital.world", 540.0, 220.0);
+
+enum class Without { kNothing, kLayers, kWindows };
+
+bool StopsRanger(Stg::Model* candidate, const Stg::Model* finder, const void*) {
+  return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0);
+}
+
+void CollectCells(const Stg::Model& model, Stg::internal::grid::CellLists* cells) {
+  model.body().AppendCells(cells);
+  for (const Stg::Model* child : model.GetChildren()) CollectCells(*child, cells);
+}
+
+/// The rays of one ranger, as it would put them into the batch of a step.
+void AddFans(Stg::internal::sensing::Scene* scene, const Stg::ModelRanger& ranger, Without without,
+             Stg::internal::sensing::RayBatch* batch) {
+  Stg::internal::sensing::Window window;
+  if (without != Without::kWindows) {
+    Stg::internal::grid::CellLists cells;
+    CollectCells(*ranger.Root(), &cells);
+    window = batch->MakeWindow(scene->grid, cells, ranger.Root());
+  }
+  const Stg::Pose frame = ranger.GetGlobalPose() + ranger.GetGeom().pose;
+  for (const Stg::ModelRanger::Sensor& sensor : ranger.GetSensors()) {
+    Stg::internal::sensing::Fan fan;
+    fan.predicate = StopsRanger;
+    fan.finder = &ranger;
+    Stg::Pose origin = frame + sensor.pose;
+    origin.z += sensor.size.z / 2.0;
+    Stg::internal::sensing::PlaceFan(&fan, origin, sensor.range.max, scene->cells_per_metre);
+    fan.layer = without == Without::kLayers ? Stg::internal::grid::kEverything
+                                            : scene->grid.RangerLayer(fan.z, fan.z_test);
+    fan.record.first_direction = scene->tables.Find(sensor.fov, sensor.sample_count);
+    batch->Add(fan, sensor.sample_count, window);
+  }
+}
+
+/// All rays of a world's subscribed rangers, with the robots where they stand at first: as in a
+/// step, or without one of its economies.
+void TraceScene(benchmark::State& state, Without without) {
+  InitOnce();
+  const char* file = std::getenv("STAGE_SCENE");
+  Stg::World world;
+  if (!world.Load(file ? std::string(file) : Worlds() + "/cave.world")) {
+    state.SkipWithError("the world can't be loaded");
+    return;
+  }
+  Stg::internal::sensing::Scene& scene = world.scene();
+  Stg::internal::sensing::RayBatch batch;
+  for (const Stg::Model* model : world.engine().models) {
+    const auto* ranger = dynamic_cast<const Stg::ModelRanger*>(model);
+    if (ranger && ranger->HasSubscribers()) AddFans(&scene, *ranger, without, &batch);
+  }
+  batch.Close(scene.tables);
+  const Stg::internal::sensing::Tracer tracer(scene.grid);
+  const Stg::internal::sensing::HitLists none;
+  Stg::internal::sensing::TraceCounters counters;
+  std::vector<Stg::internal::sensing::RayHit> hits(batch.ray_count() + 1);
+  for (auto _ : state)
+    for (const Stg::internal::sensing::Fan& fan : batch.fans())
+      tracer.TraceFan(batch, fan, none, hits.data(), &counters);
+  state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
+  state.counters["looks_per_ray"] = static_cast<double>(counters.potential_hits) /
+                                    static_cast<double>(std::max<uint64_t>(1, counters.rays));
+}
+BENCHMARK_CAPTURE(TraceScene, as_it_is, Without::kNothing)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(TraceScene, without_layers, Without::kLayers)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(TraceScene, without_windows, Without::kWindows)->Unit(benchmark::kMillisecond);
 
 /// One robot of the given width in cells of 0.02 m that drives on the spot's neighbourhood.
 void MoveBody(benchmark::State& state) {

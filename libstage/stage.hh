@@ -57,6 +57,7 @@
 #include "models/state_hasher.hh"
 #include "models/visualizer.hh"
 #include "models/wifi.hh"
+#include "world/explain.hh"
 #include "world/statistics.hh"
 #include "world/world.hh"
 

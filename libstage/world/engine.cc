@@ -33,13 +33,15 @@ void WorldEngine::TraceBatch() {
   RefreshHidden();
   batch.Close(scene.tables);
 
-  const bool on_device = prefilter_ && chooser_.UseDevice(batch.ray_count());
+  const bool choose = prefilter_ && path_ == Path::kFaster;
+  const bool on_device =
+      prefilter_ && (choose ? chooser_.UseDevice(batch.ray_count()) : path_ == Path::kDevice);
   const double start = WallClock();
   const sensing::HitLists lists = on_device ? Prefilter() : sensing::HitLists();
   const double walked = WallClock();
   TraceFans(lists);
   const double traced = WallClock();
-  if (prefilter_) chooser_.Report(traced - start);
+  if (choose) chooser_.Report(traced - start);
   statistics.seconds.prefilter += walked - start;
   statistics.seconds.trace += traced - walked;
 

@@ -48,6 +48,10 @@ class WorldEngine {
   void SetThreads(unsigned threads);
   void SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always);
 
+  /// Which way batches go: where it is faster, or, for measurements, one of the two.
+  enum class Path { kFaster, kHost, kDevice };
+  void ForcePath(Path path) { path_ = path; }
+
   /// Traces the rays of the batch and hands the results to their sensors; empties the batch.
   void TraceBatch();
   /// Lets go of what no sensor has used for a long time; the batch is empty.
@@ -68,6 +72,7 @@ class WorldEngine {
   std::vector<ThreadData> thread_data_ = std::vector<ThreadData>(1);
   std::unique_ptr<sensing::Prefilter> prefilter_;
   PathChooser chooser_;
+  Path path_ = Path::kFaster;
 };
 
 /// Seconds since some fixed moment.

@@ -28,6 +28,8 @@ class Placement;
 class PowerPack;
 class Visualizer;
 struct RunStatistics;
+struct SceneSummary;
+struct StepCosts;
 
 /// A ray to be traced.
 class Ray {
@@ -198,6 +200,13 @@ class World : public Ancestor {
 
   /// Where the time went, counts of rays and hits, memory of the grid.
   const RunStatistics& statistics() const;
+  /// What there is in the world, and what is left out because nobody asks for it; see explain.hh.
+  SceneSummary Summary() const;
+  /// What the parts of a step cost on this machine, measured in about so many seconds with samples
+  /// of what is there; between steps. No callback is called. Sensors update, robots drive a bit, and
+  /// all is put back: poses, readings, random numbers, the clock and the statistics. What remains:
+  /// cameras have a picture, and bodies that shared a cell may be listed there in another order.
+  StepCosts MeasureStepCosts(double seconds = 0.3);
   /// FNV-1a over what the models feed to Model::HashState(), in the order of the models.
   uint64_t StateHash() const;
   uint64_t seed() const { return seed_; }
@@ -270,6 +279,9 @@ class World : public Ancestor {
   std::vector<RecordedRay> ray_list;
 
  private:
+  class Survey;
+  class Gauge;
+
   struct UpdateCallback {
     world_callback_t function;
     void* user;

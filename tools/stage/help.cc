@@ -39,6 +39,9 @@ What you see
   -c, --clock          print the simulated time, every show_clock_interval steps of the world
   --progress           show how far the run is, on standard error, even if that is no terminal
   --no-progress        never show it; default: on a terminal, if the end is known, without a clock
+  --explain[=json]     run nothing: load, say what would be simulated and what is left out because
+                       nobody asks for it, what a step and its memory will take (parts of a step
+                       are measured for half a second), what may pay; as JSON too with --stats
   --stats FILE         at the end write figures about the run (robots, speed, rays, memory, where
                        the time went) to FILE as JSON; - for standard output
   --state-hash         at the end print a line "state-hash DIGITS" for each world: equal digits mean
@@ -50,6 +53,8 @@ What you see
 Options may stand anywhere and long ones may be shortened; after -- everything is a world file.
 
 Examples
+  stage --explain worlds/hospital.world
+      before a long run: how long, how much memory, and what for
   stage -g -c worlds/simple.world
       two robots stroll about a flat; print the clock
   stage -g --duration 60 --threads 8 --stats run.json worlds/hospital.world

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "stage.hh"
+#include "stage/explain.hh"
 #include "stage/help.hh"
 #include "stage/interrupt.hh"
 #include "stage/options.hh"
@@ -43,14 +44,7 @@ int Finish(const Options& options, const std::optional<ReportFile>& report,
 }
 
 int Run(const Options& options) {
-  std::optional<ReportFile> report;
-  if (!options.stats_file.empty()) {
-    try {
-      report.emplace(options.stats_file);
-    } catch (const std::exception& error) {
-      throw UsageError(error.what());
-    }
-  }
+  const std::optional<ReportFile> report = OpenReport(options);
   PrintBanner(options);
   // Never deleted, like the worlds in it: nothing is torn down at the end.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
@@ -72,13 +66,14 @@ int Main(int argc, char* argv[]) {
     case Options::Action::kListDevices:
       std::fputs(ListDevices().c_str(), stdout);
       return 0;
+    case Options::Action::kExplain:
     case Options::Action::kRun:
       break;
   }
   World::run_options = options.run;  // before Init(), which seeds the random numbers
   World::ctrlargs = options.controller_args;
   Init(&argc, &argv);
-  return Run(options);
+  return options.action == Options::Action::kExplain ? Explain(options) : Run(options);
 }
 
 }  // namespace

@@ -32,7 +32,8 @@ enum Id : int {
   kOpenclAlways,
   kNoBatch,
   kProgress,
-  kNoProgress
+  kNoProgress,
+  kExplain
 };
 
 // The colon in front: getopt keeps quiet and tells a missing value from an unknown option.
@@ -43,6 +44,7 @@ constexpr option kLongOptions[] = {
     {"args", required_argument, nullptr, kArgs},
     {"clock", optional_argument, nullptr, kClock},
     {"duration", required_argument, nullptr, kDuration},
+    {"explain", optional_argument, nullptr, kExplain},
     {"gui", optional_argument, nullptr, kGui},
     {"help", optional_argument, nullptr, kHelp},
     {"no-batch", no_argument, nullptr, kNoBatch},
@@ -188,6 +190,9 @@ class Parser {
       case kNoProgress:
         options_.progress = false;
         break;
+      case kExplain:
+        SetExplain(value);
+        break;
       default:
         Fail(id);
     }
@@ -201,6 +206,13 @@ class Parser {
   void SetStatsFile(const std::string& value) {
     if (value.empty()) Refuse(kStats, "the name of a file, or - for standard output", value);
     options_.stats_file = value;
+  }
+
+  void SetExplain(const std::string& value) {
+    if (!value.empty() && value != "text" && value != "json")
+      Refuse(kExplain, "nothing, or text, or json", value);
+    if (options_.action == Options::Action::kRun) options_.action = Options::Action::kExplain;
+    options_.explain_as_json = value == "json";
   }
 
   void SetDevice(const std::string& value) {
@@ -231,8 +243,9 @@ void TakeDeviceFromEnvironment(Options* options) {
   const char* choice = std::getenv("STAGE_CL_DEVICE");
   if (!options->run.opencl || !options->run.device.empty() || !choice) return;
   options->run.device = choice;
-  if (options->run.device == "list" && options->action == Options::Action::kRun)
-    options->action = Options::Action::kListDevices;
+  const bool loads =
+      options->action == Options::Action::kRun || options->action == Options::Action::kExplain;
+  if (options->run.device == "list" && loads) options->action = Options::Action::kListDevices;
 }
 
 }  // namespace

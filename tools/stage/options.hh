@@ -15,7 +15,7 @@
 namespace Stg::program {
 
 struct Options {
-  enum class Action { kRun, kHelp, kVersion, kListDevices };
+  enum class Action { kRun, kExplain, kHelp, kVersion, kListDevices };
 
   Action action = Action::kRun;
   bool no_gui = false;
@@ -26,6 +26,7 @@ struct Options {
   RunOptions run;
   std::string stats_file;  ///< empty: none; "-": standard output
   bool state_hash = false;
+  bool explain_as_json = false;  ///< with kExplain; otherwise as a text
   std::optional<bool> progress;  ///< unset: shown where somebody is likely to look
   std::vector<std::string> worldfiles;
 };

@@ -2,7 +2,6 @@
 
 #include "stage/report.hh"
 
-#include <sys/resource.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
@@ -11,11 +10,11 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
 
+#include "stage/process.hh"
 #include "world/statistics.hh"
 
 namespace Stg::program {
@@ -31,26 +30,6 @@ double Ratio(double a, double b) {
 }
 
 // ---- the process and the machine ----------------------------------------------------------------
-
-/// The text after the colon of the first line that begins with `key`.
-std::string FromProc(const char* file, const std::string& key) {
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    if (!line.starts_with(key)) continue;
-    const size_t value = line.find_first_not_of(" \t", line.find(':') + 1);
-    return value == std::string::npos ? "" : line.substr(value);
-  }
-  return "";
-}
-
-double PeakMemoryMb() {
-  // getrusage() may tell the peak of the process that started this one.
-  const double kilobytes = std::atof(FromProc("/proc/self/status", "VmHWM:").c_str());
-  if (kilobytes > 0) return kilobytes / 1024;
-  rusage usage = {};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
 
 Json Machine() {
   utsname system = {};
@@ -195,6 +174,13 @@ void ReportFile::Write(const std::string& text) const {
     WriteFile(name_, temporary_, "w", text);
     if (std::rename(temporary_.c_str(), target_.c_str()) != 0) Fail(name_, errno);
   }
+}
+
+std::optional<ReportFile> OpenReport(const Options& options) try {
+  if (options.stats_file.empty()) return std::nullopt;
+  return ReportFile(options.stats_file);
+} catch (const std::runtime_error& error) {
+  throw UsageError(error.what());
 }
 
 }  // namespace Stg::program

@@ -5,6 +5,7 @@
 #ifndef STAGE_TOOLS_STAGE_REPORT_HH
 #define STAGE_TOOLS_STAGE_REPORT_HH
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,9 @@ class ReportFile {
   std::string target_;     // without symbolic links; empty: standard output
   std::string temporary_;  // written first, then renamed; empty: the target is no regular file
 };
+
+/// The file that --stats names, if it does. Throws UsageError if it could not be written.
+std::optional<ReportFile> OpenReport(const Options& options);
 
 }  // namespace Stg::program
 

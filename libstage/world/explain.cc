@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "world/explain.hh"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <typeinfo>
+
+#include "models/block.hh"
+#include "models/power_pack.hh"
+#include "stage.hh"
+#include "world/engine.hh"
+#include "world/sensor_kinds.hh"
+
+namespace Stg {
+
+namespace {
+
+/// Arrays that double when they are full are on average two thirds full.
+constexpr double kGrowth = 1.5;
+
+size_t SizeOf(const Model& model) {
+  const std::type_info& type = typeid(model);
+  if (type == typeid(ModelPosition)) return sizeof(ModelPosition);
+  if (type == typeid(ModelRanger)) return sizeof(ModelRanger);
+  if (type == typeid(ModelFiducial)) return sizeof(ModelFiducial);
+  if (type == typeid(ModelBlobfinder)) return sizeof(ModelBlobfinder);
+  if (type == typeid(ModelGripper)) return sizeof(ModelGripper);
+  if (type == typeid(ModelBumper)) return sizeof(ModelBumper);
+  if (type == typeid(ModelCamera)) return sizeof(ModelCamera);
+  if (type == typeid(ModelWifi)) return sizeof(ModelWifi);
+  if (type == typeid(ModelActuator)) return sizeof(ModelActuator);
+  return sizeof(Model);
+}
+
+uint64_t CellsOf(const grid::CellBox& box) {
+  if (box.empty()) return 0;
+  return static_cast<uint64_t>(int64_t{box.max_x} - box.min_x + 1) *
+         static_cast<uint64_t>(int64_t{box.max_y} - box.min_y + 1);
+}
+
+uint64_t OccupiedCells(const grid::Grid& grid) {
+  uint64_t count = 0;
+  for (const uint64_t word : grid.occupancy(grid::kEverything).tiles())
+    count += static_cast<uint64_t>(std::popcount(word));
+  return count;
+}
+
+}  // namespace
+
+/// Goes through a world once and writes down what it finds.
+class World::Survey {
+ public:
+  explicit Survey(const World& world) : world_(world), engine_(*world.engine_) {}
+
+  SceneSummary Take() {
+    TakeSettings();
+    for (const Model* model : engine_.models)
+      if (model != world_.ground) TakeModel(*model);
+    for (const auto& [type, kind] : types_) s_.types.push_back(kind);
+    std::stable_sort(s_.types.begin(), s_.types.end(),
+                     [](const ModelKind& a, const ModelKind& b) { return a.models > b.models; });
+    TakeSensors();
+    TakeHeights();
+    TakeUnseenBlocks();
+    TakeGrid();
+    CountMemory();
+    return std::move(s_);
+  }
+
+ private:
+  struct PlacedBlock {
+    Bounds z;  // global
+    bool ranger_visible;
+  };
+
+  void TakeSettings() {
+    s_.power_packs = world_.powerpack_list.size();
+    s_.energy_models = engine_.energy.size();
+    s_.records_trails = world_.record_trails;
+    s_.has_window = world_.IsGUI();
+    s_.device = engine_.statistics.device;
+    s_.threads = engine_.statistics.threads;
+    s_.step = world_.sim_interval;
+    s_.callbacks_per_step = static_cast<double>(world_.update_callbacks_.size());
+  }
+
+  void TakeModel(const Model& model) {
+    s_.models++;
+    ModelKind& kind = types_[model.GetModelType()];
+    kind.type = model.GetModelType();
+    kind.models++;
+    const bool runs = model.HasSubscribers();
+    kind.running += runs;
+    s_.with_controller += model.HasCallbacks(Model::CB_INIT);
+    const double updates = runs ? UpdatesPerStep(model, world_.sim_interval) : 0;
+    s_.updates_per_step += updates;
+    if (model.HasCallbacks(Model::CB_UPDATE)) s_.callbacks_per_step += updates;
+    if (dynamic_cast<const ModelPosition*>(&model)) {
+      (runs ? s_.robots : s_.undriven)++;
+      s_.position_updates += updates;
+    }
+    if (const auto* ranger = dynamic_cast<const ModelRanger*>(&model)) TakeRanger(*ranger);
+    if (!model.body().empty()) TakeBody(model);
+    s_.memory.models += SizeOf(model) + sizeof(BlockGroup) + model.TokenStr().capacity();
+  }
+
+  void TakeBody(const Model& model) {
+    s_.bodies++;
+    const double lift = model.GetGlobalPose().z + model.GetGeom().pose.z;
+    const bool ranger_visible = !(model.vis.ranger_return < 0);
+    for (const auto& block : model.body().blocks()) {
+      const size_t corners = block->points().size();
+      s_.blocks++;
+      s_.corners += corners;
+      const Bounds& z = block->z_range();
+      blocks_.push_back({Bounds(z.min + lift, z.max + lift), ranger_visible});
+      s_.memory.bodies += sizeof(Block) + corners * (2 * sizeof(point_t) + sizeof(point_int_t));
+    }
+    grid::CellLists cells;
+    model.body().AppendCells(&cells);
+    for (const auto* list : cells.lists)
+      s_.memory.bodies += list->capacity() * sizeof(grid::CellRef);
+  }
+
+  void TakeRanger(const ModelRanger& ranger) {
+    const bool runs = ranger.HasSubscribers();
+    const double updates = UpdatesPerStep(ranger, world_.sim_interval);
+    const double frame = (ranger.GetGlobalPose() + ranger.GetGeom().pose).z;
+    for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
+      s_.memory.models += sizeof sensor;
+      const double z = frame + sensor.pose.z + sensor.size.z / 2.0;
+      if (sensor.sample_count == 0 || !(sensor.range.max > 0) || std::isnan(z)) continue;
+      SensedHeight& height = heights_[z];
+      (runs ? height.sensors : height.idle_sensors)++;
+      if (!runs) continue;
+      height.rays_per_step += updates * sensor.sample_count;
+      const uint64_t there =
+          sensor.ranges.capacity() + sensor.intensities.capacity() + sensor.bearings.capacity();
+      const uint64_t needed = uint64_t{3} * sensor.sample_count;
+      s_.memory.models += there * sizeof(double);
+      s_.memory.readings += (needed - std::min(needed, there)) * sizeof(double);
+    }
+  }
+
+  void TakeSensors() {
+    for (const SensorGroup& group : SortSensors(engine_.models, world_.sim_interval)) {
+      const SensorKind& kind = group.kind;
+      s_.sensors.push_back(kind);
+      if (!kind.subscribed) continue;
+      if (kind.type != "ranger") s_.looking_everywhere += kind.models;
+      s_.memory.pictures += kind.models * kind.pixels * (sizeof(GLfloat) + 4 * sizeof(GLubyte));
+      if (kind.pixels == 0) fans_ += kind.models * kind.parts;
+      if (kind.rays + kind.rays_vary > 0) rooted_ += kind.models;
+    }
+  }
+
+  void TakeHeights() {
+    const std::vector<double> bottoms = Sorted(&Bounds::min), tops = Sorted(&Bounds::max);
+    size_t used = 0;
+    for (auto& [z, height] : heights_) {
+      height.z = z;
+      used += height.sensors > 0;
+      // Those that begin at this height or below, less those that end below it.
+      height.blocks = static_cast<size_t>(
+          (std::upper_bound(bottoms.begin(), bottoms.end(), z) - bottoms.begin()) -
+          (std::lower_bound(tops.begin(), tops.end(), z) - tops.begin()));
+      s_.heights.push_back(height);
+    }
+    std::stable_sort(s_.heights.begin(), s_.heights.end(),
+                     [](const SensedHeight& a, const SensedHeight& b) {
+                       return a.rays_per_step > b.rays_per_step;
+                     });
+    // One place is for everything, one for any height.
+    constexpr size_t kPlaces = grid::kMaxLayers - 2;
+    s_.layer_heights = std::min(used, kPlaces);
+    s_.layers = 1 + s_.layer_heights + (used > kPlaces ? 1 : 0);
+  }
+
+  /// One end of the height intervals of what rangers see.
+  std::vector<double> Sorted(double Bounds::*end) const {
+    std::vector<double> values;
+    for (const PlacedBlock& block : blocks_)
+      if (block.ranger_visible) values.push_back(block.z.*end);
+    std::sort(values.begin(), values.end());
+    return values;
+  }
+
+  void TakeUnseenBlocks() {
+    if (!blocks_.empty()) s_.body_heights = blocks_[0].z;
+    for (const PlacedBlock& block : blocks_) {
+      s_.body_heights.min = std::min(s_.body_heights.min, block.z.min);
+      s_.body_heights.max = std::max(s_.body_heights.max, block.z.max);
+      s_.hidden_blocks += !block.ranger_visible;
+      s_.overlooked_blocks += block.ranger_visible && !IsSensed(block.z);
+    }
+  }
+
+  bool IsSensed(const Bounds& z) const {
+    auto height = heights_.lower_bound(z.min);
+    for (; height != heights_.end() && height->first <= z.max; ++height)
+      if (height->second.sensors > 0) return true;
+    return false;
+  }
+
+  void TakeGrid() {
+    const grid::Grid& grid = engine_.scene.grid;
+    const double cell = 1.0 / engine_.scene.cells_per_metre;
+    const grid::CellBox box = grid.occupied();
+    s_.resolution = cell;
+    s_.plane_cells = CellsOf(box);
+    if (!box.empty()) {
+      s_.extent.x = Bounds(box.min_x * cell, (box.max_x + 1.0) * cell);
+      s_.extent.y = Bounds(box.min_y * cell, (box.max_y + 1.0) * cell);
+    }
+    s_.occupied_cells = OccupiedCells(grid);
+    const grid::Grid::Statistics statistics = grid.statistics();
+    s_.superregions = statistics.superregions;
+    s_.regions = statistics.regions;
+    s_.tiles = statistics.tiles;
+    s_.dense_bytes = s_.plane_cells * sizeof(uint32_t) + s_.plane_cells / 8 * s_.layers;
+    s_.memory.grid = statistics.bytes;
+  }
+
+  void CountMemory() {
+    const grid::Grid& grid = engine_.scene.grid;
+    const size_t layers_there = grid.layer_count();
+    // Bits of the cells, of the tiles that hold something, of those that changed.
+    const uint64_t region_bytes = (grid::kTilesPerRegion + 2) * sizeof(uint64_t);
+    if (s_.layers > layers_there)
+      s_.memory.layers = (s_.layers - layers_there) * region_bytes *
+                         grid.occupancy(grid::kEverything).tile_maps().size();
+    // Windows: the tiles about a robot, one window for all its sensors.
+    constexpr uint64_t kWindowTiles = 16;
+    const double bytes = static_cast<double>(fans_ * sizeof(sensing::Fan) +
+                                             rooted_ * kWindowTiles * sizeof(uint64_t)) +
+                         s_.updates_per_step * sizeof(Scheduler::Event);
+    s_.memory.batch = static_cast<uint64_t>(bytes * kGrowth);
+  }
+
+  const World& world_;
+  const WorldEngine& engine_;
+  SceneSummary s_;
+  std::map<std::string, ModelKind> types_;
+  std::map<double, SensedHeight> heights_;
+  std::vector<PlacedBlock> blocks_;
+  uint64_t fans_ = 0, rooted_ = 0;
+};
+
+SceneSummary World::Summary() const { return Survey(*this).Take(); }
+
+}  // namespace Stg

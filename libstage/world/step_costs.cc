@@ -1,0 +1,412 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Measures what the parts of a step cost, with samples of what is in the world, and puts everything
+// back.
+
+#include <algorithm>
+#include <functional>
+#include <iterator>
+#include <typeinfo>
+
+#include "models/block.hh"
+#include "models/power_pack.hh"
+#include "stage.hh"
+#include "world/engine.hh"
+#include "world/sensor_kinds.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr double kNanoseconds = 1e9;
+constexpr size_t kFirstLook = 16;  // models that tell how large a sample there is time for
+constexpr size_t kMostKinds = 12;  // of sensors; the others are taken for like those of their type
+constexpr int kMostPasses = 200;   // over a sample
+constexpr uint64_t kSampleSeed = 1;
+
+/// So many of the models (or all), picked at random but the same each time, in their own order: a
+/// smaller sample is part of a larger one.
+template <class M>
+std::vector<M*> Sample(std::vector<M*> models, size_t count) {
+  count = std::min(count, models.size());
+  RandomStream random(kSampleSeed);
+  for (size_t i = 0; i < count; i++)
+    std::swap(models[i], models[i + random.Next() % (models.size() - i)]);
+  models.resize(count);
+  std::sort(models.begin(), models.end(),
+            [](const M* a, const M* b) { return a->GetId() < b->GetId(); });
+  return models;
+}
+
+/// Only the library's own types: what others do in their updates can't be known, nor put back.
+bool IsOurSensor(const Model& model) {
+  const std::type_info& type = typeid(model);
+  return type == typeid(ModelRanger) || type == typeid(ModelBlobfinder) ||
+         type == typeid(ModelFiducial) || type == typeid(ModelBumper) ||
+         type == typeid(ModelGripper) || type == typeid(ModelWifi) || type == typeid(ModelCamera);
+}
+
+using Undo = std::function<void()>;
+
+Undo SaveBumper(ModelBumper* bumper) {
+  if (!bumper->samples) return [bumper] { bumper->samples = nullptr; };
+  const std::vector<ModelBumper::BumperSample> samples(bumper->samples,
+                                                       bumper->samples + bumper->bumper_count);
+  return [bumper, samples] { std::copy(samples.begin(), samples.end(), bumper->samples); };
+}
+
+Undo SaveGripper(ModelGripper* gripper) {
+  ModelGripper::config_t before = gripper->GetConfig();
+  return [gripper, before]() mutable {
+    const ModelGripper::config_t now = gripper->GetConfig();
+    const bool moved = now.paddles != before.paddles || now.lift != before.lift ||
+                       now.paddle_position != before.paddle_position ||
+                       now.lift_position != before.lift_position;
+    if (moved) gripper->SetConfig(before);
+  };
+}
+
+/// Radios with random losses are measured without them, to leave their random numbers alone.
+Undo SaveWifi(ModelWifi* wifi) {
+  const ModelWifi::Propagation before = wifi->propagation;
+  if (before == ModelWifi::PROPAGATION_LOG_DISTANCE)
+    wifi->propagation = ModelWifi::PROPAGATION_FRIIS;
+  return [wifi, before] { wifi->propagation = before; };
+}
+
+/// What undoes the effects of a sensor's updates. Pictures of cameras stay.
+Undo SaveSensor(Model* model) {
+  if (auto* ranger = dynamic_cast<ModelRanger*>(model))
+    return [ranger, before = ranger->GetSensors()] { ranger->GetSensorsMutable() = before; };
+  if (auto* blobfinder = dynamic_cast<ModelBlobfinder*>(model))
+    return
+        [blobfinder, before = blobfinder->GetBlobs()] { blobfinder->GetBlobsMutable() = before; };
+  if (auto* fiducial = dynamic_cast<ModelFiducial*>(model))
+    return [fiducial, before = fiducial->GetFiducials()] { fiducial->GetFiducials() = before; };
+  if (auto* bumper = dynamic_cast<ModelBumper*>(model)) return SaveBumper(bumper);
+  if (auto* gripper = dynamic_cast<ModelGripper*>(model)) return SaveGripper(gripper);
+  if (auto* wifi = dynamic_cast<ModelWifi*>(model)) return SaveWifi(wifi);
+  return [] {};
+}
+
+/// Stands for what a controller does at least: looks at each reading once.
+double Look(Model* model) {
+  double nearest = 1e9;
+  for (const ModelRanger::Sensor& sensor : static_cast<ModelRanger*>(model)->GetSensors())
+    for (const double range : sensor.ranges) nearest = std::min(nearest, range);
+  return nearest;
+}
+
+}  // namespace
+
+class World::Gauge {
+ public:
+  explicit Gauge(World& world)
+      : world_(world),
+        engine_(*world.engine_),
+        scheduler_(engine_.scheduler),
+        statistics_(engine_.statistics) {
+    world_.FinishRays();
+  }
+  ~Gauge() {
+    for (auto undo = undos_.rbegin(); undo != undos_.rend(); ++undo) (*undo)();
+    engine_.scheduler = scheduler_;
+    statistics_.device = engine_.statistics.device;  // it may have failed
+    engine_.statistics = statistics_;
+    engine_.fiducials.Forget(nullptr);  // models may be moved before the next step
+  }
+
+  StepCosts Measure(double seconds) {
+    const double start = WallClock();
+    MeasureSensors(seconds * 0.75);
+    MeasurePositions(seconds * 0.05);
+    MeasureMoves(seconds * 0.15);
+    MeasureEnergy(seconds * 0.05);
+    costs_.rays = engine_.statistics.trace.rays - statistics_.trace.rays;
+    const uint64_t device_rays = engine_.statistics.device_rays - statistics_.device_rays;
+    if (device_rays > 0)
+      costs_.device_bytes_per_ray = static_cast<double>(engine_.statistics.prefilter.bytes_fetched -
+                                                        statistics_.prefilter.bytes_fetched) /
+                                    static_cast<double>(device_rays);
+    costs_.seconds = WallClock() - start;
+    return costs_;
+  }
+
+ private:
+  struct Pass {
+    double update = 0, trace = 0;  // seconds
+    uint64_t rays = 0;
+  };
+
+  // ---- sensors ----
+
+  void MeasureSensors(double seconds) {
+    const std::vector<SensorGroup> groups = SortSensors(engine_.models, world_.sim_interval);
+    costs_.sensors.resize(groups.size());
+    const auto subscribed = static_cast<size_t>(std::count_if(
+        groups.begin(), groups.end(), [](const SensorGroup& g) { return g.kind.subscribed; }));
+    const size_t count = std::min(subscribed, kMostKinds);
+    double all_rays = 0;
+    for (size_t i = 0; i < count; i++) all_rays += groups[i].kind.RaysPerStep();
+    // Half of the time goes by the number of rays, half is divided equally.
+    for (size_t i = 0; i < count; i++) {
+      const double share = 0.5 / static_cast<double>(count) +
+                           (all_rays > 0 ? 0.5 * groups[i].kind.RaysPerStep() / all_rays : 0);
+      MeasureKind(groups[i].models, seconds * share, &costs_.sensors[i]);
+    }
+  }
+
+  void MeasureKind(std::vector<Model*> models, double seconds, SensorCost* cost) {
+    std::erase_if(models, [](Model* model) { return !CanMeasure(model); });
+    if (models.empty()) return;
+    std::vector<Model*> sample = Sample(models, kFirstLook);
+    FirstPass(sample);
+    const Pass look = Run(sample);
+    const double each = (look.update + look.trace) / static_cast<double>(sample.size());
+    // Of each way that rays can go two passes to warm up, and three at least that count.
+    const double fitting = seconds / ((HasDevice() ? 10 : 5) * std::max(each, 1e-9));
+    if (fitting > static_cast<double>(sample.size()) && sample.size() < models.size()) {
+      const double all = static_cast<double>(models.size());
+      sample = Sample(models, static_cast<size_t>(std::min(fitting, all)));
+      FirstPass(sample);
+    }
+    TimePasses(sample, each, seconds, cost);
+    if (typeid(*sample[0]) == typeid(ModelRanger)) MeasureReading(sample, cost);
+  }
+
+  bool HasDevice() const { return !engine_.statistics.device.empty(); }
+
+  static bool CanMeasure(Model* model) {
+    if (!IsOurSensor(*model)) return false;
+    auto* gripper = dynamic_cast<ModelGripper*>(model);
+    return !gripper || !gripper->GetConfig().gripped;  // it must not be dropped
+  }
+
+  void FirstPass(const std::vector<Model*>& sample) {
+    for (Model* model : sample) undos_.push_back(SaveSensor(model));
+    Run(sample);
+  }
+
+  /// All update and their rays are traced, as in a step, but no callback hears of it.
+  Pass Run(const std::vector<Model*>& sample) {
+    engine_.fiducials.Forget(nullptr);
+    Pass pass;
+    const double start = WallClock();
+    for (Model* model : sample) model->Update();
+    const double updated = WallClock();
+    pass.rays = engine_.scene.batch.ray_count();
+    engine_.TraceBatch();
+    pass.trace = WallClock() - updated;
+    pass.update = updated - start;
+    engine_.update_callbacks_due.clear();
+    engine_.sensed.clear();
+    return pass;
+  }
+
+  /// `each`: about how long one model takes.
+  void TimePasses(const std::vector<Model*>& sample, double each, double seconds,
+                  SensorCost* cost) {
+    const bool device = HasDevice();
+    const double count = static_cast<double>(sample.size());
+    // In small pieces, of which each is interrupted by other processes at times, but not always.
+    // Threads and devices need all at once, and fiducial finders share work.
+    constexpr double kPiece = 0.002;  // seconds
+    const bool whole =
+        engine_.statistics.threads > 1 || typeid(*sample[0]) == typeid(ModelFiducial);
+    const double piece = whole ? count : kPiece / std::max(each, 1e-9);
+    const PathCost host = TimePath(WorldEngine::Path::kHost, sample,
+                                   static_cast<size_t>(std::clamp(piece, 1.0, count)),
+                                   device ? seconds / 2 : seconds);
+    cost->sample = sample.size();
+    cost->rays = host.rays / count;
+    cost->update_ns = host.update / count * kNanoseconds;
+    cost->ray_ns = host.rays > 0 ? host.trace / host.rays * kNanoseconds : 0;
+    if (!device) return;
+    const PathCost other = TimePath(WorldEngine::Path::kDevice, sample, sample.size(), seconds / 2);
+    // If it fails, the engine goes on without it.
+    if (HasDevice() && other.rays > 0)
+      cost->device_ray_ns = other.trace / other.rays * kNanoseconds;
+  }
+
+  struct PathCost {
+    double update = 0, trace = 0;  // seconds
+    double rays = 0;
+  };
+
+  /// What the sample takes, added up from the best tries of its pieces.
+  PathCost TimePath(WorldEngine::Path path, const std::vector<Model*>& sample, size_t piece,
+                    double seconds) {
+    std::vector<std::vector<Model*>> pieces;
+    for (size_t i = 0; i < sample.size(); i += piece)
+      pieces.emplace_back(
+          sample.begin() + static_cast<std::ptrdiff_t>(i),
+          sample.begin() + static_cast<std::ptrdiff_t>(std::min(i + piece, sample.size())));
+    std::vector<Pass> best(pieces.size());
+    engine_.ForcePath(path);
+    for (const auto& models : pieces) Run(models);  // to warm up
+    const double end = WallClock() + seconds;
+    for (int i = 0; i < kMostPasses && (i < 3 || WallClock() < end); i++)
+      for (size_t p = 0; p < pieces.size(); p++) KeepBest(Run(pieces[p]), i == 0, &best[p]);
+    engine_.ForcePath(WorldEngine::Path::kFaster);
+    PathCost cost;
+    for (const Pass& pass : best) {
+      cost.update += pass.update;
+      cost.trace += pass.trace;
+      cost.rays += static_cast<double>(pass.rays);
+    }
+    return cost;
+  }
+
+  static void KeepBest(const Pass& pass, bool first, Pass* best) {
+    best->update = first ? pass.update : std::min(best->update, pass.update);
+    best->trace = first ? pass.trace : std::min(best->trace, pass.trace);
+    best->rays = pass.rays;
+  }
+
+  void MeasureReading(const std::vector<Model*>& sample, SensorCost* cost) {
+    double (*volatile look)(Model*) = Look;  // called, as a controller would be
+    volatile double result = 0;
+    cost->read_ns = Repeat(0, sample.size(), [&] {
+      const double start = WallClock();
+      for (Model* model : sample) result = look(model);
+      return WallClock() - start;
+    });
+    static_cast<void>(result);
+  }
+
+  // ---- robots ----
+
+  /// Calls pass() until the time is over; the least that it returns, for each of `count`, in
+  /// nanoseconds.
+  template <typename F>
+  static double Repeat(double seconds, size_t count, F pass) {
+    double best = pass();
+    const double end = WallClock() + seconds;
+    for (int i = 0; i < kMostPasses && (i < 3 || WallClock() < end); i++)
+      best = std::min(best, pass());
+    return best / static_cast<double>(count) * kNanoseconds;
+  }
+
+  template <typename F>
+  static double TimeEach(const std::vector<ModelPosition*>& sample, F f) {
+    const double start = WallClock();
+    for (ModelPosition* robot : sample) f(robot);
+    return WallClock() - start;
+  }
+
+  void MeasurePositions(double seconds) {
+    std::vector<ModelPosition*> sample;
+    for (Model* model : engine_.models) {
+      if (typeid(*model) != typeid(ModelPosition) || !model->HasSubscribers()) continue;
+      auto* robot = static_cast<ModelPosition*>(model);
+      // Cars may have something to say, and whoever listens to velocities is not to be called.
+      const bool quiet =
+          robot->drive_mode != ModelPosition::DRIVE_CAR && !robot->HasCallbacks(Model::CB_VELOCITY);
+      if (quiet) sample.push_back(robot);
+    }
+    sample = Sample(sample, 1000);
+    costs_.position_sample = sample.size();
+    if (sample.empty()) return;
+    for (ModelPosition* robot : sample)
+      undos_.push_back([robot, velocity = robot->velocity, estimate = robot->est_pose,
+                        watts = robot->watts, last = robot->last_update_] {
+        robot->velocity = velocity;
+        robot->est_pose = estimate;
+        robot->watts = watts;
+        robot->last_update_ = last;
+      });
+    costs_.position_ns = Repeat(seconds, sample.size(), [&] {
+      const double time = TimeEach(sample, [](Model* robot) { robot->Update(); });
+      engine_.update_callbacks_due.clear();
+      return time;
+    });
+  }
+
+  /// Robots that are a tree of their own and share no cell with another one: they can be put back
+  /// so that the grid is as it was.
+  std::vector<ModelPosition*> Movable() const {
+    std::vector<ModelPosition*> robots;
+    for (Model* model : engine_.moving)
+      if (typeid(*model) == typeid(ModelPosition) && !model->Parent() && model->IsEnabled() &&
+          IsAlone(*model))
+        robots.push_back(static_cast<ModelPosition*>(model));
+    return robots;
+  }
+
+  bool IsAlone(const Model& model) const {
+    const grid::Grid& grid = engine_.scene.grid;
+    grid::CellLists cells;
+    model.CollectCells(&cells);
+    const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != model.Root(); };
+    for (const auto* list : cells.lists)
+      for (const grid::CellRef cell : *list)
+        if (grid.AnyIn(cell, is_other)) return false;
+    return true;
+  }
+
+  struct Place {
+    Pose pose;
+    Velocity velocity;
+    bool stall;
+  };
+
+  /// They drive at half their greatest speeds.
+  void MeasureMoves(double seconds) {
+    const std::vector<ModelPosition*> sample = Sample(Movable(), 300);
+    costs_.move_sample = sample.size();
+    if (sample.empty()) return;
+    std::vector<Place> places;
+    for (const ModelPosition* robot : sample)
+      places.push_back({robot->pose, robot->velocity, robot->stall});
+    costs_.move_ns = Repeat(seconds, sample.size(), [&] {
+      for (ModelPosition* robot : sample)
+        robot->velocity =
+            Velocity(robot->velocity_bounds[0].max / 2, 0, 0, robot->velocity_bounds[3].max / 2);
+      const double time = TimeEach(sample, [](ModelPosition* robot) { robot->Move(); });
+      PutBack(sample, places);
+      return time;
+    });
+    for (ModelPosition* robot : sample) {
+      robot->UnMapWithChildren();
+      robot->Map();
+    }
+  }
+
+  static void PutBack(const std::vector<ModelPosition*>& robots, const std::vector<Place>& places) {
+    for (size_t i = 0; i < robots.size(); i++) {
+      robots[i]->pose = places[i].pose;
+      robots[i]->velocity = places[i].velocity;
+      robots[i]->stall = places[i].stall;
+      robots[i]->Map();
+    }
+  }
+
+  // ---- energy ----
+
+  /// Finding the pack, and for chargers who is there; nothing is taken or given.
+  void MeasureEnergy(double seconds) {
+    const std::vector<Model*> sample = Sample(engine_.energy, 1000);
+    costs_.energy_sample = sample.size();
+    if (sample.empty()) return;
+    std::vector<Model*> touching;
+    costs_.energy_ns = Repeat(seconds, sample.size(), [&] {
+      const double start = WallClock();
+      for (const Model* model : sample) {
+        touching.clear();
+        if (model->FindPowerPack() && model->watts_give > 0) model->AppendTouchingModels(&touching);
+      }
+      return WallClock() - start;
+    });
+  }
+
+  World& world_;
+  WorldEngine& engine_;
+  const Scheduler scheduler_;
+  RunStatistics statistics_;
+  std::vector<Undo> undos_;
+  StepCosts costs_;
+};
+
+StepCosts World::MeasureStepCosts(double seconds) { return Gauge(*this).Measure(seconds); }
+
+}  // namespace Stg

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/explain.hh"
+
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "stage/process.hh"
+#include "stage/report.hh"
+#include "stage/run.hh"
+
+namespace Stg::program {
+
+namespace {
+
+/// What has no meaning without a run.
+void WarnOfIdleOptions(const Options& options) {
+  std::string names;
+  const auto add = [&names](bool given, const char* name) {
+    if (given) names += (names.empty() ? "" : ", ") + std::string(name);
+  };
+  add(options.clock, "--clock");
+  add(options.state_hash, "--state-hash");
+  add(options.progress.value_or(false), "--progress");
+  if (!names.empty())
+    std::fprintf(stderr, "stage: --explain runs nothing: ignored %s\n", names.c_str());
+}
+
+double StepsLeft(const World& world) {
+  return std::ceil(static_cast<double>(world.GetQuitTime()) /
+                   static_cast<double>(world.sim_interval));
+}
+
+/// Loads the worlds one by one. Returns the status of the one that fails, or 0.
+int LoadAll(const Options& options, std::vector<Explanation>* explanations) {
+  // Never deleted, as in a run.
+  static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
+  for (const std::string& file : options.worldfiles) {
+    Explanation e;
+    e.file = file;
+    e.memory.before = MemoryMb();
+    Options one = options;
+    one.worldfiles = {file};
+    one.clock = false;
+    if (const int status = LoadWorlds(one, &worlds); status != 0) return status;
+    e.world = worlds.back().world;
+    e.memory.after = MemoryMb();
+    e.memory.peak = PeakMemoryMb();
+    explanations->push_back(e);
+  }
+  return 0;
+}
+
+void Complete(const RunOptions& options, Explanation* e) {
+  e->steps = StepsLeft(*e->world);
+  e->scene = e->world->Summary();
+  e->costs = e->world->MeasureStepCosts();
+  e->estimate = MakeEstimate(e->scene, e->costs, e->memory, options);
+}
+
+}  // namespace
+
+int Explain(const Options& options) {
+  if (options.worldfiles.empty()) throw UsageError("--explain needs a world file");
+  const std::optional<ReportFile> report = OpenReport(options);
+  WarnOfIdleOptions(options);
+
+  std::vector<Explanation> worlds;
+  {
+    // What loading says, and what controllers say, is no part of the explanation.
+    const OutputToError redirected;
+    if (const int status = LoadAll(options, &worlds); status != 0) return status;
+    for (Explanation& world : worlds) Complete(options.run, &world);
+  }
+  const std::string json = ExplanationJson(worlds, options.run);
+  if (options.explain_as_json)
+    std::fputs(json.c_str(), stdout);
+  else
+    for (const Explanation& world : worlds) std::fputs(ExplanationText(world).c_str(), stdout);
+  if (report) report->Write(json);
+  std::fflush(stdout);
+  return 0;
+}
+
+}  // namespace Stg::program

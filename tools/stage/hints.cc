@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Which knobs would pay.
+
+#include <algorithm>
+#include <thread>
+
+#include "stage/estimate.hh"
+#include "stage/format.hh"
+
+namespace Stg::program {
+
+namespace {
+
+double ValueOf(const std::vector<Part>& parts, const char* name) {
+  for (const Part& part : parts)
+    if (part.name == name) return part.value;
+  return 0;
+}
+
+class Hinter {
+ public:
+  explicit Hinter(const Explanation& world) : w_(world), e_(world.estimate) {}
+
+  std::vector<std::string> Give() {
+    if (e_.step_ms < kFewMs) {
+      HintAtNothing();
+      return std::move(hints_);
+    }
+    HintAtSensors();
+    HintAtThreads();
+    HintAtDevice();
+    HintAtHeights();
+    HintAtMemory();
+    HintAtMoves();
+    return std::move(hints_);
+  }
+
+ private:
+  /// Below that nobody cares, ms and MB.
+  static constexpr double kFewMs = 1, kFewMb = 20;
+
+  double Share(double ms) const { return e_.step_ms > 0 ? ms / e_.step_ms : 0; }
+  std::string Ms(double ms) const { return Rounded(ms) + " ms"; }
+
+  void HintAtNothing() {
+    hints_.push_back("nothing: a step takes less than a millisecond, too little to share out");
+  }
+
+  void HintAtSensors() {
+    const auto dearest = std::max_element(e_.kind_ms.begin(), e_.kind_ms.end());
+    if (dearest == e_.kind_ms.end() || Share(*dearest) < 0.3) return;
+    const SensorKind& kind = w_.scene.sensors[static_cast<size_t>(dearest - e_.kind_ms.begin())];
+    const double step = static_cast<double>(w_.scene.step) / 1e3;
+    const double steps = std::max(1.0, 1 / kind.updates_per_step);
+    std::string hint = Format(
+        "update_interval: the %s sensors%s are %.0f %% of a step; at %s ms "
+        "instead of %s it would be %s shorter",
+        kind.type.c_str(),
+        kind.rays > 0
+            ? Format(" of %s", Count(static_cast<double>(kind.rays), "ray").c_str()).c_str()
+            : "",
+        100 * Share(*dearest), Rounded(2 * steps * step).c_str(), Rounded(steps * step).c_str(),
+        Ms(*dearest / 2).c_str());
+    hints_.push_back(hint);
+    if (kind.rays > 1 && kind.type == "ranger")
+      hints_.push_back("samples: half of them in these sensors save nearly as much");
+  }
+
+  void HintAtThreads() {
+    const double rays = ValueOf(e_.step, "rays");
+    const unsigned cores = std::thread::hardware_concurrency();
+    if (w_.scene.threads > 1 || cores < 2 || Share(rays) < 0.3) return;
+    hints_.push_back(Format("--threads %u: of %s for rays, it saves up to %s", cores,
+                            Ms(rays).c_str(), Ms(rays * (1 - 1.0 / cores)).c_str()));
+  }
+
+  void HintAtDevice() {
+    if (e_.rays < 1) return;
+    if (!w_.scene.device.empty()) {
+      HintAtMeasuredDevice();
+      return;
+    }
+    constexpr double kUsualBreakEven = 10000;  // rays a step: --help says so too
+    hints_.push_back(
+        Format("--opencl: %s a step, likely %s break-even (some ten thousand); "
+               "--explain --opencl measures it",
+               Count(e_.rays, "ray").c_str(), e_.rays > kUsualBreakEven ? "above" : "below"));
+  }
+
+  void HintAtMeasuredDevice() {
+    const SensorCost* most = nullptr;  // the kind with the most rays is the first
+    for (const SensorCost& cost : w_.costs.sensors)
+      if (!most && cost.device_ray_ns >= 0 && cost.ray_ns > 0) most = &cost;
+    if (!most) return;
+    const bool pays = most->device_ray_ns < most->ray_ns;
+    hints_.push_back(
+        Format("--opencl: %s; a ray takes %.0f ns with the device and %.0f without, "
+               "in samples of %.0f",
+               pays ? "it pays" : "it does not pay", most->device_ray_ns, most->ray_ns,
+               most->rays * static_cast<double>(most->sample)));
+  }
+
+  void HintAtHeights() {
+    size_t used = 0;
+    for (const SensedHeight& height : w_.scene.heights) used += height.sensors > 0;
+    if (used <= w_.scene.layer_heights) return;
+    hints_.push_back(
+        Format("heights: rangers look at %zu, and %zu have a layer of their own; "
+               "sensors at equal heights share one",
+               used, w_.scene.layer_heights));
+  }
+
+  void HintAtMemory() {
+    const double grid =
+        ValueOf(e_.memory, "grid") + ValueOf(e_.memory, "bodies") + ValueOf(e_.memory, "layers");
+    const double readings = ValueOf(e_.memory, "readings");
+    if (grid > kFewMb && grid > e_.peak_mb / 4)
+      hints_.push_back(Format("resolution: cells of %s m instead of %s would save about %s MB",
+                              Rounded(2 * w_.scene.resolution).c_str(),
+                              Rounded(w_.scene.resolution).c_str(), Rounded(grid / 2).c_str()));
+    if (readings > kFewMb && readings > e_.peak_mb / 4)
+      hints_.push_back(
+          Format("samples: readings take %s MB, 24 bytes a ray", Rounded(readings).c_str()));
+  }
+
+  void HintAtMoves() {
+    const double moves = ValueOf(e_.step, "move");
+    if (Share(moves) < 0.3 || moves < kFewMs) return;
+    hints_.push_back(
+        Format("resolution: %s of a step are for drawing robots that move, in "
+               "proportion to their outlines in cells",
+               Ms(moves).c_str()));
+  }
+
+  const Explanation& w_;
+  const Estimate& e_;
+  std::vector<std::string> hints_;
+};
+
+}  // namespace
+
+std::vector<std::string> Hints(const Explanation& world) { return Hinter(world).Give(); }
+
+}  // namespace Stg::program

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/process.hh"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+
+namespace Stg::program {
+
+namespace {
+
+double Megabytes(const char* key) {
+  return std::atof(FromProc("/proc/self/status", key).c_str()) / 1024;  // it counts in KiB
+}
+
+}  // namespace
+
+std::string FromProc(const char* file, const std::string& key) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with(key)) continue;
+    const size_t value = line.find_first_not_of(" \t", line.find(':') + 1);
+    return value == std::string::npos ? "" : line.substr(value);
+  }
+  return "";
+}
+
+double PeakMemoryMb() {
+  // getrusage() may tell the peak of the process that started this one.
+  const double peak = Megabytes("VmHWM:");
+  if (peak > 0) return peak;
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+double MemoryMb() { return Megabytes("VmRSS:"); }
+
+OutputToError::OutputToError() : saved_(-1) {
+  std::fflush(stdout);
+  saved_ = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);
+  if (saved_ >= 0) dup2(STDERR_FILENO, STDOUT_FILENO);
+}
+
+OutputToError::~OutputToError() {
+  std::fflush(stdout);
+  if (saved_ < 0) return;
+  dup2(saved_, STDOUT_FILENO);
+  close(saved_);
+}
+
+}  // namespace Stg::program
