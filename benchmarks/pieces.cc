@@ -76,7 +76,7 @@ bool StopsRanger(Stg::Model* candidate, const Stg::Model* finder, const void*) {
 }
 
 void CollectCells(const Stg::Model& model, Stg::internal::grid::CellLists* cells) {
-  model.body().AppendCells(cells);
+  model.body().AppendCells(cells, false);
   for (const Stg::Model* child : model.GetChildren()) CollectCells(*child, cells);
 }
 
@@ -87,7 +87,7 @@ void AddFans(Stg::internal::sensing::Scene* scene, const Stg::ModelRanger& range
   if (without != Without::kWindows) {
     Stg::internal::grid::CellLists cells;
     CollectCells(*ranger.Root(), &cells);
-    window = batch->MakeWindow(scene->grid, cells, ranger.Root());
+    window = batch->MakeWindow(scene->grid, cells, ranger.Root(), false);
   }
   const Stg::Pose frame = ranger.GetGlobalPose() + ranger.GetGeom().pose;
   for (const Stg::ModelRanger::Sensor& sensor : ranger.GetSensors()) {

@@ -120,7 +120,7 @@ class World::Survey {
       s_.memory.bodies += sizeof(Block) + corners * (2 * sizeof(point_t) + sizeof(point_int_t));
     }
     grid::CellLists cells;
-    model.body().AppendCells(&cells);
+    for (const bool exact : {false, true}) model.body().AppendCells(&cells, exact);
     for (const auto* list : cells.lists)
       s_.memory.bodies += list->capacity() * sizeof(grid::CellRef);
   }
@@ -136,6 +136,7 @@ class World::Survey {
       SensedHeight& height = heights_[z];
       (runs ? height.sensors : height.idle_sensors)++;
       if (!runs) continue;
+      s_.exact_sensors += world_.IsExact(sensor.ray_model);
       height.rays_per_step += updates * sensor.sample_count;
       const uint64_t there =
           sensor.ranges.capacity() + sensor.intensities.capacity() + sensor.bearings.capacity();
@@ -174,7 +175,7 @@ class World::Survey {
                        return a.rays_per_step > b.rays_per_step;
                      });
     // One place is for everything, one for any height.
-    constexpr size_t kPlaces = grid::kMaxLayers - 2;
+    constexpr size_t kPlaces = grid::kMaxHeights;
     s_.layer_heights = std::min(used, kPlaces);
     s_.layers = 1 + s_.layer_heights + (used > kPlaces ? 1 : 0);
   }

@@ -85,6 +85,8 @@ struct SceneSummary {
   size_t hidden_blocks = 0;           ///< rangers look through them: a negative ranger_return
   size_t overlooked_blocks = 0;       ///< of the others: none of the sensed heights is theirs
   std::vector<SensedHeight> heights;  ///< of rangers; the most rays first
+  size_t exact_sensors =
+      0;  ///< subscribed ones of rangers whose rays go to the outlines themselves
   size_t looking_everywhere = 0;  ///< subscribed sensors of other types: they look at every body
 
   // The grid.

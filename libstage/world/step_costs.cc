@@ -336,7 +336,7 @@ class World::Gauge {
   bool IsAlone(const Model& model) const {
     const grid::Grid& grid = engine_.scene.grid;
     grid::CellLists cells;
-    model.CollectCells(&cells);
+    for (const bool exact : {false, true}) model.CollectCells(&cells, exact);
     const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != model.Root(); };
     for (const auto* list : cells.lists)
       for (const grid::CellRef cell : *list)

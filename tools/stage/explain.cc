@@ -55,6 +55,11 @@ int LoadAll(const Options& options, std::vector<Explanation>* explanations) {
 void Complete(const RunOptions& options, Explanation* e) {
   e->steps = StepsLeft(*e->world);
   e->scene = e->world->Summary();
+  if (e->scene.exact_sensors > 0) {  // what the first step would do
+    e->world->DrawForExactRays();
+    e->scene = e->world->Summary();
+    e->memory.after = MemoryMb();
+  }
   e->costs = e->world->MeasureStepCosts();
   e->estimate = MakeEstimate(e->scene, e->costs, e->memory, options);
 }

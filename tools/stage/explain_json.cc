@@ -63,7 +63,8 @@ Json Bodies(const SceneSummary& s) {
           {"corners", s.corners},
           {"hidden_from_rangers", s.hidden_blocks},
           {"at_heights_not_sensed", s.overlooked_blocks},
-          {"sensors_that_look_at_all", s.looking_everywhere}};
+          {"sensors_that_look_at_all", s.looking_everywhere},
+          {"exact_sensors", s.exact_sensors}};
 }
 
 Json Grid(const SceneSummary& s) {

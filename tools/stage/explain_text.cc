@@ -60,6 +60,9 @@ class Page {
                         Width(s_.extent.y).c_str(), s_.superregions, s_.regions, s_.tiles,
                         Number(s_.occupied_cells)));
     Line("layers", Layers());
+    if (s_.exact_sensors > 0)
+      Line("outlines",
+           Format("drawn twice: %zu sensors have the ray model exact", s_.exact_sensors));
     Line("steps", Format("of %s s; %s and %s in each; %s", Rounded(Seconds(s_.step)).c_str(),
                          Count(s_.updates_per_step, "update").c_str(),
                          Count(s_.callbacks_per_step, "callback").c_str(),
