@@ -189,21 +189,27 @@ TEST(Infinity, OfAnAccelerationIsClippedToo) {
 
 TEST(Infinity, WithoutBoundsIsAStall) {
   Things things;
-  for (Bounds& bounds : things.robot->velocity_bounds) bounds = Bounds(-kInfinity, kInfinity);
-  for (const auto& command : std::vector<std::function<void()>>{
-           [&] { things.robot->SetSpeed(kInfinity, 0, 0); },
-           [&] { things.robot->SetSpeed(0, 0, -kInfinity); },
-           [&] { things.robot->SetVelocity(Velocity(0, kInfinity, 0, 0)); }}) {
+  ModelPosition& robot = *things.robot;
+  const auto expect_stall = [&](const std::function<void()>& command) {
     command();
     Step(*things.world, 3);
-    ExpectPose(things.robot->GetPose(), -2, 0, 0, 0, 0);
-    EXPECT_TRUE(things.robot->Stalled());
-    EXPECT_TRUE(IsFinite(things.robot->est_pose));
-    EXPECT_TRUE(std::isfinite(things.robot->FindPowerPack()->GetStored()));
-  }
-  things.robot->SetSpeed(0.5, 0, 0);
+    ExpectPose(robot.GetPose(), -2, 0, 0, 0, 0);
+    EXPECT_TRUE(robot.Stalled());
+    EXPECT_TRUE(IsFinite(robot.est_pose));
+    EXPECT_TRUE(std::isfinite(robot.FindPowerPack()->GetStored()));
+    robot.SetStall(false);
+  };
+  for (Bounds& bounds : robot.velocity_bounds) bounds = Bounds(-kInfinity, kInfinity);
+  expect_stall([&] { robot.SetSpeed(kInfinity, 0, 0); });
+  expect_stall([&] { robot.SetSpeed(0, 0, -kInfinity); });
+  robot.Stop();
   Step(*things.world);
-  EXPECT_NEAR(things.robot->GetPose().x, -1.95, 1e-9);
+  things.world->sim_interval = 1000;  // between two updates, a velocity that was set stays
+  expect_stall([&] { robot.SetVelocity(Velocity(0, kInfinity, 0, 0)); });
+  things.world->sim_interval = 100000;
+  robot.SetSpeed(0.5, 0, 0);
+  Step(*things.world);
+  EXPECT_NEAR(robot.GetPose().x, -1.95, 1e-9);
 }
 
 // ---- numbers that anybody can write to ----------------------------------------------------------
@@ -217,8 +223,8 @@ const Call kFields[] = {
     {"SensorRangeMin", [](Things& t, double v) { t.sensor().range.min = v; }},
     {"SensorFov", [](Things& t, double v) { t.sensor().fov = v; }},
     {"SensorNoise", [](Things& t, double v) { t.sensor().range_noise = v; }},
-    {"SensorVariance",
-     [](Things& t, double v) { t.sensor().range_noise_const = std::isinf(v) ? -1 : v; }},  // below
+    {"SensorVariance",  // infinite ones have a test of their own
+     [](Things& t, double v) { t.sensor().range_noise_const = std::isinf(v) ? -1 : v; }},
     {"SensorAngleNoise", [](Things& t, double v) { t.sensor().angle_noise = v; }},
     {"BlobfinderFov", [](Things& t, double v) { t.Part<ModelBlobfinder>("blobs")->fov = v; }},
     {"BlobfinderPan", [](Things& t, double v) { t.Part<ModelBlobfinder>("blobs")->pan = v; }},
@@ -356,6 +362,19 @@ TEST(Rays, OverAFieldOfViewThatIsNoneLookAhead) {
     std::vector<RaytraceResult> results(3);
     t.world->Raytrace(Pose(0, 0, 0.5, M_PI / 2), 8, fov, Anything, nullptr, nullptr, true, results);
     for (const RaytraceResult& result : results) EXPECT_EQ(result.mod, t.wall) << fov;
+  }
+}
+
+// ---- pictures ----------------------------------------------------------------------------------
+
+TEST(Pictures, OfCellsWithoutASizeStayEmpty) {
+  Things t;
+  for (const double v : {kNaN, kInfinity, -kInfinity, 0.0, 5e-324}) {
+    uint8_t data[4] = {0, 0, 0, 0};
+    t.wall->Rasterize(data, 2, 2, v, v);
+    const int expected = std::isinf(v) ? 1 : 0;  // an infinite cell holds everything
+    EXPECT_EQ(data[0], expected) << v;
+    EXPECT_EQ(data[1] + data[2] + data[3], 0) << v;
   }
 }
 

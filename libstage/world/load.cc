@@ -186,7 +186,7 @@ void World::LoadWorldProperties() {
       Microseconds(positive("interval_sim", static_cast<double>(sim_interval) / 1000.0), 1e3);
   if (sim_interval == 0)
     wf->Fail(0, "interval_sim",
-             "found a step that the clock can't count, expected 0.001 to 1.8e16 (ms)");
+             "found a step below a microsecond or beyond the clock, expected 0.001 to 1.8e16 (ms)");
   quit_time = Microseconds(wf->ReadFloat(0, "quit_time", 0), 1e6);
   if (wf->PropertyExists(0, "resolution")) {
     const double cell = positive("resolution", 0.02);
