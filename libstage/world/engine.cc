@@ -3,6 +3,7 @@
 #include "world/engine.hh"
 
 #include <chrono>
+#include <cstdio>
 
 #include "models/messages.hh"
 
@@ -14,7 +15,13 @@ double WallClock() {
 }
 
 void WorldEngine::SetThreads(unsigned threads) {
-  if (threads != workers_->threads()) workers_ = std::make_unique<sensing::WorkerPool>(threads);
+  if (threads != workers_->threads()) {
+    workers_ = std::make_unique<sensing::WorkerPool>(threads);
+    if (workers_->threads() < threads)
+      std::fprintf(stderr,
+                   "stage: warning: the system grants %u of %u threads; going on with them\n",
+                   workers_->threads(), threads);
+  }
   thread_data_.resize(workers_->threads());
   statistics.threads = workers_->threads();
 }
