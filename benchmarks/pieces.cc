@@ -156,7 +156,7 @@ BENCHMARK(MoveBody)->Arg(2)->Arg(20)->Arg(100);
 
 void LoadPicture(benchmark::State& state) {
   const std::string file = Worlds() + "/bitmaps/hospital.png";
-  for (auto _ : state) benchmark::DoNotOptimize(Stg::picture::Trace(Stg::picture::Load(file)));
+  for (auto _ : state) benchmark::DoNotOptimize(Stg::picture::OutlinesOf(file));
 }
 BENCHMARK(LoadPicture)->Unit(benchmark::kMillisecond);
 

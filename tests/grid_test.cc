@@ -66,7 +66,11 @@ class Checked {
   void ExpectLayer(LayerIndex i, LayerRule rule) { layers_[i] = rule; }
 
   void AddBody(const Body& body) { bodies_.push_back(grid_.AddBody(body)); }
+  /// Unless the body would be in the list twice with others between.
   void Insert(Cell cell, BodyId body) {
+    const std::vector<BodyId>& list = lists_[cell];
+    if (!list.empty() && list.back() != body && std::count(list.begin(), list.end(), body) > 0)
+      return;
     const CellRef ref = grid_.Insert(cell.first, cell.second, body);
     entries_.push_back({ref, cell, body});
     lists_[cell].push_back(body);
@@ -344,6 +348,31 @@ TEST(GridMemory, ACrowdInOneCellTakesNoMoreThanItsList) {
     for (CellRef& cell : cells) cell = grid.Insert(1, 1, body);
   }
   EXPECT_EQ(grid.statistics().bytes, bytes);
+}
+
+// Bodies leave in the order in which they came, in the opposite one, and in any.
+TEST(GridMemory, ListsStayInOrder) {
+  for (int way = 0; way < 3; way++) {
+    Grid grid;
+    std::vector<BodyId> bodies;
+    std::vector<CellRef> cells;
+    for (int i = 0; i < 50; i++) {
+      bodies.push_back(grid.AddBody(MakeBody(0, 1)));
+      cells.push_back(grid.Insert(1, 1, bodies.back()));
+    }
+    while (!bodies.empty()) {
+      const size_t i = way == 0 ? 0 : way == 1 ? bodies.size() - 1 : bodies.size() * 7 / 11;
+      grid.Remove(cells[i], bodies[i]);
+      bodies.erase(bodies.begin() + static_cast<std::ptrdiff_t>(i));
+      cells.erase(cells.begin() + static_cast<std::ptrdiff_t>(i));
+      std::vector<BodyId> found;
+      CellReader(grid).AnyAt(1, 1, [&](BodyId id) {
+        found.push_back(id);
+        return false;
+      });
+      ASSERT_EQ(found, bodies) << way;
+    }
+  }
 }
 
 // ---- layers -------------------------------------------------------------------------------------

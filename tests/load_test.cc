@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "model_testing.hh"
+#include "models/block.hh"
 
 namespace Stg {
 namespace {
@@ -36,13 +37,13 @@ std::string TheErrorLine(const LoadOutcome& outcome) {
 }
 
 struct BadFile {
-  const char* text;
+  std::string text;
   int status;
   const char* place;                   // line:column in t.world
   std::vector<const char*> fragments;  // of the message
 };
 
-void PrintTo(const BadFile& bad, std::ostream* out) { *out << bad.text; }
+void PrintTo(const BadFile& bad, std::ostream* out) { *out << bad.text.substr(0, 60); }
 
 class Refused : public testing::TestWithParam<BadFile> {};
 
@@ -94,7 +95,7 @@ const BadFile kBadFiles[] = {
     {"position( wheelbase 0 )", 1, "1:21", {"wheelbase", "not positive"}},
     {"position( wheelbase -1 )", 1, "1:21", {"wheelbase", "not positive"}},
     {"ranger( sensor( samples -1 ) )", 1, "1:25", {"-1 samples"}},
-    {"ranger( sensor( samples 100000001 ) )", 1, "1:25", {"100000001 samples"}},
+    {"ranger( sensor( samples 1000001 ) )", 1, "1:25", {"1000001 samples", "0 to 1000000"}},
     {"ranger( sensor( range [0 -1] ) )", 1, "1:24", {"negative"}},
     {"ranger( sensor( noise [-1 0 0] ) )", 1, "1:24", {"negative"}},
     {"ranger( sensor( fov \"nan\" ) )", 1, "1:21", {"nan"}},
@@ -120,6 +121,86 @@ const BadFile kBadFiles[] = {
     {"model( name robot )", 1, "1:13", {}},
 };
 INSTANTIATE_TEST_SUITE_P(All, Refused, testing::ValuesIn(kBadFiles));
+
+// ---- limits: what would take all memory, or for ever --------------------------------------------
+
+std::string Repeated(size_t times, const std::string& text) {
+  std::string result;
+  for (size_t i = 0; i < times; i++) result += text;
+  return result;
+}
+
+std::string Text(size_t length) { return "\"" + std::string(length, 'x') + "\""; }
+
+const BadFile kTooLarge[] = {
+    {"model( block( points 100001 ) )", 1, "1:22", {"100001 points", "0 to 100000"}},
+    {"bumper( bcount 10001 )", 1, "1:16", {"10001 bumpers", "1 to 10000"}},
+    {"camera( resolution [4096 2305] )", 1, "1:21", {"4096 by 2305", "at most 9437184"}},
+    {"blobfinder( image [100001 1] )", 1, "1:20", {"width of 100001", "0 to 100000"}},
+    {"blobfinder( colors_count 1001 colors [" + Repeated(1001, "\"red\" ") + "] )",
+     1,
+     "1:26",
+     {"1001 colors", "at most 1000"}},
+    {"model( ctrl [" + Repeated(101, "\"sink\" ") + "] )", 1, "1:14", {"101 controllers"}},
+    {"model( ctrl " + Text(1001) + " )", 1, "1:13", {"1001 bytes"}},
+    {"model( say " + Text(1001) + " )", 1, "1:12", {"1001 bytes"}},
+    {"model( name " + Text(1001) + " )", 1, "1:13", {"name of 1001 bytes"}},
+    {"model( name " + Text(1000) + " model( ) model( ) )", 1, "1:1016", {"name of 1008 bytes"}},
+    {"model( size [40001 40001 1] )", 1, "1:14", {"more than 4001000 cells", "coarser"}},
+    {"resolution 0.0000002 model( )", 1, "1:22", {"more than 4001000 cells"}},
+    {Repeated(5, "model( size [10000 10000 1] )\n"), 1, "3:14", {"more than 4003000 cells"}},
+};
+INSTANTIATE_TEST_SUITE_P(TooLarge, Refused, testing::ValuesIn(kTooLarge));
+
+TEST(Limits, WhatReachesThemIsFine) {
+  for (const std::string& text :
+       {"ranger( alwayson 1 sensor( samples 1000000 ) )" + std::string(),
+        "model( block( points 100000 ) )" + std::string(),
+        "bumper( alwayson 1 bcount 10000 blength 1 )" + std::string(),
+        "camera( alwayson 1 resolution [4096 2304] )" + std::string(),
+        "blobfinder( alwayson 1 image [100000 100] )" + std::string(),
+        "model( say " + Text(1000) + " )", "model( name " + Text(1000) + " )",
+        std::string("model( size [20000 20000 1] )")}) {
+    const auto world = EmptyWorld();
+    EXPECT_TRUE(TryToLoad(world.get(), text).loaded) << text.substr(0, 80);
+    for (int i = 0; i < 2; i++) world->Update();
+  }
+}
+
+TEST(Limits, LongTrailsAreCut) {
+  const LoadOutcome outcome = TryToLoad("position( trail_length 2000000000 )");
+  EXPECT_TRUE(outcome.loaded);
+  EXPECT_NE(outcome.errors.find("t.world:1:24: warning: found a trail of 2000000000 items; using "
+                                "100000"),
+            std::string::npos)
+      << outcome.errors;
+}
+
+// All these took minutes: each new body, block or picture looked at all there were before.
+TEST(Limits, CrowdsInOnePlace) {
+  const auto world = EmptyWorld();
+  EXPECT_TRUE(TryToLoad(world.get(), Repeated(20000, "model( )\n")).loaded);
+  EXPECT_EQ(world->GetAllModels().size(), 20001u);
+}
+
+TEST(Limits, BodiesOfManyBlocks) {
+  const std::string block = "block( points 3 point[0] [0 0] point[1] [0 1] point[2] [1 0] )\n";
+  EXPECT_TRUE(TryToLoad("model( " + Repeated(20000, block) + ")").loaded);
+}
+
+TEST(Limits, ManyModelsWithOnePicture) {
+  const char* const source = std::getenv("STAGE_SOURCE_DIR");
+  ASSERT_NE(source, nullptr);
+  const std::string picture = std::string(source) + "/worlds/bitmaps/hospital.png";
+  const auto world = EmptyWorld();
+  const LoadOutcome outcome =
+      TryToLoad(world.get(), Repeated(60, "model( size [5 2 1] bitmap \"" + picture + "\" )\n"));
+  EXPECT_TRUE(outcome.loaded);
+  for (const Model* model : world->GetChildren()) {
+    const size_t expected = model == world->GetGround() ? 0 : 590;
+    EXPECT_EQ(model->body().blocks().size(), expected);
+  }
+}
 
 // ---- in other files -----------------------------------------------------------------------------
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Rasters into polygons.
+// Bitmaps into polygons.
 #include "geometry/trace.hh"
 
 #include <gtest/gtest.h>
@@ -12,47 +12,50 @@
 #include <filesystem>
 #include <random>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "geometry/load_error.hh"
 #include "geometry/picture.hh"
 
 namespace {
 
 using Stg::point_t;
+using Stg::picture::Bitmap;
 using Stg::picture::Load;
-using Stg::picture::Raster;
+using Stg::picture::LoadFromMemory;
 using Stg::picture::Trace;
 using Polygons = std::vector<std::vector<point_t>>;
 
-// A raster out of rows in which # is solid.
-Raster Drawing(const std::vector<std::string>& rows) {
-  Raster raster;
-  raster.width = rows.empty() ? 0 : int(rows[0].size());
-  raster.height = int(rows.size());
-  for (const std::string& row : rows) {
-    for (const char c : row) raster.samples.push_back(c == '#' ? 0 : 255);
+// A bitmap out of rows in which # is solid.
+Bitmap Drawing(const std::vector<std::string>& rows) {
+  Bitmap bitmap(rows.empty() ? 0 : int(rows[0].size()), int(rows.size()));
+  for (std::size_t y = 0; y < rows.size(); ++y) {
+    for (std::size_t x = 0; x < rows[y].size(); ++x) {
+      if (rows[y][x] == '#') bitmap.MakeSolid(x, y);
+    }
   }
-  return raster;
+  return bitmap;
 }
 
 TEST(Outlines, ThresholdIs127) {
-  Raster raster = Drawing({"......."});
-  raster.samples = {126, 255, 127, 255, 128, 255, 129};
-  const Polygons polygons = Trace(raster);
+  const std::string picture = "P5 7 1 255 " + std::string("\x7e\xff\x7f\xff\x80\xff\x81");
+  const auto trace = [&picture](auto... threshold) {
+    return Trace(LoadFromMemory(picture.data(), picture.size(), "test", threshold...));
+  };
+  const Polygons polygons = trace();
   ASSERT_EQ(polygons.size(), 2U);
   EXPECT_EQ(polygons[0][0], point_t(0, 0));
   EXPECT_EQ(polygons[1][0], point_t(2, 0));
-  EXPECT_EQ(Trace(raster, 128).size(), 3U);
-  EXPECT_EQ(Trace(raster, 0).size(), 0U);
-  EXPECT_EQ(Trace(raster, 255).size(), 1U);
+  EXPECT_EQ(trace(std::uint8_t{128}).size(), 3U);
+  EXPECT_EQ(trace(std::uint8_t{0}).size(), 0U);
+  EXPECT_EQ(trace(std::uint8_t{255}).size(), 1U);
 }
 
 TEST(Outlines, NothingSolid) {
   EXPECT_TRUE(Trace(Drawing({"....", "...."})).empty());
-  EXPECT_TRUE(Trace(Raster{}).empty());
+  EXPECT_TRUE(Trace(Bitmap()).empty());
 }
 
 TEST(Outlines, FirstAndLastStepsStayUnjoined) {
@@ -83,22 +86,59 @@ TEST(Outlines, PixelsTouchingAtTheOtherCorner) {
             (Polygons{{{0, -1}, {1, -1}, {1, 0}, {2, 0}, {2, -1}, {1, -1}, {1, -2}, {0, -2}}}));
 }
 
-TEST(Outlines, RefusesRastersThatDoNotAddUp) {
-  Raster raster = Drawing({"##"});
-  raster.samples.pop_back();
-  EXPECT_THROW(Trace(raster), std::invalid_argument);
+// Rows of n separate pixels, four corners each.
+Bitmap Dots(std::size_t columns, std::size_t rows) {
+  Bitmap bitmap(int(2 * columns), int(2 * rows));
+  for (std::size_t i = 0; i < columns * rows; ++i) {
+    bitmap.MakeSolid(2 * (i % columns), 2 * (i / columns));
+  }
+  return bitmap;
+}
+
+TEST(Outlines, SpeckleIsRefused) {
+  static_assert(Stg::picture::kMaxCorners == 500000);
+  EXPECT_EQ(Trace(Dots(250, 500)).size(), 125000U);
+  try {
+    Trace(Dots(251, 499));
+    FAIL() << "125249 dots have 500996 corners";
+  } catch (const Stg::LoadError& error) {
+    EXPECT_STREQ(error.what(),
+                 "found outlines with more than 500000 corners, expected a floor plan; remove its "
+                 "speckle or scale it down");
+    EXPECT_EQ(error.exit_status(), 255);
+  }
+}
+
+// Pixels that touch at corners: two outlines turn at each.
+TEST(Outlines, CheckerboardsAreCountedTwice) {
+  Bitmap board(600, 600);
+  for (std::size_t i = 0; i < 360000; ++i) {
+    if ((i % 600 + i / 600) % 2 == 0) board.MakeSolid(i % 600, i / 600);
+  }
+  EXPECT_THROW(Trace(board), Stg::LoadError);
+}
+
+// Outlines pass whole words of pixels, and end where pictures do.
+TEST(Outlines, RectanglesAtTheEndsOfWords) {
+  for (const std::size_t width : {63U, 64U, 65U, 127U, 128U, 129U}) {
+    Bitmap full(int(width), 3);
+    for (std::size_t i = 0; i < 3 * width; ++i) full.MakeSolid(i % width, i / width);
+    const double right = static_cast<double>(width);
+    EXPECT_EQ(Trace(full), (Polygons{{{0, 0}, {1, 0}, {right, 0}, {right, -3}, {0, -3}, {0, -1}}}))
+        << width;
+  }
 }
 
 // The definition of the outlines, word for word and slow: a sorted set of directed unit edges.
-Polygons SlowTrace(const Raster& raster, int threshold) {
+Polygons SlowTrace(const Bitmap& bitmap) {
   using Corner = std::pair<int, int>;
   std::set<std::pair<Corner, Corner>> edges;
   const auto add = [&edges](Corner from, Corner to) {
     if (edges.erase({to, from}) == 0) edges.insert({from, to});
   };
-  for (int y = 0; y < raster.height; ++y) {
-    for (int x = 0; x < raster.width; ++x) {
-      if (raster.samples[std::size_t(y * raster.width + x)] > threshold) continue;
+  for (int y = 0; y < bitmap.height(); ++y) {
+    for (int x = 0; x < bitmap.width(); ++x) {
+      if (!bitmap.IsSolid(std::size_t(x), std::size_t(y))) continue;
       add({x, y}, {x + 1, y});
       add({x + 1, y}, {x + 1, y + 1});
       add({x + 1, y + 1}, {x, y + 1});
@@ -133,13 +173,14 @@ Polygons SlowTrace(const Raster& raster, int threshold) {
 TEST(Outlines, SameAsTheDefinition) {
   std::mt19937 random(20240229);
   for (int round = 0; round < 400; ++round) {
-    Raster raster;
-    raster.width = 1 + int(random() % 14);
-    raster.height = 1 + int(random() % 14);
-    raster.samples.resize(std::size_t(raster.width * raster.height));
-    for (auto& sample : raster.samples) sample = std::uint8_t(random() % 256);
-    const int threshold = 25 + int(random() % 206);
-    ASSERT_EQ(Trace(raster, std::uint8_t(threshold)), SlowTrace(raster, threshold)) << round;
+    const std::size_t width = 1 + random() % (round % 8 == 0 ? 140 : 14);
+    const std::size_t height = 1 + random() % 14;
+    Bitmap bitmap{int(width), int(height)};
+    const std::size_t threshold = 25 + random() % 206;
+    for (std::size_t i = 0; i < width * height; ++i) {
+      if (random() % 256 <= threshold) bitmap.MakeSolid(i % width, i / width);
+    }
+    ASSERT_EQ(Trace(bitmap), SlowTrace(bitmap)) << round;
   }
 }
 
@@ -160,13 +201,13 @@ TEST_P(ReferencePictures, SolidPixelsAndOutlines) {
   const auto path = std::filesystem::path(shared) / "stage-worlds" / "bitmaps" / expected.file;
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " does not exist";
 
-  const Raster raster = Load(path);
-  ASSERT_EQ(raster.width, expected.width);
-  ASSERT_EQ(raster.height, expected.height);
-  int solid = 0, left = raster.width, top = raster.height, right = -1, bottom = -1;
-  for (int y = 0; y < raster.height; ++y) {
-    for (int x = 0; x < raster.width; ++x) {
-      if (raster.samples[std::size_t(y * raster.width + x)] > 127) continue;
+  const Bitmap bitmap = Load(path);
+  ASSERT_EQ(bitmap.width(), expected.width);
+  ASSERT_EQ(bitmap.height(), expected.height);
+  int solid = 0, left = bitmap.width(), top = bitmap.height(), right = -1, bottom = -1;
+  for (int y = 0; y < bitmap.height(); ++y) {
+    for (int x = 0; x < bitmap.width(); ++x) {
+      if (!bitmap.IsSolid(std::size_t(x), std::size_t(y))) continue;
       ++solid;
       left = std::min(left, x), right = std::max(right, x);
       top = std::min(top, y), bottom = std::max(bottom, y);
@@ -175,7 +216,7 @@ TEST_P(ReferencePictures, SolidPixelsAndOutlines) {
   EXPECT_EQ(solid, expected.solid);
   EXPECT_EQ((std::array{left, top, right, bottom}),
             (std::array{expected.left, expected.top, expected.right, expected.bottom}));
-  const Polygons polygons = Trace(raster);
+  const Polygons polygons = Trace(bitmap);
   std::size_t vertices = 0;
   for (const auto& polygon : polygons) vertices += polygon.size();
   EXPECT_EQ(polygons.size(), expected.polygons);

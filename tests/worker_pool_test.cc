@@ -3,9 +3,11 @@
 #include "sensing/worker_pool.hh"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <cstdint>
+#include <cstdlib>
 #include <thread>
 #include <vector>
 
@@ -92,6 +94,23 @@ TEST(WorkerPool, ComesAndGoes) {
       ASSERT_NO_FATAL_FAILURE(ExpectOnceEach(&pool, 10, 1));
     }
   }
+}
+
+// With so little memory left that not all of the threads' stacks fit in.
+TEST(WorkerPool, GoesOnWithTheThreadsThatThereAre) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";
+#endif
+  const auto work_with_little_memory = [] {
+    rlimit limit{};
+    getrlimit(RLIMIT_AS, &limit);
+    limit.rlim_cur = rlim_t{1} << 30;
+    setrlimit(RLIMIT_AS, &limit);
+    WorkerPool pool(1000);
+    ExpectOnceEach(&pool, 10000, 1);
+    std::exit(pool.threads() < 1000 && !testing::Test::HasFailure() ? 0 : 1);
+  };
+  EXPECT_EXIT(work_with_little_memory(), testing::ExitedWithCode(0), "");
 }
 
 }  // namespace

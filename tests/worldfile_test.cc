@@ -278,21 +278,87 @@ TEST(WorldfileLimits, BillionLaughs) {
   EXPECT_ERROR(text + "m39()", "t.world:41:1: ", "macro \"m39\"");
 }
 
+// A few entities may become many, not very many: each that is written in the file allows for more.
+TEST(WorldfileLimits, EntitiesThatMacrosMake) {
+  std::string text = "define m0 model( )\n";
+  for (int i = 1; i <= 14; ++i) {
+    const std::string before = "m" + std::to_string(i - 1) + "() ";
+    text += "define m" + std::to_string(i) + " model( " + before + before + ")\n";
+  }
+  Worldfile wf;
+  LoadText(wf, text + "m13()");
+  EXPECT_EQ(wf.GetEntityCount(), 1 << 14);
+  EXPECT_ERROR(text + "m14()", "t.world:16:1: ", "more than 26450 entities");
+  for (int i = 0; i < 200; ++i) text += "model() ";
+  LoadText(wf, text + "m14()");
+  EXPECT_EQ(wf.GetEntityCount(), 200 + (1 << 15));
+}
+
 TEST(WorldfileLimits, Nesting) {
   std::string open, close;
   for (int i = 0; i < 100000; ++i) open += "m(", close += ")";
-  EXPECT_ERROR(open + close, "t.world:1:2001: ", "nested more than 1000 deep");
-  EXPECT_ERROR(open, "t.world:1:2001: ", "nested more than 1000 deep");
+  EXPECT_ERROR(open + close, "t.world:1:201: ", "nested more than 100 deep");
+  EXPECT_ERROR(open, "t.world:1:201: ", "nested more than 100 deep");
   std::string chain = "define m0 model()\n";
   for (int i = 1; i < 3000; ++i) {
     chain += "define m" + std::to_string(i) + " model( m" + std::to_string(i - 1) + "() )\n";
   }
-  EXPECT_ERROR(chain + "m2999()", "t.world:", "nested more than 1000 deep");
+  EXPECT_ERROR(chain + "m2999()", "t.world:", "nested more than 100 deep");
   std::string bases = "define m0 model()\n";
   for (int i = 1; i < 3000; ++i) {
     bases += "define m" + std::to_string(i) + " m" + std::to_string(i - 1) + "()\n";
   }
-  EXPECT_ERROR(bases + "m2999()", "t.world:3001:1: ", "more than 100 macros");
+  EXPECT_ERROR(bases + "m2999()", "t.world:3001:1: ", "more than 30 macros");
+}
+
+std::string Repeated(int times, const std::string& text) {
+  std::string result;
+  for (int i = 0; i < times; ++i) result += text;
+  return result;
+}
+
+TEST(WorldfileLimits, Words) {
+  EXPECT_EQ(ErrorOf(Repeated(1249999, "a 1 ")), "");
+  EXPECT_ERROR(Repeated(1250001, "a 1 "), "t.world:1:5000001: ", "more than 2500000 words");
+}
+
+TEST(WorldfileLimits, TheLengthOfAWord) {
+  EXPECT_EQ(ErrorOf("a \"" + std::string(262141, 'x') + "\""), "");
+  EXPECT_ERROR("a \"" + std::string(262142, 'x') + "\"", "t.world:1:3: ", "of 262144 bytes");
+  EXPECT_ERROR(std::string(300000, 'x') + " 1", "t.world:1:1: ", "at most 262143");
+}
+
+TEST(WorldfileLimits, Text) {
+  EXPECT_EQ(ErrorOf("#" + std::string(20 << 20, 'x').substr(1)), "");
+  EXPECT_ERROR("#" + std::string(20 << 20, 'x'), "t.world: ", "more than 20 MiB of text");
+}
+
+TEST(WorldfileLimits, Names) {
+  std::string text = "model( ";
+  for (int i = 0; i < 151000; ++i) text += "a" + std::to_string(i) + " 1 ";
+  EXPECT_ERROR(text + ")", "t.world:1:", "more than 150000 different names");
+}
+
+TEST(WorldfileLimits, Macros) {
+  std::string text;
+  for (int i = 0; i < 10000; ++i) text += "define m" + std::to_string(i) + " model()\n";
+  EXPECT_EQ(ErrorOf(text), "");
+  EXPECT_ERROR(text + "define n model()", "t.world:10001:8: ", "more than 10000 macros");
+}
+
+// What is never read is looked for in every entity: that must not take the product of their
+// numbers.
+TEST(WorldfileLimits, UnusedPropertiesOfManyEntities) {
+  std::string macros = "define a model( ";
+  for (int i = 0; i < 20000; ++i) macros += "p" + std::to_string(i) + " 1 ";
+  macros += ")\ndefine b a( ";
+  for (int i = 0; i < 20000; ++i) macros += "p" + std::to_string(i) + " 1 ";
+  Worldfile wf;
+  LoadText(wf, macros + ")\n" + Repeated(20000, "b() a( p0 2 )\n"));
+  const std::vector<UnusedProperty> unused = wf.Unused();
+  ASSERT_EQ(unused.size(), 1000U);
+  EXPECT_EQ(unused[0].name, "p1");  // both instances have another p0 than a's
+  EXPECT_EQ(unused[0].line, 1);
 }
 
 // ---- whole files ----

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Picture files (PNG, PBM, PGM, PPM) as rasters of one 8-bit sample a pixel.
+// Picture files (PNG, PBM, PGM, PPM) as bitmaps: which pixels are solid.
 
 #ifndef STAGE_GEOMETRY_PICTURE_HH
 #define STAGE_GEOMETRY_PICTURE_HH
@@ -12,24 +12,53 @@
 namespace Stg {
 namespace picture {
 
-/// Rows from top to bottom, each from left to right, no padding: width * height samples.
-/// A sample is the grey value of the pixel, or its red one if the picture has colours; palettes are
-/// looked up first, 16-bit samples are cut to their high byte, transparency is ignored.
-struct Raster {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint8_t> samples;
+/// What a picture file may be at most. None of it is near what maps need: a building of a kilometre
+/// at 0.1 m a pixel is 10000 pixels long. A file at these limits takes less than a second and less
+/// than 100 MB, however it is compressed.
+inline constexpr std::uint64_t kMaxSide = 32768;               // pixels
+inline constexpr std::uint64_t kMaxPixels = 100'000'000;       // 10000 x 10000
+inline constexpr std::uint64_t kMaxSampleBytes = 110'000'000;  // of all samples, decoded
+inline constexpr std::uint64_t kMaxFileBytes = 300'000'000;
+
+/// The solid pixels of a picture. Rows count from the top, columns from the left.
+class Bitmap {
+ public:
+  Bitmap() = default;
+  /// With nothing solid.
+  Bitmap(int width, int height)
+      : width_(width),
+        height_(height),
+        words_per_row_((static_cast<std::size_t>(width) + 63) / 64),
+        words_(words_per_row_ * static_cast<std::size_t>(height)) {}
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  bool IsSolid(std::size_t x, std::size_t y) const { return (Row(y)[x / 64] >> (x % 64) & 1) != 0; }
+  void MakeSolid(std::size_t x, std::size_t y) { Row(y)[x / 64] |= std::uint64_t{1} << (x % 64); }
+
+  /// 64 pixels a word, the leftmost one in the lowest bit; the bits beyond the width are 0.
+  const std::uint64_t* Row(std::size_t y) const { return words_.data() + y * words_per_row_; }
+  std::uint64_t* Row(std::size_t y) { return words_.data() + y * words_per_row_; }
+  std::size_t words_per_row() const { return words_per_row_; }
+
+ private:
+  int width_ = 0;
+  int height_ = 0;
+  std::size_t words_per_row_ = 0;
+  std::vector<std::uint64_t> words_;
 };
 
-/// Reads the picture file at `path`.
+/// Reads the picture file at `path`. A pixel is solid if its sample is at most `threshold`. The
+/// sample is its grey value, or its red one if the picture has colours; palettes are looked up
+/// first, 16-bit samples are cut to their high byte, transparency is ignored.
 /// Throws LoadError (exit status 255; one line, "PATH: reason") if it is missing, not a file, not a
-/// picture of an accepted format, damaged, cut short, or larger than 32768 pixels a side or 1 GiB.
-/// A file too short for the picture it declares is refused before memory is taken; note that a
-/// PNG may honestly unpack to a thousand times its size, up to the limits above.
-Raster Load(const std::string& path);
+/// picture of an accepted format, damaged, cut short, or larger than the limits above. A file too
+/// short for the picture that it declares is refused before memory is taken.
+Bitmap Load(const std::string& path, std::uint8_t threshold = 127);
 
 /// The same for a picture file that is in memory; `name` is what errors call it.
-Raster LoadFromMemory(const void* data, std::size_t size, const std::string& name);
+Bitmap LoadFromMemory(const void* data, std::size_t size, const std::string& name,
+                      std::uint8_t threshold = 127);
 
 }  // namespace picture
 }  // namespace Stg

@@ -1,146 +1,198 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "geometry/trace.hh"
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
-#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "geometry/image_polygons.hh"
+#include "geometry/load_error.hh"
 
 namespace Stg {
 namespace picture {
 namespace {
 
-// The unit edges that can leave a corner, in the order of the corners they lead to (x, then row).
+// The ways in which an edge can leave a corner, in the order of the corners that they lead to
+// (x, then row).
 enum Direction : unsigned { kLeft, kUp, kDown, kRight };
 
-// The edges that leave a corner, one bit for each direction, by the four pixels around the corner
-// (bits 3 to 0: above left, above right, below left, below right; 1 is solid). Solid is on the
-// right of an edge (rows count downwards), and there is none between two solid pixels.
-constexpr std::array<std::uint8_t, 16> EdgesOfCorners() {
-  std::array<std::uint8_t, 16> edges{};
-  for (unsigned pixels = 0; pixels < edges.size(); ++pixels) {
-    const unsigned above_left = pixels >> 3 & 1U, above_right = pixels >> 2 & 1U;
-    const unsigned below_left = pixels >> 1 & 1U, below_right = pixels & 1U;
-    edges[pixels] = static_cast<std::uint8_t>(
-        (above_left & ~below_left) << kLeft | (above_right & ~above_left) << kUp |
-        (below_left & ~below_right) << kDown | (below_right & ~above_right) << kRight);
-  }
-  return edges;
+// 64 corners between two rows of pixels, one bit each.
+struct CornerWords {
+  std::array<std::uint64_t, 4> edges;  // by direction
+  std::uint64_t turns;                 // where an outline changes its direction
+  std::uint64_t crossings;             // where two outlines, or two parts of one, do
+};
+
+// By the pixels around each corner. Solid is on the right of an edge (rows count downwards), and
+// there is none between two solid pixels.
+CornerWords CornersAmong(std::uint64_t above_left, std::uint64_t above_right,
+                         std::uint64_t below_left, std::uint64_t below_right) {
+  CornerWords words;
+  words.edges[kLeft] = above_left & ~below_left;
+  words.edges[kUp] = above_right & ~above_left;
+  words.edges[kDown] = below_left & ~below_right;
+  words.edges[kRight] = below_right & ~above_right;
+  const std::uint64_t left = above_left ^ below_left, right = above_right ^ below_right;
+  const std::uint64_t above = above_left ^ above_right, below = below_left ^ below_right;
+  words.turns = (left | right) & (above | below);
+  words.crossings = left & right & above & below;
+  return words;
 }
 
-constexpr std::array<std::uint8_t, 16> kEdgesOfCorner = EdgesOfCorners();
-
-// The edges that are not yet part of a polygon. Corners are kept column by column, so that
-// increasing indices are the order in which polygons start.
-class Edges {
+// The corners where outlines turn. An edge that leaves one is straight up to the next one in its
+// row or column. Corners are numbered row by row.
+class Turns {
  public:
-  Edges(const Raster& raster, std::uint8_t threshold)
-      : column_(static_cast<std::size_t>(raster.height) + 1),
-        at_corner_(column_ * (static_cast<std::size_t>(raster.width) + 1)) {
-    // Flags of two rows of pixels, with a free pixel at either end; free rows above and below.
-    const std::size_t width = static_cast<std::size_t>(raster.width);
-    std::vector<std::uint8_t> above(width + 2), below(width + 2);
-    for (std::size_t row = 0; row < column_; ++row) {
-      std::swap(above, below);
-      if (row + 1 < column_) {
-        const std::uint8_t* const samples = raster.samples.data() + row * width;
-        std::transform(samples, samples + width, below.begin() + 1, [threshold](std::uint8_t s) {
-          return static_cast<std::uint8_t>(s <= threshold);
-        });
-      } else {
-        std::fill(below.begin(), below.end(), std::uint8_t{0});
-      }
-      AddCorners(row, above, below);
+  explicit Turns(const Bitmap& bitmap) {
+    const auto height = static_cast<std::size_t>(bitmap.height());
+    const auto width = static_cast<std::size_t>(bitmap.width());
+    const std::vector<std::uint64_t> free_row(bitmap.words_per_row());
+    for (std::size_t row = 0; row <= height; ++row) {
+      const std::uint64_t* const above = row > 0 ? bitmap.Row(row - 1) : free_row.data();
+      const std::uint64_t* const below = row < height ? bitmap.Row(row) : free_row.data();
+      AddRow(row, above, below, width);
     }
+    SortByColumn(width);
   }
 
   std::vector<std::vector<point_t>> TakePolygons() {
     std::vector<std::vector<point_t>> polygons;
-    for (std::size_t corner = 0; corner < at_corner_.size(); ++corner) {
-      while (at_corner_[corner] != 0) polygons.push_back(TakePolygon(corner));
+    for (const std::uint32_t turn : by_column_) {
+      while (turns_[turn].edges != 0) polygons.push_back(TakePolygon(turn));
     }
     return polygons;
   }
 
  private:
-  void AddCorners(std::size_t row, const std::vector<std::uint8_t>& above,
-                  const std::vector<std::uint8_t>& below) {
-    for (std::size_t x = 0; x + 1 < above.size(); ++x) {
-      const unsigned pixels =
-          static_cast<unsigned>(above[x] << 3 | above[x + 1] << 2 | below[x] << 1 | below[x + 1]);
-      // Most corners have no edge; not touching those keeps this loop in the cache.
-      if (kEdgesOfCorner[pixels] != 0) at_corner_[x * column_ + row] = kEdgesOfCorner[pixels];
+  struct Turn {
+    std::uint16_t x, row;
+    std::uint32_t column_place;  // in by_column_
+    std::uint8_t edges;          // that are not yet part of a polygon, one bit for each direction
+  };
+
+  // The corners between two rows of pixels.
+  void AddRow(std::size_t row, const std::uint64_t* above, const std::uint64_t* below,
+              std::size_t width) {
+    std::uint64_t last_above = 0, last_below = 0;
+    for (std::size_t x = 0; x <= width; x += 64) {
+      // The last corner may be beyond the last word of pixels.
+      const std::uint64_t right_above = x < width ? above[x / 64] : 0;
+      const std::uint64_t right_below = x < width ? below[x / 64] : 0;
+      AddCorners(x, row,
+                 CornersAmong(right_above << 1 | last_above >> 63, right_above,
+                              right_below << 1 | last_below >> 63, right_below));
+      last_above = right_above;
+      last_below = right_below;
     }
   }
 
-  std::vector<point_t> TakePolygon(std::size_t corner) {
-    std::vector<point_t> polygon;
-    unsigned step = kLeft, step_before = kLeft;
-    while (at_corner_[corner] != 0) {
-      if (polygon.size() > 2 && step == step_before) {
-        polygon.back() = PointOf(corner);
-      } else {
-        polygon.push_back(PointOf(corner));
+  void AddCorners(std::size_t x, std::size_t row, const CornerWords& words) {
+    count_ += static_cast<std::size_t>(std::popcount(words.turns) + std::popcount(words.crossings));
+    if (count_ > kMaxCorners) {
+      throw LoadError("found outlines with more than " + std::to_string(kMaxCorners) +
+                          " corners, expected a floor plan; remove its speckle or scale it down",
+                      255);
+    }
+    for (std::uint64_t left = words.turns; left != 0; left &= left - 1) {
+      const auto bit = static_cast<unsigned>(std::countr_zero(left));
+      unsigned edges = 0;
+      for (unsigned direction = 0; direction < 4; ++direction) {
+        edges |= static_cast<unsigned>(words.edges[direction] >> bit & 1) << direction;
       }
-      step_before = step;
-      step = TakeEdge(corner);
+      turns_.push_back({static_cast<std::uint16_t>(x + bit), static_cast<std::uint16_t>(row), 0,
+                        static_cast<std::uint8_t>(edges)});
     }
-    return polygon;
   }
 
-  // Removes the first edge of the corner, moves on to the corner where it ends.
-  unsigned TakeEdge(std::size_t& corner) {
-    const unsigned edges = at_corner_[corner];
-    const unsigned direction = static_cast<unsigned>(std::countr_zero(edges));
-    at_corner_[corner] = static_cast<std::uint8_t>(edges & (edges - 1));
+  void SortByColumn(std::size_t width) {
+    std::vector<std::uint32_t> next(width + 2);  // place in each column
+    for (const Turn& turn : turns_) ++next[turn.x + 1U];
+    for (std::size_t x = 1; x < next.size(); ++x) next[x] += next[x - 1];
+    by_column_.resize(turns_.size());
+    for (std::uint32_t i = 0; i < turns_.size(); ++i) {
+      turns_[i].column_place = next[turns_[i].x]++;
+      by_column_[turns_[i].column_place] = i;
+    }
+  }
+
+  // Steps of one pixel would be joined to straight edges, the first two and the last two excepted:
+  // so there are corners one pixel after the start and one before it.
+  std::vector<point_t> TakePolygon(std::uint32_t start) {
+    std::vector<point_t> polygon{PointOf(turns_[start], kRight, 0)};
+    for (std::uint32_t at = start;;) {
+      const Turn from = turns_[at];
+      const Direction direction = TakeEdge(&at);
+      const Turn& to = turns_[at];
+      const int length = std::abs(to.x - from.x) + std::abs(to.row - from.row);
+      if (polygon.size() == 1 && length > 1) polygon.push_back(PointOf(from, direction, 1));
+      if (to.edges == 0) {
+        if (length > 1) polygon.push_back(PointOf(to, direction, -1));
+        return polygon;
+      }
+      polygon.push_back(PointOf(to, direction, 0));
+    }
+  }
+
+  // Removes the first edge of a turn, moves on to the turn where it ends.
+  Direction TakeEdge(std::uint32_t* at) {
+    Turn& turn = turns_[*at];
+    const auto direction = static_cast<Direction>(std::countr_zero(turn.edges));
+    turn.edges &= static_cast<std::uint8_t>(turn.edges - 1);
     switch (direction) {
       case kLeft:
-        corner -= column_;
+        *at -= 1;
         break;
       case kUp:
-        corner -= 1;
+        *at = by_column_[turn.column_place - 1];
         break;
       case kDown:
-        corner += 1;
+        *at = by_column_[turn.column_place + 1];
         break;
-      default:
-        corner += column_;
+      case kRight:
+        *at += 1;
         break;
     }
     return direction;
   }
 
-  point_t PointOf(std::size_t corner) const {
+  // `steps` pixels further on.
+  static point_t PointOf(const Turn& turn, Direction direction, int steps) {
+    static constexpr int kX[] = {-1, 0, 0, 1}, kRow[] = {0, -1, 1, 0};
     // Negated as an integer: the top row is at 0, not at the floating point -0.
-    return point_t(static_cast<meters_t>(corner / column_),
-                   static_cast<meters_t>(-static_cast<std::ptrdiff_t>(corner % column_)));
+    return point_t(turn.x + kX[direction] * steps, -(turn.row + kRow[direction] * steps));
   }
 
-  std::size_t column_;  // corners in a column
-  std::vector<std::uint8_t> at_corner_;
+  std::vector<Turn> turns_;
+  std::vector<std::uint32_t> by_column_;  // their numbers by x, then by row
+  std::size_t count_ = 0;                 // of all polygons' corners
 };
 
 }  // namespace
 
-std::vector<std::vector<point_t>> Trace(const Raster& raster, std::uint8_t threshold) {
-  if (raster.width < 0 || raster.height < 0 ||
-      raster.samples.size() !=
-          static_cast<std::size_t>(raster.width) * static_cast<std::size_t>(raster.height)) {
-    throw std::invalid_argument("picture::Trace: the raster has not width * height samples");
+std::vector<std::vector<point_t>> Trace(const Bitmap& bitmap) {
+  return Turns(bitmap).TakePolygons();
+}
+
+std::vector<std::vector<point_t>> OutlinesOf(const std::string& path) {
+  const Bitmap bitmap = Load(path);
+  try {
+    return Trace(bitmap);
+  } catch (const LoadError& error) {
+    throw LoadError(path + ": " + error.what(), error.exit_status());
   }
-  return Edges(raster, threshold).TakePolygons();
 }
 
 }  // namespace picture
 
 int polys_from_image_file(const std::string& filename, std::vector<std::vector<point_t>>& polys) {
   try {
-    polys = picture::Trace(picture::Load(filename));
+    polys = picture::OutlinesOf(filename);
     return 0;
   } catch (const std::exception& error) {  // also memory that does not suffice for the polygons
     std::fprintf(stderr, "%s\n", error.what());

@@ -4,7 +4,7 @@
 #ifndef STAGE_GEOMETRY_TRACE_HH
 #define STAGE_GEOMETRY_TRACE_HH
 
-#include <cstdint>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -14,15 +14,21 @@
 namespace Stg {
 namespace picture {
 
-/// The closed outlines of the solid pixels (sample <= threshold), holes included as polygons of
-/// their own, in pixels: x to the right, y upwards, the picture's top left corner at (0,0).
-/// Order of polygons and vertices is part of the contract, as simulation results depend on it:
-/// each polygon starts at the smallest corner left (by x, then by row), keeps the solid side on its
-/// right, and at a corner with two ways on takes the one that leads to the smaller corner. Unit
-/// steps in one direction are joined, except the first two steps with each other, and the one back
-/// to the start with the one before it.
-/// Throws std::invalid_argument if the raster does not have width * height samples.
-std::vector<std::vector<point_t>> Trace(const Raster& raster, std::uint8_t threshold = 127);
+/// What the outlines of a picture may have together. Those of real floor plans have some ten
+/// thousand; speckle makes more, and each takes memory and time in the world.
+inline constexpr std::size_t kMaxCorners = 500'000;
+
+/// The closed outlines of the solid pixels, holes included as polygons of their own, in pixels: x
+/// to the right, y upwards, the picture's top left corner at (0,0). Order of polygons and vertices
+/// is part of the contract, as simulation results depend on it: each polygon starts at the smallest
+/// corner left (by x, then by row), keeps the solid side on its right, and at a corner with two
+/// ways on takes the one that leads to the smaller corner. Unit steps in one direction are joined,
+/// except the first two steps with each other, and the one back to the start with the one before
+/// it. Throws LoadError (exit status 255) if there are more than kMaxCorners.
+std::vector<std::vector<point_t>> Trace(const Bitmap& bitmap);
+
+/// The outlines of the picture file at `path`; its name stands before what is wrong with it.
+std::vector<std::vector<point_t>> OutlinesOf(const std::string& path);
 
 }  // namespace picture
 

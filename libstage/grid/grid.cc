@@ -88,27 +88,31 @@ void Grid::Remove(CellRef cell, BodyId id) {
   const uint32_t slot = cell >> 6, bit = cell & 63;
   TileCells& cells = tile_cells_[slot];
   RemoveFromList(&cells.heads[bit], id);
-  if (cells.heads[bit] != 0) {
-    RefreshBit(cells, bit);
-    return;
-  }
-  for (uint32_t left = bodies_[id].layers; left != 0; left &= left - 1)
-    layers_[static_cast<uint32_t>(std::countr_zero(left))].cells.Clear(cells.region, cells.tile,
-                                                                       bit);
-  if (--cells.occupied == 0) DropTile(slot);
+  // The layers in which nobody is left.
+  uint32_t empty = bodies_[id].layers;
+  AnyInList(cells.heads[bit], [&](BodyId other) {
+    empty &= ~bodies_[other].layers;
+    return empty == 0;
+  });
+  for (; empty != 0; empty &= empty - 1)
+    layers_[static_cast<uint32_t>(std::countr_zero(empty))].cells.Clear(cells.region, cells.tile,
+                                                                        bit);
+  if (cells.heads[bit] == 0 && --cells.occupied == 0) DropTile(slot);
 }
 
 void Grid::Append(uint32_t* head, BodyId id) {
   const uint32_t node = MakeNode(id);
   if (!(*head & kList)) {
     const uint32_t first = MakeNode(*head - 1);
-    nodes_[first].next = node;
+    nodes_[first].next = nodes_[first].previous = node;
+    nodes_[node].next = nodes_[node].previous = first;
     *head = kList | first;
     return;
   }
-  uint32_t last = *head & ~kList;
-  while (nodes_[last].next != 0) last = nodes_[last].next;
-  nodes_[last].next = node;
+  const uint32_t first = *head & ~kList, last = nodes_[first].previous;
+  nodes_[node].next = first;
+  nodes_[node].previous = last;
+  nodes_[last].next = nodes_[first].previous = node;
 }
 
 void Grid::RemoveFromList(uint32_t* head, BodyId id) {
@@ -116,25 +120,26 @@ void Grid::RemoveFromList(uint32_t* head, BodyId id) {
     *head = 0;
     return;
   }
-  uint32_t previous = 0, n = *head & ~kList;
-  while (nodes_[n].id != id) {
-    previous = n;
-    n = nodes_[n].next;
-  }
-  const uint32_t next = nodes_[n].next;
-  if (previous == 0)
-    *head = kList | next;
-  else
-    nodes_[previous].next = next;
-  nodes_[n].next = free_node_;
-  free_node_ = n;
-
+  const uint32_t first = *head & ~kList, node = FindNode(first, id);
+  const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
+  nodes_[previous].next = next;
+  nodes_[next].previous = previous;
+  if (node == first) *head = kList | next;
+  FreeNode(node);
+  if (next != previous) return;
   // A list of one goes back into the head.
-  const uint32_t first = *head & ~kList;
-  if (nodes_[first].next == 0) {
-    *head = nodes_[first].id + 1;
-    nodes_[first].next = free_node_;
-    free_node_ = first;
+  *head = nodes_[next].id + 1;
+  FreeNode(next);
+}
+
+/// From both ends: bodies that leave a crowd are often its oldest or its youngest.
+uint32_t Grid::FindNode(uint32_t first, BodyId id) const {
+  uint32_t old = first, young = nodes_[first].previous;
+  for (;;) {
+    if (nodes_[old].id == id) return old;
+    if (nodes_[young].id == id) return young;
+    old = nodes_[old].next;
+    young = nodes_[young].previous;
   }
 }
 
@@ -146,8 +151,13 @@ uint32_t Grid::MakeNode(BodyId id) {
     node = static_cast<uint32_t>(nodes_.size());
     nodes_.emplace_back();
   }
-  nodes_[node] = {id, 0};
+  nodes_[node] = {id, 0, 0};
   return node;
+}
+
+void Grid::FreeNode(uint32_t node) {
+  nodes_[node].next = free_node_;
+  free_node_ = node;
 }
 
 void Grid::RefreshBit(const TileCells& cells, uint32_t bit) {

@@ -78,7 +78,8 @@ class Grid {
   void ChangeBody(BodyId id, const Body& body, const std::vector<CellRef>& cells);
   const Body& body(BodyId id) const { return bodies_[id]; }
 
-  /// Appends the body to the cell's list. The same body may be in a cell several times.
+  /// Appends the body to the cell's list. The same body may be in a cell several times, but with no
+  /// other one between.
   CellRef Insert(int32_t x, int32_t y, BodyId id);
   /// Undoes one Insert().
   void Remove(CellRef cell, BodyId id);
@@ -145,7 +146,7 @@ class Grid {
 
  private:
   // The lists of bodies of a tile's cells. A head is 0 (nobody), id + 1 (one body), or
-  // kList | index of the first of several nodes.
+  // kList | index of the first of several nodes. These form a ring, in the order of insertion.
   struct TileCells {
     uint32_t heads[64];
     uint32_t region;
@@ -154,7 +155,8 @@ class Grid {
   };
   struct Node {
     BodyId id;
-    uint32_t next;  // 0: last
+    uint32_t next;      // of the last: the first; of a free one: the next free one, or 0
+    uint32_t previous;  // of the first: the last
   };
   struct Region {
     uint32_t super = 0;
@@ -178,8 +180,12 @@ class Grid {
   bool AnyInList(uint32_t head, F f) const {
     if (head == 0) return false;
     if (!(head & kList)) return f(BodyId{head - 1});
-    for (uint32_t n = head & ~kList; n != 0; n = nodes_[n].next)
+    const uint32_t first = head & ~kList;
+    uint32_t n = first;
+    do {
       if (f(nodes_[n].id)) return true;
+      n = nodes_[n].next;
+    } while (n != first);
     return false;
   }
 
@@ -190,6 +196,8 @@ class Grid {
   void Append(uint32_t* head, BodyId id);
   void RemoveFromList(uint32_t* head, BodyId id);
   static bool Shows(const Layer& layer, const Body& body);
+  uint32_t FindNode(uint32_t first, BodyId id) const;
+  void FreeNode(uint32_t node);
   uint32_t LayersOf(const Body& body) const;
   LayerIndex FindLayer(Layer::Kind kind, double z, bool exact);
   LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);

@@ -17,7 +17,8 @@ namespace Stg {
 namespace {
 
 constexpr double kWatts = 2.0;
-constexpr unsigned kMaxWidth = 100000000;
+constexpr unsigned kMaxWidth = 100'000;
+constexpr size_t kMostColors = 1000;
 /// Everything is taken to be twice as high as this, metres, and seen at half its height.
 constexpr double kHalfHeight = 0.3;
 
@@ -63,7 +64,7 @@ void ModelBlobfinder::Load() {
   if (scan_width > kMaxWidth)
     wf->Fail(wf_entity, "image",
              "found a width of " + std::to_string(scan_width) +
-                 " pixels, expected a number from 0 to 100000000");
+                 " pixels, expected a number from 0 to " + std::to_string(kMaxWidth));
   range = wf->ReadFloat(wf_entity, "range", range);
   if (range < 0) wf->Fail(wf_entity, "range", "found a negative range, expected 0 or more");
   fov = wf->ReadAngle(wf_entity, "fov", fov);
@@ -73,8 +74,7 @@ void ModelBlobfinder::Load() {
 
 /// The first `colors_count` of `colors`.
 void ModelBlobfinder::LoadColors() {
-  CProperty* property = wf->GetProperty(wf_entity, "colors");
-  if (!property) return;
+  if (!wf->PropertyExists(wf_entity, "colors")) return;
   colors_.clear();
   wf->ReadString(wf_entity, "colors", "");  // it counts as read, whatever the count
   const size_t length = wf->TupleLength(wf_entity, "colors");
@@ -87,8 +87,12 @@ void ModelBlobfinder::LoadColors() {
                         std::to_string(count) + ", expected 0 to " + std::to_string(length) +
                         ", the number of colors",
                     255);
+  if (static_cast<size_t>(count) > kMostColors)
+    wf->Fail(wf_entity, "colors_count",
+             "found " + std::to_string(count) + " colors, expected at most " +
+                 std::to_string(kMostColors));
   for (int i = 0; i < count; i++) {
-    const std::string name = wf->GetPropertyValue(property, i);
+    const std::string name = wf->ReadElement(wf_entity, "colors", static_cast<size_t>(i));
     Color wanted;
     if (!Color::Lookup(name, &wanted))
       wf->Warn(wf_entity, "colors",

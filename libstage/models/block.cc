@@ -33,6 +33,8 @@ void OrientPolygon(std::vector<point_t>* points) {
 
 /// The blocks as they are fitted now become what later fitting starts from.
 void BlockGroup::FreezeShape() {
+  if (frozen_) return;
+  frozen_ = true;
   for (const auto& block : blocks_) {
     block->source_points_ = block->points_;
     block->source_z_ = block->z_;
@@ -118,6 +120,7 @@ void BlockGroup::Fit(const Size& size) {
     Widen(&box.z, block->source_z_.min);
     Widen(&box.z, block->source_z_.max);
   }
+  frozen_ = blocks_.empty();
   const double dx = Extent(box.x), dy = Extent(box.y), dz = Extent(box.z);
   const double scale_x = size.x / dx, scale_y = size.y / dy, scale_z = size.z / dz;
   const double centre_x = box.x.min + dx / 2.0, centre_y = box.y.min + dy / 2.0;
@@ -133,6 +136,8 @@ void BlockGroup::Fit(const Size& size) {
 }
 
 void BlockGroup::Erase() {
+  if (!drawn_) return;
+  drawn_ = false;
   for (const auto& block : blocks_) {
     if (!block->drawn_) continue;
     grid::Grid& grid = owner_.scene().grid;
@@ -243,6 +248,19 @@ Model* Placement::CollisionOf(const Item& item) const {
   return hit;
 }
 
+double Placement::CountCells() const {
+  double cells = 0;
+  for (size_t i = 0; i < items_.size(); i++) {
+    const size_t begin = items_[i].first_corner;
+    const size_t end = i + 1 < items_.size() ? items_[i + 1].first_corner : corners_.size();
+    for (size_t c = begin; c < end; c++) {
+      const point_int_t &from = corners_[c], &to = corners_[c + 1 < end ? c + 1 : begin];
+      cells += std::fabs(double{1} * to.x - from.x) + std::fabs(double{1} * to.y - from.y);
+    }
+  }
+  return cells;
+}
+
 void Placement::Commit() {
   for (const Item& item : items_) CommitItem(item);
 }
@@ -276,7 +294,7 @@ void Placement::CommitItem(const Item& item) {
     grid.ChangeBody(block.body_, body, {});
   } else {
     block.body_ = grid.AddBody(body);
-    block.drawn_ = true;
+    block.drawn_ = item.model->blockgroup->drawn_ = true;
   }
   block.corners_.assign(corners_.begin() + static_cast<long>(item.first_corner),
                         corners_.begin() + static_cast<long>(EndOf(item)));

@@ -82,12 +82,16 @@ class BlockGroup {
   void RefreshVisibility(bool ranger_visible);
 
  private:
+  friend class Placement;
+
   void FreezeShape();
   void WidenRadius(const std::vector<point_t>& points);
 
   Model& owner_;
   std::vector<std::unique_ptr<Block>> blocks_;
   double radius_ = 0;
+  bool frozen_ = true;  // the blocks are as they came; so are those that are added
+  bool drawn_ = false;  // some of them
   unsigned times_cleared_ = 0;
 };
 
@@ -101,6 +105,8 @@ class Placement {
   /// The first model that a body would run into: one that is an obstacle, not related, of
   /// overlapping height, and drawn in one of the cells. The ground, where a body reaches below z 0.
   Model* Collision(Model* ground) const;
+  /// How many cells the outlines pass, each time counted.
+  double CountCells() const;
   /// Moves the drawings there.
   void Commit();
 

@@ -16,7 +16,7 @@ namespace Stg {
 namespace {
 
 constexpr double kWatts = 0.1;
-constexpr int kMaxBumpers = 1000000;
+constexpr int kMaxBumpers = 10000;
 
 bool StopsBumper(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder);
@@ -35,7 +35,8 @@ void ModelBumper::Load() {
   const int count = wf->ReadInt(wf_entity, "bcount", 0);
   if (count < 0 || count > kMaxBumpers)
     wf->Fail(wf_entity, "bcount",
-             "found " + std::to_string(count) + " bumpers, expected a number from 1 to 1000000");
+             "found " + std::to_string(count) + " bumpers, expected a number from 1 to " +
+                 std::to_string(kMaxBumpers));
   if (count == 0)
     wf->Warn(wf_entity, "bcount", "found 0 bumpers, expected 1 or more; there are none");
 

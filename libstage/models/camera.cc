@@ -15,7 +15,8 @@ namespace Stg {
 
 namespace {
 
-constexpr int kMostPixels = 16384;  // a side
+constexpr int kLongestSide = 16384;       // pixels
+constexpr int kMostPixels = 4096 * 2304;  // in all
 constexpr camera::Rgba kFloor{255, 255, 255, 255};
 
 uint8_t Byte(double share) {
@@ -75,10 +76,12 @@ void ModelCamera::Load() {
   Model::Load();
   if (!wf) return;
   wf->ReadTuple(wf_entity, "resolution", 0, 2, "ii", &width_, &height_);
-  if (width_ < 0 || height_ < 0 || width_ > kMostPixels || height_ > kMostPixels)
+  if (width_ < 0 || height_ < 0 || width_ > kLongestSide || height_ > kLongestSide ||
+      width_ * height_ > kMostPixels)
     wf->Fail(wf_entity, "resolution",
              "found " + std::to_string(width_) + " by " + std::to_string(height_) +
-                 " pixels, expected numbers from 0 to " + std::to_string(kMostPixels));
+                 " pixels, expected numbers from 0 to " + std::to_string(kLongestSide) +
+                 ", and at most " + std::to_string(kMostPixels) + " pixels in all");
   wf->ReadTuple(wf_entity, "pantilt", 0, 2, "ff", &pan_, &tilt_);
   LoadLens();
 }

@@ -12,6 +12,7 @@
 #include "models/model.hh"
 #include "models/power_pack.hh"
 #include "world/controller.hh"
+#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/find_file.hh"
 #include "worldfile/worldfile.hh"
@@ -23,15 +24,30 @@ namespace {
 /// Thickness of the rectangles that `boundary 1` adds, metres.
 constexpr double kBoundaryThickness = 0.01;
 
-std::vector<std::vector<point_t>> OutlinesOfPicture(Worldfile* wf, int entity,
-                                                    const std::string& name) {
+// A macro may give these to thousands of models.
+constexpr size_t kMostControllers = 100;
+constexpr size_t kLongestText = 1000;  // bytes
+
+constexpr int kMostPoints = 100000;
+constexpr unsigned int kLongestTrail = 100000;
+
+std::string TooLong(const std::string& text) {
+  return "found a text of " + std::to_string(text.size()) + " bytes, expected at most " +
+         std::to_string(kLongestText);
+}
+
+/// Of the model's picture, which other models may have too.
+const std::vector<std::vector<point_t>>& OutlinesOfPicture(World* world, Worldfile* wf, int entity,
+                                                           const std::string& name) {
   const std::string path = wf->ReadFilename(entity, "bitmap", name.c_str());
   std::printf("[Image \"%s\"", name.c_str());
   std::fflush(stdout);
+  auto& known = world->engine().outlines_of_pictures;
   try {
-    std::vector<std::vector<point_t>> outlines = picture::Trace(picture::Load(path));
+    auto found = known.find(path);
+    if (found == known.end()) found = known.emplace(path, picture::OutlinesOf(path)).first;
     std::printf("]");
-    return outlines;
+    return found->second;
   } catch (const LoadError& error) {
     throw LoadError(wf->Where(entity, "bitmap") + ": " + error.what(), error.exit_status());
   }
@@ -99,12 +115,20 @@ void Model::Load() {
   const int milliseconds =
       wf->ReadInt(wf_entity, "update_interval", static_cast<int>(interval / 1000));
   interval = milliseconds > 0 ? static_cast<usec_t>(milliseconds) * 1000 : 1;
-  Say(wf->ReadString(wf_entity, "say", say_string));
+  const std::string text = wf->ReadString(wf_entity, "say", say_string);
+  if (text.size() > kLongestText) wf->Fail(wf_entity, "say", TooLong(text));
+  Say(text);
   const auto count = [&](const char* name, unsigned int value) {
     return static_cast<unsigned int>(
         std::max(0, wf->ReadInt(wf_entity, name, static_cast<int>(value))));
   };
   trail_length = count("trail_length", trail_length);
+  if (trail_length > kLongestTrail) {
+    wf->Warn(wf_entity, "trail_length",
+             "found a trail of " + std::to_string(trail_length) + " items; using " +
+                 std::to_string(kLongestTrail));
+    trail_length = kLongestTrail;
+  }
   trail_interval = std::max(1u, count("trail_interval", trail_interval));
   alwayson = wf->ReadInt(wf_entity, "alwayson", alwayson);
   if (alwayson && subs == 0) Subscribe();
@@ -136,14 +160,20 @@ void Model::LoadEnergy() {
 }
 
 void Model::LoadName() {
-  if (!wf->PropertyExists(wf_entity, "name")) return;
-  const std::string name = wf->ReadString(wf_entity, "name", "");
-  if (name.empty())
-    wf->Warn(wf_entity, "name", "found an empty name, the model keeps " + token);
-  else if (name[0] == '/')
-    SetToken(name.substr(1));
-  else
-    SetToken(parent ? parent->TokenStr() + "." + name : name);
+  if (wf->PropertyExists(wf_entity, "name")) {
+    const std::string name = wf->ReadString(wf_entity, "name", "");
+    if (name.empty())
+      wf->Warn(wf_entity, "name", "found an empty name, the model keeps " + token);
+    else if (name[0] == '/')
+      SetToken(name.substr(1));
+    else
+      SetToken(parent ? parent->TokenStr() + "." + name : name);
+  }
+  if (token.size() > kLongestText)
+    wf->Fail(wf_entity, "name",
+             "found a name of " + std::to_string(token.size()) +
+                 " bytes, those of the models around it included, expected at most " +
+                 std::to_string(kLongestText));
 }
 
 void Model::LoadBody() {
@@ -156,11 +186,10 @@ void Model::LoadBody() {
     if (name.empty())
       throw LoadError(wf->Where(wf_entity, "bitmap") + ": found an empty name, expected a picture",
                       255);
-    std::vector<std::vector<point_t>> outlines = OutlinesOfPicture(wf, wf_entity, name);
+    const auto& outlines = OutlinesOfPicture(world, wf, wf_entity, name);
     if (has_default_block) blockgroup->Clear();
     has_default_block = false;
-    for (std::vector<point_t>& outline : outlines)
-      blockgroup->Add(std::move(outline), Bounds(0, 1));
+    for (const std::vector<point_t>& outline : outlines) blockgroup->Add(outline, Bounds(0, 1));
     blockgroup->Fit(geom.size);
   }
   boundary = wf->ReadInt(wf_entity, "boundary", boundary);
@@ -183,9 +212,10 @@ void Model::AddBoundary() {
 
 void Model::LoadBlock(Worldfile* file, int entity) {
   const int count = file->ReadInt(entity, "points", 0);
-  if (count < 0 || count > 1000000)
+  if (count < 0 || count > kMostPoints)
     file->Fail(entity, "points",
-               "found " + std::to_string(count) + " points, expected a number from 0 to 1000000");
+               "found " + std::to_string(count) + " points, expected a number from 0 to " +
+                   std::to_string(kMostPoints));
   std::vector<point_t> points(static_cast<size_t>(count));
   for (int i = 0; i < count; i++) {
     const std::string name = "point[" + std::to_string(i) + "]";
@@ -211,12 +241,15 @@ void Model::LoadGuiState() {
 }
 
 void Model::LoadControllers() {
-  CProperty* property = wf->GetProperty(wf_entity, "ctrl");
-  if (!property) return;
-  property->used = true;  // an empty list too
+  wf->ReadElement(wf_entity, "ctrl", 0);  // an empty list counts as read too
   const size_t count = wf->TupleLength(wf_entity, "ctrl");
+  if (count > kMostControllers)
+    wf->Fail(wf_entity, "ctrl",
+             "found " + std::to_string(count) + " controllers, expected at most " +
+                 std::to_string(kMostControllers));
   for (size_t i = 0; i < count; i++) {
-    const std::string text = wf->GetPropertyValue(property, static_cast<int>(i));
+    const std::string text = wf->ReadElement(wf_entity, "ctrl", i);
+    if (text.size() > kLongestText) wf->Fail(wf_entity, "ctrl", TooLong(text));
     if (text.find_first_not_of(" \t") == std::string::npos) {
       wf->Warn(wf_entity, "ctrl", "found an empty controller name; ignored");
       continue;

@@ -19,7 +19,7 @@ namespace Stg {
 namespace {
 
 constexpr double kWattsPerSensor = 0.2;
-constexpr unsigned kMaxSamples = 100000000;
+constexpr unsigned kMaxSamples = 1'000'000;
 
 /// Rays pass the ranger's own tree and models with a negative ranger_return. A ranger_return of 0
 /// stops them.
@@ -59,9 +59,9 @@ void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
   fov = wf->ReadAngle(entity, "fov", fov);
   const int samples = wf->ReadInt(entity, "samples", static_cast<int>(sample_count));
   if (samples < 0 || static_cast<unsigned>(samples) > kMaxSamples)
-    wf->Fail(
-        entity, "samples",
-        "found " + std::to_string(samples) + " samples, expected a number from 0 to 100000000");
+    wf->Fail(entity, "samples",
+             "found " + std::to_string(samples) + " samples, expected a number from 0 to " +
+                 std::to_string(kMaxSamples));
   sample_count = static_cast<unsigned int>(samples);
   ray_model = ReadRayModel(wf, entity, ray_model);
   wf->ReadTuple(entity, "noise", 0, 3, "lfa", &range_noise_const, &range_noise, &angle_noise);
@@ -73,14 +73,11 @@ void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
 
 /// The one property that may be infinite: range [0 "inf"].
 void ModelRanger::Sensor::LoadRange(Worldfile* wf, int entity) {
-  CProperty* property = wf->GetProperty(entity, "range");
-  if (property && wf->TupleLength(entity, "range") > 1) {
-    const std::string text = wf->GetPropertyValue(property, 1);
-    if (text == "inf" || text == "infinity") {
-      wf->ReadTuple(entity, "range", 0, 1, "l", &range.min);
-      range.max = std::numeric_limits<double>::infinity();
-      return;
-    }
+  const std::string text = wf->ReadElement(entity, "range", 1);
+  if (text == "inf" || text == "infinity") {
+    wf->ReadTuple(entity, "range", 0, 1, "l", &range.min);
+    range.max = std::numeric_limits<double>::infinity();
+    return;
   }
   range.Load(wf, entity, "range");
 }

@@ -3,11 +3,16 @@
 #include "sensing/worker_pool.hh"
 
 #include <algorithm>
+#include <system_error>
 
 namespace Stg::internal::sensing {
 
 WorkerPool::WorkerPool(unsigned threads) {
-  for (unsigned i = 1; i < threads; i++) workers_.emplace_back([this, i] { Work(i); });
+  try {
+    for (unsigned i = 1; i < threads; i++) workers_.emplace_back([this, i] { Work(i); });
+  } catch (const std::system_error&) {
+    // The system grants no more threads: those that there are do the work.
+  }
 }
 
 WorkerPool::~WorkerPool() {

@@ -17,7 +17,8 @@ namespace Stg::internal::sensing {
 
 class WorkerPool {
  public:
-  /// `threads` in all, the caller's included; 1 or less: no thread is started.
+  /// `threads` in all, the caller's included; 1 or less: no thread is started. Fewer than that, if
+  /// the system grants no more.
   explicit WorkerPool(unsigned threads);
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 
 #include "models/messages.hh"
 
@@ -15,7 +16,13 @@ double WallClock() {
 }
 
 void WorldEngine::SetThreads(unsigned threads) {
-  if (threads != workers_->threads()) workers_ = std::make_unique<sensing::WorkerPool>(threads);
+  if (threads != workers_->threads()) {
+    workers_ = std::make_unique<sensing::WorkerPool>(threads);
+    if (workers_->threads() < threads)
+      std::fprintf(stderr,
+                   "stage: warning: the system grants %u of %u threads; going on with them\n",
+                   workers_->threads(), threads);
+  }
   thread_data_.resize(workers_->threads());
   statistics.threads = workers_->threads();
 }

@@ -6,6 +6,7 @@
 #ifndef STAGE_WORLD_ENGINE_HH
 #define STAGE_WORLD_ENGINE_HH
 
+#include <map>
 #include <memory>
 #include <string>
 #include <unordered_map>
@@ -44,6 +45,8 @@ class WorldEngine {
   std::vector<Model*> update_callbacks_due;  ///< models that updated in this step
   std::vector<Scheduler::Event> due;         ///< those of this step
   bool loading = false;                      ///< bodies are drawn when all is loaded
+  /// By path, while a world is loaded.
+  std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;
 
   void SetThreads(unsigned threads);
   void SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always);

@@ -72,6 +72,8 @@ constexpr const char* kWindowProperties[] = {"size",
 
 /// Metres: a cell's side. Beyond these limits nothing in a world would have the size of some cells.
 constexpr double kSmallestCell = 1e-6, kLargestCell = 1e6;
+/// What the outlines of all bodies may pass: a floor plan of kilometres, and robots.
+constexpr double kMostCells = 4'000'000, kMostCellsPerModel = 1000;
 
 std::string UnknownType(const std::string& type) {
   std::string known;
@@ -136,6 +138,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
     LoadEntities();
   } catch (const LoadError& error) {
     engine_->loading = false;
+    engine_->outlines_of_pictures.clear();
     std::printf("\n");
     std::fflush(stdout);
     std::fprintf(stderr, "%s\n", error.what());
@@ -219,8 +222,26 @@ void World::LoadEntities() {
   const int count = wf->GetEntityCount();
   std::vector<Model*> models(static_cast<size_t>(count), nullptr);
   for (int entity = 1; entity < count; entity++) LoadEntity(entity, &models);
+  engine_->outlines_of_pictures.clear();
   // The models' own frames are final only now.
   for (Model* model : engine_->models) model->blockgroup->Fit(model->geom.size);
+  CheckOutlines(models);
+}
+
+/// Each cell that an outline passes takes memory and time; a body may be as large as it likes
+/// otherwise.
+void World::CheckOutlines(const std::vector<Model*>& models) {
+  double cells = 0, most = kMostCells;
+  for (size_t entity = 1; entity < models.size(); entity++) {
+    if (!models[entity]) continue;
+    engine_->placement.Plan(*models[entity], false);
+    cells += engine_->placement.CountCells();
+    most += kMostCellsPerModel;
+    if (cells > most)
+      wf->Fail(static_cast<int>(entity), "size",
+               "found bodies whose outlines pass more than " + std::to_string(std::llround(most)) +
+                   " cells of the grid, expected smaller bodies or a coarser resolution");
+  }
 }
 
 void World::CheckNotNested(int entity, Model* parent_model) {

@@ -248,6 +248,7 @@ class World : public Ancestor {
   void LoadEntities();
   void LoadEntity(int entity, std::vector<Model*>* models);
   void CheckNotNested(int entity, Model* parent_model);
+  void CheckOutlines(const std::vector<Model*>& models);
   void CallUpdateCallbacks();
   void CallModelCallbacks();
   void RunDueEvents();

@@ -33,8 +33,12 @@ void Document::Fail(const Token& token, const std::string& message) const {
   sources.Fail(token.source, token.offset, message);
 }
 
+void Document::Warn(const Token& token, const std::string& message) {
+  if (!HasAllWarnings()) Warn(PlaceOf(token).Text(), message);
+}
+
 void Document::Warn(const std::string& place, const std::string& message) {
-  if (warnings.size() >= kMaxWarnings) return;
+  if (HasAllWarnings()) return;
   std::string line = place + ": warning: " + message;
   if (warnings_seen.insert(line).second) warnings.push_back(std::move(line));
 }

@@ -61,12 +61,17 @@ void Expander::CheckLimits(const Child& child, std::size_t depth) const {
                    "found entities nested more than " + std::to_string(kMaxNesting) + " deep in " +
                        Quoted(document_.names.Text(outermost_->name)) + ", expected fewer");
   }
-  if (document_.entities.size() > kMaxEntities) {
+  const std::size_t most = std::min(
+      kMaxEntities, kMaxMadeEntities + kMaxEntitiesPerWritten * document_.written_entities);
+  if (document_.entities.size() > most) {
     const bool macro = MacroNumber(outermost_->name) != kNone;
-    document_.Fail(document_.tokens[outermost_->name_token],
-                   "found more than " + std::to_string(kMaxEntities) + " entities" +
-                       (macro ? " while expanding macro " : " at ") +
-                       Quoted(document_.names.Text(outermost_->name)) + ", expected fewer");
+    document_.Fail(
+        document_.tokens[outermost_->name_token],
+        "found more than " + std::to_string(most) + " entities" +
+            (macro ? " while expanding macro " : " at ") +
+            Quoted(document_.names.Text(outermost_->name)) +
+            (most < kMaxEntities ? ", expected fewer for the few that are written in the file"
+                                 : ", expected fewer"));
   }
 }
 
@@ -140,7 +145,7 @@ void Expander::WarnOfUnusedErrors() {
   for (const Macro& macro : document_.macros) {
     if (macro.error.empty()) continue;
     document_.Warn(
-        document_.PlaceOf(document_.tokens[macro.name_token]).Text(),
+        document_.tokens[macro.name_token],
         "macro " + Quoted(document_.names.Text(macro.name)) + " cannot be used: " + macro.error);
   }
 }

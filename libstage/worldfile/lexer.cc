@@ -54,6 +54,8 @@ std::string ReadWholeFile(const std::string& path) {
   if (!file) fail("unable to open the file: " + std::generic_category().message(errno));
 
   std::string text;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!error && size <= kMaxTextBytes) text.reserve(static_cast<std::size_t>(size));
   char buffer[1 << 16];
   std::size_t count = 0;
   while ((count = std::fread(buffer, 1, sizeof buffer, file.get())) > 0) {
@@ -73,6 +75,7 @@ Lexer::Lexer(Document& document, std::string base_directory, std::ostream* progr
     : document_(document), base_directory_(std::move(base_directory)), progress_(progress) {}
 
 void Lexer::Run() {
+  bytes_ = document_.sources.Text(0).size();
   LexSource(0);
   const Cursor end{0, document_.sources.Text(0), document_.sources.Text(0).size()};
   Push(end, end.at, TokenKind::kEnd);
@@ -207,7 +210,7 @@ void Lexer::SkipRestOfLine(Cursor& cursor) {
   while (cursor.at < cursor.text.size() && !IsLineEnd(cursor.text[cursor.at])) ++cursor.at;
   const std::string_view rest = cursor.text.substr(start, cursor.at - start);
   const std::size_t text = rest.find_first_not_of(" \t");
-  if (text != std::string_view::npos && rest[text] != '#') {
+  if (text != std::string_view::npos && rest[text] != '#' && !document_.HasAllWarnings()) {
     document_.Warn(document_.sources.PlaceOf(cursor.source, start + text).Text(),
                    "what follows an include on its line is not read: " + Quoted(rest.substr(text)));
   }
@@ -268,9 +271,16 @@ void Lexer::Push(const Cursor& cursor, std::size_t start, TokenKind kind) {
         cursor.source, start,
         "found more than " + std::to_string(kMaxTokens) + " words and values, expected fewer");
   }
-  document_.tokens.push_back({static_cast<std::uint32_t>(start),
-                              static_cast<std::uint32_t>(cursor.at - start), cursor.source, kind,
-                              gap_});
+  const std::size_t length = cursor.at - start;
+  if (length > kMaxTokenBytes) {
+    document_.sources.Fail(cursor.source, start,
+                           "found a word, number or string of " + std::to_string(length) +
+                               " bytes, expected at most " + std::to_string(kMaxTokenBytes));
+  }
+  Token token{static_cast<std::uint32_t>(start), 0, 0, kind, gap_};
+  token.length = length & 0x3ffffU;
+  token.source = cursor.source & 0x3ffU;
+  document_.tokens.push_back(token);
   gap_ = false;
 }
 

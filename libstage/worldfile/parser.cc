@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "geometry/load_error.hh"
 
@@ -10,6 +11,12 @@ namespace Stg::worldfile {
 namespace {
 
 bool IsValue(TokenKind kind) { return kind == TokenKind::kNumber || kind == TokenKind::kString; }
+
+// Makes room for many more elements without doubling.
+template <typename T>
+void ReserveFor(std::vector<T>& list, std::size_t more) {
+  if (more > list.size()) list.reserve(list.size() + more);
+}
 
 }  // namespace
 
@@ -68,13 +75,18 @@ void Parser::AddMacro(std::uint32_t name_token, std::uint32_t base_token, std::u
   const std::uint32_t name = Name(name_token);
   const Macro* earlier = expander_.FindMacro(name);
   if (earlier != nullptr) {
-    const Place place = document_.PlaceOf(document_.tokens[name_token]);
-    const Place first = document_.PlaceOf(document_.tokens[earlier->name_token]);
-    if (place.Text() == first.Text()) return;  // the same file included again
-    document_.Warn(place.Text(), "macro " + Quoted(document_.names.Text(name)) +
-                                     " is defined again; the first definition, at " + first.Text() +
-                                     ", stays");
+    const Token& here = document_.tokens[name_token];
+    const Token& first = document_.tokens[earlier->name_token];
+    const bool same = here.source == first.source && here.offset == first.offset;
+    if (same || document_.HasAllWarnings()) return;  // the same: a file included again
+    document_.Warn(here, "macro " + Quoted(document_.names.Text(name)) +
+                             " is defined again; the first definition, at " +
+                             document_.PlaceOf(first).Text() + ", stays");
     return;
+  }
+  if (document_.macros.size() >= kMaxMacros) {
+    document_.Fail(document_.tokens[name_token],
+                   "found more than " + std::to_string(kMaxMacros) + " macros, expected fewer");
   }
   Macro macro{name, Name(base_token), name_token, kNone, {}};
   ParseMacroBody(macro, open);
@@ -128,6 +140,7 @@ Child Parser::ParseChild(std::uint32_t name_token, std::size_t depth) {
         document_.tokens[name_token],
         "found entities nested more than " + std::to_string(kMaxNesting) + " deep, expected fewer");
   }
+  ++document_.written_entities;
   const std::uint32_t name = Name(name_token);
   return {name, name_token, ParseBody(depth)};
 }
@@ -189,6 +202,7 @@ void Parser::CloseBody(std::uint32_t body, std::size_t first_property, std::size
   into.first_child = static_cast<std::uint32_t>(document_.children.size());
   into.child_count = static_cast<std::uint32_t>(open_children_.size() - first_child);
   const auto children = open_children_.begin() + static_cast<std::ptrdiff_t>(first_child);
+  ReserveFor(document_.children, into.child_count);
   document_.children.insert(document_.children.end(), children, open_children_.end());
   open_children_.erase(children, open_children_.end());
 }
@@ -200,6 +214,7 @@ void Parser::StoreProperties(Body& body, std::size_t first) {
     return a.name != b.name ? a.name < b.name : a.name_token < b.name_token;
   });
   body.first_property = static_cast<std::uint32_t>(document_.properties.size());
+  ReserveFor(document_.properties, open_properties_.size() - first);
   for (auto it = begin; it != open_properties_.end(); ++it) {
     const bool overridden = it + 1 != open_properties_.end() && (it + 1)->name == it->name;
     if (!overridden) document_.properties.push_back(*it);
@@ -210,7 +225,13 @@ void Parser::StoreProperties(Body& body, std::size_t first) {
 }
 
 std::uint32_t Parser::Name(std::uint32_t token) {
-  return document_.names.Intern(document_.Text(document_.tokens[token]));
+  const std::uint32_t name = document_.names.Intern(document_.Text(document_.tokens[token]));
+  if (name >= kMaxNames) {
+    document_.Fail(document_.tokens[token],
+                   "found more than " + std::to_string(kMaxNames) +
+                       " different names of entities, properties and macros, expected fewer");
+  }
+  return name;
 }
 
 // ---- mistakes ----

@@ -4,8 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <string>
-#include <vector>
 
 #include "worldfile/document.hh"
 #include "worldfile/expander.hh"
@@ -60,9 +60,10 @@ class Parser {
   std::uint32_t next_ = 0;
   bool in_macro_ = false;
   std::uint32_t last_name_ = kNone;  // token: the name of the property read last
-  // What the bodies that are still open have so far; the innermost body's is at the end.
-  std::vector<Property> open_properties_;
-  std::vector<Child> open_children_;
+  // What the bodies that are still open have so far; the innermost body's is at the end. Deques,
+  // as a body may hold a large part of the file, and a vector doubles.
+  std::deque<Property> open_properties_;
+  std::deque<Child> open_children_;
 };
 
 }  // namespace Stg::worldfile

@@ -38,20 +38,25 @@ std::string Stem(const std::string& name) { return name.substr(0, name.find('[')
 
 }  // namespace
 
-std::string SimilarName(const Document& document, std::uint32_t entity, std::uint32_t name,
-                        const std::vector<bool>& asked) {
-  if (name < asked.size() && asked[name]) return "";
-  const std::string& text = document.names.Text(name);
+NameAdviser::NameAdviser(const Document& document, const std::vector<bool>& asked)
+    : document_(document), asked_(asked) {
+  for (std::uint32_t name = 0; name < asked.size(); ++name) {
+    if (asked[name] && MostMistakes(document.names.Text(name)) > 0) candidates_.push_back(name);
+  }
+}
+
+std::string NameAdviser::SimilarName(std::uint32_t entity, std::uint32_t name) const {
+  if (name < asked_.size() && asked_[name]) return "";
+  const std::string& text = document_.names.Text(name);
   std::size_t best = MostMistakes(text) + 1;
   std::string similar;
-  for (std::uint32_t other = 0; other < asked.size(); ++other) {
-    if (!asked[other]) continue;
-    const std::string& candidate = document.names.Text(other);
+  for (const std::uint32_t other : candidates_) {
+    const std::string& candidate = document_.names.Text(other);
     const std::size_t longer = std::max(candidate.size(), text.size());
     if (longer - std::min(candidate.size(), text.size()) >= best) continue;
     const bool indexed = text.find('[') != std::string::npos;
     if (indexed && Stem(candidate) == Stem(text)) continue;  // one more of a list that is too long
-    if (MostMistakes(candidate) == 0 || document.Find(entity, other) != kNone) continue;
+    if (document_.Find(entity, other) != kNone) continue;
     const std::size_t distance = EditDistance(text, candidate);
     // Of equally near names the first in the alphabet, not the one asked for first.
     if (distance < best || (distance == best && !similar.empty() && candidate < similar)) {

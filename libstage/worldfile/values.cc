@@ -85,7 +85,7 @@ void Worldfile::FailAt(int property, std::size_t index, const std::string& messa
 void Worldfile::WarnAt(int property, std::size_t index, const std::string& message) {
   worldfile::Document& document = impl_->document;
   const worldfile::Property& from = document.properties[static_cast<std::size_t>(property)];
-  document.Warn(document.PlaceOf(document.tokens[from.first_value + index]).Text(),
+  document.Warn(document.tokens[from.first_value + index],
                 "property " + worldfile::Quoted(document.names.Text(from.name)) + ": " + message);
 }
 
@@ -165,11 +165,18 @@ const char* Worldfile::ReadFilename(int entity, const char* name, const char* va
   if (property < 0) return value;
   const std::string path(impl_->Value(entity, property, 0));
   return impl_->kept_strings
-      .emplace_back(path.empty() ? path : worldfile::CompletePath(impl_->base_directory, path))
-      .c_str();
+      .emplace(path.empty() ? path : worldfile::CompletePath(impl_->base_directory, path))
+      .first->c_str();
 }
 
 // ---- tuples ----
+
+std::string Worldfile::ReadElement(int entity, const char* name, std::size_t index) {
+  const int property = Fetch(entity, name);
+  if (property < 0) return "";
+  const worldfile::Property& from = impl_->document.properties[static_cast<std::size_t>(property)];
+  return index < from.value_count ? std::string(impl_->Value(entity, property, index)) : "";
+}
 
 int Worldfile::ReadTuple(const int entity, const char* name, const unsigned int first,
                          const unsigned int count, const char* format, ...) {

@@ -32,6 +32,7 @@ std::string ReadStream(std::istream& in, const std::string& name) {
                       " MiB of text, expected a world file");
     }
   }
+  text.shrink_to_fit();
   return text;
 }
 
@@ -218,7 +219,7 @@ const char* Worldfile::GetPropertyValue(CProperty* property, int index) {
   if (at >= impl_->document.properties[static_cast<std::size_t>(number)].value_count) {
     return nullptr;
   }
-  return impl_->kept_strings.emplace_back(impl_->Value(property->entity, number, at)).c_str();
+  return impl_->kept_strings.emplace(impl_->Value(property->entity, number, at)).first->c_str();
 }
 
 // ---- places, warnings ----
@@ -242,46 +243,25 @@ void Worldfile::Fail(int entity, const char* name, const std::string& message) c
 }
 
 void Worldfile::Warn(int entity, const char* name, const std::string& message) {
-  impl_->document.Warn(Where(entity, name), message);
+  if (!impl_->document.HasAllWarnings()) impl_->document.Warn(Where(entity, name), message);
 }
 
 const std::vector<std::string>& Worldfile::warnings() const { return impl_->document.warnings; }
 
 std::vector<UnusedProperty> Worldfile::Unused() const {
   const worldfile::Document& document = impl_->document;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // property, entity
-  std::vector<bool> seen(document.properties.size());
-  for (const auto& handle : impl_->handles) {
-    if (handle.second->used) seen[document.Find(handle.first.first, handle.first.second)] = true;
+  std::vector<bool> fetched(document.properties.size());
+  for (const auto& [slot, handle] : impl_->handles) {
+    if (handle->used) fetched[document.Find(slot.first, slot.second)] = true;
   }
-  const auto visit = [&](std::uint32_t entity, std::uint32_t body) {
-    const worldfile::Body& from = document.bodies[body];
-    for (std::uint32_t i = 0; i < from.property_count; ++i) {
-      const std::uint32_t number = from.first_property + i;
-      const worldfile::Property& property = document.properties[number];
-      if (property.used != 0 || seen[number]) continue;
-      if (document.Find(entity, property.name) != number) continue;  // overridden here
-      seen[number] = true;
-      found.emplace_back(number, entity);
-    }
-  };
-  for (std::uint32_t entity = 0; entity < document.entities.size(); ++entity) {
-    visit(entity, document.entities[entity].body);
-    for (const std::uint32_t macro : document.chains[document.entities[entity].chain].macros) {
-      visit(entity, document.macros[macro].body);
-    }
-  }
-  std::sort(found.begin(), found.end(), [&](const auto& a, const auto& b) {
-    return document.properties[a.first].name_token < document.properties[b.first].name_token;
-  });
-
+  const worldfile::NameAdviser adviser(document, impl_->asked);
   std::vector<UnusedProperty> unused;
-  for (const auto& [number, entity] : found) {
+  for (const auto& [number, entity] : worldfile::FindUnfetched(document, fetched)) {
     const worldfile::Property& property = document.properties[number];
     const worldfile::Place place = document.PlaceOf(document.tokens[property.name_token]);
-    const std::string& name = document.names.Text(property.name);
     unused.push_back({place.file, static_cast<int>(place.line), static_cast<int>(place.column),
-                      name, worldfile::SimilarName(document, entity, property.name, impl_->asked)});
+                      document.names.Text(property.name),
+                      adviser.SimilarName(entity, property.name)});
   }
   return unused;
 }

@@ -66,7 +66,7 @@ class Worldfile {
   /// unused properties.
   bool WarnUnused();
   /// The properties that nobody fetched, in file order. One that a macro gives to many entities is
-  /// here once, and only if it was fetched for none.
+  /// here once, and only if it was fetched for none. A thousand of them at most.
   std::vector<UnusedProperty> Unused() const;
 
   const std::string ReadString(int entity, const char* name, const std::string& value);
@@ -83,6 +83,9 @@ class Worldfile {
   /// Completed with the world file's directory. The result stays valid as long as the Worldfile;
   /// `value` comes back as it is.
   const char* ReadFilename(int entity, const char* name, const char* value);
+
+  /// An element of a tuple as text; "" if the property or the element is absent.
+  std::string ReadElement(int entity, const char* name, std::size_t index);
 
   /// Reads `count` elements of a tuple from element `first` on. `format` has a letter for each:
   /// i int*, u unsigned*, f l a double* (plain, length, angle), s char** (gets a new string, to be

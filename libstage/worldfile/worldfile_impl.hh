@@ -4,13 +4,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -30,10 +30,31 @@ using Written = std::vector<std::optional<std::string>>;
 /// warning for what cannot be expressed.
 std::string SavedText(Document& document, const std::map<Slot, Written>& written);
 
-/// The name that a property's name may have been meant to be, or "". It is one of those that
-/// somebody asked for (`asked`, by name), and none that the entity has anyway.
-std::string SimilarName(const Document& document, std::uint32_t entity, std::uint32_t name,
-                        const std::vector<bool>& asked);
+/// Tells what names may have been meant.
+class NameAdviser {
+ public:
+  /// `asked`, by name: somebody asked for it.
+  NameAdviser(const Document& document, const std::vector<bool>& asked);
+
+  /// The name that a property's name may have been meant to be, or "". It is one of those that
+  /// somebody asked for, and none that the entity has anyway.
+  std::string SimilarName(std::uint32_t entity, std::uint32_t name) const;
+
+ private:
+  const Document& document_;
+  const std::vector<bool>& asked_;
+  std::vector<std::uint32_t> candidates_;
+};
+
+/// A property that nobody fetched, and an entity that has it.
+struct Unfetched {
+  std::uint32_t property;
+  std::uint32_t entity;
+};
+
+/// Those that are neither marked as used nor in `fetched`, in file order, each once; kMaxWarnings
+/// of them at most.
+std::vector<Unfetched> FindUnfetched(const Document& document, const std::vector<bool>& fetched);
 
 }  // namespace worldfile
 
@@ -44,7 +65,7 @@ struct Worldfile::Impl {
   std::map<worldfile::Slot, worldfile::Written> written;
   std::vector<bool> asked;  // by name: somebody looked for a property of that name
   std::map<worldfile::Slot, std::unique_ptr<CProperty>> handles;
-  std::deque<std::string> kept_strings;  // what const char* results point to
+  std::unordered_set<std::string> kept_strings;  // what const char* results point to
   std::size_t warnings_printed = 0;
 
   std::uint32_t AskedName(const char* name);

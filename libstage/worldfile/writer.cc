@@ -106,10 +106,9 @@ void SavePlan::FinishShared() {
     if (!shared.changed) continue;
     if (!shared.agreed || shared.entities != users[slot.first]) {
       const Token& at = document_.tokens[document_.properties[shared.property].name_token];
-      document_.Warn(document_.PlaceOf(at).Text(),
-                     "property " + Quoted(document_.names.Text(slot.second)) +
-                         " is not saved: its entity belongs to a macro, whose instances have "
-                         "different values");
+      document_.Warn(at, "property " + Quoted(document_.names.Text(slot.second)) +
+                             " is not saved: its entity belongs to a macro, whose instances have "
+                             "different values");
     } else if (document_.FindIn(slot.first, slot.second) == shared.property) {
       Replace(shared.property, shared.values);
     } else {

@@ -10,8 +10,8 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
-    const Stg::picture::Raster raster = Stg::picture::LoadFromMemory(data, size, "fuzz");
-    for (const auto& polygon : Stg::picture::Trace(raster)) {
+    const Stg::picture::Bitmap bitmap = Stg::picture::LoadFromMemory(data, size, "fuzz");
+    for (const auto& polygon : Stg::picture::Trace(bitmap)) {
       if (polygon.size() < 4) std::abort();
     }
   } catch (const Stg::LoadError&) {

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+#include "worldfile/worldfile_impl.hh"
+
+namespace Stg::worldfile {
+namespace {
+
+// Goes through all entities. A property that has been fetched or found is done with, and so is met
+// again only in entities that have a later one of the same name.
+class Search {
+ public:
+  Search(const Document& document, const std::vector<bool>& fetched)
+      : document_(document), fetched_(fetched), left_(document.properties.size()) {
+    std::iota(left_.begin(), left_.end(), 0U);
+    for (const Body& body : document.bodies) left_count_.push_back(body.property_count);
+  }
+
+  std::vector<Unfetched> Run() {
+    for (std::uint32_t entity = 0; entity < document_.entities.size(); ++entity) {
+      VisitBody(entity, document_.entities[entity].body);
+      for (const std::uint32_t macro : document_.chains[document_.entities[entity].chain].macros) {
+        VisitBody(entity, document_.macros[macro].body);
+      }
+      if (overridden_ > kMostOverridden) break;
+    }
+    std::sort(found_.begin(), found_.end(), [&](const Unfetched& a, const Unfetched& b) {
+      return document_.properties[a.property].name_token <
+             document_.properties[b.property].name_token;
+    });
+    if (found_.size() > kMaxWarnings) found_.resize(kMaxWarnings);
+    return std::move(found_);
+  }
+
+ private:
+  // Entities with macros whose properties are all given again, thousands of them, would take for
+  // ever: no honest file comes near this.
+  static constexpr std::size_t kMostOverridden = 5'000'000;
+
+  void VisitBody(std::uint32_t entity, std::uint32_t body) {
+    std::uint32_t& count = left_count_[body];
+    const std::size_t first = document_.bodies[body].first_property;
+    for (std::uint32_t i = 0; i < count;) {
+      const std::uint32_t number = left_[first + i];
+      const Property& property = document_.properties[number];
+      const bool is_fetched = property.used != 0 || fetched_[number];
+      if (!is_fetched && document_.Find(entity, property.name) != number) {
+        ++overridden_;
+        ++i;
+        continue;
+      }
+      if (!is_fetched) found_.push_back({number, entity});
+      left_[first + i] = left_[first + --count];
+    }
+  }
+
+  const Document& document_;
+  const std::vector<bool>& fetched_;
+  std::vector<std::uint32_t> left_;        // properties; those of a body lie together
+  std::vector<std::uint32_t> left_count_;  // by body: how many of its properties are left
+  std::size_t overridden_ = 0;
+  std::vector<Unfetched> found_;
+};
+
+}  // namespace
+
+std::vector<Unfetched> FindUnfetched(const Document& document, const std::vector<bool>& fetched) {
+  return Search(document, fetched).Run();
+}
+
+}  // namespace Stg::worldfile
