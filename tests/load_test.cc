@@ -147,8 +147,8 @@ const BadFile kTooLarge[] = {
     {"model( name " + Text(1001) + " )", 1, "1:13", {"name of 1001 bytes"}},
     {"model( name " + Text(1000) + " model( ) model( ) )", 1, "1:1016", {"name of 1008 bytes"}},
     {"model( size [160001 160001 1] )", 1, "1:14", {"more than 16001000 cells", "coarser"}},
-    {"resolution 0.000001 model( size [5 5 1] )", 1, "1:28", {"more than 16001000 cells"}},
-    {Repeated(5, "model( size [10000 10000 1] )\n"), 1, "3:14", {"more than 4003000 cells"}},
+    {"resolution 0.000001 model( size [5 5 1] )", 1, "1:34", {"more than 16001000 cells"}},
+    {Repeated(10, "model( size [10000 10000 1] )\n"), 1, "9:14", {"more than 16009000 cells"}},
 };
 INSTANTIATE_TEST_SUITE_P(TooLarge, Refused, testing::ValuesIn(kTooLarge));
 
