@@ -21,7 +21,7 @@ namespace {
 constexpr double kNanoseconds = 1e9;
 constexpr size_t kFirstLook = 16;  // models that tell how large a sample there is time for
 constexpr size_t kMostKinds = 12;  // of sensors; the others are taken for like those of their type
-constexpr int kMostPasses = 200;   // over a sample
+constexpr int kMostPasses = 2000;  // over a sample
 constexpr uint64_t kSampleSeed = 1;
 
 /// So many of the models (or all), picked at random but the same each time, in their own order: a
@@ -130,6 +130,7 @@ class World::Gauge {
       costs_.device_bytes_per_ray = static_cast<double>(engine_.statistics.prefilter.bytes_fetched -
                                                         statistics_.prefilter.bytes_fetched) /
                                     static_cast<double>(device_rays);
+    if (least_ > 0) costs_.busy = spent_ / least_;
     costs_.seconds = WallClock() - start;
     return costs_;
   }
@@ -258,8 +259,9 @@ class World::Gauge {
     engine_.ForcePath(path);
     for (const auto& models : pieces) Run(models);  // to warm up
     const double end = WallClock() + seconds;
-    for (int i = 0; i < kMostPasses && (i < 3 || WallClock() < end); i++)
-      for (size_t p = 0; p < pieces.size(); p++) KeepBest(Run(pieces[p]), i == 0, &best[p]);
+    int passes = 0;
+    for (; passes < kMostPasses && (passes < 3 || WallClock() < end); passes++)
+      for (size_t p = 0; p < pieces.size(); p++) KeepBest(Run(pieces[p]), passes == 0, &best[p]);
     engine_.ForcePath(WorldEngine::Path::kHost);
     PathCost cost{0, 0, 0};
     for (const Pass& pass : best) {
@@ -267,10 +269,12 @@ class World::Gauge {
       cost.trace += pass.trace;
       cost.rays += static_cast<double>(pass.rays);
     }
+    least_ += passes * (cost.update + cost.trace);
     return cost;
   }
 
-  static void KeepBest(const Pass& pass, bool first, Pass* best) {
+  void KeepBest(const Pass& pass, bool first, Pass* best) {
+    spent_ += pass.update + pass.trace;
     best->update = first ? pass.update : std::min(best->update, pass.update);
     best->trace = first ? pass.trace : std::min(best->trace, pass.trace);
     best->rays = pass.rays;
@@ -292,11 +296,17 @@ class World::Gauge {
   /// Calls pass() until the time is over; the least that it returns, for each of `count`, in
   /// nanoseconds.
   template <typename F>
-  static double Repeat(double seconds, size_t count, F pass) {
-    double best = pass();
+  double Repeat(double seconds, size_t count, F pass) {
+    pass();  // to warm up
+    double best = -1;
     const double end = WallClock() + seconds;
-    for (int i = 0; i < kMostPasses && (i < 3 || WallClock() < end); i++)
-      best = std::min(best, pass());
+    int passes = 0;
+    for (; passes < kMostPasses && (passes < 3 || WallClock() < end); passes++) {
+      const double time = pass();
+      best = best < 0 ? time : std::min(best, time);
+      spent_ += time;
+    }
+    least_ += passes * best;
     return best / static_cast<double>(count) * kNanoseconds;
   }
 
@@ -417,6 +427,7 @@ class World::Gauge {
   const Scheduler scheduler_;
   RunStatistics statistics_;
   std::vector<Undo> undos_;
+  double spent_ = 0, least_ = 0;  // seconds: of all tries, and if each had been as good as the best
   StepCosts costs_;
 };
 
