@@ -129,8 +129,11 @@ struct StepCosts {
   double energy_ns = 0;             ///< a model's share in the energy phase
   size_t position_sample = 0, move_sample = 0, energy_sample = 0;  ///< models; 0: not measured
   double device_bytes_per_ray = 0;                                 ///< fetched
-  uint64_t rays = 0;                                               ///< traced in all
-  double seconds = 0;                                              ///< that measuring took
+  /// How many times as long as the best try the average one took: about 1 on a machine that has
+  /// nothing else to do.
+  double busy = 1;
+  uint64_t rays = 0;   ///< traced in all
+  double seconds = 0;  ///< that measuring took
 };
 
 }  // namespace Stg

@@ -21,7 +21,7 @@ namespace {
 constexpr double kNanoseconds = 1e9;
 constexpr size_t kFirstLook = 16;  // models that tell how large a sample there is time for
 constexpr size_t kMostKinds = 12;  // of sensors; the others are taken for like those of their type
-constexpr int kMostPasses = 200;   // over a sample
+constexpr int kMostPasses = 2000;  // over a sample
 constexpr uint64_t kSampleSeed = 1;
 
 /// So many of the models (or all), picked at random but the same each time, in their own order: a
@@ -107,8 +107,10 @@ class World::Gauge {
         scheduler_(engine_.scheduler),
         statistics_(engine_.statistics) {
     world_.FinishRays();
+    engine_.ForcePath(WorldEngine::Path::kHost);
   }
   ~Gauge() {
+    engine_.ForcePath(WorldEngine::Path::kFaster);
     for (auto undo = undos_.rbegin(); undo != undos_.rend(); ++undo) (*undo)();
     engine_.scheduler = scheduler_;
     statistics_.device = engine_.statistics.device;  // it may have failed
@@ -128,6 +130,7 @@ class World::Gauge {
       costs_.device_bytes_per_ray = static_cast<double>(engine_.statistics.prefilter.bytes_fetched -
                                                         statistics_.prefilter.bytes_fetched) /
                                     static_cast<double>(device_rays);
+    if (least_ > 0) costs_.busy = spent_ / least_;
     costs_.seconds = WallClock() - start;
     return costs_;
   }
@@ -160,18 +163,35 @@ class World::Gauge {
     std::erase_if(models, [](Model* model) { return !CanMeasure(model); });
     if (models.empty()) return;
     std::vector<Model*> sample = Sample(models, kFirstLook);
-    FirstPass(sample);
-    const Pass look = Run(sample);
-    const double each = (look.update + look.trace) / static_cast<double>(sample.size());
+    const Pass look = FirstPasses(sample);
+    const double taken = look.update + look.trace;
+    if (taken > seconds) {  // with rays by the million: that has to do
+      Write({look.update, look.trace, static_cast<double>(look.rays)}, sample.size(), cost);
+      return;
+    }
+    const double each = taken / static_cast<double>(sample.size());
     // Of each way that rays can go two passes to warm up, and three at least that count.
     const double fitting = seconds / ((HasDevice() ? 10 : 5) * std::max(each, 1e-9));
     if (fitting > static_cast<double>(sample.size()) && sample.size() < models.size()) {
       const double all = static_cast<double>(models.size());
       sample = Sample(models, static_cast<size_t>(std::min(fitting, all)));
-      FirstPass(sample);
+      FirstPasses(sample);
     }
     TimePasses(sample, each, seconds, cost);
     if (typeid(*sample[0]) == typeid(ModelRanger)) MeasureReading(sample, cost);
+  }
+
+  struct PathCost {
+    double update, trace;  // seconds
+    double rays;
+  };
+
+  static void Write(const PathCost& path, size_t models, SensorCost* cost) {
+    const double count = static_cast<double>(models);
+    cost->sample = models;
+    cost->rays = path.rays / count;
+    cost->update_ns = path.update / count * kNanoseconds;
+    cost->ray_ns = path.rays > 0 ? path.trace / path.rays * kNanoseconds : 0;
   }
 
   bool HasDevice() const { return !engine_.statistics.device.empty(); }
@@ -182,9 +202,11 @@ class World::Gauge {
     return !gripper || !gripper->GetConfig().gripped;  // it must not be dropped
   }
 
-  void FirstPass(const std::vector<Model*>& sample) {
+  /// Two: readings, layers and tables are made in the first one. Returns the second.
+  Pass FirstPasses(const std::vector<Model*>& sample) {
     for (Model* model : sample) undos_.push_back(SaveSensor(model));
     Run(sample);
+    return Run(sample);
   }
 
   /// All update and their rays are traced, as in a step, but no callback hears of it.
@@ -217,21 +239,13 @@ class World::Gauge {
     const PathCost host = TimePath(WorldEngine::Path::kHost, sample,
                                    static_cast<size_t>(std::clamp(piece, 1.0, count)),
                                    device ? seconds / 2 : seconds);
-    cost->sample = sample.size();
-    cost->rays = host.rays / count;
-    cost->update_ns = host.update / count * kNanoseconds;
-    cost->ray_ns = host.rays > 0 ? host.trace / host.rays * kNanoseconds : 0;
+    Write(host, sample.size(), cost);
     if (!device) return;
     const PathCost other = TimePath(WorldEngine::Path::kDevice, sample, sample.size(), seconds / 2);
     // If it fails, the engine goes on without it.
     if (HasDevice() && other.rays > 0)
       cost->device_ray_ns = other.trace / other.rays * kNanoseconds;
   }
-
-  struct PathCost {
-    double update = 0, trace = 0;  // seconds
-    double rays = 0;
-  };
 
   /// What the sample takes, added up from the best tries of its pieces.
   PathCost TimePath(WorldEngine::Path path, const std::vector<Model*>& sample, size_t piece,
@@ -245,19 +259,22 @@ class World::Gauge {
     engine_.ForcePath(path);
     for (const auto& models : pieces) Run(models);  // to warm up
     const double end = WallClock() + seconds;
-    for (int i = 0; i < kMostPasses && (i < 3 || WallClock() < end); i++)
-      for (size_t p = 0; p < pieces.size(); p++) KeepBest(Run(pieces[p]), i == 0, &best[p]);
-    engine_.ForcePath(WorldEngine::Path::kFaster);
-    PathCost cost;
+    int passes = 0;
+    for (; passes < kMostPasses && (passes < 3 || WallClock() < end); passes++)
+      for (size_t p = 0; p < pieces.size(); p++) KeepBest(Run(pieces[p]), passes == 0, &best[p]);
+    engine_.ForcePath(WorldEngine::Path::kHost);
+    PathCost cost{0, 0, 0};
     for (const Pass& pass : best) {
       cost.update += pass.update;
       cost.trace += pass.trace;
       cost.rays += static_cast<double>(pass.rays);
     }
+    least_ += passes * (cost.update + cost.trace);
     return cost;
   }
 
-  static void KeepBest(const Pass& pass, bool first, Pass* best) {
+  void KeepBest(const Pass& pass, bool first, Pass* best) {
+    spent_ += pass.update + pass.trace;
     best->update = first ? pass.update : std::min(best->update, pass.update);
     best->trace = first ? pass.trace : std::min(best->trace, pass.trace);
     best->rays = pass.rays;
@@ -279,11 +296,17 @@ class World::Gauge {
   /// Calls pass() until the time is over; the least that it returns, for each of `count`, in
   /// nanoseconds.
   template <typename F>
-  static double Repeat(double seconds, size_t count, F pass) {
-    double best = pass();
+  double Repeat(double seconds, size_t count, F pass) {
+    pass();  // to warm up
+    double best = -1;
     const double end = WallClock() + seconds;
-    for (int i = 0; i < kMostPasses && (i < 3 || WallClock() < end); i++)
-      best = std::min(best, pass());
+    int passes = 0;
+    for (; passes < kMostPasses && (passes < 3 || WallClock() < end); passes++) {
+      const double time = pass();
+      best = best < 0 ? time : std::min(best, time);
+      spent_ += time;
+    }
+    least_ += passes * best;
     return best / static_cast<double>(count) * kNanoseconds;
   }
 
@@ -404,6 +427,7 @@ class World::Gauge {
   const Scheduler scheduler_;
   RunStatistics statistics_;
   std::vector<Undo> undos_;
+  double spent_ = 0, least_ = 0;  // seconds: of all tries, and if each had been as good as the best
   StepCosts costs_;
 };
 

@@ -203,9 +203,9 @@ class World : public Ancestor {
   /// What there is in the world, and what is left out because nobody asks for it; see explain.hh.
   SceneSummary Summary() const;
   /// What the parts of a step cost on this machine, measured in about so many seconds with samples
-  /// of what is there; between steps. No callback is called. Sensors update, robots drive a bit, and
-  /// all is put back: poses, readings, random numbers, the clock and the statistics. What remains:
-  /// cameras have a picture, and bodies that shared a cell may be listed there in another order.
+  /// of what is there; between steps. No callback is called. Sensors update, robots drive a bit,
+  /// and all is put back: poses, readings, random numbers, the clock, the statistics. Only pictures
+  /// of cameras stay until their next update.
   StepCosts MeasureStepCosts(double seconds = 0.3);
   /// FNV-1a over what the models feed to Model::HashState(), in the order of the models.
   uint64_t StateHash() const;

@@ -93,6 +93,7 @@ Json Costs(const StepCosts& c) {
   return {{"position_update_ns", known(c.position_sample, c.position_ns)},
           {"move_ns", known(c.move_sample, c.move_ns)},
           {"energy_ns", known(c.energy_sample, c.energy_ns)},
+          {"busy", c.busy},
           {"rays_traced", c.rays},
           {"seconds", c.seconds}};
 }
@@ -122,6 +123,7 @@ Json Describe(const Explanation& e, const RunOptions& options) {
           {"steps", e.steps > 0 ? Json(e.steps) : Json(nullptr)},
           {"rays_per_step", estimate.rays},
           {"ms_per_step", estimate.step_ms},
+          {"ms_per_step_now", estimate.step_ms * e.costs.busy},
           {"step_ms", Parts(estimate.step)},
           {"memory_mb", Parts(estimate.memory)},
           {"peak_memory_mb", estimate.peak_mb},

@@ -224,6 +224,10 @@ class Page {
       total += Format("; %s: %s", Count(w_.steps, "step").c_str(),
                       Time(w_.steps * e_.step_ms / 1e3).c_str());
     Line("in all", total);
+    constexpr double kNoticeable = 1.15;
+    if (w_.costs.busy > kNoticeable)
+      Line("now", Format("%10.3f          the machine has other things to do: %s x as long",
+                         e_.step_ms * w_.costs.busy, Rounded(w_.costs.busy).c_str()));
     if (w_.world->speedup > 0)
       Line("pace", Format("the world's speedup holds it at %s x real time",
                           Rounded(w_.world->speedup).c_str()));
