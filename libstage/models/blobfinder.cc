@@ -101,8 +101,8 @@ void ModelBlobfinder::LoadColors() {
 }
 
 void ModelBlobfinder::Startup() {
-  Model::Startup();
   watts = kWatts;
+  Model::Startup();
 }
 
 void ModelBlobfinder::Shutdown() {

@@ -42,7 +42,9 @@ void RayBatch::Close(const DirectionTables& tables) {
 const Direction* RayBatch::DirectionsOf(const Fan& fan) const {
   const uint32_t in_tables = static_cast<uint32_t>(tables_->all().size());
   const uint32_t first = fan.record.first_direction;
-  return first < in_tables ? &tables_->all()[first] : &own_directions_[first - in_tables];
+  // Not by [], as a fan without rays has no first direction.
+  return first < in_tables ? tables_->all().data() + first
+                           : own_directions_.data() + (first - in_tables);
 }
 
 ray_window_t RayBatch::WindowOf(const Fan& fan) const {
