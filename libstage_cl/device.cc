@@ -133,22 +133,36 @@ std::string Advice() {
          "processor";
 }
 
+struct Search {
+  std::vector<FoundDevice> found;
+  std::string reason;  // why there are none
+};
+
+Search LookForDevices() {
+  Search search;
+  if (!ProbeSurvives(&search.reason)) return search;
+  try {
+    search.found = Enumerate();
+    if (search.found.empty()) search.reason = Advice();
+    std::stable_sort(search.found.begin(), search.found.end(),
+                     [](const FoundDevice& a, const FoundDevice& b) {
+                       if (a.kind != b.kind) return RankOf(a.kind) < RankOf(b.kind);
+                       return a.compute_units > b.compute_units;
+                     });
+  } catch (const ::cl::Error& error) {
+    search.found.clear();
+    search.reason = std::string(error.what()) + " failed with error " + std::to_string(error.err());
+  }
+  return search;
+}
+
 }  // namespace
 
-std::vector<FoundDevice> FindDevices(std::string* reason) {
-  if (!ProbeSurvives(reason)) return {};
-  try {
-    std::vector<FoundDevice> found = Enumerate();
-    if (found.empty()) *reason = Advice();
-    std::stable_sort(found.begin(), found.end(), [](const FoundDevice& a, const FoundDevice& b) {
-      if (a.kind != b.kind) return RankOf(a.kind) < RankOf(b.kind);
-      return a.compute_units > b.compute_units;
-    });
-    return found;
-  } catch (const ::cl::Error& error) {
-    *reason = std::string(error.what()) + " failed with error " + std::to_string(error.err());
-    return {};
-  }
+const std::vector<FoundDevice>& FindDevices(std::string* reason) {
+  // Never deleted: when the process ends, drivers may end before us.
+  static const Search* const search = new Search(LookForDevices());
+  *reason = search->reason;
+  return search->found;
 }
 
 std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice>& devices,

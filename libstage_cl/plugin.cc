@@ -21,7 +21,7 @@ extern "C" Stg::internal::sensing::Prefilter* stage_make_prefilter(const char* c
                                                                    std::string* message) {
   using namespace Stg::cl;
   std::string reason;
-  const std::vector<FoundDevice> devices = FindDevices(&reason);
+  const std::vector<FoundDevice>& devices = FindDevices(&reason);
   if (devices.empty()) {
     *message = "no OpenCL device: " + reason;
     return nullptr;
@@ -43,8 +43,8 @@ extern "C" Stg::internal::sensing::Prefilter* stage_make_prefilter(const char* c
   return nullptr;
 }
 
-extern "C" std::string stage_list_devices() {
+extern "C" void stage_list_devices(std::string* text) {
   std::string reason;
-  const std::vector<Stg::cl::FoundDevice> devices = Stg::cl::FindDevices(&reason);
-  return devices.empty() ? "no OpenCL device: " + reason + "\n" : Stg::cl::DescribeAll(devices);
+  const std::vector<Stg::cl::FoundDevice>& devices = Stg::cl::FindDevices(&reason);
+  *text = devices.empty() ? "no OpenCL device: " + reason + "\n" : Stg::cl::DescribeAll(devices);
 }

@@ -173,5 +173,20 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
   EXPECT_TRUE(batch.own_directions().empty());
 }
 
+// Of a sensor that sees nothing to look at in this step.
+TEST(Directions, OfAFanWithoutRays) {
+  RayBatch batch;
+  const DirectionTables tables;
+  batch.Add(Fan(), std::vector<double>(), Window());
+  batch.Add(Fan(), std::vector<double>(2, 1.0), Window());
+  batch.Add(Fan(), std::vector<double>(), Window());
+  batch.Close(tables);
+  EXPECT_EQ(batch.ray_count(), 2u);
+  const Direction* const first = batch.own_directions().data();
+  EXPECT_EQ(batch.DirectionsOf(batch.fans()[0]), first);
+  EXPECT_EQ(batch.DirectionsOf(batch.fans()[1]), first);
+  EXPECT_EQ(batch.DirectionsOf(batch.fans()[2]), first + 2);
+}
+
 }  // namespace
 }  // namespace Stg::internal::sensing

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstdlib>
 
 #include "model_testing.hh"
 #include "models/block.hh"
@@ -132,6 +133,21 @@ TEST(Lifecycle, AWorldThatWasNeverLoadedSteps) {
   const auto world = EmptyWorld();
   Step(*world, 3);
   EXPECT_EQ(world->SimTimeNow(), 300000u);
+}
+
+// In a process of its own, which runs nothing else before.
+TEST(LifecycleDeathTest, AWorldThatIsMadeBeforeInitCallsIt) {
+  testing::GTEST_FLAG(death_test_style) = "threadsafe";
+  const auto run = [] {
+    if (InitDone()) std::exit(2);
+    World world, second;
+    std::istringstream text(kSmallWorld);
+    const bool works = world.Load(text, "small.world") && !world.Update() && !second.Update();
+    Init(nullptr, nullptr);
+    std::exit(works && InitDone() && world.GetAllModels().size() == 7 ? 0 : 1);
+  };
+  EXPECT_EXIT(run(), testing::ExitedWithCode(0),
+              "^stage: warning: a World is made before Init\\(\\), which is called now\n$");
 }
 
 TEST(Lifecycle, AFailedLoadLeavesAWorldThatCanLoad) {

@@ -6,6 +6,7 @@
 
 #include <dlfcn.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cctype>
@@ -216,6 +217,23 @@ TEST_F(DeviceChoice, List) {
       "  (gpu|cpu|accelerator): .* \\(.*, OpenCL .*, [0-9]+ compute units, [0-9]+ MiB\\)");
   std::istringstream lines(list);
   for (std::string line; std::getline(lines, line);) EXPECT_TRUE(form.Matches(line)) << line;
+}
+
+/// Page faults of child processes that have ended: none without a child.
+long FaultsOfChildren() {
+  rusage usage{};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
+// Drivers are asked in a child process first: once is enough.
+TEST_F(DeviceChoice, DriversAreAskedOnce) {
+  const std::string list = Stg::ListDevices();
+  const long faults = FaultsOfChildren();
+  EXPECT_GT(faults, 0) << "the first time there was a child";
+  for (int i = 0; i < 3; i++) EXPECT_EQ(Stg::ListDevices(), list);
+  ExpectRefused("no such device");
+  EXPECT_EQ(FaultsOfChildren(), faults);
 }
 
 // ---- the kernels' text --------------------------------------------------------------------------

@@ -26,6 +26,16 @@ size_t StepsUntilDone(World& world) {
   return steps;
 }
 
+class Restless : public Model {
+ public:
+  using Model::Model;
+  void Update() override {
+    updates++;
+    Model::Update();
+  }
+  int updates = 0;
+};
+
 // ---- intervals ----------------------------------------------------------------------------------
 
 TEST(Intervals, AreRoundedUpToWholeSteps) {
@@ -116,6 +126,26 @@ TEST(Subscriptions, AModelIsUpdatedOncePerIntervalHoweverOftenItIsSubscribedTo) 
   }
   Step(*world, 7);
   EXPECT_EQ(journal.Text(), "a@300 a@500 a@700");
+}
+
+// An update out of turn takes the place of the next one; it used to begin a second series.
+TEST(Subscriptions, AnUpdateByHandBeginsTheIntervalAnew) {
+  const auto world = EmptyWorld();
+  auto* model = new Restless(world.get());
+  model->Subscribe();
+  model->Update();
+  EXPECT_EQ(model->updates, 1);
+  for (int step = 1; step <= 5; step++) {
+    Step(*world);
+    EXPECT_EQ(model->updates, 1 + step);
+  }
+  for (int step = 1; step <= 5; step++) {
+    model->Update();
+    Step(*world);
+    EXPECT_EQ(model->updates, 6 + 2 * step);
+  }
+  Step(*world, 5);
+  EXPECT_EQ(model->updates, 21);
 }
 
 TEST(Subscriptions, CanBeChangedInCallbacks) {

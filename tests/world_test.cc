@@ -547,6 +547,59 @@ TEST(SelfDeletion, InAModelsOwnUpdateCallback) {
   EXPECT_EQ(world->GetModel("b.c"), nullptr);
 }
 
+int DeleteIt(Model* mod, void*) { return delete mod, 0; }
+
+// What is drawn of a model that is gone could still be seen.
+TEST(SelfDeletion, InItsParentCallback) {
+  for (const auto type : {Model::CB_PARENT, Model::CB_POSE}) {
+    const auto world =
+        LoadText("model( name \"a\" pose [3 0 0 0] ) model( name \"b\" noblocks 1 )");
+    Find(*world, "a")->AddCallback(type, DeleteIt, nullptr);
+    Find(*world, "a")->SetParent(Find(*world, "b"));
+    EXPECT_EQ(world->GetModel("a"), nullptr);
+    EXPECT_TRUE(Find(*world, "b")->GetChildren().empty());
+    const auto any = [](Model*, const Model*, const void*) { return true; };
+    EXPECT_EQ(world->Raytrace(Pose(), 9, any, nullptr, nullptr, false).mod, nullptr);
+    Step(*world, 2);
+  }
+}
+
+TEST(SelfDeletion, WhenItStartsOrStops) {
+  for (const auto type : {Model::CB_STARTUP, Model::CB_SHUTDOWN})
+    for (const char* kind : {"position", "ranger", "bumper", "blobfinder", "fiducial", "wifi",
+                             "actuator", "gripper", "camera", "model"}) {
+      const auto world = LoadText(std::string(kind) + "( name \"m\" joules 5 )");
+      Model* m = Find(*world, "m");
+      m->AddCallback(type, DeleteIt, nullptr);
+      m->Subscribe();
+      if (type == Model::CB_SHUTDOWN) m->Unsubscribe();
+      EXPECT_EQ(world->GetModel("m"), nullptr) << kind;
+      Step(*world, 3);
+    }
+}
+
+// Init functions of controllers delete whom they like: of the others, each is called once.
+TEST(SelfDeletion, WhileModelsAreInitialised) {
+  Model::name_map["eraser"] = [](World* world, Model* parent, const std::string& type) {
+    Model* model = new Model(world, parent, type);
+    model->AddCallback(
+        Model::CB_INIT,
+        [](Model* mod, void*) {
+          for (const char* name : {"first", "self", "next", "last"})
+            if (mod->GetWorld()->GetChildren().size() > 2) delete Find(*mod->GetWorld(), name);
+          return 0;
+        },
+        nullptr);
+    return model;
+  };
+  const auto world = LoadText(
+      "model( name \"first\" ) eraser( name \"self\" ) eraser( name \"next\" ) model( ) model( "
+      "name \"last\" )");
+  Model::name_map.erase("eraser");
+  EXPECT_EQ(world->GetAllModels().size(), 2u);
+  Step(*world);
+}
+
 TEST(SelfDeletion, InAModelsOwnPoseCallback) {
   const auto world = LoadText(kTrio);
   Model* b = Find(*world, "b");

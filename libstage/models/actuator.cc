@@ -128,10 +128,10 @@ void ModelActuator::HashState(StateHasher& hasher) const {
 // ---- updating -----------------------------------------------------------------------------------
 
 void ModelActuator::Startup() {
-  Model::Startup();
   if (!has_reference_) reference_ = pose;
   has_reference_ = true;
   world->StartMoving(this);
+  Model::Startup();
 }
 
 void ModelActuator::Shutdown() {

@@ -102,8 +102,8 @@ void ModelBlobfinder::LoadColors() {
 }
 
 void ModelBlobfinder::Startup() {
-  Model::Startup();
   watts = kWatts;
+  Model::Startup();
 }
 
 void ModelBlobfinder::Shutdown() {

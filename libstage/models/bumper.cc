@@ -74,8 +74,8 @@ void ModelBumper::HashState(StateHasher& hasher) const {
 }
 
 void ModelBumper::Startup() {
-  Model::Startup();
   watts = kWatts;
+  Model::Startup();
 }
 
 void ModelBumper::Shutdown() {

@@ -181,9 +181,13 @@ int Model::SetParent(Model* newparent) {
   else
     world->AddChild(this);
   SetRoot(parent ? parent->root : this);
+  pose = parent ? parent->LocalPoseOf(global) : global;
+  pose.a = normalize(pose.a);
+  Map();
+  // Any callback may delete the model.
+  const std::shared_ptr<CallbackLists> lists = callbacks_;
   CallCallbacks(CB_PARENT);
-  SetGlobalPose(global);
-  Map();  // the pose in the new frame may happen to be the old one
+  if (lists && !lists->orphaned) CallCallbacks(CB_POSE);
   return 0;
 }
 
@@ -230,13 +234,14 @@ void Model::SetPose(const Pose& new_pose) {
 }
 
 void Model::SetGlobalPose(const Pose& gpose) {
-  if (!parent) {
-    SetPose(gpose);
-    return;
-  }
-  Pose local = parent->GlobalToLocal(gpose);
-  if (parent->stack_children) local.z -= parent->geom.size.z;
-  SetPose(local);
+  SetPose(parent ? parent->LocalPoseOf(gpose) : gpose);
+}
+
+/// What the pose of a child is that has a global pose.
+Pose Model::LocalPoseOf(const Pose& global) const {
+  Pose local = GlobalToLocal(global);
+  if (stack_children) local.z -= geom.size.z;
+  return local;
 }
 
 void Model::AddToPose(const Pose& p) { AddToPose(p.x, p.y, p.z, p.a); }
@@ -407,14 +412,15 @@ void Model::Startup() {
 
 void Model::Shutdown() {
   update_chain_++;  // what is pending is void
-  CallCallbacks(CB_SHUTDOWN);
   world->DisableEnergy(this);
   StopCharging();
+  CallCallbacks(CB_SHUTDOWN);
 }
 
 void Model::Update() {
   if (subs == 0) return;
-  world->ScheduleUpdate(this, update_chain_);
+  // What is pending is void: an update that somebody else calls takes its place.
+  world->ScheduleUpdate(this, ++update_chain_);
   if (HasCallbacks(CB_UPDATE)) world->QueueUpdateCallbacks(this);
 }
 

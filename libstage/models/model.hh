@@ -202,7 +202,7 @@ class Model : public Ancestor {
   // ---- callbacks ----
 
   /// Calls cb(model, user) at each event of the type, in the order of registration. A callback may
-  /// delete the model, those of type CB_VELOCITY excepted. The pair
+  /// delete the model, except in CB_VELOCITY and while the world is saved or reloaded. The pair
   /// (cb, user) is kept once. A callback that returns non-zero is removed.
   void AddCallback(callback_type_t type, model_callback_t cb, void* user);
   /// Removes all entries with that function; returns how many entries remain.
@@ -312,7 +312,8 @@ class Model : public Ancestor {
 
   virtual void Startup();
   virtual void Shutdown();
-  /// One update. Overriding it, call Model::Update(), which schedules the next.
+  /// One update. Overriding it, call Model::Update(), which schedules the next, one interval from
+  /// now.
   virtual void Update();
   /// The rest of an update, for what has to wait until the rays of the step are traced, such as
   /// changes of bodies. Called if Update() asked World::QueueSensed() for it, before bodies move.
@@ -337,6 +338,7 @@ class Model : public Ancestor {
   void UnMapWithChildren();
   /// The child's global pose, given this model's.
   Pose ChildGlobalPose(const Pose& global, const Model& child) const;
+  Pose LocalPoseOf(const Pose& global) const;
   /// Places a fan of rays that may stop at anything, and picks its layer of the grid.
   void PlaceFan(internal::sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model);
   /// The cells of the fan's layer that hold only this model's tree.

@@ -191,9 +191,9 @@ void ModelPosition::LoadModes() {
 // ---- updating -----------------------------------------------------------------------------------
 
 void ModelPosition::Startup() {
-  Model::Startup();
   last_update_ = world->SimTimeNow();
   world->StartMoving(this);
+  Model::Startup();
 }
 
 void ModelPosition::Shutdown() {

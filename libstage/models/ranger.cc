@@ -141,8 +141,8 @@ void ModelRanger::HashState(StateHasher& hasher) const {
 }
 
 void ModelRanger::Startup() {
-  Model::Startup();
   watts = kWattsPerSensor * static_cast<double>(sensors_.size());
+  Model::Startup();
 }
 
 void ModelRanger::Shutdown() {

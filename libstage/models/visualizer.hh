@@ -40,7 +40,7 @@ class Visualizer {
 /// A chart of the latest values of some quantity, in a rectangle of the screen (pixels).
 class StripPlotVis : public Visualizer {
  public:
-  /// `len`: how many values it shows.
+  /// `len`: how many values it shows. Place and colours are for libraries that have a window.
   StripPlotVis(float x, float y, float w, float h, size_t len, Color fgcolor, Color bgcolor,
                const char* name, const char* wfname);
   virtual ~StripPlotVis() {}
@@ -56,8 +56,6 @@ class StripPlotVis : public Visualizer {
   float Greatest() const { return greatest_; }
 
  private:
-  float x_, y_, width_, height_;
-  Color foreground_, background_;
   std::vector<float> ring_;  // once it is full, next_ is the oldest value
   size_t capacity_, next_;
   float least_, greatest_;

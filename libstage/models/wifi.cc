@@ -132,8 +132,8 @@ void ModelWifi::Load() {
 // ---- updating -----------------------------------------------------------------------------------
 
 void ModelWifi::Startup() {
-  Model::Startup();
   watts = kWatts;
+  Model::Startup();
 }
 
 void ModelWifi::Shutdown() {

@@ -49,8 +49,8 @@ class Prefilter {
 /// the best device). Returns null and a message if there is no such device; the message lists
 /// those that there are.
 using MakePrefilter = Prefilter* (*)(const char* choice, std::string* message);
-/// Exported as `stage_list_devices`: a text with one line for each device.
-using ListDevices = std::string (*)();
+/// Exported as `stage_list_devices`: gives a text with one line for each device.
+using ListDevices = void (*)(std::string* text);
 
 }  // namespace Stg::internal::sensing
 

@@ -149,13 +149,24 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
   }
   engine_->loading = false;
   for (Model* child : children) child->Map();
-  const std::vector<Model*> all = engine_->models;  // Init functions may add models
-  for (Model* model : all) model->InitControllers();
+  InitControllers();
   wf->WarnUnused();
   std::printf("\n");
   std::fflush(stdout);
   engine_->statistics.load_seconds = WallClock() - start;
   return true;
+}
+
+/// Init functions may delete models, and add some, whose controllers are not for us to initialise.
+void World::InitControllers() {
+  const uint32_t end = engine_->models.back()->GetId() + 1;
+  for (uint32_t id = 0; id < end; id++) {
+    const auto model = std::lower_bound(engine_->models.begin(), engine_->models.end(), id,
+                                        [](const Model* m, uint32_t i) { return m->GetId() < i; });
+    if (model == engine_->models.end() || (*model)->GetId() >= end) return;
+    id = (*model)->GetId();
+    (*model)->InitControllers();
+  }
 }
 
 void World::Reload() {

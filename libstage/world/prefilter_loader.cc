@@ -27,9 +27,11 @@ std::unique_ptr<sensing::Prefilter> LoadPrefilter(const std::string& choice, std
 }
 
 std::string ListDevices() {
-  std::string message;
-  const auto list = FromPlugin<sensing::ListDevices>("stage_list_devices", &message);
-  return list ? list() : message + "\n";
+  std::string text;
+  const auto list = FromPlugin<sensing::ListDevices>("stage_list_devices", &text);
+  if (!list) return text + "\n";
+  list(&text);
+  return text;
 }
 
 }  // namespace Stg

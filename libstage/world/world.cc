@@ -12,6 +12,7 @@
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/state_hasher.hh"
+#include "stage.hh"
 #include "world/engine.hh"
 #include "worldfile/worldfile.hh"
 
@@ -46,6 +47,10 @@ World::World(const std::string& name, double ppm)
       load_status_(0),
       quit_(false) {
   token = name;
+  if (!InitDone()) {
+    std::fprintf(stderr, "stage: warning: a World is made before Init(), which is called now\n");
+    Init(nullptr, nullptr);
+  }
   SetDefaults();
   engine_->SetThreads(static_cast<unsigned>(std::max(1, run_options.threads)));
   worlds_.push_back(this);

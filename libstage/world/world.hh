@@ -247,6 +247,7 @@ class World : public Ancestor {
   void UsePrefilter();
   void LoadEntities();
   void LoadEntity(int entity, std::vector<Model*>* models);
+  void InitControllers();
   void CheckNotNested(int entity, Model* parent_model);
   void CheckOutlines(const std::vector<Model*>& models);
   void CallUpdateCallbacks();
