@@ -29,6 +29,7 @@ inline constexpr Property kWorld[] = {
     {"world", "interval_sim", "50"},
     {"world", "quit_time", "10"},
     {"world", "resolution", "0.05"},
+    {"world", "ray_model", "\"exact\""},
     {"world", "show_clock", "1"},
     {"world", "show_clock_interval", "10"},
     {"world", "threads", "2"},
@@ -147,6 +148,7 @@ inline constexpr Property kTypes[] = {
     {"sensor", "noise", "[0.1 0.1 1]"},
     {"sensor", "color", "\"red\""},
     {"sensor", "color_rgba", "[1 0 0 0.5]"},
+    {"sensor", "ray_model", "\"exact\""},
 
     {"blobfinder", "image", "[40 30]"},
     {"blobfinder", "range", "6"},
