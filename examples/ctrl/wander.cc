@@ -32,11 +32,6 @@ void Update(Robot* robot) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  Robot* robot = ctrl::NewRobot<Robot>();
-  robot->position = ctrl::RequirePosition("wander", model);
-  robot->position->Subscribe();
-  robot->laser = ctrl::RequireLaser("wander", *model);
-  ctrl::CallOnUpdate<Robot, Update>(robot->laser, robot);
-  robot->laser->Subscribe();
+  ctrl::DriveByLaser<Robot, Update>("wander", model);
   return 0;
 }

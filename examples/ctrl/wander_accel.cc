@@ -36,11 +36,6 @@ void Update(Robot* robot) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  Robot* robot = ctrl::NewRobot<Robot>();
-  robot->position = ctrl::RequirePosition("wander_accel", model);
-  robot->position->Subscribe();
-  robot->laser = ctrl::RequireLaser("wander_accel", *model);
-  ctrl::CallOnUpdate<Robot, Update>(robot->laser, robot);
-  robot->laser->Subscribe();
+  ctrl::DriveByLaser<Robot, Update>("wander_accel", model);
   return 0;
 }

@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Driving to where there is most room, with any range sensors: one laser of whatever field of view,
-// or a ring of single rays. A robot among others that do the same goes on until it is as far from
-// them as from the walls, so that together they spread over the whole place.
+// Driving away from what is near, with any range sensors: one laser of whatever field of view, or a
+// ring of single rays. Robots among others that do the same spread over the whole place, and those
+// that are spread stay so.
 //
-// Where to: the sum over all rays of (reading - mean reading) times the ray's direction. Taking the
-// mean off makes a blind area count as average, as nothing is known of it: otherwise a laser that
-// looks ahead would find everything to be ahead. For an even ring the mean makes no difference.
-// The length of the sum, compared to that of all readings put end to end, is the imbalance: 0 where
-// all directions are alike (there the robot rests), 1 where only one is open.
+// What is looked at are things: the nearest readings of all round, those that are nearer than what
+// is to both sides of them. So a robot counts as much as a wall, although far fewer rays meet it;
+// were readings added up ray by ray, walls would press a crowd together in the middle. A wall,
+// which is known by its width, counts as if it were a mirror, and another robot stood as far behind
+// it: a robot wants as much room to itself at a wall as it has among others.
+//
+// Where to: away from all things, from each by 1/distance^2, none beyond the horizon. What the
+// sensors do not cover counts as average, as nothing is known of it: otherwise a laser that looks
+// ahead would find everything to be ahead. The length of the sum, compared to that of its parts, is
+// the imbalance: 0 where things are evenly spread (there the robot rests), 1 where all is on one
+// side. Robots that see all round come to rest; those with a few single beams only, between which
+// others come and go, stay spread but keep changing places a little.
 //
 // How fast: by the imbalance, by how far the goal is ahead, and by the free path: how far the
 // robot, taken to be a disc, could go straight on before the disc touches a point that some ray has
@@ -18,6 +25,7 @@
 #define EXAMPLES_CTRL_SUPPORT_DISPERSE_RULE_HH
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -32,11 +40,32 @@ namespace ctrl {
 /// A free path that nothing limits.
 constexpr double kFarthest = 1000.0;  // m
 
+/// The surroundings are seen in that many sectors of the same width, from straight ahead to the
+/// left.
+constexpr size_t kSectors = 72;
+constexpr double kSectorWidth = 2 * M_PI / kSectors;
+
+/// Where the middle of a sector is.
+inline const Stg::SineCosine& MiddleOf(size_t sector) {
+  static const auto middles = [] {
+    std::array<Stg::SineCosine, kSectors> directions{};
+    for (size_t i = 0; i < kSectors; i++)
+      directions[i] = Stg::SinCos(static_cast<double>(i) * kSectorWidth);
+    return directions;
+  }();
+  return middles[sector];
+}
+
 /// The directions of a sensor's rays in the robot's frame. The same for all robots with such a
 /// sensor, so they share it.
 struct RayTable {
+  /// Successive rays in one sector.
+  struct Run {
+    size_t sector, begin, end;
+  };
+
   std::vector<double> cosine, sine;
-  double cosine_sum = 0, sine_sum = 0;
+  std::vector<Run> runs;
   size_t front_begin = 0, front_end = 0;  ///< all rays that look ahead, perhaps some others
 
   /// `mount`: the heading of the sensor on the robot, `bearings`: those of its rays, in radians.
@@ -45,8 +74,9 @@ struct RayTable {
       const Stg::SineCosine direction = Stg::SinCos(mount + bearings[i]);
       cosine.push_back(direction.cosine);
       sine.push_back(direction.sine);
-      cosine_sum += direction.cosine;
-      sine_sum += direction.sine;
+      const size_t sector = SectorOf(direction);
+      if (runs.empty() || runs.back().sector != sector) runs.push_back({sector, i, i});
+      runs.back().end = i + 1;
       if (direction.cosine <= 0) continue;
       if (front_end == 0) front_begin = i;
       front_end = i + 1;
@@ -54,6 +84,12 @@ struct RayTable {
   }
 
   size_t size() const { return cosine.size(); }
+
+  static size_t SectorOf(const Stg::SineCosine& direction) {
+    const double turns = std::atan2(direction.sine, direction.cosine) / (2 * M_PI);  // -0.5 to 0.5
+    const double sector = std::floor((turns < 0 ? turns + 1 : turns) * kSectors + 0.5);
+    return static_cast<size_t>(sector) % kSectors;
+  }
 };
 
 /// The table of a kind of sensor, made when first asked for.
@@ -64,17 +100,28 @@ inline const RayTable* FindRayTable(double mount, double fov, const std::vector<
   return &tables.try_emplace(key, mount, bearings).first->second;
 }
 
+/// The nearest reading in a sector.
+struct Sight {
+  bool seen = false;               ///< some ray looks there
+  double range = kFarthest;        ///< m; kFarthest: nothing within reach
+  const double* from = nullptr;    ///< the readings among which it is, if it is any
+  const double* cosine = nullptr;  ///< of their directions
+  const double* sine = nullptr;
+
+  Stg::SineCosine Direction() const {
+    size_t ray = 0;
+    while (from[ray] != range) ray++;
+    return {sine[ray], cosine[ray]};
+  }
+};
+
 /// What all rays of a robot have seen in one update.
 struct Surroundings {
-  double x = 0, y = 0;  ///< m: the sum of readings times directions
-  double length = 0;    ///< m: the sum of readings
-  double cosine_sum = 0, sine_sum = 0;
-  double rays = 0;
+  std::array<Sight, kSectors> sectors;
   double free_path = kFarthest;  ///< m, of the disc's centre
 };
 
-/// Two numbers that the processor handles at once: what x86-64 and AArch64 all have. Sums are kept
-/// in a fixed number of such lanes, so that the order of additions is the same everywhere.
+/// Two numbers that the processor handles at once: what x86-64 and AArch64 all have.
 typedef double Pair __attribute__((vector_size(16)));
 
 inline Pair LoadPair(const double* from) {
@@ -86,41 +133,28 @@ inline Pair LoadPair(const double* from) {
 inline Pair Both(double value) { return Pair{value, value}; }
 inline Pair Lesser(Pair a, Pair b) { return a < b ? a : b; }
 
-/// Sums of readings in the making.
-struct ReadingSums {
-  Pair x{}, y{}, length{};
+/// The least of some ranges, or `most` if there is none below.
+inline double Least(const double* begin, const double* end, double most) {
+  Pair least = Both(most);
+  for (; end - begin >= 2; begin += 2) least = Lesser(LoadPair(begin), least);
+  if (begin != end) least = Lesser(Both(*begin), least);
+  return std::min(least[0], least[1]);
+}
 
-  void Add(Pair range, Pair cosine, Pair sine) {
-    x += range * cosine;
-    y += range * sine;
-    length += range;
-  }
-  void AddTo(Surroundings* seen) const {
-    seen->x += x[0] + x[1];
-    seen->y += y[0] + y[1];
-    seen->length += length[0] + length[1];
-  }
-};
-
-/// Adds a sensor's readings; there are table.size() of them. What is longer than `cap` is cut.
+/// Adds a sensor's readings; there are table.size() of them. From `cap` on they count as nothing.
 inline void AddReadings(const RayTable& table, const double* ranges, double cap,
                         Surroundings* seen) {
-  const double *cosine = table.cosine.data(), *sine = table.sine.data();
-  const size_t count = table.size();
-  ReadingSums even, odd;  // two, as an addition has to wait for the one before
-  size_t i = 0;
-  for (; i + 4 <= count; i += 4) {
-    even.Add(Lesser(LoadPair(ranges + i), Both(cap)), LoadPair(cosine + i), LoadPair(sine + i));
-    odd.Add(Lesser(LoadPair(ranges + i + 2), Both(cap)), LoadPair(cosine + i + 2),
-            LoadPair(sine + i + 2));
+  for (const RayTable::Run& run : table.runs) {
+    Sight& sight = seen->sectors[run.sector];
+    sight.seen = true;
+    const double most = std::min(cap, sight.range);
+    const double least = Least(ranges + run.begin, ranges + run.end, most);
+    if (!(least < most)) continue;
+    sight.range = least;
+    sight.from = ranges + run.begin;
+    sight.cosine = table.cosine.data() + run.begin;
+    sight.sine = table.sine.data() + run.begin;
   }
-  for (; i < count; i++)
-    even.Add(Pair{ranges[i] < cap ? ranges[i] : cap, 0}, Both(cosine[i]), Both(sine[i]));
-  even.AddTo(seen);
-  odd.AddTo(seen);
-  seen->cosine_sum += table.cosine_sum;
-  seen->sine_sum += table.sine_sum;
-  seen->rays += static_cast<double>(count);
 }
 
 /// A disc of some radius about the robot's origin that goes straight on, and a sensor at (x, y).
@@ -152,34 +186,110 @@ struct Path {
 }
 
 struct DisperseRule {
-  double speed = 0.4;     ///< m/s at most
-  double gain = 1.0;      ///< rad/s for each rad that the goal is off
-  double max_turn = 1.5;  ///< rad/s
-  double margin = 0.1;    ///< m between the robot and anything else
-  /// m: readings count as no more. A shorter horizon draws robots less to the middle of large
-  /// rooms, a longer one lets them know sooner of each other. Of 2, 3, 5 and 8 m, with 36 robots
-  /// in 20 x 20 m that start in a corner, 5 m leaves them farthest apart.
-  double horizon = 5.0;
-  double balanced = 0.01;   ///< rest where the imbalance is less
-  double unbalanced = 0.1;  ///< full speed where it is more
+  double speed = 0.4;       ///< m/s at most
+  double gain = 1.0;        ///< rad/s for each rad that the goal is off
+  double max_turn = 1.5;    ///< rad/s
+  double margin = 0.1;      ///< m between the robot and anything else
+  double horizon = 5.0;     ///< m: what is farther away counts as nothing
+  double balanced = 0.1;    ///< rest where the imbalance is less
+  double unbalanced = 0.3;  ///< full speed where it is more
 };
+
+/// What pushes a robot.
+class Things {
+ public:
+  Things(const Surroundings& seen, double radius, double horizon)
+      : seen_(seen), radius_(radius), horizon_(horizon) {}
+
+  /// 1/m^2: how strongly the thing in a sector pushes; 0 if there is none.
+  double PushOf(size_t sector) const {
+    const double range = At(sector).range;
+    if (!(range < horizon_) || !IsNearest(sector)) return 0;
+    const double nearest = std::max(range, radius_);
+    const double distance = IsWall(sector) ? 2 * nearest : nearest;
+    return std::max(0.0, 1 / (distance * distance) - 1 / (horizon_ * horizon_));
+  }
+
+ private:
+  const Sight& At(size_t sector) const { return seen_.sectors[sector % kSectors]; }
+
+  /// Nearer than all to both sides of it, to a little more than the 22.5 degrees between the beams
+  /// of a ring of sixteen. Of two that are equal the first counts.
+  bool IsNearest(size_t sector) const {
+    constexpr size_t kAside = 5;
+    const double range = At(sector).range;
+    for (size_t i = 1; i <= kAside; i++) {
+      if (!(range < At(sector + kSectors - i).range && range <= At(sector + i).range)) return false;
+    }
+    return true;
+  }
+
+  /// Wider than two robots like this one.
+  bool IsWall(size_t sector) const {
+    const size_t width = 1 + Extent(sector, 1) + Extent(sector, kSectors - 1);
+    return static_cast<double>(width) * kSectorWidth * At(sector).range > 4 * radius_;
+  }
+
+  /// How many sectors further, in steps to the left or to the right, the thing is about as near.
+  size_t Extent(size_t sector, size_t step) const {
+    constexpr double kAboutAsNear = 1.3;
+    size_t extent = 0;
+    for (size_t i = 1; i < kSectors / 2; i++) {
+      const Sight& sight = At(sector + i * step);
+      if (!sight.seen) continue;
+      if (!(sight.range < kAboutAsNear * At(sector).range)) break;
+      extent = i;
+    }
+    return extent;
+  }
+
+  const Surroundings& seen_;
+  double radius_, horizon_;
+};
+
+/// Where to, and how much there is to it.
+struct Goal {
+  double x = 0, y = 0;   ///< 1/m^2, in the robot's frame
+  double imbalance = 0;  ///< 0 to 1
+};
+
+inline Goal FindGoal(const Surroundings& seen, double radius, double horizon) {
+  const Things things(seen, radius, horizon);
+  Goal goal;
+  double total = 0, cosines = 0, sines = 0, count = 0;
+  for (size_t i = 0; i < kSectors; i++) {
+    if (!seen.sectors[i].seen) continue;
+    count++;
+    cosines += MiddleOf(i).cosine;
+    sines += MiddleOf(i).sine;
+    const double push = things.PushOf(i);
+    if (push == 0) continue;
+    const Stg::SineCosine direction = seen.sectors[i].Direction();
+    total += push;
+    goal.x -= push * direction.cosine;
+    goal.y -= push * direction.sine;
+  }
+  if (!(total > 0)) return Goal();
+  // As if what is not seen pushed like the average of the rest.
+  goal.x += total / count * cosines;
+  goal.y += total / count * sines;
+  goal.imbalance = std::sqrt(goal.x * goal.x + goal.y * goal.y) / total;
+  return goal;
+}
 
 /// How a disc of that radius is to move.
 inline Drive Disperse(const Surroundings& seen, double radius, const DisperseRule& rule) {
-  if (!(seen.length > 0)) return Drive();
-  const double mean = seen.length / seen.rays;
-  const double x = seen.x - mean * seen.cosine_sum;
-  const double y = seen.y - mean * seen.sine_sum;
-  const double distance = std::sqrt(x * x + y * y);
-  const double imbalance = distance / seen.length;
-  if (!(imbalance > rule.balanced)) return Drive();
+  const Goal goal = FindGoal(seen, radius, rule.horizon);
+  if (!(goal.imbalance > rule.balanced)) return Drive();
 
+  // Gently where there is little to gain, so that robots that are all but at rest don't rock.
+  const double urge = std::min(1.0, goal.imbalance / rule.unbalanced);
   // Full speed from a few radii of room on, so that the robot comes to a gentle halt.
   const double room = (seen.free_path - radius) / (4.0 * radius);
-  const double share = std::min({1.0, room, imbalance / rule.unbalanced});
-  const double facing = x / distance;  // the cosine of the angle to the goal
-  return Drive{rule.speed * std::max(0.0, share) * std::max(0.0, facing),
-               Stg::constrain(rule.gain * std::atan2(y, x), -rule.max_turn, rule.max_turn)};
+  const double facing = goal.x / std::sqrt(goal.x * goal.x + goal.y * goal.y);
+  return Drive{
+      rule.speed * std::max(0.0, std::min(urge, room)) * std::max(0.0, facing),
+      Stg::constrain(rule.gain * urge * std::atan2(goal.y, goal.x), -rule.max_turn, rule.max_turn)};
 }
 
 }  // namespace ctrl

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Which of a robot's rangers is the laser.
+// Which of a robot's rangers is the laser, and the Init() of controllers that drive by it.
 
 #ifndef EXAMPLES_CTRL_SUPPORT_FIND_LASER_HH
 #define EXAMPLES_CTRL_SUPPORT_FIND_LASER_HH
@@ -25,6 +25,18 @@ inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::
   }
   GiveUp(controller, model,
          "found none of ranger:0 to ranger:15 with more than 8 samples, expected one", 2);
+}
+
+/// The state of one more robot that is driven by its laser: a struct with the members position and
+/// laser. Both are subscribed to; kUpdate is called whenever the laser has new data.
+template <class Robot, void (*kUpdate)(Robot*)>
+void DriveByLaser(const std::string& controller, Stg::Model* model) {
+  Robot* robot = NewRobot<Robot>();
+  robot->position = RequirePosition(controller, model);
+  robot->position->Subscribe();
+  robot->laser = RequireLaser(controller, *model);
+  CallOnUpdate<Robot, kUpdate>(robot->laser, robot);
+  robot->laser->Subscribe();
 }
 
 }  // namespace ctrl
