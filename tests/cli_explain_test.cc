@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 
 #include "cli_testing.hh"
@@ -36,19 +37,27 @@ class CliExplainTest : public CliTest {
                     "\nposition( alwayson 1 size [0.5 0.5 0.2]"
                     " ranger( alwayson 1 sensor( range [0 8] fov 180 samples 90 ) ) )\n"
                     "position( pose [4 0 0 0] size [0.5 0.5 0.2] ranger( sensor( samples 7 ) ) )\n"
-                    "model( pose [2 0 0 0] size [1 1 5] )\n");
+                    "model( pose [2 0 0 0] size [1 1 5] )\n"
+                    "model( name \"ghost\" pose [2 3 0 0] size [1 1 5] ranger_return -1 )\n");
   }
 };
+
+/// Long lines go on in the next one, behind blanks.
+std::string Unwrapped(const std::string& text) {
+  return std::regex_replace(text, std::regex("\n {14,}"), " ");
+}
 
 TEST_F(CliExplainTest, SaysWhatThereIs) {
   WriteScene("w.world", "quit_time 3");
   const Result r = Stage({"--explain", "w.world"});
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_EQ(r.out.find("w.world: explained, not run\n"), 0u) << r.out;
-  for (const char* part : {"What is modelled", "What is left out", "What a step will take",
-                           "What memory it will take", "1 that nobody has subscribed to",
-                           "1 robot that nobody drives", "no window, no OpenCL", "30 steps"})
-    EXPECT_TRUE(Contains(r.out, part)) << part << "\n" << r.out;
+  for (const char* part :
+       {"What is modelled", "What is left out", "What a step will take", "What memory it will take",
+        "1 that nobody has subscribed to: 1 ranger of 7 rays (position:1.ranger:0)",
+        "1 with ranger_return < 0", "all of 3 models: position:0, position:1, ghost",
+        "1 robot that nobody drives", "no window, no OpenCL", "30 steps"})
+    EXPECT_TRUE(Contains(Unwrapped(r.out), part)) << part << "\n" << r.out;
   EXPECT_TRUE(MatchesPart(r.out, "ranger +1 +90 +100 ms +90")) << r.out;
   EXPECT_LE(CountOf(r.out, "\n"), 60u);
   EXPECT_FALSE(Contains(r.out, "done"));
@@ -61,7 +70,7 @@ TEST_F(CliExplainTest, AsJson) {
   EXPECT_EQ(r.status, 0) << r.err;
   const Json json = Json::parse(r.out);  // all of it
   EXPECT_EQ(json["worldfile"], "w.world");
-  EXPECT_EQ(json["models"], 5);
+  EXPECT_EQ(json["models"], 6);
   EXPECT_EQ(json["robots"], 1);
   EXPECT_EQ(json["undriven_robots"], 1);
   EXPECT_EQ(json["steps"], 30);
@@ -93,7 +102,7 @@ TEST_F(CliExplainTest, SeveralWorlds) {
   WriteWorld("b.world", "");
   const Json json = Json::parse(Stage({"--explain=json", "a.world", "b.world"}).out);
   ASSERT_EQ(json["worlds"].size(), 2u);
-  EXPECT_EQ(json["worlds"][0]["models"], 5);
+  EXPECT_EQ(json["worlds"][0]["models"], 6);
   EXPECT_EQ(json["worlds"][1]["models"], 1);
   const std::string text = Stage({"--explain", "a.world", "b.world"}).out;
   EXPECT_LT(text.find("a.world: explained"), text.find("b.world: explained"));

@@ -83,6 +83,7 @@ TEST(Summary, Sensors) {
   const SensorKind* spare = FindKind(s, "ranger", false);
   ASSERT_NE(spare, nullptr);
   EXPECT_EQ(spare->models, 1u);
+  EXPECT_EQ(spare->example, "robot.spare");
   EXPECT_EQ(spare->rays, 8u);
   EXPECT_DOUBLE_EQ(spare->updates_per_step, 1 / 3.0);  // 250 ms fall into every third step
 }
@@ -114,9 +115,24 @@ TEST(Summary, BodiesThatNoRangerSees) {
   EXPECT_EQ(s.corners, 24u);
   EXPECT_EQ(s.hidden_blocks, 1u);      // the ghost
   EXPECT_EQ(s.overlooked_blocks, 2u);  // the mat, and the camera a metre up
+  EXPECT_EQ(s.unseen_bodies, 3u);
+  EXPECT_EQ(s.unseen_examples, (std::vector<std::string>{"ghost", "mat", "lens"}));
   EXPECT_EQ(s.looking_everywhere, 1u);
   EXPECT_DOUBLE_EQ(s.body_heights.min, 0);
   EXPECT_DOUBLE_EQ(s.body_heights.max, 1.05);
+}
+
+TEST(Summary, ABodyIsSeenIfOneOfItsBlocksIs) {
+  const SceneSummary s =
+      LoadText(
+          "ranger( alwayson 1 pose [-3 0 0.5 0] sensor( size [0 0 0] ) )\n"
+          "model( name \"steps\" size [1 1 1]\n"
+          "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0 0.2] )\n"
+          "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0.2 1] ) )\n")
+          ->Summary();
+  EXPECT_EQ(s.blocks, 2u);
+  EXPECT_EQ(s.overlooked_blocks, 1u);
+  EXPECT_EQ(s.unseen_bodies, 0u);
 }
 
 TEST(Summary, Heights) {

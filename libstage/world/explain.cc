@@ -72,6 +72,7 @@ class World::Survey {
 
  private:
   struct PlacedBlock {
+    const Model* model;
     Bounds z;  // global
     bool ranger_visible;
   };
@@ -116,7 +117,7 @@ class World::Survey {
       s_.blocks++;
       s_.corners += corners;
       const Bounds& z = block->z_range();
-      blocks_.push_back({Bounds(z.min + lift, z.max + lift), ranger_visible});
+      blocks_.push_back({&model, Bounds(z.min + lift, z.max + lift), ranger_visible});
       s_.memory.bodies += sizeof(Block) + corners * (2 * sizeof(point_t) + sizeof(point_int_t));
     }
     grid::CellLists cells;
@@ -191,12 +192,25 @@ class World::Survey {
 
   void TakeUnseenBlocks() {
     if (!blocks_.empty()) s_.body_heights = blocks_[0].z;
-    for (const PlacedBlock& block : blocks_) {
+    bool seen = false;  // any block of this model so far
+    for (size_t i = 0; i < blocks_.size(); i++) {
+      const PlacedBlock& block = blocks_[i];
       s_.body_heights.min = std::min(s_.body_heights.min, block.z.min);
       s_.body_heights.max = std::max(s_.body_heights.max, block.z.max);
+      const bool sensed = block.ranger_visible && IsSensed(block.z);
       s_.hidden_blocks += !block.ranger_visible;
-      s_.overlooked_blocks += block.ranger_visible && !IsSensed(block.z);
+      s_.overlooked_blocks += block.ranger_visible && !sensed;
+      seen |= sensed;
+      const bool last = i + 1 == blocks_.size() || blocks_[i + 1].model != block.model;
+      if (!last) continue;
+      if (!seen) TakeUnseenBody(*block.model);
+      seen = false;
     }
+  }
+
+  void TakeUnseenBody(const Model& model) {
+    constexpr size_t kExamples = 8;
+    if (s_.unseen_bodies++ < kExamples) s_.unseen_examples.push_back(model.TokenStr());
   }
 
   bool IsSensed(const Bounds& z) const {

@@ -21,6 +21,7 @@ namespace Stg {
 /// Sensors that are alike: of one type, with equally many rays or pixels, equally often due.
 struct SensorKind {
   std::string type;
+  std::string example;          ///< the name of the first of them
   bool subscribed = false;      ///< those that are not produce nothing and cost nothing
   size_t models = 0;            ///< of this kind; the numbers that follow are those of one of them
   size_t parts = 1;             ///< a ranger's sensors, a bumper's lines, a gripper's beams; or 1
@@ -61,7 +62,7 @@ struct MemoryCount {
   // Made in the first steps.
   uint64_t layers = 0;    ///< of the grid: one for each height that rangers look at
   uint64_t readings = 0;  ///< ranges, intensities and bearings of subscribed rangers
-  uint64_t pictures = 0;  ///< of subscribed cameras
+  uint64_t pictures = 0;  ///< of subscribed cameras; drawing takes more, see SensorCost
   uint64_t batch = 0;     ///< the fans of rays of a step, and the list of what is due
 };
 
@@ -78,15 +79,16 @@ struct SceneSummary {
   std::vector<SensorKind> sensors;  ///< subscribed ones first, most rays a step first
 
   // Bodies.
-  size_t bodies = 0;                  ///< models that have blocks
-  size_t blocks = 0;                  ///< polygons with a height interval
-  size_t corners = 0;                 ///< of all polygons
-  Bounds body_heights;                ///< from the lowest to the highest, metres
-  size_t hidden_blocks = 0;           ///< rangers look through them: a negative ranger_return
-  size_t overlooked_blocks = 0;       ///< of the others: none of the sensed heights is theirs
-  std::vector<SensedHeight> heights;  ///< of rangers; the most rays first
-  size_t exact_sensors =
-      0;  ///< subscribed ones of rangers whose rays go to the outlines themselves
+  size_t bodies = 0;             ///< models that have blocks
+  size_t blocks = 0;             ///< polygons with a height interval
+  size_t corners = 0;            ///< of all polygons
+  Bounds body_heights;           ///< from the lowest to the highest, metres
+  size_t hidden_blocks = 0;      ///< rangers look through them: a negative ranger_return
+  size_t overlooked_blocks = 0;  ///< of the others: none of the sensed heights is theirs
+  size_t unseen_bodies = 0;      ///< models with blocks, all of them hidden or overlooked
+  std::vector<std::string> unseen_examples;  ///< the names of the first few of these
+  std::vector<SensedHeight> heights;         ///< of rangers; the most rays first
+  size_t exact_sensors = 0;  ///< subscribed, of rangers, whose rays go to the outlines themselves
   size_t looking_everywhere = 0;  ///< subscribed sensors of other types: they look at every body
 
   // The grid.
@@ -120,6 +122,9 @@ struct SensorCost {
   double ray_ns = 0;          ///< a ray, from its start to the reading; with all threads
   double device_ray_ns = -1;  ///< the same with the OpenCL device; negative: not measured
   double read_ns = 0;         ///< of a ranger: looking at each reading of an update once
+  /// Of the heap, that a model takes at its first update and keeps. 0: unknown, or it has it
+  /// already.
+  uint64_t kept_bytes = 0;
 };
 
 struct StepCosts {

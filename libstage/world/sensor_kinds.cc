@@ -87,7 +87,10 @@ std::vector<SensorGroup> SortSensors(const std::vector<Model*>& models, usec_t s
     kind.interval = model->GetUpdateInterval();
     kind.updates_per_step = UpdatesPerStep(*model, step);
     SensorGroup& group = groups[KeyOf(kind)];
-    if (group.models.empty()) group.kind = kind;
+    if (group.models.empty()) {
+      group.kind = kind;
+      group.kind.example = model->TokenStr();
+    }
     group.models.push_back(model);
     group.kind.models++;
   }

@@ -8,6 +8,10 @@
 #include <iterator>
 #include <typeinfo>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include "models/block.hh"
 #include "models/power_pack.hh"
 #include "stage.hh"
@@ -17,6 +21,17 @@
 namespace Stg {
 
 namespace {
+
+/// Bytes of the heap that are in use; 0 where the C library does not tell.
+uint64_t HeapInUse() {
+#ifdef __GLIBC__
+#if __GLIBC_PREREQ(2, 33)
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+#endif
+#endif
+  return 0;
+}
 
 constexpr double kNanoseconds = 1e9;
 constexpr size_t kFirstLook = 16;  // models that tell how large a sample there is time for
@@ -163,7 +178,9 @@ class World::Gauge {
     std::erase_if(models, [](Model* model) { return !CanMeasure(model); });
     if (models.empty()) return;
     std::vector<Model*> sample = Sample(models, kFirstLook);
+    const uint64_t heap = HeapInUse();
     const Pass look = FirstPasses(sample);
+    cost->kept_bytes = (HeapInUse() - std::min(heap, HeapInUse())) / sample.size();
     const double taken = look.update + look.trace;
     if (taken > seconds) {  // with rays by the million: that has to do
       Write({look.update, look.trace, static_cast<double>(look.rays)}, sample.size(), cost);

@@ -77,6 +77,15 @@ void EstimateStep(const SceneSummary& scene, const StepCosts& costs, const RunOp
       Count(energy, "model") + Format(" x %.0f ns", costs.energy_ns));
 }
 
+/// Cameras keep what they draw with: that is measured, where the system can.
+double PicturesMb(const SceneSummary& scene, const StepCosts& costs) {
+  double bytes = 0;
+  for (size_t i = 0; i < scene.sensors.size(); i++)
+    if (scene.sensors[i].pixels > 0 && scene.sensors[i].subscribed)
+      bytes += static_cast<double>(scene.sensors[i].models * costs.sensors[i].kept_bytes);
+  return std::max(bytes, static_cast<double>(scene.memory.pictures)) / kMegabyte;
+}
+
 void EstimateMemory(const SceneSummary& scene, const StepCosts& costs, const MemoryReadings& read,
                     Estimate* e) {
   const auto add = [e](const char* name, double mb, const char* text) {
@@ -96,7 +105,7 @@ void EstimateMemory(const SceneSummary& scene, const StepCosts& costs, const Mem
                              : "world file, names, controllers, OpenCL, heap");
   add("layers", mb(m.layers), "to come: of the grid, for rangers");
   add("readings", mb(m.readings), "to come: of rangers");
-  add("pictures", mb(m.pictures), "to come: of cameras");
+  add("pictures", PicturesMb(scene, costs), "to come: of cameras, and what they draw with");
   add("batch", mb(m.batch), "to come: the rays of a step, what is due");
   add("device", costs.device_bytes_per_ray * e->rays / kMegabyte, "to come: lists of hits");
   e->peak_mb = std::max(e->memory_mb, read.peak);

@@ -23,6 +23,7 @@ Json Sensors(const Explanation& e, const RunOptions& options) {
     const SensorKind& kind = e.scene.sensors[i];
     const SensorCost& cost = e.costs.sensors[i];
     Json json = {{"type", kind.type},
+                 {"example", kind.example},
                  {"subscribed", kind.subscribed},
                  {"models", kind.models},
                  {"parts", kind.parts},
@@ -63,6 +64,8 @@ Json Bodies(const SceneSummary& s) {
           {"corners", s.corners},
           {"hidden_from_rangers", s.hidden_blocks},
           {"at_heights_not_sensed", s.overlooked_blocks},
+          {"unseen_models", s.unseen_bodies},
+          {"unseen_examples", s.unseen_examples},
           {"sensors_that_look_at_all", s.looking_everywhere},
           {"exact_sensors", s.exact_sensors}};
 }

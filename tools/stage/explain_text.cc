@@ -11,7 +11,9 @@ namespace Stg::program {
 namespace {
 
 constexpr size_t kMostKinds = 10;  // of sensors and models, that are listed one by one
+constexpr size_t kMostIdleKinds = 6;
 constexpr size_t kMostHeights = 6;
+constexpr size_t kMostNames = 3;
 
 double Seconds(usec_t time) { return static_cast<double>(time) / 1e6; }
 double Number(uint64_t number) { return static_cast<double>(number); }
@@ -155,7 +157,8 @@ class Page {
       all += kind.models;
       std::string part = Format("%zu %s", kind.models, kind.type.c_str());
       if (kind.rays > 0) part += Format(" of %.0f rays", Number(kind.rays));
-      if (parts.size() < kMostKinds) parts.push_back(part);
+      part += (kind.models > 1 ? " (such as " : " (") + kind.example + ")";
+      if (parts.size() < kMostIdleKinds) parts.push_back(part);
     }
     if (all == 0)
       return s_.sensors.empty() ? "none: there is no sensor" : "none: all are subscribed";
@@ -185,13 +188,18 @@ class Page {
 
   std::string HiddenBodies() const {
     const size_t unseen = s_.hidden_blocks + s_.overlooked_blocks;
-    std::string text =
-        unseen == 0 ? "all blocks are seen by some ranger"
-                    : Format(
-                          "%zu of %zu blocks are in no ranger's layer: %zu with ranger_return < "
-                          "0, %zu at other heights",
-                          unseen, s_.blocks, s_.hidden_blocks, s_.overlooked_blocks);
-    if (s_.looking_everywhere > 0 && unseen > 0)
+    if (unseen == 0) return "all blocks are seen by some ranger";
+    std::string text = Format(
+        "%zu of %zu blocks are in no ranger's layer: %zu with ranger_return < 0, %zu at other "
+        "heights",
+        unseen, s_.blocks, s_.hidden_blocks, s_.overlooked_blocks);
+    if (s_.unseen_bodies > 0) {
+      std::vector<std::string> names = s_.unseen_examples;
+      names.resize(std::min(names.size(), kMostNames));
+      text += Format("; all of %s: ", Count(Number(s_.unseen_bodies), "model").c_str()) +
+              Joined(names) + (s_.unseen_bodies > names.size() ? ", ..." : "");
+    }
+    if (s_.looking_everywhere > 0)
       text += Format(" (%s of other types look)",
                      Count(Number(s_.looking_everywhere), "sensor").c_str());
     return text;
@@ -245,7 +253,7 @@ class Page {
     const std::vector<std::string> hints = Hints(w_);
     if (hints.empty()) return;
     Heading("What may pay");
-    for (const std::string& hint : hints) text_ += "  " + hint + "\n";
+    for (const std::string& hint : hints) text_ += Wrapped("  " + hint, 4) + "\n";
   }
 
   void PrintMethod() {
