@@ -221,9 +221,17 @@ class World::Gauge {
 
   /// Two: readings, layers and tables are made in the first one. Returns the second.
   Pass FirstPasses(const std::vector<Model*>& sample) {
-    for (Model* model : sample) undos_.push_back(SaveSensor(model));
+    for (Model* model : sample) {
+      undos_.push_back(SaveSensor(model));
+      KeepSchedule(model);
+    }
     Run(sample);
     return Run(sample);
+  }
+
+  /// What is pending for the model now shall count again afterwards.
+  void KeepSchedule(Model* model) {
+    undos_.push_back([model, chain = model->update_chain_] { model->update_chain_ = chain; });
   }
 
   /// All update and their rays are traced, as in a step, but no callback hears of it.
@@ -347,7 +355,8 @@ class World::Gauge {
     sample = Sample(sample, 1000);
     costs_.position_sample = sample.size();
     if (sample.empty()) return;
-    for (ModelPosition* robot : sample)
+    for (ModelPosition* robot : sample) {
+      KeepSchedule(robot);
       undos_.push_back([robot, velocity = robot->velocity, estimate = robot->est_pose,
                         watts = robot->watts, last = robot->last_update_] {
         robot->velocity = velocity;
@@ -355,6 +364,7 @@ class World::Gauge {
         robot->watts = watts;
         robot->last_update_ = last;
       });
+    }
     costs_.position_ns = Repeat(seconds, sample.size(), [&] {
       const double time = TimeEach(sample, [](Model* robot) { robot->Update(); });
       engine_.update_callbacks_due.clear();
