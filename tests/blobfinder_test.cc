@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "model_testing.hh"
+#include "support/crowd.hh"
 
 namespace Stg {
 namespace {
@@ -577,45 +578,25 @@ TEST(EdgeCases, PansThatAreNone) {
 
 // ---- ways of tracing ----------------------------------------------------------------------------
 
-// All blobs of a small crowd over some steps.
-std::vector<double> CrowdBlobs(const RunOptions& options) {
-  World::run_options = options;
-  std::string text;
-  const char* colors[] = {"red", "green", "blue", "yellow", "cyan"};
-  for (int i = 0; i < 60; i++)
-    text += "position( name \"r" + std::to_string(i) + "\" color \"" + colors[i % 5] + "\" pose [" +
-            std::to_string(i % 8 * 1.3) + " " + std::to_string(i / 8 * 1.1) + " 0 " +
-            std::to_string(i * 77 % 360) +
-            "] size [0.4 0.4 0.4] alwayson 1 blobfinder( name \"b\" alwayson 1 ) )\n";
-  const auto world = LoadText(text);
-  World::run_options = RunOptions();
-  std::vector<double> all;
-  for (int i = 0; i < 60; i++)
-    Find<ModelPosition>(*world, "r" + std::to_string(i))->SetSpeed(0.5, 0, 0.1 * (i % 7 - 3));
-  for (int step = 0; step < 10; step++) {
-    Step(*world);
-    for (int i = 0; i < 60; i++)
-      for (const Blob& b :
-           Find<ModelBlobfinder>(*world, "r" + std::to_string(i) + ".b")->GetBlobs())
+TEST(Tracing, ResultsDoNotDependOnHow) {
+  const auto robot = [](int i) {
+    const char* const colors[] = {"red", "green", "blue", "yellow", "cyan"};
+    return std::string("position( color \"") + colors[i % 5] + "\" pose [" +
+           std::to_string(i % 8 * 1.3) + " " + std::to_string(i / 8 * 1.1) + " 0 " +
+           std::to_string(i * 77 % 360) +
+           "] size [0.4 0.4 0.4] alwayson 1 blobfinder( alwayson 1 ) )\n";
+  };
+  const auto look = [](const crowd::Robots& robots, std::vector<double>* all) {
+    for (const ModelPosition* r : robots)
+      for (const Blob& b : dynamic_cast<ModelBlobfinder*>(r->GetChildren()[0])->GetBlobs())
         for (const double value : {b.color.r, b.color.g, b.color.b, double(b.left), double(b.top),
                                    double(b.right), double(b.bottom), b.range})
-          all.push_back(value);
-  }
-  return all;
-}
-
-TEST(Tracing, ResultsDoNotDependOnHow) {
-  const std::vector<double> expected = CrowdBlobs(RunOptions());
-  EXPECT_GT(expected.size(), 8u * 600);
-  RunOptions one_by_one;
-  one_by_one.batch = false;
-  EXPECT_EQ(CrowdBlobs(one_by_one), expected);
-  RunOptions threads;
-  threads.threads = 4;
-  EXPECT_EQ(CrowdBlobs(threads), expected);
-  RunOptions device;  // where there is one
-  device.opencl = device.always_on_device = true;
-  EXPECT_EQ(CrowdBlobs(device), expected);
+          all->push_back(value);
+  };
+  const crowd::Outcome outcome = crowd::ExpectSameHoweverItIsRun(
+      {crowd::Repeat(60, robot), 10, 0.5,
+       [](size_t i) { return 0.1 * (static_cast<double>(i % 7) - 3); }, look});
+  EXPECT_GT(outcome.sensed.size(), 8u * 600);
 }
 
 TEST(Tracing, TheStateHashCoversBlobs) {

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "model_testing.hh"
+#include "support/crowd.hh"
 #include "support/random_source.hh"
 
 namespace Stg {
@@ -610,50 +611,26 @@ TEST(Deletion, OfEverything) {
 
 // ---- ways of tracing ----------------------------------------------------------------------------
 
-// All that a small crowd finds over some steps.
-std::vector<double> CrowdFiducials(const RunOptions& options, uint64_t* hash, uint64_t* rays) {
-  World::run_options = options;
-  std::string text;
-  for (int i = 0; i < 60; i++)
-    text += "position( name \"r" + std::to_string(i) + "\" fiducial_return " +
-            std::to_string(i + 1) + " pose [" + std::to_string(i % 8 * 2.3) + " " +
-            std::to_string(i / 8 * 2.1) + " 0 " + std::to_string(i * 77 % 360) +
-            "] size [0.4 0.4 0.4] alwayson 1 fiducial( name \"f\" range_max 6 alwayson 1 ) )\n";
-  const auto world = LoadText(text);
-  World::run_options = RunOptions();
-  std::vector<double> all;
-  for (int i = 0; i < 60; i++)
-    Find<ModelPosition>(*world, "r" + std::to_string(i))->SetSpeed(0.5, 0, 0.1 * (i % 7 - 3));
-  for (int step = 0; step < 10; step++) {
-    Step(*world);
-    for (int i = 0; i < 60; i++)
-      for (const Fiducial& f :
-           Find<ModelFiducial>(*world, "r" + std::to_string(i) + ".f")->GetFiducials())
+TEST(Tracing, ResultsDoNotDependOnHow) {
+  const auto robot = [](int i) {
+    return "position( fiducial_return " + std::to_string(i + 1) + " pose [" +
+           std::to_string(i % 8 * 2.3) + " " + std::to_string(i / 8 * 2.1) + " 0 " +
+           std::to_string(i * 77 % 360) +
+           "] size [0.4 0.4 0.4] alwayson 1 fiducial( range_max 6 alwayson 1 ) )\n";
+  };
+  const auto look = [](const crowd::Robots& robots, std::vector<double>* all) {
+    for (const ModelPosition* r : robots)
+      for (const Fiducial& f : dynamic_cast<ModelFiducial*>(r->GetChildren()[0])->GetFiducials())
         for (const double value : {f.range, f.bearing, f.geom.a, f.pose.x, f.pose.y, f.pose.a,
                                    static_cast<double>(f.id)})
-          all.push_back(value);
-  }
-  *hash = world->StateHash();
-  *rays = world->statistics().trace.rays;
-  return all;
-}
-
-TEST(Tracing, ResultsDoNotDependOnHow) {
-  uint64_t hash = 0, rays = 0;
-  const std::vector<double> expected = CrowdFiducials(RunOptions(), &hash, &rays);
-  EXPECT_GT(expected.size(), 7u * 1200);
-  EXPECT_GT(rays, expected.size() / 7);  // rays to those that are hidden
-  EXPECT_LT(rays, 60u * 59 * 10 / 4);    // but only to those that are near and ahead
-  RunOptions one_by_one, threads, device;
-  one_by_one.batch = false;
-  threads.threads = 4;
-  device.opencl = device.always_on_device = true;  // where there is one
-  for (const RunOptions& options : {one_by_one, threads, device}) {
-    uint64_t other_hash = 0, other_rays = 0;
-    EXPECT_EQ(CrowdFiducials(options, &other_hash, &other_rays), expected);
-    EXPECT_EQ(other_hash, hash);
-    EXPECT_EQ(other_rays, rays);
-  }
+          all->push_back(value);
+  };
+  const crowd::Outcome outcome = crowd::ExpectSameHoweverItIsRun(
+      {crowd::Repeat(60, robot), 10, 0.5,
+       [](size_t i) { return 0.1 * (static_cast<double>(i % 7) - 3); }, look});
+  EXPECT_GT(outcome.sensed.size(), 7u * 1200);
+  EXPECT_GT(outcome.rays, outcome.sensed.size() / 7);  // rays to those that are hidden
+  EXPECT_LT(outcome.rays, 60u * 59 * 10 / 4);          // but only to those that are near and ahead
 }
 
 TEST(Tracing, TheStateHashCoversWhatWasFound) {

@@ -6,6 +6,7 @@
 
 #include "model_testing.hh"
 #include "models/line_in_bodies.hh"
+#include "support/crowd.hh"
 
 namespace Stg {
 namespace {
@@ -403,44 +404,25 @@ TEST(Wifi, RadiosMayBeDeletedWhileRaysWait) {
   EXPECT_EQ(pair.world->GetAllModels().size(), 2u);
 }
 
-uint64_t HashOfCrowd(const RunOptions& options) {
-  InitLibrary();
-  World::run_options = options;
-  std::string text =
-      "define bot position( size [0.3 0.3 0.3] alwayson 1 wifi( pose [0 0 -0.1 0] power 20\n"
-      "  model \"raytrace\" alwayson 1 ) wifi( model \"log distance\" power 0 alwayson 1 ) )\n"
-      "define wall model( size [0.1 1 1] )\n";
-  for (int i = 0; i < 40; i++) {
-    const std::string x = std::to_string(i % 7 * 1.3), y = std::to_string(i / 7 * 1.1);
-    text += "bot( pose [" + x + " " + y + " 0 " + std::to_string(i * 37) + "] )\n";
-    text += "wall( pose [" + x + "5 " + y + " 0 " + std::to_string(i * 31) + "] )\n";
-  }
-  const auto world = LoadText(text);
-  World::run_options = RunOptions();
-  uint64_t hash = 0;
-  size_t links = 0;
-  for (int i = 0; i < 10; i++) {
-    for (Model* model : world->GetChildren())
-      if (auto* robot = dynamic_cast<ModelPosition*>(model)) robot->SetSpeed(0.2, 0, 0.3);
-    Step(*world);
-    hash = hash * 31 + world->StateHash();
-  }
-  for (Model* model : world->GetChildren())
-    if (dynamic_cast<ModelPosition*>(model))
-      links += dynamic_cast<ModelWifi*>(model->GetChildren()[0])->GetNeighbors().size();
-  EXPECT_GT(links, 100u);
-  EXPECT_LT(links, 40u * 78u);  // walls break some
-  return hash;
-}
-
 TEST(Wifi, ResultsDoNotDependOnHowTheyAreMade) {
-  const uint64_t expected = HashOfCrowd(RunOptions());
-  RunOptions one_by_one, threads, device;
-  one_by_one.batch = false;
-  threads.threads = 4;
-  device.opencl = device.always_on_device = true;  // where there is one
-  for (const RunOptions& options : {one_by_one, threads, device})
-    EXPECT_EQ(HashOfCrowd(options), expected);
+  const auto bot_and_wall = [](int i) {
+    const std::string x = std::to_string(i % 7 * 1.3), y = std::to_string(i / 7 * 1.1);
+    return "bot( pose [" + x + " " + y + " 0 " + std::to_string(i * 37) + "] )\nwall( pose [" + x +
+           "5 " + y + " 0 " + std::to_string(i * 31) + "] )\n";
+  };
+  const auto look = [](const crowd::Robots& robots, std::vector<double>* links) {
+    for (const ModelPosition* robot : robots)
+      for (const auto& link : dynamic_cast<ModelWifi*>(robot->GetChildren()[0])->GetNeighbors())
+        links->push_back(link.db);
+  };
+  const crowd::Outcome outcome = crowd::ExpectSameHoweverItIsRun(
+      {"define bot position( size [0.3 0.3 0.3] alwayson 1 wifi( pose [0 0 -0.1 0] power 20\n"
+       "  model \"raytrace\" alwayson 1 ) wifi( model \"log distance\" power 0 alwayson 1 ) )\n"
+       "define wall model( size [0.1 1 1] )\n" +
+           crowd::Repeat(40, bot_and_wall),
+       10, 0.2, [](size_t) { return 0.3; }, look});
+  EXPECT_GT(outcome.sensed.size(), 10 * 100u);
+  EXPECT_LT(outcome.sensed.size(), 10 * 40 * 78u);  // walls break some
 }
 
 }  // namespace

@@ -84,8 +84,10 @@ void ModelActuator::Save() {
   Model::Save();
   if (!wf || !wf->PropertyExists(wf_entity, "start_position")) return;
   // Loaded again, the start position is added to the pose: they are saved apart.
-  reference_.Save(wf, wf_entity, "pose");
-  wf->WriteFloat(wf_entity, "start_position", GetPosition());
+  const double position = GetPosition();
+  Pose without = pose + Displacement(-position);
+  without.Save(wf, wf_entity, "pose");
+  wf->WriteFloat(wf_entity, "start_position", position);
 }
 
 void ModelActuator::LoadJoint() {
