@@ -585,8 +585,9 @@ TEST(SelfDeletion, WhileModelsAreInitialised) {
     model->AddCallback(
         Model::CB_INIT,
         [](Model* mod, void*) {
+          const World& all = *mod->GetWorld();  // the model itself is among those that go
           for (const char* name : {"first", "self", "next", "last"})
-            if (mod->GetWorld()->GetChildren().size() > 2) delete Find(*mod->GetWorld(), name);
+            if (all.GetChildren().size() > 2) delete Find(all, name);
           return 0;
         },
         nullptr);
