@@ -188,6 +188,7 @@ class Page {
 
   std::string HiddenBodies() const {
     const size_t unseen = s_.hidden_blocks + s_.overlooked_blocks;
+    if (s_.blocks == 0) return "there is none";
     if (unseen == 0) return "all blocks are seen by some ranger";
     std::string text = Format(
         "%zu of %zu blocks are in no ranger's layer: %zu with ranger_return < 0, %zu at other "

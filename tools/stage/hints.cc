@@ -51,20 +51,18 @@ class Hinter {
     const auto dearest = std::max_element(e_.kind_ms.begin(), e_.kind_ms.end());
     if (dearest == e_.kind_ms.end() || Share(*dearest) < 0.3) return;
     const SensorKind& kind = w_.scene.sensors[static_cast<size_t>(dearest - e_.kind_ms.begin())];
-    const double step = static_cast<double>(w_.scene.step) / 1e3;
-    const double steps = std::max(1.0, 1 / kind.updates_per_step);
-    std::string hint = Format(
-        "update_interval: the %s sensors%s are %.0f %% of a step; at %s ms "
-        "instead of %s it would be %s shorter",
-        kind.type.c_str(),
-        kind.rays > 0
-            ? Format(" of %s", Count(static_cast<double>(kind.rays), "ray").c_str()).c_str()
-            : "",
-        100 * Share(*dearest), Rounded(2 * steps * step).c_str(), Rounded(steps * step).c_str(),
-        Ms(*dearest / 2).c_str());
-    hints_.push_back(hint);
+    const double now = static_cast<double>(w_.scene.step) / 1e3 / kind.updates_per_step;
+    std::string which = kind.type + " sensors";
+    if (kind.rays > 0) which += " of " + Count(static_cast<double>(kind.rays), "ray");
+    hints_.push_back(
+        Format("update_interval: the %s are %.0f %% of a step; at %s ms instead of %s "
+               "it would be %s shorter",
+               which.c_str(), 100 * Share(*dearest), Rounded(2 * now).c_str(), Rounded(now).c_str(),
+               Ms(*dearest / 2).c_str()));
     if (kind.rays > 1 && kind.type == "ranger")
       hints_.push_back("samples: half of them in these sensors save nearly as much");
+    if (kind.pixels > 0)
+      hints_.push_back("resolution and range of the cameras: fewer pixels, fewer bodies to draw");
   }
 
   void HintAtThreads() {
