@@ -47,7 +47,7 @@ struct Body {
   const point_t* corners = nullptr;
   uint32_t edges = 0;
   double x = 0, y = 0, radius = 0;  ///< a circle that holds them
-  uint32_t layers = 0;  ///< bit i: it is drawn in layer i. Kept by the grid
+  uint32_t layers = 0;              ///< bit i: it is drawn in layer i. Kept by the grid
 
   bool exact() const { return corners != nullptr; }
 };

@@ -79,8 +79,8 @@ sensing::HitLists WorldEngine::Prefilter() {
 void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   const sensing::Tracer tracer(scene.grid);
   const std::vector<sensing::Fan>& fans = scene.batch.fans();
-  // Several shares for each thread, as fans take different times; but waking threads takes as long as
-  // tracing a thousand rays or so.
+  // Several shares for each thread, as fans take different times; but waking threads takes as long
+  // as tracing a thousand rays or so.
   constexpr uint32_t kTooFewRays = 1500;
   const size_t shares = size_t{4} * workers_->threads();
   const size_t grain = scene.batch.ray_count() < kTooFewRays
