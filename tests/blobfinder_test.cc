@@ -4,69 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "model_testing.hh"
+#include "blobfinder_testing.hh"
 #include "support/crowd.hh"
 
 namespace Stg {
 namespace {
-
-using Blob = ModelBlobfinder::Blob;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// A world with a blobfinder "b" at the origin, subscribed. Its image is 81 pixels wide, so that
-/// ray 40 looks straight ahead.
-struct Scene {
-  explicit Scene(const std::string& rest, const std::string& properties = "")
-      : world(LoadText("blobfinder( name \"b\" image [81 60] " + properties + " )\n" + rest)),
-        finder(FindRunning<ModelBlobfinder>(*world, "b")) {}
-  const std::vector<Blob>& Blobs() {
-    Step(*world);
-    return finder->GetBlobs();
-  }
-  std::unique_ptr<World> world;
-  ModelBlobfinder* finder;
-};
-
-/// A box whose near face is at x = 2.5, two metres wide, its middle ahead.
-std::string Box(const std::string& color, const std::string& more = "") {
-  return "model( name \"" + color + "\" color \"" + color + "\" pose [3 0 0 0] size [1 2 1] " +
-         more + " )\n";
-}
-
-/// Two touching boxes, 2.5 m away: the first to the right of straight ahead, the second to the
-/// left.
-std::string Neighbours(const std::string& right, const std::string& left) {
-  return "model( " + right + " pose [3 -1 0 0] size [1 2 1] )\nmodel( " + left +
-         " pose [3 1 0 0] size [1 2 1] )\n";
-}
-
-struct Expected {
-  const char* color;
-  unsigned left, top, right, bottom;
-  double range, tolerance = 1.5 * kCell;
-};
-void ExpectBlobs(const std::vector<Blob>& blobs, const std::vector<Expected>& expected) {
-  ASSERT_EQ(blobs.size(), expected.size());
-  for (size_t i = 0; i < blobs.size(); i++) {
-    const Expected& e = expected[i];
-    EXPECT_EQ(blobs[i].color, Color(e.color)) << i;
-    EXPECT_NEAR(blobs[i].left, e.left, 1) << e.color;
-    EXPECT_NEAR(blobs[i].top, e.top, 1) << e.color;
-    EXPECT_NEAR(blobs[i].right, e.right, 1) << e.color;
-    EXPECT_NEAR(blobs[i].bottom, e.bottom, 1) << e.color;
-    EXPECT_NEAR(blobs[i].range, e.range, e.tolerance) << e.color;
-  }
-}
-
-void ExpectOneBlob(Scene* scene, const char* color) {
-  const std::vector<Blob>& blobs = scene->Blobs();
-  ASSERT_EQ(blobs.size(), 1u);
-  EXPECT_EQ(blobs[0].color, Color(color));
-}
 
 // ---- what Stage reports -------------------------------------------------------------------------
 
@@ -397,105 +340,6 @@ TEST(Sight, ItSeesWhatIsThereAtTheStartOfTheStep) {
     EXPECT_NEAR(blob.range, face * 1.03, 0.02 * face) << i;
   }
   EXPECT_GT(target->GetPose().x, 3.5);
-}
-
-// ---- chosen colours -----------------------------------------------------------------------------
-
-const char kThree[] =
-    "model( color \"red\" pose [3 -1 0 0] size [0.4 0.4 1] )\n"
-    "model( color \"green\" pose [3 0 0 0] size [0.4 0.4 1] )\n"
-    "model( color \"blue\" pose [3 1 0 0] size [0.4 0.4 1] )\n";
-
-std::string Seen(Scene* scene) {
-  std::string text;
-  for (const Blob& blob : scene->Blobs())
-    text += blob.color == Color::red     ? 'r'
-            : blob.color == Color::green ? 'g'
-            : blob.color == Color::blue  ? 'b'
-                                         : '?';
-  return text;
-}
-
-TEST(Colors, AListInTheWorldFile) {
-  const struct {
-    const char *properties, *seen;
-  } cases[] = {{"", "rgb"},
-               {"colors [\"blue\" \"red\"] colors_count 2", "rb"},
-               {"colors [\"blue\" \"red\"] colors_count 1", "b"},
-               {"colors [\"blue\" \"red\"] colors_count 0", "rgb"},
-               {"colors [\"blue\" \"red\"]", "rgb"},
-               {"colors \"green\" colors_count 1", "g"},
-               {"colors [\"yellow\"] colors_count 1", ""},
-               {"colors [\"no such color\"] colors_count 1", "r"},
-               {"colors_count 2", "rgb"}};
-  for (const auto& c : cases) {
-    Scene scene(kThree, c.properties);
-    EXPECT_EQ(Seen(&scene), c.seen) << c.properties;
-  }
-}
-
-TEST(Colors, DoubtfulListsAreWarnedOf) {
-  const auto errors = [](const std::string& properties) {
-    return TryToLoad("blobfinder( " + properties + " )").errors;
-  };
-  EXPECT_EQ(errors("colors [\"blue\"] colors_count 1"), "");
-  EXPECT_EQ(errors("colors [\"blue\"] colors_count 0"), "");
-  EXPECT_NE(errors("colors [\"blue\"]").find("t.world:1:"), std::string::npos);
-  EXPECT_NE(errors("colors [\"blue\"]").find("colors_count"), std::string::npos);
-  EXPECT_NE(errors("colors [\"bleu\"] colors_count 1").find("\"bleu\""), std::string::npos);
-}
-
-TEST(Colors, TheListCanBeChangedAtRunTime) {
-  Scene scene(kThree);
-  scene.finder->AddColor(Color::blue);
-  EXPECT_EQ(Seen(&scene), "b");
-  scene.finder->AddColor(Color::red);
-  EXPECT_EQ(Seen(&scene), "rb");
-  scene.finder->RemoveColor(Color::blue);
-  EXPECT_EQ(Seen(&scene), "r");
-  scene.finder->RemoveColor(Color::red);
-  EXPECT_EQ(Seen(&scene), "rgb");
-  scene.finder->AddColor(Color::green);
-  scene.finder->RemoveAllColors();
-  EXPECT_EQ(Seen(&scene), "rgb");
-}
-
-TEST(Colors, LoadingReplacesTheList) {
-  Scene scene(kThree, "colors [\"blue\"] colors_count 1");
-  scene.finder->AddColor(Color::red);
-  EXPECT_EQ(Seen(&scene), "rb");
-  scene.finder->Load();
-  EXPECT_EQ(Seen(&scene), "b");
-}
-
-TEST(Colors, RemovingTakesAllEqualOnesAndNoOthers) {
-  Scene scene(kThree);
-  for (const Color& c : {Color::blue, Color::blue, Color::green, Color::blue, Color::blue})
-    scene.finder->AddColor(c);
-  scene.finder->RemoveColor(Color::blue);
-  EXPECT_EQ(Seen(&scene), "g");
-  scene.finder->RemoveColor(Color(0, 1, 0, 0.5));  // opacity counts here
-  EXPECT_EQ(Seen(&scene), "g");
-  scene.finder->RemoveColor(Color(0.00005, 1, 0));
-  EXPECT_EQ(Seen(&scene), "rgb");
-  scene.finder->RemoveColor(Color::red);
-  EXPECT_EQ(Seen(&scene), "rgb");
-}
-
-TEST(Colors, WorldFilesAreRefused) {
-  for (const char* properties :
-       {"colors [\"red\" \"blue\"] colors_count 3", "colors [\"red\"] colors_count -1"}) {
-    const LoadOutcome outcome = TryToLoad("blobfinder( " + std::string(properties) + " )");
-    EXPECT_FALSE(outcome.loaded) << properties;
-    EXPECT_EQ(outcome.status, 255);
-    EXPECT_EQ(outcome.errors.rfind("t.world:1:", 0), 0u) << outcome.errors;
-  }
-  for (const char* properties : {"image [80]", "image [4000000000 60]", "range -1", "range \"inf\"",
-                                 "fov \"nan\"", "pan \"inf\""}) {
-    const LoadOutcome outcome = TryToLoad("blobfinder( " + std::string(properties) + " )");
-    EXPECT_FALSE(outcome.loaded) << properties;
-    EXPECT_EQ(outcome.errors.rfind("t.world:1:", 0), 0u) << outcome.errors;
-  }
 }
 
 // ---- edge cases ---------------------------------------------------------------------------------

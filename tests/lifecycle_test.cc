@@ -109,7 +109,11 @@ TEST(Lifecycle, AWorldLoadedAgainBeginsAnew) {
   EXPECT_EQ(used->UpdateCount(), 0u);
   EXPECT_EQ(used->GetAllModels().size(), fresh->GetAllModels().size());
   EXPECT_EQ(used->GetModel("r0")->TokenStr(), "r0");
-  EXPECT_EQ(HashAfter(used.get(), 50), HashAfter(fresh.get(), 50));
+  const uint64_t expected = HashAfter(fresh.get(), 50);
+  EXPECT_EQ(HashAfter(used.get(), 50), expected);
+  used->UnLoad();
+  ASSERT_TRUE(LoadSmallWorld(used.get()));
+  EXPECT_EQ(HashAfter(used.get(), 50), expected);
 }
 
 TEST(Lifecycle, AnUnloadedWorldIsEmptyAndHarmless) {
@@ -121,18 +125,21 @@ TEST(Lifecycle, AnUnloadedWorldIsEmptyAndHarmless) {
   EXPECT_EQ(world->GetAllModels().size(), 1u);
   EXPECT_EQ(world->GetWorldFile(), nullptr);
   EXPECT_EQ(world->SimTimeNow(), 0u);
-  EXPECT_NE(world->GetGround(), nullptr);
+  EXPECT_EQ(world->GetGround()->TokenStr(), "_ground_model");
   OutputOf([&] { EXPECT_EQ(world->GetModel("r0"), nullptr); });
   Step(*world, 3);
   world->UnLoad();
   Step(*world, 3);
   EXPECT_FALSE(world->Save(nullptr));
+  EXPECT_TRUE(LoadSmallWorld(world.get()));
 }
 
 TEST(Lifecycle, AWorldThatWasNeverLoadedSteps) {
   const auto world = EmptyWorld();
   Step(*world, 3);
   EXPECT_EQ(world->SimTimeNow(), 300000u);
+  EXPECT_TRUE(LoadSmallWorld(world.get()));
+  Step(*world, 3);
 }
 
 // In a process of its own, which runs nothing else before.
@@ -156,12 +163,18 @@ TEST(Lifecycle, AFailedLoadLeavesAWorldThatCanLoad) {
   for (const char* text : {"robot( )", "model( joules \"nan\" )", "model( watts 5 joules 3 "}) {
     const LoadOutcome outcome = TryToLoad(world.get(), text);
     EXPECT_FALSE(outcome.loaded) << text;
+    EXPECT_EQ(outcome.status, 1) << text;
     EXPECT_EQ(outcome.models, 1u) << text;
+    EXPECT_EQ(world->GetWorldFile(), nullptr);
+    EXPECT_EQ(world->SimTimeNow(), 0u);
   }
   ASSERT_TRUE(LoadSmallWorld(world.get()));
   const auto fresh = EmptyWorld();
   ASSERT_TRUE(LoadSmallWorld(fresh.get()));
   EXPECT_EQ(HashAfter(world.get(), 20), HashAfter(fresh.get(), 20));
+  EXPECT_FALSE(TryToLoad(world.get(), "robot( )").loaded);
+  EXPECT_NE(world->CreateModel(nullptr, "position"), nullptr);
+  Step(*world, 2);
 }
 
 TEST(Lifecycle, SeveralWorldsDoNotDisturbEachOther) {

@@ -5,26 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "model_testing.hh"
+#include "position_testing.hh"
 
 namespace Stg {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 using Command = void (*)(ModelPosition*);
-
-/// A world with one robot, "r", subscribed.
-struct Robot {
-  explicit Robot(const std::string& properties, const std::string& rest = "")
-      : world(LoadText("position( name \"r\" " + properties + " )\n" + rest)),
-        position(FindRunning<ModelPosition>(*world, "r")) {}
-  std::unique_ptr<World> world;
-  ModelPosition* position;
-};
 
 // ---- figures of Stage 4.3 -----------------------------------------------------------------------
 
@@ -358,128 +345,6 @@ TEST(GoTo, TurnsOnTheSpotWhenItIsThere) {
   EXPECT_GT(robot.position->GetVelocity().x, 0);
 }
 
-// ---- localization -------------------------------------------------------------------------------
-
-TEST(Localization, GpsTellsThePoseBeforeTheMove) {
-  Robot robot("pose [1 2 0 90]");
-  ExpectPose(robot.position->est_pose, 0, 0, 0, 0);
-  ExpectPose(robot.position->est_origin, 1, 2, 0, M_PI / 2);
-  robot.position->SetSpeed(0.5, 0, 0);
-  Step(*robot.world);
-  ExpectPose(robot.position->est_pose, 1, 2, 0, M_PI / 2);
-  Step(*robot.world);
-  ExpectPose(robot.position->est_pose, 1, 2.05, 0, M_PI / 2);
-  ExpectPose(robot.position->GetPose(), 1, 2.1, 0, M_PI / 2);
-}
-
-TEST(Localization, OriginCountsInTheFirstEstimateOnly) {
-  Robot robot("pose [3 2 0 0] localization_origin [1 2 0.5 450]");
-  EXPECT_DOUBLE_EQ(robot.position->est_origin.a, 2.5 * M_PI);  // as it was given
-  ExpectPose(robot.position->est_pose, 0, -2, 0, -M_PI / 2);
-  Step(*robot.world);
-  ExpectPose(robot.position->est_pose, 3, 2, 0, 0);
-}
-
-TEST(Odometry, StartsAtTheOriginGiven) {
-  Robot robot(
-      "pose [3 2 0 0] localization \"odom\" localization_origin [0 0 0 0]"
-      " odom_error [0 0 0 0]");
-  robot.position->SetSpeed(0.5, 0, 0);
-  Step(*robot.world, 2);
-  ExpectPose(robot.position->est_pose, 3.1, 2, 0, 0);
-}
-
-// Stage gives the sideways part the wrong sign: (0.05, -0.04).
-TEST(Odometry, SidewaysIsToTheLeft) {
-  Robot robot("drive \"omni\" localization \"odom\" odom_error [0 0 0 0]");
-  robot.position->SetSpeed(0.5, 0.4, 0);
-  Step(*robot.world);
-  ExpectPose(robot.position->est_pose, 0.05, 0.04, 0, 0);
-  ExpectPose(robot.position->GetPose(), 0.05, 0.04, 0, 0);
-}
-
-TEST(Odometry, TurnsFirstThenMoves) {
-  Robot robot("localization \"odom\" odom_error [0 0 0 0]");
-  robot.position->SetSpeed(0.5, 0, 1);
-  Step(*robot.world);
-  ExpectPose(robot.position->est_pose, 0.05 * std::cos(0.1), 0.05 * std::sin(0.1), 0, 0.1);
-  ExpectPose(robot.position->GetPose(), 0.05, 0, 0, 0.1);
-}
-
-// Stage adds one step for each update however long ago the last one was.
-TEST(Odometry, CountsTheTimeSinceTheLastUpdate) {
-  for (const int interval : {100, 200, 400}) {
-    Robot robot("localization \"odom\" odom_error [0 0 0 0] update_interval " +
-                std::to_string(interval));
-    robot.position->SetSpeed(0.5, 0, 0);
-    Step(*robot.world, 8);
-    EXPECT_NEAR(robot.position->est_pose.x, 0.4, 1e-12) << interval;
-  }
-}
-
-TEST(Odometry, ATimeWithoutSubscribersDoesNotCount) {
-  Robot robot("localization \"odom\" odom_error [0 0 0 0]");
-  ModelPosition& p = *robot.position;
-  p.SetSpeed(0.5, 0, 0);
-  Step(*robot.world, 2);
-  p.Unsubscribe();
-  Step(*robot.world, 10);
-  p.Subscribe();
-  p.SetSpeed(0.5, 0, 0);
-  Step(*robot.world);
-  EXPECT_NEAR(p.est_pose.x, 0.15, 1e-12);
-}
-
-TEST(Odometry, CountsWheelSlip) {
-  Robot robot("localization \"odom\" odom_error [0 0 0 0]", "model( pose [0.7 0 0 0] )");
-  robot.position->SetSpeed(0.5, 0, 0);
-  Step(*robot.world, 10);
-  EXPECT_NEAR(robot.position->est_pose.x, 0.5, 1e-12);
-  EXPECT_LT(robot.position->GetPose().x, 0.31);
-}
-
-TEST(Odometry, ErrorsAreDrawnFromNarrowIntervals) {
-  std::string text;
-  for (int i = 0; i < 300; i++) text += "position( name \"r" + std::to_string(i) + "\" )\n";
-  const auto world = LoadText(text);
-  Velocity largest, sum;
-  for (int i = 0; i < 300; i++) {
-    const Velocity e = Find<ModelPosition>(*world, "r" + std::to_string(i))->GetOdomError();
-    EXPECT_LE(std::fabs(e.x), 0.015);
-    EXPECT_LE(std::fabs(e.y), 0.015);
-    EXPECT_EQ(e.z, 0);
-    EXPECT_LE(std::fabs(e.a), 0.025);
-    largest =
-        Velocity(std::max(largest.x, e.x), std::max(largest.y, e.y), 0, std::max(largest.a, e.a));
-    sum = Velocity(sum.x + e.x, sum.y + e.y, 0, sum.a + e.a);
-  }
-  EXPECT_GT(largest.x, 0.014);
-  EXPECT_GT(largest.y, 0.014);
-  EXPECT_GT(largest.a, 0.0235);
-  EXPECT_NEAR(sum.x / 300, 0, 0.002);
-  EXPECT_NEAR(sum.a / 300, 0, 0.003);
-}
-
-TEST(Odometry, SetOdomMakesTheEstimateReadThat) {
-  Robot robot("pose [1 30 0 90] localization \"odom\" odom_error [0 0 0 0]");
-  robot.position->SetOdom(Pose(5, 6, 0, 0.3));
-  ExpectPose(robot.position->est_pose, 5, 6, 0, 0.3);
-  ExpectPose(robot.position->est_origin, 5.2544, 23.4502, 0, 1.2708, 1e-4);
-  robot.position->SetSpeed(0.5, 0, 0);
-  Step(*robot.world);
-  ExpectPose(robot.position->est_pose, 5 + 0.05 * std::cos(0.3), 6 + 0.05 * std::sin(0.3), 0, 0.3);
-  // The true pose, seen in the frame of est_origin, is the estimate.
-  const Pose seen = robot.position->est_origin + robot.position->est_pose;
-  ExpectPose(seen, 1, 30.05, 0, M_PI / 2);
-}
-
-TEST(Odometry, SetOdomLastsOneUpdateWithGps) {
-  Robot robot("pose [1 30 0 90]");
-  robot.position->SetOdom(Pose(5, 6, 0, 0.3));
-  Step(*robot.world);
-  ExpectPose(robot.position->est_pose, 1, 30, 0, M_PI / 2);
-}
-
 // ---- velocities ---------------------------------------------------------------------------------
 
 TEST(Velocities, GlobalOnesAreTurned) {
@@ -549,109 +414,6 @@ TEST(Velocities, CallbacksTellOfThem) {
   EXPECT_EQ(poses, 0);       // driving is not SetPose
   robot.position->SetVelocity(Velocity());
   EXPECT_EQ(velocities, 5);
-}
-
-// ---- stalls -------------------------------------------------------------------------------------
-
-TEST(Stall, RefusesTheStepKeepsTheVelocityAndTriesAgain) {
-  // The robot's front is at 0.2, the box's face at 0.29: one step of 0.05 fits.
-  Robot robot("", "model( name \"box\" pose [0.49 0 0 0] size [0.4 0.4 1] )");
-  ModelPosition& p = *robot.position;
-  p.SetSpeed(0.5, 0, 0.05);
-  std::string stalled;
-  for (int i = 0; i < 4; i++) {
-    Step(*robot.world);
-    stalled += p.Stalled() ? '1' : '0';
-  }
-  EXPECT_EQ(stalled, "0111");
-  ExpectPose(p.GetPose(), 0.05, 0, 0, 0.005);  // not turned either
-  ExpectPose(p.GetVelocity(), 0.5, 0, 0, 0.05);
-
-  p.Stop();
-  Step(*robot.world, 3);
-  EXPECT_TRUE(p.Stalled());  // nothing was tried, nothing was learnt
-  p.SetSpeed(-0.5, 0, 0);
-  Step(*robot.world);
-  EXPECT_FALSE(p.Stalled());
-  p.SetSpeed(0.5, 0, 0);
-  Step(*robot.world, 3);
-  EXPECT_TRUE(p.Stalled());
-  Find(*robot.world, "box")->SetPose(Pose(10, 0, 0, 0));
-  Step(*robot.world);
-  EXPECT_FALSE(p.Stalled());  // goes on by itself
-}
-
-TEST(Stall, ABodyBelowTheGroundNeverMoves) {
-  Robot robot("pose [0 0 -0.01 0]");
-  robot.position->SetSpeed(0.5, 0, 0);
-  Step(*robot.world, 3);
-  ExpectPose(robot.position->GetPose(), 0, 0, -0.01, 0);
-  EXPECT_TRUE(robot.position->Stalled());
-}
-
-TEST(Stall, SetStallClearsTheFlag) {
-  Robot robot("pose [0 0 -0.01 0]");
-  robot.position->SetSpeed(0.5, 0, 0);
-  Step(*robot.world);
-  robot.position->Stop();
-  robot.position->SetStall(false);
-  Step(*robot.world, 2);
-  EXPECT_FALSE(robot.position->Stalled());
-}
-
-TEST(Stall, ADisabledRobotStaysWhereItIs) {
-  Robot robot("");
-  ModelPosition& p = *robot.position;
-  EXPECT_TRUE(p.IsEnabled());
-  p.SetSpeed(0.5, 0, 0);
-  p.Disable();
-  EXPECT_FALSE(p.IsEnabled());
-  Step(*robot.world, 3);
-  ExpectPose(p.GetPose(), 0, 0, 0, 0);
-  EXPECT_EQ(p.GetVelocity().x, 0.5);
-  EXPECT_FALSE(p.Stalled());
-  p.Enable();
-  Step(*robot.world);
-  ExpectPose(p.GetPose(), 0.05, 0, 0, 0);
-}
-
-// ---- positions on positions ---------------------------------------------------------------------
-
-TEST(Attached, MoveInTheirParentsFrame) {
-  const auto world = LoadText(
-      "position( name \"ship\" pose [1 2 0 90] size [2 2 0.5]\n"
-      "  position( name \"deck\" pose [0.3 0 0 90] drive \"omni\"\n"
-      "    position( name \"toy\" pose [0 0.1 0 0] ) ) )");
-  ModelPosition* ship = FindRunning<ModelPosition>(*world, "ship");
-  ModelPosition* deck = FindRunning<ModelPosition>(*world, "ship.deck");
-  ModelPosition* toy = FindRunning<ModelPosition>(*world, "ship.deck.toy");
-  ship->SetSpeed(0.5, 0, 0);
-  deck->SetSpeed(0.1, 0.2, 0);
-  toy->SetSpeed(0, 0, 0.5);
-  Step(*world, 2);
-  ExpectPose(ship->GetPose(), 1, 2.1, 0, M_PI / 2);
-  ExpectPose(deck->GetPose(), 0.3 - 0.04, 0.02, 0, M_PI / 2);
-  ExpectPose(toy->GetPose(), 0, 0.1, 0, 0.1);
-  ExpectPose(deck->GetGlobalPose(), 1 - 0.02, 2.1 + 0.26, 0.5, M_PI);
-  ExpectPose(toy->GetGlobalPose(), 0.98, 2.36 - 0.1, 1.5, M_PI + 0.1 - 2 * M_PI);
-  EXPECT_FALSE(ship->Stalled() || deck->Stalled() || toy->Stalled());
-}
-
-TEST(Attached, ACarriedBodyStallsItsCarrierOnly) {
-  const auto world = LoadText(
-      "position( name \"ship\" size [0.4 0.4 0.5]\n"
-      "  position( name \"mast\" size [0.2 0.2 2] ) )\n"
-      "model( name \"bridge\" pose [0.35 0 0.6 0] size [0.4 2 0.2] )");
-  ModelPosition* ship = FindRunning<ModelPosition>(*world, "ship");
-  ModelPosition* mast = FindRunning<ModelPosition>(*world, "ship.mast");
-  ship->SetSpeed(0.5, 0, 0);
-  Step(*world, 2);
-  EXPECT_TRUE(ship->Stalled());  // passes under the bridge but for the mast
-  EXPECT_FALSE(mast->Stalled());
-  EXPECT_LT(ship->GetPose().x, 0.06);
-  mast->SetPose(Pose(-0.5, 0, 0, 0));
-  Step(*world, 2);
-  EXPECT_FALSE(ship->Stalled());
 }
 
 // ---- loading ------------------------------------------------------------------------------------
