@@ -8,6 +8,7 @@
 
 #include "model_testing.hh"
 #include "support/property_table.hh"
+#include "worldfile/worldfile.hh"
 
 namespace Stg {
 namespace {
@@ -75,6 +76,37 @@ TEST(PropertiesOfEveryModel, AreReadByEveryType) {
       EXPECT_FALSE(IsReported(outcome.errors, property.name)) << type << ' ' << property.name;
     }
   }
+}
+
+/// `point[3]` is one of many: `point[]`.
+std::string WithoutIndex(const std::string& name) {
+  const size_t bracket = name.find('[');
+  return bracket == std::string::npos ? name : name.substr(0, bracket) + "[]";
+}
+
+/// What the table leaves out, nobody asks for. (And docs/properties.md has what the table has.)
+TEST(PropertiesTable, HasAllThatReadersAskFor) {
+  std::set<std::string> tabled, asked;
+  const auto add = [&](const Property& property) {
+    tabled.insert(WithoutIndex(property.name));
+    const auto world = EmptyWorld();
+    EXPECT_TRUE(TryToLoad(world.get(), WorldWith(property, property.name)).loaded);
+    for (const std::string& name : world->GetWorldFile()->AskedNames())
+      asked.insert(WithoutIndex(name));
+  };
+  for (const Property& property : kWorld) add(property);
+  for (const Property& property : kWindow) add(property);
+  for (const Property& property : kEveryModel) add(property);
+  for (const Property& property : kTypes) add(property);
+  for (const auto& [type, creator] : Model::name_map) {
+    const auto world = EmptyWorld();
+    EXPECT_TRUE(TryToLoad(world.get(), type + "( )").loaded);
+    for (const std::string& name : world->GetWorldFile()->AskedNames())
+      asked.insert(WithoutIndex(name));
+  }
+  for (const std::string& name : asked)
+    EXPECT_EQ(tabled.count(name), 1u) << name << " is missing in property_table.hh";
+  for (const std::string& name : tabled) EXPECT_EQ(asked.count(name), 1u) << name;
 }
 
 /// `ranger` and `lightindicator` have none of their own.

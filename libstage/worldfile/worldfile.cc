@@ -266,6 +266,14 @@ std::vector<UnusedProperty> Worldfile::Unused() const {
   return unused;
 }
 
+std::vector<std::string> Worldfile::AskedNames() const {
+  std::vector<std::string> names;
+  for (std::uint32_t name = 0; name < impl_->asked.size(); ++name) {
+    if (impl_->asked[name]) names.push_back(impl_->document.names.Text(name));
+  }
+  return names;
+}
+
 bool Worldfile::WarnUnused() {
   const std::vector<UnusedProperty> unused = Unused();
   for (const UnusedProperty& property : unused) {

@@ -68,6 +68,8 @@ class Worldfile {
   /// The properties that nobody fetched, in file order. One that a macro gives to many entities is
   /// here once, and only if it was fetched for none. A thousand of them at most.
   std::vector<UnusedProperty> Unused() const;
+  /// The names of properties that anybody has looked for, whether there were any or not.
+  std::vector<std::string> AskedNames() const;
 
   const std::string ReadString(int entity, const char* name, const std::string& value);
   void WriteString(int entity, const char* name, const std::string& value);

@@ -85,6 +85,7 @@ inline constexpr Property kWindow[] = {
     {"window", "energy_dissipation", "1"},
     {"window", "energy_input", "1"},
     {"window", "energy_stored", "1"},
+    {"window", "vis_graph", "1"},
 };
 
 /// What every model has.
