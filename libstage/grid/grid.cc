@@ -221,7 +221,9 @@ void Grid::DropTile(uint32_t slot) {
 }
 
 uint32_t Grid::FindRegion(int32_t x, int32_t y) const {
-  const ray_grid_t view = View(kEverything);
+  ray_grid_t view{};
+  view.directory = directory_.data();
+  view.directory_mask = static_cast<uint32_t>(directory_.size() - 1);
   const uint32_t super = ray_find_super(&view, x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
   if (super == 0) return 0;
   const int32_t place = (((y >> RAY_REGION_SHIFT) & 15) << 4) | ((x >> RAY_REGION_SHIFT) & 15);

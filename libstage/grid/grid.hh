@@ -97,6 +97,10 @@ class Grid {
   }
   /// The region of a cell, or 0 if there is none.
   uint32_t FindRegion(int32_t x, int32_t y) const;
+  /// The number of a cell's tile, TileSlot() of its cells; 0 if nothing is in it.
+  uint32_t FindTileSlot(int32_t x, int32_t y) const {
+    return tile_slots_[std::size_t{FindRegion(x, y)} * kTilesPerRegion + TileOf(x, y)];
+  }
   /// A cell's tile in its region, and its bit in the tile.
   static uint32_t TileOf(int32_t x, int32_t y) {
     return static_cast<uint32_t>(((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3));

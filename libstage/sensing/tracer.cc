@@ -12,20 +12,28 @@ namespace Stg::internal::sensing {
 
 namespace {
 
+/// The larger of two quotients of integers, with denominators of 0 or more; one that is divided by 0
+/// does not count. Which is larger is told by their cross products, so that a single division is
+/// left; division rounds monotonically, so the result is that of dividing both.
+double LargerQuotient(int a, int across, int b, int along) {
+  const bool first = along == 0 || (across != 0 && ray_product(a, along) > ray_product(b, across));
+  return first ? double{1} * a / across : double{1} * b / along;
+}
+
+/// The same of the smaller one.
+double SmallerQuotient(int a, int across, int b, int along) {
+  return -LargerQuotient(-a, across, -b, along);
+}
+
 /// Where along its leg the ray is halfway through the cell that it has reached: 0 start, 1 end. The
 /// ray as a whole ends at `end`. The outline that was hit lies anywhere in the cell, so its middle
 /// is the best guess.
 double FractionAtHit(const ray_t& ray, double end = 1.0) {
-  const auto border = [](int n, int offset) { return (static_cast<double>(n) * 65536.0) - offset; };
-  double in = 0.0, out = end;
-  if (ray.adx > 0) {
-    in = std::max(in, border(ray.u, ray.ox) / ray.adx);
-    out = std::min(out, border(ray.u + 1, ray.ox) / ray.adx);
-  }
-  if (ray.ady > 0) {
-    in = std::max(in, border(ray.v, ray.oy) / ray.ady);
-    out = std::min(out, border(ray.v + 1, ray.oy) / ray.ady);
-  }
+  if ((ray.adx | ray.ady) == 0) return 0.5 * end;
+  const int in_x = (ray.u << 16) - ray.ox, in_y = (ray.v << 16) - ray.oy;
+  const double in = std::max(0.0, LargerQuotient(in_x, ray.adx, in_y, ray.ady));
+  const double out =
+      std::min(end, SmallerQuotient(in_x + 65536, ray.adx, in_y + 65536, ray.ady));
   return 0.5 * (in + out);
 }
 
@@ -73,17 +81,21 @@ class CellVisit {
 
   /// True ends the walk.
   bool operator()(ray_t*, uint32_t region, uint32_t tile, uint32_t bit) {
-    return grid_.AnyAt(region, tile, bit, [&](grid::BodyId id) {
-      const grid::Body& body = grid_.body(id);
-      if (body.exact() || (fan_.z_test && (fan_.z < body.z_min || fan_.z > body.z_max)))
-        return false;
-      if (!fan_.predicate(body.model, fan_.finder, fan_.arg)) return false;
-      hit_ = body.model;
-      return true;
-    });
+    return grid_.AnyAt(region, tile, bit, [this](grid::BodyId id) { return Accepts(id); });
+  }
+  bool operator()(grid::CellRef cell) {
+    return grid_.AnyIn(cell, [this](grid::BodyId id) { return Accepts(id); });
   }
 
  private:
+  bool Accepts(grid::BodyId id) {
+    const grid::Body& body = grid_.body(id);
+    if (body.exact() || (fan_.z_test && (fan_.z < body.z_min || fan_.z > body.z_max))) return false;
+    if (!fan_.predicate(body.model, fan_.finder, fan_.arg)) return false;
+    hit_ = body.model;
+    return true;
+  }
+
   const grid::Grid& grid_;
   const Fan& fan_;
   Model* hit_ = nullptr;
@@ -196,6 +208,74 @@ void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
   }
 }
 
+namespace {
+
+/// Rays of a fan whose first listed cell decides what they hit, as that of most does: neither a walk
+/// nor its preparation is needed. Neighbouring rays mostly hit the same tile, so where its cells are
+/// is remembered.
+class FirstListed {
+ public:
+  FirstListed(const grid::Grid& grid, const Fan& fan) : grid_(grid), fan_(fan) {
+    const FanRecord& record = fan.record;
+    ray_.x0 = record.x;
+    ray_.y0 = record.y;
+    fx_ = static_cast<int>(record.fraction & 0xffff);
+    fy_ = static_cast<int>(record.fraction >> 16);
+  }
+
+  /// `listed`: the first of the ray's potential hits. False: somebody has to look further.
+  bool Decides(uint32_t listed, const Direction& direction, RayHit* result,
+               TraceCounters* counters) {
+    if (listed == RAY_NO_HIT) {
+      counters->rays++;
+      *result = {fan_.range, nullptr};
+      return true;
+    }
+    Point(direction);
+    ray_.u = ray_packed_u(listed);
+    ray_.v = ray_packed_v(listed);
+    CellVisit visit(grid_, fan_);
+    if (!visit(CellAt(ray_.x0 + ray_.sx * ray_.u, ray_.y0 + ray_.sy * ray_.v))) return false;
+    counters->rays++;
+    counters->potential_hits++;
+    *result = {FractionAtHit(ray_) * fan_.leg_length, visit.hit()};
+    return true;
+  }
+
+ private:
+  /// What FractionAtHit() needs of ray_begin().
+  void Point(const Direction& d) {
+    const FanRecord& record = fan_.record;
+    const int dx = ray_rotate_x(record.cosine, record.sine, d.cosine, d.sine);
+    const int dy = ray_rotate_y(record.cosine, record.sine, d.cosine, d.sine);
+    ray_.sx = dx < 0 ? -1 : 1;
+    ray_.sy = dy < 0 ? -1 : 1;
+    ray_.ox = dx < 0 ? 65536 - fx_ : fx_;
+    ray_.oy = dy < 0 ? 65536 - fy_ : fy_;
+    ray_.adx = dx < 0 ? -dx : dx;
+    ray_.ady = dy < 0 ? -dy : dy;
+  }
+
+  grid::CellRef CellAt(int32_t x, int32_t y) {
+    const int32_t tile_x = x >> RAY_TILE_SHIFT, tile_y = y >> RAY_TILE_SHIFT;
+    if (slot_ == 0 || tile_x != tile_x_ || tile_y != tile_y_) {
+      tile_x_ = tile_x;
+      tile_y_ = tile_y;
+      slot_ = grid_.FindTileSlot(x, y);
+    }
+    return slot_ << 6 | grid::Grid::BitOf(x, y);
+  }
+
+  const grid::Grid& grid_;
+  const Fan& fan_;
+  int fx_, fy_;
+  ray_t ray_;
+  int32_t tile_x_ = 0, tile_y_ = 0;
+  uint32_t slot_ = 0;  // 0: none yet
+};
+
+}  // namespace
+
 RayHit Tracer::Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
                      const ray_window_t& window, const HitList& list,
                      TraceCounters* counters) const {
@@ -259,11 +339,13 @@ void Tracer::TraceFan(const RayBatch& batch, const Fan& fan, const HitLists& lis
   const SineCosine* turns = batch.TurnsOf(fan);
   const ray_window_t window = batch.WindowOf(fan);
   const ray_grid_t view = grid_.View(fan.layer);
-  const uint32_t listed = fan.single_leg() ? lists.per_ray : 0;
-  for (uint32_t i = 0; i < fan.record.samples; i++) {
-    const size_t first = size_t{fan.record.first_ray + i} * lists.per_ray;
-    const HitList list{listed == 0 ? nullptr : lists.hits + first, listed};
-    hits[i] = Trace(fan, view, {directions[i], turns[i]}, window, list, counters);
+  const bool listed = lists.per_ray > 0 && fan.single_leg();
+  const uint32_t* list = listed ? lists.hits + size_t{fan.record.first_ray} * lists.per_ray : nullptr;
+  const uint32_t count = listed ? lists.per_ray : 0;
+  FirstListed first(grid_, fan);
+  for (uint32_t i = 0; i < fan.record.samples; i++, list += count) {
+    if (listed && !fan.exact && first.Decides(*list, directions[i], &hits[i], counters)) continue;
+    hits[i] = Trace(fan, view, {directions[i], turns[i]}, window, {list, count}, counters);
   }
 }
 
