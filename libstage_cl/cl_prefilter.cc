@@ -3,6 +3,7 @@
 #include "libstage_cl/cl_prefilter.hh"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 
 #include "libstage_cl/program.hh"
@@ -117,7 +118,7 @@ void ClPrefilter::SendLayer(const grid::Grid& grid, uint32_t index) {
   const std::size_t regions = cells.tile_maps().size();
   // Everything, if it is new or if most of it has changed.
   const bool all = layer.regions != regions || layer.made != cells.made() ||
-                   cells.changed_regions().size() * 2 > regions;
+                   cells.CountChangedRegions() * 2 > regions;
   if (!all) {
     SendChanges(cells, &layer);
   } else {
@@ -135,13 +136,14 @@ void ClPrefilter::SendChanges(const grid::Occupancy& cells, Layer* layer) {
   tile_words_.clear();
   map_places_.clear();
   map_words_.clear();
-  for (const uint32_t region : cells.changed_regions()) {
+  for (uint32_t region = 0; region < cells.changed_tiles().size(); region++) {
+    uint64_t changed = cells.changed_tiles()[region];
+    if (changed == 0) continue;
     map_places_.push_back(region);
     map_words_.push_back(cells.tile_maps()[region]);
-    const uint64_t changed = cells.changed_tiles(region);
-    for (uint32_t tile = 0; tile < grid::kTilesPerRegion; tile++) {
-      if (!(changed >> tile & 1)) continue;
-      const uint32_t place = region * grid::kTilesPerRegion + tile;
+    for (; changed != 0; changed &= changed - 1) {
+      const uint32_t place =
+          region * grid::kTilesPerRegion + static_cast<uint32_t>(std::countr_zero(changed));
       tile_places_.push_back(place);
       tile_words_.push_back(cells.tiles()[place]);
     }

@@ -487,13 +487,14 @@ using Tiles = std::set<std::pair<uint32_t, uint32_t>>;  // (region, tile)
 
 Tiles Noted(const Occupancy& layer) {
   Tiles tiles;
-  std::set<uint32_t> regions;
-  for (const uint32_t region : layer.changed_regions()) {
-    EXPECT_TRUE(regions.insert(region).second) << "a region is listed twice";
-    EXPECT_NE(layer.changed_tiles(region), 0u);
+  size_t regions = 0;
+  for (uint32_t region = 0; region < layer.changed_tiles().size(); region++) {
+    const uint64_t changed = layer.changed_tiles()[region];
+    regions += changed != 0;
     for (uint32_t tile = 0; tile < 64; tile++)
-      if (layer.changed_tiles(region) >> tile & 1) tiles.insert({region, tile});
+      if (changed >> tile & 1) tiles.insert({region, tile});
   }
+  EXPECT_EQ(layer.CountChangedRegions(), regions);
   return tiles;
 }
 

@@ -103,7 +103,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
   robot->position = ctrl::RequirePosition("disperse", model);
   robot->radius = RadiusOf(model->GetGeom(), rule.margin);
   Stg::ModelRanger* first = ctrl::RequireUnusedRanger("disperse", model);
-  ctrl::CallOnUpdate<Robot, Update>(first, robot);
+  ctrl::CallOnUpdateInParallel<Robot, Update>(first, robot);
   Use(first, *model, robot);
   while (Stg::Model* other = model->GetUnsubscribedModelOfType("ranger"))
     Use(static_cast<Stg::ModelRanger*>(other), *model, robot);

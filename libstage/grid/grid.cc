@@ -66,8 +66,9 @@ void Grid::RemoveBody(BodyId id) {
 
 // ---- cells --------------------------------------------------------------------------------------
 
-CellRef Grid::Insert(int32_t x, int32_t y, BodyId id) {
-  const uint32_t region = MakeRegion(x, y);
+CellRef Grid::Insert(int32_t x, int32_t y, BodyId id, Edit* edit) {
+  if (edit == nullptr) edit = &own_edit_;
+  const uint32_t region = MakeRegion(x, y, edit);
   const uint32_t tile = TileOf(x, y), bit = BitOf(x, y);
   uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
   if (slot == 0) slot = MakeTile(region, tile);
@@ -77,17 +78,18 @@ CellRef Grid::Insert(int32_t x, int32_t y, BodyId id) {
     cells.heads[bit] = id + 1;
     cells.occupied++;
   } else {
-    Append(&cells.heads[bit], id);
+    Append(&cells.heads[bit], id, edit);
   }
   for (uint32_t left = bodies_[id].layers; left != 0; left &= left - 1)
     layers_[static_cast<uint32_t>(std::countr_zero(left))].cells.Set(region, tile, bit);
   return slot << 6 | bit;
 }
 
-void Grid::Remove(CellRef cell, BodyId id) {
+void Grid::Remove(CellRef cell, BodyId id, Edit* edit) {
+  if (edit == nullptr) edit = &own_edit_;
   const uint32_t slot = cell >> 6, bit = cell & 63;
   TileCells& cells = tile_cells_[slot];
-  RemoveFromList(&cells.heads[bit], id);
+  RemoveFromList(&cells.heads[bit], id, edit);
   // The layers in which nobody is left.
   uint32_t empty = bodies_[id].layers;
   AnyInList(cells.heads[bit], [&](BodyId other) {
@@ -97,13 +99,17 @@ void Grid::Remove(CellRef cell, BodyId id) {
   for (; empty != 0; empty &= empty - 1)
     layers_[static_cast<uint32_t>(std::countr_zero(empty))].cells.Clear(cells.region, cells.tile,
                                                                         bit);
-  if (cells.heads[bit] == 0 && --cells.occupied == 0) DropTile(slot);
+  if (cells.heads[bit] != 0 || --cells.occupied != 0) return;
+  if (edit->shared)
+    edit->emptied.push_back(slot);
+  else
+    DropTile(slot);
 }
 
-void Grid::Append(uint32_t* head, BodyId id) {
-  const uint32_t node = MakeNode(id);
+void Grid::Append(uint32_t* head, BodyId id, Edit* edit) {
+  const uint32_t node = MakeNode(id, edit);
   if (!(*head & kList)) {
-    const uint32_t first = MakeNode(*head - 1);
+    const uint32_t first = MakeNode(*head - 1, edit);
     nodes_[first].next = nodes_[first].previous = node;
     nodes_[node].next = nodes_[node].previous = first;
     *head = kList | first;
@@ -115,21 +121,22 @@ void Grid::Append(uint32_t* head, BodyId id) {
   nodes_[last].next = nodes_[first].previous = node;
 }
 
-void Grid::RemoveFromList(uint32_t* head, BodyId id) {
+void Grid::RemoveFromList(uint32_t* head, BodyId id, Edit* edit) {
   if (!(*head & kList)) {
     *head = 0;
     return;
   }
+  std::vector<uint32_t>& free = edit->shared ? edit->nodes : free_nodes_;
   const uint32_t first = *head & ~kList, node = FindNode(first, id);
   const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
   nodes_[previous].next = next;
   nodes_[next].previous = previous;
   if (node == first) *head = kList | next;
-  FreeNode(node);
+  free.push_back(node);
   if (next != previous) return;
   // A list of one goes back into the head.
   *head = nodes_[next].id + 1;
-  FreeNode(next);
+  free.push_back(next);
 }
 
 /// From both ends: bodies that leave a crowd are often its oldest or its youngest.
@@ -143,21 +150,68 @@ uint32_t Grid::FindNode(uint32_t first, BodyId id) const {
   }
 }
 
-uint32_t Grid::MakeNode(BodyId id) {
-  uint32_t node = free_node_;
-  if (node != 0) {
-    free_node_ = nodes_[node].next;
-  } else {
-    node = static_cast<uint32_t>(nodes_.size());
-    nodes_.emplace_back();
-  }
+uint32_t Grid::MakeNode(BodyId id, Edit* edit) {
+  std::vector<uint32_t>& free = edit->shared ? edit->nodes : free_nodes_;
+  if (free.empty()) TakeNodes(edit);
+  const uint32_t node = free.back();
+  free.pop_back();
   nodes_[node] = {id, 0, 0};
   return node;
 }
 
-void Grid::FreeNode(uint32_t node) {
-  nodes_[node].next = free_node_;
-  free_node_ = node;
+namespace {
+constexpr size_t kNodesAtOnce = 64;
+}
+
+/// Gives an edit, or the grid itself, some free nodes.
+void Grid::TakeNodes(Edit* edit) {
+  if (edit->shared) {
+    const size_t end = nodes_left_.fetch_sub(kNodesAtOnce, std::memory_order_relaxed);
+    const auto begin = free_nodes_.begin() + static_cast<long>(end - kNodesAtOnce);
+    edit->nodes.assign(begin, begin + kNodesAtOnce);
+    return;
+  }
+  free_nodes_.push_back(static_cast<uint32_t>(nodes_.size()));
+  nodes_.emplace_back();
+}
+
+// ---- several threads at once --------------------------------------------------------------------
+
+void Grid::BeginSharedEdit(size_t insertions, std::vector<Edit>* edits) {
+  // An insertion takes two nodes at most: where there was one body, both move to a list.
+  const size_t most = 2 * insertions + (edits->size() + 1) * kNodesAtOnce;
+  while (free_nodes_.size() < most) TakeNodes(&own_edit_);
+  nodes_left_ = free_nodes_.size();
+  for (Edit& edit : *edits) {
+    edit.shared = true;
+    edit.region = 0;
+  }
+}
+
+void Grid::EndSharedEdit(std::vector<Edit>* edits) {
+  free_nodes_.resize(nodes_left_);
+  for (Edit& edit : *edits) {
+    free_nodes_.insert(free_nodes_.end(), edit.nodes.begin(), edit.nodes.end());
+    edit.nodes.clear();
+    for (const uint32_t slot : edit.emptied) DropTileIfEmpty(slot);
+    edit.emptied.clear();
+  }
+  for (const uint32_t slot : prepared_tiles_) DropTileIfEmpty(slot);
+  prepared_tiles_.clear();
+}
+
+void Grid::PrepareTile(int32_t tile_x, int32_t tile_y) {
+  const int32_t x = tile_x * 8, y = tile_y * 8;
+  const uint32_t region = MakeRegion(x, y, &own_edit_);
+  if (tile_slots_[std::size_t{region} * kTilesPerRegion + TileOf(x, y)] == 0)
+    prepared_tiles_.push_back(MakeTile(region, TileOf(x, y)));
+}
+
+/// A tile that ran empty may be in use again, or may have been dropped before.
+void Grid::DropTileIfEmpty(uint32_t slot) {
+  const TileCells& cells = tile_cells_[slot];
+  const bool in_use = tile_slots_[std::size_t{cells.region} * kTilesPerRegion + cells.tile] == slot;
+  if (in_use && cells.occupied == 0) DropTile(slot);
 }
 
 void Grid::RefreshBit(const TileCells& cells, uint32_t bit) {
@@ -230,9 +284,9 @@ uint32_t Grid::FindRegion(int32_t x, int32_t y) const {
   return region_tables_[super * kRegionsPerSuper + static_cast<uint32_t>(place)];
 }
 
-uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
+uint32_t Grid::MakeRegion(int32_t x, int32_t y, Edit* edit) {
   const int32_t rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
-  if (last_region_ != 0 && rx == last_region_x_ && ry == last_region_y_) return last_region_;
+  if (edit->region != 0 && rx == edit->region_x && ry == edit->region_y) return edit->region;
   uint32_t region = FindRegion(x, y);
   if (region == 0) {
     const uint32_t super = MakeSuper(x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
@@ -253,9 +307,9 @@ uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
     Include(&occupied_, SquareBox(rx, ry, RAY_REGION_SHIFT));
     structure_version_++;
   }
-  last_region_x_ = rx;
-  last_region_y_ = ry;
-  last_region_ = region;
+  edit->region_x = rx;
+  edit->region_y = ry;
+  edit->region = region;
   return region;
 }
 
@@ -289,7 +343,7 @@ void Grid::DropEmptyRegions() {
       if (--supers_[super].regions == 0) free_supers_.push_back(super);
     }
   }
-  last_region_ = 0;
+  own_edit_.region = 0;
   RebuildDirectory();
   RecomputeOccupied();
 }
@@ -433,7 +487,7 @@ Grid::Statistics Grid::statistics() const {
   s.regions = regions_.size() - 1 - free_regions_.size();
   s.tiles = tile_cells_.size() - 1 - free_tiles_.size();
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  s.bytes = bytes(bodies_) + bytes(tile_cells_) + bytes(nodes_) + bytes(regions_) +
+  s.bytes = bytes(bodies_) + bytes(tile_cells_) + bytes(nodes_) + bytes(free_nodes_) + bytes(regions_) +
             bytes(tile_slots_) + bytes(region_tables_) + bytes(directory_);
   for (const Layer& layer : layers_)
     s.bytes += bytes(layer.cells.tiles()) + bytes(layer.cells.tile_maps());

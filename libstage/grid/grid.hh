@@ -10,6 +10,7 @@
 #ifndef STAGE_GRID_GRID_HH
 #define STAGE_GRID_GRID_HH
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -78,11 +79,36 @@ class Grid {
   void ChangeBody(BodyId id, const Body& body, const std::vector<CellRef>& cells);
   const Body& body(BodyId id) const { return bodies_[id]; }
 
+  /// What one thread keeps for itself while several change cells at once, see BeginSharedEdit().
+  class Edit {
+   private:
+    friend class Grid;
+    std::vector<uint32_t> nodes;    // free ones
+    std::vector<uint32_t> emptied;  // tiles
+    // The region that was asked for last: edges are drawn cell after cell.
+    int32_t region_x = 0, region_y = 0;
+    uint32_t region = 0;
+    bool shared = false;
+  };
+
   /// Appends the body to the cell's list. The same body may be in a cell several times, but with no
   /// other one between.
-  CellRef Insert(int32_t x, int32_t y, BodyId id);
+  CellRef Insert(int32_t x, int32_t y, BodyId id, Edit* edit = nullptr);
   /// Undoes one Insert().
-  void Remove(CellRef cell, BodyId id);
+  void Remove(CellRef cell, BodyId id, Edit* edit = nullptr);
+
+  /// From here to EndSharedEdit() several threads may insert, remove, change and read bodies at
+  /// once, each with an edit of its own, as long as no two use cells of the same tile at once, and
+  /// all tiles that bodies are inserted into have been prepared before. There may be `insertions`
+  /// in all. Nothing else may change.
+  void BeginSharedEdit(std::size_t insertions, std::vector<Edit>* edits);
+  void EndSharedEdit(std::vector<Edit>* edits);
+  /// Makes sure that there is room for the cells of a tile, for the time of a shared edit.
+  void PrepareTile(int32_t tile_x, int32_t tile_y);
+  /// There is room already.
+  bool HasTile(int32_t tile_x, int32_t tile_y) const {
+    return FindTileSlot(tile_x * 8, tile_y * 8) != 0;
+  }
 
   /// Calls f(BodyId) for the bodies in a cell, in the order of insertion, until f returns true.
   /// Returns whether it did.
@@ -159,7 +185,7 @@ class Grid {
   };
   struct Node {
     BodyId id;
-    uint32_t next;      // of the last: the first; of a free one: the next free one, or 0
+    uint32_t next;      // of the last: the first
     uint32_t previous;  // of the first: the last
   };
   struct Region {
@@ -193,20 +219,21 @@ class Grid {
     return false;
   }
 
-  uint32_t MakeRegion(int32_t x, int32_t y);
+  uint32_t MakeRegion(int32_t x, int32_t y, Edit* edit);
   uint32_t MakeSuper(int32_t x, int32_t y);
   uint32_t MakeTile(uint32_t region, uint32_t tile);
-  uint32_t MakeNode(BodyId id);
-  void Append(uint32_t* head, BodyId id);
-  void RemoveFromList(uint32_t* head, BodyId id);
+  uint32_t MakeNode(BodyId id, Edit* edit);
+  void TakeNodes(Edit* edit);
+  void Append(uint32_t* head, BodyId id, Edit* edit);
+  void RemoveFromList(uint32_t* head, BodyId id, Edit* edit);
   static bool Shows(const Layer& layer, const Body& body);
   uint32_t FindNode(uint32_t first, BodyId id) const;
-  void FreeNode(uint32_t node);
   uint32_t LayersOf(const Body& body) const;
   LayerIndex FindLayer(Layer::Kind kind, double z, bool exact);
   LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);
   void RefreshBit(const TileCells& cells, uint32_t bit);
   void DropTile(uint32_t slot);
+  void DropTileIfEmpty(uint32_t slot);
   void DropEmptyRegions();
   void RebuildDirectory();
   void RecomputeOccupied();
@@ -217,7 +244,9 @@ class Grid {
   std::vector<TileCells> tile_cells_;  // [0] unused
   std::vector<uint32_t> free_tiles_;
   std::vector<Node> nodes_;  // [0] unused
-  uint32_t free_node_ = 0;
+  std::vector<uint32_t> free_nodes_;
+  std::atomic<std::size_t> nodes_left_{0};  // of the free ones, during a shared edit
+  std::vector<uint32_t> prepared_tiles_;    // made for a shared edit
 
   std::vector<Region> regions_;  // [0]: none
   std::vector<uint32_t> free_regions_;
@@ -234,10 +263,7 @@ class Grid {
   uint64_t step_ = 0;
   bool tracking_ = false;
   CellBox occupied_, extent_;
-
-  // The region that was asked for last: edges are drawn cell after cell.
-  int32_t last_region_x_ = 0, last_region_y_ = 0;
-  uint32_t last_region_ = 0;
+  Edit own_edit_;  // of who changes the grid alone
 };
 
 /// Reads cells one after the other along an outline: remembers the region that it is in. The grid

@@ -2,6 +2,7 @@
 
 #include "grid/occupancy.hh"
 
+#include <algorithm>
 #include <atomic>
 
 namespace Stg::internal::grid {
@@ -17,18 +18,31 @@ void Occupancy::Resize(uint32_t count) {
   changed_tiles_.resize(count, 0);
 }
 
+namespace {
+
+// A region's word is shared by its tiles, which different threads may change.
+void SetBit(uint64_t* word, uint32_t bit) {
+  std::atomic_ref<uint64_t>(*word).fetch_or(uint64_t{1} << bit, std::memory_order_relaxed);
+}
+void ClearBit(uint64_t* word, uint32_t bit) {
+  std::atomic_ref<uint64_t>(*word).fetch_and(~(uint64_t{1} << bit), std::memory_order_relaxed);
+}
+bool HasBit(uint64_t* word, uint32_t bit) {
+  return std::atomic_ref<uint64_t>(*word).load(std::memory_order_relaxed) >> bit & 1;
+}
+
+}  // namespace
+
 void Occupancy::NoteChange(uint32_t region, uint32_t tile) {
-  if (!tracking_) return;
-  if (changed_tiles_[region] == 0) changed_regions_.push_back(region);
-  changed_tiles_[region] |= uint64_t{1} << tile;
+  if (tracking_ && !HasBit(&changed_tiles_[region], tile)) SetBit(&changed_tiles_[region], tile);
 }
 
 void Occupancy::Set(uint32_t region, uint32_t tile, uint32_t bit) {
   uint64_t& word = tiles_[std::size_t{region} * kTilesPerRegion + tile];
   const uint64_t mask = uint64_t{1} << bit;
   if (word & mask) return;
+  if (word == 0) SetBit(&tile_maps_[region], tile);
   word |= mask;
-  tile_maps_[region] |= uint64_t{1} << tile;
   NoteChange(region, tile);
 }
 
@@ -37,7 +51,7 @@ void Occupancy::Clear(uint32_t region, uint32_t tile, uint32_t bit) {
   const uint64_t mask = uint64_t{1} << bit;
   if (!(word & mask)) return;
   word &= ~mask;
-  if (word == 0) tile_maps_[region] &= ~(uint64_t{1} << tile);
+  if (word == 0) ClearBit(&tile_maps_[region], tile);
   NoteChange(region, tile);
 }
 
@@ -46,9 +60,13 @@ void Occupancy::TrackChanges(bool on) {
   ForgetChanges();
 }
 
+std::size_t Occupancy::CountChangedRegions() const {
+  return changed_tiles_.size() -
+         static_cast<std::size_t>(std::count(changed_tiles_.begin(), changed_tiles_.end(), 0));
+}
+
 void Occupancy::ForgetChanges() const {
-  for (const uint32_t region : changed_regions_) changed_tiles_[region] = 0;
-  changed_regions_.clear();
+  std::fill(changed_tiles_.begin(), changed_tiles_.end(), 0);
 }
 
 }  // namespace Stg::internal::grid

@@ -30,15 +30,16 @@ class Occupancy {
   /// Makes room for regions 0 .. count - 1.
   void Resize(uint32_t count);
 
+  // Different threads may set and clear bits of different tiles at once.
   void Set(uint32_t region, uint32_t tile, uint32_t bit);
   void Clear(uint32_t region, uint32_t tile, uint32_t bit);
 
-  /// While on, regions that change are remembered until they are taken.
+  /// While on, tiles that change are remembered until they are forgotten.
   void TrackChanges(bool on);
-  /// Regions with changed tiles since the last call of ForgetChanges(), each once.
-  const std::vector<uint32_t>& changed_regions() const { return changed_regions_; }
-  /// The changed tiles of a region, one bit each.
-  uint64_t changed_tiles(uint32_t region) const { return changed_tiles_[region]; }
+  /// One word for each region: which of its tiles have changed since the last ForgetChanges().
+  const std::vector<uint64_t>& changed_tiles() const { return changed_tiles_; }
+  /// How many regions have changed tiles.
+  std::size_t CountChangedRegions() const;
   /// Const, as it changes nothing of what is occupied.
   void ForgetChanges() const;
 
@@ -48,7 +49,6 @@ class Occupancy {
   std::vector<uint64_t> tile_maps_, tiles_;
   uint64_t made_;
   mutable std::vector<uint64_t> changed_tiles_;
-  mutable std::vector<uint32_t> changed_regions_;
   bool tracking_ = false;
 };
 

@@ -248,21 +248,66 @@ Model* Placement::CollisionOf(const Item& item) const {
   return hit;
 }
 
-double Placement::CountCells() const {
+namespace {
+
+/// How many cells a closed outline passes, each time counted.
+double CellsOfOutline(const point_int_t* corners, size_t count) {
   double cells = 0;
-  for (size_t i = 0; i < items_.size(); i++) {
-    const size_t begin = items_[i].first_corner;
-    const size_t end = i + 1 < items_.size() ? items_[i + 1].first_corner : corners_.size();
-    for (size_t c = begin; c < end; c++) {
-      const point_int_t &from = corners_[c], &to = corners_[c + 1 < end ? c + 1 : begin];
-      cells += std::fabs(double{1} * to.x - from.x) + std::fabs(double{1} * to.y - from.y);
-    }
+  for (size_t i = 0; i < count; i++) {
+    const point_int_t &from = corners[i], &to = corners[i + 1 < count ? i + 1 : 0];
+    cells += std::fabs(double{1} * to.x - from.x) + std::fabs(double{1} * to.y - from.y);
   }
   return cells;
 }
 
-void Placement::Commit() {
-  for (const Item& item : items_) CommitItem(item);
+void Include(grid::CellBox* box, const point_int_t& p) {
+  if (box->empty()) *box = {p.x, p.y, p.x, p.y};
+  *box = {std::min(box->min_x, p.x), std::min(box->min_y, p.y), std::max(box->max_x, p.x),
+          std::max(box->max_y, p.y)};
+}
+
+}  // namespace
+
+double Placement::CountCells() const {
+  double cells = 0;
+  for (const Item& item : items_)
+    cells += CellsOfOutline(corners_.data() + item.first_corner, EndOf(item) - item.first_corner);
+  return cells;
+}
+
+bool Placement::MayShareEdit() const {
+  return std::all_of(items_.begin(), items_.end(), [](const Item& item) {
+    return item.block->drawn_ && item.model->is_noted() && !item.model->scene().exact_drawing;
+  });
+}
+
+grid::CellBox Placement::NewCells() const {
+  grid::CellBox box;
+  for (const Item& item : items_)
+    for (size_t i = item.first_corner; item.moved && i < EndOf(item); i++) Include(&box, corners_[i]);
+  return box;
+}
+
+/// An outline stays within the box of its corners.
+grid::CellBox Placement::Cells() const {
+  grid::CellBox box = NewCells();
+  for (const Item& item : items_)
+    for (const point_int_t& corner : item.block->corners_) Include(&box, corner);
+  return box;
+}
+
+size_t Placement::CountInsertions() const {
+  double cells = 0;
+  for (const Item& item : items_) {
+    const size_t corners = EndOf(item) - item.first_corner;
+    // An outline within a cell is drawn into that cell.
+    if (item.moved) cells += 1 + CellsOfOutline(corners_.data() + item.first_corner, corners);
+  }
+  return static_cast<size_t>(cells);
+}
+
+void Placement::Commit(grid::Grid::Edit* edit) {
+  for (const Item& item : items_) CommitItem(item, edit);
 }
 
 /// Behind the item's last corner.
@@ -271,7 +316,7 @@ size_t Placement::EndOf(const Item& item) const {
   return next < items_.size() ? items_[next].first_corner : corners_.size();
 }
 
-void Placement::CommitItem(const Item& item) {
+void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
   item.model->NoteDrawn();
   Block& block = *item.block;
   grid::Grid& grid = item.model->scene().grid;
@@ -290,7 +335,7 @@ void Placement::CommitItem(const Item& item) {
     return;
   }
   if (block.drawn_) {
-    for (const grid::CellRef cell : block.cells_) grid.Remove(cell, block.body_);
+    for (const grid::CellRef cell : block.cells_) grid.Remove(cell, block.body_, edit);
     grid.ChangeBody(block.body_, body, {});
   } else {
     block.body_ = grid.AddBody(body);
@@ -299,9 +344,10 @@ void Placement::CommitItem(const Item& item) {
   block.corners_.assign(corners_.begin() + static_cast<long>(item.first_corner),
                         corners_.begin() + static_cast<long>(EndOf(item)));
   block.cells_.clear();
-  grid::ForEachCellOfOutline(
-      block.corners_.data(), block.corners_.size(),
-      [&](int32_t x, int32_t y) { block.cells_.push_back(grid.Insert(x, y, block.body_)); });
+  grid::ForEachCellOfOutline(block.corners_.data(), block.corners_.size(),
+                             [&](int32_t x, int32_t y) {
+                               block.cells_.push_back(grid.Insert(x, y, block.body_, edit));
+                             });
 }
 
 }  // namespace Stg

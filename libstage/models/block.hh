@@ -107,8 +107,18 @@ class Placement {
   Model* Collision(Model* ground) const;
   /// How many cells the outlines pass, each time counted.
   double CountCells() const;
-  /// Moves the drawings there.
-  void Commit();
+  /// Moves the drawings there. `edit`: for one of several threads at once, see MayShareEdit().
+  void Commit(grid::Grid::Edit* edit = nullptr);
+
+  /// The drawings can be moved in a shared edit of the grid (see Grid::BeginSharedEdit()): each is
+  /// there already, and for the cell model only.
+  bool MayShareEdit() const;
+  /// All cells that Collision() and Commit() may look at or change.
+  grid::CellBox Cells() const;
+  /// The cells that bodies will be drawn in anew lie in here...
+  grid::CellBox NewCells() const;
+  /// ...and are so many.
+  size_t CountInsertions() const;
 
  private:
   struct Item {
@@ -122,7 +132,7 @@ class Placement {
   void PlanModel(Model& model, const Pose& global, bool with_children);
   Model* CollisionOf(const Item& item) const;
   size_t EndOf(const Item& item) const;
-  void CommitItem(const Item& item);
+  void CommitItem(const Item& item, grid::Grid::Edit* edit);
 
   std::vector<Item> items_;
   std::vector<point_int_t> corners_;

@@ -78,6 +78,8 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       scene_(&world_->scene()),
       update_chain_(0),
       loaded_(false),
+      serial_update_callbacks_(false),
+      callback_run_(0),
       hidden_from_rangers_(false) {
   Ancestor& above = parent ? static_cast<Ancestor&>(*parent) : *world;
   const unsigned int count = above.CountOfType(type);
@@ -306,7 +308,7 @@ void Model::Map() {
 }
 
 void Model::NoteDrawn() {
-  if (!(vis.ranger_return < 0) || hidden_from_rangers_) return;
+  if (is_noted()) return;
   hidden_from_rangers_ = true;
   world->NoteHiddenFromRangers(this);
 }
@@ -427,9 +429,17 @@ void Model::Update() {
 // ---- callbacks ----------------------------------------------------------------------------------
 
 void Model::AddCallback(callback_type_t t, model_callback_t cb, void* user) {
+  AddCallback(t, Callback{cb, user, false});
+  serial_update_callbacks_ |= t == CB_UPDATE;
+}
+
+void Model::AddParallelCallback(callback_type_t t, model_callback_t cb, void* user) {
+  AddCallback(t, Callback{cb, user, true});
+}
+
+void Model::AddCallback(callback_type_t t, const Callback& entry) {
   if (!callbacks_) callbacks_ = std::make_shared<CallbackLists>();
   std::vector<Callback>& list = callbacks_->of[t];
-  const Callback entry{cb, user};
   if (std::find(list.begin(), list.end(), entry) == list.end()) list.push_back(entry);
 }
 

@@ -23,6 +23,7 @@
 namespace Stg {
 
 class BlockGroup;
+class CallbackPhase;
 class Option;
 class PowerPack;
 class StateHasher;
@@ -205,6 +206,13 @@ class Model : public Ancestor {
   /// delete the model, except in CB_VELOCITY and while the world is saved or reloaded. The pair
   /// (cb, user) is kept once. A callback that returns non-zero is removed.
   void AddCallback(callback_type_t type, model_callback_t cb, void* user);
+  /// The same, of a callback that keeps to itself, so that those of several robots may be called by
+  /// several threads at once: it looks at and changes nothing but the models of this model's tree
+  /// and data that no other callback changes; it casts no rays, makes and deletes no models, moves
+  /// none by hand, adds and removes no callbacks and subscribes to nothing. Callbacks of the same
+  /// tree, and others, are still called one after the other, in their order. So the outcome is that
+  /// of AddCallback(). CB_UPDATE makes use of it; callbacks of other types are called as ever.
+  void AddParallelCallback(callback_type_t type, model_callback_t cb, void* user);
   /// Removes all entries with that function; returns how many entries remain.
   int RemoveCallback(callback_type_t type, model_callback_t callback);
   int CallCallbacks(callback_type_t type);
@@ -288,6 +296,8 @@ class Model : public Ancestor {
   const BlockGroup& body() const { return *blockgroup; }
   /// Remembers a body that is drawn while rangers look through it.
   void NoteDrawn();
+  /// NoteDrawn() has nothing to do.
+  bool is_noted() const { return !(vis.ranger_return < 0) || hidden_from_rangers_; }
   /// What the world's models share.
   internal::sensing::Scene& scene() const { return *scene_; }
 
@@ -295,6 +305,7 @@ class Model : public Ancestor {
   friend class World;
   friend class Placement;
   friend class ControllerLibrary;
+  friend class CallbackPhase;
 
   struct GuiState {
     bool grid, move, nose, outline;
@@ -381,6 +392,7 @@ class Model : public Ancestor {
   struct Callback {
     model_callback_t function;
     void* user;
+    bool parallel;  // it may be called while those of other trees are
     bool operator==(const Callback& o) const { return function == o.function && user == o.user; }
   };
   struct CallbackLists {
@@ -403,6 +415,7 @@ class Model : public Ancestor {
   bool HasCallbacks(callback_type_t t) const {
     return callbacks_.get() != NULL && !callbacks_->of[t].empty();
   }
+  void AddCallback(callback_type_t type, const Callback& entry);
 
   struct OwnWindows;
 
@@ -411,6 +424,8 @@ class Model : public Ancestor {
   std::unique_ptr<OwnWindows> windows_;       // only of roots that carry ray sensors
   uint64_t update_chain_;                     // a pending update of an older chain is void
   bool loaded_;                               // not for the first time, if it loads again
+  bool serial_update_callbacks_;              // has had one of CB_UPDATE that may not be parallel
+  uint64_t callback_run_;                     // of a root: the last one with callbacks of its tree
   bool hidden_from_rangers_;                  // its body was drawn while rangers looked through it
 };
 

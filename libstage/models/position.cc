@@ -308,24 +308,30 @@ void ModelPosition::Localize(double dt) {
 }
 
 void ModelPosition::Move() {
-  if (velocity.IsZero() || disabled) return;
+  Placement& placement = world->placement();
+  if (BeginMove(&placement) && EndMove(placement)) placement.Commit();
+}
+
+bool ModelPosition::BeginMove(Placement* placement) {
+  if (velocity.IsZero() || disabled) return false;
   const double dt = static_cast<double>(world->sim_interval) / kSecond;
-  const Pose old_pose = pose;
+  pose_before_move_ = pose;
   // Along the old heading, then turn.
   pose = pose + Pose(velocity.x * dt, velocity.y * dt, velocity.z * dt, normalize(velocity.a * dt));
 
   if (!AllFinite(pose)) {  // an infinite speed without bounds
-    pose = old_pose;
+    pose = pose_before_move_;
     stall = true;
-    return;
+    return false;
   }
-  Placement& placement = world->placement();
-  placement.Plan(*this, true);
+  placement->Plan(*this, true);
+  return true;
+}
+
+bool ModelPosition::EndMove(const Placement& placement) {
   stall = placement.Collision(world->GetGround()) != nullptr;
-  if (stall)
-    pose = old_pose;
-  else
-    placement.Commit();
+  if (stall) pose = pose_before_move_;
+  return !stall;
 }
 
 }  // namespace Stg

@@ -11,6 +11,9 @@
 
 namespace Stg {
 
+class MovePhase;
+class Placement;
+
 class ModelPosition : public Model {
  public:
   typedef enum { CONTROL_ACCELERATION, CONTROL_VELOCITY, CONTROL_POSITION } ControlMode;
@@ -79,6 +82,7 @@ class ModelPosition : public Model {
 
  protected:
   friend class World;
+  friend class MovePhase;
 
   /// One step of motion; refused as a whole if it would end in an obstacle.
   void Move() override;
@@ -97,7 +101,15 @@ class ModelPosition : public Model {
   void Localize(double dt);
   double SecondsSinceUpdate();
 
+  // The parts of Move(), for several threads at once: each touches this model's tree alone.
+
+  /// Steps to where the velocity leads and plans the bodies there. False if the robot stays.
+  bool BeginMove(Placement* placement);
+  /// Steps back from a collision. True if there is none: then the plan is to be carried out.
+  bool EndMove(const Placement& placement);
+
   Velocity velocity;
+  Pose pose_before_move_;
   Pose goal;  // a velocity, an acceleration or a pose
   ControlMode control_mode;
   DriveMode drive_mode;

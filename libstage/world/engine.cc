@@ -103,6 +103,15 @@ void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   }
 }
 
+size_t WorldEngine::MoveTogether(size_t first) {
+  return move_phase_.Move(moving.data() + first, moving.size() - first, &scene, workers_.get());
+}
+
+size_t WorldEngine::CallTogether(size_t first) {
+  return callback_phase_.Call(update_callbacks_due.data() + first,
+                              update_callbacks_due.size() - first, workers_.get());
+}
+
 void WorldEngine::RefreshHidden() {
   std::erase_if(hidden_from_rangers, [](Model* model) { return model->ShowAgainToRangers(); });
 }

@@ -18,7 +18,9 @@
 #include "sensing/scene.hh"
 #include "sensing/tracer.hh"
 #include "sensing/worker_pool.hh"
+#include "world/callback_phase.hh"
 #include "world/fiducial_index.hh"
+#include "world/move_phase.hh"
 #include "world/path_chooser.hh"
 #include "world/scheduler.hh"
 #include "world/statistics.hh"
@@ -63,6 +65,12 @@ class WorldEngine {
   void RefreshHidden();
   void ForgetRays(const Model* finder);
 
+  /// Moves several of `moving` at once, from the given one on. Returns how many; 0 if those that
+  /// come next have to move one after the other.
+  size_t MoveTogether(size_t first);
+  /// The same with the callbacks of `update_callbacks_due`.
+  size_t CallTogether(size_t first);
+
  private:
   sensing::HitLists Prefilter();
   void TraceFans(const sensing::HitLists& lists);
@@ -76,6 +84,9 @@ class WorldEngine {
   std::unique_ptr<sensing::Prefilter> prefilter_;
   PathChooser chooser_;
   Path path_ = Path::kFaster;
+
+  MovePhase move_phase_;
+  CallbackPhase callback_phase_;
 };
 
 /// Seconds since some fixed moment.

@@ -90,7 +90,11 @@ void World::FinishSensing() {
 
 void World::MoveModels() {
   // By index: a callback of a model may change the list.
-  for (size_t i = 0; i < engine_->moving.size(); i++) engine_->moving[i]->Move();
+  for (size_t i = 0; i < engine_->moving.size();) {
+    const size_t moved = engine_->MoveTogether(i);
+    if (moved == 0) engine_->moving[i]->Move();
+    i += std::max<size_t>(moved, 1);
+  }
 }
 
 void World::UpdateEnergy() {
@@ -105,8 +109,12 @@ void World::UpdateTrails() {
 
 void World::CallModelCallbacks() {
   std::vector<Model*>& due = engine_->update_callbacks_due;
-  for (size_t i = 0; i < due.size(); i++)
-    if (due[i]) due[i]->CallCallbacks(Model::CB_UPDATE);
+  // By index: a callback may delete models, which strikes them out, and update others.
+  for (size_t i = 0; i < due.size();) {
+    const size_t called = engine_->CallTogether(i);
+    if (called == 0 && due[i]) due[i]->CallCallbacks(Model::CB_UPDATE);
+    i += std::max<size_t>(called, 1);
+  }
   due.clear();
 }
 

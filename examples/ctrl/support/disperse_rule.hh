@@ -29,6 +29,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <mutex>
 #include <tuple>
 #include <vector>
 
@@ -92,8 +93,10 @@ struct RayTable {
   }
 };
 
-/// The table of a kind of sensor, made when first asked for.
+/// The table of a kind of sensor, made when first asked for. Several threads may ask.
 inline const RayTable* FindRayTable(double mount, double fov, const std::vector<double>& bearings) {
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> lock(mutex);
   static std::map<std::tuple<double, double, size_t>, RayTable> tables;
   const double key_fov = std::isnan(fov) ? 0.0 : fov;  // as the ranger has it
   const std::tuple<double, double, size_t> key(mount, key_fov, bearings.size());

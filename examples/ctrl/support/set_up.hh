@@ -54,6 +54,18 @@ void CallOnUpdate(Stg::Model* sensor, Robot* robot) {
       robot);
 }
 
+/// The same, of a controller that keeps to its own robot: see Model::AddParallelCallback().
+template <class Robot, void (*kUpdate)(Robot*)>
+void CallOnUpdateInParallel(Stg::Model* sensor, Robot* robot) {
+  sensor->AddParallelCallback(
+      Stg::Model::CB_UPDATE,
+      [](Stg::Model*, void* user) {
+        kUpdate(static_cast<Robot*>(user));
+        return 0;  // stay registered
+      },
+      robot);
+}
+
 /// The state of one more robot. States live as long as the process, since nobody tells a
 /// controller when its model is deleted.
 template <class Robot>

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Calls callbacks that keep to themselves (Model::AddParallelCallback()) on several threads.
+
+#ifndef STAGE_WORLD_CALLBACK_PHASE_HH
+#define STAGE_WORLD_CALLBACK_PHASE_HH
+
+#include <cstdint>
+#include <vector>
+
+#include "models/model.hh"
+#include "sensing/worker_pool.hh"
+
+namespace Stg {
+
+class CallbackPhase {
+ public:
+  /// Calls the CB_UPDATE callbacks of the first few of these models, as if one after the other.
+  /// Returns of how many: up to one whose callbacks may not be called at the same time; 0 if it
+  /// isn't worth while. Null stands for a model that is gone.
+  size_t Call(Model* const* models, size_t count, sensing::WorkerPool* workers);
+
+ private:
+  size_t FindGroups(Model* const* models, size_t count);
+
+  // Neighbours of the same tree are a group, which one thread calls. Where each begins, and the end
+  // of the last.
+  std::vector<uint32_t> group_begins_;
+  uint64_t run_ = 0;
+};
+
+}  // namespace Stg
+
+#endif

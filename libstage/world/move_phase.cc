@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "world/move_phase.hh"
+
+#include <algorithm>
+#include <typeinfo>
+
+#include "models/position.hh"
+#include "sensing/scene.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr size_t kFewest = 64;       // movers; fewer are not worth waking threads for
+constexpr size_t kAtOnce = 4096;     // movers; so that their plans stay in the cache
+constexpr int64_t kMostTiles = 256;  // a mover that uses more moves alone
+constexpr size_t kGrain = 16;
+
+grid::CellBox TilesOf(const grid::CellBox& cells) {
+  if (cells.empty()) return cells;
+  return {cells.min_x >> RAY_TILE_SHIFT, cells.min_y >> RAY_TILE_SHIFT,
+          cells.max_x >> RAY_TILE_SHIFT, cells.max_y >> RAY_TILE_SHIFT};
+}
+
+int64_t CountOf(const grid::CellBox& tiles) {
+  return (int64_t{tiles.max_x} - tiles.min_x + 1) * (int64_t{tiles.max_y} - tiles.min_y + 1);
+}
+
+template <typename F>
+void ForEachTile(const grid::CellBox& tiles, F f) {
+  for (int32_t y = tiles.min_y; y <= tiles.max_y; y++)
+    for (int32_t x = tiles.min_x; x <= tiles.max_x; x++) f(x, y);
+}
+
+}  // namespace
+
+void TileRanks::Clear(size_t rectangles) {
+  size_t size = 1024;
+  while (size < 32 * rectangles) size *= 2;
+  if (entries_.size() < size) entries_.assign(size, Entry{0, 0});
+  round_++;
+}
+
+uint32_t TileRanks::Add(const grid::CellBox& tiles) {
+  const uint32_t mask = static_cast<uint32_t>(entries_.size() - 1);
+  uint32_t rank = 0;
+  ForEachTile(tiles, [&](int32_t x, int32_t y) {
+    const Entry& entry = entries_[ray_hash(x, y) & mask];
+    if (entry.round == round_) rank = std::max(rank, entry.next_rank);
+  });
+  ForEachTile(tiles, [&](int32_t x, int32_t y) {
+    entries_[ray_hash(x, y) & mask] = {round_, rank + 1};
+  });
+  return rank;
+}
+
+namespace {
+
+/// A robot that stands by itself and moves as ModelPosition does.
+bool MovesPlainly(const Model& model) {
+  return model.Parent() == nullptr && typeid(model) == typeid(ModelPosition);
+}
+
+}  // namespace
+
+size_t MovePhase::Move(Model* const* models, size_t count, sensing::Scene* scene,
+                       sensing::WorkerPool* workers) {
+  if (count < kFewest || workers->threads() == 1 || scene->exact_drawing) return 0;
+  const auto end =
+      std::find_if_not(models, models + count, [](Model* m) { return MovesPlainly(*m); });
+  count = static_cast<size_t>(end - models);
+  if (count < kFewest) return 0;
+  grid_ = &scene->grid;
+  edits_.resize(workers->threads());
+  for (size_t begin = 0; begin < count; begin += kAtOnce)
+    MovePart(models + begin, std::min(kAtOnce, count - begin), workers);
+  return count;
+}
+
+void MovePhase::MovePart(Model* const* models, size_t count, sensing::WorkerPool* workers) {
+  MakePlans(models, count, workers);
+  size_t begin = 0;
+  for (size_t i = 0; i < count; i++) {
+    Plan& plan = plans_[i];
+    if (plan.kind != Plan::kAlone) continue;
+    MoveRanks(begin, i, workers);
+    if (plan.model->EndMove(plan.placement)) plan.placement.Commit();
+    begin = i + 1;
+  }
+  MoveRanks(begin, count, workers);
+}
+
+void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers) {
+  if (plans_.size() < count) plans_.resize(count);
+  workers->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
+    for (size_t i = begin; i < end; i++) {
+      Plan& plan = plans_[i];
+      plan.model = static_cast<ModelPosition*>(models[i]);
+      plan.kind = Plan::kStays;
+      if (plan.model->BeginMove(&plan.placement)) Describe(&plan, *grid_);
+    }
+  });
+}
+
+void MovePhase::Describe(Plan* plan, const grid::Grid& grid) {
+  const Placement& placement = plan->placement;
+  plan->tiles = TilesOf(placement.Cells());
+  plan->insertions = placement.CountInsertions();
+  plan->kind = placement.MayShareEdit() && CountOf(plan->tiles) <= kMostTiles ? Plan::kShared
+                                                                              : Plan::kAlone;
+  if (plan->kind == Plan::kAlone) return;
+  plan->new_tiles = TilesOf(placement.NewCells());
+  plan->tiles_missing = false;
+  ForEachTile(plan->new_tiles,
+              [&](int32_t x, int32_t y) { plan->tiles_missing |= !grid.HasTile(x, y); });
+}
+
+/// Moves those of [begin, end) that share the grid.
+void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers) {
+  if (begin == end) return;
+  grid_->BeginSharedEdit(AssignRanks(begin, end), &edits_);
+  SortByRank(begin, end);
+  uint32_t first = 0;
+  for (const uint32_t rank_end : rank_ends_) {
+    const uint32_t* movers = order_.data() + first;
+    workers->Run(rank_end - first, kGrain, [&](size_t from, size_t to, unsigned thread) {
+      for (size_t i = from; i < to; i++) {
+        Plan& plan = plans_[movers[i]];
+        if (plan.model->EndMove(plan.placement)) plan.placement.Commit(&edits_[thread]);
+      }
+    });
+    first = rank_end;
+  }
+  grid_->EndSharedEdit(&edits_);
+}
+
+/// Ranks, and room in the grid. Returns how many cells may be drawn.
+size_t MovePhase::AssignRanks(size_t begin, size_t end) {
+  ranks_.Clear(end - begin);
+  size_t insertions = 0;
+  for (size_t i = begin; i < end; i++) {
+    Plan& plan = plans_[i];
+    if (plan.kind != Plan::kShared) continue;
+    plan.rank = ranks_.Add(plan.tiles);
+    insertions += plan.insertions;
+    // Tiles that were there may be gone if others of this part have moved since.
+    if (plan.tiles_missing || begin > 0)
+      ForEachTile(plan.new_tiles, [&](int32_t x, int32_t y) { grid_->PrepareTile(x, y); });
+  }
+  return insertions;
+}
+
+void MovePhase::SortByRank(size_t begin, size_t end) {
+  rank_ends_.clear();
+  for (size_t i = begin; i < end; i++) {
+    if (plans_[i].kind != Plan::kShared) continue;
+    if (plans_[i].rank >= rank_ends_.size()) rank_ends_.resize(plans_[i].rank + 1, 0);
+    rank_ends_[plans_[i].rank]++;
+  }
+  uint32_t sum = 0;
+  for (uint32_t& end_of_rank : rank_ends_) {
+    const uint32_t movers = end_of_rank;
+    end_of_rank = sum;  // its begin, for now
+    sum += movers;
+  }
+  order_.resize(sum);
+  for (size_t i = begin; i < end; i++)
+    if (plans_[i].kind == Plan::kShared)
+      order_[rank_ends_[plans_[i].rank]++] = static_cast<uint32_t>(i);
+}
+
+}  // namespace Stg

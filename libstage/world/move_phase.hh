@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Moves robots on several threads, with the very outcome of moving one after the other.
+//
+// A robot's move looks at and changes the cells around it, and the robots that move before it may
+// have been there. So moves are put into ranks: a robot comes one rank after the last one before it
+// that uses a tile of the grid which it uses too. Robots of one rank have no tile in common, hence
+// nothing to say to each other; ranks follow one another. In a crowd there are some twenty ranks,
+// in the open one or two.
+
+#ifndef STAGE_WORLD_MOVE_PHASE_HH
+#define STAGE_WORLD_MOVE_PHASE_HH
+
+#include <cstdint>
+#include <vector>
+
+#include "models/block.hh"
+#include "sensing/scene.hh"
+#include "sensing/worker_pool.hh"
+
+namespace Stg {
+
+class ModelPosition;
+
+/// The ranks of rectangles of tiles that come one after the other.
+class TileRanks {
+ public:
+  /// Begins anew, for about so many rectangles.
+  void Clear(size_t rectangles);
+  /// One more than the highest rank so far of a rectangle that has a tile in common with this one;
+  /// 0 if there is none. Now and then a little more.
+  uint32_t Add(const grid::CellBox& tiles);
+
+ private:
+  struct Entry {
+    uint32_t round, next_rank;
+  };
+  // By a hash of the tile. Tiles that share an entry count as one.
+  std::vector<Entry> entries_;
+  uint32_t round_ = 0;
+};
+
+class MovePhase {
+ public:
+  /// Moves the first few of these models as if one after the other. Returns how many: up to one
+  /// that is on another model, or of a class of its own; 0 if it isn't worth while.
+  size_t Move(Model* const* models, size_t count, sensing::Scene* scene,
+              sensing::WorkerPool* workers);
+
+ private:
+  struct Plan {
+    ModelPosition* model;
+    enum { kStays, kShared, kAlone } kind;
+    grid::CellBox tiles;      // that it may look at
+    grid::CellBox new_tiles;  // that it may be drawn into anew
+    bool tiles_missing;       // in the grid, of the new ones
+    size_t insertions;
+    uint32_t rank;
+    Placement placement;
+  };
+  void MovePart(Model* const* models, size_t count, sensing::WorkerPool* workers);
+  void MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers);
+  static void Describe(Plan* plan, const grid::Grid& grid);
+  void MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers);
+  size_t AssignRanks(size_t begin, size_t end);
+  void SortByRank(size_t begin, size_t end);
+
+  std::vector<Plan> plans_;
+  std::vector<grid::Grid::Edit> edits_;  // one for each thread
+  TileRanks ranks_;
+  std::vector<uint32_t> rank_ends_;  // in order_
+  std::vector<uint32_t> order_;      // indices of plans, by rank
+  grid::Grid* grid_ = nullptr;
+};
+
+}  // namespace Stg
+
+#endif
