@@ -3,8 +3,49 @@
 #include "libstage_cl/buffer.hh"
 
 #include <algorithm>
+#include <cstring>
 
 namespace Stg::cl {
+
+PinnedMemory::~PinnedMemory() {
+  try {
+    Release();
+  } catch (const ::cl::Error&) {
+    // The device is lost; so is its memory.
+  }
+}
+
+void* PinnedMemory::Take(std::size_t bytes) {
+  constexpr std::size_t kAlignment = 256;
+  bytes = (bytes + kAlignment - 1) / kAlignment * kAlignment;
+  if (blocks_.empty() || used_ + bytes > blocks_.back().size) AddBlock(bytes);
+  char* room = blocks_.back().data + used_;
+  used_ += bytes;
+  taken_ += bytes;
+  return room;
+}
+
+void PinnedMemory::AddBlock(std::size_t bytes) {
+  constexpr std::size_t kSmallest = 1 << 16;
+  const std::size_t size = std::max(bytes + bytes / 2, kSmallest);
+  const ::cl::Buffer buffer(context_, CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, size);
+  void* data = queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, size);
+  blocks_.push_back({buffer, static_cast<char*>(data), size});
+  used_ = 0;
+}
+
+void PinnedMemory::Reset() {
+  if (blocks_.size() > 1) {  // one block of the size that was needed takes their place
+    Release();
+    AddBlock(taken_);
+  }
+  used_ = taken_ = 0;
+}
+
+void PinnedMemory::Release() {
+  for (Block& block : blocks_) queue_.enqueueUnmapMemObject(block.buffer, block.data);
+  blocks_.clear();
+}
 
 Buffer::~Buffer() {
   try {
@@ -19,7 +60,8 @@ bool Buffer::Reserve(std::size_t bytes) {
   if (bytes <= capacity_) return false;
   Unmap();
   const std::size_t roomy = bytes + bytes / 2;
-  memory_ = ::cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, roomy);
+  const cl_mem_flags where = common_.shared ? CL_MEM_ALLOC_HOST_PTR : 0;
+  memory_ = ::cl::Buffer(common_.context, CL_MEM_READ_WRITE | where, roomy);
   capacity_ = roomy;
   return true;
 }
@@ -36,23 +78,34 @@ void Buffer::Write(const void* data, std::size_t bytes) {
 void* Buffer::MapForWriting(std::size_t bytes) {
   Reserve(bytes);
   Unmap();
+  bytes = std::max<std::size_t>(bytes, 1);
+  if (!common_.shared) {
+    to_send_ = bytes;
+    return mapped_ = common_.to_device.Take(bytes);
+  }
   // 1.1 has no way to say that the old contents don't matter.
-  mapped_ =
-      queue_.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_WRITE, 0, std::max<std::size_t>(bytes, 1));
-  return mapped_;
+  return mapped_ = common_.queue.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_WRITE, 0, bytes);
 }
 
 const void* Buffer::MapForReading(std::size_t bytes) {
   Unmap();
-  mapped_ =
-      queue_.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_READ, 0, std::max<std::size_t>(bytes, 1));
-  return mapped_;
+  bytes = std::max<std::size_t>(bytes, 1);
+  if (!common_.shared) {
+    void* copy = common_.from_device.Take(bytes);
+    common_.queue.enqueueReadBuffer(memory_, CL_TRUE, 0, bytes, copy);
+    return copy;
+  }
+  return mapped_ = common_.queue.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_READ, 0, bytes);
 }
 
 void Buffer::Unmap() {
-  if (!mapped_) return;
-  queue_.enqueueUnmapMemObject(memory_, mapped_);
+  if (mapped_ == nullptr) return;
+  if (to_send_ > 0)
+    common_.queue.enqueueWriteBuffer(memory_, CL_FALSE, 0, to_send_, mapped_);
+  else
+    common_.queue.enqueueUnmapMemObject(memory_, mapped_);
   mapped_ = nullptr;
+  to_send_ = 0;
 }
 
 }  // namespace Stg::cl

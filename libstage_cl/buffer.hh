@@ -1,22 +1,67 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Buffers that host and device share by mapping: without a copy where they share memory, through
-// pinned memory where they don't.
+// Buffers that the host writes and reads. Where host and device share memory, the host maps them and
+// nothing is copied. A device with memory of its own gets and gives their contents through pinned
+// memory, without the host waiting.
 
 #ifndef STAGE_CL_BUFFER_HH
 #define STAGE_CL_BUFFER_HH
 
 #include <cstddef>
-#include <cstring>
+#include <vector>
 
 #include "libstage_cl/opencl.hh"
 
 namespace Stg::cl {
 
+/// Memory of the host that the device can fetch from by itself.
+class PinnedMemory {
+ public:
+  PinnedMemory(const ::cl::Context& context, const ::cl::CommandQueue& queue)
+      : context_(context), queue_(queue) {}
+  ~PinnedMemory();
+  PinnedMemory(const PinnedMemory&) = delete;
+  PinnedMemory& operator=(const PinnedMemory&) = delete;
+
+  /// Room for so many bytes, until Reset().
+  void* Take(std::size_t bytes);
+  /// All room is free again; no transfer must be under way.
+  void Reset();
+
+ private:
+  struct Block {
+    ::cl::Buffer buffer;
+    char* data;
+    std::size_t size;
+  };
+  void AddBlock(std::size_t bytes);
+  void Release();
+
+  ::cl::Context context_;
+  ::cl::CommandQueue queue_;
+  std::vector<Block> blocks_;  // room is taken from the last one
+  std::size_t used_ = 0;       // of that one
+  std::size_t taken_ = 0;      // of all, since Reset()
+};
+
+/// What all buffers of a prefilter share.
+struct Memory {
+  Memory(const ::cl::Context& context_, const ::cl::CommandQueue& queue_, bool shared_)
+      : context(context_),
+        queue(queue_),
+        shared(shared_),
+        to_device(context_, queue_),
+        from_device(context_, queue_) {}
+
+  ::cl::Context context;
+  ::cl::CommandQueue queue;
+  bool shared;  ///< by host and device
+  PinnedMemory to_device, from_device;
+};
+
 class Buffer {
  public:
-  Buffer(const ::cl::Context& context, const ::cl::CommandQueue& queue)
-      : context_(context), queue_(queue) {}
+  explicit Buffer(Memory* memory) : common_(*memory) {}
   ~Buffer();
   Buffer(const Buffer&) = delete;
   Buffer& operator=(const Buffer&) = delete;
@@ -25,20 +70,20 @@ class Buffer {
   bool Reserve(std::size_t bytes);
   /// Writes to its beginning, after making room.
   void Write(const void* data, std::size_t bytes);
-  /// For the host to write into; Unmap() hands it back to the device.
+  /// For the host to write into; Unmap() hands it to the device.
   void* MapForWriting(std::size_t bytes);
-  /// For the host to read what the device wrote; stays mapped until Unmap().
+  /// What the device wrote, for the host to read until Unmap(), or until pinned memory is reset.
   const void* MapForReading(std::size_t bytes);
   void Unmap();
 
   const ::cl::Buffer& memory() const { return memory_; }
 
  private:
-  ::cl::Context context_;
-  ::cl::CommandQueue queue_;
+  Memory& common_;
   ::cl::Buffer memory_;
   std::size_t capacity_ = 0;
   void* mapped_ = nullptr;
+  std::size_t to_send_ = 0;  // bytes of pinned memory, to be sent by Unmap()
 };
 
 }  // namespace Stg::cl

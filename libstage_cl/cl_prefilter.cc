@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <cstdlib>
+#include <string>
 
 #include "libstage_cl/program.hh"
 
@@ -25,6 +27,16 @@ double Now() {
   return ::cl::NDRange((count + work_group - 1) / work_group * work_group);
 }
 
+/// STAGE_CL_MEMORY in the environment says otherwise: "own" or "shared".
+bool SharesMemory(const ::cl::Device& device) {
+  const char* choice = std::getenv("STAGE_CL_MEMORY");
+  const std::string wanted = choice ? choice : "";
+  if (!wanted.empty()) return wanted != "own";
+  cl_bool shared = CL_FALSE;
+  device.getInfo(CL_DEVICE_HOST_UNIFIED_MEMORY, &shared);
+  return shared != CL_FALSE;
+}
+
 }  // namespace
 
 ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
@@ -32,14 +44,15 @@ ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
       per_ray_(hits_per_ray),
       context_(device.device),
       queue_(context_, device.device),
-      directory_(context_, queue_),
-      regions_(context_, queue_),
-      fans_(context_, queue_),
-      directions_(context_, queue_),
-      windows_(context_, queue_),
-      hits_(context_, queue_),
-      places_(context_, queue_),
-      words_(context_, queue_) {
+      memory_(context_, queue_, SharesMemory(device.device)),
+      directory_(&memory_),
+      regions_(&memory_),
+      fans_(&memory_),
+      directions_(&memory_),
+      windows_(&memory_),
+      hits_(&memory_),
+      places_(&memory_),
+      words_(&memory_) {
   const double start = Now();
   const ::cl::Program program = BuildProgram(context_, device.device);
   walk_ = ::cl::Kernel(program, "walk_fans");
@@ -53,6 +66,8 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
                                     const sensing::RayBatch& batch) try {
   const double start = Now();
   hits_.Unmap();
+  memory_.to_device.Reset();
+  memory_.from_device.Reset();
   MakeGroups(batch);
   SendStructure(grid);
   for (uint32_t i = 0; i < grid.layer_count(); i++) {
@@ -112,13 +127,13 @@ void ClPrefilter::SendStructure(const grid::Grid& grid) {
 }
 
 void ClPrefilter::SendLayer(const grid::Grid& grid, uint32_t index) {
-  while (layers_.size() <= index) layers_.push_back(std::make_unique<Layer>(context_, queue_));
+  while (layers_.size() <= index) layers_.push_back(std::make_unique<Layer>(&memory_));
   Layer& layer = *layers_[index];
   const grid::Occupancy& cells = grid.occupancy(index);
   const std::size_t regions = cells.tile_maps().size();
-  // Everything, if it is new or if most of it has changed.
+  // Everything, if it is new or if much of it has changed.
   const bool all = layer.regions != regions || layer.made != cells.made() ||
-                   cells.CountChangedRegions() * 2 > regions;
+                   cells.CountChangedTiles() * 4 > cells.tiles().size();
   if (!all) {
     SendChanges(cells, &layer);
   } else {

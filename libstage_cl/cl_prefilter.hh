@@ -29,8 +29,7 @@ class ClPrefilter : public sensing::Prefilter {
  private:
   // The device's copy of one layer of the grid.
   struct Layer {
-    Layer(const ::cl::Context& context, const ::cl::CommandQueue& queue)
-        : tile_maps(context, queue), tiles(context, queue) {}
+    explicit Layer(Memory* memory) : tile_maps(memory), tiles(memory) {}
     Buffer tile_maps, tiles;
     std::size_t regions = 0;  // copied
     uint64_t made = 0;        // of which incarnation of the layer
@@ -57,6 +56,7 @@ class ClPrefilter : public sensing::Prefilter {
 
   ::cl::Context context_;
   ::cl::CommandQueue queue_;
+  Memory memory_;
   ::cl::Kernel walk_, update_;
   std::size_t work_group_ = 64;
   Buffer directory_, regions_;  // of superregions; of regions in them

@@ -122,7 +122,7 @@ TEST(PrefilterTest, CountsWhatItDoes) {
   prefilter->Walk(scene.grid(), scene.tables(), scene.batch());
   const uint64_t again = prefilter->statistics().bytes_sent - first.bytes_sent;
   EXPECT_LT(again * 10, first.bytes_sent);
-  EXPECT_EQ(scene.grid().occupancy(0).CountChangedRegions(), 0u);
+  EXPECT_EQ(scene.grid().occupancy(0).CountChangedTiles(), 0u);
 }
 
 // ---- the choice of a device ---------------------------------------------------------------------

@@ -403,27 +403,44 @@ uint32_t Grid::LayersOf(const Body& body) const {
   return layers;
 }
 
-LayerIndex Grid::EverythingLayer(bool exact) { return FindLayer(Layer::kAll, 0, exact); }
-
-LayerIndex Grid::RangerLayer(double z, bool z_test, bool exact) {
-  if (!z_test || std::isnan(z)) return FindLayer(Layer::kAnyHeight, 0, exact);
-  return FindLayer(Layer::kHeight, z, exact);
+LayerIndex Grid::EverythingLayer(bool exact) {
+  const LayerIndex found = FindLayer(Layer::kAll, 0, exact);
+  return found != kNoLayer ? found : MakeLayer(Layer::kAll, 0, exact);
 }
 
-/// The layer, made if need be. When all places for heights are taken, it is that of any height.
-LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact) {
-  uint32_t heights = 0;
+LayerIndex Grid::RangerLayer(double z, bool z_test, bool exact) {
+  const LayerIndex found = FindRangerLayer(z, z_test, exact);
+  if (found != kNoLayer) return found;
+  const bool any_height = !z_test || std::isnan(z) || HeightsAreFull(exact);
+  return MakeLayer(any_height ? Layer::kAnyHeight : Layer::kHeight, any_height ? 0 : z, exact);
+}
+
+LayerIndex Grid::FindRangerLayer(double z, bool z_test, bool exact) const {
+  if (!z_test || std::isnan(z)) return FindLayer(Layer::kAnyHeight, 0, exact);
+  const LayerIndex found = FindLayer(Layer::kHeight, z, exact);
+  if (found != kNoLayer || !HeightsAreFull(exact)) return found;
+  return FindLayer(Layer::kAnyHeight, 0, exact);
+}
+
+/// All places for heights are taken: further ones share the layer of any height.
+bool Grid::HeightsAreFull(bool exact) const {
+  const auto heights = std::count_if(layers_.begin(), layers_.end(), [&](const Layer& layer) {
+    return layer.kind == Layer::kHeight && layer.exact == exact;
+  });
+  return heights >= kMaxHeights;
+}
+
+LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact) const {
   for (LayerIndex i = 0; i < layers_.size(); i++) {
-    Layer& layer = layers_[i];
-    if (layer.exact != exact) continue;
-    if (layer.kind == Layer::kHeight) heights++;
-    if (layer.kind != kind || layer.z != z) continue;
-    layer.last_used = step_;
+    const Layer& layer = layers_[i];
+    if (layer.exact != exact || layer.kind != kind || layer.z != z) continue;
+    // Several threads may ask at once.
+    const std::atomic_ref<uint64_t> last_used(layer.last_used);
+    if (last_used.load(std::memory_order_relaxed) != step_)
+      last_used.store(step_, std::memory_order_relaxed);
     return i;
   }
-  if (kind == Layer::kHeight && heights >= kMaxHeights)
-    return FindLayer(Layer::kAnyHeight, 0, exact);
-  return MakeLayer(kind, z, exact);
+  return kNoLayer;
 }
 
 LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {

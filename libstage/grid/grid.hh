@@ -34,6 +34,7 @@ inline constexpr int32_t kMaxCell = 1 << 30;
 /// their outline touches. Each layer shows one of these drawings.
 using LayerIndex = uint32_t;
 inline constexpr LayerIndex kEverything = 0;  ///< of the thin outlines
+inline constexpr LayerIndex kNoLayer = 0xffffffffu;
 inline constexpr uint32_t kMaxHeights = 8;    ///< of each drawing
 inline constexpr uint32_t kMaxLayers = 2 * (kMaxHeights + 2);
 
@@ -121,6 +122,18 @@ class Grid {
     const uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
     return slot != 0 && AnyInList(tile_cells_[slot].heads[bit], f);
   }
+  /// Say that a cell, and then the first body in it, will be looked at: starts to fetch them.
+  void PrefetchCell(CellRef cell) const {
+    __builtin_prefetch(&tile_cells_[cell >> 6].heads[cell & 63]);
+  }
+  void PrefetchBodyIn(CellRef cell) const {
+    const uint32_t head = tile_cells_[cell >> 6].heads[cell & 63];
+    if (head == 0) return;
+    if (head & kList)
+      __builtin_prefetch(&nodes_[head & ~kList]);
+    else
+      __builtin_prefetch(&bodies_[head - 1]);
+  }
   /// The region of a cell, or 0 if there is none.
   uint32_t FindRegion(int32_t x, int32_t y) const;
   /// The number of a cell's tile, TileSlot() of its cells; 0 if nothing is in it.
@@ -145,6 +158,8 @@ class Grid {
   /// that height, ends included. There is room for a few heights; for others, and if `z_test` is
   /// off, it is the layer of any height. Makes the layer if there is none.
   LayerIndex RangerLayer(double z, bool z_test, bool exact = false);
+  /// The same, or kNoLayer instead of making one. For several threads at once.
+  LayerIndex FindRangerLayer(double z, bool z_test, bool exact) const;
   /// The layer of everything in one of the drawings.
   LayerIndex EverythingLayer(bool exact);
   /// To be called once a step: heights that nobody asked for in a long time give up their layers.
@@ -201,7 +216,7 @@ class Grid {
     enum Kind { kAll, kAnyHeight, kHeight, kUnused } kind = kUnused;
     double z = 0;            // kHeight
     bool exact = false;      // which drawing
-    uint64_t last_used = 0;  // the step
+    mutable uint64_t last_used = 0;  // the step
     Occupancy cells;
   };
   static constexpr uint32_t kList = 0x80000000u;
@@ -229,7 +244,8 @@ class Grid {
   static bool Shows(const Layer& layer, const Body& body);
   uint32_t FindNode(uint32_t first, BodyId id) const;
   uint32_t LayersOf(const Body& body) const;
-  LayerIndex FindLayer(Layer::Kind kind, double z, bool exact);
+  LayerIndex FindLayer(Layer::Kind kind, double z, bool exact) const;
+  bool HeightsAreFull(bool exact) const;
   LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);
   void RefreshBit(const TileCells& cells, uint32_t bit);
   void DropTile(uint32_t slot);

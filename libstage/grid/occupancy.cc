@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 
 namespace Stg::internal::grid {
 
@@ -60,9 +61,10 @@ void Occupancy::TrackChanges(bool on) {
   ForgetChanges();
 }
 
-std::size_t Occupancy::CountChangedRegions() const {
-  return changed_tiles_.size() -
-         static_cast<std::size_t>(std::count(changed_tiles_.begin(), changed_tiles_.end(), 0));
+std::size_t Occupancy::CountChangedTiles() const {
+  std::size_t count = 0;
+  for (const uint64_t tiles : changed_tiles_) count += static_cast<std::size_t>(std::popcount(tiles));
+  return count;
 }
 
 void Occupancy::ForgetChanges() const {

@@ -38,8 +38,8 @@ class Occupancy {
   void TrackChanges(bool on);
   /// One word for each region: which of its tiles have changed since the last ForgetChanges().
   const std::vector<uint64_t>& changed_tiles() const { return changed_tiles_; }
-  /// How many regions have changed tiles.
-  std::size_t CountChangedRegions() const;
+  /// How many tiles that are.
+  std::size_t CountChangedTiles() const;
   /// Const, as it changes nothing of what is occupied.
   void ForgetChanges() const;
 

@@ -11,6 +11,7 @@
 #include "models/block.hh"
 #include "models/flag.hh"
 #include "models/messages.hh"
+#include "models/own_windows.hh"
 #include "models/power_pack.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
@@ -407,7 +408,7 @@ void Model::Unsubscribe() {
 }
 
 void Model::Startup() {
-  world->ScheduleUpdate(this, ++update_chain_);
+  world->ScheduleUpdate(this, interval, ++update_chain_);
   if (FindPowerPack()) world->EnableEnergy(this);
   CallCallbacks(CB_STARTUP);
 }
@@ -422,7 +423,7 @@ void Model::Shutdown() {
 void Model::Update() {
   if (subs == 0) return;
   // What is pending is void: an update that somebody else calls takes its place.
-  world->ScheduleUpdate(this, ++update_chain_);
+  world->ScheduleUpdate(this, interval, ++update_chain_);
   if (HasCallbacks(CB_UPDATE)) world->QueueUpdateCallbacks(this);
 }
 
@@ -484,14 +485,6 @@ void Model::PlaceFan(sensing::Fan* fan, const Pose& origin, meters_t range, RayM
   fan->layer = scene_->grid.EverythingLayer(fan->exact);
 }
 
-/// One for each drawing of the bodies; each for the batch with its number.
-struct Model::OwnWindows {
-  struct {
-    sensing::Window window;
-    uint64_t batch = 0;
-  } of[2];
-};
-
 void Model::CollectCells(grid::CellLists* lists, bool exact) const {
   blockgroup->AppendCells(lists, exact);
   for (const Model* child : children) child->CollectCells(lists, exact);
@@ -503,11 +496,15 @@ const sensing::Window& Model::OwnWindow(const sensing::Fan& fan) {
   auto& own = windows_->of[fan.exact];
   if (own.batch == scene_->batch_number) return own.window;
   own.batch = scene_->batch_number;
+  own.window = scene_->batch.MakeWindow(scene_->grid, OwnCells(fan.exact), this, fan.exact);
+  return own.window;
+}
+
+const grid::CellLists& Model::OwnCells(bool exact) const {
   static thread_local grid::CellLists cells;  // for its memory
   cells.lists.clear();
-  CollectCells(&cells, fan.exact);
-  own.window = scene_->batch.MakeWindow(scene_->grid, cells, this, fan.exact);
-  return own.window;
+  CollectCells(&cells, exact);
+  return cells;
 }
 
 }  // namespace Stg

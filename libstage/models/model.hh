@@ -24,6 +24,8 @@ namespace Stg {
 
 class BlockGroup;
 class CallbackPhase;
+class GatherPhase;
+class ModelRanger;
 class Option;
 class PowerPack;
 class StateHasher;
@@ -31,6 +33,7 @@ class Visualizer;
 class Worldfile;
 namespace internal {
 namespace sensing {
+struct BatchShare;
 struct Fan;
 struct Scene;
 struct Window;
@@ -298,6 +301,8 @@ class Model : public Ancestor {
   void NoteDrawn();
   /// NoteDrawn() has nothing to do.
   bool is_noted() const { return !(vis.ranger_return < 0) || hidden_from_rangers_; }
+  /// An update that was scheduled is still to happen. For the library's own rooms.
+  bool ExpectsUpdate(uint64_t chain) const { return subs > 0 && chain == update_chain_; }
   /// What the world's models share.
   internal::sensing::Scene& scene() const { return *scene_; }
 
@@ -306,6 +311,8 @@ class Model : public Ancestor {
   friend class Placement;
   friend class ControllerLibrary;
   friend class CallbackPhase;
+  friend class GatherPhase;
+  friend class ModelRanger;
 
   struct GuiState {
     bool grid, move, nose, outline;
@@ -411,6 +418,8 @@ class Model : public Ancestor {
   void AddBoundary();
   void SetRoot(Model* new_root);
   void CollectCells(internal::grid::CellLists* lists, bool exact) const;
+  /// The same; valid until the thread's next call.
+  const internal::grid::CellLists& OwnCells(bool exact) const;
   void StopCharging();
   bool HasCallbacks(callback_type_t t) const {
     return callbacks_.get() != NULL && !callbacks_->of[t].empty();

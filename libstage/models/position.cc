@@ -211,6 +211,11 @@ double ModelPosition::SecondsSinceUpdate() {
 }
 
 void ModelPosition::Update() {
+  UpdateMotion();
+  Model::Update();
+}
+
+void ModelPosition::UpdateMotion() {
   const double dt = SecondsSinceUpdate();
   if (drive_mode == DRIVE_CAR && control_mode != CONTROL_VELOCITY && !car_warned_) {
     PRINT_ERR1("%s: a car can only be driven by SetSpeed()", Token());
@@ -228,7 +233,6 @@ void ModelPosition::Update() {
   if (std::isfinite(power)) watts = power;
   SetVelocity(vel);
   Localize(dt);
-  Model::Update();
 }
 
 double ModelPosition::PowerOf(const Velocity& vel) const {

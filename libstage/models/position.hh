@@ -82,6 +82,7 @@ class ModelPosition : public Model {
 
  protected:
   friend class World;
+  friend class GatherPhase;
   friend class MovePhase;
 
   /// One step of motion; refused as a whole if it would end in an obstacle.
@@ -100,6 +101,9 @@ class ModelPosition : public Model {
   Velocity PositionMode() const;
   void Localize(double dt);
   double SecondsSinceUpdate();
+
+  /// Update() without what concerns the world.
+  void UpdateMotion();
 
   // The parts of Move(), for several threads at once: each touches this model's tree alone.
 

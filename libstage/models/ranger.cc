@@ -2,12 +2,14 @@
 
 #include "models/ranger.hh"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
 #include "geometry/trigonometry.hh"
 #include "models/noise.hh"
+#include "models/own_windows.hh"
 #include "models/ray_model_reader.hh"
 #include "models/state_hasher.hh"
 #include "sensing/scene.hh"
@@ -20,6 +22,7 @@ namespace {
 
 constexpr double kWattsPerSensor = 0.2;
 constexpr unsigned kMaxSamples = 1'000'000;
+constexpr uint32_t kNoDirection = 0xffffffffu;
 
 /// Rays pass the ranger's own tree and models with a negative ranger_return. A ranger_return of 0
 /// stops them.
@@ -46,7 +49,7 @@ ModelRanger::Sensor::Sensor()
       ray_model(RayModel::kDefault),
       table_fov_(std::numeric_limits<double>::quiet_NaN()),
       table_count_(0),
-      first_direction_(0),
+      first_direction_(kNoDirection),
       table_generation_(0),
       seeded_(false) {}
 
@@ -99,13 +102,32 @@ void ModelRanger::Sensor::Resize() {
     bearings[i] = sensing::SampleBearing(f, sample_count, i);
   table_fov_ = f;
   table_count_ = sample_count;
-  first_direction_ = std::numeric_limits<uint32_t>::max();
+  first_direction_ = kNoDirection;
+}
+
+/// There is nothing to be made before its next rays.
+bool ModelRanger::Sensor::IsReady(uint64_t table_generation) const {
+  if (sample_count == 0) return ranges.empty();
+  const double f = std::isfinite(fov) ? fov : 0.0;
+  return seeded_ && table_fov_ == f && table_count_ == sample_count &&
+         bearings.size() == sample_count && ranges.size() == sample_count &&
+         intensities.size() == sample_count && first_direction_ != kNoDirection &&
+         table_generation_ == table_generation && !HasAngleNoise();
+}
+
+/// The angle from one ray to the next.
+double ModelRanger::Sensor::Increment() const {
+  return table_fov_ / (sample_count > 1 ? sample_count - 1 : 1);
+}
+
+bool ModelRanger::Sensor::HasAngleNoise() const {
+  return angle_noise != 0 && Increment() != 0 && std::isfinite(angle_noise);
 }
 
 // ---- ModelRanger --------------------------------------------------------------------------------
 
 ModelRanger::ModelRanger(World* world_, Model* parent_, const std::string& type_)
-    : Model(world_, parent_, type_) {
+    : Model(world_, parent_, type_), makes_window_() {
   ClearBlocks();
   has_default_block = true;  // there is none, but the first block replaces nothing else
   geom.size = Size(0.15, 0.15, 0.2);
@@ -158,7 +180,24 @@ void ModelRanger::Update() {
   Model::Update();
 }
 
-/// `turn`: of the frame's heading, which all sensors share.
+/// Where the rays of a sensor begin. `turn`: of the frame's heading, which all sensors share.
+Pose ModelRanger::OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn) const {
+  const Pose& p = sensor.pose;
+  return Pose(frame.x + p.x * turn.cosine - p.y * turn.sine,
+              frame.y + p.x * turn.sine + p.y * turn.cosine, frame.z + p.z + sensor.size.z / 2.0,
+              normalize(frame.a + p.a));
+}
+
+sensing::Fan ModelRanger::MakeFan(const Sensor& sensor, uint32_t index) const {
+  sensing::Fan fan;
+  fan.predicate = StopsRanger;
+  fan.finder = this;
+  fan.sink = const_cast<ModelRanger*>(this);
+  fan.tag = index;
+  fan.record.first_direction = sensor.first_direction_;
+  return fan;
+}
+
 void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
                          const SineCosine& turn) {
   sensor->Resize();
@@ -168,38 +207,89 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
     sensor->seeded_ = true;
   }
   sensing::Scene& shared = scene();
-
-  sensing::Fan fan;
-  fan.predicate = StopsRanger;
-  fan.finder = this;
-  fan.sink = this;
-  fan.tag = index;
-  const Pose& p = sensor->pose;
-  const Pose origin(frame.x + p.x * turn.cosine - p.y * turn.sine,
-                    frame.y + p.x * turn.sine + p.y * turn.cosine,
-                    frame.z + p.z + sensor->size.z / 2.0, normalize(frame.a + p.a));
-  PlaceFan(&fan, origin, Magnitude(sensor->range.max), sensor->ray_model);
-  if (!fan.nothing) fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test, fan.exact);
-
-  const unsigned count = sensor->sample_count;
-  const double increment = sensor->table_fov_ / (count > 1 ? count - 1 : 1);
-  if (sensor->angle_noise != 0 && increment != 0 && std::isfinite(sensor->angle_noise)) {
-    static thread_local std::vector<double> bearings;  // for its memory
-    bearings.clear();
-    for (const double bearing : sensor->bearings)
-      bearings.push_back(bearing +
-                         increment * sensor->angle_noise * 0.5 * UniformError(&sensor->random_));
-    shared.batch.Add(fan, bearings, OwnWindow(fan));
-    return;
-  }
-  if (sensor->first_direction_ == std::numeric_limits<uint32_t>::max() ||
+  if (sensor->first_direction_ == kNoDirection ||
       sensor->table_generation_ != shared.tables.generation()) {
-    sensor->first_direction_ = shared.tables.Find(sensor->table_fov_, count);
+    sensor->first_direction_ = shared.tables.Find(sensor->table_fov_, sensor->sample_count);
     sensor->table_generation_ = shared.tables.generation();
   }
-  fan.record.first_direction = sensor->first_direction_;
-  shared.batch.Add(fan, count, OwnWindow(fan));
+  sensing::Fan fan = MakeFan(*sensor, index);
+  PlaceFan(&fan, OriginOf(*sensor, frame, turn), Magnitude(sensor->range.max), sensor->ray_model);
+  if (!fan.nothing) fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test, fan.exact);
+  if (!sensor->HasAngleNoise()) {
+    shared.batch.Add(fan, sensor->sample_count, OwnWindow(fan));
+    return;
+  }
+  static thread_local std::vector<double> bearings;  // for its memory
+  bearings.clear();
+  for (const double bearing : sensor->bearings)
+    bearings.push_back(bearing + sensor->Increment() * sensor->angle_noise * 0.5 *
+                                     UniformError(&sensor->random_));
+  shared.batch.Add(fan, bearings, OwnWindow(fan));
 }
+
+// ---- an update in parts -------------------------------------------------------------------------
+
+bool ModelRanger::IsReadyToShare() const {
+  if (!root->windows_) return false;
+  const sensing::Scene& shared = scene();
+  return std::all_of(sensors_.begin(), sensors_.end(), [&](const Sensor& sensor) {
+    return sensor.IsReady(shared.tables.generation()) &&
+           (shared.exact_drawing || !world->IsExact(sensor.ray_model));
+  });
+}
+
+sensing::BatchShare ModelRanger::MeasureUpdate() {
+  sensing::BatchShare share;
+  makes_window_[0] = makes_window_[1] = false;
+  for (const Sensor& sensor : sensors_) {
+    if (sensor.sample_count == 0) continue;
+    share.fans++;
+    share.rays += sensor.sample_count;
+    const bool exact = world->IsExact(sensor.ray_model);
+    OwnWindows::OfDrawing& own = root->windows_->of[exact];
+    if (!own.Claim(scene().batch_number)) continue;
+    makes_window_[exact] = true;
+    own.window = sensing::RayBatch::PlanWindow(scene().grid, root->OwnCells(exact));
+    share.words += own.window.words();
+  }
+  return share;
+}
+
+void ModelRanger::PlaceWindows(uint32_t first_word) {
+  for (const bool exact : {false, true}) {
+    if (!makes_window_[exact]) continue;
+    sensing::Window& window = root->windows_->of[exact].window;
+    window.first = first_word;
+    first_word += window.words();
+  }
+}
+
+bool ModelRanger::FillUpdate(sensing::BatchShare first) {
+  bool layers_found = true;
+  sensing::Scene& shared = scene();
+  for (const bool exact : {false, true})
+    if (makes_window_[exact])
+      shared.batch.FillWindow(root->windows_->of[exact].window, shared.grid, root->OwnCells(exact),
+                              root, exact);
+  const Pose frame = GetGlobalPose() + geom.pose;
+  const SineCosine turn = SinCos(frame.a);
+  for (uint32_t i = 0; i < sensors_.size(); i++) {
+    const Sensor& sensor = sensors_[i];
+    if (sensor.sample_count == 0) continue;
+    sensing::Fan fan = MakeFan(sensor, i);
+    fan.exact = world->IsExact(sensor.ray_model);
+    sensing::PlaceFan(&fan, OriginOf(sensor, frame, turn), Magnitude(sensor.range.max),
+                      shared.cells_per_metre);
+    if (!fan.nothing) fan.layer = shared.grid.FindRangerLayer(fan.z, fan.z_test, fan.exact);
+    layers_found &= fan.layer != grid::kNoLayer;
+    shared.batch.Put(first.fans++, fan, first.rays, sensor.sample_count,
+                     root->windows_->of[fan.exact].window);
+    first.rays += sensor.sample_count;
+  }
+  return layers_found;
+}
+
+// ---- results ------------------------------------------------------------------------------------
 
 void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) {
   // A callback may have changed the sensors since the rays were made.

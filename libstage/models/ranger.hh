@@ -59,6 +59,9 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
 
    private:
     friend class ModelRanger;
+    bool IsReady(uint64_t table_generation) const;
+    double Increment() const;
+    bool HasAngleNoise() const;
     void Resize();
     void LoadRange(Worldfile* wf, int entity);
 
@@ -88,9 +91,27 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   void Update() override;
 
  private:
+  friend class GatherPhase;
+
+  // An update in parts, for several threads at once: each touches this model, its tree's windows and
+  // its own room in the batch alone.
+
+  /// True if the next update is like the last one: nothing has to be made for it first.
+  bool IsReadyToShare() const;
+  /// What the update adds to the batch. The model may be the one to make windows of its tree.
+  internal::sensing::BatchShare MeasureUpdate();
+  /// The windows that it is to make begin here, among the words of the batch.
+  void PlaceWindows(uint32_t first_word);
+  /// Fills in the room that begins at `first`. False if the layer of a fan is still to be made; it
+  /// has kNoLayer then.
+  bool FillUpdate(internal::sensing::BatchShare first);
+
+  internal::sensing::Fan MakeFan(const Sensor& sensor, uint32_t index) const;
+  Pose OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn) const;
   void AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn);
   void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
+  bool makes_window_[2];  // of the tree, in this batch, for each drawing
   std::vector<Sensor> sensors_;
 };
 

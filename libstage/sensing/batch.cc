@@ -17,14 +17,28 @@ void RayBatch::Clear() {
 }
 
 void RayBatch::Add(Fan fan, uint32_t samples, const Window& window) {
+  const BatchShare before = AddRoom({.fans = 1, .rays = samples, .words = 0});
+  Put(before.fans, fan, before.rays, samples, window);
+}
+
+BatchShare RayBatch::AddRoom(const BatchShare& share) {
+  const BatchShare before{static_cast<uint32_t>(fans_.size()), ray_count_,
+                     static_cast<uint32_t>(window_words_.size())};
+  fans_.resize(fans_.size() + share.fans);
+  window_words_.resize(window_words_.size() + share.words, 0);
+  ray_count_ += share.rays;
+  return before;
+}
+
+void RayBatch::Put(uint32_t index, Fan fan, uint32_t first_ray, uint32_t samples,
+                   const Window& window) {
   fan.record.window_x = window.x;
   fan.record.window_y = window.y;
   fan.record.window_size = window.width | window.height << 16;
   fan.record.window_first = window.first;
-  fan.record.first_ray = ray_count_;
+  fan.record.first_ray = first_ray;
   fan.record.samples = samples;
-  ray_count_ += samples;
-  fans_.push_back(fan);
+  fans_[index] = fan;
 }
 
 void RayBatch::Add(Fan fan, const std::vector<double>& bearings, const Window& window) {
@@ -87,6 +101,13 @@ void ForEachCell(const grid::Grid& grid, const grid::CellLists& cells, F f) {
 
 Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree,
                             bool exact) {
+  Window window = PlanWindow(grid, cells);
+  window.first = AddRoom({.fans = 0, .rays = 0, .words = window.words()}).words;
+  FillWindow(window, grid, cells, tree, exact);
+  return window;
+}
+
+Window RayBatch::PlanWindow(const grid::Grid& grid, const grid::CellLists& cells) {
   grid::CellBox box;
   ForEachCell(grid, cells, [&](grid::CellRef, int32_t x, int32_t y) {
     if (box.empty()) box = {x, y, x, y};
@@ -97,10 +118,12 @@ Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::CellLists& cells
   const int64_t width = int64_t{box.max_x} - box.min_x + 1;
   const int64_t height = int64_t{box.max_y} - box.min_y + 1;
   if (width > kMaxWindowSide || height > kMaxWindowSide) return Window();
+  return {box.min_x, box.min_y, static_cast<uint32_t>(width), static_cast<uint32_t>(height), 0};
+}
 
-  const Window window{box.min_x, box.min_y, static_cast<uint32_t>(width),
-                      static_cast<uint32_t>(height), static_cast<uint32_t>(window_words_.size())};
-  window_words_.resize(window_words_.size() + window.width * window.height, 0);
+void RayBatch::FillWindow(const Window& window, const grid::Grid& grid,
+                          const grid::CellLists& cells, const void* tree, bool exact) {
+  if (window.words() == 0) return;
   uint64_t* words = &window_words_[window.first];
   ForEachCell(grid, cells, [&](grid::CellRef cell, int32_t x, int32_t y) {
     const bool shared = grid.AnyIn(cell, [&](grid::BodyId other) {
@@ -111,7 +134,6 @@ Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::CellLists& cells
         static_cast<uint32_t>(y - window.y) * window.width + static_cast<uint32_t>(x - window.x);
     words[tile] |= uint64_t{1} << (cell & 63);
   });
-  return window;
 }
 
 }  // namespace Stg::internal::sensing

@@ -19,9 +19,16 @@ struct Window {
   int32_t x = 0, y = 0;  ///< tile coordinates of the first tile
   uint32_t width = 0, height = 0;
   uint32_t first = 0;  ///< index of its first word among the batch's
+  uint32_t words() const { return width * height; }
 };
 /// A window has at most this many tiles a side; larger bodies are looked at like any other.
 inline constexpr uint32_t kMaxWindowSide = 16;
+
+/// How much of a batch.
+struct BatchShare {
+  uint32_t fans = 0, rays = 0;
+  uint32_t words = 0;  ///< of windows
+};
 
 class RayBatch {
  public:
@@ -37,7 +44,21 @@ class RayBatch {
   Window MakeWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree,
                     bool exact);
 
+  // The same in parts, for many fans at once: first it is counted what comes, then room is made, and
+  // then several threads fill it in.
+
+  /// Appends room; returns what was there before it.
+  BatchShare AddRoom(const BatchShare& share);
+  /// Puts a fan into its room. `first_ray`: of the batch.
+  void Put(uint32_t index, Fan fan, uint32_t first_ray, uint32_t samples, const Window& window);
+  /// A window around a body without its words, with `first` 0.
+  static Window PlanWindow(const grid::Grid& grid, const grid::CellLists& cells);
+  void FillWindow(const Window& window, const grid::Grid& grid, const grid::CellLists& cells,
+                  const void* tree, bool exact);
+
   const std::vector<Fan>& fans() const { return fans_; }
+  /// For a layer that was not known when the fan was put in.
+  void SetLayer(uint32_t index, grid::LayerIndex layer) { fans_[index].layer = layer; }
   uint32_t ray_count() const { return ray_count_; }
   const std::vector<uint64_t>& window_words() const { return window_words_; }
   /// Directions of this step's noisy sensors. Their indices begin where those of the tables end.

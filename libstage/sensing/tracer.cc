@@ -25,15 +25,25 @@ double SmallerQuotient(int a, int across, int b, int along) {
   return -LargerQuotient(-a, across, -b, along);
 }
 
+/// A ray in a cell, Q16: where it entered it, as offsets of the borders from its start, and the size
+/// of its displacement in x and y.
+struct Passage {
+  int in_x, in_y;
+  int across, along;
+};
+
+Passage PassageOf(const ray_t& ray) {
+  return {(ray.u << 16) - ray.ox, (ray.v << 16) - ray.oy, ray.adx, ray.ady};
+}
+
 /// Where along its leg the ray is halfway through the cell that it has reached: 0 start, 1 end. The
 /// ray as a whole ends at `end`. The outline that was hit lies anywhere in the cell, so its middle
 /// is the best guess.
-double FractionAtHit(const ray_t& ray, double end = 1.0) {
-  if ((ray.adx | ray.ady) == 0) return 0.5 * end;
-  const int in_x = (ray.u << 16) - ray.ox, in_y = (ray.v << 16) - ray.oy;
-  const double in = std::max(0.0, LargerQuotient(in_x, ray.adx, in_y, ray.ady));
+double MiddleOf(const Passage& p, double end = 1.0) {
+  if ((p.across | p.along) == 0) return 0.5 * end;
+  const double in = std::max(0.0, LargerQuotient(p.in_x, p.across, p.in_y, p.along));
   const double out =
-      std::min(end, SmallerQuotient(in_x + 65536, ray.adx, in_y + 65536, ray.ady));
+      std::min(end, SmallerQuotient(p.in_x + 65536, p.across, p.in_y + 65536, p.along));
   return 0.5 * (in + out);
 }
 
@@ -211,51 +221,65 @@ void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
 namespace {
 
 /// Rays of a fan whose first listed cell decides what they hit, as that of most does: neither a walk
-/// nor its preparation is needed. Neighbouring rays mostly hit the same tile, so where its cells are
-/// is remembered.
+/// nor its preparation is needed. What takes time is memory: so it is first said, for several rays,
+/// what will be looked at, and then looked at.
 class FirstListed {
  public:
-  FirstListed(const grid::Grid& grid, const Fan& fan) : grid_(grid), fan_(fan) {
-    const FanRecord& record = fan.record;
-    ray_.x0 = record.x;
-    ray_.y0 = record.y;
-    fx_ = static_cast<int>(record.fraction & 0xffff);
-    fy_ = static_cast<int>(record.fraction >> 16);
+  static constexpr uint32_t kAtOnce = 16;
+
+  FirstListed(const grid::Grid& grid, const Fan& fan) : grid_(grid), fan_(fan), visit_(grid, fan) {
+    fx_ = static_cast<int>(fan.record.fraction & 0xffff);
+    fy_ = static_cast<int>(fan.record.fraction >> 16);
   }
 
-  /// `listed`: the first of the ray's potential hits. False: somebody has to look further.
-  bool Decides(uint32_t listed, const Direction& direction, RayHit* result,
-               TraceCounters* counters) {
-    if (listed == RAY_NO_HIT) {
+  /// Gets ready for up to kAtOnce rays. The list of ray i begins at lists[i * per_ray].
+  void Look(const Direction* directions, const uint32_t* lists, uint32_t per_ray, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+      const uint32_t listed = lists[size_t{i} * per_ray];
+      rays_[i].hits_nothing = listed == RAY_NO_HIT;
+      if (listed == RAY_NO_HIT) continue;
+      rays_[i].cell = Locate(directions[i], listed, &rays_[i].passage);
+      grid_.PrefetchCell(rays_[i].cell);
+    }
+    for (uint32_t i = 0; i < count; i++)
+      if (!rays_[i].hits_nothing) grid_.PrefetchBodyIn(rays_[i].cell);
+  }
+
+  /// True if the first cell decides about ray i of them; false: somebody has to look further.
+  bool Decides(uint32_t i, RayHit* result, TraceCounters* counters) {
+    if (rays_[i].hits_nothing) {
       counters->rays++;
       *result = {fan_.range, nullptr};
       return true;
     }
-    Point(direction);
-    ray_.u = ray_packed_u(listed);
-    ray_.v = ray_packed_v(listed);
-    CellVisit visit(grid_, fan_);
-    if (!visit(CellAt(ray_.x0 + ray_.sx * ray_.u, ray_.y0 + ray_.sy * ray_.v))) return false;
+    if (!visit_(rays_[i].cell)) return false;
     counters->rays++;
     counters->potential_hits++;
-    *result = {FractionAtHit(ray_) * fan_.leg_length, visit.hit()};
+    *result = {MiddleOf(rays_[i].passage) * fan_.leg_length, visit_.hit()};
     return true;
   }
 
  private:
-  /// What FractionAtHit() needs of ray_begin().
-  void Point(const Direction& d) {
-    const FanRecord& record = fan_.record;
-    const int dx = ray_rotate_x(record.cosine, record.sine, d.cosine, d.sine);
-    const int dy = ray_rotate_y(record.cosine, record.sine, d.cosine, d.sine);
-    ray_.sx = dx < 0 ? -1 : 1;
-    ray_.sy = dy < 0 ? -1 : 1;
-    ray_.ox = dx < 0 ? 65536 - fx_ : fx_;
-    ray_.oy = dy < 0 ? 65536 - fy_ : fy_;
-    ray_.adx = dx < 0 ? -dx : dx;
-    ray_.ady = dy < 0 ? -dy : dy;
+  struct Ray {
+    Passage passage;
+    grid::CellRef cell;
+    bool hits_nothing;
+  };
+
+  /// The cell of a potential hit, and how the ray passes it: as ray_begin() has it.
+  grid::CellRef Locate(const Direction& d, uint32_t listed, Passage* passage) {
+    const FanRecord& r = fan_.record;
+    const int dx = ray_rotate_x(r.cosine, r.sine, d.cosine, d.sine);
+    const int dy = ray_rotate_y(r.cosine, r.sine, d.cosine, d.sine);
+    const int u = ray_packed_u(listed), v = ray_packed_v(listed);
+    passage->across = dx < 0 ? -dx : dx;
+    passage->along = dy < 0 ? -dy : dy;
+    passage->in_x = (u << 16) - (dx < 0 ? 65536 - fx_ : fx_);
+    passage->in_y = (v << 16) - (dy < 0 ? 65536 - fy_ : fy_);
+    return CellAt(dx < 0 ? r.x - u : r.x + u, dy < 0 ? r.y - v : r.y + v);
   }
 
+  /// Neighbouring rays mostly hit the same tile, so where its cells are is remembered.
   grid::CellRef CellAt(int32_t x, int32_t y) {
     const int32_t tile_x = x >> RAY_TILE_SHIFT, tile_y = y >> RAY_TILE_SHIFT;
     if (slot_ == 0 || tile_x != tile_x_ || tile_y != tile_y_) {
@@ -268,10 +292,11 @@ class FirstListed {
 
   const grid::Grid& grid_;
   const Fan& fan_;
+  CellVisit visit_;
   int fx_, fy_;
-  ray_t ray_;
   int32_t tile_x_ = 0, tile_y_ = 0;
   uint32_t slot_ = 0;  // 0: none yet
+  Ray rays_[kAtOnce];
 };
 
 }  // namespace
@@ -303,7 +328,8 @@ RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk) const {
     const int64_t y = start_y + static_cast<int64_t>(k) * walk.dy;
     Begin(&ray, walk, x, y);
     Follow(walk, &ray, &visit);
-    if (visit.hit()) return {(k + FractionAtHit(ray, fan.legs - k)) * fan.leg_length, visit.hit()};
+    if (visit.hit())
+      return {(k + MiddleOf(PassageOf(ray), fan.legs - k)) * fan.leg_length, visit.hit()};
   }
   return {fan.range, nullptr};
 }
@@ -339,13 +365,22 @@ void Tracer::TraceFan(const RayBatch& batch, const Fan& fan, const HitLists& lis
   const SineCosine* turns = batch.TurnsOf(fan);
   const ray_window_t window = batch.WindowOf(fan);
   const ray_grid_t view = grid_.View(fan.layer);
-  const bool listed = lists.per_ray > 0 && fan.single_leg();
-  const uint32_t* list = listed ? lists.hits + size_t{fan.record.first_ray} * lists.per_ray : nullptr;
-  const uint32_t count = listed ? lists.per_ray : 0;
+  const uint32_t per_ray = fan.single_leg() ? lists.per_ray : 0;
+  const uint32_t* list = lists.hits + size_t{fan.record.first_ray} * lists.per_ray;
+  const auto trace = [&](uint32_t i) {
+    const HitList known{list + size_t{i} * per_ray, per_ray};
+    hits[i] = Trace(fan, view, {directions[i], turns[i]}, window, known, counters);
+  };
+  if (per_ray == 0 || fan.exact) {
+    for (uint32_t i = 0; i < fan.record.samples; i++) trace(i);
+    return;
+  }
   FirstListed first(grid_, fan);
-  for (uint32_t i = 0; i < fan.record.samples; i++, list += count) {
-    if (listed && !fan.exact && first.Decides(*list, directions[i], &hits[i], counters)) continue;
-    hits[i] = Trace(fan, view, {directions[i], turns[i]}, window, {list, count}, counters);
+  for (uint32_t begin = 0; begin < fan.record.samples; begin += FirstListed::kAtOnce) {
+    const uint32_t count = std::min(fan.record.samples - begin, FirstListed::kAtOnce);
+    first.Look(directions + begin, list + size_t{begin} * per_ray, per_ray, count);
+    for (uint32_t i = 0; i < count; i++)
+      if (!first.Decides(i, &hits[begin + i], counters)) trace(begin + i);
   }
 }
 

@@ -7,7 +7,22 @@
 
 namespace Stg::internal::sensing {
 
+namespace {
+
+/// Some ten nanoseconds in which the processor may do something else.
+void Pause() {
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  __asm__ volatile("yield");
+#endif
+}
+
+}  // namespace
+
 WorkerPool::WorkerPool(unsigned threads) {
+  // Where threads share cores, whoever waits has to make way at once.
+  if (threads <= std::thread::hardware_concurrency()) looks_ = 500;
   try {
     for (unsigned i = 1; i < threads; i++) workers_.emplace_back([this, i] { Work(i); });
   } catch (const std::system_error&) {
@@ -41,8 +56,20 @@ void WorkerPool::Run(size_t count, size_t grain, const Job& job) {
   }
   start_.notify_all();
   TakeRanges(0);
+  if (SoonTrue([this] { return busy_ == 0; })) return;
   std::unique_lock<std::mutex> lock(mutex_);
   done_.wait(lock, [this] { return busy_ == 0; });
+}
+
+/// Jobs follow one another quickly within a step, and sleeping and waking takes longer than most
+/// of them: so it is looked for a little while whether something becomes true.
+template <typename F>
+bool WorkerPool::SoonTrue(F is_true) const {
+  for (unsigned i = 0; i < looks_; i++) {
+    if (is_true()) return true;
+    Pause();
+  }
+  return is_true();
 }
 
 void WorkerPool::TakeRanges(unsigned thread) {
@@ -56,6 +83,7 @@ void WorkerPool::TakeRanges(unsigned thread) {
 void WorkerPool::Work(unsigned thread) {
   uint64_t seen = 0;
   for (;;) {
+    SoonTrue([&] { return stop_ || generation_ != seen; });
     {
       std::unique_lock<std::mutex> lock(mutex_);
       start_.wait(lock, [&] { return stop_ || generation_ != seen; });
@@ -63,8 +91,9 @@ void WorkerPool::Work(unsigned thread) {
       seen = generation_;
     }
     TakeRanges(thread);
+    if (--busy_ > 0) continue;
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (--busy_ == 0) done_.notify_one();
+    done_.notify_one();
   }
 }
 

@@ -35,13 +35,17 @@ class WorkerPool {
  private:
   void Work(unsigned thread);
   void TakeRanges(unsigned thread);
+  template <typename F>
+  bool SoonTrue(F is_true) const;
 
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   std::condition_variable start_, done_;
-  uint64_t generation_ = 0;  // of jobs; counts up under the mutex, so no wake-up can be missed
-  unsigned busy_ = 0;
-  bool stop_ = false;
+  // They change under the mutex where somebody may sleep until they do, so no wake-up can be missed.
+  std::atomic<uint64_t> generation_{0};  // of jobs
+  std::atomic<bool> stop_{false};
+  std::atomic<unsigned> busy_{0};
+  unsigned looks_ = 0;  // before going to sleep
 
   const Job* job_ = nullptr;
   size_t count_ = 0, grain_ = 1;

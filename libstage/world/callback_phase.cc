@@ -5,19 +5,18 @@
 namespace Stg {
 
 namespace {
-constexpr size_t kFewest = 64;  // models; fewer are not worth waking threads for
 constexpr size_t kGrain = 8;
 }  // namespace
 
 size_t CallbackPhase::Call(Model* const* models, size_t count, sensing::WorkerPool* workers) {
-  if (count < kFewest || workers->threads() == 1) return 0;
-  const size_t together = FindGroups(models, count);
-  if (together < kFewest) return 0;
+  if (workers->threads() == 1) return 0;
+  count = runs_.Find(count, [&] { return FindGroups(models, count); });
+  if (count == 0) return 0;
   workers->Run(group_begins_.size() - 1, kGrain, [&](size_t begin, size_t end, unsigned) {
     for (uint32_t i = group_begins_[begin]; i < group_begins_[end]; i++)
       if (models[i]) models[i]->CallCallbacks(Model::CB_UPDATE);
   });
-  return together;
+  return count;
 }
 
 /// Goes on until a model's callbacks need to be called alone, or a tree comes again behind others.

@@ -10,11 +10,14 @@
 
 #include "models/model.hh"
 #include "sensing/worker_pool.hh"
+#include "world/run_finder.hh"
 
 namespace Stg {
 
 class CallbackPhase {
  public:
+  /// Between steps.
+  void EndStep() { runs_.Begin(); }
   /// Calls the CB_UPDATE callbacks of the first few of these models, as if one after the other.
   /// Returns of how many: up to one whose callbacks may not be called at the same time; 0 if it
   /// isn't worth while. Null stands for a model that is gone.
@@ -23,6 +26,7 @@ class CallbackPhase {
  private:
   size_t FindGroups(Model* const* models, size_t count);
 
+  RunFinder runs_;
   // Neighbours of the same tree are a group, which one thread calls. Where each begins, and the end
   // of the last.
   std::vector<uint32_t> group_begins_;

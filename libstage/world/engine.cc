@@ -57,6 +57,9 @@ void WorldEngine::TraceBatch() {
 }
 
 void WorldEngine::EndStep() {
+  gather_phase_.EndStep();
+  move_phase_.EndStep();
+  callback_phase_.EndStep();
   scene.grid.AgeLayers();
   scene.tables.Trim();
 }
@@ -79,6 +82,7 @@ sensing::HitLists WorldEngine::Prefilter() {
 void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   const sensing::Tracer tracer(scene.grid);
   const std::vector<sensing::Fan>& fans = scene.batch.fans();
+  const std::vector<uint32_t>& order = fan_order_.Of(scene.batch);
   // Several shares for each thread, as fans take different times; but waking threads takes as long
   // as tracing a thousand rays or so.
   constexpr uint32_t kTooFewRays = 1500;
@@ -89,7 +93,7 @@ void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   workers_->Run(fans.size(), grain, [&](size_t begin, size_t end, unsigned thread) {
     ThreadData& mine = thread_data_[thread];
     for (size_t i = begin; i < end; i++) {
-      const sensing::Fan& fan = fans[i];
+      const sensing::Fan& fan = fans[order[i]];
       if (mine.hits.size() < fan.record.samples) mine.hits.resize(fan.record.samples);
       tracer.TraceFan(scene.batch, fan, lists, mine.hits.data(), &mine.counters);
       fan.sink->TakeHits(fan.tag, mine.hits.data(), fan.record.samples);
@@ -105,6 +109,10 @@ void WorldEngine::TraceFans(const sensing::HitLists& lists) {
 
 size_t WorldEngine::MoveTogether(size_t first) {
   return move_phase_.Move(moving.data() + first, moving.size() - first, &scene, workers_.get());
+}
+
+size_t WorldEngine::UpdateTogether(size_t first, World* world) {
+  return gather_phase_.Update(due.data() + first, due.size() - first, world, workers_.get());
 }
 
 size_t WorldEngine::CallTogether(size_t first) {

@@ -14,12 +14,14 @@
 
 #include "models/block.hh"
 #include "models/position.hh"
+#include "sensing/fan_order.hh"
 #include "sensing/prefilter.hh"
 #include "sensing/scene.hh"
 #include "sensing/tracer.hh"
 #include "sensing/worker_pool.hh"
 #include "world/callback_phase.hh"
 #include "world/fiducial_index.hh"
+#include "world/gather_phase.hh"
 #include "world/move_phase.hh"
 #include "world/path_chooser.hh"
 #include "world/scheduler.hh"
@@ -59,7 +61,8 @@ class WorldEngine {
 
   /// Traces the rays of the batch and hands the results to their sensors; empties the batch.
   void TraceBatch();
-  /// Lets go of what no sensor has used for a long time; the batch is empty.
+  /// Gets ready for the next step, and lets go of what no sensor has used for a long time; the batch
+  /// is empty.
   void EndStep();
   /// Puts bodies back into the rangers' layer whose ranger_return is no longer negative.
   void RefreshHidden();
@@ -68,6 +71,8 @@ class WorldEngine {
   /// Moves several of `moving` at once, from the given one on. Returns how many; 0 if those that
   /// come next have to move one after the other.
   size_t MoveTogether(size_t first);
+  /// The same with the updates of `due`.
+  size_t UpdateTogether(size_t first, World* world);
   /// The same with the callbacks of `update_callbacks_due`.
   size_t CallTogether(size_t first);
 
@@ -81,10 +86,12 @@ class WorldEngine {
     sensing::TraceCounters counters;
   };
   std::vector<ThreadData> thread_data_ = std::vector<ThreadData>(1);
+  sensing::FanOrder fan_order_;
   std::unique_ptr<sensing::Prefilter> prefilter_;
   PathChooser chooser_;
   Path path_ = Path::kFaster;
 
+  GatherPhase gather_phase_;
   MovePhase move_phase_;
   CallbackPhase callback_phase_;
 };

@@ -12,7 +12,6 @@ namespace Stg {
 
 namespace {
 
-constexpr size_t kFewest = 64;       // movers; fewer are not worth waking threads for
 constexpr size_t kAtOnce = 4096;     // movers; so that their plans stay in the cache
 constexpr int64_t kMostTiles = 256;  // a mover that uses more moves alone
 constexpr size_t kGrain = 16;
@@ -66,11 +65,12 @@ bool MovesPlainly(const Model& model) {
 
 size_t MovePhase::Move(Model* const* models, size_t count, sensing::Scene* scene,
                        sensing::WorkerPool* workers) {
-  if (count < kFewest || workers->threads() == 1 || scene->exact_drawing) return 0;
-  const auto end =
-      std::find_if_not(models, models + count, [](Model* m) { return MovesPlainly(*m); });
-  count = static_cast<size_t>(end - models);
-  if (count < kFewest) return 0;
+  if (workers->threads() == 1 || scene->exact_drawing) return 0;
+  count = runs_.Find(count, [&] {
+    const auto end =
+        std::find_if_not(models, models + count, [](Model* m) { return MovesPlainly(*m); });
+    return static_cast<size_t>(end - models);
+  });
   grid_ = &scene->grid;
   edits_.resize(workers->threads());
   for (size_t begin = 0; begin < count; begin += kAtOnce)

@@ -17,6 +17,7 @@
 #include "models/block.hh"
 #include "sensing/scene.hh"
 #include "sensing/worker_pool.hh"
+#include "world/run_finder.hh"
 
 namespace Stg {
 
@@ -42,6 +43,8 @@ class TileRanks {
 
 class MovePhase {
  public:
+  /// Between steps.
+  void EndStep() { runs_.Begin(); }
   /// Moves the first few of these models as if one after the other. Returns how many: up to one
   /// that is on another model, or of a class of its own; 0 if it isn't worth while.
   size_t Move(Model* const* models, size_t count, sensing::Scene* scene,
@@ -65,6 +68,7 @@ class MovePhase {
   size_t AssignRanks(size_t begin, size_t end);
   void SortByRank(size_t begin, size_t end);
 
+  RunFinder runs_;
   std::vector<Plan> plans_;
   std::vector<grid::Grid::Edit> edits_;  // one for each thread
   TileRanks ranks_;

@@ -9,10 +9,30 @@ namespace Stg {
 void Scheduler::Take(usec_t now, std::vector<Event>* events) {
   events->clear();
   while (!due_.empty() && due_.begin()->first <= now) {
-    const std::vector<Event>& list = due_.begin()->second;
+    List& list = due_.begin()->second;
     events->insert(events->end(), list.begin(), list.end());
+    list.clear();
+    spare_.push_back(std::move(list));
     due_.erase(due_.begin());
   }
+  last_list_ = nullptr;
+}
+
+Scheduler::List& Scheduler::ListOf(usec_t time) {
+  if (last_list_ != nullptr && last_time_ == time) return *last_list_;
+  const auto [place, is_new] = due_.try_emplace(time);
+  if (is_new && !spare_.empty()) {
+    place->second = std::move(spare_.back());
+    spare_.pop_back();
+  }
+  last_list_ = &place->second;
+  last_time_ = time;
+  return *last_list_;
+}
+
+void Scheduler::Clear() {
+  due_.clear();
+  last_list_ = nullptr;
 }
 
 void Scheduler::Forget(const Model* model) {

@@ -21,18 +21,24 @@ class Scheduler {
     uint64_t chain = 0;  ///< of an update: void if the model has begun a newer chain
   };
 
-  void Add(usec_t time, const Event& event) { due_[time].push_back(event); }
+  void Add(usec_t time, const Event& event) { ListOf(time).push_back(event); }
 
   /// Moves the events whose time is `now` or earlier to *events: by time, and in the order of
   /// adding where times are equal. Events added meanwhile are left for the next call.
   void Take(usec_t now, std::vector<Event>* events);
 
   void Forget(const Model* model);
-  void Clear() { due_.clear(); }
+  void Clear();
 
  private:
+  using List = std::vector<Event>;
+  List& ListOf(usec_t time);
+
   // Nearly all models share a few intervals, so there are few distinct times.
-  std::map<usec_t, std::vector<Event>> due_;
+  std::map<usec_t, List> due_;
+  List* last_list_ = nullptr;  // that was added to, of the time below
+  usec_t last_time_ = 0;
+  std::vector<List> spare_;  // for their memory
 };
 
 }  // namespace Stg

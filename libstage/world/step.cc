@@ -68,15 +68,21 @@ bool World::Update(void) {
 void World::RunDueEvents() {
   engine_->scheduler.Take(sim_time, &engine_->due);
   // By index: an update may delete models, which strikes out their events.
-  for (size_t i = 0; i < engine_->due.size(); i++) {
-    const Scheduler::Event event = engine_->due[i];
-    if (event.callback)
-      event.callback(event.model, event.arg);
-    else if (event.model && event.model->subs > 0 && event.chain == event.model->update_chain_)
-      event.model->Update();
-    if (!run_options.batch) FinishRays();
+  for (size_t i = 0; i < engine_->due.size();) {
+    const size_t updated = run_options.batch ? engine_->UpdateTogether(i, this) : 0;
+    if (updated == 0) RunDueEvent(i);
+    i += std::max<size_t>(updated, 1);
   }
   engine_->due.clear();
+}
+
+void World::RunDueEvent(size_t index) {
+  const Scheduler::Event event = engine_->due[index];
+  if (event.callback)
+    event.callback(event.model, event.arg);
+  else if (event.model && event.model->ExpectsUpdate(event.chain))
+    event.model->Update();
+  if (!run_options.batch) FinishRays();
 }
 
 void World::FinishRays() { engine_->TraceBatch(); }
@@ -154,8 +160,8 @@ void World::Enqueue(unsigned int, usec_t delay, Model* mod, model_callback_t cb,
   engine_->scheduler.Add(delay > kNever - sim_time ? kNever : sim_time + delay, {mod, cb, arg, 0});
 }
 
-void World::ScheduleUpdate(Model* mod, uint64_t chain) {
-  engine_->scheduler.Add(sim_time + mod->GetUpdateInterval(), {mod, nullptr, nullptr, chain});
+void World::ScheduleUpdate(Model* mod, usec_t delay, uint64_t chain) {
+  engine_->scheduler.Add(sim_time + delay, {mod, nullptr, nullptr, chain});
 }
 
 void World::QueueSensed(Model* mod) { engine_->sensed.push_back(mod); }

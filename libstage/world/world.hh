@@ -220,7 +220,7 @@ class World : public Ancestor {
   WorldEngine& engine() { return *engine_; }
   internal::sensing::Scene& scene();
   Placement& placement();
-  void ScheduleUpdate(Model* mod, uint64_t chain);
+  void ScheduleUpdate(Model* mod, usec_t delay, uint64_t chain);
   void QueueUpdateCallbacks(Model* mod);
   void QueueSensed(Model* mod);
   void StartMoving(Model* mod);
@@ -253,6 +253,7 @@ class World : public Ancestor {
   void CallUpdateCallbacks();
   void CallModelCallbacks();
   void RunDueEvents();
+  void RunDueEvent(size_t index);
   void FinishSensing();
   void MoveModels();
   void UpdateEnergy();

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "sensing/fan_order.hh"
+
+#include <algorithm>
+
+namespace Stg::internal::sensing {
+
+namespace {
+
+/// The bits of a number with a zero bit after each.
+uint64_t Spread(uint32_t number) {
+  uint64_t bits = number;
+  bits = (bits | bits << 16) & 0x0000ffff0000ffff;
+  bits = (bits | bits << 8) & 0x00ff00ff00ff00ff;
+  bits = (bits | bits << 4) & 0x0f0f0f0f0f0f0f0f;
+  bits = (bits | bits << 2) & 0x3333333333333333;
+  return (bits | bits << 1) & 0x5555555555555555;
+}
+
+/// The place of a fan's tile along the Z-order curve (G. M. Morton, 1966).
+uint64_t KeyOf(const Fan& fan) {
+  constexpr uint32_t kSign = 0x80000000u;
+  const uint32_t x = static_cast<uint32_t>(fan.record.x) ^ kSign;
+  const uint32_t y = static_cast<uint32_t>(fan.record.y) ^ kSign;
+  return Spread(x >> RAY_TILE_SHIFT) | Spread(y >> RAY_TILE_SHIFT) << 1;
+}
+
+}  // namespace
+
+const std::vector<uint32_t>& FanOrder::Of(const RayBatch& batch) {
+  constexpr unsigned kGoodFor = 50;
+  const std::vector<Fan>& fans = batch.fans();
+  if (order_.size() == fans.size() && ++age_ < kGoodFor) return order_;
+  age_ = 0;
+  keys_.clear();
+  for (uint32_t i = 0; i < fans.size(); i++) keys_.emplace_back(KeyOf(fans[i]), i);
+  std::sort(keys_.begin(), keys_.end());
+  order_.clear();
+  for (const auto& [key, index] : keys_) order_.push_back(index);
+  return order_;
+}
+
+}  // namespace Stg::internal::sensing
