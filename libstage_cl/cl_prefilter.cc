@@ -95,23 +95,33 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
 }
 
 /// Fans that the device can walk, by layer and number of samples; within these in their own order.
+/// There are few kinds of sensors, so few groups.
 void ClPrefilter::MakeGroups(const sensing::RayBatch& batch) {
   const std::vector<sensing::Fan>& fans = batch.fans();
-  order_.clear();
-  for (uint32_t i = 0; i < fans.size(); i++)
-    if (fans[i].single_leg() && fans[i].record.samples > 0) order_.push_back(i);
-  std::stable_sort(order_.begin(), order_.end(), [&](uint64_t a, uint64_t b) {
-    if (fans[a].layer != fans[b].layer) return fans[a].layer < fans[b].layer;
-    return fans[a].record.samples < fans[b].record.samples;
-  });
   groups_.clear();
-  for (uint32_t i = 0; i < order_.size(); i++) {
-    const sensing::Fan& fan = fans[order_[i]];
-    if (groups_.empty() || groups_.back().layer != fan.layer ||
-        groups_.back().samples != fan.record.samples)
-      groups_.push_back({fan.layer, fan.record.samples, i, 0});
-    groups_.back().fans++;
+  group_of_fan_.resize(fans.size());
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < fans.size(); i++) {
+    const sensing::Fan& fan = fans[i];
+    group_of_fan_[i] = kNoGroup;
+    if (!fan.single_leg() || fan.record.samples == 0) continue;
+    const auto fits = [&](const Group& group) {
+      return group.layer == fan.layer && group.samples == fan.record.samples;
+    };
+    if (groups_.empty() || !fits(groups_[last])) {
+      last = static_cast<std::size_t>(std::find_if(groups_.begin(), groups_.end(), fits) -
+                                      groups_.begin());
+      if (last == groups_.size()) groups_.push_back({fan.layer, fan.record.samples, 0, 0});
+    }
+    groups_[last].fans++;
+    group_of_fan_[i] = static_cast<uint32_t>(last);
   }
+  uint32_t first = 0;
+  for (Group& group : groups_) {
+    group.first_fan = first;
+    first += group.fans;
+  }
+  fan_count_ = first;
 }
 
 void ClPrefilter::SendStructure(const grid::Grid& grid) {
@@ -183,10 +193,14 @@ void ClPrefilter::Update(Buffer* target, const std::vector<uint32_t>& places,
 
 void ClPrefilter::SendBatch(const sensing::DirectionTables& tables,
                             const sensing::RayBatch& batch) {
-  const std::size_t fan_bytes = order_.size() * sizeof(sensing::FanRecord);
+  const std::size_t fan_bytes = fan_count_ * sizeof(sensing::FanRecord);
   if (fan_bytes > 0) {
     auto* records = static_cast<sensing::FanRecord*>(fans_.MapForWriting(fan_bytes));
-    for (std::size_t i = 0; i < order_.size(); i++) records[i] = batch.fans()[order_[i]].record;
+    next_in_group_.clear();
+    for (const Group& group : groups_) next_in_group_.push_back(group.first_fan);
+    for (std::size_t i = 0; i < group_of_fan_.size(); i++)
+      if (group_of_fan_[i] != kNoGroup)
+        records[next_in_group_[group_of_fan_[i]]++] = batch.fans()[i].record;
     fans_.Unmap();
   }
   const std::vector<uint64_t>& windows = batch.window_words();

@@ -39,6 +39,7 @@ class ClPrefilter : public sensing::Prefilter {
     uint32_t layer, samples;
     uint32_t first_fan, fans;
   };
+  static constexpr uint32_t kNoGroup = 0xffffffffu;
 
   void SendStructure(const grid::Grid& grid);
   void SendLayer(const grid::Grid& grid, uint32_t index);
@@ -69,7 +70,8 @@ class ClPrefilter : public sensing::Prefilter {
 
   // Scratch, kept for its memory.
   std::vector<Group> groups_;
-  std::vector<uint64_t> order_;
+  std::vector<uint32_t> group_of_fan_, next_in_group_;
+  std::size_t fan_count_ = 0;  // in groups
   std::vector<uint32_t> tile_places_, map_places_;
   std::vector<uint64_t> tile_words_, map_words_;
 };

@@ -54,6 +54,7 @@ struct Body {
   bool exact() const { return corners != nullptr; }
 };
 using BodyId = uint32_t;
+inline constexpr BodyId kNoBody = 0xffffffffu;
 
 /// A cell that something was drawn into: a handle that stays valid until it is removed.
 using CellRef = uint32_t;

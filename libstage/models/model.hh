@@ -33,6 +33,7 @@ class Visualizer;
 class Worldfile;
 namespace internal {
 namespace sensing {
+class DirectionTables;
 struct BatchShare;
 struct Fan;
 struct Scene;

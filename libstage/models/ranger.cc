@@ -105,14 +105,15 @@ void ModelRanger::Sensor::Resize() {
   first_direction_ = kNoDirection;
 }
 
-/// There is nothing to be made before its next rays.
-bool ModelRanger::Sensor::IsReady(uint64_t table_generation) const {
-  if (sample_count == 0) return ranges.empty();
-  const double f = std::isfinite(fov) ? fov : 0.0;
-  return seeded_ && table_fov_ == f && table_count_ == sample_count &&
-         bearings.size() == sample_count && ranges.size() == sample_count &&
-         intensities.size() == sample_count && first_direction_ != kNoDirection &&
-         table_generation_ == table_generation && !HasAngleNoise();
+bool ModelRanger::Sensor::HasTable(uint64_t generation) const {
+  return first_direction_ != kNoDirection && table_generation_ == generation;
+}
+
+/// Makes sure that the directions of its rays are in the tables.
+void ModelRanger::Sensor::FindTable(sensing::DirectionTables* tables) {
+  if (HasTable(tables->generation())) return;
+  first_direction_ = tables->Find(table_fov_, sample_count);
+  table_generation_ = tables->generation();
 }
 
 /// The angle from one ray to the next.
@@ -198,20 +199,20 @@ sensing::Fan ModelRanger::MakeFan(const Sensor& sensor, uint32_t index) const {
   return fan;
 }
 
+/// Before its rays are made: what concerns no other sensor.
+void ModelRanger::Prepare(Sensor* sensor, uint32_t index) {
+  sensor->Resize();
+  if (sensor->seeded_ || sensor->sample_count == 0) return;
+  sensor->random_.Seed(world->seed() ^ HashOf(token + "/" + std::to_string(index)));
+  sensor->seeded_ = true;
+}
+
 void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
                          const SineCosine& turn) {
-  sensor->Resize();
+  Prepare(sensor, index);
   if (sensor->sample_count == 0) return;
-  if (!sensor->seeded_) {
-    sensor->random_.Seed(world->seed() ^ HashOf(token + "/" + std::to_string(index)));
-    sensor->seeded_ = true;
-  }
   sensing::Scene& shared = scene();
-  if (sensor->first_direction_ == kNoDirection ||
-      sensor->table_generation_ != shared.tables.generation()) {
-    sensor->first_direction_ = shared.tables.Find(sensor->table_fov_, sensor->sample_count);
-    sensor->table_generation_ = shared.tables.generation();
-  }
+  sensor->FindTable(&shared.tables);
   sensing::Fan fan = MakeFan(*sensor, index);
   PlaceFan(&fan, OriginOf(*sensor, frame, turn), Magnitude(sensor->range.max), sensor->ray_model);
   if (!fan.nothing) fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test, fan.exact);
@@ -229,13 +230,26 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
 
 // ---- an update in parts -------------------------------------------------------------------------
 
-bool ModelRanger::IsReadyToShare() const {
-  if (!root->windows_) return false;
-  const sensing::Scene& shared = scene();
+bool ModelRanger::CanShare() const {
   return std::all_of(sensors_.begin(), sensors_.end(), [&](const Sensor& sensor) {
-    return sensor.IsReady(shared.tables.generation()) &&
-           (shared.exact_drawing || !world->IsExact(sensor.ray_model));
+    return !sensor.HasAngleNoise() &&
+           (scene().exact_drawing || !world->IsExact(sensor.ray_model));
   });
+}
+
+bool ModelRanger::GetReady() {
+  bool complete = root->windows_ != nullptr;
+  for (uint32_t i = 0; i < sensors_.size(); i++) {
+    Prepare(&sensors_[i], i);
+    complete &= sensors_[i].sample_count == 0 || sensors_[i].HasTable(scene().tables.generation());
+  }
+  return complete;
+}
+
+void ModelRanger::FinishGettingReady() {
+  if (!root->windows_) root->windows_ = std::make_unique<OwnWindows>();
+  for (Sensor& sensor : sensors_)
+    if (sensor.sample_count > 0) sensor.FindTable(&scene().tables);
 }
 
 sensing::BatchShare ModelRanger::MeasureUpdate() {
@@ -305,7 +319,9 @@ void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t c
       range += range * share * UniformError(&sensor.random_) +
                (deviation > 0 ? deviation * NormalError(&sensor.random_) : 0.0);
     sensor.ranges[i] = range;
-    sensor.intensities[i] = hits[i].model ? hits[i].model->vis.ranger_return : 0.0;
+    // Most stay as they are: what isn't written needs no way back to memory.
+    const double intensity = hits[i].model ? hits[i].model->vis.ranger_return : 0.0;
+    if (sensor.intensities[i] != intensity) sensor.intensities[i] = intensity;
   }
 }
 

@@ -59,7 +59,8 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
 
    private:
     friend class ModelRanger;
-    bool IsReady(uint64_t table_generation) const;
+    bool HasTable(uint64_t generation) const;
+    void FindTable(internal::sensing::DirectionTables* tables);
     double Increment() const;
     bool HasAngleNoise() const;
     void Resize();
@@ -96,8 +97,11 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   // An update in parts, for several threads at once: each touches this model, its tree's windows and
   // its own room in the batch alone.
 
-  /// True if the next update is like the last one: nothing has to be made for it first.
-  bool IsReadyToShare() const;
+  /// Can it be made in parts? Not with angular noise, nor with the first exact ray of all.
+  bool CanShare() const;
+  /// Prepares it. False if FinishGettingReady() has to follow, with all other threads at rest.
+  bool GetReady();
+  void FinishGettingReady();
   /// What the update adds to the batch. The model may be the one to make windows of its tree.
   internal::sensing::BatchShare MeasureUpdate();
   /// The windows that it is to make begin here, among the words of the batch.
@@ -106,6 +110,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   /// has kNoLayer then.
   bool FillUpdate(internal::sensing::BatchShare first);
 
+  void Prepare(Sensor* sensor, uint32_t index);
   internal::sensing::Fan MakeFan(const Sensor& sensor, uint32_t index) const;
   Pose OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn) const;
   void AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn);

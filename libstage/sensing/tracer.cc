@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "sensing/crossing.hh"
+#include "sensing/first_listed.hh"
 
 namespace Stg::internal::sensing {
 
@@ -93,8 +94,14 @@ class CellVisit {
   bool operator()(ray_t*, uint32_t region, uint32_t tile, uint32_t bit) {
     return grid_.AnyAt(region, tile, bit, [this](grid::BodyId id) { return Accepts(id); });
   }
+  /// The same for the cells of one ray after another: what one has hit, its neighbours mostly hit too.
   bool operator()(grid::CellRef cell) {
-    return grid_.AnyIn(cell, [this](grid::BodyId id) { return Accepts(id); });
+    return grid_.AnyIn(cell, [this](grid::BodyId id) {
+      if (id == accepted_) return true;
+      if (!Accepts(id)) return false;
+      accepted_ = id;
+      return true;
+    });
   }
 
  private:
@@ -109,6 +116,7 @@ class CellVisit {
   const grid::Grid& grid_;
   const Fan& fan_;
   Model* hit_ = nullptr;
+  grid::BodyId accepted_ = grid::kNoBody;  // the last one; hit_ is its model
 };
 
 /// Visits the cells that a ray reaches and intersects it with the outlines that touch them, until
@@ -218,89 +226,6 @@ void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
   }
 }
 
-namespace {
-
-/// Rays of a fan whose first listed cell decides what they hit, as that of most does: neither a walk
-/// nor its preparation is needed. What takes time is memory: so it is first said, for several rays,
-/// what will be looked at, and then looked at.
-class FirstListed {
- public:
-  static constexpr uint32_t kAtOnce = 16;
-
-  FirstListed(const grid::Grid& grid, const Fan& fan) : grid_(grid), fan_(fan), visit_(grid, fan) {
-    fx_ = static_cast<int>(fan.record.fraction & 0xffff);
-    fy_ = static_cast<int>(fan.record.fraction >> 16);
-  }
-
-  /// Gets ready for up to kAtOnce rays. The list of ray i begins at lists[i * per_ray].
-  void Look(const Direction* directions, const uint32_t* lists, uint32_t per_ray, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++) {
-      const uint32_t listed = lists[size_t{i} * per_ray];
-      rays_[i].hits_nothing = listed == RAY_NO_HIT;
-      if (listed == RAY_NO_HIT) continue;
-      rays_[i].cell = Locate(directions[i], listed, &rays_[i].passage);
-      grid_.PrefetchCell(rays_[i].cell);
-    }
-    for (uint32_t i = 0; i < count; i++)
-      if (!rays_[i].hits_nothing) grid_.PrefetchBodyIn(rays_[i].cell);
-  }
-
-  /// True if the first cell decides about ray i of them; false: somebody has to look further.
-  bool Decides(uint32_t i, RayHit* result, TraceCounters* counters) {
-    if (rays_[i].hits_nothing) {
-      counters->rays++;
-      *result = {fan_.range, nullptr};
-      return true;
-    }
-    if (!visit_(rays_[i].cell)) return false;
-    counters->rays++;
-    counters->potential_hits++;
-    *result = {MiddleOf(rays_[i].passage) * fan_.leg_length, visit_.hit()};
-    return true;
-  }
-
- private:
-  struct Ray {
-    Passage passage;
-    grid::CellRef cell;
-    bool hits_nothing;
-  };
-
-  /// The cell of a potential hit, and how the ray passes it: as ray_begin() has it.
-  grid::CellRef Locate(const Direction& d, uint32_t listed, Passage* passage) {
-    const FanRecord& r = fan_.record;
-    const int dx = ray_rotate_x(r.cosine, r.sine, d.cosine, d.sine);
-    const int dy = ray_rotate_y(r.cosine, r.sine, d.cosine, d.sine);
-    const int u = ray_packed_u(listed), v = ray_packed_v(listed);
-    passage->across = dx < 0 ? -dx : dx;
-    passage->along = dy < 0 ? -dy : dy;
-    passage->in_x = (u << 16) - (dx < 0 ? 65536 - fx_ : fx_);
-    passage->in_y = (v << 16) - (dy < 0 ? 65536 - fy_ : fy_);
-    return CellAt(dx < 0 ? r.x - u : r.x + u, dy < 0 ? r.y - v : r.y + v);
-  }
-
-  /// Neighbouring rays mostly hit the same tile, so where its cells are is remembered.
-  grid::CellRef CellAt(int32_t x, int32_t y) {
-    const int32_t tile_x = x >> RAY_TILE_SHIFT, tile_y = y >> RAY_TILE_SHIFT;
-    if (slot_ == 0 || tile_x != tile_x_ || tile_y != tile_y_) {
-      tile_x_ = tile_x;
-      tile_y_ = tile_y;
-      slot_ = grid_.FindTileSlot(x, y);
-    }
-    return slot_ << 6 | grid::Grid::BitOf(x, y);
-  }
-
-  const grid::Grid& grid_;
-  const Fan& fan_;
-  CellVisit visit_;
-  int fx_, fy_;
-  int32_t tile_x_ = 0, tile_y_ = 0;
-  uint32_t slot_ = 0;  // 0: none yet
-  Ray rays_[kAtOnce];
-};
-
-}  // namespace
-
 RayHit Tracer::Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
                      const ray_window_t& window, const HitList& list,
                      TraceCounters* counters) const {
@@ -375,12 +300,31 @@ void Tracer::TraceFan(const RayBatch& batch, const Fan& fan, const HitLists& lis
     for (uint32_t i = 0; i < fan.record.samples; i++) trace(i);
     return;
   }
+  TraceListed(fan, directions, {list, per_ray}, hits, counters, trace);
+}
+
+/// `trace(i)` traces ray i if its first listed cell doesn't decide what it hits.
+template <typename F>
+void Tracer::TraceListed(const Fan& fan, const Direction* directions, const HitList& lists,
+                         RayHit* hits, TraceCounters* counters, F trace) const {
   FirstListed first(grid_, fan);
-  for (uint32_t begin = 0; begin < fan.record.samples; begin += FirstListed::kAtOnce) {
-    const uint32_t count = std::min(fan.record.samples - begin, FirstListed::kAtOnce);
-    first.Look(directions + begin, list + size_t{begin} * per_ray, per_ray, count);
-    for (uint32_t i = 0; i < count; i++)
-      if (!first.Decides(i, &hits[begin + i], counters)) trace(begin + i);
+  CellVisit visit(grid_, fan);
+  const uint32_t samples = fan.record.samples;
+  for (uint32_t begin = 0; begin < samples; begin += FirstListed::kAtOnce) {
+    const uint32_t count = std::min(samples - begin, FirstListed::kAtOnce);
+    first.Look(directions + begin, lists.hits + size_t{begin} * lists.count, lists.count, count);
+    for (uint32_t i = 0; i < count; i++) {
+      if (first.HitsNothing(i)) {
+        counters->rays++;
+        hits[begin + i] = {fan.range, nullptr};
+      } else if (visit(first.Cell(i))) {
+        counters->rays++;
+        counters->potential_hits++;
+        hits[begin + i] = {first.Middle(i) * fan.leg_length, visit.hit()};
+      } else {
+        trace(begin + i);
+      }
+    }
   }
 }
 

@@ -54,22 +54,28 @@ GatherPhase::Kind GatherPhase::KindOf(const Scheduler::Event& event) {
   return typeid(*event.model) == typeid(ModelRanger) ? Kind::kRanger : Kind::kPosition;
 }
 
-/// False if a ranger needs more than room in the batch, as at its first update.
+/// False if the updates can't be made in parts.
 bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count,
                           sensing::WorkerPool* workers) {
   entries_.resize(count);
-  std::atomic<bool> ready{true};
+  std::atomic<bool> can_share{true}, all_ready{true};
   workers->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++) {
       Entry& entry = entries_[i];
       entry = Entry();
       entry.model = events[i].model;
       entry.kind = KindOf(events[i]);
-      if (entry.kind == Kind::kRanger && !static_cast<ModelRanger*>(entry.model)->IsReadyToShare())
-        ready.store(false, std::memory_order_relaxed);
+      if (entry.kind != Kind::kRanger) continue;
+      ModelRanger& ranger = *static_cast<ModelRanger*>(entry.model);
+      entry.ready = ranger.GetReady();
+      if (!entry.ready) all_ready.store(false, std::memory_order_relaxed);
+      if (!ranger.CanShare()) can_share.store(false, std::memory_order_relaxed);
     }
   });
-  return ready;
+  for (const Entry& entry : entries_)
+    if (!all_ready && entry.kind == Kind::kRanger && !entry.ready)
+      static_cast<ModelRanger*>(entry.model)->FinishGettingReady();
+  return can_share;
 }
 
 void GatherPhase::Measure(size_t count, sensing::WorkerPool* workers) {
@@ -92,8 +98,6 @@ void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
   sensing::BatchShare next = batch->AddRoom(all);
   for (Entry& entry : entries_) {
     if (entry.kind != Kind::kRanger) continue;
-    if (entry.share.words > 0)
-      static_cast<ModelRanger*>(entry.model)->PlaceWindows(next.words);
     const sensing::BatchShare share = entry.share;
     entry.share = next;
     next = {next.fans + share.fans, next.rays + share.rays, next.words + share.words};
@@ -101,6 +105,12 @@ void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
 }
 
 void GatherPhase::Fill(size_t count, sensing::WorkerPool* workers) {
+  // All windows have their place before the first fan refers to one.
+  workers->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
+    for (size_t i = begin; i < end; i++)
+      if (entries_[i].kind == Kind::kRanger)
+        static_cast<ModelRanger*>(entries_[i].model)->PlaceWindows(entries_[i].share.words);
+  });
   workers->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++) FillEntry(&entries_[i]);
   });

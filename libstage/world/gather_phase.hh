@@ -34,7 +34,7 @@ class GatherPhase {
     usec_t interval;
     uint64_t chain;
     Kind kind;
-    bool has_callbacks, layer_missing;
+    bool ready, has_callbacks, layer_missing;
   };
   static bool IsPlain(const Scheduler::Event& event);
   static Kind KindOf(const Scheduler::Event& event);

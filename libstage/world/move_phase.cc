@@ -14,7 +14,11 @@ namespace {
 
 constexpr size_t kAtOnce = 4096;     // movers; so that their plans stay in the cache
 constexpr int64_t kMostTiles = 256;  // a mover that uses more moves alone
-constexpr size_t kGrain = 16;
+
+/// Of the share that a thread takes at a time: several shares each, as they take different times.
+size_t GrainOf(size_t count, const sensing::WorkerPool& workers) {
+  return std::clamp<size_t>(count / (size_t{4} * workers.threads()), 1, 16);
+}
 
 grid::CellBox TilesOf(const grid::CellBox& cells) {
   if (cells.empty()) return cells;
@@ -93,7 +97,7 @@ void MovePhase::MovePart(Model* const* models, size_t count, sensing::WorkerPool
 
 void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers) {
   if (plans_.size() < count) plans_.resize(count);
-  workers->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
+  workers->Run(count, GrainOf(count, *workers), [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++) {
       Plan& plan = plans_[i];
       plan.model = static_cast<ModelPosition*>(models[i]);
@@ -124,7 +128,8 @@ void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers
   uint32_t first = 0;
   for (const uint32_t rank_end : rank_ends_) {
     const uint32_t* movers = order_.data() + first;
-    workers->Run(rank_end - first, kGrain, [&](size_t from, size_t to, unsigned thread) {
+    const size_t count = rank_end - first;
+    workers->Run(count, GrainOf(count, *workers), [&](size_t from, size_t to, unsigned thread) {
       for (size_t i = from; i < to; i++) {
         Plan& plan = plans_[movers[i]];
         if (plan.model->EndMove(plan.placement)) plan.placement.Commit(&edits_[thread]);
