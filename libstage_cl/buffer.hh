@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Buffers that the host writes and reads. Where host and device share memory, the host maps them and
-// nothing is copied. A device with memory of its own gets and gives their contents through pinned
-// memory, without the host waiting.
+// Buffers that the host writes and reads. Where host and device share memory, the host maps them
+// and nothing is copied. A device with memory of its own gets and gives their contents through
+// pinned memory, without the host waiting.
 
 #ifndef STAGE_CL_BUFFER_HH
 #define STAGE_CL_BUFFER_HH

@@ -45,6 +45,7 @@ RunOptions Plain() {
 RunOptions WithThreads(int threads) {
   RunOptions options = Plain();
   options.threads = threads;
+  options.share_from = 1;  // these worlds are small
   return options;
 }
 

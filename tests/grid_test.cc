@@ -341,8 +341,9 @@ TEST(GridMemory, ACrowdInOneCellTakesNoMoreThanItsList) {
   const BodyId body = grid.AddBody(MakeBody(0, 1));
   std::vector<CellRef> cells;
   for (int i = 0; i < 1000; i++) cells.push_back(grid.Insert(1, 1, body));
-  const size_t bytes = grid.statistics().bytes;
+  size_t bytes = 0;  // with what was in use once and is kept
   for (int round = 0; round < 10; round++) {
+    if (round == 1) bytes = grid.statistics().bytes;
     for (const CellRef cell : cells) grid.Remove(cell, body);
     EXPECT_EQ(grid.statistics().tiles, 0u);
     for (CellRef& cell : cells) cell = grid.Insert(1, 1, body);

@@ -504,8 +504,8 @@ Grid::Statistics Grid::statistics() const {
   s.regions = regions_.size() - 1 - free_regions_.size();
   s.tiles = tile_cells_.size() - 1 - free_tiles_.size();
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  s.bytes = bytes(bodies_) + bytes(tile_cells_) + bytes(nodes_) + bytes(free_nodes_) + bytes(regions_) +
-            bytes(tile_slots_) + bytes(region_tables_) + bytes(directory_);
+  s.bytes = bytes(bodies_) + bytes(tile_cells_) + bytes(nodes_) + bytes(free_nodes_) +
+            bytes(regions_) + bytes(tile_slots_) + bytes(region_tables_) + bytes(directory_);
   for (const Layer& layer : layers_)
     s.bytes += bytes(layer.cells.tiles()) + bytes(layer.cells.tile_maps());
   return s;

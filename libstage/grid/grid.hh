@@ -35,7 +35,7 @@ inline constexpr int32_t kMaxCell = 1 << 30;
 using LayerIndex = uint32_t;
 inline constexpr LayerIndex kEverything = 0;  ///< of the thin outlines
 inline constexpr LayerIndex kNoLayer = 0xffffffffu;
-inline constexpr uint32_t kMaxHeights = 8;    ///< of each drawing
+inline constexpr uint32_t kMaxHeights = 8;  ///< of each drawing
 inline constexpr uint32_t kMaxLayers = 2 * (kMaxHeights + 2);
 
 /// A body that is drawn in the grid: one block of a model, or, in the exact drawing, a few
@@ -215,8 +215,8 @@ class Grid {
   };
   struct Layer {
     enum Kind { kAll, kAnyHeight, kHeight, kUnused } kind = kUnused;
-    double z = 0;            // kHeight
-    bool exact = false;      // which drawing
+    double z = 0;                    // kHeight
+    bool exact = false;              // which drawing
     mutable uint64_t last_used = 0;  // the step
     Occupancy cells;
   };

@@ -63,7 +63,8 @@ void Occupancy::TrackChanges(bool on) {
 
 std::size_t Occupancy::CountChangedTiles() const {
   std::size_t count = 0;
-  for (const uint64_t tiles : changed_tiles_) count += static_cast<std::size_t>(std::popcount(tiles));
+  for (const uint64_t tiles : changed_tiles_)
+    count += static_cast<std::size_t>(std::popcount(tiles));
   return count;
 }
 

@@ -284,7 +284,8 @@ bool Placement::MayShareEdit() const {
 grid::CellBox Placement::NewCells() const {
   grid::CellBox box;
   for (const Item& item : items_)
-    for (size_t i = item.first_corner; item.moved && i < EndOf(item); i++) Include(&box, corners_[i]);
+    for (size_t i = item.first_corner; item.moved && i < EndOf(item); i++)
+      Include(&box, corners_[i]);
   return box;
 }
 
@@ -344,10 +345,9 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
   block.corners_.assign(corners_.begin() + static_cast<long>(item.first_corner),
                         corners_.begin() + static_cast<long>(EndOf(item)));
   block.cells_.clear();
-  grid::ForEachCellOfOutline(block.corners_.data(), block.corners_.size(),
-                             [&](int32_t x, int32_t y) {
-                               block.cells_.push_back(grid.Insert(x, y, block.body_, edit));
-                             });
+  grid::ForEachCellOfOutline(
+      block.corners_.data(), block.corners_.size(),
+      [&](int32_t x, int32_t y) { block.cells_.push_back(grid.Insert(x, y, block.body_, edit)); });
 }
 
 }  // namespace Stg

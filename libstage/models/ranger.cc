@@ -232,8 +232,7 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
 
 bool ModelRanger::CanShare() const {
   return std::all_of(sensors_.begin(), sensors_.end(), [&](const Sensor& sensor) {
-    return !sensor.HasAngleNoise() &&
-           (scene().exact_drawing || !world->IsExact(sensor.ray_model));
+    return !sensor.HasAngleNoise() && (scene().exact_drawing || !world->IsExact(sensor.ray_model));
   });
 }
 

@@ -94,8 +94,8 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
  private:
   friend class GatherPhase;
 
-  // An update in parts, for several threads at once: each touches this model, its tree's windows and
-  // its own room in the batch alone.
+  // An update in parts, for several threads at once: each touches this model, its tree's windows
+  // and its own room in the batch alone.
 
   /// Can it be made in parts? Not with angular noise, nor with the first exact ray of all.
   bool CanShare() const;

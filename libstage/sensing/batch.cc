@@ -23,7 +23,7 @@ void RayBatch::Add(Fan fan, uint32_t samples, const Window& window) {
 
 BatchShare RayBatch::AddRoom(const BatchShare& share) {
   const BatchShare before{static_cast<uint32_t>(fans_.size()), ray_count_,
-                     static_cast<uint32_t>(window_words_.size())};
+                          static_cast<uint32_t>(window_words_.size())};
   fans_.resize(fans_.size() + share.fans);
   window_words_.resize(window_words_.size() + share.words, 0);
   ray_count_ += share.rays;

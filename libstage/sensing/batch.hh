@@ -44,8 +44,8 @@ class RayBatch {
   Window MakeWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree,
                     bool exact);
 
-  // The same in parts, for many fans at once: first it is counted what comes, then room is made, and
-  // then several threads fill it in.
+  // The same in parts, for many fans at once: first it is counted what comes, then room is made,
+  // and then several threads fill it in.
 
   /// Appends room; returns what was there before it.
   BatchShare AddRoom(const BatchShare& share);

@@ -4,8 +4,8 @@
 // preparation is needed. This is what is left to the host of nearly all rays that a device has
 // walked.
 //
-// What takes time is memory, so it is first said, for several rays, what will be looked at, and then
-// looked at; and the arithmetic of several rays goes side by side.
+// What takes time is memory, so it is first said, for several rays, what will be looked at, and
+// then looked at; and the arithmetic of several rays goes side by side.
 
 #ifndef STAGE_SENSING_FIRST_LISTED_HH
 #define STAGE_SENSING_FIRST_LISTED_HH

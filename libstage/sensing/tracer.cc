@@ -13,8 +13,8 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-/// The larger of two quotients of integers, with denominators of 0 or more; one that is divided by 0
-/// does not count. Which is larger is told by their cross products, so that a single division is
+/// The larger of two quotients of integers, with denominators of 0 or more; one that is divided by
+/// 0 does not count. Which is larger is told by their cross products, so that a single division is
 /// left; division rounds monotonically, so the result is that of dividing both.
 double LargerQuotient(int a, int across, int b, int along) {
   const bool first = along == 0 || (across != 0 && ray_product(a, along) > ray_product(b, across));
@@ -26,8 +26,8 @@ double SmallerQuotient(int a, int across, int b, int along) {
   return -LargerQuotient(-a, across, -b, along);
 }
 
-/// A ray in a cell, Q16: where it entered it, as offsets of the borders from its start, and the size
-/// of its displacement in x and y.
+/// A ray in a cell, Q16: where it entered it, as offsets of the borders from its start, and the
+/// size of its displacement in x and y.
 struct Passage {
   int in_x, in_y;
   int across, along;
@@ -94,7 +94,8 @@ class CellVisit {
   bool operator()(ray_t*, uint32_t region, uint32_t tile, uint32_t bit) {
     return grid_.AnyAt(region, tile, bit, [this](grid::BodyId id) { return Accepts(id); });
   }
-  /// The same for the cells of one ray after another: what one has hit, its neighbours mostly hit too.
+  /// The same for the cells of one ray after another: what one has hit, its neighbours mostly hit
+  /// too.
   bool operator()(grid::CellRef cell) {
     return grid_.AnyIn(cell, [this](grid::BodyId id) {
       if (id == accepted_) return true;

@@ -39,6 +39,10 @@ WorkerPool::~WorkerPool() {
   for (std::thread& worker : workers_) worker.join();
 }
 
+size_t WorkerPool::Grain(size_t count, size_t most) const {
+  return std::clamp<size_t>(count / (size_t{4} * threads()), 1, most);
+}
+
 void WorkerPool::Run(size_t count, size_t grain, const Job& job) {
   grain = std::max<size_t>(grain, 1);
   if (workers_.empty() || count <= grain) {

@@ -31,6 +31,9 @@ class WorkerPool {
   /// left open: results must not depend on it. The job must not throw.
   using Job = std::function<void(size_t begin, size_t end, unsigned thread)>;
   void Run(size_t count, size_t grain, const Job& job);
+  /// A grain of `most` at most, so that each thread gets several shares of that many things: for
+  /// some may take longer than others.
+  size_t Grain(size_t count, size_t most) const;
 
  private:
   void Work(unsigned thread);
@@ -41,7 +44,8 @@ class WorkerPool {
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   std::condition_variable start_, done_;
-  // They change under the mutex where somebody may sleep until they do, so no wake-up can be missed.
+  // They change under the mutex where somebody may sleep until they do, so no wake-up can be
+  // missed.
   std::atomic<uint64_t> generation_{0};  // of jobs
   std::atomic<bool> stop_{false};
   std::atomic<unsigned> busy_{0};

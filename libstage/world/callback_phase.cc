@@ -12,7 +12,8 @@ size_t CallbackPhase::Call(Model* const* models, size_t count, sensing::WorkerPo
   if (workers->threads() == 1) return 0;
   count = runs_.Find(count, [&] { return FindGroups(models, count); });
   if (count == 0) return 0;
-  workers->Run(group_begins_.size() - 1, kGrain, [&](size_t begin, size_t end, unsigned) {
+  const size_t groups = group_begins_.size() - 1;
+  workers->Run(groups, workers->Grain(groups, kGrain), [&](size_t begin, size_t end, unsigned) {
     for (uint32_t i = group_begins_[begin]; i < group_begins_[end]; i++)
       if (models[i]) models[i]->CallCallbacks(Model::CB_UPDATE);
   });

@@ -16,6 +16,8 @@ namespace Stg {
 
 class CallbackPhase {
  public:
+  /// See RunOptions::share_from.
+  void SetFewest(size_t models) { runs_.SetFewest(models); }
   /// Between steps.
   void EndStep() { runs_.Begin(); }
   /// Calls the CB_UPDATE callbacks of the first few of these models, as if one after the other.

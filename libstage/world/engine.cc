@@ -27,6 +27,13 @@ void WorldEngine::SetThreads(unsigned threads) {
   statistics.threads = workers_->threads();
 }
 
+void WorldEngine::ShareFrom(int count) {
+  const size_t fewest = static_cast<size_t>(std::max(count, 1));
+  gather_phase_.SetFewest(fewest);
+  move_phase_.SetFewest(fewest);
+  callback_phase_.SetFewest(fewest);
+}
+
 void WorldEngine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {
   prefilter_ = std::move(prefilter);
   chooser_ = PathChooser(always);
@@ -83,13 +90,10 @@ void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   const sensing::Tracer tracer(scene.grid);
   const std::vector<sensing::Fan>& fans = scene.batch.fans();
   const std::vector<uint32_t>& order = fan_order_.Of(scene.batch);
-  // Several shares for each thread, as fans take different times; but waking threads takes as long
-  // as tracing a thousand rays or so.
+  // Waking threads takes as long as tracing a thousand rays or so.
   constexpr uint32_t kTooFewRays = 1500;
-  const size_t shares = size_t{4} * workers_->threads();
-  const size_t grain = scene.batch.ray_count() < kTooFewRays
-                           ? fans.size()
-                           : std::clamp<size_t>(fans.size() / shares, 1, 32);
+  const size_t grain =
+      scene.batch.ray_count() < kTooFewRays ? fans.size() : workers_->Grain(fans.size(), 32);
   workers_->Run(fans.size(), grain, [&](size_t begin, size_t end, unsigned thread) {
     ThreadData& mine = thread_data_[thread];
     for (size_t i = begin; i < end; i++) {

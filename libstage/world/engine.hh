@@ -53,6 +53,8 @@ class WorldEngine {
   std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;
 
   void SetThreads(unsigned threads);
+  /// See RunOptions::share_from.
+  void ShareFrom(int count);
   void SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always);
 
   /// Which way batches go: where it is faster, or, for measurements, one of the two.
@@ -61,8 +63,8 @@ class WorldEngine {
 
   /// Traces the rays of the batch and hands the results to their sensors; empties the batch.
   void TraceBatch();
-  /// Gets ready for the next step, and lets go of what no sensor has used for a long time; the batch
-  /// is empty.
+  /// Gets ready for the next step, and lets go of what no sensor has used for a long time; the
+  /// batch is empty.
   void EndStep();
   /// Puts bodies back into the rangers' layer whose ranger_return is no longer negative.
   void RefreshHidden();

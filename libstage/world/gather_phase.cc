@@ -59,7 +59,7 @@ bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count,
                           sensing::WorkerPool* workers) {
   entries_.resize(count);
   std::atomic<bool> can_share{true}, all_ready{true};
-  workers->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
+  workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++) {
       Entry& entry = entries_[i];
       entry = Entry();
@@ -79,7 +79,7 @@ bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count,
 }
 
 void GatherPhase::Measure(size_t count, sensing::WorkerPool* workers) {
-  workers->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
+  workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++) {
       Entry& entry = entries_[i];
       if (entry.kind == Kind::kRanger)
@@ -106,12 +106,12 @@ void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
 
 void GatherPhase::Fill(size_t count, sensing::WorkerPool* workers) {
   // All windows have their place before the first fan refers to one.
-  workers->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
+  workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++)
       if (entries_[i].kind == Kind::kRanger)
         static_cast<ModelRanger*>(entries_[i].model)->PlaceWindows(entries_[i].share.words);
   });
-  workers->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
+  workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++) FillEntry(&entries_[i]);
   });
 }

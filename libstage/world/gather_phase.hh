@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Updates positions and rangers on several threads, with the very outcome of one after the other: an
-// update of theirs touches nothing but the model itself, the batch and the schedule. What each adds
-// to the batch is counted first; then each fills in its own room there.
+// Updates positions and rangers on several threads, with the very outcome of one after the other:
+// an update of theirs touches nothing but the model itself, the batch and the schedule. What each
+// adds to the batch is counted first; then each fills in its own room there.
 
 #ifndef STAGE_WORLD_GATHER_PHASE_HH
 #define STAGE_WORLD_GATHER_PHASE_HH
@@ -19,6 +19,8 @@ namespace Stg {
 
 class GatherPhase {
  public:
+  /// See RunOptions::share_from.
+  void SetFewest(size_t models) { runs_.SetFewest(models); }
   /// Between steps.
   void EndStep() { runs_.Begin(); }
   /// Updates the models of the first few of these events. Returns how many events that was: up to

@@ -228,6 +228,7 @@ void World::LoadWorldProperties() {
   if (threads > 1) std::printf("[threads %d]", threads);
   if (run_options.threads > 0) threads = run_options.threads;
   engine_->SetThreads(static_cast<unsigned>(std::min(threads, 1024)));
+  engine_->ShareFrom(run_options.share_from);
 }
 
 void World::LoadEntities() {

@@ -14,11 +14,7 @@ namespace {
 
 constexpr size_t kAtOnce = 4096;     // movers; so that their plans stay in the cache
 constexpr int64_t kMostTiles = 256;  // a mover that uses more moves alone
-
-/// Of the share that a thread takes at a time: several shares each, as they take different times.
-size_t GrainOf(size_t count, const sensing::WorkerPool& workers) {
-  return std::clamp<size_t>(count / (size_t{4} * workers.threads()), 1, 16);
-}
+constexpr size_t kGrain = 16;
 
 grid::CellBox TilesOf(const grid::CellBox& cells) {
   if (cells.empty()) return cells;
@@ -38,23 +34,28 @@ void ForEachTile(const grid::CellBox& tiles, F f) {
 
 }  // namespace
 
-void TileRanks::Clear(size_t rectangles) {
+void TileRanks::Clear(size_t tiles) {
   size_t size = 1024;
-  while (size < 32 * rectangles) size *= 2;
-  if (entries_.size() < size) entries_.assign(size, Entry{0, 0});
+  while (size < 2 * tiles) size *= 2;
+  if (entries_.size() < size) entries_.assign(size, Entry{round_, 0, 0, 0});
   round_++;
 }
 
+TileRanks::Entry& TileRanks::EntryOf(int32_t x, int32_t y) {
+  const size_t mask = entries_.size() - 1;
+  size_t place = ray_hash(x, y) & mask;
+  for (;; place = (place + 1) & mask) {
+    Entry& entry = entries_[place];
+    if (entry.round == round_ && (entry.x != x || entry.y != y)) continue;
+    if (entry.round != round_) entry = {round_, x, y, 0};
+    return entry;
+  }
+}
+
 uint32_t TileRanks::Add(const grid::CellBox& tiles) {
-  const uint32_t mask = static_cast<uint32_t>(entries_.size() - 1);
   uint32_t rank = 0;
-  ForEachTile(tiles, [&](int32_t x, int32_t y) {
-    const Entry& entry = entries_[ray_hash(x, y) & mask];
-    if (entry.round == round_) rank = std::max(rank, entry.next_rank);
-  });
-  ForEachTile(tiles, [&](int32_t x, int32_t y) {
-    entries_[ray_hash(x, y) & mask] = {round_, rank + 1};
-  });
+  ForEachTile(tiles, [&](int32_t x, int32_t y) { rank = std::max(rank, EntryOf(x, y).next_rank); });
+  ForEachTile(tiles, [&](int32_t x, int32_t y) { EntryOf(x, y).next_rank = rank + 1; });
   return rank;
 }
 
@@ -97,7 +98,7 @@ void MovePhase::MovePart(Model* const* models, size_t count, sensing::WorkerPool
 
 void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers) {
   if (plans_.size() < count) plans_.resize(count);
-  workers->Run(count, GrainOf(count, *workers), [&](size_t begin, size_t end, unsigned) {
+  workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++) {
       Plan& plan = plans_[i];
       plan.model = static_cast<ModelPosition*>(models[i]);
@@ -111,8 +112,8 @@ void MovePhase::Describe(Plan* plan, const grid::Grid& grid) {
   const Placement& placement = plan->placement;
   plan->tiles = TilesOf(placement.Cells());
   plan->insertions = placement.CountInsertions();
-  plan->kind = placement.MayShareEdit() && CountOf(plan->tiles) <= kMostTiles ? Plan::kShared
-                                                                              : Plan::kAlone;
+  plan->kind =
+      placement.MayShareEdit() && CountOf(plan->tiles) <= kMostTiles ? Plan::kShared : Plan::kAlone;
   if (plan->kind == Plan::kAlone) return;
   plan->new_tiles = TilesOf(placement.NewCells());
   plan->tiles_missing = false;
@@ -129,12 +130,14 @@ void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers
   for (const uint32_t rank_end : rank_ends_) {
     const uint32_t* movers = order_.data() + first;
     const size_t count = rank_end - first;
-    workers->Run(count, GrainOf(count, *workers), [&](size_t from, size_t to, unsigned thread) {
-      for (size_t i = from; i < to; i++) {
-        Plan& plan = plans_[movers[i]];
-        if (plan.model->EndMove(plan.placement)) plan.placement.Commit(&edits_[thread]);
-      }
-    });
+    workers->Run(count, workers->Grain(count, kGrain),
+                 [&](size_t from, size_t to, unsigned thread) {
+                   for (size_t i = from; i < to; i++) {
+                     Plan& plan = plans_[movers[i]];
+                     if (plan.model->EndMove(plan.placement))
+                       plan.placement.Commit(&edits_[thread]);
+                   }
+                 });
     first = rank_end;
   }
   grid_->EndSharedEdit(&edits_);
@@ -142,8 +145,10 @@ void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers
 
 /// Ranks, and room in the grid. Returns how many cells may be drawn.
 size_t MovePhase::AssignRanks(size_t begin, size_t end) {
-  ranks_.Clear(end - begin);
-  size_t insertions = 0;
+  size_t tiles = 0, insertions = 0;
+  for (size_t i = begin; i < end; i++)
+    if (plans_[i].kind == Plan::kShared) tiles += static_cast<size_t>(CountOf(plans_[i].tiles));
+  ranks_.Clear(tiles);
   for (size_t i = begin; i < end; i++) {
     Plan& plan = plans_[i];
     if (plan.kind != Plan::kShared) continue;

@@ -26,23 +26,28 @@ class ModelPosition;
 /// The ranks of rectangles of tiles that come one after the other.
 class TileRanks {
  public:
-  /// Begins anew, for about so many rectangles.
-  void Clear(size_t rectangles);
+  /// Begins anew, for rectangles that have so many tiles in all.
+  void Clear(size_t tiles);
   /// One more than the highest rank so far of a rectangle that has a tile in common with this one;
-  /// 0 if there is none. Now and then a little more.
+  /// 0 if there is none.
   uint32_t Add(const grid::CellBox& tiles);
 
  private:
   struct Entry {
-    uint32_t round, next_rank;
+    uint32_t round;  // it is free if that isn't the present one
+    int32_t x, y;
+    uint32_t next_rank;
   };
-  // By a hash of the tile. Tiles that share an entry count as one.
-  std::vector<Entry> entries_;
+  Entry& EntryOf(int32_t x, int32_t y);
+
+  std::vector<Entry> entries_;  // by a hash of the tile, with linear probing
   uint32_t round_ = 0;
 };
 
 class MovePhase {
  public:
+  /// See RunOptions::share_from.
+  void SetFewest(size_t models) { runs_.SetFewest(models); }
   /// Between steps.
   void EndStep() { runs_.Begin(); }
   /// Moves the first few of these models as if one after the other. Returns how many: up to one

@@ -13,8 +13,8 @@ namespace Stg {
 /// although those of a run that is too short, or turns out not to be one, are asked for again.
 class RunFinder {
  public:
-  /// Fewer things are not worth waking threads for.
-  static constexpr size_t kFewest = 64;
+  /// Fewer things than that make no run.
+  void SetFewest(size_t fewest) { fewest_ = fewest; }
 
   /// `find_length()` looks how many things from here on make a run, of `count` that there are.
   /// Returns that, or 0 if they are to be done one after the other.
@@ -24,9 +24,9 @@ class RunFinder {
       to_skip_--;
       return 0;
     }
-    if (count < kFewest) return 0;
+    if (count < fewest_) return 0;
     const size_t length = find_length();
-    if (length >= kFewest) return length;
+    if (length > 0 && length >= fewest_) return length;
     Skip(length);
     return 0;
   }
@@ -37,6 +37,7 @@ class RunFinder {
   void Begin() { to_skip_ = 0; }
 
  private:
+  size_t fewest_ = 64;
   size_t to_skip_ = 0;
 };
 

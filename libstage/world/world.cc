@@ -53,6 +53,7 @@ World::World(const std::string& name, double ppm)
   }
   SetDefaults();
   engine_->SetThreads(static_cast<unsigned>(std::max(1, run_options.threads)));
+  engine_->ShareFrom(run_options.share_from);
   worlds_.push_back(this);
   MakeGround();
 }

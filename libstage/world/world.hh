@@ -64,6 +64,8 @@ struct RunOptions {
   int threads;            ///< that trace rays; 0: what the world file says, or else with a device
                           ///< all processors and without one 1
   uint64_t seed;          ///< of all random numbers
+  int share_from;         ///< so many models, at least, are updated, moved or called by several
+                          ///< threads; fewer are not worth waking them for
   bool batch;             ///< false: each sensor's rays are traced on their own, one by one
   bool opencl;            ///< use an OpenCL device where that is faster
   bool always_on_device;  ///< use it for every batch, however small
@@ -73,6 +75,7 @@ struct RunOptions {
   RunOptions()
       : threads(0),
         seed(1),
+        share_from(64),
         batch(true),
         opencl(false),
         always_on_device(false),

@@ -38,6 +38,7 @@ Outcome ExpectSameHoweverItIsRun(const Crowd& crowd) {
   Stg::RunOptions one_by_one, threads, device;
   one_by_one.batch = false;
   threads.threads = 4;
+  threads.share_from = 1;
   device.opencl = device.always_on_device = true;
   const std::pair<const char*, Stg::RunOptions> ways[] = {
       {"one by one", one_by_one}, {"threads", threads}, {"device", device}};
