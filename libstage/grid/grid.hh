@@ -123,6 +123,10 @@ class Grid {
     const uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
     return slot != 0 && AnyInList(tile_cells_[slot].heads[bit], f);
   }
+  /// A handle of a cell in which something is, by its region, tile and bit.
+  CellRef CellAt(uint32_t region, uint32_t tile, uint32_t bit) const {
+    return tile_slots_[std::size_t{region} * kTilesPerRegion + tile] << 6 | bit;
+  }
   /// Say that a cell, and then the first body in it, will be looked at: starts to fetch them.
   void PrefetchCell(CellRef cell) const {
     __builtin_prefetch(&tile_cells_[cell >> 6].heads[cell & 63]);

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "sensing/crossing.hh"
-#include "sensing/first_listed.hh"
+#include "sensing/first_hits.hh"
 
 namespace Stg::internal::sensing {
 
@@ -293,38 +293,37 @@ void Tracer::TraceFan(const RayBatch& batch, const Fan& fan, const HitLists& lis
   const ray_grid_t view = grid_.View(fan.layer);
   const uint32_t per_ray = fan.single_leg() ? lists.per_ray : 0;
   const uint32_t* list = lists.hits + size_t{fan.record.first_ray} * lists.per_ray;
-  const auto trace = [&](uint32_t i) {
-    const HitList known{list + size_t{i} * per_ray, per_ray};
-    hits[i] = Trace(fan, view, {directions[i], turns[i]}, window, known, counters);
-  };
-  if (per_ray == 0 || fan.exact) {
-    for (uint32_t i = 0; i < fan.record.samples; i++) trace(i);
+  if (!fan.single_leg() || fan.exact) {
+    for (uint32_t i = 0; i < fan.record.samples; i++) {
+      const HitList known{list + size_t{i} * per_ray, per_ray};
+      hits[i] = Trace(fan, view, {directions[i], turns[i]}, window, known, counters);
+    }
     return;
   }
-  TraceListed(fan, directions, {list, per_ray}, hits, counters, trace);
-}
-
-/// `trace(i)` traces ray i if its first listed cell doesn't decide what it hits.
-template <typename F>
-void Tracer::TraceListed(const Fan& fan, const Direction* directions, const HitList& lists,
-                         RayHit* hits, TraceCounters* counters, F trace) const {
-  FirstListed first(grid_, fan);
+  FirstHits first(grid_, fan);
   CellVisit visit(grid_, fan);
-  const uint32_t samples = fan.record.samples;
-  for (uint32_t begin = 0; begin < samples; begin += FirstListed::kAtOnce) {
-    const uint32_t count = std::min(samples - begin, FirstListed::kAtOnce);
-    first.Look(directions + begin, lists.hits + size_t{begin} * lists.count, lists.count, count);
+  uint32_t count = 0;
+  for (uint32_t begin = 0; begin < fan.record.samples; begin += count, hits += count) {
+    count = std::min(fan.record.samples - begin, FirstHits::kAtOnce);
+    if (per_ray > 0)
+      first.Look(directions + begin, list + size_t{begin} * per_ray, per_ray, count);
+    else
+      first.Walk(directions + begin, view, window, count);
     for (uint32_t i = 0; i < count; i++) {
-      if (first.HitsNothing(i)) {
-        counters->rays++;
-        hits[begin + i] = {fan.range, nullptr};
-      } else if (visit(first.Cell(i))) {
-        counters->rays++;
-        counters->potential_hits++;
-        hits[begin + i] = {first.Middle(i) * fan.leg_length, visit.hit()};
-      } else {
-        trace(begin + i);
+      if (!first.HitsNothing(i) && !visit(first.Cell(i))) {
+        const HitList known = per_ray > 0
+                                  ? HitList{list + size_t{begin + i} * per_ray, per_ray}
+                                  : HitList{&first.Packed(i), 1};
+        hits[i] = Trace(fan, view, {directions[begin + i], turns[begin + i]}, window, known,
+                        counters);
+        counters->resumed -= per_ray == 0;  // it is the lists that count
+        continue;
       }
+      counters->rays++;
+      counters->potential_hits += !first.HitsNothing(i);
+      hits[i] = first.HitsNothing(i)
+                    ? RayHit{fan.range, nullptr}
+                    : RayHit{first.Middle(i) * fan.leg_length, visit.hit()};
     }
   }
 }

@@ -42,9 +42,6 @@ class Tracer {
   static void Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y);
   template <typename Visit>
   void Follow(const Walk& walk, ray_t* ray, Visit* visit) const;
-  template <typename F>
-  void TraceListed(const Fan& fan, const Direction* directions, const HitList& lists, RayHit* hits,
-                   TraceCounters* counters, F trace) const;
   RayHit TraceCells(const Fan& fan, const Walk& walk) const;
   RayHit TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn) const;
 

@@ -1,46 +1,56 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Rays whose first listed cell decides what they hit, as that of most does: neither a walk nor its
-// preparation is needed. This is what is left to the host of nearly all rays that a device has
-// walked.
+// The first potential hits of a fan's rays: cells in which something is. Nearly always the bodies in
+// there decide what the ray hits, so that nothing else is to be known of it.
 //
-// What takes time is memory, so it is first said, for several rays, what will be looked at, and
-// then looked at; and the arithmetic of several rays goes side by side.
+// What takes time is memory, so it is first said, for several rays, what will be looked at, and then
+// looked at; and the arithmetic of several rays goes side by side.
 
-#ifndef STAGE_SENSING_FIRST_LISTED_HH
-#define STAGE_SENSING_FIRST_LISTED_HH
+#ifndef STAGE_SENSING_FIRST_HITS_HH
+#define STAGE_SENSING_FIRST_HITS_HH
 
 #include "grid/grid.hh"
 #include "sensing/fan.hh"
 
 namespace Stg::internal::sensing {
 
-class FirstListed {
+class FirstHits {
  public:
   static constexpr uint32_t kAtOnce = 16;
 
   /// A fan of a single leg, in the cell model.
-  FirstListed(const grid::Grid& grid, const Fan& fan)
+  FirstHits(const grid::Grid& grid, const Fan& fan)
       : grid_(grid),
         fan_(fan),
         fraction_x_(static_cast<int>(fan.record.fraction & 0xffff)),
         fraction_y_(static_cast<int>(fan.record.fraction >> 16)) {}
 
-  /// Looks at up to kAtOnce rays. The list of ray i begins at lists[i * per_ray].
+  /// Takes up to kAtOnce rays. A device has walked them: the list of ray i begins at
+  /// lists[i * per_ray].
   void Look(const Direction* directions, const uint32_t* lists, uint32_t per_ray, uint32_t count);
+  /// The same; walks them itself.
+  void Walk(const Direction* directions, const ray_grid_t& view, const ray_window_t& window,
+            uint32_t count);
 
-  /// The list of ray i of them is empty.
-  bool HitsNothing(uint32_t i) const { return !listed_[i]; }
-  /// Its first cell.
+  /// There is nothing in the way of ray i of them.
+  bool HitsNothing(uint32_t i) const { return hits_[i] == RAY_NO_HIT; }
+  /// Its first potential hit, as lists have it, and the cell of that.
+  const uint32_t& Packed(uint32_t i) const { return hits_[i]; }
   grid::CellRef Cell(uint32_t i) const { return cells_[i]; }
   /// Where along its leg the ray is halfway through that cell: the very bits of MiddleOf().
   double Middle(uint32_t i) const { return middle_[i]; }
 
  private:
-  void Locate(uint32_t i, const Direction& direction, uint32_t hit);
+  struct Step {
+    int dx, dy;  // Q16 cells
+  };
+  Step StepTo(const Direction& direction) const;
+  void Locate(uint32_t i, Step step);
   grid::CellRef CellAt(int32_t x, int32_t y);
-  void SetPassage(uint32_t i, double in_x, double in_y, double across, double along);
+  void SetPassage(uint32_t i, Step step);
+  void SetNoPassage(uint32_t i);
   void FindMiddles(uint32_t count);
+  void PrefetchBodies(uint32_t count) const;
 
   const grid::Grid& grid_;
   const Fan& fan_;
@@ -48,7 +58,7 @@ class FirstListed {
   int32_t tile_x_ = 0, tile_y_ = 0;  // that was looked for last
   uint32_t slot_ = 0;                // and where it is; 0: none yet
 
-  bool listed_[kAtOnce];
+  uint32_t hits_[kAtOnce];
   grid::CellRef cells_[kAtOnce];
   // Of the passage through the cell: see Passage in tracer.cc.
   alignas(16) double in_x_[kAtOnce], in_y_[kAtOnce], across_[kAtOnce], along_[kAtOnce];
