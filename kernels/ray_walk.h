@@ -187,7 +187,10 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ra
   const int sx = ray->sx, sy = ray->sy, ox = ray->ox, oy = ray->oy;
   const int adx = ray->adx, ady = ray->ady;
   const int limit_x = ray->limit_x, limit_y = ray->limit_y;
-  const ray_long ex = (ray_long)ady << 16, ey = (ray_long)adx << 16; /* one cell on */
+  /* One cell on changes the comparison of the next borders by ex in x, by -ey in y. */
+  const ray_long ey = (ray_long)adx << 16, ex_ey = ((ray_long)ady << 16) + ey;
+  /* One square on, in a word of 8 x 8: in y, and what is to be added for x instead. */
+  const int to_next_y = sy * 8, to_next_x = sx - to_next_y;
   int u = ray->u, v = ray->v;
   /* The bit of a cell that was returned before; it is in the first tile that is looked at. */
   ray_ulong seen = 0;
@@ -221,7 +224,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ra
       int t = ((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3);
       int left_x = ray_cells_left(x, sx, RAY_TILE_SHIFT);
       int left_y = ray_cells_left(y, sy, RAY_TILE_SHIFT);
-      ray_long e;
+      ray_long e, in; /* in: in_x in 64 bits, so that e waits for nothing else */
 
       if ((tile_map >> t) & 1) {
         const ray_ulong word =
@@ -231,16 +234,18 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ra
           /* From cell to cell, to the edge of the tile. */
           int bit = (x & 7) | ((y & 7) << 3);
           e = ray_product(((u + 1) << 16) - ox, ady) - ray_product(((v + 1) << 16) - oy, adx);
+          u += left_x;
+          v += left_y;
           while (((word >> bit) & 1) == 0) {
-            in_x = (int)(e >> 63);
-            u -= in_x;
-            v += 1 + in_x;
-            bit += sy * 8 + (in_x & (sx - sy * 8));
-            e += ((ex + ey) & (ray_long)in_x) - ey;
-            left_x += in_x;
-            left_y -= 1 + in_x;
+            in = e >> 63;
+            e = (e - ey) + (ex_ey & in);
+            bit += to_next_y + ((int)in & to_next_x);
+            left_x += (int)in;
+            left_y -= 1 + (int)in;
             if ((left_x | left_y) < 0) break;
           }
+          u -= left_x;
+          v -= left_y;
           if ((left_x | left_y) < 0) continue;
           if (((u << 16) - ox > limit_x) | ((v << 16) - oy > limit_y)) return 0;
           ray->u = u;
@@ -259,16 +264,19 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ra
       e = ray_product((to_x << 16) - ox, ady) - ray_product((to_y << 16) - oy, adx);
       left_x = ray_cells_left(x >> RAY_TILE_SHIFT, sx, 3);
       left_y = ray_cells_left(y >> RAY_TILE_SHIFT, sy, 3);
-      for (;;) {
-        in_x = (int)(e >> 63);
-        left_x += in_x;
-        left_y -= 1 + in_x;
-        t += sy * 8 + (in_x & (sx - sy * 8));
-        if ((left_x | left_y) < 0 || ((tile_map >> t) & 1)) break;
-        to_x -= in_x * 8;
-        to_y += 8 + in_x * 8;
-        e += 8 * (((ex + ey) & (ray_long)in_x) - ey);
-      }
+      to_x += left_x * 8;
+      to_y += left_y * 8;
+      do {
+        in = e >> 63;
+        e = (e - 8 * ey) + (8 * ex_ey & in);
+        left_x += (int)in;
+        left_y -= 1 + (int)in;
+        t += to_next_y + ((int)in & to_next_x);
+      } while (!((left_x | left_y) < 0 || ((tile_map >> t) & 1)));
+      /* The border that was crossed last. */
+      in_x = (int)in;
+      to_x -= left_x * 8 - in_x * 8;
+      to_y -= left_y * 8 + 8 + in_x * 8;
     }
 
     /* Land in the very cell that stepping would have reached. At a tie the border in y is first, so
