@@ -5,6 +5,9 @@
 #ifndef STAGE_SENSING_SCENE_HH
 #define STAGE_SENSING_SCENE_HH
 
+#include <cstddef>
+#include <cstdint>
+
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
 
@@ -15,6 +18,7 @@ struct Scene {
   RayModel ray_model = RayModel::kCell;  ///< of sensors that don't say
   bool exact_drawing = false;            ///< bodies are drawn for the exact ray model too
   grid::Grid grid;
+  size_t drawn_cells = 0;  ///< by all bodies, each time counted; without the exact drawing
   DirectionTables tables;
   RayBatch batch;
   uint64_t batch_number = 1;  ///< counts batches: tells what is left over from an earlier one
