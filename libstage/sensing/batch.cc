@@ -21,7 +21,7 @@ void RayBatch::Add(Fan fan, uint32_t samples, const Window& window) {
   fan.record.window_y = window.y;
   fan.record.window_size = window.width | window.height << 16;
   fan.record.window_first = window.first;
-  fan.record.first_ray = ray_count_;
+  fan.record.first_ray = static_cast<uint32_t>(ray_count_);  // see FitsDevice()
   fan.record.samples = samples;
   ray_count_ += samples;
   fans_.push_back(fan);

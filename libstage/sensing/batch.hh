@@ -38,7 +38,9 @@ class RayBatch {
                     bool exact);
 
   const std::vector<Fan>& fans() const { return fans_; }
-  uint32_t ray_count() const { return ray_count_; }
+  uint64_t ray_count() const { return ray_count_; }
+  /// Whether a device can tell the rays apart: it has 32 bits for their numbers.
+  bool FitsDevice() const { return ray_count_ <= UINT32_MAX; }
   const std::vector<uint64_t>& window_words() const { return window_words_; }
   /// Directions of this step's noisy sensors. Their indices begin where those of the tables end.
   const std::vector<Direction>& own_directions() const { return own_directions_; }
@@ -57,7 +59,7 @@ class RayBatch {
   std::vector<SineCosine> own_turns_;
   std::vector<uint32_t> fans_with_own_directions_;
   const DirectionTables* tables_ = nullptr;
-  uint32_t ray_count_ = 0;
+  uint64_t ray_count_ = 0;
 };
 
 }  // namespace Stg::internal::sensing
