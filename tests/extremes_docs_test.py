@@ -24,7 +24,7 @@ def tests_in_sources() -> set[str]:
 
 
 def tests_in_docs() -> set[str]:
-    """What stands in the last column of the tables, or in the list of what is not held yet."""
+    """What stands in the last column of the tables, or elsewhere in the text."""
     names = set()
     for line in (ROOT / "docs" / "extremes.md").read_text().splitlines():
         place = line.rstrip("|").rsplit("|", 1)[-1] if line.startswith("|") else line

@@ -5,6 +5,7 @@
 
 #include "extremes_testing.hh"
 #include "geometry/trigonometry.hh"
+#include "sensing/batch.hh"
 
 namespace Stg::extremes {
 namespace {
@@ -284,6 +285,23 @@ TEST(Fans, OfMillionsOfDirectionsInTurn) {
     EXPECT_EQ(finder->GetBlobs()[0].range, blob) << i;
   }
   EXPECT_LE(error.value(), kStraightFace);
+}
+
+// ---- batches ------------------------------------------------------------------------------------
+
+/// A batch counts on where a device, which has 32 bits for the number of a ray, would begin anew.
+TEST(Batches, OfMoreThan32BitsOfRaysAreCounted) {
+  sensing::RayBatch batch;
+  batch.Add(sensing::Fan(), UINT32_MAX, sensing::Window());
+  EXPECT_EQ(batch.ray_count(), uint64_t{UINT32_MAX});
+  EXPECT_TRUE(batch.FitsDevice());
+  for (uint64_t rays = 1; rays <= 3; rays++) {
+    batch.Add(sensing::Fan(), 1, sensing::Window());
+    EXPECT_EQ(batch.ray_count(), uint64_t{UINT32_MAX} + rays);
+    EXPECT_FALSE(batch.FitsDevice());
+  }
+  batch.Clear();
+  EXPECT_TRUE(batch.FitsDevice());
 }
 
 }  // namespace

@@ -68,6 +68,7 @@ void Grid::RemoveBody(BodyId id) {
 
 CellRef Grid::Insert(int32_t x, int32_t y, BodyId id, Edit* edit) {
   if (edit == nullptr) edit = &own_edit_;
+  edit->drawn_cells += !bodies_[id].exact();
   const uint32_t region = MakeRegion(x, y, edit);
   const uint32_t tile = TileOf(x, y), bit = BitOf(x, y);
   uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
@@ -87,6 +88,7 @@ CellRef Grid::Insert(int32_t x, int32_t y, BodyId id, Edit* edit) {
 
 void Grid::Remove(CellRef cell, BodyId id, Edit* edit) {
   if (edit == nullptr) edit = &own_edit_;
+  edit->drawn_cells -= !bodies_[id].exact();
   const uint32_t slot = cell >> 6, bit = cell & 63;
   TileCells& cells = tile_cells_[slot];
   RemoveFromList(&cells.heads[bit], id, edit);
@@ -195,6 +197,8 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
     edit.nodes.clear();
     for (const uint32_t slot : edit.emptied) DropTileIfEmpty(slot);
     edit.emptied.clear();
+    own_edit_.drawn_cells += edit.drawn_cells;
+    edit.drawn_cells = 0;
   }
   for (const uint32_t slot : prepared_tiles_) DropTileIfEmpty(slot);
   prepared_tiles_.clear();

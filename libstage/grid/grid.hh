@@ -91,6 +91,7 @@ class Grid {
     int32_t region_x = 0, region_y = 0;
     uint32_t region = 0;
     bool shared = false;
+    int64_t drawn_cells = 0;  // more than before
   };
 
   /// Appends the body to the cell's list. The same body may be in a cell several times, but with no
@@ -184,6 +185,10 @@ class Grid {
   const std::vector<uint32_t>& region_tables() const { return region_tables_; }
   uint64_t structure_version() const { return structure_version_; }
 
+  /// How often cells are drawn in by all bodies, without the exact drawing.
+  int64_t drawn_cells() const { return own_edit_.drawn_cells; }
+  /// Counts so many more that are not there: for tests of what happens when there are too many.
+  void PretendDrawn(int64_t cells) { own_edit_.drawn_cells += cells; }
   /// Everything drawn lies in here (in whole regions; it may be larger than needed).
   CellBox occupied() const { return occupied_; }
   /// The superregions ever made, in cells.

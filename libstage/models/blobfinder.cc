@@ -7,6 +7,7 @@
 
 #include "geometry/load_error.hh"
 #include "geometry/trigonometry.hh"
+#include "models/messages.hh"
 #include "models/state_hasher.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
@@ -115,6 +116,11 @@ void ModelBlobfinder::Shutdown() {
 
 void ModelBlobfinder::Update() {
   if (subs == 0) return;
+  if (scan_width > kMaxWidth) {
+    PRINT_ERR3("%s: found a width of %u pixels, expected a number from 0 to %u; using that many",
+               Token(), scan_width, kMaxWidth);
+    scan_width = kMaxWidth;
+  }
   if (scan_width == 0)
     blobs_.clear();
   else

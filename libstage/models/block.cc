@@ -9,8 +9,11 @@
 #include "geometry/trigonometry.hh"
 #include "grid/outline.hh"
 #include "models/exact_drawing.hh"
+#include "models/messages.hh"
 #include "models/model.hh"
 #include "sensing/scene.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
 
 namespace Stg {
 
@@ -19,14 +22,33 @@ Block::Block(std::vector<point_t> points, Bounds z_range)
 
 Block::~Block() = default;
 
+namespace {
+
+/// A heading in (0, pi].
+bool HeadsUp(const point_t& edge) { return edge.y > 0 || (edge.y == 0 && edge.x < 0); }
+
+/// From one point to another; an edge without length counts as one along x.
+point_t Edge(const point_t& from, const point_t& to) {
+  const point_t edge(to.x - from.x, to.y - from.y);
+  return edge.x == 0 && edge.y == 0 ? point_t(1, 0) : edge;
+}
+
+}  // namespace
+
+/// The turns at all corners make a whole number of full turns: as many as the heading passes that
+/// of the negative x axis, counter-clockwise less clockwise. That takes comparisons only; a sum of
+/// angles would be rounded, and for figures of eight its sign would be an accident. About turns
+/// pass nothing.
 void OrientPolygon(std::vector<point_t>* points) {
   const size_t n = points->size();
-  double turned = 0;
+  int full_turns = 0;
   for (size_t i = 0; i < n; i++) {
     const point_t &a = (*points)[i], &b = (*points)[(i + 1) % n], &c = (*points)[(i + 2) % n];
-    turned += normalize(std::atan2(c.y - b.y, c.x - b.x) - std::atan2(b.y - a.y, b.x - a.x));
+    const point_t in = Edge(a, b), out = Edge(b, c);
+    if (HeadsUp(in) && !HeadsUp(out) && in.x * out.y > in.y * out.x) full_turns++;
+    if (!HeadsUp(in) && HeadsUp(out) && in.x * out.y < in.y * out.x) full_turns--;
   }
-  if (!(turned > 0)) std::reverse(points->begin(), points->end());
+  if (full_turns <= 0) std::reverse(points->begin(), points->end());
 }
 
 // ---- BlockGroup ---------------------------------------------------------------------------------
@@ -88,11 +110,11 @@ bounds3d_t EmptyBox() {
   return bounds3d_t(Bounds(far, -far), Bounds(far, -far), Bounds(far, -far));
 }
 
-/// An extent to divide by: never zero.
-double Extent(const Bounds& bounds) {
-  const double extent = bounds.max - bounds.min;
-  const double smallest = std::numeric_limits<double>::epsilon();
-  return std::fabs(extent) < smallest ? smallest : extent;
+double Extent(const Bounds& bounds) { return bounds.max - bounds.min; }
+
+/// What an extent has to be multiplied by to become `size`; `otherwise` if there is hardly any.
+double Scale(double extent, double size, double otherwise) {
+  return extent < std::numeric_limits<double>::epsilon() ? otherwise : size / extent;
 }
 
 }  // namespace
@@ -121,8 +143,11 @@ void BlockGroup::Fit(const Size& size) {
     Widen(&box.z, block->source_z_.max);
   }
   frozen_ = blocks_.empty();
-  const double dx = Extent(box.x), dy = Extent(box.y), dz = Extent(box.z);
-  const double scale_x = size.x / dx, scale_y = size.y / dy, scale_z = size.z / dz;
+  told_too_large_ = false;
+  const double dx = Extent(box.x), dy = Extent(box.y);
+  // What has no extent lies in the middle, at the height that it has.
+  const double scale_x = Scale(dx, size.x, 0), scale_y = Scale(dy, size.y, 0);
+  const double scale_z = Scale(Extent(box.z), size.z, 1);
   const double centre_x = box.x.min + dx / 2.0, centre_y = box.y.min + dy / 2.0;
   radius_ = 0;
   for (const auto& block : blocks_) {
@@ -174,44 +199,89 @@ void Placement::Plan(Model& model, bool with_children) {
   items_.clear();
   corners_.clear();
   exact_corners_.clear();
+  cells_ = growth_ = 0;
   PlanModel(model, model.GetGlobalPose(), with_children);
 }
 
 void Placement::PlanModel(Model& model, const Pose& global, bool with_children) {
-  const BlockGroup& group = *model.blockgroup;
-  if (!group.empty()) {
-    const Pose frame = global + model.geom.pose;
-    const SineCosine turn = SinCos(frame.a);
-    const double cells_per_metre = model.scene().cells_per_metre;
-    const bool exact = model.scene().exact_drawing;
-    const double lift = global.z + model.geom.pose.z;
-    for (const auto& block : group.blocks()) {
-      Item item{
-          &model, block.get(), corners_.size(), Bounds(block->z_.min + lift, block->z_.max + lift),
-          true,   false};
-      for (const point_t& p : block->points_) {
-        const double x = frame.x + p.x * turn.cosine - p.y * turn.sine;
-        const double y = frame.y + p.x * turn.sine + p.y * turn.cosine;
-        const double cx = std::floor(x * cells_per_metre), cy = std::floor(y * cells_per_metre);
-        item.drawable &= std::fabs(cx) < grid::kMaxCell && std::fabs(cy) < grid::kMaxCell;
-        if (!item.drawable) break;
-        corners_.emplace_back(static_cast<int>(cx), static_cast<int>(cy));
-        if (exact) exact_corners_.emplace_back(x, y);
-      }
-      if (!item.drawable) {
-        corners_.resize(item.first_corner);
-        if (exact) exact_corners_.resize(item.first_corner);
-      }
-      const std::vector<point_int_t>& now = block->corners_;
-      item.moved = !block->drawn_ || now.size() != corners_.size() - item.first_corner ||
-                   !std::equal(now.begin(), now.end(),
-                               corners_.begin() + static_cast<long>(item.first_corner));
-      items_.push_back(item);
-    }
-  }
+  if (!model.blockgroup->empty()) PlanBody(model, global);
   if (!with_children) return;
   for (Model* child : model.GetChildren())
     PlanModel(*child, model.ChildGlobalPose(global, *child), true);
+}
+
+void Placement::PlanBody(Model& model, const Pose& global) {
+  const size_t first_item = items_.size();
+  const Pose frame = global + model.geom.pose;
+  const SineCosine turn = SinCos(frame.a);
+  const double lift = global.z + model.geom.pose.z;
+  double cells = 0, drawn = 0;  // of this body: those planned, those that it is drawn in now
+  for (const auto& block : model.blockgroup->blocks()) {
+    items_.push_back({&model, block.get(), corners_.size(),
+                      Bounds(block->z_.min + lift, block->z_.max + lift), true, 0});
+    AppendCorners(*block, frame, turn, model.scene());
+    Item& item = items_.back();
+    const std::vector<point_int_t>& now = block->corners_;
+    item.moved = !block->drawn_ || now.size() != corners_.size() - item.first_corner ||
+                 !std::equal(now.begin(), now.end(),
+                             corners_.begin() + static_cast<long>(item.first_corner));
+    const double cells_now = static_cast<double>(block->cells_.size());
+    cells += item.moved ? CellsOfOutline(item.first_corner, corners_.size()) : cells_now;
+    drawn += cells_now;
+  }
+  cells_ += cells;
+  growth_ += cells - drawn;
+  const double in_all = static_cast<double>(model.scene().grid.drawn_cells()) + growth_;
+  if (cells > drawn && in_all > MostCells(model)) Refuse(first_item, cells);
+}
+
+/// Takes back what was planned for the last body, of so many cells.
+void Placement::Refuse(size_t first_item, double cells) {
+  growth_ -= cells;
+  const size_t first_corner = items_[first_item].first_corner;
+  corners_.resize(first_corner);
+  if (!exact_corners_.empty()) exact_corners_.resize(first_corner);
+  for (size_t i = first_item; i < items_.size(); i++) {
+    Item& item = items_[i];
+    item.first_corner = first_corner;
+    item.moved = !item.block->drawn_ || !item.block->corners_.empty();
+    item.refused_cells = cells;
+  }
+}
+
+/// Appends the corners of a block that lies in the grid; of others, none.
+void Placement::AppendCorners(const Block& block, const Pose& frame, const SineCosine& turn,
+                              const sensing::Scene& scene) {
+  const size_t first = corners_.size();
+  for (const point_t& p : block.points_) {
+    const double x = frame.x + p.x * turn.cosine - p.y * turn.sine;
+    const double y = frame.y + p.x * turn.sine + p.y * turn.cosine;
+    const double cx = std::floor(x * scene.cells_per_metre);
+    const double cy = std::floor(y * scene.cells_per_metre);
+    if (!(std::fabs(cx) < grid::kMaxCell && std::fabs(cy) < grid::kMaxCell)) {
+      corners_.resize(first);
+      if (scene.exact_drawing) exact_corners_.resize(first);
+      return;
+    }
+    corners_.emplace_back(static_cast<int>(cx), static_cast<int>(cy));
+    if (scene.exact_drawing) exact_corners_.emplace_back(x, y);
+  }
+}
+
+/// How many cells the outline with these corners passes.
+double Placement::CellsOfOutline(size_t first_corner, size_t end) const {
+  double cells = 0;
+  for (size_t c = first_corner; c < end; c++) {
+    const point_int_t &from = corners_[c], &to = corners_[c + 1 < end ? c + 1 : first_corner];
+    cells += std::fabs(double{1} * to.x - from.x) + std::fabs(double{1} * to.y - from.y);
+  }
+  return cells;
+}
+
+/// That bodies may be drawn in, in the world of this one.
+double Placement::MostCells(const Model& model) {
+  const double models = static_cast<double>(model.world->engine().models.size());
+  return kMostCellsDrawn * (kMostCells + kMostCellsPerModel * models);
 }
 
 Model* Placement::Collision(Model* ground) const {
@@ -241,7 +311,7 @@ Model* Placement::CollisionOf(const Item& item) const {
     return nullptr;
   }
   grid::CellReader reader(grid);
-  grid::ForEachCellOfOutline(&corners_[item.first_corner], EndOf(item) - item.first_corner,
+  grid::ForEachCellOfOutline(corners_.data() + item.first_corner, EndOf(item) - item.first_corner,
                              [&](int32_t x, int32_t y) {
                                if (hit == nullptr) reader.AnyAt(x, y, runs_into);
                              });
@@ -249,16 +319,6 @@ Model* Placement::CollisionOf(const Item& item) const {
 }
 
 namespace {
-
-/// How many cells a closed outline passes, each time counted.
-double CellsOfOutline(const point_int_t* corners, size_t count) {
-  double cells = 0;
-  for (size_t i = 0; i < count; i++) {
-    const point_int_t &from = corners[i], &to = corners[i + 1 < count ? i + 1 : 0];
-    cells += std::fabs(double{1} * to.x - from.x) + std::fabs(double{1} * to.y - from.y);
-  }
-  return cells;
-}
 
 void Include(grid::CellBox* box, const point_int_t& p) {
   if (box->empty()) *box = {p.x, p.y, p.x, p.y};
@@ -268,16 +328,15 @@ void Include(grid::CellBox* box, const point_int_t& p) {
 
 }  // namespace
 
-double Placement::CountCells() const {
-  double cells = 0;
-  for (const Item& item : items_)
-    cells += CellsOfOutline(corners_.data() + item.first_corner, EndOf(item) - item.first_corner);
-  return cells;
+bool Placement::IsNearlyFull(const Model& model) {
+  // Bodies that turn pass other numbers of cells, but not twice as many.
+  return static_cast<double>(model.scene().grid.drawn_cells()) > MostCells(model) / 2;
 }
 
 bool Placement::MayShareEdit() const {
   return std::all_of(items_.begin(), items_.end(), [](const Item& item) {
-    return item.block->drawn_ && item.model->is_noted() && !item.model->scene().exact_drawing;
+    return item.block->drawn_ && item.refused_cells == 0 && item.model->is_noted() &&
+           !item.model->scene().exact_drawing;
   });
 }
 
@@ -299,16 +358,26 @@ grid::CellBox Placement::Cells() const {
 
 size_t Placement::CountInsertions() const {
   double cells = 0;
-  for (const Item& item : items_) {
-    const size_t corners = EndOf(item) - item.first_corner;
-    // An outline within a cell is drawn into that cell.
-    if (item.moved) cells += 1 + CellsOfOutline(corners_.data() + item.first_corner, corners);
-  }
+  for (const Item& item : items_)  // an outline within a cell is drawn into that cell
+    if (item.moved) cells += 1 + CellsOfOutline(item.first_corner, EndOf(item));
   return static_cast<size_t>(cells);
 }
 
 void Placement::Commit(grid::Grid::Edit* edit) {
-  for (const Item& item : items_) CommitItem(item, edit);
+  for (const Item& item : items_) {
+    CommitItem(item, edit);
+    if (item.refused_cells > 0) TellTooLarge(item);
+  }
+}
+
+void Placement::TellTooLarge(const Item& item) {
+  bool& told = item.model->blockgroup->told_too_large_;
+  if (told) return;
+  told = true;
+  PRINT_ERR3(
+      "%s: found bodies whose outlines pass more than %.0f cells of the grid, %.0f of them this "
+      "one's, expected smaller bodies or a coarser resolution; this one is not drawn",
+      item.model->Token(), MostCells(*item.model), item.refused_cells);
 }
 
 /// Behind the item's last corner.
@@ -326,10 +395,11 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
                         .model = item.model,
                         .tree = item.model->Root(),
                         .ranger_visible = !(item.model->vis.ranger_return < 0)};
-  if (item.model->scene().exact_drawing) {
+  const sensing::Scene& scene = item.model->scene();
+  if (scene.exact_drawing) {
     if (!block.exact_) block.exact_ = std::make_unique<ExactDrawing>();
     block.exact_->Draw(&grid, body, exact_corners_.data() + item.first_corner,
-                       EndOf(item) - item.first_corner, item.model->scene().cells_per_metre);
+                       EndOf(item) - item.first_corner, scene.cells_per_metre);
   }
   if (!item.moved) {
     grid.ChangeBody(block.body_, body, block.cells_);

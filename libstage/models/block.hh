@@ -16,6 +16,20 @@ namespace Stg {
 
 class Model;
 class ExactDrawing;
+struct SineCosine;
+
+namespace internal {
+namespace sensing {
+struct Scene;
+}
+}  // namespace internal
+
+/// How many cells the outlines of all bodies of a world may pass, each time counted, when its file
+/// is loaded. They take some 75 bytes each; a hospital in cells of 5 mm has 9 million.
+inline constexpr double kMostCells = 16'000'000, kMostCellsPerModel = 1000;
+/// So many times more may be drawn later. An outline passes up to 1.42 times as many cells when it
+/// is turned: no world that was loaded comes to this limit, unless bodies are added or grow.
+inline constexpr double kMostCellsDrawn = 2;
 
 class Block {
  public:
@@ -43,7 +57,7 @@ class Block {
 };
 
 /// Puts a polygon in the order that Stage wants: if the sum of its turning angles is not positive,
-/// it is reversed.
+/// it is reversed. The same on every processor.
 void OrientPolygon(std::vector<point_t>* points);
 
 class BlockGroup {
@@ -68,7 +82,8 @@ class BlockGroup {
   unsigned times_cleared() const { return times_cleared_; }
 
   /// Stretches and centres the body in plan to fill size.x by size.y; heights are scaled to
-  /// size.z in all, and not shifted.
+  /// size.z in all, and not shifted. A body without extent along x or y lies in the middle there;
+  /// one without height stays at the height that it has.
   void Fit(const Size& size);
   bounds3d_t BoundingBox() const;
   /// Of a circle about the origin of the body's frame that all blocks lie in, seen from above.
@@ -90,8 +105,9 @@ class BlockGroup {
   Model& owner_;
   std::vector<std::unique_ptr<Block>> blocks_;
   double radius_ = 0;
-  bool frozen_ = true;  // the blocks are as they came; so are those that are added
-  bool drawn_ = false;  // some of them
+  bool frozen_ = true;           // the blocks are as they came; so are those that are added
+  bool drawn_ = false;           // some of them
+  bool told_too_large_ = false;  // of the body that it is since it was fitted
   unsigned times_cleared_ = 0;
 };
 
@@ -105,11 +121,14 @@ class Placement {
   /// The first model that a body would run into: one that is an obstacle, not related, of
   /// overlapping height, and drawn in one of the cells. The ground, where a body reaches below z 0.
   Model* Collision(Model* ground) const;
-  /// How many cells the outlines pass, each time counted.
-  double CountCells() const;
-  /// Moves the drawings there. `edit`: for one of several threads at once, see MayShareEdit().
+  /// How many cells the outlines pass, each time counted, those of bodies that are too large too.
+  double CountCells() const { return cells_; }
+  /// Moves the drawings there. A body that is too large is not drawn, with a message. `edit`: for one
+  /// of several threads at once, see MayShareEdit().
   void Commit(grid::Grid::Edit* edit = nullptr);
 
+  /// So many cells are drawn in that a move could be refused for it: the order of moves matters.
+  static bool IsNearlyFull(const Model& model);
   /// The drawings can be moved in a shared edit of the grid (see Grid::BeginSharedEdit()): each is
   /// there already, and for the cell model only.
   bool MayShareEdit() const;
@@ -124,19 +143,28 @@ class Placement {
   struct Item {
     Model* model;
     Block* block;
-    size_t first_corner;
+    size_t first_corner;  // there are none if it is not to be drawn
     Bounds z;
-    bool drawable;  // its corners are in the grid
-    bool moved;     // it will be drawn in other cells than now
+    bool moved;            // it will be drawn in other cells than now
+    double refused_cells;  // of its body, if that is too large; else 0
   };
   void PlanModel(Model& model, const Pose& global, bool with_children);
+  void PlanBody(Model& model, const Pose& global);
+  void Refuse(size_t first_item, double cells);
+  void AppendCorners(const Block& block, const Pose& frame, const SineCosine& turn,
+                     const internal::sensing::Scene& scene);
+  double CellsOfOutline(size_t first_corner, size_t end) const;
+  static double MostCells(const Model& model);
   Model* CollisionOf(const Item& item) const;
   size_t EndOf(const Item& item) const;
   void CommitItem(const Item& item, grid::Grid::Edit* edit);
+  static void TellTooLarge(const Item& item);
 
   std::vector<Item> items_;
   std::vector<point_int_t> corners_;
   std::vector<point_t> exact_corners_;  // the same, global metres; only for the exact drawing
+  double cells_ = 0;                    // see CountCells()
+  double growth_ = 0;                   // by how many cells more than now will be drawn
 };
 
 }  // namespace Stg

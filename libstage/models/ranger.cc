@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "geometry/trigonometry.hh"
+#include "models/messages.hh"
 #include "models/noise.hh"
 #include "models/own_windows.hh"
 #include "models/ray_model_reader.hh"
@@ -30,8 +31,10 @@ bool StopsRanger(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0.0);
 }
 
-/// What is not a usable magnitude counts as 0.
+/// What is not a usable length, which may be infinite, counts as 0.
 double Magnitude(double value) { return value > 0 ? value : 0.0; }
+
+double FiniteOr0(double value) { return std::isfinite(value) ? value : 0.0; }
 
 }  // namespace
 
@@ -95,7 +98,7 @@ std::string ModelRanger::Sensor::String() const {
 void ModelRanger::Sensor::Resize() {
   ranges.resize(sample_count);
   intensities.resize(sample_count);
-  const double f = std::isfinite(fov) ? fov : 0.0;
+  const double f = FiniteOr0(fov);
   if (table_fov_ == f && table_count_ == sample_count && bearings.size() == sample_count) return;
   bearings.resize(sample_count);
   for (unsigned int i = 0; i < sample_count; i++)
@@ -201,6 +204,11 @@ sensing::Fan ModelRanger::MakeFan(const Sensor& sensor, uint32_t index) const {
 
 /// Before its rays are made: what concerns no other sensor.
 void ModelRanger::Prepare(Sensor* sensor, uint32_t index) {
+  if (sensor->sample_count > kMaxSamples) {
+    PRINT_ERR4("%s: found %u samples of sensor %u, expected a number from 0 to %u; using that many",
+               Token(), sensor->sample_count, index, kMaxSamples);
+    sensor->sample_count = kMaxSamples;
+  }
   sensor->Resize();
   if (sensor->seeded_ || sensor->sample_count == 0) return;
   sensor->random_.Seed(world->seed() ^ HashOf(token + "/" + std::to_string(index)));
@@ -309,8 +317,8 @@ void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t c
   if (tag >= sensors_.size() || sensors_[tag].ranges.size() != count) return;
   Sensor& sensor = sensors_[tag];
   sensor.intensities.resize(count);
-  const double share = std::isfinite(sensor.range_noise) ? sensor.range_noise : 0.0;
-  const double deviation = std::sqrt(Magnitude(sensor.range_noise_const));
+  const double share = FiniteOr0(sensor.range_noise);
+  const double deviation = std::sqrt(Magnitude(FiniteOr0(sensor.range_noise_const)));
   const bool noisy = share != 0 || deviation > 0;
   for (uint32_t i = 0; i < count; i++) {
     double range = hits[i].range;

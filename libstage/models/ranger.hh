@@ -4,6 +4,7 @@
 //
 // Edge cases, one rule each (they are tested in tests/ranger_test.cc):
 //   no samples             empty vectors
+//   over 1 000 000 samples refused in a world file; through the API 1 000 000, with a message
 //   one sample             straight ahead, whatever the field of view
 //   maximum range 0        no ray is cast: all readings 0, intensity 0
 //   range below a cell     a ray like any other
@@ -17,6 +18,7 @@
 //   NaN field of view      refused in a world file; through the API all samples look ahead
 //   sensor out of the grid nothing is hit: readings are the maximum range
 //   negative noise         refused in a world file; through the API it counts as 0
+//   infinite or NaN noise  refused in a world file; through the API it counts as 0
 
 #ifndef STAGE_MODELS_RANGER_HH
 #define STAGE_MODELS_RANGER_HH
@@ -40,10 +42,10 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     Size size;     ///< the rays leave at half its height
     Bounds range;  ///< metres
     radians_t fov;
-    double angle_noise;        ///< of a ray's heading, as a share of half the sample increment
-    double range_noise;        ///< largest error as a share of the range
-    double range_noise_const;  ///< variance of a normal error, square metres
-    unsigned int sample_count;
+    double angle_noise;         ///< of a ray's heading, as a share of half the sample increment
+    double range_noise;         ///< largest error as a share of the range
+    double range_noise_const;   ///< variance of a normal error, square metres
+    unsigned int sample_count;  ///< up to 1 000 000
     Color color;
     RayModel ray_model;  ///< what its ranges go to
 

@@ -17,12 +17,12 @@ void RayBatch::Clear() {
 }
 
 void RayBatch::Add(Fan fan, uint32_t samples, const Window& window) {
-  const BatchShare before = AddRoom({.fans = 1, .rays = samples, .words = 0});
+  const BatchShare before = AddRoom({.rays = samples, .fans = 1, .words = 0});
   Put(before.fans, fan, before.rays, samples, window);
 }
 
 BatchShare RayBatch::AddRoom(const BatchShare& share) {
-  const BatchShare before{static_cast<uint32_t>(fans_.size()), ray_count_,
+  const BatchShare before{ray_count_, static_cast<uint32_t>(fans_.size()),
                           static_cast<uint32_t>(window_words_.size())};
   fans_.resize(fans_.size() + share.fans);
   window_words_.resize(window_words_.size() + share.words, 0);
@@ -30,13 +30,13 @@ BatchShare RayBatch::AddRoom(const BatchShare& share) {
   return before;
 }
 
-void RayBatch::Put(uint32_t index, Fan fan, uint32_t first_ray, uint32_t samples,
+void RayBatch::Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples,
                    const Window& window) {
   fan.record.window_x = window.x;
   fan.record.window_y = window.y;
   fan.record.window_size = window.width | window.height << 16;
   fan.record.window_first = window.first;
-  fan.record.first_ray = first_ray;
+  fan.record.first_ray = static_cast<uint32_t>(first_ray);  // see FitsDevice()
   fan.record.samples = samples;
   fans_[index] = fan;
 }
@@ -102,7 +102,7 @@ void ForEachCell(const grid::Grid& grid, const grid::CellLists& cells, F f) {
 Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree,
                             bool exact) {
   Window window = PlanWindow(grid, cells);
-  window.first = AddRoom({.fans = 0, .rays = 0, .words = window.words()}).words;
+  window.first = AddRoom({.rays = 0, .fans = 0, .words = window.words()}).words;
   FillWindow(window, grid, cells, tree, exact);
   return window;
 }

@@ -26,7 +26,8 @@ inline constexpr uint32_t kMaxWindowSide = 16;
 
 /// How much of a batch.
 struct BatchShare {
-  uint32_t fans = 0, rays = 0;
+  uint64_t rays = 0;
+  uint32_t fans = 0;
   uint32_t words = 0;  ///< of windows
 };
 
@@ -50,7 +51,7 @@ class RayBatch {
   /// Appends room; returns what was there before it.
   BatchShare AddRoom(const BatchShare& share);
   /// Puts a fan into its room. `first_ray`: of the batch.
-  void Put(uint32_t index, Fan fan, uint32_t first_ray, uint32_t samples, const Window& window);
+  void Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples, const Window& window);
   /// A window around a body without its words, with `first` 0.
   static Window PlanWindow(const grid::Grid& grid, const grid::CellLists& cells);
   void FillWindow(const Window& window, const grid::Grid& grid, const grid::CellLists& cells,
@@ -59,7 +60,9 @@ class RayBatch {
   const std::vector<Fan>& fans() const { return fans_; }
   /// For a layer that was not known when the fan was put in.
   void SetLayer(uint32_t index, grid::LayerIndex layer) { fans_[index].layer = layer; }
-  uint32_t ray_count() const { return ray_count_; }
+  uint64_t ray_count() const { return ray_count_; }
+  /// Whether a device can tell the rays apart: it has 32 bits for their numbers.
+  bool FitsDevice() const { return ray_count_ <= UINT32_MAX; }
   const std::vector<uint64_t>& window_words() const { return window_words_; }
   /// Directions of this step's noisy sensors. Their indices begin where those of the tables end.
   const std::vector<Direction>& own_directions() const { return own_directions_; }
@@ -78,7 +81,7 @@ class RayBatch {
   std::vector<SineCosine> own_turns_;
   std::vector<uint32_t> fans_with_own_directions_;
   const DirectionTables* tables_ = nullptr;
-  uint32_t ray_count_ = 0;
+  uint64_t ray_count_ = 0;
 };
 
 }  // namespace Stg::internal::sensing

@@ -5,6 +5,9 @@
 #ifndef STAGE_SENSING_SCENE_HH
 #define STAGE_SENSING_SCENE_HH
 
+#include <cstddef>
+#include <cstdint>
+
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
 

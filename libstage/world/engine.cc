@@ -47,9 +47,10 @@ void WorldEngine::TraceBatch() {
   RefreshHidden();
   batch.Close(scene.tables);
 
-  const bool choose = prefilter_ && path_ == Path::kFaster;
+  const bool can = prefilter_ && batch.FitsDevice();
+  const bool choose = can && path_ == Path::kFaster;
   const bool on_device =
-      prefilter_ && (choose ? chooser_.UseDevice(batch.ray_count()) : path_ == Path::kDevice);
+      can && (choose ? chooser_.UseDevice(batch.ray_count()) : path_ == Path::kDevice);
   const double start = WallClock();
   const sensing::HitLists lists = on_device ? Prefilter() : sensing::HitLists();
   const double walked = WallClock();

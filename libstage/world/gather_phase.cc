@@ -100,7 +100,7 @@ void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
     if (entry.kind != Kind::kRanger) continue;
     const sensing::BatchShare share = entry.share;
     entry.share = next;
-    next = {next.fans + share.fans, next.rays + share.rays, next.words + share.words};
+    next = {next.rays + share.rays, next.fans + share.fans, next.words + share.words};
   }
 }
 

@@ -72,9 +72,6 @@ constexpr const char* kWindowProperties[] = {"size",
 
 /// Metres: a cell's side. Beyond these limits nothing in a world would have the size of some cells.
 constexpr double kSmallestCell = 1e-6, kLargestCell = 1e6;
-/// What the outlines of all bodies may pass, at some 75 bytes each: a hospital in cells of 5 mm has
-/// 9 million.
-constexpr double kMostCells = 16'000'000, kMostCellsPerModel = 1000;
 
 std::string UnknownType(const std::string& type) {
   std::string known;

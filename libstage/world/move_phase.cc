@@ -76,6 +76,7 @@ size_t MovePhase::Move(Model* const* models, size_t count, sensing::Scene* scene
         std::find_if_not(models, models + count, [](Model* m) { return MovesPlainly(*m); });
     return static_cast<size_t>(end - models);
   });
+  if (count == 0 || Placement::IsNearlyFull(*models[0])) return 0;
   grid_ = &scene->grid;
   edits_.resize(workers->threads());
   for (size_t begin = 0; begin < count; begin += kAtOnce)
