@@ -2,16 +2,14 @@
 //
 // pose_log: runs a world and writes down where its robots are.
 
-#include <getopt.h>
-
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "benchmarks/truth/numbers.hh"
+#include "benchmarks/truth/command_line.hh"
 #include "stage.hh"
 
 namespace {
@@ -36,40 +34,26 @@ drives about) as lines time,robot,x,y,a,stalled: seconds, name, metres, metres, 
 Exit status: 0, or 1 if the world can't be loaded or the file not written, or 2 for wrong options.
 )";
 
-struct Options {
+struct Options : truth::CommonOptions {
   double seconds = 60, every = 1, nudge = 0, speed = 0, turn = 0;
   bool drive = false;
-  uint64_t seed = 1;
-  int threads = 1;
-  std::string output, world;
+  std::string output;
 };
 
-enum Id : int {
-  kSeconds = 256,
-  kEvery,
-  kSeed,
-  kThreads,
-  kNudge,
-  kSpeed,
-  kTurn,
-  kOutput,
-  kHelpWanted
-};
+enum Id : int { kSeconds = truth::kOwn, kEvery, kNudge, kSpeed, kTurn, kOutput };
 
 constexpr option kLongOptions[] = {{"seconds", required_argument, nullptr, kSeconds},
                                    {"every", required_argument, nullptr, kEvery},
-                                   {"seed", required_argument, nullptr, kSeed},
-                                   {"threads", required_argument, nullptr, kThreads},
+                                   {"seed", required_argument, nullptr, truth::kSeed},
+                                   {"threads", required_argument, nullptr, truth::kThreads},
                                    {"nudge", required_argument, nullptr, kNudge},
                                    {"speed", required_argument, nullptr, kSpeed},
                                    {"turn", required_argument, nullptr, kTurn},
                                    {"output", required_argument, nullptr, kOutput},
-                                   {"help", no_argument, nullptr, kHelpWanted},
+                                   {"help", no_argument, nullptr, truth::kHelpWanted},
                                    {nullptr, 0, nullptr, 0}};
 
 using truth::Number;
-using truth::UsageError;
-using truth::WholeNumber;
 
 void Apply(int id, const std::string& value, Options* options) {
   switch (id) {
@@ -78,12 +62,6 @@ void Apply(int id, const std::string& value, Options* options) {
       break;
     case kEvery:
       options->every = Number("--every", value, 1e-6, 1e9);
-      break;
-    case kSeed:
-      options->seed = WholeNumber("--seed", value, 0, 1e15);
-      break;
-    case kThreads:
-      options->threads = static_cast<int>(WholeNumber("--threads", value, 1, 1024));
       break;
     case kNudge:
       options->nudge = Number("--nudge", value, -1e6, 1e6);
@@ -99,23 +77,13 @@ void Apply(int id, const std::string& value, Options* options) {
     case kOutput:
       options->output = value;
       break;
-    case kHelpWanted:
-      std::fputs(kHelp, stdout);
-      std::exit(0);
-    default:
-      throw UsageError("there is no such option, or it lacks its value (--help lists them)");
   }
 }
 
 Options ReadOptions(int argc, char* argv[]) {
   Options options;
-  opterr = 0;
-  for (int id; (id = getopt_long(argc, argv, "", kLongOptions, nullptr)) != -1;)
-    Apply(id, optarg ? optarg : "", &options);
-  if (optind + 1 != argc)
-    throw UsageError("found " + std::to_string(argc - optind) +
-                     " world files, expected one (--help explains)");
-  options.world = argv[optind];
+  truth::ReadCommandLine(argc, argv, kHelp, kLongOptions, &options,
+                         [&](int id, const std::string& value) { Apply(id, value, &options); });
   return options;
 }
 
@@ -160,8 +128,8 @@ void Run(const Options& options, Stg::World* world, FILE* out) {
   const std::vector<Stg::ModelPosition*> robots = RobotsOf(*world);
   if (robots.empty()) throw std::runtime_error(options.world + ": found no robot to follow");
   SetUp(options, robots);
-  world->SetQuitTime(static_cast<Stg::usec_t>(options.seconds * 1e6 + 0.5));
-  const auto every = static_cast<Stg::usec_t>(options.every * 1e6 + 0.5);
+  world->SetQuitTime(static_cast<Stg::usec_t>(std::llround(options.seconds * 1e6)));
+  const auto every = static_cast<Stg::usec_t>(std::llround(options.every * 1e6));
   std::fputs("time,robot,x,y,a,stalled\n", out);
   Write(out, 0, robots);
   Stg::usec_t next = every;
@@ -174,13 +142,8 @@ void Run(const Options& options, Stg::World* world, FILE* out) {
 
 int Main(int argc, char* argv[]) {
   const Options options = ReadOptions(argc, argv);
-  Stg::Init(&argc, &argv);
-  Stg::World::run_options.seed = options.seed;
-  Stg::World::run_options.threads = options.threads;
-  srandom(static_cast<unsigned>(options.seed));
-  // Never deleted: controllers may hold on to models until the end of the process.
-  static Stg::World* const world = new Stg::World;
-  if (!world->Load(options.world)) return 1;
+  Stg::World* world = truth::LoadWorld(argc, argv, options);
+  if (!world) return 1;
   FILE* out = options.output.empty() ? stdout : std::fopen(options.output.c_str(), "w");
   if (!out) throw std::runtime_error("can't write the poses to '" + options.output + "'");
   Run(options, world, out);
@@ -192,13 +155,5 @@ int Main(int argc, char* argv[]) {
 }  // namespace
 
 int main(int argc, char* argv[]) {
-  try {
-    return Main(argc, argv);
-  } catch (const UsageError& error) {
-    std::fprintf(stderr, "pose_log: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "pose_log: %s\n", error.what());
-    return 1;
-  }
+  return truth::RunProgram("pose_log", [&] { return Main(argc, argv); });
 }

@@ -2,18 +2,15 @@
 //
 // ray_truth: how far the readings of a world's range sensors are from exact geometry.
 
-#include <getopt.h>
-
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 
+#include "benchmarks/truth/command_line.hh"
 #include "benchmarks/truth/comparison.hh"
-#include "benchmarks/truth/numbers.hh"
 #include "benchmarks/truth/summary.hh"
 
 namespace {
@@ -63,29 +60,24 @@ Example
 Exit status: 0, or 1 if the world can't be loaded or nothing was compared, or 2 for wrong options.
 )";
 
-struct Options {
+struct Options : truth::CommonOptions {
   double seconds = 1, from = 0;
   unsigned every = 1;
   bool quiet = false;
-  uint64_t seed = 1;
-  int threads = 1;
-  std::string json, csv, world;
+  std::string json, csv;
   truth::ComparisonOptions comparison;
 };
 
 enum Id : int {
-  kSeconds = 256,
+  kSeconds = truth::kOwn,
   kFrom,
   kEvery,
   kStill,
   kHeld,
   kBetween,
-  kSeed,
-  kThreads,
   kJson,
   kCsv,
-  kQuiet,
-  kHelpWanted
+  kQuiet
 };
 
 constexpr option kLongOptions[] = {{"seconds", required_argument, nullptr, kSeconds},
@@ -94,12 +86,12 @@ constexpr option kLongOptions[] = {{"seconds", required_argument, nullptr, kSeco
                                    {"still", no_argument, nullptr, kStill},
                                    {"held", no_argument, nullptr, kHeld},
                                    {"between", required_argument, nullptr, kBetween},
-                                   {"seed", required_argument, nullptr, kSeed},
-                                   {"threads", required_argument, nullptr, kThreads},
+                                   {"seed", required_argument, nullptr, truth::kSeed},
+                                   {"threads", required_argument, nullptr, truth::kThreads},
                                    {"json", required_argument, nullptr, kJson},
                                    {"csv", required_argument, nullptr, kCsv},
                                    {"quiet", no_argument, nullptr, kQuiet},
-                                   {"help", no_argument, nullptr, kHelpWanted},
+                                   {"help", no_argument, nullptr, truth::kHelpWanted},
                                    {nullptr, 0, nullptr, 0}};
 
 using truth::Number;
@@ -134,12 +126,6 @@ void Apply(int id, const std::string& value, Options* options) {
       SetMode(options, Mode::kBetween);
       options->comparison.bearings = static_cast<unsigned>(WholeNumber("--between", value, 2, 1e7));
       break;
-    case kSeed:
-      options->seed = WholeNumber("--seed", value, 0, 1e15);
-      break;
-    case kThreads:
-      options->threads = static_cast<int>(WholeNumber("--threads", value, 1, 1024));
-      break;
     case kJson:
       options->json = value;
       break;
@@ -149,23 +135,13 @@ void Apply(int id, const std::string& value, Options* options) {
     case kQuiet:
       options->quiet = true;
       break;
-    case kHelpWanted:
-      std::fputs(kHelp, stdout);
-      std::exit(0);
-    default:
-      throw UsageError("there is no such option, or it lacks its value (--help lists them)");
   }
 }
 
 Options ReadOptions(int argc, char* argv[]) {
   Options options;
-  opterr = 0;
-  for (int id; (id = getopt_long(argc, argv, "", kLongOptions, nullptr)) != -1;)
-    Apply(id, optarg ? optarg : "", &options);
-  if (optind + 1 != argc)
-    throw UsageError("found " + std::to_string(argc - optind) +
-                     " world files, expected one (--help explains)");
-  options.world = argv[optind];
+  truth::ReadCommandLine(argc, argv, kHelp, kLongOptions, &options,
+                         [&](int id, const std::string& value) { Apply(id, value, &options); });
   return options;
 }
 
@@ -276,13 +252,8 @@ void WriteJson(const std::string& path, const Json& json) {
 
 int Main(int argc, char* argv[]) {
   const Options options = ReadOptions(argc, argv);
-  Stg::Init(&argc, &argv);
-  Stg::World::run_options.seed = options.seed;
-  Stg::World::run_options.threads = options.threads;
-  srandom(static_cast<unsigned>(options.seed));
-  // Never deleted: controllers may hold on to models until the end of the process.
-  static Stg::World* const world = new Stg::World;
-  if (!world->Load(options.world)) return 1;
+  Stg::World* world = truth::LoadWorld(argc, argv, options);
+  if (!world) return 1;
 
   truth::Summary summary(1 / world->Resolution());
   const Outcome outcome = Run(options, world, &summary);
@@ -302,13 +273,5 @@ int Main(int argc, char* argv[]) {
 }  // namespace
 
 int main(int argc, char* argv[]) {
-  try {
-    return Main(argc, argv);
-  } catch (const UsageError& error) {
-    std::fprintf(stderr, "ray_truth: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "ray_truth: %s\n", error.what());
-    return 1;
-  }
+  return truth::RunProgram("ray_truth", [&] { return Main(argc, argv); });
 }

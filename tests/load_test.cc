@@ -294,10 +294,10 @@ TEST(Warning, NoneForAFileThatUsesEverything) {
   EXPECT_EQ(outcome.errors, "");
 }
 
-TEST(Warning, EnergyPropertiesAreKnownButWithoutEffect) {
-  // Stage knows them; worlds that have them load, and are told that nothing comes of it.
+TEST(Warning, NoneForEnergyProperties) {
   const LoadOutcome outcome = TryToLoad("model( kjoules 100 give_watts 10 take_watts 5 )");
   EXPECT_TRUE(outcome.loaded);
+  EXPECT_EQ(outcome.errors, "");
 }
 
 TEST(Warning, EmptyControllerNamesAreIgnored) {
