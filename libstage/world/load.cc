@@ -153,6 +153,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
   engine_->loading = false;
   for (Model* child : children) child->Map();
   InitControllers();
+  LoadWindowSection();
   wf->WarnUnused();
   std::printf("\n");
   std::fflush(stdout);

@@ -106,7 +106,9 @@ class World : public Ancestor {
   virtual bool Save(const char* filename);
   Worldfile* GetWorldFile();
 
-  /// Steps all worlds until all are done, as fast as possible.
+  /// Steps all worlds until all are done, as fast as possible. With a world that has a window: its
+  /// event loop, until the window is closed or all worlds are to quit; then it must be the only
+  /// one.
   static void Run();
   /// One step of each world; true when every world says that it is done.
   static bool UpdateAll();
@@ -181,6 +183,8 @@ class World : public Ancestor {
   void Log(Model* mod);
 
   virtual bool IsGUI() const { return false; }
+  /// What Run() does for a world with a window.
+  virtual void RunEventLoop() {}
   virtual void Redraw(void) {}
   /// The next picture is to be made from scratch.
   void NeedRedraw() { dirty = true; }
@@ -248,6 +252,8 @@ class World : public Ancestor {
  protected:
   bool LoadFrom(const std::string& path, std::istream* content);
   virtual void LoadWorldProperties();
+  /// Called when all models are there: for those who have a window.
+  virtual void LoadWindowSection() {}
   void UsePrefilter();
   void LoadEntities();
   void LoadEntity(int entity, std::vector<Model*>* models);
