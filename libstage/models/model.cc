@@ -13,6 +13,7 @@
 #include "models/messages.hh"
 #include "models/power_pack.hh"
 #include "sensing/scene.hh"
+#include "world/engine.hh"
 #include "world/world.hh"
 
 namespace Stg {
@@ -170,6 +171,7 @@ int Model::SetParent(Model* newparent) {
     return 1;
   }
   const Pose global = GetGlobalPose();
+  world->engine().family_changes++;
   UnMapWithChildren();
   if (parent)
     parent->RemoveChild(this);

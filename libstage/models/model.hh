@@ -291,14 +291,9 @@ class Model : public Ancestor {
   /// What the world's models share.
   internal::sensing::Scene& scene() const { return *scene_; }
 
- protected:
-  friend class World;
-  friend class Placement;
-  friend class ControllerLibrary;
+  // ---- for those who draw ----
 
-  struct GuiState {
-    bool grid, move, nose, outline;
-  };
+  /// A place where the model has been.
   class TrailItem {
    public:
     usec_t time;
@@ -306,6 +301,34 @@ class Model : public Ancestor {
     Color color;
 
     TrailItem(usec_t t, const Pose& p, const Color& c) : time(t), pose(p), color(c) {}
+  };
+  /// What to draw the body in now: lights may be on or off.
+  virtual Color GetShownColor() const { return color; }
+  /// Whether it may be dragged by the mouse.
+  bool IsMovable() const { return gui.move; }
+  bool HasGuiGrid() const { return gui.grid; }
+  /// The front is the one pushed last.
+  const std::list<Flag*>& flags() const { return flag_list; }
+  const std::vector<Visualizer*>& visualizers() const { return cv_list; }
+  const std::string& speech() const { return say_string; }
+  /// The number of items that a full trail has.
+  unsigned int trail_capacity() const { return trail_length; }
+  /// The trail, the oldest item first.
+  std::vector<TrailItem> Trail() const;
+  template <typename F>
+  void ForEachTrailItem(F f) const {
+    for (size_t i = 0; i < trail.size(); i++) f(trail[(trail_index + i) % trail.size()]);
+  }
+  /// The child's global pose, given this model's.
+  Pose ChildGlobalPose(const Pose& global, const Model& child) const;
+
+ protected:
+  friend class World;
+  friend class Placement;
+  friend class ControllerLibrary;
+
+  struct GuiState {
+    bool grid, move, nose, outline;
   };
   /// Each step of a world pays for this much time, microseconds.
   static const usec_t kEnergyInterval = 100000;
@@ -329,15 +352,11 @@ class Model : public Ancestor {
   void AppendTouchingModels(std::vector<Model*>* touching) const;
   /// Writes down where the model is, over the oldest item if the trail is full.
   void UpdateTrail();
-  /// The trail, the oldest item first.
-  std::vector<TrailItem> Trail() const;
   void RegisterOption(Option* option);
 
   /// Draws the model's body, and those of its descendants, where they are now.
   void Map();
   void UnMapWithChildren();
-  /// The child's global pose, given this model's.
-  Pose ChildGlobalPose(const Pose& global, const Model& child) const;
   Pose LocalPoseOf(const Pose& global) const;
   /// Places a fan of rays that may stop at anything, and picks its layer of the grid.
   void PlaceFan(internal::sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model);

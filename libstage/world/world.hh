@@ -199,6 +199,10 @@ class World : public Ancestor {
   /// A line of the next picture (metres); ignored without a window.
   void RecordRay(double x1, double y1, double x2, double y2);
   void ClearRays() { ray_list.clear(); }
+  struct RecordedRay {
+    double x1, y1, x2, y2;
+  };
+  const std::vector<RecordedRay>& recorded_rays() const { return ray_list; }
   /// Whether positions write down where they have been, which only windows show. Off at first.
   void RecordTrails(bool enable) { record_trails = enable; }
 
@@ -281,9 +285,6 @@ class World : public Ancestor {
   std::unique_ptr<Worldfile> wf;
   mutable bounds3d_t extent;
 
-  struct RecordedRay {
-    double x1, y1, x2, y2;
-  };
   std::vector<RecordedRay> ray_list;
 
  private:
