@@ -23,7 +23,7 @@ How long, and what comes out
 
 How fast
   A world's speedup, if positive, keeps it to that multiple of real time; otherwise it runs as fast
-  as it can. None of these options changes any result.
+  as it can (in a window: if it has none, in real time). None of these options changes any result.
   --threads N          trace sensor rays in N threads (1 to 1024; default: the world's threads, or
                        all cores with an OpenCL device and 1 without); pays with many sensors
   --opencl[=DEVICE]    trace sensor rays with an OpenCL device wherever that is faster; pays from
@@ -46,13 +46,16 @@ What you see
                        the time went) to FILE as JSON; - for standard output
   --state-hash         at the end print a line "state-hash DIGITS" for each world: equal digits mean
                        that all poses, velocities and sensor readings are equal
-  -g, --gui            no window. (The name has historical reasons. This build has no window anyway.)
+  -g, --gui            no window. (The name has historical reasons.) Without it, with a display and
+                       a single world file, the world runs in a window, and pauses at its quit_time
   -h, -?, --help       print this and end
   --version            print the version and end
 
 Options may stand anywhere and long ones may be shortened; after -- everything is a world file.
 
 Examples
+  stage worlds/simple.world
+      two robots stroll about a flat, in a window: p pauses, d shows what their sensors see
   stage --explain worlds/hospital.world
       before a long run: how long, how much memory, and what for
   stage -g -c worlds/simple.world
@@ -68,6 +71,7 @@ World files
   place where Stage is installed. Their comments explain the format.
 
 Environment
+  DISPLAY              the X display for the window; without one, all runs are headless
   STAGEPATH            folders, with : between them, for world files, includes and controllers that
                        are not found otherwise
   LD_LIBRARY_PATH      further folders for controllers

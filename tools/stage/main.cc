@@ -15,6 +15,7 @@
 #include "stage/options.hh"
 #include "stage/report.hh"
 #include "stage/run.hh"
+#include "stage/window.hh"
 #include "world/prefilter_loader.hh"
 
 namespace Stg::program {
@@ -27,8 +28,6 @@ constexpr int kBadUsage = 2;
 void PrintBanner(const Options& options) {
   std::printf("Stage %s %s\n", Version(), options.tags.c_str());
   std::fflush(stdout);
-  if (!options.no_gui && !options.worldfiles.empty())
-    std::fputs("stage: no graphical interface in this build; running headless\n", stderr);
 }
 
 /// Returns the status to exit with.
@@ -46,9 +45,10 @@ int Finish(const Options& options, const std::optional<ReportFile>& report,
 int Run(const Options& options) {
   const std::optional<ReportFile> report = OpenReport(options);
   PrintBanner(options);
+  World* const with_window = OpenWindow(options);
   // Never deleted, like the worlds in it: nothing is torn down at the end.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
-  if (const int status = LoadWorlds(options, &worlds); status != 0) return status;
+  if (const int status = LoadWorlds(options, &worlds, with_window); status != 0) return status;
   CatchSignals();  // not before: while loading there is nothing to be finished
   RunWorlds(options, &worlds);
   return Finish(options, report, worlds);
@@ -86,6 +86,9 @@ int main(int argc, char* argv[]) {
   } catch (const Stg::program::UsageError& error) {
     std::fprintf(stderr, "stage: %s; 'stage --help' explains the options\n", error.what());
     return Stg::program::kBadUsage;
+  } catch (const Stg::program::WindowError& error) {
+    std::fprintf(stderr, "stage: %s\n", error.what());
+    return error.status;
   } catch (const std::bad_alloc&) {
     std::fflush(stdout);
     std::fputs("stage: out of memory\n", stderr);

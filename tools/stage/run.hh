@@ -25,16 +25,20 @@ class Pacer {
 
 struct LoadedWorld {
   World* world;
-  std::string file;         ///< as on the command line
-  double wall_seconds = 0;  ///< spent in steps: without loading and waiting
+  std::string file;  ///< as on the command line
+  /// Spent in steps: without loading and waiting. With a window: from the start to the end.
+  double wall_seconds = 0;
   Pacer pacer;
 };
 
 /// Loads the world files, in their order. Returns 0, or the status to exit with: then something is
-/// wrong with one of them, and was reported.
-int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds);
+/// wrong with one of them, and was reported. `with_window`: the world for the first of them, if it
+/// has to be this one.
+int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds,
+               World* with_window = nullptr);
 
-/// Steps all worlds in turn until all are done, or a signal comes.
+/// Steps all worlds in turn until all are done, or a signal comes; one with a window until that is
+/// closed.
 void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds);
 
 }  // namespace Stg::program
