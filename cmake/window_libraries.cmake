@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
 # What the window is made with: the imported targets stage_fltk, OpenGL::GL, OpenGL::GLU, and
-# OpenGL::EGL where there is one. window_libraries_FOUND says whether all but the last are there.
+# OpenGL::EGL where there is one, Freetype::Freetype and Fontconfig::Fontconfig. window_libraries_FOUND says whether all but the last are there.
 
 set(OpenGL_GL_PREFERENCE GLVND)
 find_package(OpenGL QUIET OPTIONAL_COMPONENTS EGL)
 find_package(X11 QUIET)
+find_package(Freetype QUIET)
+find_package(Fontconfig QUIET)
 
 find_path(FLTK_HEADERS FL/Fl_Gl_Window.H)
 set(fltk_libraries "")
@@ -21,6 +23,8 @@ if(FLTK_HEADERS
    AND NOT fltk_libraries MATCHES "NOTFOUND"
    AND TARGET OpenGL::GL
    AND TARGET OpenGL::GLU
+   AND TARGET Freetype::Freetype
+   AND TARGET Fontconfig::Fontconfig
    AND X11_FOUND)
   set(window_libraries_FOUND TRUE)
   add_library(stage_fltk INTERFACE IMPORTED)

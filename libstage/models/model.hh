@@ -307,6 +307,8 @@ class Model : public Ancestor {
   /// Whether it may be dragged by the mouse.
   bool IsMovable() const { return gui.move; }
   bool HasGuiGrid() const { return gui.grid; }
+  /// Whether children stand on top of it.
+  bool StacksChildren() const { return stack_children; }
   /// The front is the one pushed last.
   const std::list<Flag*>& flags() const { return flag_list; }
   const std::vector<Visualizer*>& visualizers() const { return cv_list; }

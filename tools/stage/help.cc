@@ -46,6 +46,14 @@ What you see
                        the time went) to FILE as JSON; - for standard output
   --state-hash         at the end print a line "state-hash DIGITS" for each world: equal digits mean
                        that all poses, velocities and sensor readings are equal
+  --screenshot FILE.png[@SECONDS]
+                       make a picture at that simulated time, without a window or a display (default:
+                       at the end of --duration, or at 1 s); may be given several times. Without a
+                       --duration the run ends with the last one. What is shown and from where is
+                       what the window section of the world file says
+  --record DIR         make a film: pictures stage-000000.png and so on in DIR, one for each step, 25
+                       in a simulated second at most
+  --size WxH           pixels of these pictures; default: those of the world file's window
   -g, --gui            no window. (The name has historical reasons.) Without it, with a display and
                        a single world file, the world runs in a window, and pauses at its quit_time
   -h, -?, --help       print this and end
@@ -66,6 +74,11 @@ Examples
   stage -g --duration 60 --opencl=gpu --state-hash worlds/cave.world
       the same sort of run on a GPU; the state hash shows that the result is that of the CPU
 
+  stage --screenshot flat.png@20 --size 640x480 worlds/simple.world
+      where the robots are after 20 s, as a picture
+  stage --record film --duration 10 worlds/simple.world
+      then for example: ffmpeg -framerate 10 -i film/stage-%06d.png film.mp4
+
 World files
   simple.world is where to start: in worlds/ of the source tree, in share/stage/worlds/ below the
   place where Stage is installed. Their comments explain the format.
@@ -80,8 +93,8 @@ Environment
 
 Exit status
   0        all worlds have come to their end
-  1        a world file is missing or wrong; or the run can't go on
-  2        wrong options, or FILE of --stats can't be written
+  1        a world file is missing or wrong; or the run can't go on; or a picture can't be made
+  2        wrong options, or a FILE or DIR can't be written
   255      something that a world file names is missing or wrong: a controller, a bitmap, a tuple
   128+N    ended by signal N, such as 130 for Ctrl-C: the step is finished, figures are written
   A controller that ends the program chooses its own.

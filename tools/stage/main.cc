@@ -5,6 +5,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <new>
 #include <optional>
 
@@ -13,6 +14,7 @@
 #include "stage/help.hh"
 #include "stage/interrupt.hh"
 #include "stage/options.hh"
+#include "stage/pictures.hh"
 #include "stage/report.hh"
 #include "stage/run.hh"
 #include "stage/window.hh"
@@ -44,13 +46,14 @@ int Finish(const Options& options, const std::optional<ReportFile>& report,
 
 int Run(const Options& options) {
   const std::optional<ReportFile> report = OpenReport(options);
+  const std::unique_ptr<PictureRun> pictures = PictureRun::Open(options);
   PrintBanner(options);
-  World* const with_window = OpenWindow(options);
+  World* const special = pictures ? pictures->MakeWorld() : OpenWindow(options);
   // Never deleted, like the worlds in it: nothing is torn down at the end.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
-  if (const int status = LoadWorlds(options, &worlds, with_window); status != 0) return status;
+  if (const int status = LoadWorlds(options, &worlds, special); status != 0) return status;
   CatchSignals();  // not before: while loading there is nothing to be finished
-  RunWorlds(options, &worlds);
+  RunWorlds(options, &worlds, pictures.get());
   return Finish(options, report, worlds);
 }
 

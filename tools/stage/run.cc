@@ -60,15 +60,20 @@ int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* 
   return 0;
 }
 
-void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds) {
-  if (LoadedWorld& first = worlds->front(); first.world->IsGUI()) {
+void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds, PictureRun* pictures) {
+  if (LoadedWorld& first = worlds->front(); !pictures && first.world->IsGUI()) {
     const double start = Now();
     RunWindow(first.world);
     first.wall_seconds = Now() - start;
     return;
   }
+  if (pictures) pictures->Begin(options);
   Progress progress(options.progress, *worlds);
-  while (CaughtSignal() == 0 && !Round(worlds)) progress.Tick();
+  while (CaughtSignal() == 0 && !Round(worlds)) {
+    if (pictures) pictures->Make();
+    progress.Tick();
+  }
+  if (pictures && CaughtSignal() == 0) pictures->End();
 }
 
 }  // namespace Stg::program

@@ -10,6 +10,7 @@
 
 #include "stage.hh"
 #include "stage/options.hh"
+#include "stage/pictures.hh"
 
 namespace Stg::program {
 
@@ -38,8 +39,9 @@ int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds,
                World* with_window = nullptr);
 
 /// Steps all worlds in turn until all are done, or a signal comes; one with a window until that is
-/// closed.
-void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds);
+/// closed. `pictures`: what makes pictures of the only world, or null. Throws PictureError.
+void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds,
+               PictureRun* pictures = nullptr);
 
 }  // namespace Stg::program
 
