@@ -16,6 +16,7 @@
 #include "gui/offscreen/context.hh"
 #include "gui/offscreen/film.hh"
 #include "gui/offscreen/png_writer.hh"
+#include "models/visualizer.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
