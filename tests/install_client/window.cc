@@ -10,6 +10,9 @@
 
 using namespace Stg;
 
+// Names of the client's own, which are also those of rooms of the library.
+static int draw = 0, view = 0, window = 0, offscreen = 0;
+
 class Node : public WorldGui {
  public:
   using WorldGui::WorldGui;
@@ -38,6 +41,7 @@ static int Count(World*, void* node) {
 
 int main(int argc, char* argv[]) {
   Init(&argc, &argv);
+  if (draw + view + window + offscreen != 0) return 1;
   if (argc > 1 && std::strcmp(argv[1], "--no-window") == 0) {
     World world;
     std::printf("windows %d\n", world.IsGUI());
