@@ -6,8 +6,8 @@
 #include <unordered_map>
 
 #include "gui/draw/gl_helpers.hh"
-#include "gui/draw/gl_texts.hh"
 #include "gui/draw/gl_program.hh"
+#include "gui/draw/gl_texts.hh"
 #include "gui/draw/screen_writer.hh"
 #include "gui/draw/shaders.hh"
 #include "gui/draw/stall_icon.hh"
