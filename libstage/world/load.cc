@@ -140,6 +140,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
     UsePrefilter();
     engine_->loading = true;
     LoadEntities();
+    LoadWindowSection();
   } catch (const LoadError& error) {
     engine_->loading = false;
     engine_->outlines_of_pictures.clear();
@@ -153,7 +154,6 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
   engine_->loading = false;
   for (Model* child : children) child->Map();
   InitControllers();
-  LoadWindowSection();
   wf->WarnUnused();
   std::printf("\n");
   std::fflush(stdout);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "gui/draw/gl_texts.hh"
 #include "gui/draw/screen_writer.hh"
 
 namespace Stg::Gl {

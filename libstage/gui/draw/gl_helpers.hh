@@ -12,10 +12,6 @@
 
 namespace Stg {
 
-namespace draw {
-class ScreenWriter;
-}
-
 namespace Gl {
 
 /// Multiplies the matrix by a translation and a turn about z.
@@ -41,9 +37,6 @@ void draw_array(float x, float y, float w, float h, float* data, size_t len, siz
 /// With the extremes of the data.
 void draw_array(float x, float y, float w, float h, float* data, size_t len, size_t offset);
 void draw_centered_rect(float x, float y, float dx, float dy);
-
-/// For the library: moves the texts that were drawn since the last call to the writer.
-void TakeTexts(draw::ScreenWriter* writer);
 
 }  // namespace Gl
 }  // namespace Stg

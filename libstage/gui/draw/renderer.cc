@@ -7,6 +7,7 @@
 
 #include "gui/draw/gl_helpers.hh"
 #include "gui/draw/gl_program.hh"
+#include "gui/draw/gl_texts.hh"
 #include "gui/draw/kept_picture.hh"
 #include "gui/draw/screen_writer.hh"
 #include "gui/draw/shaders.hh"

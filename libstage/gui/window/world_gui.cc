@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "geometry/load_error.hh"
 #include "gui/window/parts.hh"
 #include "models/power_pack.hh"
 #include "stage.hh"
@@ -239,9 +240,12 @@ void WorldGui::OfferVisualizer(Visualizer* visualizer, bool on_by_default) {
   const std::size_t option =
       options.Register(visualizer->GetMenuName(), visualizer->GetWorldfileName(), on_by_default);
   const int section = wf ? wf->LookupEntity("window") : -1;
-  if (option >= known && section >= 0)
-    options.Set(option,
-                wf->ReadInt(section, visualizer->GetWorldfileName().c_str(), on_by_default) != 0);
+  if (option >= known && section >= 0) try {
+      const char* property = visualizer->GetWorldfileName().c_str();
+      options.Set(option, wf->ReadInt(section, property, on_by_default) != 0);
+    } catch (const LoadError& error) {
+      std::fprintf(stderr, "%s\n", error.what());
+    }
   parts_->filter.Refresh();
 }
 

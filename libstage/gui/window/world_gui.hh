@@ -22,6 +22,7 @@
 #include <memory>
 #include <string>
 
+#include "draw/gl_helpers.hh"
 #include "models/model.hh"
 #include "world/world.hh"
 
