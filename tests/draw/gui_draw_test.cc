@@ -14,6 +14,9 @@
 #include "model_testing.hh"
 #include "models/block.hh"
 
+// Counts what is allocated.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+
 namespace {
 std::atomic<size_t> allocations{0};
 }
@@ -154,6 +157,15 @@ TEST(SceneTest, ChangedBodiesGetNewShapes) {
   size_t kept = 0;
   for (const BodyBatch& batch : onlooker.scene.frame().bodies) kept += batch.shape != nullptr;
   EXPECT_EQ(kept, 1u);
+}
+
+TEST(ShapeTest, BlocksOfDifferentHeightsAreEachFilled) {
+  const auto world = LoadText(
+      "model ( size [4 4 2]"
+      " block ( points 4 point[0] [0 0] point[1] [4 0] point[2] [4 4] point[3] [0 4] z [0 1] )"
+      " block ( points 4 point[0] [1 1] point[1] [3 1] point[2] [3 3] point[3] [1 3] z [1 2] ) )");
+  Onlooker onlooker;
+  EXPECT_NEAR(AreaOfTops(*onlooker.Look(*world).bodies[0].shape), 16 + 4, 1e-5);
 }
 
 /// The frame of a picture: an outline in an outline.

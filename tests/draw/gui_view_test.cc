@@ -198,7 +198,7 @@ ViewState RandomView(RandomStream* random) {
   view.flat.setPitch(random->Uniform(0, 80));
   view.flat.setYaw(random->Uniform(-180, 180));
   view.perspective.setPose(random->Uniform(-9, 9), random->Uniform(-9, 9), random->Uniform(1, 9));
-  view.perspective.setPitch(random->Uniform(0, 60));
+  view.perspective.setPitch(random->Uniform(0, 50));  // below the horizon
   view.perspective.setYaw(random->Uniform(-180, 180));
   return view;
 }
