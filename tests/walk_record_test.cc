@@ -18,10 +18,10 @@ using Kind = WalkStep::Kind;
 /// Clusters of cells with much room between them, far apart.
 void Fill(RandomStream* random, grid::Grid* grid) {
   const grid::BodyId body = grid->AddBody(grid::Body());
-  for (int cluster = 0; cluster < 300; cluster++) {
+  for (int cluster = 0; cluster < 20; cluster++) {
     const auto x = static_cast<int32_t>(random->Uniform(-3000, 3000));
     const auto y = static_cast<int32_t>(random->Uniform(-3000, 3000));
-    for (int i = 0; i < 40; i++)
+    for (int i = 0; i < 300; i++)
       grid->Insert(x + static_cast<int32_t>(random->Uniform(0, 60)),
                    y + static_cast<int32_t>(random->Uniform(0, 60)), body);
   }

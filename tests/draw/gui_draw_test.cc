@@ -185,7 +185,8 @@ TEST(ShapeTest, HolesAreNotFilled) {
 // ---- data ---------------------------------------------------------------------------------------
 
 const char kRangers[] =
-    "define eye ranger ( sensor ( range [0 5] fov 180 samples 7 pose [0 0 0.1 0] ) )"
+    "define eye ranger ( pose [0 0 -0.5 0] sensor ( range [0 5] fov 180 samples 7 pose [0 0 0.1 0] "
+    ") )"
     "position ( name \"a\" eye ( name \"e\" ) ) position ( name \"b\" pose [2 0 0 180] eye () )"
     "position ( name \"far\" pose [200 0 0 0] eye () )";
 

@@ -76,7 +76,7 @@ TEST(ViewOptionsTest, FilterOffersWhatTheWorldHasByName) {
   for (const size_t i : options.Filter()) names.push_back(options.all()[i].menu_name);
   const std::vector<std::string> expected = {
       "Fiducial FOV", "Fiducials",   "Position coordinates", "Position waypoints", "Ranger",
-      "Ranger FOV",   "Ranger area", "Ranger strikes",       "Ranger transducers"};
+      "Ranger FOV",   "Ranger area", "Ranger strikes",       "Ranger transducers", "Rasterization"};
   EXPECT_EQ(names, expected);
 }
 

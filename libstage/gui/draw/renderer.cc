@@ -34,7 +34,7 @@ class Renderer::Impl {
  public:
   bool Prepare(std::string* error);
   void Draw(const Scene& scene, const Hud& hud);
-  void Forget(bool context_lives);
+  void Forget();
   unsigned draw_calls() const { return draw_calls_; }
 
  private:
@@ -111,16 +111,7 @@ bool Renderer::Impl::Prepare(std::string* error) {
   return true;
 }
 
-void Renderer::Impl::Forget(bool context_lives) {
-  if (context_lives && ready_) {
-    for (GlProgram* program : {&body_, &plain_, &fan_, &floor_, &text_}) program->Delete();
-    for (GlBuffer* buffer : {&stream_, &instances_, &ranges_, &bearings_}) buffer->Delete();
-    for (auto& [id, shape] : shapes_) shape.corners.Delete();
-    for (const GLuint texture : {atlas_, range_texture_, bearing_texture_})
-      glDeleteTextures(1, &texture);
-    glDeleteVertexArrays(1, &arrays_);
-    kept_.Delete();
-  }
+void Renderer::Impl::Forget() {
   kept_.Forget();
   stream_ = instances_ = ranges_ = bearings_ = GlBuffer();
   body_ = plain_ = fan_ = floor_ = text_ = GlProgram();
@@ -451,7 +442,7 @@ Renderer::Renderer() : impl_(std::make_unique<Impl>()) {}
 Renderer::~Renderer() = default;
 bool Renderer::Prepare(std::string* error) { return impl_->Prepare(error); }
 void Renderer::Draw(const Scene& scene, const Hud& hud) { impl_->Draw(scene, hud); }
-void Renderer::Forget() { impl_->Forget(false); }
+void Renderer::Forget() { impl_->Forget(); }
 unsigned Renderer::draw_calls() const { return impl_->draw_calls(); }
 
 }  // namespace Stg::draw

@@ -152,11 +152,24 @@ void Scene::Begin(const Job& job) {
   f.chart_count = 0;
 }
 
+/// Models lie all over the memory: those that are next but some are asked for ahead of time.
+void Scene::Fetch(size_t index) const {
+  constexpr size_t kFar = 12, kNear = 6, kLine = 64;
+  if (index + kFar < items_.size()) {
+    const char* model = reinterpret_cast<const char*>(items_[index + kFar].model);
+    for (size_t offset = 0; offset < sizeof(Model); offset += kLine)
+      __builtin_prefetch(model + offset);
+  }
+  if (index + kNear < items_.size()) __builtin_prefetch(&items_[index + kNear].model->body());
+}
+
 void Scene::AddBodies(const Job& job) {
   bodies_in_view_ = 0;
   lowest_ = 0;
   highest_ = 1;
-  for (Item& item : items_) {
+  for (size_t i = 0; i < items_.size(); i++) {
+    Fetch(i);
+    Item& item = items_[i];
     PlaceItem(&item);
     if (item.version != item.model->body().version()) {
       FindShape(&item);

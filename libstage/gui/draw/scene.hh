@@ -131,6 +131,7 @@ class Scene {
   void DropUnusedBatches();
 
   void Begin(const Job& job);
+  void Fetch(std::size_t index) const;
   void AddBodies(const Job& job);
   void AddBody(const Job& job, const Item& item);
   void AddTrails(const Job& job, const Item& item);

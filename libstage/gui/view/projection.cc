@@ -165,7 +165,9 @@ std::optional<point_t> Projection::FloorPoint(double x, double y_from_top, doubl
   const double drop = sight.to.z - sight.from.z;
   if (std::fabs(drop) < 1e-9) return std::nullopt;
   const double share = (z - sight.from.z) / drop;
-  if (share < 0 || !std::isfinite(share)) return std::nullopt;
+  // In front of the near plane there is still something to see for the flat camera: it has no eye.
+  const bool has_eye = projection_[11] != 0;
+  if (!std::isfinite(share) || (has_eye && share < 0)) return std::nullopt;
   return point_t(sight.from.x + share * (sight.to.x - sight.from.x),
                  sight.from.y + share * (sight.to.y - sight.from.y));
 }
