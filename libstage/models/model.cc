@@ -349,6 +349,9 @@ void Model::Rasterize(uint8_t* data, unsigned int width, unsigned int height, me
       }
     }
   }
+  if (!world->IsGUI()) return;
+  last_raster_.reset(new Raster{std::vector<uint8_t>(data, data + size_t{width} * height), width,
+                                height, cellwidth, cellheight});
 }
 
 bool Model::HasCollision() {

@@ -307,6 +307,13 @@ class Model : public Ancestor {
   /// Whether it may be dragged by the mouse.
   bool IsMovable() const { return gui.move; }
   bool HasGuiGrid() const { return gui.grid; }
+  /// What Rasterize() gave last; kept only in worlds with a window.
+  struct Raster {
+    std::vector<uint8_t> cells;
+    unsigned int width, height;
+    meters_t cellwidth, cellheight;
+  };
+  const Raster* last_raster() const { return last_raster_.get(); }
   /// Whether children stand on top of it.
   bool StacksChildren() const { return stack_children; }
   /// The front is the one pushed last.
@@ -429,10 +436,11 @@ class Model : public Ancestor {
 
   internal::sensing::Scene* scene_;
   std::shared_ptr<CallbackLists> callbacks_;  // most models have none
-  std::unique_ptr<OwnWindows> windows_;       // only of roots that carry ray sensors
-  uint64_t update_chain_;                     // a pending update of an older chain is void
-  bool loaded_;                               // not for the first time, if it loads again
-  bool hidden_from_rangers_;                  // its body was drawn while rangers looked through it
+  std::unique_ptr<Raster> last_raster_;
+  std::unique_ptr<OwnWindows> windows_;  // only of roots that carry ray sensors
+  uint64_t update_chain_;                // a pending update of an older chain is void
+  bool loaded_;                          // not for the first time, if it loads again
+  bool hidden_from_rangers_;             // its body was drawn while rangers looked through it
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.

@@ -249,10 +249,11 @@ void DrawWifi(const ModelWifi& wifi, const Pose& global, Painting* data) {
   Painter painter(data);
   painter.SetFrame(global);
   const double radius = Finite(WifiRadius(wifi));
-  painter.SetColor({0xc1, 0xff, 0xc1, 90});
-  painter.Sector(radius, 0, 2 * M_PI, 0);
+  const double floor = 0.005 - global.z;  // under all bodies
+  painter.SetColor({0xc1, 0xff, 0xc1, 100});
+  painter.Sector(radius, 0, 2 * M_PI, floor);
   painter.SetColor({0x2e, 0x8b, 0x57, 255});
-  painter.SectorOutline(radius, 0, 2 * M_PI, 0, false);
+  painter.SectorOutline(radius, 0, 2 * M_PI, floor, false);
   painter.SetColor({65, 105, 225, 255});
   for (const ModelWifi::Neighbor& neighbor : wifi.GetNeighbors()) {
     const double dx = neighbor.pose.x - global.x, dy = neighbor.pose.y - global.y;

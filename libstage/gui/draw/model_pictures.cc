@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "models/block.hh"
 #include "models/energy_charts.hh"
 #include "models/flag.hh"
 #include "models/model.hh"
@@ -127,6 +128,40 @@ void DrawModelGrid(const Model& model, const Pose& global, double top, double st
     painter.Text({i, 0, z}, Number(i, text, sizeof text));
   for (double i = std::ceil(y.min / step) * step; i <= y.max; i += step)
     if (i != 0) painter.Text({0, i, z}, Number(i, text, sizeof text));
+}
+
+void DrawRaster(const Model& model, const Pose& global, Painting* marks, Painting* over) {
+  const Model::Raster* raster = model.last_raster();
+  if (!raster) return;
+  constexpr double kAbove = 0.01;
+  const Size size = model.GetGeom().size;
+  const double z = size.z + kAbove;
+  Painter painter(marks), labels(over);
+  painter.SetFrame(BodyFrame(model, global));
+  for (unsigned row = 0; row < raster->height; row++)
+    for (unsigned column = 0; column < raster->width; column++) {
+      if (!raster->cells[size_t{row} * raster->width + column]) continue;
+      const double x = column * raster->cellwidth - size.x / 2;
+      const double y = row * raster->cellheight - size.y / 2;
+      const Bounds bx(x, x + raster->cellwidth), by(y, y + raster->cellheight);
+      painter.SetColor(kBlack.WithOpacity(0.4));
+      painter.Rectangle(bx, by, z);
+      painter.SetColor(kBlack);
+      painter.RectangleOutline(bx, by, z);
+    }
+  labels.SetFrame(painter.frame());
+  labels.SetColor({255, 0, 0, 255});
+  painter.SetColor({255, 0, 0, 255});
+  char text[64];
+  for (const auto& block : model.body().blocks())
+    for (const point_t& p : block->points()) {
+      painter.Point(p.x, p.y, z);
+      const int length = std::snprintf(text, sizeof text, "%.2f %.2f", p.x, p.y);
+      labels.Text({p.x, p.y, z}, std::string_view(text, static_cast<size_t>(length)));
+    }
+  const int length = std::snprintf(text, sizeof text, "[%u x %u]", raster->width, raster->height);
+  labels.SetColor(kBlack);
+  labels.Text({0, 0, z}, std::string_view(text, static_cast<size_t>(length)));
 }
 
 void DrawDissipation(const DissipationVis& heat, Painting* painting) {

@@ -40,6 +40,8 @@ void DrawArrow(Painter* painter);
 /// `top`: of the body, in the model's frame. `step`: metres between numbers.
 void DrawModelGrid(const Model& model, const Pose& global, double top, double step,
                    Painting* painting);
+/// What the model's last Rasterize() gave, if it was ever called.
+void DrawRaster(const Model& model, const Pose& global, Painting* marks, Painting* over);
 void DrawDissipation(const DissipationVis& heat, Painting* painting);
 /// Height of a model with its tallest stack of children on top.
 double StackHeight(const Model& model);

@@ -8,6 +8,7 @@
 #include "gui/draw/gl_helpers.hh"
 #include "gui/draw/gl_program.hh"
 #include "gui/draw/gl_texts.hh"
+#include "gui/draw/kept_picture.hh"
 #include "gui/draw/screen_writer.hh"
 #include "gui/draw/shaders.hh"
 #include "gui/draw/stall_icon.hh"
@@ -39,7 +40,9 @@ class Renderer::Impl {
  private:
   enum class Part { kFaces, kEdges };
 
-  void Clear(const Frame& frame);
+  void Clear(const Frame& frame, bool keep);
+  void DrawWorld(const Frame& frame);
+  void DrawGlass(const Frame& frame, const Hud& hud);
   void DrawFloor(const Frame& frame);
   void CollectInstances(const Frame& frame);
   void DrawBodies(const Frame& frame, const std::vector<Instance> BodyBatch::*list, Part part,
@@ -70,6 +73,7 @@ class Renderer::Impl {
   Font font_;
   ScreenWriter writer_{&font_};
   unsigned draw_calls_ = 0, frames_ = 0;
+  KeptPicture kept_;
   view::Matrix last_view_{};
 };
 
@@ -115,7 +119,9 @@ void Renderer::Impl::Forget(bool context_lives) {
     for (const GLuint texture : {atlas_, range_texture_, bearing_texture_})
       glDeleteTextures(1, &texture);
     glDeleteVertexArrays(1, &arrays_);
+    kept_.Delete();
   }
+  kept_.Forget();
   stream_ = instances_ = ranges_ = bearings_ = GlBuffer();
   body_ = plain_ = fan_ = floor_ = text_ = GlProgram();
   arrays_ = atlas_ = range_texture_ = bearing_texture_ = 0;
@@ -358,38 +364,25 @@ void Renderer::Impl::DrawScreen(const Frame& frame) {
 
 // ---- a picture ----------------------------------------------------------------------------------
 
-void Renderer::Impl::Clear(const Frame& frame) {
+void Renderer::Impl::Clear(const Frame& frame, bool keep) {
   glViewport(0, 0, frame.projection->width(), frame.projection->height());
   glClearColor(kSky[0], kSky[1], kSky[2], 1);
   glDepthMask(GL_TRUE);
-  // Fast trails: while the view stays put, what was drawn stays.
-  const bool keep = frame.keep_last && last_view_ == frame.projection->both();
-  last_view_ = frame.projection->both();
   glClear(keep ? GL_DEPTH_BUFFER_BIT : GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   glDisable(GL_DEPTH_TEST);
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   glDepthFunc(GL_LEQUAL);
-  if (!keep) DrawFloor(frame);
+  if (keep) return;
+  DrawFloor(frame);
+  writer_.AddLabels(frame.floor, *frame.projection);
+  DrawScreen(frame);
 }
 
-void Renderer::Impl::Draw(const Scene& scene, const Hud& hud) {
-  const Frame& frame = scene.frame();
-  std::string error;
-  if (!frame.projection || !Prepare(&error)) return;
-  draw_calls_ = 0;
-  glPushAttrib(GL_ALL_ATTRIB_BITS);
-  glBindVertexArray(arrays_);
-  glDisable(GL_LIGHTING);
-  glDisable(GL_CULL_FACE);
-  if (++frames_ % 64 == 0) DropOldShapes();
-
-  Clear(frame);
+void Renderer::Impl::DrawWorld(const Frame& frame) {
   plain_.Use();
   plain_.SetMatrix(frame.projection->both());
   DrawPainting(frame.floor);
-  writer_.AddLabels(frame.floor, *frame.projection);
-  DrawScreen(frame);
   CollectInstances(frame);
   DrawBodies(frame, &BodyBatch::footprints, Part::kFaces, 0, 1);
 
@@ -407,8 +400,11 @@ void Renderer::Impl::Draw(const Scene& scene, const Hud& hud) {
   DrawPainting(frame.data);
   glDepthMask(GL_TRUE);
   DrawVisuals(frame);
-
   glDisable(GL_DEPTH_TEST);
+}
+
+/// What nothing hides.
+void Renderer::Impl::DrawGlass(const Frame& frame, const Hud& hud) {
   plain_.Use();
   DrawPainting(frame.over);
   writer_.AddLabels(frame.marks, *frame.projection);
@@ -418,6 +414,31 @@ void Renderer::Impl::Draw(const Scene& scene, const Hud& hud) {
   if (!hud.clock.empty()) writer_.AddClock(hud.clock);
   if (!hud.overlay.empty()) writer_.AddOverlay(hud.overlay, frame.projection->height());
   DrawScreen(frame);
+}
+
+void Renderer::Impl::Draw(const Scene& scene, const Hud& hud) {
+  const Frame& frame = scene.frame();
+  std::string error;
+  if (!frame.projection || !Prepare(&error)) return;
+  draw_calls_ = 0;
+  glPushAttrib(GL_ALL_ATTRIB_BITS);
+  glBindVertexArray(arrays_);
+  glDisable(GL_LIGHTING);
+  glDisable(GL_CULL_FACE);
+  if (++frames_ % 64 == 0) DropOldShapes();
+
+  // Fast trails: while the view stays put, what was drawn stays.
+  bool keep = false;
+  if (frame.keep_last)
+    keep = kept_.Begin(frame.projection->width(), frame.projection->height()) &&
+           last_view_ == frame.projection->both();
+  else
+    kept_.Delete();
+  last_view_ = frame.projection->both();
+  Clear(frame, keep);
+  DrawWorld(frame);
+  if (frame.keep_last) kept_.End();
+  DrawGlass(frame, hud);
 
   glUseProgram(0);
   glBindVertexArray(0);

@@ -246,6 +246,8 @@ void Scene::AddAxisNumbers(const Job& job) {
 void Scene::AddData(const Job& job) {
   const view::ViewOptions& options = job.view.options;
   for (const Item& item : items_) {
+    if (options[Show::kRasterization])
+      DrawRaster(*item.model, Pose(item.x, item.y, item.z, item.a), &frame_.marks, &frame_.over);
     if (!item.model->HasSubscribers() || !job.shows_data_of(*item.model)) continue;
     if (item.kind == Kind::kRanger && options[Show::kRanger]) AddFans(job, item);
     if (item.kind == Kind::kOther || item.kind == Kind::kPosition)

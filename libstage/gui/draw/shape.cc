@@ -23,7 +23,9 @@ struct TopCorner {
   double z;
 };
 
-/// Fills the tops of all blocks together.
+bool SameHeight(const Bounds& a, const Bounds& b) { return a.min == b.min && a.max == b.max; }
+
+/// Fills tops.
 class Tessellator {
  public:
   explicit Tessellator(std::vector<Corner>* triangles)
@@ -39,9 +41,11 @@ class Tessellator {
   Tessellator(const Tessellator&) = delete;
   Tessellator& operator=(const Tessellator&) = delete;
 
-  void Fill(const BlockGroup& body) {
+  /// Those of blocks of one height together: outlines in outlines are holes.
+  void Fill(const BlockGroup& body, const Bounds& z) {
     gluTessBeginPolygon(tess_, this);
     for (const auto& block : body.blocks()) {
+      if (!SameHeight(block->z_range(), z)) continue;
       gluTessBeginContour(tess_);
       for (const point_t& p : block->points()) {
         corners_.push_back({{p.x, p.y, 0}, block->z_range().max});
@@ -147,7 +151,15 @@ std::shared_ptr<const Shape> MakeShape(const BlockGroup& body, const Pose& frame
   static std::atomic<uint64_t> last_id{0};
   auto shape = std::make_shared<Shape>();
   shape->id = ++last_id;
-  Tessellator(&shape->faces).Fill(body);
+  std::vector<Bounds> heights;
+  for (const auto& block : body.blocks()) {
+    const Bounds& z = block->z_range();
+    if (std::none_of(heights.begin(), heights.end(),
+                     [&](const Bounds& known) { return SameHeight(known, z); }))
+      heights.push_back(z);
+  }
+  Tessellator tessellator(&shape->faces);
+  for (const Bounds& z : heights) tessellator.Fill(body, z);
   for (const auto& block : body.blocks()) AddSides(*block, shape.get());
   Move(&shape->faces, frame);
   Move(&shape->edges, frame);

@@ -25,9 +25,9 @@ struct Corner {
 
 /// In the model's frame.
 struct Shape {
-  uint64_t id = 0;             ///< unique in the process
-  std::vector<Corner> faces;   ///< three for each triangle: tops, filled by the odd-even rule
-                               ///< over all blocks, then sides
+  uint64_t id = 0;            ///< unique in the process
+  std::vector<Corner> faces;  ///< three for each triangle: tops, those of blocks of one
+  ///< height filled together by the odd-even rule, then sides
   std::vector<Corner> edges;   ///< two for each line
   double radius = 0;           ///< of a ball about the model's origin that holds it
   double top = 0, bottom = 0;  ///< heights

@@ -121,6 +121,7 @@ bool ViewOptions::IsOn(const std::string& menu_name) const {
 }
 
 void ViewOptions::OfferFor(const World& world) {
+  options_[static_cast<std::size_t>(Show::kRasterization)].offered = true;  // of any model
   for (const Model* model : world.GetAllModels()) {
     Offer<ModelRanger>(model, &options_, Show::kRanger, Show::kRangerTransducers);
     Offer<ModelPosition>(model, &options_, Show::kPositionCoordinates, Show::kPositionWaypoints);
