@@ -3,7 +3,6 @@
 // Loading, saving, quitting, dialogs: the window and its files.
 
 #include <FL/Fl.H>
-#include <FL/x.H>
 
 #include <filesystem>
 #include <fstream>
@@ -119,7 +118,7 @@ TEST_F(FilesTest, SavesOnlyWhatIsInTheFile) {
     if (before[i] != after[i]) changed += after[i] + "\n";
   EXPECT_EQ(changed,
             "speedup 2.000   # twice\n"
-            "  center [ 0.333 0.000 ]   # of the view\n"
+            "  center [ 0.333333 0.000 ]   # of the view\n"
             "  rotate [ 0.000 0.000 ]\n"
             "  scale 30.000\n"
             "  show_data 1\n"
@@ -132,7 +131,7 @@ TEST_F(FilesTest, SavesOnlyWhatIsInTheFile) {
   EXPECT_EQ(world_->GetModel("r0")->GetPose().x, 2);
   EXPECT_TRUE(parts().view.options[Show::kData]);
   EXPECT_FALSE(parts().view.options[Show::kFlags]);
-  EXPECT_NEAR(parts().view.flat.x(), 0.333, 1e-9);
+  EXPECT_NEAR(parts().view.flat.x(), 1.0 / 3, 1e-6);
 }
 
 TEST_F(FilesTest, LoadsAnotherWorld) {
@@ -173,7 +172,7 @@ TEST_F(FilesTest, AsksBeforeItQuits) {
   EXPECT_GT(world_->UpdateCount(), steps + 5) << "the world stood still under the question";
 
   parts().confirm_on_quit = false;
-  TheHand().Close(fl_xid(world_.get()));
+  TheHand().Close(WindowId(world_.get()));
   EXPECT_TRUE(RunUntil([&] { return world_->TestQuit(); }));
   EXPECT_FALSE(world_->shown());
   world_->CancelQuitAll();
@@ -184,7 +183,7 @@ TEST_F(FilesTest, RunEndsWhenTheWindowIsClosed) {
   parts().confirm_on_quit = false;
   world_->Start();
   Fl::add_timeout(
-      0.3, [](void* window) { TheHand().Close(fl_xid(static_cast<Fl_Window*>(window))); },
+      0.3, [](void* window) { TheHand().Close(WindowId(static_cast<Fl_Window*>(window))); },
       static_cast<Fl_Window*>(world_.get()));
   Stg::World::Run();
   EXPECT_TRUE(world_->TestQuit());
@@ -196,7 +195,7 @@ int CloseWithinAStep(Stg::World* world, void* closed) {
   auto* window = static_cast<Stg::WorldGui*>(world);
   if (*static_cast<bool*>(closed)) return 0;
   *static_cast<bool*>(closed) = true;
-  TheHand().Close(fl_xid(window));
+  TheHand().Close(WindowId(window));
   TheHand().Type("period");
   const double end = Now() + 0.5;
   while (Now() < end) Fl::wait(0.02);

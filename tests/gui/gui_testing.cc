@@ -21,6 +21,7 @@ std::unique_ptr<Hand> hand;
 }  // namespace
 
 Hand& TheHand() { return *hand; }
+unsigned long WindowId(Fl_Window* window) { return fl_xid(window); }
 
 void WindowTest::TearDown() {
   world_.reset();
@@ -32,7 +33,7 @@ void WindowTest::Open(const std::string& text) {
   std::istringstream content(text);
   ASSERT_TRUE(world_->Load(content));
   world_->Stop();
-  TheHand().Focus(fl_xid(world_.get()));
+  TheHand().Focus(WindowId(world_.get()));
   Settle();
 }
 
@@ -40,7 +41,7 @@ void WindowTest::OpenFile(const std::string& file) {
   world_ = std::make_unique<Stg::WorldGui>(400, 300, "test");
   ASSERT_TRUE(world_->Load(file));
   world_->Stop();
-  TheHand().Focus(fl_xid(world_.get()));
+  TheHand().Focus(WindowId(world_.get()));
   Settle();
 }
 

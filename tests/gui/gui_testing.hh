@@ -24,6 +24,8 @@ using Stg::internal::window::Parts;
 
 /// The hand on the display of these tests.
 Hand& TheHand();
+/// X's number of a window.
+unsigned long WindowId(Fl_Window* window);
 
 /// A world in a window. Its step is 0.1 s unless the text says otherwise.
 class WindowTest : public testing::Test {

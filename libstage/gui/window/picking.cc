@@ -114,6 +114,24 @@ Model* PickModel(const World& world, const view::Projection::Sight& sight) {
   return picked;
 }
 
+Model* PickSpeck(const World& world, const view::Projection& projection, double x, double y) {
+  constexpr double kSpeck = 4, kNear = 4;  // pixels: radius, distance
+  Model* picked = nullptr;
+  double nearest = kNear;
+  for (Model* model : world.GetChildren()) {
+    const Pose pose = model->GetPose();
+    const point3_t place(pose.x, pose.y, pose.z);
+    const auto pixels = projection.ToPixels(place);
+    if (!model->IsMovable() || !pixels) continue;
+    const double distance = std::hypot(pixels->x - x, projection.height() - pixels->y - y);
+    if (distance >= nearest || model->body().radius() > kSpeck * projection.PixelAt(place))
+      continue;
+    nearest = distance;
+    picked = model;
+  }
+  return picked;
+}
+
 bool Selection::Contains(const Model* model) const {
   return std::find(models_.begin(), models_.end(), model) != models_.end();
 }

@@ -20,6 +20,10 @@ namespace Stg::internal::window {
 /// that the line of sight meets. Others don't hide it. Null if there is none.
 Model* PickModel(const World& world, const view::Projection::Sight& sight);
 
+/// The same for models that are only specks: the one whose origin is nearest to the pixel (from the
+/// left and the top of the canvas), if it is near enough.
+Model* PickSpeck(const World& world, const view::Projection& projection, double x, double y);
+
 /// What is selected, in the order of selecting.
 class Selection {
  public:

@@ -56,7 +56,10 @@ void Pointer::Push(int button) {
   if (drag_ == Drag::kTurn || button != FL_LEFT_MOUSE || !parts_.canvas->HasRoom()) return;
 
   Selection& selection = parts_.selection;
-  Model* model = PickModel(parts_.world, parts_.canvas->Projection().SightAt(x_, y_));
+  const view::Projection projection = parts_.canvas->Projection();
+  const double x = x_ + 0.5, y = y_ + 0.5;  // the middle of the pixel
+  Model* model = PickModel(parts_.world, projection.SightAt(x, y));
+  if (!model) model = PickSpeck(parts_.world, projection, x, y);
   if (!model)
     clears_ = true;
   else if (Fl::event_state(FL_SHIFT))
