@@ -135,6 +135,16 @@ TEST(SceneTest, ChildrenAreWhereTheirGlobalPosesAre) {
   }
 }
 
+TEST(SceneTest, TowersAreInThePictureFromTheFirstFrame) {
+  const auto world = LoadText("model ( size [1 1 500] ) model ( pose [0 0 300 0] )");
+  Onlooker onlooker;
+  const Frame& frame = onlooker.Look(*world);
+  EXPECT_EQ(Solid(frame), 2u);
+  const auto top = frame.projection->ToPixels({0, 0, 500});
+  ASSERT_TRUE(top);
+  EXPECT_GE(top->z, 0);
+}
+
 TEST(SceneTest, NewAndDeletedModelsAreNoticed) {
   const auto world = LoadText("model ()");
   Onlooker onlooker;

@@ -46,7 +46,7 @@ Outcome Stage(const fs::path& folder, const std::string& arguments) {
   const fs::path errors = folder / "errors.txt";
   const std::string command = "cd '" + folder.string() + "' && '" +
                               Environment("STAGE_BINARY_DIR") + "/bin/stage' " + arguments +
-                              " >/dev/null 2>'" + errors.string() + "'";
+                              " >output.txt 2>'" + errors.string() + "'";
   const int status = std::system(command.c_str());
   std::ifstream in(errors);
   return {WEXITSTATUS(status), std::string(std::istreambuf_iterator<char>(in), {})};
@@ -153,7 +153,6 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& example) { return std::string(example.param.name); });
 
 TEST_F(PicturesTest, TheComparisonNoticesWhatIsMissing) {
-  const std::string text = "include \"" + Source() + "/worlds/simple.world\"\n";
   const Outcome shown =
       Stage(folder_, "--screenshot a.png@5 --size 320x320 " + World("simple.world"));
   ASSERT_EQ(shown.status, 0) << shown.errors;
@@ -169,6 +168,20 @@ TEST_F(PicturesTest, AreTheSameEachTime) {
                   .status,
               0);
   EXPECT_EQ(Difference(Read(folder_ / "a.png"), Read(folder_ / "b.png")), 0);
+}
+
+TEST_F(PicturesTest, ChangeNothingInTheRun) {
+  const auto hash = [this](const std::string& options) {
+    const std::string arguments = options + " --state-hash --duration 3 " + World("simple.world");
+    EXPECT_EQ(Stage(folder_, arguments).status, 0);
+    std::ifstream in(folder_ / "output.txt");
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    const size_t at = text.find("state-hash");
+    return at == std::string::npos ? "none" : text.substr(at);
+  };
+  const std::string plain = hash("-g");
+  EXPECT_NE(plain, "none");
+  EXPECT_EQ(hash("--record film --size 64x64 --screenshot a.png"), plain);
 }
 
 TEST_F(PicturesTest, SeveralShotsEndTheRun) {

@@ -55,7 +55,7 @@ void DrawFlags(const Model& model, const Pose& global, Painting* painting) {
 void DrawSpeech(const Model& model, const Pose& global, Painting* painting) {
   Painter painter(painting);
   painter.SetFrame(global);
-  painter.Text({0, 0, StackHeight(model) + 0.5}, model.speech(), Align::kLeft, LabelKind::kBubble);
+  painter.Text({0, 0, 0.5}, model.speech(), Align::kLeft, LabelKind::kBubble);
 }
 
 double StackHeight(const Model& model) {

@@ -37,7 +37,12 @@ void Scene::Update(World& world, const view::ViewState& view, int width, int hei
   const Job job{world, view, selection, width, height};
   Begin(job);
   AddBodies(job);
-  if (view.options[Show::kGrid]) AddAxisNumbers(job);
+  if (lowest_ < frame_.depths.min || highest_ > frame_.depths.max) {
+    Begin(job);  // something is higher than anything was in the last frame
+    AddBodies(job);
+  }
+  if (view.options[Show::kGrid])
+    DrawAxisNumbers(frame_.floor_x, frame_.floor_y, frame_.step, *frame_.projection, &frame_.floor);
   if (view.options[Show::kOccupancy]) DrawOccupancy(world, *frame_.projection, &frame_.floor);
   for (Model* model : selection.models) DrawSelected(*model, &frame_.marks, &frame_.over);
   if (job.shows_data()) AddData(job);
@@ -132,11 +137,12 @@ void Scene::Begin(const Job& job) {
   f.is_perspective = job.view.is_perspective();
   f.keep_last = job.view.options[Show::kTrailFast];
   f.checked_floor = job.view.options[Show::kGrid];
+  f.step = AxisStep(job.view.flat.scale());
   const bounds3d_t extent = job.world.GetExtent();
   f.floor_x = extent.x;
   f.floor_y = extent.y;
   bounds3d_t reach = extent;
-  reach.z = Bounds(lowest_ - 10, highest_ + 10);
+  f.depths = reach.z = Bounds(lowest_ - 10, highest_ + 10);
   f.projection.emplace(job.view, job.width, job.height, reach);
   for (Painting* painting : {&f.floor, &f.solid, &f.marks, &f.data, &f.over}) painting->Clear();
   for (BodyBatch& batch : f.bodies) {
@@ -246,12 +252,6 @@ void Scene::AddExtras(const Job& job, const Item& item) {
     DrawBoundingBox(model, global, &frame_.solid);
   if (options[Show::kGrid] && model.HasGuiGrid() && item.batch != kNone)
     DrawModelGrid(model, global, frame_.bodies[item.batch].shape->top, frame_.step, &frame_.marks);
-}
-
-/// Numbers of the axes, from 0 outwards, those in view.
-void Scene::AddAxisNumbers(const Job& job) {
-  frame_.step = AxisStep(job.view.flat.scale());
-  DrawAxisNumbers(frame_.floor_x, frame_.floor_y, frame_.step, *frame_.projection, &frame_.floor);
 }
 
 // ---- data ---------------------------------------------------------------------------------------

@@ -71,6 +71,7 @@ struct Frame {
   PerspectiveCamera perspective;
   bool is_perspective = false, keep_last = false, checked_floor = true;
   Bounds floor_x, floor_y;  ///< empty extents: no floor
+  Bounds depths;            ///< heights that the flat view shows
   double step = 0;          ///< metres between axis numbers
 
   Painting floor;  ///< axis numbers, occupied cells: on the floor, hidden by nothing before them
@@ -140,7 +141,6 @@ class Scene {
   void AddVisuals(const Job& job, const Item& item);
   void AddFans(const Job& job, const Item& item);
   void AddChart(const StripPlotVis& plot);
-  void AddAxisNumbers(const Job& job);
 
   const World* world_ = nullptr;
   uint64_t family_ = 0;
