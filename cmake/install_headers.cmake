@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
 # Run at installation: installs stage.hh and every header of ours that it includes, directly or not,
-# into DESTINATION under the name by which it is included. INCLUDE_ROOTS are the folders to look in.
+# into DESTINATION under the name by which it is included. INCLUDE_ROOTS are the folders to look in;
+# the header OPTIONAL is left out unless
+# WITH_OPTIONAL is on.
 #
 # Installed headers name each other relative to themselves ("../geometry/color.hh"), so that clients
 # may say <Stage-5.0/stage.hh> as well as <stage.hh>. The changed copies are kept in STAGING_DIR and
@@ -49,6 +51,9 @@ while(waiting)
     continue()
   endif()
   list(APPEND installed "${name}")
+  if(name STREQUAL OPTIONAL AND NOT WITH_OPTIONAL)
+    continue()
+  endif()
   find_header(path "${name}")
   get_filename_component(folder "${name}" DIRECTORY)
   file(STRINGS "${path}" includes REGEX "^#include \"")

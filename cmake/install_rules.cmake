@@ -11,6 +11,13 @@ install(
   LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
           COMPONENT libstage5
           NAMELINK_COMPONENT libstage-dev)
+if(STAGE_GUI_ENABLED)
+  install(
+    TARGETS stagegui
+    LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+            COMPONENT libstagegui5
+            NAMELINK_COMPONENT libstage-dev)
+endif()
 install(TARGETS stage_program RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT stage)
 get_property(plugin_targets GLOBAL PROPERTY STAGE_PLUGIN_TARGETS)
 foreach(plugin IN LISTS plugin_targets)
@@ -34,7 +41,10 @@ install(
 
 install(
   CODE "
-    set(INCLUDE_ROOTS \"${PROJECT_SOURCE_DIR}/libstage\" \"${PROJECT_SOURCE_DIR}\")
+    set(INCLUDE_ROOTS \"${PROJECT_SOURCE_DIR}/libstage\" \"${PROJECT_SOURCE_DIR}\"
+                      \"${PROJECT_SOURCE_DIR}/libstage/gui\")
+    set(OPTIONAL window/world_gui.hh)
+    set(WITH_OPTIONAL ${STAGE_GUI_ENABLED})
     set(STAGING_DIR \"${PROJECT_BINARY_DIR}/installed_headers\")
     set(DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${STAGE_INSTALL_INCLUDE_DIR}\")
     include(\"${PROJECT_SOURCE_DIR}/cmake/install_headers.cmake\")"
@@ -43,6 +53,12 @@ install(
 set(pkgconfig_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 file(RELATIVE_PATH pkgconfig_to_prefix "/prefix/${pkgconfig_dir}" "/prefix")
 string(REGEX REPLACE "/$" "" pkgconfig_to_prefix "${pkgconfig_to_prefix}")
+# Clients that don't use the window are not tied to its libraries.
+set(pkgconfig_window_libraries "")
+if(STAGE_GUI_ENABLED)
+  string(JOIN " " pkgconfig_window_libraries "-Wl,--push-state,--as-needed" -lstagegui
+         -lfltk_images -lfltk_gl -lfltk -lX11 -lGL -lGLU "-Wl,--pop-state")
+endif()
 configure_file(cmake/stage.pc.in stage.pc @ONLY)
 install(
   FILES "${PROJECT_BINARY_DIR}/stage.pc"
@@ -54,10 +70,12 @@ install(
 set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/Stage")
 set(library_link "${CMAKE_INSTALL_LIBDIR}/libstage.so")
 set(library_file "${library_link}.${PROJECT_VERSION}")
+set(window_library_link "${CMAKE_INSTALL_LIBDIR}/libstagegui.so")
 configure_package_config_file(
   cmake/stage-config.cmake.in "${PROJECT_BINARY_DIR}/stage-config.cmake"
   INSTALL_DESTINATION "${package_dir}"
   PATH_VARS STAGE_INSTALL_INCLUDE_DIR STAGE_INSTALL_PLUGIN_DIR library_link library_file
+            window_library_link
   NO_CHECK_REQUIRED_COMPONENTS_MACRO)
 write_basic_package_version_file(
   "${PROJECT_BINARY_DIR}/stage-config-version.cmake" COMPATIBILITY AnyNewerVersion)

@@ -35,7 +35,18 @@ endmacro()
 
 set(CPACK_COMPONENTS_ALL "")
 stage_package(libstage5 libs "The library, the controllers and the worlds that come with it")
-stage_package(libstage-dev libdevel "Headers, to build programs and controllers" libstage5)
+set(window_component "")
+if(STAGE_GUI_ENABLED)
+  set(window_component libstagegui5)
+  stage_package(libstagegui5 libs "The window, and pictures without one" libstage5)
+  set(CPACK_DEBIAN_LIBSTAGEGUI5_PACKAGE_RECOMMENDS "libgl1-mesa-dri | libgl1-nvidia-glvnd-glx")
+  # What <stage.hh> includes, and what stage.pc links with.
+  set(CPACK_DEBIAN_LIBSTAGE-DEV_PACKAGE_DEPENDS
+      "libfltk1.3-dev, libgl-dev, libglu1-mesa-dev | libglu-dev")
+  set(CPACK_DEBIAN_STAGE_PACKAGE_RECOMMENDS libstagegui5)
+endif()
+stage_package(libstage-dev libdevel "Headers, to build programs and controllers" libstage5
+              ${window_component})
 stage_package(stage science "The program" libstage5)
 set(CPACK_DEBIAN_STAGE_PACKAGE_SUGGESTS stage-opencl)
 if(STAGE_OPENCL_ENABLED)

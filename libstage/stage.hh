@@ -98,4 +98,11 @@ void EraseAll(T thing, C& cont) {
 
 }  // namespace Stg
 
+// The window, where it is built and the headers of FLTK are there. Define STAGE_WITHOUT_WINDOW for
+// clients that need none and want to compile faster.
+#if !defined(STAGE_WITHOUT_WINDOW) && __has_include("window/world_gui.hh") && \
+                                                    __has_include(<FL/Fl_Gl_Window.H>)
+#include "window/world_gui.hh"
+#endif
+
 #endif

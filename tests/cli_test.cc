@@ -91,7 +91,7 @@ TEST_F(CliTest, BadNumbers) {
 
 TEST_F(CliTest, SaysOnceThatThereIsNoWindow) {
   WriteWorld("w.world", "quit_time 0.3");
-  const std::string note = "stage: no graphical interface in this build; running headless\n";
+  const std::string note = "stage: no display for a window; running headless\n";
   EXPECT_EQ(Stage({"w.world", "w.world"}).err, note);
   EXPECT_EQ(Stage({"-g", "w.world"}).err, "");
 }

@@ -134,7 +134,8 @@ class Process {
 
  private:
   [[noreturn]] void RunChild(char* const argv[], const Environment& environment) const {
-    for (const char* name : {"STAGEPATH", "STAGE_CL_DEVICE", "POSIXLY_CORRECT"}) unsetenv(name);
+    for (const char* name : {"DISPLAY", "STAGEPATH", "STAGE_CL_DEVICE", "POSIXLY_CORRECT"})
+      unsetenv(name);
     for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
     const int flags = O_WRONLY | O_CREAT | O_TRUNC;
     if (chdir(directory_.c_str()) == 0 && dup2(open("out", flags, 0644), 1) == 1 &&

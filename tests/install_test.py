@@ -17,6 +17,13 @@ BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
 SOURCE_DIR = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
 CLIENT_DIR = SOURCE_DIR / "tests" / "install_client"
 PKG_CONFIG = shutil.which("pkg-config")
+XVFB = shutil.which("Xvfb")
+HAS_WINDOW = (BINARY_DIR / "lib" / "libstagegui.so").exists()
+WINDOW_WORLD = """
+interval_sim 50
+window ( size [500 400] show_data 1 show_arrow 1 )
+position ( name "wanderer" size [0.4 0.4 0.3] ranger( sensor( range [0 3] samples 19 ) ) )
+"""
 VERSION = "5.0.0"
 
 
@@ -82,6 +89,26 @@ class InstallTest(unittest.TestCase):
             str(self.prefix / "lib" / f"libstage.so.{VERSION}"),
             str(self.plugin_dir / "wander.so"), str(folder / "circle.so")]))
 
+    def check_window_client(self, client: Path, **environment: object) -> None:
+        """Runs it on a virtual display, and without any."""
+        assert XVFB is not None
+        world = client.parent / "window.world"
+        world.write_text(WINDOW_WORLD, encoding="utf-8")
+        read_end, write_end = os.pipe()
+        with subprocess.Popen([XVFB, "-displayfd", str(write_end), "-screen", "0", "1000x800x24"],
+                              pass_fds=[write_end], stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL) as server:
+            try:
+                os.close(write_end)
+                with os.fdopen(read_end, encoding="ascii") as numbers:
+                    display = ":" + numbers.readline().strip()
+                output = run(client, world, DISPLAY=display, **environment)
+            finally:
+                server.terminate()
+        for line in ("windows 1", "steps 1", "pictures 1", f"title Stage (client): {world}"):
+            self.assertIn(line + "\n", output)
+        self.assertIn("windows 0\n", run(client, "--no-window", DISPLAY="", **environment))
+
     def test_everything_is_in_its_place(self) -> None:
         for path in ("bin/stage", "lib/libstage.so", f"lib/libstage.so.{VERSION}",
                      "include/Stage-5.0/stage.hh", "share/stage/worlds/simple.world",
@@ -121,6 +148,9 @@ class InstallTest(unittest.TestCase):
             f"-DCMAKE_CXX_FLAGS={' '.join(SANITIZE)}")
         run(CMAKE, "--build", folder)
         self.check_client(folder)
+        self.assertEqual((folder / "window_client").exists(), HAS_WINDOW)
+        if HAS_WINDOW and XVFB:
+            self.check_window_client(folder / "window_client")
 
     @unittest.skipUnless(PKG_CONFIG, "pkg-config is not installed")
     def test_client_of_pkg_config(self) -> None:
@@ -137,6 +167,15 @@ class InstallTest(unittest.TestCase):
         run(*COMPILE, "-shared", "-fPIC", CLIENT_DIR / "circle.cc", *flags,
             "-o", folder / "circle.so")
         self.check_client(folder, LD_LIBRARY_PATH=self.prefix / "lib")
+
+    @unittest.skipUnless(PKG_CONFIG and XVFB, "pkg-config or Xvfb is not installed")
+    @unittest.skipUnless(HAS_WINDOW, "built without the window")
+    def test_window_of_pkg_config(self) -> None:
+        folder = self.new_folder("window_with_pkg_config")
+        flags = run(PKG_CONFIG, "--cflags", "--libs", "stage",
+                    PKG_CONFIG_PATH=self.prefix / "lib" / "pkgconfig").split()
+        run(*COMPILE, CLIENT_DIR / "window.cc", *flags, "-o", folder / "client")
+        self.check_window_client(folder / "client", LD_LIBRARY_PATH=self.prefix / "lib")
 
     def test_header_by_its_long_name(self) -> None:
         source = self.new_folder("by_long_name") / "client.cc"

@@ -67,10 +67,11 @@ def rows_in_docs() -> list[Row]:
 
 def source_of(test: str) -> Path | None:
     """The file of a test program, or None."""
-    for suffix in (".cc", ".py"):
-        path = ROOT / "tests" / (test + suffix)
-        if path.is_file():
-            return path
+    for folder in ("tests", "tests/gui", "tests/draw"):
+        for suffix in (".cc", ".py"):
+            path = ROOT / folder / (test + suffix)
+            if path.is_file():
+                return path
     return None
 
 

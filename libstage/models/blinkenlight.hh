@@ -16,7 +16,7 @@ class ModelBlinkenlight : public Model {
 
   bool IsOn() const;
   /// What to draw the body in: its colour, at half the brightness while it is off.
-  Color GetShownColor() const;
+  Color GetShownColor() const override;
 
   using Model::Load;
   void Load() override;

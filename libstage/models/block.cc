@@ -66,6 +66,7 @@ void BlockGroup::FreezeShape() {
 void BlockGroup::Add(std::vector<point_t> points, Bounds z_range) {
   Erase();
   FreezeShape();
+  version_++;
   WidenRadius(points);
   blocks_.push_back(std::make_unique<Block>(std::move(points), z_range));
 }
@@ -80,6 +81,7 @@ void BlockGroup::AddRectangle(double x, double y, double dx, double dy, Bounds z
 
 void BlockGroup::ChangeRectangle(size_t index, const bounds3d_t& box) {
   FreezeShape();
+  version_++;
   Block& block = *blocks_[index];
   block.source_points_ = {{box.x.min, box.y.min},
                           {box.x.max, box.y.min},
@@ -96,6 +98,7 @@ void BlockGroup::Clear() {
   blocks_.clear();
   radius_ = 0;
   times_cleared_++;
+  version_++;
 }
 
 namespace {
@@ -150,6 +153,7 @@ void BlockGroup::Fit(const Size& size) {
   const double scale_z = Scale(Extent(box.z), size.z, 1);
   const double centre_x = box.x.min + dx / 2.0, centre_y = box.y.min + dy / 2.0;
   radius_ = 0;
+  version_++;
   for (const auto& block : blocks_) {
     for (size_t i = 0; i < block->points_.size(); i++) {
       const point_t& p = block->source_points_[i];

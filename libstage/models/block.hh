@@ -80,6 +80,8 @@ class BlockGroup {
   void Clear();
   /// How often it was cleared: tells whether blocks that one has added are still there.
   unsigned times_cleared() const { return times_cleared_; }
+  /// Another number after each change of the blocks: tells whether a picture of them is still good.
+  unsigned version() const { return version_; }
 
   /// Stretches and centres the body in plan to fill size.x by size.y; heights are scaled to
   /// size.z in all, and not shifted. A body without extent along x or y lies in the middle there;
@@ -109,6 +111,7 @@ class BlockGroup {
   bool drawn_ = false;           // some of them
   bool told_too_large_ = false;  // of the body that it is since it was fitted
   unsigned times_cleared_ = 0;
+  unsigned version_ = 0;
 };
 
 /// Where the bodies of a model and its descendants would lie in the grid, with the poses that the

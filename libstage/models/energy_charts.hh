@@ -22,7 +22,9 @@ class DissipationVis : public Visualizer {
   /// Of all squares of all packs: what the shades are relative to.
   static joules_t Greatest() { return greatest_; }
 
-  /// Of a library without a window: draws nothing.
+  const std::map<point_int_t, joules_t>& squares() const { return squares_; }
+
+  /// Draws nothing: those who make pictures read the squares.
   void Visualize(Model*, Camera*) override {}
 
  private:

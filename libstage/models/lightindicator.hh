@@ -17,7 +17,7 @@ class ModelLightIndicator : public Model {
   void SetState(bool isOn) { is_on_ = isOn; }
   bool IsOn() const { return is_on_; }
   /// What to draw the body in: its colour, darkened while it is off.
-  Color GetShownColor() const;
+  Color GetShownColor() const override;
   void HashState(StateHasher& hasher) const override;
 
  private:

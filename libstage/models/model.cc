@@ -14,6 +14,7 @@
 #include "models/own_windows.hh"
 #include "models/power_pack.hh"
 #include "sensing/scene.hh"
+#include "world/engine.hh"
 #include "world/world.hh"
 
 namespace Stg {
@@ -173,6 +174,7 @@ int Model::SetParent(Model* newparent) {
     return 1;
   }
   const Pose global = GetGlobalPose();
+  world->engine().family_changes++;
   UnMapWithChildren();
   if (parent)
     parent->RemoveChild(this);
@@ -350,6 +352,9 @@ void Model::Rasterize(uint8_t* data, unsigned int width, unsigned int height, me
       }
     }
   }
+  if (!world->IsGUI()) return;
+  last_raster_.reset(new Raster{std::vector<uint8_t>(data, data + size_t{width} * height), width,
+                                height, cellwidth, cellheight});
 }
 
 bool Model::HasCollision() {

@@ -307,6 +307,46 @@ class Model : public Ancestor {
   /// What the world's models share.
   internal::sensing::Scene& scene() const { return *scene_; }
 
+  // ---- for those who draw ----
+
+  /// A place where the model has been.
+  class TrailItem {
+   public:
+    usec_t time;
+    Pose pose;  ///< global
+    Color color;
+
+    TrailItem(usec_t t, const Pose& p, const Color& c) : time(t), pose(p), color(c) {}
+  };
+  /// What to draw the body in now: lights may be on or off.
+  virtual Color GetShownColor() const { return color; }
+  /// Whether it may be dragged by the mouse.
+  bool IsMovable() const { return gui.move; }
+  bool HasGuiGrid() const { return gui.grid; }
+  /// What Rasterize() gave last; kept only in worlds with a window.
+  struct Raster {
+    std::vector<uint8_t> cells;
+    unsigned int width, height;
+    meters_t cellwidth, cellheight;
+  };
+  const Raster* last_raster() const { return last_raster_.get(); }
+  /// Whether children stand on top of it.
+  bool StacksChildren() const { return stack_children; }
+  /// The front is the one pushed last.
+  const std::list<Flag*>& flags() const { return flag_list; }
+  const std::vector<Visualizer*>& visualizers() const { return cv_list; }
+  const std::string& speech() const { return say_string; }
+  /// The number of items that a full trail has.
+  unsigned int trail_capacity() const { return trail_length; }
+  /// The trail, the oldest item first.
+  std::vector<TrailItem> Trail() const;
+  template <typename F>
+  void ForEachTrailItem(F f) const {
+    for (size_t i = 0; i < trail.size(); i++) f(trail[(trail_index + i) % trail.size()]);
+  }
+  /// The child's global pose, given this model's.
+  Pose ChildGlobalPose(const Pose& global, const Model& child) const;
+
  protected:
   friend class World;
   friend class Placement;
@@ -317,14 +357,6 @@ class Model : public Ancestor {
 
   struct GuiState {
     bool grid, move, nose, outline;
-  };
-  class TrailItem {
-   public:
-    usec_t time;
-    Pose pose;  ///< global
-    Color color;
-
-    TrailItem(usec_t t, const Pose& p, const Color& c) : time(t), pose(p), color(c) {}
   };
   /// Each step of a world pays for this much time, microseconds.
   static const usec_t kEnergyInterval = 100000;
@@ -348,15 +380,11 @@ class Model : public Ancestor {
   void AppendTouchingModels(std::vector<Model*>* touching) const;
   /// Writes down where the model is, over the oldest item if the trail is full.
   void UpdateTrail();
-  /// The trail, the oldest item first.
-  std::vector<TrailItem> Trail() const;
   void RegisterOption(Option* option);
 
   /// Draws the model's body, and those of its descendants, where they are now.
   void Map();
   void UnMapWithChildren();
-  /// The child's global pose, given this model's.
-  Pose ChildGlobalPose(const Pose& global, const Model& child) const;
   Pose LocalPoseOf(const Pose& global) const;
   /// Places a fan of rays that may stop at anything, and picks its layer of the grid.
   void PlaceFan(internal::sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model);
@@ -431,12 +459,13 @@ class Model : public Ancestor {
 
   internal::sensing::Scene* scene_;
   std::shared_ptr<CallbackLists> callbacks_;  // most models have none
-  std::unique_ptr<OwnWindows> windows_;       // only of roots that carry ray sensors
-  uint64_t update_chain_;                     // a pending update of an older chain is void
-  bool loaded_;                               // not for the first time, if it loads again
-  bool serial_update_callbacks_;              // has had one of CB_UPDATE that may not be parallel
-  uint64_t callback_run_;                     // of a root: the last one with callbacks of its tree
-  bool hidden_from_rangers_;                  // its body was drawn while rangers looked through it
+  std::unique_ptr<Raster> last_raster_;
+  std::unique_ptr<OwnWindows> windows_;  // only of roots that carry ray sensors
+  uint64_t update_chain_;                // a pending update of an older chain is void
+  bool loaded_;                          // not for the first time, if it loads again
+  bool serial_update_callbacks_;         // has had one of CB_UPDATE that may not be parallel
+  uint64_t callback_run_;                // of a root: the last one with callbacks of its tree
+  bool hidden_from_rangers_;             // its body was drawn while rangers looked through it
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.

@@ -6,9 +6,19 @@
 
 namespace Stg {
 
-StripPlotVis::StripPlotVis(float, float, float, float, size_t len, Color, Color, const char* name,
-                           const char* wfname)
-    : Visualizer(name, wfname), capacity_(len), next_(0), least_(0), greatest_(0) {}
+StripPlotVis::StripPlotVis(float x, float y, float w, float h, size_t len, Color fgcolor,
+                           Color bgcolor, const char* name, const char* wfname)
+    : Visualizer(name, wfname),
+      capacity_(len),
+      next_(0),
+      least_(0),
+      greatest_(0),
+      x_(x),
+      y_(y),
+      width_(w),
+      height_(h),
+      color_(fgcolor),
+      background_(bgcolor) {}
 
 void StripPlotVis::AppendValue(float value) {
   if (capacity_ == 0) return;

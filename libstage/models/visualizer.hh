@@ -40,14 +40,21 @@ class Visualizer {
 /// A chart of the latest values of some quantity, in a rectangle of the screen (pixels).
 class StripPlotVis : public Visualizer {
  public:
-  /// `len`: how many values it shows. Place and colours are for libraries that have a window.
+  /// `len`: how many values it shows. x and y are from the lower left corner of the picture.
   StripPlotVis(float x, float y, float w, float h, size_t len, Color fgcolor, Color bgcolor,
                const char* name, const char* wfname);
   virtual ~StripPlotVis() {}
 
   void AppendValue(float value);
-  /// Of a library without a window: draws nothing.
+  /// Draws nothing: those who make pictures read what follows.
   void Visualize(Model* mod, Camera* cam) override;
+
+  float x() const { return x_; }
+  float y() const { return y_; }
+  float width() const { return width_; }
+  float height() const { return height_; }
+  const Color& color() const { return color_; }
+  const Color& background() const { return background_; }
 
   /// The values, the oldest first.
   std::vector<float> Values() const;
@@ -59,6 +66,8 @@ class StripPlotVis : public Visualizer {
   std::vector<float> ring_;  // once it is full, next_ is the oldest value
   size_t capacity_, next_;
   float least_, greatest_;
+  float x_, y_, width_, height_;
+  Color color_, background_;
 };
 
 }  // namespace Stg

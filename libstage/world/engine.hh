@@ -48,6 +48,7 @@ class WorldEngine {
   std::vector<ModelWifi*> radios;            ///< in the order of creation
   std::vector<Model*> update_callbacks_due;  ///< models that updated in this step
   std::vector<Scheduler::Event> due;         ///< those of this step
+  uint64_t family_changes = 0;               ///< of who there is and whose child it is
   bool loading = false;                      ///< bodies are drawn when all is loaded
   /// By path, while a world is loaded.
   std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;

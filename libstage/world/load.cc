@@ -50,6 +50,9 @@ constexpr const char* kWindowProperties[] = {"size",
                                              "show_status",
                                              "show_voxels",
                                              "vis_all",
+                                             "show_overlay",
+                                             "show_rays",
+                                             "show_wifi",
                                              "ranger_vis",
                                              "show_ranger_ranges",
                                              "show_ranger_strikes",
@@ -134,6 +137,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
     UsePrefilter();
     engine_->loading = true;
     LoadEntities();
+    LoadWindowSection();
   } catch (const LoadError& error) {
     engine_->loading = false;
     engine_->outlines_of_pictures.clear();

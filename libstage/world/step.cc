@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 
@@ -31,6 +32,14 @@ bool World::UpdateAll() {
 }
 
 void World::Run() {
+  for (World* world : worlds_) {
+    if (!world->IsGUI()) continue;
+    if (worlds_.size() > 1) {
+      std::fprintf(stderr, "stage: with a window, only a single world can be simulated\n");
+      std::exit(255);
+    }
+    return world->RunEventLoop();
+  }
   while (!UpdateAll()) {
   }
 }

@@ -127,6 +127,7 @@ Worldfile* World::GetWorldFile() { return wf.get(); }
 // ---- models -------------------------------------------------------------------------------------
 
 void World::AddModel(Model* mod) {
+  engine_->family_changes++;
   engine_->models.push_back(mod);
   AddModelName(mod, mod->TokenStr());
 }
@@ -135,6 +136,7 @@ void World::AddModelName(Model* mod, const std::string& name) { engine_->names[n
 
 void World::RemoveModel(Model* mod) {
   WorldEngine& e = *engine_;
+  e.family_changes++;
   std::erase_if(e.names, [&](const auto& entry) { return entry.second == mod; });
   // From the back: whole worlds are deleted youngest first.
   const auto found = std::find(e.models.rbegin(), e.models.rend(), mod);

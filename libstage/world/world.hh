@@ -109,7 +109,9 @@ class World : public Ancestor {
   virtual bool Save(const char* filename);
   Worldfile* GetWorldFile();
 
-  /// Steps all worlds until all are done, as fast as possible.
+  /// Steps all worlds until all are done, as fast as possible. With a world that has a window: its
+  /// event loop, until the window is closed or all worlds are to quit; then it must be the only
+  /// one.
   static void Run();
   /// One step of each world; true when every world says that it is done.
   static bool UpdateAll();
@@ -184,6 +186,8 @@ class World : public Ancestor {
   void Log(Model* mod);
 
   virtual bool IsGUI() const { return false; }
+  /// What Run() does for a world with a window.
+  virtual void RunEventLoop() {}
   virtual void Redraw(void) {}
   /// The next picture is to be made from scratch.
   void NeedRedraw() { dirty = true; }
@@ -198,6 +202,10 @@ class World : public Ancestor {
   /// A line of the next picture (metres); ignored without a window.
   void RecordRay(double x1, double y1, double x2, double y2);
   void ClearRays() { ray_list.clear(); }
+  struct RecordedRay {
+    double x1, y1, x2, y2;
+  };
+  const std::vector<RecordedRay>& recorded_rays() const { return ray_list; }
   /// Whether positions write down where they have been, which only windows show. Off at first.
   void RecordTrails(bool enable) { record_trails = enable; }
 
@@ -247,6 +255,8 @@ class World : public Ancestor {
  protected:
   bool LoadFrom(const std::string& path, std::istream* content);
   virtual void LoadWorldProperties();
+  /// Called when all models are there: for those who have a window.
+  virtual void LoadWindowSection() {}
   void UsePrefilter();
   void LoadEntities();
   void LoadEntity(int entity, std::vector<Model*>* models);
@@ -279,9 +289,6 @@ class World : public Ancestor {
   std::unique_ptr<Worldfile> wf;
   mutable bounds3d_t extent;
 
-  struct RecordedRay {
-    double x1, y1, x2, y2;
-  };
   std::vector<RecordedRay> ray_list;
 
  private:

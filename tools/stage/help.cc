@@ -23,7 +23,7 @@ How long, and what comes out
 
 How fast
   A world's speedup, if positive, keeps it to that multiple of real time; otherwise it runs as fast
-  as it can. None of these options changes any result.
+  as it can (in a window: if it has none, in real time). None of these options changes any result.
   --threads N          trace sensor rays in N threads (1 to 1024; default: the world's threads, or
                        all cores with an OpenCL device and 1 without); pays with many sensors
   --opencl[=DEVICE]    trace sensor rays with an OpenCL device wherever that is faster; pays from
@@ -46,13 +46,24 @@ What you see
                        the time went) to FILE as JSON; - for standard output
   --state-hash         at the end print a line "state-hash DIGITS" for each world: equal digits mean
                        that all poses, velocities and sensor readings are equal
-  -g, --gui            no window. (The name has historical reasons. This build has no window anyway.)
+  --screenshot FILE.png[@SECONDS]
+                       make a picture at that simulated time, without a window or a display (default:
+                       at the end of --duration, or at 1 s); may be given several times. Without a
+                       --duration the run ends with the last one. What is shown and from where is
+                       what the window section of the world file says
+  --record DIR         make a film: pictures stage-000000.png and so on in DIR, one for each step, 25
+                       in a simulated second at most
+  --size WxH           pixels of these pictures; default: those of the world file's window
+  -g, --gui            no window. (The name has historical reasons.) Without it, with a display and
+                       a single world file, the world runs in a window, and pauses at its quit_time
   -h, -?, --help       print this and end
   --version            print the version and end
 
 Options may stand anywhere and long ones may be shortened; after -- everything is a world file.
 
 Examples
+  stage worlds/simple.world
+      two robots stroll about a flat, in a window: p pauses, d shows what their sensors see
   stage --explain worlds/hospital.world
       before a long run: how long, how much memory, and what for
   stage -g -c worlds/simple.world
@@ -63,11 +74,17 @@ Examples
   stage -g --duration 60 --opencl=gpu --state-hash worlds/cave.world
       the same sort of run on a GPU; the state hash shows that the result is that of the CPU
 
+  stage --screenshot flat.png@20 --size 640x480 worlds/simple.world
+      where the robots are after 20 s, as a picture
+  stage --record film --duration 10 worlds/simple.world
+      then for example: ffmpeg -framerate 10 -i film/stage-%06d.png film.mp4
+
 World files
   simple.world is where to start: in worlds/ of the source tree, in share/stage/worlds/ below the
   place where Stage is installed. Their comments explain the format.
 
 Environment
+  DISPLAY              the X display for the window; without one, all runs are headless
   STAGEPATH            folders, with : between them, for world files, includes and controllers that
                        are not found otherwise
   LD_LIBRARY_PATH      further folders for controllers
@@ -76,8 +93,8 @@ Environment
 
 Exit status
   0        all worlds have come to their end
-  1        a world file is missing or wrong; or the run can't go on
-  2        wrong options, or FILE of --stats can't be written
+  1        a world file is missing or wrong; or the run can't go on; or a picture can't be made
+  2        wrong options, or a FILE or DIR can't be written
   255      something that a world file names is missing or wrong: a controller, a bitmap, a tuple
   128+N    ended by signal N, such as 130 for Ctrl-C: the step is finished, figures are written
   A controller that ends the program chooses its own.

@@ -18,7 +18,9 @@ namespace Stg::program {
 namespace {
 
 std::atomic<int> caught{0};
-static_assert(std::atomic<int>::is_always_lock_free, "signal handlers need it");
+std::atomic<void (*)()> on_signal{nullptr};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<void (*)()>::is_always_lock_free,
+              "signal handlers need it");
 
 // A signal may come between looking at `caught` and going to sleep, or to another thread: a byte
 // in a pipe wakes the sleeper in either case.
@@ -27,6 +29,7 @@ int wake_pipe[2] = {-1, -1};
 void Note(int signal) {
   const int saved = errno;
   caught = signal;
+  if (void (*const action)() = on_signal) action();
   const char byte = 0;
   [[maybe_unused]] const ssize_t written = write(wake_pipe[1], &byte, 1);
   errno = saved;
@@ -59,6 +62,8 @@ void CatchSignals() {
   Catch(SIGINT);
   Catch(SIGTERM);
 }
+
+void OnSignal(void (*action)()) { on_signal = action; }
 
 int CaughtSignal() { return caught; }
 

@@ -12,6 +12,8 @@ double Now();
 
 /// From here on, the first SIGINT or SIGTERM is only noted; a second of the same kind kills.
 void CatchSignals();
+/// Called by the signal handler, with all that this forbids, after the signal was noted.
+void OnSignal(void (*action)());
 /// The signal that was noted; 0: none.
 int CaughtSignal();
 /// Sleeps until Now() is `time`. False, and at once, if a signal was caught.

@@ -5,6 +5,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <new>
 #include <optional>
 
@@ -13,8 +14,10 @@
 #include "stage/help.hh"
 #include "stage/interrupt.hh"
 #include "stage/options.hh"
+#include "stage/pictures.hh"
 #include "stage/report.hh"
 #include "stage/run.hh"
+#include "stage/window.hh"
 #include "world/prefilter_loader.hh"
 
 namespace Stg::program {
@@ -27,8 +30,6 @@ constexpr int kBadUsage = 2;
 void PrintBanner(const Options& options) {
   std::printf("Stage %s %s\n", Version(), options.tags.c_str());
   std::fflush(stdout);
-  if (!options.no_gui && !options.worldfiles.empty())
-    std::fputs("stage: no graphical interface in this build; running headless\n", stderr);
 }
 
 /// Returns the status to exit with.
@@ -45,12 +46,14 @@ int Finish(const Options& options, const std::optional<ReportFile>& report,
 
 int Run(const Options& options) {
   const std::optional<ReportFile> report = OpenReport(options);
+  const std::unique_ptr<PictureRun> pictures = PictureRun::Open(options);
   PrintBanner(options);
+  World* const special = pictures ? pictures->MakeWorld() : OpenWindow(options);
   // Never deleted, like the worlds in it: nothing is torn down at the end.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
-  if (const int status = LoadWorlds(options, &worlds); status != 0) return status;
+  if (const int status = LoadWorlds(options, &worlds, special); status != 0) return status;
   CatchSignals();  // not before: while loading there is nothing to be finished
-  RunWorlds(options, &worlds);
+  RunWorlds(options, &worlds, pictures.get());
   return Finish(options, report, worlds);
 }
 
@@ -86,6 +89,9 @@ int main(int argc, char* argv[]) {
   } catch (const Stg::program::UsageError& error) {
     std::fprintf(stderr, "stage: %s; 'stage --help' explains the options\n", error.what());
     return Stg::program::kBadUsage;
+  } catch (const Stg::program::WindowError& error) {
+    std::fprintf(stderr, "stage: %s\n", error.what());
+    return error.status;
   } catch (const std::bad_alloc&) {
     std::fflush(stdout);
     std::fputs("stage: out of memory\n", stderr);

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <string_view>
 
 namespace Stg::program {
@@ -33,7 +34,10 @@ enum Id : int {
   kNoBatch,
   kProgress,
   kNoProgress,
-  kExplain
+  kExplain,
+  kScreenshot,
+  kRecord,
+  kSize
 };
 
 // The colon in front: getopt keeps quiet and tells a missing value from an unknown option.
@@ -53,7 +57,10 @@ constexpr option kLongOptions[] = {
     {"opencl-always", no_argument, nullptr, kOpenclAlways},
     {"progress", no_argument, nullptr, kProgress},
     {"ray-model", required_argument, nullptr, kRayModel},
+    {"record", required_argument, nullptr, kRecord},
+    {"screenshot", required_argument, nullptr, kScreenshot},
     {"seed", required_argument, nullptr, kSeed},
+    {"size", required_argument, nullptr, kSize},
     {"state-hash", no_argument, nullptr, kStateHash},
     {"stats", required_argument, nullptr, kStats},
     {"threads", required_argument, nullptr, kThreads},
@@ -63,6 +70,9 @@ constexpr option kLongOptions[] = {
 
 constexpr double kLongestDuration = 1e12;  // seconds; keeps microseconds well inside usec_t
 constexpr int kMostThreads = 1024;
+constexpr int kMostPixels = 16384;  // a side of a picture
+constexpr usec_t kAtTheEnd = std::numeric_limits<usec_t>::max();
+constexpr usec_t kShotTime = 1000000;  // of a run without an end
 
 std::string NameOf(int id) {
   for (const option* o = kLongOptions; o->name; o++)
@@ -89,6 +99,36 @@ usec_t ParseDuration(const std::string& text) {
   if (!seconds || !(*seconds >= 1e-6 && *seconds <= kLongestDuration))
     Refuse(kDuration, "simulated seconds, from 0.000001 to 1e12", text);
   return static_cast<usec_t>(std::llround(*seconds * 1e6));
+}
+
+/// FILE.png or FILE.png@SECONDS; names may have an @ of their own.
+offscreen::Orders::Shot ParseShot(const std::string& text) {
+  offscreen::Orders::Shot shot{text, kAtTheEnd};
+  const size_t at = text.rfind('@');
+  const std::optional<double> seconds =
+      at == std::string::npos ? std::nullopt : ParseNumber<double>(text.substr(at + 1));
+  if (seconds) {
+    if (!(*seconds >= 0 && *seconds <= kLongestDuration))
+      Refuse(kScreenshot, "simulated seconds after the @, from 0 to 1e12", text);
+    shot.file = text.substr(0, at);
+    shot.time = static_cast<usec_t>(std::llround(*seconds * 1e6));
+  }
+  if (shot.file.size() < 5 || !shot.file.ends_with(".png"))
+    Refuse(kScreenshot, "FILE.png or FILE.png@SECONDS", text);
+  return shot;
+}
+
+void ParseSize(const std::string& text, offscreen::Orders* orders) {
+  const size_t by = std::min(text.find('x'), text.size());
+  const std::optional<int> width = ParseNumber<int>(text.substr(0, by));
+  const std::optional<int> height = ParseNumber<int>(text.substr(std::min(by + 1, text.size())));
+  const auto good = [](const std::optional<int>& side) {
+    return side && *side >= 1 && *side <= kMostPixels;
+  };
+  if (!good(width) || !good(height))
+    Refuse(kSize, "WIDTHxHEIGHT, each from 1 to " + std::to_string(kMostPixels), text);
+  orders->width = *width;
+  orders->height = *height;
 }
 
 uint64_t ParseSeed(const std::string& text) {
@@ -193,6 +233,16 @@ class Parser {
       case kExplain:
         SetExplain(value);
         break;
+      case kScreenshot:
+        options_.pictures.shots.push_back(ParseShot(value));
+        break;
+      case kRecord:
+        if (value.empty()) Refuse(kRecord, "the name of a folder", value);
+        options_.pictures.folder = value;
+        break;
+      case kSize:
+        ParseSize(value, &options_.pictures);
+        break;
       default:
         Fail(id);
     }
@@ -248,11 +298,31 @@ void TakeDeviceFromEnvironment(Options* options) {
   if (options->run.device == "list" && loads) options->action = Options::Action::kListDevices;
 }
 
+/// Pictures are made without a window, of one world, while it runs.
+void SettlePictures(Options* options) {
+  offscreen::Orders& orders = options->pictures;
+  if (orders.shots.empty() && orders.folder.empty()) {
+    if (orders.width > 0) throw UsageError("--size is for --screenshot and --record");
+    return;
+  }
+  options->no_gui = true;
+  if (options->worldfiles.size() > 1)
+    throw UsageError("found " + std::to_string(options->worldfiles.size()) +
+                     " world files, expected one: pictures are made of a single world");
+  for (offscreen::Orders::Shot& shot : orders.shots) {
+    if (shot.time == kAtTheEnd) shot.time = options->duration.value_or(kShotTime);
+    if (options->duration && shot.time > *options->duration)
+      Refuse(kScreenshot, "a time within the --duration",
+             shot.file + "@" + std::to_string(static_cast<double>(shot.time) / 1e6));
+  }
+}
+
 }  // namespace
 
 Options ParseOptions(int argc, char* argv[]) {
   Options options = Parser(argc, argv).Parse();
   TakeDeviceFromEnvironment(&options);
+  SettlePictures(&options);
   return options;
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "gui/offscreen/pictures.hh"
 #include "stage.hh"
 
 namespace Stg::program {
@@ -28,6 +29,7 @@ struct Options {
   bool state_hash = false;
   bool explain_as_json = false;  ///< with kExplain; otherwise as a text
   std::optional<bool> progress;  ///< unset: shown where somebody is likely to look
+  offscreen::Orders pictures;    ///< their times are known once all options are
   std::vector<std::string> worldfiles;
 };
 

@@ -3,9 +3,11 @@
 #include "stage/run.hh"
 
 #include <algorithm>
+#include <utility>
 
 #include "stage/interrupt.hh"
 #include "stage/progress.hh"
+#include "stage/window.hh"
 
 namespace Stg::program {
 
@@ -45,11 +47,11 @@ bool Pacer::Wait(const World& world) {
   return SleepUntil(due_);
 }
 
-int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds) {
+int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* with_window) {
   for (const std::string& file : options.worldfiles) {
     // Never deleted: controllers may hold on to models until the very end of the process, and that
     // frees the memory of a million models faster than anything else.
-    World* world = new World;
+    World* world = with_window ? std::exchange(with_window, nullptr) : new World;
     worlds->push_back({world, file, 0, {}});
     if (!world->Load(file)) return world->LoadStatus() != 0 ? world->LoadStatus() : 1;
     if (options.clock) world->ShowClock(true);
@@ -58,9 +60,20 @@ int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds) {
   return 0;
 }
 
-void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds) {
+void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds, PictureRun* pictures) {
+  if (LoadedWorld& first = worlds->front(); !pictures && first.world->IsGUI()) {
+    const double start = Now();
+    RunWindow(first.world);
+    first.wall_seconds = Now() - start;
+    return;
+  }
+  if (pictures) pictures->Begin(options);
   Progress progress(options.progress, *worlds);
-  while (CaughtSignal() == 0 && !Round(worlds)) progress.Tick();
+  while (CaughtSignal() == 0 && !Round(worlds)) {
+    if (pictures) pictures->Make();
+    progress.Tick();
+  }
+  if (pictures && CaughtSignal() == 0) pictures->End();
 }
 
 }  // namespace Stg::program

@@ -10,6 +10,7 @@
 
 #include "stage.hh"
 #include "stage/options.hh"
+#include "stage/pictures.hh"
 
 namespace Stg::program {
 
@@ -25,17 +26,22 @@ class Pacer {
 
 struct LoadedWorld {
   World* world;
-  std::string file;         ///< as on the command line
-  double wall_seconds = 0;  ///< spent in steps: without loading and waiting
+  std::string file;  ///< as on the command line
+  /// Spent in steps: without loading and waiting. With a window: from the start to the end.
+  double wall_seconds = 0;
   Pacer pacer;
 };
 
 /// Loads the world files, in their order. Returns 0, or the status to exit with: then something is
-/// wrong with one of them, and was reported.
-int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds);
+/// wrong with one of them, and was reported. `with_window`: the world for the first of them, if it
+/// has to be this one.
+int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds,
+               World* with_window = nullptr);
 
-/// Steps all worlds in turn until all are done, or a signal comes.
-void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds);
+/// Steps all worlds in turn until all are done, or a signal comes; one with a window until that is
+/// closed. `pictures`: what makes pictures of the only world, or null. Throws PictureError.
+void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds,
+               PictureRun* pictures = nullptr);
 
 }  // namespace Stg::program
 

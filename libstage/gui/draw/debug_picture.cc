@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/draw/debug_picture.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gui/draw/painter.hh"
+#include "models/block.hh"
+#include "models/ranger.hh"
+#include "sensing/scene.hh"
+#include "sensing/walk_record.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+
+namespace Stg::draw {
+
+namespace {
+
+constexpr Rgba kBlue = {0, 0, 255, 255}, kGreen = {0, 160, 0, 255};
+constexpr double kLeastPixels = 3;  // a side, of cells and regions that are worth drawing
+
+// ---- occupancy ----------------------------------------------------------------------------------
+
+class GridPicture {
+ public:
+  GridPicture(const grid::Grid& grid, double cell, const view::Projection& projection,
+              Painting* painting)
+      : view_(grid.View(grid::kEverything)),
+        cell_(cell),
+        projection_(projection),
+        painter_(painting) {}
+
+  void Draw(const std::vector<ray_super_t>& directory) {
+    for (const ray_super_t& super : directory)
+      if (super.index != 0 && Outline(super.x, super.y, RAY_SUPER_SHIFT, kBlue)) DrawSuper(super);
+  }
+
+ private:
+  /// False if the square of 2^shift cells is out of view.
+  bool Outline(int x, int y, int shift, const Rgba& color) {
+    const double side = cell_ * (1 << shift);
+    const Bounds bx(x * side, (x + 1.0) * side), by(y * side, (y + 1.0) * side);
+    const point3_t middle(x * side + side / 2, y * side + side / 2, 0);
+    if (!projection_.Sees(middle.x, middle.y, 0, side)) return false;
+    if (side < kLeastPixels * projection_.PixelAt(middle)) return false;
+    painter_.SetColor(color);
+    painter_.RectangleOutline(bx, by, 0);
+    return true;
+  }
+
+  void DrawSuper(const ray_super_t& super) {
+    for (uint32_t i = 0; i < 256; i++) {
+      const uint32_t region = view_.regions[super.index * 256 + i];
+      if (region == 0 || view_.tile_maps[region] == 0) continue;
+      const int x = super.x * 16 + static_cast<int>(i & 15),
+                y = super.y * 16 + static_cast<int>(i >> 4);
+      if (Outline(x, y, RAY_REGION_SHIFT, kGreen)) DrawRegion(region, x, y);
+    }
+  }
+
+  void DrawRegion(uint32_t region, int region_x, int region_y) {
+    const double side = cell_ * (1 << RAY_REGION_SHIFT);
+    const point3_t middle((region_x + 0.5) * side, (region_y + 0.5) * side, 0);
+    if (cell_ < projection_.PixelAt(middle)) return;
+    painter_.SetColor({0, 160, 0, 128});
+    for (int t = 0; t < 64; t++) {
+      if (!((view_.tile_maps[region] >> t) & 1)) continue;
+      const uint64_t word = view_.tiles[region * 64 + static_cast<uint32_t>(t)];
+      for (int b = 0; b < 64; b++) {
+        if (!((word >> b) & 1)) continue;
+        const double x = cell_ * (region_x * 64 + (t & 7) * 8 + (b & 7));
+        const double y = cell_ * (region_y * 64 + (t >> 3) * 8 + (b >> 3));
+        painter_.Rectangle(Bounds(x, x + cell_), Bounds(y, y + cell_), 0);
+      }
+    }
+  }
+
+  const ray_grid_t view_;
+  const double cell_;
+  const view::Projection& projection_;
+  Painter painter_;
+};
+
+// ---- rays ---------------------------------------------------------------------------------------
+
+constexpr size_t kMostSteps = 4096;  // of a ray
+
+void CollectCells(const Model& model, bool exact, grid::CellLists* lists) {
+  model.body().AppendCells(lists, exact);
+  for (const Model* child : model.GetChildren()) CollectCells(*child, exact, lists);
+}
+
+class RayPicture {
+ public:
+  RayPicture(World& world, const Model& root, Painting* painting)
+      : world_(world), root_(root), cell_(1 / world.Resolution()), painter_(painting) {}
+
+  void DrawTree(const Model& model, const Pose& global) {
+    if (const auto* ranger = dynamic_cast<const ModelRanger*>(&model))
+      for (const ModelRanger::Sensor& sensor : ranger->GetSensors()) DrawFan(sensor, global);
+    for (const Model* child : model.GetChildren())
+      DrawTree(*child, model.ChildGlobalPose(global, *child));
+  }
+
+ private:
+  void DrawFan(const ModelRanger::Sensor& sensor, const Pose& global) {
+    const Pose lifted = sensor.pose + Pose(0, 0, sensor.size.z / 2, 0);
+    sensing::Fan fan;
+    fan.exact = world_.IsExact(sensor.ray_model);
+    const double range = std::fabs(sensor.range.max);
+    sensing::PlaceFan(&fan, global + lifted, std::isnan(range) ? 0 : range, world_.Resolution());
+    if (fan.nothing) return;
+    grid::Grid& grid = world_.engine().scene.grid;
+    fan.layer = grid.RangerLayer(fan.z, fan.z_test, fan.exact);
+    grid::CellLists cells;
+    CollectCells(root_, fan.exact, &cells);
+    sensing::RayBatch batch;
+    const sensing::Window window = batch.MakeWindow(grid, cells, root_.Root(), fan.exact);
+    const ray_window_t hidden{batch.window_words().data() + window.first, window.x, window.y,
+                              window.width, window.height};
+    z_ = fan.z;
+    for (size_t i = 0; i < sensor.ranges.size() && i < sensor.bearings.size(); i++)
+      DrawRay(fan, grid.View(fan.layer), hidden, sensing::MakeDirection(sensor.bearings[i]),
+              sensor.ranges[i]);
+  }
+
+  /// The first leg: that is all of it but for very long rays.
+  void DrawRay(const sensing::Fan& fan, const ray_grid_t& view, const ray_window_t& window,
+               const sensing::Direction& direction, double reading) {
+    const sensing::FanRecord& r = fan.record;
+    const int dx = ray_rotate_x(r.cosine, r.sine, direction.cosine, direction.sine);
+    const int dy = ray_rotate_y(r.cosine, r.sine, direction.cosine, direction.sine);
+    ray_t ray;
+    ray_begin(&ray, &view, r.x, r.y, static_cast<int>(r.fraction & 0xffff),
+              static_cast<int>(r.fraction >> 16), dx, dy);
+    steps_.clear();
+    sensing::RecordWalk(view, window, ray, kMostSteps, &steps_);
+    const double end = reading / fan.leg_length;
+    const auto at = [&](double share) {
+      return point3_t(fan.x + share * dx / 65536.0 * cell_, fan.y + share * dy / 65536.0 * cell_,
+                      z_);
+    };
+    for (const sensing::WalkStep& step : steps_) {
+      if (step.from > end) break;
+      if (step.kind == sensing::WalkStep::Kind::kHit) {
+        DrawHit(step, fan.leg_length, end);
+        continue;
+      }
+      painter_.SetColor(ColorOf(step.kind));
+      painter_.Line(at(step.from), at(std::min(step.to, end)));
+      if (step.kind != sensing::WalkStep::Kind::kCell && step.to <= end) {
+        const point3_t landing = at(step.to);
+        painter_.Point(landing.x, landing.y, landing.z);
+      }
+    }
+  }
+
+  void DrawHit(const sensing::WalkStep& step, double leg_length, double end) {
+    const bool stopped = std::fabs(end - step.from) * leg_length < 1.5 * cell_;
+    painter_.SetColor(stopped ? Rgba{220, 0, 0, 255} : Rgba{255, 150, 0, 255});
+    painter_.Rectangle(Bounds(step.x * cell_, (step.x + 1) * cell_),
+                       Bounds(step.y * cell_, (step.y + 1) * cell_), z_);
+  }
+
+  static Rgba ColorOf(sensing::WalkStep::Kind kind) {
+    switch (kind) {
+      case sensing::WalkStep::Kind::kSuper:
+        return {0, 0, 90, 255};
+      case sensing::WalkStep::Kind::kRegion:
+        return {0, 60, 200, 255};
+      case sensing::WalkStep::Kind::kTile:
+        return {0, 150, 230, 255};
+      case sensing::WalkStep::Kind::kCell:
+      case sensing::WalkStep::Kind::kHit:
+        break;
+    }
+    return {90, 200, 120, 255};
+  }
+
+  World& world_;
+  const Model& root_;
+  const double cell_;
+  double z_ = 0;
+  Painter painter_;
+  std::vector<sensing::WalkStep> steps_;
+};
+
+}  // namespace
+
+void DrawOccupancy(World& world, const view::Projection& projection, Painting* painting) {
+  const grid::Grid& grid = world.engine().scene.grid;
+  GridPicture(grid, 1 / world.Resolution(), projection, painting).Draw(grid.directory());
+}
+
+void DrawRays(World& world, const Model& root, Painting* painting) {
+  RayPicture(world, root, painting).DrawTree(root, root.GetGlobalPose());
+}
+
+}  // namespace Stg::draw

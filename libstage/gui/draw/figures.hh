@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Figures of a running simulation, for those who watch: how fast it is and where its time goes.
+// They are of the last half second or so.
+
+#ifndef STAGE_GUI_DRAW_FIGURES_HH
+#define STAGE_GUI_DRAW_FIGURES_HH
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "world/statistics.hh"
+
+namespace Stg {
+class World;
+}
+
+namespace Stg::draw {
+
+class Figures {
+ public:
+  /// To be called once for each picture; `now`: seconds of any steady clock.
+  void Update(const World& world, double now);
+  /// Starts afresh, as after a pause.
+  void Restart() { started_ = false; }
+
+  double frames_per_second() const { return frames_per_second_; }
+  /// Simulated by real time.
+  double speed() const { return speed_; }
+  /// For the overlay, a line each.
+  const std::vector<std::string>& lines() const { return lines_; }
+
+ private:
+  void Measure(const World& world, double seconds);
+
+  bool started_ = false;
+  double since_ = 0;
+  unsigned frames_ = 0;
+  uint64_t simulated_since_ = 0;
+  RunStatistics before_;
+  double frames_per_second_ = 0, speed_ = 0;
+  std::vector<std::string> lines_;
+};
+
+}  // namespace Stg::draw
+
+#endif

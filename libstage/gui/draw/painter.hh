@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Puts lines, areas and texts into a painting, in a frame of one's choice.
+
+#ifndef STAGE_GUI_DRAW_PAINTER_HH
+#define STAGE_GUI_DRAW_PAINTER_HH
+
+#include <string_view>
+
+#include "geometry/geometry.hh"
+#include "geometry/trigonometry.hh"
+#include "gui/draw/primitives.hh"
+
+namespace Stg::draw {
+
+class Painter {
+ public:
+  explicit Painter(Painting* painting) : painting_(*painting) { SetFrame(Pose()); }
+
+  /// Coordinates are in this frame from now on; it is given in that of the world.
+  void SetFrame(const Pose& frame);
+  const Pose& frame() const { return frame_; }
+  void SetColor(const Rgba& color) { color_ = color; }
+
+  void Point(double x, double y, double z = 0);
+  void Line(const point3_t& from, const point3_t& to, bool thick = false);
+  /// Dashes and gaps of `dash` metres each; longer ones if there would be very many.
+  void DashedLine(const point3_t& from, const point3_t& to, double dash);
+  void Triangle(const point3_t& a, const point3_t& b, const point3_t& c);
+  void Quad(const point3_t& a, const point3_t& b, const point3_t& c, const point3_t& d);
+
+  // Level at z, sides along the axes of the frame.
+  void Rectangle(const Bounds& x, const Bounds& y, double z);
+  void RectangleOutline(const Bounds& x, const Bounds& y, double z, bool thick = false);
+  /// Of a circle: the sector from heading `from`, counter-clockwise over `angle`.
+  void Sector(double radius, double from, double angle, double z);
+  void SectorOutline(double radius, double from, double angle, double z, bool to_centre = true);
+
+  void Text(const point3_t& at, std::string_view text, Align align = Align::kLeft,
+            LabelKind kind = LabelKind::kPlain);
+
+ private:
+  Vertex At(double x, double y, double z) const;
+  Vertex At(const point3_t& p) const { return At(p.x, p.y, p.z); }
+
+  Painting& painting_;
+  Pose frame_;
+  SineCosine turn_{0, 1};
+  Rgba color_ = kBlack;
+};
+
+inline point3_t Between(const point3_t& a, const point3_t& b, double share) {
+  return point3_t(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z + share * (b.z - a.z));
+}
+
+}  // namespace Stg::draw
+
+#endif

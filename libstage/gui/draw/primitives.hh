@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What pictures are made of, in the layout in which it goes to the graphics card. No OpenGL here.
+
+#ifndef STAGE_GUI_DRAW_PRIMITIVES_HH
+#define STAGE_GUI_DRAW_PRIMITIVES_HH
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "geometry/color.hh"
+
+namespace Stg::draw {
+
+struct Rgba {
+  uint8_t r = 0, g = 0, b = 0, a = 255;
+
+  bool operator==(const Rgba&) const = default;
+  Rgba WithOpacity(double opacity) const { return {r, g, b, Part(opacity)}; }
+  static uint8_t Part(double part) {
+    return static_cast<uint8_t>(255.0 * std::clamp(part, 0.0, 1.0) + 0.5);
+  }
+};
+inline Rgba ToRgba(const Color& c) {
+  return {Rgba::Part(c.r), Rgba::Part(c.g), Rgba::Part(c.b), Rgba::Part(c.a)};
+}
+inline constexpr Rgba kBlack = {0, 0, 0, 255}, kWhite = {255, 255, 255, 255};
+
+/// 16 bytes.
+struct Vertex {
+  float x, y, z;
+  Rgba color;
+};
+static_assert(sizeof(Vertex) == 16);
+
+/// A body to be drawn: its shape is turned by a and moved to (x, y, z). 20 bytes.
+struct Instance {
+  float x, y, z, a;
+  Rgba color;
+};
+static_assert(sizeof(Instance) == 20);
+
+/// What one sensor's rays have reached; its ranges and bearings are in arrays of their own. 28
+/// bytes.
+struct FanInstance {
+  float x, y, z, a;
+  uint32_t first;  ///< of its samples
+  float longest;   ///< what infinite ranges are drawn as
+  Rgba color;
+};
+static_assert(sizeof(FanInstance) == 28);
+
+enum class Align { kLeft, kCentre, kRight };
+enum class LabelKind { kPlain, kBubble };
+
+/// A text at a point of the world; its letters are in a pool.
+struct Label {
+  float x, y, z;
+  Rgba color;
+  uint32_t first, length;
+  Align align;
+  LabelKind kind;
+};
+
+/// Primitives of one layer of a picture. Memory is kept from frame to frame.
+struct Painting {
+  std::vector<Vertex> triangles, lines, thick_lines, points;  ///< three, two, two, one each
+  std::vector<Label> labels;
+  std::string letters;
+
+  void Clear() {
+    for (auto* list : {&triangles, &lines, &thick_lines, &points}) list->clear();
+    labels.clear();
+    letters.clear();
+  }
+  bool empty() const {
+    return triangles.empty() && lines.empty() && thick_lines.empty() && points.empty() &&
+           labels.empty();
+  }
+  std::string_view TextOf(const Label& label) const {
+    return std::string_view(letters).substr(label.first, label.length);
+  }
+};
+
+}  // namespace Stg::draw
+
+#endif

@@ -1,0 +1,448 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/draw/renderer.hh"
+
+#include <cstdio>
+#include <unordered_map>
+
+#include "gui/draw/gl_helpers.hh"
+#include "gui/draw/gl_program.hh"
+#include "gui/draw/gl_texts.hh"
+#include "gui/draw/kept_picture.hh"
+#include "gui/draw/screen_writer.hh"
+#include "gui/draw/shaders.hh"
+#include "gui/draw/stall_icon.hh"
+#include "models/visualizer.hh"
+
+namespace Stg::draw {
+
+namespace {
+
+constexpr int kTextPixels = 12;
+constexpr float kSky[] = {0.7f, 0.7f, 0.8f};
+constexpr double kEdgePixels = 2.5;  // smaller bodies have no edges: they would be all edge
+
+struct GpuShape {
+  GlBuffer corners;  // faces, then edges
+  GLsizei faces = 0, edges = 0;
+  std::weak_ptr<const Shape> shape;
+};
+
+}  // namespace
+
+class Renderer::Impl {
+ public:
+  bool Prepare(std::string* error);
+  void Draw(const Scene& scene, const Hud& hud);
+  void Forget();
+  unsigned draw_calls() const { return draw_calls_; }
+
+ private:
+  enum class Part { kFaces, kEdges };
+
+  void Clear(const Frame& frame, bool keep);
+  void DrawWorld(const Frame& frame);
+  void DrawGlass(const Frame& frame, const Hud& hud);
+  void DrawFloor(const Frame& frame);
+  void CollectInstances(const Frame& frame);
+  void DrawBodies(const Frame& frame, const std::vector<Instance> BodyBatch::*list, Part part,
+                  float height, float brightness);
+  void DrawSolidBodies(const Frame& frame);
+  void DrawTranslucentBodies(const Frame& frame);
+  void DrawPainting(const Painting& painting);
+  void DrawVertices(const std::vector<Vertex>& vertices, GLenum mode);
+  void DrawFans(const Frame& frame);
+  void DrawVisuals(const Frame& frame);
+  void DrawStallIcons(const Frame& frame);
+  void DrawScreen(const Frame& frame);
+  void SendTexture(GLenum unit, GLuint* texture, GlBuffer* buffer, const std::vector<float>& data);
+  void SendAtlas();
+  GpuShape& Upload(const std::shared_ptr<const Shape>& shape);
+  void DropOldShapes();
+  void CountCall() { draw_calls_++; }
+
+  bool ready_ = false, failed_ = false;
+  std::string error_;
+  GLuint arrays_ = 0, atlas_ = 0, range_texture_ = 0, bearing_texture_ = 0;
+  unsigned atlas_version_ = 0;
+  GlProgram body_, plain_, fan_, floor_, text_;
+  GlBuffer stream_, instances_, ranges_, bearings_;
+  std::unordered_map<uint64_t, GpuShape> shapes_;
+  std::vector<Instance> all_instances_;
+  std::vector<Vertex> icons_;
+  Font font_;
+  ScreenWriter writer_{&font_};
+  unsigned draw_calls_ = 0, frames_ = 0;
+  KeptPicture kept_;
+  view::Matrix last_view_{};
+};
+
+// ---- set-up -------------------------------------------------------------------------------------
+
+bool Renderer::Impl::Prepare(std::string* error) {
+  if (ready_) return true;
+  if (failed_) {
+    *error = error_;
+    return false;
+  }
+  failed_ = true;
+  const auto* version = reinterpret_cast<const char*>(glGetString(GL_VERSION));
+  GLint major = 0, minor = 0;
+  if (version) {
+    glGetIntegerv(GL_MAJOR_VERSION, &major);
+    glGetIntegerv(GL_MINOR_VERSION, &minor);
+  }
+  if (major * 10 + minor < 33)
+    error_ = std::string("found OpenGL ") + (version ? version : "not at all") +
+             ", expected 3.3 or later; install a newer driver, or Mesa for software rendering";
+  else if (body_.Build("bodies", kBodyVertex, kColorFragment, &error_) &&
+           plain_.Build("lines", kPlainVertex, kColorFragment, &error_) &&
+           fan_.Build("fans", kFanVertex, kColorFragment, &error_) &&
+           floor_.Build("the floor", kFloorVertex, kFloorFragment, &error_) &&
+           text_.Build("texts", kTextVertex, kTextFragment, &error_))
+    ready_ = true;
+  *error = error_;
+  if (!ready_) return false;
+  failed_ = false;
+  glGenVertexArrays(1, &arrays_);
+  if (!font_.is_open() && !font_.Open(kTextPixels, error))
+    std::fprintf(stderr, "stage: warning: %s\n", error->c_str());
+  atlas_version_ = 0;
+  return true;
+}
+
+void Renderer::Impl::Forget() {
+  kept_.Forget();
+  stream_ = instances_ = ranges_ = bearings_ = GlBuffer();
+  body_ = plain_ = fan_ = floor_ = text_ = GlProgram();
+  arrays_ = atlas_ = range_texture_ = bearing_texture_ = 0;
+  shapes_.clear();
+  ready_ = failed_ = false;
+}
+
+// ---- bodies -------------------------------------------------------------------------------------
+
+GpuShape& Renderer::Impl::Upload(const std::shared_ptr<const Shape>& shape) {
+  GpuShape& gpu = shapes_[shape->id];
+  if (gpu.corners.id() != 0) return gpu;
+  gpu.shape = shape;
+  gpu.faces = static_cast<GLsizei>(shape->faces.size());
+  gpu.edges = static_cast<GLsizei>(shape->edges.size());
+  const std::size_t face_bytes = shape->faces.size() * sizeof(Corner);
+  const std::size_t edge_bytes = shape->edges.size() * sizeof(Corner);
+  gpu.corners.Fill(GL_ARRAY_BUFFER, nullptr, face_bytes + edge_bytes, GL_STATIC_DRAW);
+  glBufferSubData(GL_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(face_bytes), shape->faces.data());
+  glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(face_bytes),
+                  static_cast<GLsizeiptr>(edge_bytes), shape->edges.data());
+  return gpu;
+}
+
+void Renderer::Impl::DropOldShapes() {
+  for (auto entry = shapes_.begin(); entry != shapes_.end();) {
+    if (!entry->second.shape.expired()) {
+      ++entry;
+      continue;
+    }
+    entry->second.corners.Delete();
+    entry = shapes_.erase(entry);
+  }
+}
+
+/// All instances go to the card at once: footprints, solid, translucent of each batch in turn.
+void Renderer::Impl::CollectInstances(const Frame& frame) {
+  all_instances_.clear();
+  for (const BodyBatch& batch : frame.bodies)
+    for (const auto* list : {&batch.footprints, &batch.solid, &batch.translucent})
+      all_instances_.insert(all_instances_.end(), list->begin(), list->end());
+  instances_.Fill(GL_ARRAY_BUFFER, all_instances_.data(), all_instances_.size() * sizeof(Instance));
+}
+
+void Renderer::Impl::DrawBodies(const Frame& frame, const std::vector<Instance> BodyBatch::*list,
+                                Part part, float height, float brightness) {
+  body_.Use();
+  body_.SetMatrix(frame.projection->both());
+  body_.Set("height", height);
+  body_.Set("brightness", brightness);
+  std::size_t first = 0;
+  for (const BodyBatch& batch : frame.bodies) {
+    std::size_t place = first;
+    for (const auto l : {&BodyBatch::footprints, &BodyBatch::solid, &BodyBatch::translucent}) {
+      if (l == list) place = first;
+      first += (batch.*l).size();
+    }
+    const auto count = static_cast<GLsizei>((batch.*list).size());
+    if (count == 0) continue;
+    const point3_t middle(frame.camera().x(), frame.camera().y(), 0);
+    if (part == Part::kEdges && !frame.is_perspective &&
+        batch.shape->radius < kEdgePixels * frame.projection->PixelAt(middle))
+      continue;
+    GpuShape& shape = Upload(batch.shape);
+    shape.corners.Bind(GL_ARRAY_BUFFER);
+    PointTo(kCorner, 3, GL_FLOAT, sizeof(Corner), 0);
+    instances_.Bind(GL_ARRAY_BUFFER);
+    PointTo(kPlace, 4, GL_FLOAT, sizeof(Instance), place * sizeof(Instance), 1);
+    PointTo(kColor, 4, GL_UNSIGNED_BYTE, sizeof(Instance),
+            place * sizeof(Instance) + offsetof(Instance, color), 1);
+    if (part == Part::kFaces)
+      glDrawArraysInstanced(GL_TRIANGLES, 0, shape.faces, count);
+    else
+      glDrawArraysInstanced(GL_LINES, shape.faces, shape.edges, count);
+    CountCall();
+  }
+  ForgetAttributes();
+}
+
+void Renderer::Impl::DrawSolidBodies(const Frame& frame) {
+  glEnable(GL_POLYGON_OFFSET_FILL);  // edges lie in front of faces
+  glPolygonOffset(1, 1);
+  DrawBodies(frame, &BodyBatch::solid, Part::kFaces, 1, 1);
+  glDisable(GL_POLYGON_OFFSET_FILL);
+  DrawBodies(frame, &BodyBatch::solid, Part::kEdges, 1, 0.5f);
+}
+
+void Renderer::Impl::DrawTranslucentBodies(const Frame& frame) {
+  DrawBodies(frame, &BodyBatch::translucent, Part::kFaces, 1, 1);
+  DrawBodies(frame, &BodyBatch::translucent, Part::kEdges, 1, 0.5f);
+}
+
+// ---- the rest of the world ----------------------------------------------------------------------
+
+void Renderer::Impl::DrawVertices(const std::vector<Vertex>& vertices, GLenum mode) {
+  if (vertices.empty()) return;
+  stream_.Fill(GL_ARRAY_BUFFER, vertices.data(), vertices.size() * sizeof(Vertex));
+  PointTo(kCorner, 3, GL_FLOAT, sizeof(Vertex), 0);
+  PointTo(kColor, 4, GL_UNSIGNED_BYTE, sizeof(Vertex), offsetof(Vertex, color));
+  glDrawArrays(mode, 0, static_cast<GLsizei>(vertices.size()));
+  CountCall();
+  ForgetAttributes();
+}
+
+void Renderer::Impl::DrawPainting(const Painting& painting) {
+  DrawVertices(painting.triangles, GL_TRIANGLES);
+  DrawVertices(painting.lines, GL_LINES);
+  glLineWidth(2);
+  DrawVertices(painting.thick_lines, GL_LINES);
+  glLineWidth(1);
+  glPointSize(4);
+  DrawVertices(painting.points, GL_POINTS);
+}
+
+void Renderer::Impl::DrawFloor(const Frame& frame) {
+  const auto x0 = static_cast<float>(frame.floor_x.min), x1 = static_cast<float>(frame.floor_x.max);
+  const auto y0 = static_cast<float>(frame.floor_y.min), y1 = static_cast<float>(frame.floor_y.max);
+  if (!(x1 > x0 && y1 > y0)) return;
+  const Corner corners[] = {{x0, y0, 0}, {x1, y0, 0}, {x0, y1, 0}, {x1, y1, 0}};
+  floor_.Use();
+  floor_.SetMatrix(frame.projection->both());
+  floor_.Set("checked", frame.checked_floor ? 1.0f : 0.0f);
+  stream_.Fill(GL_ARRAY_BUFFER, corners, sizeof corners);
+  PointTo(kCorner, 3, GL_FLOAT, sizeof(Corner), 0);
+  glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+  CountCall();
+  ForgetAttributes();
+}
+
+void Renderer::Impl::SendTexture(GLenum unit, GLuint* texture, GlBuffer* buffer,
+                                 const std::vector<float>& data) {
+  buffer->Fill(GL_TEXTURE_BUFFER, data.data(), data.size() * sizeof(float));
+  if (*texture == 0) glGenTextures(1, texture);
+  glActiveTexture(GL_TEXTURE0 + unit);
+  glBindTexture(GL_TEXTURE_BUFFER, *texture);
+  glTexBuffer(GL_TEXTURE_BUFFER, GL_R32F, buffer->id());
+}
+
+void Renderer::Impl::DrawFans(const Frame& frame) {
+  if (frame.ranges.empty()) return;
+  fan_.Use();
+  fan_.SetMatrix(frame.projection->both());
+  fan_.Set("ranges", 0);
+  fan_.Set("bearings", 1);
+  SendTexture(0, &range_texture_, &ranges_, frame.ranges);
+  SendTexture(1, &bearing_texture_, &bearings_, frame.bearings);
+  for (const FanGroup& group : frame.fans) {
+    if (group.fans.empty()) continue;
+    stream_.Fill(GL_ARRAY_BUFFER, group.fans.data(), group.fans.size() * sizeof(FanInstance));
+    constexpr std::size_t kStride = sizeof(FanInstance);
+    PointTo(kCorner, 4, GL_FLOAT, kStride, 0, 1);
+    PointTo(kPlace, 1, GL_UNSIGNED_INT, kStride, offsetof(FanInstance, first), 1);
+    PointTo(kExtra, 1, GL_FLOAT, kStride, offsetof(FanInstance, longest), 1);
+    PointTo(kColor, 4, GL_UNSIGNED_BYTE, kStride, offsetof(FanInstance, color), 1);
+    glDrawArraysInstanced(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * (group.samples - 1)),
+                          static_cast<GLsizei>(group.fans.size()));
+    CountCall();
+  }
+  ForgetAttributes();
+  glBindTexture(GL_TEXTURE_BUFFER, 0);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_BUFFER, 0);
+}
+
+/// Clients draw as OpenGL 1 does, in the frame of the model.
+void Renderer::Impl::DrawVisuals(const Frame& frame) {
+  if (frame.visuals.empty()) return;
+  glUseProgram(0);
+  glBindVertexArray(0);
+  glBindBuffer(GL_ARRAY_BUFFER, 0);
+  glPushAttrib(GL_ALL_ATTRIB_BITS);
+  glPushClientAttrib(static_cast<GLbitfield>(GL_CLIENT_ALL_ATTRIB_BITS));
+  glMatrixMode(GL_PROJECTION);
+  glPushMatrix();
+  glLoadMatrixd(frame.projection->projection().data());
+  glMatrixMode(GL_MODELVIEW);
+  glPushMatrix();
+  for (const ClientVisual& visual : frame.visuals) {
+    glMatrixMode(GL_MODELVIEW);
+    glLoadMatrixd(frame.projection->modelview().data());
+    Gl::pose_shift(visual.frame);
+    // Visualize() may change its camera; the next one gets it as it was.
+    OrthoCamera flat = frame.flat;
+    PerspectiveCamera perspective = frame.perspective;
+    Camera* camera = frame.is_perspective ? static_cast<Camera*>(&perspective) : &flat;
+    visual.visualizer->Visualize(visual.model, camera);
+  }
+  glMatrixMode(GL_MODELVIEW);
+  glPopMatrix();
+  glMatrixMode(GL_PROJECTION);
+  glPopMatrix();
+  glMatrixMode(GL_MODELVIEW);
+  glPopClientAttrib();
+  glPopAttrib();
+  glBindVertexArray(arrays_);
+}
+
+void Renderer::Impl::DrawStallIcons(const Frame& frame) {
+  icons_.clear();
+  for (const point3_t& place : frame.stalled)
+    AppendStallIcon(place, frame.projection->modelview(), &icons_);
+  DrawVertices(icons_, GL_TRIANGLES);
+}
+
+// ---- the glass ----------------------------------------------------------------------------------
+
+void Renderer::Impl::SendAtlas() {
+  if (atlas_ != 0 && atlas_version_ == font_.atlas_version()) return;
+  atlas_version_ = font_.atlas_version();
+  if (atlas_ == 0) glGenTextures(1, &atlas_);
+  glBindTexture(GL_TEXTURE_2D, atlas_);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_R8, Font::kAtlasSide, Font::kAtlasSide, 0, GL_RED,
+               GL_UNSIGNED_BYTE, font_.atlas().data());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+}
+
+/// Draws what the writer has, and empties it.
+void Renderer::Impl::DrawScreen(const Frame& frame) {
+  const std::vector<TextVertex>& vertices = writer_.vertices();
+  if (vertices.empty()) return;
+  glActiveTexture(GL_TEXTURE0);
+  if (font_.is_open()) SendAtlas();
+  glBindTexture(GL_TEXTURE_2D, atlas_);
+  text_.Use();
+  text_.Set("canvas", static_cast<float>(frame.projection->width()),
+            static_cast<float>(frame.projection->height()));
+  text_.Set("atlas", 0);
+  stream_.Fill(GL_ARRAY_BUFFER, vertices.data(), vertices.size() * sizeof(TextVertex));
+  PointTo(kCorner, 4, GL_FLOAT, sizeof(TextVertex), 0);
+  PointTo(kColor, 4, GL_UNSIGNED_BYTE, sizeof(TextVertex), offsetof(TextVertex, color));
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices.size()));
+  CountCall();
+  ForgetAttributes();
+  glBindTexture(GL_TEXTURE_2D, 0);
+  writer_.Clear();
+}
+
+// ---- a picture ----------------------------------------------------------------------------------
+
+void Renderer::Impl::Clear(const Frame& frame, bool keep) {
+  glViewport(0, 0, frame.projection->width(), frame.projection->height());
+  glClearColor(kSky[0], kSky[1], kSky[2], 1);
+  glDepthMask(GL_TRUE);
+  glClear(keep ? GL_DEPTH_BUFFER_BIT : GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glDisable(GL_DEPTH_TEST);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  glDepthFunc(GL_LEQUAL);
+  if (keep) return;
+  DrawFloor(frame);
+  writer_.AddLabels(frame.floor, *frame.projection);
+  DrawScreen(frame);
+}
+
+void Renderer::Impl::DrawWorld(const Frame& frame) {
+  plain_.Use();
+  plain_.SetMatrix(frame.projection->both());
+  DrawPainting(frame.floor);
+  CollectInstances(frame);
+  DrawBodies(frame, &BodyBatch::footprints, Part::kFaces, 0, 1);
+
+  glEnable(GL_DEPTH_TEST);
+  DrawSolidBodies(frame);
+  plain_.Use();
+  DrawPainting(frame.solid);
+  DrawStallIcons(frame);
+  glDepthMask(GL_FALSE);
+  DrawTranslucentBodies(frame);
+  plain_.Use();
+  DrawPainting(frame.marks);
+  DrawFans(frame);
+  plain_.Use();
+  DrawPainting(frame.data);
+  glDepthMask(GL_TRUE);
+  DrawVisuals(frame);
+  glDisable(GL_DEPTH_TEST);
+}
+
+/// What nothing hides.
+void Renderer::Impl::DrawGlass(const Frame& frame, const Hud& hud) {
+  plain_.Use();
+  DrawPainting(frame.over);
+  writer_.AddLabels(frame.marks, *frame.projection);
+  writer_.AddLabels(frame.over, *frame.projection);
+  Gl::TakeTexts(&writer_);
+  for (std::size_t i = 0; i < frame.chart_count; i++) writer_.AddChart(frame.charts[i]);
+  if (!hud.clock.empty()) writer_.AddClock(hud.clock);
+  if (!hud.overlay.empty()) writer_.AddOverlay(hud.overlay, frame.projection->height());
+  DrawScreen(frame);
+}
+
+void Renderer::Impl::Draw(const Scene& scene, const Hud& hud) {
+  const Frame& frame = scene.frame();
+  std::string error;
+  if (!frame.projection || !Prepare(&error)) return;
+  draw_calls_ = 0;
+  glPushAttrib(GL_ALL_ATTRIB_BITS);
+  glBindVertexArray(arrays_);
+  glDisable(GL_LIGHTING);
+  glDisable(GL_CULL_FACE);
+  if (++frames_ % 64 == 0) DropOldShapes();
+
+  // Fast trails: while the view stays put, what was drawn stays.
+  bool keep = false;
+  if (frame.keep_last)
+    keep = kept_.Begin(frame.projection->width(), frame.projection->height()) &&
+           last_view_ == frame.projection->both();
+  else
+    kept_.Delete();
+  last_view_ = frame.projection->both();
+  Clear(frame, keep);
+  DrawWorld(frame);
+  if (frame.keep_last) kept_.End();
+  DrawGlass(frame, hud);
+
+  glUseProgram(0);
+  glBindVertexArray(0);
+  glBindBuffer(GL_ARRAY_BUFFER, 0);
+  glBindBuffer(GL_TEXTURE_BUFFER, 0);
+  glPopAttrib();
+}
+
+Renderer::Renderer() : impl_(std::make_unique<Impl>()) {}
+Renderer::~Renderer() = default;
+bool Renderer::Prepare(std::string* error) { return impl_->Prepare(error); }
+void Renderer::Draw(const Scene& scene, const Hud& hud) { impl_->Draw(scene, hud); }
+void Renderer::Forget() { impl_->Forget(); }
+unsigned Renderer::draw_calls() const { return impl_->draw_calls(); }
+
+}  // namespace Stg::draw

@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/draw/scene.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gui/draw/debug_picture.hh"
+#include "gui/draw/model_pictures.hh"
+#include "gui/draw/painter.hh"
+#include "gui/draw/scene_job.hh"
+#include "models/block.hh"
+#include "models/energy_charts.hh"
+#include "models/position.hh"
+#include "models/ranger.hh"
+#include "models/visualizer.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+
+namespace Stg::draw {
+
+using view::Show;
+
+bool Selection::Has(const Model* model) const {
+  return std::find(models.begin(), models.end(), model) != models.end();
+}
+
+std::size_t Scene::fans_in_view() const {
+  std::size_t count = 0;
+  for (const FanGroup& group : frame_.fans) count += group.fans.size();
+  return count;
+}
+
+void Scene::Update(World& world, const view::ViewState& view, int width, int height,
+                   const Selection& selection) {
+  if (world_ != &world || family_ != world.engine().family_changes) Rebuild(world);
+  const Job job{world, view, selection, width, height};
+  Begin(job);
+  AddBodies(job);
+  if (lowest_ < frame_.depths.min || highest_ > frame_.depths.max) {
+    Begin(job);  // something is higher than anything was in the last frame
+    AddBodies(job);
+  }
+  if (view.options[Show::kGrid])
+    DrawAxisNumbers(frame_.floor_x, frame_.floor_y, frame_.step, *frame_.projection, &frame_.floor);
+  if (view.options[Show::kOccupancy]) DrawOccupancy(world, *frame_.projection, &frame_.floor);
+  for (Model* model : selection.models) DrawSelected(*model, &frame_.marks, &frame_.over);
+  if (job.shows_data()) AddData(job);
+  if (view.options[Show::kRays] && selection.last)
+    DrawRays(world, *selection.last->Root(), &frame_.over);
+  for (const World::RecordedRay& ray : world.recorded_rays())
+    Painter(&frame_.over).Line({ray.x1, ray.y1, 0.1}, {ray.x2, ray.y2, 0.1});
+  DropUnusedBatches();
+}
+
+// ---- who there is -------------------------------------------------------------------------------
+
+Scene::Kind Scene::KindOf(const Model& model) {
+  if (dynamic_cast<const ModelPosition*>(&model)) return Kind::kPosition;
+  if (dynamic_cast<const ModelRanger*>(&model)) return Kind::kRanger;
+  return HasPicture(model) ? Kind::kOther : Kind::kPlain;
+}
+
+void Scene::Rebuild(World& world) {
+  world_ = &world;
+  family_ = world.engine().family_changes;
+  items_.clear();
+  for (BodyBatch& batch : frame_.bodies) batch.shape.reset();
+  frame_.bodies.clear();
+  for (Model* model : world.GetChildren()) AddTree(model, kNone);
+  shapes_.Tidy();
+}
+
+void Scene::AddTree(Model* model, uint32_t parent) {
+  const auto index = static_cast<uint32_t>(items_.size());
+  items_.push_back(
+      {model, parent, kNone, 0, KindOf(*model), !model->GetChildren().empty(), 0, 0, 0, 0, 0, 1});
+  FindShape(&items_.back());
+  for (Model* child : model->GetChildren()) AddTree(child, index);
+}
+
+void Scene::FindShape(Item* item) {
+  const BlockGroup& body = item->model->body();
+  item->version = body.version();
+  item->batch = body.empty() ? kNone : BatchOf(shapes_.Find(body, item->model->GetGeom().pose));
+}
+
+uint32_t Scene::BatchOf(const std::shared_ptr<const Shape>& shape) {
+  uint32_t free = static_cast<uint32_t>(frame_.bodies.size());
+  for (uint32_t i = 0; i < frame_.bodies.size(); i++) {
+    if (frame_.bodies[i].shape == shape) return i;
+    if (!frame_.bodies[i].shape) free = i;
+  }
+  if (free == frame_.bodies.size()) frame_.bodies.emplace_back();
+  frame_.bodies[free].shape = shape;
+  return free;
+}
+
+/// Shapes that nobody has any more, such as those of a gripper that has closed a bit.
+void Scene::DropUnusedBatches() {
+  if (!shapes_changed_) return;
+  shapes_changed_ = false;
+  std::vector<bool> used(frame_.bodies.size(), false);
+  for (const Item& item : items_)
+    if (item.batch != kNone) used[item.batch] = true;
+  for (size_t i = 0; i < used.size(); i++)
+    if (!used[i]) frame_.bodies[i].shape.reset();
+  shapes_.Tidy();
+}
+
+void Scene::PlaceItem(Item* item) {
+  const Pose pose = item->model->GetPose();
+  if (item->parent == kNone) {
+    item->x = pose.x;
+    item->y = pose.y;
+    item->z = pose.z;
+    item->a = pose.a;
+  } else {
+    const Item& parent = items_[item->parent];
+    item->x = parent.x + pose.x * parent.cosine - pose.y * parent.sine;
+    item->y = parent.y + pose.x * parent.sine + pose.y * parent.cosine;
+    item->z = parent.z + pose.z;
+    if (parent.model->StacksChildren()) item->z += parent.model->GetGeom().size.z;
+    item->a = parent.a + pose.a;
+  }
+  if (!item->has_children) return;
+  item->sine = std::sin(item->a);
+  item->cosine = std::cos(item->a);
+}
+
+// ---- a frame ------------------------------------------------------------------------------------
+
+void Scene::Begin(const Job& job) {
+  Frame& f = frame_;
+  f.flat = job.view.flat;
+  f.perspective = job.view.perspective;
+  f.is_perspective = job.view.is_perspective();
+  f.keep_last = job.view.options[Show::kTrailFast];
+  f.checked_floor = job.view.options[Show::kGrid];
+  f.step = AxisStep(job.view.flat.scale());
+  const bounds3d_t extent = job.world.GetExtent();
+  f.floor_x = extent.x;
+  f.floor_y = extent.y;
+  bounds3d_t reach = extent;
+  f.depths = reach.z = Bounds(lowest_ - 10, highest_ + 10);
+  f.projection.emplace(job.view, job.width, job.height, reach);
+  for (Painting* painting : {&f.floor, &f.solid, &f.marks, &f.data, &f.over}) painting->Clear();
+  for (BodyBatch& batch : f.bodies) {
+    batch.solid.clear();
+    batch.translucent.clear();
+    batch.footprints.clear();
+  }
+  for (FanGroup& group : f.fans) group.fans.clear();
+  f.ranges.clear();
+  f.bearings.clear();
+  f.visuals.clear();
+  f.stalled.clear();
+  f.chart_count = 0;
+}
+
+/// Models lie all over the memory: those that are next but some are asked for ahead of time.
+void Scene::Fetch(size_t index) const {
+  constexpr size_t kFar = 12, kNear = 6, kLine = 64;
+  if (index + kFar < items_.size()) {
+    const char* model = reinterpret_cast<const char*>(items_[index + kFar].model);
+    for (size_t offset = 0; offset < sizeof(Model); offset += kLine)
+      __builtin_prefetch(model + offset);
+  }
+  if (index + kNear < items_.size()) __builtin_prefetch(&items_[index + kNear].model->body());
+}
+
+void Scene::AddBodies(const Job& job) {
+  bodies_in_view_ = 0;
+  lowest_ = 0;
+  highest_ = 1;
+  for (size_t i = 0; i < items_.size(); i++) {
+    Fetch(i);
+    Item& item = items_[i];
+    PlaceItem(&item);
+    if (item.version != item.model->body().version()) {
+      FindShape(&item);
+      shapes_changed_ = true;
+    }
+    if (item.batch != kNone) AddBody(job, item);
+    if (item.parent == kNone && item.kind == Kind::kPosition) AddTrails(job, item);
+    AddExtras(job, item);
+  }
+}
+
+void Scene::AddBody(const Job& job, const Item& item) {
+  BodyBatch& batch = frame_.bodies[item.batch];
+  const Shape& shape = *batch.shape;
+  lowest_ = std::min(lowest_, item.z + shape.bottom);
+  highest_ = std::max(highest_, item.z + shape.top);
+  if (!job.view.options[Show::kBlocks]) return;
+  if (!frame_.projection->Sees(item.x, item.y, item.z, shape.radius)) return;
+  const Rgba color =
+      ToRgba(job.view.options[Show::kBlink] ? item.model->GetShownColor() : item.model->GetColor());
+  if (color.a == 0) return;
+  bodies_in_view_++;
+  (color.a == 255 ? batch.solid : batch.translucent)
+      .push_back({static_cast<float>(item.x), static_cast<float>(item.y),
+                  static_cast<float>(item.z), static_cast<float>(item.a), color});
+}
+
+void Scene::AddTrails(const Job& job, const Item& item) {
+  const view::ViewOptions& options = job.view.options;
+  const bool footprints = options[Show::kFootprints], blocks = options[Show::kTrailBlocks],
+             arrows = options[Show::kTrailArrows];
+  if (!footprints && !blocks && !arrows) return;
+  constexpr double kRise = 0.1;  // m for each second of age
+  const double step = 0.5 / (item.model->trail_capacity() + 1);
+  double opacity = 0;
+  Painter painter(&frame_.solid);
+  item.model->ForEachTrailItem([&](const Model::TrailItem& past) {
+    opacity += step;
+    const double radius = item.batch == kNone ? 0.2 : frame_.bodies[item.batch].shape->radius;
+    const double age = static_cast<double>(job.world.SimTimeNow() - past.time) / 1e6;
+    const double z = past.pose.z + kRise * age;
+    highest_ = std::max(highest_, z + radius);
+    if (!frame_.projection->Sees(past.pose.x, past.pose.y, footprints ? 0 : z,
+                                 radius + (footprints ? z : 0)))
+      return;
+    const Rgba color = ToRgba(past.color);
+    const auto instance = [&](double height, const Rgba& c) {
+      return Instance{static_cast<float>(past.pose.x), static_cast<float>(past.pose.y),
+                      static_cast<float>(height), static_cast<float>(past.pose.a), c};
+    };
+    if (item.batch != kNone && footprints)
+      frame_.bodies[item.batch].footprints.push_back(instance(0, color.WithOpacity(opacity)));
+    if (item.batch != kNone && blocks)
+      frame_.bodies[item.batch].solid.push_back(instance(z, color.WithOpacity(1)));
+    if (!arrows) return;
+    painter.SetFrame(Pose(past.pose.x, past.pose.y, z, past.pose.a));
+    painter.SetColor(color);
+    DrawArrow(&painter);
+  });
+}
+
+void Scene::AddExtras(const Job& job, const Item& item) {
+  const view::ViewOptions& options = job.view.options;
+  const Model& model = *item.model;
+  const Pose global(item.x, item.y, item.z, item.a);
+  if (options[Show::kStatus]) {
+    if (!model.speech().empty()) DrawSpeech(model, global, &frame_.over);
+    if (model.Stalled())
+      frame_.stalled.emplace_back(item.x, item.y, item.z + StackHeight(model) + 0.3 + 0.25);
+  }
+  if (options[Show::kFlags] && item.parent == kNone && !model.flags().empty())
+    DrawFlags(model, global, &frame_.solid);
+  if (options[Show::kBoundingBoxes] && &model != job.world.GetGround())
+    DrawBoundingBox(model, global, &frame_.solid);
+  if (options[Show::kGrid] && model.HasGuiGrid() && item.batch != kNone)
+    DrawModelGrid(model, global, frame_.bodies[item.batch].shape->top, frame_.step, &frame_.marks);
+}
+
+// ---- data ---------------------------------------------------------------------------------------
+
+void Scene::AddData(const Job& job) {
+  const view::ViewOptions& options = job.view.options;
+  for (const Item& item : items_) {
+    if (options[Show::kRasterization])
+      DrawRaster(*item.model, Pose(item.x, item.y, item.z, item.a), &frame_.marks, &frame_.over);
+    if (!item.model->HasSubscribers() || !job.shows_data_of(*item.model)) continue;
+    if (item.kind == Kind::kRanger && options[Show::kRanger]) AddFans(job, item);
+    if (item.kind == Kind::kOther || item.kind == Kind::kPosition)
+      DrawData(*item.model, Pose(item.x, item.y, item.z, item.a), options, *frame_.projection,
+               &frame_.data, &frame_.over);
+    if (!item.model->visualizers().empty()) AddVisuals(job, item);
+  }
+}
+
+void Scene::AddVisuals(const Job& job, const Item& item) {
+  for (Visualizer* visualizer : item.model->visualizers()) {
+    if (!job.view.options.IsOn(visualizer->GetMenuName())) continue;
+    if (const auto* plot = dynamic_cast<const StripPlotVis*>(visualizer)) {
+      if (job.selection.Has(item.model->Root())) AddChart(*plot);
+    } else if (const auto* heat = dynamic_cast<const DissipationVis*>(visualizer)) {
+      DrawDissipation(*heat, &frame_.floor);
+    } else {
+      frame_.visuals.push_back({item.model, visualizer, Pose(item.x, item.y, item.z, item.a)});
+    }
+  }
+}
+
+void Scene::AddChart(const StripPlotVis& plot) {
+  if (frame_.chart_count == frame_.charts.size()) frame_.charts.emplace_back();
+  Chart& chart = frame_.charts[frame_.chart_count++];
+  chart.x = plot.x();
+  chart.y = plot.y();
+  chart.width = plot.width();
+  chart.height = plot.height();
+  chart.color = ToRgba(plot.color());
+  chart.background = ToRgba(plot.background());
+  chart.least = plot.Least();
+  chart.greatest = plot.Greatest();
+  chart.values = plot.Values();
+}
+
+void Scene::AddFans(const Job& job, const Item& item) {
+  constexpr double kLongest = 1e5;  // m; what is infinite ends here
+  const auto& ranger = static_cast<const ModelRanger&>(*item.model);
+  const Pose global(item.x, item.y, item.z, item.a);
+  const double sine = std::sin(item.a), cosine = std::cos(item.a);
+  for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
+    const Pose& p = sensor.pose;
+    const Pose place(global.x + p.x * cosine - p.y * sine, global.y + p.x * sine + p.y * cosine,
+                     global.z + p.z + sensor.size.z / 2, global.a + p.a);
+    const double reach = std::min(std::fabs(sensor.range.max), kLongest);
+    if (!frame_.projection->Sees(place.x, place.y, place.z, reach)) continue;
+    DrawSensor(sensor, place, job.view.options, &frame_.data);
+    const size_t count = sensor.ranges.size();
+    if (!job.view.options[Show::kRangerArea] || count < 2 || sensor.bearings.size() != count)
+      continue;
+    FanGroup* group = nullptr;
+    for (FanGroup& g : frame_.fans)
+      if (g.samples == count) group = &g;
+    if (!group) {
+      frame_.fans.push_back({static_cast<uint32_t>(count), {}});
+      group = &frame_.fans.back();
+    }
+    group->fans.push_back({static_cast<float>(place.x), static_cast<float>(place.y),
+                           static_cast<float>(place.z), static_cast<float>(place.a),
+                           static_cast<uint32_t>(frame_.ranges.size()), static_cast<float>(reach),
+                           ToRgba(sensor.color).WithOpacity(0.1)});
+    for (const double range : sensor.ranges) frame_.ranges.push_back(static_cast<float>(range));
+    for (const double b : sensor.bearings) frame_.bearings.push_back(static_cast<float>(b));
+  }
+}
+
+}  // namespace Stg::draw

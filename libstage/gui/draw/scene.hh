@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// A copy of what is to be seen of a world at one moment, ready to be drawn while the world moves
+// on. What is out of view is left out of it. No OpenGL here.
+//
+// A scene is brought up to date between two steps of its world. Its memory is kept from frame to
+// frame: once the world and the view are as large as they get, nothing is allocated any more.
+
+#ifndef STAGE_GUI_DRAW_SCENE_HH
+#define STAGE_GUI_DRAW_SCENE_HH
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gui/draw/primitives.hh"
+#include "gui/draw/shape.hh"
+#include "gui/view/projection.hh"
+#include "gui/view/view_state.hh"
+#include "models/model.hh"
+
+namespace Stg {
+class StripPlotVis;
+class World;
+}  // namespace Stg
+
+namespace Stg::draw {
+
+/// The models that are marked, and the one that was marked last, if only in the past.
+struct Selection {
+  std::vector<Model*> models;
+  Model* last = nullptr;
+
+  bool Has(const Model* model) const;
+};
+
+/// Models of one shape.
+struct BodyBatch {
+  std::shared_ptr<const Shape> shape;
+  std::vector<Instance> solid, translucent;
+  std::vector<Instance> footprints;  ///< to be drawn flat, on the floor
+};
+
+/// Sensors with the same number of samples.
+struct FanGroup {
+  uint32_t samples = 0;
+  std::vector<FanInstance> fans;
+};
+
+/// A strip chart, in pixels from the lower left corner.
+struct Chart {
+  float x, y, width, height;
+  Rgba color, background;
+  float least, greatest;
+  std::vector<float> values;
+};
+
+/// A client's visualizer that is on: to be called when the picture is made.
+struct ClientVisual {
+  Model* model;
+  Visualizer* visualizer;
+  Pose frame;
+};
+
+/// What there is to draw, in the order of drawing.
+struct Frame {
+  std::optional<view::Projection> projection;
+  OrthoCamera flat;
+  PerspectiveCamera perspective;
+  bool is_perspective = false, keep_last = false, checked_floor = true;
+  Bounds floor_x, floor_y;  ///< empty extents: no floor
+  Bounds depths;            ///< heights that the flat view shows
+  double step = 0;          ///< metres between axis numbers
+
+  Painting floor;  ///< axis numbers, occupied cells: on the floor, hidden by nothing before them
+  std::vector<BodyBatch> bodies;
+  Painting solid;  ///< flags, arrows, boxes
+  Painting marks;  ///< of the selection, and grids of models: translucent
+  std::vector<FanGroup> fans;
+  std::vector<float> ranges, bearings;
+  Painting data;  ///< translucent, behind what is higher
+  std::vector<ClientVisual> visuals;
+  std::vector<point3_t> stalled;  ///< places of the stall icons
+  Painting over;                  ///< hidden by nothing: speech, ids, the picture of rays
+  std::vector<Chart> charts;
+  std::size_t chart_count = 0;  ///< of `charts`; the rest is kept for its memory
+
+  const Camera& camera() const {
+    return is_perspective ? static_cast<const Camera&>(perspective) : flat;
+  }
+};
+
+class Scene {
+ public:
+  /// Copies what a canvas of width x height pixels shows. The world must be between two steps.
+  void Update(World& world, const view::ViewState& view, int width, int height,
+              const Selection& selection = Selection());
+
+  const Frame& frame() const { return frame_; }
+  /// If so, the world must not move until the scene is drawn: clients' visualizers look at it.
+  bool has_client_visuals() const { return !frame_.visuals.empty(); }
+
+  // For tests and figures.
+  std::size_t model_count() const { return items_.size(); }
+  std::size_t bodies_in_view() const { return bodies_in_view_; }
+  std::size_t fans_in_view() const;
+
+ private:
+  enum class Kind : uint8_t { kPlain, kPosition, kRanger, kOther };
+  static constexpr uint32_t kNone = 0xffffffff;
+
+  struct Item {
+    Model* model;
+    uint32_t parent;   // its index, or kNone
+    uint32_t batch;    // kNone: no body
+    unsigned version;  // of the body that the batch's shape was made of
+    Kind kind;
+    bool has_children;
+    // Of this frame: the global pose, sine and cosine of its heading if it has children.
+    double x, y, z, a, sine, cosine;
+  };
+  struct Job;  // what one update needs to know
+
+  static Kind KindOf(const Model& model);
+  void Rebuild(World& world);
+  void AddTree(Model* model, uint32_t parent);
+  void PlaceItem(Item* item);
+  void FindShape(Item* item);
+  uint32_t BatchOf(const std::shared_ptr<const Shape>& shape);
+  void DropUnusedBatches();
+
+  void Begin(const Job& job);
+  void Fetch(std::size_t index) const;
+  void AddBodies(const Job& job);
+  void AddBody(const Job& job, const Item& item);
+  void AddTrails(const Job& job, const Item& item);
+  void AddExtras(const Job& job, const Item& item);
+  void AddData(const Job& job);
+  void AddVisuals(const Job& job, const Item& item);
+  void AddFans(const Job& job, const Item& item);
+  void AddChart(const StripPlotVis& plot);
+
+  const World* world_ = nullptr;
+  uint64_t family_ = 0;
+  std::vector<Item> items_;  // parents before their children
+  ShapeStore shapes_;
+  bool shapes_changed_ = false;
+  double lowest_ = 0, highest_ = 1;  // of the bodies of the last frame, metres
+  std::size_t bodies_in_view_ = 0;
+  Frame frame_;
+};
+
+}  // namespace Stg::draw
+
+#endif

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What one update of a scene needs to know. For scene.cc only.
+
+#ifndef STAGE_GUI_DRAW_SCENE_JOB_HH
+#define STAGE_GUI_DRAW_SCENE_JOB_HH
+
+#include "gui/draw/scene.hh"
+#include "world/world.hh"
+
+namespace Stg::draw {
+
+struct Scene::Job {
+  World& world;
+  const view::ViewState& view;
+  const Selection& selection;
+  int width, height;
+
+  bool shows_data() const { return view.options[view::Show::kData] && world.SimTimeNow() > 0; }
+  /// With "Selected only": those of the selected models, or of the one selected last.
+  bool shows_data_of(Model& model) const {
+    if (!view.options[view::Show::kSelectedOnly]) return true;
+    if (selection.models.empty()) return selection.last && model.Root() == selection.last->Root();
+    return selection.Has(model.Root());
+  }
+};
+
+}  // namespace Stg::draw
+
+#endif

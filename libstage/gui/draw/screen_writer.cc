@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/draw/screen_writer.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace Stg::draw {
+
+namespace {
+
+constexpr double kMargin = 5;             // pixels around texts in boxes
+constexpr double kLeastClockWidth = 200;  // pixels
+constexpr Rgba kPaleBlue = {204, 204, 255, 255}, kPink = {255, 204, 204, 255};
+constexpr Rgba kGlass = {255, 255, 255, 215};
+
+}  // namespace
+
+void ScreenWriter::AddTriangle(double ax, double ay, double bx, double by, double cx, double cy,
+                               const Rgba& color) {
+  for (const auto& [x, y] : {std::pair{ax, ay}, std::pair{bx, by}, std::pair{cx, cy}})
+    vertices_.push_back({static_cast<float>(x), static_cast<float>(y), -1, -1, color});
+}
+
+void ScreenWriter::AddBox(double x, double y, double width, double height, const Rgba& color) {
+  AddTriangle(x, y, x + width, y, x + width, y + height, color);
+  AddTriangle(x, y, x + width, y + height, x, y + height, color);
+}
+
+void ScreenWriter::AddOctagon(double x, double y, double width, double height, double margin,
+                              const Rgba& color) {
+  AddBox(x - margin, y, width + 2 * margin, height, color);
+  const double top = y + height, right = x + width;
+  AddBox(x, y - margin, width, margin, color);
+  AddBox(x, top, width, margin, color);
+  AddTriangle(x - margin, y, x, y - margin, x, y, color);
+  AddTriangle(right, y, right, y - margin, right + margin, y, color);
+  AddTriangle(right, top, right + margin, top, right, top + margin, color);
+  AddTriangle(x, top, x, top + margin, x - margin, top, color);
+}
+
+void ScreenWriter::AddBubble(std::string_view text, double x, double y) {
+  const double width = font_.Width(text), height = font_.height();
+  x = std::round(x) + kMargin;
+  y = std::round(y) + kMargin;
+  AddOctagon(x, y, width, height, kMargin + 1, kBlack);
+  AddOctagon(x, y, width, height, kMargin, kPink);
+  font_.Append(text, x, y + font_.descent(), kBlack, &vertices_);
+}
+
+void ScreenWriter::AddText(std::string_view text, double x, double y, const Rgba& color,
+                           Align align) {
+  const double share = align == Align::kLeft ? 0 : align == Align::kCentre ? 0.5 : 1;
+  if (share > 0) x -= share * font_.Width(text);
+  font_.Append(text, x, y, color, &vertices_);
+}
+
+void ScreenWriter::AddLabels(const Painting& painting, const view::Projection& projection) {
+  for (const Label& label : painting.labels) {
+    const auto at =
+        projection.ToPixels(point3_t(double{label.x}, double{label.y}, double{label.z}));
+    if (!at || at->z < 0 || at->z > 1) continue;
+    const std::string_view text = painting.TextOf(label);
+    if (label.kind == LabelKind::kBubble)
+      AddBubble(text, at->x, at->y);
+    else
+      AddText(text, at->x, at->y, label.color, label.align);
+  }
+}
+
+void ScreenWriter::AddClock(const std::string& text) {
+  const double width = std::max(kLeastClockWidth, font_.Width(text));
+  AddBox(0, 0, width + 2 * kMargin, font_.height() + 2 * kMargin, kPaleBlue);
+  AddText(text, kMargin, kMargin + font_.descent(), kBlack);
+}
+
+void ScreenWriter::AddOverlay(const std::vector<std::string>& lines, int canvas_height) {
+  double width = 0;
+  for (const std::string& line : lines) width = std::max(width, font_.Width(line));
+  const double height = font_.height() * static_cast<double>(lines.size()) + 2 * kMargin;
+  AddBox(0, canvas_height - height, width + 2 * kMargin, height, kGlass);
+  double y = canvas_height - kMargin;
+  for (const std::string& line : lines) {
+    y -= font_.height();
+    AddText(line, kMargin, y + font_.descent(), kBlack);
+  }
+}
+
+void ScreenWriter::AddChart(const Chart& chart) {
+  const double x = double{chart.x}, y = double{chart.y};
+  const double width = double{chart.width}, height = double{chart.height};
+  AddBox(x, y, width, height, chart.background);
+  const double span = std::max(double{chart.greatest} - double{chart.least}, 1e-12);
+  const auto level = [&](float value) {
+    return y + (double{value} - double{chart.least}) / span * height;
+  };
+  const double step = width / static_cast<double>(std::max<size_t>(chart.values.size(), 2) - 1);
+  for (size_t i = 1; i < chart.values.size(); i++) {
+    const double from = x + static_cast<double>(i - 1) * step, to = from + step;
+    const double a = level(chart.values[i - 1]), b = level(chart.values[i]);
+    AddTriangle(from, a, to, b, to, b + 1, chart.color);
+    AddTriangle(from, a, to, b + 1, from, a + 1, chart.color);
+  }
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", double{chart.least});
+  AddText(text, x, y + font_.descent(), kBlack);
+  std::snprintf(text, sizeof text, "%.2f", double{chart.greatest});
+  AddText(text, x, y + height - font_.height() + font_.descent(), kBlack);
+}
+
+}  // namespace Stg::draw

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The shaders. Matrices are world to clip coordinates.
+
+#ifndef STAGE_GUI_DRAW_SHADERS_HH
+#define STAGE_GUI_DRAW_SHADERS_HH
+
+namespace Stg::draw {
+
+/// Colour as it comes.
+inline constexpr char kColorFragment[] = R"(#version 140
+in vec4 shade;
+out vec4 fragment;
+void main() { fragment = shade; }
+)";
+
+/// Bodies: a shape at many places. `height` scales z (0: footprints), `brightness` the colour.
+inline constexpr char kBodyVertex[] = R"(#version 140
+uniform mat4 matrix;
+uniform float height, brightness;
+in vec3 corner;
+in vec4 color;
+in vec4 place;
+out vec4 shade;
+void main() {
+  float c = cos(place.w), s = sin(place.w);
+  vec2 plan = mat2(c, s, -s, c) * corner.xy + place.xy;
+  gl_Position = matrix * vec4(plan, height * (corner.z + place.z), 1.0);
+  shade = vec4(color.rgb * brightness, color.a);
+}
+)";
+
+/// Points, lines and triangles of the world.
+inline constexpr char kPlainVertex[] = R"(#version 140
+uniform mat4 matrix;
+in vec3 corner;
+in vec4 color;
+out vec4 shade;
+void main() {
+  gl_Position = matrix * vec4(corner, 1.0);
+  shade = color;
+}
+)";
+
+/// Areas that rays have swept: triangle t of a fan has the sensor and the ends of its rays t and
+/// t + 1 for corners. corner: its pose; place: its first sample; extra: its longest range.
+inline constexpr char kFanVertex[] = R"(#version 140
+uniform mat4 matrix;
+uniform samplerBuffer ranges, bearings;
+in vec4 corner;
+in uint place;
+in float extra;
+in vec4 color;
+out vec4 shade;
+void main() {
+  vec2 end = vec2(0.0);
+  int k = gl_VertexID % 3;
+  if (k != 0) {
+    int sample_index = int(place) + gl_VertexID / 3 + k - 1;
+    float heading = corner.w + texelFetch(bearings, sample_index).r;
+    end = min(texelFetch(ranges, sample_index).r, extra) * vec2(cos(heading), sin(heading));
+  }
+  gl_Position = matrix * vec4(corner.xy + end, corner.z, 1.0);
+  shade = color;
+}
+)";
+
+/// The floor: squares of 1 m, mixed where they get smaller than pixels.
+inline constexpr char kFloorVertex[] = R"(#version 140
+uniform mat4 matrix;
+in vec3 corner;
+out vec2 metres;
+void main() {
+  gl_Position = matrix * vec4(corner, 1.0);
+  metres = corner.xy;
+}
+)";
+inline constexpr char kFloorFragment[] = R"(#version 140
+uniform float checked;
+in vec2 metres;
+out vec4 fragment;
+void main() {
+  vec2 square = floor(metres);
+  float odd = mod(square.x + square.y, 2.0);
+  vec2 grain = fwidth(metres);
+  float mixed = clamp(2.0 * max(grain.x, grain.y) - 0.5, 0.0, 1.0);
+  float blue = checked * mix(odd, 0.5, mixed);
+  fragment = vec4(mix(vec3(1.0), vec3(0.961, 0.961, 1.0), blue), 1.0);
+}
+)";
+
+/// Texts and boxes in pixels of the canvas; a negative u means a plain area.
+inline constexpr char kTextVertex[] = R"(#version 140
+uniform vec2 canvas;
+in vec4 corner;
+in vec4 color;
+out vec4 shade;
+out vec2 letter;
+void main() {
+  gl_Position = vec4(2.0 * corner.xy / canvas - 1.0, 0.0, 1.0);
+  letter = corner.zw;
+  shade = color;
+}
+)";
+inline constexpr char kTextFragment[] = R"(#version 140
+uniform sampler2D atlas;
+in vec4 shade;
+in vec2 letter;
+out vec4 fragment;
+void main() {
+  float opacity = letter.x < 0.0 ? 1.0 : texture(atlas, letter).r;
+  fragment = vec4(shade.rgb, shade.a * opacity);
+}
+)";
+
+}  // namespace Stg::draw
+
+#endif

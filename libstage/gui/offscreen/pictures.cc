@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/offscreen/pictures.hh"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+
+#include "gui/draw/figures.hh"
+#include "gui/draw/renderer.hh"
+#include "gui/draw/scene.hh"
+#include "gui/offscreen/context.hh"
+#include "gui/offscreen/film.hh"
+#include "gui/offscreen/png_writer.hh"
+#include "models/visualizer.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg::offscreen {
+
+namespace {
+
+using view::Show;
+
+constexpr int kDefaultWidth = 800, kDefaultHeight = 600;
+
+/// Has no window, but models may attach their visualizers.
+class PictureWorld : public World {
+ public:
+  explicit PictureWorld(view::ViewState* view) : view_(*view) {}
+  bool IsGUI() const override { return true; }
+  void OfferVisualizer(Visualizer* visualizer, bool on_by_default) override {
+    view_.options.Register(visualizer->GetMenuName(), visualizer->GetWorldfileName(),
+                           on_by_default);
+  }
+  bool has_window_section() const { return has_window_section_; }
+
+ protected:
+  void LoadWindowSection() override { has_window_section_ = view_.Load(GetWorldFile()); }
+
+ private:
+  view::ViewState& view_;
+  bool has_window_section_ = false;
+};
+
+bool IsWritable(const std::string& file, std::string* error) {
+  const size_t slash = file.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : file.substr(0, slash + 1);
+  struct stat found;
+  const bool exists = stat(file.c_str(), &found) == 0;
+  if (exists && S_ISDIR(found.st_mode)) {
+    *error = file + " is a folder, expected the name of a file";
+    return false;
+  }
+  if (access(folder.c_str(), W_OK | X_OK) == 0) return true;
+  *error = file + " can't be written: " + std::strerror(errno);
+  return false;
+}
+
+class OffscreenPictures : public Pictures {
+ public:
+  explicit OffscreenPictures(const Orders& orders) : orders_(orders) {
+    std::stable_sort(orders_.shots.begin(), orders_.shots.end(),
+                     [](const auto& a, const auto& b) { return a.time < b.time; });
+  }
+
+  bool Check(std::string* error) {
+    for (const Orders::Shot& shot : orders_.shots)
+      if (!IsWritable(shot.file, error)) return false;
+    return orders_.folder.empty() || film_.Open(orders_.folder, error);
+  }
+
+  World* MakeWorld() override { return world_ = new PictureWorld(&view_); }
+
+  bool Begin(std::string* error) override {
+    ChooseSize();
+    view_.options.OfferFor(*world_);
+    const bool trails = view_.options[Show::kFootprints] || view_.options[Show::kTrailArrows] ||
+                        view_.options[Show::kTrailBlocks];
+    world_->RecordTrails(trails);
+    if (!view_.follow_model.empty()) selection_.last = world_->GetModel(view_.follow_model);
+    context_ = Context::Make(width_, height_, error);
+    return context_ && renderer_.Prepare(error);
+  }
+
+  bool Make(std::string* error) override {
+    const usec_t now = world_->SimTimeNow();
+    bool drawn = false;
+    while (next_shot_ < orders_.shots.size() && orders_.shots[next_shot_].time <= now) {
+      if (!drawn) Draw();
+      drawn = true;
+      if (!WritePng(orders_.shots[next_shot_++].file, image_, error)) return false;
+    }
+    if (orders_.folder.empty() || !film_.IsDue(now)) return true;
+    if (!drawn) Draw();
+    return film_.Add(image_, now, error);
+  }
+
+  bool End(std::string* error) override {
+    if (next_shot_ == orders_.shots.size()) return true;
+    const Orders::Shot& missed = orders_.shots[next_shot_];
+    char text[128];
+    std::snprintf(text, sizeof text, " was not made: the run ended after %g s, before %g s",
+                  static_cast<double>(world_->SimTimeNow()) / 1e6,
+                  static_cast<double>(missed.time) / 1e6);
+    *error = missed.file + text;
+    return false;
+  }
+
+ private:
+  /// A picture of another size than the window shows the same part of the world.
+  void ChooseSize() {
+    const bool sized = world_->has_window_section() && view_.width > 0 && view_.height > 0;
+    const int window_width = sized ? view_.width : kDefaultWidth;
+    const int window_height =
+        sized ? std::max(1, view_.height - view::ViewState::kMenuHeight) : kDefaultHeight;
+    width_ = orders_.width > 0 ? orders_.width : window_width;
+    height_ = orders_.height > 0 ? orders_.height : window_height;
+    if (!world_->has_window_section()) {
+      ShowAll();
+      return;
+    }
+    const double zoom = std::min(static_cast<double>(width_) / window_width,
+                                 static_cast<double>(height_) / window_height);
+    view_.flat.setScale(view_.flat.scale() * zoom);
+  }
+
+  void ShowAll() {
+    Bounds x(0, 0), y(0, 0);
+    for (const Model* model : world_->GetChildren()) {
+      const Pose pose = model->GetGlobalPose();
+      const Size size = model->GetGeom().size;
+      x = Bounds(std::min(x.min, pose.x - size.x / 2), std::max(x.max, pose.x + size.x / 2));
+      y = Bounds(std::min(y.min, pose.y - size.y / 2), std::max(y.max, pose.y + size.y / 2));
+    }
+    view_.ShowAll(x, y, width_, height_);
+  }
+
+  void Draw() {
+    if (selection_.last) view_.Follow(selection_.last->GetGlobalPose());
+    scene_.Update(*world_, view_, width_, height_, selection_);
+    draw::Hud hud;
+    if (view_.options[Show::kClock]) hud.clock = world_->ClockString();
+    if (view_.options[Show::kOverlay]) {
+      figures_.Update(*world_, WallClock());
+      hud.overlay = figures_.lines();
+    }
+    context_->Bind();
+    renderer_.Draw(scene_, hud);
+    context_->Read(&image_);
+  }
+
+  Orders orders_;
+  Film film_;
+  size_t next_shot_ = 0;
+  view::ViewState view_;
+  PictureWorld* world_ = nullptr;
+  draw::Selection selection_;
+  int width_ = 0, height_ = 0;
+  std::unique_ptr<Context> context_;
+  draw::Scene scene_;
+  draw::Renderer renderer_;
+  draw::Figures figures_;
+  Image image_;
+};
+
+Pictures* Make(const Orders& orders, std::string* error) {
+  auto pictures = std::make_unique<OffscreenPictures>(orders);
+  return pictures->Check(error) ? pictures.release() : nullptr;
+}
+
+}  // namespace
+
+}  // namespace Stg::offscreen
+
+extern "C" Stg::offscreen::Pictures* stage_make_pictures(const Stg::offscreen::Orders& orders,
+                                                         std::string* error) {
+  return Stg::offscreen::Make(orders, error);
+}
+static_assert(std::is_same_v<Stg::offscreen::MakePictures, decltype(&stage_make_pictures)>);

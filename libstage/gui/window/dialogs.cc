@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/window/dialogs.hh"
+
+#include <FL/Fl.H>
+#include <FL/Fl_Box.H>
+#include <FL/Fl_Check_Button.H>
+#include <FL/Fl_File_Chooser.H>
+#include <FL/Fl_Multiline_Output.H>
+#include <FL/Fl_Return_Button.H>
+#include <FL/Fl_Scroll.H>
+#include <FL/Fl_Text_Display.H>
+#include <FL/Fl_Window.H>
+#include <FL/fl_ask.H>
+
+#include <cstdlib>
+
+#include "gui/window/parts.hh"
+#include "stage.hh"
+
+namespace Stg::internal::window {
+
+// ---- data filter --------------------------------------------------------------------------------
+
+/// Keys that it has no use for are those of the main window.
+class FilterDialog::Window : public Fl_Window {
+ public:
+  static constexpr int kWidth = 180, kHeight = 250, kRow = 30, kGap = 10, kText = 12;
+
+  explicit Window(Parts& parts) : Fl_Window(kWidth, kHeight, "Visualize"), parts_(parts) {
+    auto* frame = new Fl_Group(0, 0, kWidth, kRow);
+    frame->box(FL_ENGRAVED_FRAME);
+    AddButton(static_cast<std::size_t>(view::Show::kSelectedOnly), 0, kWidth);
+    frame->end();
+    list_ = new Fl_Scroll(0, kRow, kWidth, kHeight - kRow);
+    list_->type(Fl_Scroll::VERTICAL);
+    list_->end();
+    end();
+    resizable(list_);
+    set_non_modal();  // above the main window
+  }
+
+  void Fill() {
+    list_->clear();
+    list_->scroll_to(0, 0);
+    list_->begin();
+    int y = list_->y();
+    for (const std::size_t option : parts_.view.options.Filter()) {
+      AddButton(option, y, kWidth - Fl::scrollbar_size());
+      y += kRow;
+    }
+    list_->end();
+    list_->redraw();
+  }
+
+  int handle(int event) override {
+    if (Fl_Window::handle(event)) return 1;
+    return event == FL_SHORTCUT && parts_.menu.HandleShortcut() ? 1 : 0;
+  }
+
+ private:
+  class Button : public Fl_Check_Button {
+   public:
+    Button(Parts& parts, std::size_t option, int y, int width)
+        : Fl_Check_Button(0, y, width, kRow), parts_(parts), option_(option) {
+      const view::Option& of = parts.view.options.all()[option];
+      copy_label(of.menu_name.c_str());
+      labelsize(kText);
+      value(of.on ? 1 : 0);
+      callback([](Fl_Widget* widget, void*) { static_cast<Button*>(widget)->Act(); });
+    }
+
+   private:
+    void Act() {
+      parts_.view.options.Set(option_, value() != 0);
+      parts_.runner.WantFrame(true);
+    }
+    Parts& parts_;
+    std::size_t option_;
+  };
+
+  void AddButton(std::size_t option, int y, int width) { new Button(parts_, option, y, width); }
+
+  Parts& parts_;
+  Fl_Scroll* list_;
+};
+
+FilterDialog::FilterDialog(Parts& parts) : parts_(parts) {}
+FilterDialog::~FilterDialog() = default;
+
+void FilterDialog::Toggle() {
+  if (window_ && window_->shown()) return Close();
+  Fl_Group::current(nullptr);
+  window_ = std::make_unique<Window>(parts_);
+  window_->Fill();
+  const Fl_Window& main = parts_.world;
+  window_->position(main.x_root() + main.w() + Window::kGap, main.y_root());
+  window_->show();
+}
+
+void FilterDialog::Close() {
+  if (window_) window_->hide();
+}
+
+void FilterDialog::Refresh() {
+  if (window_ && window_->shown()) window_->Fill();
+}
+
+// ---- texts --------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr char kHelp[] =
+    R"(docs/window.md of the source tree has a table of all keys and of what the mouse does;
+docs/properties.md explains every property of a world file, docs/ has more.
+
+The keys stand beside the items of the menus. Some to begin with:
+  p      pause, and go on          .      one step
+  ]  [   faster, slower            {  }   real time, as fast as possible
+  d      what the sensors see      space  look from straight above
+  r      perspective view          f      follow the robot that was clicked last
+
+Mouse: drag a robot to move it, with the right button to turn it; drag anything
+else to move the view, turn the wheel to zoom, press Ctrl and move to tilt.
+
+The program's options:  stage --help
+)";
+
+std::string AboutText() {
+  return std::string(
+             "Stage 5 is an independent rewrite of Stage, the 2D multi-robot simulator. It "
+             "is not a release by Stage's authors and contains nothing of their code. "
+             "Stage was made by Richard Vaughan, Brian Gerkey, Andrew Howard and many "
+             "contributors.\n\n") +
+         COPYRIGHT + "\n\n" + LICENSE;
+}
+
+/// A window that has a text, read-only, and is there once however often it is opened.
+class TextWindow : public Fl_Window {
+ public:
+  TextWindow(int width, int height, const char* title, const std::string& text, int top, int bottom)
+      : Fl_Window(width, height, title) {
+    auto* display = new Fl_Text_Display(0, top, width, height - top - bottom);
+    buffer_.text(text.c_str());
+    display->buffer(buffer_);
+    display->textsize(12);
+    display->wrap_mode(Fl_Text_Display::WRAP_AT_BOUNDS, 0);
+    resizable(display);
+  }
+
+ private:
+  Fl_Text_Buffer buffer_;
+};
+
+void Hide(Fl_Widget*, void* window) { static_cast<Fl_Window*>(window)->hide(); }
+
+}  // namespace
+
+void ShowHelp() {
+  Fl_Group::current(nullptr);
+  static auto* window = [] {
+    auto* made = new TextWindow(500, 250, "Getting help with Stage", kHelp, 0, 0);
+    made->end();
+    return made;
+  }();
+  window->show();
+}
+
+void ShowAbout() {
+  constexpr int kWidth = 420, kHeight = 330, kTop = 60, kBottom = 40;
+  Fl_Group::current(nullptr);
+  static auto* window = [] {
+    auto* made = new TextWindow(kWidth, kHeight, "About Stage", AboutText(), kTop, kBottom);
+    static const std::string name = std::string("Stage ") + Version();
+    auto* title = new Fl_Box(0, 0, kWidth, kTop, name.c_str());
+    title->labelsize(26);
+    title->labelfont(FL_HELVETICA_BOLD);
+    auto* ok = new Fl_Return_Button(kWidth - 90, kHeight - 32, 80, 24, "OK");
+    ok->callback(Hide, made);
+    made->end();
+    return made;
+  }();
+  window->show();
+}
+
+// ---- questions ----------------------------------------------------------------------------------
+
+namespace {
+
+std::string Choose(const std::string& start, int type, const char* title, const char* ok) {
+  Fl_File_Chooser chooser(start.c_str(), "World Files (*.world)", type, title);
+  chooser.ok_label(ok);
+  chooser.preview(0);
+  chooser.show();
+  while (chooser.shown()) Fl::wait();
+  return chooser.value() ? chooser.value() : "";
+}
+
+}  // namespace
+
+void Alert(const std::string& text) {
+  fl_message_title("Stage");
+  fl_alert("%s", text.c_str());
+}
+
+std::string ChooseFileToLoad(const std::string& present) {
+  const size_t slash = present.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : present.substr(0, slash + 1);
+  return Choose(folder, Fl_File_Chooser::SINGLE, "Load World", "Load");
+}
+
+std::string ChooseFileToSave(const std::string& present) {
+  const char* home = std::getenv("HOME");
+  const std::string start =
+      !present.empty() ? present : std::string(home ? home : ".") + "/my_scene.world";
+  return Choose(start, Fl_File_Chooser::CREATE, "Save World As", "Save");
+}
+
+QuitAnswer AskBeforeQuitting() {
+  fl_message_title("Quitting Stage");
+  // Esc is the first, Return the second.
+  switch (fl_choice("Save the world before quitting?", "Cancel", "Save, then quit",
+                    "Quit without saving")) {
+    case 1:
+      return QuitAnswer::kSave;
+    case 2:
+      return QuitAnswer::kQuit;
+    default:
+      return QuitAnswer::kCancel;
+  }
+}
+
+}  // namespace Stg::internal::window

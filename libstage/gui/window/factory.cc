@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/window/factory.hh"
+
+#include "gui/window/parts.hh"
+
+extern "C" Stg::World* stage_make_window(const Stg::WindowRequest* request, std::string* message) {
+  *message = Stg::Canvas::Obstacle();
+  if (!message->empty()) return nullptr;
+  auto* world = new Stg::WorldGui(request->width, request->height, request->caption);
+  world->parts().ends_at_quit_time = request->ends_at_quit_time;
+  return world;
+}

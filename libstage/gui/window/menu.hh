@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The menu bar. Its items' shortcuts are all the keys that there are, but for the arrows.
+
+#ifndef STAGE_GUI_WINDOW_MENU_HH
+#define STAGE_GUI_WINDOW_MENU_HH
+
+#include <FL/Fl_Menu_Bar.H>
+
+#include <deque>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace Stg::view {
+class ViewOptions;
+}
+
+namespace Stg::internal::window {
+
+struct Parts;
+
+class Menu {
+ public:
+  Menu(Parts& parts, int width, int height);
+
+  Fl_Menu_Bar* bar() { return bar_; }
+  /// Sets the ticks to what the options are.
+  void ShowOptions(const view::ViewOptions& options);
+  /// Whether the key just pressed was one of its shortcuts; then what it stands for is done.
+  bool HandleShortcut();
+
+ private:
+  void Add(const char* path, const char* shortcut, std::function<void()> action, int flags = 0);
+  void AddFileMenu();
+  void AddViewMenu();
+  void AddOptions();
+  void AddRunMenu();
+  void AddHelpMenu();
+  static void Call(Fl_Widget*, void* action) { (*static_cast<std::function<void()>*>(action))(); }
+
+  Parts& parts_;
+  Fl_Menu_Bar* bar_;  // belongs to the window
+  std::deque<std::function<void()>> actions_;
+  std::vector<std::pair<std::size_t, std::string>> ticks_;  // option, path of its item
+};
+
+/// FLTK's number for "d", "Ctrl+O", "Ctrl+Shift+S"; 0 for an empty text.
+int ShortcutNumber(const std::string& text);
+
+}  // namespace Stg::internal::window
+
+#endif

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/window/parts.hh"
+
+#include <FL/fl_ask.H>
+
+#include <cmath>
+#include <cstdio>
+
+#include "worldfile/worldfile.hh"
+
+namespace Stg::internal::window {
+
+namespace {
+constexpr double kFaster = 1.2, kSlower = 0.8;
+constexpr double kBelowFast = 100;  // times real time, from "as fast as possible" downwards
+}  // namespace
+
+Parts::Parts(WorldGui& owner)
+    : world(owner),
+      menu(*this, owner.w(), view::ViewState::kMenuHeight),
+      canvas(new Canvas(*this, 0, view::ViewState::kMenuHeight, owner.w(),
+                        owner.h() - view::ViewState::kMenuHeight)),
+      runner(owner, *canvas),
+      pointer(*this),
+      filter(*this) {}
+
+// ---- view ---------------------------------------------------------------------------------------
+
+void Parts::Toggle(std::size_t option) {
+  view.options.Toggle(option);
+  RefreshControls();
+}
+
+void Parts::RefreshControls() {
+  runner.SetInterval(view.interval / 1e3);
+  menu.ShowOptions(view.options);
+  filter.Refresh();
+  runner.WantFrame(true);
+}
+
+void Parts::ResetView(bool everything) {
+  view.camera().reset();
+  if (everything && !view.is_perspective()) {
+    Bounds x(0, 0), y(0, 0);
+    for (const Model* model : world.World::GetChildren()) {
+      const Pose pose = model->GetPose();
+      const Size size = model->GetGeom().size;
+      x = Bounds(std::min(x.min, pose.x - size.x / 2), std::max(x.max, pose.x + size.x / 2));
+      y = Bounds(std::min(y.min, pose.y - size.y / 2), std::max(y.max, pose.y + size.y / 2));
+    }
+    view.ShowAll(x, y, canvas->w(), canvas->h());
+  }
+  runner.WantFrame(true);
+}
+
+void Parts::FollowModel() {
+  if (view.options[view::Show::kFollow] && selection.last())
+    view.Follow(selection.last()->GetGlobalPose());
+}
+
+void Parts::ShowFilter() { filter.Toggle(); }
+
+std::string Parts::ClockText() const {
+  if (!view.options[view::Show::kClock]) return "";
+  std::string text = world.ClockString();
+  const double rate = runner.frames_per_second();
+  if (!world.paused && rate > 0) {
+    char figure[32];
+    std::snprintf(figure, sizeof figure, " %.0f fps", std::round(rate));
+    text += figure;
+  }
+  return text;
+}
+
+// ---- running ------------------------------------------------------------------------------------
+
+void Parts::TogglePause() {
+  if (world.paused || !runner.has_begun())
+    world.Start();
+  else
+    world.Stop();
+}
+
+void Parts::OneStep() {
+  world.Stop();
+  world.Update();
+}
+
+void Parts::SetSpeed(double speedup) {
+  world.speedup = speedup;
+  runner.Reschedule();
+}
+
+void Parts::Faster() {
+  if (world.speedup > 0)
+    SetSpeed(world.speedup * kFaster);
+  else
+    fl_beep();
+}
+
+void Parts::Slower() { SetSpeed(world.speedup > 0 ? world.speedup * kSlower : kBelowFast); }
+
+// ---- files and the end --------------------------------------------------------------------------
+
+namespace {
+
+/// The file that the world came from; empty: from a stream.
+std::string FileOf(World& world) {
+  return world.GetWorldFile() ? world.GetWorldFile()->filename : "";
+}
+
+}  // namespace
+
+void Parts::AskForFileToLoad() {
+  const std::string file = ChooseFileToLoad(FileOf(world));
+  if (file.empty()) return;
+  if (updating)
+    load_later = file;
+  else
+    Load(file);
+}
+
+void Parts::Load(const std::string& file) {
+  if (!world.Load(file)) return Alert("Unable to read selected world file.");
+  if (!world.paused) world.Start();
+}
+
+void Parts::SaveToItsFile() {
+  if (FileOf(world).empty())
+    AskForFileToSave();
+  else if (!world.Save(nullptr))
+    Alert("Error saving world file.");
+}
+
+bool Parts::AskForFileToSave() {
+  const std::string file = ChooseFileToSave(FileOf(world));
+  if (file.empty()) return false;
+  if (world.Save(file.c_str())) return true;
+  Alert("Error saving world file.");
+  return false;
+}
+
+void Parts::Quit(const char* message) {
+  if (asking) return;
+  if (loaded && confirm_on_quit) {
+    asking = true;
+    const QuitAnswer answer = AskBeforeQuitting();
+    const bool stays =
+        answer == QuitAnswer::kCancel || (answer == QuitAnswer::kSave && !AskForFileToSave());
+    asking = false;
+    if (stays) return;
+  }
+  std::printf("%s\n", message);
+  std::fflush(stdout);
+  filter.Close();
+  world.QuitAll();
+  world.hide();
+}
+
+}  // namespace Stg::internal::window

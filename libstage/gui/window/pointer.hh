@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What mouse and arrow keys do on the canvas.
+
+#ifndef STAGE_GUI_WINDOW_POINTER_HH
+#define STAGE_GUI_WINDOW_POINTER_HH
+
+namespace Stg::internal::window {
+
+struct Parts;
+
+/// Takes FLTK's events from the canvas. Places are pixels from its left and top.
+class Pointer {
+ public:
+  explicit Pointer(Parts& parts) : parts_(parts) {}
+
+  /// 1 if the event is for us, as Fl_Widget::handle() wants it.
+  int Handle(int event);
+
+ private:
+  enum class Drag { kNone, kView, kModels, kTurn };
+
+  void Push(int button);
+  void DragTo(int x, int y);
+  void Release();
+  void MoveTo(int x, int y);
+  void Wheel(int notches);
+  int Key(int key);
+
+  void PanView(int dx, int dy);
+  void TurnView(int dx, int dy);
+  void MoveModels(int x, int y);
+  void TurnModels(int pixels);
+  void Zoom(int notches);
+
+  Parts& parts_;
+  Drag drag_ = Drag::kNone;
+  bool moved_ = false;   // since the button was pressed
+  bool clears_ = false;  // if it is released without having moved, nothing is selected any more
+  int x_ = 0, y_ = 0;    // the last place
+};
+
+}  // namespace Stg::internal::window
+
+#endif

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/window/runner.hh"
+
+#include <algorithm>
+#include <chrono>
+
+namespace Stg::internal::window {
+
+namespace {
+// Steps in one go before input gets its turn, seconds: nobody notices so short a delay, and the
+// event loop costs next to nothing compared with so many steps.
+constexpr double kSlice = 0.01;
+// How often to look for changes that nobody tells of, such as World::paused set by a client.
+constexpr double kWatch = 0.2;
+// Pictures that somebody waits for, such as those while a robot is dragged.
+constexpr double kShortestInterval = 0.015;
+}  // namespace
+
+double Now() {
+  using Clock = std::chrono::steady_clock;
+  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+Runner::Runner(World& world, Fl_Widget& canvas) : world_(world), canvas_(canvas) {
+  Fl::add_timeout(kWatch, OnWatch, this);
+}
+
+Runner::~Runner() {
+  Unschedule();
+  Fl::remove_timeout(OnFrame, this);
+  Fl::remove_timeout(OnWatch, this);
+}
+
+// ---- steps --------------------------------------------------------------------------------------
+
+void Runner::Unschedule() {
+  Fl::remove_timeout(OnStep, this);
+  if (idle_) Fl::remove_idle(OnStep, this);
+  idle_ = false;
+}
+
+void Runner::Schedule(double now) {
+  const double wait = pacer_.UntilNext(now, Period());
+  const bool want_idle = wait <= 0;
+  if (idle_ && want_idle) return;
+  Unschedule();
+  if (want_idle)
+    Fl::add_idle(OnStep, this);
+  else
+    Fl::add_timeout(wait, OnStep, this);
+  idle_ = want_idle;
+}
+
+void Runner::Reschedule() {
+  const double now = Now();
+  if (world_.paused || !begun_) {
+    Unschedule();
+    running_ = false;
+    return;
+  }
+  if (!running_) speed_.Restart(now, world_.SimTimeNow());
+  running_ = true;
+  pacer_.Restart(now, Period());
+  if (!pumping_) Schedule(now);
+}
+
+void Runner::Begin() {
+  begun_ = true;
+  Reschedule();
+}
+
+void Runner::Halt() {
+  begun_ = false;
+  Reschedule();
+  speed_.Clear();
+}
+
+void Runner::Pump() {
+  if (pumping_) return;  // a controller runs the event loop within a step
+  pumping_ = true;
+  double now = Now();
+  const double end = now + kSlice;
+  do {
+    world_.Update();
+    now = Now();
+  } while (begun_ && !world_.paused && pacer_.UntilNext(now, Period()) <= 0 && now < end);
+  pumping_ = false;
+  if (!begun_ || world_.paused)
+    Reschedule();
+  else
+    Schedule(now);
+}
+
+void Runner::Stepped() {
+  const double now = Now();
+  pacer_.Stepped(now, Period());
+  if (running_) speed_.Stepped(now, world_.SimTimeNow());
+  WantFrame();
+}
+
+// ---- pictures -----------------------------------------------------------------------------------
+
+void Runner::WantFrame(bool soon) {
+  if (frame_scheduled_ && !soon) return;
+  const double now = Now();
+  const bool late = running_ && pacer_.IsLate(now, Period());
+  const double interval = soon || world_.paused ? kShortestInterval : interval_;
+  const double wait = budget_.Next(interval, late) - now;
+  Fl::remove_timeout(OnFrame, this);
+  frame_scheduled_ = wait > 0;
+  if (wait > 0)
+    Fl::add_timeout(wait, OnFrame, this);
+  else
+    canvas_.redraw();
+}
+
+void Runner::OnFrame(void* data) {
+  auto* runner = static_cast<Runner*>(data);
+  runner->frame_scheduled_ = false;
+  runner->canvas_.redraw();
+}
+
+void Runner::Drawn(double start, double end) {
+  budget_.Drawn(start, end);
+  frames_.Note(end);
+  drawn_updates_ = world_.UpdateCount();
+}
+
+void Runner::OnWatch(void* data) {
+  auto* runner = static_cast<Runner*>(data);
+  const bool should_run = runner->begun_ && !runner->world_.paused;
+  if (runner->running_ != should_run) runner->Reschedule();
+  if (runner->drawn_updates_ != runner->world_.UpdateCount()) runner->WantFrame();
+  Fl::repeat_timeout(kWatch, OnWatch, data);
+}
+
+}  // namespace Stg::internal::window

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "world/gui_loader.hh"
+
+#include <dlfcn.h>
+#include <unistd.h>
+
+#include "stage_config.hh"
+#include "world/plugin.hh"
+
+namespace Stg {
+
+namespace {
+
+/// It lies beside the library that this code is in; elsewhere the system may know it.
+void* OpenGui(std::string* error) {
+  const std::string name = kGuiLibrary;
+  std::string path = name;
+  Dl_info info;
+  if (dladdr(reinterpret_cast<void*>(&FindInGui), &info) && info.dli_fname) {
+    const std::string self = info.dli_fname;
+    const size_t slash = self.rfind('/');
+    if (slash != std::string::npos) path = self.substr(0, slash + 1) + name;
+  }
+  if (access(path.c_str(), R_OK) != 0) path = name;
+  // Global: controllers that draw use its functions and those of OpenGL.
+  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);
+  if (!library) *error = dlerror();
+  return library;
+}
+
+}  // namespace
+
+void* FindInGui(const char* symbol, std::string* message) {
+  static void* library = nullptr;
+  if (!library) library = OpenGui(message);
+  return library ? FindSymbol(library, symbol, message) : nullptr;
+}
+
+}  // namespace Stg

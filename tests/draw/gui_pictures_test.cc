@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// `stage --screenshot` and `--record`: pictures of the worlds that come with Stage, compared with
+// those in tests/data/pictures. Fonts and drivers differ from machine to machine, so what is
+// compared are means over squares of pixels. STAGE_NEW_PICTURES=1 writes the files anew: look at
+// each before you commit it.
+
+#include <gtest/gtest.h>
+#include <png.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "gui/offscreen/context.hh"
+
+namespace Stg::offscreen {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* Environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+std::string Source() { return Environment("STAGE_SOURCE_DIR"); }
+
+/// Why this machine can make no pictures; empty if it can.
+std::string NoPictures() {
+  std::string error;
+  return Context::Make(16, 16, &error) ? "" : error;
+}
+
+struct Outcome {
+  int status;
+  std::string errors;
+};
+
+/// Runs the program in a folder.
+Outcome Stage(const fs::path& folder, const std::string& arguments) {
+  const fs::path errors = folder / "errors.txt";
+  const std::string command = "cd '" + folder.string() + "' && '" +
+                              Environment("STAGE_BINARY_DIR") + "/bin/stage' " + arguments +
+                              " >output.txt 2>'" + errors.string() + "'";
+  const int status = std::system(command.c_str());
+  std::ifstream in(errors);
+  return {WEXITSTATUS(status), std::string(std::istreambuf_iterator<char>(in), {})};
+}
+
+Image Read(const fs::path& file) {
+  Image image;
+  png_image header;
+  std::memset(&header, 0, sizeof header);
+  header.version = PNG_IMAGE_VERSION;
+  if (!png_image_begin_read_from_file(&header, file.c_str())) {
+    ADD_FAILURE() << file << ": " << header.message;
+    return image;
+  }
+  header.format = PNG_FORMAT_RGBA;
+  image.width = static_cast<int>(header.width);
+  image.height = static_cast<int>(header.height);
+  image.pixels.resize(PNG_IMAGE_SIZE(header));
+  png_image_finish_read(&header, nullptr, image.pixels.data(), 0, nullptr);
+  return image;
+}
+
+/// The share of squares of 5 x 5 pixels whose mean colours differ by more than a tenth.
+double Difference(const Image& a, const Image& b) {
+  if (a.width != b.width || a.height != b.height) return 1;
+  constexpr int kSide = 5;
+  int squares = 0, different = 0;
+  for (int y = 0; y + kSide <= a.height; y += kSide)
+    for (int x = 0; x + kSide <= a.width; x += kSide) {
+      int sums[3] = {0, 0, 0};
+      for (int i = 0; i < kSide * kSide; i++) {
+        const auto pixel = static_cast<size_t>((y + i / kSide) * a.width + x + i % kSide) * 4;
+        for (size_t c = 0; c < 3; c++) sums[c] += a.pixels[pixel + c] - b.pixels[pixel + c];
+      }
+      squares++;
+      for (const int sum : sums)
+        if (std::abs(sum) > 25 * kSide * kSide) {
+          different++;
+          break;
+        }
+    }
+  return static_cast<double>(different) / squares;
+}
+constexpr double kTolerance = 0.015;
+
+class PicturesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("stage-pictures-" + std::to_string(getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    const std::string why = NoPictures();
+    if (!why.empty()) GTEST_SKIP() << why;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  /// A world file in the folder, which includes the shipped one and changes what is shown.
+  std::string World(const std::string& name) { return "'" + Source() + "/worlds/" + name + "'"; }
+  void WriteWorld(const std::string& text) { std::ofstream(folder_ / "t.world") << text; }
+
+  fs::path folder_;
+};
+
+struct Example {
+  const char* name;
+  const char* world;
+  const char* arguments;
+};
+
+class WorldPicturesTest : public PicturesTest, public testing::WithParamInterface<Example> {};
+
+TEST_P(WorldPicturesTest, LooksAsItDid) {
+  const Example& example = GetParam();
+  const fs::path made = folder_ / "made.png";
+  const Outcome outcome = Stage(folder_, "--screenshot made.png" + std::string(example.arguments) +
+                                             " '" + Source() + "/" + example.world + "'");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const fs::path kept = Source() + "/tests/data/pictures/" + example.name + ".png";
+  if (*Environment("STAGE_NEW_PICTURES")) {
+    fs::create_directories(kept.parent_path());
+    fs::copy_file(made, kept, fs::copy_options::overwrite_existing);
+    GTEST_SKIP() << "written anew: " << kept;
+  }
+  const double difference = Difference(Read(made), Read(kept));
+  if (difference > kTolerance)
+    fs::copy_file(made,
+                  fs::path(Environment("STAGE_BINARY_DIR")) / (std::string(example.name) + ".png"),
+                  fs::copy_options::overwrite_existing);
+  EXPECT_LE(difference, kTolerance) << "see " << example.name << ".png in the build folder";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Worlds, WorldPicturesTest,
+    testing::Values(Example{"simple", "worlds/simple.world", "@5 --size 320x320"},
+                    Example{"zoo", "worlds/zoo.world", "@4 --size 400x300"},
+                    Example{"foraging", "worlds/foraging.world", "@30 --size 320x320"},
+                    Example{"cave", "worlds/cave.world", "@2 --size 320x320"},
+                    Example{"hospital", "worlds/hospital.world", "@0 --size 480x220"},
+                    Example{"views", "tests/data/pictures/views.world", "@6 --size 400x300"},
+                    Example{"perspective", "tests/data/pictures/perspective.world",
+                            "@6 --size 400x300"},
+                    Example{"rays", "tests/data/pictures/rays.world", "@1 --size 400x300"},
+                    Example{"cells", "tests/data/pictures/cells.world", "@1 --size 400x300"}),
+    [](const auto& example) { return std::string(example.param.name); });
+
+TEST_F(PicturesTest, TheComparisonNoticesWhatIsMissing) {
+  const Outcome shown =
+      Stage(folder_, "--screenshot a.png@5 --size 320x320 " + World("simple.world"));
+  ASSERT_EQ(shown.status, 0) << shown.errors;
+  ASSERT_EQ(Stage(folder_, "--screenshot b.png@12 --size 320x320 " + World("simple.world")).status,
+            0);
+  EXPECT_GT(Difference(Read(folder_ / "a.png"), Read(folder_ / "b.png")), 2 * kTolerance);
+}
+
+TEST_F(PicturesTest, AreTheSameEachTime) {
+  for (const char* name : {"a.png@3", "b.png@3"})
+    ASSERT_EQ(Stage(folder_, std::string("--screenshot ") + name + " --size 200x150 " +
+                                 World("simple.world"))
+                  .status,
+              0);
+  EXPECT_EQ(Difference(Read(folder_ / "a.png"), Read(folder_ / "b.png")), 0);
+}
+
+TEST_F(PicturesTest, ChangeNothingInTheRun) {
+  const auto hash = [this](const std::string& options) {
+    const std::string arguments = options + " --state-hash --duration 3 " + World("simple.world");
+    EXPECT_EQ(Stage(folder_, arguments).status, 0);
+    std::ifstream in(folder_ / "output.txt");
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    const size_t at = text.find("state-hash");
+    return at == std::string::npos ? "none" : text.substr(at);
+  };
+  const std::string plain = hash("-g");
+  EXPECT_NE(plain, "none");
+  EXPECT_EQ(hash("--record film --size 64x64 --screenshot a.png"), plain);
+}
+
+TEST_F(PicturesTest, SeveralShotsEndTheRun) {
+  WriteWorld("window ( size [300 230] ) model ()");
+  const Outcome outcome =
+      Stage(folder_, "--screenshot a.png@0 --screenshot b.png@0.35 --screenshot c.png t.world");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  for (const char* name : {"a.png", "b.png", "c.png"}) {
+    const Image image = Read(folder_ / name);
+    EXPECT_EQ(image.width, 300);
+    EXPECT_EQ(image.height, 200);  // without the menu bar
+  }
+}
+
+TEST_F(PicturesTest, AFilmHasAFrameForEachStep) {
+  WriteWorld("model ()");
+  ASSERT_EQ(Stage(folder_, "--record film --size 64x48 --duration 1 t.world").status, 0);
+  int frames = 0;
+  for (const auto& entry : fs::directory_iterator(folder_ / "film"))
+    frames += entry.path().extension() == ".png";
+  EXPECT_EQ(frames, 11);  // before the first step, and after each
+  EXPECT_TRUE(fs::exists(folder_ / "film/stage-000010.png"));
+}
+
+TEST_F(PicturesTest, AFilmHas25FramesASecondAtMost) {
+  WriteWorld("interval_sim 1 model ()");
+  ASSERT_EQ(Stage(folder_, "--record film --size 16x16 --duration 1 t.world").status, 0);
+  size_t frames = 0;
+  for (const auto& entry : fs::directory_iterator(folder_ / "film"))
+    frames += entry.path().extension() == ".png";
+  EXPECT_EQ(frames, 26u);
+}
+
+// ---- what can't be done -------------------------------------------------------------------------
+
+void ExpectOneLine(const Outcome& outcome, int status, const std::string& part) {
+  EXPECT_EQ(outcome.status, status);
+  EXPECT_NE(outcome.errors.find(part), std::string::npos) << outcome.errors;
+  EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << outcome.errors;
+}
+
+TEST_F(PicturesTest, MistakesAreToldInALine) {
+  WriteWorld("model ()");
+  constexpr int kUsage = 2;
+  ExpectOneLine(Stage(folder_, "--screenshot a.jpg t.world"), kUsage,
+                "found 'a.jpg', expected FILE.png");
+  ExpectOneLine(Stage(folder_, "--screenshot a.png@-1 t.world"), kUsage,
+                "expected simulated seconds");
+  ExpectOneLine(Stage(folder_, "--screenshot no/a.png t.world"), kUsage,
+                "no/a.png can't be written");
+  ExpectOneLine(Stage(folder_, "--size 20 t.world"), kUsage, "expected WIDTHxHEIGHT");
+  ExpectOneLine(Stage(folder_, "--size 20x20 t.world"), kUsage, "--size is for");
+  ExpectOneLine(Stage(folder_, "--screenshot a.png@5 --duration 2 t.world"), kUsage,
+                "within the --duration");
+  ExpectOneLine(Stage(folder_, "--screenshot a.png t.world t.world"), kUsage, "expected one");
+  ExpectOneLine(Stage(folder_, "--record t.world t.world"), kUsage, "is no folder");
+  fs::create_directories(folder_ / "film");
+  std::ofstream(folder_ / "film/stage-000000.png") << "mine";
+  ExpectOneLine(Stage(folder_, "--record film t.world"), kUsage, "exists");
+}
+
+TEST_F(PicturesTest, ARunThatEndsTooSoonIsAFailure) {
+  std::ofstream(folder_ / "t.world") << "quit_time 0.5 model ()";
+  const Outcome outcome =
+      Stage(folder_, "--screenshot a.png@0.2 --record film --size 16x16 t.world");
+  EXPECT_EQ(outcome.status, 0) << outcome.errors;
+  ExpectOneLine(Stage(folder_, "--screenshot a.png@2 --record film2 --size 16x16 t.world"), 1,
+                "a.png was not made: the run ended after 0.5 s");
+}
+
+TEST_F(PicturesTest, AFullDiskEndsTheRun) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
+  Image image{4, 4, std::vector<uint8_t>(64, 7)};
+  std::string error;
+  EXPECT_FALSE(WritePng("/dev/full/a.png", image, &error));
+  EXPECT_NE(error.find("/dev/full/a.png can't be written"), std::string::npos) << error;
+}
+
+}  // namespace
+
+}  // namespace Stg::offscreen

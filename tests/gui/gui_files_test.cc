@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Loading, saving, quitting, dialogs: the window and its files.
+
+#include <FL/Fl.H>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "gui/gui_testing.hh"
+
+namespace gui_testing {
+
+namespace fs = std::filesystem;
+using Stg::Pose;
+using Stg::view::Show;
+
+namespace {
+
+const char kWorld[] = R"(# A comment that stays.
+include "part.inc"
+speedup 2   # twice
+paused 1
+
+window
+(
+  size [ 500 430 ]
+  center [ 0 0 ]   # of the view
+  rotate [ 0 0 ]
+  scale 30
+  show_data 0
+  show_flags 1
+  show_status 1
+)
+
+robot( name "r0" pose [ 1 0 0 45 ] )
+robot( name "r1" pose [ -1 0 0 0 ] )
+)";
+
+std::string ReadFile(const fs::path& path) {
+  std::ifstream in(path);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+class FilesTest : public WindowTest {
+ protected:
+  void SetUp() override {
+    old_folder_ = fs::current_path();
+    folder_ = fs::temp_directory_path() / ("gui_files_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    fs::current_path(folder_);
+    std::ofstream("w.world") << kWorld;
+    std::ofstream("other.world") << "paused 1 window( center [ 3 4 ] ) model( name \"m\" )\n";
+    std::ofstream("part.inc") << "define robot position( size [ 0.6 0.4 0.5 ] )\n";
+  }
+  void TearDown() override {
+    WindowTest::TearDown();
+    fs::current_path(old_folder_);
+    fs::remove_all(folder_);
+  }
+  /// Presses keys later, when a question is on the screen and waits for an answer.
+  void TypeLater(double seconds, std::vector<std::string> keys) {
+    later_ = std::move(keys);
+    Fl::add_timeout(
+        seconds,
+        [](void* keys_to_type) {
+          for (const std::string& key : *static_cast<std::vector<std::string>*>(keys_to_type))
+            TheHand().Type(key);
+        },
+        &later_);
+  }
+
+  fs::path folder_, old_folder_;
+  std::vector<std::string> later_;
+};
+
+TEST_F(FilesTest, ReadsTheFile) {
+  OpenFile("w.world");
+  EXPECT_STREQ(world_->label(), "test: w.world");
+  EXPECT_EQ(world_->w(), 500);
+  EXPECT_EQ(world_->h(), 430);
+  EXPECT_EQ(world_->speedup, 2);
+  EXPECT_EQ(parts().view.flat.scale(), 30);
+}
+
+TEST_F(FilesTest, ObeysPaused) {
+  world_ = std::make_unique<Stg::WorldGui>(400, 300, "test");
+  ASSERT_TRUE(world_->Load("w.world"));
+  EXPECT_TRUE(world_->Paused());
+  parts().Load("w.world");
+  Run(0.4);
+  EXPECT_TRUE(world_->Paused());
+  EXPECT_EQ(world_->UpdateCount(), 0u);
+}
+
+TEST_F(FilesTest, SavesOnlyWhatIsInTheFile) {
+  OpenFile("w.world");
+  Type("d");
+  Type("l");
+  Type("g");  // not in the file
+  Type("Right");
+  world_->GetModel("r0")->SetPose(Pose(2, 1, 0, 0));
+  Type("s", {"Control_L"});
+  const std::vector<std::string> before = Lines(kWorld), after = Lines(ReadFile("w.world"));
+  ASSERT_EQ(before.size(), after.size());
+  std::string changed;
+  for (size_t i = 0; i < after.size(); i++)
+    if (before[i] != after[i]) changed += after[i] + "\n";
+  EXPECT_EQ(changed,
+            "speedup 2.000   # twice\n"
+            "  center [ 0.333333 0.000 ]   # of the view\n"
+            "  rotate [ 0.000 0.000 ]\n"
+            "  scale 30.000\n"
+            "  show_data 1\n"
+            "  show_flags 0\n"
+            "robot( name \"r0\" pose [ 2.000 1.000 0.000 0.000 ] )\n"
+            "robot( name \"r1\" pose [ -1.000 0.000 0.000 0.000 ] )\n");
+  EXPECT_EQ(ReadFile("part.inc"), "define robot position( size [ 0.6 0.4 0.5 ] )\n");
+
+  parts().Load("w.world");
+  EXPECT_EQ(world_->GetModel("r0")->GetPose().x, 2);
+  EXPECT_TRUE(parts().view.options[Show::kData]);
+  EXPECT_FALSE(parts().view.options[Show::kFlags]);
+  EXPECT_NEAR(parts().view.flat.x(), 1.0 / 3, 1e-6);
+}
+
+TEST_F(FilesTest, LoadsAnotherWorld) {
+  OpenFile("w.world");
+  world_->Start();
+  EXPECT_TRUE(RunUntil([&] { return world_->UpdateCount() > 2; }));
+  parts().Load("other.world");
+  Settle();
+  EXPECT_EQ(world_->SimTimeNow(), 0u);
+  EXPECT_EQ(parts().view.flat.x(), 3);
+  EXPECT_EQ(parts().view.flat.scale(), 15);
+  EXPECT_TRUE(parts().selection.empty());
+  TypeLater(0.5, {"Return"});
+  parts().Load("absent.world");  // an alert
+  EXPECT_FALSE(parts().loaded);
+  Run(0.3);
+}
+
+TEST_F(FilesTest, LoadsThroughTheDialog) {
+  OpenFile("w.world");
+  TypeLater(0.8, {"Escape"});
+  Type("l", {"Control_L"});
+  EXPECT_EQ(world_->TokenStr(), "w.world");
+  TypeLater(0.8, {"o", "t", "h", "e", "r", "period", "w", "o", "r", "l", "d", "Return"});
+  Type("l", {"Control_L"});
+  EXPECT_TRUE(RunUntil([&] { return world_->TokenStr().ends_with("other.world"); }))
+      << world_->TokenStr();
+}
+
+TEST_F(FilesTest, AsksBeforeItQuits) {
+  OpenFile("w.world");
+  world_->Start();
+  const uint64_t steps = world_->UpdateCount();
+  TypeLater(0.8, {"Escape"});
+  Type("q", {"Control_L"});
+  EXPECT_FALSE(world_->TestQuit());
+  EXPECT_TRUE(world_->shown());
+  EXPECT_GT(world_->UpdateCount(), steps + 5) << "the world stood still under the question";
+
+  parts().confirm_on_quit = false;
+  TheHand().Close(WindowId(world_.get()));
+  EXPECT_TRUE(RunUntil([&] { return world_->TestQuit(); }));
+  EXPECT_FALSE(world_->shown());
+  world_->CancelQuitAll();
+}
+
+TEST_F(FilesTest, RunEndsWhenTheWindowIsClosed) {
+  OpenFile("w.world");
+  parts().confirm_on_quit = false;
+  world_->Start();
+  Fl::add_timeout(
+      0.3, [](void* window) { TheHand().Close(WindowId(static_cast<Fl_Window*>(window))); },
+      static_cast<Fl_Window*>(world_.get()));
+  Stg::World::Run();
+  EXPECT_TRUE(world_->TestQuit());
+  world_->CancelQuitAll();
+}
+
+/// A controller that runs FLTK's loop within a step, in which the window is closed.
+int CloseWithinAStep(Stg::World* world, void* closed) {
+  auto* window = static_cast<Stg::WorldGui*>(world);
+  if (*static_cast<bool*>(closed)) return 0;
+  *static_cast<bool*>(closed) = true;
+  TheHand().Close(WindowId(window));
+  TheHand().Type("period");
+  const double end = Now() + 0.5;
+  while (Now() < end) Fl::wait(0.02);
+  return 0;
+}
+
+TEST_F(FilesTest, WindowMayBeClosedWithinAStep) {
+  OpenFile("w.world");
+  parts().confirm_on_quit = false;
+  bool closed = false;
+  world_->AddUpdateCallback(CloseWithinAStep, &closed);
+  world_->Start();
+  Stg::World::Run();
+  EXPECT_TRUE(world_->TestQuit());
+  EXPECT_EQ(world_->UpdateCount(), 1u);
+  world_->CancelQuitAll();
+}
+
+int LoadWithinAStep(Stg::World* world, void*) {
+  auto* window = static_cast<Stg::WorldGui*>(world);
+  window->parts().load_later = "other.world";
+  return 1;
+}
+
+TEST_F(FilesTest, LoadingWaitsForTheEndOfAStep) {
+  OpenFile("w.world");
+  world_->AddUpdateCallback(LoadWithinAStep, nullptr);
+  world_->Start();
+  EXPECT_TRUE(RunUntil([&] { return world_->TokenStr() == "other.world"; }));
+  Run(0.2);
+}
+
+TEST_F(FilesTest, WritesScreenshots) {
+  OpenFile("w.world");
+  parts().view.options.Set(Show::kScreenshots, true);
+  world_->Start();
+  Run(1);
+  parts().view.options.Set(Show::kScreenshots, false);
+  size_t pictures = 0;
+  for (const auto& entry : fs::directory_iterator("."))
+    if (entry.path().extension() == ".png") {
+      pictures++;
+      const std::string bytes = ReadFile(entry.path());
+      ASSERT_GT(bytes.size(), 24u);
+      const auto number = [&](size_t at) {
+        return static_cast<unsigned char>(bytes[at + 2]) * 256 +
+               static_cast<unsigned char>(bytes[at + 3]);
+      };
+      EXPECT_EQ(number(16), 500);
+      EXPECT_EQ(number(20), 400);
+    }
+  EXPECT_GT(pictures, 5u);
+  EXPECT_LT(pictures, 30u);
+  EXPECT_TRUE(fs::exists("stage-000000.png"));
+}
+
+TEST_F(FilesTest, ScreenshotsThatFailAreNoDisaster) {
+  OpenFile("w.world");
+  fs::current_path(old_folder_);
+  fs::remove_all(folder_);
+  fs::create_directories(folder_);
+  fs::current_path(folder_);
+  fs::remove_all(folder_);  // a current directory that can't be written
+  parts().view.options.Set(Show::kScreenshots, true);
+  world_->Redraw();
+  Settle();
+  EXPECT_FALSE(parts().view.options[Show::kScreenshots]);
+}
+
+TEST_F(FilesTest, HelpAndAbout) {
+  OpenFile("w.world");
+  Stg::internal::window::ShowHelp();
+  Stg::internal::window::ShowAbout();
+  Settle();
+  EXPECT_NE(TheHand().Find("Getting help with Stage"), 0u);
+  EXPECT_NE(TheHand().Find("About Stage"), 0u);
+  while (Fl_Window* window = Fl::first_window())
+    if (window == world_.get()) {
+      if (!Fl::next_window(window)) break;
+      Fl::next_window(window)->hide();
+    } else {
+      window->hide();
+    }
+}
+
+}  // namespace
+
+}  // namespace gui_testing

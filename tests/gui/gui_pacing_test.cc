@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// When steps and pictures are due, on an imagined clock.
+
+#include <FL/Enumerations.H>
+#include <gtest/gtest.h>
+
+#include "gui/window/menu.hh"
+#include "gui/window/pacing.hh"
+
+namespace Stg::internal::window {
+
+namespace {
+
+TEST(StepPacer, CatchesUpWithLateSteps) {
+  StepPacer pacer;
+  const double period = StepPacer::Period(100000, 2);
+  EXPECT_DOUBLE_EQ(period, 0.05);
+  pacer.Restart(10, period);
+  EXPECT_NEAR(pacer.UntilNext(10, period), 0.05, 1e-12);
+  // A step that took 0.12 s: two more are due at once, then it waits again.
+  double now = 10.05;
+  pacer.Stepped(now += 0.12, period);
+  EXPECT_LT(pacer.UntilNext(now, period), 0);
+  pacer.Stepped(now, period);
+  EXPECT_LT(pacer.UntilNext(now, period), 0);
+  pacer.Stepped(now, period);
+  EXPECT_NEAR(pacer.UntilNext(now, period), 0.03, 1e-9);
+}
+
+TEST(StepPacer, DoesNotRaceAfterALongStop) {
+  StepPacer pacer;
+  pacer.Restart(0, 0.1);
+  pacer.Stepped(100, 0.1);
+  int steps = 0;
+  for (; pacer.UntilNext(100, 0.1) <= 0; steps++) pacer.Stepped(100, 0.1);
+  EXPECT_EQ(steps, 6);
+}
+
+TEST(StepPacer, FastMeansAtOnce) {
+  StepPacer pacer;
+  EXPECT_EQ(StepPacer::Period(100000, -1), 0);
+  pacer.Restart(5, 0);
+  EXPECT_LE(pacer.UntilNext(5, 0), 0);
+  EXPECT_TRUE(pacer.IsLate(5, 0));
+}
+
+/// Steps without end beside pictures of 0.3 s: these get a sixth of the time.
+TEST(FrameBudget, DrawingHasASixthOfTheTime) {
+  FrameBudget budget;
+  double now = 0, drawing = 0;
+  while (now < 1000) {
+    now = std::max(now + 0.001, budget.Next(0.04, true));  // steps go on meanwhile
+    budget.Drawn(now, now + 0.3);
+    now += 0.3;
+    drawing += 0.3;
+  }
+  EXPECT_NEAR(drawing / now, 1.0 / 6, 0.002);
+}
+
+TEST(FrameBudget, QuickPicturesComeAtTheInterval) {
+  FrameBudget budget;
+  budget.Drawn(1, 1.002);
+  EXPECT_DOUBLE_EQ(budget.Next(0.04, true), 1.04);
+  budget.Drawn(2, 2.1);
+  EXPECT_DOUBLE_EQ(budget.Next(0.04, false), 2.1);
+  EXPECT_DOUBLE_EQ(budget.Next(0.04, true), 2.6);
+}
+
+TEST(SpeedMeter, LeavesOutPauses) {
+  SpeedMeter meter;
+  EXPECT_EQ(meter.ratio(), 0);
+  meter.Restart(0, 0);
+  for (int i = 1; i <= 30; i++) meter.Stepped(0.05 * i, static_cast<usec_t>(i) * 100000);
+  EXPECT_NEAR(meter.ratio(), 2, 1e-9);
+  meter.Restart(100, 3000000);
+  EXPECT_NEAR(meter.ratio(), 2, 1e-9) << "until there is something new";
+  for (int i = 1; i <= 3; i++)
+    meter.Stepped(100 + 0.1 * i, 3000000 + static_cast<usec_t>(i) * 100000);
+  EXPECT_NEAR(meter.ratio(), 1, 1e-9);
+}
+
+TEST(RateMeter, CountsOverASecond) {
+  RateMeter meter;
+  for (int i = 0; i < 100; i++) meter.Note(0.04 * i);
+  EXPECT_NEAR(meter.rate(), 25, 1e-6);
+}
+
+TEST(Shortcuts, HaveFltksNumbers) {
+  EXPECT_EQ(ShortcutNumber(""), 0);
+  EXPECT_EQ(ShortcutNumber("d"), 'd');
+  EXPECT_EQ(ShortcutNumber("{"), '{');
+  EXPECT_EQ(ShortcutNumber("space"), ' ');
+  EXPECT_EQ(ShortcutNumber("Ctrl+O"), FL_CTRL | 'o');
+  EXPECT_EQ(ShortcutNumber("Ctrl+Shift+s"), FL_CTRL | FL_SHIFT | 's');
+}
+
+}  // namespace
+
+}  // namespace Stg::internal::window

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Each world that comes with Stage, in a window: opened, stepped, dragged in, looked at, saved,
+// loaded again, closed. What is seen is compared with pictures/*.png, reduced pictures of what was
+// seen, and found right, when they were made (by this test, with STAGE_UPDATE_PICTURES set).
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "gui/gui_testing.hh"
+#include "gui/picture_files.hh"
+
+namespace gui_testing {
+
+namespace fs = std::filesystem;
+using Stg::Model;
+using Stg::Pose;
+using Stg::view::Show;
+
+namespace {
+
+constexpr unsigned kFactor = 4;      // of reduction
+constexpr double kTolerance = 0.02;  // of the pixels
+
+struct Case {
+  const char* world;
+  int steps;
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.world; }
+
+/// In a folder of its own, with a copy of the worlds.
+class PictureTest : public WindowTest {
+ protected:
+  void SetUp() override {
+    old_folder_ = fs::current_path();
+    source_ = std::getenv("STAGE_SOURCE_DIR");
+    folder_ = fs::temp_directory_path() / ("gui_worlds_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    fs::copy(source_ / "worlds", folder_ / "worlds", fs::copy_options::recursive);
+    fs::current_path(folder_);
+  }
+  void TearDown() override {
+    WindowTest::TearDown();
+    fs::current_path(old_folder_);
+    fs::remove_all(folder_);
+  }
+
+  /// What the window shows now, by its own screenshot.
+  Picture Look() {
+    for (const auto& entry : fs::directory_iterator("."))
+      if (entry.path().extension() == ".png") fs::remove(entry.path());
+    MoveTo(2, 2);
+    parts().view.options.Set(Show::kScreenshots, true);
+    world_->Redraw();
+    Settle();
+    parts().view.options.Set(Show::kScreenshots, false);
+    for (const auto& entry : fs::directory_iterator("."))
+      if (entry.path().extension() == ".png") return ReadPicture(entry.path());
+    return Picture();
+  }
+  /// Compares what is seen with the committed picture.
+  void ExpectToSee(const std::string& name) {
+    const Picture full = Look();
+    ASSERT_EQ(full.width, static_cast<unsigned>(canvas().w()));
+    ASSERT_EQ(full.height, static_cast<unsigned>(canvas().h()));
+    const Picture seen = Reduced(full, kFactor);
+    const fs::path expected = source_ / "tests" / "gui" / "pictures" / (name + ".png");
+    if (std::getenv("STAGE_UPDATE_PICTURES")) WritePicture(expected, seen);
+    const double difference = Difference(seen, ReadPicture(expected));
+    if (difference < kTolerance) return;
+    const fs::path found = old_folder_ / (name + "_found.png");
+    WritePicture(found, full);
+    ADD_FAILURE() << name << ": " << difference * 100 << " % of the pixels differ; see " << found;
+  }
+  /// No other that can be dragged is near.
+  bool IsAlone(const Model* robot, const Stg::point_t& place) {
+    for (const Model* model : world_->World::GetChildren()) {
+      if (model == robot || !model->IsMovable()) continue;
+      const Stg::point_t other = PlaceOf(model->GetPose());
+      if (std::hypot(other.x - place.x, other.y - place.y) < 10) return false;
+    }
+    return true;
+  }
+  /// A robot that is alone where it is to be seen, if there is any.
+  Model* RobotInView() {
+    for (Model* model : world_->World::GetChildren()) {
+      if (!model->IsMovable() || model->GetModelType() != "position") continue;
+      const Stg::point_t place = PlaceOf(model->GetPose());
+      const bool inside = place.x > 60 && place.x < canvas().w() - 60 && place.y > 60 &&
+                          place.y < canvas().h() - 60;
+      if (inside && IsAlone(model, place)) return model;
+    }
+    return nullptr;
+  }
+
+  fs::path source_, folder_, old_folder_;
+};
+
+class WorldsTest : public PictureTest, public testing::WithParamInterface<Case> {};
+
+TEST_P(WorldsTest, CanBeSeenAndDriven) {
+  const std::string file = std::string("worlds/") + GetParam().world + ".world";
+  OpenFile(file);
+  for (int i = 0; i < GetParam().steps; i++) world_->Update();
+  Type("period");
+  EXPECT_EQ(world_->UpdateCount(), static_cast<uint64_t>(GetParam().steps) + 1);
+  ExpectToSee(std::string(GetParam().world) + "_flat");
+
+  Type("d");
+  ExpectToSee(std::string(GetParam().world) + "_data");
+  Type("d");
+
+  Model* robot = RobotInView();
+  ASSERT_NE(robot, nullptr);
+  const Stg::point_t place = PlaceOf(robot->GetPose());
+  const Pose before = robot->GetPose();
+  DragBy(place.x, place.y, 30, 30);
+  EXPECT_EQ(world_->RecentlySelectedModel(), robot);
+  EXPECT_NEAR(robot->GetPose().x, before.x + 30 / parts().view.flat.scale(), 1e-6);
+  const Pose dragged = robot->GetPose();
+  const std::string name = robot->TokenStr();
+
+  Type("s", {"Control_L"});
+  parts().Load(file);
+  world_->Stop();
+  EXPECT_NEAR(world_->GetModel(name)->GetPose().x, dragged.x, 0.00051);
+  EXPECT_TRUE(parts().selection.empty());
+
+  parts().confirm_on_quit = false;
+  TheHand().Close(WindowId(world_.get()));
+  EXPECT_TRUE(RunUntil([&] { return world_->TestQuit(); }));
+  world_->CancelQuitAll();
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, WorldsTest,
+                         testing::Values(Case{"simple", 40}, Case{"zoo", 40}, Case{"foraging", 100},
+                                         Case{"cave", 20}, Case{"hospital", 2}));
+
+TEST_F(PictureTest, Perspective) {
+  OpenFile("worlds/zoo.world");
+  for (int i = 0; i < 40; i++) world_->Update();
+  parts().view.flat.setPitch(50);
+  parts().view.flat.setYaw(20);
+  ExpectToSee("zoo_tilted");
+  Type("r");
+  parts().view.perspective.setPose(0, -9, 6);
+  ExpectToSee("zoo_perspective");
+}
+
+}  // namespace
+
+}  // namespace gui_testing

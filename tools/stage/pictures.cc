@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/pictures.hh"
+
+#include <algorithm>
+
+#include "world/gui_loader.hh"
+
+namespace Stg::program {
+
+std::unique_ptr<PictureRun> PictureRun::Open(const Options& options) {
+  const offscreen::Orders& orders = options.pictures;
+  if (orders.shots.empty() && orders.folder.empty()) return nullptr;
+  std::string message;
+  const auto make =
+      reinterpret_cast<offscreen::MakePictures>(FindInGui("stage_make_pictures", &message));
+  if (!make) throw PictureError("no pictures: " + message);
+  offscreen::Pictures* pictures = make(orders, &message);
+  if (!pictures) throw UsageError(message);
+  return std::unique_ptr<PictureRun>(new PictureRun(pictures));
+}
+
+World* PictureRun::MakeWorld() { return world_ = pictures_->MakeWorld(); }
+
+void PictureRun::Begin(const Options& options) {
+  std::string message;
+  if (!pictures_->Begin(&message)) throw PictureError("no pictures: " + message);
+  world_->speedup = 0;  // nobody watches
+  Make();
+  if (options.duration || options.pictures.shots.empty() || !options.pictures.folder.empty())
+    return;
+  usec_t last = 0;
+  for (const offscreen::Orders::Shot& shot : options.pictures.shots)
+    last = std::max(last, shot.time);
+  world_->SetQuitTime(last);
+  if (last == 0) world_->Quit();
+}
+
+void PictureRun::Make() {
+  std::string message;
+  if (!pictures_->Make(&message)) throw PictureError(message);
+}
+
+void PictureRun::End() {
+  std::string message;
+  if (!pictures_->End(&message)) throw PictureError(message);
+}
+
+}  // namespace Stg::program
