@@ -20,8 +20,8 @@ struct Node {
 };
 
 void SortOut(Model* mod, Node* node) {
-  if (dynamic_cast<ModelPosition*>(mod)) node->positions.push_back((ModelPosition*)mod);
   if (mod->GetModelType() == "ranger") node->rangers.push_back(static_cast<ModelRanger*>(mod));
+  if (dynamic_cast<ModelPosition*>(mod)) node->positions.push_back((ModelPosition*)mod);
 }
 
 bool AfterStep(World* world, Node* node) {

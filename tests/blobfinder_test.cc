@@ -425,8 +425,9 @@ TEST(EdgeCases, PansThatAreNone) {
 TEST(Tracing, ResultsDoNotDependOnHow) {
   const auto robot = [](int i) {
     const char* const colors[] = {"red", "green", "blue", "yellow", "cyan"};
+    const int column = i % 8, row = i / 8;
     return std::string("position( color \"") + colors[i % 5] + "\" pose [" +
-           std::to_string(i % 8 * 1.3) + " " + std::to_string(i / 8 * 1.1) + " 0 " +
+           std::to_string(column * 1.3) + " " + std::to_string(row * 1.1) + " 0 " +
            std::to_string(i * 77 % 360) +
            "] size [0.4 0.4 0.4] alwayson 1 blobfinder( alwayson 1 ) )\n";
   };

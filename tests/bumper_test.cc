@@ -207,7 +207,8 @@ TEST(Bumper, MayBeDeletedOrStoppedWhileItsRaysWait) {
 // Robots that run about and bump into each other.
 TEST(Bumper, ResultsDoNotDependOnHowTheyAreMade) {
   const auto bot = [](int i) {
-    return "bot( pose [" + std::to_string(i % 10 * 0.37) + " " + std::to_string(i / 10 * 0.37) +
+    const int column = i % 10, row = i / 10;
+    return "bot( pose [" + std::to_string(column * 0.37) + " " + std::to_string(row * 0.37) +
            " 0 " + std::to_string(i * 37) + "] )\n";
   };
   const auto look = [](const crowd::Robots& robots, std::vector<double>* touches) {

@@ -73,10 +73,12 @@ std::string RingText(int count) {
 /// 16 robots side by side in a corner of the box.
 std::string Crowd(const std::string& sensors) {
   std::string text = kBox;
-  for (int i = 0; i < 16; i++)
-    text += "position( size [0.3 0.3 0.3] pose [" + std::to_string(-4 + 0.6 * (i % 4)) + " " +
-            std::to_string(-4 + 0.6 * (i / 4)) + " 0 " + std::to_string(i * 77 % 360) +
+  for (int i = 0; i < 16; i++) {
+    const int column = i % 4, row = i / 4;
+    text += "position( size [0.3 0.3 0.3] pose [" + std::to_string(-4 + 0.6 * column) + " " +
+            std::to_string(-4 + 0.6 * row) + " 0 " + std::to_string(i * 77 % 360) +
             "] ctrl \"disperse\" " + sensors + " )\n";
+  }
   return text;
 }
 
@@ -149,8 +151,9 @@ double MeanDistanceToTheNearest(const std::vector<Stg::ModelPosition*>& robots) 
 TEST_F(ControllerRun, DisperseLeavesACrowdThatIsSpread) {
   std::string text = kBox;
   for (int i = 0; i < 16; i++) {
-    const double x = 2.4 * (i % 4) - 3.6 + 0.2 * (i * 7 % 5 - 2);
-    const double y = 2.4 * (i / 4) - 3.6 + 0.2 * (i * 3 % 5 - 2);
+    const int column = i % 4, row = i / 4;
+    const double x = 2.4 * column - 3.6 + 0.2 * (i * 7 % 5 - 2);
+    const double y = 2.4 * row - 3.6 + 0.2 * (i * 3 % 5 - 2);
     text += "position( size [0.3 0.3 0.3] pose [" + std::to_string(x) + " " + std::to_string(y) +
             " 0 " + std::to_string(i * 77 % 360) + "] ctrl \"disperse\" " + kLaser + " )\n";
   }

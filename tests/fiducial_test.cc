@@ -358,8 +358,9 @@ TEST(Deletion, OfEverything) {
 
 TEST(Tracing, ResultsDoNotDependOnHow) {
   const auto robot = [](int i) {
+    const int column = i % 8, row = i / 8;
     return "position( fiducial_return " + std::to_string(i + 1) + " pose [" +
-           std::to_string(i % 8 * 2.3) + " " + std::to_string(i / 8 * 2.1) + " 0 " +
+           std::to_string(column * 2.3) + " " + std::to_string(row * 2.1) + " 0 " +
            std::to_string(i * 77 % 360) +
            "] size [0.4 0.4 0.4] alwayson 1 fiducial( range_max 6 alwayson 1 ) )\n";
   };

@@ -264,10 +264,10 @@ TEST(Gripper, LoadedAgainItLetsGoAndKeepsItsBody) {
 
 TEST(Gripper, ResultsDoNotDependOnHowTheyAreMade) {
   const auto bot_and_thing = [](int i) {
-    const std::string row = std::to_string(i / 8 * 0.8);
-    return "bot( pose [" + std::to_string(i % 8 * 0.8) + " " + row + " 0 " +
-           std::to_string(i * 37) + "] )\nthing( pose [" + std::to_string(i % 8 * 0.8 + 0.4) + " " +
-           std::to_string(i / 8 * 0.8 + 0.1) + " 0 0] )\n";
+    const int column = i % 8, row = i / 8;
+    return "bot( pose [" + std::to_string(column * 0.8) + " " + std::to_string(row * 0.8) + " 0 " +
+           std::to_string(i * 37) + "] )\nthing( pose [" + std::to_string(column * 0.8 + 0.4) +
+           " " + std::to_string(row * 0.8 + 0.1) + " 0 0] )\n";
   };
   const auto look = [](const crowd::Robots& robots, std::vector<double>* held) {
     for (size_t i = 0; i < robots.size(); i++)

@@ -406,7 +406,8 @@ TEST(Wifi, RadiosMayBeDeletedWhileRaysWait) {
 
 TEST(Wifi, ResultsDoNotDependOnHowTheyAreMade) {
   const auto bot_and_wall = [](int i) {
-    const std::string x = std::to_string(i % 7 * 1.3), y = std::to_string(i / 7 * 1.1);
+    const int column = i % 7, row = i / 7;
+    const std::string x = std::to_string(column * 1.3), y = std::to_string(row * 1.1);
     return "bot( pose [" + x + " " + y + " 0 " + std::to_string(i * 37) + "] )\nwall( pose [" + x +
            "5 " + y + " 0 " + std::to_string(i * 31) + "] )\n";
   };

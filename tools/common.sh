@@ -5,33 +5,46 @@
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 
+# stage_alone COMMAND...: two builds in one folder at once would spoil it; the second waits.
+stage_alone() {
+  mkdir -p "$root/build"
+  (
+    if command -v flock >/dev/null; then flock 9; fi
+    "$@" 9>&-
+  ) 9>"$root/build/.lock"
+}
+
+# stage_configure PRESET [SETUP OPTION]...: installs what tools/setup finds missing, and configures.
+stage_configure() {
+  local preset=$1
+  shift
+  # Without root some packages may stay missing; whether that matters, CMake knows.
+  "$root/tools/setup" "$@" >&2 || echo "Going on with what is there." >&2
+  if [[ ! -e $root/build/$preset/CMakeCache.txt ]] && command -v ninja >/dev/null; then
+    local -x CMAKE_GENERATOR=${CMAKE_GENERATOR:-Ninja}
+  fi
+  cmake -S "$root" --preset "$preset" >&2
+}
+
 # stage_build PRESET TARGET [SETUP OPTION]...
 #
 # Installs what tools/setup with these options finds missing, configures and builds. When the same
 # set-up has led to a finished build before (a stamp says so), only the build tool runs, which takes
 # no time if nothing has changed.
 stage_build() {
+  stage_alone stage_build_alone "$@"
+}
+
+stage_build_alone() {
   local preset=$1 target=$2
   shift 2
   local folder=$root/build/$preset
   local stamp="$folder/.setup$*"
-  mkdir -p "$folder"
-
-  # Two builds in one folder at once would spoil it; the second waits.
-  local lock
-  exec {lock}>"$root/build/.lock"
-  if command -v flock >/dev/null; then flock "$lock"; fi
 
   if [[ ! $stamp -nt $root/tools/setup || ! -e $folder/CMakeCache.txt ]]; then
-    # Without root some packages may stay missing; whether that matters, CMake knows.
-    "$root/tools/setup" "$@" >&2 || echo "Going on with what is there." >&2
-    if [[ ! -e $folder/CMakeCache.txt ]] && command -v ninja >/dev/null; then
-      local -x CMAKE_GENERATOR=${CMAKE_GENERATOR:-Ninja}
-    fi
-    cmake -S "$root" --preset "$preset" >&2
+    stage_configure "$preset" "$@"
   fi
   cmake --build "$folder" --target "$target" --parallel "$(nproc)" |
     { grep --line-buffered -v -e '^ninja: no work to do' -e 'Re-checking globbed' >&2 || true; }
   if [[ ! $stamp -nt $root/tools/setup ]]; then : >"$stamp"; fi
-  exec {lock}>&-
 }

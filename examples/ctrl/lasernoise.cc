@@ -30,6 +30,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
   auto* ranger = dynamic_cast<Stg::ModelRanger*>(model);
   if (!ranger)
     ctrl::GiveUp("lasernoise", *model,
+                 // NOLINTNEXTLINE(clang-analyzer-core.CallAndMessage): the model is never null.
                  "found a model of type " + model->GetModelType() + ", expected a ranger");
   ctrl::CallOnUpdate<Stg::ModelRanger, AddNoise>(ranger, ranger);
   ranger->Subscribe();

@@ -179,7 +179,7 @@ ModelBlobfinder::Blob ModelBlobfinder::MakeBlob(const Color& seen, double mean_r
   blob.color = seen;
   blob.range = mean_range;
   const double height = scan_height;
-  const double middle = scan_height / 2;
+  const uint32_t middle = scan_height / 2;
   const double pixel = std::fabs(table_fov_) / height;
   const double reach = std::trunc(ArcTangent(kHalfHeight, mean_range) / pixel);
   blob.top = static_cast<uint32_t>(std::max(0.0, middle - reach));

@@ -350,6 +350,7 @@ void ModelGripper::Grip() {
 
 void ModelGripper::Drop() {
   Model* thing = config_.gripped;
+  if (!thing) return;
   World& in_world = *world;
   const Pose place = GetGlobalPose();
   thing->SetParent(nullptr);  // RemoveChild() follows

@@ -54,6 +54,7 @@
 #endif
 
 /// A `for` header over a container with an iterator I; C is evaluated twice and must not change.
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a name that is declared stands in no parentheses.
 #define VAR(V, init) __typeof(init) V = (init)
 #define FOR_EACH(I, C) for (VAR(I, (C).begin()), ite = (C).end(); (I) != ite; ++(I))
 

@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "geometry/color.hh"
@@ -473,7 +474,7 @@ struct CtrlArgs {
   std::string worldfile;  ///< the whole `ctrl` string, library name included
   std::string cmdline;    ///< the text of --args
 
-  CtrlArgs(std::string w, std::string c) : worldfile(w), cmdline(c) {}
+  CtrlArgs(std::string w, std::string c) : worldfile(std::move(w)), cmdline(std::move(c)) {}
 };
 
 }  // namespace Stg

@@ -69,6 +69,7 @@ ModelPosition::~ModelPosition() { world->StopMoving(this); }
 
 void ModelPosition::SetSpeed(double x, double y, double a) { SetSpeed(Velocity(x, y, 0, a)); }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): Stage's interface
 void ModelPosition::SetSpeed(Velocity vel) {
   if (!AllNumbers(vel)) {
     PRINT_ERR1("%s: ignored a speed that is not a number", Token());
@@ -86,6 +87,7 @@ void ModelPosition::Stop() { SetSpeed(0, 0, 0); }
 
 void ModelPosition::GoTo(double x, double y, double a) { GoTo(Pose(x, y, 0, a)); }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): Stage's interface
 void ModelPosition::GoTo(Pose target) {
   if (!AllFinite(target)) {
     PRINT_ERR1("%s: ignored a goal that is not finite", Token());
@@ -124,6 +126,7 @@ void ModelPosition::SetGlobalVelocity(const Velocity& gvel) {
   SetVelocity(Velocity(v.x, v.y, 0, gvel.a));
 }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): Stage's interface
 void ModelPosition::SetOdom(Pose odom) {
   if (!AllFinite(odom)) {
     PRINT_ERR1("%s: refused an estimate that is not finite", Token());

@@ -96,12 +96,12 @@ class World::Survey {
     const bool runs = model.HasSubscribers();
     kind.running += runs;
     s_.with_controller += model.HasCallbacks(Model::CB_INIT);
-    const double updates = runs ? UpdatesPerStep(model, world_.sim_interval) : 0;
-    s_.updates_per_step += updates;
-    if (model.HasCallbacks(Model::CB_UPDATE)) s_.callbacks_per_step += updates;
+    const double per_step = runs ? UpdatesPerStep(model, world_.sim_interval) : 0;
+    s_.updates_per_step += per_step;
+    if (model.HasCallbacks(Model::CB_UPDATE)) s_.callbacks_per_step += per_step;
     if (dynamic_cast<const ModelPosition*>(&model)) {
       (runs ? s_.robots : s_.undriven)++;
-      s_.position_updates += updates;
+      s_.position_updates += per_step;
     }
     if (const auto* ranger = dynamic_cast<const ModelRanger*>(&model)) TakeRanger(*ranger);
     if (!model.body().empty()) TakeBody(model);
@@ -128,7 +128,7 @@ class World::Survey {
 
   void TakeRanger(const ModelRanger& ranger) {
     const bool runs = ranger.HasSubscribers();
-    const double updates = UpdatesPerStep(ranger, world_.sim_interval);
+    const double per_step = UpdatesPerStep(ranger, world_.sim_interval);
     const double frame = (ranger.GetGlobalPose() + ranger.GetGeom().pose).z;
     for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
       s_.memory.models += sizeof sensor;
@@ -138,7 +138,7 @@ class World::Survey {
       (runs ? height.sensors : height.idle_sensors)++;
       if (!runs) continue;
       s_.exact_sensors += world_.IsExact(sensor.ray_model);
-      height.rays_per_step += updates * sensor.sample_count;
+      height.rays_per_step += per_step * sensor.sample_count;
       const uint64_t there =
           sensor.ranges.capacity() + sensor.intensities.capacity() + sensor.bearings.capacity();
       const uint64_t needed = uint64_t{3} * sensor.sample_count;

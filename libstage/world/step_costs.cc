@@ -195,7 +195,8 @@ class World::Gauge {
       FirstPasses(sample);
     }
     TimePasses(sample, each, seconds, cost);
-    if (typeid(*sample[0]) == typeid(ModelRanger)) MeasureReading(sample, cost);
+    const Model& first = *sample[0];
+    if (typeid(first) == typeid(ModelRanger)) MeasureReading(sample, cost);
   }
 
   struct PathCost {
@@ -258,8 +259,8 @@ class World::Gauge {
     // In small pieces, of which each is interrupted by other processes at times, but not always.
     // Threads and devices need all at once, and fiducial finders share work.
     constexpr double kPiece = 0.002;  // seconds
-    const bool whole =
-        engine_.statistics.threads > 1 || typeid(*sample[0]) == typeid(ModelFiducial);
+    const Model& first = *sample[0];
+    const bool whole = engine_.statistics.threads > 1 || typeid(first) == typeid(ModelFiducial);
     const double piece = whole ? count : kPiece / std::max(each, 1e-9);
     const PathCost host = TimePath(WorldEngine::Path::kHost, sample,
                                    static_cast<size_t>(std::clamp(piece, 1.0, count)),

@@ -18,24 +18,12 @@
 #endif
 #endif
 
-#if defined(__SANITIZE_THREAD__)
-#define STAGE_TEST_THREAD_SANITIZER 1
-#elif defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define STAGE_TEST_THREAD_SANITIZER 1
-#endif
-#endif
-
 namespace device {
 
 /// Why no device can be used; empty if one can.
 inline std::string WhyNone() {
-#ifdef STAGE_TEST_THREAD_SANITIZER
-  return "OpenCL drivers are not built with ThreadSanitizer, which cannot see their locks";
-#else
   std::string message;
   return Stg::LoadPrefilter("", &message) ? "" : message;
-#endif
 }
 
 }  // namespace device

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "stage/interrupt.hh"
@@ -27,7 +28,7 @@ double Seconds(usec_t time) { return static_cast<double>(time) / 1e6; }
 /// "9 s", "4 min 5 s", "2 h 10 min"
 std::string Duration(double seconds) {
   if (!(seconds < 1e7)) return "months";
-  const long s = static_cast<long>(seconds + 0.5);
+  const long s = std::lround(seconds);
   char text[64];
   if (s < 100)
     std::snprintf(text, sizeof text, "%ld s", s);

@@ -49,10 +49,11 @@ struct Population {
 void Count(const Ancestor& parent, const Model* ground, Population* population) {
   for (const Model* model : parent.GetChildren()) {
     if (model == ground) continue;
+    const bool driven = model->HasSubscribers();
     const bool position = dynamic_cast<const ModelPosition*>(model) != nullptr;
     population->models++;
     population->positions += position;
-    population->robots += position && model->HasSubscribers();
+    population->robots += position && driven;
     Count(*model, ground, population);
   }
 }

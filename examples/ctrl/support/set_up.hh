@@ -30,6 +30,7 @@ struct Drive {
 inline Stg::ModelPosition* RequirePosition(const std::string& controller, Stg::Model* model) {
   if (auto* position = dynamic_cast<Stg::ModelPosition*>(model)) return position;
   GiveUp(controller, *model,
+         // NOLINTNEXTLINE(clang-analyzer-core.CallAndMessage): the model is never null.
          "found a model of type " + model->GetModelType() +
              ", expected a position: this controller drives robots");
 }
