@@ -91,8 +91,8 @@ void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   const sensing::Tracer tracer(scene.grid);
   const std::vector<sensing::Fan>& fans = scene.batch.fans();
   const std::vector<uint32_t>& order = fan_order_.Of(scene.batch);
-  // Waking threads takes as long as tracing a thousand rays or so.
-  constexpr uint32_t kTooFewRays = 1500;
+  // Waking threads takes as long as tracing some hundred rays.
+  constexpr uint32_t kTooFewRays = 500;
   const size_t grain =
       scene.batch.ray_count() < kTooFewRays ? fans.size() : workers_->Grain(fans.size(), 32);
   workers_->Run(fans.size(), grain, [&](size_t begin, size_t end, unsigned thread) {

@@ -37,7 +37,7 @@ class RunFinder {
   void Begin() { to_skip_ = 0; }
 
  private:
-  size_t fewest_ = 64;
+  size_t fewest_ = 16;
   size_t to_skip_ = 0;
 };
 

@@ -75,7 +75,7 @@ struct RunOptions {
   RunOptions()
       : threads(0),
         seed(1),
-        share_from(64),
+        share_from(16),
         batch(true),
         opencl(false),
         always_on_device(false),
