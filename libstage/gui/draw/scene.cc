@@ -66,10 +66,12 @@ void Scene::Rebuild(World& world) {
   family_ = world.engine().family_changes;
   bodies_ = world.engine().scene.body_changes;
   items_.clear();
-  // Until the end of this function, so that shapes still in use are found again.
-  const std::vector<BodyBatch> old = std::move(frame_.bodies);
+  // Kept until all models are in, so that shapes still in use are found again.
+  std::vector<BodyBatch> old = std::move(frame_.bodies);
   frame_.bodies.clear();
   for (Model* model : world.GetChildren()) AddTree(model, kNone);
+  old.clear();
+  shapes_.Tidy();
 }
 
 void Scene::AddTree(Model* model, uint32_t parent) {

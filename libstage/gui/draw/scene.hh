@@ -134,7 +134,7 @@ class Scene {
 
   void Begin(const Job& job);
   void Fetch(std::size_t index) const;
-  void FindNewShapes(const World& world);
+  void FindNewShapes(World& world);
   void AddBodies(const Job& job);
   void AddBody(const Job& job, const Item& item);
   void AddTrails(const Job& job, const Item& item);
