@@ -22,6 +22,7 @@ const char kWorld[] = R"(# A comment that stays.
 include "part.inc"
 speedup 2   # twice
 paused 1
+confirm_on_quit 1
 
 window
 (

@@ -56,7 +56,12 @@ bool WindowTest::RunUntil(const std::function<bool()>& condition) {
   return condition();
 }
 
-void WindowTest::Settle() { Run(0.08); }
+void WindowTest::Settle() {
+  XSync(fl_display, False);  // all events that the server has for us are here now
+  while (XPending(fl_display)) Fl::wait(0);
+  Run(0.03);  // a picture may wait for its time
+  RunUntil([this] { return !world_ || !canvas().shown() || !canvas().damage(); });
+}
 
 void WindowTest::Type(const std::string& key, const std::vector<std::string>& held) {
   TheHand().Type(key, held);
