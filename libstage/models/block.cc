@@ -53,6 +53,11 @@ void OrientPolygon(std::vector<point_t>* points) {
 
 // ---- BlockGroup ---------------------------------------------------------------------------------
 
+void BlockGroup::NoteChange() {
+  version_++;
+  owner_.scene().body_changes++;
+}
+
 /// The blocks as they are fitted now become what later fitting starts from.
 void BlockGroup::FreezeShape() {
   if (frozen_) return;
@@ -66,7 +71,7 @@ void BlockGroup::FreezeShape() {
 void BlockGroup::Add(std::vector<point_t> points, Bounds z_range) {
   Erase();
   FreezeShape();
-  version_++;
+  NoteChange();
   WidenRadius(points);
   blocks_.push_back(std::make_unique<Block>(std::move(points), z_range));
 }
@@ -81,7 +86,7 @@ void BlockGroup::AddRectangle(double x, double y, double dx, double dy, Bounds z
 
 void BlockGroup::ChangeRectangle(size_t index, const bounds3d_t& box) {
   FreezeShape();
-  version_++;
+  NoteChange();
   Block& block = *blocks_[index];
   block.source_points_ = {{box.x.min, box.y.min},
                           {box.x.max, box.y.min},
@@ -98,7 +103,7 @@ void BlockGroup::Clear() {
   blocks_.clear();
   radius_ = 0;
   times_cleared_++;
-  version_++;
+  NoteChange();
 }
 
 namespace {
@@ -153,7 +158,7 @@ void BlockGroup::Fit(const Size& size) {
   const double scale_z = Scale(Extent(box.z), size.z, 1);
   const double centre_x = box.x.min + dx / 2.0, centre_y = box.y.min + dy / 2.0;
   radius_ = 0;
-  version_++;
+  NoteChange();
   for (const auto& block : blocks_) {
     for (size_t i = 0; i < block->points_.size(); i++) {
       const point_t& p = block->source_points_[i];

@@ -63,7 +63,7 @@ void OrientPolygon(std::vector<point_t>* points);
 class BlockGroup {
  public:
   explicit BlockGroup(Model& owner) : owner_(owner) {}
-  ~BlockGroup() { Clear(); }
+  ~BlockGroup() { Erase(); }
   BlockGroup(const BlockGroup&) = delete;
   BlockGroup& operator=(const BlockGroup&) = delete;
 
@@ -101,6 +101,7 @@ class BlockGroup {
  private:
   friend class Placement;
 
+  void NoteChange();
   void FreezeShape();
   void WidenRadius(const std::vector<point_t>& points);
 

@@ -20,6 +20,7 @@ struct Scene {
   grid::Grid grid;
   DirectionTables tables;
   RayBatch batch;
+  uint64_t body_changes = 0;  ///< counts changes of the shapes of bodies
   uint64_t batch_number = 1;  ///< counts batches: tells what is left over from an earlier one
 };
 

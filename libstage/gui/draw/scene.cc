@@ -34,6 +34,7 @@ std::size_t Scene::fans_in_view() const {
 void Scene::Update(World& world, const view::ViewState& view, int width, int height,
                    const Selection& selection) {
   if (world_ != &world || family_ != world.engine().family_changes) Rebuild(world);
+  if (bodies_ != world.engine().scene.body_changes) FindNewShapes(world);
   const Job job{world, view, selection, width, height};
   Begin(job);
   AddBodies(job);
@@ -50,7 +51,6 @@ void Scene::Update(World& world, const view::ViewState& view, int width, int hei
     DrawRays(world, *selection.last->Root(), &frame_.over);
   for (const World::RecordedRay& ray : world.recorded_rays())
     Painter(&frame_.over).Line({ray.x1, ray.y1, 0.1}, {ray.x2, ray.y2, 0.1});
-  DropUnusedBatches();
 }
 
 // ---- who there is -------------------------------------------------------------------------------
@@ -64,17 +64,25 @@ Scene::Kind Scene::KindOf(const Model& model) {
 void Scene::Rebuild(World& world) {
   world_ = &world;
   family_ = world.engine().family_changes;
+  bodies_ = world.engine().scene.body_changes;
   items_.clear();
-  for (BodyBatch& batch : frame_.bodies) batch.shape.reset();
+  // Kept until all models are in, so that shapes still in use are found again.
+  std::vector<BodyBatch> old = std::move(frame_.bodies);
   frame_.bodies.clear();
   for (Model* model : world.GetChildren()) AddTree(model, kNone);
+  old.clear();
   shapes_.Tidy();
 }
 
 void Scene::AddTree(Model* model, uint32_t parent) {
   const auto index = static_cast<uint32_t>(items_.size());
-  items_.push_back(
-      {model, parent, kNone, 0, KindOf(*model), !model->GetChildren().empty(), 0, 0, 0, 0, 0, 1});
+  Item item{};
+  item.model = model;
+  item.parent = parent;
+  item.kind = KindOf(*model);
+  item.has_children = !model->GetChildren().empty();
+  item.cosine = 1;
+  items_.push_back(item);
   FindShape(&items_.back());
   for (Model* child : model->GetChildren()) AddTree(child, index);
 }
@@ -83,6 +91,14 @@ void Scene::FindShape(Item* item) {
   const BlockGroup& body = item->model->body();
   item->version = body.version();
   item->batch = body.empty() ? kNone : BatchOf(shapes_.Find(body, item->model->GetGeom().pose));
+  item->is_leaf = item->batch == kNone && item->parent != kNone && !item->has_children;
+}
+
+void Scene::FindNewShapes(World& world) {
+  bodies_ = world.engine().scene.body_changes;
+  for (Item& item : items_)
+    if (item.version != item.model->body().version()) FindShape(&item);
+  DropUnusedBatches();
 }
 
 uint32_t Scene::BatchOf(const std::shared_ptr<const Shape>& shape) {
@@ -98,8 +114,6 @@ uint32_t Scene::BatchOf(const std::shared_ptr<const Shape>& shape) {
 
 /// Shapes that nobody has any more, such as those of a gripper that has closed a bit.
 void Scene::DropUnusedBatches() {
-  if (!shapes_changed_) return;
-  shapes_changed_ = false;
   std::vector<bool> used(frame_.bodies.size(), false);
   for (const Item& item : items_)
     if (item.batch != kNone) used[item.batch] = true;
@@ -158,29 +172,28 @@ void Scene::Begin(const Job& job) {
   f.chart_count = 0;
 }
 
-/// Models lie all over the memory: those that are next but some are asked for ahead of time.
+/// Models lie all over the memory: the parts that are next but some are asked for ahead of time.
 void Scene::Fetch(size_t index) const {
-  constexpr size_t kFar = 12, kNear = 6, kLine = 64;
-  if (index + kFar < items_.size()) {
-    const char* model = reinterpret_cast<const char*>(items_[index + kFar].model);
-    for (size_t offset = 0; offset < sizeof(Model); offset += kLine)
-      __builtin_prefetch(model + offset);
-  }
-  if (index + kNear < items_.size()) __builtin_prefetch(&items_[index + kNear].model->body());
+  constexpr size_t kAhead = 12, kLine = 64;
+  if (index + kAhead >= items_.size()) return;
+  const Item& item = items_[index + kAhead];
+  const char* last = reinterpret_cast<const char*>(&item.model->speech());
+  const char* first = reinterpret_cast<const char*>(&item.model->visualizers()) - kLine;
+  for (const char* line = item.is_leaf ? last : first; line <= last + kLine; line += kLine)
+    __builtin_prefetch(line);
 }
 
 void Scene::AddBodies(const Job& job) {
   bodies_in_view_ = 0;
   lowest_ = 0;
   highest_ = 1;
+  const bool all = job.shows_data() || job.view.options[Show::kBoundingBoxes];
   for (size_t i = 0; i < items_.size(); i++) {
     Fetch(i);
     Item& item = items_[i];
+    const bool silent = item.is_leaf && item.model->speech().empty() && !item.model->Stalled();
+    if (silent && !all) continue;
     PlaceItem(&item);
-    if (item.version != item.model->body().version()) {
-      FindShape(&item);
-      shapes_changed_ = true;
-    }
     if (item.batch != kNone) AddBody(job, item);
     if (item.parent == kNone && item.kind == Kind::kPosition) AddTrails(job, item);
     AddExtras(job, item);

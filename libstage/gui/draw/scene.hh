@@ -118,6 +118,7 @@ class Scene {
     unsigned version;  // of the body that the batch's shape was made of
     Kind kind;
     bool has_children;
+    bool is_leaf;  // has neither a body nor children, and is not at top level
     // Of this frame: the global pose, sine and cosine of its heading if it has children.
     double x, y, z, a, sine, cosine;
   };
@@ -133,6 +134,7 @@ class Scene {
 
   void Begin(const Job& job);
   void Fetch(std::size_t index) const;
+  void FindNewShapes(World& world);
   void AddBodies(const Job& job);
   void AddBody(const Job& job, const Item& item);
   void AddTrails(const Job& job, const Item& item);
@@ -143,10 +145,9 @@ class Scene {
   void AddChart(const StripPlotVis& plot);
 
   const World* world_ = nullptr;
-  uint64_t family_ = 0;
-  std::vector<Item> items_;  // parents before their children
+  uint64_t family_ = 0, bodies_ = 0;  // what the engine's counts of changes were
+  std::vector<Item> items_;           // parents before their children
   ShapeStore shapes_;
-  bool shapes_changed_ = false;
   double lowest_ = 0, highest_ = 1;  // of the bodies of the last frame, metres
   std::size_t bodies_in_view_ = 0;
   Frame frame_;

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Clients' visualizers draw as OpenGL 1 does, in their model's frame.
+
+#include <GL/gl.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "gui/draw/gl_helpers.hh"
+#include "gui/draw/renderer.hh"
+#include "gui/draw/scene.hh"
+#include "gui/offscreen/context.hh"
+#include "model_testing.hh"
+
+namespace Stg {
+
+namespace {
+
+constexpr int kSide = 200;  // pixels; 10 pixels a metre
+
+/// Keeps visualizers, as windows do.
+class DrawnWorld : public World {
+ public:
+  bool IsGUI() const override { return true; }
+  void OfferVisualizer(Visualizer* visualizer, bool on) override {
+    view.options.Register(visualizer->GetMenuName(), visualizer->GetWorldfileName(), on);
+  }
+  view::ViewState view;
+};
+
+/// A magenta square of 1 m, 2 m ahead of the model, and a word.
+class Square : public Visualizer {
+ public:
+  Square() : Visualizer("square", "show_square") {}
+  void Visualize(Model* model, Camera* camera) override {
+    seen_model = model;
+    seen_scale = dynamic_cast<OrthoCamera*>(camera) ? 1 : 0;
+    glDisable(GL_DEPTH_TEST);  // is put right by the renderer
+    glColor3f(1, 0, 1);
+    Gl::draw_centered_rect(2, 0, 1, 1);
+    glTranslatef(100, 100, 0);  // and this
+    if (say) Gl::draw_string(-100, -98, 0, "WWWW");
+  }
+  Model* seen_model = nullptr;
+  double seen_scale = -1;
+  bool say = false;
+};
+
+class VisualizersTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    InitLibrary();
+    std::string error;
+    context_ = offscreen::Context::Make(kSide, kSide, &error);
+    if (!context_) GTEST_SKIP() << error;
+    world_ = std::make_unique<DrawnWorld>();
+    std::istringstream text(
+        "model ( name \"a\" pose [3 4 0 90] ) model ( name \"b\" pose [-3 -4 0 0] )");
+    ASSERT_TRUE(world_->Load(text, "t.world"));
+    world_->view.flat.setScale(10);
+    world_->view.options.Set(view::Show::kData, true);
+    for (const char* name : {"a", "b"}) {
+      Find<>(*world_, name)->AddVisualizer(&square_, true);
+      Find<>(*world_, name)->Subscribe();
+    }
+    Step(*world_, 1);
+  }
+
+  void Draw() {
+    scene_.Update(*world_, world_->view, kSide, kSide);
+    context_->Bind();
+    renderer_.Draw(scene_, draw::Hud());
+    context_->Read(&image_);
+  }
+  /// Metres to the colour there.
+  bool IsMagenta(double x, double y) const {
+    const auto column = static_cast<size_t>(kSide / 2 + 10 * x);
+    const auto row = static_cast<size_t>(kSide / 2 - 10 * y);
+    const uint8_t* p = &image_.pixels[4 * (row * kSide + column)];
+    return p[0] > 250 && p[1] < 5 && p[2] > 250;
+  }
+
+  std::unique_ptr<offscreen::Context> context_;
+  std::unique_ptr<DrawnWorld> world_;
+  Square square_;
+  draw::Scene scene_;
+  draw::Renderer renderer_;
+  offscreen::Image image_;
+};
+
+TEST_F(VisualizersTest, DrawInTheModelsFrame) {
+  Draw();
+  EXPECT_TRUE(scene_.has_client_visuals());
+  EXPECT_EQ(square_.seen_scale, 1);
+  EXPECT_TRUE(IsMagenta(3.05, 6.05));    // ahead of a, which looks along +y
+  EXPECT_TRUE(IsMagenta(-0.95, -3.95));  // ahead of b
+  EXPECT_FALSE(IsMagenta(5, 4));
+  EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+}
+
+TEST_F(VisualizersTest, AreSwitchedByTheirOption) {
+  const size_t option = world_->view.options.Register("square", "show_square", true);
+  world_->view.options.Set(option, false);
+  Draw();
+  EXPECT_FALSE(scene_.has_client_visuals());
+  EXPECT_FALSE(IsMagenta(3.05, 6.05));
+  world_->view.options.Set(option, true);
+  Find<>(*world_, "a")->RemoveVisualizer(&square_);
+  Draw();
+  EXPECT_FALSE(IsMagenta(3.05, 6.05));
+  EXPECT_TRUE(IsMagenta(-0.95, -3.95));
+}
+
+TEST_F(VisualizersTest, TextsAreInThePicture) {
+  Draw();
+  const std::vector<uint8_t> before = image_.pixels;
+  square_.say = true;
+  Draw();
+  EXPECT_NE(image_.pixels, before);
+  square_.say = false;
+  Draw();
+  EXPECT_EQ(image_.pixels, before);
+}
+
+}  // namespace
+
+}  // namespace Stg
