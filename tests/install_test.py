@@ -95,7 +95,8 @@ class InstallTest(unittest.TestCase):
         world = client.parent / "window.world"
         world.write_text(WINDOW_WORLD, encoding="utf-8")
         read_end, write_end = os.pipe()
-        with subprocess.Popen([XVFB, "-displayfd", str(write_end), "-screen", "0", "1000x800x24"],
+        with subprocess.Popen([XVFB, "-displayfd", str(write_end), "-screen", "0", "1000x800x24",
+                               "-noreset"],
                               pass_fds=[write_end], stdout=subprocess.DEVNULL,
                               stderr=subprocess.DEVNULL) as server:
             try:

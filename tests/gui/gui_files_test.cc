@@ -104,6 +104,15 @@ TEST_F(FilesTest, ObeysPaused) {
   EXPECT_EQ(world_->UpdateCount(), 0u);
 }
 
+TEST_F(FilesTest, RefusesABadSection) {
+  std::ofstream("bad.world") << "window( scale \"nan\" ) model( )\n";
+  world_ = std::make_unique<Stg::WorldGui>(400, 300, "test");
+  testing::internal::CaptureStderr();
+  EXPECT_FALSE(world_->Load("bad.world"));
+  EXPECT_NE(testing::internal::GetCapturedStderr().find("bad.world:1:"), std::string::npos);
+  EXPECT_FALSE(parts().loaded);
+}
+
 TEST_F(FilesTest, SavesOnlyWhatIsInTheFile) {
   OpenFile("w.world");
   Type("d");

@@ -146,10 +146,12 @@ TEST_F(WindowTest, DragsRobotsThatDrive) {
   robot->Subscribe();
   robot->SetSpeed(0, 0, 1);
   world_->Start();
+  EXPECT_TRUE(RunUntil([&] { return world_->UpdateCount() > 2; }));
   const Stg::point_t place = PlaceOf(robot->GetPose());
   DragBy(place.x, place.y, 0, 74);
   EXPECT_NEAR(robot->GetPose().y, -2, 1e-6);
-  EXPECT_GT(world_->UpdateCount(), 2u);
+  EXPECT_FALSE(world_->Paused());
+  EXPECT_GT(robot->GetPose().a, 0.2);
 }
 
 TEST_F(WindowTest, ZoomsAboutThePointer) {

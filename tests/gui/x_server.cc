@@ -49,8 +49,9 @@ XServer::XServer(const std::vector<std::string>& options) {
   int ends[2];
   if (pipe(ends) != 0) return;
   const std::string descriptor = std::to_string(ends[1]);
-  std::vector<const char*> words = {"Xvfb", "-displayfd",   descriptor.c_str(), "-screen",
-                                    "0",    "1500x1100x24", "-nolisten",        "tcp"};
+  std::vector<const char*> words = {"Xvfb",     "-displayfd", descriptor.c_str(),
+                                    "-screen",  "0",          "1500x1100x24",
+                                    "-noreset", "-nolisten",  "tcp"};
   for (const std::string& option : options) words.push_back(option.c_str());
   words.push_back(nullptr);
   pid_ = fork();

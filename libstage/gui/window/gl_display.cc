@@ -31,8 +31,8 @@ std::string DisplayObstacle() {
   if (!fl_display) {
     Display* display = XOpenDisplay(nullptr);
     if (!display) return std::string("Can't open display: ") + (name ? name : "");
-    XCloseDisplay(display);
     fl_open_display();
+    XCloseDisplay(display);  // not before: a server that loses its last client may begin anew
   }
   int base = 0, events = 0;
   if (!glXQueryExtension(fl_display, &base, &events))
