@@ -53,7 +53,8 @@ install(
 set(pkgconfig_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 file(RELATIVE_PATH pkgconfig_to_prefix "/prefix/${pkgconfig_dir}" "/prefix")
 string(REGEX REPLACE "/$" "" pkgconfig_to_prefix "${pkgconfig_to_prefix}")
-# Clients that don't use the window are not tied to its libraries.
+# Clients that don't use the window are not tied to its libraries: these come after libstage, which
+# has the functions that both have.
 set(pkgconfig_window_libraries "")
 if(STAGE_GUI_ENABLED)
   string(JOIN " " pkgconfig_window_libraries "-Wl,--push-state,--as-needed" -lstagegui
