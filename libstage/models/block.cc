@@ -290,7 +290,7 @@ double Placement::CellsOfOutline(size_t first_corner, size_t end) const {
 /// That bodies may be drawn in, in the world of this one.
 double Placement::MostCells(const Model& model) {
   const double models = static_cast<double>(model.world->engine().models.size());
-  return kMostCellsDrawn * (kMostCells + kMostCellsPerModel * models);
+  return kDrawnToLoaded * (kMostCells + kMostCellsPerModel * models);
 }
 
 Model* Placement::Collision(Model* ground) const {

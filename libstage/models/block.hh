@@ -27,9 +27,9 @@ struct Scene;
 /// How many cells the outlines of all bodies of a world may pass, each time counted, when its file
 /// is loaded. They take some 75 bytes each; a hospital in cells of 5 mm has 9 million.
 inline constexpr double kMostCells = 16'000'000, kMostCellsPerModel = 1000;
-/// So many times more may be drawn later. An outline passes up to 1.42 times as many cells when it
-/// is turned: no world that was loaded comes to this limit, unless bodies are added or grow.
-inline constexpr double kMostCellsDrawn = 2;
+/// So many times as many may be drawn later. An outline passes up to 1.42 times as many cells when
+/// it is turned: no world that was loaded comes to this limit, unless bodies are added or grow.
+inline constexpr double kDrawnToLoaded = 2;
 
 class Block {
  public:
