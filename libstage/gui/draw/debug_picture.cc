@@ -85,6 +85,7 @@ class GridPicture {
 // ---- rays ---------------------------------------------------------------------------------------
 
 constexpr size_t kMostSteps = 4096;  // of a ray
+constexpr size_t kMostRays = 60;     // of a sensor; with more of them nothing can be told apart
 
 void CollectCells(const Model& model, bool exact, grid::CellLists* lists) {
   model.body().AppendCells(lists, exact);
@@ -120,7 +121,8 @@ class RayPicture {
     const ray_window_t hidden{batch.window_words().data() + window.first, window.x, window.y,
                               window.width, window.height};
     z_ = fan.z;
-    for (size_t i = 0; i < sensor.ranges.size() && i < sensor.bearings.size(); i++)
+    const size_t count = std::min(sensor.ranges.size(), sensor.bearings.size());
+    for (size_t i = 0; i < count; i += (count + kMostRays - 1) / kMostRays)
       DrawRay(fan, grid.View(fan.layer), hidden, sensing::MakeDirection(sensor.bearings[i]),
               sensor.ranges[i]);
   }

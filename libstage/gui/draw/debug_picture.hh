@@ -19,9 +19,9 @@ namespace Stg::draw {
 /// view and large enough to be seen.
 void DrawOccupancy(World& world, const view::Projection& projection, Painting* painting);
 
-/// The walks of all rays of the rangers in a tree of models: leaps over what is empty as lines,
-/// the longer the darker, with a point where each lands; cells with potential hits as squares, the
-/// last one of each ray, where it stopped, in red.
+/// The walks of the rays, or every n-th if there are many, of the rangers in a tree of models:
+/// leaps over what is empty as lines, the longer the darker, with a point where each lands; cells
+/// with potential hits as squares, the last one of each ray, where it stopped, in red.
 void DrawRays(World& world, const Model& root, Painting* painting);
 
 }  // namespace Stg::draw

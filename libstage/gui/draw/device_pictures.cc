@@ -29,13 +29,13 @@ double Finite(double length) {
   return std::isfinite(length) ? std::min(length, kFarthest) : kFarthest;
 }
 
-/// Directions of the picture's right and up in the world.
+/// Directions of the picture's right and up in the world, and towards the viewer.
 struct Screen {
-  point3_t right, up;
+  point3_t right, up, out;
 };
 Screen ScreenOf(const view::Projection& projection) {
   const view::Matrix& m = projection.modelview();
-  return {point3_t(m[0], m[4], m[8]), point3_t(m[1], m[5], m[9])};
+  return {point3_t(m[0], m[4], m[8]), point3_t(m[1], m[5], m[9]), point3_t(m[2], m[6], m[10])};
 }
 
 // ---- blobfinder ---------------------------------------------------------------------------------
@@ -45,11 +45,11 @@ void DrawBlobs(const ModelBlobfinder& finder, const Pose& global,
   constexpr double kPixel = 0.025;                         // m
   constexpr double kLeft = -2.5, kDown = -1.5, kUp = 0.5;  // m from the finder
   const Screen screen = ScreenOf(projection);
-  const auto at = [&](double column, double row) {
+  const auto at = [&](double column, double row, double out = 0) {
     const double x = column * kPixel, y = (finder.scan_height - row) * kPixel;
-    return point3_t(kLeft + x * screen.right.x + y * screen.up.x,
-                    kDown + x * screen.right.y + y * screen.up.y,
-                    kUp + x * screen.right.z + y * screen.up.z);
+    return point3_t(kLeft + x * screen.right.x + y * screen.up.x + out * screen.out.x,
+                    kDown + x * screen.right.y + y * screen.up.y + out * screen.out.y,
+                    kUp + x * screen.right.z + y * screen.up.z + out * screen.out.z);
   };
   Painter painter(painting);
   painter.SetFrame(Pose(global.x, global.y, global.z, 0));
@@ -62,7 +62,8 @@ void DrawBlobs(const ModelBlobfinder& finder, const Pose& global,
                  at(blob.right + 1.0, blob.bottom), at(blob.left, blob.bottom));
   }
   painter.SetColor(kRed);
-  const point3_t corners[] = {at(0, 0), at(w, 0), at(w, h), at(0, h)};
+  const point3_t corners[] = {at(0, 0, kPixel), at(w, 0, kPixel), at(w, h, kPixel),
+                              at(0, h, kPixel)};
   for (size_t i = 0; i < 4; i++) painter.Line(corners[i], corners[(i + 1) % 4]);
 }
 

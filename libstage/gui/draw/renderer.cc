@@ -267,7 +267,7 @@ void Renderer::Impl::DrawFans(const Frame& frame) {
     PointTo(kPlace, 1, GL_UNSIGNED_INT, kStride, offsetof(FanInstance, first), 1);
     PointTo(kExtra, 1, GL_FLOAT, kStride, offsetof(FanInstance, longest), 1);
     PointTo(kColor, 4, GL_UNSIGNED_BYTE, kStride, offsetof(FanInstance, color), 1);
-    glDrawArraysInstanced(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * (group.samples - 1)),
+    glDrawArraysInstanced(GL_TRIANGLE_FAN, 0, static_cast<GLsizei>(group.samples + 1),
                           static_cast<GLsizei>(group.fans.size()));
     CountCall();
   }

@@ -42,8 +42,8 @@ void main() {
 }
 )";
 
-/// Areas that rays have swept: triangle t of a fan has the sensor and the ends of its rays t and
-/// t + 1 for corners. corner: its pose; place: its first sample; extra: its longest range.
+/// Areas that rays have swept: the corners of a triangle fan are the sensor and the ends of its
+/// rays. corner: the sensor's pose; place: its first sample; extra: its longest range.
 inline constexpr char kFanVertex[] = R"(#version 140
 uniform mat4 matrix;
 uniform samplerBuffer ranges, bearings;
@@ -54,9 +54,8 @@ in vec4 color;
 out vec4 shade;
 void main() {
   vec2 end = vec2(0.0);
-  int k = gl_VertexID % 3;
-  if (k != 0) {
-    int sample_index = int(place) + gl_VertexID / 3 + k - 1;
+  if (gl_VertexID > 0) {
+    int sample_index = int(place) + gl_VertexID - 1;
     float heading = corner.w + texelFetch(bearings, sample_index).r;
     end = min(texelFetch(ranges, sample_index).r, extra) * vec2(cos(heading), sin(heading));
   }
