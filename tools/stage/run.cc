@@ -61,10 +61,11 @@ int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* 
 }
 
 void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds, PictureRun* pictures) {
-  if (LoadedWorld& first = worlds->front(); !pictures && first.world->IsGUI()) {
+  if (!pictures && !worlds->empty() && worlds->front().world->IsGUI()) {
+    LoadedWorld& only = worlds->front();
     const double start = Now();
-    RunWindow(first.world);
-    first.wall_seconds = Now() - start;
+    RunWindow(only.world);
+    only.wall_seconds = Now() - start;
     return;
   }
   if (pictures) pictures->Begin(options);
