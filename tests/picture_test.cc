@@ -349,7 +349,7 @@ class PictureFiles : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::string Write(const std::string& name, const std::string& bytes) {
-    const std::string path = folder_ / name;
+    std::string path = folder_ / name;
     std::ofstream(path, std::ios::binary) << bytes;
     return path;
   }
@@ -367,7 +367,7 @@ TEST_F(PictureFiles, Load) {
 
 TEST_F(PictureFiles, Errors) {
   const auto error_of = [](const std::string& path) {
-    const std::string message = ErrorOf([&path] { Load(path); });
+    std::string message = ErrorOf([&path] { Load(path); });
     EXPECT_EQ(message.rfind(path + ": ", 0), 0U) << message;
     return message;
   };

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <utility>
@@ -33,6 +33,8 @@ Model* ModelOf(int i) { return reinterpret_cast<Model*>(&tags[i]); }
 int NumberOf(const Model* model) {
   return static_cast<int>(reinterpret_cast<const Tag*>(model) - tags);
 }
+
+uint64_t BitsOf(double value) { return std::bit_cast<uint64_t>(value); }
 
 /// Refuses the bodies whose bit is set.
 bool NotRefused(Model* candidate, const Model*, const void* arg) {
@@ -308,7 +310,7 @@ TEST(TracerLists, GiveTheVeryBitsOfNoLists) {
           TraceAll(scene, batch, HitLists{lists.data(), per_ray}, &counters);
       for (size_t i = 0; i < found.size(); i++) {
         ASSERT_EQ(found[i].model, expected[i].model);
-        ASSERT_EQ(memcmp(&found[i].range, &expected[i].range, sizeof(double)), 0);
+        ASSERT_EQ(BitsOf(found[i].range), BitsOf(expected[i].range));
       }
       // Neither more nor fewer cells are looked at.
       EXPECT_EQ(counters.rays, plain.rays);
@@ -398,7 +400,7 @@ TEST(TracerWindows, LookAtLessAndSeeTheSame) {
     const std::vector<RayHit> b = TraceAll(scene, without, HitLists(), &counters_without);
     for (size_t i = 0; i < a.size(); i++) {
       ASSERT_EQ(a[i].model, b[i].model);
-      ASSERT_EQ(memcmp(&a[i].range, &b[i].range, sizeof(double)), 0);
+      ASSERT_EQ(BitsOf(a[i].range), BitsOf(b[i].range));
     }
     with_looks += counters_with.potential_hits;
     without_looks += counters_without.potential_hits;

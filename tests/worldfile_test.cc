@@ -390,6 +390,7 @@ TEST(WorldfileSamples, StageRegressionFiles) {
 TEST(WorldfileSamples, MutatedTextsLoadOrThrow) {
   const std::vector<std::string> seeds{
       "name \"w\" unit_length \"cm\"\nmodel( pose [1 2 0 90] mass \"3\" color \"red\" )\n",
+      // NOLINTNEXTLINE(bugprone-suspicious-missing-comma): one text on two lines
       "define s sensor( range [0 5] fov 30 )\ndefine r position( ranger( s() s( samples 3 ) ) )\n"
       "r( name \"a\" pose [0 0 0 0] )\nr( size [1 1 1] r( ) )\n",
       "# comment\r\nblock( points 3 point[0] [0 0] point[1] [1 0] z [0 1] )\nwindow( size [1 2] "

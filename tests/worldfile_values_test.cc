@@ -171,7 +171,7 @@ TEST_F(WorldFolder, StagePathHoldsTheLastComponent) {
   EXPECT_EQ(wf_.ReadInt(0, "bar", 0), 2);
   EXPECT_EQ(wf_.ReadInt(0, "beside", 0), 3);
   EXPECT_EQ(wf_.filename, world);
-  EXPECT_EQ(std::string(getenv("STAGEPATH")), path);
+  EXPECT_STREQ(getenv("STAGEPATH"), path.c_str());
 }
 
 TEST_F(WorldFolder, WorldFromStagePathIsItsOwnBase) {

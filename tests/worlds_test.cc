@@ -31,7 +31,7 @@ std::vector<std::string> WorldFiles() {
 std::string LoadErrors(World* world, const std::string& file) {
   testing::internal::CaptureStdout();
   bool loaded = false;
-  const std::string errors = ErrorsOf([&] { loaded = world->Load(file); });
+  std::string errors = ErrorsOf([&] { loaded = world->Load(file); });
   testing::internal::GetCapturedStdout();
   EXPECT_TRUE(loaded) << file << '\n' << errors;
   return errors;

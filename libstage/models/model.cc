@@ -22,7 +22,7 @@ namespace Stg {
 namespace {
 
 uint32_t NextId() {
-  static std::atomic<uint32_t> next{0};  // worlds may be made by several threads
+  static std::atomic<uint32_t> next{0};  // worlds that make models may run in several threads
   return next++;
 }
 

@@ -34,7 +34,7 @@ Outcome Run(const Crowd& crowd, const Stg::RunOptions& options) {
 }  // namespace
 
 Outcome ExpectSameHoweverItIsRun(const Crowd& crowd) {
-  const Outcome expected = Run(crowd, Stg::RunOptions());
+  Outcome expected = Run(crowd, Stg::RunOptions());
   Stg::RunOptions one_by_one, threads, device;
   one_by_one.batch = false;
   threads.threads = 4;

@@ -221,7 +221,7 @@ inline std::string WithSource(std::string text) {
 /// A world in which the property, under this name, has its value.
 inline std::string WorldWith(const Property& property, const std::string& name) {
   const std::string entity = property.entity;
-  const std::string body = name + " " + WithSource(property.value) + " " + property.context + "\n";
+  std::string body = name + " " + WithSource(property.value) + " " + property.context + "\n";
   if (entity == "world") return body;
   if (entity == "sensor") return "ranger( sensor( " + body + " ) )\n";
   if (entity == "block") return "model( block( " + body + " ) )\n";

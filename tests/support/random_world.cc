@@ -28,8 +28,6 @@ std::string Text(const Parts&... parts) {
   return text.str();
 }
 
-constexpr double kDegrees = 180.0 / M_PI;
-
 }  // namespace
 
 // ---- the world file -----------------------------------------------------------------------------
