@@ -127,8 +127,8 @@ class Placement {
   Model* Collision(Model* ground) const;
   /// How many cells the outlines pass, each time counted, those of bodies that are too large too.
   double CountCells() const { return cells_; }
-  /// Moves the drawings there. A body that is too large is not drawn, with a message. `edit`: for one
-  /// of several threads at once, see MayShareEdit().
+  /// Moves the drawings there. A body that is too large is not drawn, with a message. `edit`: for
+  /// one of several threads at once, see MayShareEdit().
   void Commit(grid::Grid::Edit* edit = nullptr);
 
   /// So many cells are drawn in that a move could be refused for it: the order of moves matters.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The first potential hits of a fan's rays: cells in which something is. Nearly always the bodies in
-// there decide what the ray hits, so that nothing else is to be known of it.
+// The first potential hits of a fan's rays: cells in which something is. Nearly always the bodies
+// in there decide what the ray hits, so that nothing else is to be known of it.
 //
-// What takes time is memory, so it is first said, for several rays, what will be looked at, and then
-// looked at; and the arithmetic of several rays goes side by side.
+// What takes time is memory, so it is first said, for several rays, what will be looked at, and
+// then looked at; and the arithmetic of several rays goes side by side.
 
 #ifndef STAGE_SENSING_FIRST_HITS_HH
 #define STAGE_SENSING_FIRST_HITS_HH

@@ -311,19 +311,17 @@ void Tracer::TraceFan(const RayBatch& batch, const Fan& fan, const HitLists& lis
       first.Walk(directions + begin, view, window, count);
     for (uint32_t i = 0; i < count; i++) {
       if (!first.HitsNothing(i) && !visit(first.Cell(i))) {
-        const HitList known = per_ray > 0
-                                  ? HitList{list + size_t{begin + i} * per_ray, per_ray}
-                                  : HitList{&first.Packed(i), 1};
-        hits[i] = Trace(fan, view, {directions[begin + i], turns[begin + i]}, window, known,
-                        counters);
+        const HitList known = per_ray > 0 ? HitList{list + size_t{begin + i} * per_ray, per_ray}
+                                          : HitList{&first.Packed(i), 1};
+        hits[i] =
+            Trace(fan, view, {directions[begin + i], turns[begin + i]}, window, known, counters);
         counters->resumed -= per_ray == 0;  // it is the lists that count
         continue;
       }
       counters->rays++;
       counters->potential_hits += !first.HitsNothing(i);
-      hits[i] = first.HitsNothing(i)
-                    ? RayHit{fan.range, nullptr}
-                    : RayHit{first.Middle(i) * fan.leg_length, visit.hit()};
+      hits[i] = first.HitsNothing(i) ? RayHit{fan.range, nullptr}
+                                     : RayHit{first.Middle(i) * fan.leg_length, visit.hit()};
     }
   }
 }
