@@ -61,7 +61,7 @@ class RaytraceResult {
 
 /// How worlds are run; set before they are made. Only the seed and the ray model change results.
 struct RunOptions {
-  int threads;            ///< that trace rays; 0: what the world file says, or else with a device
+  int threads;            ///< that work on a step; 0: what the world file says, or else with a device
                           ///< all processors and without one 1
   uint64_t seed;          ///< of all random numbers
   int share_from;         ///< so many models, at least, are updated, moved or called by several

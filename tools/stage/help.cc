@@ -24,7 +24,7 @@ How long, and what comes out
 How fast
   A world's speedup, if positive, keeps it to that multiple of real time; otherwise it runs as fast
   as it can (in a window: if it has none, in real time). None of these options changes any result.
-  --threads N          trace sensor rays in N threads (1 to 1024; default: the world's threads, or
+  --threads N          simulate in N threads (1 to 1024; default: the world's threads, or
                        all cores with an OpenCL device and 1 without); pays with many sensors
   --opencl[=DEVICE]    trace sensor rays with an OpenCL device wherever that is faster; pays from
                        some ten thousand rays a step. DEVICE is one of
