@@ -61,13 +61,13 @@ class RaytraceResult {
 
 /// How worlds are run; set before they are made. Only the seed and the ray model change results.
 struct RunOptions {
-  int threads;            ///< that work on a step; 0: what the world file says, or else with a device
-                          ///< all processors and without one 1
-  uint64_t seed;          ///< of all random numbers
-  int share_from;         ///< so many models, at least, are updated, moved or called by several
-                          ///< threads; fewer are not worth waking them for
-  bool batch;             ///< false: each sensor's rays are traced on their own, one by one
-  bool opencl;            ///< use an OpenCL device where that is faster
+  int threads;     ///< that work on a step; 0: what the world file says, or else with a device
+                   ///< all processors and without one 1
+  uint64_t seed;   ///< of all random numbers
+  int share_from;  ///< so many models, at least, are updated, moved or called by several
+                   ///< threads; fewer are not worth waking them for
+  bool batch;      ///< false: each sensor's rays are traced on their own, one by one
+  bool opencl;     ///< use an OpenCL device where that is faster
   bool always_on_device;  ///< use it for every batch, however small
   std::string device;     ///< which: the text after --opencl=
   RayModel ray_model;     ///< of worlds, whatever their files say; changes results
