@@ -21,6 +21,20 @@ int DeleteNamed(Model* mod, void* name) {
   return 0;
 }
 
+/// The first callback of that type deletes the model called `victim`, which has to outlive it.
+void DeleteOnce(Model* when, Model::callback_type_t type, std::string* victim) {
+  static bool done;
+  done = false;
+  when->AddCallback(
+      type,
+      [](Model* mod, void* arg) {
+        if (!done) DeleteNamed(mod, arg);
+        done = true;
+        return 0;
+      },
+      victim->data());
+}
+
 TEST(Deletion, OfOthersInAModelsCallback) {
   for (const char* name : {"b", "d", "b.c", "d.e"}) {
     for (const char* when : {"a", "d.e"}) {
@@ -32,17 +46,7 @@ TEST(Deletion, OfOthersInAModelsCallback) {
         Find(*world, model)
             ->AddCallback(
                 Model::CB_UPDATE, [](Model*, void*) { return 0; }, nullptr);
-      static bool done;
-      done = false;
-      Find(*world, when)
-          ->AddCallback(
-              Model::CB_UPDATE,
-              [](Model* mod, void* arg) {
-                if (!done) DeleteNamed(mod, arg);
-                done = true;
-                return 0;
-              },
-              &victim[0]);
+      DeleteOnce(Find(*world, when), Model::CB_UPDATE, &victim);
       Step(*world, 3);
       EXPECT_EQ(world->GetModel(name), nullptr);
     }
@@ -58,17 +62,7 @@ TEST(Deletion, DuringUpdates) {
                  " position( name \"later\" alwayson 1 ranger( name \"l\" alwayson 1"
                  " sensor( samples 5 ) ) )");
     std::string victim = name;
-    static bool done;
-    done = false;
-    Find(*world, "d")
-        ->AddCallback(
-            Model::CB_VELOCITY,
-            [](Model* mod, void* arg) {
-              if (!done) DeleteNamed(mod, arg);
-              done = true;
-              return 0;
-            },
-            &victim[0]);
+    DeleteOnce(Find(*world, "d"), Model::CB_VELOCITY, &victim);
     Step(*world, 3);
     EXPECT_EQ(world->GetModel(name), nullptr);
   }
