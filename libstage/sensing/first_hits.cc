@@ -18,6 +18,9 @@ Pair Smaller(Pair a, Pair b) { return a < b ? a : b; }
 /// the cell, so that the border behind it comes out far back, and the one ahead far on.
 constexpr double kNearlyNothing = 1e-290;
 
+/// Fewer rays are walked faster one by one.
+constexpr uint32_t kFewestForWide = 4;
+
 }  // namespace
 
 void FirstHits::Look(const Direction* directions, const uint32_t* lists, uint32_t per_ray,
@@ -39,6 +42,39 @@ void FirstHits::Look(const Direction* directions, const uint32_t* lists, uint32_
 
 void FirstHits::Walk(const Direction* directions, const ray_grid_t& view,
                      const ray_window_t& window, uint32_t count) {
+  static const WideWalk wide_walk = FindWidestWalk();
+  if (wide_walk && count >= kFewestForWide)
+    WalkSideBySide(wide_walk, {&view, &window, &fan_.record, directions, count});
+  else
+    WalkOneByOne(directions, view, window, count);
+  FindMiddles(count);
+  PrefetchBodies(count);
+}
+
+void FirstHits::WalkSideBySide(WideWalk walk, const WideRays& rays) {
+  WideHits found;
+  walk(rays, &found);
+  for (uint32_t i = 0; i < rays.count; i++) {
+    hits_[i] = static_cast<uint32_t>(found.hits[i]);
+    if (HitsNothing(i)) {
+      SetNoPassage(i);
+      continue;
+    }
+    const FanRecord& r = fan_.record;
+    const Step step{static_cast<int>(found.dx[i]), static_cast<int>(found.dy[i])};
+    SetPassage(i, step);
+    const int u = ray_packed_u(hits_[i]), v = ray_packed_v(hits_[i]);
+    const uint32_t bit =
+        grid::Grid::BitOf(step.dx < 0 ? r.x - u : r.x + u, step.dy < 0 ? r.y - v : r.y + v);
+    const auto tile = static_cast<uint64_t>(found.tiles[i]);
+    cells_[i] = grid_.CellAt(static_cast<uint32_t>(tile / grid::kTilesPerRegion),
+                             static_cast<uint32_t>(tile % grid::kTilesPerRegion), bit);
+    grid_.PrefetchCell(cells_[i]);
+  }
+}
+
+void FirstHits::WalkOneByOne(const Direction* directions, const ray_grid_t& view,
+                             const ray_window_t& window, uint32_t count) {
   const FanRecord& r = fan_.record;
   for (uint32_t i = 0; i < count; i++) {
     const Step step = StepTo(directions[i]);
@@ -54,8 +90,6 @@ void FirstHits::Walk(const Direction* directions, const ray_grid_t& view,
     cells_[i] = grid_.CellAt(ray.region, ray.tile, ray.bit);
     grid_.PrefetchCell(cells_[i]);
   }
-  FindMiddles(count);
-  PrefetchBodies(count);
 }
 
 FirstHits::Step FirstHits::StepTo(const Direction& d) const {

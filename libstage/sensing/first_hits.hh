@@ -11,12 +11,13 @@
 
 #include "grid/grid.hh"
 #include "sensing/fan.hh"
+#include "sensing/wide_walk.hh"
 
 namespace Stg::internal::sensing {
 
 class FirstHits {
  public:
-  static constexpr uint32_t kAtOnce = 16;
+  static constexpr uint32_t kAtOnce = WideRays::kMost;
 
   /// A fan of a single leg, in the cell model.
   FirstHits(const grid::Grid& grid, const Fan& fan)
@@ -44,6 +45,9 @@ class FirstHits {
   struct Step {
     int dx, dy;  // Q16 cells
   };
+  void WalkSideBySide(WideWalk walk, const WideRays& rays);
+  void WalkOneByOne(const Direction* directions, const ray_grid_t& view,
+                    const ray_window_t& window, uint32_t count);
   Step StepTo(const Direction& direction) const;
   void Locate(uint32_t i, Step step);
   grid::CellRef CellAt(int32_t x, int32_t y);

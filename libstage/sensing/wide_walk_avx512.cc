@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Eight lanes: compiled for, and called on, x86-64 processors with AVX-512 (F, DQ, VL).
+
+#include <immintrin.h>
+
+#include "sensing/wide_walk_lanes.hh"
+
+namespace Stg::internal::sensing {
+
+namespace {
+
+struct Eight {
+  using V = __m512i;
+  using D = __m512d;
+  using M = __mmask8;
+  static constexpr int kCount = 8;
+
+  static V All(int64_t n) { return _mm512_set1_epi64(n); }
+  static V Load(const int64_t* p) { return _mm512_load_si512(p); }
+  static void Store(int64_t* p, V v) { _mm512_store_si512(p, v); }
+  static void Store(double* p, D d) { _mm512_store_pd(p, d); }
+  /// Up to eight pairs of 32-bit numbers; Multiply() looks at the lower half of a lane only.
+  static void LoadPairs(const void* pairs, uint32_t count, V* first, V* second) {
+    const M mask = count >= 8 ? M{0xff} : static_cast<M>((1u << count) - 1);
+    *first = _mm512_maskz_loadu_epi64(mask, pairs);
+    *second = _mm512_srli_epi64(*first, 32);
+  }
+
+  static V Add(V a, V b) { return _mm512_add_epi64(a, b); }
+  static V AddWhere(M m, V a, V b) { return _mm512_mask_add_epi64(a, m, a, b); }
+  static V Subtract(V a, V b) { return _mm512_sub_epi64(a, b); }
+  /// The number before, but of 0 and less 0.
+  static V LessOne(V a) {
+    return _mm512_max_epi64(_mm512_sub_epi64(a, All(1)), _mm512_setzero_si512());
+  }
+  /// Products of signed 32-bit numbers.
+  static V Multiply(V a, V b) { return _mm512_mul_epi32(a, b); }
+  static V And(V a, V b) { return _mm512_and_si512(a, b); }
+  static V Or(V a, V b) { return _mm512_or_si512(a, b); }
+  static V Xor(V a, V b) { return _mm512_xor_si512(a, b); }
+  /// a & ~b.
+  static V Without(V a, V b) { return _mm512_andnot_si512(b, a); }
+  /// a & 1 | b.
+  static V OddOr(V a, V b) { return _mm512_ternarylogic_epi64(a, All(1), b, 0xea); }
+  template <int kBits>
+  static V Left(V a) {
+    return _mm512_slli_epi64(a, kBits);
+  }
+  template <int kBits>
+  static V Right(V a) {
+    return _mm512_srai_epi64(a, kBits);
+  }
+  static V ShiftLeft(V a, V bits) { return _mm512_sllv_epi64(a, bits); }
+  static V ShiftRight(V a, V bits) { return _mm512_srav_epi64(a, bits); }
+  /// Turned right by `bits` modulo 64.
+  static V TurnRight(V a, V bits) { return _mm512_rorv_epi64(a, bits); }
+  static V SignOf(V a) { return _mm512_srai_epi64(a, 63); }
+  static V Absolute(V a) { return _mm512_abs_epi64(a); }
+  static V Larger(V a, V b) { return _mm512_max_epi64(a, b); }
+
+  static M Greater(V a, V b) { return _mm512_cmpgt_epi64_mask(a, b); }
+  /// As unsigned numbers.
+  static M Below(V a, V b) { return _mm512_cmplt_epu64_mask(a, b); }
+  static M Equal(V a, V b) { return _mm512_cmpeq_epi64_mask(a, b); }
+  static M Differ(V a, V b) { return _mm512_cmpneq_epi64_mask(a, b); }
+  static M Odd(V a) { return _mm512_test_epi64_mask(a, All(1)); }
+  static M MaskOf(V all_ones_or_none) { return _mm512_movepi64_mask(all_ones_or_none); }
+  static M Zero(V a) { return _mm512_testn_epi64_mask(a, a); }
+  static M None() { return 0; }
+  static M And(M a, M b) { return _kand_mask8(a, b); }
+  static M Or(M a, M b) { return _kor_mask8(a, b); }
+  static M AndNot(M a, M b) { return _kandn_mask8(b, a); }
+  static M Not(M a) { return _knot_mask8(a); }
+  static bool Any(M m) { return !_kortestz_mask8_u8(m, m); }
+  static int CountOf(M m) { return __builtin_popcount(m); }
+  /// The first `count` of them.
+  static M First(M m, int count) { return static_cast<M>(_pdep_u32((1u << count) - 1, m)); }
+  static V Select(M m, V a, V b) { return _mm512_mask_blend_epi64(m, b, a); }
+  static D Select(M m, D a, D b) { return _mm512_mask_blend_pd(m, b, a); }
+
+  static V Gather(const uint32_t* p, V i) {
+    return _mm512_cvtepu32_epi64(_mm512_i64gather_epi32(i, p, 4));
+  }
+  static V Gather(const uint64_t* p, V i) { return _mm512_i64gather_epi64(i, p, 8); }
+  /// 0 where not m.
+  static V Gather(M m, const uint64_t* p, V i) {
+    return _mm512_mask_i64gather_epi64(_mm512_setzero_si512(), m, i, p, 8);
+  }
+  static void Scatter(M m, int64_t* p, V i, V a) { _mm512_mask_i64scatter_epi64(p, m, i, a, 8); }
+  /// The next numbers from p on in these lanes; the others as they were.
+  static V Expand(M m, const int64_t* p, V other) {
+    return _mm512_mask_expandloadu_epi64(other, m, p);
+  }
+  static D Expand(M m, const double* p, D other) { return _mm512_mask_expandloadu_pd(other, m, p); }
+  /// first, first + 1 and so on in these lanes.
+  static V Rank(M m, uint32_t first) {
+    const V ranks = _mm512_set_epi64(7, 6, 5, 4, 3, 2, 1, 0);
+    return _mm512_add_epi64(_mm512_maskz_expand_epi64(m, ranks), All(first));
+  }
+
+  static D ToDouble(V a) { return _mm512_cvtepi64_pd(a); }
+  static V ToInteger(D a) { return _mm512_cvttpd_epi64(a); }
+  static D Times(D a, D b) { return _mm512_mul_pd(a, b); }
+  static D DivideOr0(D a, D b) {
+    return _mm512_maskz_div_pd(_mm512_cmp_pd_mask(b, _mm512_setzero_pd(), _CMP_NEQ_OQ), a, b);
+  }
+};
+
+}  // namespace
+
+void WalkEight(const WideRays& rays, WideHits* hits) { WalkInLanes<Eight>(rays, hits); }
+
+}  // namespace Stg::internal::sensing
