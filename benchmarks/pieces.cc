@@ -127,7 +127,7 @@ void TraceScene(benchmark::State& state, Without without) {
   std::vector<Stg::internal::sensing::RayHit> hits(batch.ray_count() + 1);
   for (auto _ : state)
     for (const Stg::internal::sensing::Fan& fan : batch.fans())
-      tracer.TraceFan(batch, fan, none, hits.data(), &counters);
+      tracer.TraceFans(batch, &fan, 1, none, hits.data(), &counters);
   state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
   state.counters["looks_per_ray"] = static_cast<double>(counters.potential_hits) /
                                     static_cast<double>(std::max<uint64_t>(1, counters.rays));

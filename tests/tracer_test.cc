@@ -261,7 +261,7 @@ std::vector<RayHit> TraceAll(const Scene& scene, const RayBatch& batch, const Hi
                              TraceCounters* counters) {
   std::vector<RayHit> hits(batch.ray_count());
   for (const Fan& fan : batch.fans())
-    Tracer(scene.grid).TraceFan(batch, fan, lists, &hits[fan.record.first_ray], counters);
+    Tracer(scene.grid).TraceFans(batch, &fan, 1, lists, &hits[fan.record.first_ray], counters);
   return hits;
 }
 

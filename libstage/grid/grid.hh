@@ -146,6 +146,8 @@ class Grid {
   uint32_t FindTileSlot(int32_t x, int32_t y) const {
     return tile_slots_[std::size_t{FindRegion(x, y)} * kTilesPerRegion + TileOf(x, y)];
   }
+  /// The same numbers by region * 64 + tile in the region, see TileOf().
+  const uint32_t* tile_slots() const { return tile_slots_.data(); }
   /// A cell's tile in its region, and its bit in the tile.
   static uint32_t TileOf(int32_t x, int32_t y) {
     return static_cast<uint32_t>(((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3));

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "sensing/ray_group.hh"
+
 namespace Stg::internal::sensing {
 
 namespace {
@@ -28,17 +30,35 @@ uint64_t KeyOf(const Fan& fan) {
 
 }  // namespace
 
-const std::vector<uint32_t>& FanOrder::Of(const RayBatch& batch) {
+const std::vector<FanRun>& FanOrder::Of(const RayBatch& batch) {
   constexpr unsigned kGoodFor = 50;
   const std::vector<Fan>& fans = batch.fans();
-  if (order_.size() == fans.size() && ++age_ < kGoodFor) return order_;
+  if (fans_ == fans.size() && ++age_ < kGoodFor) return order_;
   age_ = 0;
-  keys_.clear();
-  for (uint32_t i = 0; i < fans.size(); i++) keys_.emplace_back(KeyOf(fans[i]), i);
-  std::sort(keys_.begin(), keys_.end());
+  fans_ = static_cast<uint32_t>(fans.size());
+  MakeRuns(fans);
+  std::sort(keyed_.begin(), keyed_.end(), [](const Keyed& a, const Keyed& b) {
+    return a.key != b.key ? a.key < b.key : a.run.first < b.run.first;
+  });
   order_.clear();
-  for (const auto& [key, index] : keys_) order_.push_back(index);
+  for (const Keyed& keyed : keyed_) order_.push_back(keyed.run);
   return order_;
+}
+
+void FanOrder::MakeRuns(const std::vector<Fan>& fans) {
+  keyed_.clear();
+  uint32_t rays = 0;
+  for (uint32_t i = 0; i < fans.size(); i++) {
+    const uint32_t samples = fans[i].record.samples;
+    if (!keyed_.empty() && fans[i].finder == fans[i - 1].finder &&
+        rays + samples <= RayGroup::kMost) {
+      keyed_.back().run.count++;
+      rays += samples;
+      continue;
+    }
+    keyed_.push_back({KeyOf(fans[i]), {i, 1}});
+    rays = samples;
+  }
 }
 
 }  // namespace Stg::internal::sensing

@@ -1,29 +1,40 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The order in which fans are best traced: those of neighbours one after the other, since they look
-// at the same cells, which are then at hand.
+// The order in which fans are best traced: those of a robot together, and those of neighbours one
+// after the other, since they look at the same cells, which are then at hand.
 
 #ifndef STAGE_SENSING_FAN_ORDER_HH
 #define STAGE_SENSING_FAN_ORDER_HH
 
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "sensing/batch.hh"
 
 namespace Stg::internal::sensing {
 
+/// Fans of a batch that are traced together: the next to each other in it, of one model, with no
+/// more rays than are walked together.
+struct FanRun {
+  uint32_t first, count;
+};
+
 class FanOrder {
  public:
-  /// A permutation of the indices of the batch's fans. As sensors don't move far in a step, an old
-  /// order serves for a while.
-  const std::vector<uint32_t>& Of(const RayBatch& batch);
+  /// All fans of the batch. As sensors don't move far in a step, an old order serves for a while.
+  const std::vector<FanRun>& Of(const RayBatch& batch);
 
  private:
-  std::vector<uint32_t> order_;
-  std::vector<std::pair<uint64_t, uint32_t>> keys_;
-  unsigned age_ = 0;  // batches
+  void MakeRuns(const std::vector<Fan>& fans);
+
+  std::vector<FanRun> order_;
+  struct Keyed {
+    uint64_t key;
+    FanRun run;
+  };
+  std::vector<Keyed> keyed_;
+  uint32_t fans_ = 0;  // of the batch that the order is of
+  unsigned age_ = 0;   // batches
 };
 
 }  // namespace Stg::internal::sensing

@@ -18,92 +18,92 @@ Pair Smaller(Pair a, Pair b) { return a < b ? a : b; }
 /// the cell, so that the border behind it comes out far back, and the one ahead far on.
 constexpr double kNearlyNothing = 1e-290;
 
-/// Fewer rays are walked faster one by one.
-constexpr uint32_t kFewestForWide = 4;
+/// Fewer rays are taken faster one by one.
+constexpr uint32_t kFewestForLanes = 4;
 
 }  // namespace
 
-void FirstHits::Look(const Direction* directions, const uint32_t* lists, uint32_t per_ray,
-                     uint32_t count) {
-  for (uint32_t i = 0; i < count; i++) {
-    hits_[i] = lists[size_t{i} * per_ray];
-    if (HitsNothing(i)) {
-      SetNoPassage(i);
-      continue;
-    }
-    const Step step = StepTo(directions[i]);
-    SetPassage(i, step);
-    Locate(i, step);
-    grid_.PrefetchCell(cells_[i]);
-  }
-  FindMiddles(count);
-  PrefetchBodies(count);
-}
-
-void FirstHits::Walk(const Direction* directions, const ray_grid_t& view,
-                     const ray_window_t& window, uint32_t count) {
-  static const WideWalk wide_walk = FindWidestWalk();
-  if (wide_walk && count >= kFewestForWide)
-    WalkSideBySide(wide_walk, {&view, &window, &fan_.record, directions, count});
+void FirstHits::Look(const RayGroup& rays, const uint32_t* const* lists, uint32_t per_ray) {
+  uint32_t ray = 0;
+  for (uint32_t i = 0; i < rays.part_count; i++)
+    for (uint32_t k = 0; k < rays.parts[i].count; k++) hits_[ray++] = lists[i][size_t{k} * per_ray];
+  if (wide_walk_.look && rays.count >= kFewestForLanes)
+    SideBySide(rays, wide_walk_.look);
   else
-    WalkOneByOne(directions, view, window, count);
-  FindMiddles(count);
-  PrefetchBodies(count);
+    LookOneByOne(rays);
+  PrefetchBodies(rays.count);
 }
 
-void FirstHits::WalkSideBySide(WideWalk walk, const WideRays& rays) {
-  WideHits found;
-  walk(rays, &found);
-  for (uint32_t i = 0; i < rays.count; i++) {
-    hits_[i] = static_cast<uint32_t>(found.hits[i]);
-    if (HitsNothing(i)) {
-      SetNoPassage(i);
-      continue;
+void FirstHits::Walk(const RayGroup& rays) {
+  if (wide_walk_.walk && rays.count >= kFewestForLanes)
+    SideBySide(rays, wide_walk_.walk);
+  else
+    WalkOneByOne(rays);
+  PrefetchBodies(rays.count);
+}
+
+void FirstHits::SideBySide(const RayGroup& rays, decltype(WideWalk::walk) how) {
+  how(rays, grid_.tile_slots(), {hits_, cells_, middles_});
+  for (uint32_t i = 0; i < rays.count; i++)
+    if (!HitsNothing(i)) grid_.PrefetchCell(cells_[i]);
+}
+
+void FirstHits::LookOneByOne(const RayGroup& rays) {
+  uint32_t ray = 0;
+  for (uint32_t i = 0; i < rays.part_count; i++) {
+    const auto& [fan, directions, count] = rays.parts[i];
+    for (uint32_t k = 0; k < count; k++, ray++) {
+      if (HitsNothing(ray)) {
+        SetNoPassage(ray);
+        continue;
+      }
+      const Step step = StepTo(*fan, directions[k]);
+      SetPassage(ray, *fan, step);
+      const int u = ray_packed_u(hits_[ray]), v = ray_packed_v(hits_[ray]);
+      cells_[ray] =
+          CellAt(step.dx < 0 ? fan->x - u : fan->x + u, step.dy < 0 ? fan->y - v : fan->y + v);
+      grid_.PrefetchCell(cells_[ray]);
     }
-    const FanRecord& r = fan_.record;
-    const Step step{static_cast<int>(found.dx[i]), static_cast<int>(found.dy[i])};
-    SetPassage(i, step);
-    const int u = ray_packed_u(hits_[i]), v = ray_packed_v(hits_[i]);
-    const uint32_t bit =
-        grid::Grid::BitOf(step.dx < 0 ? r.x - u : r.x + u, step.dy < 0 ? r.y - v : r.y + v);
-    const auto tile = static_cast<uint64_t>(found.tiles[i]);
-    cells_[i] = grid_.CellAt(static_cast<uint32_t>(tile / grid::kTilesPerRegion),
-                             static_cast<uint32_t>(tile % grid::kTilesPerRegion), bit);
-    grid_.PrefetchCell(cells_[i]);
   }
+  FindMiddles(rays.count);
 }
 
-void FirstHits::WalkOneByOne(const Direction* directions, const ray_grid_t& view,
-                             const ray_window_t& window, uint32_t count) {
-  const FanRecord& r = fan_.record;
-  for (uint32_t i = 0; i < count; i++) {
-    const Step step = StepTo(directions[i]);
-    ray_t ray;
-    ray_begin(&ray, &view, r.x, r.y, fraction_x_, fraction_y_, step.dx, step.dy);
-    const bool found = ray_next(&view, &window, &ray);
-    hits_[i] = found ? ray_pack(ray.u, ray.v) : RAY_NO_HIT;
-    if (!found) {
-      SetNoPassage(i);
-      continue;
+void FirstHits::WalkOneByOne(const RayGroup& rays) {
+  uint32_t i = 0;
+  for (uint32_t part = 0; part < rays.part_count; part++) {
+    const auto& [fan, directions, count] = rays.parts[part];
+    for (uint32_t k = 0; k < count; k++, i++) {
+      const Step step = StepTo(*fan, directions[k]);
+      ray_t ray;
+      ray_begin(&ray, rays.grid, fan->x, fan->y, static_cast<int>(fan->fraction & 0xffff),
+                static_cast<int>(fan->fraction >> 16), step.dx, step.dy);
+      const bool found = ray_next(rays.grid, rays.window, &ray);
+      hits_[i] = found ? ray_pack(ray.u, ray.v) : RAY_NO_HIT;
+      if (!found) {
+        SetNoPassage(i);
+        continue;
+      }
+      SetPassage(i, *fan, step);
+      cells_[i] = grid_.CellAt(ray.region, ray.tile, ray.bit);
+      grid_.PrefetchCell(cells_[i]);
     }
-    SetPassage(i, step);
-    cells_[i] = grid_.CellAt(ray.region, ray.tile, ray.bit);
-    grid_.PrefetchCell(cells_[i]);
   }
+  FindMiddles(rays.count);
 }
 
-FirstHits::Step FirstHits::StepTo(const Direction& d) const {
-  const FanRecord& r = fan_.record;
-  return {ray_rotate_x(r.cosine, r.sine, d.cosine, d.sine),
-          ray_rotate_y(r.cosine, r.sine, d.cosine, d.sine)};
+FirstHits::Step FirstHits::StepTo(const FanRecord& fan, const Direction& d) {
+  return {ray_rotate_x(fan.cosine, fan.sine, d.cosine, d.sine),
+          ray_rotate_y(fan.cosine, fan.sine, d.cosine, d.sine)};
 }
 
 /// How the ray passes the cell of its hit: as ray_begin() has it.
-void FirstHits::SetPassage(uint32_t i, Step step) {
+void FirstHits::SetPassage(uint32_t i, const FanRecord& fan, Step step) {
   const auto [dx, dy] = step;
   const int u = ray_packed_u(hits_[i]), v = ray_packed_v(hits_[i]);
-  in_x_[i] = (u << 16) - (dx < 0 ? 65536 - fraction_x_ : fraction_x_);
-  in_y_[i] = (v << 16) - (dy < 0 ? 65536 - fraction_y_ : fraction_y_);
+  const int fraction_x = static_cast<int>(fan.fraction & 0xffff);
+  const int fraction_y = static_cast<int>(fan.fraction >> 16);
+  in_x_[i] = (u << 16) - (dx < 0 ? 65536 - fraction_x : fraction_x);
+  in_y_[i] = (v << 16) - (dy < 0 ? 65536 - fraction_y : fraction_y);
   across_[i] = dx == 0 ? kNearlyNothing : std::abs(dx);
   along_[i] = dy == 0 ? kNearlyNothing : std::abs(dy);
 }
@@ -112,12 +112,6 @@ void FirstHits::SetPassage(uint32_t i, Step step) {
 void FirstHits::SetNoPassage(uint32_t i) {
   in_x_[i] = in_y_[i] = 0;
   across_[i] = along_[i] = 1;
-}
-
-void FirstHits::Locate(uint32_t i, Step step) {
-  const FanRecord& r = fan_.record;
-  const int u = ray_packed_u(hits_[i]), v = ray_packed_v(hits_[i]);
-  cells_[i] = CellAt(step.dx < 0 ? r.x - u : r.x + u, step.dy < 0 ? r.y - v : r.y + v);
 }
 
 void FirstHits::PrefetchBodies(uint32_t count) const {
@@ -146,7 +140,7 @@ void FirstHits::FindMiddles(uint32_t count) {
     const Pair in = Larger(Larger(in_x / across, in_y / along), Pair{0, 0});
     const Pair out_x = (in_x + 65536.0) / across, out_y = (in_y + 65536.0) / along;
     const Pair out = Smaller(Smaller(out_x, out_y), Pair{1, 1});
-    pair(middle_) = 0.5 * (in + out);
+    pair(middles_) = 0.5 * (in + out);
   }
 }
 

@@ -285,45 +285,135 @@ RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& tu
   return {std::min(visit.nearest(), fan.range), visit.hit()};
 }
 
-void Tracer::TraceFan(const RayBatch& batch, const Fan& fan, const HitLists& lists, RayHit* hits,
-                      TraceCounters* counters) const {
+/// Rays that are walked together, as they come.
+class Tracer::Group {
+ public:
+  Group(const Tracer& tracer, const RayBatch& batch, const HitLists& lists, RayHit* hits,
+        TraceCounters* counters)
+      : tracer_(tracer),
+        batch_(batch),
+        lists_(lists),
+        hits_(hits),
+        counters_(counters),
+        first_(tracer.grid_) {}
+
+  /// Adds a fan. Those before it are traced if there is no room left, or if it does not go with
+  /// them.
+  void Add(const Fan& fan) {
+    if (part_count_ > 0 && !GoTogether(*fans_[0], fan)) Trace();
+    for (uint32_t begin = 0; begin < fan.record.samples;) {
+      if (rays_ == RayGroup::kMost) Trace();
+      const uint32_t count = std::min(fan.record.samples - begin, RayGroup::kMost - rays_);
+      fans_[part_count_] = &fan;
+      begins_[part_count_] = begin;
+      parts_[part_count_] = {&fan.record, batch_.DirectionsOf(fan) + begin, count};
+      lists_of_[part_count_] = ListOf(fan, begin);
+      part_count_++;
+      rays_ += count;
+      begin += count;
+    }
+  }
+  /// A fan whose rays are traced on their own.
+  void AddAlone(const Fan& fan) {
+    Trace();
+    tracer_.TraceOneByOne(batch_, fan, lists_, hits_, counters_);
+    hits_ += fan.record.samples;
+  }
+
+  /// Traces what has been added.
+  void Trace() {
+    if (part_count_ == 0) return;
+    view_ = tracer_.grid_.View(fans_[0]->layer);
+    window_ = batch_.WindowOf(*fans_[0]);
+    const RayGroup group{&view_, &window_, parts_, part_count_, rays_};
+    if (lists_.per_ray > 0)
+      first_.Look(group, lists_of_, lists_.per_ray);
+    else
+      first_.Walk(group);
+    for (uint32_t part = 0, ray = 0; part < part_count_; ray += parts_[part++].count)
+      Settle(part, ray);
+    hits_ += rays_;
+    part_count_ = rays_ = 0;
+  }
+
+ private:
+  /// The walk of both is through the same cells.
+  static bool GoTogether(const Fan& a, const Fan& b) {
+    return a.layer == b.layer && a.record.window_size == b.record.window_size &&
+           (a.record.window_size == 0 || a.record.window_first == b.record.window_first);
+  }
+  const uint32_t* ListOf(const Fan& fan, uint32_t ray) const {
+    return lists_.hits + (size_t{fan.record.first_ray} + ray) * lists_.per_ray;
+  }
+
+  /// Finds out what the rays of a part hit, the first of which is `ray` of the group.
+  void Settle(uint32_t part, uint32_t ray) {
+    const Fan& fan = *fans_[part];
+    const uint32_t count = parts_[part].count, per_ray = lists_.per_ray;
+    CellVisit visit(tracer_.grid_, fan);
+    for (uint32_t i = 0; i < count; i++) {
+      const bool nothing = first_.HitsNothing(ray + i);
+      if (!nothing && !visit(first_.Cell(ray + i))) {
+        const HitList known = per_ray > 0 ? HitList{lists_of_[part] + size_t{i} * per_ray, per_ray}
+                                          : HitList{&first_.Packed(ray + i), 1};
+        GoOn(fan, begins_[part] + i, known, &hits_[ray + i]);
+        continue;
+      }
+      counters_->rays++;
+      counters_->potential_hits += !nothing;
+      hits_[ray + i] = nothing ? RayHit{fan.range, nullptr}
+                               : RayHit{first_.Middle(ray + i) * fan.leg_length, visit.hit()};
+    }
+  }
+
+  /// A ray whose first potential hit is none.
+  void GoOn(const Fan& fan, uint32_t ray, const HitList& known, RayHit* hit) {
+    const Bearing bearing{batch_.DirectionsOf(fan)[ray], batch_.TurnsOf(fan)[ray]};
+    *hit = tracer_.Trace(fan, view_, bearing, window_, known, counters_);
+    counters_->resumed -= lists_.per_ray == 0;  // it is the lists that count
+  }
+
+  const Tracer& tracer_;
+  const RayBatch& batch_;
+  const HitLists& lists_;
+  RayHit* hits_;
+  TraceCounters* counters_;
+  FirstHits first_;
+  ray_grid_t view_;
+  ray_window_t window_;
+
+  uint32_t part_count_ = 0, rays_ = 0;
+  const Fan* fans_[RayGroup::kMost];
+  uint32_t begins_[RayGroup::kMost];  // ray of the fan that a part begins with
+  FanPart parts_[RayGroup::kMost];
+  const uint32_t* lists_of_[RayGroup::kMost];
+};
+
+/// Rays of several legs, or of the exact model.
+void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists,
+                           RayHit* hits, TraceCounters* counters) const {
   const Direction* directions = batch.DirectionsOf(fan);
   const SineCosine* turns = batch.TurnsOf(fan);
   const ray_window_t window = batch.WindowOf(fan);
   const ray_grid_t view = grid_.View(fan.layer);
   const uint32_t per_ray = fan.single_leg() ? lists.per_ray : 0;
   const uint32_t* list = lists.hits + size_t{fan.record.first_ray} * lists.per_ray;
-  if (!fan.single_leg() || fan.exact) {
-    for (uint32_t i = 0; i < fan.record.samples; i++) {
-      const HitList known{list + size_t{i} * per_ray, per_ray};
-      hits[i] = Trace(fan, view, {directions[i], turns[i]}, window, known, counters);
-    }
-    return;
+  for (uint32_t i = 0; i < fan.record.samples; i++) {
+    const HitList known{list + size_t{i} * per_ray, per_ray};
+    hits[i] = Trace(fan, view, {directions[i], turns[i]}, window, known, counters);
   }
-  FirstHits first(grid_, fan);
-  CellVisit visit(grid_, fan);
-  uint32_t count = 0;
-  for (uint32_t begin = 0; begin < fan.record.samples; begin += count, hits += count) {
-    count = std::min(fan.record.samples - begin, FirstHits::kAtOnce);
-    if (per_ray > 0)
-      first.Look(directions + begin, list + size_t{begin} * per_ray, per_ray, count);
+}
+
+void Tracer::TraceFans(const RayBatch& batch, const Fan* fans, uint32_t count,
+                       const HitLists& lists, RayHit* hits, TraceCounters* counters) const {
+  Group group(*this, batch, lists, hits, counters);
+  for (uint32_t i = 0; i < count; i++) {
+    if (fans[i].single_leg() && !fans[i].exact)
+      group.Add(fans[i]);
     else
-      first.Walk(directions + begin, view, window, count);
-    for (uint32_t i = 0; i < count; i++) {
-      if (!first.HitsNothing(i) && !visit(first.Cell(i))) {
-        const HitList known = per_ray > 0 ? HitList{list + size_t{begin + i} * per_ray, per_ray}
-                                          : HitList{&first.Packed(i), 1};
-        hits[i] =
-            Trace(fan, view, {directions[begin + i], turns[begin + i]}, window, known, counters);
-        counters->resumed -= per_ray == 0;  // it is the lists that count
-        continue;
-      }
-      counters->rays++;
-      counters->potential_hits += !first.HitsNothing(i);
-      hits[i] = first.HitsNothing(i) ? RayHit{fan.range, nullptr}
-                                     : RayHit{first.Middle(i) * fan.leg_length, visit.hit()};
-    }
+      group.AddAlone(fans[i]);
   }
+  group.Trace();
 }
 
 }  // namespace Stg::internal::sensing

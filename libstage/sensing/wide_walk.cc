@@ -4,26 +4,23 @@
 
 namespace Stg::internal::sensing {
 
-#ifdef STAGE_WIDE_WALKS
+#ifdef STAGE_WIDE_WALK
 
-void WalkEight(const WideRays& rays, WideHits* hits);  // wide_walk_avx512.cc
+// wide_walk_avx512.cc
+void WalkEightLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found);
+void LookInEightLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found);
 
-WideWalk FindWideWalk(uint32_t lanes) {
-  if (lanes == 8 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+WideWalk FindWideWalk() {
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
       __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("bmi2"))
-    return WalkEight;
-  return nullptr;
+    return {WalkEightLanes, LookInEightLanes};
+  return {};
 }
 
 #else
 
-WideWalk FindWideWalk(uint32_t) { return nullptr; }
+WideWalk FindWideWalk() { return {}; }
 
 #endif
-
-WideWalk FindWidestWalk() {
-  const WideWalk eight = FindWideWalk(8);
-  return eight ? eight : FindWideWalk(4);
-}
 
 }  // namespace Stg::internal::sensing

@@ -17,13 +17,12 @@ struct Eight {
   static constexpr int kCount = 8;
 
   static V All(int64_t n) { return _mm512_set1_epi64(n); }
-  static V Load(const int64_t* p) { return _mm512_load_si512(p); }
-  static void Store(int64_t* p, V v) { _mm512_store_si512(p, v); }
-  static void Store(double* p, D d) { _mm512_store_pd(p, d); }
+  static V Load(const int64_t* p) { return _mm512_loadu_si512(p); }
+  static void Store(int64_t* p, V v) { _mm512_storeu_si512(p, v); }
+  static void Store(double* p, D d) { _mm512_storeu_pd(p, d); }
   /// Up to eight pairs of 32-bit numbers; Multiply() looks at the lower half of a lane only.
   static void LoadPairs(const void* pairs, uint32_t count, V* first, V* second) {
-    const M mask = count >= 8 ? M{0xff} : static_cast<M>((1u << count) - 1);
-    *first = _mm512_maskz_loadu_epi64(mask, pairs);
+    *first = _mm512_maskz_loadu_epi64(FirstOf(count), pairs);
     *second = _mm512_srli_epi64(*first, 32);
   }
 
@@ -53,8 +52,8 @@ struct Eight {
   }
   static V ShiftLeft(V a, V bits) { return _mm512_sllv_epi64(a, bits); }
   static V ShiftRight(V a, V bits) { return _mm512_srav_epi64(a, bits); }
-  /// Turned right by `bits` modulo 64.
-  static V TurnRight(V a, V bits) { return _mm512_rorv_epi64(a, bits); }
+  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
+  static V BitOf(V a, V bits) { return _mm512_rorv_epi64(a, bits); }
   static V SignOf(V a) { return _mm512_srai_epi64(a, 63); }
   static V Absolute(V a) { return _mm512_abs_epi64(a); }
   static V Larger(V a, V b) { return _mm512_max_epi64(a, b); }
@@ -74,6 +73,10 @@ struct Eight {
   static M Not(M a) { return _knot_mask8(a); }
   static bool Any(M m) { return !_kortestz_mask8_u8(m, m); }
   static int CountOf(M m) { return __builtin_popcount(m); }
+  /// The first `count` lanes.
+  static M FirstOf(uint32_t count) {
+    return count >= kCount ? M{0xff} : static_cast<M>((1u << count) - 1);
+  }
   /// The first `count` of them.
   static M First(M m, int count) { return static_cast<M>(_pdep_u32((1u << count) - 1, m)); }
   static V Select(M m, V a, V b) { return _mm512_mask_blend_epi64(m, b, a); }
@@ -87,10 +90,18 @@ struct Eight {
   static V Gather(M m, const uint64_t* p, V i) {
     return _mm512_mask_i64gather_epi64(_mm512_setzero_si512(), m, i, p, 8);
   }
-  static void Scatter(M m, int64_t* p, V i, V a) { _mm512_mask_i64scatter_epi64(p, m, i, a, 8); }
+  /// The lower halves.
+  static void Scatter(M m, uint32_t* p, V i, V a) {
+    _mm512_mask_i64scatter_epi32(p, m, i, _mm512_cvtepi64_epi32(a), 4);
+  }
+  static void Store(M m, uint32_t* p, V a) { _mm512_mask_cvtepi64_storeu_epi32(p, m, a); }
+  static void Store(M m, double* p, D a) { _mm512_mask_storeu_pd(p, m, a); }
   /// The next numbers from p on in these lanes; the others as they were.
   static V Expand(M m, const int64_t* p, V other) {
     return _mm512_mask_expandloadu_epi64(other, m, p);
+  }
+  static V Expand(M m, const uint32_t* p, V other) {
+    return _mm512_cvtepu32_epi64(_mm256_mask_expandloadu_epi32(_mm512_cvtepi64_epi32(other), m, p));
   }
   static D Expand(M m, const double* p, D other) { return _mm512_mask_expandloadu_pd(other, m, p); }
   /// first, first + 1 and so on in these lanes.
@@ -101,14 +112,26 @@ struct Eight {
 
   static D ToDouble(V a) { return _mm512_cvtepi64_pd(a); }
   static V ToInteger(D a) { return _mm512_cvttpd_epi64(a); }
+  static D AllOf(double d) { return _mm512_set1_pd(d); }
+  static D Plus(D a, D b) { return _mm512_add_pd(a, b); }
   static D Times(D a, D b) { return _mm512_mul_pd(a, b); }
+  static D Divide(D a, D b) { return _mm512_div_pd(a, b); }
   static D DivideOr0(D a, D b) {
     return _mm512_maskz_div_pd(_mm512_cmp_pd_mask(b, _mm512_setzero_pd(), _CMP_NEQ_OQ), a, b);
   }
+  /// Of two zeros, b.
+  static D Larger(D a, D b) { return _mm512_max_pd(a, b); }
+  static D Smaller(D a, D b) { return _mm512_min_pd(a, b); }
 };
 
 }  // namespace
 
-void WalkEight(const WideRays& rays, WideHits* hits) { WalkInLanes<Eight>(rays, hits); }
+void WalkEightLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found) {
+  WalkInLanes<Eight>(rays, tile_slots, found);
+}
+
+void LookInEightLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found) {
+  LookInLanes<Eight>(rays, tile_slots, found);
+}
 
 }  // namespace Stg::internal::sensing

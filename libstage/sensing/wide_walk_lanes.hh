@@ -16,71 +16,122 @@
 namespace Stg::internal::sensing {
 namespace {
 
-/// The rays of a fan, ready to be walked.
+/// The rays, ready to be walked: what ray_begin() prepares, for each of them.
 template <class Lanes>
-struct FanRays {
+class ReadyRays {
+ public:
   using V = typename Lanes::V;
   using D = typename Lanes::D;
   using M = typename Lanes::M;
 
-  FanRays(const WideRays& rays, WideHits* where)
-      : grid(*rays.grid), window(*rays.window), fan(*rays.fan), count(rays.count), hits(*where) {
-    for (uint32_t first = 0; first < count; first += Lanes::kCount)
-      Prepare(rays.directions + first, first);
+  explicit ReadyRays(const RayGroup& rays)
+      : grid(*rays.grid), window(*rays.window), count(rays.count) {
+    uint32_t first = 0;
+    for (uint32_t i = 0; i < rays.part_count; i++) {
+      const FanPart& part = rays.parts[i];
+      // The last lanes may reach into the next part, which comes after them, or into the room.
+      for (uint32_t done = 0; done < part.count; done += Lanes::kCount)
+        Prepare(*part.fan, part.directions + done, part.count - done, first + done);
+      first += part.count;
+    }
   }
 
-  /// As ray_begin() does, for the rays from `first` on.
-  void Prepare(const Direction* directions, uint32_t first) {
+  /// Rays are prepared some at a time, up to the last lane.
+  static constexpr uint32_t kRoom = RayGroup::kMost + Lanes::kCount;
+
+  const ray_grid_t& grid;
+  const ray_window_t& window;
+  const uint32_t count;
+  uint32_t next = 0;  ///< the ray to be taken up
+
+  alignas(64) int64_t x0[kRoom], y0[kRoom];
+  alignas(64) int64_t super[kRoom];  ///< of the start
+  alignas(64) int64_t dx[kRoom], dy[kRoom];
+  alignas(64) int64_t ox[kRoom], oy[kRoom];
+  alignas(64) int64_t limits_x[kRoom], limits_y[kRoom];
+  alignas(64) double dy_per_dx[kRoom], dx_per_dy[kRoom];
+
+ private:
+  static V All(int64_t number) { return Lanes::All(number); }
+
+  void Prepare(const FanRecord& fan, const Direction* directions, uint32_t left, uint32_t first) {
     V cosines, sines;
-    Lanes::LoadPairs(directions, count - first, &cosines, &sines);
+    Lanes::LoadPairs(directions, left, &cosines, &sines);
     const V cosine = All(fan.cosine), sine = All(fan.sine), half = All(int64_t{1} << 29);
     const V x = Lanes::Subtract(Lanes::Multiply(cosine, cosines), Lanes::Multiply(sine, sines));
     const V y = Lanes::Add(Lanes::Multiply(sine, cosines), Lanes::Multiply(cosine, sines));
-    const V dx = Lanes::template Right<30>(Lanes::Add(x, half));
-    const V dy = Lanes::template Right<30>(Lanes::Add(y, half));
-    Lanes::Store(hits.dx + first, dx);
-    Lanes::Store(hits.dy + first, dy);
-    const V adx = Lanes::Absolute(dx), ady = Lanes::Absolute(dy);
-    const V limit_x = Limit(dx, adx, fan.fraction & 0xffff, fan.x, grid.min_x, grid.max_x);
-    const V limit_y = Limit(dy, ady, fan.fraction >> 16, fan.y, grid.min_y, grid.max_y);
-    Lanes::Store(limits_x + first, limit_x);
-    Lanes::Store(limits_y + first, limit_y);
+    const V to_x = Lanes::template Right<30>(Lanes::Add(x, half));
+    const V to_y = Lanes::template Right<30>(Lanes::Add(y, half));
+    Lanes::Store(dx + first, to_x);
+    Lanes::Store(dy + first, to_y);
+    Lanes::Store(x0 + first, All(fan.x));
+    Lanes::Store(y0 + first, All(fan.y));
+    Lanes::Store(super + first,
+                 All(ray_find_super(&grid, fan.x >> RAY_SUPER_SHIFT, fan.y >> RAY_SUPER_SHIFT)));
+    const V adx = Lanes::Absolute(to_x), ady = Lanes::Absolute(to_y);
+    const V offset_x = OffsetOf(fan.fraction & 0xffff, to_x);
+    const V offset_y = OffsetOf(fan.fraction >> 16, to_y);
+    Lanes::Store(ox + first, offset_x);
+    Lanes::Store(oy + first, offset_y);
+    Lanes::Store(limits_x + first, Limit(to_x, adx, offset_x, fan.x, grid.min_x, grid.max_x));
+    Lanes::Store(limits_y + first, Limit(to_y, ady, offset_y, fan.y, grid.min_y, grid.max_y));
     const D across = Lanes::ToDouble(adx), along = Lanes::ToDouble(ady);
     Lanes::Store(dy_per_dx + first, Lanes::DivideOr0(along, across));
     Lanes::Store(dx_per_dy + first, Lanes::DivideOr0(across, along));
   }
 
+  /// The start inside its cell, in the direction of travel.
+  static V OffsetOf(int64_t fraction, V displacement) {
+    const M back = Lanes::Greater(All(0), displacement);
+    return Lanes::Select(back, All(65536 - fraction), All(fraction));
+  }
+
   /// ray_limit().
-  static V Limit(V displacement, V size, int64_t fraction, int64_t start, int64_t low,
-                 int64_t high) {
+  static V Limit(V displacement, V size, V offset, int64_t start, int64_t low, int64_t high) {
     const V none = All(0);
     const M back = Lanes::Greater(none, displacement);
     const V cells = Lanes::Select(back, All(start - low), All(high - start));
-    const V offset = Lanes::Select(back, All(65536 - fraction), All(fraction));
     const V border = Lanes::Subtract(Lanes::template Left<16>(cells), offset);
     const M to_end =
         Lanes::Or(Lanes::Greater(cells, All(RAY_LEG_CELLS)), Lanes::Greater(border, size));
     return Lanes::Select(Lanes::Greater(none, cells), All(RAY_BEHIND),
                          Lanes::Select(to_end, size, border));
   }
-
-  static V All(int64_t number) { return Lanes::All(number); }
-
-  const ray_grid_t& grid;
-  const ray_window_t& window;
-  const FanRecord& fan;
-  const uint32_t count;
-  WideHits& hits;
-  alignas(64) int64_t limits_x[WideRays::kMost], limits_y[WideRays::kMost];
-  alignas(64) double dy_per_dx[WideRays::kMost], dx_per_dy[WideRays::kMost];
-  uint32_t next = 0;  ///< the ray to be taken up
 };
 
-/// Rays of a fan that are walked side by side. A lane whose ray has ended takes up the next one.
+/// The superregions at these coordinates, in superregions.
+template <class Lanes>
+typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typename Lanes::V y) {
+  alignas(64) int64_t of_x[Lanes::kCount], of_y[Lanes::kCount], super[Lanes::kCount];
+  Lanes::Store(of_x, x);
+  Lanes::Store(of_y, y);
+  for (int i = 0; i < Lanes::kCount; i++)
+    super[i] = ray_find_super(&grid, static_cast<int>(of_x[i]), static_cast<int>(of_y[i]));
+  return Lanes::Load(super);
+}
+
+/// The regions of cells, of which the superregions are known.
+template <class Lanes>
+typename Lanes::V RegionOf(const ray_grid_t& grid, typename Lanes::V super, typename Lanes::V x,
+                           typename Lanes::V y) {
+  const auto row = Lanes::And(Lanes::template Right<2>(y), Lanes::All(0xf0));
+  const auto column = Lanes::And(Lanes::template Right<6>(x), Lanes::All(0x0f));
+  return Lanes::Gather(grid.regions,
+                       Lanes::Add(Lanes::template Left<8>(super), Lanes::Or(row, column)));
+}
+
+/// A cell's tile in its region.
+template <class Lanes>
+typename Lanes::V TileInRegion(typename Lanes::V x, typename Lanes::V y) {
+  const auto row = Lanes::And(y, Lanes::All(0x38));
+  return Lanes::Or(row, Lanes::And(Lanes::template Right<3>(x), Lanes::All(7)));
+}
+
+/// Rays that are walked side by side. A lane whose ray has ended takes up the next one.
 template <class Lanes>
 class LaneGroup {
  public:
-  explicit LaneGroup(FanRays<Lanes>* rays) : rays_(*rays) {}
+  LaneGroup(ReadyRays<Lanes>* rays, uint32_t* hits) : rays_(*rays), hits_(hits) {}
 
   bool AtWork() const { return Lanes::Any(active_); }
 
@@ -91,26 +142,21 @@ class LaneGroup {
     const auto room = static_cast<uint32_t>(Lanes::CountOf(taken));
     if (left == 0 || room < kRoom) return;
     if (left < room) taken = Lanes::First(taken, static_cast<int>(left));
-    SetDirections(taken);
-    SetStart(taken);
+    Begin(taken);
     rays_.next += left < room ? left : room;
     active_ = Lanes::Or(active_, taken);
   }
 
   /// Looks up what there is where the rays are. Takes its time: the numbers wait for memory.
   void Look() {
-    x_ = Lanes::Add(All(rays_.fan.x), Lanes::Subtract(Lanes::Xor(u_, back_x_), back_x_));
-    y_ = Lanes::Add(All(rays_.fan.y), Lanes::Subtract(Lanes::Xor(v_, back_y_), back_y_));
-    FindSupers();
-    const V in_super = Lanes::Or(Lanes::And(Lanes::template Right<2>(y_), All(0xf0)),
-                                 Lanes::And(Lanes::template Right<6>(x_), All(0x0f)));
-    const V place = Lanes::Add(Lanes::template Left<8>(super_), in_super);
-    const V region = Lanes::Gather(rays_.grid.regions, place);
+    x_ = Lanes::Add(x0_, Lanes::Subtract(Lanes::Xor(u_, back_x_), back_x_));
+    y_ = Lanes::Add(y0_, Lanes::Subtract(Lanes::Xor(v_, back_y_), back_y_));
+    ChangeSupers();
+    const V region = RegionOf<Lanes>(rays_.grid, super_, x_, y_);
+    const V t = TileInRegion<Lanes>(x_, y_);
     tile_map_ = Lanes::Gather(rays_.grid.tile_maps, region);
-    const V t =
-        Lanes::Or(Lanes::And(y_, All(0x38)), Lanes::And(Lanes::template Right<3>(x_), All(7)));
     tile_ = Lanes::Add(Lanes::template Left<6>(region), t);
-    word_ = Visible(Lanes::Odd(Lanes::TurnRight(tile_map_, t)), x_, y_);
+    word_ = Visible(Lanes::Odd(Lanes::BitOf(tile_map_, t)), x_, y_);
   }
 
   /// One leap, or one walk within a tile or a region, of each ray, after Look().
@@ -146,7 +192,7 @@ class LaneGroup {
     // All lanes go on until the last one stops, so that the next step need not wait for who stops
     // where: that is noted beside it.
     const V outside = All(kOutside);
-    const M stands = Lanes::And(in_tile, Lanes::Odd(Lanes::TurnRight(word_, bit)));
+    const M stands = Lanes::And(in_tile, Lanes::Odd(Lanes::BitOf(word_, bit)));
     M go = Lanes::AndNot(active_, Lanes::Or(leaps, stands));
     V last_in = Lanes::SignOf(e), last_at = at;
     while (Lanes::Any(go)) {
@@ -155,7 +201,7 @@ class LaneGroup {
       at = Lanes::Add(at, Lanes::Add(to_next_y_, Lanes::And(to_next_x_, in)));
       last_in = Lanes::Select(go, in, last_in);
       last_at = Lanes::Select(go, at, last_at);
-      const V found = Lanes::TurnRight(squares, at);
+      const V found = Lanes::BitOf(squares, at);
       go = Lanes::And(go, Lanes::Zero(Lanes::OddOr(found, Lanes::And(at, outside))));
     }
     in_hit_ = Lanes::And(in_tile, Lanes::Zero(Lanes::And(last_at, outside)));
@@ -177,8 +223,7 @@ class LaneGroup {
     const M ended = Lanes::And(active_, Lanes::Or(in_hit_, beyond));
     if (!Lanes::Any(ended)) return;
     const V hit = Lanes::Or(u_, Lanes::template Left<16>(v_));
-    Lanes::Scatter(ended, rays_.hits.hits, ray_, Lanes::Select(beyond, All(RAY_NO_HIT), hit));
-    Lanes::Scatter(ended, rays_.hits.tiles, ray_, tile_);
+    Lanes::Scatter(ended, hits_, ray_, Lanes::Select(beyond, All(RAY_NO_HIT), hit));
     active_ = Lanes::AndNot(active_, ended);
   }
 
@@ -202,17 +247,26 @@ class LaneGroup {
     return Lanes::Subtract(Lanes::template Left<16>(border), start);
   }
 
-  void SetDirections(M taken) {
+  void Begin(M taken) {
     const auto load = [&](const auto* numbers, auto* lanes) {
       *lanes = Lanes::Expand(taken, numbers + rays_.next, *lanes);
     };
-    load(rays_.hits.dx, &dx_);
-    load(rays_.hits.dy, &dy_);
+    load(rays_.x0, &x0_);
+    load(rays_.y0, &y0_);
+    load(rays_.super, &super_);
+    load(rays_.dx, &dx_);
+    load(rays_.dy, &dy_);
+    load(rays_.ox, &ox_);
+    load(rays_.oy, &oy_);
     load(rays_.limits_x, &limit_x_);
     load(rays_.limits_y, &limit_y_);
     load(rays_.dy_per_dx, &dy_per_dx_);
     load(rays_.dx_per_dy, &dx_per_dy_);
     ray_ = Lanes::Select(taken, Lanes::Rank(taken, rays_.next), ray_);
+    u_ = Lanes::Select(taken, All(0), u_);
+    v_ = Lanes::Select(taken, All(0), v_);
+    super_x_ = Lanes::Select(taken, Lanes::template Right<RAY_SUPER_SHIFT>(x0_), super_x_);
+    super_y_ = Lanes::Select(taken, Lanes::template Right<RAY_SUPER_SHIFT>(y0_), super_y_);
     adx_ = Lanes::Absolute(dx_);
     ady_ = Lanes::Absolute(dy_);
     back_x_ = Lanes::SignOf(dx_);
@@ -224,35 +278,13 @@ class LaneGroup {
     to_next_x_ = Lanes::Subtract(Lanes::Add(forth_x, All(int64_t{1} << kFieldX)), to_next_y_);
   }
 
-  void SetStart(M taken) {
-    const FanRecord& fan = rays_.fan;
-    // From the other side of the cell: 65536 less the fraction.
-    ox_ = Lanes::Add(Lanes::Xor(All(fan.fraction & 0xffff), back_x_),
-                     Lanes::And(back_x_, All(65537)));
-    oy_ = Lanes::Add(Lanes::Xor(All(fan.fraction >> 16), back_y_), Lanes::And(back_y_, All(65537)));
-    const auto set = [&](V* lanes, int64_t number) {
-      *lanes = Lanes::Select(taken, All(number), *lanes);
-    };
-    set(&u_, 0);
-    set(&v_, 0);
-    const int super_x = fan.x >> RAY_SUPER_SHIFT, super_y = fan.y >> RAY_SUPER_SHIFT;
-    set(&super_x_, super_x);
-    set(&super_y_, super_y);
-    set(&super_, ray_find_super(&rays_.grid, super_x, super_y));
-  }
-
-  /// Finds the superregions of lanes that have left theirs.
-  void FindSupers() {
+  /// If a ray has left its superregion.
+  void ChangeSupers() {
     const V super_x = Lanes::template Right<RAY_SUPER_SHIFT>(x_);
     const V super_y = Lanes::template Right<RAY_SUPER_SHIFT>(y_);
     const M moved = Lanes::Or(Lanes::Differ(super_x, super_x_), Lanes::Differ(super_y, super_y_));
     if (!Lanes::Any(Lanes::And(active_, moved))) return;
-    alignas(64) int64_t of_x[Lanes::kCount], of_y[Lanes::kCount], super[Lanes::kCount];
-    Lanes::Store(of_x, super_x);
-    Lanes::Store(of_y, super_y);
-    for (int i = 0; i < Lanes::kCount; i++)
-      super[i] = ray_find_super(&rays_.grid, static_cast<int>(of_x[i]), static_cast<int>(of_y[i]));
-    super_ = Lanes::Load(super);
+    super_ = FindSupers<Lanes>(rays_.grid, super_x, super_y);
     super_x_ = super_x;
     super_y_ = super_y;
   }
@@ -292,11 +324,13 @@ class LaneGroup {
     v_ = Lanes::Select(in_x, n, to);
   }
 
-  FanRays<Lanes>& rays_;
+  ReadyRays<Lanes>& rays_;
+  uint32_t* hits_;
   M active_ = Lanes::None();
 
   // Of the ray.
   V ray_ = All(0);  // its number
+  V x0_ = All(0), y0_ = All(0);
   V dx_ = All(0), dy_ = All(0), adx_ = All(0), ady_ = All(0);
   V back_x_ = All(0), back_y_ = All(0);  // all ones if it goes that way
   V ox_ = All(0), oy_ = All(0), limit_x_ = All(0), limit_y_ = All(0);
@@ -311,11 +345,93 @@ class LaneGroup {
   M in_hit_ = Lanes::None();
 };
 
+/// Where hits are.
+template <class Lanes>
+class HitPlaces {
+ public:
+  HitPlaces(const ReadyRays<Lanes>& rays, const uint32_t* tile_slots)
+      : rays_(rays), tile_slots_(tile_slots) {}
+
+  void Find(const WideHits& found) {
+    for (; first_ < rays_.count; first_ += Lanes::kCount) {
+      taken_ = Lanes::FirstOf(rays_.count - first_);
+      const V hit = Load(found.hits), none = All(0);
+      const M stopped = Lanes::And(taken_, Lanes::Differ(hit, All(RAY_NO_HIT)));
+      const V u = Lanes::Select(stopped, Lanes::And(hit, All(0xffff)), none);
+      const V v = Lanes::Select(stopped, Lanes::template Right<16>(hit), none);
+      Lanes::Store(taken_, found.cells + first_, Cells(u, v));
+      Lanes::Store(taken_, found.middles + first_, Middles(u, v));
+    }
+  }
+
+ private:
+  using V = typename Lanes::V;
+  using D = typename Lanes::D;
+  using M = typename Lanes::M;
+
+  static V All(int64_t number) { return Lanes::All(number); }
+  template <typename Number>
+  V Load(const Number* numbers) const {
+    return Lanes::Expand(taken_, numbers + first_, All(0));
+  }
+
+  V Cells(V u, V v) const {
+    const V back_x = Lanes::SignOf(Load(rays_.dx)), back_y = Lanes::SignOf(Load(rays_.dy));
+    const V x = Lanes::Add(Load(rays_.x0), Lanes::Subtract(Lanes::Xor(u, back_x), back_x));
+    const V y = Lanes::Add(Load(rays_.y0), Lanes::Subtract(Lanes::Xor(v, back_y), back_y));
+    const V tile =
+        Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, SuperOf(x, y), x, y)),
+                   TileInRegion<Lanes>(x, y));
+    const V bit = Lanes::Or(Lanes::And(x, All(7)), Lanes::template Left<3>(Lanes::And(y, All(7))));
+    const V slot = Lanes::Gather(tile_slots_, tile);
+    return Lanes::Or(Lanes::template Left<6>(slot), bit);
+  }
+
+  V SuperOf(V x, V y) const {
+    constexpr int kShift = RAY_SUPER_SHIFT;
+    const V super_x = Lanes::template Right<kShift>(x), super_y = Lanes::template Right<kShift>(y);
+    const V start_x = Lanes::template Right<kShift>(Load(rays_.x0));
+    const V start_y = Lanes::template Right<kShift>(Load(rays_.y0));
+    const M moved = Lanes::Or(Lanes::Differ(super_x, start_x), Lanes::Differ(super_y, start_y));
+    return Lanes::Any(moved) ? FindSupers<Lanes>(rays_.grid, super_x, super_y) : Load(rays_.super);
+  }
+
+  /// The bits of MiddleOf() (tracer.cc).
+  D Middles(V u, V v) const {
+    const V across = Lanes::Absolute(Load(rays_.dx)), along = Lanes::Absolute(Load(rays_.dy));
+    const V in_x = Lanes::Subtract(Lanes::template Left<16>(u), Load(rays_.ox));
+    const V in_y = Lanes::Subtract(Lanes::template Left<16>(v), Load(rays_.oy));
+    const V cell = All(65536), out_x = Lanes::Add(in_x, cell), out_y = Lanes::Add(in_y, cell);
+    const V none = All(0);
+    const M only_x = Lanes::Equal(along, none), only_y = Lanes::Equal(across, none);
+    const auto quotient = [&](M by_x, V x, V y) {
+      const M in_lanes_of_x = Lanes::Or(only_x, Lanes::AndNot(by_x, only_y));
+      return Lanes::Divide(Lanes::ToDouble(Lanes::Select(in_lanes_of_x, x, y)),
+                           Lanes::ToDouble(Lanes::Select(in_lanes_of_x, across, along)));
+    };
+    // The larger and the smaller of two quotients, told by their cross products.
+    const D in = quotient(
+        Lanes::Greater(Lanes::Multiply(in_x, along), Lanes::Multiply(in_y, across)), in_x, in_y);
+    const D out =
+        quotient(Lanes::Greater(Lanes::Multiply(out_y, across), Lanes::Multiply(out_x, along)),
+                 out_x, out_y);
+    const D zero = Lanes::AllOf(0.0), half = Lanes::AllOf(0.5);
+    const D middle = Lanes::Times(
+        half, Lanes::Plus(Lanes::Larger(in, zero), Lanes::Smaller(out, Lanes::AllOf(1.0))));
+    return Lanes::Select(Lanes::And(only_x, only_y), half, middle);
+  }
+
+  const ReadyRays<Lanes>& rays_;
+  const uint32_t* const tile_slots_;
+  M taken_ = Lanes::None();
+  uint32_t first_ = 0;
+};
+
 /// Two groups in turn: while the numbers of one wait for memory, the other has something to do.
 template <class Lanes>
-void WalkInLanes(const WideRays& rays, WideHits* hits) {
-  FanRays<Lanes> ready(rays, hits);
-  LaneGroup<Lanes> first(&ready), second(&ready);
+void WalkInLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found) {
+  ReadyRays<Lanes> ready(rays);
+  LaneGroup<Lanes> first(&ready, found.hits), second(&ready, found.hits);
   first.TakeUp();
   second.TakeUp();
   first.Look();
@@ -334,6 +450,13 @@ void WalkInLanes(const WideRays& rays, WideHits* hits) {
     second.GoOn();
     second.Report();
   }
+  HitPlaces<Lanes>(ready, tile_slots).Find(found);
+}
+
+template <class Lanes>
+void LookInLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found) {
+  const ReadyRays<Lanes> ready(rays);
+  HitPlaces<Lanes>(ready, tile_slots).Find(found);
 }
 
 }  // namespace

@@ -90,18 +90,22 @@ sensing::HitLists WorldEngine::Prefilter() {
 void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   const sensing::Tracer tracer(scene.grid);
   const std::vector<sensing::Fan>& fans = scene.batch.fans();
-  const std::vector<uint32_t>& order = fan_order_.Of(scene.batch);
+  const std::vector<sensing::FanRun>& runs = fan_order_.Of(scene.batch);
   // Waking threads takes as long as tracing some hundred rays.
   constexpr uint32_t kTooFewRays = 500;
   const size_t grain =
-      scene.batch.ray_count() < kTooFewRays ? fans.size() : workers_->Grain(fans.size(), 32);
-  workers_->Run(fans.size(), grain, [&](size_t begin, size_t end, unsigned thread) {
+      scene.batch.ray_count() < kTooFewRays ? runs.size() : workers_->Grain(runs.size(), 32);
+  workers_->Run(runs.size(), grain, [&](size_t begin, size_t end, unsigned thread) {
     ThreadData& mine = thread_data_[thread];
     for (size_t i = begin; i < end; i++) {
-      const sensing::Fan& fan = fans[order[i]];
-      if (mine.hits.size() < fan.record.samples) mine.hits.resize(fan.record.samples);
-      tracer.TraceFan(scene.batch, fan, lists, mine.hits.data(), &mine.counters);
-      fan.sink->TakeHits(fan.tag, mine.hits.data(), fan.record.samples);
+      const sensing::Fan* run = &fans[runs[i].first];
+      size_t rays = 0;
+      for (uint32_t k = 0; k < runs[i].count; k++) rays += run[k].record.samples;
+      if (mine.hits.size() < rays) mine.hits.resize(rays);
+      tracer.TraceFans(scene.batch, run, runs[i].count, lists, mine.hits.data(), &mine.counters);
+      const sensing::RayHit* hits = mine.hits.data();
+      for (uint32_t k = 0; k < runs[i].count; hits += run[k++].record.samples)
+        run[k].sink->TakeHits(run[k].tag, hits, run[k].record.samples);
     }
   });
   for (ThreadData& data : thread_data_) {

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Rays that are walked together: of one or several fans, such as a robot's sonars.
+
+#ifndef STAGE_SENSING_RAY_GROUP_HH
+#define STAGE_SENSING_RAY_GROUP_HH
+
+#include "sensing/fan.hh"
+
+namespace Stg::internal::sensing {
+
+/// Some rays of a fan of a single leg, in the cell model.
+struct FanPart {
+  const FanRecord* fan;
+  const Direction* directions;  ///< one for each of the rays
+  uint32_t count;
+};
+
+/// Rays that have a layer of the grid and a window in common: those of the parts, one after the
+/// other.
+struct RayGroup {
+  static constexpr uint32_t kMost = 256;
+
+  const ray_grid_t* grid;
+  const ray_window_t* window;
+  const FanPart* parts;
+  uint32_t part_count;
+  uint32_t count;  ///< of rays, at most kMost
+};
+
+}  // namespace Stg::internal::sensing
+
+#endif
