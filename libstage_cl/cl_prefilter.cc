@@ -97,7 +97,7 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
 /// Fans that the device can walk, by layer and number of samples; within these in their own order.
 /// There are few kinds of sensors, so few groups.
 void ClPrefilter::MakeGroups(const sensing::RayBatch& batch) {
-  const std::vector<sensing::Fan>& fans = batch.fans();
+  std::span<const sensing::Fan> fans = batch.fans();
   groups_.clear();
   group_of_fan_.resize(fans.size());
   std::size_t last = 0;

@@ -156,7 +156,7 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
   batch.Add(fan, 100, Window());
   batch.Close(tables);
 
-  const std::vector<Fan>& fans = batch.fans();
+  std::span<const Fan> fans = batch.fans();
   EXPECT_EQ(batch.DirectionsOf(fans[0]), &tables.all()[1]);
   EXPECT_EQ(batch.DirectionsOf(fans[1])[0].cosine, MakeDirection(0.1).cosine);
   EXPECT_EQ(batch.DirectionsOf(fans[1])[1].sine, MakeDirection(0.2).sine);

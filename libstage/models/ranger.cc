@@ -312,6 +312,14 @@ bool ModelRanger::FillUpdate(sensing::BatchShare first) {
 
 // ---- results ------------------------------------------------------------------------------------
 
+void ModelRanger::ExpectHits(uint32_t tag) const {
+  constexpr size_t kInALine = 64 / sizeof(double);
+  if (tag >= sensors_.size()) return;
+  for (const std::vector<double>* numbers : {&sensors_[tag].ranges, &sensors_[tag].intensities})
+    for (size_t i = 0; i < numbers->size(); i += kInALine)
+      __builtin_prefetch(numbers->data() + i, 1);
+}
+
 void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) {
   // A callback may have changed the sensors since the rays were made.
   if (tag >= sensors_.size() || sensors_[tag].ranges.size() != count) return;

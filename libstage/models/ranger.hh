@@ -116,6 +116,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   internal::sensing::Fan MakeFan(const Sensor& sensor, uint32_t index) const;
   Pose OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn) const;
   void AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn);
+  void ExpectHits(uint32_t tag) const override;
   void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
   bool makes_window_[2];  // of the tree, in this batch, for each drawing

@@ -7,7 +7,7 @@
 namespace Stg::internal::sensing {
 
 void RayBatch::Clear() {
-  fans_.clear();
+  fan_count_ = 0;
   window_words_.clear();
   own_directions_.clear();
   own_turns_.clear();
@@ -22,9 +22,9 @@ void RayBatch::Add(Fan fan, uint32_t samples, const Window& window) {
 }
 
 BatchShare RayBatch::AddRoom(const BatchShare& share) {
-  const BatchShare before{ray_count_, static_cast<uint32_t>(fans_.size()),
-                          static_cast<uint32_t>(window_words_.size())};
-  fans_.resize(fans_.size() + share.fans);
+  const BatchShare before{ray_count_, fan_count_, static_cast<uint32_t>(window_words_.size())};
+  fan_count_ += share.fans;
+  if (fan_count_ > fans_.size()) fans_.resize(fan_count_);
   window_words_.resize(window_words_.size() + share.words, 0);
   ray_count_ += share.rays;
   return before;
@@ -47,7 +47,7 @@ void RayBatch::Add(Fan fan, const std::vector<double>& bearings, const Window& w
     own_turns_.push_back(TurnOf(bearing));
     own_directions_.push_back(MakeDirection(own_turns_.back()));
   }
-  fans_with_own_directions_.push_back(static_cast<uint32_t>(fans_.size()));
+  fans_with_own_directions_.push_back(fan_count_);
   Add(fan, static_cast<uint32_t>(bearings.size()), window);
 }
 

@@ -6,6 +6,7 @@
 #define STAGE_SENSING_BATCH_HH
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "grid/grid.hh"
@@ -48,7 +49,7 @@ class RayBatch {
   // The same in parts, for many fans at once: first it is counted what comes, then room is made,
   // and then several threads fill it in.
 
-  /// Appends room; returns what was there before it.
+  /// Appends room, all of which has to be filled; returns what was there before it.
   BatchShare AddRoom(const BatchShare& share);
   /// Puts a fan into its room. `first_ray`: of the batch.
   void Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples, const Window& window);
@@ -57,7 +58,7 @@ class RayBatch {
   void FillWindow(const Window& window, const grid::Grid& grid, const grid::CellLists& cells,
                   const void* tree, bool exact);
 
-  const std::vector<Fan>& fans() const { return fans_; }
+  std::span<const Fan> fans() const { return {fans_.data(), fan_count_}; }
   /// For a layer that was not known when the fan was put in.
   void SetLayer(uint32_t index, grid::LayerIndex layer) { fans_[index].layer = layer; }
   uint64_t ray_count() const { return ray_count_; }
@@ -75,7 +76,8 @@ class RayBatch {
   ray_window_t WindowOf(const Fan& fan) const;
 
  private:
-  std::vector<Fan> fans_;
+  std::vector<Fan> fans_;  // the first fan_count_: they are made once, and put in again and again
+  uint32_t fan_count_ = 0;
   std::vector<uint64_t> window_words_;
   std::vector<Direction> own_directions_;
   std::vector<SineCosine> own_turns_;

@@ -32,7 +32,7 @@ uint64_t KeyOf(const Fan& fan) {
 
 const std::vector<FanRun>& FanOrder::Of(const RayBatch& batch) {
   constexpr unsigned kGoodFor = 50;
-  const std::vector<Fan>& fans = batch.fans();
+  std::span<const Fan> fans = batch.fans();
   if (fans_ == fans.size() && ++age_ < kGoodFor) return order_;
   age_ = 0;
   fans_ = static_cast<uint32_t>(fans.size());
@@ -45,7 +45,7 @@ const std::vector<FanRun>& FanOrder::Of(const RayBatch& batch) {
   return order_;
 }
 
-void FanOrder::MakeRuns(const std::vector<Fan>& fans) {
+void FanOrder::MakeRuns(std::span<const Fan> fans) {
   keyed_.clear();
   uint32_t rays = 0;
   for (uint32_t i = 0; i < fans.size(); i++) {

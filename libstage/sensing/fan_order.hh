@@ -7,6 +7,7 @@
 #define STAGE_SENSING_FAN_ORDER_HH
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "sensing/batch.hh"
@@ -25,7 +26,7 @@ class FanOrder {
   const std::vector<FanRun>& Of(const RayBatch& batch);
 
  private:
-  void MakeRuns(const std::vector<Fan>& fans);
+  void MakeRuns(std::span<const Fan> fans);
 
   std::vector<FanRun> order_;
   struct Keyed {

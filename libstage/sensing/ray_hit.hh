@@ -26,6 +26,8 @@ struct RayHit {
 class RaySink {
  public:
   virtual ~RaySink() = default;
+  /// Says that TakeHits() will be called soon: what it writes to may be fetched meanwhile.
+  virtual void ExpectHits(uint32_t /*tag*/) const {}
   /// `tag` is the one that came with the fan; there is one hit for each sample.
   virtual void TakeHits(uint32_t tag, const RayHit* hits, uint32_t count) = 0;
 };

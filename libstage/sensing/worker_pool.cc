@@ -20,7 +20,7 @@ void Pause() {
 
 }  // namespace
 
-WorkerPool::WorkerPool(unsigned threads) {
+WorkerPool::WorkerPool(unsigned threads) : shares_(std::max(threads, 1u)) {
   // Where threads share cores, whoever waits has to make way at once.
   if (threads <= std::thread::hardware_concurrency()) looks_ = 500;
   try {
@@ -31,11 +31,8 @@ WorkerPool::WorkerPool(unsigned threads) {
 }
 
 WorkerPool::~WorkerPool() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    stop_ = true;
-  }
-  start_.notify_all();
+  stop_ = true;
+  WakeAll(&workers_bed_);
   for (std::thread& worker : workers_) worker.join();
 }
 
@@ -49,55 +46,61 @@ void WorkerPool::Run(size_t count, size_t grain, const Job& job) {
     if (count > 0) job(0, count, 0);
     return;
   }
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    job_ = &job;
-    count_ = count;
-    grain_ = grain;
-    next_ = 0;
-    busy_ = static_cast<unsigned>(workers_.size());
-    generation_++;
+  job_ = &job;
+  grain_ = grain;
+  for (unsigned i = 0; i < threads(); i++) {
+    shares_[i].next.store(count * i / threads(), std::memory_order_relaxed);
+    shares_[i].end = count * (i + 1) / threads();
   }
-  start_.notify_all();
+  busy_ = static_cast<unsigned>(workers_.size());
+  generation_++;
+  WakeAll(&workers_bed_);
   TakeRanges(0);
-  if (SoonTrue([this] { return busy_ == 0; })) return;
-  std::unique_lock<std::mutex> lock(mutex_);
-  done_.wait(lock, [this] { return busy_ == 0; });
+  WaitUntil([this] { return busy_ == 0; }, &caller_bed_);
+}
+
+void WorkerPool::WakeAll(Bed* bed) {
+  if (bed->asleep == 0) return;
+  // Who has said so holds the mutex until it sleeps.
+  { const std::lock_guard<std::mutex> lock(mutex_); }
+  bed->wake_up.notify_all();
 }
 
 /// Jobs follow one another quickly within a step, and sleeping and waking takes longer than most
 /// of them: so it is looked for a little while whether something becomes true.
 template <typename F>
-bool WorkerPool::SoonTrue(F is_true) const {
+void WorkerPool::WaitUntil(F is_true, Bed* bed) {
   for (unsigned i = 0; i < looks_; i++) {
-    if (is_true()) return true;
+    if (is_true()) return;
     Pause();
   }
-  return is_true();
+  std::unique_lock<std::mutex> lock(mutex_);
+  bed->asleep++;
+  bed->wake_up.wait(lock, is_true);
+  bed->asleep--;
 }
 
 void WorkerPool::TakeRanges(unsigned thread) {
-  for (;;) {
-    const size_t begin = next_.fetch_add(grain_);
-    if (begin >= count_) return;
-    (*job_)(begin, std::min(count_, begin + grain_), thread);
+  for (unsigned i = 0; i < threads(); i++) TakeFrom(&shares_[(thread + i) % threads()], thread);
+}
+
+void WorkerPool::TakeFrom(Share* share, unsigned thread) {
+  // Looking costs less than taking, of which there may be nothing left.
+  while (share->next.load(std::memory_order_relaxed) < share->end) {
+    const size_t begin = share->next.fetch_add(grain_, std::memory_order_relaxed);
+    if (begin >= share->end) return;
+    (*job_)(begin, std::min(share->end, begin + grain_), thread);
   }
 }
 
 void WorkerPool::Work(unsigned thread) {
   uint64_t seen = 0;
   for (;;) {
-    SoonTrue([&] { return stop_ || generation_ != seen; });
-    {
-      std::unique_lock<std::mutex> lock(mutex_);
-      start_.wait(lock, [&] { return stop_ || generation_ != seen; });
-      if (stop_) return;
-      seen = generation_;
-    }
+    WaitUntil([&] { return stop_ || generation_ != seen; }, &workers_bed_);
+    if (stop_) return;
+    seen = generation_;
     TakeRanges(thread);
-    if (--busy_ > 0) continue;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    done_.notify_one();
+    if (--busy_ == 0) WakeAll(&caller_bed_);
   }
 }
 

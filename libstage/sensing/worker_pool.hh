@@ -27,33 +27,65 @@ class WorkerPool {
   unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
 
   /// Calls job(begin, end, thread) for ranges that make up [0, count), on all threads, the caller's
-  /// among them; `thread` is below threads(). Returns when all is done. Which thread does what is
-  /// left open: results must not depend on it. The job must not throw.
+  /// among them; `thread` is below threads(). Returns when all is done. Each thread begins with its
+  /// own share, so that what it worked on in one job is in its cache in the next, and then helps
+  /// the others: results must not depend on who does what. The job must not throw.
   using Job = std::function<void(size_t begin, size_t end, unsigned thread)>;
   void Run(size_t count, size_t grain, const Job& job);
+  /// The first of [0, count) for which is_so(index) is true, or `count`; looks at them on all
+  /// threads, at some of those behind the first too.
+  template <typename F>
+  size_t FindFirst(size_t count, F is_so) {
+    constexpr size_t kFew = 1000, kGrain = 64;
+    std::atomic<size_t> first{count};
+    Run(count, count < kFew ? count : kGrain, [&](size_t begin, size_t end, unsigned) {
+      for (size_t i = begin; i < end && i < first.load(std::memory_order_relaxed); i++) {
+        if (!is_so(i)) continue;
+        size_t known = first.load(std::memory_order_relaxed);
+        while (i < known && !first.compare_exchange_weak(known, i)) {
+        }
+        return;
+      }
+    });
+    return first;
+  }
   /// A grain of `most` at most, so that each thread gets several shares of that many things: for
   /// some may take longer than others.
   size_t Grain(size_t count, size_t most) const;
 
  private:
+  /// What is left of the share that a thread begins with. A cache line of its own, as the threads
+  /// write to theirs all the time.
+  struct alignas(64) Share {
+    std::atomic<size_t> next{0};
+    size_t end = 0;
+  };
+
   void Work(unsigned thread);
   void TakeRanges(unsigned thread);
+  void TakeFrom(Share* share, unsigned thread);
+  /// Somewhere to wait. Who goes to sleep says so first, and then looks once more, under the mutex;
+  /// who makes something true does so first, and then looks whether anybody sleeps: so no wake-up
+  /// is missed, and none is made for nobody.
+  struct Bed {
+    std::condition_variable wake_up;
+    std::atomic<unsigned> asleep{0};
+  };
   template <typename F>
-  bool SoonTrue(F is_true) const;
+  void WaitUntil(F is_true, Bed* bed);
+  void WakeAll(Bed* bed);
 
   std::vector<std::thread> workers_;
   std::mutex mutex_;
-  std::condition_variable start_, done_;
-  // They change under the mutex where somebody may sleep until they do, so no wake-up can be
-  // missed.
+  Bed workers_bed_, caller_bed_;
   std::atomic<uint64_t> generation_{0};  // of jobs
   std::atomic<bool> stop_{false};
   std::atomic<unsigned> busy_{0};
   unsigned looks_ = 0;  // before going to sleep
 
   const Job* job_ = nullptr;
-  size_t count_ = 0, grain_ = 1;
-  std::atomic<size_t> next_{0};
+  size_t grain_ = 1;
+  std::vector<Share> shares_;  // one for each thread
 };
 
 }  // namespace Stg::internal::sensing

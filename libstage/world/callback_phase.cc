@@ -2,6 +2,8 @@
 
 #include "world/callback_phase.hh"
 
+#include <atomic>
+
 namespace Stg {
 
 namespace {
@@ -10,7 +12,7 @@ constexpr size_t kGrain = 8;
 
 size_t CallbackPhase::Call(Model* const* models, size_t count, sensing::WorkerPool* workers) {
   if (workers->threads() == 1) return 0;
-  count = runs_.Find(count, [&] { return FindGroups(models, count); });
+  count = runs_.Find(count, [&] { return FindGroups(models, count, workers); });
   if (count == 0) return 0;
   const size_t groups = group_begins_.size() - 1;
   workers->Run(groups, workers->Grain(groups, kGrain), [&](size_t begin, size_t end, unsigned) {
@@ -20,8 +22,35 @@ size_t CallbackPhase::Call(Model* const* models, size_t count, sensing::WorkerPo
   return count;
 }
 
+size_t CallbackPhase::FindGroups(Model* const* models, size_t count, sensing::WorkerPool* workers) {
+  if (models[0] && models[0]->serial_update_callbacks_) return 0;
+  return FindGroupsTogether(models, count, workers) ? count : FindGroupsInTurn(models, count);
+}
+
+/// The same as FindGroupsInTurn() if all can be called at the same time; else false.
+bool CallbackPhase::FindGroupsTogether(Model* const* models, size_t count,
+                                       sensing::WorkerPool* workers) {
+  begins_group_.resize(count);
+  run_++;
+  const size_t unfit = workers->FindFirst(count, [&](size_t i) {
+    const Model* model = models[i];
+    const Model* before = i > 0 ? models[i - 1] : nullptr;
+    if (!model || (i > 0 && !before) || model->serial_update_callbacks_) return true;
+    begins_group_[i] = !before || model->root != before->root;
+    if (!begins_group_[i]) return false;
+    std::atomic_ref<uint64_t> run(model->root->callback_run_);
+    return run.exchange(run_, std::memory_order_relaxed) == run_;  // it came elsewhere too
+  });
+  if (unfit < count) return false;
+  group_begins_.clear();
+  for (uint32_t i = 0; i < count; i++)
+    if (begins_group_[i]) group_begins_.push_back(i);
+  group_begins_.push_back(static_cast<uint32_t>(count));
+  return true;
+}
+
 /// Goes on until a model's callbacks need to be called alone, or a tree comes again behind others.
-size_t CallbackPhase::FindGroups(Model* const* models, size_t count) {
+size_t CallbackPhase::FindGroupsInTurn(Model* const* models, size_t count) {
   group_begins_.clear();
   run_++;
   const Model* root = nullptr;  // of the present group

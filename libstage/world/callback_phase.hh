@@ -26,12 +26,15 @@ class CallbackPhase {
   size_t Call(Model* const* models, size_t count, sensing::WorkerPool* workers);
 
  private:
-  size_t FindGroups(Model* const* models, size_t count);
+  size_t FindGroups(Model* const* models, size_t count, sensing::WorkerPool* workers);
+  bool FindGroupsTogether(Model* const* models, size_t count, sensing::WorkerPool* workers);
+  size_t FindGroupsInTurn(Model* const* models, size_t count);
 
   RunFinder runs_;
   // Neighbours of the same tree are a group, which one thread calls. Where each begins, and the end
   // of the last.
   std::vector<uint32_t> group_begins_;
+  std::vector<uint8_t> begins_group_;  // of each model
   uint64_t run_ = 0;
 };
 

@@ -89,7 +89,7 @@ sensing::HitLists WorldEngine::Prefilter() {
 
 void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   const sensing::Tracer tracer(scene.grid);
-  const std::vector<sensing::Fan>& fans = scene.batch.fans();
+  std::span<const sensing::Fan> fans = scene.batch.fans();
   const std::vector<sensing::FanRun>& runs = fan_order_.Of(scene.batch);
   // Waking threads takes as long as tracing some hundred rays.
   constexpr uint32_t kTooFewRays = 500;
@@ -100,7 +100,10 @@ void WorldEngine::TraceFans(const sensing::HitLists& lists) {
     for (size_t i = begin; i < end; i++) {
       const sensing::Fan* run = &fans[runs[i].first];
       size_t rays = 0;
-      for (uint32_t k = 0; k < runs[i].count; k++) rays += run[k].record.samples;
+      for (uint32_t k = 0; k < runs[i].count; k++) {
+        rays += run[k].record.samples;
+        run[k].sink->ExpectHits(run[k].tag);
+      }
       if (mine.hits.size() < rays) mine.hits.resize(rays);
       tracer.TraceFans(scene.batch, run, runs[i].count, lists, mine.hits.data(), &mine.counters);
       const sensing::RayHit* hits = mine.hits.data();

@@ -2,7 +2,6 @@
 
 #include "world/gather_phase.hh"
 
-#include <algorithm>
 #include <atomic>
 #include <typeinfo>
 
@@ -21,7 +20,7 @@ size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* 
                            sensing::WorkerPool* workers) {
   if (workers->threads() == 1) return 0;
   count = runs_.Find(count, [&] {
-    return static_cast<size_t>(std::find_if_not(events, events + count, IsPlain) - events);
+    return workers->FindFirst(count, [&](size_t i) { return !IsPlain(events[i]); });
   });
   if (count == 0) return 0;
   if (!Prepare(events, count, workers)) {

@@ -54,8 +54,13 @@ TileRanks::Entry& TileRanks::EntryOf(int32_t x, int32_t y) {
 
 uint32_t TileRanks::Add(const grid::CellBox& tiles) {
   uint32_t rank = 0;
-  ForEachTile(tiles, [&](int32_t x, int32_t y) { rank = std::max(rank, EntryOf(x, y).next_rank); });
-  ForEachTile(tiles, [&](int32_t x, int32_t y) { EntryOf(x, y).next_rank = rank + 1; });
+  of_box_.clear();
+  ForEachTile(tiles, [&](int32_t x, int32_t y) {
+    Entry& entry = EntryOf(x, y);
+    rank = std::max(rank, entry.next_rank);
+    of_box_.push_back(&entry);
+  });
+  for (Entry* entry : of_box_) entry->next_rank = rank + 1;
   return rank;
 }
 
@@ -72,9 +77,7 @@ size_t MovePhase::Move(Model* const* models, size_t count, sensing::Scene* scene
                        sensing::WorkerPool* workers) {
   if (workers->threads() == 1 || scene->exact_drawing) return 0;
   count = runs_.Find(count, [&] {
-    const auto end =
-        std::find_if_not(models, models + count, [](Model* m) { return MovesPlainly(*m); });
-    return static_cast<size_t>(end - models);
+    return workers->FindFirst(count, [&](size_t i) { return !MovesPlainly(*models[i]); });
   });
   if (count == 0 || Placement::IsNearlyFull(*models[0])) return 0;
   grid_ = &scene->grid;

@@ -42,6 +42,7 @@ class TileRanks {
 
   std::vector<Entry> entries_;  // by a hash of the tile, with linear probing
   uint32_t round_ = 0;
+  std::vector<Entry*> of_box_;  // that is being added
 };
 
 class MovePhase {
