@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "gui/gui_testing.hh"
+#include "gui/window/logo.hh"
 
 namespace gui_testing {
 
@@ -275,6 +276,25 @@ TEST_F(FilesTest, ScreenshotsThatFailAreNoDisaster) {
   EXPECT_FALSE(parts().view.options[Show::kScreenshots]);
 }
 
+/// Of the About window: robot, wall, what the scan sees, and what lies behind the wall.
+void ExpectLogo() {
+  Fl_Window* about = Fl::first_window();
+  while (about && std::string(about->label() ? about->label() : "") != "About Stage")
+    about = Fl::next_window(about);
+  ASSERT_TRUE(about);
+  const auto* logo = dynamic_cast<Stg::internal::window::Logo*>(about->child(1));
+  ASSERT_TRUE(logo);
+  const auto at = [&](int x, int y) { return PixelOf(about, logo->x() + x, logo->y() + y); };
+  EXPECT_EQ(at(30, 44), 0xd9731au);
+  EXPECT_EQ(at(80, 44), 0x5a5a60u);
+  EXPECT_EQ(at(62, 44), 0xcdd4f8u);
+  EXPECT_NE(at(98, 44), 0xcdd4f8u);
+  int dark = 0;  // the name
+  for (int y = 20; y < 62; y++)
+    for (int x = 120; x < 256; x += 2) dark += at(x, y) == 0x282830u;
+  EXPECT_GT(dark, 100);
+}
+
 TEST_F(FilesTest, HelpAndAbout) {
   OpenFile("w.world");
   Stg::internal::window::ShowHelp();
@@ -282,6 +302,7 @@ TEST_F(FilesTest, HelpAndAbout) {
   Settle();
   EXPECT_NE(TheHand().Find("Getting help with Stage"), 0u);
   EXPECT_NE(TheHand().Find("About Stage"), 0u);
+  ExpectLogo();
   while (Fl_Window* window = Fl::first_window())
     if (window == world_.get()) {
       if (!Fl::next_window(window)) break;

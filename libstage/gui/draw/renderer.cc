@@ -364,16 +364,16 @@ void Renderer::Impl::Clear(const Frame& frame, bool keep) {
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   glDepthFunc(GL_LEQUAL);
+  if (!keep) DrawFloor(frame);
+  plain_.Use();
+  plain_.SetMatrix(frame.projection->both());
+  DrawPainting(frame.floor);
   if (keep) return;
-  DrawFloor(frame);
-  writer_.AddLabels(frame.floor, *frame.projection);
+  writer_.AddAxisNumbers(frame.floor, *frame.projection);
   DrawScreen(frame);
 }
 
 void Renderer::Impl::DrawWorld(const Frame& frame) {
-  plain_.Use();
-  plain_.SetMatrix(frame.projection->both());
-  DrawPainting(frame.floor);
   CollectInstances(frame);
   DrawBodies(frame, &BodyBatch::footprints, Part::kFaces, 0, 1);
 
