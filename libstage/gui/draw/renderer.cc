@@ -364,11 +364,11 @@ void Renderer::Impl::Clear(const Frame& frame, bool keep) {
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   glDepthFunc(GL_LEQUAL);
-  if (!keep) DrawFloor(frame);
+  if (keep) return;  // what lies on the floor stays under the tracks
+  DrawFloor(frame);
   plain_.Use();
   plain_.SetMatrix(frame.projection->both());
   DrawPainting(frame.floor);
-  if (keep) return;
   writer_.AddAxisNumbers(frame.floor, *frame.projection);
   DrawScreen(frame);
 }
@@ -380,6 +380,7 @@ void Renderer::Impl::DrawWorld(const Frame& frame) {
   glEnable(GL_DEPTH_TEST);
   DrawSolidBodies(frame);
   plain_.Use();
+  plain_.SetMatrix(frame.projection->both());
   DrawPainting(frame.solid);
   DrawStallIcons(frame);
   glDepthMask(GL_FALSE);
