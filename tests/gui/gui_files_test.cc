@@ -285,14 +285,16 @@ void ExpectLogo() {
   const auto* logo = dynamic_cast<Stg::internal::window::Logo*>(about->child(1));
   ASSERT_TRUE(logo);
   const auto at = [&](int x, int y) { return PixelOf(about, logo->x() + x, logo->y() + y); };
-  EXPECT_EQ(at(30, 44), 0xd9731au);
-  EXPECT_EQ(at(80, 44), 0x5a5a60u);
-  EXPECT_EQ(at(62, 44), 0xcdd4f8u);
-  EXPECT_NE(at(98, 44), 0xcdd4f8u);
-  int dark = 0;  // the name
+  EXPECT_EQ(at(22, 48), 0xd9731au);
+  EXPECT_EQ(at(78, 48), 0x5a5a60u);
+  EXPECT_EQ(at(60, 48), 0xcdd4f8u);
+  EXPECT_NE(at(96, 48), 0xcdd4f8u);
+  int dark = 0, at_the_edge = 0;  // the name
   for (int y = 20; y < 62; y++)
-    for (int x = 120; x < 256; x += 2) dark += at(x, y) == 0x282830u;
+    for (int x = 112; x < 264; x += 2)
+      (x < 116 || x > 260 ? at_the_edge : dark) += at(x, y) == 0x282830u;
   EXPECT_GT(dark, 100);
+  EXPECT_EQ(at_the_edge, 0);  // all of it
 }
 
 TEST_F(FilesTest, HelpAndAbout) {

@@ -17,16 +17,17 @@ struct Spot {
 };
 
 // In pixels from the robot's middle, x to the right and y up.
-constexpr int kRobotX = 30, kRobotY = 44, kPictureWidth = 112;
-constexpr double kTurn = 12 * M_PI / 180, kFieldOfView = M_PI, kReach = 74;
-constexpr double kSize = 42;  // of the robot, which is 1 across
+constexpr int kRobotX = 22, kRobotY = 48, kPictureWidth = 112;
+constexpr double kTurn = 8 * M_PI / 180, kFieldOfView = 2.2, kReach = 82;
+constexpr int kGap = 8;       // beside the name, pixels
+constexpr double kSize = 28;  // of the robot, which is 1 across
 
 // The robot of the example worlds, an explorer: its base and its turret.
 constexpr Spot kBase[] = {{0.5, -0.21}, {0.5, 0.21},   {0.21, 0.5},   {-0.21, 0.5},
                           {-0.5, 0.21}, {-0.5, -0.21}, {-0.21, -0.5}, {0.21, -0.5}};
 constexpr Spot kTurret[] = {{0.4, 0}, {0.15, 0.3}, {-0.325, 0.225}, {-0.325, -0.225}, {0.15, -0.3}};
 // What stands in its way.
-constexpr double kWallX = 44, kWallWidth = 12, kWallLow = -32, kWallHigh = 16;
+constexpr double kWallX = 52, kWallWidth = 9, kWallLow = -20, kWallHigh = 12;
 
 /// How far a ray gets.
 double Range(double heading) {
@@ -102,7 +103,9 @@ void Logo::draw() {
   fl_pop_matrix();
   fl_pop_clip();
   fl_color(fl_rgb_color(40, 40, 48));
-  fl_font(FL_HELVETICA_BOLD, 26);
+  int size = 26;
+  do fl_font(FL_HELVETICA_BOLD, size--);
+  while (size > 8 && fl_width(name_.c_str()) > w() - kPictureWidth - 2 * kGap);
   fl_draw(name_.c_str(), x() + kPictureWidth, y(), w() - kPictureWidth, h(), FL_ALIGN_CENTER);
   fl_pop_clip();
 }
