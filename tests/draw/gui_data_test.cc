@@ -60,6 +60,24 @@ TEST_F(DataTest, WifiRangesLieLightlyOnTheFloor) {
   EXPECT_TRUE(frame.data.triangles.empty());  // nothing above what is on the floor
 }
 
+/// Open, the level falls to range_db at 5 m; a wall is between 2 m and 3 m ahead.
+TEST_F(DataTest, WallsShortenTheRangeOfAWifiThatKnowsThem) {
+  const Frame& frame = Look(
+      "model ( size [0.2 0.2 0.2] wifi ( model \"raytrace\" power 0 range_db -60.7524 freq 2450"
+      " plc 30 wall_factor 0.1 alwayson 1 ) )"
+      "model ( pose [2.5 0 0 0] size [1 4 1] )"
+      "model ( pose [0 3 0 0] size [4 1 1] ranger_return -1 )");
+  ASSERT_EQ(frame.floor.triangles.size(), 3u * 72);
+  const auto reach = [&](size_t corner) {
+    const Vertex& v = frame.floor.triangles[3 * corner + 1];
+    return std::hypot(double{v.x}, double{v.y});
+  };
+  const double open_loss = 30 * std::log10(5 / 2.0), wall_loss = 10;
+  EXPECT_NEAR(reach(0), 2 + 3 * open_loss / (open_loss + wall_loss), 1e-4);
+  EXPECT_NEAR(reach(18), 5, 1e-4);  // rangers don't see that wall
+  EXPECT_NEAR(reach(36), 5, 1e-4);
+}
+
 TEST_F(DataTest, FiducialsAreMarkedAboveTheirBodies) {
   const Frame& frame = Look(
       "position ( size [0.3 0.3 0.3] fiducial ( alwayson 1 pose [0 0 -0.15 0] ) )"

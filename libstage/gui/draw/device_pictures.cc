@@ -227,50 +227,6 @@ void DrawCoordinates(const ModelPosition& robot, const Pose& global, Painting* d
   painter.RectangleOutline(Half(geom.size.x), Half(geom.size.y), 0);
 }
 
-// ---- wifi ---------------------------------------------------------------------------------------
-
-/// Where the level of the device's signal falls to range_db, or the reach of a simple one. Walls
-/// and random errors are left out.
-double WifiRadius(const ModelWifi& wifi) {
-  const double frequency = 20 * std::log10(wifi.freq), gain = wifi.power - wifi.range_db;
-  switch (wifi.propagation) {
-    case ModelWifi::PROPAGATION_SIMPLE:
-      return wifi.range;
-    case ModelWifi::PROPAGATION_FRIIS:
-      return 1000 * std::pow(10, (gain - 32.44177 - frequency) / 20);
-    case ModelWifi::PROPAGATION_ITU_INDOOR:
-    case ModelWifi::PROPAGATION_RAYTRACE:
-      return std::pow(10, (gain + 28 - frequency) / wifi.plc);
-    case ModelWifi::PROPAGATION_LOG_DISTANCE:
-      return std::pow(10, (gain - (frequency + 32.44177 - 60)) / (10 * wifi.ple));
-    case ModelWifi::PROPAGATION_NONE:
-      break;
-  }
-  return 0;
-}
-
-/// Ranges may cover all of a world, and each other: they are painted on the floor, and lightly.
-void DrawWifi(const ModelWifi& wifi, const Pose& global, const Layers& layers) {
-  constexpr double kShort = 0.2, kHead = 0.15, kRangeOpacity = 0.15;
-  const double radius = Finite(WifiRadius(wifi));
-  Painter range(layers.floor), painter(layers.data);
-  range.SetFrame(Pose(global.x, global.y, 0, 0));
-  range.SetColor(Rgba{0xc1, 0xff, 0xc1, 255}.WithOpacity(kRangeOpacity));
-  range.Sector(radius, 0, 2 * M_PI, 0);
-  range.SetColor({0x2e, 0x8b, 0x57, 255});
-  range.SectorOutline(radius, 0, 2 * M_PI, 0, false);
-  painter.SetColor({65, 105, 225, 255});
-  for (const ModelWifi::Neighbor& neighbor : wifi.GetNeighbors()) {
-    const double dx = neighbor.pose.x - global.x, dy = neighbor.pose.y - global.y;
-    const double length = std::hypot(dx, dy) - kShort;
-    if (!(length > 0)) continue;
-    painter.SetFrame(Pose(global.x, global.y, global.z, std::atan2(dy, dx)));
-    painter.Line({0, 0, 0}, {length, 0, 0}, true);
-    painter.Line({length, 0, 0}, {length - kHead, kHead / 2, 0}, true);
-    painter.Line({length, 0, 0}, {length - kHead, -kHead / 2, 0}, true);
-  }
-}
-
 // ---- rangers ------------------------------------------------------------------------------------
 
 /// Most are inside of the robot's body, so nothing hides them.

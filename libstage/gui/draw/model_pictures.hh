@@ -14,6 +14,7 @@
 namespace Stg {
 class DissipationVis;
 class Model;
+class ModelWifi;
 }  // namespace Stg
 
 namespace Stg::draw {
@@ -30,6 +31,8 @@ bool HasPicture(const Model& model);
 /// What the device has sensed.
 void DrawData(Model& model, const Pose& global, const view::ViewOptions& options,
               const view::Projection& projection, const Layers& layers);
+/// The device's range and its links (wifi_picture.cc).
+void DrawWifi(const ModelWifi& wifi, const Pose& global, const Layers& layers);
 /// The ranger's sensor of that index, apart from the area that its rays have swept.
 void DrawSensor(const ModelRanger::Sensor& sensor, size_t index, const Pose& place,
                 const view::ViewOptions& options, const Layers& layers);
