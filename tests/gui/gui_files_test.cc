@@ -244,11 +244,12 @@ TEST_F(FilesTest, WritesScreenshots) {
   parts().view.options.Set(Show::kScreenshots, true);
   world_->Start();
   Run(1);
+  EXPECT_FALSE(fs::exists("stage-000030.png"));  // 25 in a second
+  // On a busy machine, with sanitizers, there are fewer.
+  EXPECT_TRUE(RunUntil([] { return fs::exists("stage-000005.png"); }));
   parts().view.options.Set(Show::kScreenshots, false);
-  size_t pictures = 0;
   for (const auto& entry : fs::directory_iterator("."))
     if (entry.path().extension() == ".png") {
-      pictures++;
       const std::string bytes = ReadFile(entry.path());
       ASSERT_GT(bytes.size(), 24u);
       const auto number = [&](size_t at) {
@@ -258,8 +259,6 @@ TEST_F(FilesTest, WritesScreenshots) {
       EXPECT_EQ(number(16), 500);
       EXPECT_EQ(number(20), 400);
     }
-  EXPECT_GT(pictures, 5u);
-  EXPECT_LT(pictures, 30u);
   EXPECT_TRUE(fs::exists("stage-000000.png"));
 }
 
