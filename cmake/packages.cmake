@@ -54,4 +54,6 @@ if(STAGE_OPENCL_ENABLED)
   set(CPACK_DEBIAN_STAGE-OPENCL_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
 endif()
 
+set(CPACK_PROJECT_CONFIG_FILE "${CMAKE_CURRENT_LIST_DIR}/package_tools.cmake")
+
 include(CPack)

@@ -362,6 +362,19 @@ TEST(LineInBodies, Rectangles) {
   EXPECT_EQ(ShareInside(box, point3_t(0, 2, 0), point3_t(0, 2, 1)), 0);  // no length in the plane
 }
 
+TEST(LineInBodies, TellsWhereItFirstIsInside) {
+  const auto world =
+      LoadText("model( pose [3 0 0 0] size [2 2 1] ) model( pose [7 0 0 0] size [2 2 1] )");
+  LineInBodies line;
+  line.Begin(point3_t(0, 0, 0.5), point3_t(10, 0, 0.5));
+  EXPECT_EQ(line.FirstInside(), 1);
+  for (auto model = world->GetChildren().rbegin(); model != world->GetChildren().rend(); ++model)
+    line.AddBodyOf(**model);
+  EXPECT_NEAR(line.FirstInside(), 0.2, 1e-12);
+  EXPECT_NEAR(line.ShareInside(), 0.4, 1e-12);
+  EXPECT_NEAR(line.FirstInside(), 0.2, 1e-12);
+}
+
 TEST(LineInBodies, ThroughCorners) {
   const std::string box = "model( size [2 2 1] )";
   EXPECT_NEAR(ShareInside(box, point3_t(-2, -2, 0.5), point3_t(2, 2, 0.5)), 0.5, 1e-12);

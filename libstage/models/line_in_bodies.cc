@@ -79,6 +79,12 @@ void LineInBodies::AddInsides() {
   }
 }
 
+double LineInBodies::FirstInside() const {
+  double first = 1;
+  for (const Bounds& inside : insides_) first = std::min(first, inside.min);
+  return first;
+}
+
 double LineInBodies::ShareInside() {
   std::sort(insides_.begin(), insides_.end(),
             [](const Bounds& a, const Bounds& b) { return a.min < b.min; });

@@ -23,6 +23,8 @@ class LineInBodies {
   /// The share of the line, 0 to 1, that is inside of any body added, bodies that overlap counted
   /// once.
   double ShareInside();
+  /// Where, from 0 to 1, the line first is inside of a body; 1 if it is nowhere.
+  double FirstInside() const;
 
  private:
   struct Crossing {

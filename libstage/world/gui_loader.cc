@@ -25,8 +25,12 @@ void* OpenGui(std::string* error) {
   if (access(path.c_str(), R_OK) != 0) path = name;
   // Global: controllers that draw use its functions and those of OpenGL.
   void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);
-  if (!library) *error = dlerror();
-  return library;
+  if (library) return library;
+  *error = dlerror();
+  if (error->rfind(name + ": cannot open", 0) == 0)
+    *error = name + " is not installed; install the package libstagegui5, or build Stage again " +
+             "after tools/setup";
+  return nullptr;
 }
 
 }  // namespace

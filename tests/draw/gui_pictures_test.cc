@@ -7,10 +7,13 @@
 
 #include <gtest/gtest.h>
 #include <png.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -252,12 +255,25 @@ TEST_F(PicturesTest, ARunThatEndsTooSoonIsAFailure) {
                 "a.png was not made: the run ended after 0.5 s");
 }
 
-TEST_F(PicturesTest, AFullDiskEndsTheRun) {
-  if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
-  Image image{4, 4, std::vector<uint8_t>(64, 7)};
+/// Files that may not grow stand for a disk that is full: writing begins, and fails.
+TEST_F(PicturesTest, NothingIsLeftOfAPictureThatCannotBeWritten) {
+  Image image{100, 100, std::vector<uint8_t>(40000)};
+  uint32_t noise = 1;
+  for (uint8_t& byte : image.pixels) byte = static_cast<uint8_t>((noise *= 1664525u) >> 24);
+  const std::string file = (folder_ / "a.png").string();
   std::string error;
-  EXPECT_FALSE(WritePng("/dev/full/a.png", image, &error));
-  EXPECT_NE(error.find("/dev/full/a.png can't be written"), std::string::npos) << error;
+  rlimit before;
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit little{5000, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
+  const bool written = WritePng(file, image, &error);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_FALSE(written);
+  EXPECT_EQ(error, file + " can't be written: " + std::strerror(EFBIG));
+  EXPECT_TRUE(fs::is_empty(folder_));
+  EXPECT_TRUE(WritePng(file, image, &error)) << error;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <GL/gl.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "gui/draw/gl_helpers.hh"
@@ -41,10 +42,14 @@ class Square : public Visualizer {
     Gl::draw_centered_rect(2, 0, 1, 1);
     glTranslatef(100, 100, 0);  // and this
     if (say) Gl::draw_string(-100, -98, 0, "WWWW");
+    if (!paragraph.empty())
+      Gl::draw_string_multiline(-108, -108, 8, 8, paragraph.c_str(), alignment);
   }
   Model* seen_model = nullptr;
   double seen_scale = -1;
   bool say = false;
+  std::string paragraph;
+  unsigned alignment = 0;
 };
 
 class VisualizersTest : public testing::Test {
@@ -79,6 +84,32 @@ class VisualizersTest : public testing::Test {
     const auto row = static_cast<size_t>(kSide / 2 - 10 * y);
     const uint8_t* p = &image_.pixels[4 * (row * kSide + column)];
     return p[0] > 250 && p[1] < 5 && p[2] > 250;
+  }
+
+  /// Where a paragraph's letters are: pixels that differ from a picture without. First and last
+  /// column and row, these from the bottom; an empty place if nothing differs.
+  struct Place {
+    int left = kSide, right = -1, bottom = kSide, top = -1;
+    bool empty() const { return right < left; }
+  };
+  Place PlaceOf(const std::string& text, unsigned alignment) {
+    square_.paragraph.clear();
+    Draw();
+    const std::vector<uint8_t> before = image_.pixels;
+    square_.paragraph = text;
+    square_.alignment = alignment;
+    Draw();
+    Place place;
+    for (int row = 0; row < kSide; row++)
+      for (int column = 0; column < kSide; column++) {
+        const auto at = 4 * (static_cast<size_t>(row) * kSide + static_cast<size_t>(column));
+        if (std::equal(&before[at], &before[at] + 4, &image_.pixels[at])) continue;
+        place.left = std::min(place.left, column);
+        place.right = std::max(place.right, column);
+        place.bottom = std::min(place.bottom, kSide - 1 - row);
+        place.top = std::max(place.top, kSide - 1 - row);
+      }
+    return place;
   }
 
   std::unique_ptr<offscreen::Context> context_;
@@ -121,6 +152,45 @@ TEST_F(VisualizersTest, TextsAreInThePicture) {
   square_.say = false;
   Draw();
   EXPECT_EQ(image_.pixels, before);
+}
+
+/// b stands at (-3, -4) and looks along x: the box is 8 m, or 80 pixels, left and below of it.
+TEST_F(VisualizersTest, ParagraphsAreAlignedInTheirBox) {
+  constexpr unsigned kTop = 1, kBottom = 2, kLeft = 4, kRight = 8;  // of FLTK
+  Find<>(*world_, "a")->RemoveVisualizer(&square_);
+  Find<>(*world_, "b")->SetPose(Pose(3, 4, 0, 0));
+  constexpr int kFrom = 100 - 50, kTo = kFrom + 80;  // 3 - 8 m
+  constexpr int kLow = 100 - 40, kHigh = kLow + 80;
+  if (PlaceOf("HH", kLeft).empty()) GTEST_SKIP() << "no font is installed";
+
+  const Place low = PlaceOf("HH\nHH", kLeft | kBottom);
+  EXPECT_NEAR(low.left, kFrom, 3);
+  EXPECT_LT(low.right, kFrom + 40);
+  EXPECT_NEAR(low.bottom, kLow, 6);
+  EXPECT_LT(low.top, kLow + 40);
+  EXPECT_GT(low.top - low.bottom, 16);  // two lines
+  const Place high = PlaceOf("HH\nHH", kRight | kTop);
+  EXPECT_NEAR(high.right, kTo, 3);
+  EXPECT_GT(high.left, kFrom + 40);
+  EXPECT_NEAR(high.top, kHigh, 6);
+  EXPECT_GT(high.bottom, kLow + 40);
+  const Place middle = PlaceOf("HH", 0);
+  EXPECT_NEAR(middle.left + middle.right, kFrom + kTo, 5);
+  EXPECT_NEAR(middle.bottom + middle.top, kLow + kHigh, 6);
+}
+
+TEST_F(VisualizersTest, ParagraphsAreWrappedOnlyOnRequest) {
+  constexpr unsigned kLeft = 4, kWrap = 128;
+  Find<>(*world_, "a")->RemoveVisualizer(&square_);
+  Find<>(*world_, "b")->SetPose(Pose(3, 4, 0, 0));
+  const std::string text = "HHHH HHHH HHHH";  // wider than 80 pixels
+  const Place one = PlaceOf(text, kLeft), wrapped = PlaceOf(text, kLeft | kWrap);
+  if (one.empty()) GTEST_SKIP() << "no font is installed";
+  EXPECT_GT(one.right - one.left, 80);
+  EXPECT_LT(one.top - one.bottom, 12);
+  EXPECT_LE(wrapped.right - wrapped.left, 80);
+  EXPECT_GT(wrapped.top - wrapped.bottom, 16);
+  EXPECT_TRUE(PlaceOf("", kLeft).empty());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "gui/gui_testing.hh"
 
+#include <FL/fl_draw.H>
 #include <FL/x.H>
 
 #include <cstdio>
@@ -22,6 +23,13 @@ std::unique_ptr<Hand> hand;
 
 Hand& TheHand() { return *hand; }
 unsigned long WindowId(Fl_Window* window) { return fl_xid(window); }
+
+unsigned PixelOf(Fl_Window* window, int x, int y) {
+  window->make_current();
+  uchar rgb[3] = {};
+  fl_read_image(rgb, x, y, 1, 1);
+  return static_cast<unsigned>(rgb[0] << 16 | rgb[1] << 8 | rgb[2]);
+}
 
 void WindowTest::TearDown() {
   world_.reset();

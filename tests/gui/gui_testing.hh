@@ -26,6 +26,8 @@ using Stg::internal::window::Parts;
 Hand& TheHand();
 /// X's number of a window.
 unsigned long WindowId(Fl_Window* window);
+/// The colour of a pixel of a window on the screen, as 0xrrggbb.
+unsigned PixelOf(Fl_Window* window, int x, int y);
 
 /// A world in a window. Its step is 0.1 s unless the text says otherwise.
 class WindowTest : public testing::Test {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include "gui/gui_testing.hh"
 #include "gui/picture_files.hh"
@@ -137,6 +138,29 @@ TEST_P(WorldsTest, CanBeSeenAndDriven) {
 INSTANTIATE_TEST_SUITE_P(Shipped, WorldsTest,
                          testing::Values(Case{"simple", 40}, Case{"zoo", 40}, Case{"foraging", 100},
                                          Case{"cave", 20}, Case{"hospital", 2}));
+
+/// Threads work on each step while the window draws between steps.
+TEST_F(PictureTest, ThreadsOfTheSimulationBesideTheWindow) {
+  std::ifstream cave("worlds/cave.world");
+  std::ofstream("worlds/threads.world") << cave.rdbuf() << "\nthreads 4\nspeedup -1\n";
+  OpenFile("worlds/threads.world");
+  EXPECT_EQ(world_->statistics().threads, 4u);
+  parts().view.options.Set(Show::kData, true);
+  world_->Start();
+  EXPECT_TRUE(RunUntil([&] { return world_->UpdateCount() >= 20; }));
+  world_->Stop();
+  const uint64_t steps = world_->UpdateCount();
+  std::vector<Pose> poses;
+  for (const Model* model : world_->World::GetChildren()) poses.push_back(model->GetPose());
+
+  OpenFile("worlds/cave.world");
+  while (world_->UpdateCount() < steps) world_->Update();
+  size_t i = 0;
+  for (const Model* model : world_->World::GetChildren()) {
+    const Pose &one = model->GetPose(), &many = poses.at(i++);
+    EXPECT_TRUE(one.x == many.x && one.y == many.y && one.a == many.a) << model->TokenStr();
+  }
+}
 
 TEST_F(PictureTest, Perspective) {
   OpenFile("worlds/zoo.world");

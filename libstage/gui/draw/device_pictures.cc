@@ -70,8 +70,8 @@ void DrawBlobs(const ModelBlobfinder& finder, const Pose& global,
 // ---- fiducial -----------------------------------------------------------------------------------
 
 void DrawFiducials(ModelFiducial& finder, const Pose& global, const view::ViewOptions& options,
-                   Painting* data, Painting* over) {
-  Painter painter(data), labels(over);
+                   const Layers& layers) {
+  Painter painter(layers.data), marks(layers.over);
   painter.SetFrame(global);
   if (options[Show::kFiducialFov]) {
     painter.SetColor({255, 0, 255, Rgba::Part(0.4)});
@@ -86,27 +86,31 @@ void DrawFiducials(ModelFiducial& finder, const Pose& global, const view::ViewOp
     painter.SetColor({255, 0, 255, Rgba::Part(0.5)});
     painter.DashedLine({0, 0, 0}, there, 0.1);
     const Pose target = global + Pose(there.x, there.y, 0, found.geom.a);
-    painter.SetFrame(target);
-    painter.SetColor({255, 0, 255, 255});
-    painter.RectangleOutline(Half(found.geom.x), Half(found.geom.y), 0, true);
+    marks.SetFrame(target);  // in the height of the finder, so within the target's body
+    marks.SetColor({255, 0, 255, 255});
+    marks.RectangleOutline(Half(found.geom.x), Half(found.geom.y), 0, true);
     char text[16];
     const int length = std::snprintf(text, sizeof text, "%d", found.id);
-    labels.SetFrame(target);
-    labels.SetColor({160, 0, 160, 255});
-    labels.Text({0, 0, 0.1}, std::string_view(text, static_cast<size_t>(length)));
+    marks.SetColor({160, 0, 160, 255});
+    marks.Text({0, 0, 0.1}, std::string_view(text, static_cast<size_t>(length)));
   }
 }
 
 // ---- bumper and gripper -------------------------------------------------------------------------
 
-void DrawBumper(const ModelBumper& bumper, const Pose& global, Painting* data) {
+/// Bars with a line along them, as they are thinner than a pixel in most views. Those that are hit
+/// are often below what they have hit: nothing hides them.
+void DrawBumper(const ModelBumper& bumper, const Pose& global, const Layers& layers) {
   constexpr double kThickness = 0.01;
   if (!bumper.samples) return;
-  Painter painter(data);
   for (uint32_t i = 0; i < bumper.bumper_count; i++) {
+    const bool hit = bumper.samples[i].hit;
+    const Bounds along = Half(bumper.bumpers[i].length);
+    Painter painter(hit ? layers.over : layers.data);
     painter.SetFrame(global + bumper.bumpers[i].pose);
-    painter.SetColor(bumper.samples[i].hit ? kRed : kGreen);
-    painter.Rectangle(Half(kThickness), Half(bumper.bumpers[i].length), 0);
+    painter.SetColor(hit ? kRed : kGreen);
+    painter.Rectangle(Half(kThickness), along, 0);
+    painter.Line({0, along.min, 0}, {0, along.max, 0}, true);
   }
 }
 
@@ -223,60 +227,28 @@ void DrawCoordinates(const ModelPosition& robot, const Pose& global, Painting* d
   painter.RectangleOutline(Half(geom.size.x), Half(geom.size.y), 0);
 }
 
-// ---- wifi ---------------------------------------------------------------------------------------
+// ---- rangers ------------------------------------------------------------------------------------
 
-/// Where the level of the device's signal falls to range_db, or the reach of a simple one. Walls
-/// and random errors are left out.
-double WifiRadius(const ModelWifi& wifi) {
-  const double frequency = 20 * std::log10(wifi.freq), gain = wifi.power - wifi.range_db;
-  switch (wifi.propagation) {
-    case ModelWifi::PROPAGATION_SIMPLE:
-      return wifi.range;
-    case ModelWifi::PROPAGATION_FRIIS:
-      return 1000 * std::pow(10, (gain - 32.44177 - frequency) / 20);
-    case ModelWifi::PROPAGATION_ITU_INDOOR:
-    case ModelWifi::PROPAGATION_RAYTRACE:
-      return std::pow(10, (gain + 28 - frequency) / wifi.plc);
-    case ModelWifi::PROPAGATION_LOG_DISTANCE:
-      return std::pow(10, (gain - (frequency + 32.44177 - 60)) / (10 * wifi.ple));
-    case ModelWifi::PROPAGATION_NONE:
-      break;
-  }
-  return 0;
-}
-
-void DrawWifi(const ModelWifi& wifi, const Pose& global, Painting* data) {
-  constexpr double kShort = 0.2, kHead = 0.15;
-  Painter painter(data);
-  painter.SetFrame(global);
-  const double radius = Finite(WifiRadius(wifi));
-  const double floor = 0.005 - global.z;  // under all bodies
-  painter.SetColor({0xc1, 0xff, 0xc1, 100});
-  painter.Sector(radius, 0, 2 * M_PI, floor);
-  painter.SetColor({0x2e, 0x8b, 0x57, 255});
-  painter.SectorOutline(radius, 0, 2 * M_PI, floor, false);
-  painter.SetColor({65, 105, 225, 255});
-  for (const ModelWifi::Neighbor& neighbor : wifi.GetNeighbors()) {
-    const double dx = neighbor.pose.x - global.x, dy = neighbor.pose.y - global.y;
-    const double length = std::hypot(dx, dy) - kShort;
-    if (!(length > 0)) continue;
-    painter.SetFrame(Pose(global.x, global.y, global.z, std::atan2(dy, dx)));
-    painter.Line({0, 0, 0}, {length, 0, 0}, true);
-    painter.Line({length, 0, 0}, {length - kHead, kHead / 2, 0}, true);
-    painter.Line({length, 0, 0}, {length - kHead, -kHead / 2, 0}, true);
-  }
+/// Most are inside of the robot's body, so nothing hides them.
+void DrawTransducer(const ModelRanger::Sensor& sensor, size_t index, const Pose& place,
+                    Painting* over) {
+  Painter painter(over);
+  painter.SetFrame(place);
+  painter.SetColor(ToRgba(sensor.color).WithOpacity(1));
+  painter.Rectangle(Half(sensor.size.x), Half(sensor.size.y), 0);
+  painter.SetColor(kBlack);
+  painter.Point(0, 0);
+  painter.Text({sensor.size.x / 2, 0, 0}, std::to_string(index));
 }
 
 }  // namespace
 
-// ---- rangers ------------------------------------------------------------------------------------
-
-void DrawSensor(const ModelRanger::Sensor& sensor, const Pose& place,
-                const view::ViewOptions& options, Painting* data) {
+void DrawSensor(const ModelRanger::Sensor& sensor, size_t index, const Pose& place,
+                const view::ViewOptions& options, const Layers& layers) {
   const size_t count = sensor.ranges.size();
   const bool single = sensor.sample_count == 1;
   const double reach = Finite(std::fabs(sensor.range.max));
-  Painter painter(data);
+  Painter painter(layers.data);
   painter.SetFrame(place);
   const Rgba color = ToRgba(sensor.color);
   if (options[Show::kRangerArea] && count == 1) {
@@ -299,11 +271,7 @@ void DrawSensor(const ModelRanger::Sensor& sensor, const Pose& place,
     else
       painter.SectorOutline(reach, -sensor.fov / 2, sensor.fov, 0);
   }
-  if (!options[Show::kRangerTransducers]) return;
-  painter.SetColor(color);
-  painter.Rectangle(Half(sensor.size.x), Half(sensor.size.y), 0);
-  painter.SetColor(kBlack);
-  painter.Point(0, 0);
+  if (options[Show::kRangerTransducers]) DrawTransducer(sensor, index, place, layers.over);
 }
 
 // ---- all ----------------------------------------------------------------------------------------
@@ -316,22 +284,23 @@ bool HasPicture(const Model& model) {
 }
 
 void DrawData(Model& model, const Pose& global, const view::ViewOptions& options,
-              const view::Projection& projection, Painting* data, Painting* over) {
+              const view::Projection& projection, const Layers& layers) {
+  Painting *data = layers.data, *over = layers.over;
   if (const auto* robot = dynamic_cast<ModelPosition*>(&model)) {
     if (options[Show::kPositionWaypoints]) DrawWaypoints(*robot, data);
     if (options[Show::kPositionCoordinates]) DrawCoordinates(*robot, global, data, over);
   } else if (const auto* blobs = dynamic_cast<ModelBlobfinder*>(&model)) {
     if (options[Show::kBlobfinder]) DrawBlobs(*blobs, global, projection, data);
   } else if (auto* fiducial = dynamic_cast<ModelFiducial*>(&model)) {
-    DrawFiducials(*fiducial, global, options, data, over);
+    DrawFiducials(*fiducial, global, options, layers);
   } else if (const auto* bumper = dynamic_cast<ModelBumper*>(&model)) {
-    if (options[Show::kBumpers]) DrawBumper(*bumper, global, data);
+    if (options[Show::kBumpers]) DrawBumper(*bumper, global, layers);
   } else if (auto* gripper = dynamic_cast<ModelGripper*>(&model)) {
     if (options[Show::kGripper]) DrawGripper(*gripper, global, data);
   } else if (const auto* camera = dynamic_cast<ModelCamera*>(&model)) {
     if (options[Show::kCamera]) DrawCamera(*camera, data);
   } else if (const auto* wifi = dynamic_cast<ModelWifi*>(&model)) {
-    if (options[Show::kWifi]) DrawWifi(*wifi, global, data);
+    if (options[Show::kWifi]) DrawWifi(*wifi, global, layers);
   }
 }
 

@@ -23,7 +23,50 @@ struct PendingText {
   draw::Rgba color;
   std::string text;
 };
+struct PendingParagraph {
+  draw::TextBox box;
+  draw::Rgba color;
+  std::string text;
+};
 std::vector<PendingText> pending;
+std::vector<PendingParagraph> pending_paragraphs;
+
+/// From the current frame to pixels of the picture.
+class ToPixels {
+ public:
+  ToPixels() {
+    glGetDoublev(GL_MODELVIEW_MATRIX, modelview_);
+    glGetDoublev(GL_PROJECTION_MATRIX, projection_);
+    glGetIntegerv(GL_VIEWPORT, viewport_);
+  }
+  /// False if the point is not in the picture, or only outside of its frame if that is allowed.
+  bool Place(float x, float y, float z, bool beside, double* px, double* py) const {
+    double depth;
+    if (!gluProject(double{x}, double{y}, double{z}, modelview_, projection_, viewport_, px, py,
+                    &depth))
+      return false;
+    const bool inside = *px >= 0 && *py >= 0 && *px <= viewport_[2] && *py <= viewport_[3];
+    return depth >= 0 && depth <= 1 && (inside || beside);
+  }
+
+ private:
+  GLdouble modelview_[16], projection_[16];
+  GLint viewport_[4];
+};
+
+draw::Rgba CurrentColor() {
+  GLfloat c[4];
+  glGetFloatv(GL_CURRENT_COLOR, c);
+  return draw::ToRgba(Color(double{c[0]}, double{c[1]}, double{c[2]}, double{c[3]}));
+}
+
+// Bits of FLTK's Fl_Align: its headers are not for this room.
+constexpr unsigned kTop = 1, kBottom = 2, kLeft = 4, kRight = 8, kWrap = 128;
+
+draw::Align Alignment(unsigned bits, unsigned first, unsigned last) {
+  if (bits & first) return draw::Align::kLeft;
+  return bits & last ? draw::Align::kRight : draw::Align::kCentre;
+}
 
 constexpr int kMostLines = 10000;
 
@@ -64,19 +107,26 @@ void draw_grid(bounds3d_t vol) {
 
 void draw_string(float x, float y, float z, const char* string) {
   if (!string || !*string) return;
-  GLdouble modelview[16], projection[16], wx, wy, wz;
-  GLint viewport[4];
-  glGetDoublev(GL_MODELVIEW_MATRIX, modelview);
-  glGetDoublev(GL_PROJECTION_MATRIX, projection);
-  glGetIntegerv(GL_VIEWPORT, viewport);
-  if (!gluProject(double{x}, double{y}, double{z}, modelview, projection, viewport, &wx, &wy, &wz))
-    return;
-  if (wx < 0 || wy < 0 || wx > viewport[2] || wy > viewport[3] || wz < 0 || wz > 1) return;
-  GLfloat c[4];
-  glGetFloatv(GL_CURRENT_COLOR, c);
-  pending.push_back({wx, wy,
-                     draw::ToRgba(Color(double{c[0]}, double{c[1]}, double{c[2]}, double{c[3]})),
-                     string});
+  double px, py;
+  if (ToPixels().Place(x, y, z, false, &px, &py))
+    pending.push_back({px, py, CurrentColor(), string});
+}
+
+void draw_string_multiline(float x, float y, float w, float h, const char* string, unsigned align) {
+  if (!string || !*string) return;
+  const ToPixels to_pixels;
+  Bounds across(1e9, -1e9), up(1e9, -1e9);
+  for (const float cx : {x, x + w})
+    for (const float cy : {y, y + h}) {
+      double px, py;
+      if (!to_pixels.Place(cx, cy, 0, true, &px, &py)) return;
+      across = Bounds(std::min(across.min, px), std::max(across.max, px));
+      up = Bounds(std::min(up.min, py), std::max(up.max, py));
+    }
+  pending_paragraphs.push_back({{across, up, Alignment(align, kLeft, kRight),
+                                 Alignment(align, kBottom, kTop), (align & kWrap) != 0},
+                                CurrentColor(),
+                                string});
 }
 
 void draw_speech_bubble(float x, float y, float z, const char* str) { draw_string(x, y, z, str); }
@@ -136,6 +186,8 @@ void draw_centered_rect(float x, float y, float dx, float dy) {
 void TakeTexts(draw::ScreenWriter* writer) {
   for (const PendingText& text : pending) writer->AddText(text.text, text.x, text.y, text.color);
   pending.clear();
+  for (const PendingParagraph& p : pending_paragraphs) writer->AddParagraph(p.text, p.box, p.color);
+  pending_paragraphs.clear();
 }
 
 }  // namespace Stg::Gl

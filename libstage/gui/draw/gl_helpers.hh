@@ -22,6 +22,10 @@ void coord_shift(double x, double y, double z, double a);
 void draw_grid(bounds3d_t vol);
 /// In the current colour; nothing if the point is out of the picture.
 void draw_string(float x, float y, float z, const char* string);
+/// Lines of text in a box whose lower left corner is (x, y), at z = 0 of the current frame; upright
+/// whatever the frame. `align` (FLTK's Fl_Align): FL_ALIGN_LEFT, FL_ALIGN_RIGHT, FL_ALIGN_TOP,
+/// FL_ALIGN_BOTTOM; in the middle otherwise. With FL_ALIGN_WRAP lines are broken to fit the width.
+void draw_string_multiline(float x, float y, float w, float h, const char* string, unsigned align);
 /// Only the text.
 void draw_speech_bubble(float x, float y, float z, const char* str);
 /// A rectangle plus a margin with cut corners; its lower left corner is the origin or (x, y).

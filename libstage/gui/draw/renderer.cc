@@ -364,22 +364,23 @@ void Renderer::Impl::Clear(const Frame& frame, bool keep) {
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   glDepthFunc(GL_LEQUAL);
-  if (keep) return;
+  if (keep) return;  // what lies on the floor stays under the tracks
   DrawFloor(frame);
-  writer_.AddLabels(frame.floor, *frame.projection);
+  plain_.Use();
+  plain_.SetMatrix(frame.projection->both());
+  DrawPainting(frame.floor);
+  writer_.AddAxisNumbers(frame.floor, *frame.projection);
   DrawScreen(frame);
 }
 
 void Renderer::Impl::DrawWorld(const Frame& frame) {
-  plain_.Use();
-  plain_.SetMatrix(frame.projection->both());
-  DrawPainting(frame.floor);
   CollectInstances(frame);
   DrawBodies(frame, &BodyBatch::footprints, Part::kFaces, 0, 1);
 
   glEnable(GL_DEPTH_TEST);
   DrawSolidBodies(frame);
   plain_.Use();
+  plain_.SetMatrix(frame.projection->both());
   DrawPainting(frame.solid);
   DrawStallIcons(frame);
   glDepthMask(GL_FALSE);

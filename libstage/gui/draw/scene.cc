@@ -271,6 +271,7 @@ void Scene::AddExtras(const Job& job, const Item& item) {
 
 void Scene::AddData(const Job& job) {
   const view::ViewOptions& options = job.view.options;
+  const Layers layers{&frame_.floor, &frame_.data, &frame_.over};
   for (const Item& item : items_) {
     if (options[Show::kRasterization])
       DrawRaster(*item.model, Pose(item.x, item.y, item.z, item.a), &frame_.marks, &frame_.over);
@@ -278,7 +279,7 @@ void Scene::AddData(const Job& job) {
     if (item.kind == Kind::kRanger && options[Show::kRanger]) AddFans(job, item);
     if (item.kind == Kind::kOther || item.kind == Kind::kPosition)
       DrawData(*item.model, Pose(item.x, item.y, item.z, item.a), options, *frame_.projection,
-               &frame_.data, &frame_.over);
+               layers);
     if (!item.model->visualizers().empty()) AddVisuals(job, item);
   }
 }
@@ -286,7 +287,7 @@ void Scene::AddData(const Job& job) {
 void Scene::AddVisuals(const Job& job, const Item& item) {
   for (Visualizer* visualizer : item.model->visualizers()) {
     if (!job.view.options.IsOn(visualizer->GetMenuName())) continue;
-    if (const auto* plot = dynamic_cast<const StripPlotVis*>(visualizer)) {
+    if (auto* plot = dynamic_cast<StripPlotVis*>(visualizer)) {
       if (job.selection.Has(item.model->Root())) AddChart(*plot);
     } else if (const auto* heat = dynamic_cast<const DissipationVis*>(visualizer)) {
       DrawDissipation(*heat, &frame_.floor);
@@ -296,7 +297,7 @@ void Scene::AddVisuals(const Job& job, const Item& item) {
   }
 }
 
-void Scene::AddChart(const StripPlotVis& plot) {
+void Scene::AddChart(StripPlotVis& plot) {
   if (frame_.chart_count == frame_.charts.size()) frame_.charts.emplace_back();
   Chart& chart = frame_.charts[frame_.chart_count++];
   chart.x = plot.x();
@@ -308,6 +309,7 @@ void Scene::AddChart(const StripPlotVis& plot) {
   chart.least = plot.Least();
   chart.greatest = plot.Greatest();
   chart.values = plot.Values();
+  chart.name = plot.GetMenuName();
 }
 
 void Scene::AddFans(const Job& job, const Item& item) {
@@ -315,13 +317,16 @@ void Scene::AddFans(const Job& job, const Item& item) {
   const auto& ranger = static_cast<const ModelRanger&>(*item.model);
   const Pose global(item.x, item.y, item.z, item.a);
   const double sine = std::sin(item.a), cosine = std::cos(item.a);
+  size_t index = 0;
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
+    const size_t number = index++;
     const Pose& p = sensor.pose;
     const Pose place(global.x + p.x * cosine - p.y * sine, global.y + p.x * sine + p.y * cosine,
                      global.z + p.z + sensor.size.z / 2, global.a + p.a);
     const double reach = std::min(std::fabs(sensor.range.max), kLongest);
     if (!frame_.projection->Sees(place.x, place.y, place.z, reach)) continue;
-    DrawSensor(sensor, place, job.view.options, &frame_.data);
+    DrawSensor(sensor, number, place, job.view.options,
+               {&frame_.floor, &frame_.data, &frame_.over});
     const size_t count = sensor.ranges.size();
     if (!job.view.options[Show::kRangerArea] || count < 2 || sensor.bearings.size() != count)
       continue;

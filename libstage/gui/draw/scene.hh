@@ -55,6 +55,7 @@ struct Chart {
   Rgba color, background;
   float least, greatest;
   std::vector<float> values;
+  std::string name;
 };
 
 /// A client's visualizer that is on: to be called when the picture is made.
@@ -142,7 +143,7 @@ class Scene {
   void AddData(const Job& job);
   void AddVisuals(const Job& job, const Item& item);
   void AddFans(const Job& job, const Item& item);
-  void AddChart(const StripPlotVis& plot);
+  void AddChart(StripPlotVis& plot);
 
   const World* world_ = nullptr;
   uint64_t family_ = 0, bodies_ = 0;  // what the engine's counts of changes were

@@ -3,8 +3,10 @@
 #include "gui/draw/screen_writer.hh"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace Stg::draw {
 
@@ -21,6 +23,15 @@ void ScreenWriter::AddTriangle(double ax, double ay, double bx, double by, doubl
                                const Rgba& color) {
   for (const auto& [x, y] : {std::pair{ax, ay}, std::pair{bx, by}, std::pair{cx, cy}})
     vertices_.push_back({static_cast<float>(x), static_cast<float>(y), -1, -1, color});
+}
+
+void ScreenWriter::AddLine(double ax, double ay, double bx, double by, const Rgba& color) {
+  const double length = std::hypot(bx - ax, by - ay);
+  if (length <= 0) return;
+  const double dx = (ay - by) / (2 * length),
+               dy = (bx - ax) / (2 * length);  // half a pixel, across
+  AddTriangle(ax + dx, ay + dy, ax - dx, ay - dy, bx - dx, by - dy, color);
+  AddTriangle(ax + dx, ay + dy, bx - dx, by - dy, bx + dx, by + dy, color);
 }
 
 void ScreenWriter::AddBox(double x, double y, double width, double height, const Rgba& color) {
@@ -56,6 +67,40 @@ void ScreenWriter::AddText(std::string_view text, double x, double y, const Rgba
   font_.Append(text, x, y, color, &vertices_);
 }
 
+/// At line ends, and at the last space before a line gets wider. A word stays in one piece.
+std::vector<std::string_view> ScreenWriter::BreakLines(std::string_view text, double width) {
+  std::vector<std::string_view> lines;
+  size_t start = 0, space = std::string_view::npos;
+  for (size_t i = 0; i <= text.size(); i++) {
+    const bool ends = i == text.size() || text[i] == '\n';
+    if (!ends && text[i] != ' ') continue;
+    if (space != std::string_view::npos && font_.Width(text.substr(start, i - start)) > width) {
+      lines.push_back(text.substr(start, space - start));
+      start = space + 1;
+    }
+    space = ends ? std::string_view::npos : i;
+    if (!ends) continue;
+    lines.push_back(text.substr(start, i - start));
+    start = i + 1;
+  }
+  return lines;
+}
+
+void ScreenWriter::AddParagraph(std::string_view text, const TextBox& box, const Rgba& color) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  const auto share = [](Align align) {
+    return align == Align::kLeft ? 0 : align == Align::kCentre ? 0.5 : 1;
+  };
+  const auto lines = BreakLines(text, box.wrap ? box.x.max - box.x.min : infinite);
+  const double height = font_.height() * static_cast<double>(lines.size());
+  const double x = box.x.min + share(box.across) * (box.x.max - box.x.min);
+  double y = box.y.min + share(box.up) * (box.y.max - box.y.min - height) + height;
+  for (const std::string_view line : lines) {
+    y -= font_.height();
+    AddText(line, x, y + font_.descent(), color, box.across);
+  }
+}
+
 void ScreenWriter::AddLabels(const Painting& painting, const view::Projection& projection) {
   for (const Label& label : painting.labels) {
     const auto at =
@@ -66,6 +111,33 @@ void ScreenWriter::AddLabels(const Painting& painting, const view::Projection& p
       AddBubble(text, at->x, at->y);
     else
       AddText(text, at->x, at->y, label.color, label.align);
+  }
+}
+
+/// Towards the horizon there is no room for all. They come from 0 outwards, both ways in turn: only
+/// the last ones can be in the way.
+void ScreenWriter::AddAxisNumbers(const Painting& painting, const view::Projection& projection) {
+  constexpr std::size_t kLast = 64;
+  constexpr double kGap = 2;  // pixels
+  struct Place {
+    double x, y, width;
+  };
+  std::array<Place, kLast> last;
+  std::size_t count = 0;
+  for (const Label& label : painting.labels) {
+    const auto at =
+        projection.ToPixels(point3_t(double{label.x}, double{label.y}, double{label.z}));
+    if (!at || at->z < 0 || at->z > 1) continue;
+    const std::string_view text = painting.TextOf(label);
+    const Place place{at->x, at->y, font_.Width(text)};
+    bool free = true;
+    for (std::size_t i = 0; i < std::min(count, kLast); i++)
+      free &= place.x > last[i].x + last[i].width + kGap ||
+              last[i].x > place.x + place.width + kGap ||
+              std::fabs(place.y - last[i].y) > font_.height();
+    if (!free) continue;
+    last[count++ % kLast] = place;
+    AddText(text, at->x, at->y, label.color);
   }
 }
 
@@ -97,16 +169,16 @@ void ScreenWriter::AddChart(const Chart& chart) {
   };
   const double step = width / static_cast<double>(std::max<size_t>(chart.values.size(), 2) - 1);
   for (size_t i = 1; i < chart.values.size(); i++) {
-    const double from = x + static_cast<double>(i - 1) * step, to = from + step;
-    const double a = level(chart.values[i - 1]), b = level(chart.values[i]);
-    AddTriangle(from, a, to, b, to, b + 1, chart.color);
-    AddTriangle(from, a, to, b + 1, from, a + 1, chart.color);
+    const double from = x + static_cast<double>(i - 1) * step;
+    AddLine(from, level(chart.values[i - 1]), from + step, level(chart.values[i]), chart.color);
   }
   char text[32];
+  const double top = y + height - font_.height() + font_.descent();
   std::snprintf(text, sizeof text, "%.2f", double{chart.least});
-  AddText(text, x, y + font_.descent(), kBlack);
+  AddText(text, x, y + font_.descent(), kWhite);
   std::snprintf(text, sizeof text, "%.2f", double{chart.greatest});
-  AddText(text, x, y + height - font_.height() + font_.descent(), kBlack);
+  AddText(text, x, top, kWhite);
+  AddText(chart.name, x + width - kMargin, top, kWhite, Align::kRight);
 }
 
 }  // namespace Stg::draw

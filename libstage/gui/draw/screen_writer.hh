@@ -14,6 +14,14 @@
 
 namespace Stg::draw {
 
+/// Where a paragraph goes, in pixels of the picture.
+struct TextBox {
+  Bounds x, y;
+  Align across = Align::kCentre;
+  Align up = Align::kCentre;  ///< kLeft: at the bottom, kRight: at the top
+  bool wrap = false;          ///< break lines that are longer than the box
+};
+
 class ScreenWriter {
  public:
   explicit ScreenWriter(Font* font) : font_(*font) {}
@@ -23,8 +31,12 @@ class ScreenWriter {
 
   /// The labels of a painting, where their points are seen.
   void AddLabels(const Painting& painting, const view::Projection& projection);
+  /// Likewise, but those that others are in the way of are left out.
+  void AddAxisNumbers(const Painting& painting, const view::Projection& projection);
   void AddText(std::string_view text, double x, double y, const Rgba& color,
                Align align = Align::kLeft);
+  /// Text of several lines; what does not fit sticks out of the box.
+  void AddParagraph(std::string_view text, const TextBox& box, const Rgba& color);
   /// The clock's box in the lower left corner.
   void AddClock(const std::string& text);
   /// A translucent box with lines of text in the upper left corner.
@@ -34,11 +46,15 @@ class ScreenWriter {
  private:
   void AddTriangle(double ax, double ay, double bx, double by, double cx, double cy,
                    const Rgba& color);
+  /// One pixel wide.
+  void AddLine(double ax, double ay, double bx, double by, const Rgba& color);
   void AddBox(double x, double y, double width, double height, const Rgba& color);
   /// A rectangle with a margin around it whose corners are cut.
   void AddOctagon(double x, double y, double width, double height, double margin,
                   const Rgba& color);
   void AddBubble(std::string_view text, double x, double y);
+
+  std::vector<std::string_view> BreakLines(std::string_view text, double width);
 
   Font& font_;
   std::vector<TextVertex> vertices_;

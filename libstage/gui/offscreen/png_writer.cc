@@ -27,11 +27,14 @@ bool WritePng(const std::string& file, const Image& image, std::string* error) {
   header.height = static_cast<png_uint_32>(image.height);
   header.format = PNG_FORMAT_RGBA;
   header.flags = PNG_IMAGE_FLAG_FAST;
+  errno = 0;
   const bool encoded =
       png_image_write_to_stdio(&header, out, 0, image.pixels.data(), 0, nullptr) != 0;
+  const int reason = errno;  // libpng only knows that writing has failed
   const bool closed = std::fclose(out) == 0;
   if (encoded && closed && std::rename(draft.c_str(), file.c_str()) == 0) return true;
-  *error = file + " can't be written: " + (encoded ? std::strerror(errno) : header.message);
+  const char* what = encoded ? std::strerror(errno) : header.message;
+  *error = file + " can't be written: " + (!encoded && reason ? std::strerror(reason) : what);
   std::remove(draft.c_str());
   return false;
 }

@@ -3,7 +3,6 @@
 #include "gui/window/dialogs.hh"
 
 #include <FL/Fl.H>
-#include <FL/Fl_Box.H>
 #include <FL/Fl_Check_Button.H>
 #include <FL/Fl_File_Chooser.H>
 #include <FL/Fl_Multiline_Output.H>
@@ -15,6 +14,7 @@
 
 #include <cstdlib>
 
+#include "gui/window/logo.hh"
 #include "gui/window/parts.hh"
 #include "stage.hh"
 
@@ -167,14 +167,12 @@ void ShowHelp() {
 }
 
 void ShowAbout() {
-  constexpr int kWidth = 420, kHeight = 330, kTop = 60, kBottom = 40;
+  constexpr int kWidth = 420, kHeight = 330, kMargin = 8, kBottom = 40;
+  constexpr int kTop = Logo::kHeight + 2 * kMargin;
   Fl_Group::current(nullptr);
   static auto* window = [] {
     auto* made = new TextWindow(kWidth, kHeight, "About Stage", AboutText(), kTop, kBottom);
-    static const std::string name = std::string("Stage ") + Version();
-    auto* title = new Fl_Box(0, 0, kWidth, kTop, name.c_str());
-    title->labelsize(26);
-    title->labelfont(FL_HELVETICA_BOLD);
+    new Logo((kWidth - Logo::kWidth) / 2, kMargin, std::string("Stage ") + Version());
     auto* ok = new Fl_Return_Button(kWidth - 90, kHeight - 32, 80, 24, "OK");
     ok->callback(Hide, made);
     made->end();

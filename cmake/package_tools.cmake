@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+#
+# Run by cpack before it makes packages: without these programs it fails, and does not say why.
+
+set(missing "")
+if(NOT EXISTS /usr/bin/dpkg-shlibdeps)
+  string(APPEND missing " dpkg-dev")
+endif()
+if(NOT EXISTS /usr/bin/file)
+  string(APPEND missing " file")
+endif()
+if(CPACK_GENERATOR STREQUAL "DEB" AND missing)
+  message(FATAL_ERROR "Debian packages need what is missing: apt-get install${missing}")
+endif()

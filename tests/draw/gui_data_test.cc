@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// How what devices have sensed is put into a picture: on which layer, where, in what colour.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "gui/draw/scene.hh"
+#include "gui/draw/screen_writer.hh"
+#include "model_testing.hh"
+
+namespace Stg::draw {
+
+namespace {
+
+using view::Show;
+
+constexpr int kWidth = 400, kHeight = 300;
+
+class DataTest : public testing::Test {
+ protected:
+  DataTest() { view_.options.Set(Show::kData, true); }
+
+  const Frame& Look(const std::string& text, unsigned steps = 2) {
+    world_ = LoadText(text);
+    Step(*world_, steps);
+    scene_.Update(*world_, view_, kWidth, kHeight);
+    return scene_.frame();
+  }
+
+  view::ViewState view_;
+  std::unique_ptr<World> world_;
+  Scene scene_;
+};
+
+size_t CountColor(const std::vector<Vertex>& vertices, const Rgba& color) {
+  return static_cast<size_t>(std::count_if(vertices.begin(), vertices.end(),
+                                           [&](const Vertex& v) { return v.color == color; }));
+}
+
+bool HasLabel(const Painting& painting, const std::string& text) {
+  return std::any_of(painting.labels.begin(), painting.labels.end(),
+                     [&](const Label& label) { return painting.TextOf(label) == text; });
+}
+
+TEST_F(DataTest, WifiRangesLieLightlyOnTheFloor) {
+  const Frame& frame = Look(
+      "model ( pose [1 2 0.5 0] size [0.2 0.2 0.2]"
+      " wifi ( model \"simple\" range 3 alwayson 1 ) )");
+  ASSERT_FALSE(frame.floor.triangles.empty());
+  double farthest = 0;
+  for (const Vertex& v : frame.floor.triangles) {
+    EXPECT_EQ(v.z, 0);
+    EXPECT_LE(v.color.a, 50);
+    farthest = std::max(farthest, std::hypot(double{v.x} - 1, double{v.y} - 2));
+  }
+  EXPECT_NEAR(farthest, 3, 1e-6);
+  EXPECT_GT(CountColor(frame.floor.lines, {0x2e, 0x8b, 0x57, 255}), 70u);
+  EXPECT_TRUE(frame.data.triangles.empty());  // nothing above what is on the floor
+}
+
+/// Open, the level falls to range_db at 5 m; a wall is between 2 m and 3 m ahead.
+TEST_F(DataTest, WallsShortenTheRangeOfAWifiThatKnowsThem) {
+  const Frame& frame = Look(
+      "model ( size [0.2 0.2 0.2] wifi ( model \"raytrace\" power 0 range_db -60.7524 freq 2450"
+      " plc 30 wall_factor 0.1 alwayson 1 ) )"
+      "model ( pose [2.5 0 0 0] size [1 4 1] )"
+      "model ( pose [0 3 0 0] size [4 1 1] ranger_return -1 )");
+  ASSERT_EQ(frame.floor.triangles.size(), 3u * 72);
+  const auto reach = [&](size_t corner) {
+    const Vertex& v = frame.floor.triangles[3 * corner + 1];
+    return std::hypot(double{v.x}, double{v.y});
+  };
+  const double open_loss = 30 * std::log10(5 / 2.0), wall_loss = 10;
+  EXPECT_NEAR(reach(0), 2 + 3 * open_loss / (open_loss + wall_loss), 1e-4);
+  EXPECT_NEAR(reach(18), 5, 1e-4);  // rangers don't see that wall
+  EXPECT_NEAR(reach(36), 5, 1e-4);
+}
+
+TEST_F(DataTest, FiducialsAreMarkedAboveTheirBodies) {
+  const Frame& frame = Look(
+      "position ( size [0.3 0.3 0.3] fiducial ( alwayson 1 pose [0 0 -0.15 0] ) )"
+      "model ( pose [2 0 0 0] size [0.5 0.5 0.5] fiducial_return 17 )");
+  EXPECT_EQ(CountColor(frame.over.thick_lines, {255, 0, 255, 255}), 8u);
+  EXPECT_TRUE(HasLabel(frame.over, "17"));
+  EXPECT_FALSE(frame.data.thick_lines.empty());  // the dashed line to it
+}
+
+TEST_F(DataTest, BumpersShowWhetherTheyAreHit) {
+  const Frame& frame = Look(
+      "position ( size [0.4 0.4 0.3] bumper ( pose [0 0 -0.2 0] noblocks 1 alwayson 1 bcount 2"
+      " blength 0.4 bpose[0] [0.3 0 0 0] bpose[1] [-0.3 0 0 180] ) )"
+      "model ( pose [0.5 0 0 0] size [0.5 0.2 0.5] )");
+  const Rgba red{255, 0, 0, 255}, green{0, 255, 0, 255};
+  EXPECT_EQ(CountColor(frame.over.triangles, red), 6u);  // not hidden by what it touches
+  EXPECT_EQ(CountColor(frame.over.thick_lines, red), 2u);
+  EXPECT_EQ(CountColor(frame.data.triangles, green), 6u);
+  EXPECT_EQ(CountColor(frame.data.thick_lines, green), 2u);
+  for (const Vertex& v : frame.over.thick_lines) EXPECT_NEAR(double{v.x}, 0.3, 1e-6);
+}
+
+TEST_F(DataTest, TransducersAreNumbered) {
+  view_.options.Set(Show::kRangerTransducers, true);
+  const Frame& frame = Look(
+      "position ( ranger ( pose [0 0 -0.5 0] alwayson 1 sensor ( pose [0.1 0 0 0] size [0.1 0.2 0] "
+      ")"
+      " sensor ( pose [-0.1 0 0 180] color_rgba [0 1 0 0.2] ) ) )");
+  EXPECT_TRUE(HasLabel(frame.over, "0"));
+  EXPECT_TRUE(HasLabel(frame.over, "1"));
+  EXPECT_EQ(frame.over.points.size(), 2u);
+  EXPECT_EQ(CountColor(frame.over.triangles, {0, 255, 0, 255}), 6u);  // can be seen well
+}
+
+/// Of a row of numbers towards the horizon those are left out that would cover others.
+TEST_F(DataTest, AxisNumbersDoNotCoverEachOther) {
+  Font font;
+  std::string error;
+  if (!font.Open(12, &error)) GTEST_SKIP() << error;
+  view_.options.Set(Show::kPerspective, true);
+  const Frame& frame = Look("model ( pose [0 0 0 0] ) model ( pose [19 19 0 0] )");
+  ScreenWriter all(&font), spaced(&font);
+  all.AddLabels(frame.floor, *frame.projection);
+  spaced.AddAxisNumbers(frame.floor, *frame.projection);
+  EXPECT_LT(spaced.vertices().size(), all.vertices().size());
+  EXPECT_GT(spaced.vertices().size(), all.vertices().size() / 4);
+
+  view_.options.Set(Show::kPerspective, false);
+  scene_.Update(*world_, view_, kWidth, kHeight);
+  all.Clear();
+  spaced.Clear();
+  all.AddLabels(scene_.frame().floor, *scene_.frame().projection);
+  spaced.AddAxisNumbers(scene_.frame().floor, *scene_.frame().projection);
+  EXPECT_FALSE(all.vertices().empty());
+  EXPECT_EQ(spaced.vertices().size(), all.vertices().size());  // there is room from above
+}
+
+/// Values that jump up and down are one line, a pixel wide everywhere.
+TEST_F(DataTest, ChartsAreLinesOfEvenWidth) {
+  Font none;
+  ScreenWriter writer(&none);
+  Chart chart{10, 20, 200, 40, {255, 0, 0, 255}, {0, 0, 0, 128}, 0, 1, {0, 1, 0, 1}, "jumps"};
+  writer.AddChart(chart);
+  double area = 0;
+  for (size_t i = 0; i + 2 < writer.vertices().size(); i += 3) {
+    const TextVertex *a = &writer.vertices()[i], *b = a + 1, *c = a + 2;
+    if (!(a->color == chart.color)) continue;
+    area += std::fabs((double{b->x} - double{a->x}) * (double{c->y} - double{a->y}) -
+                      (double{c->x} - double{a->x}) * (double{b->y} - double{a->y})) /
+            2;
+  }
+  EXPECT_NEAR(area, 3 * std::hypot(200 / 3.0, 40), 0.01);
+}
+
+}  // namespace
+
+}  // namespace Stg::draw
