@@ -32,6 +32,7 @@ bool PathChooser::UseDevice(uint64_t rays) {
   if (always_ || !device_.known()) return device_chosen_ = true;
   if (!host_.known()) return device_chosen_ = false;
   if (rays_at_look_ == 0) BeginToCompare();
+  if (look_batches_ > 0 && LookIsClear()) look_batches_ = 0;
   if (look_batches_ > 0) {
     look_batches_--;
     return device_chosen_;
@@ -72,6 +73,11 @@ bool PathChooser::NeedsLook(uint64_t rays) const {
   return batches_ >= next_look_ || rays > 2 * rays_at_look_ || 2 * rays < rays_at_look_;
 }
 
+bool PathChooser::LookIsClear() const {
+  constexpr double kClearly = 1.5;
+  return last_cost_ > kClearly * (device_chosen_ ? host_ : device_).typical();
+}
+
 /// The slower the other path, the more rarely.
 void PathChooser::ScheduleLook() {
   const double wait = std::min(static_cast<double>(kLook) * (TimesSlower() - 1) / kShareOfLooks,
@@ -81,7 +87,8 @@ void PathChooser::ScheduleLook() {
 
 void PathChooser::Report(double seconds) {
   if (rays_ == 0) return;
-  (device_chosen_ ? device_ : host_).Note(seconds / static_cast<double>(rays_));
+  last_cost_ = seconds / static_cast<double>(rays_);
+  (device_chosen_ ? device_ : host_).Note(last_cost_);
 }
 
 }  // namespace Stg

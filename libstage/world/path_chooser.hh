@@ -43,6 +43,8 @@ class PathChooser {
   /// By how much the slower path is slower.
   double TimesSlower() const;
   bool NeedsLook(uint64_t rays) const;
+  /// The last batch of the look was so slow that there is nothing more to see.
+  bool LookIsClear() const;
   void ScheduleLook();
 
   bool always_;
@@ -50,6 +52,7 @@ class PathChooser {
   bool device_faster_ = false;  // so it seems
   bool device_chosen_ = false;  // for the present batch
   uint64_t rays_ = 0;
+  double last_cost_ = 0;  // of the batch before: seconds for each ray
   uint64_t batches_ = 0;
   // A look: a few batches on the path that seems to be the slower one.
   uint64_t next_look_ = 0;     // at the batch with this number
