@@ -97,14 +97,14 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
 /// Fans that the device can walk, by layer and number of samples; within these in their own order.
 /// There are few kinds of sensors, so few groups.
 void ClPrefilter::MakeGroups(const sensing::RayBatch& batch) {
-  std::span<const sensing::Fan> fans = batch.fans();
+  const std::span<const sensing::DeviceFan> fans = batch.device_fans();
   groups_.clear();
   group_of_fan_.resize(fans.size());
   std::size_t last = 0;
   for (std::size_t i = 0; i < fans.size(); i++) {
-    const sensing::Fan& fan = fans[i];
+    const sensing::DeviceFan& fan = fans[i];
     group_of_fan_[i] = kNoGroup;
-    if (!fan.single_leg() || fan.record.samples == 0) continue;
+    if (!fan.fits) continue;
     const auto fits = [&](const Group& group) {
       return group.layer == fan.layer && group.samples == fan.record.samples;
     };
@@ -200,7 +200,7 @@ void ClPrefilter::SendBatch(const sensing::DirectionTables& tables,
     for (const Group& group : groups_) next_in_group_.push_back(group.first_fan);
     for (std::size_t i = 0; i < group_of_fan_.size(); i++)
       if (group_of_fan_[i] != kNoGroup)
-        records[next_in_group_[group_of_fan_[i]]++] = batch.fans()[i].record;
+        records[next_in_group_[group_of_fan_[i]]++] = batch.device_fans()[i].record;
     fans_.Unmap();
   }
   const std::vector<uint64_t>& windows = batch.window_words();

@@ -24,7 +24,10 @@ void RayBatch::Add(Fan fan, uint32_t samples, const Window& window) {
 BatchShare RayBatch::AddRoom(const BatchShare& share) {
   const BatchShare before{ray_count_, fan_count_, static_cast<uint32_t>(window_words_.size())};
   fan_count_ += share.fans;
-  if (fan_count_ > fans_.size()) fans_.resize(fan_count_);
+  if (fan_count_ > fans_.size()) {
+    fans_.resize(fan_count_);
+    device_fans_.resize(fan_count_);
+  }
   window_words_.resize(window_words_.size() + share.words, 0);
   ray_count_ += share.rays;
   return before;
@@ -39,6 +42,7 @@ void RayBatch::Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples
   fan.record.first_ray = static_cast<uint32_t>(first_ray);  // see FitsDevice()
   fan.record.samples = samples;
   fans_[index] = fan;
+  device_fans_[index] = {fan.record, fan.layer, fan.single_leg() && samples > 0};
 }
 
 void RayBatch::Add(Fan fan, const std::vector<double>& bearings, const Window& window) {
@@ -54,7 +58,8 @@ void RayBatch::Add(Fan fan, const std::vector<double>& bearings, const Window& w
 void RayBatch::Close(const DirectionTables& tables) {
   tables_ = &tables;
   const uint32_t first = static_cast<uint32_t>(tables.all().size());
-  for (const uint32_t i : fans_with_own_directions_) fans_[i].record.first_direction += first;
+  for (const uint32_t i : fans_with_own_directions_)
+    device_fans_[i].record.first_direction = fans_[i].record.first_direction += first;
 }
 
 const Direction* RayBatch::DirectionsOf(const Fan& fan) const {

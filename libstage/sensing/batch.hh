@@ -32,6 +32,13 @@ struct BatchShare {
   uint32_t words = 0;  ///< of windows
 };
 
+/// What a device needs of a fan, on its own: that of all fans is read in one go.
+struct DeviceFan {
+  FanRecord record;
+  grid::LayerIndex layer = 0;
+  bool fits = false;  ///< it is of a single leg and has rays
+};
+
 class RayBatch {
  public:
   void Clear();
@@ -60,7 +67,10 @@ class RayBatch {
 
   std::span<const Fan> fans() const { return {fans_.data(), fan_count_}; }
   /// For a layer that was not known when the fan was put in.
-  void SetLayer(uint32_t index, grid::LayerIndex layer) { fans_[index].layer = layer; }
+  void SetLayer(uint32_t index, grid::LayerIndex layer) {
+    fans_[index].layer = device_fans_[index].layer = layer;
+  }
+  std::span<const DeviceFan> device_fans() const { return {device_fans_.data(), fan_count_}; }
   uint64_t ray_count() const { return ray_count_; }
   /// Whether a device can tell the rays apart: it has 32 bits for their numbers.
   bool FitsDevice() const { return ray_count_ <= UINT32_MAX; }
@@ -77,6 +87,7 @@ class RayBatch {
 
  private:
   std::vector<Fan> fans_;  // the first fan_count_: they are made once, and put in again and again
+  std::vector<DeviceFan> device_fans_;
   uint32_t fan_count_ = 0;
   std::vector<uint64_t> window_words_;
   std::vector<Direction> own_directions_;
