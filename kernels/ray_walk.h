@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
- * The walk of a ray through the occupancy grid: the only code in this project that does it.
+ * The walk of a ray through the occupancy grid. This is what defines it; the host's walk of several
+ * rays side by side (libstage/sensing/wide_walk_lanes.hh) and that of pictures
+ * (libstage/sensing/walk_record.hh) are tested against it.
  *
  * The file is C++ for libstage and OpenCL C 1.1 for the devices, so that host and device cannot
  * differ. Every decision is an integer comparison of exact 64-bit products; a float may guess where
