@@ -285,7 +285,7 @@ TEST_P(WideWalkAt, SparseCells) {
   Terrain terrain = MakeTerrain();
   RandomSource random(1);
   terrain.AddDust(&random, 40);
-  CheckMany(wide, terrain, 2, 150);
+  CheckMany(wide, terrain, 2, 80);
 }
 
 TEST_P(WideWalkAt, SomeCells) {
@@ -293,7 +293,7 @@ TEST_P(WideWalkAt, SomeCells) {
   Terrain terrain = MakeTerrain();
   RandomSource random(3);
   terrain.AddDust(&random, 1500);
-  CheckMany(wide, terrain, 4, 150);
+  CheckMany(wide, terrain, 4, 80);
 }
 
 TEST_P(WideWalkAt, ManyCells) {
@@ -301,7 +301,7 @@ TEST_P(WideWalkAt, ManyCells) {
   Terrain terrain = MakeTerrain();
   RandomSource random(5);
   terrain.AddDust(&random, Terrain::kSide * Terrain::kSide / 3);
-  CheckMany(wide, terrain, 6, 150);
+  CheckMany(wide, terrain, 6, 80);
 }
 
 TEST_P(WideWalkAt, Frames) {
@@ -309,7 +309,7 @@ TEST_P(WideWalkAt, Frames) {
   Terrain terrain = MakeTerrain();
   RandomSource random(7);
   terrain.AddFrames(&random, 30);
-  CheckMany(wide, terrain, 8, 150);
+  CheckMany(wide, terrain, 8, 80);
 }
 
 // ---- cases of their own -------------------------------------------------------------------------
