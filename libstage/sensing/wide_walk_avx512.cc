@@ -2,6 +2,8 @@
 //
 // Eight lanes: compiled for, and called on, x86-64 processors with AVX-512 (F, DQ, VL).
 
+#ifdef STAGE_WIDE_WALK
+
 #include <immintrin.h>
 
 #include "sensing/wide_walk_lanes.hh"
@@ -135,3 +137,5 @@ void LookInEightLanes(const RayGroup& rays, const uint32_t* tile_slots, const Wi
 }
 
 }  // namespace Stg::internal::sensing
+
+#endif
