@@ -63,8 +63,10 @@ class Scene {
   double Coordinate() { return random_.Real(-1.1, 1.1) * kReach; }
 
   void AddWall(int number, bool exact) {
-    const int x = random_.Int(-kReach, kReach), y = random_.Int(-kReach, kReach);
-    const int length = random_.Int(1, 60);
+    int x = random_.Int(-kReach, kReach), y = random_.Int(-kReach, kReach);
+    int length = random_.Int(1, 60);
+    // Many along a tile, so that robots have windows of the same size at different places.
+    if (random_.OneIn(2)) x &= ~7, y &= ~7, length = 8;
     const bool upwards = random_.OneIn(2);
     grid::Body body;
     body.z_min = random_.Int(0, 2);

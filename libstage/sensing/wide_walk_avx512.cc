@@ -4,6 +4,11 @@
 
 #ifdef STAGE_WIDE_WALK
 
+// GCC 12 takes vectors for uninitialised that its own header leaves open on purpose.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 #include <immintrin.h>
 
 #include "sensing/wide_walk_lanes.hh"
