@@ -141,6 +141,78 @@ TEST(Batch, NumbersTheRays) {
   EXPECT_TRUE(batch.window_words().empty());
 }
 
+// Fans are made once and put in again: nothing of a former batch may show.
+TEST(Batch, FansAreRightAfterManyClears) {
+  test::RandomSource random(5);
+  DirectionTables tables;
+  RayBatch batch;
+  for (int round = 0; round < 300; round++) {
+    batch.Clear();
+    std::vector<Fan> expected;
+    uint64_t rays = 0;
+    const int count = random.OneIn(4) ? 0 : random.Int(1, random.OneIn(2) ? 500 : 5);
+    for (int i = 0; i < count; i++) {
+      Fan fan;
+      PlaceFan(&fan, Pose(random.Real(-99, 99), random.Real(-99, 99), 0, random.Real(-3, 3)),
+               random.Real(0, 50), 10);
+      fan.tag = static_cast<uint32_t>(random.Next());
+      fan.exact = random.OneIn(2);
+      const auto samples = static_cast<uint32_t>(random.Int(0, 20));
+      const Window window = {random.Int(-9, 9), random.Int(-9, 9), 3, 2, 0};
+      if (random.OneIn(3))
+        batch.Add(fan, std::vector<double>(samples, 0.5), window);
+      else
+        batch.Add(fan, samples, window);
+      fan.record.first_ray = static_cast<uint32_t>(rays);
+      fan.record.samples = samples;
+      fan.record.window_x = window.x;
+      rays += samples;
+      expected.push_back(fan);
+    }
+    batch.Close(tables);
+    const std::span<const Fan> fans = batch.fans();
+    ASSERT_EQ(fans.size(), expected.size());
+    ASSERT_EQ(batch.ray_count(), rays);
+    for (size_t i = 0; i < fans.size(); i++) {
+      ASSERT_EQ(fans[i].tag, expected[i].tag);
+      ASSERT_EQ(fans[i].exact, expected[i].exact);
+      ASSERT_EQ(fans[i].range, expected[i].range);
+      ASSERT_EQ(fans[i].record.x, expected[i].record.x);
+      ASSERT_EQ(fans[i].record.cosine, expected[i].record.cosine);
+      ASSERT_EQ(fans[i].record.first_ray, expected[i].record.first_ray);
+      ASSERT_EQ(fans[i].record.samples, expected[i].record.samples);
+      ASSERT_EQ(fans[i].record.window_x, expected[i].record.window_x);
+      ASSERT_EQ(fans[i].record.window_size, 3u | 2u << 16);
+    }
+  }
+}
+
+TEST(Batch, RoomIsFilledInAnyOrder) {
+  RayBatch batch;
+  const DirectionTables tables;
+  for (const uint32_t count : {100u, 3u, 50u, 200u}) {
+    batch.Clear();
+    batch.Add(Fan(), 4, Window());
+    const BatchShare before = batch.AddRoom({.rays = count * 2, .fans = count, .words = 0});
+    EXPECT_EQ(before.fans, 1u);
+    EXPECT_EQ(before.rays, 4u);
+    for (uint32_t i = count; i-- > 0;) {
+      Fan fan;
+      fan.tag = i;
+      batch.Put(before.fans + i, fan, before.rays + i * 2, 2, Window());
+    }
+    batch.SetLayer(2, 7);
+    batch.Close(tables);
+    ASSERT_EQ(batch.fans().size(), count + 1);
+    EXPECT_EQ(batch.ray_count(), 4 + 2 * count);
+    for (uint32_t i = 0; i < count; i++) {
+      EXPECT_EQ(batch.fans()[1 + i].tag, i);
+      EXPECT_EQ(batch.fans()[1 + i].record.first_ray, 4 + 2 * i);
+      EXPECT_EQ(batch.fans()[1 + i].layer, i == 1 ? 7u : 0u);
+    }
+  }
+}
+
 TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
   RayBatch batch;
   DirectionTables tables;

@@ -71,6 +71,69 @@ TEST(PathChooser, FollowsTheNumberOfRays) {
   EXPECT_LT(machine.on_device(), 10u);
 }
 
+/// Batches of 1000 rays, of which each path takes its own time; on which path they went.
+class Paths {
+ public:
+  Paths(double device, double host) : device_(device), host_(host) {}
+  void SetDevice(double seconds) { device_ = seconds; }
+  bool Next() {
+    const bool on_device = chooser_.UseDevice(1000);
+    chooser_.Report(on_device ? device_ : host_);
+    return on_device;
+  }
+  /// Batches until the slower path is looked at, if the host is the faster one.
+  int UntilLook() {
+    for (int i = 1; i < 100000; i++)
+      if (Next()) return i;
+    ADD_FAILURE() << "there is no look";
+    return 0;
+  }
+  /// How many batches of a look come now, of which one is past.
+  int Look() {
+    int batches = 1;
+    while (Next()) batches++;
+    return batches;
+  }
+
+ private:
+  PathChooser chooser_;
+  double device_, host_;
+};
+
+TEST(PathChooser, ALookThatIsClearTakesOneBatch) {
+  Paths paths(2.0, 1.0);
+  for (int i = 0; i < 50; i++) paths.Next();  // learns
+  for (int look = 0; look < 5; look++) {
+    EXPECT_GT(paths.UntilLook(), 10);
+    EXPECT_EQ(paths.Look(), 1) << look;
+  }
+}
+
+TEST(PathChooser, ALookThatIsNotClearTakesThree) {
+  Paths paths(1.2, 1.0);
+  for (int i = 0; i < 50; i++) paths.Next();
+  for (int look = 0; look < 5; look++) {
+    EXPECT_GT(paths.UntilLook(), 10);
+    EXPECT_EQ(paths.Look(), 3) << look;
+  }
+}
+
+TEST(PathChooser, ALookIsClearAfterAnUnclearBatch) {
+  Paths paths(1.2, 1.0);
+  for (int i = 0; i < 50; i++) paths.Next();
+  paths.UntilLook();
+  paths.SetDevice(5);
+  EXPECT_EQ(paths.Look(), 2);
+}
+
+TEST(PathChooser, ALookSeesThatThePathHasBecomeFaster) {
+  Paths paths(3.0, 1.0);
+  for (int i = 0; i < 50; i++) paths.Next();
+  paths.SetDevice(0.1);
+  paths.UntilLook();
+  EXPECT_GT(paths.Look(), 3) << "the device is the faster one now";
+}
+
 TEST(PathChooser, AlwaysMeansAlways) {
   PathChooser always(true);
   for (int i = 0; i < 1000; i++) {

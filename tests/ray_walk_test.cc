@@ -6,10 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,105 +16,19 @@
 #include "grid/grid.hh"
 #include "support/plain_walk.hh"
 #include "support/random_source.hh"
+#include "support/terrain.hh"
 
 namespace Stg {
 namespace {
 
+using test::kLongest;
+using test::kNoWindow;
+using test::Place;
 using test::PlainRay;
 using test::RandomSource;
+using test::RandomWindow;
+using test::Terrain;
 using Hits = std::vector<std::pair<int, int>>;  // (u, v)
-
-constexpr int64_t kLongest = int64_t{RAY_LEG_CELLS} << 16;
-const ray_window_t kNoWindow{nullptr, 0, 0, 0, 0};
-
-/// Occupied cells: a grid, and beside it a picture that the plain walk reads.
-class Terrain {
- public:
-  static constexpr int kSide = 320;  // more than five regions
-
-  Terrain(int x, int y) : x_(x), y_(y), picture_(kSide * kSide, false) {
-    grid::Body body;
-    body_ = grid_.AddBody(body);
-  }
-
-  /// Coordinates count from the corner of the picture.
-  void Add(int x, int y) {
-    if (x < 0 || y < 0 || x >= kSide || y >= kSide) return;
-    const size_t place = static_cast<size_t>(y * kSide + x);
-    if (picture_[place]) return;
-    picture_[place] = true;
-    cells_.push_back({x_ + x, y_ + y});
-    grid_.Insert(x_ + x, y_ + y, body_);
-    low_x_ = std::min(low_x_, x_ + x);
-    low_y_ = std::min(low_y_, y_ + y);
-    high_x_ = std::max(high_x_, x_ + x);
-    high_y_ = std::max(high_y_, y_ + y);
-  }
-
-  void AddDust(RandomSource* random, int count) {
-    for (int i = 0; i < count; i++) Add(random->Int(0, kSide - 1), random->Int(0, kSide - 1));
-  }
-  void AddFrames(RandomSource* random, int count) {
-    for (int i = 0; i < count; i++) {
-      const int x = random->Int(0, kSide), y = random->Int(0, kSide);
-      const int w = random->Int(1, 40), h = random->Int(1, 40);
-      for (int j = 0; j < w; j++) Add(x + j, y), Add(x + j, y + h);
-      for (int j = 0; j < h; j++) Add(x, y + j), Add(x + w, y + j);
-    }
-  }
-
-  bool Has(int64_t x, int64_t y) const {
-    x -= x_;
-    y -= y_;
-    return x >= 0 && y >= 0 && x < kSide && y < kSide &&
-           picture_[static_cast<size_t>(y * kSide + x)];
-  }
-
-  const std::vector<point_int_t>& cells() const { return cells_; }
-  int x() const { return x_; }
-  int y() const { return y_; }
-
-  enum Box { kOfGrid, kTight, kNone };
-  /// With the grid's box (whole regions), the smallest, or one that leaves nothing out.
-  ray_grid_t View(Box box) const {
-    ray_grid_t view = grid_.View(grid::kEverything);
-    if (box == kTight) {
-      view.min_x = low_x_;
-      view.min_y = low_y_;
-      view.max_x = high_x_;
-      view.max_y = high_y_;
-    } else if (box == kNone) {
-      view.min_x = view.min_y = std::numeric_limits<int>::min();
-      view.max_x = view.max_y = std::numeric_limits<int>::max();
-    }
-    return view;
-  }
-
- private:
-  int x_, y_;
-  grid::Grid grid_;
-  grid::BodyId body_;
-  std::vector<bool> picture_;
-  std::vector<point_int_t> cells_;
-  int low_x_ = std::numeric_limits<int>::max(), low_y_ = low_x_;
-  int high_x_ = std::numeric_limits<int>::min(), high_y_ = high_x_;
-};
-
-/// A window of random tiles.
-struct RandomWindow {
-  std::vector<uint64_t> words;
-  ray_window_t window = kNoWindow;
-
-  RandomWindow(RandomSource* random, const Terrain& terrain) {
-    window.x = (terrain.x() >> RAY_TILE_SHIFT) + random->Int(-2, Terrain::kSide / 8);
-    window.y = (terrain.y() >> RAY_TILE_SHIFT) + random->Int(-2, Terrain::kSide / 8);
-    window.width = static_cast<ray_uint>(random->Int(1, 16));
-    window.height = static_cast<ray_uint>(random->Int(1, 16));
-    for (ray_uint i = 0; i < window.width * window.height; i++)
-      words.push_back(random->OneIn(3) ? ~uint64_t{0} : random->Next());
-    window.tiles = words.data();
-  }
-};
 
 bool IsHidden(const ray_window_t& window, int64_t x, int64_t y) {
   const int64_t tx = (x >> 3) - window.x, ty = (y >> 3) - window.y;
@@ -186,114 +98,16 @@ bool Check(const Terrain& terrain, const ray_grid_t& view, const ray_window_t& w
   return rest == expected_rest;
 }
 
-int64_t Clamp(int64_t displacement) { return std::clamp(displacement, -kLongest, kLongest); }
-
-/// Rays of every kind that could matter.
-PlainRay RandomRay(RandomSource* random, const Terrain& terrain) {
-  PlainRay r;
-  r.x = terrain.x() + random->Between(-20, Terrain::kSide + 20);
-  r.y = terrain.y() + random->Between(-20, Terrain::kSide + 20);
-  r.fx = random->OneIn(4) ? 0 : random->Between(0, 65535);
-  r.fy = random->OneIn(4) ? 0 : random->Between(0, 65535);
-  // Mostly some tens of cells: these look at the most places for the time that they take.
-  const int64_t reach = int64_t{1} << random->Int(14, 24);
-  r.dx = random->Between(-reach, reach);
-  r.dy = random->Between(-reach, reach);
-  switch (random->Int(0, 9)) {
-    case 0:  // along an axis
-      (random->OneIn(2) ? r.dx : r.dy) = 0;
-      if (random->OneIn(50)) r.dx = r.dy = 0;
-      break;
-    case 1:  // through corners, diagonally
-      r.fx = r.fy = random->Between(0, 65535) & -random->Int(0, 1);
-      r.dx = random->Sign() * (random->Between(0, 100) << 16);
-      r.dy = random->Sign() * std::abs(r.dx);
-      break;
-    case 2:  // through corners now and then
-      r.fx = random->Between(0, 3) << 14;
-      r.fy = random->Between(0, 3) << 14;
-      r.dx = random->Between(-12, 12) << 16;
-      r.dy = random->Between(-12, 12) << 16;
-      if (const int64_t times = random->Between(1, 10); true) r.dx *= times, r.dy *= times;
-      break;
-    case 3:  // ends exactly on a border, or a hair beside it
-      r.dx = (random->Between(-60, 60) << 16) - r.fx + random->Between(-1, 1);
-      if (random->OneIn(2)) r.dy = (random->Between(-60, 60) << 16) - r.fy + random->Between(-1, 1);
-      break;
-    case 4:  // hardly any displacement
-      r.dx = random->Between(-3, 3);
-      r.dy = random->Between(-3, 3);
-      r.fx = random->OneIn(2) ? random->Between(0, 2) : random->Between(65533, 65535);
-      break;
-    case 5:  // nearly parallel to an axis
-      (random->OneIn(2) ? r.dx : r.dy) = random->Between(-2, 2);
-      break;
-    case 6: {  // from one occupied cell to another, or just past it
-      if (terrain.cells().empty()) break;
-      const point_int_t& from = random->Pick(terrain.cells());
-      const point_int_t& to = random->Pick(terrain.cells());
-      r.x = from.x;
-      r.y = from.y;
-      r.dx = ((int64_t{to.x} - from.x) << 16) + random->Between(-65536, 65536);
-      r.dy = ((int64_t{to.y} - from.y) << 16) + random->Between(-65536, 65536);
-      break;
-    }
-    default:
-      break;
-  }
-  r.dx = Clamp(r.dx);
-  r.dy = Clamp(r.dy);
-  return r;
-}
-
-/// The longest rays, from anywhere within their reach, towards the terrain.
-PlainRay LongRay(RandomSource* random, const Terrain& terrain) {
-  const int64_t to_x = terrain.x() + random->Between(0, Terrain::kSide);
-  const int64_t to_y = terrain.y() + random->Between(0, Terrain::kSide);
-  PlainRay r;
-  r.x = to_x + random->Between(-RAY_LEG_CELLS, RAY_LEG_CELLS);
-  r.y = to_y + random->Between(-RAY_LEG_CELLS, RAY_LEG_CELLS);
-  r.fx = random->Pick<int64_t>({0, 1, 32768, 65535});
-  r.fy = random->Pick<int64_t>({0, 1, 32768, 65535});
-  const double dx = static_cast<double>(to_x - r.x), dy = static_cast<double>(to_y - r.y);
-  const double stretch = static_cast<double>(kLongest) / (std::hypot(dx, dy) + 1);
-  r.dx = Clamp(static_cast<int64_t>(dx * stretch));
-  r.dy = Clamp(static_cast<int64_t>(dy * stretch));
-  switch (random->Int(0, 5)) {
-    case 0:
-      r.y = to_y, r.dy = random->Between(-1, 1), r.dx = random->Sign() * kLongest;
-      break;
-    case 1:
-      r.x = to_x, r.dx = random->Between(-1, 1), r.dy = random->Sign() * kLongest;
-      break;
-    case 2:  // longer than any that a fan makes: both at once
-      r.dx = random->Sign() * kLongest, r.dy = random->Sign() * kLongest;
-      break;
-    default:
-      break;
-  }
-  return r;
-}
-
-/// Places that lie badly: across borders of superregions, at the ends of the grid.
-struct Place {
-  int x, y;
-};
 class RayWalkAt : public ::testing::TestWithParam<Place> {};
 
-constexpr int kEnd = 1 << 30;
-INSTANTIATE_TEST_SUITE_P(Everywhere, RayWalkAt,
-                         ::testing::Values(Place{-160, -160}, Place{1024 - 100, 7},
-                                           Place{5000, -40960 - 17},
-                                           Place{kEnd - Terrain::kSide, kEnd - Terrain::kSide},
-                                           Place{-kEnd + 1, -kEnd + 1},
-                                           Place{-kEnd + 1, kEnd - Terrain::kSide}));
+INSTANTIATE_TEST_SUITE_P(Everywhere, RayWalkAt, ::testing::ValuesIn(test::kBadPlaces));
 
 void CheckMany(const Terrain& terrain, uint64_t seed, int rays, int long_rays) {
   RandomSource random(seed);
   size_t hits = 0;
   for (int i = 0; i < rays + long_rays; i++) {
-    const PlainRay ray = i < rays ? RandomRay(&random, terrain) : LongRay(&random, terrain);
+    const PlainRay ray =
+        i < rays ? test::RandomRay(&random, terrain) : test::LongRay(&random, terrain);
     const ray_grid_t view = terrain.View(static_cast<Terrain::Box>(random.Int(0, 2)));
     if (random.OneIn(3)) {
       const RandomWindow hidden(&random, terrain);
@@ -419,7 +233,7 @@ TEST(RayWalk, ClutterBesideTheRayChangesNothing) {
       return static_cast<size_t>((y + 160) * Terrain::kSide + x + 160);
     };
     for (int i = 0; i < 10; i++) {
-      rays.push_back(RandomRay(&random, plain));
+      rays.push_back(test::RandomRay(&random, plain));
       test::WalkPlainly(rays.back(), [&](int64_t, int64_t, int64_t x, int64_t y) {
         if (inside(x, y)) crossed[place(x, y)] = true;
         return false;

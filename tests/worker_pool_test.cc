@@ -5,11 +5,15 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <thread>
 #include <vector>
+
+#include "support/random_source.hh"
 
 namespace Stg::internal::sensing {
 namespace {
@@ -92,6 +96,75 @@ TEST(WorkerPool, ComesAndGoes) {
     WorkerPool pool(3);
     if (i % 2) {
       ASSERT_NO_FATAL_FAILURE(ExpectOnceEach(&pool, 10, 1));
+    }
+  }
+}
+
+// ---- the first of many --------------------------------------------------------------------------
+
+TEST(FindFirst, IsThatOfASearchInTurn) {
+  test::RandomSource random(1);
+  for (unsigned threads = 1; threads <= 8; threads++) {
+    WorkerPool pool(threads);
+    for (int round = 0; round < 150; round++) {
+      // Some are looked at by the caller alone, others are many more than a grain for each thread.
+      const auto count = static_cast<size_t>(random.Pick<int>(
+          {0, 1, 2, 63, 64, 65, 999, 1000, 1001, random.Int(1000, 3000), random.Int(0, 20000)}));
+      const auto rarity = uint64_t{1} << random.Int(0, 16);
+      std::vector<char> is(count);
+      for (char& is_so : is) is_so = random.OneIn(rarity);
+      const auto expected = std::find(is.begin(), is.end(), 1) - is.begin();
+      ASSERT_EQ(pool.FindFirst(count, [&](size_t i) { return is.at(i) != 0; }),
+                static_cast<size_t>(expected))
+          << count << " with " << threads << " threads";
+    }
+  }
+}
+
+TEST(FindFirst, LooksAtAllBeforeTheFirstAndAtNoneTwice) {
+  for (const unsigned threads : {1u, 4u}) {
+    WorkerPool pool(threads);
+    for (const size_t first : {0, 1, 1500, 4999, 5000}) {
+      std::vector<std::atomic<int>> looks(5000);
+      const auto is_so = [&](size_t i) {
+        looks[i]++;
+        return i == first || i == first + 100;
+      };
+      ASSERT_EQ(pool.FindFirst(looks.size(), is_so), first);
+      for (size_t i = 0; i < looks.size(); i++)
+        ASSERT_TRUE(looks[i] == 1 || (i > first && looks[i] == 0)) << i;
+    }
+  }
+}
+
+// ---- shares -------------------------------------------------------------------------------------
+
+// The share of a thread that is held up is done by the others.
+TEST(WorkerPool, ThreadsHelpOneAnother) {
+  WorkerPool pool(3);
+  std::atomic<int> done{0};
+  pool.Run(300, 1, [&](size_t begin, size_t end, unsigned) {
+    // The first of all waits for the rest of its own share too.
+    while (begin == 0 && done < 299) std::this_thread::yield();
+    done += static_cast<int>(end - begin);
+  });
+  EXPECT_EQ(done, 300);
+}
+
+// More threads than cores go to sleep at once; with pauses between jobs, all others do too.
+TEST(WorkerPool, SleepersAreWoken) {
+  const unsigned cores = std::max(std::thread::hardware_concurrency(), 1u);
+  for (const unsigned threads : {2u, cores, cores + 1, 2 * cores + 3}) {
+    WorkerPool pool(threads);
+    for (int round = 0; round < 20; round++) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(round % 3));
+      // Nobody gets on before all are here: so each of them has to be woken.
+      std::atomic<unsigned> here{0};
+      pool.Run(pool.threads(), 1, [&](size_t begin, size_t end, unsigned) {
+        here += static_cast<unsigned>(end - begin);
+        while (here < pool.threads()) std::this_thread::yield();
+      });
+      EXPECT_EQ(here, pool.threads());
     }
   }
 }

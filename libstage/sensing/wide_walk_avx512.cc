@@ -2,6 +2,13 @@
 //
 // Eight lanes: compiled for, and called on, x86-64 processors with AVX-512 (F, DQ, VL).
 
+#ifdef STAGE_WIDE_WALK
+
+// GCC 12 takes vectors for uninitialised that its own header leaves open on purpose.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 #include <immintrin.h>
 
 #include "sensing/wide_walk_lanes.hh"
@@ -135,3 +142,5 @@ void LookInEightLanes(const RayGroup& rays, const uint32_t* tile_slots, const Wi
 }
 
 }  // namespace Stg::internal::sensing
+
+#endif

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Fans that are traced together against each ray on its own: the very bits of the same hits.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "sensing/tracer.hh"
+#include "support/random_source.hh"
+
+namespace Stg::internal::sensing {
+namespace {
+
+using test::RandomSource;
+
+/// Models that nobody looks into: only their addresses count.
+struct Tag {
+  int number;
+};
+Tag tags[64];
+Model* ModelOf(int i) { return reinterpret_cast<Model*>(&tags[i]); }
+
+/// Refuses the bodies whose bit is set, and the finder itself.
+bool NotRefused(Model* candidate, const Model* finder, const void* arg) {
+  const auto number = reinterpret_cast<const Tag*>(candidate) - tags;
+  return candidate != finder && !(*static_cast<const uint64_t*>(arg) >> number & 1);
+}
+
+/// Walls along the axes, each of a model of its own; some of them for exact rays only.
+class Scene {
+ public:
+  static constexpr int kReach = 150, kWalls = 60;
+
+  explicit Scene(RandomSource* random) : random_(*random) {
+    for (int i = 0; i < kWalls; i++) AddWall(i, i % 3 == 0);
+  }
+
+  /// Sensors of several robots, those of each one after the other. One metre is one cell.
+  void MakeBatch(int robots) {
+    batch.Clear();
+    for (int i = 0; i < robots; i++) {
+      const int wall = random_.Int(0, kWalls - 1);  // the robot's body
+      grid::CellLists body;
+      if (random_.OneIn(2)) body.lists.push_back(&cells_[wall]);
+      const Window window = batch.MakeWindow(grid, body, ModelOf(wall), false);
+      const Pose pose(Coordinate(), Coordinate(), random_.Int(0, 3), random_.Real(-4, 4));
+      const int fans = random_.Int(1, 12);
+      for (int k = 0; k < fans; k++) AddFan(pose, ModelOf(wall), window);
+    }
+    batch.Close(tables_);
+  }
+
+  grid::Grid grid;
+  RayBatch batch;
+  uint64_t refused = 0;
+
+ private:
+  double Coordinate() { return random_.Real(-1.1, 1.1) * kReach; }
+
+  void AddWall(int number, bool exact) {
+    int x = random_.Int(-kReach, kReach), y = random_.Int(-kReach, kReach);
+    int length = random_.Int(1, 60);
+    // Many along a tile, so that robots have windows of the same size at different places.
+    if (random_.OneIn(2)) x &= ~7, y &= ~7, length = 8;
+    const bool upwards = random_.OneIn(2);
+    grid::Body body;
+    body.z_min = random_.Int(0, 2);
+    body.z_max = body.z_min + random_.Int(0, 2);
+    body.model = ModelOf(number);
+    body.tree = body.model;
+    if (exact) {
+      corners_[number] = {{x + 0.5, y + 0.5},
+                          {upwards ? x + 0.5 : x + length - 0.5,  //
+                           upwards ? y + length - 0.5 : y + 0.5}};
+      body.corners = corners_[number].data();
+      body.edges = 1;
+      body.x = x;
+      body.y = y;
+      body.radius = length + 2;
+    }
+    const grid::BodyId id = grid.AddBody(body);
+    for (int k = 0; k < length; k++)
+      cells_[number].push_back(grid.Insert(upwards ? x : x + k, upwards ? y + k : y, id));
+  }
+
+  void AddFan(const Pose& pose, const Model* finder, const Window& window) {
+    Fan fan;
+    const double endless = std::numeric_limits<double>::infinity();
+    const double range =
+        random_.OneIn(12) ? random_.Pick<double>({0, 1e5, endless}) : random_.Real(0, 2 * kReach);
+    PlaceFan(&fan, pose, range, 1);
+    fan.exact = random_.OneIn(8);
+    fan.z_test = !random_.OneIn(6);
+    fan.layer = random_.OneIn(8) ? grid.EverythingLayer(fan.exact)
+                                 : grid.RangerLayer(fan.z, fan.z_test, fan.exact);
+    fan.predicate = NotRefused;
+    fan.finder = finder;
+    fan.arg = &refused;
+    const auto samples = static_cast<uint32_t>(random_.OneIn(8)   ? 0
+                                               : random_.OneIn(8) ? random_.Int(250, 700)
+                                                                  : random_.Int(1, 90));
+    const Window none;
+    const Window& seen = fan.exact || random_.OneIn(6) ? none : window;
+    if (random_.OneIn(4)) {
+      std::vector<double> own;
+      for (uint32_t i = 0; i < samples; i++) own.push_back(random_.Real(-3, 3));
+      batch.Add(fan, own, seen);
+    } else {
+      fan.record.first_direction = tables_.Find(random_.Int(0, 6), samples);
+      batch.Add(fan, samples, seen);
+    }
+  }
+
+  RandomSource& random_;
+  DirectionTables tables_;
+  std::vector<grid::CellRef> cells_[kWalls];
+  std::vector<point_t> corners_[kWalls];
+};
+
+struct Outcome {
+  std::vector<RayHit> hits;
+  TraceCounters counters;
+};
+
+/// Each ray on its own, without lists: by the walk of ray_walk.h.
+Outcome RayByRay(const Scene& scene) {
+  const RayBatch& batch = scene.batch;
+  Outcome outcome;
+  for (const Fan& fan : batch.fans()) {
+    const ray_grid_t view = scene.grid.View(fan.layer);
+    for (uint32_t i = 0; i < fan.record.samples; i++)
+      outcome.hits.push_back(Tracer(scene.grid)
+                                 .Trace(fan, view,
+                                        {batch.DirectionsOf(fan)[i], batch.TurnsOf(fan)[i]},
+                                        batch.WindowOf(fan), {}, &outcome.counters));
+  }
+  return outcome;
+}
+
+/// So many fans at a time.
+Outcome Together(const Scene& scene, const HitLists& lists, uint32_t at_once) {
+  const std::span<const Fan> fans = scene.batch.fans();
+  Outcome outcome;
+  outcome.hits.resize(scene.batch.ray_count(), {-1, nullptr});
+  const auto count = static_cast<uint32_t>(fans.size());
+  for (uint32_t i = 0; i < count; i += at_once)
+    Tracer(scene.grid)
+        .TraceFans(scene.batch, &fans[i], std::min(at_once, count - i), lists,
+                   outcome.hits.data() + fans[i].record.first_ray, &outcome.counters);
+  return outcome;
+}
+
+/// What a device would say; the lists of fans that it doesn't walk are nonsense.
+std::vector<uint32_t> ListsOf(const Scene& scene, uint32_t per_ray) {
+  const RayBatch& batch = scene.batch;
+  std::vector<uint32_t> lists(size_t{batch.ray_count()} * per_ray, 0x12345678);
+  for (const Fan& fan : batch.fans()) {
+    if (!fan.single_leg()) continue;
+    const FanRecord& r = fan.record;
+    const ray_grid_t view = scene.grid.View(fan.layer);
+    const ray_window_t window = batch.WindowOf(fan);
+    for (uint32_t i = 0; i < r.samples; i++) {
+      const Direction d = batch.DirectionsOf(fan)[i];
+      ray_t ray;
+      ray_begin(&ray, &view, r.x, r.y, static_cast<int>(r.fraction & 0xffff),
+                static_cast<int>(r.fraction >> 16),
+                ray_rotate_x(r.cosine, r.sine, d.cosine, d.sine),
+                ray_rotate_y(r.cosine, r.sine, d.cosine, d.sine));
+      bool found = true;
+      for (uint32_t n = 0; n < per_ray && found; n++) {
+        found = ray_next(&view, &window, &ray);
+        lists[size_t{r.first_ray + i} * per_ray + n] = found ? ray_pack(ray.u, ray.v) : RAY_NO_HIT;
+      }
+    }
+  }
+  return lists;
+}
+
+void ExpectSame(const Outcome& found, const Outcome& expected) {
+  ASSERT_EQ(found.hits.size(), expected.hits.size());
+  for (size_t i = 0; i < found.hits.size(); i++) {
+    ASSERT_EQ(found.hits[i].model, expected.hits[i].model) << i;
+    ASSERT_EQ(std::bit_cast<uint64_t>(found.hits[i].range),
+              std::bit_cast<uint64_t>(expected.hits[i].range))
+        << i << ": " << found.hits[i].range << ", not " << expected.hits[i].range;
+  }
+  EXPECT_EQ(found.counters.rays, expected.counters.rays);
+  EXPECT_EQ(found.counters.potential_hits, expected.counters.potential_hits);
+}
+
+TEST(RayGroup, FansTogetherSeeWhatTheirRaysSee) {
+  RandomSource random(1);
+  uint64_t exact = 0, long_rays = 0, none = 0, many = 0, hits = 0;
+  for (int round = 0; round < 40; round++) {
+    Scene scene(&random);
+    for (int batch = 0; batch < 3; batch++) {
+      scene.refused = random.OneIn(3) ? 0 : random.Next() & random.Next();
+      scene.MakeBatch(random.Int(1, 12));
+      const Outcome expected = RayByRay(scene);
+      for (const uint32_t at_once : {1u, 2u, 5u, 1000u}) {
+        const Outcome found = Together(scene, HitLists(), at_once);
+        ASSERT_NO_FATAL_FAILURE(ExpectSame(found, expected)) << at_once << " fans at once";
+        EXPECT_EQ(found.counters.resumed, 0u);
+        for (const uint32_t per_ray : {1u, 2u}) {
+          const std::vector<uint32_t> lists = ListsOf(scene, per_ray);
+          const HitLists known{lists.data(), per_ray};
+          ASSERT_NO_FATAL_FAILURE(ExpectSame(Together(scene, known, at_once), expected))
+              << at_once << " fans at once, with lists of " << per_ray;
+        }
+      }
+      for (const Fan& fan : scene.batch.fans()) {
+        exact += fan.exact;
+        long_rays += fan.legs > 1;
+        none += fan.record.samples == 0;
+        many += fan.record.samples > 256 && fan.single_leg() && !fan.exact;
+      }
+      for (const RayHit& hit : expected.hits) hits += hit.model != nullptr;
+    }
+  }
+  // All kinds have come up.
+  EXPECT_GT(std::min({exact, long_rays, none, many}), 50u);
+  EXPECT_GT(hits, 5000u);
+}
+
+// How many rays have to go on behind their lists does not depend on what is traced together.
+TEST(RayGroup, CountsTheRaysThatGoOn) {
+  RandomSource random(2);
+  Scene scene(&random);
+  scene.refused = 0x5555555555555555;
+  scene.MakeBatch(12);
+  const std::vector<uint32_t> lists = ListsOf(scene, 1);
+  const Outcome alone = Together(scene, {lists.data(), 1}, 1);
+  EXPECT_GT(alone.counters.resumed, 0u);
+  EXPECT_EQ(Together(scene, {lists.data(), 1}, 1000).counters.resumed, alone.counters.resumed);
+}
+
+}  // namespace
+}  // namespace Stg::internal::sensing

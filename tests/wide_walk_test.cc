@@ -1,0 +1,490 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Rays side by side against rays one by one: the same hits, cells and middles, bit by bit. With the
+// vectors of this processor, if it has such, and with portable ones.
+
+#include "sensing/wide_walk.hh"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "sensing/first_hits.hh"
+#include "sensing/wide_walk_lanes.hh"
+#include "support/plain_walk.hh"
+#include "support/portable_lanes.hh"
+#include "support/random_source.hh"
+#include "support/terrain.hh"
+
+namespace Stg::internal::sensing {
+namespace {
+
+using test::kLongest;
+using test::kNoWindow;
+using test::Place;
+using test::PlainRay;
+using test::RandomSource;
+using test::RandomWindow;
+using test::Terrain;
+
+// ---- groups of rays -----------------------------------------------------------------------------
+
+/// A group and all that it points to.
+class Rays {
+ public:
+  explicit Rays(const ray_grid_t& view, const ray_window_t& window = kNoWindow)
+      : view_(view), window_(window) {}
+
+  /// A part of rays that all start where the first does: of just these displacements.
+  void Add(const std::vector<PlainRay>& rays) {
+    FanRecord fan = StartOf(rays[0]);
+    fan.cosine = 1 << 30;
+    std::vector<Direction> directions;
+    for (const PlainRay& ray : rays)
+      directions.push_back({static_cast<int32_t>(ray.dx), static_cast<int32_t>(ray.dy)});
+    Add(fan, std::move(directions));
+  }
+  /// A part of rays of the length of this one, over a field of view about it.
+  void AddFan(const PlainRay& ahead, double fov, uint32_t count) {
+    FanRecord fan = StartOf(ahead);
+    fan.cosine = static_cast<int32_t>(ahead.dx);
+    fan.sine = static_cast<int32_t>(ahead.dy);
+    std::vector<Direction> directions;
+    for (uint32_t i = 0; i < count; i++)
+      directions.push_back(MakeDirection(SampleBearing(fov, count, i)));
+    Add(fan, std::move(directions));
+  }
+  uint32_t count() const { return count_; }
+
+  /// Valid until a part is added.
+  RayGroup Group() {
+    parts_.clear();
+    for (size_t i = 0; i < fans_.size(); i++)
+      parts_.push_back(
+          {&fans_[i], directions_[i].data(), static_cast<uint32_t>(directions_[i].size())});
+    return {&view_, &window_, parts_.data(), static_cast<uint32_t>(parts_.size()), count_};
+  }
+
+ private:
+  static FanRecord StartOf(const PlainRay& ray) {
+    FanRecord fan;
+    fan.x = static_cast<int32_t>(ray.x);
+    fan.y = static_cast<int32_t>(ray.y);
+    fan.fraction = static_cast<uint32_t>(ray.fx) | static_cast<uint32_t>(ray.fy) << 16;
+    return fan;
+  }
+  void Add(const FanRecord& fan, std::vector<Direction> directions) {
+    count_ += static_cast<uint32_t>(directions.size());
+    fans_.push_back(fan);
+    directions.shrink_to_fit();  // so that sanitizers see who reads behind them
+    directions_.push_back(std::move(directions));
+  }
+
+  ray_grid_t view_;
+  ray_window_t window_;
+  std::vector<FanRecord> fans_;
+  std::vector<std::vector<Direction>> directions_;
+  std::vector<FanPart> parts_;
+  uint32_t count_ = 0;
+};
+
+/// The ways of a ray that begins with fx and fy: ends on borders or a hair beside them.
+void EndOnBorders(RandomSource* random, PlainRay* ray) {
+  ray->dx = (random->Between(-60, 60) << 16) - ray->fx + random->Between(-1, 1);
+  if (random->OneIn(2))
+    ray->dy = (random->Between(-60, 60) << 16) - ray->fy + random->Between(-1, 1);
+}
+
+/// One part of up to `most` rays.
+void AddRandomPart(RandomSource* random, const Terrain& terrain, uint32_t most, Rays* rays) {
+  const uint32_t limit = random->OneIn(3) ? most : std::min(most, 12u);
+  const auto count = static_cast<uint32_t>(random->Int(1, static_cast<int>(limit)));
+  const auto random_ray = [&] {
+    return random->OneIn(20) ? test::LongRay(random, terrain) : test::RandomRay(random, terrain);
+  };
+  const PlainRay first = random_ray();
+  // Turned rays must not become longer than a leg.
+  const double length = std::hypot(static_cast<double>(first.dx), static_cast<double>(first.dy));
+  if (random->OneIn(3) && length <= static_cast<double>(kLongest)) {
+    rays->AddFan(first, random->Pick<double>({0, 0.01, 1.5, M_PI, 6}), count);
+    return;
+  }
+  std::vector<PlainRay> part = {first};
+  while (part.size() < count) {
+    PlainRay ray = random_ray();
+    ray.fx = first.fx;
+    ray.fy = first.fy;
+    if (random->OneIn(3)) EndOnBorders(random, &ray);
+    part.push_back(ray);
+  }
+  rays->Add(part);
+}
+
+Rays RandomRays(RandomSource* random, const Terrain& terrain, const ray_grid_t& view,
+                const ray_window_t& window) {
+  Rays rays(view, window);
+  const uint32_t count =
+      random->OneIn(4) ? RayGroup::kMost : static_cast<uint32_t>(random->Int(1, RayGroup::kMost));
+  const bool small_parts = random->OneIn(4);
+  while (rays.count() < count)
+    AddRandomPart(random, terrain, small_parts ? 1 : count - rays.count(), &rays);
+  return rays;
+}
+
+// ---- what is to be found ------------------------------------------------------------------------
+
+struct Found {
+  uint32_t hit = RAY_NO_HIT;
+  grid::CellRef cell = 0;  // void if there is no hit, as is
+  double middle = 0;
+
+  bool operator==(const Found& other) const {
+    return hit == other.hit &&
+           (hit == RAY_NO_HIT || (cell == other.cell && std::bit_cast<uint64_t>(middle) ==
+                                                            std::bit_cast<uint64_t>(other.middle)));
+  }
+};
+void PrintTo(const Found& found, std::ostream* out) {
+  *out << "hit " << found.hit << " cell " << found.cell << " middle " << found.middle;
+}
+
+/// Hits and cells by ray_next(), middles from FirstHits without lanes.
+std::vector<Found> OneByOne(const grid::Grid& grid, const RayGroup& group) {
+  const auto scalar = std::make_unique<FirstHits>(grid, WideWalk{});
+  scalar->Walk(group);
+  std::vector<Found> all;
+  for (uint32_t part = 0; part < group.part_count; part++) {
+    const auto& [fan, directions, count] = group.parts[part];
+    for (uint32_t k = 0; k < count; k++) {
+      const Direction d = directions[k];
+      ray_t ray;
+      ray_begin(&ray, group.grid, fan->x, fan->y, static_cast<int>(fan->fraction & 0xffff),
+                static_cast<int>(fan->fraction >> 16),
+                ray_rotate_x(fan->cosine, fan->sine, d.cosine, d.sine),
+                ray_rotate_y(fan->cosine, fan->sine, d.cosine, d.sine));
+      Found found;
+      if (ray_next(group.grid, group.window, &ray)) {
+        const auto i = static_cast<uint32_t>(all.size());
+        found = {ray_pack(ray.u, ray.v), grid.CellAt(ray.region, ray.tile, ray.bit),
+                 scalar->Middle(i)};
+        EXPECT_EQ(scalar->Packed(i), found.hit);
+        EXPECT_EQ(scalar->Cell(i), found.cell);
+      }
+      EXPECT_EQ(scalar->HitsNothing(static_cast<uint32_t>(all.size())), found.hit == RAY_NO_HIT);
+      all.push_back(found);
+    }
+  }
+  return all;
+}
+
+/// As many as there are rays; what stands behind them has to stay.
+class Results {
+ public:
+  explicit Results(uint32_t count)
+      : count_(count), hits_(count + kGuards, 77), cells_(hits_), middles_(hits_.size(), -7) {}
+
+  WideHits Room() { return {hits_.data(), cells_.data(), middles_.data()}; }
+  void SetHits(const std::vector<Found>& of) {
+    for (size_t i = 0; i < of.size(); i++) hits_[i] = of[i].hit;
+  }
+  void Expect(const std::vector<Found>& expected) const {
+    ASSERT_EQ(expected.size(), count_);
+    for (uint32_t i = 0; i < count_; i++)
+      ASSERT_EQ((Found{hits_[i], cells_[i], middles_[i]}), expected[i]) << i << " of " << count_;
+    for (uint32_t i = count_; i < count_ + kGuards; i++) {
+      ASSERT_EQ(hits_[i], 77u);
+      ASSERT_EQ(cells_[i], 77u);
+      ASSERT_EQ(middles_[i], -7);
+    }
+  }
+
+ private:
+  static constexpr uint32_t kGuards = 16;
+  const uint32_t count_;
+  std::vector<uint32_t> hits_, cells_;
+  std::vector<double> middles_;
+};
+
+/// Walks the group, looks at it, and does both once more: nothing may be left over.
+void Check(const WideWalk& wide, const grid::Grid& grid, Rays* rays, size_t* hits = nullptr) {
+  const RayGroup group = rays->Group();
+  const std::vector<Found> expected = OneByOne(grid, group);
+  if (hits)
+    for (const Found& found : expected) *hits += found.hit != RAY_NO_HIT;
+  for (int time = 0; time < 2; time++) {
+    Results walked(group.count), looked(group.count);
+    wide.walk(group, grid.tile_slots(), walked.Room());
+    ASSERT_NO_FATAL_FAILURE(walked.Expect(expected)) << "walked";
+    looked.SetHits(expected);
+    wide.look(group, grid.tile_slots(), looked.Room());
+    ASSERT_NO_FATAL_FAILURE(looked.Expect(expected)) << "looked";
+  }
+}
+
+// ---- kinds of lanes -----------------------------------------------------------------------------
+
+struct Kind {
+  const char* name;
+  WideWalk (*find)();
+};
+template <int kLanes>
+WideWalk PortableWalk() {
+  using Lanes = test::PortableLanes<kLanes>;
+  return {WalkInLanes<Lanes>, LookInLanes<Lanes>};
+}
+const Kind kKinds[] = {{"Native", FindWideWalk},
+                       {"Portable8", PortableWalk<8>},
+                       {"Portable3", PortableWalk<3>},
+                       {"Portable1", PortableWalk<1>}};
+
+/// Skips if this processor has no such lanes.
+#define GET_WIDE_WALK(wide, kind)      \
+  const WideWalk wide = (kind).find(); \
+  if (!(wide).walk) GTEST_SKIP() << "this processor has no vectors to walk rays side by side with"
+
+class WideWalkAt : public ::testing::TestWithParam<std::tuple<Kind, Place>> {
+ protected:
+  static Terrain MakeTerrain() {
+    const auto [x, y] = std::get<Place>(GetParam());
+    return {x, y};
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Everywhere, WideWalkAt,
+                         ::testing::Combine(::testing::ValuesIn(kKinds),
+                                            ::testing::ValuesIn(test::kBadPlaces)),
+                         [](const auto& test) {
+                           return std::get<0>(test.param).name + std::to_string(test.index);
+                         });
+
+class WideWalkOf : public ::testing::TestWithParam<Kind> {};
+INSTANTIATE_TEST_SUITE_P(AnyKind, WideWalkOf, ::testing::ValuesIn(kKinds),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+void CheckMany(const WideWalk& wide, const Terrain& terrain, uint64_t seed, int groups) {
+  RandomSource random(seed);
+  size_t hits = 0;
+  for (int i = 0; i < groups; i++) {
+    const ray_grid_t view = terrain.View(static_cast<Terrain::Box>(random.Int(0, 2)));
+    const RandomWindow hidden(&random, terrain);
+    const ray_window_t& window = random.OneIn(2) ? hidden.window : kNoWindow;
+    Rays rays = RandomRays(&random, terrain, view, window);
+    ASSERT_NO_FATAL_FAILURE(Check(wide, terrain.grid(), &rays, &hits)) << "group " << i;
+  }
+  EXPECT_GT(hits, static_cast<size_t>(groups) * 5) << "these rays prove little";
+}
+
+TEST_P(WideWalkAt, SparseCells) {
+  GET_WIDE_WALK(wide, std::get<Kind>(GetParam()));
+  Terrain terrain = MakeTerrain();
+  RandomSource random(1);
+  terrain.AddDust(&random, 40);
+  CheckMany(wide, terrain, 2, 80);
+}
+
+TEST_P(WideWalkAt, SomeCells) {
+  GET_WIDE_WALK(wide, std::get<Kind>(GetParam()));
+  Terrain terrain = MakeTerrain();
+  RandomSource random(3);
+  terrain.AddDust(&random, 1500);
+  CheckMany(wide, terrain, 4, 80);
+}
+
+TEST_P(WideWalkAt, ManyCells) {
+  GET_WIDE_WALK(wide, std::get<Kind>(GetParam()));
+  Terrain terrain = MakeTerrain();
+  RandomSource random(5);
+  terrain.AddDust(&random, Terrain::kSide * Terrain::kSide / 3);
+  CheckMany(wide, terrain, 6, 80);
+}
+
+TEST_P(WideWalkAt, Frames) {
+  GET_WIDE_WALK(wide, std::get<Kind>(GetParam()));
+  Terrain terrain = MakeTerrain();
+  RandomSource random(7);
+  terrain.AddFrames(&random, 30);
+  CheckMany(wide, terrain, 8, 80);
+}
+
+// ---- cases of their own -------------------------------------------------------------------------
+
+TEST_P(WideWalkOf, EveryNumberOfRaysInPartsOfEveryKind) {
+  GET_WIDE_WALK(wide, GetParam());
+  Terrain terrain(-160, -160);
+  RandomSource random(9);
+  terrain.AddDust(&random, 3000);
+  const ray_grid_t view = terrain.View(Terrain::kTight);
+  for (uint32_t count = 1; count <= RayGroup::kMost; count++) {
+    for (const uint32_t per_part : {1u, 7u, 8u, 9u, 60u, count}) {
+      Rays rays(view);
+      while (rays.count() < count)
+        rays.AddFan(test::RandomRay(&random, terrain), 3, std::min(per_part, count - rays.count()));
+      ASSERT_NO_FATAL_FAILURE(Check(wide, terrain.grid(), &rays)) << count << " by " << per_part;
+    }
+  }
+}
+
+// A ray of a few cells beside rays of thousands: lanes come to rest at very different times.
+TEST_P(WideWalkOf, SuperregionsOneAfterTheOther) {
+  GET_WIDE_WALK(wide, GetParam());
+  RandomSource random(10);
+  for (const int walls : {3, 30, 1000}) {
+    grid::Grid grid;
+    const grid::BodyId body = grid.AddBody(grid::Body());
+    for (int i = 0; i < walls; i++) {
+      const int x = random.Int(-6000, 6000), y = random.Int(-6000, 6000),
+                length = random.Int(1, 300);
+      const bool upwards = random.OneIn(2);
+      for (int k = 0; k < length; k++) grid.Insert(upwards ? x : x + k, upwards ? y + k : y, body);
+    }
+    const ray_grid_t view = grid.View(grid::kEverything);
+    size_t hits = 0;
+    for (int round = 0; round < 60; round++) {
+      Rays rays(view);
+      while (rays.count() < 100) {
+        const auto at = [&] { return random.Between(-7000, 7000); };
+        const int64_t reach = int64_t{1} << random.Int(16, 30);
+        const auto way = [&] { return random.Between(-reach, reach); };
+        rays.Add({{at(), at(), random.Between(0, 65535), 0, way(), way()},
+                  {0, 0, 0, 0, way(), random.Between(-1, 1)}});
+      }
+      ASSERT_NO_FATAL_FAILURE(Check(wide, grid, &rays, &hits));
+    }
+    EXPECT_GT(hits, 0u);
+  }
+}
+
+// The starts are in the last occupied rows: hardly a border is worth crossing.
+TEST_P(WideWalkOf, HitsInTheLastRowsOfTheBoxAreFound) {
+  GET_WIDE_WALK(wide, GetParam());
+  Terrain terrain(0, 0);
+  for (const int x : {0, 63})
+    for (const int y : {0, 63}) terrain.Add(x, y);
+  for (const Terrain::Box box : {Terrain::kTight, Terrain::kOfGrid, Terrain::kNone}) {
+    for (const int64_t x : {0, 63})
+      for (const int64_t y : {0, 63})
+        for (const int64_t f : {0, 1, 32768, 65535}) {
+          Rays rays(terrain.View(box));
+          for (const int64_t d : {-100 << 16, -1, 0, 1, 100 << 16})
+            rays.Add(
+                {{x, y, f, f, d, 0}, {x, y, f, f, 0, d}, {x, y, f, f, d, d}, {x, y, f, f, d, -d}});
+          ASSERT_NO_FATAL_FAILURE(Check(wide, terrain.grid(), &rays));
+        }
+  }
+}
+
+TEST_P(WideWalkOf, ABorderReachedExactlyIsCrossed) {
+  GET_WIDE_WALK(wide, GetParam());
+  Terrain terrain(0, 0);
+  terrain.Add(10, 5);
+  Rays rays(terrain.View(Terrain::kOfGrid));
+  rays.Add({{3, 5, 100, 9, (7 << 16) - 100, 0}});
+  rays.Add({{3, 5, 100, 9, (7 << 16) - 101, 0}});
+  rays.Add({{20, 5, 100, 9, -(9 << 16) - 100, 0}});
+  rays.Add({{20, 5, 100, 9, -(9 << 16) - 99, 0}});
+  Results results(4);
+  wide.walk(rays.Group(), terrain.grid().tile_slots(), results.Room());
+  const uint32_t* hits = results.Room().hits;
+  EXPECT_EQ(hits[0], ray_pack(7, 0));
+  EXPECT_EQ(hits[1], RAY_NO_HIT);
+  EXPECT_EQ(hits[2], ray_pack(10, 0));
+  EXPECT_EQ(hits[3], RAY_NO_HIT);
+  ASSERT_NO_FATAL_FAILURE(Check(wide, terrain.grid(), &rays));
+}
+
+TEST_P(WideWalkOf, TheMiddleOfTheWayThroughTheCell) {
+  GET_WIDE_WALK(wide, GetParam());
+  Terrain terrain(0, 0);
+  terrain.Add(10, 5);
+  Rays rays(terrain.View(Terrain::kOfGrid));
+  rays.Add({{10, 5, 0, 0, 0, 0}});                      // no way at all
+  rays.Add({{0, 5, 32768, 32768, 20 << 16, 0}});        // along an axis
+  rays.Add({{10, 25, 32768, 32768, 0, -(40 << 16)}});   // along the other
+  rays.Add({{8, 3, 32768, 32768, 4 << 16, 4 << 16}});   // through corners
+  rays.Add({{10, 5, 32768, 32768, 1 << 14, 1 << 14}});  // ends in the cell that it starts in
+  Results results(5);
+  wide.walk(rays.Group(), terrain.grid().tile_slots(), results.Room());
+  const double* middles = results.Room().middles;
+  EXPECT_EQ(middles[0], 0.5);
+  EXPECT_EQ(middles[1], 0.5);
+  EXPECT_EQ(middles[2], 0.5);
+  EXPECT_EQ(middles[3], 0.5);
+  EXPECT_EQ(middles[4], 0.5);
+  ASSERT_NO_FATAL_FAILURE(Check(wide, terrain.grid(), &rays));
+}
+
+TEST_P(WideWalkOf, NothingOccupied) {
+  GET_WIDE_WALK(wide, GetParam());
+  const grid::Grid grid;
+  Rays rays(grid.View(grid::kEverything));
+  for (const int64_t at : {-5000, -1, 0, 1, 5000})
+    for (const int64_t d : {-kLongest, int64_t{0}, kLongest})
+      rays.Add({{at, at, 0, 0, d, d / 3}, {at, at, 0, 0, -d, 0}});
+  size_t hits = 0;
+  ASSERT_NO_FATAL_FAILURE(Check(wide, grid, &rays, &hits));
+  EXPECT_EQ(hits, 0u);
+}
+
+TEST_P(WideWalkOf, WindowsThatHideAllOrNothing) {
+  GET_WIDE_WALK(wide, GetParam());
+  Terrain terrain(-160, -160);
+  RandomSource random(11);
+  terrain.AddDust(&random, 500);
+  const ray_grid_t view = terrain.View(Terrain::kOfGrid);
+  const std::vector<uint64_t> all(50 * 50, ~uint64_t{0}), none(50 * 50, 0);
+  const ray_window_t windows[] = {{all.data(), -25, -25, 50, 50},
+                                  {none.data(), -25, -25, 50, 50},
+                                  {all.data(), -25, -25, 0, 0}};
+  size_t hits[3] = {};
+  for (int round = 0; round < 100; round++) {
+    for (size_t i = 0; i < 3; i++) {
+      RandomSource same(static_cast<uint64_t>(round));
+      Rays rays = RandomRays(&same, terrain, view, windows[i]);
+      ASSERT_NO_FATAL_FAILURE(Check(wide, terrain.grid(), &rays, &hits[i]));
+    }
+  }
+  EXPECT_EQ(hits[0], 0u);
+  EXPECT_GT(hits[1], 1000u);
+  EXPECT_EQ(hits[2], hits[1]);
+}
+
+// FirstHits itself, with groups that are too small for lanes among them.
+TEST_P(WideWalkOf, FirstHitsAreTheSame) {
+  GET_WIDE_WALK(wide, GetParam());
+  Terrain terrain(-160, -160);
+  RandomSource random(12);
+  terrain.AddDust(&random, 2000);
+  const ray_grid_t view = terrain.View(Terrain::kOfGrid);
+  const auto first_hits = std::make_unique<FirstHits>(terrain.grid(), wide);
+  const auto get = [&](uint32_t i) {
+    if (first_hits->HitsNothing(i)) return Found();
+    return Found{first_hits->Packed(i), first_hits->Cell(i), first_hits->Middle(i)};
+  };
+  for (int round = 0; round < 300; round++) {
+    Rays rays(view);
+    const auto count =
+        static_cast<uint32_t>(round % 3 == 0 ? random.Int(1, 5) : random.Int(1, RayGroup::kMost));
+    while (rays.count() < count) AddRandomPart(&random, terrain, count - rays.count(), &rays);
+    const RayGroup group = rays.Group();
+    const std::vector<Found> expected = OneByOne(terrain.grid(), group);
+    first_hits->Walk(group);
+    for (uint32_t i = 0; i < count; i++) ASSERT_EQ(get(i), expected[i]);
+    // Lists with room for two hits, of which only the first counts.
+    std::vector<uint32_t> listed;
+    for (const Found& found : expected) listed.insert(listed.end(), {found.hit, 0x12345678});
+    std::vector<const uint32_t*> lists;
+    for (uint32_t part = 0, ray = 0; part < group.part_count; ray += group.parts[part++].count)
+      lists.push_back(&listed[size_t{ray} * 2]);
+    first_hits->Look(group, lists.data(), 2);
+    for (uint32_t i = 0; i < count; i++) ASSERT_EQ(get(i), expected[i]);
+  }
+}
+
+}  // namespace
+}  // namespace Stg::internal::sensing
