@@ -180,31 +180,20 @@ class LaneGroup {
     const V inner = Lanes::Subtract(Lanes::ShiftLeft(one, shift), one);
     const V to_x = Lanes::Add(Lanes::Add(u_, one), Lanes::Without(inner, Lanes::Xor(x_, back_x_)));
     const V to_y = Lanes::Add(Lanes::Add(v_, one), Lanes::Without(inner, Lanes::Xor(y_, back_y_)));
-    V e = Lanes::Subtract(Lanes::Multiply(Offset(to_x, ox_), ady_),
-                          Lanes::Multiply(Offset(to_y, oy_), adx_));
-    const V ey = Lanes::ShiftLeft(ey_, shift), ex_ey = Lanes::ShiftLeft(ex_ey_, shift);
     const V near_x = Lanes::And(Lanes::Xor(square_x, back_x_), seven);
     const V near_y = Lanes::And(Lanes::Xor(square_y, back_y_), seven);
-    V at = Lanes::Add(
-        Lanes::Add(bit, All(kInside)),
-        Lanes::Add(Lanes::template Left<kFieldX>(near_x), Lanes::template Left<kFieldY>(near_y)));
-
-    // All lanes go on until the last one stops, so that the next step need not wait for who stops
-    // where: that is noted beside it.
-    const V outside = All(kOutside);
+    const WordWalk walk{.squares = squares,
+                        .ey = Lanes::ShiftLeft(ey_, shift),
+                        .ex_ey = Lanes::ShiftLeft(ex_ey_, shift),
+                        .e = Lanes::Subtract(Lanes::Multiply(Offset(to_x, ox_), ady_),
+                                             Lanes::Multiply(Offset(to_y, oy_), adx_)),
+                        .at = Lanes::Add(Lanes::Add(bit, All(kInside)),
+                                         Lanes::Add(Lanes::template Left<kFieldX>(near_x),
+                                                    Lanes::template Left<kFieldY>(near_y)))};
     const M stands = Lanes::And(in_tile, Lanes::Odd(Lanes::BitOf(word_, bit)));
-    M go = Lanes::AndNot(active_, Lanes::Or(leaps, stands));
-    V last_in = Lanes::SignOf(e), last_at = at;
-    while (Lanes::Any(go)) {
-      const V in = Lanes::SignOf(e);
-      e = Lanes::Add(Lanes::Subtract(e, ey), Lanes::And(ex_ey, in));
-      at = Lanes::Add(at, Lanes::Add(to_next_y_, Lanes::And(to_next_x_, in)));
-      last_in = Lanes::Select(go, in, last_in);
-      last_at = Lanes::Select(go, at, last_at);
-      const V found = Lanes::BitOf(squares, at);
-      go = Lanes::And(go, Lanes::Zero(Lanes::OddOr(found, Lanes::And(at, outside))));
-    }
-    in_hit_ = Lanes::And(in_tile, Lanes::Zero(Lanes::And(last_at, outside)));
+    const auto [last_in, last_at] =
+        WalkInWord(walk, Lanes::AndNot(active_, Lanes::Or(leaps, stands)));
+    in_hit_ = Lanes::And(in_tile, Lanes::Zero(Lanes::And(last_at, All(kOutside))));
     const V far_x = Lanes::And(Lanes::template Right<kFieldX>(last_at), All(15));
     const V far_y = Lanes::And(Lanes::template Right<kFieldY>(last_at), All(15));
     const V steps_x = Lanes::Subtract(far_x, near_x), steps_y = Lanes::Subtract(far_y, near_y);
@@ -241,6 +230,15 @@ class LaneGroup {
   static constexpr int kFieldX = 16, kFieldY = 32;
   static constexpr int64_t kInside = 64;
   static constexpr int64_t kOutside = int64_t{8} << kFieldX | int64_t{8} << kFieldY;
+
+  struct WordWalk {
+    V squares;    // the word
+    V ey, ex_ey;  // what a step in y, and one in x instead, changes about e
+    V e, at;      // in the beginning
+  };
+  struct WordEnd {
+    V in, at;  // the step that was the last, and where it has led
+  };
 
   static V All(int64_t number) { return Lanes::All(number); }
   static V Offset(V border, V start) {
@@ -287,6 +285,25 @@ class LaneGroup {
     super_ = FindSupers<Lanes>(rays_.grid, super_x, super_y);
     super_x_ = super_x;
     super_y_ = super_y;
+  }
+
+  /// Walks the rays of `go` to an occupied square, or out of the word. All lanes go on until the
+  /// last one stops, so that the next step need not wait for who stops where: that is noted beside
+  /// it.
+  WordEnd WalkInWord(const WordWalk& walk, M go) const {
+    const V outside = All(kOutside);
+    V e = walk.e, at = walk.at;
+    WordEnd end{Lanes::SignOf(e), at};
+    while (Lanes::Any(go)) {
+      const V in = Lanes::SignOf(e);
+      e = Lanes::Add(Lanes::Subtract(e, walk.ey), Lanes::And(walk.ex_ey, in));
+      at = Lanes::Add(at, Lanes::Add(to_next_y_, Lanes::And(to_next_x_, in)));
+      end.in = Lanes::Select(go, in, end.in);
+      end.at = Lanes::Select(go, at, end.at);
+      const V found = Lanes::BitOf(walk.squares, at);
+      go = Lanes::And(go, Lanes::Zero(Lanes::OddOr(found, Lanes::And(at, outside))));
+    }
+    return end;
   }
 
   /// The words of the tiles, without what the window hides; 0 in lanes that are not to look.
