@@ -11,8 +11,8 @@ namespace Stg {
 
 class Model;
 
-/// True if the ray of `finder` stops at `candidate`. May be called by several threads at once. Within
-/// a step it must say the same of the same arguments: it is not asked again for each ray.
+/// True if the ray of `finder` stops at `candidate`. May be called by several threads at once. It
+/// must say the same of the same arguments within a step: it is not asked again for each ray.
 typedef bool (*ray_test_func_t)(Model* candidate, const Model* finder, const void* arg);
 
 namespace internal {
