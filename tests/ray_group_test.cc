@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sensing/tracer.hh"
+#include "support/hit_lists.hh"
 #include "support/random_source.hh"
 
 namespace Stg::internal::sensing {
@@ -155,32 +156,6 @@ Outcome Together(const Scene& scene, const HitLists& lists, uint32_t at_once) {
   return outcome;
 }
 
-/// What a device would say; the lists of fans that it doesn't walk are nonsense.
-std::vector<uint32_t> ListsOf(const Scene& scene, uint32_t per_ray) {
-  const RayBatch& batch = scene.batch;
-  std::vector<uint32_t> lists(size_t{batch.ray_count()} * per_ray, 0x12345678);
-  for (const Fan& fan : batch.fans()) {
-    if (!fan.single_leg()) continue;
-    const FanRecord& r = fan.record;
-    const ray_grid_t view = scene.grid.View(fan.layer);
-    const ray_window_t window = batch.WindowOf(fan);
-    for (uint32_t i = 0; i < r.samples; i++) {
-      const Direction d = batch.DirectionsOf(fan)[i];
-      ray_t ray;
-      ray_begin(&ray, &view, r.x, r.y, static_cast<int>(r.fraction & 0xffff),
-                static_cast<int>(r.fraction >> 16),
-                ray_rotate_x(r.cosine, r.sine, d.cosine, d.sine),
-                ray_rotate_y(r.cosine, r.sine, d.cosine, d.sine));
-      bool found = true;
-      for (uint32_t n = 0; n < per_ray && found; n++) {
-        found = ray_next(&view, &window, &ray);
-        lists[size_t{r.first_ray + i} * per_ray + n] = found ? ray_pack(ray.u, ray.v) : RAY_NO_HIT;
-      }
-    }
-  }
-  return lists;
-}
-
 void ExpectSame(const Outcome& found, const Outcome& expected) {
   ASSERT_EQ(found.hits.size(), expected.hits.size());
   for (size_t i = 0; i < found.hits.size(); i++) {
@@ -207,7 +182,7 @@ TEST(RayGroup, FansTogetherSeeWhatTheirRaysSee) {
         ASSERT_NO_FATAL_FAILURE(ExpectSame(found, expected)) << at_once << " fans at once";
         EXPECT_EQ(found.counters.resumed, 0u);
         for (const uint32_t per_ray : {1u, 2u}) {
-          const std::vector<uint32_t> lists = ListsOf(scene, per_ray);
+          const std::vector<uint32_t> lists = test::ListHits(scene.grid, scene.batch, per_ray);
           const HitLists known{lists.data(), per_ray};
           ASSERT_NO_FATAL_FAILURE(ExpectSame(Together(scene, known, at_once), expected))
               << at_once << " fans at once, with lists of " << per_ray;
@@ -233,7 +208,7 @@ TEST(RayGroup, CountsTheRaysThatGoOn) {
   Scene scene(&random);
   scene.refused = 0x5555555555555555;
   scene.MakeBatch(12);
-  const std::vector<uint32_t> lists = ListsOf(scene, 1);
+  const std::vector<uint32_t> lists = test::ListHits(scene.grid, scene.batch, 1);
   const Outcome alone = Together(scene, {lists.data(), 1}, 1);
   EXPECT_GT(alone.counters.resumed, 0u);
   EXPECT_EQ(Together(scene, {lists.data(), 1}, 1000).counters.resumed, alone.counters.resumed);

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/hit_lists.hh"
 #include "support/plain_walk.hh"
 #include "support/random_source.hh"
 
@@ -229,34 +230,6 @@ TEST(Tracer, CountsRaysAndHits) {
 
 // ---- hit lists ----------------------------------------------------------------------------------
 
-/// What a device would say: the first hits of each ray.
-std::vector<uint32_t> Prefilter(const Scene& scene, const RayBatch& batch, uint32_t per_ray) {
-  std::vector<uint32_t> lists(size_t{batch.ray_count()} * per_ray, 0x12345678);
-  for (const Fan& fan : batch.fans()) {
-    if (!fan.single_leg()) continue;
-    const FanRecord& r = fan.record;
-    const ray_grid_t view = scene.grid.View(fan.layer);
-    const ray_window_t window = batch.WindowOf(fan);
-    for (uint32_t i = 0; i < r.samples; i++) {
-      const Direction d = batch.DirectionsOf(fan)[i];
-      ray_t ray;
-      ray_begin(&ray, &view, r.x, r.y, static_cast<int>(r.fraction & 0xffff),
-                static_cast<int>(r.fraction >> 16),
-                ray_rotate_x(r.cosine, r.sine, d.cosine, d.sine),
-                ray_rotate_y(r.cosine, r.sine, d.cosine, d.sine));
-      uint32_t* list = &lists[size_t{r.first_ray + i} * per_ray];
-      for (uint32_t n = 0; n < per_ray; n++) {
-        if (!ray_next(&view, &window, &ray)) {
-          list[n] = RAY_NO_HIT;
-          break;  // what follows stays what it was
-        }
-        list[n] = ray_pack(ray.u, ray.v);
-      }
-    }
-  }
-  return lists;
-}
-
 std::vector<RayHit> TraceAll(const Scene& scene, const RayBatch& batch, const HitLists& lists,
                              TraceCounters* counters) {
   std::vector<RayHit> hits(batch.ray_count());
@@ -304,7 +277,7 @@ TEST(TracerLists, GiveTheVeryBitsOfNoLists) {
     EXPECT_EQ(plain.resumed, 0u);
     EXPECT_EQ(plain.rays, batch.ray_count());
     for (const uint32_t per_ray : {1u, 2u, 3u, 4u, 50u}) {
-      const std::vector<uint32_t> lists = Prefilter(scene, batch, per_ray);
+      const std::vector<uint32_t> lists = test::ListHits(scene.grid, batch, per_ray);
       TraceCounters counters;
       const std::vector<RayHit> found =
           TraceAll(scene, batch, HitLists{lists.data(), per_ray}, &counters);
@@ -328,7 +301,7 @@ TEST(TracerLists, MatchThePlainWalkToo) {
     DirectionTables tables;
     RayBatch batch;
     MakeBatch(&scene, &random, &tables, &batch);
-    const std::vector<uint32_t> lists = Prefilter(scene, batch, 2);
+    const std::vector<uint32_t> lists = test::ListHits(scene.grid, batch, 2);
     TraceCounters counters;
     const std::vector<RayHit> found = TraceAll(scene, batch, HitLists{lists.data(), 2}, &counters);
     EXPECT_GT(counters.resumed, 0u);

@@ -99,6 +99,14 @@ class ReadyRays {
   }
 };
 
+/// The coordinate that lies so many borders away from the start; `back`: all ones if it goes that
+/// way.
+template <class Lanes>
+typename Lanes::V Reached(typename Lanes::V start, typename Lanes::V borders,
+                          typename Lanes::V back) {
+  return Lanes::Add(start, Lanes::Subtract(Lanes::Xor(borders, back), back));
+}
+
 /// The superregions at these coordinates, in superregions.
 template <class Lanes>
 typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typename Lanes::V y) {
@@ -149,8 +157,8 @@ class LaneGroup {
 
   /// Looks up what there is where the rays are. Takes its time: the numbers wait for memory.
   void Look() {
-    x_ = Lanes::Add(x0_, Lanes::Subtract(Lanes::Xor(u_, back_x_), back_x_));
-    y_ = Lanes::Add(y0_, Lanes::Subtract(Lanes::Xor(v_, back_y_), back_y_));
+    x_ = Reached<Lanes>(x0_, u_, back_x_);
+    y_ = Reached<Lanes>(y0_, v_, back_y_);
     ChangeSupers();
     const V region = RegionOf<Lanes>(rays_.grid, super_, x_, y_);
     const V t = TileInRegion<Lanes>(x_, y_);
@@ -393,9 +401,8 @@ class HitPlaces {
   }
 
   V Cells(V u, V v) const {
-    const V back_x = Lanes::SignOf(Load(rays_.dx)), back_y = Lanes::SignOf(Load(rays_.dy));
-    const V x = Lanes::Add(Load(rays_.x0), Lanes::Subtract(Lanes::Xor(u, back_x), back_x));
-    const V y = Lanes::Add(Load(rays_.y0), Lanes::Subtract(Lanes::Xor(v, back_y), back_y));
+    const V x = Reached<Lanes>(Load(rays_.x0), u, Lanes::SignOf(Load(rays_.dx)));
+    const V y = Reached<Lanes>(Load(rays_.y0), v, Lanes::SignOf(Load(rays_.dy)));
     const V tile =
         Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, SuperOf(x, y), x, y)),
                    TileInRegion<Lanes>(x, y));

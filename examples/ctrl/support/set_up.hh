@@ -42,29 +42,23 @@ inline Stg::ModelRanger* RequireUnusedRanger(const std::string& controller, Stg:
   GiveUp(controller, *model, "found no ranger that is not in use, expected one on the robot");
 }
 
-/// Registers a callback with a typed second argument. A wrapper instead of the customary cast of
-/// the function pointer, which is undefined behaviour.
+/// A callback that stays registered and hands its second argument on with its type. A wrapper
+/// instead of the customary cast of the function pointer, which is undefined behaviour.
+template <class Robot, void (*kUpdate)(Robot*)>
+int CallUpdate(Stg::Model*, void* user) {
+  kUpdate(static_cast<Robot*>(user));
+  return 0;
+}
+
 template <class Robot, void (*kUpdate)(Robot*)>
 void CallOnUpdate(Stg::Model* sensor, Robot* robot) {
-  sensor->AddCallback(
-      Stg::Model::CB_UPDATE,
-      [](Stg::Model*, void* user) {
-        kUpdate(static_cast<Robot*>(user));
-        return 0;  // stay registered
-      },
-      robot);
+  sensor->AddCallback(Stg::Model::CB_UPDATE, CallUpdate<Robot, kUpdate>, robot);
 }
 
 /// The same, of a controller that keeps to its own robot: see Model::AddParallelCallback().
 template <class Robot, void (*kUpdate)(Robot*)>
 void CallOnUpdateInParallel(Stg::Model* sensor, Robot* robot) {
-  sensor->AddParallelCallback(
-      Stg::Model::CB_UPDATE,
-      [](Stg::Model*, void* user) {
-        kUpdate(static_cast<Robot*>(user));
-        return 0;  // stay registered
-      },
-      robot);
+  sensor->AddParallelCallback(Stg::Model::CB_UPDATE, CallUpdate<Robot, kUpdate>, robot);
 }
 
 /// The state of one more robot. States live as long as the process, since nobody tells a
