@@ -190,9 +190,9 @@ int Model::SetParent(Model* newparent) {
   pose.a = normalize(pose.a);
   Map();
   // Any callback may delete the model.
-  const std::shared_ptr<CallbackLists> lists = callbacks_;
+  const std::shared_ptr<Callbacks> callbacks = callbacks_;
   CallCallbacks(CB_PARENT);
-  if (lists && !lists->orphaned) CallCallbacks(CB_POSE);
+  if (callbacks && !callbacks->orphaned) CallCallbacks(CB_POSE);
   return 0;
 }
 
@@ -435,50 +435,52 @@ void Model::Update() {
 // ---- callbacks ----------------------------------------------------------------------------------
 
 void Model::AddCallback(callback_type_t t, model_callback_t cb, void* user) {
-  AddCallback(t, Callback{cb, user, false});
+  AddCallback(Callback{cb, user, t, false});
   serial_update_callbacks_ |= t == CB_UPDATE;
 }
 
 void Model::AddParallelCallback(callback_type_t t, model_callback_t cb, void* user) {
-  AddCallback(t, Callback{cb, user, true});
+  AddCallback(Callback{cb, user, t, true});
 }
 
-void Model::AddCallback(callback_type_t t, const Callback& entry) {
-  if (!callbacks_) callbacks_ = std::make_shared<CallbackLists>();
-  std::vector<Callback>& list = callbacks_->of[t];
-  if (std::find(list.begin(), list.end(), entry) == list.end()) list.push_back(entry);
+void Model::AddCallback(const Callback& entry) {
+  if (!callbacks_) callbacks_ = std::make_shared<Callbacks>();
+  std::vector<Callback>& all = callbacks_->all;
+  if (std::find(all.begin(), all.end(), entry) == all.end()) all.push_back(entry);
 }
 
 int Model::RemoveCallback(callback_type_t t, model_callback_t callback) {
   if (!callbacks_) return 0;
-  // During a round entries are only struck out, as somebody is walking along the list.
-  for (Callback& entry : callbacks_->of[t])
-    if (entry.function == callback) entry.function = nullptr;
-  return callbacks_->rounds == 0 ? callbacks_->Tidy(t) : callbacks_->CountLeft(t);
+  // During a round entries are only struck out, as somebody is walking along them.
+  for (Callback& entry : callbacks_->all)
+    if (entry.type == t && entry.function == callback) entry.function = nullptr;
+  if (callbacks_->rounds == 0) callbacks_->Tidy();
+  return callbacks_->CountLeft(t);
 }
 
-int Model::CallbackLists::CountLeft(callback_type_t t) const {
-  return static_cast<int>(
-      std::count_if(of[t].begin(), of[t].end(), [](const Callback& c) { return c.function; }));
+int Model::Callbacks::CountLeft(callback_type_t t) const {
+  return static_cast<int>(std::count_if(
+      all.begin(), all.end(), [t](const Callback& c) { return c.type == t && c.function; }));
 }
 
-int Model::CallbackLists::Tidy(callback_type_t t) {
-  std::erase_if(of[t], [](const Callback& c) { return !c.function; });
-  return static_cast<int>(of[t].size());
+void Model::Callbacks::Tidy() {
+  std::erase_if(all, [](const Callback& c) { return !c.function; });
 }
 
 int Model::CallCallbacks(callback_type_t t) {
   if (!HasCallbacks(t)) return 0;
   // By index, for a callback may add callbacks (called from the next round on), remove any, or
   // delete the model: then the rest is not called and nothing of it is touched any more.
-  const std::shared_ptr<CallbackLists> lists = callbacks_;
-  const size_t count = lists->of[t].size();
-  lists->rounds++;
-  for (size_t i = 0; i < count && !lists->orphaned; i++) {
-    const Callback entry = lists->of[t][i];
-    if (entry.function && entry.function(this, entry.user) != 0) lists->of[t][i].function = nullptr;
+  const std::shared_ptr<Callbacks> callbacks = callbacks_;
+  const size_t count = callbacks->all.size();
+  callbacks->rounds++;
+  for (size_t i = 0; i < count && !callbacks->orphaned; i++) {
+    const Callback entry = callbacks->all[i];
+    if (entry.type == t && entry.function && entry.function(this, entry.user) != 0)
+      callbacks->all[i].function = nullptr;
   }
-  return --lists->rounds == 0 ? lists->Tidy(t) : lists->CountLeft(t);
+  if (--callbacks->rounds == 0) callbacks->Tidy();
+  return callbacks->CountLeft(t);
 }
 
 // ---- sensing ------------------------------------------------------------------------------------

@@ -427,17 +427,20 @@ class Model : public Ancestor {
 
  private:
   struct Callback {
-    model_callback_t function;
+    model_callback_t function;  // null: struck out
     void* user;
+    callback_type_t type;
     bool parallel;  // it may be called while those of other trees are
-    bool operator==(const Callback& o) const { return function == o.function && user == o.user; }
+    bool operator==(const Callback& o) const {
+      return function == o.function && user == o.user && type == o.type;
+    }
   };
-  struct CallbackLists {
-    std::vector<Callback> of[__CB_TYPE_COUNT];  // struck out ones have a null function
-    bool orphaned = false;                      // the model is gone
-    int rounds = 0;                             // in progress
+  struct Callbacks {
+    std::vector<Callback> all;  // in the order of registration
+    bool orphaned = false;      // the model is gone
+    int rounds = 0;             // in progress
     int CountLeft(callback_type_t t) const;
-    int Tidy(callback_type_t t);
+    void Tidy();
   };
 
   void LoadEnergy();
@@ -452,14 +455,17 @@ class Model : public Ancestor {
   const internal::grid::CellLists& OwnCells(bool exact) const;
   void StopCharging();
   bool HasCallbacks(callback_type_t t) const {
-    return callbacks_.get() != NULL && !callbacks_->of[t].empty();
+    if (callbacks_.get() == NULL) return false;
+    for (const Callback& entry : callbacks_->all)
+      if (entry.type == t) return true;
+    return false;
   }
-  void AddCallback(callback_type_t type, const Callback& entry);
+  void AddCallback(const Callback& entry);
 
   struct OwnWindows;
 
   internal::sensing::Scene* scene_;
-  std::shared_ptr<CallbackLists> callbacks_;  // most models have none
+  std::shared_ptr<Callbacks> callbacks_;  // most models have none
   std::unique_ptr<Raster> last_raster_;
   std::unique_ptr<OwnWindows> windows_;  // only of roots that carry ray sensors
   uint64_t update_chain_;                // a pending update of an older chain is void
