@@ -75,9 +75,9 @@ bool StopsRanger(Stg::Model* candidate, const Stg::Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0);
 }
 
-void CollectCells(const Stg::Model& model, Stg::internal::grid::CellLists* cells) {
-  model.body().AppendCells(cells, false);
-  for (const Stg::Model* child : model.GetChildren()) CollectCells(*child, cells);
+void CollectDrawings(const Stg::Model& model, Stg::internal::grid::Drawings* drawings) {
+  model.body().AppendDrawings(drawings, false);
+  for (const Stg::Model* child : model.GetChildren()) CollectDrawings(*child, drawings);
 }
 
 /// The rays of one ranger, as it would put them into the batch of a step.
@@ -85,9 +85,9 @@ void AddFans(Stg::internal::sensing::Scene* scene, const Stg::ModelRanger& range
              Stg::internal::sensing::RayBatch* batch) {
   Stg::internal::sensing::Window window;
   if (without != Without::kWindows) {
-    Stg::internal::grid::CellLists cells;
-    CollectCells(*ranger.Root(), &cells);
-    window = batch->MakeWindow(scene->grid, cells, ranger.Root(), false);
+    Stg::internal::grid::Drawings own;
+    CollectDrawings(*ranger.Root(), &own);
+    window = batch->MakeWindow(scene->grid, own, ranger.Root(), false);
   }
   const Stg::Pose frame = ranger.GetGlobalPose() + ranger.GetGeom().pose;
   for (const Stg::ModelRanger::Sensor& sensor : ranger.GetSensors()) {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/draw_cells.hh"
 #include "support/random_source.hh"
 
 namespace Stg::internal::sensing {
@@ -33,8 +34,8 @@ bool Hides(const ray_window_t& window, Cell cell) {
 struct WithWindow {
   RayBatch batch;
   DirectionTables tables;
-  WithWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree) {
-    batch.Add(Fan(), 1, batch.MakeWindow(grid, cells, tree, false));
+  WithWindow(const grid::Grid& grid, const grid::Drawings& own, const void* tree) {
+    batch.Add(Fan(), 1, batch.MakeWindow(grid, own, tree, false));
     batch.Close(tables);
   }
   ray_window_t window() const { return batch.WindowOf(batch.fans()[0]); }
@@ -55,17 +56,17 @@ TEST(Window, HidesExactlyTheCellsWithNobodyElse) {
       const Cell at = cell();
       const bool is_first = random.OneIn(2);
       (is_first ? first : second)
-          .push_back(grid.Insert(at.first, at.second, is_first ? mine : also_mine));
+          .push_back(test::DrawCell(&grid, at.first, at.second, is_first ? mine : also_mine));
       own.insert(at);
     }
     for (int i = 0; i < 300; i++) {
       const Cell at = cell();
-      grid.Insert(at.first, at.second, other);
+      test::DrawCell(&grid, at.first, at.second, other);
       others.insert(at);
     }
-    grid::CellLists lists;
-    lists.lists = {&first, &second};
-    const WithWindow with(grid, lists, &kMine);
+    const std::vector<grid::TilePart> parts[] = {test::PartsOf(grid, first),
+                                                 test::PartsOf(grid, second)};
+    const WithWindow with(grid, {{&parts[0], &parts[1]}}, &kMine);
     const ray_window_t window = with.window();
     ASSERT_LE(window.width, 10u);
     for (int32_t x = x0 - 20; x < x0 + 90; x++)
@@ -76,12 +77,10 @@ TEST(Window, HidesExactlyTheCellsWithNobodyElse) {
 
 TEST(Window, OfNoCellsIsEmpty) {
   grid::Grid grid;
-  const WithWindow with(grid, grid::CellLists(), &kMine);
+  const WithWindow with(grid, grid::Drawings(), &kMine);
   EXPECT_EQ(with.window().width, 0u);
-  const std::vector<grid::CellRef> none;
-  grid::CellLists lists;
-  lists.lists = {&none};
-  EXPECT_EQ(WithWindow(grid, lists, &kMine).window().width, 0u);
+  const std::vector<grid::TilePart> none;
+  EXPECT_EQ(WithWindow(grid, {{&none}}, &kMine).window().width, 0u);
 }
 
 TEST(Window, LargeBodiesHaveNone) {
@@ -90,12 +89,11 @@ TEST(Window, LargeBodiesHaveNone) {
     for (const bool wide : {false, true}) {
       grid::Grid grid;
       const grid::BodyId mine = grid.AddBody(BodyOf(&kMine));
-      const std::vector<grid::CellRef> cells = {
-          grid.Insert(-64, 128, mine),
-          grid.Insert(-64 + (wide ? size - 1 : 0), 128 + (wide ? 0 : size - 1), mine)};
-      grid::CellLists lists;
-      lists.lists = {&cells};
-      const WithWindow with(grid, lists, &kMine);
+      const std::vector<grid::TilePart> parts = test::PartsOf(
+          grid,
+          {test::DrawCell(&grid, -64, 128, mine),
+           test::DrawCell(&grid, -64 + (wide ? size - 1 : 0), 128 + (wide ? 0 : size - 1), mine)});
+      const WithWindow with(grid, {{&parts}}, &kMine);
       EXPECT_EQ(with.window().width != 0, size == side) << size;
       EXPECT_EQ(Hides(with.window(), {-64, 128}), size == side);
     }
@@ -104,16 +102,15 @@ TEST(Window, LargeBodiesHaveNone) {
 TEST(Batch, KeepsWindowsApart) {
   grid::Grid grid;
   const grid::BodyId mine = grid.AddBody(BodyOf(&kMine)), other = grid.AddBody(BodyOf(&kOther));
-  const std::vector<grid::CellRef> a = {grid.Insert(0, 0, mine), grid.Insert(30, 0, mine)};
-  const std::vector<grid::CellRef> b = {grid.Insert(100, 100, other)};
-  grid::CellLists of_a, of_b;
-  of_a.lists = {&a};
-  of_b.lists = {&b};
+  const std::vector<grid::TilePart> a =
+      test::PartsOf(grid, {test::DrawCell(&grid, 0, 0, mine), test::DrawCell(&grid, 30, 0, mine)});
+  const std::vector<grid::TilePart> b =
+      test::PartsOf(grid, {test::DrawCell(&grid, 100, 100, other)});
   RayBatch batch;
   DirectionTables tables;
-  const Window window = batch.MakeWindow(grid, of_a, &kMine, false);
+  const Window window = batch.MakeWindow(grid, {{&a}}, &kMine, false);
   batch.Add(Fan(), 3, window);
-  batch.Add(Fan(), 2, batch.MakeWindow(grid, of_b, &kOther, false));
+  batch.Add(Fan(), 2, batch.MakeWindow(grid, {{&b}}, &kOther, false));
   batch.Add(Fan(), 2, Window());
   batch.Add(Fan(), 5, window);  // two sensors of one body share it
   batch.Close(tables);

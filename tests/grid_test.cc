@@ -15,11 +15,14 @@
 #include <utility>
 #include <vector>
 
+#include "support/draw_cells.hh"
 #include "support/random_source.hh"
 
 namespace Stg::internal::grid {
 namespace {
 
+using test::DrawCell;
+using test::EraseCell;
 using test::RandomSource;
 using Cell = std::pair<int32_t, int32_t>;
 
@@ -71,24 +74,46 @@ class Checked {
     const std::vector<BodyId>& list = lists_[cell];
     if (!list.empty() && list.back() != body && std::count(list.begin(), list.end(), body) > 0)
       return;
-    const CellRef ref = grid_.Insert(cell.first, cell.second, body);
+    const CellRef ref = DrawCell(&grid_, cell.first, cell.second, body);
     entries_.push_back({ref, cell, body});
     lists_[cell].push_back(body);
   }
   void Remove(size_t entry) {
     const Entry gone = entries_[entry];
-    grid_.Remove(gone.ref, gone.body);
+    EraseCell(&grid_, gone.ref, gone.body);
     std::vector<BodyId>& list = lists_[gone.cell];
     list.erase(std::find(list.begin(), list.end(), gone.body));
     if (list.empty()) lists_.erase(gone.cell);
     entries_[entry] = entries_.back();
     entries_.pop_back();
   }
+  /// From where it was drawn last to the cells of `to`.
+  void Redraw(BodyId body, const std::set<Cell>& to) {
+    Drawn& drawn = drawn_[body];
+    std::vector<TilePart> parts;
+    PartsMaker maker(&parts);
+    for (const auto& [x, y] : to) maker.Add(x, y);
+    maker.Finish();
+    grid_.Redraw(body, drawn.parts, parts);
+    for (const Cell& cell : drawn.cells) {
+      std::erase(lists_[cell], body);
+      if (lists_[cell].empty()) lists_.erase(cell);
+    }
+    for (const Cell& cell : to) lists_[cell].push_back(body);
+    drawn = {to, parts};
+  }
+  /// Cells that bodies were redrawn in, each time counted.
+  int64_t CountRedrawn() const {
+    size_t cells = 0;
+    for (const auto& [body, drawn] : drawn_) cells += drawn.cells.size();
+    return static_cast<int64_t>(cells);
+  }
   void Change(BodyId body, const Body& to) {
     std::vector<CellRef> cells;
     for (const Entry& entry : entries_)
       if (entry.body == body) cells.push_back(entry.ref);
-    grid_.ChangeBody(body, to, cells);
+    if (drawn_.count(body) > 0) return grid_.ChangeBody(body, to, drawn_[body].parts);
+    grid_.ChangeBody(body, to, test::PartsOf(grid_, cells));
   }
 
   void Verify() {
@@ -108,23 +133,12 @@ class Checked {
 
  private:
   void VerifyLists() {
-    CellReader reader(grid_);
     for (const auto& [cell, list] : lists_) {
-      const auto [x, y] = cell;
-      const auto collect = [&](auto any) {
-        std::vector<BodyId> found;
-        EXPECT_FALSE(any([&](BodyId id) {
-          found.push_back(id);
-          return false;
-        }));
-        return found;
-      };
-      ASSERT_EQ(list, collect([&, x = x, y = y](auto f) { return reader.AnyAt(x, y, f); }));
-      const uint32_t region = grid_.FindRegion(x, y), tile = Grid::TileOf(x, y);
-      ASSERT_NE(region, 0u);
-      ASSERT_EQ(list, collect([&, x = x, y = y](auto f) {
-                  return grid_.AnyAt(region, tile, Grid::BitOf(x, y), f);
-                }));
+      ASSERT_NE(grid_.FindRegion(cell.first, cell.second), 0u);
+      ASSERT_EQ(list, test::BodiesAt(grid_, cell.first, cell.second));
+      TilePart part = test::PartOfCell(cell.first, cell.second);
+      part.slot = grid_.FindTileSlot(part);
+      ASSERT_EQ(grid_.Crowded(part) != 0, list.size() > 1);
     }
     for (const Entry& entry : entries_) {
       Cell at;
@@ -160,8 +174,14 @@ class Checked {
     ASSERT_EQ(bits, expected_bits) << "layer " << index;
   }
 
+  struct Drawn {
+    std::set<Cell> cells;
+    std::vector<TilePart> parts;
+  };
+
   Grid grid_;
   std::vector<BodyId> bodies_;
+  std::map<BodyId, Drawn> drawn_;
   std::vector<Entry> entries_;
   std::map<Cell, std::vector<BodyId>> lists_;
   std::map<LayerIndex, LayerRule> layers_;
@@ -190,8 +210,7 @@ TEST(Grid, EmptyHasNothing) {
   EXPECT_TRUE(checked.grid().occupied().empty());
   EXPECT_EQ(checked.grid().FindRegion(0, 0), 0u);
   EXPECT_EQ(checked.grid().statistics().superregions, 0u);
-  CellReader reader(checked.grid());
-  EXPECT_FALSE(reader.AnyAt(5, 5, [](BodyId) { return true; }));
+  EXPECT_TRUE(test::BodiesAt(checked.grid(), 5, 5).empty());
 }
 
 TEST(Grid, RandomChangesKeepListsAndLayersRight) {
@@ -224,10 +243,58 @@ TEST(Grid, RandomChangesKeepListsAndLayersRight) {
   }
 }
 
+/// Some of the cells of a rectangle: most of its border and some in it.
+std::set<Cell> RandomOutline(RandomSource* random, Cell at) {
+  std::set<Cell> cells;
+  const int32_t width = random->Int(1, 30), height = random->Int(1, 30);
+  for (int32_t x = 0; x < width; x++)
+    for (int32_t y = 0; y < height; y++) {
+      const bool border = x == 0 || y == 0 || x == width - 1 || y == height - 1;
+      if (border ? !random->OneIn(9) : random->OneIn(9))
+        cells.insert({at.first + x, at.second + y});
+    }
+  return cells;
+}
+
+// Bodies that move on by little, jump, vanish and come back, alone and in a crowd.
+TEST(Grid, RedrawnBodiesAreTheLastInTheirLists) {
+  for (uint64_t seed = 1; seed <= 4; seed++) {
+    RandomSource random(seed);
+    Checked checked;
+    const int bodies = seed % 2 ? 3 : 25;
+    std::vector<Cell> places;
+    for (int i = 0; i < bodies; i++) {
+      checked.AddBody(MakeBody(random.Int(0, 3), random.Int(3, 6), !random.OneIn(4)));
+      places.push_back({random.Int(-60, 60), random.Int(-60, 60)});
+    }
+    checked.ExpectLayer(checked.grid().RangerLayer(3, true), {LayerRule::kHeight, 3});
+    checked.ExpectLayer(checked.grid().RangerLayer(1, true), {LayerRule::kHeight, 1});
+    for (int step = 0; step < 1500; step++) {
+      const auto body = static_cast<BodyId>(random.Int(0, bodies - 1));
+      Cell& place = places[body];
+      place = {place.first + random.Int(-3, 3), place.second + random.Int(-3, 3)};
+      if (random.OneIn(20)) place = {random.Int(-100, 100), random.Int(-100, 100)};
+      const bool vanishes = random.OneIn(12);
+      if (random.OneIn(10))
+        checked.Change(body, MakeBody(random.Int(0, 3), random.Int(3, 6), !random.OneIn(4)));
+      checked.Redraw(body, vanishes ? std::set<Cell>() : RandomOutline(&random, place));
+      ASSERT_EQ(checked.grid().drawn_cells(), checked.CountRedrawn());
+      if (step % 50 == 0) {
+        ASSERT_NO_FATAL_FAILURE(checked.Verify());
+      }
+    }
+    ASSERT_NO_FATAL_FAILURE(checked.Verify());
+    for (const BodyId body : checked.bodies()) checked.Redraw(body, {});
+    ASSERT_NO_FATAL_FAILURE(checked.Verify());
+    EXPECT_EQ(checked.grid().statistics().tiles, 0u);
+    EXPECT_EQ(checked.grid().drawn_cells(), 0);
+  }
+}
+
 TEST(Grid, AnyStopsAtTheFirstThatIsWanted) {
   Grid grid;
   CellRef cell = 0;
-  for (int i = 0; i < 5; i++) cell = grid.Insert(7, -7, grid.AddBody(MakeBody(0, 1)));
+  for (int i = 0; i < 5; i++) cell = DrawCell(&grid, 7, -7, grid.AddBody(MakeBody(0, 1)));
   int looked_at = 0;
   EXPECT_TRUE(grid.AnyIn(cell, [&](BodyId id) {
     looked_at++;
@@ -277,13 +344,13 @@ TEST(Grid, ManySuperregionsFarApart) {
 TEST(Grid, TheStructureVersionTellsOfNewRegions) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
-  grid.Insert(0, 0, body);
+  DrawCell(&grid, 0, 0, body);
   const uint64_t version = grid.structure_version();
   const std::vector<uint32_t> tables = grid.region_tables();
-  grid.Insert(63, 63, body);
+  DrawCell(&grid, 63, 63, body);
   EXPECT_EQ(grid.structure_version(), version);
   EXPECT_EQ(grid.region_tables(), tables);
-  grid.Insert(64, 0, body);
+  DrawCell(&grid, 64, 0, body);
   EXPECT_GT(grid.structure_version(), version);
 }
 
@@ -291,8 +358,8 @@ TEST(Grid, TheExtentIsThatOfSuperregions) {
   Grid grid;
   EXPECT_TRUE(grid.extent().empty());
   const BodyId body = grid.AddBody(MakeBody(0, 1));
-  grid.Insert(-1, 5, body);
-  grid.Insert(3000, 5, body);
+  DrawCell(&grid, -1, 5, body);
+  DrawCell(&grid, 3000, 5, body);
   const CellBox box = grid.extent();
   EXPECT_EQ(box.min_x, -1024);
   EXPECT_EQ(box.max_x, 3071);
@@ -306,11 +373,11 @@ TEST(GridMemory, AWandererLeavesNothingBehind) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
   grid.RangerLayer(0.5, true);
-  CellRef last = grid.Insert(0, 0, body);
+  CellRef last = DrawCell(&grid, 0, 0, body);
   size_t early = 0;
   for (int32_t i = 1; i <= 20000; i++) {
-    const CellRef next = grid.Insert(i * 640, i * -6400, body);
-    grid.Remove(last, body);
+    const CellRef next = DrawCell(&grid, i * 640, i * -6400, body);
+    EraseCell(&grid, last, body);
     last = next;
     if (i == 5000) early = grid.statistics().bytes;
   }
@@ -340,13 +407,13 @@ TEST(GridMemory, ACrowdInOneCellTakesNoMoreThanItsList) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
   std::vector<CellRef> cells;
-  for (int i = 0; i < 1000; i++) cells.push_back(grid.Insert(1, 1, body));
+  for (int i = 0; i < 1000; i++) cells.push_back(DrawCell(&grid, 1, 1, body));
   size_t bytes = 0;  // with what was in use once and is kept
   for (int round = 0; round < 10; round++) {
     if (round == 1) bytes = grid.statistics().bytes;
-    for (const CellRef cell : cells) grid.Remove(cell, body);
+    for (const CellRef cell : cells) EraseCell(&grid, cell, body);
     EXPECT_EQ(grid.statistics().tiles, 0u);
-    for (CellRef& cell : cells) cell = grid.Insert(1, 1, body);
+    for (CellRef& cell : cells) cell = DrawCell(&grid, 1, 1, body);
   }
   EXPECT_EQ(grid.statistics().bytes, bytes);
 }
@@ -359,19 +426,14 @@ TEST(GridMemory, ListsStayInOrder) {
     std::vector<CellRef> cells;
     for (int i = 0; i < 50; i++) {
       bodies.push_back(grid.AddBody(MakeBody(0, 1)));
-      cells.push_back(grid.Insert(1, 1, bodies.back()));
+      cells.push_back(DrawCell(&grid, 1, 1, bodies.back()));
     }
     while (!bodies.empty()) {
       const size_t i = way == 0 ? 0 : way == 1 ? bodies.size() - 1 : bodies.size() * 7 / 11;
-      grid.Remove(cells[i], bodies[i]);
+      EraseCell(&grid, cells[i], bodies[i]);
       bodies.erase(bodies.begin() + static_cast<std::ptrdiff_t>(i));
       cells.erase(cells.begin() + static_cast<std::ptrdiff_t>(i));
-      std::vector<BodyId> found;
-      CellReader(grid).AnyAt(1, 1, [&](BodyId id) {
-        found.push_back(id);
-        return false;
-      });
-      ASSERT_EQ(found, bodies) << way;
+      ASSERT_EQ(test::BodiesAt(grid, 1, 1), bodies) << way;
     }
   }
 }
@@ -386,7 +448,7 @@ bool ShowsCell(const Grid& grid, LayerIndex layer, int32_t x, int32_t y) {
 
 TEST(GridLayers, HeightsIncludeTheirEnds) {
   Grid grid;
-  grid.Insert(0, 0, grid.AddBody(MakeBody(1, 2)));
+  DrawCell(&grid, 0, 0, grid.AddBody(MakeBody(1, 2)));
   for (const double z : {1.0, 1.5, 2.0})
     EXPECT_TRUE(ShowsCell(grid, grid.RangerLayer(z, true), 0, 0)) << z;
   for (const double z : {0.999, 2.001})
@@ -409,7 +471,7 @@ TEST(GridLayers, BodiesChangeWhatTheyShow) {
   Grid grid;
   const LayerIndex low = grid.RangerLayer(0.5, true), high = grid.RangerLayer(5, true);
   const BodyId id = grid.AddBody(MakeBody(0, 1));
-  const std::vector<CellRef> cells = {grid.Insert(0, 0, id)};
+  const std::vector<TilePart> cells = test::PartsOf(grid, {DrawCell(&grid, 0, 0, id)});
   grid.ChangeBody(id, MakeBody(4, 6), cells);
   EXPECT_FALSE(ShowsCell(grid, low, 0, 0));
   EXPECT_TRUE(ShowsCell(grid, high, 0, 0));
@@ -423,7 +485,7 @@ TEST(GridLayers, BodiesChangeWhatTheyShow) {
 
 TEST(GridLayers, TooManyHeightsShareOneLayer) {
   Grid grid;
-  grid.Insert(0, 0, grid.AddBody(MakeBody(0, 1)));
+  DrawCell(&grid, 0, 0, grid.AddBody(MakeBody(0, 1)));
   std::set<LayerIndex> layers;
   for (uint32_t i = 0; i < kMaxHeights; i++) layers.insert(grid.RangerLayer(i, true));
   EXPECT_EQ(layers.size(), kMaxHeights);
@@ -438,7 +500,7 @@ TEST(GridLayers, TooManyHeightsShareOneLayer) {
 TEST(GridLayers, HeightsThatNobodyAsksForGiveWay) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
-  grid.Insert(0, 0, body);
+  DrawCell(&grid, 0, 0, body);
   const uint32_t heights = kMaxHeights;
   for (uint32_t i = 0; i < heights; i++) grid.RangerLayer(i, true);
   const LayerIndex kept = grid.RangerLayer(0, true);
@@ -475,7 +537,7 @@ TEST(GridLayers, UnusedLayersFollowTheGridsGrowth) {
 
 TEST(GridLayers, ANaNHeightMeetsEverythingAndTakesOneLayer) {
   Grid grid;
-  grid.Insert(0, 0, grid.AddBody(MakeBody(0, 1)));
+  DrawCell(&grid, 0, 0, grid.AddBody(MakeBody(0, 1)));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const LayerIndex layer = grid.RangerLayer(nan, true);
   EXPECT_TRUE(ShowsCell(grid, layer, 0, 0));
@@ -531,13 +593,13 @@ TEST(GridChanges, ExactlyTheChangedTilesAreListed) {
 TEST(GridChanges, AddUpUntilTheyAreForgotten) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
-  grid.Insert(0, 0, body);
+  DrawCell(&grid, 0, 0, body);
   EXPECT_TRUE(Noted(grid.occupancy(kEverything)).empty()) << "nobody asked for them";
   grid.TrackChanges(true);
   EXPECT_TRUE(Noted(grid.occupancy(kEverything)).empty());
-  grid.Insert(1, 0, body);
-  grid.Insert(8, 0, body);
-  grid.Insert(100, 0, body);
+  DrawCell(&grid, 1, 0, body);
+  DrawCell(&grid, 8, 0, body);
+  DrawCell(&grid, 100, 0, body);
   EXPECT_EQ(Noted(grid.occupancy(kEverything)).size(), 3u);
   grid.TrackChanges(false);
   EXPECT_TRUE(Noted(grid.occupancy(kEverything)).empty());

@@ -46,8 +46,8 @@ class Scene {
     batch.Clear();
     for (int i = 0; i < robots; i++) {
       const int wall = random_.Int(0, kWalls - 1);  // the robot's body
-      grid::CellLists body;
-      if (random_.OneIn(2)) body.lists.push_back(&cells_[wall]);
+      grid::Drawings body;
+      if (random_.OneIn(2)) body.of_bodies.push_back(&cells_[wall]);
       const Window window = batch.MakeWindow(grid, body, ModelOf(wall), false);
       const Pose pose(Coordinate(), Coordinate(), random_.Int(0, 3), random_.Real(-4, 4));
       const int fans = random_.Int(1, 12);
@@ -84,9 +84,10 @@ class Scene {
       body.y = y;
       body.radius = length + 2;
     }
-    const grid::BodyId id = grid.AddBody(body);
-    for (int k = 0; k < length; k++)
-      cells_[number].push_back(grid.Insert(upwards ? x : x + k, upwards ? y + k : y, id));
+    grid::PartsMaker maker(&cells_[number]);
+    for (int k = 0; k < length; k++) maker.Add(upwards ? x : x + k, upwards ? y + k : y);
+    maker.Finish();
+    grid.Redraw(grid.AddBody(body), {}, cells_[number]);
   }
 
   void AddFan(const Pose& pose, const Model* finder, const Window& window) {
@@ -119,7 +120,7 @@ class Scene {
 
   RandomSource& random_;
   DirectionTables tables_;
-  std::vector<grid::CellRef> cells_[kWalls];
+  std::vector<grid::TilePart> cells_[kWalls];
   std::vector<point_t> corners_[kWalls];
 };
 

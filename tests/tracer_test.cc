@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/draw_cells.hh"
 #include "support/hit_lists.hh"
 #include "support/plain_walk.hh"
 #include "support/random_source.hh"
@@ -62,7 +63,7 @@ struct Scene {
   }
   grid::CellRef Draw(int body, int32_t x, int32_t y) {
     cells[{x, y}].push_back(body);
-    return grid.Insert(x, y, ids[static_cast<size_t>(body)]);
+    return test::DrawCell(&grid, x, y, ids[static_cast<size_t>(body)]);
   }
 
   Fan MakeFan(const Pose& origin, double range, bool z_test = true) const {
@@ -357,13 +358,12 @@ TEST(TracerWindows, LookAtLessAndSeeTheSame) {
       own.push_back(scene.Draw(me, i / 2, -20 + i));
       own.push_back(scene.Draw(me, 0, i - 20));
     }
-    grid::CellLists lists;
-    lists.lists = {&own};
+    const std::vector<grid::TilePart> parts = test::PartsOf(scene.grid, own);
     DirectionTables tables;
     Fan fan = scene.MakeFan(Pose(random.Real(0, 20), random.Real(-20, 20), 1, 0), 60);
     fan.record.first_direction = tables.Find(6, 100);
     RayBatch with, without;
-    with.Add(fan, 100, with.MakeWindow(scene.grid, lists, ModelOf(me), false));
+    with.Add(fan, 100, with.MakeWindow(scene.grid, {{&parts}}, ModelOf(me), false));
     without.Add(fan, 100, Window());
     with.Close(tables);
     without.Close(tables);
@@ -425,7 +425,7 @@ TEST(TracerLegs, AWallCannotSlipThroughASeam) {
       const RayHit left = TraceOne(scene, scene.MakeFan(Pose(-start, start, 0, M_PI), range));
       EXPECT_NEAR(left.range, at + 0.5 - start, 1e-9);
     }
-    for (const grid::CellRef cell : drawn) scene.grid.Remove(cell, scene.ids[0]);
+    for (const grid::CellRef cell : drawn) test::EraseCell(&scene.grid, cell, scene.ids[0]);
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "geometry/random.hh"
 #include "grid/grid.hh"
+#include "support/draw_cells.hh"
 
 namespace Stg::internal::sensing {
 
@@ -22,8 +23,8 @@ void Fill(RandomStream* random, grid::Grid* grid) {
     const auto x = static_cast<int32_t>(random->Uniform(-3000, 3000));
     const auto y = static_cast<int32_t>(random->Uniform(-3000, 3000));
     for (int i = 0; i < 300; i++)
-      grid->Insert(x + static_cast<int32_t>(random->Uniform(0, 60)),
-                   y + static_cast<int32_t>(random->Uniform(0, 60)), body);
+      test::DrawCell(grid, x + static_cast<int32_t>(random->Uniform(0, 60)),
+                     y + static_cast<int32_t>(random->Uniform(0, 60)), body);
   }
 }
 
@@ -69,7 +70,7 @@ TEST(WalkRecordTest, FindsTheHitsThatTheWalkFinds) {
 TEST(WalkRecordTest, EndsAfterTheStepsThatAreAllowed) {
   grid::Grid grid;
   const grid::BodyId body = grid.AddBody(grid::Body());
-  for (int i = 0; i < 100; i++) grid.Insert(i, 0, body);
+  for (int i = 0; i < 100; i++) test::DrawCell(&grid, i, 0, body);
   const ray_grid_t view = grid.View(grid::kEverything);
   const ray_window_t none{nullptr, 0, 0, 0, 0};
   ray_t ray;

@@ -18,6 +18,7 @@
 
 #include "sensing/first_hits.hh"
 #include "sensing/wide_walk_lanes.hh"
+#include "support/draw_cells.hh"
 #include "support/plain_walk.hh"
 #include "support/portable_lanes.hh"
 #include "support/random_source.hh"
@@ -341,7 +342,8 @@ TEST_P(WideWalkOf, SuperregionsOneAfterTheOther) {
       const int x = random.Int(-6000, 6000), y = random.Int(-6000, 6000),
                 length = random.Int(1, 300);
       const bool upwards = random.OneIn(2);
-      for (int k = 0; k < length; k++) grid.Insert(upwards ? x : x + k, upwards ? y + k : y, body);
+      for (int k = 0; k < length; k++)
+        test::DrawCell(&grid, upwards ? x : x + k, upwards ? y + k : y, body);
     }
     const ray_grid_t view = grid.View(grid::kEverything);
     size_t hits = 0;

@@ -51,12 +51,13 @@ BodyId Grid::AddBody(const Body& body) {
   return id;
 }
 
-void Grid::ChangeBody(BodyId id, const Body& body, const std::vector<CellRef>& cells) {
+void Grid::ChangeBody(BodyId id, const Body& body, std::span<const TilePart> drawn) {
   const uint32_t before = bodies_[id].layers;
   bodies_[id] = body;
   bodies_[id].layers = LayersOf(body);
   if (bodies_[id].layers == before) return;
-  for (const CellRef cell : cells) RefreshBit(tile_cells_[cell >> 6], cell & 63);
+  for (const TilePart& part : drawn)
+    ForEachCell(part, [&](CellRef cell) { RefreshBit(tile_cells_[cell >> 6], cell & 63); });
 }
 
 void Grid::RemoveBody(BodyId id) {
@@ -66,42 +67,99 @@ void Grid::RemoveBody(BodyId id) {
 
 // ---- cells --------------------------------------------------------------------------------------
 
-CellRef Grid::Insert(int32_t x, int32_t y, BodyId id, Edit* edit) {
+void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to, Edit* edit) {
   if (edit == nullptr) edit = &own_edit_;
-  edit->drawn_cells += !bodies_[id].exact();
-  const uint32_t region = MakeRegion(x, y, edit);
-  const uint32_t tile = TileOf(x, y), bit = BitOf(x, y);
-  uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
-  if (slot == 0) slot = MakeTile(region, tile);
-
-  TileCells& cells = tile_cells_[slot];
-  if (cells.heads[bit] == 0) {
-    cells.heads[bit] = id + 1;
-    cells.occupied++;
-  } else {
-    Append(&cells.heads[bit], id, edit);
+  size_t next = 0;
+  const auto erase_next = [&] {
+    const TilePart& part = from[next++];
+    EraseFrom(part.slot, part.cells, id, edit);
+    DropOrNoteEmpty(part.slot, edit);
+  };
+  for (TilePart& part : to) {
+    while (next < from.size() && from[next].ComesBefore(part)) erase_next();
+    if (next == from.size() || !from[next].SameTile(part)) {
+      part.slot = PrepareSlot(part, edit);
+      DrawIn(part.slot, part.cells, id, edit);
+      continue;
+    }
+    part.slot = from[next].slot;
+    const uint64_t before = from[next++].cells;
+    // Where nobody else is, there is no order to keep.
+    const uint64_t stays = before & part.cells & ~tile_cells_[part.slot].crowded;
+    EraseFrom(part.slot, before & ~stays, id, edit);
+    DrawIn(part.slot, part.cells & ~stays, id, edit);
   }
-  for (uint32_t left = bodies_[id].layers; left != 0; left &= left - 1)
-    layers_[static_cast<uint32_t>(std::countr_zero(left))].cells.Set(region, tile, bit);
-  return slot << 6 | bit;
+  while (next < from.size()) erase_next();
 }
 
-void Grid::Remove(CellRef cell, BodyId id, Edit* edit) {
-  if (edit == nullptr) edit = &own_edit_;
-  edit->drawn_cells -= !bodies_[id].exact();
-  const uint32_t slot = cell >> 6, bit = cell & 63;
+/// The slot of the part's tile, made if need be.
+uint32_t Grid::PrepareSlot(const TilePart& part, Edit* edit) {
+  const int32_t x = part.x << RAY_TILE_SHIFT, y = part.y << RAY_TILE_SHIFT;
+  const uint32_t region = MakeRegion(x, y, edit), tile = TileOf(x, y);
+  const uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
+  return slot != 0 ? slot : MakeTile(region, tile);
+}
+
+namespace {
+
+/// Calls f(index) for the bits that are set.
+template <typename F>
+void ForEachBit(uint64_t bits, F f) {
+  for (; bits != 0; bits &= bits - 1) f(static_cast<uint32_t>(std::countr_zero(bits)));
+}
+
+}  // namespace
+
+void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
+  if (bits == 0) return;
   TileCells& cells = tile_cells_[slot];
-  RemoveFromList(&cells.heads[bit], id, edit);
-  // The layers in which nobody is left.
-  uint32_t empty = bodies_[id].layers;
-  AnyInList(cells.heads[bit], [&](BodyId other) {
-    empty &= ~bodies_[other].layers;
-    return empty == 0;
+  const Body& body = bodies_[id];
+  if (!body.exact()) edit->drawn_cells += std::popcount(bits);
+  ForEachBit(bits, [&](uint32_t bit) {
+    if (cells.heads[bit] != 0) {
+      Append(&cells.heads[bit], id, edit);
+      cells.crowded |= uint64_t{1} << bit;
+    } else {
+      cells.heads[bit] = id + 1;
+      cells.occupied++;
+    }
   });
-  for (; empty != 0; empty &= empty - 1)
-    layers_[static_cast<uint32_t>(std::countr_zero(empty))].cells.Clear(cells.region, cells.tile,
-                                                                        bit);
-  if (cells.heads[bit] != 0 || --cells.occupied != 0) return;
+  ForEachBit(body.layers,
+             [&](uint32_t layer) { layers_[layer].cells.Set(cells.region, cells.tile, bits); });
+}
+
+/// The tile stays, even if it runs empty.
+void Grid::EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
+  if (bits == 0) return;
+  TileCells& cells = tile_cells_[slot];
+  const Body& body = bodies_[id];
+  if (!body.exact()) edit->drawn_cells -= std::popcount(bits);
+  const uint64_t crowded = bits & cells.crowded, alone = bits & ~cells.crowded;
+  ForEachBit(alone, [&](uint32_t bit) { cells.heads[bit] = 0; });
+  cells.occupied = static_cast<uint16_t>(cells.occupied - std::popcount(alone));
+  ForEachBit(body.layers,
+             [&](uint32_t layer) { layers_[layer].cells.Clear(cells.region, cells.tile, alone); });
+  ForEachBit(crowded, [&](uint32_t bit) {
+    RemoveFromList(&cells.heads[bit], id, edit);
+    if (!(cells.heads[bit] & kList)) cells.crowded &= ~(uint64_t{1} << bit);
+    ClearWhereNobodyIsLeft(cells, bit, body.layers);
+  });
+}
+
+/// Of a cell in which others are left: clears its bit in those of the layers that show none of
+/// them.
+void Grid::ClearWhereNobodyIsLeft(const TileCells& cells, uint32_t bit, uint32_t layers) {
+  AnyInList(cells.heads[bit], [&](BodyId other) {
+    layers &= ~bodies_[other].layers;
+    return layers == 0;
+  });
+  ForEachBit(layers, [&](uint32_t layer) {
+    layers_[layer].cells.Clear(cells.region, cells.tile, uint64_t{1} << bit);
+  });
+}
+
+void Grid::DropOrNoteEmpty(uint32_t slot, Edit* edit) {
+  if (tile_cells_[slot].occupied != 0) return;
   if (edit->shared)
     edit->emptied.push_back(slot);
   else
@@ -179,9 +237,9 @@ void Grid::TakeNodes(Edit* edit) {
 
 // ---- several threads at once --------------------------------------------------------------------
 
-void Grid::BeginSharedEdit(size_t insertions, std::vector<Edit>* edits) {
-  // An insertion takes two nodes at most: where there was one body, both move to a list.
-  const size_t most = 2 * insertions + (edits->size() + 1) * kNodesAtOnce;
+void Grid::BeginSharedEdit(size_t drawn, std::vector<Edit>* edits) {
+  // A cell takes two nodes at most: where there was one body, both move to a list.
+  const size_t most = 2 * drawn + (edits->size() + 1) * kNodesAtOnce;
   while (free_nodes_.size() < most) TakeNodes(&own_edit_);
   nodes_left_ = free_nodes_.size();
   for (Edit& edit : *edits) {
@@ -205,7 +263,7 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
 }
 
 void Grid::PrepareTile(int32_t tile_x, int32_t tile_y) {
-  const int32_t x = tile_x * 8, y = tile_y * 8;
+  const int32_t x = tile_x << RAY_TILE_SHIFT, y = tile_y << RAY_TILE_SHIFT;
   const uint32_t region = MakeRegion(x, y, &own_edit_);
   if (tile_slots_[std::size_t{region} * kTilesPerRegion + TileOf(x, y)] == 0)
     prepared_tiles_.push_back(MakeTile(region, TileOf(x, y)));
@@ -226,24 +284,22 @@ void Grid::RefreshBit(const TileCells& cells, uint32_t bit) {
   });
   for (LayerIndex i = 0; i < layers_.size(); i++) {
     if (occupied_in >> i & 1)
-      layers_[i].cells.Set(cells.region, cells.tile, bit);
+      layers_[i].cells.Set(cells.region, cells.tile, uint64_t{1} << bit);
     else
-      layers_[i].cells.Clear(cells.region, cells.tile, bit);
+      layers_[i].cells.Clear(cells.region, cells.tile, uint64_t{1} << bit);
   }
 }
 
-void Grid::TileCoordinates(uint32_t slot, int32_t* x, int32_t* y) const {
-  const TileCells& cells = tile_cells_[slot];
+void Grid::Coordinates(CellRef cell, int32_t* x, int32_t* y) const {
+  const TileCells& cells = tile_cells_[cell >> 6];
   const Region& region = regions_[cells.region];
   const Super& super = supers_[region.super];
-  *x = super.x * 128 + static_cast<int32_t>((region.place & 15) * 8 + (cells.tile & 7u));
-  *y = super.y * 128 + static_cast<int32_t>((region.place >> 4) * 8 + (cells.tile >> 3u));
-}
-
-void Grid::Coordinates(CellRef cell, int32_t* x, int32_t* y) const {
-  TileCoordinates(TileSlot(cell), x, y);
-  *x = *x * 8 + static_cast<int32_t>(cell & 7);
-  *y = *y * 8 + static_cast<int32_t>(cell >> 3 & 7);
+  *x = super.x << RAY_SUPER_SHIFT |
+       static_cast<int32_t>((region.place & 15) << RAY_REGION_SHIFT |
+                            (cells.tile & 7u) << RAY_TILE_SHIFT | (cell & 7));
+  *y = super.y << RAY_SUPER_SHIFT |
+       static_cast<int32_t>((region.place >> 4) << RAY_REGION_SHIFT |
+                            (cells.tile >> 3u) << RAY_TILE_SHIFT | (cell >> 3 & 7));
 }
 
 // ---- tiles, regions, superregions ---------------------------------------------------------------
@@ -259,6 +315,7 @@ uint32_t Grid::MakeTile(uint32_t region, uint32_t tile) {
   }
   TileCells& cells = tile_cells_[slot];
   memset(cells.heads, 0, sizeof cells.heads);
+  cells.crowded = 0;
   cells.region = region;
   cells.tile = static_cast<uint16_t>(tile);
   cells.occupied = 0;

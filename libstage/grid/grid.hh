@@ -11,12 +11,15 @@
 #define STAGE_GRID_GRID_HH
 
 #include <atomic>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "geometry/geometry.hh"
 #include "grid/occupancy.hh"
+#include "grid/tile_part.hh"
 #include "kernels/ray_walk.h"
 
 namespace Stg {
@@ -56,12 +59,31 @@ struct Body {
 using BodyId = uint32_t;
 inline constexpr BodyId kNoBody = 0xffffffffu;
 
-/// A cell that something was drawn into: a handle that stays valid until it is removed.
+/// A cell that something is drawn in: a handle that is valid as long as that is so.
 using CellRef = uint32_t;
 
-/// The cells of several bodies: a list for each.
-struct CellLists {
-  std::vector<const std::vector<CellRef>*> lists;
+/// Calls f(CellRef) for the cells of a part, which is drawn.
+template <typename F>
+void ForEachCell(const TilePart& part, F f) {
+  for (uint64_t left = part.cells; left != 0; left &= left - 1)
+    f(part.slot << 6 | static_cast<uint32_t>(std::countr_zero(left)));
+}
+
+/// What several bodies are drawn in: the parts of each.
+struct Drawings {
+  std::vector<const std::vector<TilePart>*> of_bodies;
+
+  /// Calls f(const TilePart&) for all of them.
+  template <typename F>
+  void ForEachPart(F f) const {
+    for (const std::vector<TilePart>* parts : of_bodies)
+      for (const TilePart& part : *parts) f(part);
+  }
+  /// Calls f(CellRef) for all cells.
+  template <typename F>
+  void ForEachCell(F f) const {
+    ForEachPart([&](const TilePart& part) { grid::ForEachCell(part, f); });
+  }
 };
 
 struct CellBox {
@@ -77,8 +99,8 @@ class Grid {
 
   BodyId AddBody(const Body& body);
   void RemoveBody(BodyId id);  ///< it must not be in any cell
-  /// Changes what is known of a body. `cells` are those that it is drawn in.
-  void ChangeBody(BodyId id, const Body& body, const std::vector<CellRef>& cells);
+  /// Changes what is known of a body. `drawn` are the cells that it is drawn in.
+  void ChangeBody(BodyId id, const Body& body, std::span<const TilePart> drawn);
   const Body& body(BodyId id) const { return bodies_[id]; }
 
   /// What one thread keeps for itself while several change cells at once, see BeginSharedEdit().
@@ -94,26 +116,26 @@ class Grid {
     int64_t drawn_cells = 0;  // more than before
   };
 
-  /// Appends the body to the cell's list. The same body may be in a cell several times, but with no
-  /// other one between.
-  CellRef Insert(int32_t x, int32_t y, BodyId id, Edit* edit = nullptr);
-  /// Undoes one Insert().
-  void Remove(CellRef cell, BodyId id, Edit* edit = nullptr);
+  /// Takes a body out of the cells of `from`, which it is drawn in, and draws it in those of `to`,
+  /// whose slots it fills in; either may be empty, and both are in order, with each tile once. The
+  /// body becomes the last in the lists of these cells.
+  void Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to,
+              Edit* edit = nullptr);
 
-  /// From here to EndSharedEdit() several threads may insert, remove, change and read bodies at
-  /// once, each with an edit of its own, as long as no two use cells of the same tile at once, and
-  /// all tiles that bodies are inserted into have been prepared before. There may be `insertions`
-  /// in all. Nothing else may change.
-  void BeginSharedEdit(std::size_t insertions, std::vector<Edit>* edits);
+  /// From here to EndSharedEdit() several threads may redraw, change and read bodies at once, each
+  /// with an edit of its own, as long as no two use cells of the same tile at once, and all tiles
+  /// that bodies are drawn into have been prepared before. These may be `cells` in all. Nothing
+  /// else may change.
+  void BeginSharedEdit(std::size_t cells, std::vector<Edit>* edits);
   void EndSharedEdit(std::vector<Edit>* edits);
   /// Makes sure that there is room for the cells of a tile, for the time of a shared edit.
   void PrepareTile(int32_t tile_x, int32_t tile_y);
   /// There is room already.
   bool HasTile(int32_t tile_x, int32_t tile_y) const {
-    return FindTileSlot(tile_x * 8, tile_y * 8) != 0;
+    return FindTileSlot(tile_x << RAY_TILE_SHIFT, tile_y << RAY_TILE_SHIFT) != 0;
   }
 
-  /// Calls f(BodyId) for the bodies in a cell, in the order of insertion, until f returns true.
+  /// Calls f(BodyId) for the bodies in a cell, in the order of drawing, until f returns true.
   /// Returns whether it did.
   template <typename F>
   bool AnyIn(CellRef cell, F f) const {
@@ -123,6 +145,10 @@ class Grid {
   bool AnyAt(uint32_t region, uint32_t tile, uint32_t bit, F f) const {
     const uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
     return slot != 0 && AnyInList(tile_cells_[slot].heads[bit], f);
+  }
+  /// Those cells of a drawn part with several bodies in them, as bits.
+  uint64_t Crowded(const TilePart& part) const {
+    return part.cells & tile_cells_[part.slot].crowded;
   }
   /// A handle of a cell in which something is, by its region, tile and bit.
   CellRef CellAt(uint32_t region, uint32_t tile, uint32_t bit) const {
@@ -146,21 +172,19 @@ class Grid {
   uint32_t FindTileSlot(int32_t x, int32_t y) const {
     return tile_slots_[std::size_t{FindRegion(x, y)} * kTilesPerRegion + TileOf(x, y)];
   }
+  uint32_t FindTileSlot(const TilePart& part) const {
+    return FindTileSlot(part.x << RAY_TILE_SHIFT, part.y << RAY_TILE_SHIFT);
+  }
   /// The same numbers by region * 64 + tile in the region, see TileOf().
   const uint32_t* tile_slots() const { return tile_slots_.data(); }
   /// A cell's tile in its region, and its bit in the tile.
   static uint32_t TileOf(int32_t x, int32_t y) {
     return static_cast<uint32_t>(((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3));
   }
-  static uint32_t BitOf(int32_t x, int32_t y) {
-    return static_cast<uint32_t>((x & 7) | ((y & 7) << 3));
-  }
+  static uint32_t BitOf(int32_t x, int32_t y) { return TilePart::BitOf(x, y); }
 
   /// Cell coordinates of a handle.
   void Coordinates(CellRef cell, int32_t* x, int32_t* y) const;
-  /// A number that cells of the same tile share, and the coordinates of that tile, in tiles.
-  static uint32_t TileSlot(CellRef cell) { return cell >> 6; }
-  void TileCoordinates(uint32_t slot, int32_t* x, int32_t* y) const;
 
   /// The layer for rangers' rays at height z, which meet what is visible to rangers and reaches
   /// that height, ends included. There is room for a few heights; for others, and if `z_test` is
@@ -203,12 +227,13 @@ class Grid {
 
  private:
   // The lists of bodies of a tile's cells. A head is 0 (nobody), id + 1 (one body), or
-  // kList | index of the first of several nodes. These form a ring, in the order of insertion.
+  // kList | index of the first of several nodes. These form a ring, in the order of drawing.
   struct TileCells {
     uint32_t heads[64];
+    uint64_t crowded;  // cells with a list of several
     uint32_t region;
     uint16_t tile;
-    uint16_t occupied;  // cells that are not empty
+    uint16_t occupied;  // how many cells are not empty
   };
   struct Node {
     BodyId id;
@@ -251,6 +276,11 @@ class Grid {
   uint32_t MakeTile(uint32_t region, uint32_t tile);
   uint32_t MakeNode(BodyId id, Edit* edit);
   void TakeNodes(Edit* edit);
+  uint32_t PrepareSlot(const TilePart& part, Edit* edit);
+  void DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
+  void EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
+  void ClearWhereNobodyIsLeft(const TileCells& cells, uint32_t bit, uint32_t layers);
+  void DropOrNoteEmpty(uint32_t slot, Edit* edit);
   void Append(uint32_t* head, BodyId id, Edit* edit);
   void RemoveFromList(uint32_t* head, BodyId id, Edit* edit);
   static bool Shows(const Layer& layer, const Body& body);
@@ -292,35 +322,6 @@ class Grid {
   bool tracking_ = false;
   CellBox occupied_, extent_;
   Edit own_edit_;  // of who changes the grid alone
-};
-
-/// Reads cells one after the other along an outline: remembers the region that it is in. The grid
-/// must not change meanwhile.
-class CellReader {
- public:
-  explicit CellReader(const Grid& grid) : grid_(grid) {}
-
-  /// Calls f(BodyId) for the bodies in the cell until f returns true; returns whether it did.
-  template <typename F>
-  bool AnyAt(int32_t x, int32_t y, F f) {
-    if (!known_ || ((x ^ x_) | (y ^ y_)) >> RAY_REGION_SHIFT) {
-      known_ = true;
-      region_ = grid_.FindRegion(x, y);
-    }
-    x_ = x;
-    y_ = y;
-    if (region_ == 0) return false;
-    const uint32_t tile = Grid::TileOf(x, y), bit = Grid::BitOf(x, y);
-    const uint64_t word =
-        grid_.occupancy(kEverything).tiles()[std::size_t{region_} * kTilesPerRegion + tile];
-    return ((word >> bit) & 1) && grid_.AnyAt(region_, tile, bit, f);
-  }
-
- private:
-  const Grid& grid_;
-  bool known_ = false;
-  int32_t x_ = 0, y_ = 0;
-  uint32_t region_ = 0;
 };
 
 }  // namespace Stg::internal::grid

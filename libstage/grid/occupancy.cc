@@ -38,20 +38,18 @@ void Occupancy::NoteChange(uint32_t region, uint32_t tile) {
   if (tracking_ && !HasBit(&changed_tiles_[region], tile)) SetBit(&changed_tiles_[region], tile);
 }
 
-void Occupancy::Set(uint32_t region, uint32_t tile, uint32_t bit) {
+void Occupancy::Set(uint32_t region, uint32_t tile, uint64_t cells) {
   uint64_t& word = tiles_[std::size_t{region} * kTilesPerRegion + tile];
-  const uint64_t mask = uint64_t{1} << bit;
-  if (word & mask) return;
+  if ((word & cells) == cells) return;
   if (word == 0) SetBit(&tile_maps_[region], tile);
-  word |= mask;
+  word |= cells;
   NoteChange(region, tile);
 }
 
-void Occupancy::Clear(uint32_t region, uint32_t tile, uint32_t bit) {
+void Occupancy::Clear(uint32_t region, uint32_t tile, uint64_t cells) {
   uint64_t& word = tiles_[std::size_t{region} * kTilesPerRegion + tile];
-  const uint64_t mask = uint64_t{1} << bit;
-  if (!(word & mask)) return;
-  word &= ~mask;
+  if (!(word & cells)) return;
+  word &= ~cells;
   if (word == 0) ClearBit(&tile_maps_[region], tile);
   NoteChange(region, tile);
 }

@@ -30,9 +30,9 @@ class Occupancy {
   /// Makes room for regions 0 .. count - 1.
   void Resize(uint32_t count);
 
-  // Different threads may set and clear bits of different tiles at once.
-  void Set(uint32_t region, uint32_t tile, uint32_t bit);
-  void Clear(uint32_t region, uint32_t tile, uint32_t bit);
+  // Sets and clears bits of a tile. Different threads may change different tiles at once.
+  void Set(uint32_t region, uint32_t tile, uint64_t cells);
+  void Clear(uint32_t region, uint32_t tile, uint64_t cells);
 
   /// While on, tiles that change are remembered until they are forgotten.
   void TrackChanges(bool on);

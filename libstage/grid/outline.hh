@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
+#include "grid/tile_part.hh"
 
 namespace Stg::internal::grid {
 
@@ -47,6 +48,13 @@ void ForEachCellOfOutline(const point_int_t* corners, size_t count, F f) {
     ForEachCellOfEdge(from, to, f);
   }
   if (!any && count > 2) f(corners[0].x, corners[0].y);
+}
+
+/// Appends the cells of a closed outline.
+inline void AppendOutline(const point_int_t* corners, size_t count, std::vector<TilePart>* parts) {
+  PartsMaker maker(parts);
+  ForEachCellOfOutline(corners, count, [&](int32_t x, int32_t y) { maker.Add(x, y); });
+  maker.Finish();
 }
 
 }  // namespace Stg::internal::grid

@@ -176,7 +176,7 @@ void BlockGroup::Erase() {
     if (!block->drawn_) continue;
     grid::Grid& grid = owner_.scene().grid;
     if (block->exact_) block->exact_->Erase(&grid);
-    for (const grid::CellRef cell : block->cells_) grid.Remove(cell, block->body_);
+    grid.Redraw(block->body_, block->cells_, {});
     grid.RemoveBody(block->body_);
     block->cells_.clear();
     block->corners_.clear();
@@ -184,10 +184,10 @@ void BlockGroup::Erase() {
   }
 }
 
-void BlockGroup::AppendCells(grid::CellLists* cells, bool exact) const {
+void BlockGroup::AppendDrawings(grid::Drawings* drawings, bool exact) const {
   for (const auto& block : blocks_) {
-    if (exact && block->exact_) block->exact_->AppendCells(cells);
-    if (!exact && !block->cells_.empty()) cells->lists.push_back(&block->cells_);
+    if (exact && block->exact_) block->exact_->AppendDrawings(drawings);
+    if (!exact && !block->cells_.empty()) drawings->of_bodies.push_back(&block->cells_);
   }
 }
 
@@ -207,6 +207,7 @@ void BlockGroup::RefreshVisibility(bool ranger_visible) {
 void Placement::Plan(Model& model, bool with_children) {
   items_.clear();
   corners_.clear();
+  parts_.clear();
   exact_corners_.clear();
   cells_ = growth_ = 0;
   PlanModel(model, model.GetGlobalPose(), with_children);
@@ -226,7 +227,7 @@ void Placement::PlanBody(Model& model, const Pose& global) {
   const double lift = global.z + model.geom.pose.z;
   double cells = 0, drawn = 0;  // of this body: those planned, those that it is drawn in now
   for (const auto& block : model.blockgroup->blocks()) {
-    items_.push_back({&model, block.get(), corners_.size(),
+    items_.push_back({&model, block.get(), corners_.size(), parts_.size(),
                       Bounds(block->z_.min + lift, block->z_.max + lift), true, 0});
     AppendCorners(*block, frame, turn, model.scene());
     Item& item = items_.back();
@@ -234,7 +235,7 @@ void Placement::PlanBody(Model& model, const Pose& global) {
     item.moved = !block->drawn_ || now.size() != corners_.size() - item.first_corner ||
                  !std::equal(now.begin(), now.end(),
                              corners_.begin() + static_cast<long>(item.first_corner));
-    const double cells_now = static_cast<double>(block->cells_.size());
+    const double cells_now = static_cast<double>(grid::CountCells(block->cells_));
     cells += item.moved ? CellsOfOutline(item.first_corner, corners_.size()) : cells_now;
     drawn += cells_now;
   }
@@ -242,6 +243,16 @@ void Placement::PlanBody(Model& model, const Pose& global) {
   growth_ += cells - drawn;
   const double in_all = static_cast<double>(model.scene().grid.drawn_cells()) + growth_;
   if (cells > drawn && in_all > MostCells(model)) Refuse(first_item, cells);
+  PlanCells(first_item);
+}
+
+/// The cells of all items from this one on.
+void Placement::PlanCells(size_t first_item) {
+  for (size_t i = first_item; i < items_.size(); i++) {
+    items_[i].first_part = parts_.size();
+    const std::span<const point_int_t> corners = CornersOf(items_[i]);
+    if (items_[i].moved) grid::AppendOutline(corners.data(), corners.size(), &parts_);
+  }
 }
 
 /// Takes back what was planned for the last body, of so many cells.
@@ -314,17 +325,28 @@ Model* Placement::CollisionOf(const Item& item) const {
     return true;
   };
 
+  const auto look_at = [&](uint32_t slot, uint64_t cells) {
+    grid::ForEachCell({.slot = slot, .cells = cells}, [&](grid::CellRef cell) {
+      if (hit == nullptr) grid.AnyIn(cell, runs_into);
+    });
+  };
+
+  // Where the body is now, only cells with others in them are of interest.
+  const std::vector<grid::TilePart>& now = item.block->cells_;
   if (!item.moved) {
-    for (const grid::CellRef cell : item.block->cells_)
-      if (grid.AnyIn(cell, runs_into)) return hit;
-    return nullptr;
+    for (const grid::TilePart& part : now) look_at(part.slot, grid.Crowded(part));
+    return hit;
   }
-  grid::CellReader reader(grid);
-  grid::ForEachCellOfOutline(corners_.data() + item.first_corner, EndOf(item) - item.first_corner,
-                             [&](int32_t x, int32_t y) {
-                               if (hit == nullptr) reader.AnyAt(x, y, runs_into);
-                             });
-  return hit;
+  auto next = now.begin();
+  for (const grid::TilePart& part : PartsOf(item)) {
+    while (next != now.end() && next->ComesBefore(part)) ++next;
+    if (next != now.end() && next->SameTile(part))
+      look_at(next->slot, part.cells & ~(next->cells & ~grid.Crowded(*next)));
+    else
+      look_at(grid.FindTileSlot(part), part.cells);
+    if (hit != nullptr) return hit;
+  }
+  return nullptr;
 }
 
 namespace {
@@ -352,8 +374,8 @@ bool Placement::MayShareEdit() const {
 grid::CellBox Placement::NewCells() const {
   grid::CellBox box;
   for (const Item& item : items_)
-    for (size_t i = item.first_corner; item.moved && i < EndOf(item); i++)
-      Include(&box, corners_[i]);
+    if (item.moved)
+      for (const point_int_t& corner : CornersOf(item)) Include(&box, corner);
   return box;
 }
 
@@ -365,12 +387,7 @@ grid::CellBox Placement::Cells() const {
   return box;
 }
 
-size_t Placement::CountInsertions() const {
-  double cells = 0;
-  for (const Item& item : items_)  // an outline within a cell is drawn into that cell
-    if (item.moved) cells += 1 + CellsOfOutline(item.first_corner, EndOf(item));
-  return static_cast<size_t>(cells);
-}
+size_t Placement::CountNewCells() const { return grid::CountCells(parts_); }
 
 void Placement::Commit(grid::Grid::Edit* edit) {
   for (const Item& item : items_) {
@@ -389,10 +406,20 @@ void Placement::TellTooLarge(const Item& item) {
       item.model->Token(), MostCells(*item.model), item.refused_cells);
 }
 
-/// Behind the item's last corner.
-size_t Placement::EndOf(const Item& item) const {
-  const size_t next = static_cast<size_t>(&item - items_.data()) + 1;
-  return next < items_.size() ? items_[next].first_corner : corners_.size();
+std::span<const point_int_t> Placement::CornersOf(const Item& item) const {
+  const bool is_last = &item == &items_.back();
+  const size_t end = is_last ? corners_.size() : (&item + 1)->first_corner;
+  return std::span(corners_).subspan(item.first_corner, end - item.first_corner);
+}
+
+std::span<grid::TilePart> Placement::PartsOf(const Item& item) {
+  const bool is_last = &item == &items_.back();
+  const size_t end = is_last ? parts_.size() : (&item + 1)->first_part;
+  return std::span(parts_).subspan(item.first_part, end - item.first_part);
+}
+
+std::span<const grid::TilePart> Placement::PartsOf(const Item& item) const {
+  return const_cast<Placement*>(this)->PartsOf(item);
 }
 
 void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
@@ -405,28 +432,23 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
                         .tree = item.model->Root(),
                         .ranger_visible = !(item.model->vis.ranger_return < 0)};
   const sensing::Scene& scene = item.model->scene();
+  const std::span<const point_int_t> corners = CornersOf(item);
   if (scene.exact_drawing) {
     if (!block.exact_) block.exact_ = std::make_unique<ExactDrawing>();
-    block.exact_->Draw(&grid, body, exact_corners_.data() + item.first_corner,
-                       EndOf(item) - item.first_corner, scene.cells_per_metre);
-  }
-  if (!item.moved) {
-    grid.ChangeBody(block.body_, body, block.cells_);
-    return;
+    block.exact_->Draw(&grid, body, exact_corners_.data() + item.first_corner, corners.size(),
+                       scene.cells_per_metre);
   }
   if (block.drawn_) {
-    for (const grid::CellRef cell : block.cells_) grid.Remove(cell, block.body_, edit);
-    grid.ChangeBody(block.body_, body, {});
+    grid.ChangeBody(block.body_, body, block.cells_);
   } else {
     block.body_ = grid.AddBody(body);
     block.drawn_ = item.model->blockgroup->drawn_ = true;
   }
-  block.corners_.assign(corners_.begin() + static_cast<long>(item.first_corner),
-                        corners_.begin() + static_cast<long>(EndOf(item)));
-  block.cells_.clear();
-  grid::ForEachCellOfOutline(
-      block.corners_.data(), block.corners_.size(),
-      [&](int32_t x, int32_t y) { block.cells_.push_back(grid.Insert(x, y, block.body_, edit)); });
+  if (!item.moved) return;
+  const std::span<grid::TilePart> parts = PartsOf(item);
+  grid.Redraw(block.body_, block.cells_, parts, edit);
+  block.cells_.assign(parts.begin(), parts.end());
+  block.corners_.assign(corners.begin(), corners.end());
 }
 
 }  // namespace Stg

@@ -7,6 +7,7 @@
 #define STAGE_MODELS_BLOCK_HH
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "geometry/geometry.hh"
@@ -53,7 +54,7 @@ class Block {
   bool drawn_ = false;
   grid::BodyId body_ = 0;
   std::vector<point_int_t> corners_;
-  std::vector<grid::CellRef> cells_;
+  std::vector<grid::TilePart> cells_;
 };
 
 /// Puts a polygon in the order that Stage wants: if the sum of its turning angles is not positive,
@@ -93,8 +94,8 @@ class BlockGroup {
 
   /// Takes the body off the grid.
   void Erase();
-  /// The lists of cells of those blocks that are drawn; `exact`: for the exact ray model.
-  void AppendCells(grid::CellLists* cells, bool exact) const;
+  /// The cells of those blocks that are drawn; `exact`: for the exact ray model.
+  void AppendDrawings(grid::Drawings* drawings, bool exact) const;
   /// To be called when the owner's visibility to rangers changed.
   void RefreshVisibility(bool ranger_visible);
 
@@ -140,14 +141,15 @@ class Placement {
   grid::CellBox Cells() const;
   /// The cells that bodies will be drawn in anew lie in here...
   grid::CellBox NewCells() const;
-  /// ...and are so many.
-  size_t CountInsertions() const;
+  /// ...and are so many at most.
+  size_t CountNewCells() const;
 
  private:
   struct Item {
     Model* model;
     Block* block;
     size_t first_corner;  // there are none if it is not to be drawn
+    size_t first_part;    // of the cells that it will be drawn in; none if it stays where it is
     Bounds z;
     bool moved;            // it will be drawn in other cells than now
     double refused_cells;  // of its body, if that is too large; else 0
@@ -155,18 +157,22 @@ class Placement {
   void PlanModel(Model& model, const Pose& global, bool with_children);
   void PlanBody(Model& model, const Pose& global);
   void Refuse(size_t first_item, double cells);
+  void PlanCells(size_t first_item);
   void AppendCorners(const Block& block, const Pose& frame, const SineCosine& turn,
                      const internal::sensing::Scene& scene);
   double CellsOfOutline(size_t first_corner, size_t end) const;
   static double MostCells(const Model& model);
   Model* CollisionOf(const Item& item) const;
-  size_t EndOf(const Item& item) const;
+  std::span<const point_int_t> CornersOf(const Item& item) const;
+  std::span<grid::TilePart> PartsOf(const Item& item);
+  std::span<const grid::TilePart> PartsOf(const Item& item) const;
   void CommitItem(const Item& item, grid::Grid::Edit* edit);
   static void TellTooLarge(const Item& item);
 
   std::vector<Item> items_;
   std::vector<point_int_t> corners_;
-  std::vector<point_t> exact_corners_;  // the same, global metres; only for the exact drawing
+  std::vector<grid::TilePart> parts_;
+  std::vector<point_t> exact_corners_;  // the corners, global metres; only for the exact drawing
   double cells_ = 0;                    // see CountCells()
   double growth_ = 0;                   // by how many cells more than now will be drawn
 };

@@ -11,12 +11,6 @@ namespace Stg {
 
 namespace {
 
-uint64_t Packed(int32_t x, int32_t y) {
-  return uint64_t{static_cast<uint32_t>(y)} << 32 | static_cast<uint32_t>(x);
-}
-int32_t UnpackedX(uint64_t place) { return static_cast<int32_t>(static_cast<uint32_t>(place)); }
-int32_t UnpackedY(uint64_t place) { return static_cast<int32_t>(place >> 32); }
-
 /// A circle around the corners.
 void Enclose(grid::Body* part) {
   const point_t* begin = part->corners;
@@ -67,33 +61,20 @@ grid::Body ExactDrawing::BodyOf(const grid::Body& body, size_t run) const {
   return part;
 }
 
-/// Only the difference is drawn: a body that moves on by little stays in most of its cells.
 void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metre) {
-  static thread_local std::vector<uint64_t> places;  // for their memory
-  static thread_local std::vector<grid::CellRef> cells;
+  static thread_local std::vector<grid::TilePart> cells;  // for its memory
   Run& run = runs_[index];
-  places.clear();
+  cells.clear();
+  grid::PartsMaker maker(&cells);
   const size_t first = index * kRunEdges;
   const size_t last = std::min(first + kRunEdges, corners_.size() - 1);
   for (size_t i = first; i < last; i++) {
     const point_t from(corners_[i].x * cells_per_metre, corners_[i].y * cells_per_metre);
     const point_t to(corners_[i + 1].x * cells_per_metre, corners_[i + 1].y * cells_per_metre);
-    grid::ForEachCellNear(from, to, [](int32_t x, int32_t y) { places.push_back(Packed(x, y)); });
+    grid::ForEachCellNear(from, to, [&](int32_t x, int32_t y) { maker.Add(x, y); });
   }
-  std::sort(places.begin(), places.end());
-  places.erase(std::unique(places.begin(), places.end()), places.end());
-
-  cells.clear();
-  size_t old = 0;
-  for (const uint64_t place : places) {
-    while (old < run.places.size() && run.places[old] < place)
-      grid->Remove(run.cells[old++], run.body);
-    const bool kept = old < run.places.size() && run.places[old] == place;
-    cells.push_back(kept ? run.cells[old++]
-                         : grid->Insert(UnpackedX(place), UnpackedY(place), run.body));
-  }
-  while (old < run.places.size()) grid->Remove(run.cells[old++], run.body);
-  run.places.assign(places.begin(), places.end());
+  maker.Finish();
+  grid->Redraw(run.body, run.cells, cells);
   run.cells.assign(cells.begin(), cells.end());
 }
 
@@ -104,16 +85,16 @@ void ExactDrawing::Change(grid::Grid* grid, const grid::Body& body) {
 
 void ExactDrawing::Erase(grid::Grid* grid) {
   for (Run& run : runs_) {
-    for (const grid::CellRef cell : run.cells) grid->Remove(cell, run.body);
+    grid->Redraw(run.body, run.cells, {});
     grid->RemoveBody(run.body);
   }
   runs_.clear();
   corners_.clear();
 }
 
-void ExactDrawing::AppendCells(grid::CellLists* lists) const {
+void ExactDrawing::AppendDrawings(grid::Drawings* drawings) const {
   for (const Run& run : runs_)
-    if (!run.cells.empty()) lists->lists.push_back(&run.cells);
+    if (!run.cells.empty()) drawings->of_bodies.push_back(&run.cells);
 }
 
 }  // namespace Stg

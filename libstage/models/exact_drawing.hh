@@ -23,14 +23,13 @@ class ExactDrawing {
   /// Changes what the grid knows of the block.
   void Change(grid::Grid* grid, const grid::Body& body);
   void Erase(grid::Grid* grid);
-  void AppendCells(grid::CellLists* lists) const;
+  void AppendDrawings(grid::Drawings* drawings) const;
 
  private:
   /// Consecutive edges: a ray that comes to a cell need not look at the whole of a long outline.
   struct Run {
     grid::BodyId body = 0;
-    std::vector<uint64_t> places;  // coordinates of the cells, packed, in ascending order
-    std::vector<grid::CellRef> cells;
+    std::vector<grid::TilePart> cells;
   };
   static constexpr size_t kRunEdges = 8;
 

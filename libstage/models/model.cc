@@ -492,9 +492,9 @@ void Model::PlaceFan(sensing::Fan* fan, const Pose& origin, meters_t range, RayM
   fan->layer = scene_->grid.EverythingLayer(fan->exact);
 }
 
-void Model::CollectCells(grid::CellLists* lists, bool exact) const {
-  blockgroup->AppendCells(lists, exact);
-  for (const Model* child : children) child->CollectCells(lists, exact);
+void Model::CollectDrawings(grid::Drawings* drawings, bool exact) const {
+  blockgroup->AppendDrawings(drawings, exact);
+  for (const Model* child : children) child->CollectDrawings(drawings, exact);
 }
 
 const sensing::Window& Model::OwnWindow(const sensing::Fan& fan) {
@@ -503,15 +503,15 @@ const sensing::Window& Model::OwnWindow(const sensing::Fan& fan) {
   auto& own = windows_->of[fan.exact];
   if (own.batch == scene_->batch_number) return own.window;
   own.batch = scene_->batch_number;
-  own.window = scene_->batch.MakeWindow(scene_->grid, OwnCells(fan.exact), this, fan.exact);
+  own.window = scene_->batch.MakeWindow(scene_->grid, OwnDrawings(fan.exact), this, fan.exact);
   return own.window;
 }
 
-const grid::CellLists& Model::OwnCells(bool exact) const {
-  static thread_local grid::CellLists cells;  // for its memory
-  cells.lists.clear();
-  CollectCells(&cells, exact);
-  return cells;
+const grid::Drawings& Model::OwnDrawings(bool exact) const {
+  static thread_local grid::Drawings drawings;  // for its memory
+  drawings.of_bodies.clear();
+  CollectDrawings(&drawings, exact);
+  return drawings;
 }
 
 }  // namespace Stg

@@ -41,7 +41,7 @@ struct Scene;
 struct Window;
 }  // namespace sensing
 namespace grid {
-struct CellLists;
+struct Drawings;
 }
 }  // namespace internal
 
@@ -450,9 +450,9 @@ class Model : public Ancestor {
   void LoadControllers();
   void AddBoundary();
   void SetRoot(Model* new_root);
-  void CollectCells(internal::grid::CellLists* lists, bool exact) const;
+  void CollectDrawings(internal::grid::Drawings* drawings, bool exact) const;
   /// The same; valid until the thread's next call.
-  const internal::grid::CellLists& OwnCells(bool exact) const;
+  const internal::grid::Drawings& OwnDrawings(bool exact) const;
   void StopCharging();
   bool HasCallbacks(callback_type_t t) const {
     if (callbacks_.get() == NULL) return false;

@@ -50,20 +50,20 @@ void Model::StopCharging() {
 
 void Model::AppendTouchingModels(std::vector<Model*>* touching) const {
   const auto begin = static_cast<std::ptrdiff_t>(touching->size());
-  static thread_local grid::CellLists cells;  // for its memory
-  cells.lists.clear();
-  blockgroup->AppendCells(&cells, false);
+  static thread_local grid::Drawings drawings;  // for its memory
+  drawings.of_bodies.clear();
+  blockgroup->AppendDrawings(&drawings, false);
   const grid::Grid& grid = scene_->grid;
   const Model* last = nullptr;
-  for (const std::vector<grid::CellRef>* list : cells.lists)
-    for (const grid::CellRef cell : *list)
-      grid.AnyIn(cell, [&](grid::BodyId body) {
-        if (grid.body(body).exact()) return false;
-        Model* other = grid.body(body).model;
-        if (other != last && !IsRelated(other)) touching->push_back(other);
-        last = other;
-        return false;
-      });
+  drawings.ForEachCell([&](grid::CellRef cell) {
+    grid.AnyIn(cell, [&](grid::BodyId body) {
+      if (grid.body(body).exact()) return false;
+      Model* other = grid.body(body).model;
+      if (other != last && !IsRelated(other)) touching->push_back(other);
+      last = other;
+      return false;
+    });
+  });
   std::sort(touching->begin() + begin, touching->end(),
             [](const Model* a, const Model* b) { return a->id < b->id; });
   touching->erase(std::unique(touching->begin() + begin, touching->end()), touching->end());

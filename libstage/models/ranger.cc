@@ -270,7 +270,7 @@ sensing::BatchShare ModelRanger::MeasureUpdate() {
     OwnWindows::OfDrawing& own = root->windows_->of[exact];
     if (!own.Claim(scene().batch_number)) continue;
     makes_window_[exact] = true;
-    own.window = sensing::RayBatch::PlanWindow(scene().grid, root->OwnCells(exact));
+    own.window = sensing::RayBatch::PlanWindow(root->OwnDrawings(exact));
     share.words += own.window.words();
   }
   return share;
@@ -290,8 +290,8 @@ bool ModelRanger::FillUpdate(sensing::BatchShare first) {
   sensing::Scene& shared = scene();
   for (const bool exact : {false, true})
     if (makes_window_[exact])
-      shared.batch.FillWindow(root->windows_->of[exact].window, shared.grid, root->OwnCells(exact),
-                              root, exact);
+      shared.batch.FillWindow(root->windows_->of[exact].window, shared.grid,
+                              root->OwnDrawings(exact), root, exact);
   const Pose frame = GetGlobalPose() + geom.pose;
   const SineCosine turn = SinCos(frame.a);
   for (uint32_t i = 0; i < sensors_.size(); i++) {

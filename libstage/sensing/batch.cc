@@ -83,41 +83,20 @@ ray_window_t RayBatch::WindowOf(const Fan& fan) const {
           r.window_size >> 16};
 }
 
-namespace {
-
-/// Calls f(cell, tile_x, tile_y) for all cells; where a tile is gets looked up once for a run of
-/// cells in it.
-template <typename F>
-void ForEachCell(const grid::Grid& grid, const grid::CellLists& cells, F f) {
-  uint32_t slot = 0;
-  int32_t x = 0, y = 0;
-  for (const auto* list : cells.lists) {
-    for (const grid::CellRef cell : *list) {
-      if (slot != grid::Grid::TileSlot(cell)) {
-        slot = grid::Grid::TileSlot(cell);
-        grid.TileCoordinates(slot, &x, &y);
-      }
-      f(cell, x, y);
-    }
-  }
-}
-
-}  // namespace
-
-Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree,
+Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::Drawings& own, const void* tree,
                             bool exact) {
-  Window window = PlanWindow(grid, cells);
+  Window window = PlanWindow(own);
   window.first = AddRoom({.rays = 0, .fans = 0, .words = window.words()}).words;
-  FillWindow(window, grid, cells, tree, exact);
+  FillWindow(window, grid, own, tree, exact);
   return window;
 }
 
-Window RayBatch::PlanWindow(const grid::Grid& grid, const grid::CellLists& cells) {
-  grid::CellBox box;
-  ForEachCell(grid, cells, [&](grid::CellRef, int32_t x, int32_t y) {
-    if (box.empty()) box = {x, y, x, y};
-    box = {std::min(box.min_x, x), std::min(box.min_y, y), std::max(box.max_x, x),
-           std::max(box.max_y, y)};
+Window RayBatch::PlanWindow(const grid::Drawings& own) {
+  grid::CellBox box;  // in tiles
+  own.ForEachPart([&](const grid::TilePart& part) {
+    if (box.empty()) box = {part.x, part.y, part.x, part.y};
+    box = {std::min(box.min_x, part.x), std::min(box.min_y, part.y), std::max(box.max_x, part.x),
+           std::max(box.max_y, part.y)};
   });
   if (box.empty()) return Window();
   const int64_t width = int64_t{box.max_x} - box.min_x + 1;
@@ -126,18 +105,22 @@ Window RayBatch::PlanWindow(const grid::Grid& grid, const grid::CellLists& cells
   return {box.min_x, box.min_y, static_cast<uint32_t>(width), static_cast<uint32_t>(height), 0};
 }
 
-void RayBatch::FillWindow(const Window& window, const grid::Grid& grid,
-                          const grid::CellLists& cells, const void* tree, bool exact) {
+void RayBatch::FillWindow(const Window& window, const grid::Grid& grid, const grid::Drawings& own,
+                          const void* tree, bool exact) {
   if (window.words() == 0) return;
   uint64_t* words = &window_words_[window.first];
-  ForEachCell(grid, cells, [&](grid::CellRef cell, int32_t x, int32_t y) {
-    const bool shared = grid.AnyIn(cell, [&](grid::BodyId other) {
-      return grid.body(other).tree != tree && grid.body(other).exact() == exact;
+  const auto is_other = [&](grid::BodyId id) {
+    return grid.body(id).tree != tree && grid.body(id).exact() == exact;
+  };
+  own.ForEachPart([&](const grid::TilePart& part) {
+    uint64_t hidden = part.cells;
+    grid::TilePart crowded = part;
+    crowded.cells = grid.Crowded(part);
+    grid::ForEachCell(crowded, [&](grid::CellRef cell) {
+      if (grid.AnyIn(cell, is_other)) hidden &= ~(uint64_t{1} << (cell & 63));
     });
-    if (shared) return;
-    const uint32_t tile =
-        static_cast<uint32_t>(y - window.y) * window.width + static_cast<uint32_t>(x - window.x);
-    words[tile] |= uint64_t{1} << (cell & 63);
+    const uint32_t x = static_cast<uint32_t>(part.x - window.x);
+    words[static_cast<uint32_t>(part.y - window.y) * window.width + x] |= hidden;
   });
 }
 

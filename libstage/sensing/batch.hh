@@ -48,9 +48,9 @@ class RayBatch {
   /// The same with bearings of its own (a sensor with angular noise), in radians.
   void Add(Fan fan, const std::vector<double>& bearings, const Window& window);
 
-  /// The window of a body that is drawn in these cells (a list for each of its blocks): the cells
-  /// in which there is nothing else. `tree` as in grid::Body; `exact`: which drawing of the bodies.
-  Window MakeWindow(const grid::Grid& grid, const grid::CellLists& cells, const void* tree,
+  /// The window of a tree with these drawings: their cells in which there is nothing else. `tree`
+  /// as in grid::Body; `exact`: which drawing of the bodies.
+  Window MakeWindow(const grid::Grid& grid, const grid::Drawings& own, const void* tree,
                     bool exact);
 
   // The same in parts, for many fans at once: first it is counted what comes, then room is made,
@@ -61,8 +61,8 @@ class RayBatch {
   /// Puts a fan into its room. `first_ray`: of the batch.
   void Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples, const Window& window);
   /// A window around a body without its words, with `first` 0.
-  static Window PlanWindow(const grid::Grid& grid, const grid::CellLists& cells);
-  void FillWindow(const Window& window, const grid::Grid& grid, const grid::CellLists& cells,
+  static Window PlanWindow(const grid::Drawings& own);
+  void FillWindow(const Window& window, const grid::Grid& grid, const grid::Drawings& own,
                   const void* tree, bool exact);
 
   std::span<const Fan> fans() const { return {fans_.data(), fan_count_}; }

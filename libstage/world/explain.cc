@@ -120,10 +120,10 @@ class World::Survey {
       blocks_.push_back({&model, Bounds(z.min + lift, z.max + lift), ranger_visible});
       s_.memory.bodies += sizeof(Block) + corners * (2 * sizeof(point_t) + sizeof(point_int_t));
     }
-    grid::CellLists cells;
-    for (const bool exact : {false, true}) model.body().AppendCells(&cells, exact);
-    for (const auto* list : cells.lists)
-      s_.memory.bodies += list->capacity() * sizeof(grid::CellRef);
+    grid::Drawings drawings;
+    for (const bool exact : {false, true}) model.body().AppendDrawings(&drawings, exact);
+    for (const auto* parts : drawings.of_bodies)
+      s_.memory.bodies += parts->capacity() * sizeof(grid::TilePart);
   }
 
   void TakeRanger(const ModelRanger& ranger) {

@@ -115,7 +115,7 @@ void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPoo
 void MovePhase::Describe(Plan* plan, const grid::Grid& grid) {
   const Placement& placement = plan->placement;
   plan->tiles = TilesOf(placement.Cells());
-  plan->insertions = placement.CountInsertions();
+  plan->new_cells = placement.CountNewCells();
   plan->kind =
       placement.MayShareEdit() && CountOf(plan->tiles) <= kMostTiles ? Plan::kShared : Plan::kAlone;
   if (plan->kind == Plan::kAlone) return;
@@ -149,7 +149,7 @@ void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers
 
 /// Ranks, and room in the grid. Returns how many cells may be drawn.
 size_t MovePhase::AssignRanks(size_t begin, size_t end) {
-  size_t tiles = 0, insertions = 0;
+  size_t tiles = 0, cells = 0;
   for (size_t i = begin; i < end; i++)
     if (plans_[i].kind == Plan::kShared) tiles += static_cast<size_t>(CountOf(plans_[i].tiles));
   ranks_.Clear(tiles);
@@ -157,12 +157,12 @@ size_t MovePhase::AssignRanks(size_t begin, size_t end) {
     Plan& plan = plans_[i];
     if (plan.kind != Plan::kShared) continue;
     plan.rank = ranks_.Add(plan.tiles);
-    insertions += plan.insertions;
+    cells += plan.new_cells;
     // Tiles that were there may be gone if others of this part have moved since.
     if (plan.tiles_missing || begin > 0)
       ForEachTile(plan.new_tiles, [&](int32_t x, int32_t y) { grid_->PrepareTile(x, y); });
   }
-  return insertions;
+  return cells;
 }
 
 void MovePhase::SortByRank(size_t begin, size_t end) {

@@ -63,7 +63,7 @@ class MovePhase {
     grid::CellBox tiles;      // that it may look at
     grid::CellBox new_tiles;  // that it may be drawn into anew
     bool tiles_missing;       // in the grid, of the new ones
-    size_t insertions;
+    size_t new_cells;
     uint32_t rank;
     Placement placement;
   };

@@ -386,13 +386,12 @@ class World::Gauge {
 
   bool IsAlone(const Model& model) const {
     const grid::Grid& grid = engine_.scene.grid;
-    grid::CellLists cells;
-    for (const bool exact : {false, true}) model.CollectCells(&cells, exact);
+    grid::Drawings drawings;
+    for (const bool exact : {false, true}) model.CollectDrawings(&drawings, exact);
     const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != model.Root(); };
-    for (const auto* list : cells.lists)
-      for (const grid::CellRef cell : *list)
-        if (grid.AnyIn(cell, is_other)) return false;
-    return true;
+    bool alone = true;
+    drawings.ForEachCell([&](grid::CellRef cell) { alone &= !grid.AnyIn(cell, is_other); });
+    return alone;
   }
 
   struct Place {

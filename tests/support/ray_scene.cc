@@ -68,14 +68,13 @@ void RayScene::AddBody(const std::vector<point_int_t>& outline) {
   const grid::Body body{
       bottom, bottom + PickHeight(), ModelOf(drawn.tree), TreeOf(drawn.tree), !Chance(0.1), 0};
   drawn.id = grid_.AddBody(body);
-  grid::ForEachCellOfOutline(outline.data(), outline.size(), [&](int32_t x, int32_t y) {
-    drawn.cells.push_back(grid_.Insert(x, y, drawn.id));
-  });
+  grid::AppendOutline(outline.data(), outline.size(), &drawn.cells);
+  grid_.Redraw(drawn.id, {}, drawn.cells);
   bodies_.push_back(std::move(drawn));
 }
 
 void RayScene::RemoveBody(size_t i) {
-  for (const grid::CellRef cell : bodies_[i].cells) grid_.Remove(cell, bodies_[i].id);
+  grid_.Redraw(bodies_[i].id, bodies_[i].cells, {});
   grid_.RemoveBody(bodies_[i].id);
   bodies_[i] = std::move(bodies_.back());
   bodies_.pop_back();
@@ -162,10 +161,10 @@ void RayScene::AddFan() {
   sensing::Window window;
   if (Chance(0.5)) {
     const uint32_t tree = Below(kTrees);
-    grid::CellLists cells;
+    grid::Drawings own;
     for (const Drawn& drawn : bodies_)
-      if (drawn.tree == tree && Chance(0.3)) cells.lists.push_back(&drawn.cells);
-    window = batch_.MakeWindow(grid_, cells, TreeOf(tree), false);
+      if (drawn.tree == tree && Chance(0.3)) own.of_bodies.push_back(&drawn.cells);
+    window = batch_.MakeWindow(grid_, own, TreeOf(tree), false);
   }
   if (Chance(0.2)) {
     std::vector<double> bearings;

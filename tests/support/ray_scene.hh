@@ -36,7 +36,7 @@ class RayScene {
   struct Drawn {
     Stg::internal::grid::BodyId id;
     uint32_t tree;
-    std::vector<Stg::internal::grid::CellRef> cells;
+    std::vector<Stg::internal::grid::TilePart> cells;
   };
 
   bool Chance(double probability) { return random_.Uniform() < probability; }

@@ -14,6 +14,7 @@
 #include "geometry/geometry.hh"
 #include "grid/grid.hh"
 #include "kernels/ray_walk.h"
+#include "support/draw_cells.hh"
 #include "support/plain_walk.hh"
 #include "support/random_source.hh"
 
@@ -39,7 +40,7 @@ class Terrain {
     if (picture_[place]) return;
     picture_[place] = true;
     cells_.push_back({x_ + x, y_ + y});
-    grid_.Insert(x_ + x, y_ + y, body_);
+    DrawCell(&grid_, x_ + x, y_ + y, body_);
     low_x_ = std::min(low_x_, x_ + x);
     low_y_ = std::min(low_y_, y_ + y);
     high_x_ = std::max(high_x_, x_ + x);

@@ -87,9 +87,9 @@ class GridPicture {
 constexpr size_t kMostSteps = 4096;  // of a ray
 constexpr size_t kMostRays = 60;     // of a sensor; with more of them nothing can be told apart
 
-void CollectCells(const Model& model, bool exact, grid::CellLists* lists) {
-  model.body().AppendCells(lists, exact);
-  for (const Model* child : model.GetChildren()) CollectCells(*child, exact, lists);
+void CollectDrawings(const Model& model, bool exact, grid::Drawings* drawings) {
+  model.body().AppendDrawings(drawings, exact);
+  for (const Model* child : model.GetChildren()) CollectDrawings(*child, exact, drawings);
 }
 
 class RayPicture {
@@ -114,10 +114,10 @@ class RayPicture {
     if (fan.nothing) return;
     grid::Grid& grid = world_.engine().scene.grid;
     fan.layer = grid.RangerLayer(fan.z, fan.z_test, fan.exact);
-    grid::CellLists cells;
-    CollectCells(root_, fan.exact, &cells);
+    grid::Drawings own;
+    CollectDrawings(root_, fan.exact, &own);
     sensing::RayBatch batch;
-    const sensing::Window window = batch.MakeWindow(grid, cells, root_.Root(), fan.exact);
+    const sensing::Window window = batch.MakeWindow(grid, own, root_.Root(), fan.exact);
     const ray_window_t hidden{batch.window_words().data() + window.first, window.x, window.y,
                               window.width, window.height};
     z_ = fan.z;

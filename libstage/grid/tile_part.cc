@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "grid/tile_part.hh"
+
+#include <algorithm>
+#include <bit>
+
+namespace Stg::internal::grid {
+
+std::size_t CountCells(std::span<const TilePart> parts) {
+  std::size_t count = 0;
+  for (const TilePart& part : parts) count += static_cast<std::size_t>(std::popcount(part.cells));
+  return count;
+}
+
+void PartsMaker::Finish() {
+  const auto begin = parts_.begin() + static_cast<std::ptrdiff_t>(first_);
+  if (begin == parts_.end()) return;
+  std::sort(begin, parts_.end(),
+            [](const TilePart& a, const TilePart& b) { return a.ComesBefore(b); });
+  auto last = begin;
+  for (auto part = begin + 1; part != parts_.end(); ++part) {
+    if (part->SameTile(*last))
+      last->cells |= part->cells;
+    else
+      *++last = *part;
+  }
+  parts_.erase(last + 1, parts_.end());
+}
+
+}  // namespace Stg::internal::grid

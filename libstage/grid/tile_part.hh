@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The cells that a body is drawn in, tile by tile: what is done to one cell of a tile is done to
+// all of them at once.
+
+#ifndef STAGE_GRID_TILE_PART_HH
+#define STAGE_GRID_TILE_PART_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/ray_walk.h"
+
+namespace Stg::internal::grid {
+
+/// Some cells of one tile, a square of 8 x 8 cells.
+struct TilePart {
+  int32_t x = 0, y = 0;  ///< of the tile, in tiles
+  uint32_t slot = 0;     ///< the tile's number in the grid, while something is drawn in it
+  uint64_t cells = 0;    ///< bits, see BitOf()
+
+  /// A cell's bit in its tile.
+  static uint32_t BitOf(int32_t x, int32_t y) {
+    return static_cast<uint32_t>((x & 7) | ((y & 7) << 3));
+  }
+  bool SameTile(const TilePart& o) const { return x == o.x && y == o.y; }
+  /// The order in which parts are kept.
+  bool ComesBefore(const TilePart& o) const { return y == o.y ? x < o.x : y < o.y; }
+};
+
+std::size_t CountCells(std::span<const TilePart> parts);
+
+/// Appends cells to a list as parts: in the order of tiles, each tile once. What was in the list
+/// before stays as it was.
+class PartsMaker {
+ public:
+  explicit PartsMaker(std::vector<TilePart>* parts) : parts_(*parts), first_(parts->size()) {}
+  /// Cells in any order, also several times; it takes less time if those of a tile follow each
+  /// other.
+  void Add(int32_t x, int32_t y) {
+    const int32_t tile_x = x >> RAY_TILE_SHIFT, tile_y = y >> RAY_TILE_SHIFT;
+    if (parts_.size() == first_ || parts_.back().x != tile_x || parts_.back().y != tile_y)
+      parts_.push_back({tile_x, tile_y, 0, 0});
+    parts_.back().cells |= uint64_t{1} << TilePart::BitOf(x, y);
+  }
+  /// To be called when all cells are in.
+  void Finish();
+
+ private:
+  std::vector<TilePart>& parts_;
+  std::size_t first_;
+};
+
+}  // namespace Stg::internal::grid
+
+#endif

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Bodies in a grid cell by cell.
+
+#ifndef STAGE_TESTS_SUPPORT_DRAW_CELLS_HH
+#define STAGE_TESTS_SUPPORT_DRAW_CELLS_HH
+
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "grid/grid.hh"
+
+namespace Stg::test {
+
+inline grid::TilePart PartOfCell(int32_t x, int32_t y) {
+  return {x >> 3, y >> 3, 0, uint64_t{1} << grid::Grid::BitOf(x, y)};
+}
+
+/// Draws a body in one more cell, in which it may be already.
+inline grid::CellRef DrawCell(grid::Grid* grid, int32_t x, int32_t y, grid::BodyId body) {
+  grid::TilePart part = PartOfCell(x, y);
+  grid->Redraw(body, {}, std::span(&part, 1));
+  return part.slot << 6 | grid::Grid::BitOf(x, y);
+}
+
+/// Undoes one DrawCell().
+inline void EraseCell(grid::Grid* grid, grid::CellRef cell, grid::BodyId body) {
+  int32_t x, y;
+  grid->Coordinates(cell, &x, &y);
+  grid::TilePart part = PartOfCell(x, y);
+  part.slot = cell >> 6;
+  grid->Redraw(body, std::span(&part, 1), {});
+}
+
+/// The parts that these cells make up.
+inline std::vector<grid::TilePart> PartsOf(const grid::Grid& grid,
+                                           const std::vector<grid::CellRef>& cells) {
+  std::vector<grid::TilePart> parts;
+  grid::PartsMaker maker(&parts);
+  for (const grid::CellRef cell : cells) {
+    int32_t x, y;
+    grid.Coordinates(cell, &x, &y);
+    maker.Add(x, y);
+  }
+  maker.Finish();
+  for (grid::TilePart& part : parts) part.slot = grid.FindTileSlot(part);
+  return parts;
+}
+
+/// The bodies in a cell, in their order.
+inline std::vector<grid::BodyId> BodiesAt(const grid::Grid& grid, int32_t x, int32_t y) {
+  std::vector<grid::BodyId> found;
+  grid.AnyAt(grid.FindRegion(x, y), grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y),
+             [&](grid::BodyId id) {
+               found.push_back(id);
+               return false;
+             });
+  return found;
+}
+
+}  // namespace Stg::test
+
+#endif
