@@ -325,18 +325,31 @@ void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t c
   if (tag >= sensors_.size() || sensors_[tag].ranges.size() != count) return;
   Sensor& sensor = sensors_[tag];
   sensor.intensities.resize(count);
-  const double share = FiniteOr0(sensor.range_noise);
-  const double deviation = std::sqrt(Magnitude(FiniteOr0(sensor.range_noise_const)));
-  const bool noisy = share != 0 || deviation > 0;
+  double* const ranges = sensor.ranges.data();
+  double* const intensities = sensor.intensities.data();
+  const Model* seen = nullptr;  // neighbouring rays mostly hit the same model
+  double intensity = 0;
   for (uint32_t i = 0; i < count; i++) {
-    double range = hits[i].range;
-    if (noisy && range < sensor.range.max)
-      range += range * share * UniformError(&sensor.random_) +
-               (deviation > 0 ? deviation * NormalError(&sensor.random_) : 0.0);
-    sensor.ranges[i] = range;
+    ranges[i] = hits[i].range;
+    if (hits[i].model != seen) {
+      seen = hits[i].model;
+      intensity = seen ? seen->vis.ranger_return : 0.0;
+    }
     // Most stay as they are: what isn't written needs no way back to memory.
-    const double intensity = hits[i].model ? hits[i].model->vis.ranger_return : 0.0;
-    if (sensor.intensities[i] != intensity) sensor.intensities[i] = intensity;
+    if (intensities[i] != intensity) intensities[i] = intensity;
+  }
+  sensor.AddRangeNoise();
+}
+
+/// A range that is the maximum stays as it is.
+void ModelRanger::Sensor::AddRangeNoise() {
+  const double share = FiniteOr0(range_noise);
+  const double deviation = std::sqrt(Magnitude(FiniteOr0(range_noise_const)));
+  if (share == 0 && !(deviation > 0)) return;
+  for (double& r : ranges) {
+    if (!(r < range.max)) continue;
+    const double relative = r * share * UniformError(&random_);
+    r += relative + (deviation > 0 ? deviation * NormalError(&random_) : 0.0);
   }
 }
 

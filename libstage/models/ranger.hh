@@ -65,6 +65,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     void FindTable(internal::sensing::DirectionTables* tables);
     double Increment() const;
     bool HasAngleNoise() const;
+    void AddRangeNoise();
     void Resize();
     void LoadRange(Worldfile* wf, int entity);
 
