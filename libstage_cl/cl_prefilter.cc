@@ -37,6 +37,11 @@ bool SharesMemory(const ::cl::Device& device) {
   return shared != CL_FALSE;
 }
 
+sensing::PrefilterError AsPrefilterError(const ::cl::Error& error) {
+  return sensing::PrefilterError(std::string(error.what()) + ", error " +
+                                 std::to_string(error.err()));
+}
+
 }  // namespace
 
 ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
@@ -66,15 +71,9 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
                                     const sensing::RayBatch& batch) try {
   const double start = Now();
   hits_.Unmap();
-  memory_.to_device.Reset();
   memory_.from_device.Reset();
   MakeGroups(batch);
-  SendStructure(grid);
-  for (uint32_t i = 0; i < grid.layer_count(); i++) {
-    const bool wanted = std::any_of(groups_.begin(), groups_.end(),
-                                    [i](const Group& group) { return group.layer == i; });
-    if (wanted) SendLayer(grid, i);
-  }
+  SendGrid(grid);
   SendBatch(tables, batch);
   const std::size_t hit_bytes = std::size_t{batch.ray_count()} * per_ray_ * sizeof(uint32_t);
   hits_.Reserve(hit_bytes);
@@ -82,6 +81,8 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   const double sent = Now();
   for (const Group& group : groups_) Launch(grid, group);
   queue_.finish();
+  memory_.to_device.Reset();
+  sent_ahead_ = false;
   const double walked = Now();
   const auto* hits = static_cast<const uint32_t*>(hits_.MapForReading(hit_bytes));
   statistics_.send_seconds += sent - start;
@@ -90,8 +91,18 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   statistics_.bytes_fetched += hit_bytes;
   return {hits, per_ray_};
 } catch (const ::cl::Error& error) {
-  throw sensing::PrefilterError(std::string(error.what()) + ", error " +
-                                std::to_string(error.err()));
+  throw AsPrefilterError(error);
+}
+
+void ClPrefilter::SendAhead(grid::Grid& grid) try {
+  if (sent_ahead_) return;  // pinned memory is free again when a batch has been walked
+  const double start = Now();
+  SendGrid(grid);
+  queue_.flush();
+  sent_ahead_ = true;
+  statistics_.send_seconds += Now() - start;
+} catch (const ::cl::Error& error) {
+  throw AsPrefilterError(error);
 }
 
 /// Fans that the device can walk, by layer and number of samples; within these in their own order.
@@ -124,6 +135,16 @@ void ClPrefilter::MakeGroups(const sensing::RayBatch& batch) {
   fan_count_ = first;
 }
 
+/// What the groups' walks need of it.
+void ClPrefilter::SendGrid(const grid::Grid& grid) {
+  SendStructure(grid);
+  for (uint32_t i = 0; i < grid.layer_count(); i++) {
+    const bool wanted = std::any_of(groups_.begin(), groups_.end(),
+                                    [i](const Group& group) { return group.layer == i; });
+    if (wanted) SendLayer(grid, i);
+  }
+}
+
 void ClPrefilter::SendStructure(const grid::Grid& grid) {
   if (grid.structure_version() == structure_version_) return;
   structure_version_ = grid.structure_version();
@@ -140,19 +161,21 @@ void ClPrefilter::SendLayer(const grid::Grid& grid, uint32_t index) {
   while (layers_.size() <= index) layers_.push_back(std::make_unique<Layer>(&memory_));
   Layer& layer = *layers_[index];
   const grid::Occupancy& cells = grid.occupancy(index);
-  const std::size_t regions = cells.tile_maps().size();
+  const std::size_t map_bytes = cells.tile_maps().size() * sizeof(uint64_t);
+  const std::size_t tile_bytes = cells.tiles().size() * sizeof(uint64_t);
+  const bool maps_grew = layer.tile_maps.Reserve(map_bytes);
+  const bool tiles_grew = layer.tiles.Reserve(tile_bytes);
   // Everything, if it is new or if much of it has changed.
-  const bool all = layer.regions != regions || layer.made != cells.made() ||
-                   cells.CountChangedTiles() * 4 > cells.tiles().size();
-  if (!all) {
-    SendChanges(cells, &layer);
+  if (maps_grew || tiles_grew || layer.made != cells.made() ||
+      cells.CountChangedTiles() * 4 > cells.tiles().size()) {
+    layer.tile_maps.Write(cells.tile_maps().data(), map_bytes);
+    layer.tiles.Write(cells.tiles().data(), tile_bytes);
+    CountSent(map_bytes + tile_bytes);
   } else {
-    layer.tile_maps.Write(cells.tile_maps().data(), regions * sizeof(uint64_t));
-    layer.tiles.Write(cells.tiles().data(), cells.tiles().size() * sizeof(uint64_t));
-    CountSent((regions + cells.tiles().size()) * sizeof(uint64_t));
-    layer.regions = regions;
-    layer.made = cells.made();
+    SendChanges(cells, &layer);
   }
+  layer.regions = cells.tile_maps().size();
+  layer.made = cells.made();
   cells.ForgetChanges();
 }
 
@@ -162,7 +185,8 @@ void ClPrefilter::SendChanges(const grid::Occupancy& cells, Layer* layer) {
   map_places_.clear();
   map_words_.clear();
   for (uint32_t region = 0; region < cells.changed_tiles().size(); region++) {
-    uint64_t changed = cells.changed_tiles()[region];
+    const bool is_new = region >= layer->regions;
+    uint64_t changed = is_new ? ~uint64_t{0} : cells.changed_tiles()[region];
     if (changed == 0) continue;
     map_places_.push_back(region);
     map_words_.push_back(cells.tile_maps()[region]);

@@ -23,6 +23,7 @@ class ClPrefilter : public sensing::Prefilter {
 
   sensing::HitLists Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
                          const sensing::RayBatch& batch) override;
+  void SendAhead(grid::Grid& grid) override;
   std::string DeviceName() const override { return name_; }
   const sensing::PrefilterStatistics& statistics() const override { return statistics_; }
 
@@ -41,6 +42,7 @@ class ClPrefilter : public sensing::Prefilter {
   };
   static constexpr uint32_t kNoGroup = 0xffffffffu;
 
+  void SendGrid(const grid::Grid& grid);
   void SendStructure(const grid::Grid& grid);
   void SendLayer(const grid::Grid& grid, uint32_t index);
   void SendChanges(const grid::Occupancy& cells, Layer* layer);
@@ -62,6 +64,7 @@ class ClPrefilter : public sensing::Prefilter {
   std::size_t work_group_ = 64;
   Buffer directory_, regions_;  // of superregions; of regions in them
   uint64_t structure_version_ = 0;
+  bool sent_ahead_ = false;  // since the last batch
   std::vector<std::unique_ptr<Layer>> layers_;
   Buffer fans_, directions_, windows_, hits_;
   std::size_t directions_sent_ = 0;  // of the tables, of this generation
@@ -69,7 +72,7 @@ class ClPrefilter : public sensing::Prefilter {
   Buffer places_, words_;  // of an update
 
   // Scratch, kept for its memory.
-  std::vector<Group> groups_;
+  std::vector<Group> groups_;  // of the last batch
   std::vector<uint32_t> group_of_fan_, next_in_group_;
   std::size_t fan_count_ = 0;  // in groups
   std::vector<uint32_t> tile_places_, map_places_;

@@ -232,7 +232,8 @@ TEST_F(MissingPluginTest, OrBrokenOne) {
 /// Finds what a device would find, for some steps.
 class FailingPrefilter : public Stg::internal::sensing::Prefilter {
  public:
-  explicit FailingPrefilter(int steps) : steps_left_(steps) {}
+  explicit FailingPrefilter(int steps, int times_ahead = 1000)
+      : steps_left_(steps), ahead_left_(times_ahead) {}
 
   Stg::internal::sensing::HitLists Walk(Stg::internal::grid::Grid& grid,
                                         const Stg::internal::sensing::DirectionTables&,
@@ -242,6 +243,9 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
     for (const Stg::internal::sensing::Fan& fan : batch.fans())
       if (fan.single_leg()) WalkFan(grid, batch, fan);
     return {lists_.data(), 1};
+  }
+  void SendAhead(Stg::internal::grid::Grid&) override {
+    if (ahead_left_-- == 0) throw Stg::internal::sensing::PrefilterError("the cable was pulled");
   }
   std::string DeviceName() const override { return "fake device"; }
   const Stg::internal::sensing::PrefilterStatistics& statistics() const override {
@@ -266,7 +270,7 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
     }
   }
 
-  int steps_left_;
+  int steps_left_, ahead_left_;
   std::vector<uint32_t> lists_;
   Stg::internal::sensing::PrefilterStatistics statistics_;
 };
@@ -279,13 +283,19 @@ struct Ended {
 
 /// Ten steps with a prefilter, or without one.
 Ended TenSteps(const std::string& file,
-               std::unique_ptr<Stg::internal::sensing::Prefilter> prefilter) {
+               std::unique_ptr<Stg::internal::sensing::Prefilter> prefilter, unsigned threads = 1) {
   Stg::Init(nullptr, nullptr);
   Stg::World world;
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   EXPECT_TRUE(world.Load(file));
   if (prefilter) world.engine().SetPrefilter(std::move(prefilter), true);
+  for (Stg::Model* model : world.GetAllModels())
+    if (model->GetModelType() == "ranger")
+      model->AddParallelCallback(
+          Stg::Model::CB_UPDATE, [](Stg::Model*, void*) { return 0; }, nullptr);
+  world.engine().SetThreads(threads);
+  world.engine().ShareFrom(1);
   for (int i = 0; i < 10; i++) world.Update();
   testing::internal::GetCapturedStdout();
   return {world.StateHash(), world.statistics().device_steps, world.statistics().device,
@@ -309,6 +319,21 @@ TEST_F(FaultsTest, DeviceLostOnTheWay) {
   EXPECT_EQ(kept.hash, without.hash);
   EXPECT_EQ(kept.device_steps, 10u);
   EXPECT_EQ(kept.device, "fake device");
+}
+
+TEST_F(FaultsTest, DeviceLostWhileChangesAreSentBesideCallbacks) {
+  std::string text;
+  for (int y = 0; y < 9; y++)
+    text += "position( pose [0 " + std::to_string(y) + " 0 0] velocity [1 0 0 0] alwayson 1" +
+            " ranger( alwayson 1 sensor( range [0 8] fov 360 samples 90 ) ) )\n";
+  Write("crowd.world", text);
+  const std::string file = Path("crowd.world");
+  const Ended without = TenSteps(file, nullptr, 2);
+  const Ended with = TenSteps(file, std::make_unique<FailingPrefilter>(1000, 3), 2);
+  EXPECT_EQ(with.hash, without.hash);
+  EXPECT_EQ(with.device_steps, 4u);
+  EXPECT_EQ(with.device, "");
+  EXPECT_EQ(CountOf(with.warnings, "the cable was pulled"), 1u) << with.warnings;
 }
 
 }  // namespace

@@ -40,6 +40,27 @@ TEST(WorkerPool, EveryIndexComesUpOnce) {
   }
 }
 
+TEST(WorkerPool, TheCallerMayDoSomethingElseFirst) {
+  for (const unsigned threads : {1u, 2u, 4u}) {
+    WorkerPool pool(threads);
+    const std::thread::id caller = std::this_thread::get_id();
+    std::atomic<size_t> done{0};
+    int calls = 0;
+    const auto first = [&] {
+      EXPECT_EQ(std::this_thread::get_id(), caller);
+      calls++;
+      // The others don't wait for it: they do the whole job.
+      while (done < 100) std::this_thread::yield();
+    };
+    const auto job = [&](size_t begin, size_t end, unsigned) { done += end - begin; };
+    pool.RunBeside(first, 100, 1, job);
+    EXPECT_EQ(done, 100u);
+    EXPECT_EQ(calls, threads > 1 ? 1 : 0);
+    pool.RunBeside(first, 5, 10, job);  // too small a job for others
+    EXPECT_EQ(calls, threads > 1 ? 1 : 0);
+  }
+}
+
 TEST(WorkerPool, NoWakeUpIsMissed) {
   for (const unsigned threads : {2u, 4u, 9u}) {
     WorkerPool pool(threads);

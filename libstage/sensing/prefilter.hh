@@ -40,6 +40,10 @@ class Prefilter {
   /// changes has been used up afterwards. Throws PrefilterError.
   virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch) = 0;
 
+  /// Sends the changes of the grid so far, if that helps: Walk() sends the rest. The grid must not
+  /// change meanwhile, but may be read. Throws PrefilterError.
+  virtual void SendAhead(grid::Grid&) {}
+
   /// Such as "gpu NVIDIA H200 (NVIDIA CUDA)".
   virtual std::string DeviceName() const = 0;
   virtual const PrefilterStatistics& statistics() const = 0;

@@ -40,7 +40,8 @@ size_t WorkerPool::Grain(size_t count, size_t most) const {
   return std::clamp<size_t>(count / (size_t{4} * threads()), 1, most);
 }
 
-void WorkerPool::Run(size_t count, size_t grain, const Job& job) {
+void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, size_t grain,
+                           const Job& job) {
   grain = std::max<size_t>(grain, 1);
   if (workers_.empty() || count <= grain) {
     if (count > 0) job(0, count, 0);
@@ -55,6 +56,7 @@ void WorkerPool::Run(size_t count, size_t grain, const Job& job) {
   busy_ = static_cast<unsigned>(workers_.size());
   generation_++;
   WakeAll(&workers_bed_);
+  if (first) first();
   TakeRanges(0);
   WaitUntil([this] { return busy_ == 0; }, &caller_bed_);
 }

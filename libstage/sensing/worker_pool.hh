@@ -31,7 +31,10 @@ class WorkerPool {
   /// own share, so that what it worked on in one job is in its cache in the next, and then helps
   /// the others: results must not depend on who does what. The job must not throw.
   using Job = std::function<void(size_t begin, size_t end, unsigned thread)>;
-  void Run(size_t count, size_t grain, const Job& job);
+  void Run(size_t count, size_t grain, const Job& job) { RunBeside(nullptr, count, grain, job); }
+  /// The same; if other threads have work to begin with, calls `first` before the caller joins
+  /// them. Null: nothing. It must not throw.
+  void RunBeside(const std::function<void()>& first, size_t count, size_t grain, const Job& job);
   /// The first of [0, count) for which is_so(index) is true, or `count`; looks at them on all
   /// threads, at some of those behind the first too.
   template <typename F>

@@ -10,15 +10,17 @@ namespace {
 constexpr size_t kGrain = 8;
 }  // namespace
 
-size_t CallbackPhase::Call(Model* const* models, size_t count, sensing::WorkerPool* workers) {
+size_t CallbackPhase::Call(Model* const* models, size_t count, sensing::WorkerPool* workers,
+                           const std::function<void()>& beside) {
   if (workers->threads() == 1) return 0;
   count = runs_.Find(count, [&] { return FindGroups(models, count, workers); });
   if (count == 0) return 0;
   const size_t groups = group_begins_.size() - 1;
-  workers->Run(groups, workers->Grain(groups, kGrain), [&](size_t begin, size_t end, unsigned) {
+  const auto call = [&](size_t begin, size_t end, unsigned) {
     for (uint32_t i = group_begins_[begin]; i < group_begins_[end]; i++)
       if (models[i]) models[i]->CallCallbacks(Model::CB_UPDATE);
-  });
+  };
+  workers->RunBeside(beside, groups, workers->Grain(groups, kGrain), call);
   return count;
 }
 

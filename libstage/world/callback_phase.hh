@@ -6,6 +6,7 @@
 #define STAGE_WORLD_CALLBACK_PHASE_HH
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "models/model.hh"
@@ -23,7 +24,9 @@ class CallbackPhase {
   /// Calls the CB_UPDATE callbacks of the first few of these models, as if one after the other.
   /// Returns of how many: up to one whose callbacks may not be called at the same time; 0 if it
   /// isn't worth while. Null stands for a model that is gone.
-  size_t Call(Model* const* models, size_t count, sensing::WorkerPool* workers);
+  /// Meanwhile calls `beside` on the caller's thread, if there are other threads at work.
+  size_t Call(Model* const* models, size_t count, sensing::WorkerPool* workers,
+              const std::function<void()>& beside = nullptr);
 
  private:
   size_t FindGroups(Model* const* models, size_t count, sensing::WorkerPool* workers);

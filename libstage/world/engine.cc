@@ -51,6 +51,7 @@ void WorldEngine::TraceBatch() {
   const bool choose = can && path_ == Path::kFaster;
   const bool on_device =
       can && (choose ? chooser_.UseDevice(batch.ray_count()) : path_ == Path::kDevice);
+  device_in_use_ = on_device;
   const double start = WallClock();
   const sensing::HitLists lists = on_device ? Prefilter() : sensing::HitLists();
   const double walked = WallClock();
@@ -80,11 +81,26 @@ sensing::HitLists WorldEngine::Prefilter() {
     statistics.prefilter = prefilter_->statistics();
     return lists;
   } catch (const sensing::PrefilterError& error) {
-    std::fprintf(stderr, "stage: warning: %s failed (%s); going on without it\n",
-                 prefilter_->DeviceName().c_str(), error.what());
-    SetPrefilter(nullptr, false);
+    LoseDevice(error);
     return sensing::HitLists();
   }
+}
+
+/// While callbacks run that leave the grid alone: bodies have moved, and mostly stay where they are
+/// until the next batch.
+void WorldEngine::SendAhead() {
+  if (!prefilter_ || !device_in_use_) return;
+  try {
+    prefilter_->SendAhead(scene.grid);
+  } catch (const sensing::PrefilterError& error) {
+    LoseDevice(error);
+  }
+}
+
+void WorldEngine::LoseDevice(const sensing::PrefilterError& error) {
+  std::fprintf(stderr, "stage: warning: %s failed (%s); going on without it\n",
+               prefilter_->DeviceName().c_str(), error.what());
+  SetPrefilter(nullptr, false);
 }
 
 void WorldEngine::TraceFans(const sensing::HitLists& lists) {
@@ -129,7 +145,8 @@ size_t WorldEngine::UpdateTogether(size_t first, World* world) {
 
 size_t WorldEngine::CallTogether(size_t first) {
   return callback_phase_.Call(update_callbacks_due.data() + first,
-                              update_callbacks_due.size() - first, workers_.get());
+                              update_callbacks_due.size() - first, workers_.get(),
+                              [this] { SendAhead(); });
 }
 
 void WorldEngine::RefreshHidden() {

@@ -81,6 +81,8 @@ class WorldEngine {
 
  private:
   sensing::HitLists Prefilter();
+  void SendAhead();
+  void LoseDevice(const sensing::PrefilterError& error);
   void TraceFans(const sensing::HitLists& lists);
 
   std::unique_ptr<sensing::WorkerPool> workers_ = std::make_unique<sensing::WorkerPool>(1);
@@ -93,6 +95,7 @@ class WorldEngine {
   std::unique_ptr<sensing::Prefilter> prefilter_;
   PathChooser chooser_;
   Path path_ = Path::kFaster;
+  bool device_in_use_ = false;  // the last batch was there
 
   GatherPhase gather_phase_;
   MovePhase move_phase_;
