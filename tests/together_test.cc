@@ -30,7 +30,7 @@ using Stg::grid::CellBox;
 
 TEST(TileRanksTest, ThoseThatShareATileFollowOneAnother) {
   TileRanks ranks;
-  ranks.Clear(13);
+  ranks.Clear();
   EXPECT_EQ(ranks.Add({0, 0, 1, 1}), 0u);
   EXPECT_EQ(ranks.Add({1, 1, 2, 2}), 1u);
   EXPECT_EQ(ranks.Add({2, 2, 3, 3}), 2u);
@@ -39,20 +39,26 @@ TEST(TileRanksTest, ThoseThatShareATileFollowOneAnother) {
 
 TEST(TileRanksTest, OthersAreOfTheFirstRank) {
   TileRanks ranks;
-  ranks.Clear(9000);
+  ranks.Clear();
   for (int i = 0; i < 1000; i++) EXPECT_EQ(ranks.Add({3 * i, -7 * i, 3 * i + 2, -7 * i + 2}), 0u);
+  ranks.Clear();
+  for (int i = 0; i < 5000; i++)  // far apart
+    EXPECT_EQ(ranks.Add({90 * i - 70000, 50 * i, 90 * i - 70000, 50 * i}), 0u);
+  for (int i = 0; i < 5000; i++)
+    EXPECT_EQ(ranks.Add({90 * i - 70000, 50 * i - 1, 90 * i - 69999, 50 * i}), 1u);
 }
 
 TEST(TileRanksTest, NoTwoOfARankShareATileAndLaterOnesComeLater) {
   Stg::RandomStream random(3);
   TileRanks ranks;
   for (int round = 0; round < 5; round++) {
-    ranks.Clear(500 * 12);
+    ranks.Clear();
     std::map<std::pair<int, int>, uint32_t> last_rank;
     for (int i = 0; i < 500; i++) {
       const int x = static_cast<int>(random.Uniform(-20, 20));
       const int y = static_cast<int>(random.Uniform(-20, 20));
-      const CellBox box{x, y, x + i % 3, y + i % 4};
+      const bool large = i % 50 == 0;
+      const CellBox box{x, y, x + (large ? 21 : i % 3), y + (large ? 11 : i % 4)};
       const uint32_t rank = ranks.Add(box);
       for (int tx = box.min_x; tx <= box.max_x; tx++) {
         for (int ty = box.min_y; ty <= box.max_y; ty++) {
@@ -69,7 +75,7 @@ TEST(TileRanksTest, NoTwoOfARankShareATileAndLaterOnesComeLater) {
 TEST(TileRanksTest, AreForgottenByClear) {
   TileRanks ranks;
   for (int round = 0; round < 3; round++) {
-    ranks.Clear(1);
+    ranks.Clear();
     EXPECT_EQ(ranks.Add({5, 5, 5, 5}), 0u);
   }
 }

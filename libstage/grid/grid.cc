@@ -262,8 +262,8 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
   prepared_tiles_.clear();
 }
 
-void Grid::PrepareTile(int32_t tile_x, int32_t tile_y) {
-  const int32_t x = tile_x << RAY_TILE_SHIFT, y = tile_y << RAY_TILE_SHIFT;
+void Grid::PrepareTile(const TilePart& part) {
+  const int32_t x = part.x << RAY_TILE_SHIFT, y = part.y << RAY_TILE_SHIFT;
   const uint32_t region = MakeRegion(x, y, &own_edit_);
   if (tile_slots_[std::size_t{region} * kTilesPerRegion + TileOf(x, y)] == 0)
     prepared_tiles_.push_back(MakeTile(region, TileOf(x, y)));

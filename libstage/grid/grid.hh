@@ -129,11 +129,7 @@ class Grid {
   void BeginSharedEdit(std::size_t cells, std::vector<Edit>* edits);
   void EndSharedEdit(std::vector<Edit>* edits);
   /// Makes sure that there is room for the cells of a tile, for the time of a shared edit.
-  void PrepareTile(int32_t tile_x, int32_t tile_y);
-  /// There is room already.
-  bool HasTile(int32_t tile_x, int32_t tile_y) const {
-    return FindTileSlot(tile_x << RAY_TILE_SHIFT, tile_y << RAY_TILE_SHIFT) != 0;
-  }
+  void PrepareTile(const TilePart& part);
 
   /// Calls f(BodyId) for the bodies in a cell, in the order of drawing, until f returns true.
   /// Returns whether it did.
@@ -168,7 +164,7 @@ class Grid {
   }
   /// The region of a cell, or 0 if there is none.
   uint32_t FindRegion(int32_t x, int32_t y) const;
-  /// The number of a cell's tile, TileSlot() of its cells; 0 if nothing is in it.
+  /// The number of a cell's tile, as in TilePart; 0 if nothing is in it.
   uint32_t FindTileSlot(int32_t x, int32_t y) const {
     return tile_slots_[std::size_t{FindRegion(x, y)} * kTilesPerRegion + TileOf(x, y)];
   }

@@ -371,23 +371,16 @@ bool Placement::MayShareEdit() const {
   });
 }
 
-grid::CellBox Placement::NewCells() const {
-  grid::CellBox box;
-  for (const Item& item : items_)
-    if (item.moved)
-      for (const point_int_t& corner : CornersOf(item)) Include(&box, corner);
-  return box;
-}
-
 /// An outline stays within the box of its corners.
 grid::CellBox Placement::Cells() const {
-  grid::CellBox box = NewCells();
-  for (const Item& item : items_)
+  grid::CellBox box;
+  for (const Item& item : items_) {
+    if (item.moved)
+      for (const point_int_t& corner : CornersOf(item)) Include(&box, corner);
     for (const point_int_t& corner : item.block->corners_) Include(&box, corner);
+  }
   return box;
 }
-
-size_t Placement::CountNewCells() const { return grid::CountCells(parts_); }
 
 void Placement::Commit(grid::Grid::Edit* edit) {
   for (const Item& item : items_) {

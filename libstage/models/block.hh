@@ -139,10 +139,8 @@ class Placement {
   bool MayShareEdit() const;
   /// All cells that Collision() and Commit() may look at or change.
   grid::CellBox Cells() const;
-  /// The cells that bodies will be drawn in anew lie in here...
-  grid::CellBox NewCells() const;
-  /// ...and are so many at most.
-  size_t CountNewCells() const;
+  /// The cells that bodies would be drawn in anew.
+  std::span<const grid::TilePart> NewParts() const { return parts_; }
 
  private:
   struct Item {

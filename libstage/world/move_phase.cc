@@ -26,42 +26,65 @@ int64_t CountOf(const grid::CellBox& tiles) {
   return (int64_t{tiles.max_x} - tiles.min_x + 1) * (int64_t{tiles.max_y} - tiles.min_y + 1);
 }
 
-template <typename F>
-void ForEachTile(const grid::CellBox& tiles, F f) {
-  for (int32_t y = tiles.min_y; y <= tiles.max_y; y++)
-    for (int32_t x = tiles.min_x; x <= tiles.max_x; x++) f(x, y);
-}
-
 }  // namespace
 
-void TileRanks::Clear(size_t tiles) {
-  size_t size = 1024;
-  while (size < 2 * tiles) size *= 2;
-  if (entries_.size() < size) entries_.assign(size, Entry{round_, 0, 0, 0});
+void TileRanks::Clear() {
+  used_ = 0;
   round_++;
-}
-
-TileRanks::Entry& TileRanks::EntryOf(int32_t x, int32_t y) {
-  const size_t mask = entries_.size() - 1;
-  size_t place = ray_hash(x, y) & mask;
-  for (;; place = (place + 1) & mask) {
-    Entry& entry = entries_[place];
-    if (entry.round == round_ && (entry.x != x || entry.y != y)) continue;
-    if (entry.round != round_) entry = {round_, x, y, 0};
-    return entry;
-  }
 }
 
 uint32_t TileRanks::Add(const grid::CellBox& tiles) {
   uint32_t rank = 0;
-  of_box_.clear();
-  ForEachTile(tiles, [&](int32_t x, int32_t y) {
-    Entry& entry = EntryOf(x, y);
-    rank = std::max(rank, entry.next_rank);
-    of_box_.push_back(&entry);
-  });
-  for (Entry* entry : of_box_) entry->next_rank = rank + 1;
+  FindParts(tiles);
+  ForEachRank([&](uint32_t next) { rank = std::max(rank, next); });
+  ForEachRank([&](uint32_t& next) { next = rank + 1; });
   return rank;
+}
+
+/// Calls f(uint32_t&) for the next ranks of all tiles of the rectangle.
+template <typename F>
+void TileRanks::ForEachRank(F f) {
+  for (const Part& part : parts_)
+    for (int32_t y = part.min_y; y <= part.max_y; y++)
+      for (int32_t x = part.min_x; x <= part.max_x; x++)
+        f(blocks_[part.block].next_rank[y << kShift | x]);
+}
+
+void TileRanks::FindParts(const grid::CellBox& tiles) {
+  parts_.clear();
+  for (int32_t y = tiles.min_y >> kShift; y <= tiles.max_y >> kShift; y++)
+    for (int32_t x = tiles.min_x >> kShift; x <= tiles.max_x >> kShift; x++) {
+      const int32_t x0 = x << kShift, y0 = y << kShift;
+      parts_.push_back({BlockOf(x, y), std::max(tiles.min_x - x0, 0), std::max(tiles.min_y - y0, 0),
+                        std::min(tiles.max_x - x0, kSide - 1),
+                        std::min(tiles.max_y - y0, kSide - 1)});
+    }
+}
+
+uint32_t TileRanks::BlockOf(int32_t x, int32_t y) {
+  if (slots_.size() <= size_t{2} * used_) MakeRoom();
+  Slot& slot = SlotOf(x, y);
+  if (slot.round == round_) return slot.block;
+  if (used_ == blocks_.size()) blocks_.emplace_back();
+  blocks_[used_] = {x, y, {}};
+  slot = {round_, used_};
+  return used_++;
+}
+
+/// That of the block, or a free one in its place.
+TileRanks::Slot& TileRanks::SlotOf(int32_t x, int32_t y) {
+  const size_t mask = slots_.size() - 1;
+  for (size_t place = ray_hash(x, y) & mask;; place = (place + 1) & mask) {
+    Slot& slot = slots_[place];
+    if (slot.round != round_) return slot;
+    const Block& block = blocks_[slot.block];
+    if (block.x == x && block.y == y) return slot;
+  }
+}
+
+void TileRanks::MakeRoom() {
+  slots_.assign(std::max<size_t>(1024, 2 * slots_.size()), Slot{round_ - 1, 0});
+  for (uint32_t i = 0; i < used_; i++) SlotOf(blocks_[i].x, blocks_[i].y) = {round_, i};
 }
 
 namespace {
@@ -115,14 +138,13 @@ void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPoo
 void MovePhase::Describe(Plan* plan, const grid::Grid& grid) {
   const Placement& placement = plan->placement;
   plan->tiles = TilesOf(placement.Cells());
-  plan->new_cells = placement.CountNewCells();
   plan->kind =
       placement.MayShareEdit() && CountOf(plan->tiles) <= kMostTiles ? Plan::kShared : Plan::kAlone;
   if (plan->kind == Plan::kAlone) return;
-  plan->new_tiles = TilesOf(placement.NewCells());
-  plan->tiles_missing = false;
-  ForEachTile(plan->new_tiles,
-              [&](int32_t x, int32_t y) { plan->tiles_missing |= !grid.HasTile(x, y); });
+  const std::span<const grid::TilePart> parts = placement.NewParts();
+  plan->tiles_missing = std::any_of(parts.begin(), parts.end(), [&](const grid::TilePart& part) {
+    return grid.FindTileSlot(part) == 0;
+  });
 }
 
 /// Moves those of [begin, end) that share the grid.
@@ -149,18 +171,17 @@ void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers
 
 /// Ranks, and room in the grid. Returns how many cells may be drawn.
 size_t MovePhase::AssignRanks(size_t begin, size_t end) {
-  size_t tiles = 0, cells = 0;
-  for (size_t i = begin; i < end; i++)
-    if (plans_[i].kind == Plan::kShared) tiles += static_cast<size_t>(CountOf(plans_[i].tiles));
-  ranks_.Clear(tiles);
+  size_t cells = 0;
+  ranks_.Clear();
   for (size_t i = begin; i < end; i++) {
     Plan& plan = plans_[i];
     if (plan.kind != Plan::kShared) continue;
     plan.rank = ranks_.Add(plan.tiles);
-    cells += plan.new_cells;
+    const std::span<const grid::TilePart> parts = plan.placement.NewParts();
+    cells += grid::CountCells(parts);
     // Tiles that were there may be gone if others of this part have moved since.
     if (plan.tiles_missing || begin > 0)
-      ForEachTile(plan.new_tiles, [&](int32_t x, int32_t y) { grid_->PrepareTile(x, y); });
+      for (const grid::TilePart& part : parts) grid_->PrepareTile(part);
   }
   return cells;
 }

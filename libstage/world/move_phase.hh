@@ -26,23 +26,39 @@ class ModelPosition;
 /// The ranks of rectangles of tiles that come one after the other.
 class TileRanks {
  public:
-  /// Begins anew, for rectangles that have so many tiles in all.
-  void Clear(size_t tiles);
+  /// Begins anew.
+  void Clear();
   /// One more than the highest rank so far of a rectangle that has a tile in common with this one;
   /// 0 if there is none.
   uint32_t Add(const grid::CellBox& tiles);
 
  private:
-  struct Entry {
-    uint32_t round;  // it is free if that isn't the present one
+  // 8 x 8 tiles: those of a rectangle are mostly in one to four of them.
+  static constexpr int kShift = 3, kSide = 1 << kShift;
+  struct Block {
     int32_t x, y;
-    uint32_t next_rank;
+    uint32_t next_rank[kSide * kSide];
   };
-  Entry& EntryOf(int32_t x, int32_t y);
+  struct Slot {
+    uint32_t round;  // it is free if that isn't the present one
+    uint32_t block;
+  };
+  // What a rectangle has of a block, in tiles of the block.
+  struct Part {
+    uint32_t block;
+    int32_t min_x, min_y, max_x, max_y;
+  };
+  void FindParts(const grid::CellBox& tiles);
+  uint32_t BlockOf(int32_t x, int32_t y);
+  Slot& SlotOf(int32_t x, int32_t y);
+  void MakeRoom();
+  template <typename F>
+  void ForEachRank(F f);
 
-  std::vector<Entry> entries_;  // by a hash of the tile, with linear probing
-  uint32_t round_ = 0;
-  std::vector<Entry*> of_box_;  // that is being added
+  std::vector<Slot> slots_;    // by a hash of the block, with linear probing
+  std::vector<Block> blocks_;  // the first `used_` are in use
+  uint32_t used_ = 0, round_ = 0;
+  std::vector<Part> parts_;  // of the rectangle that is being added
 };
 
 class MovePhase {
@@ -60,10 +76,8 @@ class MovePhase {
   struct Plan {
     ModelPosition* model;
     enum { kStays, kShared, kAlone } kind;
-    grid::CellBox tiles;      // that it may look at
-    grid::CellBox new_tiles;  // that it may be drawn into anew
-    bool tiles_missing;       // in the grid, of the new ones
-    size_t new_cells;
+    grid::CellBox tiles;  // that it may look at
+    bool tiles_missing;   // in the grid, of those that it may be drawn in anew
     uint32_t rank;
     Placement placement;
   };
