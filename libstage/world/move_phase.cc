@@ -136,15 +136,13 @@ void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPoo
 }
 
 void MovePhase::Describe(Plan* plan, const grid::Grid& grid) {
-  const Placement& placement = plan->placement;
+  Placement& placement = plan->placement;
   plan->tiles = TilesOf(placement.Cells());
   plan->kind =
       placement.MayShareEdit() && CountOf(plan->tiles) <= kMostTiles ? Plan::kShared : Plan::kAlone;
   if (plan->kind == Plan::kAlone) return;
-  const std::span<const grid::TilePart> parts = placement.NewParts();
-  plan->tiles_missing = std::any_of(parts.begin(), parts.end(), [&](const grid::TilePart& part) {
-    return grid.FindTileSlot(part) == 0;
-  });
+  plan->tiles_missing = !placement.LookUpSlots(grid);
+  plan->new_cells = grid::CountCells(placement.NewParts());
 }
 
 /// Moves those of [begin, end) that share the grid.
@@ -177,11 +175,11 @@ size_t MovePhase::AssignRanks(size_t begin, size_t end) {
     Plan& plan = plans_[i];
     if (plan.kind != Plan::kShared) continue;
     plan.rank = ranks_.Add(plan.tiles);
-    const std::span<const grid::TilePart> parts = plan.placement.NewParts();
-    cells += grid::CountCells(parts);
+    cells += plan.new_cells;
     // Tiles that were there may be gone if others of this part have moved since.
-    if (plan.tiles_missing || begin > 0)
-      for (const grid::TilePart& part : parts) grid_->PrepareTile(part);
+    if (!plan.tiles_missing && begin == 0) continue;
+    for (const grid::TilePart& part : plan.placement.NewParts())
+      if (part.slot == 0 || begin > 0) grid_->PrepareTile(part);
   }
   return cells;
 }

@@ -77,7 +77,8 @@ class MovePhase {
     ModelPosition* model;
     enum { kStays, kShared, kAlone } kind;
     grid::CellBox tiles;  // that it may look at
-    bool tiles_missing;   // in the grid, of those that it may be drawn in anew
+    size_t new_cells;     // that it may be drawn in
+    bool tiles_missing;   // in the grid, of those of the new cells
     uint32_t rank;
     Placement placement;
   };
