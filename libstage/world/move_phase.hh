@@ -33,8 +33,8 @@ class TileRanks {
   uint32_t Add(const grid::CellBox& tiles);
 
  private:
-  // 8 x 8 tiles: those of a rectangle are mostly in one to four of them.
-  static constexpr int kShift = 3, kSide = 1 << kShift;
+  // 4 x 4 tiles: a rectangle has a few of them.
+  static constexpr int kShift = 2, kSide = 1 << kShift;
   struct Block {
     int32_t x, y;
     uint32_t next_rank[kSide * kSide];
