@@ -37,11 +37,11 @@ class StepPacer {
 
 /// Pictures must not slow the simulation down by more than a fifth. As long as steps are in time
 /// nothing needs to be held back; if they are late, a picture that took t seconds is followed by
-/// five times t without one: drawing has a sixth of the time, and the simulation runs at 5/6 of its
-/// speed at least.
+/// seven times t without one: drawing has an eighth of the time, and what the window system takes
+/// beside it comes out of the rest of that fifth.
 class FrameBudget {
  public:
-  static constexpr double kRest = 5;
+  static constexpr double kRest = 7;
 
   void Drawn(double start, double end);
   /// The earliest time for the next picture, given the wanted interval.
