@@ -283,13 +283,14 @@ struct Ended {
 
 /// Ten steps with a prefilter, or without one.
 Ended TenSteps(const std::string& file,
-               std::unique_ptr<Stg::internal::sensing::Prefilter> prefilter, unsigned threads = 1) {
+               std::unique_ptr<Stg::internal::sensing::Prefilter> prefilter, unsigned threads = 1,
+               bool always = true) {
   Stg::Init(nullptr, nullptr);
   Stg::World world;
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   EXPECT_TRUE(world.Load(file));
-  if (prefilter) world.engine().SetPrefilter(std::move(prefilter), true);
+  if (prefilter) world.engine().SetPrefilter(std::move(prefilter), always);
   for (Stg::Model* model : world.GetAllModels())
     if (model->GetModelType() == "ranger")
       model->AddParallelCallback(
@@ -321,12 +322,37 @@ TEST_F(FaultsTest, DeviceLostOnTheWay) {
   EXPECT_EQ(kept.device, "fake device");
 }
 
-TEST_F(FaultsTest, DeviceLostWhileChangesAreSentBesideCallbacks) {
+std::string Crowd(int robots) {
   std::string text;
-  for (int y = 0; y < 9; y++)
+  for (int y = 0; y < robots; y++)
     text += "position( pose [0 " + std::to_string(y) + " 0 0] velocity [1 0 0 0] alwayson 1" +
             " ranger( alwayson 1 sensor( range [0 8] fov 360 samples 90 ) ) )\n";
-  Write("crowd.world", text);
+  return text;
+}
+
+// Where the choice is free, the host walks a part of a batch to see what that takes; in a small
+// crowd, or with many threads, a whole batch.
+TEST_F(FaultsTest, LooksAtTheHostChangeNothing) {
+  for (const int robots : {3, 16, 17, 40, 70}) {
+    Write("crowd.world", Crowd(robots));
+    const std::string file = Path("crowd.world");
+    const uint64_t hash = TenSteps(file, nullptr).hash;
+    for (const unsigned threads : {1u, 2u, 4u})
+      for (const int steps : {2, 3, 4, 1000}) {  // lost before, in and after the look
+        const Ended with =
+            TenSteps(file, std::make_unique<FailingPrefilter>(steps), threads, false);
+        EXPECT_EQ(with.hash, hash) << robots << " robots, " << threads << " threads";
+        EXPECT_GE(with.device_steps, static_cast<uint64_t>(std::min(steps, 3)));
+        const bool part = static_cast<unsigned>(robots) >= 16 * threads;
+        if (part && steps > 3) {
+          EXPECT_GE(with.device_steps, 4u) << robots << " " << threads;
+        }
+      }
+  }
+}
+
+TEST_F(FaultsTest, DeviceLostWhileChangesAreSentBesideCallbacks) {
+  Write("crowd.world", Crowd(9));
   const std::string file = Path("crowd.world");
   const Ended without = TenSteps(file, nullptr, 2);
   const Ended with = TenSteps(file, std::make_unique<FailingPrefilter>(1000, 3), 2);

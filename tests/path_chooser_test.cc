@@ -71,6 +71,31 @@ TEST(PathChooser, FollowsTheNumberOfRays) {
   EXPECT_LT(machine.on_device(), 10u);
 }
 
+TEST(PathChooser, SaysWhenTheHostIsOnlyLookedAt) {
+  for (const bool device_faster : {true, false}) {
+    PathChooser chooser;
+    uint64_t looks = 0, on_host = 0;
+    for (int i = 0; i < 2000; i++) {
+      const bool on_device = chooser.UseDevice(8000);
+      ASSERT_FALSE(on_device && chooser.IsLookAtHost());
+      const double of_a_ray = on_device == device_faster ? 1e-9 : 2e-9;
+      on_host += !on_device;
+      looks += chooser.IsLookAtHost();
+      if (chooser.IsLookAtHost())
+        chooser.Report(1000 * of_a_ray, 1000);  // an eighth
+      else
+        chooser.Report(8000 * of_a_ray);
+    }
+    EXPECT_GE(looks, 1u);
+    EXPECT_LT(looks, 30u);
+    if (device_faster) {
+      EXPECT_EQ(looks, on_host);
+    } else {
+      EXPECT_GT(on_host, 1900u);
+    }
+  }
+}
+
 /// Batches of 1000 rays, of which each path takes its own time; on which path they went.
 class Paths {
  public:

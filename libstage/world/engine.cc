@@ -51,6 +51,10 @@ void WorldEngine::TraceBatch() {
   const bool choose = can && path_ == Path::kFaster;
   const bool on_device =
       can && (choose ? chooser_.UseDevice(batch.ray_count()) : path_ == Path::kDevice);
+  if (choose && chooser_.IsLookAtHost() && LookAtHost()) {
+    EndBatch();
+    return;
+  }
   device_in_use_ = on_device;
   const double start = WallClock();
   const sensing::HitLists lists = on_device ? Prefilter() : sensing::HitLists();
@@ -61,8 +65,39 @@ void WorldEngine::TraceBatch() {
   statistics.seconds.prefilter += walked - start;
   statistics.seconds.trace += traced - walked;
 
-  batch.Clear();
+  EndBatch();
+}
+
+void WorldEngine::EndBatch() {
+  scene.batch.Clear();
   scene.batch_number++;
+}
+
+/// Lets the device walk the batch, but the host some of its rays, to see how long it takes: all of
+/// them would cost much time where the device is faster. False if there are too few fans.
+bool WorldEngine::LookAtHost() {
+  constexpr size_t kSharesOfAThread = 8, kMost = 8;
+  const std::vector<sensing::FanRun>& runs = fan_order_.Of(scene.batch);
+  // One run of so many is for the host.
+  const size_t of = std::min(kMost, runs.size() / (kSharesOfAThread * workers_->threads()));
+  if (of < 2) return false;
+  const size_t looks = (runs.size() + of - 1) / of, others = runs.size() - looks;
+  const auto look = [&](size_t i) { return runs[i * of]; };
+  const auto other = [&](size_t i) { return runs[i + i / (of - 1) + 1]; };
+
+  const double start = WallClock();
+  const sensing::HitLists lists = Prefilter();
+  const double walked = WallClock();
+  TraceRuns(sensing::HitLists(), looks, workers_->Grain(looks, 32), look);
+  const double looked = WallClock();
+  TraceRuns(lists, others, workers_->Grain(others, 32), other);
+  statistics.seconds.prefilter += walked - start;
+  statistics.seconds.trace += WallClock() - walked;
+
+  uint64_t rays = 0;
+  for (size_t i = 0; i < looks; i++) rays += CountRays(look(i));
+  if (prefilter_) chooser_.Report(looked - walked, rays);
+  return true;
 }
 
 void WorldEngine::EndStep() {
@@ -104,28 +139,20 @@ void WorldEngine::LoseDevice(const sensing::PrefilterError& error) {
 }
 
 void WorldEngine::TraceFans(const sensing::HitLists& lists) {
-  const sensing::Tracer tracer(scene.grid);
-  std::span<const sensing::Fan> fans = scene.batch.fans();
   const std::vector<sensing::FanRun>& runs = fan_order_.Of(scene.batch);
   // Waking threads takes as long as tracing some hundred rays.
   constexpr uint32_t kTooFewRays = 500;
   const size_t grain =
       scene.batch.ray_count() < kTooFewRays ? runs.size() : workers_->Grain(runs.size(), 32);
-  workers_->Run(runs.size(), grain, [&](size_t begin, size_t end, unsigned thread) {
-    ThreadData& mine = thread_data_[thread];
-    for (size_t i = begin; i < end; i++) {
-      const sensing::Fan* run = &fans[runs[i].first];
-      size_t rays = 0;
-      for (uint32_t k = 0; k < runs[i].count; k++) {
-        rays += run[k].record.samples;
-        run[k].sink->ExpectHits(run[k].tag);
-      }
-      if (mine.hits.size() < rays) mine.hits.resize(rays);
-      tracer.TraceFans(scene.batch, run, runs[i].count, lists, mine.hits.data(), &mine.counters);
-      const sensing::RayHit* hits = mine.hits.data();
-      for (uint32_t k = 0; k < runs[i].count; hits += run[k++].record.samples)
-        run[k].sink->TakeHits(run[k].tag, hits, run[k].record.samples);
-    }
+  TraceRuns(lists, runs.size(), grain, [&](size_t i) { return runs[i]; });
+}
+
+/// Traces the runs at(0) to at(count - 1).
+template <typename At>
+void WorldEngine::TraceRuns(const sensing::HitLists& lists, size_t count, size_t grain, At at) {
+  const sensing::Tracer tracer(scene.grid);
+  workers_->Run(count, grain, [&](size_t begin, size_t end, unsigned thread) {
+    for (size_t i = begin; i < end; i++) TraceRun(tracer, at(i), lists, &thread_data_[thread]);
   });
   for (ThreadData& data : thread_data_) {
     statistics.trace.rays += data.counters.rays;
@@ -133,6 +160,27 @@ void WorldEngine::TraceFans(const sensing::HitLists& lists) {
     statistics.trace.resumed += data.counters.resumed;
     data.counters = sensing::TraceCounters();
   }
+}
+
+void WorldEngine::TraceRun(const sensing::Tracer& tracer, const sensing::FanRun& run,
+                           const sensing::HitLists& lists, ThreadData* mine) const {
+  const std::span<const sensing::Fan> fans = scene.batch.fans().subspan(run.first, run.count);
+  for (const sensing::Fan& fan : fans) fan.sink->ExpectHits(fan.tag);
+  const size_t rays = CountRays(run);
+  if (mine->hits.size() < rays) mine->hits.resize(rays);
+  tracer.TraceFans(scene.batch, fans.data(), run.count, lists, mine->hits.data(), &mine->counters);
+  const sensing::RayHit* hits = mine->hits.data();
+  for (const sensing::Fan& fan : fans) {
+    fan.sink->TakeHits(fan.tag, hits, fan.record.samples);
+    hits += fan.record.samples;
+  }
+}
+
+size_t WorldEngine::CountRays(const sensing::FanRun& run) const {
+  size_t rays = 0;
+  for (const sensing::Fan& fan : scene.batch.fans().subspan(run.first, run.count))
+    rays += fan.record.samples;
+  return rays;
 }
 
 size_t WorldEngine::MoveTogether(size_t first) {

@@ -84,12 +84,19 @@ class WorldEngine {
   void SendAhead();
   void LoseDevice(const sensing::PrefilterError& error);
   void TraceFans(const sensing::HitLists& lists);
+  bool LookAtHost();
+  void EndBatch();
 
   std::unique_ptr<sensing::WorkerPool> workers_ = std::make_unique<sensing::WorkerPool>(1);
   struct ThreadData {
     std::vector<sensing::RayHit> hits;
     sensing::TraceCounters counters;
   };
+  template <typename At>
+  void TraceRuns(const sensing::HitLists& lists, std::size_t count, std::size_t grain, At at);
+  void TraceRun(const sensing::Tracer& tracer, const sensing::FanRun& run,
+                const sensing::HitLists& lists, ThreadData* mine) const;
+  std::size_t CountRays(const sensing::FanRun& run) const;
   std::vector<ThreadData> thread_data_ = std::vector<ThreadData>(1);
   sensing::FanOrder fan_order_;
   std::unique_ptr<sensing::Prefilter> prefilter_;

@@ -29,27 +29,31 @@ void PathChooser::Cost::Note(double seconds_per_ray) {
 bool PathChooser::UseDevice(uint64_t rays) {
   rays_ = rays;
   batches_++;
-  if (always_ || !device_.known()) return device_chosen_ = true;
-  if (!host_.known()) return device_chosen_ = false;
+  device_chosen_ = Choose(rays);
+  look_at_host_ = !device_chosen_ && (!host_.known() || device_faster_);
+  return device_chosen_;
+}
+
+bool PathChooser::Choose(uint64_t rays) {
+  if (always_ || !device_.known()) return true;
+  if (!host_.known()) return false;
   if (rays_at_look_ == 0) BeginToCompare();
   if (look_batches_ > 0 && LookIsClear()) look_batches_ = 0;
   if (look_batches_ > 0) {
     look_batches_--;
     return device_chosen_;
   }
-  device_chosen_ = device_.typical() < host_.typical();
-  if (device_chosen_ != device_faster_) {
+  const bool device_faster = device_.typical() < host_.typical();
+  if (device_faster != device_faster_) {
     // A change of mind may be due to a bad moment: it is looked into soon.
-    device_faster_ = device_chosen_;
+    device_faster_ = device_faster;
     next_look_ = std::min(next_look_, batches_ + kSoon);
   }
-  if (NeedsLook(rays)) {
-    rays_at_look_ = rays;
-    look_batches_ = kLook - 1;
-    device_chosen_ = !device_chosen_;
-    ScheduleLook();
-  }
-  return device_chosen_;
+  if (!NeedsLook(rays)) return device_faster;
+  rays_at_look_ = rays;
+  look_batches_ = kLook - 1;
+  ScheduleLook();
+  return !device_faster;
 }
 
 /// Both are known by a single batch each. One that was interrupted may have taken many times as
@@ -85,9 +89,9 @@ void PathChooser::ScheduleLook() {
   next_look_ = batches_ + std::max(kShortestWait, static_cast<uint64_t>(wait));
 }
 
-void PathChooser::Report(double seconds) {
-  if (rays_ == 0) return;
-  last_cost_ = seconds / static_cast<double>(rays_);
+void PathChooser::Report(double seconds, uint64_t rays) {
+  if (rays == 0) return;
+  last_cost_ = seconds / static_cast<double>(rays);
   (device_chosen_ ? device_ : host_).Note(last_cost_);
 }
 

@@ -18,8 +18,11 @@ class PathChooser {
 
   /// Whether the next batch, of so many rays, goes to the device.
   bool UseDevice(uint64_t rays);
-  /// What the batch took on the path that was chosen for it.
-  void Report(double seconds);
+  /// The present batch goes to the host only to see what that takes: a part of it would do.
+  bool IsLookAtHost() const { return look_at_host_; }
+  /// What the batch took on the path that was chosen for it, or a part of it of so many rays.
+  void Report(double seconds) { Report(seconds, rays_); }
+  void Report(double seconds, uint64_t rays);
 
  private:
   /// What rays cost on one of the paths.
@@ -39,6 +42,7 @@ class PathChooser {
     double last_[kKept] = {};
     uint64_t warm_ups_, tries_ = 0;
   };
+  bool Choose(uint64_t rays);
   void BeginToCompare();
   /// By how much the slower path is slower.
   double TimesSlower() const;
@@ -51,6 +55,7 @@ class PathChooser {
   Cost device_{2}, host_{0};    // what both share is warm when the host's turn comes
   bool device_faster_ = false;  // so it seems
   bool device_chosen_ = false;  // for the present batch
+  bool look_at_host_ = false;   // with the present batch
   uint64_t rays_ = 0;
   double last_cost_ = 0;  // of the batch before: seconds for each ray
   uint64_t batches_ = 0;
