@@ -75,18 +75,13 @@ bool StopsRanger(Stg::Model* candidate, const Stg::Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0);
 }
 
-void CollectDrawings(const Stg::Model& model, Stg::internal::grid::Drawings* drawings) {
-  model.body().AppendDrawings(drawings, false);
-  for (const Stg::Model* child : model.GetChildren()) CollectDrawings(*child, drawings);
-}
-
 /// The rays of one ranger, as it would put them into the batch of a step.
 void AddFans(Stg::internal::sensing::Scene* scene, const Stg::ModelRanger& ranger, Without without,
              Stg::internal::sensing::RayBatch* batch) {
   Stg::internal::sensing::Window window;
   if (without != Without::kWindows) {
     Stg::internal::grid::Drawings own;
-    CollectDrawings(*ranger.Root(), &own);
+    ranger.Root()->CollectDrawings(&own, false);
     window = batch->MakeWindow(scene->grid, own, ranger.Root(), false);
   }
   const Stg::Pose frame = ranger.GetGlobalPose() + ranger.GetGeom().pose;

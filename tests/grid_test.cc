@@ -109,10 +109,10 @@ class Checked {
     return static_cast<int64_t>(cells);
   }
   void Change(BodyId body, const Body& to) {
+    if (drawn_.count(body) > 0) return grid_.ChangeBody(body, to, drawn_[body].parts);
     std::vector<CellRef> cells;
     for (const Entry& entry : entries_)
       if (entry.body == body) cells.push_back(entry.ref);
-    if (drawn_.count(body) > 0) return grid_.ChangeBody(body, to, drawn_[body].parts);
     grid_.ChangeBody(body, to, test::PartsOf(grid_, cells));
   }
 

@@ -21,6 +21,7 @@
 #include "sensing/prefilter.hh"
 #include "stage.hh"
 #include "support/device.hh"
+#include "support/hit_lists.hh"
 #include "world/engine.hh"
 #include "world/prefilter_loader.hh"
 
@@ -239,9 +240,7 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
                                         const Stg::internal::sensing::DirectionTables&,
                                         const Stg::internal::sensing::RayBatch& batch) override {
     if (steps_left_-- == 0) throw Stg::internal::sensing::PrefilterError("the cable was pulled");
-    lists_.assign(batch.ray_count(), RAY_NO_HIT);
-    for (const Stg::internal::sensing::Fan& fan : batch.fans())
-      if (fan.single_leg()) WalkFan(grid, batch, fan);
+    lists_ = Stg::test::ListHits(grid, batch, 1);
     return {lists_.data(), 1};
   }
   void SendAhead(Stg::internal::grid::Grid&) override {
@@ -253,23 +252,6 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
   }
 
  private:
-  void WalkFan(const Stg::internal::grid::Grid& grid, const Stg::internal::sensing::RayBatch& batch,
-               const Stg::internal::sensing::Fan& fan) {
-    const Stg::internal::sensing::FanRecord& r = fan.record;
-    const Stg::ray_grid_t view = grid.View(fan.layer);
-    const Stg::ray_window_t window = batch.WindowOf(fan);
-    const Stg::internal::sensing::Direction* directions = batch.DirectionsOf(fan);
-    for (uint32_t i = 0; i < r.samples; i++) {
-      Stg::ray_t ray;
-      Stg::ray_begin(&ray, &view, r.x, r.y, static_cast<int>(r.fraction & 0xffff),
-                     static_cast<int>(r.fraction >> 16),
-                     Stg::ray_rotate_x(r.cosine, r.sine, directions[i].cosine, directions[i].sine),
-                     Stg::ray_rotate_y(r.cosine, r.sine, directions[i].cosine, directions[i].sine));
-      if (Stg::ray_next(&view, &window, &ray))
-        lists_[r.first_ray + i] = Stg::ray_pack(ray.u, ray.v);
-    }
-  }
-
   int steps_left_, ahead_left_;
   std::vector<uint32_t> lists_;
   Stg::internal::sensing::PrefilterStatistics statistics_;

@@ -100,16 +100,6 @@ uint32_t Grid::PrepareSlot(const TilePart& part, Edit* edit) {
   return slot != 0 ? slot : MakeTile(region, tile);
 }
 
-namespace {
-
-/// Calls f(index) for the bits that are set.
-template <typename F>
-void ForEachBit(uint64_t bits, F f) {
-  for (; bits != 0; bits &= bits - 1) f(static_cast<uint32_t>(std::countr_zero(bits)));
-}
-
-}  // namespace
-
 void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
   TileCells& cells = tile_cells_[slot];
@@ -237,9 +227,9 @@ void Grid::TakeNodes(Edit* edit) {
 
 // ---- several threads at once --------------------------------------------------------------------
 
-void Grid::BeginSharedEdit(size_t drawn, std::vector<Edit>* edits) {
+void Grid::BeginSharedEdit(size_t cells, std::vector<Edit>* edits) {
   // A cell takes two nodes at most: where there was one body, both move to a list.
-  const size_t most = 2 * drawn + (edits->size() + 1) * kNodesAtOnce;
+  const size_t most = 2 * cells + (edits->size() + 1) * kNodesAtOnce;
   while (free_nodes_.size() < most) TakeNodes(&own_edit_);
   nodes_left_ = free_nodes_.size();
   for (Edit& edit : *edits) {
@@ -263,10 +253,8 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
 }
 
 void Grid::PrepareTile(const TilePart& part) {
-  const int32_t x = part.x << RAY_TILE_SHIFT, y = part.y << RAY_TILE_SHIFT;
-  const uint32_t region = MakeRegion(x, y, &own_edit_);
-  if (tile_slots_[std::size_t{region} * kTilesPerRegion + TileOf(x, y)] == 0)
-    prepared_tiles_.push_back(MakeTile(region, TileOf(x, y)));
+  const uint32_t slot = PrepareSlot(part, &own_edit_);
+  if (tile_cells_[slot].occupied == 0) prepared_tiles_.push_back(slot);
 }
 
 /// A tile that ran empty may be in use again, or may have been dropped before.

@@ -11,7 +11,6 @@
 #define STAGE_GRID_GRID_HH
 
 #include <atomic>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -65,8 +64,7 @@ using CellRef = uint32_t;
 /// Calls f(CellRef) for the cells of a part, which is drawn.
 template <typename F>
 void ForEachCell(const TilePart& part, F f) {
-  for (uint64_t left = part.cells; left != 0; left &= left - 1)
-    f(part.slot << 6 | static_cast<uint32_t>(std::countr_zero(left)));
+  ForEachBit(part.cells, [&](uint32_t bit) { f(CellRef{part.slot << 6 | bit}); });
 }
 
 /// What several bodies are drawn in: the parts of each.

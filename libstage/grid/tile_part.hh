@@ -6,6 +6,7 @@
 #ifndef STAGE_GRID_TILE_PART_HH
 #define STAGE_GRID_TILE_PART_HH
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -29,6 +30,12 @@ struct TilePart {
   /// The order in which parts are kept.
   bool ComesBefore(const TilePart& o) const { return y == o.y ? x < o.x : y < o.y; }
 };
+
+/// Calls f(index) for the bits that are set.
+template <typename F>
+void ForEachBit(uint64_t bits, F f) {
+  for (; bits != 0; bits &= bits - 1) f(static_cast<uint32_t>(std::countr_zero(bits)));
+}
 
 std::size_t CountCells(std::span<const TilePart> parts);
 

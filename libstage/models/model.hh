@@ -299,6 +299,8 @@ class Model : public Ancestor {
   /// the library's own rooms, like the next one.
   bool ShowAgainToRangers();
   const BlockGroup& body() const { return *blockgroup; }
+  /// Appends the cells of this model and all below it.
+  void CollectDrawings(internal::grid::Drawings* drawings, bool exact) const;
   /// Remembers a body that is drawn while rangers look through it.
   void NoteDrawn();
   /// NoteDrawn() has nothing to do.
@@ -450,8 +452,7 @@ class Model : public Ancestor {
   void LoadControllers();
   void AddBoundary();
   void SetRoot(Model* new_root);
-  void CollectDrawings(internal::grid::Drawings* drawings, bool exact) const;
-  /// The same; valid until the thread's next call.
+  /// The same alone; valid until the thread's next call.
   const internal::grid::Drawings& OwnDrawings(bool exact) const;
   void StopCharging();
   bool HasCallbacks(callback_type_t t) const {

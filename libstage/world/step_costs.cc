@@ -390,7 +390,7 @@ class World::Gauge {
     for (const bool exact : {false, true}) model.CollectDrawings(&drawings, exact);
     const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != model.Root(); };
     bool alone = true;
-    drawings.ForEachCell([&](grid::CellRef cell) { alone &= !grid.AnyIn(cell, is_other); });
+    drawings.ForEachCell([&](grid::CellRef cell) { alone = alone && !grid.AnyIn(cell, is_other); });
     return alone;
   }
 

@@ -87,11 +87,6 @@ class GridPicture {
 constexpr size_t kMostSteps = 4096;  // of a ray
 constexpr size_t kMostRays = 60;     // of a sensor; with more of them nothing can be told apart
 
-void CollectDrawings(const Model& model, bool exact, grid::Drawings* drawings) {
-  model.body().AppendDrawings(drawings, exact);
-  for (const Model* child : model.GetChildren()) CollectDrawings(*child, exact, drawings);
-}
-
 class RayPicture {
  public:
   RayPicture(World& world, const Model& root, Painting* painting)
@@ -115,7 +110,7 @@ class RayPicture {
     grid::Grid& grid = world_.engine().scene.grid;
     fan.layer = grid.RangerLayer(fan.z, fan.z_test, fan.exact);
     grid::Drawings own;
-    CollectDrawings(root_, fan.exact, &own);
+    root_.CollectDrawings(&own, fan.exact);
     sensing::RayBatch batch;
     const sensing::Window window = batch.MakeWindow(grid, own, root_.Root(), fan.exact);
     const ray_window_t hidden{batch.window_words().data() + window.first, window.x, window.y,
