@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// When steps and pictures are due, on an imagined clock.
+// When steps and pictures are due: on an imagined clock, and in FLTK's event loop.
 
 #include <FL/Enumerations.H>
+#include <FL/Fl.H>
+#include <FL/Fl_Widget.H>
 #include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
 
 #include "gui/window/menu.hh"
 #include "gui/window/pacing.hh"
+#include "gui/window/runner.hh"
+#include "stage.hh"
 
 namespace Stg::internal::window {
 
@@ -66,6 +73,67 @@ TEST(FrameBudget, QuickPicturesComeAtTheInterval) {
   EXPECT_DOUBLE_EQ(budget.Next(0.04, false), 2.1);
   EXPECT_DOUBLE_EQ(budget.Next(0.04, true), 2.8);
 }
+
+// ---- the runner ---------------------------------------------------------------------------------
+
+void Spend(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+}
+
+/// Its steps take some time and do nothing.
+class IdleWorld : public World {
+ public:
+  bool Update() override {
+    Spend(0.005);
+    runner->Stepped();
+    return false;
+  }
+  Runner* runner = nullptr;
+};
+
+class Canvas : public Fl_Widget {
+ public:
+  Canvas() : Fl_Widget(0, 0, 100, 100) {}
+  /// A picture of 20 ms.
+  double Paint(Runner* runner) {
+    const double start = Now();
+    Spend(0.02);
+    clear_damage();
+    runner->Drawn(start, Now());
+    return Now() - start;
+  }
+
+ private:
+  void draw() override {}
+};
+
+/// A window that is uncovered gets a picture out of turn. That makes no second series of them.
+TEST(Runner, PicturesOutOfTurnAreNotAddedToTheOthers) {
+  IdleWorld world;
+  Canvas canvas;
+  Runner runner(world, canvas);
+  world.runner = &runner;
+  world.speedup = -1;
+  world.paused = false;
+  canvas.clear_damage();
+  runner.Begin();
+
+  const double start = Now();
+  double drawing = 0;
+  bool out_of_turn = false;
+  while (Now() - start < 3) {
+    Fl::wait(0);
+    if (canvas.damage() || (!out_of_turn && Now() - start > 0.3)) {
+      out_of_turn |= !canvas.damage();
+      drawing += canvas.Paint(&runner);
+    }
+  }
+  EXPECT_TRUE(out_of_turn);
+  EXPECT_GT(drawing, 0.1);
+  EXPECT_LT(drawing / (Now() - start), 0.16);
+}
+
+// ---- meters -------------------------------------------------------------------------------------
 
 TEST(SpeedMeter, LeavesOutPauses) {
   SpeedMeter meter;

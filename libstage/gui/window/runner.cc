@@ -108,7 +108,7 @@ void Runner::WantFrame(bool soon) {
   const double interval = soon || world_.paused ? kShortestInterval : interval_;
   const double wait = budget_.Next(interval, late) - now;
   Fl::remove_timeout(OnFrame, this);
-  frame_scheduled_ = wait > 0;
+  frame_scheduled_ = true;
   if (wait > 0)
     Fl::add_timeout(wait, OnFrame, this);
   else
@@ -116,12 +116,13 @@ void Runner::WantFrame(bool soon) {
 }
 
 void Runner::OnFrame(void* data) {
-  auto* runner = static_cast<Runner*>(data);
-  runner->frame_scheduled_ = false;
-  runner->canvas_.redraw();
+  static_cast<Runner*>(data)->canvas_.redraw();
 }
 
 void Runner::Drawn(double start, double end) {
+  // Whatever it was drawn for: another picture would show nothing new, and come before its time.
+  Fl::remove_timeout(OnFrame, this);
+  frame_scheduled_ = false;
   budget_.Drawn(start, end);
   frames_.Note(end);
   drawn_updates_ = world_.UpdateCount();
