@@ -50,22 +50,14 @@ std::map<std::string, creator_t> Model::name_map;
 
 Model::Model(World* world_, Model* parent_, const std::string& type_, const std::string& name)
     : alwayson(false),
-      blockgroup(std::make_unique<BlockGroup>(*this)),
       boundary(false),
       color(1, 0, 0),
-      disabled(false),
       friction(0),
       gui{false, parent_ == nullptr, false, false},
       has_default_block(true),
       id(NextId()),
-      interval(100000),
       map_resolution(0.1),
       mass(0),
-      parent(parent_),
-      root(parent_ ? parent_->root : this),
-      stack_children(true),
-      stall(false),
-      subs(0),
       trail_index(0),
       trail_length(20),
       trail_interval(10),
@@ -76,13 +68,21 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       watts_take(0),
       wf(nullptr),
       wf_entity(0),
+      disabled(false),
+      stack_children(true),
+      stall(false),
+      subs(0),
+      interval(100000),
+      blockgroup(std::make_unique<BlockGroup>(*this)),
       world(world_),
+      parent(parent_),
+      root(parent_ ? parent_->root : this),
       scene_(&world_->scene()),
       update_chain_(0),
-      loaded_(false),
-      serial_update_callbacks_(false),
       callback_run_(0),
-      hidden_from_rangers_(false) {
+      serial_update_callbacks_(false),
+      hidden_from_rangers_(false),
+      loaded_(false) {
   Ancestor& above = parent ? static_cast<Ancestor&>(*parent) : *world;
   const unsigned int count = above.CountOfType(type);
   Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);

@@ -243,8 +243,6 @@ class Model : public Ancestor {
   Color GetColor() const { return color; }
   void SetColor(Color col) { color = col; }
 
-  Visibility vis;
-
   void SetFiducialReturn(int fid) { vis.fiducial_return = fid; }
   int GetFiducialReturn() const { return vis.fiducial_return; }
   void SetFiducialKey(int key) { vis.fiducial_key = key; }
@@ -395,29 +393,18 @@ class Model : public Ancestor {
   const internal::sensing::Window& OwnWindow(const internal::sensing::Fan& fan);
 
   bool alwayson;
-  std::unique_ptr<BlockGroup> blockgroup;
   bool boundary;
   Color color;
   std::vector<Visualizer*> cv_list;
-  bool disabled;
   std::list<Flag*> flag_list;
   double friction;
-  Geom geom;
   GuiState gui;
   bool has_default_block;
   uint32_t id;
-  usec_t interval;
   meters_t map_resolution;
   kg_t mass;
-  Model* parent;
-  Pose pose;
-  std::unique_ptr<PowerPack> power_pack;
   std::vector<PowerPack*> pps_charging;  // those that this model charged in its last update
-  Model* root;
   std::string say_string;
-  bool stack_children;
-  bool stall;
-  unsigned int subs;
   std::vector<TrailItem> trail;  // once it is full, trail_index is the oldest item
   unsigned int trail_index, trail_length, trail_interval;
   const std::string type;
@@ -425,7 +412,24 @@ class Model : public Ancestor {
   watts_t watts, watts_give, watts_take;
   Worldfile* wf;
   int wf_entity;
+
+  // What steps look at, from here on: next to each other, as the models of a step don't fit into
+  // the processor's caches.
+  std::unique_ptr<PowerPack> power_pack;
+  bool disabled;
+  bool stack_children;
+  bool stall;
+  unsigned int subs;
+  usec_t interval;
+  std::unique_ptr<BlockGroup> blockgroup;
   World* world;
+  Pose pose;
+  Geom geom;
+  Model* parent;
+  Model* root;
+
+ public:
+  Visibility vis;
 
  private:
   struct Callback {
@@ -467,13 +471,13 @@ class Model : public Ancestor {
 
   internal::sensing::Scene* scene_;
   std::shared_ptr<Callbacks> callbacks_;  // most models have none
+  std::unique_ptr<OwnWindows> windows_;   // only of roots that carry ray sensors
+  uint64_t update_chain_;                 // a pending update of an older chain is void
+  uint64_t callback_run_;                 // of a root: the last one with callbacks of its tree
+  bool serial_update_callbacks_;          // has had one of CB_UPDATE that may not be parallel
+  bool hidden_from_rangers_;              // its body was drawn while rangers looked through it
+  bool loaded_;                           // not for the first time, if it loads again
   std::unique_ptr<Raster> last_raster_;
-  std::unique_ptr<OwnWindows> windows_;  // only of roots that carry ray sensors
-  uint64_t update_chain_;                // a pending update of an older chain is void
-  bool loaded_;                          // not for the first time, if it loads again
-  bool serial_update_callbacks_;         // has had one of CB_UPDATE that may not be parallel
-  uint64_t callback_run_;                // of a root: the last one with callbacks of its tree
-  bool hidden_from_rangers_;             // its body was drawn while rangers looked through it
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.
