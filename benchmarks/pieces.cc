@@ -16,6 +16,7 @@
 #include "sensing/scene.hh"
 #include "sensing/tracer.hh"
 #include "stage.hh"
+#include "tests/support/hit_lists.hh"
 #include "world/engine.hh"
 #include "worldfile/worldfile.hh"
 
@@ -69,7 +70,7 @@ void TraceRays(benchmark::State& state, const char* name, double width, double d
 BENCHMARK_CAPTURE(TraceRays, cave, "cave.world", 64.0, 64.0);
 BENCHMARK_CAPTURE(TraceRays, hospital, "hospital.world", 540.0, 220.0);
 
-enum class Without { kNothing, kLayers, kWindows };
+enum class Without { kNothing, kLayers, kWindows, kWalks };
 
 bool StopsRanger(Stg::Model* candidate, const Stg::Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0);
@@ -100,7 +101,7 @@ void AddFans(Stg::internal::sensing::Scene* scene, const Stg::ModelRanger& range
 }
 
 /// All rays of a world's subscribed rangers, with the robots where they stand at first: as in a
-/// step, or without one of its economies.
+/// step, without one of its economies, or with what a device would say of them.
 void TraceScene(benchmark::State& state, Without without) {
   InitOnce();
   const char* file = std::getenv("STAGE_SCENE");
@@ -117,12 +118,14 @@ void TraceScene(benchmark::State& state, Without without) {
   }
   batch.Close(scene.tables);
   const Stg::internal::sensing::Tracer tracer(scene.grid);
-  const Stg::internal::sensing::HitLists none;
+  std::vector<uint32_t> listed;
+  if (without == Without::kWalks) listed = Stg::test::ListHits(scene.grid, batch, 1);
+  const Stg::internal::sensing::HitLists known{listed.data(), listed.empty() ? 0u : 1u};
   Stg::internal::sensing::TraceCounters counters;
   std::vector<Stg::internal::sensing::RayHit> hits(batch.ray_count() + 1);
   for (auto _ : state)
     for (const Stg::internal::sensing::Fan& fan : batch.fans())
-      tracer.TraceFans(batch, &fan, 1, none, hits.data(), &counters);
+      tracer.TraceFans(batch, &fan, 1, known, hits.data(), &counters);
   state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
   state.counters["looks_per_ray"] = static_cast<double>(counters.potential_hits) /
                                     static_cast<double>(std::max<uint64_t>(1, counters.rays));
@@ -130,6 +133,7 @@ void TraceScene(benchmark::State& state, Without without) {
 BENCHMARK_CAPTURE(TraceScene, as_it_is, Without::kNothing)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(TraceScene, without_layers, Without::kLayers)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(TraceScene, without_windows, Without::kWindows)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(TraceScene, hits_known, Without::kWalks)->Unit(benchmark::kMillisecond);
 
 /// One robot of the given width in cells of 0.02 m that drives on the spot's neighbourhood.
 void MoveBody(benchmark::State& state) {
