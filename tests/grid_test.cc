@@ -419,6 +419,30 @@ TEST(GridMemory, ACrowdInOneCellTakesNoMoreThanItsList) {
 }
 
 // Bodies leave in the order in which they came, in the opposite one, and in any.
+/// Lists of a tile's cells are there as long as it has two bodies.
+TEST(GridMemory, TilesOfOneBodyNeedNoLists) {
+  Grid grid;
+  const BodyId wall = grid.AddBody(MakeBody(0, 1)), robot = grid.AddBody(MakeBody(0, 1));
+  for (int32_t x = 0; x < 64; x++) DrawCell(&grid, x, 0, wall);
+  const auto bytes = [&] { return grid.statistics().bytes; };
+  const size_t alone = bytes();
+  const CellRef beside = DrawCell(&grid, 3, 5, robot), within = DrawCell(&grid, 9, 0, robot);
+  const size_t shared = bytes();
+  EXPECT_GE(shared, alone + 2 * 64 * sizeof(uint32_t));
+  EXPECT_EQ(test::BodiesAt(grid, 9, 0), (std::vector<BodyId>{wall, robot}));
+  EXPECT_EQ(test::BodiesAt(grid, 3, 5), std::vector<BodyId>{robot});
+  EXPECT_TRUE(test::BodiesAt(grid, 9, 5).empty());
+  EraseCell(&grid, beside, robot);
+  EraseCell(&grid, within, robot);
+  for (int32_t x = 0; x < 64; x++) {
+    EXPECT_EQ(test::BodiesAt(grid, x, 0), std::vector<BodyId>{wall});
+    EXPECT_TRUE(test::BodiesAt(grid, x, 5).empty());
+  }
+  // The same lists serve wherever it goes: it leaves none behind.
+  for (int32_t x = 0; x < 64; x++) EraseCell(&grid, DrawCell(&grid, x, 5, robot), robot);
+  EXPECT_LE(bytes(), shared + 64);
+}
+
 TEST(GridMemory, ListsStayInOrder) {
   for (int way = 0; way < 3; way++) {
     Grid grid;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 
 namespace Stg::internal::grid {
 
@@ -32,7 +31,7 @@ CellBox SquareBox(int32_t x, int32_t y, int shift) {
 
 }  // namespace
 
-Grid::Grid() : tile_cells_(1), nodes_(1), regions_(1), tile_slots_(kTilesPerRegion, 0), supers_(1) {
+Grid::Grid() : tile_cells_(1), regions_(1), tile_slots_(kTilesPerRegion, 0), supers_(1) {
   region_tables_.resize(kRegionsPerSuper, 0);
   MakeLayer(Layer::kAll, 0, false);
   RebuildDirectory();
@@ -56,8 +55,7 @@ void Grid::ChangeBody(BodyId id, const Body& body, std::span<const TilePart> dra
   bodies_[id] = body;
   bodies_[id].layers = LayersOf(body);
   if (bodies_[id].layers == before) return;
-  for (const TilePart& part : drawn)
-    ForEachCell(part, [&](CellRef cell) { RefreshBit(tile_cells_[cell >> 6], cell & 63); });
+  for (const TilePart& part : drawn) ForEachCell(part, [&](CellRef cell) { RefreshBit(cell); });
 }
 
 void Grid::RemoveBody(BodyId id) {
@@ -102,91 +100,117 @@ uint32_t Grid::PrepareSlot(const TilePart& part, Edit* edit) {
 
 void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
-  TileCells& cells = tile_cells_[slot];
+  TileCells& tile = tile_cells_[slot];
   const Body& body = bodies_[id];
   if (!body.exact()) edit->drawn_cells += std::popcount(bits);
-  ForEachBit(bits, [&](uint32_t bit) {
-    if (cells.heads[bit] != 0) {
-      Append(&cells.heads[bit], id, edit);
-      cells.crowded |= uint64_t{1} << bit;
-    } else {
-      cells.heads[bit] = id + 1;
-      cells.occupied++;
-    }
-  });
+  if (tile.cells == 0 || (tile.bodies == id + 1 && (tile.cells & bits) == 0)) {
+    tile.bodies = id + 1;
+  } else {
+    CellLists& lists = ListsOf(&tile, edit);
+    ForEachBit(bits & ~tile.cells, [&](uint32_t bit) { lists[bit] = id + 1; });
+    ForEachBit(bits & tile.cells, [&](uint32_t bit) { Append(&lists[bit], id, edit); });
+    tile.crowded |= bits & tile.cells;
+  }
+  tile.cells |= bits;
   ForEachBit(body.layers,
-             [&](uint32_t layer) { layers_[layer].cells.Set(cells.region, cells.tile, bits); });
+             [&](uint32_t layer) { layers_[layer].cells.Set(tile.region, tile.tile, bits); });
 }
 
 /// The tile stays, even if it runs empty.
 void Grid::EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
-  TileCells& cells = tile_cells_[slot];
+  TileCells& tile = tile_cells_[slot];
   const Body& body = bodies_[id];
   if (!body.exact()) edit->drawn_cells -= std::popcount(bits);
-  const uint64_t crowded = bits & cells.crowded, alone = bits & ~cells.crowded;
-  ForEachBit(alone, [&](uint32_t bit) { cells.heads[bit] = 0; });
-  cells.occupied = static_cast<uint16_t>(cells.occupied - std::popcount(alone));
+  const uint64_t crowded = bits & tile.crowded, alone = bits & ~tile.crowded;
+  tile.cells &= ~alone;
   ForEachBit(body.layers,
-             [&](uint32_t layer) { layers_[layer].cells.Clear(cells.region, cells.tile, alone); });
+             [&](uint32_t layer) { layers_[layer].cells.Clear(tile.region, tile.tile, alone); });
+  if (!(tile.bodies & kSeveral)) {
+    if (tile.cells == 0) tile.bodies = 0;
+    return;
+  }
+  CellLists& lists = ListsOf(&tile, edit);
   ForEachBit(crowded, [&](uint32_t bit) {
-    RemoveFromList(&cells.heads[bit], id, edit);
-    if (!(cells.heads[bit] & kList)) cells.crowded &= ~(uint64_t{1} << bit);
-    ClearWhereNobodyIsLeft(cells, bit, body.layers);
+    RemoveFrom(&lists[bit], id, edit);
+    if (!(lists[bit] & kSeveral)) tile.crowded &= ~(uint64_t{1} << bit);
+    ClearWhereNobodyIsLeft(tile, bit, body.layers);
   });
+  DropListsOfOneBody(&tile, edit);
+}
+
+/// The lists of the tile's cells, made if there was one body so far.
+Grid::CellLists& Grid::ListsOf(TileCells* tile, Edit* edit) {
+  if (tile->bodies & kSeveral) return lists_[tile->bodies & ~kSeveral];
+  const uint32_t index = lists_.Take(edit->lists());
+  CellLists& lists = lists_[index];
+  ForEachBit(tile->cells, [&](uint32_t bit) { lists[bit] = tile->bodies; });
+  tile->bodies = kSeveral | index;
+  return lists;
+}
+
+/// If there are no two bodies in the tile any more.
+void Grid::DropListsOfOneBody(TileCells* tile, Edit* edit) {
+  if (tile->crowded != 0) return;
+  const uint32_t index = tile->bodies & ~kSeveral;
+  const CellLists& lists = lists_[index];
+  BodyList only = 0;
+  for (uint64_t left = tile->cells; left != 0; left &= left - 1) {
+    const BodyList list = lists[static_cast<uint32_t>(std::countr_zero(left))];
+    if (only != 0 && list != only) return;
+    only = list;
+  }
+  tile->bodies = only;
+  lists_.Give(index, edit->lists());
 }
 
 /// Of a cell in which others are left: clears its bit in those of the layers that show none of
 /// them.
-void Grid::ClearWhereNobodyIsLeft(const TileCells& cells, uint32_t bit, uint32_t layers) {
-  AnyInList(cells.heads[bit], [&](BodyId other) {
+void Grid::ClearWhereNobodyIsLeft(const TileCells& tile, uint32_t bit, uint32_t layers) {
+  AnyOf(lists_[tile.bodies & ~kSeveral][bit], [&](BodyId other) {
     layers &= ~bodies_[other].layers;
     return layers == 0;
   });
   ForEachBit(layers, [&](uint32_t layer) {
-    layers_[layer].cells.Clear(cells.region, cells.tile, uint64_t{1} << bit);
+    layers_[layer].cells.Clear(tile.region, tile.tile, uint64_t{1} << bit);
   });
 }
 
 void Grid::DropOrNoteEmpty(uint32_t slot, Edit* edit) {
-  if (tile_cells_[slot].occupied != 0) return;
+  if (tile_cells_[slot].cells != 0) return;
   if (edit->shared)
     edit->emptied.push_back(slot);
   else
     DropTile(slot);
 }
 
-void Grid::Append(uint32_t* head, BodyId id, Edit* edit) {
+void Grid::Append(BodyList* list, BodyId id, Edit* edit) {
   const uint32_t node = MakeNode(id, edit);
-  if (!(*head & kList)) {
-    const uint32_t first = MakeNode(*head - 1, edit);
+  if (!(*list & kSeveral)) {
+    const uint32_t first = MakeNode(*list - 1, edit);
     nodes_[first].next = nodes_[first].previous = node;
     nodes_[node].next = nodes_[node].previous = first;
-    *head = kList | first;
+    *list = kSeveral | first;
     return;
   }
-  const uint32_t first = *head & ~kList, last = nodes_[first].previous;
+  const uint32_t first = *list & ~kSeveral, last = nodes_[first].previous;
   nodes_[node].next = first;
   nodes_[node].previous = last;
   nodes_[last].next = nodes_[first].previous = node;
 }
 
-void Grid::RemoveFromList(uint32_t* head, BodyId id, Edit* edit) {
-  if (!(*head & kList)) {
-    *head = 0;
-    return;
-  }
-  std::vector<uint32_t>& free = edit->shared ? edit->nodes : free_nodes_;
-  const uint32_t first = *head & ~kList, node = FindNode(first, id);
+/// Of a list of several bodies.
+void Grid::RemoveFrom(BodyList* list, BodyId id, Edit* edit) {
+  const uint32_t first = *list & ~kSeveral, node = FindNode(first, id);
   const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
   nodes_[previous].next = next;
   nodes_[next].previous = previous;
-  if (node == first) *head = kList | next;
-  free.push_back(node);
+  if (node == first) *list = kSeveral | next;
+  nodes_.Give(node, edit->nodes());
   if (next != previous) return;
-  // A list of one goes back into the head.
-  *head = nodes_[next].id + 1;
-  free.push_back(next);
+  // One is left, which needs no node.
+  *list = nodes_[next].id + 1;
+  nodes_.Give(next, edit->nodes());
 }
 
 /// From both ends: bodies that leave a crowd are often its oldest or its youngest.
@@ -201,37 +225,17 @@ uint32_t Grid::FindNode(uint32_t first, BodyId id) const {
 }
 
 uint32_t Grid::MakeNode(BodyId id, Edit* edit) {
-  std::vector<uint32_t>& free = edit->shared ? edit->nodes : free_nodes_;
-  if (free.empty()) TakeNodes(edit);
-  const uint32_t node = free.back();
-  free.pop_back();
+  const uint32_t node = nodes_.Take(edit->nodes());
   nodes_[node] = {id, 0, 0};
   return node;
 }
 
-namespace {
-constexpr size_t kNodesAtOnce = 64;
-}
-
-/// Gives an edit, or the grid itself, some free nodes.
-void Grid::TakeNodes(Edit* edit) {
-  if (edit->shared) {
-    const size_t end = nodes_left_.fetch_sub(kNodesAtOnce, std::memory_order_relaxed);
-    const auto begin = free_nodes_.begin() + static_cast<long>(end - kNodesAtOnce);
-    edit->nodes.assign(begin, begin + kNodesAtOnce);
-    return;
-  }
-  free_nodes_.push_back(static_cast<uint32_t>(nodes_.size()));
-  nodes_.emplace_back();
-}
-
 // ---- several threads at once --------------------------------------------------------------------
 
-void Grid::BeginSharedEdit(size_t cells, std::vector<Edit>* edits) {
+void Grid::BeginSharedEdit(size_t parts, size_t cells, std::vector<Edit>* edits) {
+  lists_.BeginSharing(parts, edits->size());
   // A cell takes two nodes at most: where there was one body, both move to a list.
-  const size_t most = 2 * cells + (edits->size() + 1) * kNodesAtOnce;
-  while (free_nodes_.size() < most) TakeNodes(&own_edit_);
-  nodes_left_ = free_nodes_.size();
+  nodes_.BeginSharing(2 * cells, edits->size());
   for (Edit& edit : *edits) {
     edit.shared = true;
     edit.region = 0;
@@ -239,10 +243,11 @@ void Grid::BeginSharedEdit(size_t cells, std::vector<Edit>* edits) {
 }
 
 void Grid::EndSharedEdit(std::vector<Edit>* edits) {
-  free_nodes_.resize(nodes_left_);
+  lists_.EndSharing();
+  nodes_.EndSharing();
   for (Edit& edit : *edits) {
-    free_nodes_.insert(free_nodes_.end(), edit.nodes.begin(), edit.nodes.end());
-    edit.nodes.clear();
+    lists_.TakeBack(edit.lists());
+    nodes_.TakeBack(edit.nodes());
     for (const uint32_t slot : edit.emptied) DropTileIfEmpty(slot);
     edit.emptied.clear();
     own_edit_.drawn_cells += edit.drawn_cells;
@@ -254,27 +259,29 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
 
 void Grid::PrepareTile(const TilePart& part) {
   const uint32_t slot = PrepareSlot(part, &own_edit_);
-  if (tile_cells_[slot].occupied == 0) prepared_tiles_.push_back(slot);
+  if (tile_cells_[slot].cells == 0) prepared_tiles_.push_back(slot);
 }
 
 /// A tile that ran empty may be in use again, or may have been dropped before.
 void Grid::DropTileIfEmpty(uint32_t slot) {
   const TileCells& cells = tile_cells_[slot];
   const bool in_use = tile_slots_[std::size_t{cells.region} * kTilesPerRegion + cells.tile] == slot;
-  if (in_use && cells.occupied == 0) DropTile(slot);
+  if (in_use && cells.cells == 0) DropTile(slot);
 }
 
-void Grid::RefreshBit(const TileCells& cells, uint32_t bit) {
+void Grid::RefreshBit(CellRef cell) {
   uint32_t occupied_in = 0;
-  AnyInList(cells.heads[bit], [&](BodyId id) {
+  AnyIn(cell, [&](BodyId id) {
     occupied_in |= bodies_[id].layers;
     return false;
   });
+  const TileCells& tile = tile_cells_[cell >> 6];
+  const uint64_t bit = uint64_t{1} << (cell & 63);
   for (LayerIndex i = 0; i < layers_.size(); i++) {
     if (occupied_in >> i & 1)
-      layers_[i].cells.Set(cells.region, cells.tile, uint64_t{1} << bit);
+      layers_[i].cells.Set(tile.region, tile.tile, bit);
     else
-      layers_[i].cells.Clear(cells.region, cells.tile, uint64_t{1} << bit);
+      layers_[i].cells.Clear(tile.region, tile.tile, bit);
   }
 }
 
@@ -301,12 +308,7 @@ uint32_t Grid::MakeTile(uint32_t region, uint32_t tile) {
     slot = static_cast<uint32_t>(tile_cells_.size());
     tile_cells_.emplace_back();
   }
-  TileCells& cells = tile_cells_[slot];
-  memset(cells.heads, 0, sizeof cells.heads);
-  cells.crowded = 0;
-  cells.region = region;
-  cells.tile = static_cast<uint16_t>(tile);
-  cells.occupied = 0;
+  tile_cells_[slot] = {.cells = 0, .crowded = 0, .bodies = 0, .region = region, .tile = tile};
   tile_slots_[std::size_t{region} * kTilesPerRegion + tile] = slot;
   if (regions_[region].tiles++ == 0) empty_regions_--;
   return slot;
@@ -506,12 +508,8 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
   layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
   for (Body& body : bodies_)
     if (body.model) body.layers = LayersOf(body);
-  for (uint32_t slot = 1; slot < tile_cells_.size(); slot++) {
-    const TileCells& cells = tile_cells_[slot];
-    if (cells.occupied == 0) continue;
-    for (uint32_t bit = 0; bit < 64; bit++)
-      if (cells.heads[bit] != 0) RefreshBit(cells, bit);
-  }
+  for (uint32_t slot = 1; slot < tile_cells_.size(); slot++)
+    ForEachBit(tile_cells_[slot].cells, [&](uint32_t bit) { RefreshBit(slot << 6 | bit); });
   return index;
 }
 
@@ -553,7 +551,7 @@ Grid::Statistics Grid::statistics() const {
   s.regions = regions_.size() - 1 - free_regions_.size();
   s.tiles = tile_cells_.size() - 1 - free_tiles_.size();
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  s.bytes = bytes(bodies_) + bytes(tile_cells_) + bytes(nodes_) + bytes(free_nodes_) +
+  s.bytes = bytes(bodies_) + bytes(tile_cells_) + lists_.bytes() + nodes_.bytes() +
             bytes(regions_) + bytes(tile_slots_) + bytes(region_tables_) + bytes(directory_);
   for (const Layer& layer : layers_)
     s.bytes += bytes(layer.cells.tiles()) + bytes(layer.cells.tile_maps());

@@ -10,7 +10,7 @@
 #ifndef STAGE_GRID_GRID_HH
 #define STAGE_GRID_GRID_HH
 
-#include <atomic>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -18,6 +18,7 @@
 
 #include "geometry/geometry.hh"
 #include "grid/occupancy.hh"
+#include "grid/pool.hh"
 #include "grid/tile_part.hh"
 #include "kernels/ray_walk.h"
 
@@ -61,6 +62,9 @@ inline constexpr BodyId kNoBody = 0xffffffffu;
 /// A cell that something is drawn in: a handle that is valid as long as that is so.
 using CellRef = uint32_t;
 
+/// The bodies in a cell: a handle that is valid until the grid changes. 0: nobody.
+using BodyList = uint32_t;
+
 /// Calls f(CellRef) for the cells of a part, which is drawn.
 template <typename F>
 void ForEachCell(const TilePart& part, F f) {
@@ -103,15 +107,17 @@ class Grid {
 
   /// What one thread keeps for itself while several change cells at once, see BeginSharedEdit().
   class Edit {
-   private:
     friend class Grid;
-    std::vector<uint32_t> nodes;    // free ones
+    bool shared = false;
+    PoolShare own_lists, own_nodes;
     std::vector<uint32_t> emptied;  // tiles
     // The region that was asked for last: edges are drawn cell after cell.
     int32_t region_x = 0, region_y = 0;
     uint32_t region = 0;
-    bool shared = false;
     int64_t drawn_cells = 0;  // more than before
+
+    PoolShare* lists() { return shared ? &own_lists : nullptr; }
+    PoolShare* nodes() { return shared ? &own_nodes : nullptr; }
   };
 
   /// Takes a body out of the cells of `from`, which it is drawn in, and draws it in those of `to`,
@@ -122,9 +128,9 @@ class Grid {
 
   /// From here to EndSharedEdit() several threads may redraw, change and read bodies at once, each
   /// with an edit of its own, as long as no two use cells of the same tile at once, and all tiles
-  /// that bodies are drawn into have been prepared before. These may be `cells` in all. Nothing
-  /// else may change.
-  void BeginSharedEdit(std::size_t cells, std::vector<Edit>* edits);
+  /// that bodies are drawn into have been prepared before. They may be drawn into `parts` of tiles,
+  /// of `cells` in all. Nothing else may change.
+  void BeginSharedEdit(std::size_t parts, std::size_t cells, std::vector<Edit>* edits);
   void EndSharedEdit(std::vector<Edit>* edits);
   /// Makes sure that there is room for the cells of a tile, for the time of a shared edit.
   void PrepareTile(const TilePart& part);
@@ -133,12 +139,30 @@ class Grid {
   /// Returns whether it did.
   template <typename F>
   bool AnyIn(CellRef cell, F f) const {
-    return AnyInList(tile_cells_[cell >> 6].heads[cell & 63], f);
+    return AnyOf(ListIn(cell), f);
   }
   template <typename F>
   bool AnyAt(uint32_t region, uint32_t tile, uint32_t bit, F f) const {
     const uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
-    return slot != 0 && AnyInList(tile_cells_[slot].heads[bit], f);
+    return AnyIn(slot << 6 | bit, f);
+  }
+  BodyList ListIn(CellRef cell) const {
+    const TileCells& tile = tile_cells_[cell >> 6];
+    if (!(tile.cells >> (cell & 63) & 1)) return 0;
+    return tile.bodies & kSeveral ? lists_[tile.bodies & ~kSeveral][cell & 63] : tile.bodies;
+  }
+  /// AnyIn() of the list's cell.
+  template <typename F>
+  bool AnyOf(BodyList list, F f) const {
+    if (list == 0) return false;
+    if (!(list & kSeveral)) return f(BodyId{list - 1});
+    const uint32_t first = list & ~kSeveral;
+    uint32_t n = first;
+    do {
+      if (f(nodes_[n].id)) return true;
+      n = nodes_[n].next;
+    } while (n != first);
+    return false;
   }
   /// Those cells of a drawn part with several bodies in them, as bits.
   uint64_t Crowded(const TilePart& part) const {
@@ -148,17 +172,15 @@ class Grid {
   CellRef CellAt(uint32_t region, uint32_t tile, uint32_t bit) const {
     return tile_slots_[std::size_t{region} * kTilesPerRegion + tile] << 6 | bit;
   }
-  /// Say that a cell, and then the first body in it, will be looked at: starts to fetch them.
-  void PrefetchCell(CellRef cell) const {
-    __builtin_prefetch(&tile_cells_[cell >> 6].heads[cell & 63]);
-  }
-  void PrefetchBodyIn(CellRef cell) const {
-    const uint32_t head = tile_cells_[cell >> 6].heads[cell & 63];
-    if (head == 0) return;
-    if (head & kList)
-      __builtin_prefetch(&nodes_[head & ~kList]);
+  /// Say that a cell's list, and then the first body in it, will be looked at: starts to fetch
+  /// them.
+  void PrefetchList(CellRef cell) const { __builtin_prefetch(&tile_cells_[cell >> 6]); }
+  void PrefetchBody(BodyList list) const {
+    if (list == 0) return;
+    if (list & kSeveral)
+      __builtin_prefetch(&nodes_[list & ~kSeveral]);
     else
-      __builtin_prefetch(&bodies_[head - 1]);
+      __builtin_prefetch(&bodies_[list - 1]);
   }
   /// The region of a cell, or 0 if there is none.
   uint32_t FindRegion(int32_t x, int32_t y) const;
@@ -220,15 +242,18 @@ class Grid {
   Statistics statistics() const;
 
  private:
-  // The lists of bodies of a tile's cells. A head is 0 (nobody), id + 1 (one body), or
-  // kList | index of the first of several nodes. These form a ring, in the order of drawing.
+  // What is drawn in a tile: mostly a single body.
   struct TileCells {
-    uint32_t heads[64];
-    uint64_t crowded;  // cells with a list of several
+    uint64_t cells;    // that something is drawn in
+    uint64_t crowded;  // those with several bodies
+    uint32_t bodies;   // 0, id + 1 of the only one, or kSeveral | index of the lists of its cells
     uint32_t region;
-    uint16_t tile;
-    uint16_t occupied;  // how many cells are not empty
+    uint32_t tile;  // in the region
   };
+  // The lists of a tile with several bodies, for those of its cells that something is drawn in: id
+  // + 1 (one body), or kSeveral | index of the first of several nodes. These form a ring, in the
+  // order of drawing.
+  using CellLists = std::array<BodyList, 64>;
   struct Node {
     BodyId id;
     uint32_t next;      // of the last: the first
@@ -250,40 +275,28 @@ class Grid {
     mutable uint64_t last_used = 0;  // the step
     Occupancy cells;
   };
-  static constexpr uint32_t kList = 0x80000000u;
-
-  template <typename F>
-  bool AnyInList(uint32_t head, F f) const {
-    if (head == 0) return false;
-    if (!(head & kList)) return f(BodyId{head - 1});
-    const uint32_t first = head & ~kList;
-    uint32_t n = first;
-    do {
-      if (f(nodes_[n].id)) return true;
-      n = nodes_[n].next;
-    } while (n != first);
-    return false;
-  }
+  static constexpr uint32_t kSeveral = 0x80000000u;
 
   uint32_t MakeRegion(int32_t x, int32_t y, Edit* edit);
   uint32_t MakeSuper(int32_t x, int32_t y);
   uint32_t MakeTile(uint32_t region, uint32_t tile);
   uint32_t MakeNode(BodyId id, Edit* edit);
-  void TakeNodes(Edit* edit);
   uint32_t PrepareSlot(const TilePart& part, Edit* edit);
   void DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
   void EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
-  void ClearWhereNobodyIsLeft(const TileCells& cells, uint32_t bit, uint32_t layers);
+  CellLists& ListsOf(TileCells* tile, Edit* edit);
+  void DropListsOfOneBody(TileCells* tile, Edit* edit);
+  void ClearWhereNobodyIsLeft(const TileCells& tile, uint32_t bit, uint32_t layers);
   void DropOrNoteEmpty(uint32_t slot, Edit* edit);
-  void Append(uint32_t* head, BodyId id, Edit* edit);
-  void RemoveFromList(uint32_t* head, BodyId id, Edit* edit);
+  void Append(BodyList* list, BodyId id, Edit* edit);
+  void RemoveFrom(BodyList* list, BodyId id, Edit* edit);
   static bool Shows(const Layer& layer, const Body& body);
   uint32_t FindNode(uint32_t first, BodyId id) const;
   uint32_t LayersOf(const Body& body) const;
   LayerIndex FindLayer(Layer::Kind kind, double z, bool exact) const;
   bool HeightsAreFull(bool exact) const;
   LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);
-  void RefreshBit(const TileCells& cells, uint32_t bit);
+  void RefreshBit(CellRef cell);
   void DropTile(uint32_t slot);
   void DropTileIfEmpty(uint32_t slot);
   void DropEmptyRegions();
@@ -295,10 +308,9 @@ class Grid {
 
   std::vector<TileCells> tile_cells_;  // [0] unused
   std::vector<uint32_t> free_tiles_;
-  std::vector<Node> nodes_;  // [0] unused
-  std::vector<uint32_t> free_nodes_;
-  std::atomic<std::size_t> nodes_left_{0};  // of the free ones, during a shared edit
-  std::vector<uint32_t> prepared_tiles_;    // made for a shared edit
+  std::vector<uint32_t> prepared_tiles_;  // made for a shared edit
+  Pool<CellLists> lists_;
+  Pool<Node> nodes_;
 
   std::vector<Region> regions_;  // [0]: none
   std::vector<uint32_t> free_regions_;

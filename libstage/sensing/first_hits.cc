@@ -31,7 +31,7 @@ void FirstHits::Look(const RayGroup& rays, const uint32_t* const* lists, uint32_
     SideBySide(rays, wide_walk_.look);
   else
     LookOneByOne(rays);
-  PrefetchBodies(rays.count);
+  FindBodies(rays.count);
 }
 
 void FirstHits::Walk(const RayGroup& rays) {
@@ -39,13 +39,11 @@ void FirstHits::Walk(const RayGroup& rays) {
     SideBySide(rays, wide_walk_.walk);
   else
     WalkOneByOne(rays);
-  PrefetchBodies(rays.count);
+  FindBodies(rays.count);
 }
 
 void FirstHits::SideBySide(const RayGroup& rays, decltype(WideWalk::walk) how) {
   how(rays, grid_.tile_slots(), {hits_, cells_, middles_});
-  for (uint32_t i = 0; i < rays.count; i++)
-    if (!HitsNothing(i)) grid_.PrefetchCell(cells_[i]);
 }
 
 void FirstHits::LookOneByOne(const RayGroup& rays) {
@@ -62,7 +60,6 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
       const int u = ray_packed_u(hits_[ray]), v = ray_packed_v(hits_[ray]);
       cells_[ray] =
           CellAt(step.dx < 0 ? fan->x - u : fan->x + u, step.dy < 0 ? fan->y - v : fan->y + v);
-      grid_.PrefetchCell(cells_[ray]);
     }
   }
   FindMiddles(rays.count);
@@ -85,7 +82,6 @@ void FirstHits::WalkOneByOne(const RayGroup& rays) {
       }
       SetPassage(i, *fan, step);
       cells_[i] = grid_.CellAt(ray.region, ray.tile, ray.bit);
-      grid_.PrefetchCell(cells_[i]);
     }
   }
   FindMiddles(rays.count);
@@ -114,9 +110,15 @@ void FirstHits::SetNoPassage(uint32_t i) {
   across_[i] = along_[i] = 1;
 }
 
-void FirstHits::PrefetchBodies(uint32_t count) const {
+/// What is where the hits are: first the memory of all of it is asked for, as most of it is far
+/// away. Neighbouring rays mostly hit the same cells and bodies.
+void FirstHits::FindBodies(uint32_t count) {
   for (uint32_t i = 0; i < count; i++)
-    if (!HitsNothing(i)) grid_.PrefetchBodyIn(cells_[i]);
+    if (!HitsNothing(i)) grid_.PrefetchList(cells_[i]);
+  for (uint32_t i = 0; i < count; i++) {
+    lists_[i] = HitsNothing(i) ? 0 : grid_.ListIn(cells_[i]);
+    grid_.PrefetchBody(lists_[i]);
+  }
 }
 
 /// Neighbouring rays mostly hit the same tile.

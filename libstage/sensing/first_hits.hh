@@ -30,9 +30,10 @@ class FirstHits {
 
   /// There is nothing in the way of ray i of them.
   bool HitsNothing(uint32_t i) const { return hits_[i] == RAY_NO_HIT; }
-  /// Its first potential hit, as lists have it, and the cell of that.
+  /// Its first potential hit, as lists have it, the cell of that, and the bodies in it.
   const uint32_t& Packed(uint32_t i) const { return hits_[i]; }
   grid::CellRef Cell(uint32_t i) const { return cells_[i]; }
+  grid::BodyList Bodies(uint32_t i) const { return lists_[i]; }
   /// Where along its leg the ray is halfway through that cell: the very bits of MiddleOf().
   double Middle(uint32_t i) const { return middles_[i]; }
 
@@ -48,7 +49,7 @@ class FirstHits {
   void SetPassage(uint32_t i, const FanRecord& fan, Step step);
   void SetNoPassage(uint32_t i);
   void FindMiddles(uint32_t count);
-  void PrefetchBodies(uint32_t count) const;
+  void FindBodies(uint32_t count);
 
   const grid::Grid& grid_;
   const WideWalk wide_walk_;
@@ -57,6 +58,7 @@ class FirstHits {
 
   uint32_t hits_[kAtOnce];
   grid::CellRef cells_[kAtOnce];
+  grid::BodyList lists_[kAtOnce];
   alignas(16) double middles_[kAtOnce];
   // Of the passage through the cell: see Passage in tracer.cc.
   alignas(16) double in_x_[kAtOnce], in_y_[kAtOnce], across_[kAtOnce], along_[kAtOnce];

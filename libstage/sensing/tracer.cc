@@ -96,8 +96,8 @@ class CellVisit {
   }
   /// The same for the cells of one ray after another: what one has hit, its neighbours mostly hit
   /// too.
-  bool operator()(grid::CellRef cell) {
-    return grid_.AnyIn(cell, [this](grid::BodyId id) {
+  bool operator()(grid::BodyList bodies) {
+    return grid_.AnyOf(bodies, [this](grid::BodyId id) {
       if (id == accepted_) return true;
       if (!Accepts(id)) return false;
       accepted_ = id;
@@ -353,7 +353,7 @@ class Tracer::Group {
     CellVisit visit(tracer_.grid_, fan);
     for (uint32_t i = 0; i < count; i++) {
       const bool nothing = first_.HitsNothing(ray + i);
-      if (!nothing && !visit(first_.Cell(ray + i))) {
+      if (!nothing && !visit(first_.Bodies(ray + i))) {
         const HitList known = per_ray > 0 ? HitList{lists_of_[part] + size_t{i} * per_ray, per_ray}
                                           : HitList{&first_.Packed(ray + i), 1};
         GoOn(fan, begins_[part] + i, known, &hits_[ray + i]);

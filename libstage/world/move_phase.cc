@@ -148,7 +148,8 @@ void MovePhase::Describe(Plan* plan, const grid::Grid& grid) {
 /// Moves those of [begin, end) that share the grid.
 void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers) {
   if (begin == end) return;
-  grid_->BeginSharedEdit(AssignRanks(begin, end), &edits_);
+  AssignRanks(begin, end);
+  grid_->BeginSharedEdit(parts_, cells_, &edits_);
   SortByRank(begin, end);
   uint32_t first = 0;
   for (const uint32_t rank_end : rank_ends_) {
@@ -167,21 +168,21 @@ void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers
   grid_->EndSharedEdit(&edits_);
 }
 
-/// Ranks, and room in the grid. Returns how many cells may be drawn.
-size_t MovePhase::AssignRanks(size_t begin, size_t end) {
-  size_t cells = 0;
+/// Ranks, and room in the grid.
+void MovePhase::AssignRanks(size_t begin, size_t end) {
+  parts_ = cells_ = 0;
   ranks_.Clear();
   for (size_t i = begin; i < end; i++) {
     Plan& plan = plans_[i];
     if (plan.kind != Plan::kShared) continue;
     plan.rank = ranks_.Add(plan.tiles);
-    cells += plan.new_cells;
+    parts_ += plan.placement.NewParts().size();
+    cells_ += plan.new_cells;
     // Tiles that were there may be gone if others of this part have moved since.
     if (!plan.tiles_missing && begin == 0) continue;
     for (const grid::TilePart& part : plan.placement.NewParts())
       if (part.slot == 0 || begin > 0) grid_->PrepareTile(part);
   }
-  return cells;
 }
 
 void MovePhase::SortByRank(size_t begin, size_t end) {

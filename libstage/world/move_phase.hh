@@ -86,12 +86,13 @@ class MovePhase {
   void MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers);
   static void Describe(Plan* plan, const grid::Grid& grid);
   void MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers);
-  size_t AssignRanks(size_t begin, size_t end);
+  void AssignRanks(size_t begin, size_t end);
   void SortByRank(size_t begin, size_t end);
 
   RunFinder runs_;
   std::vector<Plan> plans_;
   std::vector<grid::Grid::Edit> edits_;  // one for each thread
+  size_t parts_ = 0, cells_ = 0;         // that may be drawn, of what is ranked
   TileRanks ranks_;
   std::vector<uint32_t> rank_ends_;  // in order_
   std::vector<uint32_t> order_;      // indices of plans, by rank

@@ -76,9 +76,7 @@ TEST(FrameBudget, QuickPicturesComeAtTheInterval) {
 
 // ---- the runner ---------------------------------------------------------------------------------
 
-void Spend(double seconds) {
-  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
-}
+void Spend(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
 /// Its steps take some time and do nothing.
 class IdleWorld : public World {

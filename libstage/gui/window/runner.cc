@@ -115,9 +115,7 @@ void Runner::WantFrame(bool soon) {
     canvas_.redraw();
 }
 
-void Runner::OnFrame(void* data) {
-  static_cast<Runner*>(data)->canvas_.redraw();
-}
+void Runner::OnFrame(void* data) { static_cast<Runner*>(data)->canvas_.redraw(); }
 
 void Runner::Drawn(double start, double end) {
   // Whatever it was drawn for: another picture would show nothing new, and come before its time.

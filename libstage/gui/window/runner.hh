@@ -64,12 +64,12 @@ class Runner {
   FrameBudget budget_;
   RateMeter frames_;
   double interval_ = 0.04;
-  bool begun_ = false;    // see Begin()
-  bool running_ = false;  // steps are scheduled
-  bool idle_ = false;     // by the idle callback, otherwise by a timer
-  bool pumping_ = false;  // a step may run the event loop itself
+  bool begun_ = false;            // see Begin()
+  bool running_ = false;          // steps are scheduled
+  bool idle_ = false;             // by the idle callback, otherwise by a timer
+  bool pumping_ = false;          // a step may run the event loop itself
   bool frame_scheduled_ = false;  // there will be a picture, by a timer or at the next occasion
-  uint64_t drawn_updates_ = 0;  // of the world, when the last picture was made
+  uint64_t drawn_updates_ = 0;    // of the world, when the last picture was made
 };
 
 }  // namespace Stg::internal::window
