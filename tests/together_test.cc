@@ -11,12 +11,14 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <span>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "model_testing.hh"
+#include "sensing/worker_pool.hh"
 #include "support/crowd.hh"
 #include "world/engine.hh"
 #include "world/move_phase.hh"
@@ -80,6 +82,50 @@ TEST(TileRanksTest, AreForgottenByClear) {
   }
 }
 
+bool Overlap(const CellBox& a, const CellBox& b) {
+  return a.min_x <= b.max_x && b.min_x <= a.max_x && a.min_y <= b.max_y && b.min_y <= a.max_y;
+}
+
+/// Whom the threads find out to share a tile with others, round after round.
+TEST(TileClaimsTest, NameThoseWhoShareTilesAndNobodyElse) {
+  Stg::RandomStream random(5);
+  Stg::grid::Grid grid;
+  const Stg::grid::BodyId body = grid.AddBody({.z_max = 1});
+  // Regions are 8 x 8 tiles: there are those of x < 40.
+  for (int x = -40; x < 40; x += 8)
+    for (int y = -40; y < 48; y += 8) {
+      Stg::grid::TilePart part{x, y, 0, 1};
+      grid.Redraw(body, {}, std::span(&part, 1));
+    }
+  Stg::TileClaims claims;
+  for (int round = 0; round < 20; round++) {
+    std::vector<CellBox> boxes;
+    for (int i = 0; i < 120; i++) {
+      const int x = static_cast<int>(random.Uniform(-40, 36));
+      const int y = static_cast<int>(random.Uniform(-40, 36));
+      boxes.push_back({x, y, x + i % 3, y + i % 4});
+    }
+    boxes.push_back({38, 38, 41, 39});  // reaches out of the regions
+    std::vector<std::atomic<bool>> named(boxes.size());
+    std::vector<char> known(boxes.size());
+    claims.Begin(grid);
+    Stg::sensing::WorkerPool workers(4);
+    workers.Run(boxes.size(), 1, [&](size_t begin, size_t end, unsigned) {
+      for (size_t i = begin; i < end; i++)
+        known[i] = claims.Claim(grid, boxes[i], i, [&](size_t other) {
+          named[i] = true;
+          named[other] = true;
+        });
+    });
+    for (size_t i = 0; i < boxes.size(); i++) {
+      bool shares = false;
+      for (size_t k = 0; k < boxes.size(); k++) shares |= k != i && Overlap(boxes[i], boxes[k]);
+      EXPECT_EQ(named[i], shares) << round << " " << i;
+      EXPECT_EQ(known[i] != 0, i + 1 < boxes.size());
+    }
+  }
+}
+
 // ---- moves --------------------------------------------------------------------------------------
 
 /// Robots that run into each other, and now and then out of the regions of the grid that there are.
@@ -114,6 +160,16 @@ double StallsOf(const crowd::Outcome& outcome) {
 TEST(MovesTogether, InACrowd) {
   EXPECT_GT(StallsOf(crowd::ExpectSameHoweverItIsRun(Crowded("", 150, 0.02, 0.45))), 100);
   EXPECT_GT(StallsOf(crowd::ExpectSameHoweverItIsRun(Crowded("", 150, 0.1, 0.5))), 100);
+}
+
+/// So many that what is to come next is noted by several threads too; with one rhythm and with two.
+TEST(MovesTogether, ManyRobots) {
+  for (const char* extras :
+       {"", "position( alwayson 1 update_interval 200 pose [-9 -9 0 0] size [0.1 0.1 0.1] )\n"}) {
+    crowd::Crowd crowd = Crowded(extras, 4100, 0.1, 0.5);
+    crowd.steps = 4;
+    crowd::ExpectSameHoweverItIsRun(crowd);
+  }
 }
 
 TEST(MovesTogether, WithLargeBodiesAmongThem) {
@@ -199,27 +255,32 @@ TEST(CallbacksTogether, OfATreeAreCalledInTheirOrder) {
 }
 
 TEST(CallbacksTogether, OthersAreCalledOneAfterTheOtherAndInTheirPlace) {
-  const auto world = RobotsWithTwoRangers(60);
-  Log all;
-  std::vector<Log> own(120);
-  std::vector<std::pair<Log*, int>> entries(120);
-  const std::vector<Stg::Model*> rangers = RangersOf(*world);
-  for (size_t i = 0; i < rangers.size(); i++) {
-    const bool parallel = i % 7 < 4;
-    entries[i] = {parallel ? &own[i] : &all, static_cast<int>(i)};
-    if (parallel)
-      rangers[i]->AddParallelCallback(Stg::Model::CB_UPDATE, Note, &entries[i]);
-    else
-      rangers[i]->AddCallback(Stg::Model::CB_UPDATE, Note, &entries[i]);
-    rangers[i]->Subscribe();
+  for (const int robots : {60, 2100}) {
+    const auto world = RobotsWithTwoRangers(robots);
+    const std::vector<Stg::Model*> rangers = RangersOf(*world);
+    Log all;
+    std::vector<Log> own(rangers.size());
+    std::vector<std::pair<Log*, int>> entries(rangers.size());
+    for (size_t i = 0; i < rangers.size(); i++) {
+      const bool parallel = i % 7 < 4;
+      entries[i] = {parallel ? &own[i] : &all, static_cast<int>(i)};
+      if (parallel)
+        rangers[i]->AddParallelCallback(Stg::Model::CB_UPDATE, Note, &entries[i]);
+      else if (i % 7 < 6)  // some have none
+        rangers[i]->AddCallback(Stg::Model::CB_UPDATE, Note, &entries[i]);
+      rangers[i]->Subscribe();
+    }
+    world->Update();
+    world->Update();
+    std::vector<int> expected;
+    for (size_t i = 0; i < rangers.size(); i++) {
+      if (i % 7 >= 4 && i % 7 < 6) expected.push_back(static_cast<int>(i));
+      EXPECT_EQ(own[i].calls.size(), i % 7 < 4 ? 2u : 0u);
+    }
+    const std::vector<int> once = expected;
+    expected.insert(expected.end(), once.begin(), once.end());
+    EXPECT_EQ(all.calls, expected);
   }
-  world->Update();
-  std::vector<int> expected;
-  for (size_t i = 0; i < rangers.size(); i++) {
-    if (i % 7 >= 4) expected.push_back(static_cast<int>(i));
-    EXPECT_EQ(own[i].calls.size(), i % 7 < 4 ? 1u : 0u);
-  }
-  EXPECT_EQ(all.calls, expected);
 }
 
 TEST(CallbacksTogether, UseSeveralThreads) {

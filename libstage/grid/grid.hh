@@ -191,6 +191,8 @@ class Grid {
   uint32_t FindTileSlot(const TilePart& part) const {
     return FindTileSlot(part.x << RAY_TILE_SHIFT, part.y << RAY_TILE_SHIFT);
   }
+  /// Regions have numbers below this.
+  std::size_t region_count() const { return regions_.size(); }
   /// The same numbers by region * 64 + tile in the region, see TileOf().
   const uint32_t* tile_slots() const { return tile_slots_.data(); }
   /// A cell's tile in its region, and its bit in the tile.

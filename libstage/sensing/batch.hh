@@ -30,6 +30,13 @@ struct BatchShare {
   uint64_t rays = 0;
   uint32_t fans = 0;
   uint32_t words = 0;  ///< of windows
+
+  BatchShare& operator+=(const BatchShare& o) {
+    rays += o.rays;
+    fans += o.fans;
+    words += o.words;
+    return *this;
+  }
 };
 
 /// What a device needs of a fan, on its own: that of all fans is read in one go.

@@ -2,12 +2,15 @@
 
 #include "world/gather_phase.hh"
 
+#include <algorithm>
 #include <atomic>
 #include <typeinfo>
+#include <utility>
 
 #include "models/position.hh"
 #include "models/ranger.hh"
 #include "sensing/scene.hh"
+#include "world/engine.hh"
 #include "world/world.hh"
 
 namespace Stg {
@@ -28,16 +31,28 @@ size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* 
     return 0;
   }
   sensing::Scene& scene = world->scene();
-  Measure(count, workers);
+  blocks_.resize((count + kBlock - 1) / kBlock);
+  ForEachBlock(workers, [this](Block* block) { Measure(block); });
   MakeRoom(&scene.batch);
-  Fill(count, workers);
-  for (const Entry& entry : entries_) {
-    if (entry.kind == Kind::kNothing) continue;
-    if (entry.layer_missing) MakeLayers(entry, &scene);
-    world->ScheduleUpdate(entry.model, entry.interval, entry.chain);
-    if (entry.has_callbacks) world->QueueUpdateCallbacks(entry.model);
-  }
+  // All windows have their place before the first fan refers to one.
+  ForEachBlock(workers, [this](Block* block) { PlaceWindows(*block); });
+  ForEachBlock(workers, [this](Block* block) { Fill(block); });
+  MakeLayers(&scene);
+  Queue(world, workers);
   return count;
+}
+
+template <typename F>
+void GatherPhase::ForEachBlock(sensing::WorkerPool* workers, F f) {
+  workers->Run(blocks_.size(), workers->Grain(blocks_.size(), kGrain / kBlock),
+               [&](size_t begin, size_t end, unsigned) {
+                 for (size_t i = begin; i < end; i++) f(&blocks_[i]);
+               });
+}
+
+std::span<GatherPhase::Entry> GatherPhase::EntriesOf(const Block& block) {
+  const size_t first = static_cast<size_t>(&block - blocks_.data()) * kBlock;
+  return std::span(entries_).subspan(first, std::min(kBlock, entries_.size() - first));
 }
 
 /// The update of a model whose class does what it does here.
@@ -71,48 +86,50 @@ bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count,
       if (!ranger.CanShare()) can_share.store(false, std::memory_order_relaxed);
     }
   });
-  for (const Entry& entry : entries_)
-    if (!all_ready && entry.kind == Kind::kRanger && !entry.ready)
-      static_cast<ModelRanger*>(entry.model)->FinishGettingReady();
+  if (!all_ready)
+    for (const Entry& entry : entries_)
+      if (entry.kind == Kind::kRanger && !entry.ready)
+        static_cast<ModelRanger*>(entry.model)->FinishGettingReady();
   return can_share;
 }
 
-void GatherPhase::Measure(size_t count, sensing::WorkerPool* workers) {
-  workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
-    for (size_t i = begin; i < end; i++) {
-      Entry& entry = entries_[i];
-      if (entry.kind == Kind::kRanger)
-        entry.share = static_cast<ModelRanger*>(entry.model)->MeasureUpdate();
-    }
-  });
+void GatherPhase::Measure(Block* block) {
+  block->share = {};
+  for (Entry& entry : EntriesOf(*block)) {
+    if (entry.kind != Kind::kRanger) continue;
+    entry.share = static_cast<ModelRanger*>(entry.model)->MeasureUpdate();
+    block->share += entry.share;
+  }
 }
 
 void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
   sensing::BatchShare all;
-  for (const Entry& entry : entries_) {
-    all.fans += entry.share.fans;
-    all.rays += entry.share.rays;
-    all.words += entry.share.words;
-  }
+  for (const Block& block : blocks_) all += block.share;
   sensing::BatchShare next = batch->AddRoom(all);
-  for (Entry& entry : entries_) {
+  for (Block& block : blocks_) next += std::exchange(block.share, next);
+}
+
+void GatherPhase::PlaceWindows(const Block& block) {
+  sensing::BatchShare next = block.share;
+  for (Entry& entry : EntriesOf(block)) {
     if (entry.kind != Kind::kRanger) continue;
-    const sensing::BatchShare share = entry.share;
-    entry.share = next;
-    next = {next.rays + share.rays, next.fans + share.fans, next.words + share.words};
+    next += std::exchange(entry.share, next);
+    static_cast<ModelRanger*>(entry.model)->PlaceWindows(entry.share.words);
   }
 }
 
-void GatherPhase::Fill(size_t count, sensing::WorkerPool* workers) {
-  // All windows have their place before the first fan refers to one.
-  workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
-    for (size_t i = begin; i < end; i++)
-      if (entries_[i].kind == Kind::kRanger)
-        static_cast<ModelRanger*>(entries_[i].model)->PlaceWindows(entries_[i].share.words);
-  });
-  workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
-    for (size_t i = begin; i < end; i++) FillEntry(&entries_[i]);
-  });
+void GatherPhase::Fill(Block* block) {
+  const std::span<Entry> entries = EntriesOf(*block);
+  block->callbacks = 0;
+  block->layer_missing = false;
+  block->same_interval = true;
+  for (Entry& entry : entries) {
+    FillEntry(&entry);
+    block->callbacks += entry.has_callbacks;
+    block->layer_missing |= entry.layer_missing;
+    block->same_interval &= entry.kind != Kind::kNothing && entry.interval == entries[0].interval;
+  }
+  block->interval = entries[0].interval;
 }
 
 void GatherPhase::FillEntry(Entry* entry) {
@@ -127,14 +144,55 @@ void GatherPhase::FillEntry(Entry* entry) {
   entry->has_callbacks = entry->model->HasCallbacks(Model::CB_UPDATE);
 }
 
-/// The layers of the grid that a ranger's fans look for, at heights that nobody looked at so far.
-void GatherPhase::MakeLayers(const Entry& entry, sensing::Scene* scene) {
-  for (uint32_t i = entry.share.fans; i < scene->batch.fans().size(); i++) {
-    const sensing::Fan& fan = scene->batch.fans()[i];
-    if (fan.finder != entry.model) return;
-    if (fan.layer == grid::kNoLayer)
-      scene->batch.SetLayer(i, scene->grid.RangerLayer(fan.z, fan.z_test, fan.exact));
+/// The layers of the grid that rangers' fans look for, at heights that nobody looked at so far.
+void GatherPhase::MakeLayers(sensing::Scene* scene) {
+  sensing::RayBatch& batch = scene->batch;
+  const auto make_for = [&](const Entry& entry) {
+    for (uint32_t i = entry.share.fans; i < batch.fans().size(); i++) {
+      const sensing::Fan& fan = batch.fans()[i];
+      if (fan.finder != entry.model) return;
+      if (fan.layer == grid::kNoLayer)
+        batch.SetLayer(i, scene->grid.RangerLayer(fan.z, fan.z_test, fan.exact));
+    }
+  };
+  for (const Block& block : blocks_) {
+    if (!block.layer_missing) continue;
+    for (const Entry& entry : EntriesOf(block))
+      if (entry.layer_missing) make_for(entry);
   }
+}
+
+/// The next updates and the callbacks of this one.
+void GatherPhase::Queue(World* world, sensing::WorkerPool* workers) {
+  constexpr size_t kMany = 4000;  // fewer are done before other threads have begun
+  const bool together = entries_.size() >= kMany &&
+                        std::all_of(blocks_.begin(), blocks_.end(), [&](const Block& block) {
+                          return block.same_interval && block.interval == blocks_[0].interval;
+                        });
+  if (together) return QueueTogether(world, workers);
+  for (const Entry& entry : entries_) {
+    if (entry.kind == Kind::kNothing) continue;
+    world->ScheduleUpdate(entry.model, entry.interval, entry.chain);
+    if (entry.has_callbacks) world->QueueUpdateCallbacks(entry.model);
+  }
+}
+
+/// The same if all next updates are due at one time.
+void GatherPhase::QueueTogether(World* world, sensing::WorkerPool* workers) {
+  WorldEngine& engine = world->engine();
+  const std::span<Scheduler::Event> events =
+      engine.scheduler.AddRoom(world->SimTimeNow() + blocks_[0].interval, entries_.size());
+  size_t callbacks = engine.update_callbacks_due.size();
+  for (Block& block : blocks_) callbacks += std::exchange(block.callbacks, callbacks);
+  engine.update_callbacks_due.resize(callbacks);
+  ForEachBlock(workers, [&](Block* block) {
+    Model** due = engine.update_callbacks_due.data() + block->callbacks;
+    for (const Entry& entry : EntriesOf(*block)) {
+      events[static_cast<size_t>(&entry - entries_.data())] = {entry.model, nullptr, nullptr,
+                                                               entry.chain};
+      if (entry.has_callbacks) *due++ = entry.model;
+    }
+  });
 }
 
 }  // namespace Stg

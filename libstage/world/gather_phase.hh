@@ -8,6 +8,7 @@
 #define STAGE_WORLD_GATHER_PHASE_HH
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "sensing/batch.hh"
@@ -38,17 +39,32 @@ class GatherPhase {
     Kind kind;
     bool ready, has_callbacks, layer_missing;
   };
+  // Some entries that follow each other: what is added up of all is added up block by block.
+  static constexpr size_t kBlock = 16;
+  struct Block {
+    sensing::BatchShare share;  // of its entries together, then where their room begins
+    size_t callbacks;           // entries with callbacks, then how many come before it
+    usec_t interval;            // of its entries, if it is the same
+    bool same_interval, layer_missing;
+  };
+  template <typename F>
+  void ForEachBlock(sensing::WorkerPool* workers, F f);
+  std::span<Entry> EntriesOf(const Block& block);
   static bool IsPlain(const Scheduler::Event& event);
   static Kind KindOf(const Scheduler::Event& event);
   bool Prepare(const Scheduler::Event* events, size_t count, sensing::WorkerPool* workers);
-  void Measure(size_t count, sensing::WorkerPool* workers);
+  void Measure(Block* block);
   void MakeRoom(sensing::RayBatch* batch);
-  void Fill(size_t count, sensing::WorkerPool* workers);
+  void PlaceWindows(const Block& block);
+  void Fill(Block* block);
   static void FillEntry(Entry* entry);
-  static void MakeLayers(const Entry& entry, sensing::Scene* scene);
+  void MakeLayers(sensing::Scene* scene);
+  void Queue(World* world, sensing::WorkerPool* workers);
+  void QueueTogether(World* world, sensing::WorkerPool* workers);
 
   RunFinder runs_;
   std::vector<Entry> entries_;
+  std::vector<Block> blocks_;
 };
 
 }  // namespace Stg

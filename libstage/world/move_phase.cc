@@ -87,6 +87,14 @@ void TileRanks::MakeRoom() {
   for (uint32_t i = 0; i < used_; i++) SlotOf(blocks_[i].x, blocks_[i].y) = {round_, i};
 }
 
+void TileClaims::Begin(const grid::Grid& grid) {
+  const size_t tiles = grid.region_count() * size_t{grid::kTilesPerRegion};
+  round_ = (round_ + 1) & 0xffff;
+  if (round_ != 0 && claims_.size() >= tiles) return;
+  claims_.assign(std::max(claims_.size(), tiles), 0);
+  round_ = 1;
+}
+
 namespace {
 
 /// A robot that stands by itself and moves as ModelPosition does.
@@ -114,9 +122,9 @@ void MovePhase::MovePart(Model* const* models, size_t count, sensing::WorkerPool
   MakePlans(models, count, workers);
   size_t begin = 0;
   for (size_t i = 0; i < count; i++) {
-    Plan& plan = plans_[i];
-    if (plan.kind != Plan::kAlone) continue;
+    if (!(marks_[i] & kMovesAlone)) continue;
     MoveRanks(begin, i, workers);
+    Plan& plan = plans_[i];
     if (plan.model->EndMove(plan.placement)) plan.placement.Commit();
     begin = i + 1;
   }
@@ -125,72 +133,97 @@ void MovePhase::MovePart(Model* const* models, size_t count, sensing::WorkerPool
 
 void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers) {
   if (plans_.size() < count) plans_.resize(count);
+  marks_.assign(count, 0);
+  claims_.Begin(*grid_);
+  parts_ = cells_ = 0;
   workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
+    size_t parts = 0, cells = 0;
     for (size_t i = begin; i < end; i++) {
       Plan& plan = plans_[i];
       plan.model = static_cast<ModelPosition*>(models[i]);
       plan.kind = Plan::kStays;
-      if (plan.model->BeginMove(&plan.placement)) Describe(&plan, *grid_);
+      plan.rank = 0;
+      if (!plan.model->BeginMove(&plan.placement)) continue;
+      Describe(i);
+      parts += plan.placement.NewParts().size();
+      cells += grid::CountCells(plan.placement.NewParts());
     }
+    parts_.fetch_add(parts, std::memory_order_relaxed);
+    cells_.fetch_add(cells, std::memory_order_relaxed);
   });
 }
 
-void MovePhase::Describe(Plan* plan, const grid::Grid& grid) {
-  Placement& placement = plan->placement;
-  plan->tiles = TilesOf(placement.Cells());
-  plan->kind =
-      placement.MayShareEdit() && CountOf(plan->tiles) <= kMostTiles ? Plan::kShared : Plan::kAlone;
-  if (plan->kind == Plan::kAlone) return;
-  plan->tiles_missing = !placement.LookUpSlots(grid);
-  plan->new_cells = grid::CountCells(placement.NewParts());
+void MovePhase::Describe(size_t index) {
+  Plan& plan = plans_[index];
+  plan.tiles = TilesOf(plan.placement.Cells());
+  const bool shares = plan.placement.MayShareEdit() && CountOf(plan.tiles) <= kMostTiles;
+  plan.kind = shares ? Plan::kShared : Plan::kAlone;
+  if (!shares) return Mark(index, kMovesAlone);
+  if (!plan.placement.LookUpSlots(*grid_)) Mark(index, kTilesMissing);
+  const auto met = [&](size_t other) {
+    Mark(index, kContested);
+    Mark(other, kContested);
+  };
+  if (!claims_.Claim(*grid_, plan.tiles, index, met)) Mark(index, kContested);
+}
+
+void MovePhase::Mark(size_t index, uint8_t marks) {
+  std::atomic_ref<uint8_t>(marks_[index]).fetch_or(marks, std::memory_order_relaxed);
 }
 
 /// Moves those of [begin, end) that share the grid.
 void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers) {
   if (begin == end) return;
   AssignRanks(begin, end);
+  SortByRank();
   grid_->BeginSharedEdit(parts_, cells_, &edits_);
-  SortByRank(begin, end);
+  const size_t all = end - begin;
+  workers->Run(all, workers->Grain(all, kGrain), [&](size_t from, size_t to, unsigned thread) {
+    for (size_t i = begin + from; i < begin + to; i++)
+      if (plans_[i].kind == Plan::kShared && plans_[i].rank == 0) MovePlan(&plans_[i], thread);
+  });
   uint32_t first = 0;
   for (const uint32_t rank_end : rank_ends_) {
     const uint32_t* movers = order_.data() + first;
     const size_t count = rank_end - first;
     workers->Run(count, workers->Grain(count, kGrain),
                  [&](size_t from, size_t to, unsigned thread) {
-                   for (size_t i = from; i < to; i++) {
-                     Plan& plan = plans_[movers[i]];
-                     if (plan.model->EndMove(plan.placement))
-                       plan.placement.Commit(&edits_[thread]);
-                   }
+                   for (size_t i = from; i < to; i++) MovePlan(&plans_[movers[i]], thread);
                  });
     first = rank_end;
   }
   grid_->EndSharedEdit(&edits_);
 }
 
-/// Ranks, and room in the grid.
+void MovePhase::MovePlan(Plan* plan, unsigned thread) {
+  if (plan->model->EndMove(plan->placement)) plan->placement.Commit(&edits_[thread]);
+}
+
+/// Ranks of those who share tiles with others, and tiles that will be drawn in.
 void MovePhase::AssignRanks(size_t begin, size_t end) {
-  parts_ = cells_ = 0;
+  later_.clear();
   ranks_.Clear();
   for (size_t i = begin; i < end; i++) {
-    Plan& plan = plans_[i];
-    if (plan.kind != Plan::kShared) continue;
-    plan.rank = ranks_.Add(plan.tiles);
-    parts_ += plan.placement.NewParts().size();
-    cells_ += plan.new_cells;
+    if (marks_[i] & kContested) {
+      plans_[i].rank = ranks_.Add(plans_[i].tiles);
+      if (plans_[i].rank > 0) later_.push_back(static_cast<uint32_t>(i));
+    }
     // Tiles that were there may be gone if others of this part have moved since.
-    if (!plan.tiles_missing && begin == 0) continue;
-    for (const grid::TilePart& part : plan.placement.NewParts())
-      if (part.slot == 0 || begin > 0) grid_->PrepareTile(part);
+    if (begin > 0 || (marks_[i] & kTilesMissing)) PrepareTiles(plans_[i]);
   }
 }
 
-void MovePhase::SortByRank(size_t begin, size_t end) {
+void MovePhase::PrepareTiles(const Plan& plan) {
+  if (plan.kind != Plan::kShared) return;
+  for (const grid::TilePart& part : plan.placement.NewParts()) grid_->PrepareTile(part);
+}
+
+void MovePhase::SortByRank() {
   rank_ends_.clear();
-  for (size_t i = begin; i < end; i++) {
-    if (plans_[i].kind != Plan::kShared) continue;
-    if (plans_[i].rank >= rank_ends_.size()) rank_ends_.resize(plans_[i].rank + 1, 0);
-    rank_ends_[plans_[i].rank]++;
+  for (const uint32_t i : later_) {
+    const size_t place = plans_[i].rank - 1;
+    if (place >= rank_ends_.size()) rank_ends_.resize(place + 1, 0);
+    rank_ends_[place]++;
   }
   uint32_t sum = 0;
   for (uint32_t& end_of_rank : rank_ends_) {
@@ -199,9 +232,7 @@ void MovePhase::SortByRank(size_t begin, size_t end) {
     sum += movers;
   }
   order_.resize(sum);
-  for (size_t i = begin; i < end; i++)
-    if (plans_[i].kind == Plan::kShared)
-      order_[rank_ends_[plans_[i].rank]++] = static_cast<uint32_t>(i);
+  for (const uint32_t i : later_) order_[rank_ends_[plans_[i].rank - 1]++] = i;
 }
 
 }  // namespace Stg

@@ -11,6 +11,7 @@
 #ifndef STAGE_WORLD_MOVE_PHASE_HH
 #define STAGE_WORLD_MOVE_PHASE_HH
 
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -61,6 +62,47 @@ class TileRanks {
   std::vector<Part> parts_;  // of the rectangle that is being added
 };
 
+/// Finds out, on several threads, which of many rectangles of tiles have tiles in common.
+class TileClaims {
+ public:
+  static constexpr size_t kMost = 0x10000;  ///< rectangles
+
+  /// Begins anew, with the present regions of the grid.
+  void Begin(const grid::Grid& grid);
+  /// Takes the tiles for a rectangle and calls met(other) with the numbers of some that have taken
+  /// tiles of it before: enough of them that in the end everyone has been named, or has met
+  /// another, who shares a tile. False if some tiles are in no region, and may be anybody's.
+  template <typename F>
+  bool Claim(const grid::Grid& grid, const grid::CellBox& tiles, size_t number, F met);
+
+ private:
+  std::vector<uint32_t> claims_;  // round << 16 | number, by region and tile
+  uint32_t round_ = 0;
+};
+
+template <typename F>
+bool TileClaims::Claim(const grid::Grid& grid, const grid::CellBox& tiles, size_t number, F met) {
+  const uint32_t claim = round_ << 16 | static_cast<uint32_t>(number);
+  bool all_known = true;
+  for (int32_t y = tiles.min_y; y <= tiles.max_y; y++) {
+    uint32_t region = 0;
+    for (int32_t x = tiles.min_x; x <= tiles.max_x; x++) {
+      const int32_t cell_x = x << RAY_TILE_SHIFT, cell_y = y << RAY_TILE_SHIFT;
+      if (x == tiles.min_x || (x & 7) == 0) region = grid.FindRegion(cell_x, cell_y);
+      if (region == 0) {
+        all_known = false;
+        continue;
+      }
+      const size_t tile =
+          region * size_t{grid::kTilesPerRegion} + grid::Grid::TileOf(cell_x, cell_y);
+      const uint32_t before =
+          std::atomic_ref(claims_[tile]).exchange(claim, std::memory_order_relaxed);
+      if (before >> 16 == round_) met(before & 0xffff);
+    }
+  }
+  return all_known;
+}
+
 class MovePhase {
  public:
   /// See RunOptions::share_from.
@@ -77,25 +119,31 @@ class MovePhase {
     ModelPosition* model;
     enum { kStays, kShared, kAlone } kind;
     grid::CellBox tiles;  // that it may look at
-    size_t new_cells;     // that it may be drawn in
-    bool tiles_missing;   // in the grid, of those of the new cells
     uint32_t rank;
     Placement placement;
   };
   void MovePart(Model* const* models, size_t count, sensing::WorkerPool* workers);
   void MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers);
-  static void Describe(Plan* plan, const grid::Grid& grid);
+  void Describe(size_t index);
+  void Mark(size_t index, uint8_t marks);
   void MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers);
   void AssignRanks(size_t begin, size_t end);
-  void SortByRank(size_t begin, size_t end);
+  void PrepareTiles(const Plan& plan);
+  void SortByRank();
+  void MovePlan(Plan* plan, unsigned thread);
 
   RunFinder runs_;
   std::vector<Plan> plans_;
+  // What one thread looks at of all plans, which it has not made.
+  static constexpr uint8_t kMovesAlone = 1, kContested = 2, kTilesMissing = 4;
+  std::vector<uint8_t> marks_;
+  std::atomic<size_t> parts_{0}, cells_{0};  // that may be drawn
+  TileClaims claims_;
   std::vector<grid::Grid::Edit> edits_;  // one for each thread
-  size_t parts_ = 0, cells_ = 0;         // that may be drawn, of what is ranked
   TileRanks ranks_;
+  std::vector<uint32_t> later_;      // indices of plans behind the first rank
   std::vector<uint32_t> rank_ends_;  // in order_
-  std::vector<uint32_t> order_;      // indices of plans, by rank
+  std::vector<uint32_t> order_;      // the same by rank
   grid::Grid* grid_ = nullptr;
 };
 

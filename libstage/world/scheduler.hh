@@ -6,6 +6,7 @@
 #define STAGE_WORLD_SCHEDULER_HH
 
 #include <map>
+#include <span>
 #include <vector>
 
 #include "models/model.hh"
@@ -22,6 +23,12 @@ class Scheduler {
   };
 
   void Add(usec_t time, const Event& event) { ListOf(time).push_back(event); }
+  /// Adds so many events of one time, all of which have to be filled in before anything else.
+  std::span<Event> AddRoom(usec_t time, size_t count) {
+    List& list = ListOf(time);
+    list.resize(list.size() + count);
+    return std::span(list).last(count);
+  }
 
   /// Moves the events whose time is `now` or earlier to *events: by time, and in the order of
   /// adding where times are equal. Events added meanwhile are left for the next call.
