@@ -15,6 +15,7 @@ namespace {
 constexpr size_t kAtOnce = 4096;     // movers; so that their plans stay in the cache
 constexpr int64_t kMostTiles = 256;  // a mover that uses more moves alone
 constexpr size_t kGrain = 16;
+static_assert(kAtOnce <= TileClaims::kMost);
 
 grid::CellBox TilesOf(const grid::CellBox& cells) {
   if (cells.empty()) return cells;
@@ -91,7 +92,8 @@ void TileClaims::Begin(const grid::Grid& grid) {
   const size_t tiles = grid.region_count() * size_t{grid::kTilesPerRegion};
   round_ = (round_ + 1) & 0xffff;
   if (round_ != 0 && claims_.size() >= tiles) return;
-  claims_.assign(std::max(claims_.size(), tiles), 0);
+  // With room for regions to come, as the grid often grows little by little.
+  claims_.assign(std::max(claims_.size(), tiles + tiles / 2), 0);
   round_ = 1;
 }
 
