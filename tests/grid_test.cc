@@ -418,7 +418,6 @@ TEST(GridMemory, ACrowdInOneCellTakesNoMoreThanItsList) {
   EXPECT_EQ(grid.statistics().bytes, bytes);
 }
 
-// Bodies leave in the order in which they came, in the opposite one, and in any.
 /// Lists of a tile's cells are there as long as it has two bodies.
 TEST(GridMemory, TilesOfOneBodyNeedNoLists) {
   Grid grid;
@@ -443,6 +442,7 @@ TEST(GridMemory, TilesOfOneBodyNeedNoLists) {
   EXPECT_LE(bytes(), shared + 64);
 }
 
+// Bodies leave in the order in which they came, in the opposite one, and in any.
 TEST(GridMemory, ListsStayInOrder) {
   for (int way = 0; way < 3; way++) {
     Grid grid;

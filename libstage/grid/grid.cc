@@ -264,9 +264,9 @@ void Grid::PrepareTile(const TilePart& part) {
 
 /// A tile that ran empty may be in use again, or may have been dropped before.
 void Grid::DropTileIfEmpty(uint32_t slot) {
-  const TileCells& cells = tile_cells_[slot];
-  const bool in_use = tile_slots_[std::size_t{cells.region} * kTilesPerRegion + cells.tile] == slot;
-  if (in_use && cells.cells == 0) DropTile(slot);
+  const TileCells& tile = tile_cells_[slot];
+  const bool in_use = tile_slots_[std::size_t{tile.region} * kTilesPerRegion + tile.tile] == slot;
+  if (in_use && tile.cells == 0) DropTile(slot);
 }
 
 void Grid::RefreshBit(CellRef cell) {

@@ -44,6 +44,8 @@ void FirstHits::Walk(const RayGroup& rays) {
 
 void FirstHits::SideBySide(const RayGroup& rays, decltype(WideWalk::walk) how) {
   how(rays, grid_.tile_slots(), {hits_, cells_, middles_});
+  for (uint32_t i = 0; i < rays.count; i++)
+    if (!HitsNothing(i)) grid_.PrefetchList(cells_[i]);
 }
 
 void FirstHits::LookOneByOne(const RayGroup& rays) {
@@ -60,6 +62,7 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
       const int u = ray_packed_u(hits_[ray]), v = ray_packed_v(hits_[ray]);
       cells_[ray] =
           CellAt(step.dx < 0 ? fan->x - u : fan->x + u, step.dy < 0 ? fan->y - v : fan->y + v);
+      grid_.PrefetchList(cells_[ray]);
     }
   }
   FindMiddles(rays.count);
@@ -82,6 +85,7 @@ void FirstHits::WalkOneByOne(const RayGroup& rays) {
       }
       SetPassage(i, *fan, step);
       cells_[i] = grid_.CellAt(ray.region, ray.tile, ray.bit);
+      grid_.PrefetchList(cells_[i]);
     }
   }
   FindMiddles(rays.count);
@@ -110,11 +114,8 @@ void FirstHits::SetNoPassage(uint32_t i) {
   across_[i] = along_[i] = 1;
 }
 
-/// What is where the hits are: first the memory of all of it is asked for, as most of it is far
-/// away. Neighbouring rays mostly hit the same cells and bodies.
+/// What is in the cells of the hits, which have been prefetched.
 void FirstHits::FindBodies(uint32_t count) {
-  for (uint32_t i = 0; i < count; i++)
-    if (!HitsNothing(i)) grid_.PrefetchList(cells_[i]);
   for (uint32_t i = 0; i < count; i++) {
     lists_[i] = HitsNothing(i) ? 0 : grid_.ListIn(cells_[i]);
     grid_.PrefetchBody(lists_[i]);

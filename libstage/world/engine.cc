@@ -88,9 +88,9 @@ bool WorldEngine::LookAtHost() {
   const double start = WallClock();
   const sensing::HitLists lists = Prefilter();
   const double walked = WallClock();
-  TraceRuns(sensing::HitLists(), looks, workers_->Grain(looks, 32), look);
+  TraceRuns(sensing::HitLists(), looks, look);
   const double looked = WallClock();
-  TraceRuns(lists, others, workers_->Grain(others, 32), other);
+  TraceRuns(lists, others, other);
   statistics.seconds.prefilter += walked - start;
   statistics.seconds.trace += WallClock() - walked;
 
@@ -140,16 +140,15 @@ void WorldEngine::LoseDevice(const sensing::PrefilterError& error) {
 
 void WorldEngine::TraceFans(const sensing::HitLists& lists) {
   const std::vector<sensing::FanRun>& runs = fan_order_.Of(scene.batch);
-  // Waking threads takes as long as tracing some hundred rays.
-  constexpr uint32_t kTooFewRays = 500;
-  const size_t grain =
-      scene.batch.ray_count() < kTooFewRays ? runs.size() : workers_->Grain(runs.size(), 32);
-  TraceRuns(lists, runs.size(), grain, [&](size_t i) { return runs[i]; });
+  TraceRuns(lists, runs.size(), [&](size_t i) { return runs[i]; });
 }
 
 /// Traces the runs at(0) to at(count - 1).
 template <typename At>
-void WorldEngine::TraceRuns(const sensing::HitLists& lists, size_t count, size_t grain, At at) {
+void WorldEngine::TraceRuns(const sensing::HitLists& lists, size_t count, At at) {
+  // Waking threads takes as long as tracing some hundred rays.
+  constexpr uint32_t kTooFewRays = 500;
+  const size_t grain = scene.batch.ray_count() < kTooFewRays ? count : workers_->Grain(count, 32);
   const sensing::Tracer tracer(scene.grid);
   workers_->Run(count, grain, [&](size_t begin, size_t end, unsigned thread) {
     for (size_t i = begin; i < end; i++) TraceRun(tracer, at(i), lists, &thread_data_[thread]);

@@ -93,7 +93,7 @@ class WorldEngine {
     sensing::TraceCounters counters;
   };
   template <typename At>
-  void TraceRuns(const sensing::HitLists& lists, std::size_t count, std::size_t grain, At at);
+  void TraceRuns(const sensing::HitLists& lists, std::size_t count, At at);
   void TraceRun(const sensing::Tracer& tracer, const sensing::FanRun& run,
                 const sensing::HitLists& lists, ThreadData* mine) const;
   std::size_t CountRays(const sensing::FanRun& run) const;

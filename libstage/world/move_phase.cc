@@ -143,7 +143,7 @@ void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPoo
     for (size_t i = begin; i < end; i++) {
       Plan& plan = plans_[i];
       plan.model = static_cast<ModelPosition*>(models[i]);
-      plan.kind = Plan::kStays;
+      plan.shared = false;
       plan.rank = 0;
       if (!plan.model->BeginMove(&plan.placement)) continue;
       Describe(i);
@@ -158,9 +158,8 @@ void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPoo
 void MovePhase::Describe(size_t index) {
   Plan& plan = plans_[index];
   plan.tiles = TilesOf(plan.placement.Cells());
-  const bool shares = plan.placement.MayShareEdit() && CountOf(plan.tiles) <= kMostTiles;
-  plan.kind = shares ? Plan::kShared : Plan::kAlone;
-  if (!shares) return Mark(index, kMovesAlone);
+  plan.shared = plan.placement.MayShareEdit() && CountOf(plan.tiles) <= kMostTiles;
+  if (!plan.shared) return Mark(index, kMovesAlone);
   if (!plan.placement.LookUpSlots(*grid_)) Mark(index, kTilesMissing);
   const auto met = [&](size_t other) {
     Mark(index, kContested);
@@ -182,7 +181,7 @@ void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers
   const size_t all = end - begin;
   workers->Run(all, workers->Grain(all, kGrain), [&](size_t from, size_t to, unsigned thread) {
     for (size_t i = begin + from; i < begin + to; i++)
-      if (plans_[i].kind == Plan::kShared && plans_[i].rank == 0) MovePlan(&plans_[i], thread);
+      if (plans_[i].shared && plans_[i].rank == 0) MovePlan(&plans_[i], thread);
   });
   uint32_t first = 0;
   for (const uint32_t rank_end : rank_ends_) {
@@ -206,18 +205,17 @@ void MovePhase::AssignRanks(size_t begin, size_t end) {
   later_.clear();
   ranks_.Clear();
   for (size_t i = begin; i < end; i++) {
+    Plan& plan = plans_[i];
     if (marks_[i] & kContested) {
-      plans_[i].rank = ranks_.Add(plans_[i].tiles);
-      if (plans_[i].rank > 0) later_.push_back(static_cast<uint32_t>(i));
+      plan.rank = ranks_.Add(plan.tiles);
+      if (plan.rank > 0) later_.push_back(static_cast<uint32_t>(i));
     }
     // Tiles that were there may be gone if others of this part have moved since.
-    if (begin > 0 || (marks_[i] & kTilesMissing)) PrepareTiles(plans_[i]);
+    const bool any = begin > 0 && plan.shared;
+    if (!any && !(marks_[i] & kTilesMissing)) continue;
+    for (const grid::TilePart& part : plan.placement.NewParts())
+      if (any || part.slot == 0) grid_->PrepareTile(part);
   }
-}
-
-void MovePhase::PrepareTiles(const Plan& plan) {
-  if (plan.kind != Plan::kShared) return;
-  for (const grid::TilePart& part : plan.placement.NewParts()) grid_->PrepareTile(part);
 }
 
 void MovePhase::SortByRank() {

@@ -117,7 +117,7 @@ class MovePhase {
  private:
   struct Plan {
     ModelPosition* model;
-    enum { kStays, kShared, kAlone } kind;
+    bool shared;          // it moves, and beside others
     grid::CellBox tiles;  // that it may look at
     uint32_t rank;
     Placement placement;
@@ -128,7 +128,6 @@ class MovePhase {
   void Mark(size_t index, uint8_t marks);
   void MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers);
   void AssignRanks(size_t begin, size_t end);
-  void PrepareTiles(const Plan& plan);
   void SortByRank();
   void MovePlan(Plan* plan, unsigned thread);
 
