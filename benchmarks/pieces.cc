@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "geometry/trace.hh"
+#include "sensing/fan_order.hh"
 #include "sensing/scene.hh"
 #include "sensing/tracer.hh"
 #include "stage.hh"
@@ -123,9 +124,12 @@ void TraceScene(benchmark::State& state, Without without) {
   const Stg::internal::sensing::HitLists known{listed.data(), listed.empty() ? 0u : 1u};
   Stg::internal::sensing::TraceCounters counters;
   std::vector<Stg::internal::sensing::RayHit> hits(batch.ray_count() + 1);
+  Stg::internal::sensing::FanOrder order;
+  const std::vector<Stg::internal::sensing::FanRun>& runs = order.Of(batch);
   for (auto _ : state)
-    for (const Stg::internal::sensing::Fan& fan : batch.fans())
-      tracer.TraceFans(batch, &fan, 1, known, hits.data(), &counters);
+    for (const Stg::internal::sensing::FanRun& run : runs)
+      tracer.TraceFans(batch, batch.fans().data() + run.first, run.count, known, hits.data(),
+                       &counters);
   state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
   state.counters["looks_per_ray"] = static_cast<double>(counters.potential_hits) /
                                     static_cast<double>(std::max<uint64_t>(1, counters.rays));

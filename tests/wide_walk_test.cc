@@ -143,20 +143,19 @@ Rays RandomRays(RandomSource* random, const Terrain& terrain, const ray_grid_t& 
 
 struct Found {
   uint32_t hit = RAY_NO_HIT;
-  grid::CellRef cell = 0;  // void if there is no hit, as is
-  double middle = 0;
+  grid::BodyList bodies = WideHits::kNothing;
+  double middle = 1;
 
   bool operator==(const Found& other) const {
-    return hit == other.hit &&
-           (hit == RAY_NO_HIT || (cell == other.cell && std::bit_cast<uint64_t>(middle) ==
-                                                            std::bit_cast<uint64_t>(other.middle)));
+    return hit == other.hit && bodies == other.bodies &&
+           std::bit_cast<uint64_t>(middle) == std::bit_cast<uint64_t>(other.middle);
   }
 };
 void PrintTo(const Found& found, std::ostream* out) {
-  *out << "hit " << found.hit << " cell " << found.cell << " middle " << found.middle;
+  *out << "hit " << found.hit << " bodies " << found.bodies << " middle " << found.middle;
 }
 
-/// Hits and cells by ray_next(), middles from FirstHits without lanes.
+/// Hits and bodies by ray_next(), middles from FirstHits without lanes.
 std::vector<Found> OneByOne(const grid::Grid& grid, const RayGroup& group) {
   const auto scalar = std::make_unique<FirstHits>(grid, WideWalk{});
   scalar->Walk(group);
@@ -171,14 +170,13 @@ std::vector<Found> OneByOne(const grid::Grid& grid, const RayGroup& group) {
                 ray_rotate_x(fan->cosine, fan->sine, d.cosine, d.sine),
                 ray_rotate_y(fan->cosine, fan->sine, d.cosine, d.sine));
       Found found;
+      const auto i = static_cast<uint32_t>(all.size());
       if (ray_next(group.grid, group.window, &ray)) {
-        const auto i = static_cast<uint32_t>(all.size());
-        found = {ray_pack(ray.u, ray.v), grid.CellAt(ray.region, ray.tile, ray.bit),
+        found = {ray_pack(ray.u, ray.v), grid.ListIn(grid.CellAt(ray.region, ray.tile, ray.bit)),
                  scalar->Middle(i)};
-        EXPECT_EQ(scalar->Packed(i), found.hit);
-        EXPECT_EQ(scalar->Cell(i), found.cell);
+        EXPECT_NE(found.bodies, 0u);
       }
-      EXPECT_EQ(scalar->HitsNothing(static_cast<uint32_t>(all.size())), found.hit == RAY_NO_HIT);
+      EXPECT_EQ((Found{scalar->Packed(i), scalar->Bodies(i), scalar->Middle(i)}), found);
       all.push_back(found);
     }
   }
@@ -189,19 +187,19 @@ std::vector<Found> OneByOne(const grid::Grid& grid, const RayGroup& group) {
 class Results {
  public:
   explicit Results(uint32_t count)
-      : count_(count), hits_(count + kGuards, 77), cells_(hits_), middles_(hits_.size(), -7) {}
+      : count_(count), hits_(count + kGuards, 77), bodies_(hits_), middles_(hits_.size(), -7) {}
 
-  WideHits Room() { return {hits_.data(), cells_.data(), middles_.data()}; }
+  WideHits Room() { return {hits_.data(), bodies_.data(), middles_.data()}; }
   void SetHits(const std::vector<Found>& of) {
     for (size_t i = 0; i < of.size(); i++) hits_[i] = of[i].hit;
   }
   void Expect(const std::vector<Found>& expected) const {
     ASSERT_EQ(expected.size(), count_);
     for (uint32_t i = 0; i < count_; i++)
-      ASSERT_EQ((Found{hits_[i], cells_[i], middles_[i]}), expected[i]) << i << " of " << count_;
+      ASSERT_EQ((Found{hits_[i], bodies_[i], middles_[i]}), expected[i]) << i << " of " << count_;
     for (uint32_t i = count_; i < count_ + kGuards; i++) {
       ASSERT_EQ(hits_[i], 77u);
-      ASSERT_EQ(cells_[i], 77u);
+      ASSERT_EQ(bodies_[i], 77u);
       ASSERT_EQ(middles_[i], -7);
     }
   }
@@ -209,7 +207,7 @@ class Results {
  private:
   static constexpr uint32_t kGuards = 16;
   const uint32_t count_;
-  std::vector<uint32_t> hits_, cells_;
+  std::vector<uint32_t> hits_, bodies_;
   std::vector<double> middles_;
 };
 
@@ -221,10 +219,10 @@ void Check(const WideWalk& wide, const grid::Grid& grid, Rays* rays, size_t* hit
     for (const Found& found : expected) *hits += found.hit != RAY_NO_HIT;
   for (int time = 0; time < 2; time++) {
     Results walked(group.count), looked(group.count);
-    wide.walk(group, grid.tile_slots(), walked.Room());
+    wide.walk(group, grid.tables(), walked.Room());
     ASSERT_NO_FATAL_FAILURE(walked.Expect(expected)) << "walked";
     looked.SetHits(expected);
-    wide.look(group, grid.tile_slots(), looked.Room());
+    wide.look(group, grid.tables(), looked.Room());
     ASSERT_NO_FATAL_FAILURE(looked.Expect(expected)) << "looked";
   }
 }
@@ -391,7 +389,7 @@ TEST_P(WideWalkOf, ABorderReachedExactlyIsCrossed) {
   rays.Add({{20, 5, 100, 9, -(9 << 16) - 100, 0}});
   rays.Add({{20, 5, 100, 9, -(9 << 16) - 99, 0}});
   Results results(4);
-  wide.walk(rays.Group(), terrain.grid().tile_slots(), results.Room());
+  wide.walk(rays.Group(), terrain.grid().tables(), results.Room());
   const uint32_t* hits = results.Room().hits;
   EXPECT_EQ(hits[0], ray_pack(7, 0));
   EXPECT_EQ(hits[1], RAY_NO_HIT);
@@ -411,7 +409,7 @@ TEST_P(WideWalkOf, TheMiddleOfTheWayThroughTheCell) {
   rays.Add({{8, 3, 32768, 32768, 4 << 16, 4 << 16}});   // through corners
   rays.Add({{10, 5, 32768, 32768, 1 << 14, 1 << 14}});  // ends in the cell that it starts in
   Results results(5);
-  wide.walk(rays.Group(), terrain.grid().tile_slots(), results.Room());
+  wide.walk(rays.Group(), terrain.grid().tables(), results.Room());
   const double* middles = results.Room().middles;
   EXPECT_EQ(middles[0], 0.5);
   EXPECT_EQ(middles[1], 0.5);
@@ -465,8 +463,7 @@ TEST_P(WideWalkOf, FirstHitsAreTheSame) {
   const ray_grid_t view = terrain.View(Terrain::kOfGrid);
   const auto first_hits = std::make_unique<FirstHits>(terrain.grid(), wide);
   const auto get = [&](uint32_t i) {
-    if (first_hits->HitsNothing(i)) return Found();
-    return Found{first_hits->Packed(i), first_hits->Cell(i), first_hits->Middle(i)};
+    return Found{first_hits->Packed(i), first_hits->Bodies(i), first_hits->Middle(i)};
   };
   for (int round = 0; round < 300; round++) {
     Rays rays(view);

@@ -135,6 +135,28 @@ class Grid {
   /// Makes sure that there is room for the cells of a tile, for the time of a shared edit.
   void PrepareTile(const TilePart& part);
 
+  /// What is drawn in a tile: mostly a single body.
+  struct TileCells {
+    uint64_t cells;    ///< that something is drawn in
+    uint64_t crowded;  ///< those with several bodies
+    uint32_t bodies;   ///< 0, id + 1 of the only one, or kSeveral | number of its CellLists
+    uint32_t region;
+    uint32_t tile;  ///< in the region
+  };
+  /// The lists of a tile with several bodies, for those of its cells that something is drawn in: id
+  /// + 1 (one body), or kSeveral | index of the first of several nodes. These form a ring, in the
+  /// order of drawing.
+  using CellLists = std::array<BodyList, 64>;
+  static constexpr uint32_t kSeveral = 0x80000000u;
+
+  /// Where ListIn() looks, for who looks for many cells' lists at once.
+  struct Tables {
+    const uint32_t* tile_slots;  ///< numbers of tiles, by region * 64 + tile in the region
+    const TileCells* tiles;
+    const CellLists* lists;
+  };
+  Tables tables() const { return {tile_slots_.data(), tile_cells_.data(), lists_.data()}; }
+
   /// Calls f(BodyId) for the bodies in a cell, in the order of drawing, until f returns true.
   /// Returns whether it did.
   template <typename F>
@@ -193,8 +215,6 @@ class Grid {
   }
   /// Regions have numbers below this.
   std::size_t region_count() const { return regions_.size(); }
-  /// The same numbers by region * 64 + tile in the region, see TileOf().
-  const uint32_t* tile_slots() const { return tile_slots_.data(); }
   /// A cell's tile in its region, and its bit in the tile.
   static uint32_t TileOf(int32_t x, int32_t y) {
     return static_cast<uint32_t>(((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3));
@@ -244,18 +264,6 @@ class Grid {
   Statistics statistics() const;
 
  private:
-  // What is drawn in a tile: mostly a single body.
-  struct TileCells {
-    uint64_t cells;    // that something is drawn in
-    uint64_t crowded;  // those with several bodies
-    uint32_t bodies;   // 0, id + 1 of the only one, or kSeveral | index of the lists of its cells
-    uint32_t region;
-    uint32_t tile;  // in the region
-  };
-  // The lists of a tile with several bodies, for those of its cells that something is drawn in: id
-  // + 1 (one body), or kSeveral | index of the first of several nodes. These form a ring, in the
-  // order of drawing.
-  using CellLists = std::array<BodyList, 64>;
   struct Node {
     BodyId id;
     uint32_t next;      // of the last: the first
@@ -277,8 +285,6 @@ class Grid {
     mutable uint64_t last_used = 0;  // the step
     Occupancy cells;
   };
-  static constexpr uint32_t kSeveral = 0x80000000u;
-
   uint32_t MakeRegion(int32_t x, int32_t y, Edit* edit);
   uint32_t MakeSuper(int32_t x, int32_t y);
   uint32_t MakeTile(uint32_t region, uint32_t tile);

@@ -32,6 +32,7 @@ class Pool {
  public:
   T& operator[](uint32_t number) { return things_[number]; }
   const T& operator[](uint32_t number) const { return things_[number]; }
+  const T* data() const { return things_.get(); }
 
   /// The number of a thing, of any content. `share`: while several threads are at work.
   uint32_t Take(PoolShare* share = nullptr) {

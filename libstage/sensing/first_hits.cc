@@ -24,28 +24,28 @@ constexpr uint32_t kFewestForLanes = 4;
 }  // namespace
 
 void FirstHits::Look(const RayGroup& rays, const uint32_t* const* lists, uint32_t per_ray) {
-  uint32_t ray = 0;
+  uint32_t* hits = hits_;
   for (uint32_t i = 0; i < rays.part_count; i++)
-    for (uint32_t k = 0; k < rays.parts[i].count; k++) hits_[ray++] = lists[i][size_t{k} * per_ray];
+    for (uint32_t k = 0; k < rays.parts[i].count; k++) *hits++ = lists[i][size_t{k} * per_ray];
   if (wide_walk_.look && rays.count >= kFewestForLanes)
-    SideBySide(rays, wide_walk_.look);
+    wide_walk_.look(rays, grid_.tables(), {hits_, lists_, middles_});
   else
     LookOneByOne(rays);
-  FindBodies(rays.count);
+  FetchBodies(rays.count);
 }
 
 void FirstHits::Walk(const RayGroup& rays) {
   if (wide_walk_.walk && rays.count >= kFewestForLanes)
-    SideBySide(rays, wide_walk_.walk);
+    wide_walk_.walk(rays, grid_.tables(), {hits_, lists_, middles_});
   else
     WalkOneByOne(rays);
-  FindBodies(rays.count);
+  FetchBodies(rays.count);
 }
 
-void FirstHits::SideBySide(const RayGroup& rays, decltype(WideWalk::walk) how) {
-  how(rays, grid_.tile_slots(), {hits_, cells_, middles_});
-  for (uint32_t i = 0; i < rays.count; i++)
-    if (!HitsNothing(i)) grid_.PrefetchList(cells_[i]);
+uint32_t FirstHits::CountHits(uint32_t i, uint32_t count) const {
+  uint32_t hits = 0;
+  for (uint32_t k = i; k < i + count; k++) hits += hits_[k] != RAY_NO_HIT;
+  return hits;
 }
 
 void FirstHits::LookOneByOne(const RayGroup& rays) {
@@ -66,6 +66,7 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
     }
   }
   FindMiddles(rays.count);
+  FindBodies(rays.count);
 }
 
 void FirstHits::WalkOneByOne(const RayGroup& rays) {
@@ -89,6 +90,7 @@ void FirstHits::WalkOneByOne(const RayGroup& rays) {
     }
   }
   FindMiddles(rays.count);
+  FindBodies(rays.count);
 }
 
 FirstHits::Step FirstHits::StepTo(const FanRecord& fan, const Direction& d) {
@@ -108,18 +110,19 @@ void FirstHits::SetPassage(uint32_t i, const FanRecord& fan, Step step) {
   along_[i] = dy == 0 ? kNearlyNothing : std::abs(dy);
 }
 
-/// Something to reckon with.
-void FirstHits::SetNoPassage(uint32_t i) {
-  in_x_[i] = in_y_[i] = 0;
-  across_[i] = along_[i] = 1;
-}
+/// Something to reckon with, of which comes 1.
+void FirstHits::SetNoPassage(uint32_t i) { in_x_[i] = in_y_[i] = across_[i] = along_[i] = 1; }
 
 /// What is in the cells of the hits, which have been prefetched.
 void FirstHits::FindBodies(uint32_t count) {
   for (uint32_t i = 0; i < count; i++) {
-    lists_[i] = HitsNothing(i) ? 0 : grid_.ListIn(cells_[i]);
-    grid_.PrefetchBody(lists_[i]);
+    lists_[i] = HitsNothing(i) ? kNothing : grid_.ListIn(cells_[i]);
   }
+}
+
+void FirstHits::FetchBodies(uint32_t count) const {
+  for (uint32_t i = 0; i < count; i++)
+    if (!HitsNothing(i)) grid_.PrefetchBody(lists_[i]);
 }
 
 /// Neighbouring rays mostly hit the same tile.

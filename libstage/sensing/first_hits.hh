@@ -28,16 +28,20 @@ class FirstHits {
   /// The same; walks them itself.
   void Walk(const RayGroup& rays);
 
-  /// There is nothing in the way of ray i of them.
-  bool HitsNothing(uint32_t i) const { return hits_[i] == RAY_NO_HIT; }
-  /// Its first potential hit, as lists have it, the cell of that, and the bodies in it.
+  /// The first potential hit of ray i of them, as lists have it.
   const uint32_t& Packed(uint32_t i) const { return hits_[i]; }
-  grid::CellRef Cell(uint32_t i) const { return cells_[i]; }
+  /// The bodies in the cell of that.
   grid::BodyList Bodies(uint32_t i) const { return lists_[i]; }
-  /// Where along its leg the ray is halfway through that cell: the very bits of MiddleOf().
+  /// Stands for these if there is nothing in the way.
+  static constexpr grid::BodyList kNothing = WideHits::kNothing;
+  /// How many of `count` rays from i on have a potential hit.
+  uint32_t CountHits(uint32_t i, uint32_t count) const;
+  /// Where along its leg the ray is halfway through that cell: the very bits of MiddleOf(). At its
+  /// end, which is 1, if there is nothing in the way.
   double Middle(uint32_t i) const { return middles_[i]; }
 
  private:
+  bool HitsNothing(uint32_t i) const { return hits_[i] == RAY_NO_HIT; }
   struct Step {
     int dx, dy;  // Q16 cells
   };
@@ -50,6 +54,7 @@ class FirstHits {
   void SetNoPassage(uint32_t i);
   void FindMiddles(uint32_t count);
   void FindBodies(uint32_t count);
+  void FetchBodies(uint32_t count) const;
 
   const grid::Grid& grid_;
   const WideWalk wide_walk_;

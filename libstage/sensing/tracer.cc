@@ -94,15 +94,8 @@ class CellVisit {
   bool operator()(ray_t*, uint32_t region, uint32_t tile, uint32_t bit) {
     return grid_.AnyAt(region, tile, bit, [this](grid::BodyId id) { return Accepts(id); });
   }
-  /// The same for the cells of one ray after another: what one has hit, its neighbours mostly hit
-  /// too.
   bool operator()(grid::BodyList bodies) {
-    return grid_.AnyOf(bodies, [this](grid::BodyId id) {
-      if (id == accepted_) return true;
-      if (!Accepts(id)) return false;
-      accepted_ = id;
-      return true;
-    });
+    return grid_.AnyOf(bodies, [this](grid::BodyId id) { return Accepts(id); });
   }
 
  private:
@@ -117,7 +110,6 @@ class CellVisit {
   const grid::Grid& grid_;
   const Fan& fan_;
   Model* hit_ = nullptr;
-  grid::BodyId accepted_ = grid::kNoBody;  // the last one; hit_ is its model
 };
 
 /// Visits the cells that a ray reaches and intersects it with the outlines that touch them, until
@@ -349,28 +341,39 @@ class Tracer::Group {
   /// Finds out what the rays of a part hit, the first of which is `ray` of the group.
   void Settle(uint32_t part, uint32_t ray) {
     const Fan& fan = *fans_[part];
-    const uint32_t count = parts_[part].count, per_ray = lists_.per_ray;
-    CellVisit visit(tracer_.grid_, fan);
-    for (uint32_t i = 0; i < count; i++) {
-      const bool nothing = first_.HitsNothing(ray + i);
-      if (!nothing && !visit(first_.Bodies(ray + i))) {
-        const HitList known = per_ray > 0 ? HitList{lists_of_[part] + size_t{i} * per_ray, per_ray}
-                                          : HitList{&first_.Packed(ray + i), 1};
-        GoOn(fan, begins_[part] + i, known, &hits_[ray + i]);
-        continue;
+    const uint32_t count = parts_[part].count;
+    counters_->rays += count;
+    counters_->potential_hits += first_.CountHits(ray, count);
+    grid::BodyList known = FirstHits::kNothing;  // what rays hit where these bodies are: that
+    Model* hit = nullptr;
+    for (uint32_t i = 0; i < count; i++, ray++) {
+      const grid::BodyList bodies = first_.Bodies(ray);
+      if (bodies != known) {  // neighbouring rays mostly hit the same
+        CellVisit visit(tracer_.grid_, fan);
+        if (bodies != FirstHits::kNothing && !visit(bodies)) {
+          GoOn(part, i, ray);
+          continue;
+        }
+        known = bodies;
+        hit = visit.hit();
       }
-      counters_->rays++;
-      counters_->potential_hits += !nothing;
-      hits_[ray + i] = nothing ? RayHit{fan.range, nullptr}
-                               : RayHit{first_.Middle(ray + i) * fan.leg_length, visit.hit()};
+      // Where there is nothing, that is the range: it is the length of the only leg.
+      hits_[ray] = RayHit{first_.Middle(ray) * fan.leg_length, hit};
     }
   }
 
-  /// A ray whose first potential hit is none.
-  void GoOn(const Fan& fan, uint32_t ray, const HitList& known, RayHit* hit) {
-    const Bearing bearing{batch_.DirectionsOf(fan)[ray], batch_.TurnsOf(fan)[ray]};
-    *hit = tracer_.Trace(fan, view_, bearing, window_, known, counters_);
-    counters_->resumed -= lists_.per_ray == 0;  // it is the lists that count
+  /// Ray i of a part, the first potential hit of which is none.
+  void GoOn(uint32_t part, uint32_t i, uint32_t ray) {
+    const uint32_t per_ray = lists_.per_ray;
+    const HitList list = per_ray > 0 ? HitList{lists_of_[part] + size_t{i} * per_ray, per_ray}
+                                     : HitList{&first_.Packed(ray), 1};
+    const Fan& fan = *fans_[part];
+    const uint32_t sample = begins_[part] + i;
+    const Bearing bearing{batch_.DirectionsOf(fan)[sample], batch_.TurnsOf(fan)[sample]};
+    hits_[ray] = tracer_.Trace(fan, view_, bearing, window_, list, counters_);
+    counters_->resumed -= per_ray == 0;  // it is the lists that count
+    counters_->rays--;                   // these have been counted
+    counters_->potential_hits--;
   }
 
   const Tracer& tracer_;

@@ -7,8 +7,9 @@ namespace Stg::internal::sensing {
 #ifdef STAGE_WIDE_WALK
 
 // wide_walk_avx512.cc
-void WalkEightLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found);
-void LookInEightLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found);
+void WalkEightLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found);
+void LookInEightLanes(const RayGroup& rays, const grid::Grid::Tables& tables,
+                      const WideHits& found);
 
 WideWalk FindWideWalk() {
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&

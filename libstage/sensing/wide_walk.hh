@@ -18,16 +18,20 @@ namespace Stg::internal::sensing {
 
 /// What stands in the way of each ray of a group.
 struct WideHits {
-  uint32_t* hits;  ///< as ray_pack() has it; RAY_NO_HIT: nothing, and the rest is void
-  grid::CellRef* cells;
-  double* middles;  ///< where along its leg it is halfway through that cell: 0 start, 1 end
+  uint32_t* hits;          ///< as ray_pack() has it, or RAY_NO_HIT
+  grid::BodyList* bodies;  ///< in the cell of the hit; kNothing if there is none
+  double* middles;  ///< where along its leg it is halfway through that cell: 0 start, 1 end; 1 if
+                    ///< there is no hit
+  static constexpr grid::BodyList kNothing = 0xffffffffu;
 };
 
 struct WideWalk {
-  /// Walks the rays. `tile_slots` is the grid's.
-  void (*walk)(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found) = nullptr;
+  /// Walks the rays. `tables` are the grid's.
+  void (*walk)(const RayGroup& rays, const grid::Grid::Tables& tables,
+               const WideHits& found) = nullptr;
   /// The same for rays that a device has walked: their hits are known.
-  void (*look)(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found) = nullptr;
+  void (*look)(const RayGroup& rays, const grid::Grid::Tables& tables,
+               const WideHits& found) = nullptr;
 };
 
 /// Null pointers if this processor has no such vectors, or the library was made for others.

@@ -94,6 +94,9 @@ struct Eight {
   }
   static V Gather(const uint64_t* p, V i) { return _mm512_i64gather_epi64(i, p, 8); }
   /// 0 where not m.
+  static V Gather(M m, const uint32_t* p, V i) {
+    return _mm512_cvtepu32_epi64(_mm512_mask_i64gather_epi32(_mm256_setzero_si256(), m, i, p, 4));
+  }
   static V Gather(M m, const uint64_t* p, V i) {
     return _mm512_mask_i64gather_epi64(_mm512_setzero_si512(), m, i, p, 8);
   }
@@ -133,12 +136,13 @@ struct Eight {
 
 }  // namespace
 
-void WalkEightLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found) {
-  WalkInLanes<Eight>(rays, tile_slots, found);
+void WalkEightLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
+  WalkInLanes<Eight>(rays, tables, found);
 }
 
-void LookInEightLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found) {
-  LookInLanes<Eight>(rays, tile_slots, found);
+void LookInEightLanes(const RayGroup& rays, const grid::Grid::Tables& tables,
+                      const WideHits& found) {
+  LookInLanes<Eight>(rays, tables, found);
 }
 
 }  // namespace Stg::internal::sensing

@@ -16,16 +16,14 @@
 namespace Stg::internal::sensing {
 namespace {
 
-/// The rays, ready to be walked: what ray_begin() prepares, for each of them.
+/// Where the rays begin, and which way they go.
 template <class Lanes>
-class ReadyRays {
+class RayStarts {
  public:
   using V = typename Lanes::V;
-  using D = typename Lanes::D;
   using M = typename Lanes::M;
 
-  explicit ReadyRays(const RayGroup& rays)
-      : grid(*rays.grid), window(*rays.window), count(rays.count) {
+  explicit RayStarts(const RayGroup& rays) : grid(*rays.grid), count(rays.count) {
     uint32_t first = 0;
     for (uint32_t i = 0; i < rays.part_count; i++) {
       const FanPart& part = rays.parts[i];
@@ -40,16 +38,12 @@ class ReadyRays {
   static constexpr uint32_t kRoom = RayGroup::kMost + Lanes::kCount;
 
   const ray_grid_t& grid;
-  const ray_window_t& window;
   const uint32_t count;
-  uint32_t next = 0;  ///< the ray to be taken up
 
   alignas(64) int64_t x0[kRoom], y0[kRoom];
   alignas(64) int64_t super[kRoom];  ///< of the start
   alignas(64) int64_t dx[kRoom], dy[kRoom];
   alignas(64) int64_t ox[kRoom], oy[kRoom];
-  alignas(64) int64_t limits_x[kRoom], limits_y[kRoom];
-  alignas(64) double dy_per_dx[kRoom], dx_per_dy[kRoom];
 
  private:
   static V All(int64_t number) { return Lanes::All(number); }
@@ -68,16 +62,8 @@ class ReadyRays {
     Lanes::Store(y0 + first, All(fan.y));
     Lanes::Store(super + first,
                  All(ray_find_super(&grid, fan.x >> RAY_SUPER_SHIFT, fan.y >> RAY_SUPER_SHIFT)));
-    const V adx = Lanes::Absolute(to_x), ady = Lanes::Absolute(to_y);
-    const V offset_x = OffsetOf(fan.fraction & 0xffff, to_x);
-    const V offset_y = OffsetOf(fan.fraction >> 16, to_y);
-    Lanes::Store(ox + first, offset_x);
-    Lanes::Store(oy + first, offset_y);
-    Lanes::Store(limits_x + first, Limit(to_x, adx, offset_x, fan.x, grid.min_x, grid.max_x));
-    Lanes::Store(limits_y + first, Limit(to_y, ady, offset_y, fan.y, grid.min_y, grid.max_y));
-    const D across = Lanes::ToDouble(adx), along = Lanes::ToDouble(ady);
-    Lanes::Store(dy_per_dx + first, Lanes::DivideOr0(along, across));
-    Lanes::Store(dx_per_dy + first, Lanes::DivideOr0(across, along));
+    Lanes::Store(ox + first, OffsetOf(fan.fraction & 0xffff, to_x));
+    Lanes::Store(oy + first, OffsetOf(fan.fraction >> 16, to_y));
   }
 
   /// The start inside its cell, in the direction of travel.
@@ -85,12 +71,50 @@ class ReadyRays {
     const M back = Lanes::Greater(All(0), displacement);
     return Lanes::Select(back, All(65536 - fraction), All(fraction));
   }
+};
+
+/// The rays, ready to be walked: what ray_begin() prepares, for each of them.
+template <class Lanes>
+class ReadyRays : public RayStarts<Lanes> {
+ public:
+  using V = typename Lanes::V;
+  using D = typename Lanes::D;
+  using M = typename Lanes::M;
+  using RayStarts<Lanes>::kRoom;
+
+  explicit ReadyRays(const RayGroup& rays) : RayStarts<Lanes>(rays), window(*rays.window) {
+    for (uint32_t first = 0; first < this->count; first += Lanes::kCount) Prepare(first);
+  }
+
+  const ray_window_t& window;
+  uint32_t next = 0;  ///< the ray to be taken up
+
+  alignas(64) int64_t limits_x[kRoom], limits_y[kRoom];
+  alignas(64) double dy_per_dx[kRoom], dx_per_dy[kRoom];
+
+ private:
+  static V All(int64_t number) { return Lanes::All(number); }
+
+  void Prepare(uint32_t first) {
+    const auto load = [&](const int64_t* numbers) { return Lanes::Load(numbers + first); };
+    const ray_grid_t& box = this->grid;
+    const V to_x = load(this->dx), to_y = load(this->dy);
+    const V adx = Lanes::Absolute(to_x), ady = Lanes::Absolute(to_y);
+    Lanes::Store(limits_x + first,
+                 Limit(to_x, adx, load(this->ox), load(this->x0), box.min_x, box.max_x));
+    Lanes::Store(limits_y + first,
+                 Limit(to_y, ady, load(this->oy), load(this->y0), box.min_y, box.max_y));
+    const D across = Lanes::ToDouble(adx), along = Lanes::ToDouble(ady);
+    Lanes::Store(dy_per_dx + first, Lanes::DivideOr0(along, across));
+    Lanes::Store(dx_per_dy + first, Lanes::DivideOr0(across, along));
+  }
 
   /// ray_limit().
-  static V Limit(V displacement, V size, V offset, int64_t start, int64_t low, int64_t high) {
+  static V Limit(V displacement, V size, V offset, V start, int64_t low, int64_t high) {
     const V none = All(0);
     const M back = Lanes::Greater(none, displacement);
-    const V cells = Lanes::Select(back, All(start - low), All(high - start));
+    const V cells =
+        Lanes::Select(back, Lanes::Subtract(start, All(low)), Lanes::Subtract(All(high), start));
     const V border = Lanes::Subtract(Lanes::template Left<16>(cells), offset);
     const M to_end =
         Lanes::Or(Lanes::Greater(cells, All(RAY_LEG_CELLS)), Lanes::Greater(border, size));
@@ -374,18 +398,21 @@ class LaneGroup {
 template <class Lanes>
 class HitPlaces {
  public:
-  HitPlaces(const ReadyRays<Lanes>& rays, const uint32_t* tile_slots)
-      : rays_(rays), tile_slots_(tile_slots) {}
+  HitPlaces(const RayStarts<Lanes>& rays, const grid::Grid::Tables& tables)
+      : rays_(rays), tables_(tables) {}
 
   void Find(const WideHits& found) {
     for (; first_ < rays_.count; first_ += Lanes::kCount) {
-      taken_ = Lanes::FirstOf(rays_.count - first_);
-      const V hit = Load(found.hits), none = All(0);
-      const M stopped = Lanes::And(taken_, Lanes::Differ(hit, All(RAY_NO_HIT)));
-      const V u = Lanes::Select(stopped, Lanes::And(hit, All(0xffff)), none);
-      const V v = Lanes::Select(stopped, Lanes::template Right<16>(hit), none);
-      Lanes::Store(taken_, found.cells + first_, Cells(u, v));
-      Lanes::Store(taken_, found.middles + first_, Middles(u, v));
+      const Stop stop = StopOf(found.hits);
+      Lanes::Store(taken_, found.middles + first_,
+                   Lanes::Select(stop.here, Middles(stop.u, stop.v), Lanes::AllOf(1.0)));
+      Lanes::Store(cells_ + first_, Lanes::Select(stop.here, Cells(stop.u, stop.v), All(0)));
+    }
+    for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount) {
+      const Stop stop = StopOf(found.hits);
+      const V bodies = Bodies(stop.here, Lanes::Load(cells_ + first_));
+      Lanes::Store(taken_, found.bodies + first_,
+                   Lanes::Select(stop.here, bodies, All(WideHits::kNothing)));
     }
   }
 
@@ -400,6 +427,18 @@ class HitPlaces {
     return Lanes::Expand(taken_, numbers + first_, All(0));
   }
 
+  struct Stop {
+    M here;  // rays that have a hit
+    V u, v;  // of that; of others 0
+  };
+  Stop StopOf(const uint32_t* hits) {
+    taken_ = Lanes::FirstOf(rays_.count - first_);
+    const V hit = Load(hits);
+    const M here = Lanes::And(taken_, Lanes::Differ(hit, All(RAY_NO_HIT)));
+    return {here, Lanes::Select(here, Lanes::And(hit, All(0xffff)), All(0)),
+            Lanes::Select(here, Lanes::template Right<16>(hit), All(0))};
+  }
+
   V Cells(V u, V v) const {
     const V x = Reached<Lanes>(Load(rays_.x0), u, Lanes::SignOf(Load(rays_.dx)));
     const V y = Reached<Lanes>(Load(rays_.y0), v, Lanes::SignOf(Load(rays_.dy)));
@@ -407,8 +446,25 @@ class HitPlaces {
         Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, SuperOf(x, y), x, y)),
                    TileInRegion<Lanes>(x, y));
     const V bit = Lanes::Or(Lanes::And(x, All(7)), Lanes::template Left<3>(Lanes::And(y, All(7))));
-    const V slot = Lanes::Gather(tile_slots_, tile);
+    const V slot = Lanes::Gather(tables_.tile_slots, tile);
     return Lanes::Or(Lanes::template Left<6>(slot), bit);
+  }
+
+  /// Grid::ListIn().
+  V Bodies(M looked_for, V cells) const {
+    using Tile = grid::Grid::TileCells;
+    constexpr int64_t kWords = sizeof(Tile) / sizeof(uint64_t), kHalves = 2 * kWords;
+    const V slot = Lanes::template Right<6>(cells), bit = Lanes::And(cells, All(63));
+    const V drawn =
+        Lanes::Gather(looked_for, &tables_.tiles->cells, Lanes::Multiply(slot, All(kWords)));
+    const M occupied = Lanes::Odd(Lanes::BitOf(drawn, bit));
+    const V bodies =
+        Lanes::Gather(occupied, &tables_.tiles->bodies, Lanes::Multiply(slot, All(kHalves)));
+    const M several = Lanes::Odd(Lanes::template Right<31>(bodies));
+    if (!Lanes::Any(several)) return bodies;
+    const V lists = Lanes::template Left<6>(Lanes::Without(bodies, All(grid::Grid::kSeveral)));
+    const V list = Lanes::Gather(several, tables_.lists->data(), Lanes::Or(lists, bit));
+    return Lanes::Select(several, list, bodies);
   }
 
   V SuperOf(V x, V y) const {
@@ -445,15 +501,16 @@ class HitPlaces {
     return Lanes::Select(Lanes::And(only_x, only_y), half, middle);
   }
 
-  const ReadyRays<Lanes>& rays_;
-  const uint32_t* const tile_slots_;
+  const RayStarts<Lanes>& rays_;
+  const grid::Grid::Tables& tables_;
+  alignas(64) int64_t cells_[RayStarts<Lanes>::kRoom];  // 0: none
   M taken_ = Lanes::None();
   uint32_t first_ = 0;
 };
 
 /// Two groups in turn: while the numbers of one wait for memory, the other has something to do.
 template <class Lanes>
-void WalkInLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found) {
+void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
   ReadyRays<Lanes> ready(rays);
   LaneGroup<Lanes> first(&ready, found.hits), second(&ready, found.hits);
   first.TakeUp();
@@ -474,13 +531,13 @@ void WalkInLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHit
     second.GoOn();
     second.Report();
   }
-  HitPlaces<Lanes>(ready, tile_slots).Find(found);
+  HitPlaces<Lanes>(ready, tables).Find(found);
 }
 
 template <class Lanes>
-void LookInLanes(const RayGroup& rays, const uint32_t* tile_slots, const WideHits& found) {
-  const ReadyRays<Lanes> ready(rays);
-  HitPlaces<Lanes>(ready, tile_slots).Find(found);
+void LookInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
+  const RayStarts<Lanes> starts(rays);
+  HitPlaces<Lanes>(starts, tables).Find(found);
 }
 
 }  // namespace

@@ -157,6 +157,9 @@ struct PortableLanes {
   static V Gather(const uint64_t* p, V places) {
     return Make<V>([&](int i) { return Signed(p[places.n[i]]); });
   }
+  static V Gather(M m, const uint32_t* p, V places) {
+    return Make<V>([&](int i) { return m.is[i] ? int64_t{p[places.n[i]]} : 0; });
+  }
   static V Gather(M m, const uint64_t* p, V places) {
     return Make<V>([&](int i) { return m.is[i] ? Signed(p[places.n[i]]) : 0; });
   }

@@ -29,8 +29,7 @@ class Terrain {
   static constexpr int kSide = 320;  // more than five regions
 
   Terrain(int x, int y) : x_(x), y_(y), picture_(kSide * kSide, false) {
-    grid::Body body;
-    body_ = grid_.AddBody(body);
+    for (grid::BodyId& id : bodies_) id = grid_.AddBody(grid::Body());
   }
 
   /// Coordinates count from the corner of the picture.
@@ -40,7 +39,8 @@ class Terrain {
     if (picture_[place]) return;
     picture_[place] = true;
     cells_.push_back({x_ + x, y_ + y});
-    DrawCell(&grid_, x_ + x, y_ + y, body_);
+    DrawCell(&grid_, x_ + x, y_ + y, bodies_[0]);
+    if (x / 8 % 3 == y / 8 % 3 && (x + y) % 2 == 0) DrawCell(&grid_, x_ + x, y_ + y, bodies_[1]);
     low_x_ = std::min(low_x_, x_ + x);
     low_y_ = std::min(low_y_, y_ + y);
     high_x_ = std::max(high_x_, x_ + x);
@@ -90,7 +90,8 @@ class Terrain {
  private:
   int x_, y_;
   grid::Grid grid_;
-  grid::BodyId body_;
+  /// One in all occupied cells, another in some of them too, in some tiles.
+  grid::BodyId bodies_[2];
   std::vector<bool> picture_;
   std::vector<point_int_t> cells_;
   int low_x_ = std::numeric_limits<int>::max(), low_y_ = low_x_;
