@@ -46,6 +46,7 @@ sensing::PrefilterError AsPrefilterError(const ::cl::Error& error) {
 
 ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
     : name_(device.kind + " " + device.name + " (" + device.platform + ")"),
+      is_cpu_(device.kind == "cpu"),
       per_ray_(hits_per_ray),
       context_(device.device),
       queue_(context_, device.device),
@@ -63,7 +64,7 @@ ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
   walk_ = ::cl::Kernel(program, "walk_fans");
   update_ = ::cl::Kernel(program, "update_words");
   const std::size_t most = walk_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device.device);
-  work_group_ = std::min(device.kind == "cpu" ? kWorkGroupCpu : kWorkGroupGpu, most);
+  work_group_ = std::min(is_cpu_ ? kWorkGroupCpu : kWorkGroupGpu, most);
   statistics_.compile_seconds = Now() - start;
 }
 

@@ -24,6 +24,7 @@ class ClPrefilter : public sensing::Prefilter {
   sensing::HitLists Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
                          const sensing::RayBatch& batch) override;
   void SendAhead(grid::Grid& grid) override;
+  bool UsesHost() const override { return is_cpu_; }
   std::string DeviceName() const override { return name_; }
   const sensing::PrefilterStatistics& statistics() const override { return statistics_; }
 
@@ -54,6 +55,7 @@ class ClPrefilter : public sensing::Prefilter {
   void CountSent(std::size_t bytes) { statistics_.bytes_sent += bytes; }
 
   std::string name_;
+  bool is_cpu_;
   uint32_t per_ray_;
   sensing::PrefilterStatistics statistics_;
 

@@ -44,6 +44,9 @@ class Prefilter {
   /// change meanwhile, but may be read. Throws PrefilterError.
   virtual void SendAhead(grid::Grid&) {}
 
+  /// It walks on the host's own processors, which are not to be kept from it meanwhile.
+  virtual bool UsesHost() const { return false; }
+
   /// Such as "gpu NVIDIA H200 (NVIDIA CUDA)".
   virtual std::string DeviceName() const = 0;
   virtual const PrefilterStatistics& statistics() const = 0;

@@ -21,8 +21,7 @@ void Pause() {
 }  // namespace
 
 WorkerPool::WorkerPool(unsigned threads) : shares_(std::max(threads, 1u)) {
-  // Where threads share cores, whoever waits has to make way at once.
-  if (threads <= std::thread::hardware_concurrency()) looks_ = 500;
+  HoldProcessors(true);
   try {
     for (unsigned i = 1; i < threads; i++) workers_.emplace_back([this, i] { Work(i); });
   } catch (const std::system_error&) {
@@ -34,6 +33,17 @@ WorkerPool::~WorkerPool() {
   stop_ = true;
   WakeAll(&workers_bed_);
   for (std::thread& worker : workers_) worker.join();
+}
+
+void WorkerPool::HoldProcessors(bool hold) {
+  constexpr unsigned kFew = 500, kMany = 20000;  // some 25 microseconds; a millisecond
+  constexpr unsigned kManyThreads = 8;           // fewer are awake soon enough
+  const auto threads = static_cast<unsigned>(shares_.size());
+  // Where threads share processors, whoever waits has to make way at once.
+  if (threads > std::thread::hardware_concurrency())
+    looks_ = 0;
+  else
+    looks_ = hold && threads >= kManyThreads ? kMany : kFew;
 }
 
 size_t WorkerPool::Grain(size_t count, size_t most) const {
@@ -72,7 +82,7 @@ void WorkerPool::WakeAll(Bed* bed) {
 /// of them: so it is looked for a little while whether something becomes true.
 template <typename F>
 void WorkerPool::WaitUntil(F is_true, Bed* bed) {
-  for (unsigned i = 0; i < looks_; i++) {
+  for (unsigned i = 0; i < looks_.load(std::memory_order_relaxed); i++) {
     if (is_true()) return;
     Pause();
   }

@@ -26,6 +26,11 @@ class WorkerPool {
 
   unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
 
+  /// Whether threads may hold on to their processors between jobs, up to a millisecond: waking many
+  /// takes as long as many a job. At first they may. They had better not while something else, a
+  /// device that is the processor itself, needs these.
+  void HoldProcessors(bool hold);
+
   /// Calls job(begin, end, thread) for ranges that make up [0, count), on all threads, the caller's
   /// among them; `thread` is below threads(). Returns when all is done. Each thread begins with its
   /// own share, so that what it worked on in one job is in its cache in the next, and then helps
@@ -84,7 +89,7 @@ class WorkerPool {
   std::atomic<uint64_t> generation_{0};  // of jobs
   std::atomic<bool> stop_{false};
   std::atomic<unsigned> busy_{0};
-  unsigned looks_ = 0;  // before going to sleep
+  std::atomic<unsigned> looks_{0};  // before going to sleep
 
   const Job* job_ = nullptr;
   size_t grain_ = 1;

@@ -23,6 +23,7 @@ void WorldEngine::SetThreads(unsigned threads) {
                    "stage: warning: the system grants %u of %u threads; going on with them\n",
                    workers_->threads(), threads);
   }
+  workers_->HoldProcessors(!prefilter_ || !prefilter_->UsesHost());
   thread_data_.resize(workers_->threads());
   statistics.threads = workers_->threads();
 }
@@ -37,6 +38,7 @@ void WorldEngine::ShareFrom(int count) {
 void WorldEngine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {
   prefilter_ = std::move(prefilter);
   chooser_ = PathChooser(always);
+  workers_->HoldProcessors(!prefilter_ || !prefilter_->UsesHost());
   scene.grid.TrackChanges(prefilter_ != nullptr);
   statistics.device = prefilter_ ? prefilter_->DeviceName() : "";
 }
