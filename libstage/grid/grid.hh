@@ -105,8 +105,9 @@ class Grid {
   void ChangeBody(BodyId id, const Body& body, std::span<const TilePart> drawn);
   const Body& body(BodyId id) const { return bodies_[id]; }
 
-  /// What one thread keeps for itself while several change cells at once, see BeginSharedEdit().
-  class Edit {
+  /// What one thread keeps for itself while several change cells at once, see BeginSharedEdit(). On
+  /// cache lines of its own, as it is written to all the time.
+  class alignas(64) Edit {
     friend class Grid;
     bool shared = false;
     PoolShare own_lists, own_nodes;

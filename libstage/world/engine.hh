@@ -88,7 +88,7 @@ class WorldEngine {
   void EndBatch();
 
   std::unique_ptr<sensing::WorkerPool> workers_ = std::make_unique<sensing::WorkerPool>(1);
-  struct ThreadData {
+  struct alignas(64) ThreadData {  // cache lines of its own, as it is written to all the time
     std::vector<sensing::RayHit> hits;
     sensing::TraceCounters counters;
   };
