@@ -3,10 +3,12 @@
 #include "libstage_cl/cl_prefilter.hh"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <chrono>
 #include <cstdlib>
 #include <string>
+#include <utility>
 
 #include "libstage_cl/program.hh"
 
@@ -69,18 +71,21 @@ ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
 }
 
 sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
-                                    const sensing::RayBatch& batch) try {
+                                    const sensing::RayBatch& batch,
+                                    sensing::WorkerPool* workers) try {
   const double start = Now();
   hits_.Unmap();
   memory_.from_device.Reset();
-  MakeGroups(batch);
+  MakeGroups(batch, workers);
   SendGrid(grid);
-  SendBatch(tables, batch);
+  SendFans(batch, workers);
+  SendDirections(tables, batch);
   const std::size_t hit_bytes = std::size_t{batch.ray_count()} * per_ray_ * sizeof(uint32_t);
   hits_.Reserve(hit_bytes);
 
   const double sent = Now();
-  for (const Group& group : groups_) Launch(grid, group);
+  for (const Group& group : groups_)
+    if (group.fans > 0) Launch(grid, group);
   queue_.finish();
   memory_.to_device.Reset();
   sent_ahead_ = false;
@@ -107,41 +112,73 @@ void ClPrefilter::SendAhead(grid::Grid& grid) try {
 }
 
 /// Fans that the device can walk, by layer and number of samples; within these in their own order.
-/// There are few kinds of sensors, so few groups.
-void ClPrefilter::MakeGroups(const sensing::RayBatch& batch) {
+/// There are few kinds of sensors, so few groups, and mostly the same ones from batch to batch.
+void ClPrefilter::MakeGroups(const sensing::RayBatch& batch, sensing::WorkerPool* workers) {
   const std::span<const sensing::DeviceFan> fans = batch.device_fans();
-  groups_.clear();
+  if (!CountGroups(fans, workers)) {
+    FindGroups(fans);
+    CountGroups(fans, workers);
+  }
+  fan_count_ = 0;
+  for (std::size_t g = 0; g < groups_.size(); g++) {
+    groups_[g].first_fan = static_cast<uint32_t>(fan_count_);
+    for (std::size_t i = g; i < next_in_group_.size(); i += groups_.size())
+      fan_count_ += std::exchange(next_in_group_[i], static_cast<uint32_t>(fan_count_));
+    groups_[g].fans = static_cast<uint32_t>(fan_count_) - groups_[g].first_fan;
+  }
+}
+
+/// False if there is a fan of none of the groups.
+bool ClPrefilter::CountGroups(std::span<const sensing::DeviceFan> fans,
+                              sensing::WorkerPool* workers) {
   group_of_fan_.resize(fans.size());
-  std::size_t last = 0;
-  for (std::size_t i = 0; i < fans.size(); i++) {
-    const sensing::DeviceFan& fan = fans[i];
-    group_of_fan_[i] = kNoGroup;
-    if (!fan.fits) continue;
-    const auto fits = [&](const Group& group) {
-      return group.layer == fan.layer && group.samples == fan.record.samples;
-    };
-    if (groups_.empty() || !fits(groups_[last])) {
-      last = static_cast<std::size_t>(std::find_if(groups_.begin(), groups_.end(), fits) -
-                                      groups_.begin());
-      if (last == groups_.size()) groups_.push_back({fan.layer, fan.record.samples, 0, 0});
+  const std::size_t blocks = (fans.size() + kBlock - 1) / kBlock, groups = groups_.size();
+  next_in_group_.assign(blocks * groups, 0);
+  std::atomic<bool> all_known{true};
+  workers->Run(blocks, 1, [&](std::size_t begin, std::size_t end, unsigned) {
+    uint32_t last = 0;
+    for (std::size_t i = begin * kBlock; i < std::min(end * kBlock, fans.size()); i++) {
+      group_of_fan_[i] = kNoGroup;
+      if (!fans[i].fits) continue;
+      last = GroupOf(fans[i], last);
+      if (last == kNoGroup) return all_known.store(false, std::memory_order_relaxed);
+      group_of_fan_[i] = last;
+      next_in_group_[i / kBlock * groups + last]++;
     }
-    groups_[last].fans++;
-    group_of_fan_[i] = static_cast<uint32_t>(last);
+  });
+  return all_known;
+}
+
+/// Makes the groups anew.
+void ClPrefilter::FindGroups(std::span<const sensing::DeviceFan> fans) {
+  groups_.clear();
+  uint32_t last = 0;
+  for (const sensing::DeviceFan& fan : fans) {
+    if (!fan.fits) continue;
+    last = GroupOf(fan, last);
+    if (last != kNoGroup) continue;
+    last = static_cast<uint32_t>(groups_.size());
+    groups_.push_back({fan.layer, fan.record.samples, 0, 0});
   }
-  uint32_t first = 0;
-  for (Group& group : groups_) {
-    group.first_fan = first;
-    first += group.fans;
-  }
-  fan_count_ = first;
+}
+
+/// kNoGroup if there is none. `likely` is looked at first: neighbours are of one kind.
+uint32_t ClPrefilter::GroupOf(const sensing::DeviceFan& fan, uint32_t likely) const {
+  const auto fits = [&](const Group& group) {
+    return group.layer == fan.layer && group.samples == fan.record.samples;
+  };
+  if (likely < groups_.size() && fits(groups_[likely])) return likely;
+  const auto found = std::find_if(groups_.begin(), groups_.end(), fits);
+  return found == groups_.end() ? kNoGroup : static_cast<uint32_t>(found - groups_.begin());
 }
 
 /// What the groups' walks need of it.
 void ClPrefilter::SendGrid(const grid::Grid& grid) {
   SendStructure(grid);
   for (uint32_t i = 0; i < grid.layer_count(); i++) {
-    const bool wanted = std::any_of(groups_.begin(), groups_.end(),
-                                    [i](const Group& group) { return group.layer == i; });
+    const bool wanted = std::any_of(groups_.begin(), groups_.end(), [i](const Group& group) {
+      return group.fans > 0 && group.layer == i;
+    });
     if (wanted) SendLayer(grid, i);
   }
 }
@@ -216,22 +253,30 @@ void ClPrefilter::Update(Buffer* target, const std::vector<uint32_t>& places,
                               ::cl::NDRange(work_group_));
 }
 
-void ClPrefilter::SendBatch(const sensing::DirectionTables& tables,
-                            const sensing::RayBatch& batch) {
-  const std::size_t fan_bytes = fan_count_ * sizeof(sensing::FanRecord);
-  if (fan_bytes > 0) {
-    auto* records = static_cast<sensing::FanRecord*>(fans_.MapForWriting(fan_bytes));
-    next_in_group_.clear();
-    for (const Group& group : groups_) next_in_group_.push_back(group.first_fan);
-    for (std::size_t i = 0; i < group_of_fan_.size(); i++)
-      if (group_of_fan_[i] != kNoGroup)
-        records[next_in_group_[group_of_fan_[i]]++] = batch.device_fans()[i].record;
-    fans_.Unmap();
-  }
+/// The records of the groups' fans, and the windows.
+void ClPrefilter::SendFans(const sensing::RayBatch& batch, sensing::WorkerPool* workers) {
+  const std::span<const sensing::DeviceFan> fans = batch.device_fans();
   const std::vector<uint64_t>& windows = batch.window_words();
-  windows_.Write(windows.data(), windows.size() * sizeof(uint64_t));
-  CountSent(fan_bytes + windows.size() * sizeof(uint64_t));
+  const std::size_t fan_bytes = fan_count_ * sizeof(sensing::FanRecord);
+  const std::size_t window_bytes = windows.size() * sizeof(uint64_t);
+  auto* const records = static_cast<sensing::FanRecord*>(fans_.MapForWriting(fan_bytes));
+  auto* const words = static_cast<uint64_t*>(windows_.MapForWriting(window_bytes));
+  const std::size_t blocks = (fans.size() + kBlock - 1) / kBlock, groups = groups_.size();
+  workers->Run(blocks, 1, [&](std::size_t begin, std::size_t end, unsigned) {
+    for (std::size_t i = begin * kBlock; i < std::min(end * kBlock, fans.size()); i++)
+      if (group_of_fan_[i] != kNoGroup)
+        records[next_in_group_[i / kBlock * groups + group_of_fan_[i]]++] = fans[i].record;
+    std::copy(windows.data() + windows.size() * begin / blocks,
+              windows.data() + windows.size() * end / blocks,
+              words + windows.size() * begin / blocks);
+  });
+  fans_.Unmap();
+  windows_.Unmap();
+  CountSent(fan_bytes + window_bytes);
+}
 
+void ClPrefilter::SendDirections(const sensing::DirectionTables& tables,
+                                 const sensing::RayBatch& batch) {
   const std::vector<sensing::Direction>&shared = tables.all(), &own = batch.own_directions();
   if (own.empty() && directions_sent_ == shared.size() && generation_sent_ == tables.generation())
     return;

@@ -7,6 +7,7 @@
 #define STAGE_CL_CL_PREFILTER_HH
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ class ClPrefilter : public sensing::Prefilter {
   ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray);
 
   sensing::HitLists Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
-                         const sensing::RayBatch& batch) override;
+                         const sensing::RayBatch& batch, sensing::WorkerPool* workers) override;
   void SendAhead(grid::Grid& grid) override;
   bool UsesHost() const override { return is_cpu_; }
   std::string DeviceName() const override { return name_; }
@@ -42,13 +43,19 @@ class ClPrefilter : public sensing::Prefilter {
     uint32_t first_fan, fans;
   };
   static constexpr uint32_t kNoGroup = 0xffffffffu;
+  // Fans that one thread puts into their groups.
+  static constexpr std::size_t kBlock = 256;
 
   void SendGrid(const grid::Grid& grid);
   void SendStructure(const grid::Grid& grid);
   void SendLayer(const grid::Grid& grid, uint32_t index);
   void SendChanges(const grid::Occupancy& cells, Layer* layer);
-  void SendBatch(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);
-  void MakeGroups(const sensing::RayBatch& batch);
+  void SendFans(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
+  void SendDirections(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);
+  void MakeGroups(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
+  bool CountGroups(std::span<const sensing::DeviceFan> fans, sensing::WorkerPool* workers);
+  void FindGroups(std::span<const sensing::DeviceFan> fans);
+  uint32_t GroupOf(const sensing::DeviceFan& fan, uint32_t likely) const;
   void Launch(const grid::Grid& grid, const Group& group);
   void Update(Buffer* target, const std::vector<uint32_t>& places,
               const std::vector<uint64_t>& words);
@@ -74,9 +81,10 @@ class ClPrefilter : public sensing::Prefilter {
   Buffer places_, words_;  // of an update
 
   // Scratch, kept for its memory.
-  std::vector<Group> groups_;  // of the last batch
-  std::vector<uint32_t> group_of_fan_, next_in_group_;
-  std::size_t fan_count_ = 0;  // in groups
+  std::vector<Group> groups_;  // some may have no fans in the last batch
+  std::vector<uint32_t> group_of_fan_;
+  std::vector<uint32_t> next_in_group_;  // by block and group: fans, then where the next one goes
+  std::size_t fan_count_ = 0;            // in groups
   std::vector<uint32_t> tile_places_, map_places_;
   std::vector<uint64_t> tile_words_, map_words_;
 };

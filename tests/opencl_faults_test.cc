@@ -238,7 +238,8 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
 
   Stg::internal::sensing::HitLists Walk(Stg::internal::grid::Grid& grid,
                                         const Stg::internal::sensing::DirectionTables&,
-                                        const Stg::internal::sensing::RayBatch& batch) override {
+                                        const Stg::internal::sensing::RayBatch& batch,
+                                        Stg::internal::sensing::WorkerPool*) override {
     if (steps_left_-- == 0) throw Stg::internal::sensing::PrefilterError("the cable was pulled");
     lists_ = Stg::test::ListHits(grid, batch, 1);
     return {lists_.data(), 1};

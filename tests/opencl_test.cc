@@ -61,7 +61,7 @@ class HitLists : public testing::TestWithParam<uint32_t> {
   size_t Compare(RayScene* scene) {
     const uint32_t per_ray = GetParam();
     const Stg::internal::sensing::HitLists found =
-        prefilter_->Walk(scene->grid(), scene->tables(), scene->batch());
+        prefilter_->Walk(scene->grid(), scene->tables(), scene->batch(), &workers_);
     EXPECT_EQ(found.per_ray, per_ray);
     const std::vector<uint32_t> expected = ListsByWalk(*scene, per_ray);
     EXPECT_EQ(FirstDifference(*scene, per_ray, expected.data(), found.hits), "");
@@ -71,6 +71,7 @@ class HitLists : public testing::TestWithParam<uint32_t> {
   }
 
   PrefilterPointer prefilter_;
+  Stg::internal::sensing::WorkerPool workers_{GetParam()};  // one to four threads
 };
 
 TEST_P(HitLists, StayRightWhileTheGridChanges) {
@@ -111,15 +112,16 @@ TEST(PrefilterTest, CountsWhatItDoes) {
   if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
   const PrefilterPointer prefilter = MakePrefilter(2);
   ASSERT_TRUE(prefilter);
+  Stg::internal::sensing::WorkerPool workers(1);
   RayScene scene(7);
   scene.grid().TrackChanges(true);
-  prefilter->Walk(scene.grid(), scene.tables(), scene.batch());
+  prefilter->Walk(scene.grid(), scene.tables(), scene.batch(), &workers);
   const Stg::internal::sensing::PrefilterStatistics first = prefilter->statistics();
   EXPECT_GT(first.compile_seconds, 0);
   EXPECT_GT(first.walk_seconds, 0);
   EXPECT_EQ(first.bytes_fetched, uint64_t{scene.batch().ray_count()} * 2 * sizeof(uint32_t));
   // The grid did not change: only the batch is sent again.
-  prefilter->Walk(scene.grid(), scene.tables(), scene.batch());
+  prefilter->Walk(scene.grid(), scene.tables(), scene.batch(), &workers);
   const uint64_t again = prefilter->statistics().bytes_sent - first.bytes_sent;
   EXPECT_LT(again * 10, first.bytes_sent);
   EXPECT_EQ(scene.grid().occupancy(0).CountChangedTiles(), 0u);

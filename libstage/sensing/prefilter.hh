@@ -15,6 +15,7 @@
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
 #include "sensing/counters.hh"
+#include "sensing/worker_pool.hh"
 
 namespace Stg::internal::sensing {
 
@@ -37,8 +38,10 @@ class Prefilter {
 
   /// Walks every fan of the batch that has a single leg through the rangers' layer. The lists of
   /// other fans' rays are undefined. The result is valid until the next call. The grid's list of
-  /// changes has been used up afterwards. Throws PrefilterError.
-  virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch) = 0;
+  /// changes has been used up afterwards. The threads may help to get the batch ready. Throws
+  /// PrefilterError.
+  virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch,
+                        WorkerPool* workers) = 0;
 
   /// Sends the changes of the grid so far, if that helps: Walk() sends the rest. The grid must not
   /// change meanwhile, but may be read. Throws PrefilterError.

@@ -112,7 +112,8 @@ void WorldEngine::EndStep() {
 
 sensing::HitLists WorldEngine::Prefilter() {
   try {
-    const sensing::HitLists lists = prefilter_->Walk(scene.grid, scene.tables, scene.batch);
+    const sensing::HitLists lists =
+        prefilter_->Walk(scene.grid, scene.tables, scene.batch, workers_.get());
     statistics.device_steps++;
     statistics.device_rays += scene.batch.ray_count();
     statistics.prefilter = prefilter_->statistics();
