@@ -75,6 +75,17 @@ TEST(WorkerPool, NoWakeUpIsMissed) {
   }
 }
 
+TEST(WorkerPool, HoldsProcessorsOrNot) {
+  for (const unsigned threads : {1u, 2u, 8u}) {
+    WorkerPool pool(threads);
+    for (int i = 0; i < 200; i++) {  // while threads wait, awake or asleep
+      pool.HoldProcessors(i % 3 == 0);
+      ASSERT_NO_FATAL_FAILURE(ExpectOnceEach(&pool, 100, 1));
+      if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
+    }
+  }
+}
+
 TEST(WorkerPool, AllIsDoneWhenRunReturns) {
   WorkerPool pool(4);
   std::vector<int> data(5000, 0);  // not atomic: Run() has to order it
