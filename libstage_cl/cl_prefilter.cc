@@ -128,22 +128,31 @@ void ClPrefilter::MakeGroups(const sensing::RayBatch& batch, sensing::WorkerPool
   }
 }
 
+/// Calls f(block, first, end) for each block of so many fans, on all threads.
+template <typename F>
+void ClPrefilter::ForEachBlock(std::size_t fans, sensing::WorkerPool* workers, F f) {
+  workers->Run(CountBlocks(fans), 1, [&](std::size_t begin, std::size_t end, unsigned) {
+    for (std::size_t block = begin; block < end; block++)
+      f(block, block * kBlock, std::min((block + 1) * kBlock, fans));
+  });
+}
+
 /// False if there is a fan of none of the groups.
 bool ClPrefilter::CountGroups(std::span<const sensing::DeviceFan> fans,
                               sensing::WorkerPool* workers) {
   group_of_fan_.resize(fans.size());
-  const std::size_t blocks = (fans.size() + kBlock - 1) / kBlock, groups = groups_.size();
-  next_in_group_.assign(blocks * groups, 0);
+  next_in_group_.assign(CountBlocks(fans.size()) * groups_.size(), 0);
   std::atomic<bool> all_known{true};
-  workers->Run(blocks, 1, [&](std::size_t begin, std::size_t end, unsigned) {
+  ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
+    uint32_t* const counts = next_in_group_.data() + block * groups_.size();
     uint32_t last = 0;
-    for (std::size_t i = begin * kBlock; i < std::min(end * kBlock, fans.size()); i++) {
+    for (std::size_t i = first; i < end; i++) {
       group_of_fan_[i] = kNoGroup;
       if (!fans[i].fits) continue;
       last = GroupOf(fans[i], last);
       if (last == kNoGroup) return all_known.store(false, std::memory_order_relaxed);
       group_of_fan_[i] = last;
-      next_in_group_[i / kBlock * groups + last]++;
+      counts[last]++;
     }
   });
   return all_known;
@@ -261,14 +270,14 @@ void ClPrefilter::SendFans(const sensing::RayBatch& batch, sensing::WorkerPool* 
   const std::size_t window_bytes = windows.size() * sizeof(uint64_t);
   auto* const records = static_cast<sensing::FanRecord*>(fans_.MapForWriting(fan_bytes));
   auto* const words = static_cast<uint64_t*>(windows_.MapForWriting(window_bytes));
-  const std::size_t blocks = (fans.size() + kBlock - 1) / kBlock, groups = groups_.size();
-  workers->Run(blocks, 1, [&](std::size_t begin, std::size_t end, unsigned) {
-    for (std::size_t i = begin * kBlock; i < std::min(end * kBlock, fans.size()); i++)
-      if (group_of_fan_[i] != kNoGroup)
-        records[next_in_group_[i / kBlock * groups + group_of_fan_[i]]++] = fans[i].record;
-    std::copy(windows.data() + windows.size() * begin / blocks,
-              windows.data() + windows.size() * end / blocks,
-              words + windows.size() * begin / blocks);
+  const std::size_t blocks = CountBlocks(fans.size());
+  ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
+    uint32_t* const next = next_in_group_.data() + block * groups_.size();
+    for (std::size_t i = first; i < end; i++)
+      if (group_of_fan_[i] != kNoGroup) records[next[group_of_fan_[i]]++] = fans[i].record;
+    const std::size_t word = windows.size() * block / blocks;  // and a share of the windows
+    std::copy(windows.data() + word, windows.data() + windows.size() * (block + 1) / blocks,
+              words + word);
   });
   fans_.Unmap();
   windows_.Unmap();

@@ -45,6 +45,7 @@ class ClPrefilter : public sensing::Prefilter {
   static constexpr uint32_t kNoGroup = 0xffffffffu;
   // Fans that one thread puts into their groups.
   static constexpr std::size_t kBlock = 256;
+  static std::size_t CountBlocks(std::size_t fans) { return (fans + kBlock - 1) / kBlock; }
 
   void SendGrid(const grid::Grid& grid);
   void SendStructure(const grid::Grid& grid);
@@ -53,6 +54,8 @@ class ClPrefilter : public sensing::Prefilter {
   void SendFans(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
   void SendDirections(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);
   void MakeGroups(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
+  template <typename F>
+  static void ForEachBlock(std::size_t fans, sensing::WorkerPool* workers, F f);
   bool CountGroups(std::span<const sensing::DeviceFan> fans, sensing::WorkerPool* workers);
   void FindGroups(std::span<const sensing::DeviceFan> fans);
   uint32_t GroupOf(const sensing::DeviceFan& fan, uint32_t likely) const;

@@ -57,7 +57,6 @@ struct Body {
   bool exact() const { return corners != nullptr; }
 };
 using BodyId = uint32_t;
-inline constexpr BodyId kNoBody = 0xffffffffu;
 
 /// A cell that something is drawn in: a handle that is valid as long as that is so.
 using CellRef = uint32_t;
@@ -286,6 +285,7 @@ class Grid {
     mutable uint64_t last_used = 0;  // the step
     Occupancy cells;
   };
+
   uint32_t MakeRegion(int32_t x, int32_t y, Edit* edit);
   uint32_t MakeSuper(int32_t x, int32_t y);
   uint32_t MakeTile(uint32_t region, uint32_t tile);

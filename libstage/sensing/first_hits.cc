@@ -115,9 +115,8 @@ void FirstHits::SetNoPassage(uint32_t i) { in_x_[i] = in_y_[i] = across_[i] = al
 
 /// What is in the cells of the hits, which have been prefetched.
 void FirstHits::FindBodies(uint32_t count) {
-  for (uint32_t i = 0; i < count; i++) {
+  for (uint32_t i = 0; i < count; i++)
     lists_[i] = HitsNothing(i) ? kNothing : grid_.ListIn(cells_[i]);
-  }
 }
 
 void FirstHits::FetchBodies(uint32_t count) const {

@@ -403,16 +403,16 @@ class HitPlaces {
 
   void Find(const WideHits& found) {
     for (; first_ < rays_.count; first_ += Lanes::kCount) {
-      const Stop stop = StopOf(found.hits);
+      const Stop stop = Take(found.hits);
       Lanes::Store(taken_, found.middles + first_,
                    Lanes::Select(stop.here, Middles(stop.u, stop.v), Lanes::AllOf(1.0)));
-      Lanes::Store(cells_ + first_, Lanes::Select(stop.here, Cells(stop.u, stop.v), All(0)));
+      Lanes::Store(cells_ + first_, Cells(stop.u, stop.v));
     }
     for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount) {
-      const Stop stop = StopOf(found.hits);
-      const V bodies = Bodies(stop.here, Lanes::Load(cells_ + first_));
+      const M here = Take(found.hits).here;
+      const V bodies = Bodies(here, Lanes::Load(cells_ + first_));
       Lanes::Store(taken_, found.bodies + first_,
-                   Lanes::Select(stop.here, bodies, All(WideHits::kNothing)));
+                   Lanes::Select(here, bodies, All(WideHits::kNothing)));
     }
   }
 
@@ -431,7 +431,8 @@ class HitPlaces {
     M here;  // rays that have a hit
     V u, v;  // of that; of others 0
   };
-  Stop StopOf(const uint32_t* hits) {
+  /// Takes the rays from first_ on.
+  Stop Take(const uint32_t* hits) {
     taken_ = Lanes::FirstOf(rays_.count - first_);
     const V hit = Load(hits);
     const M here = Lanes::And(taken_, Lanes::Differ(hit, All(RAY_NO_HIT)));
@@ -503,7 +504,7 @@ class HitPlaces {
 
   const RayStarts<Lanes>& rays_;
   const grid::Grid::Tables& tables_;
-  alignas(64) int64_t cells_[RayStarts<Lanes>::kRoom];  // 0: none
+  alignas(64) int64_t cells_[RayStarts<Lanes>::kRoom];  // of rays with a hit
   M taken_ = Lanes::None();
   uint32_t first_ = 0;
 };

@@ -23,7 +23,7 @@ void WorldEngine::SetThreads(unsigned threads) {
                    "stage: warning: the system grants %u of %u threads; going on with them\n",
                    workers_->threads(), threads);
   }
-  workers_->HoldProcessors(!prefilter_ || !prefilter_->UsesHost());
+  ShareProcessors();
   thread_data_.resize(workers_->threads());
   statistics.threads = workers_->threads();
 }
@@ -38,9 +38,14 @@ void WorldEngine::ShareFrom(int count) {
 void WorldEngine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {
   prefilter_ = std::move(prefilter);
   chooser_ = PathChooser(always);
-  workers_->HoldProcessors(!prefilter_ || !prefilter_->UsesHost());
+  ShareProcessors();
   scene.grid.TrackChanges(prefilter_ != nullptr);
   statistics.device = prefilter_ ? prefilter_->DeviceName() : "";
+}
+
+/// Between threads and device.
+void WorldEngine::ShareProcessors() {
+  workers_->HoldProcessors(!prefilter_ || !prefilter_->UsesHost());
 }
 
 void WorldEngine::TraceBatch() {

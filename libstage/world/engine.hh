@@ -80,6 +80,7 @@ class WorldEngine {
   size_t CallTogether(size_t first);
 
  private:
+  void ShareProcessors();
   sensing::HitLists Prefilter();
   void SendAhead();
   void LoseDevice(const sensing::PrefilterError& error);
