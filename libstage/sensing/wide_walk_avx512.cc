@@ -89,6 +89,9 @@ struct Eight {
   static V Select(M m, V a, V b) { return _mm512_mask_blend_epi64(m, b, a); }
   static D Select(M m, D a, D b) { return _mm512_mask_blend_pd(m, b, a); }
 
+  static V Gather(const int32_t* p, V i) {
+    return _mm512_cvtepi32_epi64(_mm512_i64gather_epi32(i, p, 4));
+  }
   static V Gather(const uint32_t* p, V i) {
     return _mm512_cvtepu32_epi64(_mm512_i64gather_epi32(i, p, 4));
   }
@@ -99,6 +102,10 @@ struct Eight {
   }
   static V Gather(M m, const uint64_t* p, V i) {
     return _mm512_mask_i64gather_epi64(_mm512_setzero_si512(), m, i, p, 8);
+  }
+  /// table[i], i from 0 to 15.
+  static V OfSixteen(const int64_t* table, V i) {
+    return _mm512_permutex2var_epi64(Load(table), i, Load(table + 8));
   }
   /// The lower halves.
   static void Scatter(M m, uint32_t* p, V i, V a) {

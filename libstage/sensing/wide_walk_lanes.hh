@@ -11,10 +11,70 @@
 #define STAGE_SENSING_WIDE_WALK_LANES_HH
 
 #include "sensing/fan.hh"
+#include "sensing/free_box.hh"
 #include "sensing/wide_walk.hh"
 
 namespace Stg::internal::sensing {
 namespace {
+
+/// The superregions at these coordinates, in superregions: ray_find_super(). Mostly they are in the
+/// first slot that is looked at.
+template <class Lanes>
+typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typename Lanes::V y) {
+  using V = typename Lanes::V;
+  const V product = Lanes::Xor(Lanes::Multiply(x, Lanes::All(int32_t(0x9e3779b1u))),
+                               Lanes::Multiply(y, Lanes::All(int32_t(0x85ebca77u))));
+  const V low = Lanes::And(product, Lanes::All(0xffffffff));
+  const V hash = Lanes::Xor(low, Lanes::template Right<15>(low));
+  const ray_super_t& first = *grid.directory;
+  constexpr int64_t kWords = sizeof first / sizeof first.index;
+  const V slot = Lanes::Multiply(Lanes::And(hash, Lanes::All(grid.directory_mask)),
+                                 Lanes::All(kWords));
+  const V index = Lanes::Gather(&first.index, slot);
+  const auto others = Lanes::Or(Lanes::Differ(x, Lanes::Gather(&first.x, slot)),
+                                Lanes::Differ(y, Lanes::Gather(&first.y, slot)));
+  if (!Lanes::Any(Lanes::And(others, Lanes::Differ(index, Lanes::All(0))))) return index;
+
+  alignas(64) int64_t of_x[Lanes::kCount], of_y[Lanes::kCount], super[Lanes::kCount];
+  Lanes::Store(of_x, x);
+  Lanes::Store(of_y, y);
+  for (int i = 0; i < Lanes::kCount; i++)
+    super[i] = ray_find_super(&grid, static_cast<int>(of_x[i]), static_cast<int>(of_y[i]));
+  return Lanes::Load(super);
+}
+
+/// Where the superregions are. Those near a place are known without looking into the directory.
+template <class Lanes>
+class SuperMap {
+ public:
+  using V = typename Lanes::V;
+
+  SuperMap(const ray_grid_t& grid, int32_t x, int32_t y)
+      : grid_(grid), x_(FirstNear(x)), y_(FirstNear(y)) {
+    for (int i = 0; i < kSide * kSide; i++)
+      near_[i] = ray_find_super(&grid, x_ + i % kSide, y_ + i / kSide);
+  }
+
+  /// Those of the cells in these lanes; of others anything.
+  V Of(typename Lanes::M lanes, V x, V y) const {
+    const V super_x = Lanes::template Right<RAY_SUPER_SHIFT>(x);
+    const V super_y = Lanes::template Right<RAY_SUPER_SHIFT>(y);
+    const V i = Lanes::Subtract(super_x, Lanes::All(x_));
+    const V k = Lanes::Subtract(super_y, Lanes::All(y_));
+    const V far = Lanes::template Right<2>(Lanes::Or(i, k));
+    if (Lanes::Any(Lanes::And(lanes, Lanes::Differ(far, Lanes::All(0)))))
+      return FindSupers<Lanes>(grid_, super_x, super_y);
+    return Lanes::OfSixteen(near_, Lanes::Or(i, Lanes::template Left<2>(k)));
+  }
+
+ private:
+  static constexpr int kSide = 4;  // so that a ray may go one and a half to each side
+  static int32_t FirstNear(int32_t cell) { return ((cell >> (RAY_SUPER_SHIFT - 1)) - 3) >> 1; }
+
+  const ray_grid_t& grid_;
+  const int32_t x_, y_;  // of the first of them
+  alignas(64) int64_t near_[kSide * kSide];
+};
 
 /// Where the rays begin, and which way they go.
 template <class Lanes>
@@ -23,7 +83,10 @@ class RayStarts {
   using V = typename Lanes::V;
   using M = typename Lanes::M;
 
-  explicit RayStarts(const RayGroup& rays) : grid(*rays.grid), count(rays.count) {
+  explicit RayStarts(const RayGroup& rays)
+      : grid(*rays.grid),
+        supers(grid, rays.parts[0].fan->x, rays.parts[0].fan->y),
+        count(rays.count) {
     uint32_t first = 0;
     for (uint32_t i = 0; i < rays.part_count; i++) {
       const FanPart& part = rays.parts[i];
@@ -38,10 +101,10 @@ class RayStarts {
   static constexpr uint32_t kRoom = RayGroup::kMost + Lanes::kCount;
 
   const ray_grid_t& grid;
+  const SuperMap<Lanes> supers;
   const uint32_t count;
 
   alignas(64) int64_t x0[kRoom], y0[kRoom];
-  alignas(64) int64_t super[kRoom];  ///< of the start
   alignas(64) int64_t dx[kRoom], dy[kRoom];
   alignas(64) int64_t ox[kRoom], oy[kRoom];
 
@@ -60,8 +123,6 @@ class RayStarts {
     Lanes::Store(dy + first, to_y);
     Lanes::Store(x0 + first, All(fan.x));
     Lanes::Store(y0 + first, All(fan.y));
-    Lanes::Store(super + first,
-                 All(ray_find_super(&grid, fan.x >> RAY_SUPER_SHIFT, fan.y >> RAY_SUPER_SHIFT)));
     Lanes::Store(ox + first, OffsetOf(fan.fraction & 0xffff, to_x));
     Lanes::Store(oy + first, OffsetOf(fan.fraction >> 16, to_y));
   }
@@ -73,6 +134,45 @@ class RayStarts {
   }
 };
 
+/// How rays go: as a ray_t has it.
+template <class Lanes>
+struct Slant {
+  typename Lanes::V ox, oy, adx, ady;
+  typename Lanes::D dy_per_dx, dx_per_dy;
+};
+
+/// How far a border lies from the start inside a cell.
+template <class Lanes>
+typename Lanes::V Offset(typename Lanes::V border, typename Lanes::V start) {
+  return Lanes::Subtract(Lanes::template Left<16>(border), start);
+}
+
+/// Sets u and v to where the leap lands that crosses the border to_x, if `in_x`, or to_y:
+/// ray_land(). A double tells that place to within one border.
+template <class Lanes>
+void Land(const Slant<Lanes>& ray, typename Lanes::M in_x, typename Lanes::V to_x,
+          typename Lanes::V to_y, typename Lanes::V* u, typename Lanes::V* v) {
+  using V = typename Lanes::V;
+  const V to = Lanes::Select(in_x, to_x, to_y);
+  const V offset = Lanes::Select(in_x, ray.ox, ray.oy);
+  const V other_offset = Lanes::Select(in_x, ray.oy, ray.ox);
+  const V across = Lanes::Select(in_x, ray.adx, ray.ady);
+  const V along = Lanes::Select(in_x, ray.ady, ray.adx);
+  const V from = Lanes::Select(in_x, *v, *u), one = Lanes::All(1);
+  const V at = Offset<Lanes>(to, offset);
+  const V ties = Lanes::Select(in_x, one, Lanes::All(0));
+  const V target = Lanes::Add(Lanes::Multiply(at, along), ties);
+  const auto slope = Lanes::Select(in_x, ray.dy_per_dx, ray.dx_per_dy);
+  const V guess = Lanes::ToInteger(Lanes::Times(Lanes::ToDouble(at), slope));
+  // One less than the guess lies before that place for certain, and by less than a border.
+  const V before = Lanes::Add(Lanes::Add(guess, other_offset), Lanes::All(-1));
+  V n = Lanes::Larger(Lanes::template Right<16>(before), from);
+  const V ahead = Lanes::Multiply(Offset<Lanes>(Lanes::Add(n, one), other_offset), across);
+  n = Lanes::AddWhere(Lanes::Greater(target, ahead), n, one);
+  *u = Lanes::Select(in_x, to, n);
+  *v = Lanes::Select(in_x, n, to);
+}
+
 /// The rays, ready to be walked: what ray_begin() prepares, for each of them.
 template <class Lanes>
 class ReadyRays : public RayStarts<Lanes> {
@@ -82,7 +182,8 @@ class ReadyRays : public RayStarts<Lanes> {
   using M = typename Lanes::M;
   using RayStarts<Lanes>::kRoom;
 
-  explicit ReadyRays(const RayGroup& rays) : RayStarts<Lanes>(rays), window(*rays.window) {
+  explicit ReadyRays(const RayGroup& rays)
+      : RayStarts<Lanes>(rays), window(*rays.window), free_(FindFreeBoxes(rays)) {
     for (uint32_t first = 0; first < this->count; first += Lanes::kCount) Prepare(first);
   }
 
@@ -91,6 +192,7 @@ class ReadyRays : public RayStarts<Lanes> {
 
   alignas(64) int64_t limits_x[kRoom], limits_y[kRoom];
   alignas(64) double dy_per_dx[kRoom], dx_per_dy[kRoom];
+  alignas(64) int64_t u[kRoom], v[kRoom];  ///< where the walk begins
 
  private:
   static V All(int64_t number) { return Lanes::All(number); }
@@ -105,8 +207,37 @@ class ReadyRays : public RayStarts<Lanes> {
     Lanes::Store(limits_y + first,
                  Limit(to_y, ady, load(this->oy), load(this->y0), box.min_y, box.max_y));
     const D across = Lanes::ToDouble(adx), along = Lanes::ToDouble(ady);
-    Lanes::Store(dy_per_dx + first, Lanes::DivideOr0(along, across));
-    Lanes::Store(dx_per_dy + first, Lanes::DivideOr0(across, along));
+    const D dy_per = Lanes::DivideOr0(along, across), dx_per = Lanes::DivideOr0(across, along);
+    Lanes::Store(dy_per_dx + first, dy_per);
+    Lanes::Store(dx_per_dy + first, dx_per);
+    LeaveFreeBox({load(this->ox), load(this->oy), adx, ady, dy_per, dx_per}, first);
+  }
+
+  /// The walk begins where the ray leaves the box, or at its start if that is outside.
+  void LeaveFreeBox(const Slant<Lanes>& ray, uint32_t first) {
+    const M back_x = Lanes::Greater(All(0), Lanes::Load(this->dx + first));
+    const M back_y = Lanes::Greater(All(0), Lanes::Load(this->dy + first));
+    const auto side = [&](int32_t FreeBox::*of) {
+      const auto row = [&](const FreeBox(&boxes)[2]) {
+        return Lanes::Select(back_x, All(boxes[1].*of), All(boxes[0].*of));
+      };
+      return Lanes::Select(back_y, row(free_.towards[1]), row(free_.towards[0]));
+    };
+    const V x = Lanes::Load(this->x0 + first), y = Lanes::Load(this->y0 + first), one = All(1);
+    const V left = Lanes::Subtract(x, side(&FreeBox::min_x));
+    const V right = Lanes::Subtract(side(&FreeBox::max_x), x);
+    const V below = Lanes::Subtract(y, side(&FreeBox::min_y));
+    const V above = Lanes::Subtract(side(&FreeBox::max_y), y);
+    const V to_x = Lanes::Add(Lanes::Select(back_x, left, right), one);
+    const V to_y = Lanes::Add(Lanes::Select(back_y, below, above), one);
+    const M in_x = Lanes::Greater(Lanes::Multiply(Offset<Lanes>(to_y, ray.oy), ray.adx),
+                                  Lanes::Multiply(Offset<Lanes>(to_x, ray.ox), ray.ady));
+    V over_x = All(0), over_y = All(0);
+    Land<Lanes>(ray, in_x, to_x, to_y, &over_x, &over_y);
+    const M outside = Lanes::Differ(
+        Lanes::SignOf(Lanes::Or(Lanes::Or(left, right), Lanes::Or(below, above))), All(0));
+    Lanes::Store(u + first, Lanes::Select(outside, All(0), over_x));
+    Lanes::Store(v + first, Lanes::Select(outside, All(0), over_y));
   }
 
   /// ray_limit().
@@ -121,6 +252,8 @@ class ReadyRays : public RayStarts<Lanes> {
     return Lanes::Select(Lanes::Greater(none, cells), All(RAY_BEHIND),
                          Lanes::Select(to_end, size, border));
   }
+
+  const FreeBoxes free_;
 };
 
 /// The coordinate that lies so many borders away from the start; `back`: all ones if it goes that
@@ -129,17 +262,6 @@ template <class Lanes>
 typename Lanes::V Reached(typename Lanes::V start, typename Lanes::V borders,
                           typename Lanes::V back) {
   return Lanes::Add(start, Lanes::Subtract(Lanes::Xor(borders, back), back));
-}
-
-/// The superregions at these coordinates, in superregions.
-template <class Lanes>
-typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typename Lanes::V y) {
-  alignas(64) int64_t of_x[Lanes::kCount], of_y[Lanes::kCount], super[Lanes::kCount];
-  Lanes::Store(of_x, x);
-  Lanes::Store(of_y, y);
-  for (int i = 0; i < Lanes::kCount; i++)
-    super[i] = ray_find_super(&grid, static_cast<int>(of_x[i]), static_cast<int>(of_y[i]));
-  return Lanes::Load(super);
 }
 
 /// The regions of cells, of which the superregions are known.
@@ -183,7 +305,7 @@ class LaneGroup {
   void Look() {
     x_ = Reached<Lanes>(x0_, u_, back_x_);
     y_ = Reached<Lanes>(y0_, v_, back_y_);
-    ChangeSupers();
+    super_ = rays_.supers.Of(active_, x_, y_);
     const V region = RegionOf<Lanes>(rays_.grid, super_, x_, y_);
     const V t = TileInRegion<Lanes>(x_, y_);
     tile_map_ = Lanes::Gather(rays_.grid.tile_maps, region);
@@ -230,8 +352,9 @@ class LaneGroup {
     const V far_y = Lanes::And(Lanes::template Right<kFieldY>(last_at), All(15));
     const V steps_x = Lanes::Subtract(far_x, near_x), steps_y = Lanes::Subtract(far_y, near_y);
     const V u_counted = Lanes::Add(u_, steps_x), v_counted = Lanes::Add(v_, steps_y);
-    Land(Lanes::MaskOf(last_in), Lanes::Add(to_x, Lanes::template Left<3>(Lanes::LessOne(steps_x))),
-         Lanes::Add(to_y, Lanes::template Left<3>(Lanes::LessOne(steps_y))));
+    Land<Lanes>({ox_, oy_, adx_, ady_, dy_per_dx_, dx_per_dy_}, Lanes::MaskOf(last_in),
+                Lanes::Add(to_x, Lanes::template Left<3>(Lanes::LessOne(steps_x))),
+                Lanes::Add(to_y, Lanes::template Left<3>(Lanes::LessOne(steps_y))), &u_, &v_);
     // In a tile it is enough to count.
     u_ = Lanes::Select(in_tile, u_counted, u_);
     v_ = Lanes::Select(in_tile, v_counted, v_);
@@ -273,9 +396,7 @@ class LaneGroup {
   };
 
   static V All(int64_t number) { return Lanes::All(number); }
-  static V Offset(V border, V start) {
-    return Lanes::Subtract(Lanes::template Left<16>(border), start);
-  }
+  static V Offset(V border, V start) { return sensing::Offset<Lanes>(border, start); }
 
   void Begin(M taken) {
     const auto load = [&](const auto* numbers, auto* lanes) {
@@ -283,20 +404,17 @@ class LaneGroup {
     };
     load(rays_.x0, &x0_);
     load(rays_.y0, &y0_);
-    load(rays_.super, &super_);
     load(rays_.dx, &dx_);
     load(rays_.dy, &dy_);
     load(rays_.ox, &ox_);
     load(rays_.oy, &oy_);
     load(rays_.limits_x, &limit_x_);
     load(rays_.limits_y, &limit_y_);
+    load(rays_.u, &u_);
+    load(rays_.v, &v_);
     load(rays_.dy_per_dx, &dy_per_dx_);
     load(rays_.dx_per_dy, &dx_per_dy_);
     ray_ = Lanes::Select(taken, Lanes::Rank(taken, rays_.next), ray_);
-    u_ = Lanes::Select(taken, All(0), u_);
-    v_ = Lanes::Select(taken, All(0), v_);
-    super_x_ = Lanes::Select(taken, Lanes::template Right<RAY_SUPER_SHIFT>(x0_), super_x_);
-    super_y_ = Lanes::Select(taken, Lanes::template Right<RAY_SUPER_SHIFT>(y0_), super_y_);
     adx_ = Lanes::Absolute(dx_);
     ady_ = Lanes::Absolute(dy_);
     back_x_ = Lanes::SignOf(dx_);
@@ -306,17 +424,6 @@ class LaneGroup {
     const V forth_x = Lanes::Or(back_x_, All(1)), forth_y = Lanes::Or(back_y_, All(1));
     to_next_y_ = Lanes::Add(Lanes::template Left<3>(forth_y), All(int64_t{1} << kFieldY));
     to_next_x_ = Lanes::Subtract(Lanes::Add(forth_x, All(int64_t{1} << kFieldX)), to_next_y_);
-  }
-
-  /// If a ray has left its superregion.
-  void ChangeSupers() {
-    const V super_x = Lanes::template Right<RAY_SUPER_SHIFT>(x_);
-    const V super_y = Lanes::template Right<RAY_SUPER_SHIFT>(y_);
-    const M moved = Lanes::Or(Lanes::Differ(super_x, super_x_), Lanes::Differ(super_y, super_y_));
-    if (!Lanes::Any(Lanes::And(active_, moved))) return;
-    super_ = FindSupers<Lanes>(rays_.grid, super_x, super_y);
-    super_x_ = super_x;
-    super_y_ = super_y;
   }
 
   /// Walks the rays of `go` to an occupied square, or out of the word. All lanes go on until the
@@ -351,28 +458,6 @@ class LaneGroup {
     return Lanes::Without(word, Lanes::Gather(covered, window.tiles, index));
   }
 
-  /// Sets u and v to where the leap lands that crosses the border to_x, if `in_x`, or to_y:
-  /// ray_land(). A double tells that place to within one border.
-  void Land(M in_x, V to_x, V to_y) {
-    const V to = Lanes::Select(in_x, to_x, to_y);
-    const V offset = Lanes::Select(in_x, ox_, oy_), other_offset = Lanes::Select(in_x, oy_, ox_);
-    const V across = Lanes::Select(in_x, adx_, ady_), along = Lanes::Select(in_x, ady_, adx_);
-    const V from = Lanes::Select(in_x, v_, u_);
-    const D slope = Lanes::Select(in_x, dy_per_dx_, dx_per_dy_);
-    const V at = Offset(to, offset), one = All(1);
-    const V ties = Lanes::Select(in_x, one, All(0));
-    const V target = Lanes::Add(Lanes::Multiply(at, along), ties);
-    const V guess = Lanes::ToInteger(Lanes::Times(Lanes::ToDouble(at), slope));
-    V n = Lanes::Larger(Lanes::template Right<16>(Lanes::Add(guess, other_offset)), from);
-    const V ahead = Lanes::Multiply(Offset(Lanes::Add(n, one), other_offset), across);
-    n = Lanes::AddWhere(Lanes::Greater(target, ahead), n, one);
-    const V reached = Lanes::Multiply(Offset(n, other_offset), across);
-    const M too_far = Lanes::AndNot(Lanes::Greater(n, from), Lanes::Greater(target, reached));
-    n = Lanes::AddWhere(too_far, n, All(-1));
-    u_ = Lanes::Select(in_x, to, n);
-    v_ = Lanes::Select(in_x, n, to);
-  }
-
   ReadyRays<Lanes>& rays_;
   uint32_t* hits_;
   M active_ = Lanes::None();
@@ -389,8 +474,7 @@ class LaneGroup {
 
   // Where it is, and what Look() found there.
   V u_ = All(0), v_ = All(0), x_ = All(0), y_ = All(0);
-  V super_x_ = All(0), super_y_ = All(0), super_ = All(0);
-  V tile_ = All(0), tile_map_ = All(0), word_ = All(0);
+  V super_ = All(0), tile_ = All(0), tile_map_ = All(0), word_ = All(0);
   M in_hit_ = Lanes::None();
 };
 
@@ -443,8 +527,9 @@ class HitPlaces {
   V Cells(V u, V v) const {
     const V x = Reached<Lanes>(Load(rays_.x0), u, Lanes::SignOf(Load(rays_.dx)));
     const V y = Reached<Lanes>(Load(rays_.y0), v, Lanes::SignOf(Load(rays_.dy)));
+    const V super = rays_.supers.Of(taken_, x, y);
     const V tile =
-        Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, SuperOf(x, y), x, y)),
+        Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, super, x, y)),
                    TileInRegion<Lanes>(x, y));
     const V bit = Lanes::Or(Lanes::And(x, All(7)), Lanes::template Left<3>(Lanes::And(y, All(7))));
     const V slot = Lanes::Gather(tables_.tile_slots, tile);
@@ -466,15 +551,6 @@ class HitPlaces {
     const V lists = Lanes::template Left<6>(Lanes::Without(bodies, All(grid::Grid::kSeveral)));
     const V list = Lanes::Gather(several, tables_.lists->data(), Lanes::Or(lists, bit));
     return Lanes::Select(several, list, bodies);
-  }
-
-  V SuperOf(V x, V y) const {
-    constexpr int kShift = RAY_SUPER_SHIFT;
-    const V super_x = Lanes::template Right<kShift>(x), super_y = Lanes::template Right<kShift>(y);
-    const V start_x = Lanes::template Right<kShift>(Load(rays_.x0));
-    const V start_y = Lanes::template Right<kShift>(Load(rays_.y0));
-    const M moved = Lanes::Or(Lanes::Differ(super_x, start_x), Lanes::Differ(super_y, start_y));
-    return Lanes::Any(moved) ? FindSupers<Lanes>(rays_.grid, super_x, super_y) : Load(rays_.super);
   }
 
   /// The bits of MiddleOf() (tracer.cc).

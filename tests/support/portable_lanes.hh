@@ -151,6 +151,9 @@ struct PortableLanes {
     return Make<D>([&](int i) { return m.is[i] ? a.n[i] : b.n[i]; });
   }
 
+  static V Gather(const int32_t* p, V places) {
+    return Make<V>([&](int i) { return int64_t{p[places.n[i]]}; });
+  }
   static V Gather(const uint32_t* p, V places) {
     return Make<V>([&](int i) { return int64_t{p[places.n[i]]}; });
   }
@@ -162,6 +165,9 @@ struct PortableLanes {
   }
   static V Gather(M m, const uint64_t* p, V places) {
     return Make<V>([&](int i) { return m.is[i] ? Signed(p[places.n[i]]) : 0; });
+  }
+  static V OfSixteen(const int64_t* table, V i) {
+    return Make<V>([&](int k) { return table[i.n[k] & 15]; });
   }
   static void Scatter(M m, uint32_t* p, V places, V a) {
     for (int i = 0; i < kLanes; i++)

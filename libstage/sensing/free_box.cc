@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "sensing/free_box.hh"
+
+#include <algorithm>
+
+namespace Stg::internal::sensing {
+
+namespace {
+
+/// What is looked at: the region in the middle and those around it.
+constexpr int kRegions = 3, kTiles = 8 * kRegions;
+
+/// Some tiles of what is looked at, counted from its corner.
+struct TileBox {
+  int min_x, min_y, max_x, max_y;
+};
+
+/// Tiles min to max of a row.
+uint32_t Between(int min, int max) { return (uint32_t{2} << max) - (uint32_t{1} << min); }
+
+/// Which tiles around a cell are occupied.
+class Surroundings {
+ public:
+  Surroundings(const ray_grid_t& grid, int32_t x, int32_t y)
+      : grid_(grid),
+        region_x_((x >> RAY_REGION_SHIFT) - kRegions / 2),
+        region_y_((y >> RAY_REGION_SHIFT) - kRegions / 2) {
+    for (int i = 0; i < kRegions; i++)
+      for (int k = 0; k < kRegions; k++) TakeRegion(i, k);
+  }
+
+  /// A cell's tile, which may lie outside.
+  int ColumnOf(int32_t x) const { return (x >> RAY_TILE_SHIFT) - 8 * region_x_; }
+  int RowOf(int32_t y) const { return (y >> RAY_TILE_SHIFT) - 8 * region_y_; }
+  /// One bit for each tile of the row.
+  uint32_t row(int y) const { return rows_[y]; }
+  bool IsFree(const TileBox& box) const {
+    uint32_t occupied = 0;
+    for (int y = box.min_y; y <= box.max_y; y++) occupied |= rows_[y];
+    return (occupied & Between(box.min_x, box.max_x)) == 0;
+  }
+  FreeBox InCells(const TileBox& box) const {
+    const int32_t x = 8 * region_x_, y = 8 * region_y_;
+    return {(x + box.min_x) * 8, (y + box.min_y) * 8, (x + box.max_x) * 8 + 7,
+            (y + box.max_y) * 8 + 7};
+  }
+
+  /// Takes tiles for empty in which there is nothing but what the window hides.
+  void Hide(const ray_window_t& window) {
+    const int first_x = window.x - 8 * region_x_, first_y = window.y - 8 * region_y_;
+    for (int i = 0; i < static_cast<int>(window.height); i++) {
+      if (first_y + i < 0 || first_y + i >= kTiles) continue;
+      const uint64_t* hidden = window.tiles + static_cast<uint32_t>(i) * window.width;
+      for (int k = 0; k < static_cast<int>(window.width); k++)
+        if (first_x + k >= 0 && first_x + k < kTiles) Hide(first_x + k, first_y + i, hidden[k]);
+    }
+  }
+
+ private:
+  void TakeRegion(int i, int k) {
+    const int32_t x = region_x_ + k, y = region_y_ + i;
+    constexpr int kShift = RAY_SUPER_SHIFT - RAY_REGION_SHIFT;
+    if ((i == 0 && k == 0) || x >> kShift != super_x_ || y >> kShift != super_y_) {
+      super_x_ = x >> kShift;
+      super_y_ = y >> kShift;
+      super_ = ray_find_super(&grid_, super_x_, super_y_);
+    }
+    const uint32_t place = static_cast<uint32_t>((y & 15) << 4 | (x & 15));
+    const uint32_t region = super_ ? grid_.regions[super_ * 256 + place] : 0;
+    regions_[i][k] = region;
+    const uint64_t map = region ? grid_.tile_maps[region] : 0;
+    for (int row = 0; row < 8; row++)
+      rows_[8 * i + row] |= static_cast<uint32_t>(map >> (8 * row) & 0xff) << (8 * k);
+  }
+
+  void Hide(int x, int y, uint64_t hidden) {
+    const uint32_t bit = uint32_t{1} << x;
+    if ((rows_[y] & bit) == 0) return;
+    const uint32_t tile = static_cast<uint32_t>((y & 7) << 3 | (x & 7));
+    const uint64_t word = grid_.tiles[uint64_t{regions_[y >> 3][x >> 3]} * 64 + tile];
+    if ((word & ~hidden) == 0) rows_[y] &= ~bit;
+  }
+
+  const ray_grid_t& grid_;
+  const int32_t region_x_, region_y_;
+  int32_t super_x_ = 0, super_y_ = 0;
+  uint32_t super_ = 0;
+  uint32_t regions_[kRegions][kRegions];
+  uint32_t rows_[kTiles] = {};
+};
+
+/// The box grown tile by tile towards the signs of x and y, as far as there is nothing.
+TileBox Grown(const Surroundings& around, TileBox box, int x, int y) {
+  int* const far_x = x > 0 ? &box.max_x : &box.min_x;
+  int* const far_y = y > 0 ? &box.max_y : &box.min_y;
+  uint32_t columns = 0;  // occupied ones
+  for (int row = box.min_y; row <= box.max_y; row++) columns |= around.row(row);
+  const auto inside = [](int tile) { return tile >= 0 && tile < kTiles; };
+  for (bool grows_x = true, grows_y = true; grows_x || grows_y;) {
+    grows_x = grows_x && inside(*far_x + x) && (columns >> (*far_x + x) & 1) == 0;
+    if (grows_x) *far_x += x;
+    grows_y = grows_y && inside(*far_y + y) &&
+              (around.row(*far_y + y) & Between(box.min_x, box.max_x)) == 0;
+    if (grows_y) columns |= around.row(*far_y += y);
+  }
+  return box;
+}
+
+/// The tiles that the rays start in; only that of the first if others are too far off, or if there
+/// is something among them.
+TileBox StartsOf(const RayGroup& rays, const Surroundings& around) {
+  const auto tile_of = [&](const FanRecord& fan) {
+    const int x = around.ColumnOf(fan.x), y = around.RowOf(fan.y);
+    return TileBox{x, y, x, y};
+  };
+  const TileBox first = tile_of(*rays.parts[0].fan);
+  TileBox all = first;
+  for (uint32_t i = 1; i < rays.part_count; i++) {
+    const TileBox tile = tile_of(*rays.parts[i].fan);
+    all = {std::min(all.min_x, tile.min_x), std::min(all.min_y, tile.min_y),
+           std::max(all.max_x, tile.max_x), std::max(all.max_y, tile.max_y)};
+  }
+  const bool near = all.min_x >= 0 && all.min_y >= 0 && all.max_x < kTiles && all.max_y < kTiles;
+  return near && around.IsFree(all) ? all : first;
+}
+
+}  // namespace
+
+FreeBoxes FindFreeBoxes(const RayGroup& rays) {
+  const FanRecord& first = *rays.parts[0].fan;
+  Surroundings around(*rays.grid, first.x, first.y);
+  around.Hide(*rays.window);
+  const TileBox starts = StartsOf(rays, around);
+  FreeBoxes boxes;
+  if (!around.IsFree(starts)) return boxes;
+  for (const int back_y : {0, 1})
+    for (const int back_x : {0, 1})
+      boxes.towards[back_y][back_x] =
+          around.InCells(Grown(around, starts, back_x ? -1 : 1, back_y ? -1 : 1));
+  return boxes;
+}
+
+}  // namespace Stg::internal::sensing
