@@ -4,6 +4,8 @@
 
 #include <cstdlib>
 
+#include "sensing/free_box.hh"
+
 namespace Stg::internal::sensing {
 
 namespace {
@@ -20,6 +22,24 @@ constexpr double kNearlyNothing = 1e-290;
 
 /// Fewer rays are taken faster one by one.
 constexpr uint32_t kFewestForLanes = 4;
+/// Looking around first takes as long as some ten rays.
+constexpr uint32_t kFewestForBoxes = 16;
+
+/// Sets the ray to where it leaves the box: a leap of ray_next(). It begins anywhere.
+void LeaveBox(const FreeBox& box, ray_t* ray) {
+  const int left = ray->x0 - box.min_x, right = box.max_x - ray->x0;
+  const int below = ray->y0 - box.min_y, above = box.max_y - ray->y0;
+  if ((left | right | below | above) < 0) return;
+  const int to_x = (ray->sx < 0 ? left : right) + 1, to_y = (ray->sy < 0 ? below : above) + 1;
+  if (ray_product((to_x << 16) - ray->ox, ray->ady) <
+      ray_product((to_y << 16) - ray->oy, ray->adx)) {
+    ray->v = ray_land(to_x, ray->ox, ray->adx, ray->oy, ray->ady, ray->dy_per_dx, 0, 1);
+    ray->u = to_x;
+  } else {
+    ray->u = ray_land(to_y, ray->oy, ray->ady, ray->ox, ray->adx, ray->dx_per_dy, 0, 0);
+    ray->v = to_y;
+  }
+}
 
 }  // namespace
 
@@ -70,6 +90,8 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
 }
 
 void FirstHits::WalkOneByOne(const RayGroup& rays) {
+  const bool many = rays.count >= kFewestForBoxes;
+  const FreeBoxes boxes = many ? FindFreeBoxes(rays) : FreeBoxes();
   uint32_t i = 0;
   for (uint32_t part = 0; part < rays.part_count; part++) {
     const auto& [fan, directions, count] = rays.parts[part];
@@ -78,6 +100,7 @@ void FirstHits::WalkOneByOne(const RayGroup& rays) {
       ray_t ray;
       ray_begin(&ray, rays.grid, fan->x, fan->y, static_cast<int>(fan->fraction & 0xffff),
                 static_cast<int>(fan->fraction >> 16), step.dx, step.dy);
+      LeaveBox(boxes.towards[step.dy < 0][step.dx < 0], &ray);
       const bool found = ray_next(rays.grid, rays.window, &ray);
       hits_[i] = found ? ray_pack(ray.u, ray.v) : RAY_NO_HIT;
       if (!found) {

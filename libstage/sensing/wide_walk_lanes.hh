@@ -28,8 +28,8 @@ typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typena
   const V hash = Lanes::Xor(low, Lanes::template Right<15>(low));
   const ray_super_t& first = *grid.directory;
   constexpr int64_t kWords = sizeof first / sizeof first.index;
-  const V slot = Lanes::Multiply(Lanes::And(hash, Lanes::All(grid.directory_mask)),
-                                 Lanes::All(kWords));
+  const V slot =
+      Lanes::Multiply(Lanes::And(hash, Lanes::All(grid.directory_mask)), Lanes::All(kWords));
   const V index = Lanes::Gather(&first.index, slot);
   const auto others = Lanes::Or(Lanes::Differ(x, Lanes::Gather(&first.x, slot)),
                                 Lanes::Differ(y, Lanes::Gather(&first.y, slot)));
@@ -528,9 +528,8 @@ class HitPlaces {
     const V x = Reached<Lanes>(Load(rays_.x0), u, Lanes::SignOf(Load(rays_.dx)));
     const V y = Reached<Lanes>(Load(rays_.y0), v, Lanes::SignOf(Load(rays_.dy)));
     const V super = rays_.supers.Of(taken_, x, y);
-    const V tile =
-        Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, super, x, y)),
-                   TileInRegion<Lanes>(x, y));
+    const V tile = Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, super, x, y)),
+                              TileInRegion<Lanes>(x, y));
     const V bit = Lanes::Or(Lanes::And(x, All(7)), Lanes::template Left<3>(Lanes::And(y, All(7))));
     const V slot = Lanes::Gather(tables_.tile_slots, tile);
     return Lanes::Or(Lanes::template Left<6>(slot), bit);

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The emptiness around rays' starts, against the cells one by one. That rays which leave it at once
+// find the same as others is tested in wide_walk_test.cc.
+
+#include "sensing/free_box.hh"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "support/random_source.hh"
+#include "support/terrain.hh"
+
+namespace Stg::internal::sensing {
+namespace {
+
+using test::kNoWindow;
+using test::Place;
+using test::RandomSource;
+using test::RandomWindow;
+using test::Terrain;
+
+class Starts {
+ public:
+  explicit Starts(const std::vector<point_int_t>& cells) : fans_(cells.size()) {
+    for (size_t i = 0; i < cells.size(); i++) {
+      fans_[i].x = cells[i].x;
+      fans_[i].y = cells[i].y;
+      parts_.push_back({&fans_[i], &ahead_, 1});
+    }
+  }
+  FreeBoxes Find(const ray_grid_t& view, const ray_window_t& window) const {
+    const auto count = static_cast<uint32_t>(parts_.size());
+    return FindFreeBoxes({&view, &window, parts_.data(), count, count});
+  }
+
+ private:
+  const Direction ahead_{1 << 30, 0};
+  std::vector<FanRecord> fans_;
+  std::vector<FanPart> parts_;
+};
+
+/// Whether a ray would stop in the cell.
+bool Stops(const Terrain& terrain, const ray_window_t& window, int64_t x, int64_t y) {
+  if (!terrain.Has(x, y)) return false;
+  const int64_t i = (x >> RAY_TILE_SHIFT) - window.x, k = (y >> RAY_TILE_SHIFT) - window.y;
+  if (i < 0 || k < 0 || i >= window.width || k >= window.height) return true;
+  return (window.tiles[k * window.width + i] >> ((x & 7) | (y & 7) << 3) & 1) == 0;
+}
+
+bool AnyIn(const Terrain& terrain, const ray_window_t& window, const FreeBox& box) {
+  for (int64_t y = box.min_y; y <= box.max_y; y++)
+    for (int64_t x = box.min_x; x <= box.max_x; x++)
+      if (Stops(terrain, window, x, y)) return true;
+  return false;
+}
+
+FreeBox TileOf(const point_int_t& cell) {
+  return {cell.x & ~7, cell.y & ~7, cell.x | 7, cell.y | 7};
+}
+bool IsIn(const FreeBox& a, const FreeBox& b) {
+  return a.min_x >= b.min_x && a.min_y >= b.min_y && a.max_x <= b.max_x && a.max_y <= b.max_y;
+}
+FreeBox Around(const FreeBox& a, const FreeBox& b) {
+  return {std::min(a.min_x, b.min_x), std::min(a.min_y, b.min_y), std::max(a.max_x, b.max_x),
+          std::max(a.max_y, b.max_y)};
+}
+
+/// The tiles beyond the side of the box that lies that way.
+FreeBox BeyondX(const FreeBox& box, bool back) {
+  return back ? FreeBox{box.min_x - 8, box.min_y, box.min_x - 1, box.max_y}
+              : FreeBox{box.max_x + 1, box.min_y, box.max_x + 8, box.max_y};
+}
+FreeBox BeyondY(const FreeBox& box, bool back) {
+  return back ? FreeBox{box.min_x, box.min_y - 8, box.max_x, box.min_y - 1}
+              : FreeBox{box.min_x, box.max_y + 1, box.max_x, box.max_y + 8};
+}
+
+/// What is looked at around a cell: its region and those beside it.
+FreeBox Surroundings(const point_int_t& cell) {
+  const int32_t x = (cell.x & ~63) - 64, y = (cell.y & ~63) - 64;
+  return {x, y, x + 191, y + 191};
+}
+
+/// Boxes hold the starts, hold nothing else, and could not be larger. Returns how many there are.
+int Check(const Terrain& terrain, const ray_window_t& window,
+          const std::vector<point_int_t>& starts) {
+  const FreeBoxes boxes = Starts(starts).Find(terrain.View(Terrain::kOfGrid), window);
+  const FreeBox first = TileOf(starts[0]), looked_at = Surroundings(starts[0]);
+  FreeBox wanted = first;
+  for (const point_int_t& start : starts) wanted = Around(wanted, TileOf(start));
+  if (!IsIn(wanted, looked_at) || AnyIn(terrain, window, wanted)) wanted = first;
+  const bool none = AnyIn(terrain, window, wanted);
+  int found = 0;
+  for (const bool back_y : {false, true}) {
+    for (const bool back_x : {false, true}) {
+      const FreeBox& box = boxes.towards[back_y][back_x];
+      EXPECT_EQ(box.max_x < box.min_x, none);
+      if (none) continue;
+      found++;
+      EXPECT_TRUE(IsIn(wanted, box));
+      EXPECT_FALSE(AnyIn(terrain, window, box));
+      // It has grown that way only, and as far as it can.
+      EXPECT_EQ(back_x ? box.max_x : box.min_x, back_x ? wanted.max_x : wanted.min_x);
+      EXPECT_EQ(back_y ? box.max_y : box.min_y, back_y ? wanted.max_y : wanted.min_y);
+      for (const FreeBox& beyond : {BeyondX(box, back_x), BeyondY(box, back_y)})
+        EXPECT_TRUE(!IsIn(beyond, looked_at) || AnyIn(terrain, window, beyond));
+    }
+  }
+  return found;
+}
+
+class FreeBoxAt : public ::testing::TestWithParam<Place> {
+ protected:
+  Terrain terrain_{GetParam().x, GetParam().y};
+  RandomSource random_{11};
+
+  point_int_t AnyCell() {
+    return {terrain_.x() + random_.Int(-20, Terrain::kSide + 20),
+            terrain_.y() + random_.Int(-20, Terrain::kSide + 20)};
+  }
+  /// Looks around at many places.
+  void CheckMany() {
+    int found = 0;
+    for (int i = 0; i < 150; i++) {
+      const RandomWindow hidden(&random_, terrain_);
+      const ray_window_t& window = random_.OneIn(2) ? hidden.window : kNoWindow;
+      std::vector<point_int_t> starts = {AnyCell()};
+      const int others = random_.OneIn(2) ? 0 : random_.Int(1, 5);
+      for (int k = 0; k < others; k++) {
+        const int reach = random_.OneIn(9) ? 300 : 12;
+        starts.push_back(
+            {starts[0].x + random_.Int(-reach, reach), starts[0].y + random_.Int(-reach, reach)});
+      }
+      found += Check(terrain_, window, starts);
+      ASSERT_FALSE(HasFailure()) << i << ": (" << starts[0].x << ", " << starts[0].y << ")";
+    }
+    EXPECT_GT(found, 150) << "these places prove little";
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Everywhere, FreeBoxAt, ::testing::ValuesIn(test::kBadPlaces));
+
+TEST_P(FreeBoxAt, SparseCells) {
+  terrain_.AddDust(&random_, 40);
+  CheckMany();
+}
+
+TEST_P(FreeBoxAt, SomeCells) {
+  terrain_.AddDust(&random_, 600);
+  CheckMany();
+}
+
+TEST_P(FreeBoxAt, Frames) {
+  terrain_.AddFrames(&random_, 12);
+  CheckMany();
+}
+
+TEST(FreeBox, IsThreeRegionsWideWhereThereIsNothing) {
+  const Terrain terrain(0, 0);
+  const FreeBoxes boxes = Starts({{100, 100}}).Find(terrain.View(Terrain::kOfGrid), kNoWindow);
+  const FreeBox& onward = boxes.towards[0][0];
+  EXPECT_EQ(onward.min_x, 96);
+  EXPECT_EQ(onward.max_x, 191);
+  const FreeBox& back = boxes.towards[1][1];
+  EXPECT_EQ(back.min_x, 0);
+  EXPECT_EQ(back.max_y, 103);
+}
+
+TEST(FreeBox, HasNoCellsWhereSomethingStands) {
+  Terrain terrain(0, 0);
+  terrain.Add(99, 97);
+  const FreeBoxes boxes = Starts({{100, 100}}).Find(terrain.View(Terrain::kOfGrid), kNoWindow);
+  EXPECT_LT(boxes.towards[0][0].max_x, boxes.towards[0][0].min_x);
+}
+
+}  // namespace
+}  // namespace Stg::internal::sensing
