@@ -230,11 +230,13 @@ TEST_F(MissingPluginTest, OrBrokenOne) {
 
 // ---- a device that is lost ----------------------------------------------------------------------
 
-/// Finds what a device would find, for some steps.
+/// Finds what a device would find, for some steps; of fans that don't fit it, nonsense.
 class FailingPrefilter : public Stg::internal::sensing::Prefilter {
  public:
   explicit FailingPrefilter(int steps, int times_ahead = 1000)
       : steps_left_(steps), ahead_left_(times_ahead) {}
+  /// A device that is the host's processor. `least`: becomes how few rays it was to walk.
+  FailingPrefilter(int steps, uint64_t* least) : FailingPrefilter(steps) { least_ = least; }
 
   Stg::internal::sensing::HitLists Walk(Stg::internal::grid::Grid& grid,
                                         const Stg::internal::sensing::DirectionTables&,
@@ -242,8 +244,17 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
                                         Stg::internal::sensing::WorkerPool*) override {
     if (steps_left_-- == 0) throw Stg::internal::sensing::PrefilterError("the cable was pulled");
     lists_ = Stg::test::ListHits(grid, batch, 1);
+    uint64_t rays = 0;
+    for (const Stg::internal::sensing::DeviceFan& fan : batch.device_fans()) {
+      if (fan.fits)
+        rays += fan.record.samples;
+      else
+        std::fill_n(lists_.begin() + fan.record.first_ray, fan.record.samples, 0x00030003u);
+    }
+    if (least_) *least_ = std::min(*least_, rays);
     return {lists_.data(), 1};
   }
+  bool UsesHost() const override { return least_ != nullptr; }
   void SendAhead(Stg::internal::grid::Grid&) override {
     if (ahead_left_-- == 0) throw Stg::internal::sensing::PrefilterError("the cable was pulled");
   }
@@ -254,6 +265,7 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
 
  private:
   int steps_left_, ahead_left_;
+  uint64_t* least_ = nullptr;
   std::vector<uint32_t> lists_;
   Stg::internal::sensing::PrefilterStatistics statistics_;
 };
@@ -330,6 +342,26 @@ TEST_F(FaultsTest, LooksAtTheHostChangeNothing) {
         if (part && steps > 3) {
           EXPECT_GE(with.device_steps, 4u) << robots << " " << threads;
         }
+      }
+  }
+}
+
+// A device that is the host's own processor walks a part of a batch instead.
+TEST_F(FaultsTest, LooksAtTheDeviceChangeNothing) {
+  for (const int robots : {3, 16, 17, 40, 70}) {
+    Write("crowd.world", Crowd(robots));
+    const std::string file = Path("crowd.world");
+    const uint64_t hash = TenSteps(file, nullptr).hash;
+    for (const unsigned threads : {1u, 2u, 4u})
+      for (const int steps : {0, 2, 1000}) {
+        const auto all = static_cast<uint64_t>(robots) * 90;
+        uint64_t least = all;
+        const Ended with =
+            TenSteps(file, std::make_unique<FailingPrefilter>(steps, &least), threads, false);
+        EXPECT_EQ(with.hash, hash) << robots << " robots, " << threads << " threads";
+        EXPECT_GE(with.device_steps, static_cast<uint64_t>(std::min(steps, 3)));
+        const bool part = static_cast<unsigned>(robots) >= 16 * threads;
+        EXPECT_EQ(least < all, part && steps > 0) << robots << " " << threads;
       }
   }
 }

@@ -43,7 +43,7 @@ struct BatchShare {
 struct DeviceFan {
   FanRecord record;
   grid::LayerIndex layer = 0;
-  bool fits = false;  ///< it is of a single leg and has rays
+  bool fits = false;  ///< it is of a single leg and has rays, and is not left to the host
 };
 
 class RayBatch {
@@ -77,6 +77,8 @@ class RayBatch {
   void SetLayer(uint32_t index, grid::LayerIndex layer) {
     fans_[index].layer = device_fans_[index].layer = layer;
   }
+  /// Leaves a fan to the host.
+  void KeepFromDevice(uint32_t index) { device_fans_[index].fits = false; }
   std::span<const DeviceFan> device_fans() const { return {device_fans_.data(), fan_count_}; }
   uint64_t ray_count() const { return ray_count_; }
   /// Whether a device can tell the rays apart: it has 32 bits for their numbers.

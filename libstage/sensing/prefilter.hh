@@ -36,10 +36,9 @@ class Prefilter {
  public:
   virtual ~Prefilter() = default;
 
-  /// Walks every fan of the batch that has a single leg through the rangers' layer. The lists of
-  /// other fans' rays are undefined. The result is valid until the next call. The grid's list of
-  /// changes has been used up afterwards. The threads may help to get the batch ready. Throws
-  /// PrefilterError.
+  /// Walks every fan of the batch that fits a device. The lists of other fans' rays are undefined.
+  /// The result is valid until the next call. The grid's list of changes has been used up
+  /// afterwards. The threads may help to get the batch ready. Throws PrefilterError.
   virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch,
                         WorkerPool* workers) = 0;
 

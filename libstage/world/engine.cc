@@ -58,13 +58,10 @@ void WorldEngine::TraceBatch() {
   const bool choose = can && path_ == Path::kFaster;
   const bool on_device =
       can && (choose ? chooser_.UseDevice(batch.ray_count()) : path_ == Path::kDevice);
-  if (choose && chooser_.IsLookAtHost() && LookAtHost()) {
-    EndBatch();
-    return;
-  }
+  if (choose && chooser_.IsLook() && Look(on_device)) return EndBatch();
   device_in_use_ = on_device;
   const double start = WallClock();
-  const sensing::HitLists lists = on_device ? Prefilter() : sensing::HitLists();
+  const sensing::HitLists lists = on_device ? Prefilter(batch.ray_count()) : sensing::HitLists();
   const double walked = WallClock();
   TraceFans(lists);
   const double traced = WallClock();
@@ -80,31 +77,72 @@ void WorldEngine::EndBatch() {
   scene.batch_number++;
 }
 
-/// Lets the device walk the batch, but the host some of its rays, to see how long it takes: all of
-/// them would cost much time where the device is faster. False if there are too few fans.
-bool WorldEngine::LookAtHost() {
+/// Every so many runs of a batch are for a look, the others go the usual way.
+struct WorldEngine::Looks {
+  const std::vector<sensing::FanRun>& runs;
+  size_t of;
+
+  size_t count() const { return (runs.size() + of - 1) / of; }
+  const sensing::FanRun& operator[](size_t i) const { return runs[i * of]; }
+  size_t other_count() const { return runs.size() - count(); }
+  const sensing::FanRun& Other(size_t i) const { return runs[i + i / (of - 1) + 1]; }
+};
+
+/// Traces the batch, with a part of it to see how long that takes on the path that seems to be the
+/// slower one: all of it would cost much time. False if there is no such part: there are too few
+/// fans, or what part of the time a part would take cannot be told.
+bool WorldEngine::Look(bool at_device) {
+  // A device of its own takes about as long for few rays as for many.
+  if (at_device != prefilter_->UsesHost()) return false;
   constexpr size_t kSharesOfAThread = 8, kMost = 8;
   const std::vector<sensing::FanRun>& runs = fan_order_.Of(scene.batch);
-  // One run of so many is for the host.
   const size_t of = std::min(kMost, runs.size() / (kSharesOfAThread * workers_->threads()));
   if (of < 2) return false;
-  const size_t looks = (runs.size() + of - 1) / of, others = runs.size() - looks;
-  const auto look = [&](size_t i) { return runs[i * of]; };
-  const auto other = [&](size_t i) { return runs[i + i / (of - 1) + 1]; };
+  const Looks looks{runs, of};
+  at_device ? LookAtDevice(looks) : LookAtHost(looks);
+  return true;
+}
 
+/// The device walks the batch, but the host some of its rays.
+void WorldEngine::LookAtHost(const Looks& looks) {
   const double start = WallClock();
-  const sensing::HitLists lists = Prefilter();
+  const sensing::HitLists lists = Prefilter(scene.batch.ray_count());
   const double walked = WallClock();
-  TraceRuns(sensing::HitLists(), looks, look);
+  TraceRuns(sensing::HitLists(), looks.count(), [&](size_t i) { return looks[i]; });
   const double looked = WallClock();
-  TraceRuns(lists, others, other);
+  TraceRuns(lists, looks.other_count(), [&](size_t i) { return looks.Other(i); });
   statistics.seconds.prefilter += walked - start;
   statistics.seconds.trace += WallClock() - walked;
+  if (prefilter_) chooser_.Report(looked - walked, CountRays(looks));
+}
 
+/// The host walks the batch, but the device some of its rays. What it takes to send the grid does
+/// not depend on how many these are.
+void WorldEngine::LookAtDevice(const Looks& looks) {
+  for (size_t i = 0; i < looks.other_count(); i++) {
+    const sensing::FanRun& run = looks.Other(i);
+    for (uint32_t k = 0; k < run.count; k++) scene.batch.KeepFromDevice(run.first + k);
+  }
+  const uint64_t rays = CountRays(looks);
+  const double sent_before = statistics.prefilter.send_seconds;
+  const double start = WallClock();
+  const sensing::HitLists lists = Prefilter(rays);
+  const double walked = WallClock();
+  TraceRuns(lists, looks.count(), [&](size_t i) { return looks[i]; });
+  const double looked = WallClock();
+  TraceRuns(sensing::HitLists(), looks.other_count(), [&](size_t i) { return looks.Other(i); });
+  statistics.seconds.prefilter += walked - start;
+  statistics.seconds.trace += WallClock() - walked;
+  if (!prefilter_) return;
+  const double send = statistics.prefilter.send_seconds - sent_before;
+  const double parts = static_cast<double>(scene.batch.ray_count()) / static_cast<double>(rays);
+  chooser_.Report(send + (looked - start - send) * parts);
+}
+
+uint64_t WorldEngine::CountRays(const Looks& looks) const {
   uint64_t rays = 0;
-  for (size_t i = 0; i < looks; i++) rays += CountRays(look(i));
-  if (prefilter_) chooser_.Report(looked - walked, rays);
-  return true;
+  for (size_t i = 0; i < looks.count(); i++) rays += CountRays(looks[i]);
+  return rays;
 }
 
 void WorldEngine::EndStep() {
@@ -115,12 +153,13 @@ void WorldEngine::EndStep() {
   scene.tables.Trim();
 }
 
-sensing::HitLists WorldEngine::Prefilter() {
+/// `rays`: of the fans that are not left to the host.
+sensing::HitLists WorldEngine::Prefilter(uint64_t rays) {
   try {
     const sensing::HitLists lists =
         prefilter_->Walk(scene.grid, scene.tables, scene.batch, workers_.get());
     statistics.device_steps++;
-    statistics.device_rays += scene.batch.ray_count();
+    statistics.device_rays += rays;
     statistics.prefilter = prefilter_->statistics();
     return lists;
   } catch (const sensing::PrefilterError& error) {

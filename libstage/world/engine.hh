@@ -81,11 +81,15 @@ class WorldEngine {
 
  private:
   void ShareProcessors();
-  sensing::HitLists Prefilter();
+  sensing::HitLists Prefilter(uint64_t rays);
   void SendAhead();
   void LoseDevice(const sensing::PrefilterError& error);
   void TraceFans(const sensing::HitLists& lists);
-  bool LookAtHost();
+  struct Looks;
+  bool Look(bool at_device);
+  void LookAtHost(const Looks& looks);
+  void LookAtDevice(const Looks& looks);
+  uint64_t CountRays(const Looks& looks) const;
   void EndBatch();
 
   std::unique_ptr<sensing::WorkerPool> workers_ = std::make_unique<sensing::WorkerPool>(1);

@@ -30,7 +30,7 @@ bool PathChooser::UseDevice(uint64_t rays) {
   rays_ = rays;
   batches_++;
   device_chosen_ = Choose(rays);
-  look_at_host_ = !device_chosen_ && (!host_.known() || device_faster_);
+  is_look_ = !always_ && (!host_.known() || device_chosen_ != device_faster_);
   return device_chosen_;
 }
 

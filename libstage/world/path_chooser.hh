@@ -18,8 +18,8 @@ class PathChooser {
 
   /// Whether the next batch, of so many rays, goes to the device.
   bool UseDevice(uint64_t rays);
-  /// The present batch goes to the host only to see what that takes: a part of it would do.
-  bool IsLookAtHost() const { return look_at_host_; }
+  /// The present batch goes where it goes only to see what that takes: a part of it would do.
+  bool IsLook() const { return is_look_; }
   /// What the batch took on the path that was chosen for it, or a part of it of so many rays.
   void Report(double seconds) { Report(seconds, rays_); }
   void Report(double seconds, uint64_t rays);
@@ -55,7 +55,7 @@ class PathChooser {
   Cost device_{2}, host_{0};    // what both share is warm when the host's turn comes
   bool device_faster_ = false;  // so it seems
   bool device_chosen_ = false;  // for the present batch
-  bool look_at_host_ = false;   // with the present batch
+  bool is_look_ = false;        // the present batch
   uint64_t rays_ = 0;
   double last_cost_ = 0;  // of the batch before: seconds for each ray
   uint64_t batches_ = 0;
