@@ -43,15 +43,15 @@ struct Instance {
 };
 static_assert(sizeof(Instance) == 20);
 
-/// What one sensor's rays have reached; its ranges and bearings are in arrays of their own. 28
+/// What one sensor's rays have reached; its ranges and bearings are in arrays of their own. 32
 /// bytes.
 struct FanInstance {
   float x, y, z, a;
-  uint32_t first;  ///< of its samples
+  uint32_t first_range, first_bearing;
   float longest;   ///< what infinite ranges are drawn as
   Rgba color;
 };
-static_assert(sizeof(FanInstance) == 28);
+static_assert(sizeof(FanInstance) == 32);
 
 enum class Align { kLeft, kCentre, kRight };
 enum class LabelKind { kPlain, kBubble };

@@ -264,7 +264,7 @@ void Renderer::Impl::DrawFans(const Frame& frame) {
     stream_.Fill(GL_ARRAY_BUFFER, group.fans.data(), group.fans.size() * sizeof(FanInstance));
     constexpr std::size_t kStride = sizeof(FanInstance);
     PointTo(kCorner, 4, GL_FLOAT, kStride, 0, 1);
-    PointTo(kPlace, 1, GL_UNSIGNED_INT, kStride, offsetof(FanInstance, first), 1);
+    PointTo(kPlace, 2, GL_UNSIGNED_INT, kStride, offsetof(FanInstance, first_range), 1);
     PointTo(kExtra, 1, GL_FLOAT, kStride, offsetof(FanInstance, longest), 1);
     PointTo(kColor, 4, GL_UNSIGNED_BYTE, kStride, offsetof(FanInstance, color), 1);
     glDrawArraysInstanced(GL_TRIANGLE_FAN, 0, static_cast<GLsizei>(group.samples + 1),

@@ -164,7 +164,10 @@ void Scene::Begin(const Job& job) {
     batch.translucent.clear();
     batch.footprints.clear();
   }
-  for (FanGroup& group : f.fans) group.fans.clear();
+  for (FanGroup& group : f.fans) {
+    group.fans.clear();
+    group.last = nullptr;
+  }
   f.ranges.clear();
   f.bearings.clear();
   f.visuals.clear();
@@ -328,22 +331,37 @@ void Scene::AddFans(const Job& job, const Item& item) {
     DrawSensor(sensor, number, place, job.view.options,
                {&frame_.floor, &frame_.data, &frame_.over});
     const size_t count = sensor.ranges.size();
-    if (!job.view.options[Show::kRangerArea] || count < 2 || sensor.bearings.size() != count)
-      continue;
-    FanGroup* group = nullptr;
-    for (FanGroup& g : frame_.fans)
-      if (g.samples == count) group = &g;
-    if (!group) {
-      frame_.fans.push_back({static_cast<uint32_t>(count), {}});
-      group = &frame_.fans.back();
-    }
-    group->fans.push_back({static_cast<float>(place.x), static_cast<float>(place.y),
-                           static_cast<float>(place.z), static_cast<float>(place.a),
-                           static_cast<uint32_t>(frame_.ranges.size()), static_cast<float>(reach),
-                           ToRgba(sensor.color).WithOpacity(0.1)});
-    for (const double range : sensor.ranges) frame_.ranges.push_back(static_cast<float>(range));
-    for (const double b : sensor.bearings) frame_.bearings.push_back(static_cast<float>(b));
+    if (job.view.options[Show::kRangerArea] && count >= 2 && sensor.bearings.size() == count)
+      AddFan(sensor, place, reach);
   }
+}
+
+/// Most sensors of a scene are of one kind. Their bearings are the same then, and not looked at:
+/// they follow from the field of view.
+void Scene::AddFan(const ModelRanger::Sensor& sensor, const Pose& place, double reach) {
+  const auto append = [](const std::vector<double>& from, std::vector<float>* to) {
+    const size_t first = to->size();
+    to->resize(first + from.size());
+    std::transform(from.begin(), from.end(), to->begin() + static_cast<std::ptrdiff_t>(first),
+                   [](double number) { return static_cast<float>(number); });
+    return static_cast<uint32_t>(first);
+  };
+  FanGroup& group = GroupOf(static_cast<uint32_t>(sensor.ranges.size()));
+  const bool known = group.last && group.last->fov == sensor.fov;
+  const uint32_t bearings =
+      known ? group.fans.back().first_bearing : append(sensor.bearings, &frame_.bearings);
+  group.last = &sensor;
+  group.fans.push_back({static_cast<float>(place.x), static_cast<float>(place.y),
+                        static_cast<float>(place.z), static_cast<float>(place.a),
+                        append(sensor.ranges, &frame_.ranges), bearings, static_cast<float>(reach),
+                        ToRgba(sensor.color).WithOpacity(0.1)});
+}
+
+FanGroup& Scene::GroupOf(uint32_t samples) {
+  for (FanGroup& group : frame_.fans)
+    if (group.samples == samples) return group;
+  frame_.fans.push_back({samples, {}, nullptr});
+  return frame_.fans.back();
 }
 
 }  // namespace Stg::draw

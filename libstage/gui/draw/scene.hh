@@ -20,6 +20,7 @@
 #include "gui/view/projection.hh"
 #include "gui/view/view_state.hh"
 #include "models/model.hh"
+#include "models/ranger.hh"
 
 namespace Stg {
 class StripPlotVis;
@@ -47,6 +48,7 @@ struct BodyBatch {
 struct FanGroup {
   uint32_t samples = 0;
   std::vector<FanInstance> fans;
+  const ModelRanger::Sensor* last = nullptr;  ///< whose rays were added last
 };
 
 /// A strip chart, in pixels from the lower left corner.
@@ -143,6 +145,8 @@ class Scene {
   void AddData(const Job& job);
   void AddVisuals(const Job& job, const Item& item);
   void AddFans(const Job& job, const Item& item);
+  void AddFan(const ModelRanger::Sensor& sensor, const Pose& place, double reach);
+  FanGroup& GroupOf(uint32_t samples);
   void AddChart(StripPlotVis& plot);
 
   const World* world_ = nullptr;

@@ -48,16 +48,16 @@ inline constexpr char kFanVertex[] = R"(#version 140
 uniform mat4 matrix;
 uniform samplerBuffer ranges, bearings;
 in vec4 corner;
-in uint place;
+in uvec2 place;
 in float extra;
 in vec4 color;
 out vec4 shade;
 void main() {
   vec2 end = vec2(0.0);
   if (gl_VertexID > 0) {
-    int sample_index = int(place) + gl_VertexID - 1;
-    float heading = corner.w + texelFetch(bearings, sample_index).r;
-    end = min(texelFetch(ranges, sample_index).r, extra) * vec2(cos(heading), sin(heading));
+    ivec2 samples = ivec2(place) + gl_VertexID - 1;
+    float heading = corner.w + texelFetch(bearings, samples.y).r;
+    end = min(texelFetch(ranges, samples.x).r, extra) * vec2(cos(heading), sin(heading));
   }
   gl_Position = matrix * vec4(corner.xy + end, corner.z, 1.0);
   shade = color;
