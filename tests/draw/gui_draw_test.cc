@@ -212,12 +212,15 @@ TEST(SceneTest, FansAreOfSubscribedRangersInView) {
   Step(*world, 3);
   const Frame& frame = onlooker.Look(*world);
   ASSERT_EQ(onlooker.scene.fans_in_view(), 1u);
-  EXPECT_EQ(frame.fans[0].samples, 7u);
-  const std::vector<double>& ranges = eye->GetSensors()[0].ranges;
-  ASSERT_EQ(frame.ranges.size(), 7u);
-  for (size_t i = 0; i < 7; i++) EXPECT_FLOAT_EQ(frame.ranges[i], static_cast<float>(ranges[i]));
-  EXPECT_LT(frame.ranges[3], 5);  // the other robot
-  EXPECT_FLOAT_EQ(frame.bearings[0], static_cast<float>(-M_PI / 2));
+  const ModelRanger::Sensor& sensor = eye->GetSensors()[0];
+  ASSERT_LT(sensor.ranges[3], 5);  // the other robot
+  ASSERT_EQ(frame.tips.size(), frame.fans[0].tips);
+  ASSERT_GE(frame.tips.size(), 7u);  // none of them is next to a line between others
+  for (size_t i = 0; i < 7; i++) {
+    EXPECT_NEAR(frame.tips[i].x, sensor.ranges[i] * std::cos(sensor.bearings[i]), 1e-5);
+    EXPECT_NEAR(frame.tips[i].y, sensor.ranges[i] * std::sin(sensor.bearings[i]), 1e-5);
+  }
+  for (size_t i = 7; i < frame.tips.size(); i++) EXPECT_EQ(frame.tips[i].y, frame.tips[6].y);
   onlooker.view.options.Set(Show::kRangerArea, false);
   onlooker.Look(*world);
   EXPECT_EQ(onlooker.scene.fans_in_view(), 0u);

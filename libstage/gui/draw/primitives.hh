@@ -43,15 +43,13 @@ struct Instance {
 };
 static_assert(sizeof(Instance) == 20);
 
-/// What one sensor's rays have reached; its ranges and bearings are in arrays of their own. 32
-/// bytes.
+/// What one sensor's rays have reached; where these end is in an array of its own. 24 bytes.
 struct FanInstance {
   float x, y, z, a;
-  uint32_t first_range, first_bearing;
-  float longest;   ///< what infinite ranges are drawn as
+  uint32_t first;  ///< of its tips
   Rgba color;
 };
-static_assert(sizeof(FanInstance) == 32);
+static_assert(sizeof(FanInstance) == 24);
 
 enum class Align { kLeft, kCentre, kRight };
 enum class LabelKind { kPlain, kBubble };

@@ -55,7 +55,7 @@ class Renderer::Impl {
   void DrawVisuals(const Frame& frame);
   void DrawStallIcons(const Frame& frame);
   void DrawScreen(const Frame& frame);
-  void SendTexture(GLenum unit, GLuint* texture, GlBuffer* buffer, const std::vector<float>& data);
+  void SendTips(const std::vector<Tip>& tips);
   void SendAtlas();
   GpuShape& Upload(const std::shared_ptr<const Shape>& shape);
   void DropOldShapes();
@@ -63,10 +63,10 @@ class Renderer::Impl {
 
   bool ready_ = false, failed_ = false;
   std::string error_;
-  GLuint arrays_ = 0, atlas_ = 0, range_texture_ = 0, bearing_texture_ = 0;
+  GLuint arrays_ = 0, atlas_ = 0, tip_texture_ = 0;
   unsigned atlas_version_ = 0;
   GlProgram body_, plain_, fan_, floor_, text_;
-  GlBuffer stream_, instances_, ranges_, bearings_;
+  GlBuffer stream_, instances_, tips_;
   std::unordered_map<uint64_t, GpuShape> shapes_;
   std::vector<Instance> all_instances_;
   std::vector<Vertex> icons_;
@@ -113,9 +113,9 @@ bool Renderer::Impl::Prepare(std::string* error) {
 
 void Renderer::Impl::Forget() {
   kept_.Forget();
-  stream_ = instances_ = ranges_ = bearings_ = GlBuffer();
+  stream_ = instances_ = tips_ = GlBuffer();
   body_ = plain_ = fan_ = floor_ = text_ = GlProgram();
-  arrays_ = atlas_ = range_texture_ = bearing_texture_ = 0;
+  arrays_ = atlas_ = tip_texture_ = 0;
   shapes_.clear();
   ready_ = failed_ = false;
 }
@@ -242,38 +242,32 @@ void Renderer::Impl::DrawFloor(const Frame& frame) {
   ForgetAttributes();
 }
 
-void Renderer::Impl::SendTexture(GLenum unit, GLuint* texture, GlBuffer* buffer,
-                                 const std::vector<float>& data) {
-  buffer->Fill(GL_TEXTURE_BUFFER, data.data(), data.size() * sizeof(float));
-  if (*texture == 0) glGenTextures(1, texture);
-  glActiveTexture(GL_TEXTURE0 + unit);
-  glBindTexture(GL_TEXTURE_BUFFER, *texture);
-  glTexBuffer(GL_TEXTURE_BUFFER, GL_R32F, buffer->id());
+void Renderer::Impl::SendTips(const std::vector<Tip>& tips) {
+  tips_.Fill(GL_TEXTURE_BUFFER, tips.data(), tips.size() * sizeof(Tip));
+  if (tip_texture_ == 0) glGenTextures(1, &tip_texture_);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_BUFFER, tip_texture_);
+  glTexBuffer(GL_TEXTURE_BUFFER, GL_RG32F, tips_.id());
 }
 
 void Renderer::Impl::DrawFans(const Frame& frame) {
-  if (frame.ranges.empty()) return;
+  if (frame.tips.empty()) return;
   fan_.Use();
   fan_.SetMatrix(frame.projection->both());
-  fan_.Set("ranges", 0);
-  fan_.Set("bearings", 1);
-  SendTexture(0, &range_texture_, &ranges_, frame.ranges);
-  SendTexture(1, &bearing_texture_, &bearings_, frame.bearings);
+  fan_.Set("tips", 0);
+  SendTips(frame.tips);
   for (const FanGroup& group : frame.fans) {
     if (group.fans.empty()) continue;
     stream_.Fill(GL_ARRAY_BUFFER, group.fans.data(), group.fans.size() * sizeof(FanInstance));
     constexpr std::size_t kStride = sizeof(FanInstance);
     PointTo(kCorner, 4, GL_FLOAT, kStride, 0, 1);
-    PointTo(kPlace, 2, GL_UNSIGNED_INT, kStride, offsetof(FanInstance, first_range), 1);
-    PointTo(kExtra, 1, GL_FLOAT, kStride, offsetof(FanInstance, longest), 1);
+    PointTo(kPlace, 1, GL_UNSIGNED_INT, kStride, offsetof(FanInstance, first), 1);
     PointTo(kColor, 4, GL_UNSIGNED_BYTE, kStride, offsetof(FanInstance, color), 1);
-    glDrawArraysInstanced(GL_TRIANGLE_FAN, 0, static_cast<GLsizei>(group.samples + 1),
+    glDrawArraysInstanced(GL_TRIANGLE_FAN, 0, static_cast<GLsizei>(group.tips + 1),
                           static_cast<GLsizei>(group.fans.size()));
     CountCall();
   }
   ForgetAttributes();
-  glBindTexture(GL_TEXTURE_BUFFER, 0);
-  glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_BUFFER, 0);
 }
 

@@ -164,12 +164,8 @@ void Scene::Begin(const Job& job) {
     batch.translucent.clear();
     batch.footprints.clear();
   }
-  for (FanGroup& group : f.fans) {
-    group.fans.clear();
-    group.last = nullptr;
-  }
-  f.ranges.clear();
-  f.bearings.clear();
+  for (FanGroup& group : f.fans) group.fans.clear();
+  f.tips.clear();
   f.visuals.clear();
   f.stalled.clear();
   f.chart_count = 0;
@@ -336,31 +332,36 @@ void Scene::AddFans(const Job& job, const Item& item) {
   }
 }
 
-/// Most sensors of a scene are of one kind. Their bearings are the same then, and not looked at:
-/// they follow from the field of view.
 void Scene::AddFan(const ModelRanger::Sensor& sensor, const Pose& place, double reach) {
-  const auto append = [](const std::vector<double>& from, std::vector<float>* to) {
-    const size_t first = to->size();
-    to->resize(first + from.size());
-    std::transform(from.begin(), from.end(), to->begin() + static_cast<std::ptrdiff_t>(first),
-                   [](double number) { return static_cast<float>(number); });
-    return static_cast<uint32_t>(first);
-  };
-  FanGroup& group = GroupOf(static_cast<uint32_t>(sensor.ranges.size()));
-  const bool known = group.last && group.last->fov == sensor.fov;
-  const uint32_t bearings =
-      known ? group.fans.back().first_bearing : append(sensor.bearings, &frame_.bearings);
-  group.last = &sensor;
-  group.fans.push_back({static_cast<float>(place.x), static_cast<float>(place.y),
-                        static_cast<float>(place.z), static_cast<float>(place.a),
-                        append(sensor.ranges, &frame_.ranges), bearings, static_cast<float>(reach),
-                        ToRgba(sensor.color).WithOpacity(0.1)});
+  constexpr double kInvisible = 0.5;  // pixels
+  constexpr size_t kStep = 16;         // so that there are few groups
+  const double pixel = frame_.projection->PixelAt(point3_t(place.x, place.y, place.z));
+  const size_t first = frame_.tips.size();
+  const size_t tips = AppendOutline(sensor.ranges, DirectionsOf(sensor), static_cast<float>(reach),
+                                    static_cast<float>(kInvisible * pixel), &frame_.tips);
+  const size_t wanted = (tips + kStep - 1) / kStep * kStep;
+  frame_.tips.resize(first + wanted, frame_.tips.back());
+  GroupOf(wanted).fans.push_back({static_cast<float>(place.x), static_cast<float>(place.y),
+                                  static_cast<float>(place.z), static_cast<float>(place.a),
+                                  static_cast<uint32_t>(first),
+                                  ToRgba(sensor.color).WithOpacity(0.1)});
 }
 
-FanGroup& Scene::GroupOf(uint32_t samples) {
+/// Most sensors of a scene are of one kind. Its bearings follow from the field of view.
+const Directions& Scene::DirectionsOf(const ModelRanger::Sensor& sensor) {
+  constexpr size_t kMost = 64;
+  for (const SensorKind& kind : kinds_)
+    if (kind.fov == sensor.fov && kind.directions.x.size() == sensor.bearings.size())
+      return kind.directions;
+  if (kinds_.size() == kMost) kinds_.clear();
+  kinds_.push_back({sensor.fov, draw::DirectionsOf(sensor.bearings)});
+  return kinds_.back().directions;
+}
+
+FanGroup& Scene::GroupOf(size_t tips) {
   for (FanGroup& group : frame_.fans)
-    if (group.samples == samples) return group;
-  frame_.fans.push_back({samples, {}, nullptr});
+    if (group.tips == tips) return group;
+  frame_.fans.push_back({tips, {}});
   return frame_.fans.back();
 }
 

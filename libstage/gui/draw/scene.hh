@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "gui/draw/fan_outline.hh"
 #include "gui/draw/primitives.hh"
 #include "gui/draw/shape.hh"
 #include "gui/view/projection.hh"
@@ -44,11 +45,11 @@ struct BodyBatch {
   std::vector<Instance> footprints;  ///< to be drawn flat, on the floor
 };
 
-/// Sensors with the same number of samples.
+/// Outlines of about the same number of tips: of so many, as the last one may be there several
+/// times.
 struct FanGroup {
-  uint32_t samples = 0;
+  std::size_t tips = 0;
   std::vector<FanInstance> fans;
-  const ModelRanger::Sensor* last = nullptr;  ///< whose rays were added last
 };
 
 /// A strip chart, in pixels from the lower left corner.
@@ -82,7 +83,7 @@ struct Frame {
   Painting solid;  ///< flags, arrows, boxes
   Painting marks;  ///< of the selection, and grids of models: translucent
   std::vector<FanGroup> fans;
-  std::vector<float> ranges, bearings;
+  std::vector<Tip> tips;
   Painting data;  ///< translucent, behind what is higher
   std::vector<ClientVisual> visuals;
   std::vector<point3_t> stalled;  ///< places of the stall icons
@@ -146,13 +147,19 @@ class Scene {
   void AddVisuals(const Job& job, const Item& item);
   void AddFans(const Job& job, const Item& item);
   void AddFan(const ModelRanger::Sensor& sensor, const Pose& place, double reach);
-  FanGroup& GroupOf(uint32_t samples);
+  const Directions& DirectionsOf(const ModelRanger::Sensor& sensor);
+  FanGroup& GroupOf(std::size_t tips);
   void AddChart(StripPlotVis& plot);
 
   const World* world_ = nullptr;
   uint64_t family_ = 0, bodies_ = 0;  // what the engine's counts of changes were
   std::vector<Item> items_;           // parents before their children
   ShapeStore shapes_;
+  struct SensorKind {
+    double fov;
+    Directions directions;
+  };
+  std::vector<SensorKind> kinds_;
   double lowest_ = 0, highest_ = 1;  // of the bodies of the last frame, metres
   std::size_t bodies_in_view_ = 0;
   Frame frame_;

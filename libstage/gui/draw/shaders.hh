@@ -46,18 +46,17 @@ void main() {
 /// rays. corner: the sensor's pose; place: its first sample; extra: its longest range.
 inline constexpr char kFanVertex[] = R"(#version 140
 uniform mat4 matrix;
-uniform samplerBuffer ranges, bearings;
+uniform samplerBuffer tips;
 in vec4 corner;
-in uvec2 place;
-in float extra;
+in uint place;
 in vec4 color;
 out vec4 shade;
 void main() {
   vec2 end = vec2(0.0);
   if (gl_VertexID > 0) {
-    ivec2 samples = ivec2(place) + gl_VertexID - 1;
-    float heading = corner.w + texelFetch(bearings, samples.y).r;
-    end = min(texelFetch(ranges, samples.x).r, extra) * vec2(cos(heading), sin(heading));
+    vec2 tip = texelFetch(tips, int(place) + gl_VertexID - 1).rg;
+    float c = cos(corner.w), s = sin(corner.w);
+    end = vec2(tip.x * c - tip.y * s, tip.x * s + tip.y * c);
   }
   gl_Position = matrix * vec4(corner.xy + end, corner.z, 1.0);
   shade = color;

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/draw/fan_outline.hh"
+
+#include <algorithm>
+#include <cmath>
+
+namespace Stg::draw {
+
+namespace {
+
+/// The lines from a point that pass others by no more than a tolerance: those between two slopes,
+/// as seen along the way to the first of these.
+class Sheaf {
+ public:
+  Sheaf(const Tip& from, float tolerance) : from_(from), tolerance_(tolerance) {}
+
+  /// Whether a line to this point passes those before it; if so, it has to be passed from now on.
+  bool Take(const Tip& point) {
+    const float x = point.x - from_.x, y = point.y - from_.y;
+    if (ahead_.x == 0 && ahead_.y == 0) return TakeFirst(x, y);
+    const float along = ahead_.x * x + ahead_.y * y, beside = ahead_.x * y - ahead_.y * x;
+    // One that lies farther back would leave out the end of what sticks out.
+    if ((along < farthest_) | (beside < least_ * along) | (beside > greatest_ * along))
+      return false;
+    farthest_ = along;
+    const float share = 1 / along;
+    least_ = std::max(least_, (beside - tolerance_) * share);
+    greatest_ = std::min(greatest_, (beside + tolerance_) * share);
+    return true;
+  }
+
+ private:
+  /// Those that are as near as the tolerance are passed by any line.
+  bool TakeFirst(float x, float y) {
+    const float distance = std::sqrt(x * x + y * y);
+    if (!(distance > tolerance_)) return true;
+    ahead_ = {x / distance, y / distance};
+    farthest_ = distance;
+    greatest_ = tolerance_ / distance;
+    least_ = -greatest_;
+    return true;
+  }
+
+  Tip from_, ahead_{0, 0};  // the latter: a unit vector
+  float tolerance_;
+  float farthest_ = 0;  // of the points taken, ahead
+  float least_ = 0, greatest_ = 0;
+};
+
+/// Takes points one after the other and leaves out what it can.
+class Outline {
+ public:
+  /// Where a few rays end that are next to each other.
+  static constexpr std::size_t kBlock = 8;
+  struct Block {
+    float x[kBlock], y[kBlock];
+  };
+
+  /// Half of the tolerance is for what leaves out blocks, half for what leaves out their ends.
+  Outline(const Tip& first, float tolerance, std::vector<Tip>* tips)
+      : tips_(*tips), tolerance_(tolerance / 2), sheaf_(first, tolerance_), last_(first) {
+    tips_.push_back(first);
+  }
+
+  void Add(const Tip& next) {
+    if (!sheaf_.Take(next)) {
+      tips_.push_back(last_);
+      sheaf_ = Sheaf(last_, tolerance_);
+      sheaf_.Take(next);
+    }
+    last_ = next;
+  }
+  void Add(const Block& block) {
+    if (IsStraight(block)) return Add(Tip{block.x[kBlock - 1], block.y[kBlock - 1]});
+    for (std::size_t i = 0; i < kBlock; i++) Add(Tip{block.x[i], block.y[i]});
+  }
+  void End() { tips_.push_back(last_); }
+
+ private:
+  /// Whether its points lie along the line from the last point to its own last one. Without
+  /// branches, so that the compiler takes several at once.
+  bool IsStraight(const Block& block) const {
+    const float x = block.x[kBlock - 1] - last_.x, y = block.y[kBlock - 1] - last_.y;
+    const float square = x * x + y * y, most = tolerance_ * tolerance_ * square;
+    int astray = square == 0;
+    for (std::size_t i = 0; i < kBlock; i++) {
+      const float px = block.x[i] - last_.x, py = block.y[i] - last_.y;
+      const float beside = x * py - y * px, along = x * px + y * py;
+      astray |= (beside * beside > most) | (along < 0) | (along > square);
+    }
+    return astray == 0;
+  }
+
+  std::vector<Tip>& tips_;
+  const float tolerance_;
+  Sheaf sheaf_;
+  Tip last_;
+};
+
+}  // namespace
+
+Directions DirectionsOf(const std::vector<double>& bearings) {
+  Directions directions;
+  for (const double bearing : bearings) {
+    directions.x.push_back(static_cast<float>(std::cos(bearing)));
+    directions.y.push_back(static_cast<float>(std::sin(bearing)));
+  }
+  return directions;
+}
+
+std::size_t AppendOutline(const std::vector<double>& ranges, const Directions& directions,
+                          float longest, float tolerance, std::vector<Tip>* tips) {
+  if (ranges.empty()) return 0;
+  const float* const x = directions.x.data();
+  const float* const y = directions.y.data();
+  const auto range = [&](std::size_t i) {
+    return std::min(static_cast<float>(ranges[i]), longest);
+  };
+  const auto tip = [&](std::size_t i) { return Tip{range(i) * x[i], range(i) * y[i]}; };
+  const std::size_t before = tips->size();
+  Outline outline(tip(0), tolerance, tips);
+  std::size_t i = 1;
+  for (; i + Outline::kBlock <= ranges.size(); i += Outline::kBlock) {
+    Outline::Block block;
+    for (std::size_t k = 0; k < Outline::kBlock; k++) {
+      const float r = range(i + k);
+      block.x[k] = r * x[i + k];
+      block.y[k] = r * y[i + k];
+    }
+    outline.Add(block);
+  }
+  for (; i < ranges.size(); i++) outline.Add(tip(i));
+  if (ranges.size() > 1) outline.End();
+  return tips->size() - before;
+}
+
+}  // namespace Stg::draw
