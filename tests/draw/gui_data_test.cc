@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "gui/draw/painter.hh"
 #include "gui/draw/scene.hh"
 #include "gui/draw/screen_writer.hh"
 #include "model_testing.hh"
@@ -133,6 +134,30 @@ TEST_F(DataTest, AxisNumbersDoNotCoverEachOther) {
   spaced.AddAxisNumbers(scene_.frame().floor, *scene_.frame().projection);
   EXPECT_FALSE(all.vertices().empty());
   EXPECT_EQ(spaced.vertices().size(), all.vertices().size());  // there is room from above
+}
+
+/// Labels of what is in view are in view.
+TEST_F(DataTest, LabelsDoNotStickOut) {
+  Font font;
+  std::string error;
+  if (!font.Open(12, &error)) GTEST_SKIP() << error;
+  const view::Projection projection = *Look("model ()").projection;
+  for (const bool right : {true, false}) {
+    double x = 0;
+    const auto pixel = [&] { return projection.ToPixels(point3_t(x, 0, 0))->x; };
+    while (pixel() > 3 && pixel() < kWidth - 3) x += right ? 0.01 : -0.01;
+    for (const Align align : {Align::kLeft, Align::kCentre, Align::kRight}) {
+      Painting painting;
+      Painter(&painting).Text(point3_t(x, 0, 0), "of some length", align);
+      ScreenWriter writer(&font);
+      writer.AddLabels(painting, projection);
+      ASSERT_FALSE(writer.vertices().empty());
+      for (const TextVertex& v : writer.vertices()) {
+        EXPECT_GE(v.x, -1);
+        EXPECT_LE(v.x, kWidth + 1);
+      }
+    }
+  }
 }
 
 /// Values that jump up and down are one line, a pixel wide everywhere.

@@ -264,6 +264,21 @@ TEST(SceneTest, RaysOfTheSelectedRobotShowHitsAndLeaps) {
   EXPECT_TRUE(stopped);
 }
 
+TEST(SceneTest, RaysOfASensorThatNobodyListensToAreDrawnToTheirEnds) {
+  const auto world = LoadText(kRangers);
+  Step(*world, 3);
+  ASSERT_TRUE(Find<ModelRanger>(*world, "b.ranger:0")->GetSensors()[0].ranges.empty());
+  Onlooker onlooker;
+  onlooker.view.options.Set(Show::kRays, true);
+  onlooker.selection.last = Find<>(*world, "b");
+  const Frame& frame = onlooker.Look(*world);
+  EXPECT_GE(frame.over.lines.size(), 2u * 7);
+  double farthest = 0;
+  for (const Vertex& v : frame.over.lines)
+    farthest = std::max(farthest, std::hypot(double{v.x} - 2, double{v.y}));
+  EXPECT_GT(farthest, 2.5) << "behind the other robot";
+}
+
 // ---- trails -------------------------------------------------------------------------------------
 
 TEST(SceneTest, FootprintsGetFainterWithAge) {

@@ -73,6 +73,11 @@ XServer::XServer(const std::vector<std::string>& options) {
 XServer::~XServer() {
   if (pid_ <= 0) return;
   kill(pid_, SIGTERM);
+  for (int tries = 0; tries < 100; tries++) {
+    if (waitpid(pid_, nullptr, WNOHANG) != 0) return;
+    poll(nullptr, 0, 50);
+  }
+  kill(pid_, SIGKILL);  // it would hold up the tests for ever
   waitpid(pid_, nullptr, 0);
 }
 

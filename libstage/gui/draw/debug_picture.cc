@@ -116,10 +116,19 @@ class RayPicture {
     const ray_window_t hidden{batch.window_words().data() + window.first, window.x, window.y,
                               window.width, window.height};
     z_ = fan.z;
-    const size_t count = std::min(sensor.ranges.size(), sensor.bearings.size());
-    for (size_t i = 0; i < count; i += (count + kMostRays - 1) / kMostRays)
-      DrawRay(fan, grid.View(fan.layer), hidden, sensing::MakeDirection(sensor.bearings[i]),
-              sensor.ranges[i]);
+    // Nobody may listen to the sensor: then its rays are drawn to their ends.
+    const bool has_data = !sensor.ranges.empty() && sensor.bearings.size() == sensor.ranges.size();
+    const size_t count = has_data ? sensor.ranges.size() : sensor.sample_count;
+    for (size_t i = 0; i < count; i += (count + kMostRays - 1) / kMostRays) {
+      const double bearing = has_data ? sensor.bearings[i] : BearingOf(sensor, i);
+      DrawRay(fan, grid.View(fan.layer), hidden, sensing::MakeDirection(bearing),
+              has_data ? sensor.ranges[i] : range);
+    }
+  }
+
+  static double BearingOf(const ModelRanger::Sensor& sensor, size_t sample) {
+    const double fov = std::isfinite(sensor.fov) ? sensor.fov : 0;
+    return sensing::SampleBearing(fov, sensor.sample_count, static_cast<uint32_t>(sample));
   }
 
   /// The first leg: that is all of it but for very long rays.

@@ -17,6 +17,11 @@ constexpr double kLeastClockWidth = 200;  // pixels
 constexpr Rgba kPaleBlue = {204, 204, 255, 255}, kPink = {255, 204, 204, 255};
 constexpr Rgba kGlass = {255, 255, 255, 215};
 
+/// How much of a text lies before the place that it is aligned to.
+double ShareOf(Align align) {
+  return align == Align::kLeft ? 0 : align == Align::kCentre ? 0.5 : 1;
+}
+
 }  // namespace
 
 void ScreenWriter::AddTriangle(double ax, double ay, double bx, double by, double cx, double cy,
@@ -62,8 +67,7 @@ void ScreenWriter::AddBubble(std::string_view text, double x, double y) {
 
 void ScreenWriter::AddText(std::string_view text, double x, double y, const Rgba& color,
                            Align align) {
-  const double share = align == Align::kLeft ? 0 : align == Align::kCentre ? 0.5 : 1;
-  if (share > 0) x -= share * font_.Width(text);
+  if (align != Align::kLeft) x -= ShareOf(align) * font_.Width(text);
   font_.Append(text, x, y, color, &vertices_);
 }
 
@@ -88,13 +92,10 @@ std::vector<std::string_view> ScreenWriter::BreakLines(std::string_view text, do
 
 void ScreenWriter::AddParagraph(std::string_view text, const TextBox& box, const Rgba& color) {
   const double infinite = std::numeric_limits<double>::infinity();
-  const auto share = [](Align align) {
-    return align == Align::kLeft ? 0 : align == Align::kCentre ? 0.5 : 1;
-  };
   const auto lines = BreakLines(text, box.wrap ? box.x.max - box.x.min : infinite);
   const double height = font_.height() * static_cast<double>(lines.size());
-  const double x = box.x.min + share(box.across) * (box.x.max - box.x.min);
-  double y = box.y.min + share(box.up) * (box.y.max - box.y.min - height) + height;
+  const double x = box.x.min + ShareOf(box.across) * (box.x.max - box.x.min);
+  double y = box.y.min + ShareOf(box.up) * (box.y.max - box.y.min - height) + height;
   for (const std::string_view line : lines) {
     y -= font_.height();
     AddText(line, x, y + font_.descent(), color, box.across);
@@ -107,10 +108,15 @@ void ScreenWriter::AddLabels(const Painting& painting, const view::Projection& p
         projection.ToPixels(point3_t(double{label.x}, double{label.y}, double{label.z}));
     if (!at || at->z < 0 || at->z > 1) continue;
     const std::string_view text = painting.TextOf(label);
-    if (label.kind == LabelKind::kBubble)
+    if (label.kind == LabelKind::kBubble) {
       AddBubble(text, at->x, at->y);
-    else
-      AddText(text, at->x, at->y, label.color, label.align);
+      continue;
+    }
+    const double width = font_.Width(text), canvas = projection.width();
+    double x = at->x - ShareOf(label.align) * width;
+    // What is in view has its label in view.
+    if (at->x >= 0 && at->x <= canvas) x = std::clamp(x, 0.0, std::max(canvas - width, 0.0));
+    AddText(text, x, at->y, label.color);
   }
 }
 
