@@ -86,12 +86,13 @@ class WorkerPool {
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   Bed workers_bed_, caller_bed_;
-  std::atomic<uint64_t> generation_{0};  // of jobs
+  // Who waits for the next job looks at these all the time: nothing else is on their cache line.
+  alignas(64) std::atomic<uint64_t> generation_{0};  // of jobs
   std::atomic<bool> stop_{false};
-  std::atomic<unsigned> busy_{0};
   std::atomic<unsigned> looks_{0};  // before going to sleep
+  alignas(64) std::atomic<unsigned> busy_{0};
 
-  const Job* job_ = nullptr;
+  alignas(64) const Job* job_ = nullptr;
   size_t grain_ = 1;
   std::vector<Share> shares_;  // one for each thread
 };
