@@ -334,7 +334,7 @@ void Scene::AddFans(const Job& job, const Item& item) {
 
 void Scene::AddFan(const ModelRanger::Sensor& sensor, const Pose& place, double reach) {
   constexpr double kInvisible = 0.5;  // pixels
-  constexpr size_t kStep = 16;         // so that there are few groups
+  constexpr size_t kStep = 16;        // so that there are few groups
   const double pixel = frame_.projection->PixelAt(point3_t(place.x, place.y, place.z));
   const size_t first = frame_.tips.size();
   const size_t tips = AppendOutline(sensor.ranges, DirectionsOf(sensor), static_cast<float>(reach),
