@@ -99,43 +99,36 @@ bool WorldEngine::Look(bool at_device) {
   const size_t of = std::min(kMost, runs.size() / (kSharesOfAThread * workers_->threads()));
   if (of < 2) return false;
   const Looks looks{runs, of};
-  at_device ? LookAtDevice(looks) : LookAtHost(looks);
+  if (CountRays(looks) == 0) return false;
+  if (at_device) KeepOthersFromDevice(looks);
+  TraceLooks(looks, at_device);
   return true;
 }
 
-/// The device walks the batch, but the host some of its rays.
-void WorldEngine::LookAtHost(const Looks& looks) {
-  const double start = WallClock();
-  const sensing::HitLists lists = Prefilter(scene.batch.ray_count());
-  const double walked = WallClock();
-  TraceRuns(sensing::HitLists(), looks.count(), [&](size_t i) { return looks[i]; });
-  const double looked = WallClock();
-  TraceRuns(lists, looks.other_count(), [&](size_t i) { return looks.Other(i); });
-  statistics.seconds.prefilter += walked - start;
-  statistics.seconds.trace += WallClock() - walked;
-  if (prefilter_) chooser_.Report(looked - walked, CountRays(looks));
-}
-
-/// The host walks the batch, but the device some of its rays. What it takes to send the grid does
-/// not depend on how many these are.
-void WorldEngine::LookAtDevice(const Looks& looks) {
+void WorldEngine::KeepOthersFromDevice(const Looks& looks) {
   for (size_t i = 0; i < looks.other_count(); i++) {
     const sensing::FanRun& run = looks.Other(i);
     for (uint32_t k = 0; k < run.count; k++) scene.batch.KeepFromDevice(run.first + k);
   }
-  const uint64_t rays = CountRays(looks);
+}
+
+void WorldEngine::TraceLooks(const Looks& looks, bool at_device) {
+  const uint64_t rays = CountRays(looks), all = scene.batch.ray_count();
   const double sent_before = statistics.prefilter.send_seconds;
   const double start = WallClock();
-  const sensing::HitLists lists = Prefilter(rays);
+  const sensing::HitLists lists = Prefilter(at_device ? rays : all), none;
   const double walked = WallClock();
-  TraceRuns(lists, looks.count(), [&](size_t i) { return looks[i]; });
+  TraceRuns(at_device ? lists : none, looks.count(), [&](size_t i) { return looks[i]; });
   const double looked = WallClock();
-  TraceRuns(sensing::HitLists(), looks.other_count(), [&](size_t i) { return looks.Other(i); });
+  TraceRuns(at_device ? none : lists, looks.other_count(),
+            [&](size_t i) { return looks.Other(i); });
   statistics.seconds.prefilter += walked - start;
   statistics.seconds.trace += WallClock() - walked;
-  if (!prefilter_) return;
+  if (!prefilter_) return;  // it has just been lost
+  if (!at_device) return chooser_.Report(looked - walked, rays);
+  // What it takes to send the grid does not depend on how many rays there are.
   const double send = statistics.prefilter.send_seconds - sent_before;
-  const double parts = static_cast<double>(scene.batch.ray_count()) / static_cast<double>(rays);
+  const double parts = static_cast<double>(all) / static_cast<double>(rays);
   chooser_.Report(send + (looked - start - send) * parts);
 }
 

@@ -87,8 +87,8 @@ class WorldEngine {
   void TraceFans(const sensing::HitLists& lists);
   struct Looks;
   bool Look(bool at_device);
-  void LookAtHost(const Looks& looks);
-  void LookAtDevice(const Looks& looks);
+  void KeepOthersFromDevice(const Looks& looks);
+  void TraceLooks(const Looks& looks, bool at_device);
   uint64_t CountRays(const Looks& looks) const;
   void EndBatch();
 

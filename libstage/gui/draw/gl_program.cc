@@ -35,7 +35,6 @@ bool GlProgram::Build(const char* name, const char* vertex, const char* fragment
     glBindAttribLocation(program_, kCorner, "corner");
     glBindAttribLocation(program_, kColor, "color");
     glBindAttribLocation(program_, kPlace, "place");
-    glBindAttribLocation(program_, kExtra, "extra");
     glLinkProgram(program_);
     GLint good = 0;
     glGetProgramiv(program_, GL_LINK_STATUS, &good);
@@ -91,7 +90,7 @@ void PointTo(Attribute attribute, GLint count, GLenum type, std::size_t stride, 
 }
 
 void ForgetAttributes() {
-  for (const Attribute attribute : {kCorner, kColor, kPlace, kExtra}) {
+  for (const Attribute attribute : {kCorner, kColor, kPlace}) {
     glDisableVertexAttribArray(attribute);
     glVertexAttribDivisor(attribute, 0);
   }

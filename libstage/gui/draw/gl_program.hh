@@ -18,7 +18,7 @@
 namespace Stg::draw {
 
 /// The attributes of all programs, by number.
-enum Attribute : GLuint { kCorner = 0, kColor = 1, kPlace = 2, kExtra = 3 };
+enum Attribute : GLuint { kCorner = 0, kColor = 1, kPlace = 2 };
 
 class GlProgram {
  public:
