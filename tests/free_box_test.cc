@@ -17,6 +17,7 @@
 namespace Stg::internal::sensing {
 namespace {
 
+using grid::CellBox;
 using test::kNoWindow;
 using test::Place;
 using test::RandomSource;
@@ -51,36 +52,36 @@ bool Stops(const Terrain& terrain, const ray_window_t& window, int64_t x, int64_
   return (window.tiles[k * window.width + i] >> ((x & 7) | (y & 7) << 3) & 1) == 0;
 }
 
-bool AnyIn(const Terrain& terrain, const ray_window_t& window, const FreeBox& box) {
+bool AnyIn(const Terrain& terrain, const ray_window_t& window, const CellBox& box) {
   for (int64_t y = box.min_y; y <= box.max_y; y++)
     for (int64_t x = box.min_x; x <= box.max_x; x++)
       if (Stops(terrain, window, x, y)) return true;
   return false;
 }
 
-FreeBox TileOf(const point_int_t& cell) {
+CellBox TileOf(const point_int_t& cell) {
   return {cell.x & ~7, cell.y & ~7, cell.x | 7, cell.y | 7};
 }
-bool IsIn(const FreeBox& a, const FreeBox& b) {
+bool IsIn(const CellBox& a, const CellBox& b) {
   return a.min_x >= b.min_x && a.min_y >= b.min_y && a.max_x <= b.max_x && a.max_y <= b.max_y;
 }
-FreeBox Around(const FreeBox& a, const FreeBox& b) {
+CellBox Around(const CellBox& a, const CellBox& b) {
   return {std::min(a.min_x, b.min_x), std::min(a.min_y, b.min_y), std::max(a.max_x, b.max_x),
           std::max(a.max_y, b.max_y)};
 }
 
 /// The tiles beyond the side of the box that lies that way.
-FreeBox BeyondX(const FreeBox& box, bool back) {
-  return back ? FreeBox{box.min_x - 8, box.min_y, box.min_x - 1, box.max_y}
-              : FreeBox{box.max_x + 1, box.min_y, box.max_x + 8, box.max_y};
+CellBox BeyondX(const CellBox& box, bool back) {
+  return back ? CellBox{box.min_x - 8, box.min_y, box.min_x - 1, box.max_y}
+              : CellBox{box.max_x + 1, box.min_y, box.max_x + 8, box.max_y};
 }
-FreeBox BeyondY(const FreeBox& box, bool back) {
-  return back ? FreeBox{box.min_x, box.min_y - 8, box.max_x, box.min_y - 1}
-              : FreeBox{box.min_x, box.max_y + 1, box.max_x, box.max_y + 8};
+CellBox BeyondY(const CellBox& box, bool back) {
+  return back ? CellBox{box.min_x, box.min_y - 8, box.max_x, box.min_y - 1}
+              : CellBox{box.min_x, box.max_y + 1, box.max_x, box.max_y + 8};
 }
 
 /// What is looked at around a cell: its region and those beside it.
-FreeBox Surroundings(const point_int_t& cell) {
+CellBox Surroundings(const point_int_t& cell) {
   const int32_t x = (cell.x & ~63) - 64, y = (cell.y & ~63) - 64;
   return {x, y, x + 191, y + 191};
 }
@@ -89,15 +90,15 @@ FreeBox Surroundings(const point_int_t& cell) {
 int Check(const Terrain& terrain, const ray_window_t& window,
           const std::vector<point_int_t>& starts) {
   const FreeBoxes boxes = Starts(starts).Find(terrain.View(Terrain::kOfGrid), window);
-  const FreeBox first = TileOf(starts[0]), looked_at = Surroundings(starts[0]);
-  FreeBox wanted = first;
+  const CellBox first = TileOf(starts[0]), looked_at = Surroundings(starts[0]);
+  CellBox wanted = first;
   for (const point_int_t& start : starts) wanted = Around(wanted, TileOf(start));
   if (!IsIn(wanted, looked_at) || AnyIn(terrain, window, wanted)) wanted = first;
   const bool none = AnyIn(terrain, window, wanted);
   int found = 0;
   for (const bool back_y : {false, true}) {
     for (const bool back_x : {false, true}) {
-      const FreeBox& box = boxes.towards[back_y][back_x];
+      const CellBox& box = boxes.towards[back_y][back_x];
       EXPECT_EQ(box.max_x < box.min_x, none);
       if (none) continue;
       found++;
@@ -106,7 +107,7 @@ int Check(const Terrain& terrain, const ray_window_t& window,
       // It has grown that way only, and as far as it can.
       EXPECT_EQ(back_x ? box.max_x : box.min_x, back_x ? wanted.max_x : wanted.min_x);
       EXPECT_EQ(back_y ? box.max_y : box.min_y, back_y ? wanted.max_y : wanted.min_y);
-      for (const FreeBox& beyond : {BeyondX(box, back_x), BeyondY(box, back_y)})
+      for (const CellBox& beyond : {BeyondX(box, back_x), BeyondY(box, back_y)})
         EXPECT_TRUE(!IsIn(beyond, looked_at) || AnyIn(terrain, window, beyond));
     }
   }
@@ -161,10 +162,10 @@ TEST_P(FreeBoxAt, Frames) {
 TEST(FreeBox, IsThreeRegionsWideWhereThereIsNothing) {
   const Terrain terrain(0, 0);
   const FreeBoxes boxes = Starts({{100, 100}}).Find(terrain.View(Terrain::kOfGrid), kNoWindow);
-  const FreeBox& onward = boxes.towards[0][0];
+  const CellBox& onward = boxes.towards[0][0];
   EXPECT_EQ(onward.min_x, 96);
   EXPECT_EQ(onward.max_x, 191);
-  const FreeBox& back = boxes.towards[1][1];
+  const CellBox& back = boxes.towards[1][1];
   EXPECT_EQ(back.min_x, 0);
   EXPECT_EQ(back.max_y, 103);
 }

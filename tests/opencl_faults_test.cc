@@ -40,6 +40,9 @@ class FaultsTest : public CliTest {
     ASSERT_NE(plain_, "");
   }
 
+  template <typename F>
+  void ForEachCrowd(F f);
+
   static std::string HashOf(const Result& result) {
     const size_t at = result.out.find("state-hash ");
     return at == std::string::npos ? "" : result.out.substr(at, 27);
@@ -325,45 +328,47 @@ std::string Crowd(int robots) {
   return text;
 }
 
-// Where the choice is free, the host walks a part of a batch to see what that takes; in a small
-// crowd, or with many threads, a whole batch.
-TEST_F(FaultsTest, LooksAtTheHostChangeNothing) {
+/// Calls f(robots, threads, file, hash without a device) for crowds of several sizes.
+template <typename F>
+void FaultsTest::ForEachCrowd(F f) {
   for (const int robots : {3, 16, 17, 40, 70}) {
     Write("crowd.world", Crowd(robots));
     const std::string file = Path("crowd.world");
     const uint64_t hash = TenSteps(file, nullptr).hash;
-    for (const unsigned threads : {1u, 2u, 4u})
-      for (const int steps : {2, 3, 4, 1000}) {  // lost before, in and after the look
-        const Ended with =
-            TenSteps(file, std::make_unique<FailingPrefilter>(steps), threads, false);
-        EXPECT_EQ(with.hash, hash) << robots << " robots, " << threads << " threads";
-        EXPECT_GE(with.device_steps, static_cast<uint64_t>(std::min(steps, 3)));
-        const bool part = static_cast<unsigned>(robots) >= 16 * threads;
-        if (part && steps > 3) {
-          EXPECT_GE(with.device_steps, 4u) << robots << " " << threads;
-        }
-      }
+    for (const unsigned threads : {1u, 2u, 4u}) f(robots, threads, file, hash);
   }
+}
+
+// Where the choice is free, the host walks a part of a batch to see what that takes; in a small
+// crowd, or with many threads, a whole batch.
+TEST_F(FaultsTest, LooksAtTheHostChangeNothing) {
+  ForEachCrowd([](int robots, unsigned threads, const std::string& file, uint64_t hash) {
+    for (const int steps : {2, 3, 4, 1000}) {  // lost before, in and after the look
+      const Ended with = TenSteps(file, std::make_unique<FailingPrefilter>(steps), threads, false);
+      EXPECT_EQ(with.hash, hash) << robots << " robots, " << threads << " threads";
+      EXPECT_GE(with.device_steps, static_cast<uint64_t>(std::min(steps, 3)));
+      const bool part = static_cast<unsigned>(robots) >= 16 * threads;
+      if (part && steps > 3) {
+        EXPECT_GE(with.device_steps, 4u) << robots << " " << threads;
+      }
+    }
+  });
 }
 
 // A device that is the host's own processor walks a part of a batch instead.
 TEST_F(FaultsTest, LooksAtTheDeviceChangeNothing) {
-  for (const int robots : {3, 16, 17, 40, 70}) {
-    Write("crowd.world", Crowd(robots));
-    const std::string file = Path("crowd.world");
-    const uint64_t hash = TenSteps(file, nullptr).hash;
-    for (const unsigned threads : {1u, 2u, 4u})
-      for (const int steps : {0, 2, 1000}) {
-        const auto all = static_cast<uint64_t>(robots) * 90;
-        uint64_t least = all;
-        const Ended with =
-            TenSteps(file, std::make_unique<FailingPrefilter>(steps, &least), threads, false);
-        EXPECT_EQ(with.hash, hash) << robots << " robots, " << threads << " threads";
-        EXPECT_GE(with.device_steps, static_cast<uint64_t>(std::min(steps, 3)));
-        const bool part = static_cast<unsigned>(robots) >= 16 * threads;
-        EXPECT_EQ(least < all, part && steps > 0) << robots << " " << threads;
-      }
-  }
+  ForEachCrowd([](int robots, unsigned threads, const std::string& file, uint64_t hash) {
+    for (const int steps : {0, 2, 1000}) {
+      const auto all = static_cast<uint64_t>(robots) * 90;
+      uint64_t least = all;
+      const Ended with =
+          TenSteps(file, std::make_unique<FailingPrefilter>(steps, &least), threads, false);
+      EXPECT_EQ(with.hash, hash) << robots << " robots, " << threads << " threads";
+      EXPECT_GE(with.device_steps, static_cast<uint64_t>(std::min(steps, 3)));
+      const bool part = static_cast<unsigned>(robots) >= 16 * threads;
+      EXPECT_EQ(least < all, part && steps > 0) << robots << " " << threads;
+    }
+  });
 }
 
 TEST_F(FaultsTest, DeviceLostWhileChangesAreSentBesideCallbacks) {

@@ -26,7 +26,7 @@ constexpr uint32_t kFewestForLanes = 4;
 constexpr uint32_t kFewestForBoxes = 16;
 
 /// Sets the ray to where it leaves the box: a leap of ray_next(). It begins anywhere.
-void LeaveBox(const FreeBox& box, ray_t* ray) {
+void LeaveBox(const grid::CellBox& box, ray_t* ray) {
   const int left = ray->x0 - box.min_x, right = box.max_x - ray->x0;
   const int below = ray->y0 - box.min_y, above = box.max_y - ray->y0;
   if ((left | right | below | above) < 0) return;

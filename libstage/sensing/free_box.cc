@@ -8,13 +8,10 @@ namespace Stg::internal::sensing {
 
 namespace {
 
+using grid::CellBox;
+
 /// What is looked at: the region in the middle and those around it.
 constexpr int kRegions = 3, kTiles = 8 * kRegions;
-
-/// Some tiles of what is looked at, counted from its corner.
-struct TileBox {
-  int min_x, min_y, max_x, max_y;
-};
 
 /// Tiles min to max of a row.
 uint32_t Between(int min, int max) {
@@ -23,7 +20,8 @@ uint32_t Between(int min, int max) {
   return (uint32_t{2} << max) - (uint32_t{1} << min);
 }
 
-/// Which tiles around a cell are occupied.
+/// Which tiles around a cell are occupied. Boxes are in tiles, counted from the corner of what is
+/// looked at.
 class Surroundings {
  public:
   Surroundings(const ray_grid_t& grid, int32_t x, int32_t y)
@@ -39,12 +37,16 @@ class Surroundings {
   int RowOf(int32_t y) const { return (y >> RAY_TILE_SHIFT) - 8 * region_y_; }
   /// One bit for each tile of the row.
   uint32_t row(int y) const { return rows_[y]; }
-  bool IsFree(const TileBox& box) const {
-    uint32_t occupied = 0;
-    for (int y = box.min_y; y <= box.max_y; y++) occupied |= rows_[y];
-    return (occupied & Between(box.min_x, box.max_x)) == 0;
+  /// One bit for each column in which something is, in the rows of the box.
+  uint32_t Columns(const CellBox& box) const {
+    uint32_t columns = 0;
+    for (int y = box.min_y; y <= box.max_y; y++) columns |= rows_[y];
+    return columns;
   }
-  FreeBox InCells(const TileBox& box) const {
+  bool IsFree(const CellBox& box) const {
+    return (Columns(box) & Between(box.min_x, box.max_x)) == 0;
+  }
+  CellBox InCells(const CellBox& box) const {
     const int32_t x = 8 * region_x_, y = 8 * region_y_;
     return {(x + box.min_x) * 8, (y + box.min_y) * 8, (x + box.max_x) * 8 + 7,
             (y + box.max_y) * 8 + 7};
@@ -95,11 +97,10 @@ class Surroundings {
 };
 
 /// The box grown tile by tile towards the signs of x and y, as far as there is nothing.
-TileBox Grown(const Surroundings& around, TileBox box, int x, int y) {
+CellBox Grown(const Surroundings& around, CellBox box, int x, int y) {
   int* const far_x = x > 0 ? &box.max_x : &box.min_x;
   int* const far_y = y > 0 ? &box.max_y : &box.min_y;
-  uint32_t columns = 0;  // occupied ones
-  for (int row = box.min_y; row <= box.max_y; row++) columns |= around.row(row);
+  uint32_t columns = around.Columns(box);
   const auto inside = [](int tile) { return tile >= 0 && tile < kTiles; };
   for (bool grows_x = true, grows_y = true; grows_x || grows_y;) {
     grows_x = grows_x && inside(*far_x + x) && (columns >> (*far_x + x) & 1) == 0;
@@ -113,15 +114,15 @@ TileBox Grown(const Surroundings& around, TileBox box, int x, int y) {
 
 /// The tiles that the rays start in; only that of the first if others are too far off, or if there
 /// is something among them.
-TileBox StartsOf(const RayGroup& rays, const Surroundings& around) {
+CellBox StartsOf(const RayGroup& rays, const Surroundings& around) {
   const auto tile_of = [&](const FanRecord& fan) {
     const int x = around.ColumnOf(fan.x), y = around.RowOf(fan.y);
-    return TileBox{x, y, x, y};
+    return CellBox{x, y, x, y};
   };
-  const TileBox first = tile_of(*rays.parts[0].fan);
-  TileBox all = first;
+  const CellBox first = tile_of(*rays.parts[0].fan);
+  CellBox all = first;
   for (uint32_t i = 1; i < rays.part_count; i++) {
-    const TileBox tile = tile_of(*rays.parts[i].fan);
+    const CellBox tile = tile_of(*rays.parts[i].fan);
     all = {std::min(all.min_x, tile.min_x), std::min(all.min_y, tile.min_y),
            std::max(all.max_x, tile.max_x), std::max(all.max_y, tile.max_y)};
   }
@@ -135,7 +136,7 @@ FreeBoxes FindFreeBoxes(const RayGroup& rays) {
   const FanRecord& first = *rays.parts[0].fan;
   Surroundings around(*rays.grid, first.x, first.y);
   around.Hide(*rays.window);
-  const TileBox starts = StartsOf(rays, around);
+  const CellBox starts = StartsOf(rays, around);
   FreeBoxes boxes;
   if (!around.IsFree(starts)) return boxes;
   for (const int back_y : {0, 1})

@@ -217,17 +217,17 @@ class ReadyRays : public RayStarts<Lanes> {
   void LeaveFreeBox(const Slant<Lanes>& ray, uint32_t first) {
     const M back_x = Lanes::Greater(All(0), Lanes::Load(this->dx + first));
     const M back_y = Lanes::Greater(All(0), Lanes::Load(this->dy + first));
-    const auto side = [&](int32_t FreeBox::*of) {
-      const auto row = [&](const FreeBox(&boxes)[2]) {
+    const auto side = [&](int32_t grid::CellBox::*of) {
+      const auto row = [&](const grid::CellBox(&boxes)[2]) {
         return Lanes::Select(back_x, All(boxes[1].*of), All(boxes[0].*of));
       };
       return Lanes::Select(back_y, row(free_.towards[1]), row(free_.towards[0]));
     };
     const V x = Lanes::Load(this->x0 + first), y = Lanes::Load(this->y0 + first), one = All(1);
-    const V left = Lanes::Subtract(x, side(&FreeBox::min_x));
-    const V right = Lanes::Subtract(side(&FreeBox::max_x), x);
-    const V below = Lanes::Subtract(y, side(&FreeBox::min_y));
-    const V above = Lanes::Subtract(side(&FreeBox::max_y), y);
+    const V left = Lanes::Subtract(x, side(&grid::CellBox::min_x));
+    const V right = Lanes::Subtract(side(&grid::CellBox::max_x), x);
+    const V below = Lanes::Subtract(y, side(&grid::CellBox::min_y));
+    const V above = Lanes::Subtract(side(&grid::CellBox::max_y), y);
     const V to_x = Lanes::Add(Lanes::Select(back_x, left, right), one);
     const V to_y = Lanes::Add(Lanes::Select(back_y, below, above), one);
     const M in_x = Lanes::Greater(Lanes::Multiply(Offset<Lanes>(to_y, ray.oy), ray.adx),
