@@ -44,7 +44,7 @@ class ClPrefilter : public sensing::Prefilter {
   };
   static constexpr uint32_t kNoGroup = 0xffffffffu;
   // Fans that one thread puts into their groups.
-  static constexpr std::size_t kBlock = 256;
+  static constexpr std::size_t kBlock = 64;
   static std::size_t CountBlocks(std::size_t fans) { return (fans + kBlock - 1) / kBlock; }
 
   void SendGrid(const grid::Grid& grid);

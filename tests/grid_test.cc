@@ -137,7 +137,7 @@ class Checked {
       ASSERT_NE(grid_.FindRegion(cell.first, cell.second), 0u);
       ASSERT_EQ(list, test::BodiesAt(grid_, cell.first, cell.second));
       TilePart part = test::PartOfCell(cell.first, cell.second);
-      part.slot = grid_.FindTileSlot(part);
+      ASSERT_TRUE(grid_.FindSlots(std::span(&part, 1)));
       ASSERT_EQ(grid_.Crowded(part) != 0, list.size() > 1);
     }
     for (const Entry& entry : entries_) {

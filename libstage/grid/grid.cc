@@ -3,8 +3,10 @@
 #include "grid/grid.hh"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace Stg::internal::grid {
 
@@ -31,7 +33,7 @@ CellBox SquareBox(int32_t x, int32_t y, int shift) {
 
 }  // namespace
 
-Grid::Grid() : tile_cells_(1), regions_(1), tile_slots_(kTilesPerRegion, 0), supers_(1) {
+Grid::Grid() : tiles_(kTilesPerRegion), regions_(1), supers_(1) {
   region_tables_.resize(kRegionsPerSuper, 0);
   MakeLayer(Layer::kAll, 0, false);
   RebuildDirectory();
@@ -67,42 +69,34 @@ void Grid::RemoveBody(BodyId id) {
 
 void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to, Edit* edit) {
   if (edit == nullptr) edit = &own_edit_;
+  if (!edit->shared) MakeSlots(to);
   size_t next = 0;
   const auto erase_next = [&] {
-    const TilePart& part = from[next++];
-    EraseFrom(part.slot, part.cells, id, edit);
-    DropOrNoteEmpty(part.slot, edit);
+    EraseFrom(from[next].slot, from[next].cells, id, edit);
+    next++;
   };
-  for (TilePart& part : to) {
+  for (const TilePart& part : to) {
     while (next < from.size() && from[next].ComesBefore(part)) erase_next();
     if (next == from.size() || !from[next].SameTile(part)) {
-      part.slot = PrepareSlot(part, edit);
       DrawIn(part.slot, part.cells, id, edit);
       continue;
     }
-    part.slot = from[next].slot;
     const uint64_t before = from[next++].cells;
     // Where nobody else is, there is no order to keep.
-    const uint64_t stays = before & part.cells & ~tile_cells_[part.slot].crowded;
+    const uint64_t stays = before & part.cells & ~tiles_[part.slot].crowded;
     EraseFrom(part.slot, before & ~stays, id, edit);
     DrawIn(part.slot, part.cells & ~stays, id, edit);
   }
   while (next < from.size()) erase_next();
-}
-
-/// The slot of the part's tile, made if need be.
-uint32_t Grid::PrepareSlot(const TilePart& part, Edit* edit) {
-  const int32_t x = part.x << RAY_TILE_SHIFT, y = part.y << RAY_TILE_SHIFT;
-  const uint32_t region = MakeRegion(x, y, edit), tile = TileOf(x, y);
-  const uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
-  return slot != 0 ? slot : MakeTile(region, tile);
+  if (!edit->shared) DropRegionsIfManyAreEmpty();
 }
 
 void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
-  TileCells& tile = tile_cells_[slot];
+  TileCells& tile = tiles_[slot];
   const Body& body = bodies_[id];
   if (!body.exact()) edit->drawn_cells += std::popcount(bits);
+  if (tile.cells == 0) CountFilledTile(slot, edit);
   if (tile.cells == 0 || (tile.bodies == id + 1 && (tile.cells & bits) == 0)) {
     tile.bodies = id + 1;
   } else {
@@ -112,31 +106,38 @@ void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
     tile.crowded |= bits & tile.cells;
   }
   tile.cells |= bits;
-  ForEachBit(body.layers,
-             [&](uint32_t layer) { layers_[layer].cells.Set(tile.region, tile.tile, bits); });
+  SetBits(body.layers, slot, bits);
 }
 
-/// The tile stays, even if it runs empty.
 void Grid::EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
-  TileCells& tile = tile_cells_[slot];
+  TileCells& tile = tiles_[slot];
   const Body& body = bodies_[id];
   if (!body.exact()) edit->drawn_cells -= std::popcount(bits);
-  const uint64_t crowded = bits & tile.crowded, alone = bits & ~tile.crowded;
+  const uint64_t crowded = bits & tile.crowded, alone = bits & ~crowded;
   tile.cells &= ~alone;
-  ForEachBit(body.layers,
-             [&](uint32_t layer) { layers_[layer].cells.Clear(tile.region, tile.tile, alone); });
+  if (tile.cells == 0) CountEmptiedTile(slot, edit);
+  ClearBits(body.layers, slot, alone);
   if (!(tile.bodies & kSeveral)) {
     if (tile.cells == 0) tile.bodies = 0;
     return;
   }
   CellLists& lists = ListsOf(&tile, edit);
   ForEachBit(crowded, [&](uint32_t bit) {
-    RemoveFrom(&lists[bit], id, edit);
-    if (!(lists[bit] & kSeveral)) tile.crowded &= ~(uint64_t{1} << bit);
-    ClearWhereNobodyIsLeft(tile, bit, body.layers);
+    BodyList& list = lists[bit];
+    RemoveFrom(&list, id, edit);
+    if (!(list & kSeveral)) tile.crowded &= ~(uint64_t{1} << bit);
+    ClearBits(LayersWithoutOthers(list, body.layers), slot, uint64_t{1} << bit);
   });
   DropListsOfOneBody(&tile, edit);
+}
+
+void Grid::SetBits(uint32_t layers, uint32_t slot, uint64_t bits) {
+  ForEachBit(layers, [&](uint32_t layer) { layers_[layer].cells.Set(slot, bits); });
+}
+
+void Grid::ClearBits(uint32_t layers, uint32_t slot, uint64_t bits) {
+  ForEachBit(layers, [&](uint32_t layer) { layers_[layer].cells.Clear(slot, bits); });
 }
 
 /// The lists of the tile's cells, made if there was one body so far.
@@ -164,24 +165,13 @@ void Grid::DropListsOfOneBody(TileCells* tile, Edit* edit) {
   lists_.Give(index, edit->lists());
 }
 
-/// Of a cell in which others are left: clears its bit in those of the layers that show none of
-/// them.
-void Grid::ClearWhereNobodyIsLeft(const TileCells& tile, uint32_t bit, uint32_t layers) {
-  AnyOf(lists_[tile.bodies & ~kSeveral][bit], [&](BodyId other) {
+/// Those of the layers that show nobody of a list.
+uint32_t Grid::LayersWithoutOthers(BodyList list, uint32_t layers) const {
+  AnyOf(list, [&](BodyId other) {
     layers &= ~bodies_[other].layers;
     return layers == 0;
   });
-  ForEachBit(layers, [&](uint32_t layer) {
-    layers_[layer].cells.Clear(tile.region, tile.tile, uint64_t{1} << bit);
-  });
-}
-
-void Grid::DropOrNoteEmpty(uint32_t slot, Edit* edit) {
-  if (tile_cells_[slot].cells != 0) return;
-  if (edit->shared)
-    edit->emptied.push_back(slot);
-  else
-    DropTile(slot);
+  return layers;
 }
 
 void Grid::Append(BodyList* list, BodyId id, Edit* edit) {
@@ -236,10 +226,7 @@ void Grid::BeginSharedEdit(size_t parts, size_t cells, std::vector<Edit>* edits)
   lists_.BeginSharing(parts, edits->size());
   // A cell takes two nodes at most: where there was one body, both move to a list.
   nodes_.BeginSharing(2 * cells, edits->size());
-  for (Edit& edit : *edits) {
-    edit.shared = true;
-    edit.region = 0;
-  }
+  for (Edit& edit : *edits) edit.shared = true;
 }
 
 void Grid::EndSharedEdit(std::vector<Edit>* edits) {
@@ -248,25 +235,10 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
   for (Edit& edit : *edits) {
     lists_.TakeBack(edit.lists());
     nodes_.TakeBack(edit.nodes());
-    for (const uint32_t slot : edit.emptied) DropTileIfEmpty(slot);
-    edit.emptied.clear();
-    own_edit_.drawn_cells += edit.drawn_cells;
-    edit.drawn_cells = 0;
+    own_edit_.drawn_cells += std::exchange(edit.drawn_cells, 0);
+    own_edit_.empty_regions += std::exchange(edit.empty_regions, 0);
   }
-  for (const uint32_t slot : prepared_tiles_) DropTileIfEmpty(slot);
-  prepared_tiles_.clear();
-}
-
-void Grid::PrepareTile(const TilePart& part) {
-  const uint32_t slot = PrepareSlot(part, &own_edit_);
-  if (tile_cells_[slot].cells == 0) prepared_tiles_.push_back(slot);
-}
-
-/// A tile that ran empty may be in use again, or may have been dropped before.
-void Grid::DropTileIfEmpty(uint32_t slot) {
-  const TileCells& tile = tile_cells_[slot];
-  const bool in_use = tile_slots_[std::size_t{tile.region} * kTilesPerRegion + tile.tile] == slot;
-  if (in_use && tile.cells == 0) DropTile(slot);
+  DropRegionsIfManyAreEmpty();
 }
 
 void Grid::RefreshBit(CellRef cell) {
@@ -275,54 +247,54 @@ void Grid::RefreshBit(CellRef cell) {
     occupied_in |= bodies_[id].layers;
     return false;
   });
-  const TileCells& tile = tile_cells_[cell >> 6];
+  const auto slot = static_cast<uint32_t>(cell >> 6);
   const uint64_t bit = uint64_t{1} << (cell & 63);
-  for (LayerIndex i = 0; i < layers_.size(); i++) {
-    if (occupied_in >> i & 1)
-      layers_[i].cells.Set(tile.region, tile.tile, bit);
-    else
-      layers_[i].cells.Clear(tile.region, tile.tile, bit);
-  }
+  const uint32_t all = static_cast<uint32_t>((uint64_t{1} << layers_.size()) - 1);
+  SetBits(occupied_in, slot, bit);
+  ClearBits(all & ~occupied_in, slot, bit);
 }
 
 void Grid::Coordinates(CellRef cell, int32_t* x, int32_t* y) const {
-  const TileCells& cells = tile_cells_[cell >> 6];
-  const Region& region = regions_[cells.region];
+  const Region& region = regions_[cell >> 12];
   const Super& super = supers_[region.super];
-  *x = super.x << RAY_SUPER_SHIFT |
-       static_cast<int32_t>((region.place & 15) << RAY_REGION_SHIFT |
-                            (cells.tile & 7u) << RAY_TILE_SHIFT | (cell & 7));
-  *y = super.y << RAY_SUPER_SHIFT |
-       static_cast<int32_t>((region.place >> 4) << RAY_REGION_SHIFT |
-                            (cells.tile >> 3u) << RAY_TILE_SHIFT | (cell >> 3 & 7));
+  const auto coordinate = [&](int32_t s, uint32_t r, CellRef tile, CellRef bit) {
+    return s << RAY_SUPER_SHIFT |
+           static_cast<int32_t>(r << RAY_REGION_SHIFT | (tile & 7) << RAY_TILE_SHIFT | (bit & 7));
+  };
+  *x = coordinate(super.x, region.place & 15, cell >> 6, cell);
+  *y = coordinate(super.y, region.place >> 4, cell >> 9, cell >> 3);
 }
 
-// ---- tiles, regions, superregions ---------------------------------------------------------------
+// ---- regions, superregions ----------------------------------------------------------------------
 
-uint32_t Grid::MakeTile(uint32_t region, uint32_t tile) {
-  uint32_t slot;
-  if (!free_tiles_.empty()) {
-    slot = free_tiles_.back();
-    free_tiles_.pop_back();
-  } else {
-    slot = static_cast<uint32_t>(tile_cells_.size());
-    tile_cells_.emplace_back();
+bool Grid::FindSlots(std::span<TilePart> parts) const {
+  bool all = true;
+  FillInSlots(parts, [&](int32_t x, int32_t y) {
+    const uint32_t region = FindRegion(x, y);
+    all &= region != 0;
+    return region;
+  });
+  return all;
+}
+
+void Grid::MakeSlots(std::span<TilePart> parts) {
+  FillInSlots(parts, [&](int32_t x, int32_t y) { return MakeRegion(x, y); });
+}
+
+/// Fills in the parts' slots; region_of(x, y) gives the region of a cell, 0 if there is none.
+template <typename F>
+void Grid::FillInSlots(std::span<TilePart> parts, F region_of) {
+  constexpr int kShift = RAY_REGION_SHIFT - RAY_TILE_SHIFT;
+  const TilePart* before = nullptr;
+  uint32_t region = 0;
+  for (TilePart& part : parts) {
+    const int32_t x = part.x << RAY_TILE_SHIFT, y = part.y << RAY_TILE_SHIFT;
+    const bool same = before != nullptr && before->x >> kShift == part.x >> kShift &&
+                      before->y >> kShift == part.y >> kShift;
+    if (!same) region = region_of(x, y);
+    part.slot = region == 0 ? 0 : region * kTilesPerRegion + TileOf(x, y);
+    before = &part;
   }
-  tile_cells_[slot] = {.cells = 0, .crowded = 0, .bodies = 0, .region = region, .tile = tile};
-  tile_slots_[std::size_t{region} * kTilesPerRegion + tile] = slot;
-  if (regions_[region].tiles++ == 0) empty_regions_--;
-  return slot;
-}
-
-void Grid::DropTile(uint32_t slot) {
-  const TileCells& cells = tile_cells_[slot];
-  tile_slots_[std::size_t{cells.region} * kTilesPerRegion + cells.tile] = 0;
-  free_tiles_.push_back(slot);
-  if (--regions_[cells.region].tiles != 0) return;
-  empty_regions_++;
-  // Robots leave regions and come back all the time: drop empty ones only when there are many.
-  const size_t in_use = regions_.size() - 1 - free_regions_.size();
-  if (empty_regions_ > 256 && empty_regions_ > in_use / 2) DropEmptyRegions();
 }
 
 uint32_t Grid::FindRegion(int32_t x, int32_t y) const {
@@ -335,32 +307,27 @@ uint32_t Grid::FindRegion(int32_t x, int32_t y) const {
   return region_tables_[super * kRegionsPerSuper + static_cast<uint32_t>(place)];
 }
 
-uint32_t Grid::MakeRegion(int32_t x, int32_t y, Edit* edit) {
-  const int32_t rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
-  if (edit->region != 0 && rx == edit->region_x && ry == edit->region_y) return edit->region;
+uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
   uint32_t region = FindRegion(x, y);
-  if (region == 0) {
-    const uint32_t super = MakeSuper(x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
-    if (!free_regions_.empty()) {
-      region = free_regions_.back();
-      free_regions_.pop_back();
-    } else {
-      region = static_cast<uint32_t>(regions_.size());
-      regions_.emplace_back();
-      tile_slots_.resize(regions_.size() * kTilesPerRegion, 0);
-      for (Layer& layer : layers_) layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
-    }
-    const uint32_t place = static_cast<uint32_t>(((ry & 15) << 4) | (rx & 15));
-    regions_[region] = {super, place, 0};
-    region_tables_[super * kRegionsPerSuper + place] = region;
-    supers_[super].regions++;
-    empty_regions_++;
-    Include(&occupied_, SquareBox(rx, ry, RAY_REGION_SHIFT));
-    structure_version_++;
+  if (region != 0) return region;
+  const uint32_t super = MakeSuper(x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
+  if (!free_regions_.empty()) {
+    region = free_regions_.back();
+    free_regions_.pop_back();
+  } else {
+    region = static_cast<uint32_t>(regions_.size());
+    regions_.emplace_back();
+    tiles_.resize(regions_.size() * kTilesPerRegion);
+    for (Layer& layer : layers_) layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
   }
-  edit->region_x = rx;
-  edit->region_y = ry;
-  edit->region = region;
+  const int32_t rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
+  const uint32_t place = static_cast<uint32_t>(((ry & 15) << 4) | (rx & 15));
+  regions_[region] = {super, place, 0};
+  own_edit_.empty_regions++;
+  region_tables_[super * kRegionsPerSuper + place] = region;
+  supers_[super].regions++;
+  Include(&occupied_, SquareBox(rx, ry, RAY_REGION_SHIFT));
+  structure_version_++;
   return region;
 }
 
@@ -382,6 +349,23 @@ uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
   return super;
 }
 
+// Other threads may count tiles of the same region.
+void Grid::CountFilledTile(uint32_t slot, Edit* edit) {
+  const std::atomic_ref<uint32_t> tiles(regions_[slot / kTilesPerRegion].tiles);
+  if (tiles.fetch_add(1, std::memory_order_relaxed) == 0) edit->empty_regions--;
+}
+void Grid::CountEmptiedTile(uint32_t slot, Edit* edit) {
+  const std::atomic_ref<uint32_t> tiles(regions_[slot / kTilesPerRegion].tiles);
+  if (tiles.fetch_sub(1, std::memory_order_relaxed) == 1) edit->empty_regions++;
+}
+
+/// Robots leave regions and come back all the time: empty ones are dropped when there are many.
+void Grid::DropRegionsIfManyAreEmpty() {
+  constexpr int64_t kFew = 256;
+  const int64_t many = std::max(kFew, static_cast<int64_t>(CountRegions() / 2));
+  if (own_edit_.empty_regions > many) DropEmptyRegions();
+}
+
 void Grid::DropEmptyRegions() {
   for (uint32_t super = 1; super < supers_.size(); super++) {
     if (supers_[super].regions == 0) continue;
@@ -390,11 +374,10 @@ void Grid::DropEmptyRegions() {
       if (region == 0 || regions_[region].tiles != 0) continue;
       free_regions_.push_back(region);
       region = 0;
-      empty_regions_--;
+      own_edit_.empty_regions--;
       if (--supers_[super].regions == 0) free_supers_.push_back(super);
     }
   }
-  own_edit_.region = 0;
   RebuildDirectory();
   RecomputeOccupied();
 }
@@ -508,8 +491,8 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
   layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
   for (Body& body : bodies_)
     if (body.model) body.layers = LayersOf(body);
-  for (uint32_t slot = 1; slot < tile_cells_.size(); slot++)
-    ForEachBit(tile_cells_[slot].cells, [&](uint32_t bit) { RefreshBit(slot << 6 | bit); });
+  for (uint32_t slot = 0; slot < tiles_.size(); slot++)
+    ForEachBit(tiles_[slot].cells, [&](uint32_t bit) { RefreshBit(CellOf(slot, bit)); });
   return index;
 }
 
@@ -548,11 +531,12 @@ ray_grid_t Grid::View(LayerIndex layer) const {
 Grid::Statistics Grid::statistics() const {
   Statistics s;
   s.superregions = supers_.size() - 1 - free_supers_.size();
-  s.regions = regions_.size() - 1 - free_regions_.size();
-  s.tiles = tile_cells_.size() - 1 - free_tiles_.size();
+  s.regions = CountRegions();
+  s.tiles = 0;
+  for (const Region& region : regions_) s.tiles += region.tiles;
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  s.bytes = bytes(bodies_) + bytes(tile_cells_) + lists_.bytes() + nodes_.bytes() +
-            bytes(regions_) + bytes(tile_slots_) + bytes(region_tables_) + bytes(directory_);
+  s.bytes = bytes(bodies_) + bytes(tiles_) + lists_.bytes() + nodes_.bytes() + bytes(regions_) +
+            bytes(region_tables_) + bytes(directory_);
   for (const Layer& layer : layers_)
     s.bytes += bytes(layer.cells.tiles()) + bytes(layer.cells.tile_maps());
   return s;

@@ -3,9 +3,10 @@
 // The occupancy grid: which bodies lie in which cells.
 //
 // Cells are square, 1 / cells_per_metre wide; the cell of a point is the floor of its coordinates
-// in cells. 8 x 8 cells are a tile, 8 x 8 tiles a region, 16 x 16 regions a superregion. Each level
-// is made where geometry is and dropped when it is empty again, so that memory grows with what is
-// in the world and not with its extent. The cells that may be used are those within +-kMaxCell.
+// in cells. 8 x 8 cells are a tile, 8 x 8 tiles a region, 16 x 16 regions a superregion. Regions
+// and superregions are made where geometry is, and dropped some time after they have become empty,
+// so that memory grows with what is in the world and not with its extent. The cells that may be
+// used are those within +-kMaxCell.
 
 #ifndef STAGE_GRID_GRID_HH
 #define STAGE_GRID_GRID_HH
@@ -59,7 +60,8 @@ struct Body {
 using BodyId = uint32_t;
 
 /// A cell that something is drawn in: a handle that is valid as long as that is so.
-using CellRef = uint32_t;
+using CellRef = uint64_t;
+inline CellRef CellOf(uint32_t slot, uint32_t bit) { return CellRef{slot} << 6 | bit; }
 
 /// The bodies in a cell: a handle that is valid until the grid changes. 0: nobody.
 using BodyList = uint32_t;
@@ -67,7 +69,7 @@ using BodyList = uint32_t;
 /// Calls f(CellRef) for the cells of a part, which is drawn.
 template <typename F>
 void ForEachCell(const TilePart& part, F f) {
-  ForEachBit(part.cells, [&](uint32_t bit) { f(CellRef{part.slot << 6 | bit}); });
+  ForEachBit(part.cells, [&](uint32_t bit) { f(CellOf(part.slot, bit)); });
 }
 
 /// What several bodies are drawn in: the parts of each.
@@ -110,38 +112,36 @@ class Grid {
     friend class Grid;
     bool shared = false;
     PoolShare own_lists, own_nodes;
-    std::vector<uint32_t> emptied;  // tiles
-    // The region that was asked for last: edges are drawn cell after cell.
-    int32_t region_x = 0, region_y = 0;
-    uint32_t region = 0;
-    int64_t drawn_cells = 0;  // more than before
+    int64_t drawn_cells = 0, empty_regions = 0;  // more than before
 
     PoolShare* lists() { return shared ? &own_lists : nullptr; }
     PoolShare* nodes() { return shared ? &own_nodes : nullptr; }
   };
 
   /// Takes a body out of the cells of `from`, which it is drawn in, and draws it in those of `to`,
-  /// whose slots it fills in; either may be empty, and both are in order, with each tile once. The
-  /// body becomes the last in the lists of these cells.
+  /// whose slots it fills in (in a shared edit: which has its slots); either may be empty, and both
+  /// are in order, with each tile once. The body becomes the last in the lists of these cells.
   void Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to,
               Edit* edit = nullptr);
 
   /// From here to EndSharedEdit() several threads may redraw, change and read bodies at once, each
-  /// with an edit of its own, as long as no two use cells of the same tile at once, and all tiles
-  /// that bodies are drawn into have been prepared before. They may be drawn into `parts` of tiles,
-  /// of `cells` in all. Nothing else may change.
+  /// with an edit of its own, as long as no two use cells of the same tile at once, and all parts
+  /// that bodies are drawn into have got their slots before. They may be drawn into `parts` of
+  /// tiles, of `cells` in all. Nothing else may change.
   void BeginSharedEdit(std::size_t parts, std::size_t cells, std::vector<Edit>* edits);
   void EndSharedEdit(std::vector<Edit>* edits);
-  /// Makes sure that there is room for the cells of a tile, for the time of a shared edit.
-  void PrepareTile(const TilePart& part);
+  /// Fills in the slots of parts in regions that there are; those of others become 0. True if there
+  /// are all. Slots are good until regions are dropped, which may be whenever bodies are redrawn
+  /// without an edit, and when a shared edit ends.
+  bool FindSlots(std::span<TilePart> parts) const;
+  /// The same, and makes the regions that are missing.
+  void MakeSlots(std::span<TilePart> parts);
 
   /// What is drawn in a tile: mostly a single body.
   struct TileCells {
     uint64_t cells;    ///< that something is drawn in
     uint64_t crowded;  ///< those with several bodies
     uint32_t bodies;   ///< 0, id + 1 of the only one, or kSeveral | number of its CellLists
-    uint32_t region;
-    uint32_t tile;  ///< in the region
   };
   /// The lists of a tile with several bodies, for those of its cells that something is drawn in: id
   /// + 1 (one body), or kSeveral | index of the first of several nodes. These form a ring, in the
@@ -151,11 +151,10 @@ class Grid {
 
   /// Where ListIn() looks, for who looks for many cells' lists at once.
   struct Tables {
-    const uint32_t* tile_slots;  ///< numbers of tiles, by region * 64 + tile in the region
-    const TileCells* tiles;
+    const TileCells* tiles;  ///< by slot: region * 64 + tile in the region
     const CellLists* lists;
   };
-  Tables tables() const { return {tile_slots_.data(), tile_cells_.data(), lists_.data()}; }
+  Tables tables() const { return {tiles_.data(), lists_.data()}; }
 
   /// Calls f(BodyId) for the bodies in a cell, in the order of drawing, until f returns true.
   /// Returns whether it did.
@@ -165,11 +164,10 @@ class Grid {
   }
   template <typename F>
   bool AnyAt(uint32_t region, uint32_t tile, uint32_t bit, F f) const {
-    const uint32_t slot = tile_slots_[std::size_t{region} * kTilesPerRegion + tile];
-    return AnyIn(slot << 6 | bit, f);
+    return AnyIn(CellAt(region, tile, bit), f);
   }
   BodyList ListIn(CellRef cell) const {
-    const TileCells& tile = tile_cells_[cell >> 6];
+    const TileCells& tile = tiles_[cell >> 6];
     if (!(tile.cells >> (cell & 63) & 1)) return 0;
     return tile.bodies & kSeveral ? lists_[tile.bodies & ~kSeveral][cell & 63] : tile.bodies;
   }
@@ -187,16 +185,14 @@ class Grid {
     return false;
   }
   /// Those cells of a drawn part with several bodies in them, as bits.
-  uint64_t Crowded(const TilePart& part) const {
-    return part.cells & tile_cells_[part.slot].crowded;
-  }
+  uint64_t Crowded(const TilePart& part) const { return part.cells & tiles_[part.slot].crowded; }
   /// A handle of a cell in which something is, by its region, tile and bit.
-  CellRef CellAt(uint32_t region, uint32_t tile, uint32_t bit) const {
-    return tile_slots_[std::size_t{region} * kTilesPerRegion + tile] << 6 | bit;
+  static CellRef CellAt(uint32_t region, uint32_t tile, uint32_t bit) {
+    return CellOf(region * kTilesPerRegion + tile, bit);
   }
   /// Say that a cell's list, and then the first body in it, will be looked at: starts to fetch
   /// them.
-  void PrefetchList(CellRef cell) const { __builtin_prefetch(&tile_cells_[cell >> 6]); }
+  void PrefetchList(CellRef cell) const { __builtin_prefetch(&tiles_[cell >> 6]); }
   void PrefetchBody(BodyList list) const {
     if (list == 0) return;
     if (list & kSeveral)
@@ -206,9 +202,9 @@ class Grid {
   }
   /// The region of a cell, or 0 if there is none.
   uint32_t FindRegion(int32_t x, int32_t y) const;
-  /// The number of a cell's tile, as in TilePart; 0 if nothing is in it.
+  /// The slot of a cell's tile, as in TilePart, or of an empty tile if there is no such region.
   uint32_t FindTileSlot(int32_t x, int32_t y) const {
-    return tile_slots_[std::size_t{FindRegion(x, y)} * kTilesPerRegion + TileOf(x, y)];
+    return FindRegion(x, y) * kTilesPerRegion + TileOf(x, y);
   }
   uint32_t FindTileSlot(const TilePart& part) const {
     return FindTileSlot(part.x << RAY_TILE_SHIFT, part.y << RAY_TILE_SHIFT);
@@ -272,7 +268,7 @@ class Grid {
   struct Region {
     uint32_t super = 0;
     uint32_t place = 0;  // in its superregion, 0..255
-    uint32_t tiles = 0;  // tiles that hold something
+    uint32_t tiles = 0;  // that hold something
   };
   struct Super {
     int32_t x = 0, y = 0;
@@ -286,17 +282,18 @@ class Grid {
     Occupancy cells;
   };
 
-  uint32_t MakeRegion(int32_t x, int32_t y, Edit* edit);
+  template <typename F>
+  static void FillInSlots(std::span<TilePart> parts, F region_of);
+  uint32_t MakeRegion(int32_t x, int32_t y);
   uint32_t MakeSuper(int32_t x, int32_t y);
-  uint32_t MakeTile(uint32_t region, uint32_t tile);
   uint32_t MakeNode(BodyId id, Edit* edit);
-  uint32_t PrepareSlot(const TilePart& part, Edit* edit);
   void DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
   void EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
   CellLists& ListsOf(TileCells* tile, Edit* edit);
   void DropListsOfOneBody(TileCells* tile, Edit* edit);
-  void ClearWhereNobodyIsLeft(const TileCells& tile, uint32_t bit, uint32_t layers);
-  void DropOrNoteEmpty(uint32_t slot, Edit* edit);
+  void SetBits(uint32_t layers, uint32_t slot, uint64_t bits);
+  void ClearBits(uint32_t layers, uint32_t slot, uint64_t bits);
+  uint32_t LayersWithoutOthers(BodyList list, uint32_t layers) const;
   void Append(BodyList* list, BodyId id, Edit* edit);
   void RemoveFrom(BodyList* list, BodyId id, Edit* edit);
   static bool Shows(const Layer& layer, const Body& body);
@@ -306,8 +303,10 @@ class Grid {
   bool HeightsAreFull(bool exact) const;
   LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);
   void RefreshBit(CellRef cell);
-  void DropTile(uint32_t slot);
-  void DropTileIfEmpty(uint32_t slot);
+  size_t CountRegions() const { return regions_.size() - 1 - free_regions_.size(); }
+  void CountFilledTile(uint32_t slot, Edit* edit);
+  void CountEmptiedTile(uint32_t slot, Edit* edit);
+  void DropRegionsIfManyAreEmpty();
   void DropEmptyRegions();
   void RebuildDirectory();
   void RecomputeOccupied();
@@ -315,16 +314,12 @@ class Grid {
   std::vector<Body> bodies_;
   std::vector<BodyId> free_bodies_;
 
-  std::vector<TileCells> tile_cells_;  // [0] unused
-  std::vector<uint32_t> free_tiles_;
-  std::vector<uint32_t> prepared_tiles_;  // made for a shared edit
+  std::vector<TileCells> tiles_;  // 64 for each region, those of region 0 are empty
   Pool<CellLists> lists_;
   Pool<Node> nodes_;
 
   std::vector<Region> regions_;  // [0]: none
   std::vector<uint32_t> free_regions_;
-  std::vector<uint32_t> tile_slots_;  // 64 for each region: index into tile_cells_, 0: none
-  uint32_t empty_regions_ = 0;        // made, not dropped yet
 
   std::vector<Super> supers_;  // [0]: none
   std::vector<uint32_t> free_supers_;

@@ -34,24 +34,26 @@ bool HasBit(uint64_t* word, uint32_t bit) {
 
 }  // namespace
 
-void Occupancy::NoteChange(uint32_t region, uint32_t tile) {
-  if (tracking_ && !HasBit(&changed_tiles_[region], tile)) SetBit(&changed_tiles_[region], tile);
+void Occupancy::NoteChange(uint32_t tile) {
+  if (!tracking_) return;
+  uint64_t* const changed = &changed_tiles_[tile / kTilesPerRegion];
+  if (!HasBit(changed, tile % kTilesPerRegion)) SetBit(changed, tile % kTilesPerRegion);
 }
 
-void Occupancy::Set(uint32_t region, uint32_t tile, uint64_t cells) {
-  uint64_t& word = tiles_[std::size_t{region} * kTilesPerRegion + tile];
+void Occupancy::Set(uint32_t tile, uint64_t cells) {
+  uint64_t& word = tiles_[tile];
   if ((word & cells) == cells) return;
-  if (word == 0) SetBit(&tile_maps_[region], tile);
+  if (word == 0) SetBit(&tile_maps_[tile / kTilesPerRegion], tile % kTilesPerRegion);
   word |= cells;
-  NoteChange(region, tile);
+  NoteChange(tile);
 }
 
-void Occupancy::Clear(uint32_t region, uint32_t tile, uint64_t cells) {
-  uint64_t& word = tiles_[std::size_t{region} * kTilesPerRegion + tile];
+void Occupancy::Clear(uint32_t tile, uint64_t cells) {
+  uint64_t& word = tiles_[tile];
   if (!(word & cells)) return;
   word &= ~cells;
-  if (word == 0) ClearBit(&tile_maps_[region], tile);
-  NoteChange(region, tile);
+  if (word == 0) ClearBit(&tile_maps_[tile / kTilesPerRegion], tile % kTilesPerRegion);
+  NoteChange(tile);
 }
 
 void Occupancy::TrackChanges(bool on) {

@@ -30,9 +30,10 @@ class Occupancy {
   /// Makes room for regions 0 .. count - 1.
   void Resize(uint32_t count);
 
-  // Sets and clears bits of a tile. Different threads may change different tiles at once.
-  void Set(uint32_t region, uint32_t tile, uint64_t cells);
-  void Clear(uint32_t region, uint32_t tile, uint64_t cells);
+  // Sets and clears bits of a tile, by its place in tiles(). Different threads may change different
+  // tiles at once.
+  void Set(uint32_t tile, uint64_t cells);
+  void Clear(uint32_t tile, uint64_t cells);
 
   /// While on, tiles that change are remembered until they are forgotten.
   void TrackChanges(bool on);
@@ -44,7 +45,7 @@ class Occupancy {
   void ForgetChanges() const;
 
  private:
-  void NoteChange(uint32_t region, uint32_t tile);
+  void NoteChange(uint32_t tile);
 
   std::vector<uint64_t> tile_maps_, tiles_;
   uint64_t made_;

@@ -19,7 +19,7 @@ namespace Stg::internal::grid {
 /// Some cells of one tile, a square of 8 x 8 cells.
 struct TilePart {
   int32_t x = 0, y = 0;  ///< of the tile, in tiles
-  uint32_t slot = 0;     ///< the tile's number in the grid, while something is drawn in it
+  uint32_t slot = 0;     ///< the tile's place in the grid: region * 64 + tile; 0: no such region
   uint64_t cells = 0;    ///< bits, see BitOf()
 
   /// A cell's bit in its tile.

@@ -343,7 +343,7 @@ Model* Placement::CollisionOf(const Item& item) const {
     if (next != now.end() && next->SameTile(part))
       look_at(next->slot, part.cells & ~(next->cells & ~grid.Crowded(*next)));
     else
-      look_at(grid.FindTileSlot(part), part.cells);
+      look_at(part.slot != 0 ? part.slot : grid.FindTileSlot(part), part.cells);
     if (hit != nullptr) return hit;
   }
   return nullptr;

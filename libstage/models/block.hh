@@ -139,14 +139,8 @@ class Placement {
   bool MayShareEdit() const;
   /// All cells that Collision() and Commit() may look at or change.
   grid::CellBox Cells() const;
-  /// The cells that bodies would be drawn in anew; slots are unknown until LookUpSlots().
-  std::span<const grid::TilePart> NewParts() const { return parts_; }
-  /// Finds those of tiles that there are; valid until the grid changes. True if there are all.
-  bool LookUpSlots(const grid::Grid& grid) {
-    bool all = true;
-    for (grid::TilePart& part : parts_) all &= (part.slot = grid.FindTileSlot(part)) != 0;
-    return all;
-  }
+  /// The cells that bodies would be drawn in anew. Without slots, which a shared edit needs.
+  std::span<grid::TilePart> NewParts() { return parts_; }
 
  private:
   struct Item {

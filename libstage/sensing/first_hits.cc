@@ -155,7 +155,7 @@ grid::CellRef FirstHits::CellAt(int32_t x, int32_t y) {
     tile_y_ = tile_y;
     slot_ = grid_.FindTileSlot(x, y);
   }
-  return slot_ << 6 | grid::Grid::BitOf(x, y);
+  return grid::CellOf(slot_, grid::Grid::BitOf(x, y));
 }
 
 void FirstHits::FindMiddles(uint32_t count) {

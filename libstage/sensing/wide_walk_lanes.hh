@@ -531,8 +531,7 @@ class HitPlaces {
     const V tile = Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, super, x, y)),
                               TileInRegion<Lanes>(x, y));
     const V bit = Lanes::Or(Lanes::And(x, All(7)), Lanes::template Left<3>(Lanes::And(y, All(7))));
-    const V slot = Lanes::Gather(tables_.tile_slots, tile);
-    return Lanes::Or(Lanes::template Left<6>(slot), bit);
+    return Lanes::Or(Lanes::template Left<6>(tile), bit);
   }
 
   /// Grid::ListIn().

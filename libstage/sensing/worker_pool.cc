@@ -97,11 +97,14 @@ void WorkerPool::TakeRanges(unsigned thread) {
 }
 
 void WorkerPool::TakeFrom(Share* share, unsigned thread) {
-  // Looking costs less than taking, of which there may be nothing left.
-  while (share->next.load(std::memory_order_relaxed) < share->end) {
-    const size_t begin = share->next.fetch_add(grain_, std::memory_order_relaxed);
-    if (begin >= share->end) return;
-    (*job_)(begin, std::min(share->end, begin + grain_), thread);
+  size_t begin = share->next.load(std::memory_order_relaxed);
+  while (begin < share->end) {
+    // Ever less towards the end, so that threads finish at about the same time.
+    const size_t count = std::clamp<size_t>((share->end - begin) / 2, 1, grain_);
+    if (!share->next.compare_exchange_weak(begin, begin + count, std::memory_order_relaxed))
+      continue;
+    (*job_)(begin, begin + count, thread);
+    begin = share->next.load(std::memory_order_relaxed);
   }
 }
 

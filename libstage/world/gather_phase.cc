@@ -164,7 +164,7 @@ void GatherPhase::MakeLayers(sensing::Scene* scene) {
 
 /// The next updates and the callbacks of this one.
 void GatherPhase::Queue(World* world, sensing::WorkerPool* workers) {
-  constexpr size_t kMany = 4000;  // fewer are done before other threads have begun
+  constexpr size_t kMany = 1000;  // fewer are done before other threads have begun
   const bool together = entries_.size() >= kMany &&
                         std::all_of(blocks_.begin(), blocks_.end(), [&](const Block& block) {
                           return block.same_interval && block.interval == blocks_[0].interval;

@@ -160,7 +160,7 @@ void MovePhase::Describe(size_t index) {
   plan.tiles = TilesOf(plan.placement.Cells());
   plan.shared = plan.placement.MayShareEdit() && CountOf(plan.tiles) <= kMostTiles;
   if (!plan.shared) return Mark(index, kMovesAlone);
-  if (!plan.placement.LookUpSlots(*grid_)) Mark(index, kTilesMissing);
+  if (!grid_->FindSlots(plan.placement.NewParts())) Mark(index, kRegionsMissing);
   const auto met = [&](size_t other) {
     Mark(index, kContested);
     Mark(other, kContested);
@@ -200,7 +200,7 @@ void MovePhase::MovePlan(Plan* plan, unsigned thread) {
   if (plan->model->EndMove(plan->placement)) plan->placement.Commit(&edits_[thread]);
 }
 
-/// Ranks of those who share tiles with others, and tiles that will be drawn in.
+/// Ranks of those who share tiles with others, and regions that will be drawn in.
 void MovePhase::AssignRanks(size_t begin, size_t end) {
   later_.clear();
   ranks_.Clear();
@@ -210,11 +210,9 @@ void MovePhase::AssignRanks(size_t begin, size_t end) {
       plan.rank = ranks_.Add(plan.tiles);
       if (plan.rank > 0) later_.push_back(static_cast<uint32_t>(i));
     }
-    // Tiles that were there may be gone if others of this part have moved since.
-    const bool any = begin > 0 && plan.shared;
-    if (!any && !(marks_[i] & kTilesMissing)) continue;
-    for (const grid::TilePart& part : plan.placement.NewParts())
-      if (any || part.slot == 0) grid_->PrepareTile(part);
+    // Regions that were there may be gone if others of this part have moved since.
+    const bool any_may_miss = begin > 0 && plan.shared;
+    if (any_may_miss || (marks_[i] & kRegionsMissing)) grid_->MakeSlots(plan.placement.NewParts());
   }
 }
 

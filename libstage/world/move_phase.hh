@@ -134,7 +134,7 @@ class MovePhase {
   RunFinder runs_;
   std::vector<Plan> plans_;
   // What one thread looks at of all plans, which it has not made.
-  static constexpr uint8_t kMovesAlone = 1, kContested = 2, kTilesMissing = 4;
+  static constexpr uint8_t kMovesAlone = 1, kContested = 2, kRegionsMissing = 4;
   std::vector<uint8_t> marks_;
   std::atomic<size_t> parts_{0}, cells_{0};  // that may be drawn
   TileClaims claims_;

@@ -3,6 +3,7 @@
 #include "world/scheduler.hh"
 
 #include <algorithm>
+#include <utility>
 
 namespace Stg {
 
@@ -10,7 +11,10 @@ void Scheduler::Take(usec_t now, std::vector<Event>* events) {
   events->clear();
   while (!due_.empty() && due_.begin()->first <= now) {
     List& list = due_.begin()->second;
-    events->insert(events->end(), list.begin(), list.end());
+    if (events->empty())
+      std::swap(*events, list);
+    else
+      events->insert(events->end(), list.begin(), list.end());
     list.clear();
     spare_.push_back(std::move(list));
     due_.erase(due_.begin());

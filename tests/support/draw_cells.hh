@@ -22,7 +22,7 @@ inline grid::TilePart PartOfCell(int32_t x, int32_t y) {
 inline grid::CellRef DrawCell(grid::Grid* grid, int32_t x, int32_t y, grid::BodyId body) {
   grid::TilePart part = PartOfCell(x, y);
   grid->Redraw(body, {}, std::span(&part, 1));
-  return part.slot << 6 | grid::Grid::BitOf(x, y);
+  return grid::CellOf(part.slot, grid::Grid::BitOf(x, y));
 }
 
 /// Undoes one DrawCell().
@@ -30,7 +30,7 @@ inline void EraseCell(grid::Grid* grid, grid::CellRef cell, grid::BodyId body) {
   int32_t x, y;
   grid->Coordinates(cell, &x, &y);
   grid::TilePart part = PartOfCell(x, y);
-  part.slot = cell >> 6;
+  part.slot = static_cast<uint32_t>(cell >> 6);
   grid->Redraw(body, std::span(&part, 1), {});
 }
 
@@ -45,7 +45,7 @@ inline std::vector<grid::TilePart> PartsOf(const grid::Grid& grid,
     maker.Add(x, y);
   }
   maker.Finish();
-  for (grid::TilePart& part : parts) part.slot = grid.FindTileSlot(part);
+  grid.FindSlots(parts);
   return parts;
 }
 
