@@ -12,10 +12,11 @@ namespace Stg {
 
 namespace {
 
-constexpr size_t kAtOnce = 4096;     // movers; so that their plans stay in the cache
+constexpr size_t kAtOnce = 256;      // movers for each thread; so that plans stay in its cache
+constexpr size_t kMostAtOnce = 4096;
 constexpr int64_t kMostTiles = 256;  // a mover that uses more moves alone
 constexpr size_t kGrain = 16;
-static_assert(kAtOnce <= TileClaims::kMost);
+static_assert(kMostAtOnce <= TileClaims::kMost);
 
 grid::CellBox TilesOf(const grid::CellBox& cells) {
   if (cells.empty()) return cells;
@@ -115,8 +116,9 @@ size_t MovePhase::Move(Model* const* models, size_t count, sensing::Scene* scene
   if (count == 0 || Placement::IsNearlyFull(*models[0])) return 0;
   grid_ = &scene->grid;
   edits_.resize(workers->threads());
-  for (size_t begin = 0; begin < count; begin += kAtOnce)
-    MovePart(models + begin, std::min(kAtOnce, count - begin), workers);
+  const size_t at_once = std::min(kMostAtOnce, kAtOnce * workers->threads());
+  for (size_t begin = 0; begin < count; begin += at_once)
+    MovePart(models + begin, std::min(at_once, count - begin), workers);
   return count;
 }
 
