@@ -27,13 +27,11 @@ void ForEachCellOfEdge(const point_int_t& from, const point_int_t& to, F f) {
   int32_t x = from.x, y = from.y;
   for (int64_t n = ax + ay; n > 0; n--) {
     f(x, y);
-    if (error < 0) {
-      x += sx;
-      error += 2 * ay;
-    } else {
-      y += sy;
-      error -= 2 * ax;
-    }
+    // No branch: which way it goes can't be predicted.
+    const bool goes_x = error < 0;
+    x += goes_x ? sx : 0;
+    y += goes_x ? 0 : sy;
+    error += goes_x ? 2 * ay : -2 * ax;
   }
 }
 

@@ -14,6 +14,7 @@ std::size_t CountCells(std::span<const TilePart> parts) {
 }
 
 void PartsMaker::Finish() {
+  AppendLast();
   const auto begin = parts_.begin() + static_cast<std::ptrdiff_t>(first_);
   if (begin == parts_.end()) return;
   std::sort(begin, parts_.end(),

@@ -48,16 +48,23 @@ class PartsMaker {
   /// other.
   void Add(int32_t x, int32_t y) {
     const int32_t tile_x = x >> RAY_TILE_SHIFT, tile_y = y >> RAY_TILE_SHIFT;
-    if (parts_.size() == first_ || parts_.back().x != tile_x || parts_.back().y != tile_y)
-      parts_.push_back({tile_x, tile_y, 0, 0});
-    parts_.back().cells |= uint64_t{1} << TilePart::BitOf(x, y);
+    if (last_.x != tile_x || last_.y != tile_y) {
+      AppendLast();
+      last_ = {tile_x, tile_y, 0, 0};
+    }
+    last_.cells |= uint64_t{1} << TilePart::BitOf(x, y);
   }
   /// To be called when all cells are in.
   void Finish();
 
  private:
+  void AppendLast() {
+    if (last_.cells != 0) parts_.push_back(last_);
+  }
+
   std::vector<TilePart>& parts_;
   std::size_t first_;
+  TilePart last_;  // the next one to be appended; none yet if it has no cells
 };
 
 }  // namespace Stg::internal::grid
