@@ -70,19 +70,25 @@ class Buffer {
   bool Reserve(std::size_t bytes);
   /// Writes to its beginning, after making room.
   void Write(const void* data, std::size_t bytes);
+  /// Writes to a part of it, for which there has to be room.
+  void WriteAt(std::size_t offset, const void* data, std::size_t bytes);
   /// For the host to write into; Unmap() hands it to the device.
   void* MapForWriting(std::size_t bytes);
-  /// What the device wrote, for the host to read until Unmap(), or until pinned memory is reset.
-  const void* MapForReading(std::size_t bytes);
+  /// What the device writes, for the host to read as soon as the queue is finished, until Unmap()
+  /// or until pinned memory is reset.
+  const void* StartReading(std::size_t bytes);
   void Unmap();
 
   const ::cl::Buffer& memory() const { return memory_; }
 
  private:
+  void* Map(std::size_t offset, std::size_t bytes);
+
   Memory& common_;
   ::cl::Buffer memory_;
   std::size_t capacity_ = 0;
   void* mapped_ = nullptr;
+  std::size_t offset_ = 0;   // of what is mapped
   std::size_t to_send_ = 0;  // bytes of pinned memory, to be sent by Unmap()
 };
 

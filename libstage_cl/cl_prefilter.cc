@@ -25,10 +25,6 @@ double Now() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
-::cl::NDRange RoundedUp(std::size_t count, std::size_t work_group) {
-  return ::cl::NDRange((count + work_group - 1) / work_group * work_group);
-}
-
 /// STAGE_CL_MEMORY in the environment says otherwise: "own" or "shared".
 bool SharesMemory(const ::cl::Device& device) {
   const char* choice = std::getenv("STAGE_CL_MEMORY");
@@ -53,20 +49,16 @@ ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
       context_(device.device),
       queue_(context_, device.device),
       memory_(context_, queue_, SharesMemory(device.device)),
-      directory_(&memory_),
-      regions_(&memory_),
-      fans_(&memory_),
+      batch_(&memory_),
       directions_(&memory_),
-      windows_(&memory_),
-      hits_(&memory_),
-      places_(&memory_),
-      words_(&memory_) {
+      hits_(&memory_) {
   const double start = Now();
   const ::cl::Program program = BuildProgram(context_, device.device);
   walk_ = ::cl::Kernel(program, "walk_fans");
-  update_ = ::cl::Kernel(program, "update_words");
   const std::size_t most = walk_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device.device);
   work_group_ = std::min(is_cpu_ ? kWorkGroupCpu : kWorkGroupGpu, most);
+  grid_ =
+      std::make_unique<DeviceGrid>(&memory_, ::cl::Kernel(program, "update_words"), work_group_);
   statistics_.compile_seconds = Now() - start;
 }
 
@@ -78,19 +70,21 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   memory_.from_device.Reset();
   MakeGroups(batch, workers);
   SendGrid(grid);
-  SendFans(batch, workers);
+  SendBatch(batch, workers);
   SendDirections(tables, batch);
   const std::size_t hit_bytes = std::size_t{batch.ray_count()} * per_ray_ * sizeof(uint32_t);
   hits_.Reserve(hit_bytes);
 
   const double sent = Now();
-  for (const Group& group : groups_)
-    if (group.fans > 0) Launch(grid, group);
+  ::cl::Event done;
+  for (const Launch& launch : launches_) Enqueue(grid, launch, &done);
+  // The device goes on to hand the lists over without being asked again.
+  const auto* hits = static_cast<const uint32_t*>(hits_.StartReading(hit_bytes));
+  if (!launches_.empty()) done.wait();
+  const double walked = Now();
   queue_.finish();
   memory_.to_device.Reset();
   sent_ahead_ = false;
-  const double walked = Now();
-  const auto* hits = static_cast<const uint32_t*>(hits_.MapForReading(hit_bytes));
   statistics_.send_seconds += sent - start;
   statistics_.walk_seconds += walked - sent;
   statistics_.fetch_seconds += Now() - walked;
@@ -183,93 +177,51 @@ uint32_t ClPrefilter::GroupOf(const sensing::DeviceFan& fan, uint32_t likely) co
 
 /// What the groups' walks need of it.
 void ClPrefilter::SendGrid(const grid::Grid& grid) {
-  SendStructure(grid);
-  for (uint32_t i = 0; i < grid.layer_count(); i++) {
-    const bool wanted = std::any_of(groups_.begin(), groups_.end(), [i](const Group& group) {
-      return group.fans > 0 && group.layer == i;
-    });
-    if (wanted) SendLayer(grid, i);
+  wanted_.clear();
+  for (const Group& group : groups_)
+    if (group.fans > 0 && std::count(wanted_.begin(), wanted_.end(), group.layer) == 0)
+      wanted_.push_back(group.layer);
+  CountSent(grid_->Send(grid, wanted_));
+}
+
+/// One launch for all groups, unless there are more rays than numbers for them. A processor does
+/// better with one for each.
+void ClPrefilter::PlanLaunches() {
+  constexpr std::size_t kMostItems = 0xffffffffu;
+  const auto first_fan = static_cast<uint32_t>(2 * groups_.size());  // in int4, see the kernel
+  launches_.clear();
+  group_records_.clear();
+  for (const Group& group : groups_) {
+    const std::size_t g = group_records_.size();
+    const std::size_t items = std::size_t{group.fans} * group.samples;
+    const std::size_t room = (items + work_group_ - 1) / work_group_ * work_group_;
+    const bool first = launches_.empty() || launches_.back().items + room > kMostItems;
+    if (first || (is_cpu_ && items > 0)) launches_.push_back({g, g, 0});
+    Launch& launch = launches_.back();
+    const DeviceGrid::Place place = grid_->PlaceOf(group.layer);
+    group_records_.push_back({.first_item = static_cast<uint32_t>(launch.items),
+                              .fans = group.fans,
+                              .samples = group.samples,
+                              .first_fan = first_fan + 3 * group.first_fan,
+                              .tile_maps = place.tile_maps,
+                              .tiles = place.tiles});
+    launch.items += room;
+    launch.end_group = g + 1;
   }
+  std::erase_if(launches_, [](const Launch& launch) { return launch.items == 0; });
 }
 
-void ClPrefilter::SendStructure(const grid::Grid& grid) {
-  if (grid.structure_version() == structure_version_) return;
-  structure_version_ = grid.structure_version();
-  const auto send = [this](Buffer* buffer, const auto& data) {
-    const std::size_t bytes = data.size() * sizeof(data[0]);
-    buffer->Write(data.data(), bytes);
-    CountSent(bytes);
-  };
-  send(&directory_, grid.directory());
-  send(&regions_, grid.region_tables());
-}
-
-void ClPrefilter::SendLayer(const grid::Grid& grid, uint32_t index) {
-  while (layers_.size() <= index) layers_.push_back(std::make_unique<Layer>(&memory_));
-  Layer& layer = *layers_[index];
-  const grid::Occupancy& cells = grid.occupancy(index);
-  const std::size_t map_bytes = cells.tile_maps().size() * sizeof(uint64_t);
-  const std::size_t tile_bytes = cells.tiles().size() * sizeof(uint64_t);
-  const bool maps_grew = layer.tile_maps.Reserve(map_bytes);
-  const bool tiles_grew = layer.tiles.Reserve(tile_bytes);
-  // Everything, if it is new or if much of it has changed.
-  if (maps_grew || tiles_grew || layer.made != cells.made() ||
-      cells.CountChangedTiles() * 4 > cells.tiles().size()) {
-    layer.tile_maps.Write(cells.tile_maps().data(), map_bytes);
-    layer.tiles.Write(cells.tiles().data(), tile_bytes);
-    CountSent(map_bytes + tile_bytes);
-  } else {
-    SendChanges(cells, &layer);
-  }
-  layer.regions = cells.tile_maps().size();
-  layer.made = cells.made();
-  cells.ForgetChanges();
-}
-
-void ClPrefilter::SendChanges(const grid::Occupancy& cells, Layer* layer) {
-  tile_places_.clear();
-  tile_words_.clear();
-  map_places_.clear();
-  map_words_.clear();
-  for (uint32_t region = 0; region < cells.changed_tiles().size(); region++) {
-    const bool is_new = region >= layer->regions;
-    uint64_t changed = is_new ? ~uint64_t{0} : cells.changed_tiles()[region];
-    if (changed == 0) continue;
-    map_places_.push_back(region);
-    map_words_.push_back(cells.tile_maps()[region]);
-    for (; changed != 0; changed &= changed - 1) {
-      const uint32_t place =
-          region * grid::kTilesPerRegion + static_cast<uint32_t>(std::countr_zero(changed));
-      tile_places_.push_back(place);
-      tile_words_.push_back(cells.tiles()[place]);
-    }
-  }
-  Update(&layer->tile_maps, map_places_, map_words_);
-  Update(&layer->tiles, tile_places_, tile_words_);
-}
-
-void ClPrefilter::Update(Buffer* target, const std::vector<uint32_t>& places,
-                         const std::vector<uint64_t>& words) {
-  if (places.empty()) return;
-  places_.Write(places.data(), places.size() * sizeof(uint32_t));
-  words_.Write(words.data(), words.size() * sizeof(uint64_t));
-  CountSent(places.size() * (sizeof(uint32_t) + sizeof(uint64_t)));
-  update_.setArg(0, target->memory());
-  update_.setArg(1, places_.memory());
-  update_.setArg(2, words_.memory());
-  update_.setArg(3, static_cast<cl_uint>(places.size()));
-  queue_.enqueueNDRangeKernel(update_, ::cl::NullRange, RoundedUp(places.size(), work_group_),
-                              ::cl::NDRange(work_group_));
-}
-
-/// The records of the groups' fans, and the windows.
-void ClPrefilter::SendFans(const sensing::RayBatch& batch, sensing::WorkerPool* workers) {
+/// The records of the groups and of their fans, and the windows.
+void ClPrefilter::SendBatch(const sensing::RayBatch& batch, sensing::WorkerPool* workers) {
   const std::span<const sensing::DeviceFan> fans = batch.device_fans();
   const std::vector<uint64_t>& windows = batch.window_words();
-  const std::size_t fan_bytes = fan_count_ * sizeof(sensing::FanRecord);
-  const std::size_t window_bytes = windows.size() * sizeof(uint64_t);
-  auto* const records = static_cast<sensing::FanRecord*>(fans_.MapForWriting(fan_bytes));
-  auto* const words = static_cast<uint64_t*>(windows_.MapForWriting(window_bytes));
+  PlanLaunches();
+  const std::size_t bytes = WindowsAt() + windows.size() * sizeof(uint64_t);
+  auto* const data = static_cast<char*>(batch_.MapForWriting(bytes));
+  auto* const groups = reinterpret_cast<GroupRecord*>(data);
+  auto* const records = reinterpret_cast<sensing::FanRecord*>(groups + groups_.size());
+  auto* const words = reinterpret_cast<uint64_t*>(data + WindowsAt());
+  std::copy(group_records_.begin(), group_records_.end(), groups);
   const std::size_t blocks = CountBlocks(fans.size());
   ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
     uint32_t* const next = next_in_group_.data() + block * groups_.size();
@@ -279,9 +231,8 @@ void ClPrefilter::SendFans(const sensing::RayBatch& batch, sensing::WorkerPool* 
     std::copy(windows.data() + word, windows.data() + windows.size() * (block + 1) / blocks,
               words + word);
   });
-  fans_.Unmap();
-  windows_.Unmap();
-  CountSent(fan_bytes + window_bytes);
+  batch_.Unmap();
+  CountSent(bytes);
 }
 
 void ClPrefilter::SendDirections(const sensing::DirectionTables& tables,
@@ -298,28 +249,25 @@ void ClPrefilter::SendDirections(const sensing::DirectionTables& tables,
   CountSent(bytes);
 }
 
-void ClPrefilter::Launch(const grid::Grid& grid, const Group& group) {
-  const ray_grid_t view = grid.View(group.layer);
+void ClPrefilter::Enqueue(const grid::Grid& grid, const Launch& launch, ::cl::Event* done) {
+  const ray_grid_t view = grid.View(grid::kEverything);
   const cl_int4 box = {{view.min_x, view.min_y, view.max_x, view.max_y}};
-  const Layer& layer = *layers_[group.layer];
   cl_uint i = 0;
-  walk_.setArg(i++, directory_.memory());
+  walk_.setArg(i++, grid_->directory());
   walk_.setArg(i++, static_cast<cl_uint>(view.directory_mask));
-  walk_.setArg(i++, regions_.memory());
-  walk_.setArg(i++, layer.tile_maps.memory());
-  walk_.setArg(i++, layer.tiles.memory());
+  walk_.setArg(i++, grid_->regions());
+  walk_.setArg(i++, grid_->words());
   walk_.setArg(i++, box);
-  walk_.setArg(i++, fans_.memory());
-  walk_.setArg(i++, static_cast<cl_uint>(group.first_fan));
-  walk_.setArg(i++, static_cast<cl_uint>(group.fans));
-  walk_.setArg(i++, static_cast<cl_uint>(group.samples));
+  walk_.setArg(i++, batch_.memory());
+  walk_.setArg(i++, static_cast<cl_uint>(launch.first_group));
+  walk_.setArg(i++, static_cast<cl_uint>(launch.end_group));
   walk_.setArg(i++, directions_.memory());
-  walk_.setArg(i++, windows_.memory());
+  walk_.setArg(i++, batch_.memory());
+  walk_.setArg(i++, static_cast<cl_uint>(WindowsAt() / sizeof(uint64_t)));
   walk_.setArg(i++, static_cast<cl_uint>(per_ray_));
   walk_.setArg(i++, hits_.memory());
-  queue_.enqueueNDRangeKernel(walk_, ::cl::NullRange,
-                              RoundedUp(std::size_t{group.fans} * group.samples, work_group_),
-                              ::cl::NDRange(work_group_));
+  queue_.enqueueNDRangeKernel(walk_, ::cl::NullRange, ::cl::NDRange(launch.items),
+                              ::cl::NDRange(work_group_), nullptr, done);
 }
 
 }  // namespace Stg::cl

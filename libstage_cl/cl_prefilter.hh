@@ -13,6 +13,7 @@
 
 #include "libstage_cl/buffer.hh"
 #include "libstage_cl/device.hh"
+#include "libstage_cl/device_grid.hh"
 #include "sensing/prefilter.hh"
 
 namespace Stg::cl {
@@ -30,28 +31,24 @@ class ClPrefilter : public sensing::Prefilter {
   const sensing::PrefilterStatistics& statistics() const override { return statistics_; }
 
  private:
-  // The device's copy of one layer of the grid.
-  struct Layer {
-    explicit Layer(Memory* memory) : tile_maps(memory), tiles(memory) {}
-    Buffer tile_maps, tiles;
-    std::size_t regions = 0;  // copied
-    uint64_t made = 0;        // of which incarnation of the layer
-  };
-  // Fans with the same number of samples in the same layer: one launch.
+  // Fans with the same number of samples in the same layer.
   struct Group {
     uint32_t layer, samples;
     uint32_t first_fan, fans;
   };
+  // What the kernel reads of it. A launch walks some groups, whose items follow each other.
+  struct GroupRecord {
+    uint32_t first_item = 0, fans = 0, samples = 0, first_fan = 0;
+    uint32_t tile_maps = 0, tiles = 0, unused[2] = {0, 0};
+  };
+  static_assert(sizeof(GroupRecord) == 32, "the kernel reads two int4");
   static constexpr uint32_t kNoGroup = 0xffffffffu;
   // Fans that one thread puts into their groups.
   static constexpr std::size_t kBlock = 64;
   static std::size_t CountBlocks(std::size_t fans) { return (fans + kBlock - 1) / kBlock; }
 
   void SendGrid(const grid::Grid& grid);
-  void SendStructure(const grid::Grid& grid);
-  void SendLayer(const grid::Grid& grid, uint32_t index);
-  void SendChanges(const grid::Occupancy& cells, Layer* layer);
-  void SendFans(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
+  void SendBatch(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
   void SendDirections(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);
   void MakeGroups(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
   template <typename F>
@@ -59,9 +56,15 @@ class ClPrefilter : public sensing::Prefilter {
   bool CountGroups(std::span<const sensing::DeviceFan> fans, sensing::WorkerPool* workers);
   void FindGroups(std::span<const sensing::DeviceFan> fans);
   uint32_t GroupOf(const sensing::DeviceFan& fan, uint32_t likely) const;
-  void Launch(const grid::Grid& grid, const Group& group);
-  void Update(Buffer* target, const std::vector<uint32_t>& places,
-              const std::vector<uint64_t>& words);
+  struct Launch {
+    std::size_t first_group, end_group, items;
+  };
+  void PlanLaunches();
+  /// In bytes of batch_.
+  std::size_t WindowsAt() const {
+    return groups_.size() * sizeof(GroupRecord) + fan_count_ * sizeof(sensing::FanRecord);
+  }
+  void Enqueue(const grid::Grid& grid, const Launch& launch, ::cl::Event* done);
   void CountSent(std::size_t bytes) { statistics_.bytes_sent += bytes; }
 
   std::string name_;
@@ -72,24 +75,23 @@ class ClPrefilter : public sensing::Prefilter {
   ::cl::Context context_;
   ::cl::CommandQueue queue_;
   Memory memory_;
-  ::cl::Kernel walk_, update_;
+  ::cl::Kernel walk_;
   std::size_t work_group_ = 64;
-  Buffer directory_, regions_;  // of superregions; of regions in them
-  uint64_t structure_version_ = 0;
+  std::unique_ptr<DeviceGrid> grid_;
   bool sent_ahead_ = false;  // since the last batch
-  std::vector<std::unique_ptr<Layer>> layers_;
-  Buffer fans_, directions_, windows_, hits_;
+  Buffer batch_;             // group records, fan records, windows
+  Buffer directions_, hits_;
   std::size_t directions_sent_ = 0;  // of the tables, of this generation
   uint64_t generation_sent_ = 0;
-  Buffer places_, words_;  // of an update
 
   // Scratch, kept for its memory.
   std::vector<Group> groups_;  // some may have no fans in the last batch
   std::vector<uint32_t> group_of_fan_;
   std::vector<uint32_t> next_in_group_;  // by block and group: fans, then where the next one goes
   std::size_t fan_count_ = 0;            // in groups
-  std::vector<uint32_t> tile_places_, map_places_;
-  std::vector<uint64_t> tile_words_, map_words_;
+  std::vector<GroupRecord> group_records_;
+  std::vector<Launch> launches_;
+  std::vector<grid::LayerIndex> wanted_;  // layers
 };
 
 }  // namespace Stg::cl

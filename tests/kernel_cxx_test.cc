@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <utility>
 #include <vector>
@@ -87,29 +88,45 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
     if (fan.single_leg() && fan.record.samples > 0)
       launches[{fan.layer, fan.record.samples}].push_back(fan.record);
 
-  // One fan more in front: fans need not begin at 0.
-  std::vector<sensing::FanRecord> fans(1);
   std::vector<sensing::Direction> directions = scene.tables().all();
   directions.insert(directions.end(), batch.own_directions().begin(), batch.own_directions().end());
   std::vector<uint32_t> hits(std::size_t{batch.ray_count()} * per_ray, 0);
 
-  for (const auto& [launch, records] : launches) {
+  // All groups in one launch, with one without fans between any two, and one more in front: a
+  // launch need not begin at the first.
+  const std::size_t groups = 2 * launches.size() + 1;
+  std::vector<opencl_c::int4> records(2 * groups);
+  std::vector<uint64_t> words;
+  std::size_t items = 0, group = 1;
+  const auto number = [](std::size_t n) { return static_cast<int>(n); };
+  for (const auto& [launch, fans] : launches) {
     const auto& [layer, samples] = launch;
-    const uint32_t first_fan = static_cast<uint32_t>(fans.size());
-    const uint32_t fan_count = static_cast<uint32_t>(records.size());
-    fans.insert(fans.end(), records.begin(), records.end());
-    const Stg::ray_grid_t view = scene.grid().View(layer);
-    const opencl_c::int4 box{view.min_x, view.min_y, view.max_x, view.max_y};
-    const uint32_t samples_of_each = samples;
-    Launch(std::size_t{fan_count} * samples, [&] {
-      opencl_c::walk_fans(reinterpret_cast<const opencl_c::ray_super_t*>(view.directory),
-                          view.directory_mask, view.regions, view.tile_maps, view.tiles, box,
-                          reinterpret_cast<const opencl_c::int4*>(fans.data()), first_fan,
-                          fan_count, samples_of_each,
-                          reinterpret_cast<const opencl_c::int2*>(directions.data()),
-                          batch.window_words().data(), per_ray, hits.data());
-    });
+    const Stg::internal::grid::Occupancy& cells = scene.grid().occupancy(layer);
+    records[2 * group] = {number(items), number(fans.size()), number(samples),
+                          number(records.size())};
+    records[2 * group + 1] = {number(words.size()), number(words.size() + cells.tile_maps().size()),
+                              0, 0};
+    words.insert(words.end(), cells.tile_maps().begin(), cells.tile_maps().end());
+    words.insert(words.end(), cells.tiles().begin(), cells.tiles().end());
+    for (const sensing::FanRecord& fan : fans) {
+      const auto* parts = reinterpret_cast<const opencl_c::int4*>(&fan);
+      records.insert(records.end(), parts, parts + 3);
+    }
+    items += (fans.size() * samples + kWorkGroup - 1) / kWorkGroup * kWorkGroup;
+    records[2 * (group + 1)] = {number(items), 0, 1, 0};
+    group += 2;
   }
+  std::vector<uint64_t> windows(3);  // they need not begin there either
+  windows.insert(windows.end(), batch.window_words().begin(), batch.window_words().end());
+  const Stg::ray_grid_t view = scene.grid().View(Stg::internal::grid::kEverything);
+  const opencl_c::int4 box{view.min_x, view.min_y, view.max_x, view.max_y};
+  Launch(items, [&] {
+    opencl_c::walk_fans(reinterpret_cast<const opencl_c::ray_super_t*>(view.directory),
+                        view.directory_mask, view.regions, words.data(), box, records.data(), 1,
+                        static_cast<uint32_t>(groups),
+                        reinterpret_cast<const opencl_c::int2*>(directions.data()), windows.data(),
+                        3, per_ray, hits.data());
+  });
   return hits;
 }
 
@@ -151,11 +168,13 @@ TEST(KernelCxxTest, FindsWhatAPlainWalkFinds) {
 
 TEST(KernelCxxTest, UpdatesTheWordsThatItIsGiven) {
   std::vector<uint64_t> words(200, 7);
-  const std::vector<uint32_t> places{199, 0, 66};
   const std::vector<uint64_t> values{~uint64_t{0}, 1, uint64_t{1} << 63};
-  Launch(places.size(), [&] {
-    opencl_c::update_words(words.data(), places.data(), values.data(),
-                           static_cast<uint32_t>(places.size()));
+  std::vector<uint32_t> changes(6);  // the values, then their places
+  std::memcpy(changes.data(), values.data(), 6 * sizeof(uint32_t));
+  changes.insert(changes.end(), {199, 0, 66});
+  Launch(values.size(), [&] {
+    opencl_c::update_words(words.data(), values.data(), changes.data(),
+                           static_cast<uint32_t>(values.size()));
   });
   for (std::size_t i = 0; i < words.size(); i++)
     EXPECT_EQ(words[i], i == 199 ? values[0] : i == 0 ? values[1] : i == 66 ? values[2] : 7u) << i;

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "libstage_cl/device_grid.hh"
+
+#include <algorithm>
+#include <bit>
+
+namespace Stg::cl {
+
+namespace {
+
+// Words of a region: its tile map and its tiles.
+constexpr std::size_t kWords = 1 + grid::kTilesPerRegion;
+
+/// Calls f(region, tiles) for regions with changed tiles; those from `known` on are new.
+template <typename F>
+void ForEachChangedRegion(const grid::Occupancy& cells, std::size_t known, F f) {
+  const std::vector<uint64_t>& changed = cells.changed_tiles();
+  for (std::size_t region = 0; region < changed.size(); region++) {
+    const uint64_t tiles = region < known ? changed[region] : ~uint64_t{0};
+    if (tiles != 0) f(region, tiles);
+  }
+}
+
+std::size_t CountChanges(const grid::Occupancy& cells, std::size_t known) {
+  std::size_t words = 0;
+  ForEachChangedRegion(cells, known, [&](std::size_t, uint64_t tiles) {
+    words += 1 + static_cast<std::size_t>(std::popcount(tiles));
+  });
+  return words;
+}
+
+}  // namespace
+
+DeviceGrid::DeviceGrid(Memory* memory, const ::cl::Kernel& update, std::size_t work_group)
+    : memory_(*memory),
+      update_(update),
+      work_group_(work_group),
+      directory_(memory),
+      regions_(memory),
+      words_(memory),
+      changes_(memory) {}
+
+std::size_t DeviceGrid::Send(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) {
+  bytes_sent_ = 0;
+  SendStructure(grid);
+  MakeRoom(grid, wanted);
+  changed_.clear();
+  for (const grid::LayerIndex index : wanted) {
+    const grid::Occupancy& cells = grid.occupancy(index);
+    Layer* const layer = Find(index);
+    if (NeedsAll(cells, *layer))
+      SendAll(cells, index);
+    else
+      changed_.push_back(layer);
+  }
+  SendChanges(grid, changed_);
+  for (const grid::LayerIndex index : wanted) {
+    const grid::Occupancy& cells = grid.occupancy(index);
+    *Find(index) = {index, cells.tile_maps().size(), cells.made()};
+    cells.ForgetChanges();
+  }
+  return bytes_sent_;
+}
+
+void DeviceGrid::SendStructure(const grid::Grid& grid) {
+  if (grid.structure_version() == structure_version_) return;
+  structure_version_ = grid.structure_version();
+  const auto send = [this](Buffer* buffer, const auto& data) {
+    Write(buffer, data.data(), data.size() * sizeof(data[0]));
+  };
+  send(&directory_, grid.directory());
+  send(&regions_, grid.region_tables());
+}
+
+void DeviceGrid::Write(Buffer* target, const void* data, std::size_t bytes) {
+  target->Write(data, bytes);
+  bytes_sent_ += bytes;
+}
+
+/// For the layers that are wanted; what was in there is lost if there wasn't enough.
+void DeviceGrid::MakeRoom(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) {
+  for (const grid::LayerIndex index : wanted)
+    if (Find(index) == nullptr) layers_.push_back({index, 0, 0});
+  bool lost = grid.region_count() > room_;
+  if (lost) room_ = grid.region_count() + grid.region_count() / 4;
+  lost |= words_.Reserve(layers_.size() * room_ * kWords * sizeof(uint64_t));
+  if (lost)
+    for (Layer& layer : layers_) layer.made = 0;
+}
+
+/// Null if it has no place.
+DeviceGrid::Layer* DeviceGrid::Find(grid::LayerIndex index) {
+  const auto found = std::find_if(layers_.begin(), layers_.end(),
+                                  [&](const Layer& layer) { return layer.index == index; });
+  return found == layers_.end() ? nullptr : &*found;
+}
+
+DeviceGrid::Place DeviceGrid::PlaceOf(grid::LayerIndex index) const {
+  const auto found = std::find_if(layers_.begin(), layers_.end(),
+                                  [&](const Layer& layer) { return layer.index == index; });
+  const std::size_t first = static_cast<std::size_t>(found - layers_.begin()) * room_ * kWords;
+  return {static_cast<uint32_t>(first), static_cast<uint32_t>(first + room_)};
+}
+
+/// If it is new or if much of it has changed.
+bool DeviceGrid::NeedsAll(const grid::Occupancy& cells, const Layer& layer) {
+  return layer.made != cells.made() ||
+         CountChanges(cells, layer.regions) * 4 > cells.tiles().size();
+}
+
+void DeviceGrid::SendAll(const grid::Occupancy& cells, grid::LayerIndex index) {
+  const Place place = PlaceOf(index);
+  const auto send = [this](std::size_t first, const std::vector<uint64_t>& words) {
+    words_.WriteAt(first * sizeof(uint64_t), words.data(), words.size() * sizeof(uint64_t));
+    bytes_sent_ += words.size() * sizeof(uint64_t);
+  };
+  send(place.tile_maps, cells.tile_maps());
+  send(place.tiles, cells.tiles());
+}
+
+/// The words that have changed, and where they belong.
+void DeviceGrid::SendChanges(const grid::Grid& grid, const std::vector<Layer*>& layers) {
+  std::size_t count = 0;
+  for (const Layer* layer : layers)
+    count += CountChanges(grid.occupancy(layer->index), layer->regions);
+  if (count == 0) return;
+  const std::size_t bytes = count * (sizeof(uint64_t) + sizeof(uint32_t));
+  auto* values = static_cast<uint64_t*>(changes_.MapForWriting(bytes));
+  auto* places = reinterpret_cast<uint32_t*>(values + count);
+  for (const Layer* layer : layers) {
+    const grid::Occupancy& cells = grid.occupancy(layer->index);
+    const Place first = PlaceOf(layer->index);
+    ForEachChangedRegion(cells, layer->regions, [&](std::size_t region, uint64_t tiles) {
+      *places++ = first.tile_maps + static_cast<uint32_t>(region);
+      *values++ = cells.tile_maps()[region];
+      const std::size_t tile = region * grid::kTilesPerRegion;
+      grid::ForEachBit(tiles, [&](uint32_t bit) {
+        *places++ = first.tiles + static_cast<uint32_t>(tile) + bit;
+        *values++ = cells.tiles()[tile + bit];
+      });
+    });
+  }
+  changes_.Unmap();
+  bytes_sent_ += bytes;
+  update_.setArg(0, words_.memory());
+  update_.setArg(1, changes_.memory());
+  update_.setArg(2, changes_.memory());
+  update_.setArg(3, static_cast<cl_uint>(count));
+  const std::size_t items = (count + work_group_ - 1) / work_group_ * work_group_;
+  memory_.queue.enqueueNDRangeKernel(update_, ::cl::NullRange, ::cl::NDRange(items),
+                                     ::cl::NDRange(work_group_));
+}
+
+}  // namespace Stg::cl
