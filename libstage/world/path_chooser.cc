@@ -8,22 +8,21 @@ namespace Stg {
 
 namespace {
 constexpr uint64_t kLook = 3;           // batches of a look
-constexpr double kShareOfLooks = 0.01;  // looks may cost this share of the time
+constexpr double kShareOfLooks = 0.005;  // looks may cost this share of the time
 constexpr uint64_t kShortestWait = 64;  // batches between looks
 constexpr uint64_t kSoon = 16;
 constexpr uint64_t kLongestWait = 20000;
 }  // namespace
 
-double PathChooser::Cost::typical() const {
+void PathChooser::Cost::Note(double seconds_per_ray) {
+  if (tries_++ < warm_ups_) return;
+  const uint64_t noted = tries_ - warm_ups_;
+  last_[(noted - 1) % kKept] = seconds_per_ray;
   double sorted[kKept];
-  const uint64_t count = std::min(tries_ - warm_ups_, kKept);
+  const uint64_t count = std::min(noted, kKept);
   std::copy_n(last_, count, sorted);
   std::nth_element(sorted, sorted + count / 2, sorted + count);
-  return sorted[count / 2];
-}
-
-void PathChooser::Cost::Note(double seconds_per_ray) {
-  if (tries_++ >= warm_ups_) last_[(tries_ - 1 - warm_ups_) % kKept] = seconds_per_ray;
+  typical_ = sorted[count / 2];
 }
 
 bool PathChooser::UseDevice(uint64_t rays) {

@@ -34,12 +34,13 @@ class PathChooser {
     bool known() const { return tries_ > warm_ups_; }
     /// Seconds for each ray: the median of the last few batches, for now and then one is
     /// interrupted by something else and takes many times as long.
-    double typical() const;
+    double typical() const { return typical_; }
     void Note(double seconds_per_ray);
 
    private:
     static constexpr uint64_t kKept = 5;
     double last_[kKept] = {};
+    double typical_ = 0;
     uint64_t warm_ups_, tries_ = 0;
   };
   bool Choose(uint64_t rays);
