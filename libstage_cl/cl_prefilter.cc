@@ -57,9 +57,40 @@ ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
   walk_ = ::cl::Kernel(program, "walk_fans");
   const std::size_t most = walk_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device.device);
   work_group_ = std::min(is_cpu_ ? kWorkGroupCpu : kWorkGroupGpu, most);
-  grid_ =
-      std::make_unique<DeviceGrid>(&memory_, ::cl::Kernel(program, "update_words"), work_group_);
+  const ::cl::Kernel update(program, "update_words");
+  const auto forget_grid = [&] {
+    grid_ = std::make_unique<DeviceGrid>(&memory_, update, work_group_);
+    directions_sent_ = 0;
+  };
+  forget_grid();
   statistics_.compile_seconds = Now() - start;
+  WarmUp();
+  forget_grid();
+}
+
+/// Drivers do much when something happens for the first time, a thousand times what a step takes
+/// with few robots: it happens now, while the world is loaded, on a scene that nobody needs.
+void ClPrefilter::WarmUp() {
+  const sensing::PrefilterStatistics before = statistics_;
+  grid::Grid grid;
+  grid.TrackChanges(true);
+  const grid::BodyId body = grid.AddBody({});
+  sensing::DirectionTables tables;
+  sensing::RayBatch batch;
+  sensing::Fan fan;
+  fan.layer = grid::kEverything;
+  fan.record.first_direction = sensing::DirectionTables::kAhead;
+  constexpr double kRange = 10;  // cells
+  sensing::PlaceFan(&fan, Pose(), kRange, 1);
+  batch.Add(fan, 1, {});
+  batch.Close(tables);
+  sensing::WorkerPool workers(1);
+  for (int32_t x = 0; x < 2; x++) {  // all of the grid, then what has changed
+    grid::TilePart cell{.cells = uint64_t{1} << x};
+    grid.Redraw(body, {}, std::span(&cell, 1));
+    Walk(grid, tables, batch, &workers);
+  }
+  statistics_ = before;
 }
 
 sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTables& tables,

@@ -47,6 +47,7 @@ class ClPrefilter : public sensing::Prefilter {
   static constexpr std::size_t kBlock = 64;
   static std::size_t CountBlocks(std::size_t fans) { return (fans + kBlock - 1) / kBlock; }
 
+  void WarmUp();
   void SendGrid(const grid::Grid& grid);
   void SendBatch(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
   void SendDirections(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);

@@ -53,7 +53,7 @@ class PathChooser {
   void ScheduleLook();
 
   bool always_;
-  Cost device_{2}, host_{0};    // what both share is warm when the host's turn comes
+  Cost device_{1}, host_{0};    // what both share is warm when the host's turn comes
   bool device_faster_ = false;  // so it seems
   bool device_chosen_ = false;  // for the present batch
   bool is_look_ = false;        // the present batch
