@@ -12,7 +12,7 @@ namespace Stg {
 
 namespace {
 
-constexpr size_t kAtOnce = 256;      // movers for each thread; so that plans stay in its cache
+constexpr size_t kAtOnce = 256;  // movers for each thread; so that plans stay in its cache
 constexpr size_t kMostAtOnce = 4096;
 constexpr int64_t kMostTiles = 256;  // a mover that uses more moves alone
 constexpr size_t kGrain = 16;

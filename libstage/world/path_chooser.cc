@@ -7,9 +7,9 @@
 namespace Stg {
 
 namespace {
-constexpr uint64_t kLook = 3;           // batches of a look
+constexpr uint64_t kLook = 3;            // batches of a look
 constexpr double kShareOfLooks = 0.005;  // looks may cost this share of the time
-constexpr uint64_t kShortestWait = 64;  // batches between looks
+constexpr uint64_t kShortestWait = 64;   // batches between looks
 constexpr uint64_t kSoon = 16;
 constexpr uint64_t kLongestWait = 20000;
 }  // namespace
