@@ -48,16 +48,16 @@ std::size_t DeviceGrid::Send(const grid::Grid& grid, const std::vector<grid::Lay
   changed_.clear();
   for (const grid::LayerIndex index : wanted) {
     const grid::Occupancy& cells = grid.occupancy(index);
-    Layer* const layer = Find(index);
-    if (NeedsAll(cells, *layer))
+    const Layer& layer = layers_[Find(index)];
+    if (NeedsAll(cells, layer))
       SendAll(cells, index);
     else
-      changed_.push_back(layer);
+      changed_.push_back(&layer);
   }
-  SendChanges(grid, changed_);
+  SendChanges(grid);
   for (const grid::LayerIndex index : wanted) {
     const grid::Occupancy& cells = grid.occupancy(index);
-    *Find(index) = {index, cells.tile_maps().size(), cells.made()};
+    layers_[Find(index)] = {index, cells.tile_maps().size(), cells.made()};
     cells.ForgetChanges();
   }
   return bytes_sent_;
@@ -81,7 +81,7 @@ void DeviceGrid::Write(Buffer* target, const void* data, std::size_t bytes) {
 /// For the layers that are wanted; what was in there is lost if there wasn't enough.
 void DeviceGrid::MakeRoom(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) {
   for (const grid::LayerIndex index : wanted)
-    if (Find(index) == nullptr) layers_.push_back({index, 0, 0});
+    if (Find(index) == layers_.size()) layers_.push_back({index, 0, 0});
   bool lost = grid.region_count() > room_;
   if (lost) room_ = grid.region_count() + grid.region_count() / 4;
   lost |= words_.Reserve(layers_.size() * room_ * kWords * sizeof(uint64_t));
@@ -89,17 +89,15 @@ void DeviceGrid::MakeRoom(const grid::Grid& grid, const std::vector<grid::LayerI
     for (Layer& layer : layers_) layer.made = 0;
 }
 
-/// Null if it has no place.
-DeviceGrid::Layer* DeviceGrid::Find(grid::LayerIndex index) {
+/// The number of its place; that of the next one if it has none.
+std::size_t DeviceGrid::Find(grid::LayerIndex index) const {
   const auto found = std::find_if(layers_.begin(), layers_.end(),
                                   [&](const Layer& layer) { return layer.index == index; });
-  return found == layers_.end() ? nullptr : &*found;
+  return static_cast<std::size_t>(found - layers_.begin());
 }
 
 DeviceGrid::Place DeviceGrid::PlaceOf(grid::LayerIndex index) const {
-  const auto found = std::find_if(layers_.begin(), layers_.end(),
-                                  [&](const Layer& layer) { return layer.index == index; });
-  const std::size_t first = static_cast<std::size_t>(found - layers_.begin()) * room_ * kWords;
+  const std::size_t first = Find(index) * room_ * kWords;
   return {static_cast<uint32_t>(first), static_cast<uint32_t>(first + room_)};
 }
 
@@ -120,15 +118,15 @@ void DeviceGrid::SendAll(const grid::Occupancy& cells, grid::LayerIndex index) {
 }
 
 /// The words that have changed, and where they belong.
-void DeviceGrid::SendChanges(const grid::Grid& grid, const std::vector<Layer*>& layers) {
+void DeviceGrid::SendChanges(const grid::Grid& grid) {
   std::size_t count = 0;
-  for (const Layer* layer : layers)
+  for (const Layer* layer : changed_)
     count += CountChanges(grid.occupancy(layer->index), layer->regions);
   if (count == 0) return;
   const std::size_t bytes = count * (sizeof(uint64_t) + sizeof(uint32_t));
   auto* values = static_cast<uint64_t*>(changes_.MapForWriting(bytes));
   auto* places = reinterpret_cast<uint32_t*>(values + count);
-  for (const Layer* layer : layers) {
+  for (const Layer* layer : changed_) {
     const grid::Occupancy& cells = grid.occupancy(layer->index);
     const Place first = PlaceOf(layer->index);
     ForEachChangedRegion(cells, layer->regions, [&](std::size_t region, uint64_t tiles) {

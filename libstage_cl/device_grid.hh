@@ -40,10 +40,10 @@ class DeviceGrid {
   };
   void SendStructure(const grid::Grid& grid);
   void MakeRoom(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted);
-  Layer* Find(grid::LayerIndex index);
+  std::size_t Find(grid::LayerIndex index) const;
   static bool NeedsAll(const grid::Occupancy& cells, const Layer& layer);
   void SendAll(const grid::Occupancy& cells, grid::LayerIndex index);
-  void SendChanges(const grid::Grid& grid, const std::vector<Layer*>& layers);
+  void SendChanges(const grid::Grid& grid);
   void Write(Buffer* target, const void* data, std::size_t bytes);
 
   Memory& memory_;
@@ -56,7 +56,7 @@ class DeviceGrid {
   Buffer changes_;
   std::vector<Layer> layers_;  // in the order of their places
   std::size_t bytes_sent_ = 0;
-  std::vector<Layer*> changed_;  // scratch
+  std::vector<const Layer*> changed_;  // of those that are being sent, and not as a whole
 };
 
 }  // namespace Stg::cl
