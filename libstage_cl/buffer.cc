@@ -75,26 +75,16 @@ void Buffer::Write(const void* data, std::size_t bytes) {
   Unmap();
 }
 
-void Buffer::WriteAt(std::size_t offset, const void* data, std::size_t bytes) {
-  if (bytes == 0) return;
-  std::memcpy(Map(offset, bytes), data, bytes);
-  Unmap();
-}
-
 void* Buffer::MapForWriting(std::size_t bytes) {
   Reserve(bytes);
-  return Map(0, std::max<std::size_t>(bytes, 1));
-}
-
-void* Buffer::Map(std::size_t offset, std::size_t bytes) {
   Unmap();
-  offset_ = offset;
+  bytes = std::max<std::size_t>(bytes, 1);
   if (!common_.shared) {
     to_send_ = bytes;
     return mapped_ = common_.to_device.Take(bytes);
   }
   // 1.1 has no way to say that the old contents don't matter.
-  return mapped_ = common_.queue.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_WRITE, offset, bytes);
+  return mapped_ = common_.queue.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_WRITE, 0, bytes);
 }
 
 const void* Buffer::StartReading(std::size_t bytes) {
@@ -111,7 +101,7 @@ const void* Buffer::StartReading(std::size_t bytes) {
 void Buffer::Unmap() {
   if (mapped_ == nullptr) return;
   if (to_send_ > 0)
-    common_.queue.enqueueWriteBuffer(memory_, CL_FALSE, offset_, to_send_, mapped_);
+    common_.queue.enqueueWriteBuffer(memory_, CL_FALSE, 0, to_send_, mapped_);
   else
     common_.queue.enqueueUnmapMemObject(memory_, mapped_);
   mapped_ = nullptr;

@@ -70,8 +70,6 @@ class Buffer {
   bool Reserve(std::size_t bytes);
   /// Writes to its beginning, after making room.
   void Write(const void* data, std::size_t bytes);
-  /// Writes to a part of it, for which there has to be room.
-  void WriteAt(std::size_t offset, const void* data, std::size_t bytes);
   /// For the host to write into; Unmap() hands it to the device.
   void* MapForWriting(std::size_t bytes);
   /// What the device writes, for the host to read as soon as the queue is finished, until Unmap()
@@ -82,13 +80,10 @@ class Buffer {
   const ::cl::Buffer& memory() const { return memory_; }
 
  private:
-  void* Map(std::size_t offset, std::size_t bytes);
-
   Memory& common_;
   ::cl::Buffer memory_;
   std::size_t capacity_ = 0;
   void* mapped_ = nullptr;
-  std::size_t offset_ = 0;   // of what is mapped
   std::size_t to_send_ = 0;  // bytes of pinned memory, to be sent by Unmap()
 };
 

@@ -45,21 +45,12 @@ std::size_t DeviceGrid::Send(const grid::Grid& grid, const std::vector<grid::Lay
   bytes_sent_ = 0;
   SendStructure(grid);
   MakeRoom(grid, wanted);
-  changed_.clear();
-  for (const grid::LayerIndex index : wanted) {
-    const grid::Occupancy& cells = grid.occupancy(index);
-    const Layer& layer = layers_[Find(index)];
-    if (NeedsAll(cells, layer))
-      SendAll(cells, index);
-    else
-      changed_.push_back(&layer);
-  }
-  SendChanges(grid);
-  for (const grid::LayerIndex index : wanted) {
-    const grid::Occupancy& cells = grid.occupancy(index);
-    layers_[Find(index)] = {index, cells.tile_maps().size(), cells.made()};
-    cells.ForgetChanges();
-  }
+  if (std::any_of(wanted.begin(), wanted.end(), [&](grid::LayerIndex index) {
+        return NeedsAll(grid.occupancy(index), layers_[Find(index)]);
+      }))
+    SendAll(grid);
+  else
+    SendChanges(grid, wanted);
   return bytes_sent_;
 }
 
@@ -107,29 +98,44 @@ bool DeviceGrid::NeedsAll(const grid::Occupancy& cells, const Layer& layer) {
          CountChanges(cells, layer.regions) * 4 > cells.tiles().size();
 }
 
-void DeviceGrid::SendAll(const grid::Occupancy& cells, grid::LayerIndex index) {
-  const Place place = PlaceOf(index);
-  const auto send = [this](std::size_t first, const std::vector<uint64_t>& words) {
-    words_.WriteAt(first * sizeof(uint64_t), words.data(), words.size() * sizeof(uint64_t));
-    bytes_sent_ += words.size() * sizeof(uint64_t);
+/// All layers that have a place, wanted now or not.
+void DeviceGrid::SendAll(const grid::Grid& grid) {
+  const std::size_t bytes = layers_.size() * room_ * kWords * sizeof(uint64_t);
+  auto* words = static_cast<uint64_t*>(words_.MapForWriting(bytes));
+  const auto put = [&](const std::vector<uint64_t>& from, std::size_t room) {
+    std::fill(std::copy(from.begin(), from.end(), words), words + room, 0);
+    words += room;
   };
-  send(place.tile_maps, cells.tile_maps());
-  send(place.tiles, cells.tiles());
+  for (Layer& layer : layers_) {
+    const grid::Occupancy& cells = grid.occupancy(layer.index);
+    put(cells.tile_maps(), room_);
+    put(cells.tiles(), room_ * grid::kTilesPerRegion);
+    NoteSent(cells, &layer);
+  }
+  words_.Unmap();
+  bytes_sent_ += bytes;
+}
+
+void DeviceGrid::NoteSent(const grid::Occupancy& cells, Layer* layer) {
+  layer->regions = cells.tile_maps().size();
+  layer->made = cells.made();
+  cells.ForgetChanges();
 }
 
 /// The words that have changed, and where they belong.
-void DeviceGrid::SendChanges(const grid::Grid& grid) {
+void DeviceGrid::SendChanges(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) {
   std::size_t count = 0;
-  for (const Layer* layer : changed_)
-    count += CountChanges(grid.occupancy(layer->index), layer->regions);
+  for (const grid::LayerIndex index : wanted)
+    count += CountChanges(grid.occupancy(index), layers_[Find(index)].regions);
   if (count == 0) return;
   const std::size_t bytes = count * (sizeof(uint64_t) + sizeof(uint32_t));
   auto* values = static_cast<uint64_t*>(changes_.MapForWriting(bytes));
   auto* places = reinterpret_cast<uint32_t*>(values + count);
-  for (const Layer* layer : changed_) {
-    const grid::Occupancy& cells = grid.occupancy(layer->index);
-    const Place first = PlaceOf(layer->index);
-    ForEachChangedRegion(cells, layer->regions, [&](std::size_t region, uint64_t tiles) {
+  for (const grid::LayerIndex index : wanted) {
+    const grid::Occupancy& cells = grid.occupancy(index);
+    const Place first = PlaceOf(index);
+    Layer& layer = layers_[Find(index)];
+    ForEachChangedRegion(cells, layer.regions, [&](std::size_t region, uint64_t tiles) {
       *places++ = first.tile_maps + static_cast<uint32_t>(region);
       *values++ = cells.tile_maps()[region];
       const std::size_t tile = region * grid::kTilesPerRegion;
@@ -138,6 +144,7 @@ void DeviceGrid::SendChanges(const grid::Grid& grid) {
         *values++ = cells.tiles()[tile + bit];
       });
     });
+    NoteSent(cells, &layer);
   }
   changes_.Unmap();
   bytes_sent_ += bytes;

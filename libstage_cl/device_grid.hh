@@ -42,8 +42,9 @@ class DeviceGrid {
   void MakeRoom(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted);
   std::size_t Find(grid::LayerIndex index) const;
   static bool NeedsAll(const grid::Occupancy& cells, const Layer& layer);
-  void SendAll(const grid::Occupancy& cells, grid::LayerIndex index);
-  void SendChanges(const grid::Grid& grid);
+  void SendAll(const grid::Grid& grid);
+  void SendChanges(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted);
+  static void NoteSent(const grid::Occupancy& cells, Layer* layer);
   void Write(Buffer* target, const void* data, std::size_t bytes);
 
   Memory& memory_;
@@ -51,12 +52,11 @@ class DeviceGrid {
   std::size_t work_group_;
   Buffer directory_, regions_;  // of superregions; of regions in them
   uint64_t structure_version_ = 0;
-  Buffer words_;  // for each layer, tile maps and then tiles of so many regions:
-  std::size_t room_ = 0;
+  Buffer words_;          // for each layer, its tile maps and then its tiles
+  std::size_t room_ = 0;  // regions that a layer has room for there
   Buffer changes_;
   std::vector<Layer> layers_;  // in the order of their places
   std::size_t bytes_sent_ = 0;
-  std::vector<const Layer*> changed_;  // of those that are being sent, and not as a whole
 };
 
 }  // namespace Stg::cl
