@@ -5,10 +5,12 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 import random
 import tempfile
 import unittest
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,9 +21,10 @@ from harness.breakeven import Point, break_even
 from harness.labels import number
 from harness.measure import energy_figures
 from harness.energy import GuardedMeter, NoReading
-from harness.plan import LEAST_STEPS, SHORT_RUN_SECONDS, History, Plan, remaining
+from harness.plan import (LEAST_STEPS, SHORT_RUN_SECONDS, History, Plan, balanced_order,
+                          remaining)
 from harness.progress import Progress, duration_text
-from harness.runs import Job
+from harness.runs import Backend, Job
 from harness.store import COMPILE, MEASURE, WARM_UP, Record
 
 POPULATIONS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000)
@@ -252,6 +255,18 @@ class PlanTest(unittest.TestCase):
         cave_10 = [p[0].backend.label for p in points if (p[0].world, p[0].population) ==
                    ("cave", 10)]
         self.assertEqual(len(set(cave_10)), 3, "another one begins in each repeat")
+
+    def test_each_backend_follows_each_other_as_often(self) -> None:
+        for count in (1, 2, 3, 4, 5):
+            backends = tuple(Backend(f"host:{n + 1}", ()) for n in range(count))
+            turns = 2 * count if count % 2 else count
+            orders = [balanced_order(backends, turn) for turn in range(turns)]
+            followed = Counter(pair for order in orders for pair in zip(order, order[1:]))
+            self.assertEqual(set(followed), set(itertools.permutations(backends, 2)))
+            self.assertLessEqual(len(set(followed.values())), 1)
+            for place in range(count):
+                self.assertEqual(Counter(order[place] for order in orders),
+                                 Counter({backend: turns // count for backend in backends}))
 
     def test_repeats_lie_far_apart(self) -> None:
         measured = [job for job in self.play(self.plan(), []) if job.purpose == MEASURE]

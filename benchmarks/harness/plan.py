@@ -3,8 +3,8 @@
 
 The outermost loop is that over the repeats, so a series that is cut off has all points once before
 any point twice, and the repeats of a point lie far apart in time. The innermost loop is that over
-the backends, each repeat and each point beginning with another one: a drift of the machine meets
-them all alike.
+the backends, in an order that changes with each repeat and each point: a drift of the machine meets
+them all alike, and so does what a run leaves behind for the next one, such as a hot processor.
 """
 
 from __future__ import annotations
@@ -157,19 +157,31 @@ def preparations(plan: Plan, history: History) -> Iterator[Job]:
                 seconds *= 10
 
 
+def balanced_order(backends: tuple[Backend, ...], turn: int) -> tuple[Backend, ...]:
+    """The order of a turn. In as many turns as there are backends (twice as many if that is odd)
+    each of them is as often at each place, and follows each other one as often.
+
+    Source: E. J. Williams, Experimental designs balanced for the estimation of residual effects of
+    treatments, 1949.
+    """
+    count = len(backends)
+    zigzag = [(place + 1) // 2 if place % 2 else -(place // 2) for place in range(count)]
+    order = tuple(backends[(place + turn) % count] for place in zigzag)
+    return order[::-1] if count % 2 and turn // count % 2 else order
+
+
 def measurements(plan: Plan, history: History) -> Iterator[tuple[Job, float]]:
     """Measured runs in their order; the seconds of short ones are a guess until they are next."""
     for repeat in range(1, plan.repeats + 1):
-        point = 0
+        turn = repeat - 1
         for world, populations in plan.worlds.items():
             for population in populations:
                 seconds = simulated_seconds(plan, history, world, population)
-                first = (repeat - 1 + point) % len(plan.backends)
-                point += 1
-                for backend in plan.backends[first:] + plan.backends[:first]:
+                for backend in balanced_order(plan.backends, turn):
                     job = Job(MEASURE, world, population, backend, repeat,
                               seconds or LEAST_STEPS * STEP)
                     yield job, expected_seconds(history, job)
+                turn += 1
 
 
 def remaining(plan: Plan, history: History) -> list[tuple[Job, float]]:
