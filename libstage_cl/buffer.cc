@@ -9,7 +9,7 @@ namespace Stg::cl {
 
 PinnedMemory::~PinnedMemory() {
   try {
-    Release();
+    Release(0);
   } catch (const ::cl::Error&) {
     // The device is lost; so is its memory.
   }
@@ -18,7 +18,8 @@ PinnedMemory::~PinnedMemory() {
 void* PinnedMemory::Take(std::size_t bytes) {
   constexpr std::size_t kAlignment = 256;
   bytes = (bytes + kAlignment - 1) / kAlignment * kAlignment;
-  if (blocks_.empty() || used_ + bytes > blocks_.back().size) AddBlock(bytes);
+  // A new block has room for all that was taken before, so that later it alone will do.
+  if (blocks_.empty() || used_ + bytes > blocks_.back().size) AddBlock(taken_ + bytes);
   char* room = blocks_.back().data + used_;
   used_ += bytes;
   taken_ += bytes;
@@ -35,16 +36,15 @@ void PinnedMemory::AddBlock(std::size_t bytes) {
 }
 
 void PinnedMemory::Reset() {
-  if (blocks_.size() > 1) {  // one block of the size that was needed takes their place
-    Release();
-    AddBlock(taken_);
-  }
+  Release(std::min<std::size_t>(blocks_.size(), 1));
   used_ = taken_ = 0;
 }
 
-void PinnedMemory::Release() {
-  for (Block& block : blocks_) queue_.enqueueUnmapMemObject(block.buffer, block.data);
-  blocks_.clear();
+void PinnedMemory::Release(std::size_t kept) {
+  const auto end = blocks_.end() - static_cast<std::ptrdiff_t>(kept);
+  for (auto block = blocks_.begin(); block != end; ++block)
+    queue_.enqueueUnmapMemObject(block->buffer, block->data);
+  blocks_.erase(blocks_.begin(), end);
 }
 
 Buffer::~Buffer() {

@@ -35,7 +35,8 @@ class PinnedMemory {
     std::size_t size;
   };
   void AddBlock(std::size_t bytes);
-  void Release();
+  /// All blocks but the last `kept` ones.
+  void Release(std::size_t kept);
 
   ::cl::Context context_;
   ::cl::CommandQueue queue_;

@@ -11,6 +11,7 @@ constexpr uint64_t kLook = 3;            // batches of a look
 constexpr double kShareOfLooks = 0.005;  // looks may cost this share of the time
 constexpr uint64_t kShortestWait = 64;   // batches between looks
 constexpr uint64_t kSoon = 16;
+constexpr uint64_t kFirstLook = 4;
 constexpr uint64_t kLongestWait = 20000;
 }  // namespace
 
@@ -19,16 +20,18 @@ void PathChooser::Cost::Note(double seconds_per_ray) {
   const uint64_t noted = tries_ - warm_ups_;
   last_[(noted - 1) % kKept] = seconds_per_ray;
   double sorted[kKept];
-  const uint64_t count = std::min(noted, kKept);
+  const uint64_t count = std::min(noted, kKept), middle = (count - 1) / 2;
   std::copy_n(last_, count, sorted);
-  std::nth_element(sorted, sorted + count / 2, sorted + count);
-  typical_ = sorted[count / 2];
+  std::nth_element(sorted, sorted + middle, sorted + count);
+  typical_ = sorted[middle];
 }
 
 bool PathChooser::UseDevice(uint64_t rays) {
   rays_ = rays;
   batches_++;
+  const bool was_device = device_chosen_;
   device_chosen_ = Choose(rays);
+  catches_up_ = device_chosen_ && !was_device;
   is_look_ = !always_ && (!host_.known() || device_chosen_ != device_faster_);
   return device_chosen_;
 }
@@ -50,19 +53,19 @@ bool PathChooser::Choose(uint64_t rays) {
   }
   if (!NeedsLook(rays)) return device_faster;
   rays_at_look_ = rays;
-  look_batches_ = kLook - 1;
   ScheduleLook();
+  look_batches_ = device_faster ? kLook - 1 : kLook;  // the device has to catch up first
   return !device_faster;
 }
 
 /// Both are known by a single batch each. One that was interrupted may have taken many times as
-/// long: if that could have turned the outcome, there is a look soon.
+/// long: if that could have turned the outcome, there is a look at once.
 void PathChooser::BeginToCompare() {
   constexpr double kInterrupted = 30;
   rays_at_look_ = rays_;
   device_faster_ = device_.typical() < host_.typical();
   ScheduleLook();
-  if (TimesSlower() < kInterrupted) next_look_ = batches_ + kSoon;
+  if (TimesSlower() < kInterrupted) next_look_ = batches_ + kFirstLook;
 }
 
 double PathChooser::TimesSlower() const {
@@ -90,8 +93,8 @@ void PathChooser::ScheduleLook() {
 
 void PathChooser::Report(double seconds, uint64_t rays) {
   if (rays == 0) return;
-  last_cost_ = seconds / static_cast<double>(rays);
-  (device_chosen_ ? device_ : host_).Note(last_cost_);
+  last_cost_ = catches_up_ ? 0 : seconds / static_cast<double>(rays);
+  if (!catches_up_) (device_chosen_ ? device_ : host_).Note(last_cost_);
 }
 
 }  // namespace Stg
