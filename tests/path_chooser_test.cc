@@ -112,11 +112,14 @@ class Paths {
   bool Next() {
     const bool on_device = chooser_.UseDevice(1000);
     const bool catches_up = catching_up_ > 0 && (!was_on_device_ || device_batches_ < 2);
-    chooser_.Report(!on_device ? host_ : catches_up ? catching_up_ : device_);
+    const double cost = !on_device ? host_ : catches_up ? catching_up_ : device_;
+    chooser_.Report(cost);
+    taken_ += cost;
     was_on_device_ = on_device;
     device_batches_ += on_device;
     return on_device;
   }
+  double taken() const { return taken_; }
   /// Batches until the slower path is looked at, if the host is the faster one.
   int UntilLook() {
     for (int i = 1; i < 100000; i++)
@@ -133,7 +136,7 @@ class Paths {
 
  private:
   PathChooser chooser_;
-  double device_, host_, catching_up_ = 0;
+  double device_, host_, catching_up_ = 0, taken_ = 0;
   bool was_on_device_ = false;
   int device_batches_ = 0;
 };
@@ -155,6 +158,16 @@ TEST(PathChooser, ALookSeesMoreThanThatTheDeviceCatchesUp) {
   paths.SetDevice(0.8);
   paths.UntilLook();
   EXPECT_GT(paths.Look(), 4) << "the device is the faster one now";
+}
+
+TEST(PathChooser, CatchingUpCostsLittleInTheLongRun) {
+  for (const double device : {0.99, 1.01, 1.1, 3.0}) {
+    Paths paths(device, 1.0);
+    paths.SetCatchingUp(5);
+    constexpr int kBatches = 20000;
+    for (int i = 0; i < kBatches; i++) paths.Next();
+    EXPECT_LT(paths.taken(), 1.008 * kBatches * std::min(device, 1.0)) << device;
+  }
 }
 
 TEST(PathChooser, ABadMomentAtTheBeginningIsLookedInto) {

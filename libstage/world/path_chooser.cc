@@ -84,17 +84,20 @@ bool PathChooser::LookIsClear() const {
   return last_cost_ > kClearly * (device_chosen_ ? host_ : device_).typical();
 }
 
-/// The slower the other path, the more rarely.
+/// The more a look costs, the more rarely: before it or after it, the device has to catch up.
 void PathChooser::ScheduleLook() {
-  const double wait = std::min(static_cast<double>(kLook) * (TimesSlower() - 1) / kShareOfLooks,
-                               static_cast<double>(kLongestWait));
+  const double faster = std::min(device_.typical(), host_.typical());
+  const double catching_up = std::max(catching_up_.typical() / faster - 1, 0.0);
+  const double lost = static_cast<double>(kLook) * (TimesSlower() - 1) + catching_up;  // batches
+  const double wait = std::min(lost / kShareOfLooks, static_cast<double>(kLongestWait));
   next_look_ = batches_ + std::max(kShortestWait, static_cast<uint64_t>(wait));
 }
 
 void PathChooser::Report(double seconds, uint64_t rays) {
   if (rays == 0) return;
-  last_cost_ = catches_up_ ? 0 : seconds / static_cast<double>(rays);
-  if (!catches_up_) (device_chosen_ ? device_ : host_).Note(last_cost_);
+  const double cost = seconds / static_cast<double>(rays);
+  last_cost_ = catches_up_ ? 0 : cost;
+  (catches_up_ ? catching_up_ : device_chosen_ ? device_ : host_).Note(cost);
 }
 
 }  // namespace Stg

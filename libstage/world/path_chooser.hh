@@ -53,13 +53,14 @@ class PathChooser {
   void ScheduleLook();
 
   bool always_;
-  Cost device_{1}, host_{0};    // what both share is warm when the host's turn comes
-  bool device_faster_ = false;  // so it seems
-  bool device_chosen_ = false;  // for the present batch
+  Cost device_{1}, host_{0};  // what both share is warm when the host's turn comes
   // The device gets the present batch, but not that before: it is sent what has changed since it
   // had its last one, which says little about its costs.
   bool catches_up_ = false;
-  bool is_look_ = false;  // the present batch
+  Cost catching_up_{1};
+  bool device_faster_ = false;  // so it seems
+  bool device_chosen_ = false;  // for the present batch
+  bool is_look_ = false;        // the present batch
   uint64_t rays_ = 0;
   double last_cost_ = 0;  // of the batch before: seconds for each ray; 0 if not known
   uint64_t batches_ = 0;
