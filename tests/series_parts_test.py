@@ -21,6 +21,7 @@ from harness.breakeven import Point, break_even
 from harness.labels import number
 from harness.measure import energy_figures
 from harness.energy import GuardedMeter, NoReading
+from harness.nearness import nearness
 from harness.plan import (LEAST_STEPS, SHORT_RUN_SECONDS, History, Plan, balanced_order,
                           remaining)
 from harness.progress import Progress, duration_text
@@ -160,6 +161,37 @@ class AnalysisTest(unittest.TestCase):
         assert found is not None
         self.assertAlmostEqual(found.rays / 8000, 1, delta=0.01)
         self.assertIsNone(Series(records).break_even("cave", "cl:gpu", "hostN"))
+
+    def test_nearness_to_the_fastest_backend(self) -> None:
+        records = [replace(r, r_acc=r.r_acc * 0.9) if (r.backend, r.population) == ("auto", 100)
+                   else r for r in drifting()]
+        found = nearness(Series(records), "cave")
+        assert found is not None
+        self.assertEqual(found.fastest, {10: "cl:gpu", 100: "cl:gpu", 1000: "cl:gpu"})
+        for population, ratio in ((10, 1.0), (100, 0.9), (1000, 1.0)):
+            near = found.points[population]
+            for value in (near.ratio, near.low, near.high):  # repeats don't scatter
+                self.assertAlmostEqual(value, ratio)
+        self.assertAlmostEqual(found.mean.ratio, 0.9 ** (1 / 3))
+
+    def test_interval_of_nearness_has_the_truth(self) -> None:
+        hits = 0
+        for seed in range(100):
+            dice = random.Random(seed)
+            noisy = [replace(r, r_acc=r.r_acc * math.exp(dice.gauss(0, 0.1))) for r in drifting()]
+            found = nearness(Series(noisy), "cave")
+            assert found is not None
+            hits += found.mean.low <= 1.0 <= found.mean.high
+        self.assertGreaterEqual(hits, 85)
+
+    def test_nearness_where_there_is_little_to_compare(self) -> None:
+        once = [r for r in drifting() if r.repeat == 1]
+        found = nearness(Series(once), "cave")
+        assert found is not None
+        self.assertTrue(math.isnan(found.points[10].low) and math.isnan(found.mean.high))
+        for missing in ({"auto"}, {"host1", "hostN", "cl:gpu"}):
+            left = [r for r in drifting() if r.backend not in missing]
+            self.assertIsNone(nearness(Series(left), "cave"))
 
     def test_losses(self) -> None:
         slow = [replace(r, r_acc=r.r_acc / 3) if r.backend == "cl:gpu" and r.population == 10 else r

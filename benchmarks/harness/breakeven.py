@@ -12,11 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-DRAWS = 2000
-LEVEL = 0.95
-SEED = 1
-# Repeats are few, so a point borrows the scatter of the points next to it, on each side.
-NEIGHBOURS = 2
+from harness.resampling import bounds, resampled
 
 
 @dataclass(frozen=True)
@@ -65,30 +61,13 @@ def crossing(log_rays: np.ndarray, advantages: np.ndarray) -> np.ndarray:
     return result
 
 
-def resampled(logs: list[np.ndarray], middles: np.ndarray) -> np.ndarray:
-    """Medians as other repeats might have given them: a row for each draw."""
-    random = np.random.default_rng(SEED)
-    # Residuals about a mean of n are too small by sqrt((n - 1) / n).
-    residuals = [(log - log.mean()) * math.sqrt(len(log) / (len(log) - 1)) if len(log) > 1
-                 else np.zeros(0) for log in logs]
-    draws = np.empty((DRAWS, len(logs)))
-    for i, log in enumerate(logs):
-        pool = np.concatenate(residuals[max(0, i - NEIGHBOURS):i + NEIGHBOURS + 1])
-        if pool.size == 0:
-            pool = np.concatenate(residuals)
-        chosen = random.integers(0, pool.size, (DRAWS, len(log)))
-        draws[:, i] = middles[i] + np.median(pool[chosen], axis=1)
-    return draws
-
-
 def interval(log_rays: np.ndarray, logs: list[np.ndarray], middles: np.ndarray
              ) -> tuple[float, float]:
-    """Bounds of the break-even, in rays, at the level LEVEL."""
+    """Bounds of the break-even, in rays."""
     if all(len(log) < 2 for log in logs):
         return math.nan, math.nan
-    found = np.sort(crossing(log_rays, resampled(logs, middles)))
-    cut = int((1 - LEVEL) / 2 * DRAWS)
-    return rays_of(found[cut]), rays_of(found[DRAWS - 1 - cut])
+    low, high = bounds(crossing(log_rays, resampled(logs, middles)))
+    return rays_of(low), rays_of(high)
 
 
 def rays_of(logarithm: float) -> float:

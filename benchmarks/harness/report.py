@@ -8,10 +8,12 @@ import math
 from pathlib import Path
 from typing import Iterable
 
-from harness.analysis import LARGE, Series, differences
-from harness.breakeven import LEVEL, BreakEven
+from harness.analysis import LARGE, Series, Summary, differences
+from harness.breakeven import BreakEven
 from harness.labels import (PAPER, PAPER_FASTER, PAPER_ROBOTS, backend_name, number, short_device,
                             spread)
+from harness.nearness import Nearness, nearness
+from harness.resampling import LEVEL
 
 MACHINE_FILE = "machine.json"
 REPORT_FILE = "report.md"
@@ -301,20 +303,38 @@ def break_even_section(series: Series) -> list[str]:
 
 
 def auto_lines(series: Series) -> list[str]:
-    """Where the program itself saw the break-even."""
+    """Where the program itself saw the break-even, and how much that cost."""
     if "auto" not in series.backends:
         return []
     rows = []
     for world in series.worlds:
+        near = nearness(series, world)
         for n in series.populations(world, "auto"):
             share = series.figure(world, n, "auto", lambda r: r.steps_on_device / r.steps)
             rays = series.column(world, n, "auto", "rays_per_step")
-            if share and rays:
-                rows.append([world, str(n), number(rays.median), f"{share.median:.0%} "
-                             f"({share.least:.0%} to {share.greatest:.0%})"])
+            known = near is not None and n in near.points
+            rows.append([world, str(n), number(rays.median) if rays else "", share_text(share),
+                         backend_name(series, near.fastest[n]) if known else "",
+                         nearness_text(near.points[n]) if known else ""])
+        if near is not None:
+            rows.append([world, "all", "", "", "", nearness_text(near.mean)])
     return ["`--opencl` finds the break-even while it runs: the share of its steps that it made on "
-            "the device.", "",
-            *table(["world", "robots", "rays a step", "steps on the device"], rows)]
+            "the device, and its r_ACC relative to that of the fastest other backend, within "
+            f"repeats, with an interval ({LEVEL:.0%}) from their scatter; \"all\" is the geometric "
+            "mean. Where two backends are equally fast, the one that was lucky is called the "
+            "fastest, which makes the ratio look smaller than it is.", "",
+            *table(["world", "robots", "rays a step", "steps on the device", "fastest other",
+                    "r_ACC relative to it"], rows)]
+
+
+def share_text(share: Summary | None) -> str:
+    """Percent, with the least and the greatest."""
+    return f"{share.median:.0%} ({share.least:.0%} to {share.greatest:.0%})" if share else ""
+
+
+def nearness_text(near: Nearness) -> str:
+    interval = "" if math.isnan(near.low) else f" ({near.low:.2f} to {near.high:.2f})"
+    return f"{near.ratio:.2f}{interval}"
 
 
 # Phases, memory, compiling.
