@@ -25,11 +25,13 @@ double Now() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
-/// STAGE_CL_MEMORY in the environment says otherwise: "own" or "shared".
+/// As the device says, unless STAGE_CL_MEMORY in the environment says otherwise.
 bool SharesMemory(const ::cl::Device& device) {
-  const char* choice = std::getenv("STAGE_CL_MEMORY");
-  const std::string wanted = choice ? choice : "";
-  if (!wanted.empty()) return wanted != "own";
+  const char* variable = std::getenv("STAGE_CL_MEMORY");
+  const std::string wanted = variable ? variable : "";
+  if (wanted == "own" || wanted == "shared") return wanted == "shared";
+  if (!wanted.empty())
+    throw sensing::PrefilterError("STAGE_CL_MEMORY is \"" + wanted + "\", expected own or shared");
   cl_bool shared = CL_FALSE;
   device.getInfo(CL_DEVICE_HOST_UNIFIED_MEMORY, &shared);
   return shared != CL_FALSE;

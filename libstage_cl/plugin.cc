@@ -2,17 +2,26 @@
 //
 // What the plug-in exports.
 
+#include <charconv>
 #include <cstdlib>
 
 #include "libstage_cl/cl_prefilter.hh"
 
 namespace {
 
-/// STAGE_CL_HITS: how many potential hits a ray's list holds, 1 to 16.
+/// STAGE_CL_HITS: how many potential hits a ray's list holds.
 uint32_t HitsPerRay() {
-  const char* text = std::getenv("STAGE_CL_HITS");
-  const int hits = text ? std::atoi(text) : 0;
-  return hits >= 1 && hits <= 16 ? static_cast<uint32_t>(hits) : 1;
+  constexpr uint32_t kUsual = 1, kMost = 16;
+  const char* variable = std::getenv("STAGE_CL_HITS");
+  const std::string text = variable ? variable : "";
+  if (text.empty()) return kUsual;
+  uint32_t hits = 0;
+  const char* const text_end = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), text_end, hits);
+  if (error != std::errc() || end != text_end || hits < 1 || hits > kMost)
+    throw Stg::internal::sensing::PrefilterError("STAGE_CL_HITS is \"" + text +
+                                                 "\", expected 1 to " + std::to_string(kMost));
+  return hits;
 }
 
 }  // namespace

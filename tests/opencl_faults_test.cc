@@ -181,6 +181,20 @@ TEST_F(FaultsTest, KernelsThatDoNotCompile) {
   ExpectGoesOn({{"STAGE_CL_OPTIONS", "--no-such-option"}}, "");
 }
 
+TEST_F(FaultsTest, WrongEnvironment) {
+  if (!DeviceFound()) GTEST_SKIP() << "no OpenCL device";
+  for (const char* hits : {"0", "17", "-1", "3x", "many", "99999999999"}) {
+    const std::string expected = std::string("STAGE_CL_HITS is \"") + hits + "\", expected 1 to 16";
+    ExpectGoesOn({{"STAGE_CL_HITS", hits}}, expected);
+    ExpectFails("--opencl=auto:0", {{"STAGE_CL_HITS", hits}}, expected);
+  }
+  const Environment memory = {{"STAGE_CL_MEMORY", "both"}};
+  ExpectGoesOn(memory, "STAGE_CL_MEMORY is \"both\", expected own or shared");
+  ExpectFails("--opencl=auto:0", memory, "expected own or shared");
+  for (const char* choice : {"own", "shared", ""})
+    EXPECT_EQ(HashOf(WithDevice("--opencl=auto:0", {{"STAGE_CL_MEMORY", choice}})), plain_);
+}
+
 TEST_F(FaultsTest, NothingIsWrong) {
   // What the other tests expect is not there when all is well.
   if (!DeviceFound()) GTEST_SKIP() << "no OpenCL device";

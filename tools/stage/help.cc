@@ -89,6 +89,11 @@ Environment
                        are not found otherwise
   LD_LIBRARY_PATH      further folders for controllers
   STAGE_CL_DEVICE      DEVICE for an --opencl that names none
+  STAGE_CL_HITS        potential hits that the device lists for each ray, 1 (default) to 16: where
+                       none of them is a hit, the host walks on by itself
+  STAGE_CL_MEMORY      own or shared: whether the device has memory of its own, instead of what it
+                       says about itself
+  STAGE_CL_OPTIONS     further options for the device's compiler
   POSIXLY_CORRECT      if set, options only count before the first world file
 
 Exit status
