@@ -18,7 +18,7 @@
 
 namespace Stg::cl {
 
-class ClPrefilter : public sensing::Prefilter {
+class ClPrefilter final : public sensing::Prefilter {
  public:
   /// Throws sensing::PrefilterError or cl::Error.
   ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray);

@@ -20,13 +20,18 @@ class Machine {
     double Of(uint64_t rays) const { return fixed + each * static_cast<double>(rays); }
   };
 
-  Machine(Cost device, Cost host) : device_(device), host_(host) {}
+  /// `catching_up`: what the device takes for a batch if it did not have the one before, as a
+  /// multiple of its cost.
+  Machine(Cost device, Cost host, double catching_up = 1)
+      : device_(device), host_(host), catching_up_(catching_up) {}
 
   /// Some batches are interrupted and take up to 30 times as long.
   void Run(uint64_t batches, uint64_t rays, double interrupted = 0.03) {
     for (uint64_t i = 0; i < batches; i++) {
       const bool on_device = chooser_.UseDevice(rays);
-      const double cost = (on_device ? device_ : host_).Of(rays);
+      const bool catches_up = on_device && !was_on_device_;
+      const double cost = (on_device ? device_ : host_).Of(rays) * (catches_up ? catching_up_ : 1);
+      was_on_device_ = on_device;
       const bool bad = random_.Real(0, 1) < interrupted;
       chooser_.Report(cost * random_.Real(0.9, 1.1) * (bad ? random_.Real(2, 30) : 1));
       taken_ += cost;
@@ -42,6 +47,8 @@ class Machine {
  private:
   PathChooser chooser_;
   Cost device_, host_;
+  double catching_up_;
+  bool was_on_device_ = false;
   test::RandomSource random_{1};
   double taken_ = 0, best_ = 0;
   uint64_t on_device_ = 0;
@@ -53,10 +60,35 @@ TEST(PathChooser, LosesLittleAtAnyNumberOfRays) {
   for (const uint64_t rays : {1u, 30u, 196u, 392u, 420u, 1000u, 10000u, 3000000u}) {
     Machine machine(kGpu, kOneThread);
     machine.Run(5000, rays);
-    EXPECT_LT(machine.Loss(), 0.1) << rays << ", while it is learning";
+    EXPECT_LT(machine.Loss(), 0.05) << rays << ", while it is learning";
     machine.Forget();
     machine.Run(20000, rays);
     EXPECT_LT(machine.Loss(), 0.03) << rays;
+  }
+}
+
+TEST(PathChooser, LosesLittleNearTheBreakEven) {
+  for (const double catching_up : {1.0, 1.5, 3.0}) {
+    for (uint64_t rays = 350; rays <= 450; rays += 5) {  // it is at 399
+      Machine machine(kGpu, kOneThread, catching_up);
+      machine.Run(20000, rays);
+      EXPECT_LT(machine.Loss(), 0.025) << rays << " rays, " << catching_up;
+    }
+  }
+}
+
+/// As of sensors that are read at different intervals.
+TEST(PathChooser, BatchesOfDifferentSizesEachGoTheirWay) {
+  struct Sizes {
+    uint64_t often, seldom;
+  };
+  for (const auto [often, seldom] :
+       {Sizes{16, 196}, {196, 1960}, {1960, 196}, {3000, 30000}, {0, 196}, {5000, 0}}) {
+    for (const int period : {2, 3, 10}) {
+      Machine machine(kGpu, kOneThread);
+      for (int i = 0; i < 20000; i++) machine.Run(1, i % period == 0 ? seldom : often);
+      EXPECT_LT(machine.Loss(), 0.03) << often << " rays, " << seldom << " every " << period;
+    }
   }
 }
 

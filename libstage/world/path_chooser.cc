@@ -9,13 +9,15 @@ namespace Stg {
 namespace {
 constexpr uint64_t kLook = 3;            // batches of a look
 constexpr double kShareOfLooks = 0.005;  // looks may cost this share of the time
-constexpr uint64_t kShortestWait = 64;   // batches between looks
-constexpr uint64_t kSoon = 16;
-constexpr uint64_t kFirstLook = 4;
-constexpr uint64_t kLongestWait = 20000;
+constexpr double kNoise = 0.1;           // costs differ by that for no reason
+constexpr double kClearly = 1.5;         // times slower
+constexpr uint64_t kShortestWait = 16, kLongestWait = 20000;  // batches between looks
+// A great change of mind may be due to a bad moment: looks come after 4, 32, 256 ... batches then.
+constexpr uint64_t kFirstWait = 4;
+constexpr int kEarlyLooks = 4;
 }  // namespace
 
-void PathChooser::Cost::Note(double seconds_per_ray) {
+void PathComparison::Cost::Note(double seconds_per_ray) {
   if (tries_++ < warm_ups_) return;
   const uint64_t noted = tries_ - warm_ups_;
   last_[(noted - 1) % kKept] = seconds_per_ray;
@@ -26,78 +28,90 @@ void PathChooser::Cost::Note(double seconds_per_ray) {
   typical_ = sorted[middle];
 }
 
-bool PathChooser::UseDevice(uint64_t rays) {
-  rays_ = rays;
+bool PathComparison::UseDevice() {
   batches_++;
   const bool was_device = device_chosen_;
-  device_chosen_ = Choose(rays);
+  device_chosen_ = Choose();
   catches_up_ = device_chosen_ && !was_device;
-  is_look_ = !always_ && (!host_.known() || device_chosen_ != device_faster_);
+  is_look_ = !host_.known() || device_chosen_ != device_faster_;
   return device_chosen_;
 }
 
-bool PathChooser::Choose(uint64_t rays) {
-  if (always_ || !device_.known()) return true;
+bool PathComparison::Choose() {
+  if (!device_.known()) return true;
   if (!host_.known()) return false;
-  if (rays_at_look_ == 0) BeginToCompare();
-  if (look_batches_ > 0 && LookIsClear()) look_batches_ = 0;
-  if (look_batches_ > 0) {
-    look_batches_--;
-    return device_chosen_;
+  if (!compares_) BeginToCompare();
+  if (looking_) {
+    if (look_batches_ > 0 && !LookIsClear()) {
+      look_batches_--;
+      return device_chosen_;
+    }
+    EndLook();
   }
-  const bool device_faster = device_.typical() < host_.typical();
-  if (device_faster != device_faster_) {
-    // A change of mind may be due to a bad moment: it is looked into soon.
-    device_faster_ = device_faster;
-    next_look_ = std::min(next_look_, batches_ + kSoon);
-  }
-  if (!NeedsLook(rays)) return device_faster;
-  rays_at_look_ = rays;
-  ScheduleLook();
-  look_batches_ = device_faster ? kLook - 1 : kLook;  // the device has to catch up first
-  return !device_faster;
+  seems_slower_ = TimesSlower() * (1 + kNoise) < 1 ? seems_slower_ + 1 : 0;
+  if (seems_slower_ == kShortestWait) wait_ = std::min(wait_, Wait());  // it is no bad moment
+  if (batches_ < last_look_ + wait_) return device_faster_;
+  looking_ = true;
+  look_batches_ = device_faster_ ? kLook - 1 : kLook;  // the device has to catch up first
+  return !device_faster_;
 }
 
 /// Both are known by a single batch each. One that was interrupted may have taken many times as
-/// long: if that could have turned the outcome, there is a look at once.
-void PathChooser::BeginToCompare() {
+/// long: only if that could not have turned the outcome, there are no early looks.
+void PathComparison::BeginToCompare() {
   constexpr double kInterrupted = 30;
-  rays_at_look_ = rays_;
+  compares_ = true;
   device_faster_ = device_.typical() < host_.typical();
-  ScheduleLook();
-  if (TimesSlower() < kInterrupted) next_look_ = batches_ + kFirstLook;
+  last_look_ = batches_;
+  early_looks_ = TimesSlower() < kInterrupted ? kEarlyLooks : 0;
+  wait_ = Wait();
 }
 
-double PathChooser::TimesSlower() const {
-  const double device = device_.typical(), host = host_.typical();
-  return std::max(device, host) / std::min(device, host);
+/// Only now is a change of mind possible: between looks, what is known of the other path is old.
+void PathComparison::EndLook() {
+  looking_ = false;
+  last_look_ = batches_;
+  early_looks_ = TimesSlower() * kClearly < 1 ? kEarlyLooks : std::max(early_looks_ - 1, 0);
+  if (TimesSlower() < 1) device_faster_ = !device_faster_;
+  wait_ = Wait();
 }
 
-/// The scene changes: the other path is looked at now and then, and at once if the batches have
-/// become much larger or smaller.
-bool PathChooser::NeedsLook(uint64_t rays) const {
-  return batches_ >= next_look_ || rays > 2 * rays_at_look_ || 2 * rays < rays_at_look_;
+/// By how much the path that is not used seems to be slower; below 1 if it seems to be faster.
+double PathComparison::TimesSlower() const {
+  const double times = device_.typical() / host_.typical();
+  return device_faster_ ? 1 / times : times;
 }
 
-bool PathChooser::LookIsClear() const {
-  constexpr double kClearly = 1.5;
+bool PathComparison::LookIsClear() const {
   return last_cost_ > kClearly * (device_chosen_ ? host_ : device_).typical();
 }
 
-/// The more a look costs, the more rarely: before it or after it, the device has to catch up.
-void PathChooser::ScheduleLook() {
-  const double faster = std::min(device_.typical(), host_.typical());
-  const double catching_up = std::max(catching_up_.typical() / faster - 1, 0.0);
-  const double lost = static_cast<double>(kLook) * (TimesSlower() - 1) + catching_up;  // batches
-  const double wait = std::min(lost / kShareOfLooks, static_cast<double>(kLongestWait));
-  next_look_ = batches_ + std::max(kShortestWait, static_cast<uint64_t>(wait));
+/// Batches between looks. The more a look costs, the more: some batches on the other path, and
+/// before or after these the device has to catch up. The more it may bring, the fewer.
+uint64_t PathComparison::Wait() const {
+  const double times_slower = TimesSlower();
+  const double used = (device_faster_ ? device_ : host_).typical();
+  const double catching_up = std::max(catching_up_.typical() / used - 1, 0.0);
+  const double lost = static_cast<double>(kLook) * std::max(times_slower - 1, 0.0) + catching_up;
+  const double missed = std::max(1 / times_slower - 1, 0.0);
+  const double wait = std::min(lost / (kShareOfLooks + missed), static_cast<double>(kLongestWait));
+  const uint64_t most =
+      early_looks_ > 0 ? kFirstWait << 3 * (kEarlyLooks - early_looks_) : kLongestWait;
+  return std::min(most, std::max(kShortestWait, static_cast<uint64_t>(wait)));
+}
+
+void PathComparison::Report(double seconds_per_ray) {
+  last_cost_ = catches_up_ ? 0 : seconds_per_ray;
+  (catches_up_ ? catching_up_ : device_chosen_ ? device_ : host_).Note(seconds_per_ray);
+}
+
+bool PathChooser::UseDevice(uint64_t rays) {
+  rays_ = rays;
+  return always_ || (rays > 0 && comparisons_[Size()].UseDevice());
 }
 
 void PathChooser::Report(double seconds, uint64_t rays) {
-  if (rays == 0) return;
-  const double cost = seconds / static_cast<double>(rays);
-  last_cost_ = catches_up_ ? 0 : cost;
-  (catches_up_ ? catching_up_ : device_chosen_ ? device_ : host_).Note(cost);
+  if (rays > 0) comparisons_[Size()].Report(seconds / static_cast<double>(rays));
 }
 
 }  // namespace Stg
