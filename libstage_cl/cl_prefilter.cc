@@ -6,10 +6,10 @@
 #include <atomic>
 #include <bit>
 #include <chrono>
-#include <cstdlib>
 #include <string>
 #include <utility>
 
+#include "libstage_cl/environment.hh"
 #include "libstage_cl/program.hh"
 
 namespace Stg::cl {
@@ -27,8 +27,7 @@ double Now() {
 
 /// As the device says, unless STAGE_CL_MEMORY in the environment says otherwise.
 bool SharesMemory(const ::cl::Device& device) {
-  const char* variable = std::getenv("STAGE_CL_MEMORY");
-  const std::string wanted = variable ? variable : "";
+  const std::string wanted = FromEnvironment("STAGE_CL_MEMORY");
   if (wanted == "own" || wanted == "shared") return wanted == "shared";
   if (!wanted.empty())
     throw sensing::PrefilterError("STAGE_CL_MEMORY is \"" + wanted + "\", expected own or shared");

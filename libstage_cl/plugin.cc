@@ -3,17 +3,16 @@
 // What the plug-in exports.
 
 #include <charconv>
-#include <cstdlib>
 
 #include "libstage_cl/cl_prefilter.hh"
+#include "libstage_cl/environment.hh"
 
 namespace {
 
 /// STAGE_CL_HITS: how many potential hits a ray's list holds.
 uint32_t HitsPerRay() {
   constexpr uint32_t kUsual = 1, kMost = 16;
-  const char* variable = std::getenv("STAGE_CL_HITS");
-  const std::string text = variable ? variable : "";
+  const std::string text = Stg::cl::FromEnvironment("STAGE_CL_HITS");
   if (text.empty()) return kUsual;
   uint32_t hits = 0;
   const char* const text_end = text.data() + text.size();

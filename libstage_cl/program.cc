@@ -3,9 +3,9 @@
 #include "libstage_cl/program.hh"
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "kernels_embedded.hh"
+#include "libstage_cl/environment.hh"
 #include "sensing/prefilter.hh"
 
 namespace Stg::cl {
@@ -32,8 +32,7 @@ std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
 
 ::cl::Program BuildProgram(const ::cl::Context& context, const ::cl::Device& device) {
   const std::string source = std::string(kRayWalkSource) + "\n" + kPrefilterSource;
-  const char* more = std::getenv("STAGE_CL_OPTIONS");
-  const std::string options = std::string("-cl-std=CL1.1 ") + (more ? more : "");
+  const std::string options = "-cl-std=CL1.1 " + FromEnvironment("STAGE_CL_OPTIONS");
   ::cl::Program program(context, source);
   try {
     program.build(std::vector<::cl::Device>{device}, options.c_str());

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.resampling import bounds, resampled
+from harness.resampling import bounds, has_scatter, resampled
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def crossing(log_rays: np.ndarray, advantages: np.ndarray) -> np.ndarray:
 def interval(log_rays: np.ndarray, logs: list[np.ndarray], middles: np.ndarray
              ) -> tuple[float, float]:
     """Bounds of the break-even, in rays."""
-    if all(len(log) < 2 for log in logs):
+    if not has_scatter(logs):
         return math.nan, math.nan
     low, high = bounds(crossing(log_rays, resampled(logs, middles)))
     return rays_of(low), rays_of(high)

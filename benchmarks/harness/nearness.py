@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.analysis import Series
-from harness.resampling import bounds, resampled
+from harness.resampling import bounds, has_scatter, resampled
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,11 @@ def nearness(series: Series, world: str) -> NearnessOfWorld | None:
         return None
     logs = [np.log(series.ratios(world, n, "auto", other)) for n, other in fastest.items()]
     middles = np.array([np.median(log) for log in logs])
-    if all(len(log) < 2 for log in logs):
-        intervals = [(math.nan, math.nan)] * (len(logs) + 1)
-    else:
+    if has_scatter(logs):
         draws = resampled(logs, middles)
         intervals = [bounds(column) for column in draws.T] + [bounds(draws.mean(axis=1))]
+    else:
+        intervals = [(math.nan, math.nan)] * (len(logs) + 1)
     found = [Nearness(*map(math.exp, (middle, *interval)))
              for middle, interval in zip([*middles, middles.mean()], intervals)]
     return NearnessOfWorld(dict(zip(fastest, found)), fastest, found[-1])

@@ -14,10 +14,15 @@ SEED = 1
 NEIGHBOURS = 2
 
 
+def has_scatter(logs: list[np.ndarray]) -> bool:
+    """Whether there is anything to draw from: a point with two repeats."""
+    return any(len(log) > 1 for log in logs)
+
+
 def resampled(logs: list[np.ndarray], middles: np.ndarray) -> np.ndarray:
     """Medians as other repeats might have given them: a row for each draw.
 
-    `logs`: for each point, the logarithms of a figure in its repeats; one of them at least has two.
+    `logs`: for each point, the logarithms of a figure in its repeats; has_scatter(logs) is true.
     """
     random = np.random.default_rng(SEED)
     # Residuals about a mean of n are too small by sqrt((n - 1) / n).

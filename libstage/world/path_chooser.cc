@@ -40,8 +40,9 @@ bool PathComparison::UseDevice() {
 bool PathComparison::Choose() {
   if (!device_.known()) return true;
   if (!host_.known()) return false;
-  if (!compares_) BeginToCompare();
-  if (looking_) {
+  if (!compares_) {
+    BeginToCompare();
+  } else if (is_look_) {  // the batch before
     if (look_batches_ > 0 && !LookIsClear()) {
       look_batches_--;
       return device_chosen_;
@@ -51,7 +52,6 @@ bool PathComparison::Choose() {
   seems_slower_ = TimesSlower() * (1 + kNoise) < 1 ? seems_slower_ + 1 : 0;
   if (seems_slower_ == kShortestWait) wait_ = std::min(wait_, Wait());  // it is no bad moment
   if (batches_ < last_look_ + wait_) return device_faster_;
-  looking_ = true;
   look_batches_ = device_faster_ ? kLook - 1 : kLook;  // the device has to catch up first
   return !device_faster_;
 }
@@ -69,7 +69,6 @@ void PathComparison::BeginToCompare() {
 
 /// Only now is a change of mind possible: between looks, what is known of the other path is old.
 void PathComparison::EndLook() {
-  looking_ = false;
   last_look_ = batches_;
   early_looks_ = TimesSlower() * kClearly < 1 ? kEarlyLooks : std::max(early_looks_ - 1, 0);
   if (TimesSlower() < 1) device_faster_ = !device_faster_;

@@ -64,7 +64,6 @@ class PathComparison {
   double last_cost_ = 0;        // of the batch before: seconds for each ray; 0 if not known
   uint64_t batches_ = 0;
   // A look: a few batches on the path that seems to be the slower one.
-  bool looking_ = false;
   uint64_t look_batches_ = 0;  // left of the look that is going on
   uint64_t last_look_ = 0;     // ended before the batch with this number
   uint64_t wait_ = 0;          // batches from then to the next one
