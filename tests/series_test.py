@@ -116,6 +116,17 @@ class SeriesTest(unittest.TestCase):
         self.assertTrue(self.raw.read_bytes().startswith(before))
         self.assertEqual(len(read_records(self.raw)[0]), 11 + 4)
 
+    def test_report_names_backends_with_few_repeats(self) -> None:
+        self.series("--repeats", 1)
+        report = self.results / "report.md"
+        self.assertIn("Only 1 repeat of each run: spreads", report.read_text(encoding="utf-8"))
+        self.series("--repeats", 3, "--backends", "cl:gpu")
+        text = report.read_text(encoding="utf-8")
+        self.assertIn("Only 1 repeat of each run of host, 1 thread: its spreads say little", text)
+        self.assertEqual(text.count("Only "), 1)
+        self.series("--repeats", 3)
+        self.assertNotIn("Only ", report.read_text(encoding="utf-8"))
+
     # Resuming.
 
     def test_goes_on_after_a_cut(self) -> None:

@@ -99,10 +99,10 @@ class Series:
         self.hosts = [label for label in self.backends if label.startswith("host")]
         self.bases = [label for label in ("host1", "hostN") if label in self.backends]
 
-    @property
-    def repeats(self) -> tuple[int, int]:
-        """Of the point that has the fewest, and the most."""
-        counts = [len(runs) for runs in self._runs.values()]
+    def repeats(self, *backends: str) -> tuple[int, int]:
+        """Of the point that has the fewest, and the most; without backends, of all."""
+        counts = [len(runs) for key, runs in self._runs.items()
+                  if not backends or key[2] in backends]
         return min(counts, default=0), max(counts, default=0)
 
     @property

@@ -71,8 +71,9 @@ def measured_section(series: Series, facts: list[dict]) -> list[str]:
     return ["## What was measured", "", *table(("", ""), rows)]
 
 
-def repeats_text(series: Series) -> str:
-    fewest, most = series.repeats
+def repeats_text(series: Series, *backends: str) -> str:
+    """Without backends, of all."""
+    fewest, most = series.repeats(*backends)
     number_text = str(most) if fewest == most else f"{fewest} to {most}"
     return f"{number_text} repeat{'' if number_text == '1' else 's'}"
 
@@ -118,10 +119,17 @@ def warnings(series: Series) -> list[str]:
     if "short" in values(series, "form"):
         found.append("Short form: only as many seconds are simulated as take a second or two. Good "
                      "for trends; figures to be quoted want `--long`.")
-    if series.repeats[0] < 3:
-        found.append(f"Only {repeats_text(series)}: spreads say little.")
+    found += too_few_repeats(series)
     return [f"> {text}\n>" for text in found[:-1]] + [f"> {text}" for text in found[-1:]] + [""] \
         if found else []
+
+
+def too_few_repeats(series: Series) -> list[str]:
+    few = [label for label in series.backends if series.repeats(label)[0] < 3]
+    if len(few) == len(series.backends):
+        return [f"Only {repeats_text(series)} of each run: spreads say little."]
+    return [f"Only {repeats_text(series, label)} of each run of {backend_name(series, label)}: its "
+            "spreads say little." for label in few]
 
 
 # What came out.
