@@ -3,6 +3,7 @@
 #include "sensing/worker_pool.hh"
 
 #include <algorithm>
+#include <chrono>
 #include <system_error>
 
 namespace Stg::internal::sensing {
@@ -20,13 +21,15 @@ void Pause() {
 
 }  // namespace
 
-WorkerPool::WorkerPool(unsigned threads) : shares_(std::max(threads, 1u)) {
-  HoldProcessors(true);
+WorkerPool::WorkerPool(unsigned threads)
+    : has_processors_(threads <= std::thread::hardware_concurrency()),
+      shares_(std::max(threads, 1u)) {
   try {
     for (unsigned i = 1; i < threads; i++) workers_.emplace_back([this, i] { Work(i); });
   } catch (const std::system_error&) {
     // The system grants no more threads: those that there are do the work.
   }
+  HoldProcessors(true);
 }
 
 WorkerPool::~WorkerPool() {
@@ -36,14 +39,14 @@ WorkerPool::~WorkerPool() {
 }
 
 void WorkerPool::HoldProcessors(bool hold) {
-  constexpr unsigned kFew = 500, kMany = 20000;  // some 25 microseconds; a millisecond
-  constexpr unsigned kManyThreads = 8;           // fewer are awake soon enough
-  const auto threads = static_cast<unsigned>(shares_.size());
-  // Where threads share processors, whoever waits has to make way at once.
-  if (threads > std::thread::hardware_concurrency())
-    looks_ = 0;
-  else
-    looks_ = hold && threads >= kManyThreads ? kMany : kFew;
+  // Microseconds. Waking one thread takes some 10 to 40 of them, waking many takes longer.
+  constexpr int kShortly = 10, kAsLongAsWaking = 50, kLong = 1000;
+  constexpr unsigned kManyThreads = 8;
+  int patience = 0;
+  if (has_processors_)
+    patience = !hold ? kShortly : threads() < kManyThreads ? kAsLongAsWaking : kLong;
+  // Those who wait look at it all the time: it stays in their caches while it is the same.
+  if (patience != patience_) patience_ = patience;
 }
 
 size_t WorkerPool::Grain(size_t count, size_t most) const {
@@ -82,9 +85,16 @@ void WorkerPool::WakeAll(Bed* bed) {
 /// of them: so it is looked for a little while whether something becomes true.
 template <typename F>
 void WorkerPool::WaitUntil(F is_true, Bed* bed) {
-  for (unsigned i = 0; i < looks_.load(std::memory_order_relaxed); i++) {
-    if (is_true()) return;
-    Pause();
+  using Clock = std::chrono::steady_clock;
+  constexpr unsigned kLooks = 16;  // between those at the clock
+  if (patience_ > 0) {
+    const Clock::time_point start = Clock::now();
+    do {
+      for (unsigned i = 0; i < kLooks; i++) {
+        if (is_true()) return;
+        Pause();
+      }
+    } while (Clock::now() - start < std::chrono::microseconds(patience_));
   }
   std::unique_lock<std::mutex> lock(mutex_);
   bed->asleep++;

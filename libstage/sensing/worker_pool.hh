@@ -26,9 +26,10 @@ class WorkerPool {
 
   unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
 
-  /// Whether threads may hold on to their processors between jobs, up to a millisecond: waking many
+  /// Whether threads may hold on to their processors between jobs, up to a millisecond: waking them
   /// takes as long as many a job. At first they may. They had better not while something else, a
-  /// device that is the processor itself, needs these.
+  /// device that is the processor itself, needs these. Takes next to no time; threads that are
+  /// waiting already obey.
   void HoldProcessors(bool hold);
 
   /// Calls job(begin, end, thread) for ranges that make up [0, count), on all threads, the caller's
@@ -83,13 +84,15 @@ class WorkerPool {
   void WaitUntil(F is_true, Bed* bed);
   void WakeAll(Bed* bed);
 
+  // One for each thread. Otherwise whoever waits has to make way at once.
+  const bool has_processors_;
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   Bed workers_bed_, caller_bed_;
   // Who waits for the next job looks at these all the time: nothing else is on their cache line.
   alignas(64) std::atomic<uint64_t> generation_{0};  // of jobs
   std::atomic<bool> stop_{false};
-  std::atomic<unsigned> looks_{0};  // before going to sleep
+  std::atomic<int> patience_{0};  // microseconds before going to sleep
   alignas(64) std::atomic<unsigned> busy_{0};
 
   alignas(64) const Job* job_ = nullptr;

@@ -23,7 +23,6 @@ void WorldEngine::SetThreads(unsigned threads) {
                    "stage: warning: the system grants %u of %u threads; going on with them\n",
                    workers_->threads(), threads);
   }
-  ShareProcessors();
   thread_data_.resize(workers_->threads());
   statistics.threads = workers_->threads();
 }
@@ -38,14 +37,8 @@ void WorldEngine::ShareFrom(int count) {
 void WorldEngine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {
   prefilter_ = std::move(prefilter);
   chooser_ = PathChooser(always);
-  ShareProcessors();
   scene.grid.TrackChanges(prefilter_ != nullptr);
   statistics.device = prefilter_ ? prefilter_->DeviceName() : "";
-}
-
-/// Between threads and device.
-void WorldEngine::ShareProcessors() {
-  workers_->HoldProcessors(!prefilter_ || !prefilter_->UsesHost());
 }
 
 void WorldEngine::TraceBatch() {
@@ -61,7 +54,7 @@ void WorldEngine::TraceBatch() {
   if (choose && chooser_.IsLook() && Look(on_device)) return EndBatch();
   device_in_use_ = on_device;
   const double start = WallClock();
-  const sensing::HitLists lists = on_device ? Prefilter(batch.ray_count()) : sensing::HitLists();
+  const sensing::HitLists lists = on_device ? Prefilter(batch.ray_count()) : LeaveToHost();
   const double walked = WallClock();
   TraceFans(lists);
   const double traced = WallClock();
@@ -148,6 +141,8 @@ void WorldEngine::EndStep() {
 
 /// `rays`: of the fans that are not left to the host.
 sensing::HitLists WorldEngine::Prefilter(uint64_t rays) {
+  // Threads that wait would be in the way of a device that is the host's own processor.
+  workers_->HoldProcessors(!prefilter_->UsesHost());
   try {
     const sensing::HitLists lists =
         prefilter_->Walk(scene.grid, scene.tables, scene.batch, workers_.get());
@@ -159,6 +154,11 @@ sensing::HitLists WorldEngine::Prefilter(uint64_t rays) {
     LoseDevice(error);
     return sensing::HitLists();
   }
+}
+
+sensing::HitLists WorldEngine::LeaveToHost() {
+  workers_->HoldProcessors(true);
+  return sensing::HitLists();
 }
 
 /// While callbacks run that leave the grid alone: bodies have moved, and mostly stay where they are

@@ -80,8 +80,8 @@ class WorldEngine {
   size_t CallTogether(size_t first);
 
  private:
-  void ShareProcessors();
   sensing::HitLists Prefilter(uint64_t rays);
+  sensing::HitLists LeaveToHost();
   void SendAhead();
   void LoseDevice(const sensing::PrefilterError& error);
   void TraceFans(const sensing::HitLists& lists);
