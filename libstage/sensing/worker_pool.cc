@@ -42,9 +42,8 @@ void WorkerPool::HoldProcessors(bool hold) {
   // Microseconds. Waking one thread takes some 10 to 40 of them, waking many takes longer.
   constexpr int kShortly = 10, kAsLongAsWaking = 50, kLong = 1000;
   constexpr unsigned kManyThreads = 8;
-  int patience = 0;
-  if (has_processors_)
-    patience = !hold ? kShortly : threads() < kManyThreads ? kAsLongAsWaking : kLong;
+  const int held = threads() < kManyThreads ? kAsLongAsWaking : kLong;
+  const int patience = !has_processors_ ? 0 : hold ? held : kShortly;
   // Those who wait look at it all the time: it stays in their caches while it is the same.
   if (patience != patience_) patience_ = patience;
 }

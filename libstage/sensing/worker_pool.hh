@@ -29,7 +29,7 @@ class WorkerPool {
   /// Whether threads may hold on to their processors between jobs, up to a millisecond: waking them
   /// takes as long as many a job. At first they may. They had better not while something else, a
   /// device that is the processor itself, needs these. Takes next to no time; threads that are
-  /// waiting already obey.
+  /// already waiting obey too.
   void HoldProcessors(bool hold);
 
   /// Calls job(begin, end, thread) for ranges that make up [0, count), on all threads, the caller's

@@ -53,8 +53,9 @@ void WorldEngine::TraceBatch() {
       can && (choose ? chooser_.UseDevice(batch.ray_count()) : path_ == Path::kDevice);
   if (choose && chooser_.IsLook() && Look(on_device)) return EndBatch();
   device_in_use_ = on_device;
+  if (!on_device) workers_->HoldProcessors(true);
   const double start = WallClock();
-  const sensing::HitLists lists = on_device ? Prefilter(batch.ray_count()) : LeaveToHost();
+  const sensing::HitLists lists = on_device ? Prefilter(batch.ray_count()) : sensing::HitLists();
   const double walked = WallClock();
   TraceFans(lists);
   const double traced = WallClock();
@@ -141,7 +142,8 @@ void WorldEngine::EndStep() {
 
 /// `rays`: of the fans that are not left to the host.
 sensing::HitLists WorldEngine::Prefilter(uint64_t rays) {
-  // Threads that wait would be in the way of a device that is the host's own processor.
+  // Threads that wait would be in the way of a device that is the host's own processor; until the
+  // next batch, for it also takes what is sent ahead.
   workers_->HoldProcessors(!prefilter_->UsesHost());
   try {
     const sensing::HitLists lists =
@@ -154,11 +156,6 @@ sensing::HitLists WorldEngine::Prefilter(uint64_t rays) {
     LoseDevice(error);
     return sensing::HitLists();
   }
-}
-
-sensing::HitLists WorldEngine::LeaveToHost() {
-  workers_->HoldProcessors(true);
-  return sensing::HitLists();
 }
 
 /// While callbacks run that leave the grid alone: bodies have moved, and mostly stay where they are

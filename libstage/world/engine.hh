@@ -81,7 +81,6 @@ class WorldEngine {
 
  private:
   sensing::HitLists Prefilter(uint64_t rays);
-  sensing::HitLists LeaveToHost();
   void SendAhead();
   void LoseDevice(const sensing::PrefilterError& error);
   void TraceFans(const sensing::HitLists& lists);

@@ -68,8 +68,8 @@ class PathComparison {
   uint64_t last_look_ = 0;     // ended before the batch with this number
   uint64_t wait_ = 0;          // batches from then to the next one
   int early_looks_ = 0;        // left of those that come sooner than their costs would allow
-  uint64_t seems_slower_ =
-      0;  // batches since when the path that is used seems to be the slower one
+  // Batches since when the path that is used seems to be the slower one.
+  uint64_t seems_slower_ = 0;
 };
 
 class PathChooser {
