@@ -37,6 +37,7 @@
 #include "geometry/geometry.hh"
 #include "geometry/image_polygons.hh"
 #include "geometry/random.hh"
+#include "messages/log.hh"
 #include "models/actuator.hh"
 #include "models/ancestor.hh"
 #include "models/blinkenlight.hh"

@@ -13,6 +13,7 @@
 
 #include "geometry/image_polygons.hh"
 #include "geometry/load_error.hh"
+#include "messages/report.hh"
 
 namespace Stg {
 namespace picture {
@@ -195,7 +196,7 @@ int polys_from_image_file(const std::string& filename, std::vector<std::vector<p
     polys = picture::OutlinesOf(filename);
     return 0;
   } catch (const std::exception& error) {  // also memory that does not suffice for the polygons
-    std::fprintf(stderr, "%s\n", error.what());
+    messages::Report(LogLevel::kError, error.what());
     return 1;
   }
 }

@@ -6,9 +6,10 @@
 #include <cmath>
 
 #include "geometry/trigonometry.hh"
+#include "messages/report.hh"
 #include "models/block.hh"
-#include "models/messages.hh"
 #include "models/state_hasher.hh"
+#include "models/warn_about.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -40,7 +41,7 @@ ModelActuator::~ModelActuator() { world->StopMoving(this); }
 
 void ModelActuator::SetGoal(ControlMode mode, double goal) {
   if (std::isnan(goal)) {
-    PRINT_ERR1("%s: ignored a goal that is not a number", Token());
+    WarnAbout(*this, "ignored a goal that is not a number");
     return;
   }
   control_mode_ = mode;
@@ -94,7 +95,8 @@ void ModelActuator::LoadJoint() {
   const std::string joint = wf->ReadString(wf_entity, "type", "linear");
   if (joint != "linear" && joint != "rotational")
     wf->Warn(wf_entity, "type",
-             "found type \"" + joint + "\", expected \"linear\" or \"rotational\"; using linear");
+             "found type " + messages::Quoted(joint) +
+                 ", expected \"linear\" or \"rotational\"; using linear");
   type_of_joint_ = joint == "rotational" ? TYPE_ROTATIONAL : TYPE_LINEAR;
   LoadAxis();
   max_speed_ = wf->ReadFloat(wf_entity, "max_speed", max_speed_);

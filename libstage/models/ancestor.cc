@@ -2,8 +2,8 @@
 
 #include "models/ancestor.hh"
 
-#include "models/messages.hh"
 #include "models/model.hh"
+#include "models/warn_about.hh"
 
 namespace Stg {
 
@@ -48,7 +48,7 @@ Pose Ancestor::GetGlobalPose() const { return Pose(); }
 
 void Ancestor::SetToken(const std::string& str) {
   if (str.empty()) {
-    PRINT_ERR1("an empty name was given to %s; it keeps its own", Token());
+    WarnAbout(*this, "found an empty name for it; it keeps its own");
     return;
   }
   token = str;

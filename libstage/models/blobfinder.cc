@@ -7,8 +7,9 @@
 
 #include "geometry/load_error.hh"
 #include "geometry/trigonometry.hh"
-#include "models/messages.hh"
+#include "messages/report.hh"
 #include "models/state_hasher.hh"
+#include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
@@ -97,7 +98,7 @@ void ModelBlobfinder::LoadColors() {
     Color wanted;
     if (!Color::Lookup(name, &wanted))
       wf->Warn(wf_entity, "colors",
-               "found \"" + name + "\", expected the name of a color; using red");
+               "found " + messages::Quoted(name) + ", expected the name of a color; using red");
     AddColor(wanted);
   }
 }
@@ -117,8 +118,8 @@ void ModelBlobfinder::Shutdown() {
 void ModelBlobfinder::Update() {
   if (subs == 0) return;
   if (scan_width > kMaxWidth) {
-    PRINT_ERR3("%s: found a width of %u pixels, expected a number from 0 to %u; using that many",
-               Token(), scan_width, kMaxWidth);
+    WarnAbout(*this, "found a width of %u pixels, expected a number from 0 to %u; using that many",
+              scan_width, kMaxWidth);
     scan_width = kMaxWidth;
   }
   if (scan_width == 0)

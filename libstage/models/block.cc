@@ -9,8 +9,8 @@
 #include "geometry/trigonometry.hh"
 #include "grid/outline.hh"
 #include "models/exact_drawing.hh"
-#include "models/messages.hh"
 #include "models/model.hh"
+#include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -393,10 +393,10 @@ void Placement::TellTooLarge(const Item& item) {
   bool& told = item.model->blockgroup->told_too_large_;
   if (told) return;
   told = true;
-  PRINT_ERR3(
-      "%s: found bodies whose outlines pass more than %.0f cells of the grid, %.0f of them this "
-      "one's, expected smaller bodies or a coarser resolution; this one is not drawn",
-      item.model->Token(), MostCells(*item.model), item.refused_cells);
+  WarnAbout(*item.model,
+            "found bodies whose outlines pass more than %.0f cells of the grid, %.0f of them this "
+            "one's, expected smaller bodies or a coarser resolution; this one is not drawn",
+            MostCells(*item.model), item.refused_cells);
 }
 
 std::span<const point_int_t> Placement::CornersOf(const Item& item) const {

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "geometry/trigonometry.hh"
+#include "messages/log.hh"
 #include "models/state_hasher.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
@@ -59,7 +60,7 @@ void ModelBumper::Load() {
 }
 
 void ModelBumper::Print(char* prefix) const {
-  std::printf("%s%s bumpers:", prefix ? prefix : "", Token());
+  std::printf("%s%s bumpers:", prefix ? prefix : "", Printable(token).c_str());
   for (uint32_t i = 0; i < bumper_count; i++) std::printf(" %d", samples && samples[i].hit ? 1 : 0);
   std::printf("\n");
 }

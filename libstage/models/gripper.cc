@@ -6,9 +6,10 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "messages/report.hh"
 #include "models/block.hh"
-#include "models/messages.hh"
 #include "models/state_hasher.hh"
+#include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -104,15 +105,16 @@ void ModelGripper::LoadConfig() {
     config_.paddles = paddle_text == "open" ? PADDLE_OPEN : PADDLE_CLOSED;
     config_.paddle_position = config_.paddles == PADDLE_OPEN ? 0.0 : 1.0;
   } else {
-    wf->Warn(wf_entity, "paddle_state",
-             "found paddles \"" + paddle_text + "\", expected \"open\" or \"closed\"");
+    wf->Warn(
+        wf_entity, "paddle_state",
+        "found paddles " + messages::Quoted(paddle_text) + ", expected \"open\" or \"closed\"");
   }
   if (lift_text == "up" || lift_text == "down") {
     config_.lift = lift_text == "up" ? LIFT_UP : LIFT_DOWN;
     config_.lift_position = config_.lift == LIFT_UP ? 1.0 : 0.0;
   } else {
     wf->Warn(wf_entity, "paddle_state",
-             "found lift \"" + lift_text + "\", expected \"up\" or \"down\"");
+             "found lift " + messages::Quoted(lift_text) + ", expected \"up\" or \"down\"");
   }
 }
 
@@ -132,7 +134,7 @@ void ModelGripper::SetConfig(config_t& newcfg) {
        {size.x, size.y, size.z, newcfg.paddle_position, newcfg.lift_position, newcfg.close_limit,
         newcfg.break_beam_inset[0], newcfg.break_beam_inset[1]}) {
     if (std::isfinite(number)) continue;
-    PRINT_ERR1("%s: refused a configuration that is not finite", Token());
+    WarnAbout(*this, "refused a configuration that is not finite");
     return;
   }
   const config_t old = config_;

@@ -8,11 +8,12 @@
 #include <cstdio>
 
 #include "geometry/random.hh"
+#include "messages/report.hh"
 #include "models/block.hh"
 #include "models/flag.hh"
-#include "models/messages.hh"
 #include "models/own_windows.hh"
 #include "models/power_pack.hh"
+#include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -35,7 +36,7 @@ void SetFinite(const Model& model, const char* name, double value, double* targe
   if (std::isfinite(value))
     *target = value;
   else
-    PRINT_ERR3("%s: refused the %s %f, which is not finite", model.Token(), name, value);
+    WarnAbout(model, "refused the %s %f, which is not finite", name, value);
 }
 
 std::string AutomaticName(const Ancestor& above, const Model* parent, const std::string& type,
@@ -125,7 +126,8 @@ Model* Model::GetUnusedModelOfType(const std::string& wanted) {
   }
   for (Model* child : children)
     if (Model* found = child->GetUnusedModelOfType(wanted)) return found;
-  if (!parent) PRINT_WARN2("no unused model of type \"%s\" on %s", wanted.c_str(), Token());
+  if (!parent)
+    WarnAbout(*this, "no unused model of type %s on it", messages::Quoted(wanted).c_str());
   return nullptr;
 }
 
@@ -139,8 +141,8 @@ Model* Model::GetUnsubscribedModelOfType(const std::string& wanted) const {
 Model* Model::LookupId(uint32_t wanted) { return World::FindModel(wanted); }
 
 void Model::Print(char* prefix) const {
-  std::printf("%s%s %s:%s\n", prefix ? prefix : "", prefix ? " model" : "Model", world->Token(),
-              Token());
+  std::printf("%s%s %s:%s\n", prefix ? prefix : "", prefix ? " model" : "Model",
+              Printable(world->TokenStr()).c_str(), Printable(token).c_str());
   for (const Model* child : children) child->Print(prefix);
 }
 
@@ -170,7 +172,8 @@ void Model::SetRoot(Model* new_root) {
 
 int Model::SetParent(Model* newparent) {
   if (newparent && IsDescendent(newparent)) {
-    PRINT_ERR2("%s can't become a child of its own descendant %s", Token(), newparent->Token());
+    WarnAbout(*this, "can't become a child of its own descendant %s",
+              messages::Quoted(newparent->TokenStr()).c_str());
     return 1;
   }
   const Pose global = GetGlobalPose();
@@ -198,7 +201,8 @@ int Model::SetParent(Model* newparent) {
 
 void Model::BecomeParentOf(Model* child) {
   if (child->IsDescendent(this)) {
-    PRINT_ERR2("%s can't adopt %s, which it descends from", Token(), child->Token());
+    WarnAbout(*this, "can't adopt %s, which it descends from",
+              messages::Quoted(child->TokenStr()).c_str());
     return;
   }
   child->UnMapWithChildren();
@@ -226,8 +230,8 @@ Pose Model::GetGlobalPose() const {
 
 void Model::SetPose(const Pose& new_pose) {
   if (!AllFinite(new_pose)) {
-    PRINT_ERR5("%s: refused the pose [%f %f %f %f], which is not finite", Token(), new_pose.x,
-               new_pose.y, new_pose.z, new_pose.a);
+    WarnAbout(*this, "refused the pose [%f %f %f %f], which is not finite", new_pose.x, new_pose.y,
+              new_pose.z, new_pose.a);
     return;
   }
   if (pose != new_pose) {
@@ -258,7 +262,7 @@ void Model::AddToPose(double dx, double dy, double dz, double da) {
 void Model::SetGeom(const Geom& src) {
   if (!AllFinite(src.pose) || !std::isfinite(src.size.x) || !std::isfinite(src.size.y) ||
       !std::isfinite(src.size.z)) {
-    PRINT_ERR1("%s: refused a geometry that is not finite", Token());
+    WarnAbout(*this, "refused a geometry that is not finite");
     return;
   }
   geom = src;
@@ -290,7 +294,7 @@ std::vector<point_int_t> Model::LocalToPixels(const std::vector<point_t>& local)
 
 void Model::AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz) {
   if (!AllFinite(Pose(x, y, dz, 0)) || !AllFinite(Pose(dx, dy, 0, 0))) {
-    PRINT_ERR1("%s: refused a block that is not finite", Token());
+    WarnAbout(*this, "refused a block that is not finite");
     return;
   }
   world->FinishRays();
@@ -366,7 +370,7 @@ bool Model::HasCollision() {
 bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
                                   size_t max_iter) {
   if (!std::isfinite(xmax - xmin) || !std::isfinite(ymax - ymin)) {
-    PRINT_ERR1("%s: refused to look for a place in a rectangle that is not finite", Token());
+    WarnAbout(*this, "refused to look for a place in a rectangle that is not finite");
     return false;
   }
   SetPose(Pose::Random(xmin, xmax, ymin, ymax));
@@ -406,7 +410,7 @@ void Model::Subscribe() {
 
 void Model::Unsubscribe() {
   if (subs == 0) {
-    PRINT_WARN1("%s has no subscriber to lose", Token());
+    WarnAbout(*this, "has no subscriber to lose");
     return;
   }
   if (--subs == 0) Shutdown();

@@ -7,10 +7,11 @@
 
 #include "geometry/load_error.hh"
 #include "geometry/trace.hh"
+#include "messages/report.hh"
 #include "models/block.hh"
-#include "models/messages.hh"
 #include "models/model.hh"
 #include "models/power_pack.hh"
+#include "models/warn_about.hh"
 #include "world/controller.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -40,7 +41,7 @@ std::string TooLong(const std::string& text) {
 const std::vector<std::vector<point_t>>& OutlinesOfPicture(World* world, Worldfile* wf, int entity,
                                                            const std::string& name) {
   const std::string path = wf->ReadFilename(entity, "bitmap", name.c_str());
-  std::printf("[Image \"%s\"", name.c_str());
+  std::printf("[Image \"%s\"", messages::Shortened(name, messages::kLongestDetail).c_str());
   std::fflush(stdout);
   auto& known = world->engine().outlines_of_pictures;
   try {
@@ -90,7 +91,7 @@ void Model::Load() {
   LoadEnergy();
   debug = wf->ReadInt(wf_entity, "debug", debug);
   LoadName();
-  if (debug) std::printf("Model \"%s\" is in debug mode\n", Token());
+  if (debug) std::printf("Model %s is in debug mode\n", messages::Quoted(token).c_str());
 
   Geom new_geom = geom;
   new_geom.pose.Load(wf, wf_entity, "origin");
@@ -162,8 +163,9 @@ void Model::LoadEnergy() {
 void Model::LoadName() {
   if (wf->PropertyExists(wf_entity, "name")) {
     const std::string name = wf->ReadString(wf_entity, "name", "");
-    if (name.empty())
-      wf->Warn(wf_entity, "name", "found an empty name, the model keeps " + token);
+    if (name.empty() || name == "/")
+      wf->Warn(wf_entity, "name",
+               "found an empty name, the model keeps " + messages::Quoted(token));
     else if (name[0] == '/')
       SetToken(name.substr(1));
     else
@@ -266,7 +268,7 @@ void Model::LoadControllerModule(const char* lib) {
   try {
     LoadController(this, lib);
   } catch (const LoadError& error) {
-    PRINT_ERR2("%s: %s", Token(), error.what());
+    WarnAbout(*this, "%s", error.what());
   }
 }
 

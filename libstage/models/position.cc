@@ -7,9 +7,10 @@
 
 #include "geometry/random.hh"
 #include "geometry/trigonometry.hh"
+#include "messages/report.hh"
 #include "models/block.hh"
-#include "models/messages.hh"
 #include "models/state_hasher.hh"
+#include "models/warn_about.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -72,7 +73,7 @@ void ModelPosition::SetSpeed(double x, double y, double a) { SetSpeed(Velocity(x
 // NOLINTNEXTLINE(performance-unnecessary-value-param): Stage's interface
 void ModelPosition::SetSpeed(Velocity vel) {
   if (!AllNumbers(vel)) {
-    PRINT_ERR1("%s: ignored a speed that is not a number", Token());
+    WarnAbout(*this, "ignored a speed that is not a number");
     return;
   }
   control_mode = CONTROL_VELOCITY;
@@ -90,7 +91,7 @@ void ModelPosition::GoTo(double x, double y, double a) { GoTo(Pose(x, y, 0, a));
 // NOLINTNEXTLINE(performance-unnecessary-value-param): Stage's interface
 void ModelPosition::GoTo(Pose target) {
   if (!AllFinite(target)) {
-    PRINT_ERR1("%s: ignored a goal that is not finite", Token());
+    WarnAbout(*this, "ignored a goal that is not finite");
     return;
   }
   control_mode = CONTROL_POSITION;
@@ -100,7 +101,7 @@ void ModelPosition::GoTo(Pose target) {
 void ModelPosition::SetAcceleration(double x, double y, double a) {
   const Pose wanted(x, y, 0, a);
   if (!AllNumbers(wanted)) {
-    PRINT_ERR1("%s: ignored an acceleration that is not a number", Token());
+    WarnAbout(*this, "ignored an acceleration that is not a number");
     return;
   }
   control_mode = CONTROL_ACCELERATION;
@@ -109,7 +110,7 @@ void ModelPosition::SetAcceleration(double x, double y, double a) {
 
 void ModelPosition::SetVelocity(const Velocity& val) {
   if (!AllNumbers(val)) {
-    PRINT_ERR1("%s: ignored a velocity that is not a number", Token());
+    WarnAbout(*this, "ignored a velocity that is not a number");
     return;
   }
   velocity = val;
@@ -129,7 +130,7 @@ void ModelPosition::SetGlobalVelocity(const Velocity& gvel) {
 // NOLINTNEXTLINE(performance-unnecessary-value-param): Stage's interface
 void ModelPosition::SetOdom(Pose odom) {
   if (!AllFinite(odom)) {
-    PRINT_ERR1("%s: refused an estimate that is not finite", Token());
+    WarnAbout(*this, "refused an estimate that is not finite");
     return;
   }
   est_pose = odom;
@@ -179,16 +180,17 @@ void ModelPosition::LoadModes() {
   if (drive == "diff" || drive == "omni" || drive == "car")
     drive_mode = drive == "diff" ? DRIVE_DIFFERENTIAL : drive == "omni" ? DRIVE_OMNI : DRIVE_CAR;
   else if (wf->PropertyExists(wf_entity, "drive"))
-    wf->Warn(
-        wf_entity, "drive",
-        "found drive \"" + drive + "\", expected \"diff\", \"omni\" or \"car\"; using \"diff\"");
+    wf->Warn(wf_entity, "drive",
+             "found drive " + messages::Quoted(drive) +
+                 ", expected \"diff\", \"omni\" or \"car\"; using \"diff\"");
 
   const std::string localization = wf->ReadString(wf_entity, "localization", "");
   if (localization == "gps" || localization == "odom")
     localization_mode = localization == "gps" ? LOCALIZATION_GPS : LOCALIZATION_ODOM;
   else if (wf->PropertyExists(wf_entity, "localization"))
-    wf->Warn(wf_entity, "localization",
-             "found localization \"" + localization + "\", expected \"gps\" or \"odom\"");
+    wf->Warn(
+        wf_entity, "localization",
+        "found localization " + messages::Quoted(localization) + ", expected \"gps\" or \"odom\"");
 }
 
 // ---- updating -----------------------------------------------------------------------------------
@@ -221,7 +223,7 @@ void ModelPosition::Update() {
 void ModelPosition::UpdateMotion() {
   const double dt = SecondsSinceUpdate();
   if (drive_mode == DRIVE_CAR && control_mode != CONTROL_VELOCITY && !car_warned_) {
-    PRINT_ERR1("%s: a car can only be driven by SetSpeed()", Token());
+    WarnAbout(*this, "a car can only be driven by SetSpeed()");
     car_warned_ = true;
   }
   Velocity vel = WantedVelocity(dt);

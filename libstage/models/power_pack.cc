@@ -8,8 +8,8 @@
 #include <cstdio>
 
 #include "models/energy_charts.hh"
-#include "models/messages.hh"
 #include "models/model.hh"
+#include "models/warn_about.hh"
 #include "world/world.hh"
 
 namespace Stg {
@@ -55,14 +55,14 @@ void PowerPack::Store(joules_t j) {
 
 void PowerPack::SetStored(joules_t j) {
   if (std::isnan(j))
-    PRINT_ERR1("%s: refused an amount of energy that is not a number", mod_->Token());
+    WarnAbout(*mod_, "refused an amount of energy that is not a number");
   else
     Store(j);
 }
 
 void PowerPack::SetCapacity(joules_t cap) {
   if (std::isnan(cap)) {
-    PRINT_ERR1("%s: refused a capacity that is not a number", mod_->Token());
+    WarnAbout(*mod_, "refused a capacity that is not a number");
     return;
   }
   AddTo(&global_capacity, Countable(cap) - Countable(capacity_));

@@ -8,11 +8,12 @@
 #include <limits>
 
 #include "geometry/trigonometry.hh"
-#include "models/messages.hh"
+#include "messages/log.hh"
 #include "models/noise.hh"
 #include "models/own_windows.hh"
 #include "models/ray_model_reader.hh"
 #include "models/state_hasher.hh"
+#include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
@@ -148,7 +149,7 @@ void ModelRanger::LoadSensor(Worldfile* file, int entity) {
 }
 
 void ModelRanger::Print(char* prefix) const {
-  std::printf("%s%s\n", prefix ? prefix : "", Token());
+  std::printf("%s%s\n", prefix ? prefix : "", Printable(token).c_str());
   for (const Sensor& sensor : sensors_) {
     std::printf("  ranges");
     for (const double r : sensor.ranges) std::printf(" %.2f", r);
@@ -205,8 +206,9 @@ sensing::Fan ModelRanger::MakeFan(const Sensor& sensor, uint32_t index) const {
 /// Before its rays are made: what concerns no other sensor.
 void ModelRanger::Prepare(Sensor* sensor, uint32_t index) {
   if (sensor->sample_count > kMaxSamples) {
-    PRINT_ERR4("%s: found %u samples of sensor %u, expected a number from 0 to %u; using that many",
-               Token(), sensor->sample_count, index, kMaxSamples);
+    WarnAbout(*this,
+              "found %u samples of sensor %u, expected a number from 0 to %u; using that many",
+              sensor->sample_count, index, kMaxSamples);
     sensor->sample_count = kMaxSamples;
   }
   sensor->Resize();

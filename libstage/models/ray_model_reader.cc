@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "messages/report.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -13,7 +14,8 @@ RayModel ReadRayModel(Worldfile* wf, int entity, RayModel fallback) {
   const std::string name = wf->ReadString(entity, "ray_model", "");
   if (name == "cell") return RayModel::kCell;
   if (name != "exact")
-    wf->Fail(entity, "ray_model", "found \"" + name + "\", expected \"cell\" or \"exact\"");
+    wf->Fail(entity, "ray_model",
+             "found " + messages::Quoted(name) + ", expected \"cell\" or \"exact\"");
   return RayModel::kExact;
 }
 

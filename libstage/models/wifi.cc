@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "geometry/trigonometry.hh"
+#include "messages/report.hh"
 #include "models/block.hh"
 #include "models/line_in_bodies.hh"
 #include "models/noise.hh"
@@ -102,8 +103,8 @@ void ModelWifi::Load() {
       if (name == known) propagation = value;
     if (propagation == PROPAGATION_NONE)
       wf->Warn(wf_entity, "model",
-               "found the model \"" + name +
-                   "\", expected \"simple\", \"friis\", \"ITU indoor\", \"log distance\" or "
+               "found the model " + messages::Quoted(name) +
+                   ", expected \"simple\", \"friis\", \"ITU indoor\", \"log distance\" or "
                    "\"raytrace\"; there will be no links");
   }
   LoadName("ip", &ip);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "geometry/load_error.hh"
+#include "messages/report.hh"
 #include "models/model.hh"
 #include "world/plugin.hh"
 #include "world/world.hh"
@@ -21,8 +22,10 @@ void LoadController(Model* model, const std::string& text) {
   void* library = OpenPlugin(name, &error);
   void* init = library ? FindSymbol(library, "Init", &error) : nullptr;
   if (!init)
-    throw LoadError("controller \"" + name + "\" can't be " + (library ? "used" : "loaded") + ": " +
-                        error + (library ? "" : "; STAGEPATH names further folders to look in"),
+    throw LoadError("controller " + messages::Quoted(name) + " can't be " +
+                        (library ? "used" : "loaded") + ": " +
+                        messages::Shortened(error, messages::kLongestDetail) +
+                        (library ? "" : "; STAGEPATH names further folders to look in"),
                     255);
 
   // Controllers may keep the pointer for as long as they like, and libraries are never closed.

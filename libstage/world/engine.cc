@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cstdio>
 
-#include "models/messages.hh"
+#include "messages/report.hh"
 
 namespace Stg {
 
@@ -19,9 +19,8 @@ void WorldEngine::SetThreads(unsigned threads) {
   if (threads != workers_->threads()) {
     workers_ = std::make_unique<sensing::WorkerPool>(threads);
     if (workers_->threads() < threads)
-      std::fprintf(stderr,
-                   "stage: warning: the system grants %u of %u threads; going on with them\n",
-                   workers_->threads(), threads);
+      messages::Warn("the system grants " + std::to_string(workers_->threads()) + " of " +
+                     std::to_string(threads) + " threads; going on with them");
   }
   thread_data_.resize(workers_->threads());
   statistics.threads = workers_->threads();
@@ -170,8 +169,9 @@ void WorldEngine::SendAhead() {
 }
 
 void WorldEngine::LoseDevice(const sensing::PrefilterError& error) {
-  std::fprintf(stderr, "stage: warning: %s failed (%s); going on without it\n",
-               prefilter_->DeviceName().c_str(), error.what());
+  messages::Warn(messages::Shortened(prefilter_->DeviceName()) + " failed (" +
+                 messages::Shortened(error.what(), messages::kLongestDetail) +
+                 "); going on without it");
   SetPrefilter(nullptr, false);
 }
 

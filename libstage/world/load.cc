@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "geometry/load_error.hh"
+#include "messages/report.hh"
 #include "models/block.hh"
 #include "models/ranger.hh"
 #include "models/ray_model_reader.hh"
@@ -79,7 +80,7 @@ constexpr double kSmallestCell = 1e-6, kLargestCell = 1e6;
 std::string UnknownType(const std::string& type) {
   std::string known;
   for (const auto& [name, creator] : Model::name_map) known += name + ", ";
-  return "found \"" + type + "\", expected a model type (" + known +
+  return "found " + messages::Quoted(type) + ", expected a model type (" + known +
          "block, sensor, window) or the name of a definition";
 }
 
@@ -99,15 +100,14 @@ std::unique_ptr<sensing::Prefilter> ChoosePrefilter() {
   std::unique_ptr<sensing::Prefilter> prefilter = LoadPrefilter(options.device, &message);
   if (prefilter) return prefilter;
   if (!options.device.empty() && options.device != "auto") throw LoadError("stage: " + message);
-  std::fprintf(stderr, "stage: warning: %s; going on without OpenCL, with the same results\n",
-               message.c_str());
+  messages::Warn(message + "; going on without OpenCL, with the same results");
   return nullptr;
 }
 
 }  // namespace
 
 bool World::Load(const std::string& worldfile_path) {
-  std::printf(" [Loading %s]", worldfile_path.c_str());
+  std::printf(" [Loading %s]", Printable(worldfile_path).c_str());
   std::fflush(stdout);
   return LoadFrom(worldfile_path, nullptr);
 }
@@ -143,7 +143,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
     engine_->outlines_of_pictures.clear();
     std::printf("\n");
     std::fflush(stdout);
-    std::fprintf(stderr, "%s\n", error.what());
+    messages::Report(LogLevel::kError, error.what());
     UnLoad();
     load_status_ = error.exit_status();
     return false;
@@ -175,7 +175,7 @@ void World::Reload() {
   try {
     for (Model* model : engine_->models) model->Load();
   } catch (const LoadError& error) {
-    std::fprintf(stderr, "%s\n", error.what());
+    messages::Report(LogLevel::kError, error.what());
   }
 }
 
@@ -263,8 +263,9 @@ void World::CheckNotNested(int entity, Model* parent_model) {
   const std::string parent_type = above > 0 ? wf->GetEntityType(above) : "";
   const std::string type = wf->GetEntityType(entity);
   if (parent_type == "block" || parent_type == "sensor")
-    wf->Fail(entity, "",
-             "found \"" + type + "\" inside a " + parent_type + ", expected properties");
+    wf->Fail(
+        entity, "",
+        "found " + messages::Quoted(type) + " inside a " + parent_type + ", expected properties");
   if (type == "block" && !parent_model)
     wf->Fail(entity, "", "found a block outside of any model, expected it inside the body of one");
   if (type == "sensor" && !dynamic_cast<ModelRanger*>(parent_model))

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <vector>
 
+#include "messages/report.hh"
 #include "stage_config.hh"
 
 namespace Stg {
@@ -60,7 +61,8 @@ void* OpenPlugin(const std::string& name, std::string* error) {
     tried += (tried.empty() ? "" : ", ") + folder;
   }
   if (void* handle = Open(file, error)) return handle;  // LD_LIBRARY_PATH, system folders
-  *error = "there is no " + file + " in " + tried + " nor where the system looks";
+  *error =
+      "there is no " + messages::Shortened(file) + " in " + tried + " nor where the system looks";
   return nullptr;
 }
 

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <limits>
 
+#include "messages/report.hh"
 #include "models/position.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -35,7 +36,8 @@ void World::Run() {
   for (World* world : worlds_) {
     if (!world->IsGUI()) continue;
     if (worlds_.size() > 1) {
-      std::fprintf(stderr, "stage: with a window, only a single world can be simulated\n");
+      messages::Report(LogLevel::kError,
+                       "stage: with a window, only a single world can be simulated");
       std::exit(255);
     }
     return world->RunEventLoop();

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <limits>
 
+#include "messages/report.hh"
 #include "models/log_entry.hh"
-#include "models/messages.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/state_hasher.hh"
@@ -29,8 +29,8 @@ bool Older(const Model* a, const Model* b) { return a->GetId() < b->GetId(); }
 
 double UsablePpm(double ppm) {
   if (ppm > 0 && std::isfinite(ppm)) return ppm;
-  PRINT_ERR2("found %g cells per metre, expected a positive number; using %d", ppm,
-             World::DEFAULT_PPM);
+  messages::Warn("found a number of cells per metre that is not positive; using " +
+                 std::to_string(World::DEFAULT_PPM));
   return World::DEFAULT_PPM;
 }
 }  // namespace
@@ -48,7 +48,7 @@ World::World(const std::string& name, double ppm)
       quit_(false) {
   token = name;
   if (!InitDone()) {
-    std::fprintf(stderr, "stage: warning: a World is made before Init(), which is called now\n");
+    messages::Warn("a World is made before Init(), which is called now");
     Init(nullptr, nullptr);
   }
   SetDefaults();
@@ -155,7 +155,7 @@ void World::RemoveModel(Model* mod) {
 Model* World::GetModel(const std::string& name) const {
   const auto found = engine_->names.find(name);
   if (found != engine_->names.end()) return found->second;
-  PRINT_WARN1("there is no model called \"%s\"", name.c_str());
+  messages::Warn("there is no model called " + messages::Quoted(name));
   return nullptr;
 }
 
@@ -166,7 +166,7 @@ const std::set<Model*> World::GetAllModels() const {
 Model* World::CreateModel(Model* parent, const std::string& typestr) {
   const auto found = Model::name_map.find(typestr);
   if (found == Model::name_map.end()) {
-    PRINT_ERR1("model type \"%s\" is not known", typestr.c_str());
+    messages::Warn("model type " + messages::Quoted(typestr) + " is not known");
     return nullptr;
   }
   Model* model = found->second(this, parent, typestr);

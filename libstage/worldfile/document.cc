@@ -39,7 +39,7 @@ void Document::Warn(const Token& token, const std::string& message) {
 
 void Document::Warn(const std::string& place, const std::string& message) {
   if (HasAllWarnings()) return;
-  std::string line = place + ": warning: " + message;
+  std::string line = Printable(place + ": warning: " + message);
   if (warnings_seen.insert(line).second) warnings.push_back(std::move(line));
 }
 
@@ -63,17 +63,5 @@ std::uint32_t Document::Find(std::uint32_t entity, std::uint32_t name) const {
   }
   return kNone;
 }
-
-std::string Printable(std::string_view text) {
-  constexpr std::size_t kLongest = 60;
-  std::string result(text.substr(0, kLongest));
-  for (char& c : result) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) c = '?';
-  }
-  return text.size() > kLongest ? result + "..." : result;
-}
-
-std::string Quoted(std::string_view text) { return "\"" + Printable(text) + "\""; }
 
 }  // namespace Stg::worldfile

@@ -11,6 +11,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "messages/report.hh"
 #include "worldfile/source.hh"
 
 /// What a world file becomes. Nothing is copied out of the text: tokens point into it, properties
@@ -163,11 +164,8 @@ struct Document {
   std::uint32_t Find(std::uint32_t entity, std::uint32_t name) const;
 };
 
-/// Text fit for a one-line message: short, and without control characters.
-std::string Printable(std::string_view text);
-
-/// `"pose"` and the like, for messages.
-std::string Quoted(std::string_view text);
+using messages::Quoted;
+using messages::Shortened;
 
 }  // namespace Stg::worldfile
 

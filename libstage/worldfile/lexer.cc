@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "geometry/load_error.hh"
+#include "messages/report.hh"
 #include "worldfile/find_file.hh"
 
 namespace Stg::worldfile {
@@ -165,7 +166,8 @@ void Lexer::LexInclude(Cursor& cursor, std::size_t word) {
   const std::string name = IncludeName(cursor, word);
   const std::size_t quote = cursor.at - name.size() - 2;
   SkipRestOfLine(cursor);
-  if (progress_ != nullptr) *progress_ << "[Include " << name << "]" << std::flush;
+  if (progress_ != nullptr)
+    *progress_ << "[Include " << Shortened(name, messages::kLongestDetail) << "]" << std::flush;
   if (++includes_ > kMaxIncludes) {
     document_.sources.Fail(
         cursor.source, word,

@@ -241,7 +241,7 @@ std::string Parser::Describe(const Token& token) const {
     case TokenKind::kWord:
       return "the word " + Quoted(document_.Text(token));
     case TokenKind::kNumber:
-      return "the number " + Printable(document_.Text(token));
+      return "the number " + Shortened(document_.Text(token));
     case TokenKind::kString:
       return "the string " + Quoted(document_.Text(token));
     case TokenKind::kEnd:

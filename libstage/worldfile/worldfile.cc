@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "geometry/load_error.hh"
+#include "messages/report.hh"
 #include "worldfile/find_file.hh"
 #include "worldfile/lexer.hh"
 #include "worldfile/parser.hh"
@@ -67,7 +68,8 @@ bool Worldfile::Load(const std::string& file) {
   std::string reason;
   const std::string path = worldfile::FindFile("", file, &reason);
   if (path.empty()) {
-    throw LoadError(worldfile::Printable(file) + ": unable to open world file: " + reason);
+    throw LoadError(worldfile::Shortened(file, messages::kLongestDetail) +
+                    ": unable to open world file: " + reason);
   }
   filename = path;
   impl_->base_directory = worldfile::DirectoryOf(path);
@@ -287,9 +289,8 @@ bool Worldfile::WarnUnused() {
   }
   const std::vector<std::string>& lines = warnings();
   for (; impl_->warnings_printed < lines.size(); ++impl_->warnings_printed) {
-    std::cerr << lines[impl_->warnings_printed] << "\n";
+    messages::Report(LogLevel::kWarning, lines[impl_->warnings_printed]);
   }
-  std::cerr << std::flush;
   return !unused.empty();
 }
 

@@ -14,11 +14,11 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include "messages/report.hh"
 #include "worldfile/numbers.hh"
 #include "worldfile/worldfile_impl.hh"
 
@@ -248,8 +248,9 @@ bool Worldfile::Save(const std::string& file) {
     error = worldfile::ReplaceFile(name, worldfile::SavedText(impl_->document, impl_->written));
   }
   if (error == 0) return true;
-  std::cerr << "unable to save world file " << name << " : "
-            << std::generic_category().message(error) << std::endl;
+  messages::Report(LogLevel::kError, "unable to save world file " +
+                                         messages::Shortened(name, messages::kLongestDetail) +
+                                         " : " + std::generic_category().message(error));
   return false;
 }
 

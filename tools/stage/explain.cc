@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "messages/report.hh"
 #include "stage/process.hh"
 #include "stage/report.hh"
 #include "stage/run.hh"
@@ -24,7 +25,7 @@ void WarnOfIdleOptions(const Options& options) {
   add(options.state_hash, "--state-hash");
   add(options.progress.value_or(false), "--progress");
   if (!names.empty())
-    std::fprintf(stderr, "stage: --explain runs nothing: ignored %s\n", names.c_str());
+    messages::Report(LogLevel::kWarning, "stage: --explain runs nothing: ignored " + names);
 }
 
 double StepsLeft(const World& world) {

@@ -144,8 +144,8 @@ std::string ExplanationJson(const std::vector<Explanation>& worlds, const RunOpt
     json.update(list[0]);
   else
     json["worlds"] = list;
-  // Names of files need not be UTF-8, JSON has to be.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  // Names of files need not be UTF-8, JSON has to be; in ASCII no terminal obeys what they hold.
+  return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace Stg::program

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "messages/report.hh"
 #include "stage/explain.hh"
 #include "stage/format.hh"
 
@@ -30,7 +31,7 @@ class Page {
   explicit Page(const Explanation& world) : w_(world), s_(world.scene), e_(world.estimate) {}
 
   std::string Print() {
-    text_ += Format("%s: explained, not run\n", w_.file.c_str());
+    text_ += Printable(w_.file) + ": explained, not run\n";
     PrintModelled();
     PrintLeftOut();
     PrintStep();
@@ -145,7 +146,7 @@ class Page {
                        : Format("tracked for %zu models of %zu: %s", s_.energy_models, s_.models,
                                 Count(Number(s_.power_packs), "power pack").c_str()));
     Line("the rest", Joined({s_.has_window ? "a window is open" : "no window",
-                             s_.device.empty() ? "no OpenCL" : "OpenCL: " + s_.device,
+                             s_.device.empty() ? "no OpenCL" : "OpenCL: " + Printable(s_.device),
                              s_.records_trails ? "trails recorded" : "no trails recorded"}));
   }
 
@@ -157,7 +158,7 @@ class Page {
       all += kind.models;
       std::string part = Format("%zu %s", kind.models, kind.type.c_str());
       if (kind.rays > 0) part += Format(" of %.0f rays", Number(kind.rays));
-      part += (kind.models > 1 ? " (such as " : " (") + kind.example + ")";
+      part += (kind.models > 1 ? " (such as " : " (") + messages::Shortened(kind.example) + ")";
       if (parts.size() < kMostIdleKinds) parts.push_back(part);
     }
     if (all == 0)
@@ -197,6 +198,7 @@ class Page {
     if (s_.unseen_bodies > 0) {
       std::vector<std::string> names = s_.unseen_examples;
       names.resize(std::min(names.size(), kMostNames));
+      for (std::string& name : names) name = messages::Shortened(name);
       text += Format("; all of %s: ", Count(Number(s_.unseen_bodies), "model").c_str()) +
               Joined(names) + (s_.unseen_bodies > names.size() ? ", ..." : "");
     }

@@ -8,7 +8,9 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <string>
 
+#include "messages/report.hh"
 #include "stage.hh"
 #include "stage/explain.hh"
 #include "stage/help.hh"
@@ -67,7 +69,7 @@ int Main(int argc, char* argv[]) {
       std::printf("stage %s\n", Version());
       return 0;
     case Options::Action::kListDevices:
-      std::fputs(ListDevices().c_str(), stdout);
+      std::fputs(messages::PrintableLines(ListDevices()).c_str(), stdout);
       return 0;
     case Options::Action::kExplain:
     case Options::Action::kRun:
@@ -83,21 +85,25 @@ int Main(int argc, char* argv[]) {
 
 }  // namespace Stg::program
 
+static void Complain(const std::string& text) {
+  Stg::messages::Report(Stg::LogLevel::kError, "stage: " + text);
+}
+
 int main(int argc, char* argv[]) {
   try {
     return Stg::program::Main(argc, argv);
   } catch (const Stg::program::UsageError& error) {
-    std::fprintf(stderr, "stage: %s; 'stage --help' explains the options\n", error.what());
+    Complain(std::string(error.what()) + "; 'stage --help' explains the options");
     return Stg::program::kBadUsage;
   } catch (const Stg::program::WindowError& error) {
-    std::fprintf(stderr, "stage: %s\n", error.what());
+    Complain(error.what());
     return error.status;
   } catch (const std::bad_alloc&) {
     std::fflush(stdout);
     std::fputs("stage: out of memory\n", stderr);
   } catch (const std::exception& error) {
     std::fflush(stdout);
-    std::fprintf(stderr, "stage: %s\n", error.what());
+    Complain(Stg::messages::Shortened(error.what(), Stg::messages::kLongestDetail));
   }
   return Stg::program::kFailure;
 }

@@ -142,8 +142,8 @@ std::string Statistics(const std::vector<LoadedWorld>& worlds) {
   }
   json["peak_memory_mb"] = PeakMemoryMb();
   json["machine"] = Machine();
-  // Names of files need not be UTF-8, JSON has to be.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  // Names of files need not be UTF-8, JSON has to be; in ASCII no terminal obeys what they hold.
+  return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }
 
 ReportFile::ReportFile(const std::string& name) : name_(name) {

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "gui/window/factory.hh"
+#include "messages/report.hh"
 #include "stage/interrupt.hh"
 #include "world/gui_loader.hh"
 
@@ -23,7 +24,7 @@ bool HasDisplay() {
 }
 
 World* WithoutWindow(const std::string& reason) {
-  std::fprintf(stderr, "stage: %s; running headless\n", reason.c_str());
+  messages::Report(LogLevel::kWarning, "stage: " + reason + "; running headless");
   return nullptr;
 }
 

@@ -19,7 +19,8 @@ inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::
     auto* ranger = dynamic_cast<Stg::ModelRanger*>(model.GetChild(name));
     const bool good = ranger && !ranger->GetSensors().empty() &&
                       ranger->GetSensors()[0].sample_count > kFewSamples;
-    std::printf("%s: %s: is %s a laser? %s\n", controller.c_str(), model.Token(), name.c_str(),
+    std::printf("%s: %s: is %s a laser? %s\n", controller.c_str(),
+                Stg::Printable(model.TokenStr()).c_str(), Stg::Printable(name).c_str(),
                 good ? "yes" : "no");
     if (good) return ranger;
   }

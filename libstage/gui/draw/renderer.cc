@@ -12,6 +12,7 @@
 #include "gui/draw/screen_writer.hh"
 #include "gui/draw/shaders.hh"
 #include "gui/draw/stall_icon.hh"
+#include "messages/report.hh"
 #include "models/visualizer.hh"
 
 namespace Stg::draw {
@@ -105,8 +106,7 @@ bool Renderer::Impl::Prepare(std::string* error) {
   if (!ready_) return false;
   failed_ = false;
   glGenVertexArrays(1, &arrays_);
-  if (!font_.is_open() && !font_.Open(kTextPixels, error))
-    std::fprintf(stderr, "stage: warning: %s\n", error->c_str());
+  if (!font_.is_open() && !font_.Open(kTextPixels, error)) messages::Warn(*error);
   atlas_version_ = 0;
   return true;
 }

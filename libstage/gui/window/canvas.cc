@@ -9,6 +9,7 @@
 #include "gui/window/gl_display.hh"
 #include "gui/window/parts.hh"
 #include "gui/window/picture.hh"
+#include "messages/report.hh"
 
 namespace Stg {
 
@@ -58,7 +59,7 @@ void Canvas::draw() {
   if (!parts_.view.options[view::Show::kScreenshots]) return;
   std::string error;
   if (parts_.screenshots.Take(pixel_w(), pixel_h(), parts_.view.screenshot_skip, &error)) return;
-  std::fprintf(stderr, "stage: %s; no more screenshots\n", error.c_str());
+  messages::Report(LogLevel::kError, "stage: " + error + "; no more screenshots");
   parts_.view.options.Set(view::Show::kScreenshots, false);
   parts_.menu.ShowOptions(parts_.view.options);
 }

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "gui/window/parts.hh"
+#include "messages/report.hh"
 
 namespace Stg::internal::window {
 
@@ -30,7 +31,7 @@ void Picture::Draw(Parts& parts, int width, int height, bool fresh) {
 /// The world goes on; there is only nothing to be seen.
 void Picture::SayOnce(const std::string& error) {
   glClear(GL_COLOR_BUFFER_BIT);
-  if (!said_) std::fprintf(stderr, "stage: nothing can be drawn: %s\n", error.c_str());
+  if (!said_) messages::Report(LogLevel::kError, "stage: nothing can be drawn: " + error);
   said_ = true;
 }
 

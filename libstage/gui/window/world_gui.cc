@@ -10,6 +10,7 @@
 
 #include "geometry/load_error.hh"
 #include "gui/window/parts.hh"
+#include "messages/report.hh"
 #include "models/power_pack.hh"
 #include "stage.hh"
 #include "worldfile/worldfile.hh"
@@ -45,7 +46,7 @@ int CheckDisplay(int width) {
   const std::string obstacle = Canvas::Obstacle();
   if (!obstacle.empty()) {
     std::fflush(stdout);
-    std::fprintf(stderr, "stage: %s\n", obstacle.c_str());
+    messages::Report(LogLevel::kError, "stage: " + obstacle);
     std::exit(1);
   }
   return width;
@@ -244,7 +245,7 @@ void WorldGui::OfferVisualizer(Visualizer* visualizer, bool on_by_default) {
       const char* property = visualizer->GetWorldfileName().c_str();
       options.Set(option, wf->ReadInt(section, property, on_by_default) != 0);
     } catch (const LoadError& error) {
-      std::fprintf(stderr, "%s\n", error.what());
+      messages::Report(LogLevel::kError, error.what());
     }
   parts_->filter.Refresh();
 }

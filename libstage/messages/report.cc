@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "messages/report.hh"
+
+#include <cstdarg>
+#include <cstdio>
+#include <mutex>
+
+namespace Stg {
+namespace {
+
+std::mutex mutex;
+LogSink& Sink() {
+  static LogSink& sink = *new LogSink;  // never deleted: messages may come until the very end
+  return sink;
+}
+
+/// In one call, so that lines of several threads don't mix.
+void PrintOnStandardError(const std::string& line) {
+  const std::string text = line + "\n";
+  std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
+}  // namespace
+
+void SetLogSink(const LogSink& sink) {
+  const std::lock_guard<std::mutex> lock(mutex);
+  Sink() = sink;
+}
+
+void internal::PrintMessage(FILE* stream, const char* tag, const char* file, const char* function,
+                            const char* format, ...) {
+  std::va_list arguments;
+  va_start(arguments, format);
+  const std::string text = messages::Formatted(format, arguments);
+  va_end(arguments);
+  const std::string place = file ? std::string(" (") + file + " " + function + ")" : "";
+  const std::string line = std::string(tag) + ": " + messages::PrintableLines(text) + place + "\n";
+  std::fwrite(line.data(), 1, line.size(), stream);
+}
+
+namespace messages {
+
+std::string Formatted(const char* format, std::va_list arguments) {
+  std::va_list again;
+  va_copy(again, arguments);
+  const int length = std::vsnprintf(nullptr, 0, format, arguments);
+  std::string text(length > 0 ? static_cast<std::size_t>(length) + 1 : 1, '\0');
+  std::vsnprintf(text.data(), text.size(), format, again);
+  va_end(again);
+  text.pop_back();
+  return text;
+}
+
+void Report(LogLevel level, const std::string& line) {
+  constexpr std::size_t kLongest = 1000;  // bytes: room for a long path in a long message
+  const std::string shown = Shortened(line, kLongest);
+  LogSink sink;
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    sink = Sink();  // called outside of the lock: it may report something itself
+  }
+  if (sink)
+    sink(level, shown);
+  else
+    PrintOnStandardError(shown);
+}
+
+void Warn(const std::string& text) { Report(LogLevel::kWarning, "stage: warning: " + text); }
+
+}  // namespace messages
+}  // namespace Stg
