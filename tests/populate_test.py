@@ -171,6 +171,18 @@ class Populations(TemporaryFolder):
         self.assertEqual(output.read_text(encoding="utf-8"), "old")
         self.assertEqual(list(self.folder.iterdir()), [output])
 
+    def test_only_worlds_of_populate_are_replaced(self) -> None:
+        output = self.folder / "mine.world"
+        output.write_text("model ( )\n", encoding="utf-8")
+        self.assertIn("holds something else", self.assert_refused("cave", 5, "-o", output))
+        self.assertEqual(output.read_text(encoding="utf-8"), "model ( )\n")
+        output.write_text("", encoding="utf-8")
+        output.chmod(0o640)
+        for _ in range(2):
+            self.assertEqual(run(POPULATE, "cave", 5, "-o", output).returncode, 0)
+            self.assertEqual(output.stat().st_mode & 0o777, 0o640)
+        self.assertEqual(list(self.folder.iterdir()), [output])
+
     def test_paths_hold_from_any_folder(self) -> None:
         for text in (self.populate("hospital", 3), run(POPULATE, "hospital", 3).stdout):
             paths = re.findall(r'^ *(?:include|bitmap) "([^"]+)"', text, re.MULTILINE)
@@ -247,6 +259,14 @@ class Maps(TemporaryFolder):
     def test_missing_picture_is_found(self) -> None:
         self.assertEqual(self.draw("map 10 10 10\nborder\n", "--check").returncode, 1)
         self.assertFalse((self.folder / "plan.png").exists())
+
+    def test_no_link_is_written_through(self) -> None:
+        precious = self.folder / "precious"
+        precious.write_text("precious", encoding="utf-8")
+        (self.folder / "plan.png.new").symlink_to(precious)
+        self.assertEqual(self.draw("map 20 20 8\nborder\ncave 5 60 1 3\nreach 0.5").stderr, "")
+        self.assertEqual(precious.read_text(encoding="utf-8"), "precious")
+        self.assertTrue((self.folder / "plan.png").is_file())
 
     def test_drawing_twice_gives_the_same_bytes(self) -> None:
         pictures = []

@@ -278,11 +278,24 @@ class ProgramTest(MeterTestCase):
         self.assertRegex(done.stderr, "note +no meter was asked for: no figure\n")
 
     def test_measure_without_a_place_for_its_result(self) -> None:
-        for status, command in ((1, "true"), (3, "exit 3")):
-            done = self.power("measure", "--meter", "constant:5", "--json", self.root, "--",
-                              "sh", "-c", command)
+        for status, command in ((1, ""), (3, "; exit 3")):
+            file = self.root / "r.json"
+            done = self.power("measure", "--meter", "constant:5", "--json", file, "--",
+                              "sh", "-c", f"mkdir {file}{command}")
             self.assertEqual(done.returncode, status)
-            self.assertRegex(done.stderr, f"power: cannot write {self.root}: Is a directory\n$")
+            self.assertRegex(done.stderr, f"power: cannot write {file}: Is a directory\n$")
+            file.rmdir()
+
+    def test_what_may_not_be_written_is_found_before_the_command_runs(self) -> None:
+        notes = self.root / "notes"
+        notes.write_text("precious", encoding="utf-8")
+        for file, reason in ((self.root, "Is a directory"), (notes, "holds something else")):
+            done = self.power("measure", "--meter", "constant:5", "--json", file, "--",
+                              "touch", self.root / "ran")
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, f"^power: cannot write {file}: .*{reason}\n$")
+        self.assertEqual(notes.read_text(encoding="utf-8"), "precious")
+        self.assertFalse((self.root / "ran").exists())
 
     def test_measure_of_a_command_that_is_ended(self) -> None:
         with subprocess.Popen([POWER, "measure", "--meter", "constant:50", "--", "sh", "-c",

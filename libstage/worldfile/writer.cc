@@ -5,19 +5,14 @@
 //   - into the value's own place, if the value belongs to this entity alone;
 //   - into a new property of the instance, if the value is a macro's;
 //   - into the macro, if the entity is a child that a macro makes and all such children agree.
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include "files/whole_file.hh"
 #include "messages/report.hh"
 #include "worldfile/numbers.hh"
 #include "worldfile/worldfile_impl.hh"
@@ -200,39 +195,6 @@ std::string SavePlan::Apply() {
   return result;
 }
 
-// 0, or the error number of what went wrong.
-int WriteAll(int file, const std::string& text) {
-  for (std::size_t done = 0; done < text.size();) {
-    const ssize_t count = write(file, text.data() + done, text.size() - done);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return errno;
-    done += static_cast<std::size_t>(count);
-  }
-  return fsync(file) == 0 || errno == EINVAL || errno == EROFS ? 0 : errno;
-}
-
-// Writes a file beside the wanted one and puts it in its place. 0, or an error number.
-int ReplaceFile(const std::string& path, const std::string& text) {
-  std::error_code error;
-  // A link stays a link: what it points to is replaced.
-  const std::filesystem::path canonical = std::filesystem::canonical(path, error);
-  const std::string target = error ? path : canonical.string();
-  struct stat old = {};
-  const bool exists = stat(target.c_str(), &old) == 0;
-  if (exists && S_ISDIR(old.st_mode)) return EISDIR;
-  if (exists && access(target.c_str(), W_OK) != 0) return errno;
-
-  const std::string temporary = target + "." + std::to_string(getpid()) + ".tmp";
-  const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (file < 0) return errno;
-  int result = WriteAll(file, text);
-  if (result == 0 && exists && fchmod(file, old.st_mode & 07777) != 0) result = errno;
-  if (close(file) != 0 && result == 0) result = errno;
-  if (result == 0 && std::rename(temporary.c_str(), target.c_str()) != 0) result = errno;
-  if (result != 0) unlink(temporary.c_str());
-  return result;
-}
-
 }  // namespace
 
 std::string SavedText(Document& document, const std::map<Slot, Written>& written) {
@@ -245,7 +207,8 @@ bool Worldfile::Save(const std::string& file) {
   const std::string name = file.empty() ? filename : file;
   int error = ENOENT;
   if (!name.empty() && impl_->document.sources.Count() > 0) {
-    error = worldfile::ReplaceFile(name, worldfile::SavedText(impl_->document, impl_->written));
+    error = files::ReplaceFile(name, worldfile::SavedText(impl_->document, impl_->written),
+                               files::AnyFile);
   }
   if (error == 0) return true;
   messages::Report(LogLevel::kError, "unable to save world file " +

@@ -240,7 +240,7 @@ TEST_F(PicturesTest, MistakesAreToldInALine) {
   ExpectOneLine(Stage(folder_, "--screenshot a.png@5 --duration 2 t.world"), kUsage,
                 "within the --duration");
   ExpectOneLine(Stage(folder_, "--screenshot a.png t.world t.world"), kUsage, "expected one");
-  ExpectOneLine(Stage(folder_, "--record t.world t.world"), kUsage, "is no folder");
+  ExpectOneLine(Stage(folder_, "--record output.txt t.world"), kUsage, "is no folder");
   fs::create_directories(folder_ / "film");
   std::ofstream(folder_ / "film/stage-000000.png") << "mine";
   ExpectOneLine(Stage(folder_, "--record film t.world"), kUsage, "exists");
@@ -261,19 +261,17 @@ TEST_F(PicturesTest, NothingIsLeftOfAPictureThatCannotBeWritten) {
   uint32_t noise = 1;
   for (uint8_t& byte : image.pixels) byte = static_cast<uint8_t>((noise *= 1664525u) >> 24);
   const std::string file = (folder_ / "a.png").string();
-  std::string error;
   rlimit before;
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   const rlimit little{5000, before.rlim_max};
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
-  const bool written = WritePng(file, image, &error);
+  const int problem = WritePng(file, image, Existing::kReplace);
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
-  EXPECT_FALSE(written);
-  EXPECT_EQ(error, file + " can't be written: " + std::strerror(EFBIG));
+  EXPECT_EQ(PngProblem(file, problem), file + " can't be written: " + std::strerror(EFBIG));
   EXPECT_TRUE(fs::is_empty(folder_));
-  EXPECT_TRUE(WritePng(file, image, &error)) << error;
+  EXPECT_EQ(WritePng(file, image, Existing::kReplace), 0);
 }
 
 }  // namespace

@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 
 namespace Stg::offscreen {
 
@@ -18,6 +20,18 @@ std::string FrameName(const std::string& folder, unsigned number) {
   char name[32];
   std::snprintf(name, sizeof name, "/stage-%06u.png", number);
   return folder + name;
+}
+
+/// One that is there already; empty: there is none.
+std::string FindFrame(const std::string& folder) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename();
+    const bool frame = name.starts_with("stage-") && name.ends_with(".png") &&
+                       name.find_first_not_of("0123456789", 6) == name.size() - 4;
+    if (frame) return entry.path();
+  }
+  return "";
 }
 
 }  // namespace
@@ -35,8 +49,8 @@ bool Film::Open(const std::string& folder, std::string* error) {
   } else if (access(folder.c_str(), W_OK | X_OK) != 0) {
     *error = folder + " can't be written: " + std::strerror(errno);
     return false;
-  } else if (access(FrameName(folder, 0).c_str(), F_OK) == 0) {
-    *error = FrameName(folder, 0) + " exists, expected a folder without a film";
+  } else if (const std::string frame = FindFrame(folder); !frame.empty()) {
+    *error = frame + " exists, expected a folder without a film";
     return false;
   }
   folder_ = folder;
@@ -47,7 +61,11 @@ bool Film::IsDue(usec_t now) const { return now >= next_; }
 
 bool Film::Add(const Image& image, usec_t now, std::string* error) {
   constexpr usec_t kPeriod = 1000000 / kMostFrames;
-  if (!WritePng(FrameName(folder_, frames_), image, error)) return false;
+  const std::string file = FrameName(folder_, frames_);
+  if (const int problem = WritePng(file, image, Existing::kKeep); problem != 0) {
+    *error = PngProblem(file, problem);
+    return false;
+  }
   frames_++;
   // By the grid of periods, so that the mean rate is right whatever the length of the steps.
   next_ = (now / kPeriod + 1) * kPeriod;

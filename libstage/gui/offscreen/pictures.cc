@@ -2,13 +2,8 @@
 
 #include "gui/offscreen/pictures.hh"
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 
 #include "gui/draw/figures.hh"
 #include "gui/draw/renderer.hh"
@@ -48,18 +43,10 @@ class PictureWorld : public World {
   bool has_window_section_ = false;
 };
 
-bool IsWritable(const std::string& file, std::string* error) {
-  const size_t slash = file.rfind('/');
-  const std::string folder = slash == std::string::npos ? "." : file.substr(0, slash + 1);
-  struct stat found;
-  const bool exists = stat(file.c_str(), &found) == 0;
-  if (exists && S_ISDIR(found.st_mode)) {
-    *error = file + " is a folder, expected the name of a file";
-    return false;
-  }
-  if (access(folder.c_str(), W_OK | X_OK) == 0) return true;
-  *error = file + " can't be written: " + std::strerror(errno);
-  return false;
+/// True if there is no problem; otherwise one line.
+bool Report(int problem, const std::string& file, std::string* error) {
+  if (problem != 0) *error = PngProblem(file, problem);
+  return problem == 0;
 }
 
 class OffscreenPictures : public Pictures {
@@ -71,7 +58,7 @@ class OffscreenPictures : public Pictures {
 
   bool Check(std::string* error) {
     for (const Orders::Shot& shot : orders_.shots)
-      if (!IsWritable(shot.file, error)) return false;
+      if (!Report(TryWritePng(shot.file), shot.file, error)) return false;
     return orders_.folder.empty() || film_.Open(orders_.folder, error);
   }
 
@@ -94,7 +81,8 @@ class OffscreenPictures : public Pictures {
     while (next_shot_ < orders_.shots.size() && orders_.shots[next_shot_].time <= now) {
       if (!drawn) Draw();
       drawn = true;
-      if (!WritePng(orders_.shots[next_shot_++].file, image_, error)) return false;
+      const std::string& file = orders_.shots[next_shot_++].file;
+      if (!Report(WritePng(file, image_, Existing::kReplace), file, error)) return false;
     }
     if (orders_.folder.empty() || !film_.IsDue(now)) return true;
     if (!drawn) Draw();

@@ -4,22 +4,39 @@
 
 #include <GL/gl.h>
 #include <png.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <memory>
+#include <string_view>
+
+#include "files/whole_file.hh"
 
 namespace Stg::offscreen {
 
-bool WritePng(const std::string& file, const Image& image, std::string* error) {
-  const std::string draft = file + "." + std::to_string(getpid()) + ".part";
-  std::FILE* out = std::fopen(draft.c_str(), "wb");
-  if (!out) {
-    *error = file + " can't be written: " + std::strerror(errno);
-    return false;
-  }
+namespace {
+
+constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
+constexpr size_t kHeaderEnd = 8 + 25;  // of signature and header
+
+/// Marks our pictures, so that no others are replaced: the text "Software: Stage" as a chunk, with
+/// its length and its checksum.
+constexpr std::string_view kMark("\0\0\0\x0etEXtSoftware\0Stage\x6d\xcd\x51\xf2", 26);
+
+bool IsOurs(std::string_view beginning) {
+  return beginning.starts_with(kSignature) && beginning.size() > kHeaderEnd &&
+         beginning.substr(kHeaderEnd).starts_with(kMark);
+}
+
+struct FreeMemory {
+  void operator()(char* memory) const { std::free(memory); }
+};
+
+/// 0 or the number of an error.
+int Encode(const Image& image, std::string* bytes) {
   png_image header;
   std::memset(&header, 0, sizeof header);
   header.version = PNG_IMAGE_VERSION;
@@ -27,16 +44,36 @@ bool WritePng(const std::string& file, const Image& image, std::string* error) {
   header.height = static_cast<png_uint_32>(image.height);
   header.format = PNG_FORMAT_RGBA;
   header.flags = PNG_IMAGE_FLAG_FAST;
-  errno = 0;
+  char* memory = nullptr;
+  size_t size = 0;
+  std::FILE* stream = open_memstream(&memory, &size);
+  if (!stream) return errno;
   const bool encoded =
-      png_image_write_to_stdio(&header, out, 0, image.pixels.data(), 0, nullptr) != 0;
-  const int reason = errno;  // libpng only knows that writing has failed
-  const bool closed = std::fclose(out) == 0;
-  if (encoded && closed && std::rename(draft.c_str(), file.c_str()) == 0) return true;
-  const char* what = encoded ? std::strerror(errno) : header.message;
-  *error = file + " can't be written: " + (!encoded && reason ? std::strerror(reason) : what);
-  std::remove(draft.c_str());
-  return false;
+      png_image_write_to_stdio(&header, stream, 0, image.pixels.data(), 0, nullptr) != 0;
+  const bool closed = std::fclose(stream) == 0;
+  const std::unique_ptr<char, FreeMemory> owner(memory);
+  if (!encoded || !closed || size < kHeaderEnd) return ENOMEM;
+  bytes->assign(memory, kHeaderEnd);
+  bytes->append(kMark);
+  bytes->append(memory + kHeaderEnd, size - kHeaderEnd);
+  return 0;
+}
+
+}  // namespace
+
+int WritePng(const std::string& file, const Image& image, Existing existing) {
+  std::string bytes;
+  if (const int error = Encode(image, &bytes); error != 0) return error;
+  return existing == Existing::kReplace ? files::ReplaceFile(file, bytes, IsOurs)
+                                        : files::MakeFile(file, bytes);
+}
+
+int TryWritePng(const std::string& file) { return files::TryReplaceFile(file, IsOurs); }
+
+std::string PngProblem(const std::string& file, int error) {
+  if (error == EISDIR) return file + " is a folder, expected the name of a file";
+  if (error == EEXIST) return file + " is no picture that Stage made, expected one or a new name";
+  return file + " can't be written: " + std::strerror(error);
 }
 
 void ReadPixels(int width, int height, Image* image) {

@@ -17,9 +17,16 @@ struct Image {
   std::vector<uint8_t> pixels;
 };
 
-/// Writes the file whole or not at all: under another name first. False and one line that names the
-/// file if that fails.
-bool WritePng(const std::string& file, const Image& image, std::string* error);
+/// What may be at the place already: a picture that was written by these functions, or nothing.
+enum class Existing { kReplace, kKeep };
+
+/// Writes the file whole or not at all. 0, or the number of an error; EEXIST: there is something
+/// else.
+int WritePng(const std::string& file, const Image& image, Existing existing);
+/// What writing would come to, if it is to replace. Leaves no trace.
+int TryWritePng(const std::string& file);
+/// One line that names the file.
+std::string PngProblem(const std::string& file, int error);
 
 /// Fills the image from the framebuffer that is bound for reading in the current context.
 void ReadPixels(int width, int height, Image* image);

@@ -2,6 +2,9 @@
 
 #include "gui/window/screenshots.hh"
 
+#include <sys/stat.h>
+
+#include <cerrno>
 #include <cstdio>
 
 #include "gui/offscreen/png_writer.hh"
@@ -12,11 +15,21 @@ bool Screenshots::Take(int width, int height, int skip, std::string* error) {
   static unsigned next = 0;
   if (++frames_ < skip) return true;
   frames_ = 0;
-  char name[32];
-  std::snprintf(name, sizeof name, "stage-%06u.png", next++ % 1000000);
   offscreen::Image image;
   offscreen::ReadPixels(width, height, &image);
-  if (!offscreen::WritePng(name, image, error)) return false;
+  char name[32];
+  int problem = 0;
+  do {
+    std::snprintf(name, sizeof name, "stage-%06u.png", next++);
+    struct stat found;
+    problem = lstat(name, &found) == 0
+                  ? EEXIST
+                  : offscreen::WritePng(name, image, offscreen::Existing::kKeep);
+  } while (problem == EEXIST);
+  if (problem != 0) {
+    *error = offscreen::PngProblem(name, problem);
+    return false;
+  }
   std::printf("Saved %s\n", name);
   std::fflush(stdout);
   return true;

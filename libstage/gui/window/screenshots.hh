@@ -12,8 +12,8 @@ namespace Stg::internal::window {
 class Screenshots {
  public:
   /// To be called after each picture, while it is in the buffer that OpenGL reads from. Writes
-  /// every skip-th to stage-NNNNNN.png in the current directory; they are numbered over the whole
-  /// process. False, with the reason, one line, if that went wrong.
+  /// every skip-th to stage-NNNNNN.png in the current directory, with the next number that is free
+  /// there. False, with the reason, one line, if that went wrong.
   bool Take(int width, int height, int skip, std::string* error);
 
  private:

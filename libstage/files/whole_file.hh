@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Files that are written whole or not at all. All that Stage writes goes through here.
+//
+// A file is written beside its place first, under a name that nobody can guess and that nothing
+// has, so that no link can be put in its way; then it is renamed. A symbolic link stays one: what
+// it points to is replaced. A file keeps its mode, and one that may not be written is not replaced.
+// A device, a pipe, or what is open already (/dev/fd/5) is written to.
+//
+// All functions return 0 or the number of an error, as in <cerrno>.
+
+#ifndef STAGE_FILES_WHOLE_FILE_HH
+#define STAGE_FILES_WHOLE_FILE_HH
+
+#include <string>
+#include <string_view>
+
+namespace Stg::files {
+
+/// Whether a file may be replaced that begins so: with these bytes, up to 256 of them. One without
+/// content always may.
+using IsOurs = bool (*)(std::string_view beginning);
+bool AnyFile(std::string_view beginning);
+
+/// Makes the file or replaces it. EEXIST: there is one that is not ours.
+int ReplaceFile(const std::string& name, std::string_view content, IsOurs ours);
+/// What ReplaceFile() would say; leaves no trace. For those who would learn it too late.
+int TryReplaceFile(const std::string& name, IsOurs ours);
+/// Makes the file. EEXIST: there is one, or something else of that name.
+int MakeFile(const std::string& name, std::string_view content);
+
+/// Without symbolic links, where the file exists, and whatever the current directory will be.
+std::string PlaceOf(const std::string& name);
+
+}  // namespace Stg::files
+
+#endif
