@@ -110,7 +110,7 @@ TEST_F(CliExplainTest, SeveralWorlds) {
 
 TEST_F(CliExplainTest, Errors) {
   WriteWorld("w.world", "");
-  ExpectRefused({"--explain"}, "--explain needs a world file");
+  ExpectRefused({"--explain"}, "found no world file");
   ExpectRefused({"--explain=xml", "w.world"}, "found 'xml'");
   for (const char* how : {"--explain", "--explain=json"}) {
     ExpectLoadFails(1, {how, "missing.world"}, "missing.world");

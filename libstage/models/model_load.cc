@@ -256,6 +256,10 @@ void Model::LoadControllers() {
       wf->Warn(wf_entity, "ctrl", "found an empty controller name; ignored");
       continue;
     }
+    if (!World::run_options.controllers) {
+      world->engine().controllers_left_out++;
+      continue;
+    }
     try {
       LoadController(this, text);
     } catch (const LoadError& error) {

@@ -49,6 +49,7 @@ class WorldEngine {
   std::vector<Model*> update_callbacks_due;  ///< models that updated in this step
   std::vector<Scheduler::Event> due;         ///< those of this step
   uint64_t family_changes = 0;               ///< of who there is and whose child it is
+  size_t controllers_left_out = 0;           ///< see RunOptions::controllers
   bool loading = false;                      ///< bodies are drawn when all is loaded
   /// By path, while a world is loaded.
   std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;

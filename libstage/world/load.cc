@@ -125,6 +125,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
   updates = 0;
   load_status_ = 0;
   engine_->statistics = RunStatistics();
+  engine_->controllers_left_out = 0;
   RandomStream::Global().Seed(seed_);  // random colours and poses
   try {
     wf = std::make_unique<Worldfile>();
@@ -151,6 +152,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
   engine_->loading = false;
   for (Model* child : children) child->Map();
   InitControllers();
+  ApplyRunOptions();
   wf->WarnUnused();
   std::printf("\n");
   std::fflush(stdout);
@@ -160,6 +162,9 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
 
 /// Init functions may delete models, and add some, whose controllers are not for us to initialise.
 void World::InitControllers() {
+  if (engine_->controllers_left_out > 0)
+    messages::Warn("controllers left out, as asked for: " +
+                   std::to_string(engine_->controllers_left_out));
   const uint32_t end = engine_->models.back()->GetId() + 1;
   for (uint32_t id = 0; id < end; id++) {
     const auto model = std::lower_bound(engine_->models.begin(), engine_->models.end(), id,
@@ -168,6 +173,15 @@ void World::InitControllers() {
     id = (*model)->GetId();
     (*model)->InitControllers();
   }
+}
+
+/// What holds whatever the file and its controllers say.
+void World::ApplyRunOptions() {
+  if (run_options.clock) show_clock = true;
+  if (run_options.duration > simulated_before_)
+    quit_time = run_options.duration - simulated_before_;
+  else if (run_options.duration > 0)
+    Quit();
 }
 
 void World::Reload() {

@@ -45,6 +45,7 @@ World::World(const std::string& name, double ppm)
       seed_(run_options.seed),
       random_(run_options.seed),
       load_status_(0),
+      simulated_before_(0),
       quit_(false) {
   token = name;
   if (!InitDone()) {
@@ -70,6 +71,7 @@ void World::SetDefaults() {
   engine_->scene.cells_per_metre = default_ppm_;
   engine_->scene.ray_model = RayModel::kCell;
   engine_->scene.exact_drawing = false;
+  ApplyRunOptions();
 }
 
 World::~World() {
@@ -102,6 +104,7 @@ void World::ForgetAll() {
 }
 
 void World::UnLoad() {
+  simulated_before_ += sim_time;
   ForgetAll();
   DeleteChildren();
   child_type_counts.clear();
@@ -109,8 +112,8 @@ void World::UnLoad() {
   // Struck out, not erased: this may be called from one of them.
   for (UpdateCallback& entry : update_callbacks_) entry.function = nullptr;
   wf.reset();
-  SetDefaults();
   quit_ = false;
+  SetDefaults();
   random_.Seed(seed_);
   token = "[unloaded]";
   MakeGround();

@@ -59,7 +59,8 @@ class RaytraceResult {
       : pose(p), mod(m), color(c), range(r) {}
 };
 
-/// How worlds are run; set before they are made. Only the seed and the ray model change results.
+/// How worlds are run; set before they are made. Results change with the seed, the ray model, the
+/// duration and the controllers alone.
 struct RunOptions {
   int threads;     ///< that work on a step; 0: what the world file says, or else with a device
                    ///< all processors and without one 1
@@ -71,6 +72,10 @@ struct RunOptions {
   bool always_on_device;  ///< use it for every batch, however small
   std::string device;     ///< which: the text after --opencl=
   RayModel ray_model;     ///< of worlds, whatever their files say; changes results
+  usec_t duration;   ///< simulated, after which a world is done, whatever quit time its files give
+                     ///< and however often it is loaded; 0: their quit times count
+  bool clock;        ///< print the simulated time, whatever the file says
+  bool controllers;  ///< false: `ctrl` properties load nothing, so that files run no code
 
   RunOptions()
       : threads(0),
@@ -79,7 +84,10 @@ struct RunOptions {
         batch(true),
         opencl(false),
         always_on_device(false),
-        ray_model(RayModel::kDefault) {}
+        ray_model(RayModel::kDefault),
+        duration(0),
+        clock(false),
+        controllers(true) {}
 };
 
 class World : public Ancestor {
@@ -261,6 +269,7 @@ class World : public Ancestor {
   void LoadEntities();
   void LoadEntity(int entity, std::vector<Model*>* models);
   void InitControllers();
+  void ApplyRunOptions();
   void CheckNotNested(int entity, Model* parent_model);
   void CheckOutlines(const std::vector<Model*>& models);
   void CallUpdateCallbacks();
@@ -306,6 +315,7 @@ class World : public Ancestor {
   uint64_t seed_;
   RandomStream random_;
   int load_status_;
+  usec_t simulated_before_;  // by what was loaded before
   std::atomic<bool> quit_;
   static std::atomic<bool> quit_all_;
   static std::vector<World*> worlds_;

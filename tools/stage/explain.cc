@@ -21,11 +21,11 @@ void WarnOfIdleOptions(const Options& options) {
   const auto add = [&names](bool given, const char* name) {
     if (given) names += (names.empty() ? "" : ", ") + std::string(name);
   };
-  add(options.clock, "--clock");
+  add(options.run.clock, "--clock");
   add(options.state_hash, "--state-hash");
   add(options.progress.value_or(false), "--progress");
   if (!names.empty())
-    messages::Report(LogLevel::kWarning, "stage: --explain runs nothing: ignored " + names);
+    messages::Report(LogLevel::kWarning, "stage: --explain takes no step: ignored " + names);
 }
 
 double StepsLeft(const World& world) {
@@ -43,7 +43,6 @@ int LoadAll(const Options& options, std::vector<Explanation>* explanations) {
     e.memory.before = MemoryMb();
     Options one = options;
     one.worldfiles = {file};
-    one.clock = false;
     if (const int status = LoadWorlds(one, &worlds); status != 0) return status;
     e.world = worlds.back().world;
     e.memory.after = MemoryMb();
@@ -68,7 +67,6 @@ void Complete(const RunOptions& options, Explanation* e) {
 }  // namespace
 
 int Explain(const Options& options) {
-  if (options.worldfiles.empty()) throw UsageError("--explain needs a world file");
   const std::optional<ReportFile> report = OpenReport(options);
   WarnOfIdleOptions(options);
 
@@ -80,12 +78,10 @@ int Explain(const Options& options) {
     for (Explanation& world : worlds) Complete(options.run, &world);
   }
   const std::string json = ExplanationJson(worlds, options.run);
-  if (options.explain_as_json)
-    std::fputs(json.c_str(), stdout);
-  else
-    for (const Explanation& world : worlds) std::fputs(ExplanationText(world).c_str(), stdout);
+  std::string text;
+  for (const Explanation& world : worlds) text += ExplanationText(world);
+  PrintWhole(options.explain_as_json ? json : text);
   if (report) report->Write(json);
-  std::fflush(stdout);
   return 0;
 }
 

@@ -263,8 +263,10 @@ class Page {
     text_ += Format(
         "\nMeasured on this machine in %s, the best of several tries: samples of the sensors\n"
         "updated (%s) and of the robots drove, all with the bodies where they are, and\n"
-        "all was put back. No controller ran but its Init: what robots will do is not known.\n",
-        Time(w_.costs.seconds).c_str(), Count(Number(w_.costs.rays), "ray").c_str());
+        "all was put back. %s: what robots will do is not known.\n",
+        Time(w_.costs.seconds).c_str(), Count(Number(w_.costs.rays), "ray").c_str(),
+        World::run_options.controllers ? "No controller ran but its Init"
+                                       : "No controller was loaded");
   }
 
   const Explanation& w_;

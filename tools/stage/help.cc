@@ -20,6 +20,8 @@ How long, and what comes out
                        what the world says: cell, the grid cell that was hit (right to about a
                        cell), or exact, the outline itself, whatever the size of the cells
   -a, --args STR       hand STR to every controller
+  --no-controllers     load no controllers: a world file is a program, as its controllers are any
+                       plug-ins; without them it can be looked at before it is trusted
 
 How fast
   A world's speedup, if positive, keeps it to that multiple of real time; otherwise it runs as fast
@@ -39,11 +41,13 @@ What you see
   -c, --clock          print the simulated time, every show_clock_interval steps of the world
   --progress           show how far the run is, on standard error, even if that is no terminal
   --no-progress        never show it; default: on a terminal, if the end is known, without a clock
-  --explain[=json]     run nothing: load, say what would be simulated and what is left out because
-                       nobody asks for it, what a step and its memory will take (parts of a step
-                       are measured for half a second), what may pay; as JSON too with --stats
+  --explain[=json]     take no step: load, which calls the controllers' Init, say what would be
+                       simulated and what is left out because nobody asks for it, what a step and
+                       its memory will take (parts of a step are measured for half a second), what
+                       may pay; as JSON too with --stats
   --stats FILE         at the end write figures about the run (robots, speed, rays, memory, where
-                       the time went) to FILE as JSON; - for standard output
+                       the time went) to FILE as JSON; - for standard output. Like the other
+                       outputs it replaces nothing but an earlier one of its kind
   --state-hash         at the end print a line "state-hash DIGITS" for each world: equal digits mean
                        that all poses, velocities and sensor readings are equal
   --screenshot FILE.png[@SECONDS]
@@ -51,8 +55,8 @@ What you see
                        at the end of --duration, or at 1 s); may be given several times. Without a
                        --duration the run ends with the last one. What is shown and from where is
                        what the window section of the world file says
-  --record DIR         make a film: pictures stage-000000.png and so on in DIR, one for each step, 25
-                       in a simulated second at most
+  --record DIR         make a film: pictures stage-000000.png and so on in DIR, in which there are
+                       none yet, one for each step, 25 in a simulated second at most
   --size WxH           pixels of these pictures; default: those of the world file's window
   -g, --gui            no window. (The name has historical reasons.) Without it, with a display and
                        a single world file, the world runs in a window, and pauses at its quit_time
@@ -85,8 +89,8 @@ World files
 
 Environment
   DISPLAY              the X display for the window; without one, all runs are headless
-  STAGEPATH            folders, with : between them, for world files, includes and controllers that
-                       are not found otherwise
+  STAGEPATH            folders, with : between them, for world files and includes that are not found
+                       otherwise, and for controllers, before those that come with Stage
   LD_LIBRARY_PATH      further folders for controllers
   STAGE_CL_DEVICE      DEVICE for an --opencl that names none
   STAGE_CL_HITS        potential hits that the device lists for each ray, 1 (default) to 16: where
@@ -98,8 +102,8 @@ Environment
 
 Exit status
   0        all worlds have come to their end
-  1        a world file is missing or wrong; or the run can't go on; or a picture can't be made
-  2        wrong options, or a FILE or DIR can't be written
+  1        a world file is missing or wrong; or the run can't go on; or output is lost
+  2        wrong options, or no world file, or a FILE or DIR can't be written or holds something else
   255      something that a world file names is missing or wrong: a controller, a bitmap, a tuple
   128+N    ended by signal N, such as 130 for Ctrl-C: the step is finished, figures are written
   A controller that ends the program chooses its own.

@@ -41,7 +41,9 @@ void Catch(int signal) {
   if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) return;
   action = {};
   action.sa_handler = Note;
-  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  action.sa_flags = SA_RESTART;
+  // A terminal that is closed sends SIGHUP itself and has the shell send another.
+  if (signal != SIGHUP) action.sa_flags |= static_cast<int>(SA_RESETHAND);
   sigemptyset(&action.sa_mask);
   sigaction(signal, &action, nullptr);
 }
@@ -61,6 +63,7 @@ void CatchSignals() {
   }
   Catch(SIGINT);
   Catch(SIGTERM);
+  Catch(SIGHUP);
 }
 
 void OnSignal(void (*action)()) { on_signal = action; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// An orderly end on SIGINT and SIGTERM, and waiting that they cut short.
+// An orderly end on SIGINT, SIGTERM and SIGHUP, and waiting that they cut short.
 
 #ifndef STAGE_TOOLS_STAGE_INTERRUPT_HH
 #define STAGE_TOOLS_STAGE_INTERRUPT_HH
@@ -10,7 +10,8 @@ namespace Stg::program {
 /// Seconds since some fixed moment.
 double Now();
 
-/// From here on, the first SIGINT or SIGTERM is only noted; a second of the same kind kills.
+/// From here on, the first SIGINT or SIGTERM is only noted; a second of the same kind kills. Any
+/// SIGHUP is only noted.
 void CatchSignals();
 /// Called by the signal handler, with all that this forbids, after the signal was noted.
 void OnSignal(void (*action)());

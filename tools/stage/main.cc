@@ -17,6 +17,7 @@
 #include "stage/interrupt.hh"
 #include "stage/options.hh"
 #include "stage/pictures.hh"
+#include "stage/process.hh"
 #include "stage/report.hh"
 #include "stage/run.hh"
 #include "stage/window.hh"
@@ -31,7 +32,7 @@ constexpr int kBadUsage = 2;
 
 void PrintBanner(const Options& options) {
   std::printf("Stage %s %s\n", Version(), options.tags.c_str());
-  std::fflush(stdout);
+  FlushOutput();
 }
 
 /// Returns the status to exit with.
@@ -42,7 +43,7 @@ int Finish(const Options& options, const std::optional<ReportFile>& report,
     for (const LoadedWorld& loaded : worlds)
       std::printf("state-hash %016" PRIx64 "\n", loaded.world->StateHash());
   if (report) report->Write(Statistics(worlds));
-  std::fflush(stdout);
+  FlushOutput();
   return CaughtSignal() != 0 ? DieOf(CaughtSignal()) : 0;
 }
 
@@ -60,16 +61,17 @@ int Run(const Options& options) {
 }
 
 int Main(int argc, char* argv[]) {
+  KeepStandardFiles();
   const Options options = ParseOptions(argc, argv);
   switch (options.action) {
     case Options::Action::kHelp:
-      std::fputs(kHelpText, stdout);
+      PrintWhole(kHelpText);
       return 0;
     case Options::Action::kVersion:
-      std::printf("stage %s\n", Version());
+      PrintWhole(std::string("stage ") + Version() + "\n");
       return 0;
     case Options::Action::kListDevices:
-      std::fputs(messages::PrintableLines(ListDevices()).c_str(), stdout);
+      PrintWhole(messages::PrintableLines(ListDevices()));
       return 0;
     case Options::Action::kExplain:
     case Options::Action::kRun:

@@ -4,11 +4,17 @@
 
 #include <getopt.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
+#include <set>
 #include <string_view>
+#include <utility>
+
+#include "files/whole_file.hh"
 
 namespace Stg::program {
 
@@ -32,6 +38,7 @@ enum Id : int {
   kOpencl,
   kOpenclAlways,
   kNoBatch,
+  kNoControllers,
   kProgress,
   kNoProgress,
   kExplain,
@@ -52,6 +59,7 @@ constexpr option kLongOptions[] = {
     {"gui", optional_argument, nullptr, kGui},
     {"help", optional_argument, nullptr, kHelp},
     {"no-batch", no_argument, nullptr, kNoBatch},
+    {"no-controllers", no_argument, nullptr, kNoControllers},
     {"no-progress", no_argument, nullptr, kNoProgress},
     {"opencl", optional_argument, nullptr, kOpencl},
     {"opencl-always", no_argument, nullptr, kOpenclAlways},
@@ -186,7 +194,7 @@ class Parser {
         options_.controller_args = value;
         break;
       case kClock:
-        TurnOn(&options_.clock, "[Clock enabled]");
+        TurnOn(&options_.run.clock, "[Clock enabled]");
         break;
       case kGui:
         TurnOn(&options_.no_gui, "[GUI disabled]");
@@ -198,7 +206,7 @@ class Parser {
         options_.action = Options::Action::kVersion;
         break;
       case kDuration:
-        options_.duration = ParseDuration(value);
+        options_.run.duration = ParseDuration(value);
         break;
       case kSeed:
         options_.run.seed = ParseSeed(value);
@@ -223,6 +231,9 @@ class Parser {
         break;
       case kNoBatch:
         options_.run.batch = false;
+        break;
+      case kNoControllers:
+        options_.run.controllers = false;
         break;
       case kProgress:
         options_.progress = true;
@@ -309,12 +320,50 @@ void SettlePictures(Options* options) {
   if (options->worldfiles.size() > 1)
     throw UsageError("found " + std::to_string(options->worldfiles.size()) +
                      " world files, expected one: pictures are made of a single world");
+  const usec_t duration = options->run.duration;
   for (offscreen::Orders::Shot& shot : orders.shots) {
-    if (shot.time == kAtTheEnd) shot.time = options->duration.value_or(kShotTime);
-    if (options->duration && shot.time > *options->duration)
+    if (shot.time == kAtTheEnd) shot.time = duration > 0 ? duration : kShotTime;
+    if (duration > 0 && shot.time > duration)
       Refuse(kScreenshot, "a time within the --duration",
              shot.file + "@" + std::to_string(static_cast<double>(shot.time) / 1e6));
   }
+  if (duration > 0 || !orders.folder.empty()) return;
+  for (const offscreen::Orders::Shot& shot : orders.shots)
+    options->run.duration = std::max(options->run.duration, shot.time);
+}
+
+bool IsWorld(const std::string& file, const std::vector<std::string>& worldfiles) {
+  std::error_code ignored;
+  return file.ends_with(".world") ||
+         std::any_of(worldfiles.begin(), worldfiles.end(), [&](const std::string& world) {
+           return world == file || std::filesystem::equivalent(world, file, ignored);
+         });
+}
+
+/// Each output needs a place of its own; and where a FILE was forgotten, the next word, a world
+/// file, was taken for it.
+void CheckOutputs(const Options& options) {
+  std::vector<std::pair<int, std::string>> outputs;
+  if (!options.stats_file.empty() && options.stats_file != "-")
+    outputs.emplace_back(kStats, options.stats_file);
+  if (!options.pictures.folder.empty()) outputs.emplace_back(kRecord, options.pictures.folder);
+  for (const offscreen::Orders::Shot& shot : options.pictures.shots)
+    outputs.emplace_back(kScreenshot, shot.file);
+  std::set<std::string> places;
+  for (const auto& [id, name] : outputs) {
+    if (IsWorld(name, options.worldfiles))
+      Refuse(id, "the name of something to be written, not a world file", name);
+    if (!places.insert(files::PlaceOf(name)).second)
+      Refuse(id, "a name that no other output has", name);
+  }
+}
+
+/// Worlds are what a run is about; other actions need none.
+void CheckWorlds(const Options& options) {
+  const bool loads =
+      options.action == Options::Action::kRun || options.action == Options::Action::kExplain;
+  if (loads && options.worldfiles.empty())
+    throw UsageError("found no world file, expected at least one, such as worlds/simple.world");
 }
 
 }  // namespace
@@ -322,6 +371,10 @@ void SettlePictures(Options* options) {
 Options ParseOptions(int argc, char* argv[]) {
   Options options = Parser(argc, argv).Parse();
   TakeDeviceFromEnvironment(&options);
+  if (options.action == Options::Action::kHelp || options.action == Options::Action::kVersion)
+    return options;
+  CheckOutputs(options);
+  CheckWorlds(options);
   SettlePictures(&options);
   return options;
 }

@@ -20,10 +20,8 @@ struct Options {
 
   Action action = Action::kRun;
   bool no_gui = false;
-  bool clock = false;
-  std::string tags;                ///< of the options before: "[GUI disabled]", in their order
-  std::string controller_args;     ///< the text of --args
-  std::optional<usec_t> duration;  ///< simulated; otherwise each world's own quit time counts
+  std::string tags;             ///< of the options before: "[GUI disabled]", in their order
+  std::string controller_args;  ///< the text of --args
   RunOptions run;
   std::string stats_file;  ///< empty: none; "-": standard output
   bool state_hash = false;

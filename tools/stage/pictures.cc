@@ -2,8 +2,6 @@
 
 #include "stage/pictures.hh"
 
-#include <algorithm>
-
 #include "world/gui_loader.hh"
 
 namespace Stg::program {
@@ -27,13 +25,8 @@ void PictureRun::Begin(const Options& options) {
   if (!pictures_->Begin(&message)) throw PictureError("no pictures: " + message);
   world_->speedup = 0;  // nobody watches
   Make();
-  if (options.duration || options.pictures.shots.empty() || !options.pictures.folder.empty())
-    return;
-  usec_t last = 0;
-  for (const offscreen::Orders::Shot& shot : options.pictures.shots)
-    last = std::max(last, shot.time);
-  world_->SetQuitTime(last);
-  if (last == 0) world_->Quit();
+  const bool film = !options.pictures.folder.empty();
+  if (options.run.duration == 0 && !film) world_->Quit();  // all pictures are of the beginning
 }
 
 void PictureRun::Make() {

@@ -6,9 +6,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
+#include <stdexcept>
 
 namespace Stg::program {
 
@@ -16,6 +19,14 @@ namespace {
 
 double Megabytes(const char* key) {
   return std::atof(FromProc("/proc/self/status", key).c_str()) / 1024;  // it counts in KiB
+}
+
+/// errno was 0 before the last output. What went wrong longer ago is known only as such.
+void CheckOutput() {
+  const bool flushed = std::fflush(stdout) == 0;
+  if (flushed && std::ferror(stdout) == 0) return;
+  const std::string reason = errno != 0 ? std::string(": ") + std::strerror(errno) : "";
+  throw std::runtime_error("can't write to standard output" + reason);
 }
 
 }  // namespace
@@ -40,6 +51,23 @@ double PeakMemoryMb() {
 }
 
 double MemoryMb() { return Megabytes("VmRSS:"); }
+
+void KeepStandardFiles() {
+  // Opened the wrong way round, so that writing to standard output still fails.
+  for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(file, F_GETFD) < 0) open("/dev/null", file == STDOUT_FILENO ? O_RDONLY : O_WRONLY);
+}
+
+void PrintWhole(const std::string& text) {
+  errno = 0;
+  std::fputs(text.c_str(), stdout);
+  CheckOutput();
+}
+
+void FlushOutput() {
+  errno = 0;
+  CheckOutput();
+}
 
 OutputToError::OutputToError() : saved_(-1) {
   std::fflush(stdout);

@@ -18,6 +18,14 @@ std::string FromProc(const char* file, const std::string& key);
 double PeakMemoryMb();
 double MemoryMb();
 
+/// To be called first: where one of the three standard files is closed, the next file to be opened
+/// would take its place, and what is printed would go there.
+void KeepStandardFiles();
+/// Print to standard output, and see to it that all has come out. Throw std::runtime_error if this
+/// or anything that was printed before is lost.
+void PrintWhole(const std::string& text);
+void FlushOutput();
+
 /// While it lives, what goes to standard output comes out at standard error.
 class OutputToError {
  public:

@@ -2,6 +2,7 @@
 
 #include "stage/report.hh"
 
+#include <sys/stat.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
@@ -9,11 +10,12 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
 
+#include "files/whole_file.hh"
 #include "stage/process.hh"
 #include "world/statistics.hh"
 
@@ -111,17 +113,23 @@ Json Describe(const LoadedWorld& loaded) {
 // ---- files --------------------------------------------------------------------------------------
 
 [[noreturn]] void Fail(const std::string& name, int error) {
+  if (error == EEXIST)
+    throw std::runtime_error("--stats: found '" + name +
+                             "', which holds something else, expected a new name or earlier "
+                             "statistics");
   throw std::runtime_error("can't write the statistics to '" + name + "': " + std::strerror(error));
 }
 
-void WriteFile(const std::string& name, const std::string& path, const char* mode,
-               const std::string& text) {
-  FILE* file = std::fopen(path.c_str(), mode);
-  if (!file) Fail(name, errno);
-  const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  const int write_error = errno;
-  const bool closed = std::fclose(file) == 0;
-  if (!written || !closed) Fail(name, written ? errno : write_error);
+/// As Statistics() and ExplanationJson() begin.
+bool IsReport(std::string_view beginning) {
+  return beginning.starts_with("{\n  \"program\": \"stage\",");
+}
+
+/// Then text and statistics share a file.
+bool IsStandardOutput(const std::string& name) {
+  struct stat named = {}, output = {};
+  return stat(name.c_str(), &named) == 0 && fstat(STDOUT_FILENO, &output) == 0 &&
+         S_ISREG(named.st_mode) && named.st_dev == output.st_dev && named.st_ino == output.st_ino;
 }
 
 }  // namespace
@@ -147,33 +155,16 @@ std::string Statistics(const std::vector<LoadedWorld>& worlds) {
 }
 
 ReportFile::ReportFile(const std::string& name) : name_(name) {
-  if (name == "-") return;
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(name, error);
-  if (std::filesystem::is_directory(status)) Fail(name, EISDIR);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    target_ = name;  // a device or a pipe: written to, not replaced
-    if (access(name.c_str(), W_OK) != 0) Fail(name, errno);
-    return;
-  }
-  // Behind symbolic links, which are to stay.
-  const std::filesystem::path target = std::filesystem::weakly_canonical(name, error);
-  target_ = error ? name : target.string();
-  // The surest way to learn whether it can be written is to do it.
-  temporary_ = target_ + ".tmp" + std::to_string(getpid());
-  WriteFile(name_, temporary_, "w", "");
-  std::remove(temporary_.c_str());
+  if (name == "-" || IsStandardOutput(name)) return;
+  place_ = files::PlaceOf(name);
+  if (const int error = files::TryReplaceFile(place_, IsReport); error != 0) Fail(name, error);
 }
 
 void ReportFile::Write(const std::string& text) const {
-  if (target_.empty()) {
-    std::fputs(text.c_str(), stdout);
-    if (std::fflush(stdout) != 0) Fail("standard output", errno);
-  } else if (temporary_.empty()) {
-    WriteFile(name_, target_, "a", text);
-  } else {
-    WriteFile(name_, temporary_, "w", text);
-    if (std::rename(temporary_.c_str(), target_.c_str()) != 0) Fail(name_, errno);
+  if (place_.empty()) {
+    PrintWhole(text);
+  } else if (const int error = files::ReplaceFile(place_, text, IsReport); error != 0) {
+    Fail(name_, error);
   }
 }
 

@@ -17,19 +17,18 @@ namespace Stg::program {
 /// itself; those of several in objects of its array "worlds".
 std::string Statistics(const std::vector<LoadedWorld>& worlds);
 
-/// Where a text will go: a file, which is written whole or not at all, or standard output.
+/// Where a report will go: a file, which is written whole or not at all, or standard output.
 class ReportFile {
  public:
-  /// `name`: "-" is standard output. Throws std::runtime_error if it could not be written; leaves
-  /// no trace.
+  /// `name`: "-" is standard output. Throws std::runtime_error if it could not be written, or holds
+  /// something else than an earlier report; leaves no trace.
   explicit ReportFile(const std::string& name);
   /// Throws std::runtime_error.
   void Write(const std::string& text) const;
 
  private:
-  std::string name_;       // as given
-  std::string target_;     // without symbolic links; empty: standard output
-  std::string temporary_;  // written first, then renamed; empty: the target is no regular file
+  std::string name_;   // as given
+  std::string place_;  // empty: standard output
 };
 
 /// The file that --stats names, if it does. Throws UsageError if it could not be written.

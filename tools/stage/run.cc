@@ -54,8 +54,6 @@ int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* 
     World* world = with_window ? std::exchange(with_window, nullptr) : new World;
     worlds->push_back({world, file, 0, {}});
     if (!world->Load(file)) return world->LoadStatus() != 0 ? world->LoadStatus() : 1;
-    if (options.clock) world->ShowClock(true);
-    if (options.duration) world->SetQuitTime(*options.duration);
   }
   return 0;
 }

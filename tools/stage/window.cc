@@ -43,7 +43,7 @@ World* OpenWindow(const Options& options) {
                       kSeveralWorlds);
   WindowRequest request;
   request.caption = "Stage";
-  request.ends_at_quit_time = options.duration.has_value();
+  request.ends_at_quit_time = options.run.duration > 0;
   World* world = make(&request, &message);
   if (!world) throw WindowError(message, kFailure);
   return world;

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// A controller that leaves a trace: code of a world file has run.
+
+#include <fstream>
+
+#include "stage.hh"
+
+namespace {
+
+struct WhenOpened {
+  WhenOpened() { std::ofstream("opened") << "\n"; }
+} when_opened;
+
+}  // namespace
+
+extern "C" int Init(Stg::Model*, Stg::CtrlArgs*) {
+  std::ofstream("initialised") << "\n";
+  return 0;
+}
