@@ -11,6 +11,7 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include <thread>
 
 #include "geometry/geometry.hh"
 #include "worldfile/worldfile.hh"
@@ -213,6 +214,29 @@ std::string UnusedNames(const Worldfile& wf) {
 void LoadText(Worldfile& wf, const std::string& text) {
   std::istringstream in(text);
   wf.Load(in, "t.world");
+}
+
+/// Others may have been there first, in a folder that is everybody's.
+TEST_F(SaveTest, NamesThatCanBeForetoldAreNotNeeded) {
+  Load("speedup 1");
+  Write("w.world." + std::to_string(getpid()) + ".tmp", "in the way");
+  EXPECT_EQ(Saved(), "speedup 1");
+}
+
+TEST_F(SaveTest, APipeIsWrittenToNotReplaced) {
+  Load("speedup 1");
+  ASSERT_EQ(mkfifo(Path("pipe").c_str(), 0600), 0);
+  std::string got;
+  std::thread reader([&] { got = Read("pipe"); });
+  EXPECT_TRUE(wf_.Save(Path("pipe")));
+  const bool stays = std::filesystem::is_fifo(Path("pipe"));
+  if (stays) {
+    reader.join();
+  } else {
+    reader.detach();  // it waits for ever
+  }
+  ASSERT_TRUE(stays);
+  EXPECT_EQ(got, "speedup 1");
 }
 
 TEST(UnusedTest, FetchingCountsAskingDoesNot) {

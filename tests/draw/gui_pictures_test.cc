@@ -242,8 +242,8 @@ TEST_F(PicturesTest, MistakesAreToldInALine) {
   ExpectOneLine(Stage(folder_, "--screenshot a.png t.world t.world"), kUsage, "expected one");
   ExpectOneLine(Stage(folder_, "--record output.txt t.world"), kUsage, "is no folder");
   fs::create_directories(folder_ / "film");
-  std::ofstream(folder_ / "film/stage-000000.png") << "mine";
-  ExpectOneLine(Stage(folder_, "--record film t.world"), kUsage, "exists");
+  std::ofstream(folder_ / "film/stage-000007.png") << "mine";
+  ExpectOneLine(Stage(folder_, "--record film t.world"), kUsage, "stage-000007.png exists");
 }
 
 TEST_F(PicturesTest, ARunThatEndsTooSoonIsAFailure) {

@@ -262,6 +262,26 @@ TEST_F(FilesTest, WritesScreenshots) {
   EXPECT_TRUE(fs::exists("stage-000000.png"));
 }
 
+TEST_F(FilesTest, ScreenshotsReplaceNothing) {
+  // As a recording may have left them; numbers go on over the whole process.
+  std::vector<std::string> names;
+  for (int i = 0; i < 60; i++) {
+    char name[32];
+    std::snprintf(name, sizeof name, "stage-%06d.png", 10 * i);
+    std::ofstream(names.emplace_back(name)) << "precious";
+  }
+  OpenFile("w.world");
+  parts().view.options.Set(Show::kScreenshots, true);
+  world_->Start();
+  const auto count = [] {
+    return std::distance(fs::directory_iterator("."), fs::directory_iterator());
+  };
+  const auto before = count();
+  EXPECT_TRUE(RunUntil([&] { return count() >= before + 15; }));
+  parts().view.options.Set(Show::kScreenshots, false);
+  for (const std::string& name : names) EXPECT_EQ(ReadFile(name), "precious") << name;
+}
+
 TEST_F(FilesTest, ScreenshotsThatFailAreNoDisaster) {
   OpenFile("w.world");
   fs::current_path(old_folder_);
