@@ -191,6 +191,13 @@ TEST_F(CliFilesTest, LostOutputIsAFailure) {
   EXPECT_EQ(CountOf(Shell("", "-g my.world --state-hash", ">/dev/full").err, "\n"), 1u);
 }
 
+TEST_F(CliFilesTest, WhatTheErrorsFileLosesIsNoneOfTheOutput) {
+  Write("my.world", kWorld);
+  const Result r = Shell("", "--explain my.world", ">text 2>/dev/full");
+  EXPECT_EQ(r.status, 0);
+  EXPECT_TRUE(Contains(ReadFile(Path("text")), "What is modelled"));
+}
+
 /// Files that may not grow stand for a disk that becomes full in the middle of the run.
 TEST_F(CliFilesTest, OutputLostOnTheWayIsAFailureButKeepsStatistics) {
   Write("my.world", "quit_time 30 show_clock 1 show_clock_interval 1\nmodel( )\n");

@@ -77,6 +77,7 @@ OutputToError::OutputToError() : saved_(-1) {
 
 OutputToError::~OutputToError() {
   std::fflush(stdout);
+  std::clearerr(stdout);  // what standard error has lost
   if (saved_ < 0) return;
   dup2(saved_, STDOUT_FILENO);
   close(saved_);
