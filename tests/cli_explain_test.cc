@@ -5,11 +5,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <string>
 
 #include "cli_testing.hh"
+#include "world/world.hh"
 
 namespace {
 
@@ -134,7 +139,16 @@ TEST_F(CliExplainTest, NamesOptionsThatMeanNothingThen) {
   EXPECT_TRUE(Contains(r.out, "2 threads"));
 }
 
-TEST_F(CliExplainTest, IsInTheHelp) { EXPECT_TRUE(Contains(Stage({"--help"}).out, "--explain")); }
+TEST_F(CliExplainTest, HelpAndPageSayHowLongMeasuringTakes) {
+  char text[40];
+  std::snprintf(text, sizeof text, " %g s", Stg::World::kMeasuringSeconds);
+  const std::string help = Stage({"--help"}).out;
+  EXPECT_TRUE(Contains(help, "--explain[=json]"));
+  EXPECT_TRUE(Contains(help, "are measured for" + std::string(text) + ")")) << help;
+  std::ifstream file(std::string(std::getenv("STAGE_SOURCE_DIR")) + "/docs/economy.md");
+  const std::string page((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_TRUE(Contains(page, "in" + std::string(text) + " samples")) << page;
+}
 
 TEST_F(CliExplainTest, MeasuresADevice) {
   WriteScene("w.world", "");

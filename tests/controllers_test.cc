@@ -65,8 +65,9 @@ TEST(ArgumentsTest, RefusesWhatIsNoNumberWithinTheBounds) {
   double speed = 0.4, gain = 0.5;
   EXPECT_EQ(ReadTwo("d speed=fast", &speed, &gain),
             "found \"speed=fast\", expected a number from 0.000000 to 10.000000");
-  for (const char* bad : {"d speed=", "d speed=1m", "d speed=nan", "d speed=inf", "d speed=-0.1",
-                          "d speed=11", "d speed=1=2"})
+  for (const char* bad :
+       {"d speed=", "d speed=1m", "d speed=nan", "d speed=inf", "d speed=-0.1", "d speed=11",
+        "d speed=1=2", "d speed=+1", "d speed=0x1", "d speed=1e", "d speed=1e999"})
     EXPECT_NE(ReadTwo(bad, &speed, &gain), "") << bad;
   EXPECT_EQ(speed, 0.4);
 }

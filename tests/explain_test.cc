@@ -336,6 +336,36 @@ TEST(StepCosts, NoiseIsTheSameAfterwards) {
   EXPECT_EQ(hash(true), hash(false));
 }
 
+/// Intervals of those who subscribe before, and of the one that does so after.
+void ExpectUpdatesInTime(int first, int second, int late) {
+  const auto interval = [](int ms) { return "update_interval " + std::to_string(ms); };
+  const auto world =
+      LoadText("ranger( alwayson 1 " + interval(first) + " sensor( ) )\nranger( alwayson 1 " +
+               interval(second) + " sensor( ) )\nranger( name \"late\" " + interval(late) +
+               " sensor( ) )\n");
+  world->MeasureStepCosts(0.02);
+  Model* model = Find(*world, "late");
+  model->Subscribe();
+  std::vector<int> updates, expected;
+  model->AddCallback(
+      Model::CB_UPDATE,
+      [](Model* mod, void* times) {
+        static_cast<std::vector<int>*>(times)->push_back(
+            static_cast<int>(mod->GetWorld()->SimTimeNow() / 1000));
+        return 0;
+      },
+      &updates);
+  Step(*world, 12);
+  for (int ms = late; ms <= 1200; ms += late) expected.push_back(ms);
+  EXPECT_EQ(updates, expected) << first << ", " << second << ", " << late;
+}
+
+TEST(StepCosts, WhoSubscribesAfterwardsIsUpdatedInTime) {
+  for (const int first : {100, 200, 300})
+    for (const int second : {100, 200, 300})
+      for (const int late : {100, 200, 300}) ExpectUpdatesInTime(first, second, late);
+}
+
 TEST(StepCosts, WithThreads) {
   InitLibrary();
   World::run_options.threads = 2;

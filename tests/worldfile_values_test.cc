@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "geometry/load_error.hh"
+#include "worldfile/numbers.hh"
 #include "worldfile/worldfile.hh"
 #include "worldfile_testing.hh"
 
@@ -247,6 +248,31 @@ TEST(WorldfileValues, Floats) {
       "t.world:1:3: warning: property \"a\": found \"abc\", expected a number; read as 0.000");
 }
 
+/// As std::from_chars, which not every library has for doubles.
+TEST(WorldfileValues, WholeFloats) {
+  const struct {
+    const char* text;
+    double value;
+  } good[] = {{"0", 0},
+              {"-0.5", -0.5},
+              {"5.", 5},
+              {".25", 0.25},
+              {"1e3", 1000},
+              {"1E+3", 1000},
+              {"-2.5e-3", -2.5e-3},
+              {"1e308", 1e308},
+              {"0.1", 0.1},
+              {"5e-324", 5e-324},
+              {"123456789012345678", 123456789012345678.0}};
+  for (const auto& c : good) EXPECT_EQ(worldfile::ReadWholeFloat(c.text), c.value) << c.text;
+  for (const char* bad :
+       {"",      " ",    "1 ",    " 1",  "+1",  "--1",      "-",     ".",      "e3",  "1e", "1e+",
+        "1.2.3", "0x10", "0x1p3", "inf", "nan", "infinity", "1e309", "-1e309", "1,5", "1m"})
+    EXPECT_EQ(worldfile::ReadWholeFloat(bad), std::nullopt) << bad;
+  EXPECT_EQ(worldfile::ReadWholeFloat(std::string_view("1\0", 2)), std::nullopt);
+  EXPECT_EQ(worldfile::ReadWholeFloat(std::string_view("12345", 2)), 12);
+}
+
 TEST(WorldfileValues, AnyLocale) {
   const std::string before = std::setlocale(LC_ALL, nullptr);
   bool comma = false;
@@ -256,6 +282,7 @@ TEST(WorldfileValues, AnyLocale) {
   Worldfile wf;
   LoadText(wf, "a 1.5");
   EXPECT_EQ(wf.ReadFloat(0, "a", 0), 1.5);
+  EXPECT_EQ(worldfile::ReadWholeFloat("1.5"), 1.5);
   std::setlocale(LC_ALL, before.c_str());
   if (!comma) GTEST_SKIP() << "no locale with a decimal comma is installed";
 }

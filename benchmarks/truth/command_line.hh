@@ -7,15 +7,16 @@
 
 #include <getopt.h>
 
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "stage.hh"
+#include "worldfile/numbers.hh"
 
 namespace truth {
 
@@ -25,10 +26,8 @@ struct UsageError : std::runtime_error {
 
 /// The number that the whole text is.
 inline double Number(const std::string& option, const std::string& text, double low, double high) {
-  double value = 0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error == std::errc() && stop == end && value >= low && value <= high) return value;
+  const std::optional<double> value = Stg::worldfile::ReadWholeFloat(text);
+  if (value && *value >= low && *value <= high) return *value;
   char range[80];
   std::snprintf(range, sizeof range, "a number from %g to %g", low, high);
   throw UsageError(option + ": found '" + text + "', expected " + range);

@@ -96,6 +96,8 @@ std::string ModelRanger::Sensor::String() const {
   return text;
 }
 
+meters_t ModelRanger::Sensor::Reach() const { return Magnitude(range.max); }
+
 void ModelRanger::Sensor::Resize() {
   ranges.resize(sample_count);
   intensities.resize(sample_count);
@@ -178,15 +180,14 @@ void ModelRanger::Shutdown() {
 }
 
 void ModelRanger::Update() {
-  const Pose frame = GetGlobalPose() + geom.pose;
+  const Pose frame = SensorFrame(GetGlobalPose());
   const SineCosine turn = SinCos(frame.a);
   for (size_t i = 0; i < sensors_.size(); i++)
     AddFan(&sensors_[i], static_cast<uint32_t>(i), frame, turn);
   Model::Update();
 }
 
-/// Where the rays of a sensor begin. `turn`: of the frame's heading, which all sensors share.
-Pose ModelRanger::OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn) const {
+Pose ModelRanger::OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn) {
   const Pose& p = sensor.pose;
   return Pose(frame.x + p.x * turn.cosine - p.y * turn.sine,
               frame.y + p.x * turn.sine + p.y * turn.cosine, frame.z + p.z + sensor.size.z / 2.0,
@@ -224,7 +225,7 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
   sensing::Scene& shared = scene();
   sensor->FindTable(&shared.tables);
   sensing::Fan fan = MakeFan(*sensor, index);
-  PlaceFan(&fan, OriginOf(*sensor, frame, turn), Magnitude(sensor->range.max), sensor->ray_model);
+  PlaceFan(&fan, OriginOf(*sensor, frame, turn), sensor->Reach(), sensor->ray_model);
   if (!fan.nothing) fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test, fan.exact);
   if (!sensor->HasAngleNoise()) {
     shared.batch.Add(fan, sensor->sample_count, OwnWindow(fan));
@@ -294,15 +295,14 @@ bool ModelRanger::FillUpdate(sensing::BatchShare first) {
     if (makes_window_[exact])
       shared.batch.FillWindow(root->windows_->of[exact].window, shared.grid,
                               root->OwnDrawings(exact), root, exact);
-  const Pose frame = GetGlobalPose() + geom.pose;
+  const Pose frame = SensorFrame(GetGlobalPose());
   const SineCosine turn = SinCos(frame.a);
   for (uint32_t i = 0; i < sensors_.size(); i++) {
     const Sensor& sensor = sensors_[i];
     if (sensor.sample_count == 0) continue;
     sensing::Fan fan = MakeFan(sensor, i);
     fan.exact = world->IsExact(sensor.ray_model);
-    sensing::PlaceFan(&fan, OriginOf(sensor, frame, turn), Magnitude(sensor.range.max),
-                      shared.cells_per_metre);
+    sensing::PlaceFan(&fan, OriginOf(sensor, frame, turn), sensor.Reach(), shared.cells_per_metre);
     if (!fan.nothing) fan.layer = shared.grid.FindRangerLayer(fan.z, fan.z_test, fan.exact);
     layers_found &= fan.layer != grid::kNoLayer;
     shared.batch.Put(first.fans++, fan, first.rays, sensor.sample_count,

@@ -9,7 +9,8 @@
 //   maximum range 0        no ray is cast: all readings 0, intensity 0
 //   range below a cell     a ray like any other
 //   infinite range         allowed (in a world file "inf"); the reading is infinite where nothing
-//   is hit negative or NaN range  refused in a world file; set through the API it counts as 0
+//                          is hit
+//   negative or NaN range  refused in a world file; set through the API it counts as 0
 //   minimum range          stored, no effect: nearer hits are reported as they are
 //   min > max              max is used
 //   field of view 0        all samples look ahead
@@ -58,6 +59,8 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     Sensor();
     void Load(Worldfile* wf, int entity);
     std::string String() const;
+    /// How far its rays go: range.max, or 0 if that is negative or not a number.
+    meters_t Reach() const;
 
    private:
     friend class ModelRanger;
@@ -84,6 +87,10 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   /// One for each `sensor` section, in file order.
   const std::vector<Sensor>& GetSensors() const { return sensors_; }
   std::vector<Sensor>& GetSensorsMutable() { return sensors_; }
+  /// Where the sensors' poses count from while the ranger is at `global`.
+  Pose SensorFrame(const Pose& global) const { return global + geom.pose; }
+  /// Where the rays of a sensor begin. `turn`: of the frame's heading, which all sensors share.
+  static Pose OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn);
   void LoadSensor(Worldfile* wf, int entity);
   void Print(char* prefix) const override;
   void HashState(StateHasher& hasher) const override;
@@ -115,7 +122,6 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
 
   void Prepare(Sensor* sensor, uint32_t index);
   internal::sensing::Fan MakeFan(const Sensor& sensor, uint32_t index) const;
-  Pose OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn) const;
   void AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn);
   void ExpectHits(uint32_t tag) const override;
   void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;

@@ -7,6 +7,13 @@
 
 namespace Stg {
 
+void Scheduler::Swap(Scheduler& other) {
+  due_.swap(other.due_);  // the lists stay where they are
+  std::swap(last_list_, other.last_list_);
+  std::swap(last_time_, other.last_time_);
+  spare_.swap(other.spare_);
+}
+
 void Scheduler::Take(usec_t now, std::vector<Event>* events) {
   events->clear();
   while (!due_.empty() && due_.begin()->first <= now) {

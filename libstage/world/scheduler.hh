@@ -22,6 +22,12 @@ class Scheduler {
     uint64_t chain = 0;  ///< of an update: void if the model has begun a newer chain
   };
 
+  Scheduler() = default;
+  // A copy would go on adding to lists of the original.
+  Scheduler(const Scheduler&) = delete;
+  Scheduler& operator=(const Scheduler&) = delete;
+  void Swap(Scheduler& other);
+
   void Add(usec_t time, const Event& event) { ListOf(time).push_back(event); }
   /// Adds so many events of one time, all of which have to be filled in before anything else.
   std::span<Event> AddRoom(usec_t time, size_t count) {

@@ -117,17 +117,15 @@ double Look(Model* model) {
 class World::Gauge {
  public:
   explicit Gauge(World& world)
-      : world_(world),
-        engine_(*world.engine_),
-        scheduler_(engine_.scheduler),
-        statistics_(engine_.statistics) {
+      : world_(world), engine_(*world.engine_), statistics_(engine_.statistics) {
     world_.FinishRays();
+    engine_.scheduler.Swap(scheduler_);
     engine_.ForcePath(WorldEngine::Path::kHost);
   }
   ~Gauge() {
     engine_.ForcePath(WorldEngine::Path::kFaster);
     for (auto undo = undos_.rbegin(); undo != undos_.rend(); ++undo) (*undo)();
-    engine_.scheduler = scheduler_;
+    engine_.scheduler.Swap(scheduler_);
     statistics_.device = engine_.statistics.device;  // it may have failed
     engine_.statistics = statistics_;
     engine_.fiducials.Forget(nullptr);  // models may be moved before the next step
@@ -451,7 +449,7 @@ class World::Gauge {
 
   World& world_;
   WorldEngine& engine_;
-  const Scheduler scheduler_;
+  Scheduler scheduler_;  // what is due, put aside; updates that are measured plan their next ones
   RunStatistics statistics_;
   std::vector<Undo> undos_;
   double spent_ = 0, least_ = 0;  // seconds: of all tries, and if each had been as good as the best

@@ -225,7 +225,8 @@ class World : public Ancestor {
   /// of what is there; between steps. No callback is called. Sensors update, robots drive a bit,
   /// and all is put back: poses, readings, random numbers, the clock, the statistics. Only pictures
   /// of cameras stay until their next update.
-  StepCosts MeasureStepCosts(double seconds = 0.3);
+  StepCosts MeasureStepCosts(double seconds = kMeasuringSeconds);
+  static constexpr double kMeasuringSeconds = 0.3;
   /// FNV-1a over what the models feed to Model::HashState(), in the order of the models.
   uint64_t StateHash() const;
   uint64_t seed() const { return seed_; }

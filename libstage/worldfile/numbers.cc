@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <system_error>
 
 namespace Stg::worldfile {
@@ -45,6 +46,14 @@ ReadNumber ReadFloatText(std::string_view text) {
   const double value = strtod_l(copy.c_str(), &end, CLocale());
   if (end == copy.c_str()) return {0, false};
   return {value, OnlySpaces(text.substr(static_cast<std::size_t>(end - copy.c_str())))};
+}
+
+std::optional<double> ReadWholeFloat(std::string_view text) {
+  const bool plain = text.find_first_not_of("0123456789.eE+-") == std::string_view::npos;
+  if (!plain || text.empty() || text.front() == '+') return std::nullopt;
+  const ReadNumber number = ReadFloatText(text);
+  if (!number.clean || !std::isfinite(number.value)) return std::nullopt;
+  return number.value;
 }
 
 ReadInteger ReadIntText(std::string_view text) {

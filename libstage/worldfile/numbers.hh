@@ -2,6 +2,7 @@
 #ifndef STAGE_WORLDFILE_NUMBERS_HH
 #define STAGE_WORLDFILE_NUMBERS_HH
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,11 @@ struct ReadInteger {
 /// As C's atof in the C locale: what cannot be read is 0, what follows the number is ignored.
 /// May give infinities and NaN.
 ReadNumber ReadFloatText(std::string_view text);
+
+/// The number that all of the text is: digits, with a point, an exponent and a minus sign or
+/// without, no blanks, in the range of doubles. As std::from_chars would read it, which libc++ has
+/// for doubles from version 20 on only.
+std::optional<double> ReadWholeFloat(std::string_view text);
 
 /// As C's atoi, but values beyond `long long` stop at its ends.
 ReadInteger ReadIntText(std::string_view text);

@@ -101,6 +101,74 @@ TEST_F(DataTest, BumpersShowWhetherTheyAreHit) {
   for (const Vertex& v : frame.over.thick_lines) EXPECT_NEAR(double{v.x}, 0.3, 1e-6);
 }
 
+/// The origin of a device moves its body and what it senses, so the picture of it too.
+TEST_F(DataTest, BumpersAreWhereTheySense) {
+  const Frame& frame = Look(
+      "position ( pose [1 2 0 90] bumper ( pose [0 0 -0.2 0] origin [0.1 0.2 0 0] noblocks 1"
+      " alwayson 1 bcount 1 blength 0.4 bpose[0] [0.3 0 0 0] ) )");
+  ASSERT_EQ(frame.data.thick_lines.size(), 2u);
+  for (const Vertex& v : frame.data.thick_lines) EXPECT_NEAR(double{v.y}, 2 + 0.1 + 0.3, 1e-6);
+  EXPECT_NEAR(double{frame.data.thick_lines[0].x + frame.data.thick_lines[1].x} / 2, 1 - 0.2, 1e-6);
+}
+
+constexpr char kShiftedEye[] =
+    "position ( name \"robot\" pose [1 2 0 90] ranger ( name \"eye\" origin [0.5 0.2 0.1 45]"
+    " alwayson 1 sensor ( pose [0.1 0 0 0] range [0 5] samples 3 fov 90 ) ) )"
+    "model ( pose [1 6 0 0] size [9 0.5 2] )";
+
+TEST_F(DataTest, FansBeginWhereTheirRaysDo) {
+  const Frame& frame = Look(kShiftedEye);
+  const auto* eye = Find<ModelRanger>(*world_, "robot.eye");
+  const Pose origin = eye->LocalToGlobal(eye->GetSensors()[0].pose);
+  ASSERT_EQ(scene_.fans_in_view(), 1u);
+  const auto& fan = frame.fans[0].fans[0];
+  EXPECT_NEAR(double{fan.x}, origin.x, 1e-6);
+  EXPECT_NEAR(double{fan.y}, origin.y, 1e-6);
+  EXPECT_NEAR(double{fan.z}, origin.z + eye->GetSensors()[0].size.z / 2, 1e-6);
+  EXPECT_NEAR(normalize(double{fan.a} - origin.a), 0, 1e-6);
+}
+
+TEST_F(DataTest, RaysOfTheClickedRobotBeginWhereTheyAreCast) {
+  view_.options.Set(Show::kRays, true);
+  view_.options.Set(Show::kData, false);
+  world_ = LoadText(kShiftedEye);
+  Step(*world_, 2);
+  Selection selection;
+  selection.last = Find(*world_, "robot");
+  scene_.Update(*world_, view_, kWidth, kHeight, selection);
+  const auto* eye = Find<ModelRanger>(*world_, "robot.eye");
+  const Pose origin = eye->LocalToGlobal(eye->GetSensors()[0].pose);
+  const std::vector<Vertex>& lines = scene_.frame().over.lines;
+  ASSERT_FALSE(lines.empty());
+  EXPECT_NEAR(double{lines[0].x}, origin.x, 1e-3);
+  EXPECT_NEAR(double{lines[0].y}, origin.y, 1e-3);
+  // The rightmost ray goes straight up, to the wall.
+  const double wall = 6 - 0.25;
+  EXPECT_NEAR(eye->GetSensors()[0].ranges[0], wall - origin.y, 0.03);
+  double highest = 0;
+  for (const Vertex& v : lines) highest = std::max(highest, double{v.y});
+  EXPECT_NEAR(highest, wall, 0.05);
+}
+
+/// As for the readings.
+TEST_F(DataTest, NegativeRangesCountAsNothing) {
+  for (const Show show : {Show::kRangerFov, Show::kRays}) view_.options.Set(show, true);
+  world_ = LoadText(kShiftedEye);
+  auto* eye = Find<ModelRanger>(*world_, "robot.eye");
+  eye->GetSensorsMutable()[0].range.max = -3;
+  Step(*world_, 2);
+  EXPECT_EQ(eye->GetSensors()[0].ranges, std::vector<double>(3, 0.0));
+  Selection selection;
+  selection.last = Find(*world_, "robot");
+  scene_.Update(*world_, view_, kWidth, kHeight, selection);
+  EXPECT_TRUE(scene_.frame().over.lines.empty());
+  const Pose origin = eye->LocalToGlobal(eye->GetSensors()[0].pose);
+  for (const Vertex& v : scene_.frame().data.lines) {
+    EXPECT_NEAR(double{v.x}, origin.x, 1e-6);
+    EXPECT_NEAR(double{v.y}, origin.y, 1e-6);
+  }
+}
+
 TEST_F(DataTest, TransducersAreNumbered) {
   view_.options.Set(Show::kRangerTransducers, true);
   const Frame& frame = Look(

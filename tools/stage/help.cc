@@ -43,7 +43,7 @@ What you see
   --no-progress        never show it; default: on a terminal, if the end is known, without a clock
   --explain[=json]     take no step: load, which calls the controllers' Init, say what would be
                        simulated and what is left out because nobody asks for it, what a step and
-                       its memory will take (parts of a step are measured for half a second), what
+                       its memory will take (parts of a step are measured for 0.3 s), what
                        may pay; as JSON too with --stats
   --stats FILE         at the end write figures about the run (robots, speed, rays, memory, where
                        the time went) to FILE as JSON; - for standard output. Like the other

@@ -12,9 +12,11 @@
 #include <limits>
 #include <set>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "files/whole_file.hh"
+#include "worldfile/numbers.hh"
 
 namespace Stg::program {
 
@@ -91,10 +93,14 @@ std::string NameOf(int id) {
 /// All of the text has to be the number; no blanks, no sign in front of unsigned ones.
 template <typename Number>
 std::optional<Number> ParseNumber(std::string_view text) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  if constexpr (std::is_floating_point_v<Number>) {
+    return worldfile::ReadWholeFloat(text);
+  } else {
+    Number value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
+  }
 }
 
 [[noreturn]] void Refuse(int id, const std::string& expected, const std::string& found) {

@@ -5,7 +5,8 @@
 #ifndef EXAMPLES_CTRL_SUPPORT_ARGUMENTS_HH
 #define EXAMPLES_CTRL_SUPPORT_ARGUMENTS_HH
 
-#include <charconv>
+#include <locale>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,9 +34,13 @@ struct NumberArgument {
 /// Reads the whole text as a number within the bounds of the argument; false if it is not one.
 inline bool ReadNumber(std::string_view text, const NumberArgument& argument) {
   double value = 0;
-  // from_chars, unlike strtod, does not care for the locale of the process.
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return false;
+  // No blanks, names, hexadecimals. strtod would care for the locale of the process, and libc++ has
+  // std::from_chars for doubles from version 20 on only.
+  if (text.find_first_not_of("0123456789.eE+-") != std::string_view::npos) return false;
+  if (!text.empty() && text.front() == '+') return false;
+  std::istringstream stream{std::string(text)};
+  stream.imbue(std::locale::classic());
+  if (!(stream >> value) || !stream.eof()) return false;
   if (!(value >= argument.min && value <= argument.max)) return false;
   *argument.value = value;
   return true;

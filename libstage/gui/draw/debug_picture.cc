@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/trigonometry.hh"
 #include "gui/draw/painter.hh"
 #include "models/block.hh"
 #include "models/ranger.hh"
@@ -93,19 +94,21 @@ class RayPicture {
       : world_(world), root_(root), cell_(1 / world.Resolution()), painter_(painting) {}
 
   void DrawTree(const Model& model, const Pose& global) {
-    if (const auto* ranger = dynamic_cast<const ModelRanger*>(&model))
-      for (const ModelRanger::Sensor& sensor : ranger->GetSensors()) DrawFan(sensor, global);
+    if (const auto* ranger = dynamic_cast<const ModelRanger*>(&model)) {
+      const Pose frame = ranger->SensorFrame(global);
+      const SineCosine turn = SinCos(frame.a);
+      for (const ModelRanger::Sensor& sensor : ranger->GetSensors())
+        DrawFan(sensor, ModelRanger::OriginOf(sensor, frame, turn));
+    }
     for (const Model* child : model.GetChildren())
       DrawTree(*child, model.ChildGlobalPose(global, *child));
   }
 
  private:
-  void DrawFan(const ModelRanger::Sensor& sensor, const Pose& global) {
-    const Pose lifted = sensor.pose + Pose(0, 0, sensor.size.z / 2, 0);
+  void DrawFan(const ModelRanger::Sensor& sensor, const Pose& origin) {
     sensing::Fan fan;
     fan.exact = world_.IsExact(sensor.ray_model);
-    const double range = std::fabs(sensor.range.max);
-    sensing::PlaceFan(&fan, global + lifted, std::isnan(range) ? 0 : range, world_.Resolution());
+    sensing::PlaceFan(&fan, origin, sensor.Reach(), world_.Resolution());
     if (fan.nothing) return;
     grid::Grid& grid = world_.engine().scene.grid;
     fan.layer = grid.RangerLayer(fan.z, fan.z_test, fan.exact);
@@ -122,7 +125,7 @@ class RayPicture {
     for (size_t i = 0; i < count; i += (count + kMostRays - 1) / kMostRays) {
       const double bearing = has_data ? sensor.bearings[i] : BearingOf(sensor, i);
       DrawRay(fan, grid.View(fan.layer), hidden, sensing::MakeDirection(bearing),
-              has_data ? sensor.ranges[i] : range);
+              has_data ? sensor.ranges[i] : sensor.Reach());
     }
   }
 

@@ -103,11 +103,12 @@ void DrawFiducials(ModelFiducial& finder, const Pose& global, const view::ViewOp
 void DrawBumper(const ModelBumper& bumper, const Pose& global, const Layers& layers) {
   constexpr double kThickness = 0.01;
   if (!bumper.samples) return;
+  const Pose frame = global + bumper.GetGeom().pose;
   for (uint32_t i = 0; i < bumper.bumper_count; i++) {
     const bool hit = bumper.samples[i].hit;
     const Bounds along = Half(bumper.bumpers[i].length);
     Painter painter(hit ? layers.over : layers.data);
-    painter.SetFrame(global + bumper.bumpers[i].pose);
+    painter.SetFrame(frame + bumper.bumpers[i].pose);
     painter.SetColor(hit ? kRed : kGreen);
     painter.Rectangle(Half(kThickness), along, 0);
     painter.Line({0, along.min, 0}, {0, along.max, 0}, true);
@@ -247,7 +248,7 @@ void DrawSensor(const ModelRanger::Sensor& sensor, size_t index, const Pose& pla
                 const view::ViewOptions& options, const Layers& layers) {
   const size_t count = sensor.ranges.size();
   const bool single = sensor.sample_count == 1;
-  const double reach = Finite(std::fabs(sensor.range.max));
+  const double reach = Finite(sensor.Reach());
   Painter painter(layers.data);
   painter.SetFrame(place);
   const Rgba color = ToRgba(sensor.color);

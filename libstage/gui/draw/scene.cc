@@ -314,15 +314,13 @@ void Scene::AddChart(StripPlotVis& plot) {
 void Scene::AddFans(const Job& job, const Item& item) {
   constexpr double kLongest = 1e5;  // m; what is infinite ends here
   const auto& ranger = static_cast<const ModelRanger&>(*item.model);
-  const Pose global(item.x, item.y, item.z, item.a);
-  const double sine = std::sin(item.a), cosine = std::cos(item.a);
+  const Pose frame = ranger.SensorFrame(Pose(item.x, item.y, item.z, item.a));
+  const SineCosine turn = SinCos(frame.a);
   size_t index = 0;
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
     const size_t number = index++;
-    const Pose& p = sensor.pose;
-    const Pose place(global.x + p.x * cosine - p.y * sine, global.y + p.x * sine + p.y * cosine,
-                     global.z + p.z + sensor.size.z / 2, global.a + p.a);
-    const double reach = std::min(std::fabs(sensor.range.max), kLongest);
+    const Pose place = ModelRanger::OriginOf(sensor, frame, turn);
+    const double reach = std::min(sensor.Reach(), kLongest);
     if (!frame_.projection->Sees(place.x, place.y, place.z, reach)) continue;
     DrawSensor(sensor, number, place, job.view.options,
                {&frame_.floor, &frame_.data, &frame_.over});
