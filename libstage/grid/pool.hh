@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <type_traits>
 #include <vector>
@@ -77,7 +78,8 @@ class Pool {
     if (capacity <= capacity_) return;
     capacity_ = std::max(capacity, capacity_ + capacity_ / 2);
     std::unique_ptr<T[]> larger = std::make_unique_for_overwrite<T[]>(capacity_);
-    std::copy_n(things_.get(), made_, larger.get());
+    // Not std::copy_n: GCC 14 warns of what it would do with more things than fit.
+    if (made_ > 0) std::memcpy(larger.get(), things_.get(), made_ * sizeof(T));
     things_ = std::move(larger);
   }
   void MakeOne() {
