@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""tools/setup where the system lacks packages, with stand-ins for apt-get and for root."""
+"""tools/setup where the system lacks packages, with stand-ins for apt-get and for root; and what
+tools/fresh says of itself."""
 
 import os
 import shutil
@@ -81,6 +82,30 @@ class Setup(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(installed(done), ["g++", "cmake", "ninja-build", "libpng-dev",
                                            "nlohmann-json3-dev"])
+
+
+class Fresh(unittest.TestCase):
+    def fresh(self, *arguments):
+        return subprocess.run([ROOT / "tools/fresh", *arguments], capture_output=True, text=True,
+                              check=False)
+
+    def test_it_runs_what_the_readme_says(self):
+        lines = (ROOT / "README.md").read_text(encoding="utf-8").split("## Two commands")[1]
+        commands = [line.split("#")[0].strip() for line in lines.splitlines()
+                    if line.startswith("    ")][:2]
+        self.assertEqual(commands[1], "tools/test")
+        script = (ROOT / "tools/fresh").read_text(encoding="utf-8")
+        for command in commands:
+            self.assertIn(f"\n  try {command}", script)
+            self.assertIn(f"\n  {command}", self.fresh("--help").stdout)
+
+    def test_mistakes_are_one_line(self):
+        for arguments in ([], ["--tree"], ["--no-such"], ["../etc"], ["nosuchsuite"]):
+            done = self.fresh(*arguments)
+            self.assertIn(done.returncode, (1, 2), arguments)  # 1: no root, no debootstrap
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+            self.assertEqual(done.stdout, "")
+            self.assertFalse((ROOT / "build/fresh/nosuchsuite").exists())
 
 
 if __name__ == "__main__":
