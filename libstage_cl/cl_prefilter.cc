@@ -45,6 +45,7 @@ sensing::PrefilterError AsPrefilterError(const ::cl::Error& error) {
 
 ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
     : name_(device.kind + " " + device.name + " (" + device.platform + ")"),
+      platform_(device.platform),
       is_cpu_(device.kind == "cpu"),
       per_ray_(hits_per_ray),
       context_(device.device),
@@ -53,6 +54,7 @@ ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
       batch_(&memory_),
       directions_(&memory_),
       hits_(&memory_) {
+  calls::SetDriver(platform_);
   const double start = Now();
   const ::cl::Program program = BuildProgram(context_, device.device);
   walk_ = ::cl::Kernel(program, "walk_fans");
@@ -98,6 +100,7 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
                                     const sensing::RayBatch& batch,
                                     sensing::WorkerPool* workers) try {
   const double start = Now();
+  calls::SetDriver(platform_);  // the thread may have others
   hits_.Unmap();
   memory_.from_device.Reset();
   MakeGroups(batch, workers);

@@ -9,11 +9,13 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libstage_cl/buffer.hh"
 #include "libstage_cl/device.hh"
 #include "libstage_cl/device_grid.hh"
+#include "libstage_cl/driver_watch.hh"
 #include "sensing/prefilter.hh"
 
 namespace Stg::cl {
@@ -29,6 +31,9 @@ class ClPrefilter final : public sensing::Prefilter {
   bool UsesHost() const override { return is_cpu_; }
   std::string DeviceName() const override { return name_; }
   const sensing::PrefilterStatistics& statistics() const override { return statistics_; }
+
+  /// The driver is watched as long as the prefilter lives.
+  void KeepWatch(std::unique_ptr<DriverWatch> watch) { watch_ = std::move(watch); }
 
  private:
   // Fans with the same number of samples in the same layer.
@@ -68,7 +73,8 @@ class ClPrefilter final : public sensing::Prefilter {
   void Enqueue(const grid::Grid& grid, const Launch& launch, ::cl::Event* done);
   void CountSent(std::size_t bytes) { statistics_.bytes_sent += bytes; }
 
-  std::string name_;
+  std::unique_ptr<DriverWatch> watch_;  // the last to go
+  std::string name_, platform_;
   bool is_cpu_;
   uint32_t per_ray_;
   sensing::PrefilterStatistics statistics_;

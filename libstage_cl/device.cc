@@ -2,23 +2,20 @@
 
 #include "libstage_cl/device.hh"
 
-#include <signal.h>
 #include <strings.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <system_error>
+
+#include "libstage_cl/environment.hh"
+#include "libstage_cl/pocl_cache.hh"
 
 namespace Stg::cl {
 
 namespace {
-
-constexpr int kProbeSeconds = 30;
-
-// How the process that asks first ends, unless a driver ends it: numbers that no driver will use.
-constexpr int kProbeDone = 90, kProbeRefused = 91;
 
 // What an OpenCL loader answers where there is no driver at all.
 constexpr cl_int kPlatformNotFound = -1001;
@@ -67,60 +64,24 @@ FoundDevice Examine(const ::cl::Platform& platform, const ::cl::Device& device) 
   return found;
 }
 
-std::vector<FoundDevice> Enumerate() {
-  std::vector<FoundDevice> found;
-  for (const ::cl::Platform& platform : Platforms())
-    for (const ::cl::Device& device : DevicesOf(platform))
-      found.push_back(Examine(platform, device));
-  return found;
+/// The file of a driver that is registered; empty if there is none. By the rules of the usual
+/// loaders.
+std::string RegisteredDriver() {
+  std::string folder = FromEnvironment("OCL_ICD_VENDORS");
+  if (folder.empty()) folder = FromEnvironment("OPENCL_VENDOR_PATH");
+  if (folder.empty()) folder = "/etc/OpenCL/vendors";
+  if (folder.ends_with(".icd")) return folder;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+    if (entry.path().extension() == ".icd") return entry.path();
+  return "";
 }
 
-/// Waits for a child process, but not for ever. False if it had to be killed.
-bool WaitFor(pid_t child, int* status) {
-  for (int i = 0; i < kProbeSeconds * 100; i++) {
-    const pid_t ended = waitpid(child, status, WNOHANG);
-    if (ended != 0) return ended == child;
-    usleep(10000);
-  }
-  kill(child, SIGKILL);
-  waitpid(child, status, 0);
-  return false;
-}
-
-/// Some drivers abort the process that asks for them (two with different LLVMs in them, for
-/// instance, or one in a container without /sys). So a child asks first.
-bool ProbeSurvives(std::string* reason) {
-  const pid_t child = fork();
-  if (child < 0) return true;  // no process to spare: take the risk
-  if (child == 0) {
-    signal(SIGABRT, SIG_DFL);
-    int status = kProbeDone;
-    try {
-      Enumerate();
-    } catch (const ::cl::Error&) {
-      status = kProbeRefused;  // the parent will get the same error, and report it
-    }
-    _exit(status);
-  }
-  int status = 0;
-  if (!WaitFor(child, &status)) {
-    *reason = "an OpenCL driver hangs when it is asked for its devices";
-    return false;
-  }
-  if (WIFSIGNALED(status)) {
-    *reason = std::string("an OpenCL driver crashes when it is asked for its devices (") +
-              strsignal(WTERMSIG(status)) + ")";
-    return false;
-  }
-  const int ended = WEXITSTATUS(status);
-  if (ended == kProbeDone || ended == kProbeRefused) return true;
-  *reason = "an OpenCL driver ends the process when it is asked for its devices (status " +
-            std::to_string(ended) + ")";
-  return false;
-}
-
-/// What to do if no device is found.
+/// What to do if there is no driver.
 std::string Advice() {
+  if (const std::string driver = RegisteredDriver(); !driver.empty())
+    return "the OpenCL driver that " + driver + " names can't be used: its library is missing or " +
+           "broken";
   for (const char* path :
        {"/usr/lib/x86_64-linux-gnu/libnvidia-opencl.so.1",
         "/usr/lib/aarch64-linux-gnu/libnvidia-opencl.so.1", "/usr/lib64/libnvidia-opencl.so.1",
@@ -138,12 +99,27 @@ struct Search {
   std::string reason;  // why there are none
 };
 
-Search LookForDevices() {
+void LookForDevices(Search* search) {
+  std::string platforms, advice;
+  for (const ::cl::Platform& platform : Platforms()) {
+    calls::SetDriver("");
+    const std::string name = Text(platform.getInfo<CL_PLATFORM_NAME>());
+    calls::SetDriver(name);
+    platforms += (platforms.empty() ? "" : ", ") + name;
+    for (const ::cl::Device& device : DevicesOf(platform))
+      search->found.push_back(Examine(platform, device));
+    if (search->found.empty()) advice = WhyPoclCantWrite(name);
+  }
+  if (!search->found.empty()) return;
+  search->reason = platforms.empty()
+                       ? Advice()
+                       : "there is a driver (" + platforms + "), but it offers none" + advice;
+}
+
+Search SearchDevices() {
   Search search;
-  if (!ProbeSurvives(&search.reason)) return search;
   try {
-    search.found = Enumerate();
-    if (search.found.empty()) search.reason = Advice();
+    LookForDevices(&search);
     std::stable_sort(search.found.begin(), search.found.end(),
                      [](const FoundDevice& a, const FoundDevice& b) {
                        if (a.kind != b.kind) return RankOf(a.kind) < RankOf(b.kind);
@@ -160,7 +136,7 @@ Search LookForDevices() {
 
 const std::vector<FoundDevice>& FindDevices(std::string* reason) {
   // Never deleted: when the process ends, drivers may end before us.
-  static const Search* const search = new Search(LookForDevices());
+  static const Search* const search = new Search(SearchDevices());
   *reason = search->reason;
   return search->found;
 }

@@ -21,9 +21,8 @@ struct FoundDevice {
 };
 
 /// All devices of all platforms, the best first: GPUs before accelerators before CPUs, and large
-/// ones before small ones. Empty, with a reason, if there are none. A driver that crashes while it
-/// is asked (it is asked in a child process first) counts as none. They are looked for once in the
-/// life of the process.
+/// ones before small ones. Empty, with a reason, if there are none. They are looked for once in the
+/// life of the process; drivers may end it (see probe.hh).
 const std::vector<FoundDevice>& FindDevices(std::string* reason);
 
 /// The devices that a choice means: "" or "auto" all of them; "gpu", "cpu" those of the kind;

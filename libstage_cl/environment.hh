@@ -2,8 +2,12 @@
 #ifndef STAGE_CL_ENVIRONMENT_HH
 #define STAGE_CL_ENVIRONMENT_HH
 
+#include <charconv>
+#include <cstdint>
 #include <cstdlib>
 #include <string>
+
+#include "sensing/prefilter.hh"
 
 namespace Stg::cl {
 
@@ -11,6 +15,20 @@ namespace Stg::cl {
 inline std::string FromEnvironment(const char* name) {
   const char* text = std::getenv(name);
   return text ? text : "";
+}
+
+/// A whole number; `usual` if there is no such variable. Throws sensing::PrefilterError.
+inline uint32_t NumberFromEnvironment(const std::string& name, uint32_t usual, uint32_t least,
+                                      uint32_t most) {
+  const std::string text = FromEnvironment(name.c_str());
+  if (text.empty()) return usual;
+  uint32_t number = 0;
+  const char* const text_end = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), text_end, number);
+  if (error != std::errc() || end != text_end || number < least || number > most)
+    throw sensing::PrefilterError(name + " is \"" + text + "\", expected " + std::to_string(least) +
+                                  " to " + std::to_string(most));
+  return number;
 }
 
 }  // namespace Stg::cl

@@ -1,33 +1,33 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What the plug-in exports.
+// What the plug-in exports. Whatever calls drivers is tried in a child process first.
 
-#include <charconv>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
 
 #include "libstage_cl/cl_prefilter.hh"
+#include "libstage_cl/driver_watch.hh"
 #include "libstage_cl/environment.hh"
+#include "libstage_cl/pocl_cache.hh"
+#include "libstage_cl/probe.hh"
+
+namespace Stg::cl {
 
 namespace {
 
 /// STAGE_CL_HITS: how many potential hits a ray's list holds.
-uint32_t HitsPerRay() {
-  constexpr uint32_t kUsual = 1, kMost = 16;
-  const std::string text = Stg::cl::FromEnvironment("STAGE_CL_HITS");
-  if (text.empty()) return kUsual;
-  uint32_t hits = 0;
-  const char* const text_end = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), text_end, hits);
-  if (error != std::errc() || end != text_end || hits < 1 || hits > kMost)
-    throw Stg::internal::sensing::PrefilterError("STAGE_CL_HITS is \"" + text +
-                                                 "\", expected 1 to " + std::to_string(kMost));
-  return hits;
-}
+uint32_t HitsPerRay() { return NumberFromEnvironment("STAGE_CL_HITS", 1, 1, 16); }
 
-}  // namespace
+/// STAGE_CL_TIMEOUT: seconds that a call may take.
+uint32_t Timeout() { return NumberFromEnvironment("STAGE_CL_TIMEOUT", 120, 0, 100000); }
 
-extern "C" Stg::internal::sensing::Prefilter* stage_make_prefilter(const char* choice,
-                                                                   std::string* message) {
-  using namespace Stg::cl;
+/// Null and a message if there is no such device, or if it can't be used.
+std::unique_ptr<ClPrefilter> Make(const std::string& choice, uint32_t hits_per_ray,
+                                  std::string* message) {
   std::string reason;
   const std::vector<FoundDevice>& devices = FindDevices(&reason);
   if (devices.empty()) {
@@ -36,23 +36,96 @@ extern "C" Stg::internal::sensing::Prefilter* stage_make_prefilter(const char* c
   }
   const std::vector<FoundDevice> matching = MatchingDevices(devices, choice);
   if (matching.empty()) {
-    *message = std::string("no OpenCL device matches \"") + choice + "\"; there are:\n" +
-               DescribeAll(devices);
+    *message = "no OpenCL device matches \"" + choice + "\"; there are:\n" + DescribeAll(devices);
     return nullptr;
   }
+  const FoundDevice& device = matching.front();
   try {
-    return new ClPrefilter(matching.front(), HitsPerRay());
-  } catch (const Stg::internal::sensing::PrefilterError& error) {
-    *message = Describe(matching.front()) + ": " + error.what();
+    return std::make_unique<ClPrefilter>(device, hits_per_ray);
+  } catch (const sensing::PrefilterError& error) {
+    *message = error.what();
   } catch (const ::cl::Error& error) {
-    *message =
-        Describe(matching.front()) + ": " + error.what() + ", error " + std::to_string(error.err());
+    *message = std::string(error.what()) + ", error " + std::to_string(error.err());
+  }
+  *message = Describe(device) + ": " + *message + WhyPoclCantWrite(device.platform);
+  return nullptr;
+}
+
+// Drivers have been called in this process: a child of it would lack their threads, and hang.
+bool g_drivers_called = false;
+std::mutex g_mutex;  // of the above, and of the search for devices
+
+/// Tries in a child process what is to be done in this one; what is wrong, or nothing. Takes its
+/// time for the first world alone: an error is remembered under `key`, and after a success drivers
+/// are called here.
+std::string TryFirst(const std::string& key, const std::function<std::string()>& task,
+                     uint32_t timeout) {
+  static auto* const errors = new std::map<std::string, std::string>;
+  if (g_drivers_called) return "";
+  const auto known = errors->find(key);
+  if (known != errors->end()) return known->second;
+  const std::string wrong = Probe(task, timeout);
+  if (!wrong.empty()) (*errors)[key] = wrong;
+  g_drivers_called = wrong.empty();
+  return wrong;
+}
+
+sensing::Prefilter* MakeWatched(const std::string& choice, std::string* message) {
+  const uint32_t hits_per_ray = HitsPerRay(), timeout = Timeout();
+  const std::string key = choice + '\n' + FromEnvironment("STAGE_CL_OPTIONS") + '\n' +
+                          FromEnvironment("STAGE_CL_MEMORY");
+  const std::lock_guard lock(g_mutex);
+  KeepPoclCachePrivate();
+  const auto task = [&] {
+    std::string wrong;
+    Make(choice, hits_per_ray, &wrong);
+    return wrong;
+  };
+  *message = TryFirst(key, task, timeout);
+  if (!message->empty()) return nullptr;
+  auto watch = std::make_unique<DriverWatch>(timeout);
+  std::unique_ptr<ClPrefilter> prefilter = Make(choice, hits_per_ray, message);
+  if (prefilter) prefilter->KeepWatch(std::move(watch));
+  return prefilter.release();
+}
+
+/// A line for each device, or why there is none.
+std::string ListDevices() {
+  const uint32_t timeout = Timeout();
+  const std::lock_guard lock(g_mutex);
+  KeepPoclCachePrivate();
+  std::string reason;
+  const auto task = [&] {
+    FindDevices(&reason);
+    return reason;
+  };
+  reason = TryFirst("list", task, timeout);
+  if (reason.empty()) {
+    const DriverWatch watch(timeout);
+    const std::vector<FoundDevice>& devices = FindDevices(&reason);
+    if (reason.empty()) return DescribeAll(devices);
+  }
+  return "no OpenCL device: " + reason + "\n";
+}
+
+}  // namespace
+
+}  // namespace Stg::cl
+
+extern "C" Stg::internal::sensing::Prefilter* stage_make_prefilter(const char* choice,
+                                                                   std::string* message) {
+  try {
+    return Stg::cl::MakeWatched(choice, message);
+  } catch (const Stg::internal::sensing::PrefilterError& error) {
+    *message = error.what();
   }
   return nullptr;
 }
 
 extern "C" void stage_list_devices(std::string* text) {
-  std::string reason;
-  const std::vector<Stg::cl::FoundDevice>& devices = Stg::cl::FindDevices(&reason);
-  *text = devices.empty() ? "no OpenCL device: " + reason + "\n" : Stg::cl::DescribeAll(devices);
+  try {
+    *text = Stg::cl::ListDevices();
+  } catch (const Stg::internal::sensing::PrefilterError& error) {
+    *text = std::string(error.what()) + "\n";
+  }
 }

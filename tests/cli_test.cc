@@ -30,7 +30,8 @@ TEST_F(CliTest, VersionAndHelpRunNothing) {
         "--no-batch",      "--no-controllers", "--no-progress",   "--opencl",
         "--opencl-always", "--progress",       "--seed",          "--state-hash",
         "--stats",         "--threads",        "--version",       "STAGEPATH",
-        "STAGE_CL_DEVICE", "STAGE_CL_HITS",    "STAGE_CL_MEMORY", "STAGE_CL_OPTIONS"})
+        "STAGE_CL_DEVICE", "STAGE_CL_HITS",    "STAGE_CL_MEMORY", "STAGE_CL_OPTIONS",
+        "STAGE_CL_TIMEOUT"})
     EXPECT_TRUE(Contains(help, name)) << name;
   for (const Strings& arguments : {Strings{"-h", "w.world"}, Strings{"w.world", "-?"},
                                    Strings{"--h"}, Strings{"--help=x"}, Strings{"-g?c"}}) {

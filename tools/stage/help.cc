@@ -98,6 +98,8 @@ Environment
   STAGE_CL_MEMORY      own or shared: whether the device has memory of its own, instead of what it
                        says about itself
   STAGE_CL_OPTIONS     further options for the device's compiler
+  STAGE_CL_TIMEOUT     seconds that a call of an OpenCL driver may take before the driver is taken for
+                       hung, 120 by default; 0: no limit
   POSIXLY_CORRECT      if set, options only count before the first world file
 
 Exit status

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#ifndef STAGE_CL_CALL_CLOCK_HH
+#define STAGE_CL_CALL_CLOCK_HH
+
+#include <algorithm>
+#include <chrono>
+
+#include "libstage_cl/calls.hh"
+
+namespace Stg::cl {
+
+/// Finds calls that take too long. It counts its own naps instead of reading a clock: a process
+/// that is stopped, or a laptop that sleeps, is no slow driver.
+class CallClock {
+ public:
+  /// 0: calls may take as long as they like.
+  explicit CallClock(unsigned seconds)
+      : limit_(std::chrono::seconds(seconds)), nap_(seconds == 1 ? 50 : 200) {}
+
+  /// What to sleep between looks.
+  std::chrono::milliseconds nap() const { return nap_; }
+
+  /// After each nap, for one and the same record. True if its call has taken too long.
+  bool IsOverdue(const calls::Record& record) {
+    const uint32_t begun = record.begun.load(std::memory_order_relaxed);
+    const bool same = record.call.load(std::memory_order_acquire) != nullptr && begun == begun_;
+    begun_ = begun;
+    taken_ = same ? taken_ + nap_ : std::chrono::milliseconds(0);
+    return limit_.count() > 0 && taken_ >= limit_;
+  }
+
+ private:
+  std::chrono::milliseconds limit_, nap_, taken_{0};
+  uint32_t begun_ = 0;
+};
+
+}  // namespace Stg::cl
+
+#endif

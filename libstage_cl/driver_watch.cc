@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "libstage_cl/driver_watch.hh"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "libstage_cl/call_clock.hh"
+#include "libstage_cl/calls.hh"
+
+namespace Stg::cl {
+
+namespace {
+
+struct Crash {
+  int signal;
+  const char* name;  // strsignal() may allocate
+  struct sigaction before;
+};
+// Made once, never changed in size: the signal handler reads it.
+Crash g_crashes[] = {{SIGSEGV, "Segmentation fault", {}},
+                     {SIGBUS, "Bus error", {}},
+                     {SIGILL, "Illegal instruction", {}},
+                     {SIGFPE, "Floating point exception", {}},
+                     {SIGABRT, "Aborted", {}}};
+
+/// One line on standard error, made and written without allocating: also in signal handlers.
+class Line {
+ public:
+  Line() { *this << "stage: "; }
+  Line& operator<<(const char* text) {
+    const size_t room = sizeof text_ - length_;
+    const size_t count = std::min(strlen(text), room);
+    memcpy(text_ + length_, text, count);
+    length_ += count;
+    return *this;
+  }
+  /// "the OpenCL driver NAME"
+  Line& AddDriver(const calls::Record& record) {
+    char name[128];
+    calls::CopyDriver(record, &name);
+    return *this << "the OpenCL driver" << (name[0] ? " of " : "") << name;
+  }
+  void Write() {
+    *this << "; without --opencl, no driver is needed for the same results\n";
+    size_t written = 0;
+    while (written < length_) {
+      const ssize_t count = write(STDERR_FILENO, text_ + written, length_ - written);
+      if (count <= 0) return;
+      written += static_cast<size_t>(count);
+    }
+  }
+
+ private:
+  char text_[512];
+  size_t length_ = 0;
+};
+
+/// The call that this thread has under way; otherwise one of another thread. Null if there is none.
+const calls::Record* RecordOfCrash(bool* is_own) {
+  const calls::Record* other = nullptr;
+  for (const calls::Record& record : calls::Records()) {
+    if (!record.taken || !record.call) continue;
+    *is_own = pthread_equal(record.thread, pthread_self()) != 0;
+    if (*is_own) return &record;
+    other = &record;
+  }
+  return other;
+}
+
+void TellOfCrash(const char* name) {
+  bool is_own = false;
+  const calls::Record* const record = RecordOfCrash(&is_own);
+  if (!record) return;
+  const char* const call = record->call;
+  if (!call) return;  // it has just ended
+  Line line;
+  if (is_own) {
+    line.AddDriver(*record) << " has crashed in " << call << " (" << name << ")";
+  } else {  // a thread of the driver's, most likely
+    line << "a thread has crashed (" << name << ") while ";
+    line.AddDriver(*record) << " was in " << call;
+  }
+  line.Write();
+}
+
+void OnCrash(int signal, siginfo_t* info, void*) {
+  const int error = errno;
+  for (Crash& crash : g_crashes) {
+    if (crash.signal != signal) continue;
+    TellOfCrash(crash.name);
+    sigaction(signal, &crash.before, nullptr);
+    // A fault happens again as soon as we return; what somebody sent has to be sent again.
+    if (info->si_code <= 0) raise(signal);
+  }
+  errno = error;
+}
+
+void InstallHandlers() {
+  struct sigaction action = {};
+  action.sa_sigaction = OnCrash;
+  action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+  sigemptyset(&action.sa_mask);
+  for (Crash& crash : g_crashes) sigaction(crash.signal, &action, &crash.before);
+}
+
+void RemoveHandlers() {
+  for (const Crash& crash : g_crashes) {
+    struct sigaction now = {};
+    sigaction(crash.signal, nullptr, &now);
+    if ((now.sa_flags & SA_SIGINFO) != 0 && now.sa_sigaction == OnCrash)
+      sigaction(crash.signal, &crash.before, nullptr);
+  }
+}
+
+/// When the process ends: has a driver ended it?
+void TellOfExit() {
+  const calls::Record& record = calls::OfThisThread();
+  const char* const call = record.call;
+  if (call) (Line().AddDriver(record) << " has ended the process in " << call).Write();
+}
+
+[[noreturn]] void EndHungProcess(const calls::Record& record, unsigned seconds) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%u", seconds);
+  const char* const call = record.call;
+  (Line().AddDriver(record) << " hangs: " << (call ? call : "a call") << " has not come back for "
+                            << text << " s (STAGE_CL_TIMEOUT)")
+      .Write();
+  // What was printed is to be seen; whoever hangs may hold the stream.
+  if (ftrylockfile(stdout) == 0) fflush_unlocked(stdout);
+  _exit(EXIT_FAILURE);  // destructors would wait for the driver
+}
+
+/// Looks at all threads' calls until it is told to stop.
+class Watchdog {
+ public:
+  explicit Watchdog(unsigned seconds) : seconds_(seconds), thread_([this] { Watch(); }) {}
+  ~Watchdog() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    wake_up_.notify_one();
+    thread_.join();
+  }
+  Watchdog(const Watchdog&) = delete;
+  Watchdog& operator=(const Watchdog&) = delete;
+
+ private:
+  void Watch() {
+    const std::array<calls::Record, 64>& records = calls::Records();
+    std::vector<CallClock> clocks(records.size(), CallClock(seconds_));
+    std::unique_lock lock(mutex_);
+    while (!wake_up_.wait_for(lock, clocks[0].nap(), [this] { return stop_; }))
+      for (size_t i = 0; i < records.size(); i++)
+        if (clocks[i].IsOverdue(records[i])) EndHungProcess(records[i], seconds_);
+  }
+
+  const unsigned seconds_;
+  bool stop_ = false;
+  std::mutex mutex_;
+  std::condition_variable wake_up_;
+  std::thread thread_;
+};
+
+/// What all watches of the process share. Never deleted: worlds may outlive our destructors.
+struct Shared {
+  std::mutex mutex;
+  unsigned watches = 0;
+  std::unique_ptr<Watchdog> watchdog;
+  Shared() { std::atexit(TellOfExit); }
+};
+
+Shared& TheShared() {
+  static Shared* const shared = new Shared;
+  return *shared;
+}
+
+}  // namespace
+
+DriverWatch::DriverWatch(unsigned seconds) {
+  Shared& shared = TheShared();
+  const std::lock_guard lock(shared.mutex);
+  if (shared.watches++ > 0) return;
+  InstallHandlers();
+  if (seconds > 0) shared.watchdog = std::make_unique<Watchdog>(seconds);
+}
+
+DriverWatch::~DriverWatch() {
+  Shared& shared = TheShared();
+  const std::lock_guard lock(shared.mutex);
+  if (--shared.watches > 0) return;
+  shared.watchdog.reset();
+  RemoveHandlers();
+}
+
+}  // namespace Stg::cl
