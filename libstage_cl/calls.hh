@@ -39,6 +39,9 @@ void SetDriver(const std::string& name);
 /// Copies it from there, with a zero behind it.
 void CopyDriver(const Record& record, char (*name)[128]);
 
+/// If not null, called after each call.
+inline std::atomic<void (*)()> g_after_call{nullptr};
+
 /// Marks a call as long as it lives.
 class Mark {
  public:
@@ -47,7 +50,10 @@ class Mark {
                         std::memory_order_relaxed);
     record_.call.store(call, std::memory_order_release);
   }
-  ~Mark() { record_.call.store(nullptr, std::memory_order_release); }
+  ~Mark() {
+    record_.call.store(nullptr, std::memory_order_release);
+    if (const auto after = g_after_call.load(std::memory_order_relaxed)) after();
+  }
   Mark(const Mark&) = delete;
   Mark& operator=(const Mark&) = delete;
 

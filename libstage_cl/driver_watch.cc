@@ -70,7 +70,7 @@ class Line {
 const calls::Record* RecordOfCrash(bool* is_own) {
   const calls::Record* other = nullptr;
   for (const calls::Record& record : calls::Records()) {
-    if (!record.taken || !record.call) continue;
+    if (!record.call) continue;
     *is_own = pthread_equal(record.thread, pthread_self()) != 0;
     if (*is_own) return &record;
     other = &record;
@@ -111,7 +111,7 @@ void InstallHandlers() {
   action.sa_sigaction = OnCrash;
   action.sa_flags = SA_SIGINFO | SA_ONSTACK;
   sigemptyset(&action.sa_mask);
-  for (Crash& crash : g_crashes) sigaction(crash.signal, &action, &crash.before);
+  for (const Crash& crash : g_crashes) sigaction(crash.signal, &action, nullptr);
 }
 
 void RemoveHandlers() {
@@ -125,9 +125,11 @@ void RemoveHandlers() {
 
 /// When the process ends: has a driver ended it?
 void TellOfExit() {
-  const calls::Record& record = calls::OfThisThread();
-  const char* const call = record.call;
-  if (call) (Line().AddDriver(record) << " has ended the process in " << call).Write();
+  bool is_own = false;
+  const calls::Record* const record = RecordOfCrash(&is_own);
+  if (!record || !is_own) return;
+  const char* const call = record->call;
+  (Line().AddDriver(*record) << " has ended the process in " << call).Write();
 }
 
 [[noreturn]] void EndHungProcess(const calls::Record& record, unsigned seconds) {
@@ -193,6 +195,7 @@ DriverWatch::DriverWatch(unsigned seconds) {
   Shared& shared = TheShared();
   const std::lock_guard lock(shared.mutex);
   if (shared.watches++ > 0) return;
+  for (Crash& crash : g_crashes) sigaction(crash.signal, nullptr, &crash.before);
   InstallHandlers();
   if (seconds > 0) shared.watchdog = std::make_unique<Watchdog>(seconds);
 }
@@ -204,5 +207,9 @@ DriverWatch::~DriverWatch() {
   shared.watchdog.reset();
   RemoveHandlers();
 }
+
+SetUpWatch::SetUpWatch() { calls::g_after_call = InstallHandlers; }
+
+SetUpWatch::~SetUpWatch() { calls::g_after_call = nullptr; }
 
 }  // namespace Stg::cl

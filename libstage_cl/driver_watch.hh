@@ -23,6 +23,16 @@ class DriverWatch {
   DriverWatch& operator=(const DriverWatch&) = delete;
 };
 
+/// While a driver is set up, within a DriverWatch. Compilers in drivers then put signal handlers of
+/// their own in place of ours; these are put back after each call.
+class SetUpWatch {
+ public:
+  SetUpWatch();
+  ~SetUpWatch();
+  SetUpWatch(const SetUpWatch&) = delete;
+  SetUpWatch& operator=(const SetUpWatch&) = delete;
+};
+
 }  // namespace Stg::cl
 
 #endif

@@ -84,6 +84,7 @@ sensing::Prefilter* MakeWatched(const std::string& choice, std::string* message)
   *message = TryFirst(key, task, timeout);
   if (!message->empty()) return nullptr;
   auto watch = std::make_unique<DriverWatch>(timeout);
+  const SetUpWatch set_up;
   std::unique_ptr<ClPrefilter> prefilter = Make(choice, hits_per_ray, message);
   if (prefilter) prefilter->KeepWatch(std::move(watch));
   return prefilter.release();
@@ -102,6 +103,7 @@ std::string ListDevices() {
   reason = TryFirst("list", task, timeout);
   if (reason.empty()) {
     const DriverWatch watch(timeout);
+    const SetUpWatch set_up;
     const std::vector<FoundDevice>& devices = FindDevices(&reason);
     if (reason.empty()) return DescribeAll(devices);
   }

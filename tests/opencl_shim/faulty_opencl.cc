@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// To be preloaded into the program: OpenCL with a fault. Passes on all calls that the plug-in
+// makes, but one, of which the environment tells:
+//
+//   STAGE_FAULT       CALL:NUMBER:FAULT:PROCESS, such as clFinish:3:hang:parent: the third call of
+//                     clFinish in that process (child: one that was forked) goes wrong
+//   STAGE_FAULT_LOG   a file; gets a line "PROCESS CALL" for each call
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <type_traits>
+
+#define CL_TARGET_OPENCL_VERSION 120
+#define CL_USE_DEPRECATED_OPENCL_1_1_APIS
+#include <CL/cl.h>
+
+namespace {
+
+const pid_t g_first_process = getpid();
+
+const char* ProcessName() { return getpid() == g_first_process ? "parent" : "child"; }
+
+void Log(const char* call) {
+  const char* const name = std::getenv("STAGE_FAULT_LOG");
+  if (!name) return;
+  const std::string line = std::string(ProcessName()) + " " + call + "\n";
+  const int file = open(name, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+  if (write(file, line.data(), line.size()) < 0) abort();
+  close(file);
+}
+
+/// The fault of the call, the `number`-th of its name; empty if nothing is wrong with it.
+std::string FaultOf(const char* call, int number) {
+  const char* const wanted = std::getenv("STAGE_FAULT");
+  if (!wanted) return "";
+  const std::string text = wanted, begin = call + (":" + std::to_string(number)) + ":";
+  const std::string end = std::string(":") + ProcessName();
+  if (text.rfind(begin, 0) != 0 || text.size() < begin.size() + end.size()) return "";
+  const std::size_t length = text.size() - begin.size() - end.size();
+  return text.substr(begin.size() + length) == end ? text.substr(begin.size(), length) : "";
+}
+
+void* CrashHere(void*) {
+  static int* volatile nowhere = nullptr;
+  *nowhere = 1;
+  return nullptr;
+}
+
+/// What doesn't return, or only after a while.
+void Suffer(const std::string& fault) {
+  if (fault == "abort") abort();
+  if (fault == "exit") exit(1);
+  if (fault == "segv") CrashHere(nullptr);
+  pthread_t thread;
+  if (fault == "thread") pthread_create(&thread, nullptr, CrashHere, nullptr);
+  while (fault == "hang" || fault == "thread") pause();
+}
+
+void SetLastToError() {}
+void SetLastToError(cl_int* error) {
+  if (error) *error = CL_OUT_OF_RESOURCES;
+}
+template <typename First, typename... Others>
+void SetLastToError(First, Others... others) {
+  SetLastToError(others...);
+}
+
+void* Library() {
+  static void* const library = dlopen("libOpenCL.so.1", RTLD_NOW);
+  return library ? library : (abort(), nullptr);
+}
+
+template <typename Function>
+struct Faulty;
+template <typename Result, typename... Arguments>
+struct Faulty<Result(Arguments...)> {
+  static Result Call(const char* name, std::atomic<int>* calls, Arguments... arguments) {
+    Log(name);
+    if (const std::string fault = FaultOf(name, ++*calls); !fault.empty()) {
+      Suffer(fault);
+      SetLastToError(arguments...);
+      if constexpr (std::is_pointer_v<Result>)
+        return nullptr;
+      else
+        return CL_OUT_OF_RESOURCES;
+    }
+    static const auto next = reinterpret_cast<Result (*)(Arguments...)>(dlsym(Library(), name));
+    return next(arguments...);
+  }
+};
+
+}  // namespace
+
+// The loader asks the second function what the first one is, so that its arguments need not be
+// written out here.
+#define FAULTY(name)                                                                \
+  namespace {                                                                       \
+  template <typename>                                                               \
+  struct Of_##name;                                                                 \
+  template <typename Result, typename... Arguments>                                 \
+  struct Of_##name<Result(Arguments...)> {                                          \
+    static Result Call(Arguments... arguments) {                                    \
+      static std::atomic<int> calls{0};                                             \
+      return Faulty<Result(Arguments...)>::Call(#name, &calls, arguments...);       \
+    }                                                                               \
+  };                                                                                \
+  }                                                                                 \
+  extern "C" {                                                                      \
+  using Type_##name = decltype(name);                                               \
+  __attribute__((visibility("hidden"))) Type_##name* Resolve_##name() {             \
+    return Of_##name<Type_##name>::Call;                                            \
+  }                                                                                 \
+  __attribute__((ifunc("Resolve_" #name), visibility("default"))) Type_##name name; \
+  }
+
+FAULTY(clBuildProgram)
+FAULTY(clCreateBuffer)
+FAULTY(clCreateCommandQueue)
+FAULTY(clCreateContext)
+FAULTY(clCreateKernel)
+FAULTY(clCreateProgramWithSource)
+FAULTY(clEnqueueMapBuffer)
+FAULTY(clEnqueueNDRangeKernel)
+FAULTY(clEnqueueReadBuffer)
+FAULTY(clEnqueueUnmapMemObject)
+FAULTY(clEnqueueWriteBuffer)
+FAULTY(clFinish)
+FAULTY(clFlush)
+FAULTY(clGetDeviceIDs)
+FAULTY(clGetDeviceInfo)
+FAULTY(clGetKernelWorkGroupInfo)
+FAULTY(clGetPlatformIDs)
+FAULTY(clGetPlatformInfo)
+FAULTY(clGetProgramBuildInfo)
+FAULTY(clGetProgramInfo)
+FAULTY(clReleaseCommandQueue)
+FAULTY(clReleaseContext)
+FAULTY(clReleaseEvent)
+FAULTY(clReleaseKernel)
+FAULTY(clReleaseMemObject)
+FAULTY(clReleaseProgram)
+FAULTY(clRetainCommandQueue)
+FAULTY(clRetainContext)
+FAULTY(clRetainKernel)
+FAULTY(clRetainMemObject)
+FAULTY(clSetKernelArg)
+FAULTY(clWaitForEvents)
