@@ -106,7 +106,7 @@ const Environment kNoDrivers = {{"OCL_ICD_VENDORS", "/nonexistent"},
 
 TEST_F(FaultsTest, NoDriver) {
   SKIP_WITHOUT_PLUGIN();
-  ExpectGoesOn(kNoDrivers, "no OpenCL device");
+  ExpectGoesOn(kNoDrivers, "no OpenCL driver is");
   EXPECT_EQ(HashOf(WithDevice("--opencl=auto", kNoDrivers)), plain_);
   for (const char* choice : {"--opencl=cpu", "--opencl=gpu", "--opencl=auto:0", "--opencl=pocl"})
     ExpectFails(choice, kNoDrivers, "no OpenCL device");
@@ -117,7 +117,7 @@ TEST_F(FaultsTest, NoDriver) {
 
 TEST_F(FaultsTest, DriverWithoutItsLibrary) {
   SKIP_WITHOUT_PLUGIN();
-  ExpectGoesOn(Driver("/nonexistent/libnone.so"), "no OpenCL device");
+  ExpectGoesOn(Driver("/nonexistent/libnone.so"), "broken.icd names can't be used");
   ExpectFails("--opencl=cpu", Driver("/nonexistent/libnone.so"), "no OpenCL device");
 }
 
@@ -188,6 +188,10 @@ TEST_F(FaultsTest, WrongEnvironment) {
     ExpectGoesOn({{"STAGE_CL_HITS", hits}}, expected);
     ExpectFails("--opencl=auto:0", {{"STAGE_CL_HITS", hits}}, expected);
   }
+  for (const char* seconds : {"-1", "1.5", "1s", "100001"})
+    ExpectGoesOn({{"STAGE_CL_TIMEOUT", seconds}},
+                 std::string("STAGE_CL_TIMEOUT is \"") + seconds + "\", expected 0 to 100000");
+  EXPECT_EQ(HashOf(WithDevice("--opencl=auto:0", {{"STAGE_CL_TIMEOUT", "0"}})), plain_);
   const Environment memory = {{"STAGE_CL_MEMORY", "both"}};
   ExpectGoesOn(memory, "STAGE_CL_MEMORY is \"both\", expected own or shared");
   ExpectFails("--opencl=auto:0", memory, "expected own or shared");
