@@ -2,6 +2,8 @@
 
 #include "libstage_cl/cl_prefilter.hh"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <bit>
@@ -99,6 +101,7 @@ void ClPrefilter::WarmUp() {
 sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
                                     const sensing::RayBatch& batch,
                                     sensing::WorkerPool* workers) try {
+  CheckProcess();
   const double start = Now();
   calls::SetDriver(platform_);  // the thread may have others
   hits_.Unmap();
@@ -130,6 +133,7 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
 }
 
 void ClPrefilter::SendAhead(grid::Grid& grid) try {
+  CheckProcess();
   if (sent_ahead_) return;  // pinned memory is free again when a batch has been walked
   const double start = Now();
   SendGrid(grid);
@@ -138,6 +142,11 @@ void ClPrefilter::SendAhead(grid::Grid& grid) try {
   statistics_.send_seconds += Now() - start;
 } catch (const ::cl::Error& error) {
   throw AsPrefilterError(error);
+}
+
+/// A process that was forked has none of the driver's threads, and would wait for them.
+void ClPrefilter::CheckProcess() const {
+  if (getpid() != process_) throw sensing::PrefilterError("this process has been forked");
 }
 
 /// Fans that the device can walk, by layer and number of samples; within these in their own order.

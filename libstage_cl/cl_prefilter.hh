@@ -6,6 +6,8 @@
 #ifndef STAGE_CL_CL_PREFILTER_HH
 #define STAGE_CL_CL_PREFILTER_HH
 
+#include <unistd.h>
+
 #include <memory>
 #include <span>
 #include <string>
@@ -52,6 +54,7 @@ class ClPrefilter final : public sensing::Prefilter {
   static constexpr std::size_t kBlock = 64;
   static std::size_t CountBlocks(std::size_t fans) { return (fans + kBlock - 1) / kBlock; }
 
+  void CheckProcess() const;
   void WarmUp();
   void SendGrid(const grid::Grid& grid);
   void SendBatch(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
@@ -74,6 +77,7 @@ class ClPrefilter final : public sensing::Prefilter {
   void CountSent(std::size_t bytes) { statistics_.bytes_sent += bytes; }
 
   std::unique_ptr<DriverWatch> watch_;  // the last to go
+  const pid_t process_ = getpid();
   std::string name_, platform_;
   bool is_cpu_;
   uint32_t per_ray_;

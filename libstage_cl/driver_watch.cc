@@ -12,6 +12,7 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -159,6 +160,8 @@ class Watchdog {
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
+  bool IsOfThisProcess() const { return getpid() == process_; }
+
  private:
   void Watch() {
     const std::array<calls::Record, 64>& records = calls::Records();
@@ -170,6 +173,7 @@ class Watchdog {
   }
 
   const unsigned seconds_;
+  const pid_t process_ = getpid();
   bool stop_ = false;
   std::mutex mutex_;
   std::condition_variable wake_up_;
@@ -197,13 +201,20 @@ DriverWatch::DriverWatch(unsigned seconds) {
   if (shared.watches++ > 0) return;
   for (Crash& crash : g_crashes) sigaction(crash.signal, nullptr, &crash.before);
   InstallHandlers();
-  if (seconds > 0) shared.watchdog = std::make_unique<Watchdog>(seconds);
+  if (seconds == 0) return;
+  try {
+    shared.watchdog = std::make_unique<Watchdog>(seconds);
+  } catch (const std::system_error&) {
+    // No thread to spare: calls may hang unseen.
+  }
 }
 
 DriverWatch::~DriverWatch() {
   Shared& shared = TheShared();
   const std::lock_guard lock(shared.mutex);
   if (--shared.watches > 0) return;
+  // A process that was forked since has no such thread to wait for.
+  if (shared.watchdog && !shared.watchdog->IsOfThisProcess()) shared.watchdog.release();
   shared.watchdog.reset();
   RemoveHandlers();
 }

@@ -5,6 +5,8 @@
 // it can't be had. Nothing that a driver does may crash the program.
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdint>
 #include <cstdlib>
@@ -336,6 +338,28 @@ TEST_F(FaultsTest, DeviceLostOnTheWay) {
   EXPECT_EQ(kept.hash, without.hash);
   EXPECT_EQ(kept.device_steps, 10u);
   EXPECT_EQ(kept.device, "fake device");
+}
+
+// The driver's threads stay behind: the child must not wait for them.
+TEST_F(FaultsTest, ForkedProcessGoesOnWithoutDevice) {
+  if (!DeviceFound()) GTEST_SKIP() << "no OpenCL device";
+  const uint64_t hash = TenSteps(Path("w.world"), nullptr).hash;
+  std::string message;
+  Stg::World world;
+  ASSERT_TRUE(world.Load(Path("w.world")));
+  world.engine().SetPrefilter(Stg::LoadPrefilter("", &message), true);
+  for (int i = 0; i < 5; i++) world.Update();
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(20);
+    for (int i = 0; i < 5; i++) world.Update();
+    _exit(world.StateHash() == hash && world.statistics().device_steps == 5 ? 0 : 1);
+  }
+  int status = 0;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  for (int i = 0; i < 5; i++) world.Update();
+  EXPECT_EQ(world.statistics().device_steps, 10u);
 }
 
 std::string Crowd(int robots) {
