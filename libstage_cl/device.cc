@@ -80,8 +80,8 @@ std::string RegisteredDriver() {
 /// What to do if there is no driver.
 std::string Advice() {
   if (const std::string driver = RegisteredDriver(); !driver.empty())
-    return "the OpenCL driver that " + driver + " names can't be used: its library is missing or " +
-           "broken";
+    return "the OpenCL driver that " + driver +
+           " names can't be used: its library is missing or broken, or finds no device";
   for (const char* path :
        {"/usr/lib/x86_64-linux-gnu/libnvidia-opencl.so.1",
         "/usr/lib/aarch64-linux-gnu/libnvidia-opencl.so.1", "/usr/lib64/libnvidia-opencl.so.1",
