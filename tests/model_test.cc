@@ -42,7 +42,7 @@ TEST(Names, OldOnesStayValid) {
 
 TEST(Names, UnknownOnesGiveNothingAndAWarning) {
   const auto world = EmptyWorld();
-  const std::string output = OutputOf([&] {
+  const std::string output = ErrorsOf([&] {
     EXPECT_EQ(world->GetModel("nobody"), nullptr);
     EXPECT_EQ(world->GetGround()->GetChild("nobody"), nullptr);
   });
@@ -118,9 +118,9 @@ TEST(Tree, HandsOutModelsOfATypeOnce) {
   EXPECT_EQ(robot->GetUnusedModelOfType("ranger"), Find(*world, "r.a.b"));
   EXPECT_EQ(robot->GetUnusedModelOfType("ranger"), Find(*world, "r.c"));
   const std::string output =
-      OutputOf([&] { EXPECT_EQ(robot->GetUnusedModelOfType("ranger"), nullptr); });
+      ErrorsOf([&] { EXPECT_EQ(robot->GetUnusedModelOfType("ranger"), nullptr); });
   EXPECT_NE(output.find("ranger"), std::string::npos);
-  EXPECT_EQ(OutputOf([&] { Find(*world, "r.c")->GetUnusedModelOfType("ranger"); }), "");
+  EXPECT_EQ(ErrorsOf([&] { Find(*world, "r.c")->GetUnusedModelOfType("ranger"); }), "");
 }
 
 TEST(Tree, FindsModelsWithoutSubscribers) {

@@ -11,13 +11,15 @@
 
 #include "geometry/load_error.hh"
 #include "geometry/picture_reader.hh"
+#include "messages/report.hh"
 
 namespace Stg {
 namespace picture {
 
 void Fail(const Input& input, const std::string& reason) {
   constexpr int kExitStatus = 255;
-  throw LoadError(input.name + ": " + reason, kExitStatus);
+  throw LoadError(messages::Shortened(input.name, messages::kLongestDetail) + ": " + reason,
+                  kExitStatus);
 }
 
 Bitmap MakeBitmap(const Input& input, std::uint64_t width, std::uint64_t height,

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "worldfile/lexer.hh"
 
+#include <fcntl.h>
+
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +16,7 @@
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "worldfile/find_file.hh"
+#include "worldfile/numbers.hh"
 
 namespace Stg::worldfile {
 namespace {
@@ -25,6 +30,14 @@ bool IsNumberPart(char c) { return IsDigit(c) || c == '+' || c == '-' || c == '.
 bool IsWordPart(char c) {
   return IsLetter(c) || IsDigit(c) || c == '.' || c == '-' || c == '_' || c == '[' || c == ']';
 }
+
+bool StartsLikeHex(std::string_view text) {
+  return text.size() > 1 && (text[0] == 'x' || text[0] == 'X') &&
+         std::isxdigit(static_cast<unsigned char>(text[1])) != 0;
+}
+
+// What may belong to a number in some notation.
+bool IsNotationPart(char c) { return IsLetter(c) || IsNumberPart(c) || c == '_'; }
 
 std::string DescribeByte(char c) {
   const auto byte = static_cast<unsigned char>(c);
@@ -50,8 +63,12 @@ struct CloseFile {
 std::string ReadWholeFile(const std::string& path) {
   const auto fail = [&path](const std::string& reason) { throw LoadError(path + ": " + reason); };
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) fail("found a directory, expected a file");
-  const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "rb"));
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status)) fail("found a directory, expected a file");
+  // Some plain files of /proc and /sys make a reader wait for ever.
+  const int no_wait = std::filesystem::is_regular_file(status) ? O_NONBLOCK : 0;
+  const int opened = open(path.c_str(), O_RDONLY | O_CLOEXEC | no_wait);
+  const std::unique_ptr<std::FILE, CloseFile> file(opened < 0 ? nullptr : fdopen(opened, "rb"));
   if (!file) fail("unable to open the file: " + std::generic_category().message(errno));
 
   std::string text;
@@ -83,10 +100,20 @@ void Lexer::Run() {
 }
 
 void Lexer::LexSource(std::uint16_t source) {
-  Cursor cursor{source, document_.sources.Text(source)};
+  CheckEncoding(source);
+  Cursor cursor{source, document_.sources.Text(source), document_.sources.Start(source)};
   open_.push_back(source);
   while (cursor.at < cursor.text.size()) LexToken(cursor);
   open_.pop_back();
+}
+
+void Lexer::CheckEncoding(std::uint16_t source) const {
+  const std::string_view text = document_.sources.Text(source);
+  const bool marked = text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff");
+  const auto nul = [&](std::size_t i) { return text[i] == '\0'; };
+  const bool unmarked = text.size() > 3 && nul(0) == nul(2) && nul(1) == nul(3) && nul(0) != nul(1);
+  if (!marked && !unmarked) return;
+  document_.sources.Fail(source, 0, "found UTF-16 or UTF-32, expected UTF-8: save the file so");
 }
 
 void Lexer::LexToken(Cursor& cursor) {
@@ -138,7 +165,27 @@ void Lexer::LexWord(Cursor& cursor) {
 void Lexer::LexNumber(Cursor& cursor) {
   const std::size_t start = cursor.at;
   while (cursor.at < cursor.text.size() && IsNumberPart(cursor.text[cursor.at])) ++cursor.at;
+  const std::string_view run = cursor.text.substr(start, cursor.at - start);
+  const std::string_view rest = cursor.text.substr(cursor.at);
+  const bool has_digit = std::any_of(run.begin(), run.end(), IsDigit);
+  // Without a blank, any other word is one of its own: `3name "foo"`.
+  if (has_digit && StartsLikeExponent(rest)) {
+    const std::size_t length = ExponentLength(rest);
+    const bool more = length < rest.size() && IsNotationPart(rest[length]);
+    if (length == 0 || more) FailNumber(cursor, start);
+    cursor.at += length;
+  } else if (run.ends_with("0") && StartsLikeHex(rest)) {
+    FailNumber(cursor, start);
+  }
   Push(cursor, start, TokenKind::kNumber);
+}
+
+void Lexer::FailNumber(const Cursor& cursor, std::size_t start) const {
+  std::size_t end = cursor.at;
+  while (end < cursor.text.size() && IsNotationPart(cursor.text[end])) ++end;
+  document_.sources.Fail(cursor.source, start,
+                         "syntax error: found " + Quoted(cursor.text.substr(start, end - start)) +
+                             ", expected a number such as 16, -0.5 or 9e-06");
 }
 
 void Lexer::LexString(Cursor& cursor) {
@@ -229,8 +276,8 @@ std::uint16_t Lexer::OpenInclude(const Cursor& cursor, std::size_t quote, const 
   std::string reason;
   const std::string path = FindFile(base_directory_, name, &reason);
   if (path.empty()) {
-    fail("unable to open include file " + Printable(CompletePath(base_directory_, name)) + " : " +
-         reason);
+    fail("unable to open include file " +
+         Shortened(CompletePath(base_directory_, name), messages::kLongestDetail) + " : " + reason);
   }
   const std::string key = FileKey(path);
   CheckCycle(cursor, quote, key);
@@ -240,11 +287,16 @@ std::uint16_t Lexer::OpenInclude(const Cursor& cursor, std::size_t quote, const 
   }
   int source = document_.sources.Find(key);
   if (source < 0) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) {
-      fail("found a special file, expected a plain file to include: " + Printable(path));
+    std::error_code unknown;
+    if (!std::filesystem::is_regular_file(path, unknown)) {
+      fail("found a special file, expected a plain file to include: " +
+           Shortened(path, messages::kLongestDetail));
     }
-    source = static_cast<int>(document_.sources.Add(path, key, ReadWholeFile(path)));
+    try {
+      source = static_cast<int>(document_.sources.Add(path, key, ReadWholeFile(path)));
+    } catch (const LoadError& error) {
+      fail(std::string("unable to include ") + error.what());
+    }
   }
   bytes_ += document_.sources.Text(static_cast<std::uint32_t>(source)).size();
   if (bytes_ > kMaxTextBytes) {

@@ -13,7 +13,7 @@
 namespace Stg::worldfile {
 
 /// Reads a whole file. Throws LoadError ("NAME: REASON") if it is a directory, cannot be read or
-/// is larger than kMaxTextBytes.
+/// is larger than kMaxTextBytes. Waits for nothing but a pipe's writer.
 std::string ReadWholeFile(const std::string& path);
 
 /// Turns the world file (source 0 of the document) into tokens. The tokens of an included file
@@ -34,9 +34,11 @@ class Lexer {
   };
 
   void LexSource(std::uint16_t source);
+  void CheckEncoding(std::uint16_t source) const;
   void LexToken(Cursor& cursor);
   void LexWord(Cursor& cursor);
   void LexNumber(Cursor& cursor);
+  [[noreturn]] void FailNumber(const Cursor& cursor, std::size_t start) const;
   void LexString(Cursor& cursor);
   void LexInclude(Cursor& cursor, std::size_t word);
   std::string IncludeName(Cursor& cursor, std::size_t word) const;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <system_error>
 
 namespace Stg::worldfile {
@@ -17,6 +18,9 @@ namespace {
 
 bool IsSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+// Of a number up to its exponent, as far as the lexer is concerned.
+bool IsRunPart(char c) { return IsDigit(c) || c == '+' || c == '-' || c == '.'; }
 
 bool OnlySpaces(std::string_view text) { return std::all_of(text.begin(), text.end(), IsSpace); }
 
@@ -56,7 +60,26 @@ std::optional<double> ReadWholeFloat(std::string_view text) {
   return number.value;
 }
 
+namespace {
+
+// From a text of digits, a point, an exponent: what is written in one of the other ways that C
+// knows is left to those who read it as C's atoi.
+bool ReadDecimal(std::string_view text, ReadInteger* integer) {
+  constexpr double kAllExact = 9007199254740992.0;  // 2^53: beyond it not every integer is a double
+  const auto decimal = [](char c) { return IsRunPart(c) || IsSpace(c) || c == 'e' || c == 'E'; };
+  const ReadNumber number = ReadFloatText(text);
+  if (!number.clean || !(std::fabs(number.value) <= kAllExact)) return false;
+  if (!std::all_of(text.begin(), text.end(), decimal)) return false;
+  const double whole = std::trunc(number.value);
+  *integer = {static_cast<long long>(whole), whole == number.value};
+  return true;
+}
+
+}  // namespace
+
 ReadInteger ReadIntText(std::string_view text) {
+  ReadInteger integer;
+  if (ReadDecimal(text, &integer)) return integer;
   text = WithoutLeadingSpaces(text);
   const bool negative = !text.empty() && text.front() == '-';
   if (negative || (!text.empty() && text.front() == '+')) text.remove_prefix(1);
@@ -70,7 +93,12 @@ ReadInteger ReadIntText(std::string_view text) {
   return {negative ? -value : value, fits && (OnlySpaces(rest) || IsZeroFraction(rest))};
 }
 
-std::string FloatText(double value) {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Up to six decimals, at least three.
+std::string FixedText(double value) {
   constexpr int kMostDecimals = 6;
   constexpr std::size_t kFewestDecimals = 3;
   char buffer[400];  // the largest double has 309 digits before the point
@@ -79,18 +107,60 @@ std::string FloatText(double value) {
   std::string text(buffer, error == std::errc() ? end : buffer);
   const std::size_t shortest = text.find('.') + 1 + kFewestDecimals;
   while (text.size() > shortest && text.back() == '0') text.pop_back();
-  return text == "-0.000" ? "0.000" : text;
+  return text;
 }
 
-std::string ScalarText(double value) {
-  std::string text = FloatText(value);
+// As few digits as are needed to read the same number again.
+std::string ShortestText(double value) {
+  char buffer[32];
+  const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return {buffer, error == std::errc() ? end : buffer};
+}
+
+}  // namespace
+
+std::string FloatText(double value) { return TextInUnit(value, 1); }
+
+std::string TextInUnit(double value, double unit) {
+  constexpr double kTooManyDigits = 1e15;
+  const double scaled = value / unit;
+  if (std::fabs(scaled) < kTooManyDigits) {
+    std::string text = FixedText(scaled);
+    if (ReadFloatText(text).value * unit == value) return text;
+  }
+  for (const double near :
+       {scaled, std::nextafter(scaled, kInfinity), std::nextafter(scaled, -kInfinity)}) {
+    if (near * unit == value) return ShortestText(near);
+  }
+  return ShortestText(scaled);
+}
+
+std::string ScalarText(double value, double unit) {
+  std::string text = TextInUnit(value, unit);
   return text == "0.000" ? "0" : text;
 }
 
+bool StartsLikeExponent(std::string_view text) {
+  if (text.size() < 2 || (text[0] != 'e' && text[0] != 'E')) return false;
+  return IsDigit(text[1]) || text[1] == '+' || text[1] == '-';
+}
+
+std::size_t ExponentLength(std::string_view text) {
+  if (!StartsLikeExponent(text)) return 0;
+  const std::size_t digits = IsDigit(text[1]) ? 1 : 2;
+  std::size_t end = digits;
+  while (end < text.size() && IsDigit(text[end])) ++end;
+  return end > digits ? end : 0;
+}
+
 bool IsNumberToken(std::string_view text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
-    return IsDigit(c) || c == '+' || c == '-' || c == '.';
-  });
+  std::size_t run = 0;
+  while (run < text.size() && IsRunPart(text[run])) ++run;
+  if (run == text.size()) return run > 0;
+  const bool has_digit =
+      std::any_of(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(run), IsDigit);
+  const std::size_t exponent = ExponentLength(text.substr(run));
+  return has_digit && exponent > 0 && run + exponent == text.size();
 }
 
 }  // namespace Stg::worldfile

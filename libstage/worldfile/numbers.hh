@@ -28,14 +28,26 @@ ReadNumber ReadFloatText(std::string_view text);
 /// for doubles from version 20 on only.
 std::optional<double> ReadWholeFloat(std::string_view text);
 
-/// As C's atoi, but values beyond `long long` stop at its ends.
+/// As C's atoi, but values beyond `long long` stop at its ends, and exponents count.
 ReadInteger ReadIntText(std::string_view text);
 
-/// Up to six decimals, at least three: "1.000", "0.1235", "0.000".
+/// A text that is read as the same number, with three decimals at least where it has no exponent:
+/// "1.000", "0.1235", "0.30000000000000004", "1e+300".
 std::string FloatText(double value);
 
+/// The text of a value in units of the file that is read as the same number again, if there is one:
+/// degrees in radians may have none, and then come back within a rounding.
+std::string TextInUnit(double value, double unit);
+
 /// The same, but what would be 0.000 is "0".
-std::string ScalarText(double value);
+std::string ScalarText(double value, double unit = 1);
+
+/// Whether a text begins like what follows a number's digits: e6, E+6, e-06, e-. It need not be
+/// complete.
+bool StartsLikeExponent(std::string_view text);
+
+/// The length of the exponent at the start of a text; 0 if there is none.
+std::size_t ExponentLength(std::string_view text);
 
 /// True if `text` may stand in a world file without quotes.
 bool IsNumberToken(std::string_view text);

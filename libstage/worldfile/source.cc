@@ -9,6 +9,8 @@
 namespace Stg::worldfile {
 namespace {
 
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // of UTF-8
+
 bool IsLineEnd(char c) { return c == '\n' || c == '\r'; }
 
 }  // namespace
@@ -24,7 +26,8 @@ std::size_t LineEndLength(std::string_view text, std::size_t at) {
 }
 
 std::uint32_t SourceSet::Add(std::string name, std::string key, std::string text) {
-  sources_.push_back({std::move(name), std::move(key), std::move(text), {}});
+  const std::size_t start = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
+  sources_.push_back({std::move(name), std::move(key), std::move(text), start, {}});
   return static_cast<std::uint32_t>(sources_.size() - 1);
 }
 
@@ -49,9 +52,10 @@ SourceSet::Mark SourceSet::Advance(std::string_view text, Mark from, std::size_t
   return from;
 }
 
-std::vector<SourceSet::Mark> SourceSet::MakeMarks(std::string_view text) {
+std::vector<SourceSet::Mark> SourceSet::MakeMarks(const Source& source) {
   constexpr std::size_t kDistance = 4096;
-  std::vector<Mark> marks{Mark()};
+  const std::string_view text = source.text;
+  std::vector<Mark> marks{{source.start, 1, source.start}};
   while (marks.back().offset + kDistance < text.size()) {
     marks.push_back(Advance(text, marks.back(), marks.back().offset + kDistance));
   }
@@ -60,7 +64,7 @@ std::vector<SourceSet::Mark> SourceSet::MakeMarks(std::string_view text) {
 
 Place SourceSet::PlaceOf(std::uint32_t source, std::size_t offset) const {
   const Source& from = sources_[source];
-  if (from.marks.empty()) from.marks = MakeMarks(from.text);
+  if (from.marks.empty()) from.marks = MakeMarks(from);
   const auto after =
       std::upper_bound(from.marks.begin(), from.marks.end(), offset,
                        [](std::size_t wanted, const Mark& mark) { return wanted < mark.offset; });

@@ -34,6 +34,8 @@ class SourceSet {
   int Find(std::string_view key) const;
 
   std::string_view Text(std::uint32_t source) const { return sources_[source].text; }
+  /// Where it begins: behind a byte order mark, from where the columns of its first line count.
+  std::size_t Start(std::uint32_t source) const { return sources_[source].start; }
   const std::string& Name(std::uint32_t source) const { return sources_[source].name; }
   std::size_t Count() const { return sources_.size(); }
 
@@ -53,11 +55,12 @@ class SourceSet {
     std::string name;
     std::string key;
     std::string text;
+    std::size_t start = 0;
     mutable std::vector<Mark> marks;  // every few kilobytes; made when first asked for
   };
 
   static Mark Advance(std::string_view text, Mark from, std::size_t offset);
-  static std::vector<Mark> MakeMarks(std::string_view text);
+  static std::vector<Mark> MakeMarks(const Source& source);
 
   std::deque<Source> sources_;  // a deque, so that texts stay where they are
 };

@@ -231,8 +231,9 @@ void Worldfile::WriteTuple(const int entity, const char* name, const unsigned in
         break;
       default: {
         const double unit = format[i] == 'l' ? unit_length : format[i] == 'a' ? unit_angle : 1.0;
-        const double value = va_arg(args, double) / unit;
-        WriteValue(entity, name, at, worldfile::FloatText(value), std::isfinite(value));
+        const double value = va_arg(args, double);
+        WriteValue(entity, name, at, worldfile::TextInUnit(value, unit),
+                   std::isfinite(value / unit));
       }
     }
   }
@@ -271,7 +272,8 @@ void Worldfile::WriteFloat(int entity, const char* name, double value) {
 }
 
 void Worldfile::WriteLength(int entity, const char* name, double value) {
-  WriteFloat(entity, name, value / unit_length);
+  WriteValue(entity, name, 0, worldfile::ScalarText(value, unit_length),
+             std::isfinite(value / unit_length));
 }
 
 }  // namespace Stg

@@ -5,9 +5,9 @@
 //   - into the value's own place, if the value belongs to this entity alone;
 //   - into a new property of the instance, if the value is a macro's;
 //   - into the macro, if the entity is a child that a macro makes and all such children agree.
+
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -117,14 +117,13 @@ const Token& SavePlan::ValueToken(std::uint32_t property, std::size_t index) con
 }
 
 bool SavePlan::Changed(std::uint32_t property, const Written& values) const {
-  constexpr double kSame = 1e-6;  // what is lost in writing
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!values[i]) continue;
     const std::string_view old = document_.Text(ValueToken(property, i));
     if (old == *values[i]) continue;
     const ReadNumber before = ReadFloatText(old);
     const ReadNumber now = ReadFloatText(*values[i]);
-    const bool same = before.clean && now.clean && std::fabs(before.value - now.value) <= kSame;
+    const bool same = before.clean && now.clean && before.value == now.value;
     if (!same) return true;
   }
   return false;
