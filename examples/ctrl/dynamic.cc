@@ -16,7 +16,7 @@ constexpr double kSpread = 1.0;  // m from the model's origin, along x and y
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  std::printf("dynamic: %d boxes for %s\n", kBoxes, Stg::Printable(model->TokenStr()).c_str());
+  std::printf("dynamic: %d boxes for %s\n", kBoxes, Stg::Printable(model->TokenStr(), 80).c_str());
   for (int i = 0; i < kBoxes; i++) {
     Stg::Model* box = model->GetWorld()->CreateModel(model, "model");
     box->SetPose(Stg::Pose::Random(-kSpread, kSpread, -kSpread, kSpread));

@@ -21,7 +21,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
   std::vector<uint8_t> cells(kWidth * kHeight, 0);
   model->Rasterize(cells.data(), kWidth, kHeight, size.x / kWidth, size.y / kHeight);
 
-  std::printf("[Rasterize] %s in %u by %u cells:\n", Stg::Printable(model->TokenStr()).c_str(),
+  std::printf("[Rasterize] %s in %u by %u cells:\n", Stg::Printable(model->TokenStr(), 80).c_str(),
               kWidth, kHeight);
   for (unsigned row = kHeight; row-- > 0;) {
     std::string line;

@@ -19,7 +19,7 @@ int CountFlag(Stg::Model*, void*) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  std::printf("sink: %s takes flags\n", Stg::Printable(model->TokenStr()).c_str());
+  std::printf("sink: %s takes flags\n", Stg::Printable(model->TokenStr(), 80).c_str());
   model->AddCallback(Stg::Model::CB_FLAGINCR, CountFlag, nullptr);
   model->GetWorld()->SetProperty("delivered", &delivered);
   model->Subscribe();

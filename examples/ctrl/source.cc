@@ -40,7 +40,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
     ctrl::GiveUp("source", *model,
                  "found \"" + args->worldfile +
                      "\", expected a number of flags from 1 to 1000000, as in \"source 10\"");
-  std::printf("source: %s makes flags, up to %.0f\n", Stg::Printable(model->TokenStr()).c_str(),
+  std::printf("source: %s makes flags, up to %.0f\n", Stg::Printable(model->TokenStr(), 80).c_str(),
               zone->capacity);
   ctrl::CallOnUpdate<Zone, Produce>(model, zone);
   model->Subscribe();

@@ -24,8 +24,9 @@ void SetLogSink(const LogSink& sink);
 
 /// The text as one line that a terminal shows and doesn't obey: control characters, bytes that are
 /// not UTF-8 and marks that turn the direction of writing come out as \n, \t, \x1b. What it made
-/// stays as it is when it is given again. For names that come from files.
-std::string Printable(const std::string& text);
+/// stays as it is when it is given again. For names that come from files. Longer ones than that
+/// many bytes lose something in the middle.
+std::string Printable(const std::string& text, std::size_t longest = std::string::npos);
 
 namespace internal {
 

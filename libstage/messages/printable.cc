@@ -56,36 +56,39 @@ void AppendEscaped(char c, std::string* to) {
     *to += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 0xf]};
 }
 
+std::string WithoutMiddle(const std::string& text, std::size_t longest) {
+  constexpr std::string_view kGap = "...";
+  // The beginning tells more than the end, but names that were made by a program differ there.
+  std::size_t tail = text.size() - longest / 4;
+  std::size_t head = longest - std::min(longest, longest / 4 + kGap.size());
+  while (head > 0 && IsContinuation(text[head])) head--;
+  while (tail < text.size() && IsContinuation(text[tail])) tail++;
+  return text.substr(0, head).append(kGap).append(text, tail);
+}
+
 }  // namespace
 
-std::string Printable(const std::string& text) {
-  if (std::all_of(text.begin(), text.end(), IsPlain)) return text;
-  std::string result;
-  for (std::string_view rest = text; !rest.empty();) {
+std::string Printable(const std::string& text, std::size_t longest) {
+  const auto odd = std::find_if_not(text.begin(), text.end(), IsPlain);
+  std::string shown(text.begin(), odd);
+  for (std::string_view rest(text.data() + shown.size(), text.size() - shown.size());
+       !rest.empty();) {
     const Character first = FirstOf(rest);
     for (const char c : rest.substr(0, first.length)) {
       if (first.shown)
-        result += c;
+        shown += c;
       else
-        AppendEscaped(c, &result);
+        AppendEscaped(c, &shown);
     }
     rest.remove_prefix(first.length);
   }
-  return result;
+  return shown.size() <= longest ? shown : WithoutMiddle(shown, longest);
 }
 
 namespace messages {
 
 std::string Shortened(std::string_view text, std::size_t longest) {
-  constexpr std::string_view kGap = "...";
-  const std::string all = Printable(std::string(text));
-  if (all.size() <= longest) return all;
-  // The beginning tells more than the end, but names that were made by a program differ there.
-  std::size_t tail = all.size() - longest / 4;
-  std::size_t head = longest - kGap.size() - longest / 4;
-  while (head > 0 && IsContinuation(all[head])) head--;
-  while (tail < all.size() && IsContinuation(all[tail])) tail++;
-  return all.substr(0, head).append(kGap).append(all, tail);
+  return Printable(std::string(text), longest);
 }
 
 std::string Quoted(std::string_view text) { return "\"" + Shortened(text) + "\""; }

@@ -20,8 +20,7 @@ inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::
     const bool good = ranger && !ranger->GetSensors().empty() &&
                       ranger->GetSensors()[0].sample_count > kFewSamples;
     std::printf("%s: %s: is %s a laser? %s\n", controller.c_str(),
-                Stg::Printable(model.TokenStr()).c_str(), Stg::Printable(name).c_str(),
-                good ? "yes" : "no");
+                Stg::Printable(model.TokenStr(), 80).c_str(), name.c_str(), good ? "yes" : "no");
     if (good) return ranger;
   }
   GiveUp(controller, model,

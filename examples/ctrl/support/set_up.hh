@@ -22,8 +22,8 @@ struct Drive {
 /// Ends the program: a robot without its controller would make the whole run worthless.
 [[noreturn]] inline void GiveUp(const std::string& controller, const Stg::Model& model,
                                 const std::string& reason, int exit_status = 1) {
-  std::fprintf(stderr, "%s: %s: %s\n", controller.c_str(), Stg::Printable(model.TokenStr()).c_str(),
-               Stg::Printable(reason).c_str());
+  std::fprintf(stderr, "%s: %s: %s\n", controller.c_str(),
+               Stg::Printable(model.TokenStr(), 80).c_str(), Stg::Printable(reason, 200).c_str());
   std::exit(exit_status);
 }
 
