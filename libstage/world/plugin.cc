@@ -53,7 +53,13 @@ void* Open(const std::string& file, std::string* error) {
 
 void* OpenPlugin(const std::string& name, std::string* error) {
   const std::string file = WithSuffix(name);
-  if (name.find('/') != std::string::npos) return Open(file, error);
+  if (name.find('/') != std::string::npos) {
+    void* const handle = Open(file, error);
+    // The one who asks names it already, and shorter.
+    if (error->starts_with(file + ": ")) error->erase(0, file.size() + 2);
+    return handle;
+  }
+  constexpr std::size_t kFewBytes = 40;  // the message has the name already
   std::string tried;
   for (const std::string& folder : PluginFolders()) {
     const std::string path = folder + "/" + file;
@@ -61,8 +67,8 @@ void* OpenPlugin(const std::string& name, std::string* error) {
     tried += (tried.empty() ? "" : ", ") + folder;
   }
   if (void* handle = Open(file, error)) return handle;  // LD_LIBRARY_PATH, system folders
-  *error =
-      "there is no " + messages::Shortened(file) + " in " + tried + " nor where the system looks";
+  *error = "there is no " + messages::Shortened(file, kFewBytes) + " in " + tried +
+           " nor where the system looks";
   return nullptr;
 }
 

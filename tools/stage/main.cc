@@ -87,15 +87,17 @@ int Main(int argc, char* argv[]) {
 
 }  // namespace Stg::program
 
-static void Complain(const std::string& text) {
-  Stg::messages::Report(Stg::LogLevel::kError, "stage: " + text);
+static void Complain(const std::string& text, const char* advice = "") {
+  constexpr std::size_t kLongest = 250;  // bytes: it may quote anything
+  const std::string shown = Stg::messages::Shortened(text, kLongest);
+  Stg::messages::Report(Stg::LogLevel::kError, "stage: " + shown + advice);
 }
 
 int main(int argc, char* argv[]) {
   try {
     return Stg::program::Main(argc, argv);
   } catch (const Stg::program::UsageError& error) {
-    Complain(std::string(error.what()) + "; 'stage --help' explains the options");
+    Complain(error.what(), "; 'stage --help' explains the options");
     return Stg::program::kBadUsage;
   } catch (const Stg::program::WindowError& error) {
     Complain(error.what());
@@ -105,7 +107,7 @@ int main(int argc, char* argv[]) {
     std::fputs("stage: out of memory\n", stderr);
   } catch (const std::exception& error) {
     std::fflush(stdout);
-    Complain(Stg::messages::Shortened(error.what(), Stg::messages::kLongestDetail));
+    Complain(error.what());
   }
   return Stg::program::kFailure;
 }
