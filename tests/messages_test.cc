@@ -201,7 +201,7 @@ TEST_F(Messages, AnEmptyNameIsSaidWithItsPlace) {
     Write("w.world", std::string("model(\n name \"") + name + "\" )");
     const Result r = Stage({"-g", "--duration", "0.1", "w.world"});
     EXPECT_EQ(r.status, 0);
-    EXPECT_EQ(r.err, "w.world:2:7: warning: found an empty name, the model keeps \"model:0\"\n");
+    EXPECT_EQ(r.err, "w.world:2:7: warning: found an empty name, the model keeps \"model:1\"\n");
   }
 }
 

@@ -96,6 +96,8 @@ usec_t Microseconds(double value, double factor) {
 std::unique_ptr<sensing::Prefilter> ChoosePrefilter() {
   const RunOptions& options = World::run_options;
   if (!options.opencl) return nullptr;
+  if (options.device.size() > messages::kLongestDetail)  // the plug-in would repeat it in full
+    throw LoadError("stage: no OpenCL device matches " + messages::Quoted(options.device));
   std::string message;
   std::unique_ptr<sensing::Prefilter> prefilter = LoadPrefilter(options.device, &message);
   if (prefilter) return prefilter;
