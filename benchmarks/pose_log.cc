@@ -24,7 +24,7 @@ drives about) as lines time,robot,x,y,a,stalled: seconds, name, metres, metres, 
   --seconds S      simulated time to run (default 60)
   --every S        simulated time between lines of one robot (default 1); a step that ends later
                    than that, because steps are long, counts when it ends
-  --seed N         of all random numbers, those of controllers that call random() too (default 1)
+  --seed N         of all random numbers (default 1)
   --threads N      that trace rays (default 1)
   --nudge M        move every robot's start by M metres along x: how fast do runs drift apart?
   --speed V        no controller needed: every robot drives at V m/s ...

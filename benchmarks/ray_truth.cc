@@ -41,7 +41,7 @@ Which readings
                    the maximum range
 
 How it runs
-  --seed N         of all random numbers, those of controllers that call random() too (default 1)
+  --seed N         of all random numbers (default 1)
   --threads N      that trace rays (default 1)
 
 What comes out

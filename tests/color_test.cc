@@ -90,11 +90,11 @@ TEST(ColorTest, Prints) {
   EXPECT_EQ(testing::internal::GetCapturedStdout(), "hue [0.12 1.00 0.00 0.50]\n");
 }
 
-TEST(ColorTest, RandomColoursComeFromTheGlobalGenerator) {
-  RandomStream::Global().Seed(7);
+TEST(ColorTest, RandomColoursComeFromTheCurrentStream) {
+  RandomStream::Current().Seed(7);
   const Color first = Color::RandomColor();
   const Color second = Color::RandomColor();
-  RandomStream::Global().Seed(7);
+  RandomStream::Current().Seed(7);
   const Color again = Color::RandomColor();
   EXPECT_TRUE(Same(again, first.r, first.g, first.b, 1));
   EXPECT_TRUE(first != second);
@@ -115,9 +115,9 @@ TEST(ColorTest, ColorWinsOverColorRgba) {
 }
 
 TEST(ColorTest, LoadRandom) {
-  RandomStream::Global().Seed(3);
+  RandomStream::Current().Seed(3);
   const Color expected = Color::RandomColor();
-  RandomStream::Global().Seed(3);
+  RandomStream::Current().Seed(3);
   const Color color = LoadFrom("model( color \"random\" )");
   EXPECT_TRUE(Same(color, expected.r, expected.g, expected.b, 1));
 }

@@ -24,10 +24,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A world that has not been run yet.
 class ControllerRun : public testing::Test {
  protected:
-  void SetUp() override {
-    Stg::Init(nullptr, nullptr);
-    srandom(1);  // as if it had never been used
-  }
+  void SetUp() override { Stg::Init(nullptr, nullptr); }
 
   void Load(const std::string& text) {
     std::istringstream content(text);

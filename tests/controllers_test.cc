@@ -76,8 +76,9 @@ TEST(ArgumentsTest, RefusesWhatIsNoNumberWithinTheBounds) {
 
 /// Calls the rule with a fixed random number.
 std::optional<ctrl::ObstacleCommand> Avoid(const std::vector<double>& ranges, ObstacleState* state,
-                                           long random_number = 3) {
-  return AvoidObstacles(ranges, ObstacleRule(), state, [=] { return random_number; });
+                                           unsigned random_number = 3) {
+  return AvoidObstacles(ranges, ObstacleRule(), state,
+                        [=](unsigned choices) { return random_number % choices; });
 }
 
 /// Nine ranges of 5 m, except one.

@@ -302,8 +302,6 @@ TEST(StepCosts, NothingIsLeftBehind) {
 
 /// The hash after so many steps of a world, measured before or not, and once again in between.
 uint64_t HashAfter(const std::string& file, bool measure, int steps) {
-  srandom(1);  // controllers use these
-  srand48(1);
   const auto world = EmptyWorld();
   testing::internal::CaptureStdout();
   EXPECT_TRUE(world->Load(file));

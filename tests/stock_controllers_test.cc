@@ -23,8 +23,6 @@ Pose At(double x, double y) { return Pose(x, y, 0, 0); }
 
 class StockRun : public testing::Test {
  protected:
-  void SetUp() override { srandom(1); }
-
   void Load(const std::string& text) { world_ = LoadText(text); }
 
   void RunFor(double seconds) {
@@ -201,8 +199,6 @@ TEST_F(StockRun, ForagersRepeatWithAnyNumberOfThreads) {
   std::vector<uint64_t> hashes;
   for (const int threads : {1, 4, 1}) {
     World::run_options.threads = threads;
-    srandom(1);
-    srand48(1);
     Load(Fasr2World(Forager("-3 -3 0 0", kPlenty + "ctrl \"fasr2 red\"")));
     RunFor(60);
     hashes.push_back(world_->StateHash());

@@ -83,7 +83,6 @@ inline Stg::World* LoadWorld(int argc, char* argv[], const CommonOptions& option
   Stg::Init(&argc, &argv);
   Stg::World::run_options.seed = options.seed;
   Stg::World::run_options.threads = options.threads;
-  srandom(static_cast<unsigned>(options.seed));
   static Stg::World* const world = new Stg::World;
   return world->Load(options.world) ? world : nullptr;
 }

@@ -76,7 +76,8 @@ Stg::Pose FrameOnRobot(const Stg::ModelRanger& ranger, const Stg::Model& robot) 
 
 /// The disc about the origin of the model that its body and the margin fit in.
 double RadiusOf(const Stg::Geom& geom, double margin) {
-  return std::hypot(geom.pose.x, geom.pose.y) + std::hypot(geom.size.x, geom.size.y) / 2 + margin;
+  return Stg::Hypotenuse(geom.pose.x, geom.pose.y) + Stg::Hypotenuse(geom.size.x, geom.size.y) / 2 +
+         margin;
 }
 
 /// Subscribes to a ranger and looks through all its sensors from now on.

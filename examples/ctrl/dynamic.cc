@@ -19,7 +19,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
   std::printf("dynamic: %d boxes for %s\n", kBoxes, Stg::Printable(model->TokenStr(), 80).c_str());
   for (int i = 0; i < kBoxes; i++) {
     Stg::Model* box = model->GetWorld()->CreateModel(model, "model");
-    box->SetPose(Stg::Pose::Random(-kSpread, kSpread, -kSpread, kSpread));
+    box->SetPose(Stg::Pose::Random(model->random(), -kSpread, kSpread, -kSpread, kSpread));
     box->SetGeom(Stg::Geom(Stg::Pose(), Stg::Size(kSide, kSide, kSide)));
     box->SetColor(Stg::Color::blue);
   }

@@ -95,7 +95,7 @@ void SetGoal(Robot* robot, Stg::Model* goal) {
 
 void ChooseTask(Robot* robot) {
   std::deque<Task>& tasks = robot->shared->tasks;
-  robot->task = &tasks[static_cast<size_t>(random()) % tasks.size()];
+  robot->task = &tasks[robot->position->random().Choose(static_cast<uint32_t>(tasks.size()))];
   robot->task->participants++;
 }
 
@@ -103,7 +103,7 @@ void ChooseTask(Robot* robot) {
 bool Load(Robot* robot, bool inside) {
   const unsigned carried = robot->position->GetFlagCount();
   if (inside && carried == 0) robot->waiting = true;
-  if (robot->waiting && drand48() < kChanceToGiveUp) {
+  if (robot->waiting && robot->position->random().Uniform() < kChanceToGiveUp) {
     robot->force_recharge = true;
     robot->task->participants--;
     robot->waiting = false;

@@ -4,8 +4,6 @@
 // one, normally distributed. Callbacks are called in the order in which they were registered: to be
 // noticed, it has to come before the controllers that use the ranges. Exit status 1: not a ranger.
 
-#include <cstdlib>
-
 #include "support/set_up.hh"
 
 namespace {
@@ -13,15 +11,15 @@ namespace {
 constexpr double kDeviation = 0.05;
 
 /// Mean 1. The sum of twelve uniform numbers is close to a normal distribution of variance 1.
-double Noise() {
+double Noise(Stg::RandomStream* random) {
   double sum = 0;
-  for (int i = 0; i < 12; i++) sum += rand() / (RAND_MAX + 1.0);
+  for (int i = 0; i < 12; i++) sum += random->Uniform();
   return 1.0 + kDeviation * (sum - 6.0);
 }
 
 void AddNoise(Stg::ModelRanger* ranger) {
   if (ranger->GetSensors().empty()) return;
-  for (double& range : ranger->GetSensorsMutable()[0].ranges) range *= Noise();
+  for (double& range : ranger->GetSensorsMutable()[0].ranges) range *= Noise(&ranger->random());
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ void Drive(Robot* robot) {
   if (drive->forward > 0) {
     if (robot->has_neighbour) drive->turn += kFlockGain * robot->neighbour_heading;
   } else if (std::fabs(drive->turn) < kLittleTurn) {
-    drive->turn = drand48();
+    drive->turn = robot->position->random().Uniform();
   }
   robot->position->SetSpeed(drive->forward, 0, drive->turn);
 }

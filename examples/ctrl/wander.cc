@@ -5,8 +5,6 @@
 // Uses the first of the robot's children ranger:0 to ranger:15 whose first sensor has more than 8
 // samples. Exit status 1: not a position model; 2: no such ranger.
 
-#include <stdlib.h>
-
 #include "support/find_laser.hh"
 #include "support/obstacle_rule.hh"
 
@@ -21,9 +19,8 @@ struct Robot {
 void Update(Robot* robot) {
   const auto& sensors = robot->laser->GetSensors();
   if (sensors.empty()) return;
-  // random() without a seed: the same numbers in every run.
   const auto command = ctrl::AvoidObstacles(sensors[0].ranges, ctrl::ObstacleRule(), &robot->state,
-                                            [] { return random(); });
+                                            ctrl::DrawFrom(robot->position));
   if (!command) return;
   robot->position->SetXSpeed(command->forward);
   if (command->turn) robot->position->SetTurnSpeed(*command->turn);

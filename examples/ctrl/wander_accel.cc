@@ -5,8 +5,6 @@
 // Uses the first of the robot's children ranger:0 to ranger:15 whose first sensor has more than 8
 // samples. Exit status 1: not a position model; 2: no such ranger.
 
-#include <stdlib.h>
-
 #include "support/find_laser.hh"
 #include "support/obstacle_rule.hh"
 
@@ -23,7 +21,7 @@ void Update(Robot* robot) {
   const auto& sensors = robot->laser->GetSensors();
   if (sensors.empty()) return;
   const auto command = ctrl::AvoidObstacles(sensors[0].ranges, ctrl::ObstacleRule(), &robot->state,
-                                            [] { return random(); });
+                                            ctrl::DrawFrom(robot->position));
   if (!command) return;
   if (command->turn) robot->turn = *command->turn;
   // What it takes to have the wanted speeds after one update.

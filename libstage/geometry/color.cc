@@ -38,8 +38,9 @@ bool Color::Lookup(const std::string& name, Color* color) {
   return true;
 }
 
-Color Color::RandomColor() {
-  RandomStream& random = RandomStream::Global();
+Color Color::RandomColor() { return RandomColor(RandomStream::Current()); }
+
+Color Color::RandomColor(RandomStream& random) {
   Color color;
   color.r = random.Uniform();
   color.g = random.Uniform();

@@ -6,6 +6,7 @@
 
 namespace Stg {
 
+class RandomStream;
 class Worldfile;
 
 /// A colour: red, green, blue and opacity, nominally 0..1, stored as given.
@@ -31,8 +32,9 @@ class Color {
   /// Sets *color, opaque, if `name` is an X11 colour name; else returns false.
   static bool Lookup(const std::string& name, Color* color);
 
-  /// An opaque colour from RandomStream::Global().
+  /// An opaque colour, from RandomStream::Current() or the stream given.
   static Color RandomColor();
+  static Color RandomColor(RandomStream& random);
 
   /// Prints `PREFIX [r g b a]` with two decimals on standard output.
   void Print(const char* prefix) const;

@@ -5,7 +5,6 @@
 #include <cstdio>
 
 #include "geometry/random.hh"
-#include "geometry/trigonometry.hh"
 
 namespace Stg {
 
@@ -28,7 +27,11 @@ double constrain(double val, double minval, double maxval) {
 }
 
 Pose Pose::Random(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax) {
-  RandomStream& random = RandomStream::Global();
+  return Random(RandomStream::Current(), xmin, xmax, ymin, ymax);
+}
+
+Pose Pose::Random(RandomStream& random, meters_t xmin, meters_t xmax, meters_t ymin,
+                  meters_t ymax) {
   const double x = random.Uniform(xmin, xmax);
   const double y = random.Uniform(ymin, ymax);
   return Pose(x, y, 0, normalize(random.Uniform(0, 2.0 * M_PI)));

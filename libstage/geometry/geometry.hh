@@ -13,8 +13,11 @@
 #include <cmath>
 #include <string>
 
+#include "geometry/trigonometry.hh"
+
 namespace Stg {
 
+class RandomStream;
 class Worldfile;
 
 typedef uint32_t id_t;
@@ -70,8 +73,11 @@ class Pose {
   Pose& operator=(const Pose&) = default;
   virtual ~Pose() {}
 
-  /// Uniform in the rectangle and over all headings, z = 0.
+  /// Uniform in the rectangle and over all headings, z = 0; from RandomStream::Current() or the
+  /// stream given.
   static Pose Random(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax);
+  static Pose Random(RandomStream& random, meters_t xmin, meters_t xmax, meters_t ymin,
+                     meters_t ymax);
 
   virtual void Print(const char* prefix) const;
   /// "[ x y z a ]", three decimals each.
@@ -87,7 +93,7 @@ class Pose {
   bool operator==(const Pose& o) const { return x == o.x && y == o.y && z == o.z && a == o.a; }
   bool operator!=(const Pose& o) const { return !(*this == o); }
   /// Distance in the plane.
-  meters_t Distance(const Pose& other) const { return std::hypot(x - other.x, y - other.y); }
+  meters_t Distance(const Pose& other) const { return Hypotenuse(x - other.x, y - other.y); }
 
   Pose& Load(Worldfile* wf, int section, const char* keyword);
   void Save(Worldfile* wf, int section, const char* keyword);

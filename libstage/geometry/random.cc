@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "geometry/random.hh"
 
+#include <atomic>
 #include <bit>
 
 namespace Stg {
@@ -13,6 +14,14 @@ std::uint64_t SplitMix(std::uint64_t& state) {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
   return z ^ (z >> 31);
+}
+
+std::atomic<std::uint64_t> seed_of_threads{1};
+thread_local RandomScope* innermost_scope = nullptr;
+
+RandomStream& StreamOfThread() {
+  static thread_local RandomStream stream(seed_of_threads);
+  return stream;
 }
 
 }  // namespace
@@ -40,9 +49,42 @@ double RandomStream::Uniform(double lo, double hi) {
   return value < hi ? value : lo;  // rounding may reach hi
 }
 
-RandomStream& RandomStream::Global() {
-  static RandomStream generator(1);
-  return generator;
+std::uint32_t RandomStream::Choose(std::uint32_t count) {
+  // The upper half of a product: all numbers are equally likely, but for one part in 2^32.
+  return static_cast<std::uint32_t>((Next() >> 32) * count >> 32);
 }
+
+RandomStream& RandomStream::Current() {
+  for (const RandomScope* scope = innermost_scope; scope; scope = scope->outer_)
+    if (scope->stream_) return scope->stream_->Get();
+  return StreamOfThread();
+}
+
+void RandomStream::SeedThreads(std::uint64_t seed) {
+  seed_of_threads = seed;
+  StreamOfThread().Seed(seed);
+}
+
+std::uint64_t MixSeeds(std::uint64_t seed, std::uint64_t part) {
+  std::uint64_t mixed = SplitMix(seed) ^ part;
+  return SplitMix(mixed);
+}
+
+// A callback may delete the model, or the world, whose it is.
+LazyRandomStream::~LazyRandomStream() {
+  for (RandomScope* scope = innermost_scope; scope; scope = scope->outer_)
+    if (scope->stream_ == this) scope->stream_ = nullptr;
+}
+
+RandomStream& LazyRandomStream::Get() {
+  if (!stream_) stream_.reset(new RandomStream(seed_));
+  return *stream_;
+}
+
+RandomScope::RandomScope(LazyRandomStream* stream) : stream_(stream), outer_(innermost_scope) {
+  innermost_scope = this;
+}
+
+RandomScope::~RandomScope() { innermost_scope = outer_; }
 
 }  // namespace Stg

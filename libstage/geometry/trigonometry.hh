@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Sine, cosine and arc tangent that give the same bits on every processor.
+// Sine, cosine, arc tangent and hypotenuse that give the same bits on every processor.
 //
-// A C library picks variants of sin() and cos() by processor (with or without fused multiply-add),
-// and these differ in the last bit; so would trajectories, from one machine to the next. Here only
-// IEEE additions and multiplications are used, so that the results depend on the argument alone.
-// Method: Cody-Waite reduction by pi/2 in three parts and the minimax polynomials of Sun's fdlibm
+// A C library picks variants of sin() and the like by processor (with or without fused
+// multiply-add), and these differ in the last bit; so would trajectories, from one machine to the
+// next. Here only operations are used that IEEE 754 rounds correctly, additions, multiplications,
+// divisions and square roots, so that the results depend on the argument alone. Method of sine and
+// cosine: Cody-Waite reduction by pi/2 in three parts and the minimax polynomials of Sun's fdlibm
 // (K. C. Ng, 1993), error below one unit in the last place for |angle| up to about 1e6.
 
 #ifndef STAGE_GEOMETRY_TRIGONOMETRY_HH
 #define STAGE_GEOMETRY_TRIGONOMETRY_HH
 
 #include <cmath>
+
+#include "geometry/arithmetic.hh"
 
 namespace Stg {
 
@@ -127,6 +130,17 @@ inline double ArcTangent(double y, double x) {
   if (x < 0 || (ay == 0 && std::signbit(x)))
     angle = M_PI - (angle - 1.22464679914735317720e-16);  // pi has more digits than M_PI
   return std::copysign(angle, y);
+}
+
+/// The length of (x, y): what hypot() gives, to two units in the last place. Infinite if a part is.
+inline double Hypotenuse(double x, double y) {
+  const double square = x * x + y * y;
+  if (square > 1e-280 && square < 1e300) return std::sqrt(square);
+  // The squares are beyond what a number holds, or their sum is 0 or NaN.
+  const double ax = std::fabs(x), ay = std::fabs(y), most = ax > ay ? ax : ay;
+  if (std::isinf(ax) || std::isinf(ay)) return HUGE_VAL;
+  if (!(most > 0)) return ax + ay;
+  return most * std::sqrt((ax / most) * (ax / most) + (ay / most) * (ay / most));
 }
 
 }  // namespace Stg

@@ -188,6 +188,7 @@ void ModelCamera::DrawFloor() {
 }
 
 void ModelCamera::HashState(StateHasher& hasher) const {
+  Model::HashState(hasher);
   for (const GLfloat depth : picture_->depth) hasher.Add(static_cast<double>(depth));
   for (const camera::Rgba& c : picture_->color)
     hasher.Add(static_cast<double>(c.r * 65536 + c.g * 256 + c.b));

@@ -11,6 +11,7 @@
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/flag.hh"
+#include "models/noise.hh"
 #include "models/own_windows.hh"
 #include "models/power_pack.hh"
 #include "models/warn_about.hh"
@@ -37,6 +38,15 @@ void SetFinite(const Model& model, const char* name, double value, double* targe
     *target = value;
   else
     WarnAbout(model, "refused the %s %f, which is not finite", name, value);
+}
+
+Ancestor& AboveOf(Model* parent, World* world) {
+  return parent ? static_cast<Ancestor&>(*parent) : *world;
+}
+
+/// Names have no part in it, as they may change.
+uint64_t SeedOfPlace(uint64_t seed_above, const std::string& type, unsigned int count) {
+  return MixSeeds(MixSeeds(seed_above, HashOf(type)), count);
 }
 
 std::string AutomaticName(const Ancestor& above, const Model* parent, const std::string& type,
@@ -83,8 +93,11 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       callback_run_(0),
       serial_update_callbacks_(false),
       hidden_from_rangers_(false),
-      loaded_(false) {
-  Ancestor& above = parent ? static_cast<Ancestor&>(*parent) : *world;
+      loaded_(false),
+      shares_name_(false),
+      random_(SeedOfPlace(parent_ ? parent_->random_.seed() : world_->seed(), type_,
+                          AboveOf(parent_, world_).CountOfType(type_))) {
+  Ancestor& above = AboveOf(parent, world);
   const unsigned int count = above.CountOfType(type);
   Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);
   above.AddChild(this);
@@ -373,10 +386,10 @@ bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, m
     WarnAbout(*this, "refused to look for a place in a rectangle that is not finite");
     return false;
   }
-  SetPose(Pose::Random(xmin, xmax, ymin, ymax));
+  SetPose(Pose::Random(random(), xmin, xmax, ymin, ymax));
   for (size_t i = 0; HasCollision(); i++) {
     if (max_iter > 0 && i >= max_iter) return false;
-    SetPose(Pose::Random(xmin, xmax, ymin, ymax));
+    SetPose(Pose::Random(random(), xmin, xmax, ymin, ymax));
   }
   return true;
 }
@@ -476,6 +489,7 @@ int Model::CallCallbacks(callback_type_t t) {
   // By index, for a callback may add callbacks (called from the next round on), remove any, or
   // delete the model: then the rest is not called and nothing of it is touched any more.
   const std::shared_ptr<Callbacks> callbacks = callbacks_;
+  const RandomScope random_numbers(&random_);
   const size_t count = callbacks->all.size();
   callbacks->rounds++;
   for (size_t i = 0; i < count && !callbacks->orphaned; i++) {
@@ -488,6 +502,12 @@ int Model::CallCallbacks(callback_type_t t) {
 }
 
 // ---- sensing ------------------------------------------------------------------------------------
+
+/// By the name, unless another model has had it.
+uint64_t Model::NoiseSeed(const std::string& device) const {
+  const uint64_t seed = world->seed() ^ HashOf(device);
+  return shares_name_ ? MixSeeds(seed, random_.seed()) : seed;
+}
 
 void Model::PlaceFan(sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model) {
   fan->exact = world->IsExact(model);

@@ -18,6 +18,7 @@
 
 #include "geometry/color.hh"
 #include "geometry/geometry.hh"
+#include "geometry/random.hh"
 #include "grid/ray_model.hh"
 #include "models/ancestor.hh"
 
@@ -238,6 +239,14 @@ class Model : public Ancestor {
     bool operator==(const cb_t& o) const { return callback == o.callback; }
   };
 
+  // ---- chance ----
+
+  /// The model's own random numbers, for its controller: seeded by the world's seed and by the
+  /// model's place, that is the how-manieth child of its type it was made as, of which parent.
+  /// Neither other models' draws or names, nor other worlds, nor threads have a say in them. A
+  /// parallel callback may draw from the streams of its own tree.
+  RandomStream& random() { return random_.Get(); }
+
   // ---- appearance and visibility ----
 
   Color GetColor() const { return color; }
@@ -391,6 +400,8 @@ class Model : public Ancestor {
   void PlaceFan(internal::sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model);
   /// The cells of the fan's layer that hold only this model's tree.
   const internal::sensing::Window& OwnWindow(const internal::sensing::Fan& fan);
+  /// For the errors of a device that is called so: another one for each device of a world.
+  uint64_t NoiseSeed(const std::string& device) const;
 
   bool alwayson;
   bool boundary;
@@ -477,6 +488,8 @@ class Model : public Ancestor {
   bool serial_update_callbacks_;          // has had one of CB_UPDATE that may not be parallel
   bool hidden_from_rangers_;              // its body was drawn while rangers looked through it
   bool loaded_;                           // not for the first time, if it loads again
+  bool shares_name_;                      // another model had its name before
+  LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
 };
 

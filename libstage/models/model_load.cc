@@ -81,6 +81,7 @@ void Model::SetWorldfile(Worldfile* file, int entity) {
 }
 
 void Model::Load(Worldfile* file, int entity) {
+  const RandomScope random_numbers(&random_);
   SetWorldfile(file, entity);
   Load();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Errors of sensors. Each sensor draws them from a stream of its own, seeded with the world's seed
-// and its name, so that no other sensor and no thread has a say in them.
+// and its name (Model::NoiseSeed()), so that no other sensor and no thread has a say in them.
 
 #ifndef STAGE_MODELS_NOISE_HH
 #define STAGE_MODELS_NOISE_HH

@@ -214,7 +214,7 @@ void ModelRanger::Prepare(Sensor* sensor, uint32_t index) {
   }
   sensor->Resize();
   if (sensor->seeded_ || sensor->sample_count == 0) return;
-  sensor->random_.Seed(world->seed() ^ HashOf(token + "/" + std::to_string(index)));
+  sensor->random_.Seed(NoiseSeed(token + "/" + std::to_string(index)));
   sensor->seeded_ = true;
 }
 

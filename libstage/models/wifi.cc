@@ -179,7 +179,7 @@ double ModelWifi::Loss(double distance) {
 /// If the other device may be in reach.
 void ModelWifi::AddPath(const ModelWifi& other, const Pose& here) {
   if (!seeded_) {
-    random_.Seed(world->seed() ^ HashOf(token));
+    random_.Seed(NoiseSeed(token));
     seeded_ = true;
   }
   const Pose there = other.GetGlobalPose();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
 #include <clocale>
-#include <cstdlib>
 
 #include "stage.hh"
 #include "stage_config.hh"
@@ -23,9 +22,7 @@ void Init(int* argc, char** argv[]) {
   World::args.clear();
   if (argc && *argc > 0 && argv && *argv)
     for (int i = 0; i < *argc; i++) World::args.push_back((*argv)[i]);
-  // Controllers may use drand48(); it is seeded like everything else, so that runs repeat.
-  srand48(static_cast<long>(World::run_options.seed));
-  RandomStream::Global().Seed(World::run_options.seed);
+  RandomStream::SeedThreads(World::run_options.seed);
   std::setlocale(LC_ALL, "POSIX");
   RegisterModels();
   init_done = true;

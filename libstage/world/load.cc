@@ -128,7 +128,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
   load_status_ = 0;
   engine_->statistics = RunStatistics();
   engine_->controllers_left_out = 0;
-  RandomStream::Global().Seed(seed_);  // random colours and poses
+  const RandomScope random_numbers(&random_);
   try {
     wf = std::make_unique<Worldfile>();
     if (content)
@@ -189,7 +189,10 @@ void World::ApplyRunOptions() {
 void World::Reload() {
   if (!wf) return;
   try {
-    for (Model* model : engine_->models) model->Load();
+    for (Model* model : engine_->models) {
+      const RandomScope random_numbers(&model->random_);
+      model->Load();
+    }
   } catch (const LoadError& error) {
     messages::Report(LogLevel::kError, error.what());
   }
@@ -300,6 +303,7 @@ void World::LoadEntity(int entity, std::vector<Model*>* models) {
   } else if (type == "block") {
     parent_model->LoadBlock(wf.get(), entity);
   } else if (type == "sensor") {
+    const RandomScope random_numbers(&parent_model->random_);
     static_cast<ModelRanger*>(parent_model)->LoadSensor(wf.get(), entity);
   } else {
     const auto creator = Model::name_map.find(type);

@@ -50,6 +50,7 @@ bool World::Update(void) {
   if (PastQuitTime() || TestQuit()) return true;
   if (show_clock && updates % std::max(1u, show_clock_interval) == 0) PrintClock();
 
+  const RandomScope random_numbers(&random_);
   sim_time += sim_interval;
   PhaseSeconds& seconds = engine_->statistics.seconds;
   const double start = WallClock();
@@ -89,10 +90,12 @@ void World::RunDueEvents() {
 
 void World::RunDueEvent(size_t index) {
   const Scheduler::Event event = engine_->due[index];
-  if (event.callback)
+  if (event.callback) {
+    const RandomScope random_numbers(event.model ? &event.model->random_ : &random_);
     event.callback(event.model, event.arg);
-  else if (event.model && event.model->ExpectsUpdate(event.chain))
+  } else if (event.model && event.model->ExpectsUpdate(event.chain)) {
     event.model->Update();
+  }
   if (!run_options.batch) FinishRays();
 }
 

@@ -114,7 +114,7 @@ void World::UnLoad() {
   wf.reset();
   quit_ = false;
   SetDefaults();
-  random_.Seed(seed_);
+  random_.Restart();
   token = "[unloaded]";
   MakeGround();
 }
@@ -135,7 +135,11 @@ void World::AddModel(Model* mod) {
   AddModelName(mod, mod->TokenStr());
 }
 
-void World::AddModelName(Model* mod, const std::string& name) { engine_->names[name] = mod; }
+void World::AddModelName(Model* mod, const std::string& name) {
+  Model*& bearer = engine_->names.try_emplace(name, mod).first->second;
+  mod->shares_name_ = bearer != mod;
+  bearer = mod;
+}
 
 void World::RemoveModel(Model* mod) {
   WorldEngine& e = *engine_;

@@ -230,7 +230,8 @@ class World : public Ancestor {
   /// FNV-1a over what the models feed to Model::HashState(), in the order of the models.
   uint64_t StateHash() const;
   uint64_t seed() const { return seed_; }
-  RandomStream& random() { return random_; }
+  /// The world's own random numbers; see Model::random() too.
+  RandomStream& random() { return random_.Get(); }
 
   // ---- for the models ----
 
@@ -314,7 +315,7 @@ class World : public Ancestor {
   std::vector<UpdateCallback> update_callbacks_;
   const double default_ppm_;
   uint64_t seed_;
-  RandomStream random_;
+  LazyRandomStream random_;
   int load_status_;
   usec_t simulated_before_;  // by what was loaded before
   std::atomic<bool> quit_;

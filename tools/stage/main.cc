@@ -4,6 +4,7 @@
 
 #include <cinttypes>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <memory>
 #include <new>
@@ -78,6 +79,9 @@ int Main(int argc, char* argv[]) {
       break;
   }
   World::run_options = options.run;  // before Init(), which seeds the random numbers
+  // The library leaves the C library's generators alone; controllers of old use them.
+  srand48(static_cast<long>(options.run.seed));
+  srandom(static_cast<unsigned>(options.run.seed));
   World::ctrlargs = options.controller_args;
   Init(&argc, &argv);
   return options.action == Options::Action::kExplain ? Explain(options) : Run(options);

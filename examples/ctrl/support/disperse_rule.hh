@@ -87,7 +87,8 @@ struct RayTable {
   size_t size() const { return cosine.size(); }
 
   static size_t SectorOf(const Stg::SineCosine& direction) {
-    const double turns = std::atan2(direction.sine, direction.cosine) / (2 * M_PI);  // -0.5 to 0.5
+    const double turns =
+        Stg::ArcTangent(direction.sine, direction.cosine) / (2 * M_PI);  // -0.5 to 0.5
     const double sector = std::floor((turns < 0 ? turns + 1 : turns) * kSectors + 0.5);
     return static_cast<size_t>(sector) % kSectors;
   }
@@ -290,9 +291,9 @@ inline Drive Disperse(const Surroundings& seen, double radius, const DisperseRul
   // Full speed from a few radii of room on, so that the robot comes to a gentle halt.
   const double room = (seen.free_path - radius) / (4.0 * radius);
   const double facing = goal.x / std::sqrt(goal.x * goal.x + goal.y * goal.y);
-  return Drive{
-      rule.speed * std::max(0.0, std::min(urge, room)) * std::max(0.0, facing),
-      Stg::constrain(rule.gain * urge * std::atan2(goal.y, goal.x), -rule.max_turn, rule.max_turn)};
+  return Drive{rule.speed * std::max(0.0, std::min(urge, room)) * std::max(0.0, facing),
+               Stg::constrain(rule.gain * urge * Stg::ArcTangent(goal.y, goal.x), -rule.max_turn,
+                              rule.max_turn)};
 }
 
 }  // namespace ctrl

@@ -54,7 +54,7 @@ struct ExpandRule {
 inline std::optional<Drive> Expand(SensorSpan sensors, const ExpandRule& rule) {
   const Stg::point_t open = OpenSpace(sensors);
   if (open.x == 0.0 || open.y == 0.0) return std::nullopt;
-  const double theta = std::atan2(open.y, open.x);
+  const double theta = Stg::ArcTangent(open.y, open.x);
   bool clear = std::fabs(theta) < rule.ahead;
   for (const Clearance& c : rule.clearances)
     clear = clear && Reading(sensors[c.sensor]) > c.distance;

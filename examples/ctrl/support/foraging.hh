@@ -6,8 +6,6 @@
 #ifndef EXAMPLES_CTRL_SUPPORT_FORAGING_HH
 #define EXAMPLES_CTRL_SUPPORT_FORAGING_HH
 
-#include <cstdlib>
-
 #include "obstacle_rule.hh"
 #include "set_up.hh"
 
@@ -42,7 +40,7 @@ inline bool AvoidObstaclesInTheWay(const Stg::ModelRanger& laser, Stg::ModelPosi
                                    ObstacleState* state) {
   if (laser.GetSensors().empty()) return false;
   const auto command =
-      AvoidObstacles(laser.GetSensors()[0].ranges, kForagerRule, state, [] { return random(); });
+      AvoidObstacles(laser.GetSensors()[0].ranges, kForagerRule, state, DrawFrom(position));
   if (!command || !command->avoiding) return false;
   position->SetXSpeed(command->forward);
   if (command->turn) position->SetTurnSpeed(*command->turn);

@@ -51,8 +51,8 @@ inline ObstacleView LookForObstacles(const std::vector<double>& ranges, const Ob
   return view;
 }
 
-/// One update; nothing where there are no ranges. `draw` returns a random integer of 0 or more and
-/// is called once, at the beginning of a turn.
+/// One update; nothing where there are no ranges. `draw` is called once, at the beginning of a
+/// turn, with a number of choices: it returns one of them, counted from 0.
 template <class Draw>
 std::optional<ObstacleCommand> AvoidObstacles(const std::vector<double>& ranges,
                                               const ObstacleRule& rule, ObstacleState* state,
@@ -65,7 +65,8 @@ std::optional<ObstacleCommand> AvoidObstacles(const std::vector<double>& ranges,
   }
   ObstacleCommand command{view.stop ? 0.0 : rule.avoid_speed, std::nullopt, true};
   if (state->avoid_count < 1) {
-    state->avoid_count = rule.avoid_duration + static_cast<int>(draw() % rule.avoid_duration);
+    const unsigned choices = static_cast<unsigned>(rule.avoid_duration);
+    state->avoid_count = rule.avoid_duration + static_cast<int>(draw(choices));
     command.turn = view.min_left < view.min_right ? -rule.avoid_turn : rule.avoid_turn;
   }
   state->avoid_count--;

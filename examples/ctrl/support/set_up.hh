@@ -62,6 +62,11 @@ void CallOnUpdateInParallel(Stg::Model* sensor, Robot* robot) {
   sensor->AddParallelCallback(Stg::Model::CB_UPDATE, CallUpdate<Robot, kUpdate>, robot);
 }
 
+/// Chooses one of so many, counted from 0, by the model's own random numbers.
+inline auto DrawFrom(Stg::Model* model) {
+  return [model](unsigned choices) { return model->random().Choose(choices); };
+}
+
 /// The state of one more robot. States live as long as the process, since nobody tells a
 /// controller when its model is deleted.
 template <class Robot>

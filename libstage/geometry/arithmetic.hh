@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What all results rest on: doubles as IEEE 754 says, each operation rounded on its own. Compilers
+// that are told to do something else are refused here, as nobody would notice afterwards that
+// simulations no longer repeat from one machine to the next. Part of <stage.hh>.
+
+#ifndef STAGE_GEOMETRY_ARITHMETIC_HH
+#define STAGE_GEOMETRY_ARITHMETIC_HH
+
+#include <cfloat>
+
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
+#error "Stage: -ffast-math (part of -Ofast) or a part of it changes results; compile without it"
+#elif !defined(FLT_EVAL_METHOD) || FLT_EVAL_METHOD != 0
+#error "Stage: x87 arithmetic changes results; compile for SSE2: -msse2 -mfpmath=sse"
+#endif
+
+#endif

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Runs repeat whatever else goes on in the process: all shipped worlds, and one for each stock
+// controller (tests/data/controllers).
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "stage.hh"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kSteps = 300;
+
+/// Those in which somebody draws random numbers that the state hash shows.
+const std::set<std::string> kRandom = {
+    "dynamic", "fasr", "fasr2",  "foraging",     "lasernoise", "pioneer_flocking",
+    "simple",  "sink", "wander", "wander_accel", "zoo"};
+
+fs::path Source() {
+  const char* folder = std::getenv("STAGE_SOURCE_DIR");
+  return folder ? folder : "..";
+}
+
+std::vector<fs::path> FilesIn(const fs::path& folder, const std::string& extension) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(Source() / folder))
+    if (entry.path().extension() == extension) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<fs::path> AllWorlds() {
+  std::vector<fs::path> worlds = FilesIn("worlds", ".world");
+  const std::vector<fs::path> more = FilesIn("tests/data/controllers", ".world");
+  worlds.insert(worlds.end(), more.begin(), more.end());
+  return worlds;
+}
+
+uint64_t HashOf(const fs::path& file, uint64_t seed = 1) {
+  Stg::World::run_options.seed = seed;
+  Stg::Init(nullptr, nullptr);
+  Stg::World world;
+  testing::internal::CaptureStdout();
+  const bool loaded = world.Load(file.string());
+  for (int i = 0; loaded && i < kSteps; i++) world.Update();
+  testing::internal::GetCapturedStdout();
+  EXPECT_TRUE(loaded) << file;
+  return world.StateHash();
+}
+
+/// A thread that draws, all the time, from every generator that it can get at.
+class Disturbance {
+ public:
+  Disturbance()
+      : thread_([this] {
+          while (!done_) {
+            sum_ += rand() + static_cast<double>(random()) + drand48();
+            sum_ += Stg::Pose::Random(0, 1, 0, 1).x + Stg::Color::RandomColor().r;
+          }
+        }) {}
+  ~Disturbance() {
+    done_ = true;
+    thread_.join();
+  }
+
+ private:
+  std::atomic<bool> done_{false};
+  double sum_ = 0;
+  std::thread thread_;
+};
+
+class Repeatable : public testing::TestWithParam<fs::path> {};
+
+TEST_P(Repeatable, WithAThreadThatDrawsFromTheGeneratorsOfTheProcess) {
+  const uint64_t expected = HashOf(GetParam());
+  const Disturbance disturbance;
+  EXPECT_EQ(HashOf(GetParam()), expected);
+}
+
+TEST_P(Repeatable, OnlyTheSeedMakesADifference) {
+  const bool differs = HashOf(GetParam(), 1) != HashOf(GetParam(), 2);
+  EXPECT_EQ(differs, kRandom.contains(GetParam().stem()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, Repeatable, testing::ValuesIn(AllWorlds()),
+                         [](const auto& file) { return file.param.stem().string(); });
+
+TEST(RepeatableWorlds, ThereIsOneForEachStockController) {
+  std::set<std::string> controllers, worlds;
+  for (const fs::path& file : FilesIn("examples/ctrl", ".cc")) controllers.insert(file.stem());
+  for (const fs::path& file : FilesIn("tests/data/controllers", ".world"))
+    worlds.insert(file.stem());
+  EXPECT_EQ(worlds, controllers);
+}
+
+}  // namespace
