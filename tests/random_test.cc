@@ -109,11 +109,12 @@ TEST(ModelRandomTest, ReloadedWorldsBeginAnew) {
 
 // Robots that are copied with their names used to have the same errors.
 TEST(NoiseTest, RangersOfOneNameDiffer) {
-  std::string text = "model( size [0.2 9 1] pose [3 0 0 0] )\n";
-  for (int i = 0; i < 2; i++)
-    text +=
-        "position( name \"a\" ranger( alwayson 1 sensor( range [0 8] "
-        "samples 1 noise [0.1 0 0] ) ) )\n";
+  const std::string robot =
+      "] ranger( pose [0 0 -0.5 0] alwayson 1 sensor( range [0 8] samples 1 noise [0.1 0 0] ) ) "
+      ")\n";
+  const std::string text =
+      "model( size [0.2 20 1] pose [3 0 0 0] )\nposition( name \"a\" pose [0 0 0 0" + robot +
+      "position( name \"a\" pose [0 3 0 0" + robot;
   const auto world = LoadText(text);
   Step(*world);
   std::vector<double> ranges;
@@ -121,6 +122,8 @@ TEST(NoiseTest, RangersOfOneNameDiffer) {
     for (Model* below : child->GetChildren())
       ranges.push_back(static_cast<ModelRanger*>(below)->GetSensors()[0].ranges.at(0));
   ASSERT_EQ(ranges.size(), 2u);
+  EXPECT_LT(ranges[0], 4) << "the wall";
+  EXPECT_LT(ranges[1], 4) << "the wall";
   EXPECT_NE(ranges[0], ranges[1]);
 }
 
@@ -174,7 +177,7 @@ TEST(CurrentRandomTest, ColoursInWorldFilesAreTheModels) {
   const auto world = LoadText("model( name \"a\" color \"random\" ) model( color \"random\" )");
   const auto alone = LoadText("model( name \"a\" color \"random\" )");
   EXPECT_EQ(world->GetModel("a")->GetColor(), alone->GetModel("a")->GetColor());
-  EXPECT_NE(world->GetModel("a")->GetColor(), world->GetModel("model:1")->GetColor());
+  EXPECT_NE(world->GetModel("a")->GetColor(), world->GetModel("model:2")->GetColor());
 }
 
 TEST(CurrentRandomTest, OutlivesTheModelThatACallbackDeletes) {

@@ -24,8 +24,8 @@ constexpr int kSteps = 300;
 
 /// Those in which somebody draws random numbers that the state hash shows.
 const std::set<std::string> kRandom = {
-    "dynamic", "fasr", "fasr2",  "foraging",     "lasernoise", "pioneer_flocking",
-    "simple",  "sink", "wander", "wander_accel", "zoo"};
+    "dynamic",          "fasr",   "fasr2",  "foraging",     "lasernoise",
+    "pioneer_flocking", "simple", "wander", "wander_accel", "zoo"};
 
 fs::path Source() {
   const char* folder = std::getenv("STAGE_SOURCE_DIR");

@@ -57,6 +57,26 @@ TEST(ArcTangent, IsContinuousWhereTheReductionChanges) {
       EXPECT_LE(Ulps(ArcTangent(x, 1), std::atan(x)), 1) << x;
 }
 
+TEST(Hypotenuse, IsTheCLibrarysToTwoLastPlaces) {
+  test::RandomSource random(3);
+  for (int i = 0; i < 200000; i++) {
+    const double scale = std::pow(10.0, random.Int(-300, 300));
+    const double x = random.Real(-1, 1) * scale, y = random.Real(-1, 1) * scale;
+    EXPECT_LE(Ulps(Hypotenuse(x, y), std::hypot(x, y)), 2) << x << " " << y;
+  }
+}
+
+TEST(Hypotenuse, OfExtremes) {
+  EXPECT_EQ(Hypotenuse(3, -4), 5);
+  EXPECT_EQ(Hypotenuse(0, -0.0), 0);
+  EXPECT_EQ(Hypotenuse(-3e200, 4e200), 5e200);
+  EXPECT_EQ(Hypotenuse(3e-200, 0), 3e-200);
+  EXPECT_EQ(Hypotenuse(kInfinity, kNaN), kInfinity);
+  EXPECT_EQ(Hypotenuse(1e308, -1e308) < kInfinity, true);
+  EXPECT_TRUE(std::isnan(Hypotenuse(kNaN, 1)));
+  EXPECT_TRUE(std::isnan(Hypotenuse(0, kNaN)));
+}
+
 TEST(ArcTangent, OfExtremes) {
   EXPECT_EQ(ArcTangent(1, kInfinity), 0);
   EXPECT_EQ(ArcTangent(1, -kInfinity), M_PI);

@@ -386,10 +386,10 @@ bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, m
     WarnAbout(*this, "refused to look for a place in a rectangle that is not finite");
     return false;
   }
-  SetPose(Pose::Random(random(), xmin, xmax, ymin, ymax));
+  SetPose(Pose::Random(random_.Get(), xmin, xmax, ymin, ymax));
   for (size_t i = 0; HasCollision(); i++) {
     if (max_iter > 0 && i >= max_iter) return false;
-    SetPose(Pose::Random(random(), xmin, xmax, ymin, ymax));
+    SetPose(Pose::Random(random_.Get(), xmin, xmax, ymin, ymax));
   }
   return true;
 }

@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Runs give the state hashes of tests/data/state_hashes.txt, on every machine.
+
+Other hash tests compare runs on one machine; these numbers came from another. After a change that is
+meant to change results, STAGE_NEW_HASHES=1 writes the file anew.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import unittest
+from pathlib import Path
+
+from hash_runs import ROOT, Run, controller_worlds, hashes_of, shipped_worlds
+
+BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release")
+STAGE = BINARY_DIR / "bin" / "stage"
+FILE = ROOT / "tests" / "data" / "state_hashes.txt"
+HEADER = """\
+# SPDX-License-Identifier: GPL-2.0-or-later
+# World, simulated seconds, state hash with seed 5. Do not edit; this file was written by
+#   STAGE_NEW_HASHES=1 tools/test -R state_hashes
+"""
+
+# The C library chooses its functions by the processor: without these it takes plainer ones.
+OLD_PROCESSOR = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX2_Usable,-AVX512F,-SSE4_1"}
+
+
+def all_runs() -> list[Run]:
+    runs = [Run(world, seconds) for world in shipped_worlds() for seconds in (5, 300)]
+    return runs + [Run(world, 60) for world in controller_worlds()]
+
+
+def read_file() -> dict[Run, str]:
+    rows = [line.split() for line in FILE.read_text().splitlines() if not line.startswith("#")]
+    return {Run(world, int(seconds)): digits for world, seconds, digits in rows}
+
+
+def write_file() -> None:
+    found = hashes_of(STAGE, all_runs(), ["--threads", "1"])
+    FILE.write_text(HEADER + "".join(f"{run.world} {run.seconds} {found[run]}\n"
+                                     for run in all_runs()))
+
+
+def is_slow() -> bool:
+    """With sanitizers."""
+    cache = BINARY_DIR / "CMakeCache.txt"
+    return cache.exists() and bool(re.search(r"^STAGE_SANITIZE:\w+=.", cache.read_text(), re.M))
+
+
+class StateHashesTest(unittest.TestCase):
+    def compare(self, options: list[str], environment: dict[str, str] | None = None,
+                longest: int = 300) -> None:
+        expected = read_file()
+        if is_slow():
+            longest = min(longest, 5)
+        runs = [run for run in all_runs() if run.seconds <= longest]
+        found = hashes_of(STAGE, runs, options, environment)
+        for run in runs:
+            with self.subTest(run=str(run)):
+                self.assertEqual(found[run], expected[run])
+
+    def test_file_is_complete(self) -> None:
+        self.assertEqual(list(read_file()), all_runs())
+
+    def test_this_processor(self) -> None:
+        self.compare(["--threads", "1"])
+
+    @unittest.skipUnless(platform.machine() == "x86_64", "needs an x86-64 processor")
+    def test_processor_without_fused_multiply_add(self) -> None:
+        self.compare(["--threads", "1"], OLD_PROCESSOR)
+
+    def test_ray_by_ray(self) -> None:
+        """Without batches no rays go side by side in the lanes of vectors."""
+        self.compare(["--threads", "1", "--no-batch"], longest=60)
+
+
+if __name__ == "__main__":
+    if os.environ.get("STAGE_NEW_HASHES"):
+        write_file()
+    unittest.main()
