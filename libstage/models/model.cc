@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "geometry/random.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/flag.hh"
