@@ -129,7 +129,7 @@ TEST_F(FilesTest, SavesOnlyWhatIsInTheFile) {
     if (before[i] != after[i]) changed += after[i] + "\n";
   EXPECT_EQ(changed,
             "speedup 2.000   # twice\n"
-            "  center [ 0.333333 0.000 ]   # of the view\n"
+            "  center [ 0.3333333333333333 0.000 ]   # of the view\n"
             "  rotate [ 0.000 0.000 ]\n"
             "  scale 30.000\n"
             "  show_data 1\n"
