@@ -10,6 +10,7 @@
 
 #include "support/draw_cells.hh"
 #include "support/random_source.hh"
+#include "support/turned_fan.hh"
 
 namespace Stg::internal::sensing {
 namespace {
@@ -157,7 +158,7 @@ TEST(Batch, FansAreRightAfterManyClears) {
       const auto samples = static_cast<uint32_t>(random.Int(0, 20));
       const Window window = {random.Int(-9, 9), random.Int(-9, 9), 3, 2, 0};
       if (random.OneIn(3))
-        batch.Add(fan, std::vector<double>(samples, 0.5), window);
+        test::AddTurned(&batch, fan, std::vector<double>(samples, 0.5), window);
       else
         batch.Add(fan, samples, window);
       fan.record.first_ray = static_cast<uint32_t>(rays);
@@ -190,7 +191,7 @@ TEST(Batch, RoomIsFilledInAnyOrder) {
   for (const uint32_t count : {100u, 3u, 50u, 200u}) {
     batch.Clear();
     batch.Add(Fan(), 4, Window());
-    const BatchShare before = batch.AddRoom({.rays = count * 2, .fans = count, .words = 0});
+    const BatchShare before = batch.AddRoom({.rays = count * 2, .fans = count});
     EXPECT_EQ(before.fans, 1u);
     EXPECT_EQ(before.rays, 4u);
     for (uint32_t i = count; i-- > 0;) {
@@ -217,9 +218,9 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
   fan.record.first_direction = tables.Find(1.0, 10);
   batch.Add(fan, 10, Window());
   const std::vector<double> own = {0.1, 0.2}, more = {0.3}, none;
-  batch.Add(Fan(), own, Window());
-  batch.Add(Fan(), more, Window());
-  batch.Add(Fan(), none, Window());
+  test::AddTurned(&batch, Fan(), own, Window());
+  test::AddTurned(&batch, Fan(), more, Window());
+  test::AddTurned(&batch, Fan(), none, Window());
   // Sensors that come later may make tables: the numbers are settled when the batch is closed.
   fan.record.first_direction = tables.Find(2.0, 100);
   batch.Add(fan, 100, Window());
@@ -246,9 +247,9 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
 TEST(Directions, OfAFanWithoutRays) {
   RayBatch batch;
   const DirectionTables tables;
-  batch.Add(Fan(), std::vector<double>(), Window());
-  batch.Add(Fan(), std::vector<double>(2, 1.0), Window());
-  batch.Add(Fan(), std::vector<double>(), Window());
+  test::AddTurned(&batch, Fan(), std::vector<double>(), Window());
+  test::AddTurned(&batch, Fan(), std::vector<double>(2, 1.0), Window());
+  test::AddTurned(&batch, Fan(), std::vector<double>(), Window());
   batch.Close(tables);
   EXPECT_EQ(batch.ray_count(), 2u);
   const Direction* const first = batch.own_directions().data();

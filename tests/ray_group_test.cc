@@ -13,6 +13,7 @@
 #include "sensing/tracer.hh"
 #include "support/hit_lists.hh"
 #include "support/random_source.hh"
+#include "support/turned_fan.hh"
 
 namespace Stg::internal::sensing {
 namespace {
@@ -111,7 +112,7 @@ class Scene {
     if (random_.OneIn(4)) {
       std::vector<double> own;
       for (uint32_t i = 0; i < samples; i++) own.push_back(random_.Real(-3, 3));
-      batch.Add(fan, own, seen);
+      test::AddTurned(&batch, fan, own, seen);
     } else {
       fan.record.first_direction = tables_.Find(random_.Int(0, 6), samples);
       batch.Add(fan, samples, seen);

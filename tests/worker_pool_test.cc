@@ -201,6 +201,47 @@ TEST(WorkerPool, SleepersAreWoken) {
   }
 }
 
+// ---- exceptions ---------------------------------------------------------------------------------
+
+// Of all that throw, the first in the order of the job counts, whatever it throws and whoever did
+// it; all that comes before it is done; and the threads are there for the next job.
+TEST(WorkerPool, ThrowsTheFirstException) {
+  test::RandomSource random(1);
+  for (const unsigned threads : {1u, 2u, 4u, 9u}) {
+    WorkerPool pool(threads);
+    for (int round = 0; round < 200; round++) {
+      const auto count = static_cast<size_t>(random.Int(1, 300));
+      const auto first = static_cast<size_t>(random.Int(0, static_cast<int>(count) - 1));
+      std::vector<std::atomic<int>> times(count);
+      const auto job = [&](size_t begin, size_t end, unsigned) {
+        for (size_t i = begin; i < end; i++) {
+          if (i >= first && (i - first) % 3 == 0) throw i;
+          times[i]++;
+        }
+      };
+      try {
+        pool.Run(count, static_cast<size_t>(random.Int(1, 20)), job);
+        ADD_FAILURE() << "nothing thrown";
+      } catch (const size_t thrown) {
+        ASSERT_EQ(thrown, first);
+      }
+      for (size_t i = 0; i < count; i++)
+        ASSERT_TRUE(times[i] == 1 || (i >= first && times[i] == 0)) << i << " of " << count;
+      ASSERT_NO_FATAL_FAILURE(ExpectOnceEach(&pool, count, 1));
+    }
+  }
+}
+
+TEST(WorkerPool, WaitsForTheOthersIfTheCallerThrows) {
+  WorkerPool pool(4);
+  for (int round = 0; round < 50; round++) {
+    std::atomic<size_t> done{0};
+    const auto job = [&](size_t begin, size_t end, unsigned) { done += end - begin; };
+    EXPECT_THROW(pool.RunBeside([] { throw 42; }, 1000, 1, job), int);
+    EXPECT_EQ(done, 1000u);
+  }
+}
+
 // With so little memory left that not all of the threads' stacks fit in.
 TEST(WorkerPool, GoesOnWithTheThreadsThatThereAre) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

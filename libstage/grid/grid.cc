@@ -47,6 +47,7 @@ BodyId Grid::AddBody(const Body& body) {
     bodies_[id] = body;
   } else {
     bodies_.push_back(body);
+    free_bodies_.reserve(bodies_.capacity());  // for RemoveBody()
   }
   bodies_[id].layers = LayersOf(body);
   return id;
@@ -69,7 +70,7 @@ void Grid::RemoveBody(BodyId id) {
 
 void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to, Edit* edit) {
   if (edit == nullptr) edit = &own_edit_;
-  if (!edit->shared) MakeSlots(to);
+  if (!edit->shared) PrepareToDraw(to);
   size_t next = 0;
   const auto erase_next = [&] {
     EraseFrom(from[next].slot, from[next].cells, id, edit);
@@ -89,6 +90,13 @@ void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart>
   }
   while (next < from.size()) erase_next();
   if (!edit->shared) DropRegionsIfManyAreEmpty();
+}
+
+/// All that takes memory, so that a body is not half drawn if there is none.
+void Grid::PrepareToDraw(std::span<TilePart> parts) {
+  MakeSlots(parts);
+  lists_.PrepareToTake(parts.size());
+  nodes_.PrepareToTake(2 * CountCells(parts));  // see BeginSharedEdit()
 }
 
 void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
@@ -226,6 +234,10 @@ void Grid::BeginSharedEdit(size_t parts, size_t cells, std::vector<Edit>* edits)
   lists_.BeginSharing(parts, edits->size());
   // A cell takes two nodes at most: where there was one body, both move to a list.
   nodes_.BeginSharing(2 * cells, edits->size());
+  for (Edit& edit : *edits) {
+    edit.own_lists.Prepare();
+    edit.own_nodes.Prepare();
+  }
   for (Edit& edit : *edits) edit.shared = true;
 }
 

@@ -307,6 +307,7 @@ class Grid {
   void CountFilledTile(uint32_t slot, Edit* edit);
   void CountEmptiedTile(uint32_t slot, Edit* edit);
   void DropRegionsIfManyAreEmpty();
+  void PrepareToDraw(std::span<TilePart> parts);
   void DropEmptyRegions();
   void RebuildDirectory();
   void RecomputeOccupied();

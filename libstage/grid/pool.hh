@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <new>
 #include <type_traits>
 #include <vector>
 
@@ -21,6 +22,11 @@ class PoolShare {
   template <typename T>
   friend class Pool;
   std::vector<uint32_t> free_;
+
+ public:
+  /// Those that it gets are then taken without asking for memory.
+  void Prepare() { free_.reserve(kAtOnce); }
+  static constexpr std::size_t kAtOnce = 64;  // numbers that a share gets
 };
 
 /// Plain things in one array. One thread takes and gives back as it likes; or, between
@@ -48,8 +54,17 @@ class Pool {
     free.pop_back();
     return number;
   }
-  void Give(uint32_t number, PoolShare* share = nullptr) {
-    (share ? share->free_ : free_).push_back(number);
+  void Give(uint32_t number, PoolShare* share = nullptr) noexcept {
+    try {
+      (share ? share->free_ : free_).push_back(number);
+    } catch (const std::bad_alloc&) {
+      // The number is lost. Whoever gives something back is half done and can't stop there.
+    }
+  }
+  /// One thread will then take so many without asking for memory.
+  void PrepareToTake(std::size_t count) {
+    free_.reserve(1);
+    if (free_.size() + capacity_ - made_ < count) Reserve(made_ + count);
   }
 
   /// No more than `most` will be taken by `shares` threads, besides what they give back.
@@ -63,8 +78,11 @@ class Pool {
     made_ = next_;
   }
   /// What is left of a share, after EndSharing().
-  void TakeBack(PoolShare* share) {
-    free_.insert(free_.end(), share->free_.begin(), share->free_.end());
+  void TakeBack(PoolShare* share) noexcept {
+    try {
+      free_.insert(free_.end(), share->free_.begin(), share->free_.end());
+    } catch (const std::bad_alloc&) {  // as in Give()
+    }
     share->free_.clear();
   }
 
@@ -72,15 +90,16 @@ class Pool {
   std::size_t bytes() const { return made_ * sizeof(T) + free_.capacity() * sizeof(uint32_t); }
 
  private:
-  static constexpr std::size_t kAtOnce = 64;  // numbers that a share gets
+  static constexpr std::size_t kAtOnce = PoolShare::kAtOnce;
 
   void Reserve(std::size_t capacity) {
     if (capacity <= capacity_) return;
-    capacity_ = std::max(capacity, capacity_ + capacity_ / 2);
-    std::unique_ptr<T[]> larger = std::make_unique_for_overwrite<T[]>(capacity_);
+    const std::size_t more = std::max(capacity, capacity_ + capacity_ / 2);
+    std::unique_ptr<T[]> larger = std::make_unique_for_overwrite<T[]>(more);
     // Not std::copy_n: GCC 14 warns of what it would do with more things than fit.
     if (made_ > 0) std::memcpy(larger.get(), things_.get(), made_ * sizeof(T));
     things_ = std::move(larger);
+    capacity_ = more;
   }
   void MakeOne() {
     Reserve(made_ + 1);

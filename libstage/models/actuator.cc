@@ -145,6 +145,11 @@ void ModelActuator::Shutdown() {
 }
 
 void ModelActuator::Update() {
+  GatherAlone();
+  Model::Update();
+}
+
+void ModelActuator::Gather(internal::sensing::FanList*) {
   const double position = GetPosition();
   turned_ = position;
   if (control_mode_ == CONTROL_VELOCITY) {
@@ -156,7 +161,6 @@ void ModelActuator::Update() {
     velocity_ = goal_ - position;  // a gain of 1/s
   }
   velocity_ = constrain(velocity_, -max_speed_, max_speed_);
-  Model::Update();
 }
 
 /// How far to go in this step: not beyond a limit, nor beyond the goal.
@@ -168,7 +172,7 @@ double ModelActuator::StepLength(double position) const {
 }
 
 void ModelActuator::Move() {
-  if (velocity_ == 0 || disabled) return;
+  if (StaysStill()) return;
   const double position = GetPosition();
   const double step = StepLength(position);
   if (step == 0) return;

@@ -45,10 +45,15 @@ class ModelActuator : public Model {
   void Startup() override;
   void Shutdown() override;
   void Update() override;
+  void Gather(internal::sensing::FanList*) override;
   /// One step; refused as a whole if it would end in an obstacle.
   void Move() override;
 
  private:
+  friend class MovePhase;
+  /// Move() has nothing to do.
+  bool StaysStill() const { return velocity_ == 0 || disabled; }
+
   void LoadJoint();
   void LoadAxis();
   Pose Displacement(double distance) const;

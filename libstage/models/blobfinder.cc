@@ -117,6 +117,11 @@ void ModelBlobfinder::Shutdown() {
 
 void ModelBlobfinder::Update() {
   if (subs == 0) return;
+  GatherAlone();
+  Model::Update();
+}
+
+void ModelBlobfinder::Gather(sensing::FanList* fans) {
   if (scan_width > kMaxWidth) {
     WarnAbout(*this, "found a width of %u pixels, expected a number from 0 to %u; using that many",
               scan_width, kMaxWidth);
@@ -125,11 +130,10 @@ void ModelBlobfinder::Update() {
   if (scan_width == 0)
     blobs_.clear();
   else
-    AddFan();
-  Model::Update();
+    AddFan(fans);
 }
 
-void ModelBlobfinder::AddFan() {
+void ModelBlobfinder::AddFan(sensing::FanList* fans) {
   sensing::Scene& shared = scene();
   const double f = std::isfinite(fov) ? fov : 0.0;
   if (table_fov_ != f || table_width_ != scan_width ||
@@ -146,7 +150,7 @@ void ModelBlobfinder::AddFan() {
   fan.z_test = false;
   fan.record.first_direction = first_direction_;
   PlaceFan(&fan, LocalToGlobal(Pose(0, 0, 0, pan)), range > 0 ? range : 0.0, RayModel::kDefault);
-  shared.batch.Add(fan, scan_width, OwnWindow(fan));
+  fans->Add(fan, scan_width);
   rays_out_ = true;
 }
 

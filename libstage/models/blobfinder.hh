@@ -54,6 +54,7 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
   void Shutdown() override;
   /// Puts the row's rays into the batch of the step; blobs follow when it is traced.
   void Update() override;
+  void Gather(internal::sensing::FanList* fans) override;
 
   void HashState(StateHasher& hasher) const override;
 
@@ -65,7 +66,7 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
 
  private:
   void LoadColors();
-  void AddFan();
+  void AddFan(internal::sensing::FanList* fans);
   void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
   bool Reports(const Color& seen) const;
   Blob MakeBlob(const Color& seen, double mean_range) const;

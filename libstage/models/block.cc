@@ -439,6 +439,9 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
   }
   if (!item.moved) return;
   const std::span<grid::TilePart> parts = PartsOf(item);
+  // What takes memory comes first: the block has to know what is drawn of it.
+  block.cells_.reserve(parts.size());
+  block.corners_.reserve(corners.size());
   grid.Redraw(block.body_, block.cells_, parts, edit);
   block.cells_.assign(parts.begin(), parts.end());
   block.corners_.assign(corners.begin(), corners.end());

@@ -86,7 +86,11 @@ void ModelBumper::Shutdown() {
 }
 
 void ModelBumper::Update() {
+  GatherAlone();
   Model::Update();
+}
+
+void ModelBumper::Gather(sensing::FanList* fans) {
   bumper_count = std::min(bumper_count, static_cast<uint32_t>(configs_.size()));
   if (bumper_count == 0) return;
   if (!samples) {
@@ -95,10 +99,10 @@ void ModelBumper::Update() {
     samples = results_.data();
   }
   const Pose frame = GetGlobalPose() + geom.pose;
-  for (uint32_t i = 0; i < bumper_count; i++) AddLine(i, frame);
+  for (uint32_t i = 0; i < bumper_count; i++) AddLine(i, frame, fans);
 }
 
-void ModelBumper::AddLine(uint32_t index, const Pose& frame) {
+void ModelBumper::AddLine(uint32_t index, const Pose& frame, sensing::FanList* fans) {
   const BumperConfig& config = configs_[index];
   Pose start = frame + Pose(config.pose.x, config.pose.y, 0, config.pose.a);
   start.a = normalize(start.a + M_PI / 2);
@@ -115,7 +119,7 @@ void ModelBumper::AddLine(uint32_t index, const Pose& frame) {
   fan.z_test = false;
   PlaceFan(&fan, start, config.length, RayModel::kCell);  // contact is a matter of cells
   fan.record.first_direction = sensing::DirectionTables::kAhead;
-  scene().batch.Add(fan, 1, OwnWindow(fan));
+  fans->Add(fan, 1);
 }
 
 void ModelBumper::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t) {

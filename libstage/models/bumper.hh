@@ -50,13 +50,14 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
   void Shutdown() override;
   /// Puts the touch lines into the batch of the step; the samples follow when it is traced.
   void Update() override;
+  void Gather(internal::sensing::FanList* fans) override;
 
  private:
   struct Line {
     point_t start;
     double cosine, sine;  // of its heading
   };
-  void AddLine(uint32_t index, const Pose& frame);
+  void AddLine(uint32_t index, const Pose& frame, internal::sensing::FanList* fans);
   void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
   std::vector<BumperConfig> configs_;

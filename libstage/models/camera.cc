@@ -8,6 +8,7 @@
 #include "models/block.hh"
 #include "models/camera_raster.hh"
 #include "models/state_hasher.hh"
+#include "sensing/scene.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -113,8 +114,12 @@ const GLubyte* ModelCamera::FrameColor() const {
 }
 
 void ModelCamera::Update() {
-  if (width_ > 0 && height_ > 0) TakePicture();
+  GatherAlone();
   Model::Update();
+}
+
+void ModelCamera::Gather(internal::sensing::FanList*) {
+  if (width_ > 0 && height_ > 0) TakePicture();
 }
 
 void ModelCamera::TakePicture() {
@@ -180,7 +185,7 @@ void ModelCamera::DrawFloor() {
   camera::Raster& raster = picture_->raster;
   const double level = 0.0;
   if (!raster.IsBelowEye(level) && !raster.IsAboveEye(level)) return;
-  const bounds3d_t& extent = world->GetExtent();
+  const bounds3d_t extent = scene().Extent();  // of its own: others ask too
   const Bounds &x = extent.x, &y = extent.y;
   picture_->floor.assign({{x.min, y.min}, {x.max, y.min}, {x.max, y.max}, {x.min, y.max}});
   raster.AddOutline(picture_->floor, Pose(), level);

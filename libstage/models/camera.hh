@@ -27,6 +27,7 @@ class ModelCamera : public Model {
   void Load() override;
   /// Takes a picture: of the bodies as the last step left them.
   void Update() override;
+  void Gather(internal::sensing::FanList*) override;
 
   /// Pixels.
   int getWidth(void) const { return width_; }

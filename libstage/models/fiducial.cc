@@ -72,18 +72,22 @@ ModelFiducial::Fiducial* ModelFiducial::GetFiducials(unsigned int* count) {
 
 void ModelFiducial::Update() {
   if (subs == 0) return;
+  WorldEngine& engine = world->engine();
+  engine.fiducials.Refresh(engine.models, world->GetUpdateCount());
+  GatherAlone();
+  Model::Update();
+}
+
+void ModelFiducial::Gather(sensing::FanList* fans) {
   CollectCandidates();
   if (candidates_.empty())
     fiducials_.clear();
   else
-    AddFan();
-  Model::Update();
+    AddFan(fans);
 }
 
 void ModelFiducial::CollectCandidates() {
-  WorldEngine& engine = world->engine();
-  FiducialIndex& index = engine.fiducials;
-  index.Refresh(engine.models, world->GetUpdateCount());
+  const FiducialIndex& index = world->engine().fiducials;
   candidates_.clear();
   const Pose own = GetGlobalPose();
   Fiducial candidate;
@@ -116,7 +120,7 @@ bool ModelFiducial::MakeCandidate(const Pose& own, Model* target, const Pose& th
 
 /// One fan with a ray for each candidate. The rays are as long as the range: they go on behind the
 /// candidate's origin.
-void ModelFiducial::AddFan() {
+void ModelFiducial::AddFan(sensing::FanList* fans) {
   sensing::Fan fan;
   fan.predicate = StopsFinder;
   fan.finder = this;
@@ -125,7 +129,7 @@ void ModelFiducial::AddFan() {
   static thread_local std::vector<double> bearings;  // for its memory
   bearings.clear();
   for (const Fiducial& candidate : candidates_) bearings.push_back(candidate.bearing);
-  scene().batch.Add(fan, bearings, OwnWindow(fan));
+  fans->Add(fan, bearings);
 }
 
 void ModelFiducial::TakeHits(uint32_t, const sensing::RayHit* hits, uint32_t count) {

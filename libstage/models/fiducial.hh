@@ -71,11 +71,12 @@ class ModelFiducial : public Model, private internal::sensing::RaySink {
   /// Puts a ray for each candidate into the batch of the step; what was found follows when it is
   /// traced.
   void Update() override;
+  void Gather(internal::sensing::FanList* fans) override;
 
  private:
   void CollectCandidates();
   bool MakeCandidate(const Pose& own, Model* target, const Pose& there, Fiducial* candidate) const;
-  void AddFan();
+  void AddFan(internal::sensing::FanList* fans);
   void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
   std::vector<Fiducial> fiducials_;

@@ -204,12 +204,16 @@ void ModelGripper::ShapeBody() {
 // ---- updating -----------------------------------------------------------------------------------
 
 void ModelGripper::Update() {
+  GatherAlone();
+  world->QueueSensed(this);
+  Model::Update();
+}
+
+void ModelGripper::Gather(sensing::FanList* fans) {
   ObeyCommand();
   MovePaddles();
   MoveLift();
-  AddRays();
-  world->QueueSensed(this);
-  Model::Update();
+  AddRays(fans);
 }
 
 void ModelGripper::ObeyCommand() {
@@ -270,7 +274,7 @@ void ModelGripper::MoveLift() {
   }
 }
 
-void ModelGripper::AddRays() {
+void ModelGripper::AddRays(sensing::FanList* fans) {
   const Size& body = geom.size;
   const Size& paddle = config_.paddle_size;
   const double side = (1.0 - config_.paddle_position) * (body.y / 2.0 - body.y * paddle.y);
@@ -279,13 +283,13 @@ void ModelGripper::AddRays() {
   const double beam = 2.0 * side - 1.0 / scene().cells_per_metre;
   for (uint32_t i = 0; i < 2; i++)
     AddRay(i, Pose(body.x * (1.0 - config_.break_beam_inset[i]) - body.x / 2.0, side, 0, -M_PI / 2),
-           beam);
+           beam, fans);
   const double start = (1.0 - paddle.x) * body.x - body.x / 2.0;
-  AddRay(kFirstContact, Pose(start, side, 0, 0), paddle.x * body.x);
-  AddRay(kFirstContact + 1, Pose(start, -side, 0, 0), paddle.x * body.x);
+  AddRay(kFirstContact, Pose(start, side, 0, 0), paddle.x * body.x, fans);
+  AddRay(kFirstContact + 1, Pose(start, -side, 0, 0), paddle.x * body.x, fans);
 }
 
-void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length) {
+void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length, sensing::FanList* fans) {
   sensing::Fan fan;
   fan.predicate = StopsGripper;
   fan.finder = this;
@@ -294,7 +298,7 @@ void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length) {
   PlaceFan(&fan, LocalToGlobal(local), length, RayModel::kCell);  // contact is a matter of cells
   fan.record.first_direction = sensing::DirectionTables::kAhead;
   // No window: what the gripper's own robot carries breaks beams too.
-  scene().batch.Add(fan, 1, sensing::Window());
+  fans->Add(fan, 1, false);
 }
 
 void ModelGripper::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t) {

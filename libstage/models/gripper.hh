@@ -59,6 +59,7 @@ class ModelGripper : public Model, private internal::sensing::RaySink {
  protected:
   /// Moves fingers and lift, and puts the beams into the batch of the step.
   void Update() override;
+  void Gather(internal::sensing::FanList* fans) override;
   /// Grips and drops, and draws the fingers where they are.
   void Sensed() override;
 
@@ -71,8 +72,8 @@ class ModelGripper : public Model, private internal::sensing::RaySink {
   void ObeyCommand();
   void MovePaddles();
   void MoveLift();
-  void AddRays();
-  void AddRay(uint32_t tag, const Pose& local, double length);
+  void AddRays(internal::sensing::FanList* fans);
+  void AddRay(uint32_t tag, const Pose& local, double length, internal::sensing::FanList* fans);
   Model* Grippable() const;
   void Grip();
   void Drop();

@@ -13,6 +13,7 @@
 #include "models/noise.hh"
 #include "models/own_windows.hh"
 #include "models/power_pack.hh"
+#include "models/thrown.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -491,12 +492,22 @@ int Model::CallCallbacks(callback_type_t t) {
   const RandomScope random_numbers(&random_);
   const size_t count = callbacks->all.size();
   callbacks->rounds++;
+  const auto end_round = [&] {
+    if (--callbacks->rounds == 0) callbacks->Tidy();
+  };
   for (size_t i = 0; i < count && !callbacks->orphaned; i++) {
     const Callback entry = callbacks->all[i];
-    if (entry.type == t && entry.function && entry.function(this, entry.user) != 0)
-      callbacks->all[i].function = nullptr;
+    if (entry.type != t || !entry.function) continue;
+    try {
+      if (entry.function(this, entry.user) != 0) callbacks->all[i].function = nullptr;
+    } catch (...) {
+      NoteThrower("a callback", callbacks->orphaned ? nullptr : this,
+                  reinterpret_cast<void (*)()>(entry.function));
+      end_round();
+      throw;
+    }
   }
-  if (--callbacks->rounds == 0) callbacks->Tidy();
+  end_round();
   return callbacks->CountLeft(t);
 }
 
@@ -528,6 +539,20 @@ const sensing::Window& Model::OwnWindow(const sensing::Fan& fan) {
   own.batch = scene_->batch_number;
   own.window = scene_->batch.MakeWindow(scene_->grid, OwnDrawings(fan.exact), this, fan.exact);
   return own.window;
+}
+
+void Model::GatherAlone() {
+  sensing::Scene& shared = *scene_;
+  sensing::FanList& fans = shared.fans;
+  fans.Clear();
+  Gather(&fans);
+  for (const sensing::FanList::Entry& entry : fans.From(0)) {
+    const uint32_t index = static_cast<uint32_t>(shared.batch.fans().size());
+    shared.batch.Add(fans, entry, entry.past_own_tree ? OwnWindow(entry.fan) : sensing::Window());
+    const sensing::Fan& fan = entry.fan;
+    if (fan.layer == grid::kNoLayer)
+      shared.batch.SetLayer(index, shared.grid.RangerLayer(fan.z, fan.z_test, fan.exact));
+  }
 }
 
 const grid::Drawings& Model::OwnDrawings(bool exact) const {

@@ -36,6 +36,7 @@ class Worldfile;
 namespace internal {
 namespace sensing {
 class DirectionTables;
+class FanList;
 struct BatchShare;
 struct Fan;
 struct Scene;
@@ -376,6 +377,12 @@ class Model : public Ancestor {
   /// One update. Overriding it, call Model::Update(), which schedules the next, one interval from
   /// now.
   virtual void Update();
+  /// What an update of one of the library's types does for itself, while several threads do the
+  /// same for other models: it changes nothing but this model, and looks at nothing that another
+  /// Gather() changes. Its rays are listed; the world and the batch get what is theirs afterwards.
+  virtual void Gather(internal::sensing::FanList*) {}
+  /// Gather(), and then the rays into the batch.
+  void GatherAlone();
   /// The rest of an update, for what has to wait until the rays of the step are traced, such as
   /// changes of bodies. Called if Update() asked World::QueueSensed() for it, before bodies move.
   virtual void Sensed() {}
@@ -479,6 +486,7 @@ class Model : public Ancestor {
   void AddCallback(const Callback& entry);
 
   struct OwnWindows;
+  class WindowsToMake;
 
   internal::sensing::Scene* scene_;
   std::shared_ptr<Callbacks> callbacks_;  // most models have none

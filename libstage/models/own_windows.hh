@@ -9,7 +9,7 @@
 #include <cstdint>
 
 #include "models/model.hh"
-#include "sensing/batch.hh"
+#include "sensing/scene.hh"
 
 namespace Stg {
 
@@ -27,6 +27,39 @@ struct Model::OwnWindows {
     }
   };
   OfDrawing of[2];
+};
+
+/// Those windows of its tree that one of several models, which update at once, is to make.
+class Model::WindowsToMake {
+ public:
+  /// Before a fan of the model: the words of its window, if that falls to the model; else 0.
+  uint32_t Plan(const Model& model, bool exact) {
+    OwnWindows::OfDrawing& own = model.root->windows_->of[exact];
+    if (!own.Claim(model.scene_->batch_number)) return 0;
+    planned_[exact] = true;
+    own.window = sensing::RayBatch::PlanWindow(model.root->OwnDrawings(exact));
+    return own.window.words();
+  }
+  /// They begin here, among the words of the batch.
+  void Place(const Model& model, uint32_t first_word) const {
+    for (const bool exact : {false, true}) {
+      if (!planned_[exact]) continue;
+      sensing::Window& window = model.root->windows_->of[exact].window;
+      window.first = first_word;
+      first_word += window.words();
+    }
+  }
+  void Fill(const Model& model) const {
+    sensing::Scene& scene = *model.scene_;
+    const Model* root = model.root;
+    for (const bool exact : {false, true})
+      if (planned_[exact])
+        scene.batch.FillWindow(root->windows_->of[exact].window, scene.grid,
+                               root->OwnDrawings(exact), root, exact);
+  }
+
+ private:
+  bool planned_[2] = {false, false};
 };
 
 }  // namespace Stg

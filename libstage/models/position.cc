@@ -216,11 +216,11 @@ double ModelPosition::SecondsSinceUpdate() {
 }
 
 void ModelPosition::Update() {
-  UpdateMotion();
+  GatherAlone();
   Model::Update();
 }
 
-void ModelPosition::UpdateMotion() {
+void ModelPosition::Gather(internal::sensing::FanList*) {
   const double dt = SecondsSinceUpdate();
   if (drive_mode == DRIVE_CAR && control_mode != CONTROL_VELOCITY && !car_warned_) {
     WarnAbout(*this, "a car can only be driven by SetSpeed()");
@@ -322,7 +322,7 @@ void ModelPosition::Move() {
 }
 
 bool ModelPosition::BeginMove(Placement* placement) {
-  if (velocity.IsZero() || disabled) return false;
+  if (StaysStill()) return false;
   const double dt = static_cast<double>(world->sim_interval) / kSecond;
   pose_before_move_ = pose;
   // Along the old heading, then turn.

@@ -90,6 +90,7 @@ class ModelPosition : public Model {
   void Startup() override;
   void Shutdown() override;
   void Update() override;
+  void Gather(internal::sensing::FanList*) override;
   void Load() override;
 
  private:
@@ -102,8 +103,8 @@ class ModelPosition : public Model {
   void Localize(double dt);
   double SecondsSinceUpdate();
 
-  /// Update() without what concerns the world.
-  void UpdateMotion();
+  /// Move() has nothing to do.
+  bool StaysStill() const { return velocity.IsZero() || disabled; }
 
   // The parts of Move(), for several threads at once: each touches this model's tree alone.
 

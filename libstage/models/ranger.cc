@@ -134,7 +134,7 @@ bool ModelRanger::Sensor::HasAngleNoise() const {
 // ---- ModelRanger --------------------------------------------------------------------------------
 
 ModelRanger::ModelRanger(World* world_, Model* parent_, const std::string& type_)
-    : Model(world_, parent_, type_), makes_window_() {
+    : Model(world_, parent_, type_) {
   ClearBlocks();
   has_default_block = true;  // there is none, but the first block replaces nothing else
   geom.size = Size(0.15, 0.15, 0.2);
@@ -180,11 +180,15 @@ void ModelRanger::Shutdown() {
 }
 
 void ModelRanger::Update() {
+  GatherAlone();
+  Model::Update();
+}
+
+void ModelRanger::Gather(sensing::FanList* fans) {
   const Pose frame = SensorFrame(GetGlobalPose());
   const SineCosine turn = SinCos(frame.a);
   for (size_t i = 0; i < sensors_.size(); i++)
-    AddFan(&sensors_[i], static_cast<uint32_t>(i), frame, turn);
-  Model::Update();
+    AddFan(&sensors_[i], static_cast<uint32_t>(i), frame, turn, fans);
 }
 
 Pose ModelRanger::OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn) {
@@ -218,37 +222,47 @@ void ModelRanger::Prepare(Sensor* sensor, uint32_t index) {
   sensor->seeded_ = true;
 }
 
-void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame,
-                         const SineCosine& turn) {
+void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn,
+                         sensing::FanList* fans) {
   Prepare(sensor, index);
   if (sensor->sample_count == 0) return;
-  sensing::Scene& shared = scene();
-  sensor->FindTable(&shared.tables);
+  sensor->FindTable(&scene().tables);
   sensing::Fan fan = MakeFan(*sensor, index);
-  PlaceFan(&fan, OriginOf(*sensor, frame, turn), sensor->Reach(), sensor->ray_model);
-  if (!fan.nothing) fan.layer = shared.grid.RangerLayer(fan.z, fan.z_test, fan.exact);
-  if (!sensor->HasAngleNoise()) {
-    shared.batch.Add(fan, sensor->sample_count, OwnWindow(fan));
-    return;
-  }
+  fan.exact = world->IsExact(sensor->ray_model);
+  if (fan.exact) world->DrawForExactRays();
+  PlaceFan(&fan, *sensor, frame, turn);
+  if (!sensor->HasAngleNoise()) return fans->Add(fan, sensor->sample_count);
   static thread_local std::vector<double> bearings;  // for its memory
   bearings.clear();
   for (const double bearing : sensor->bearings)
     bearings.push_back(bearing + sensor->Increment() * sensor->angle_noise * 0.5 *
                                      UniformError(&sensor->random_));
-  shared.batch.Add(fan, bearings, OwnWindow(fan));
+  fans->Add(fan, bearings);
+}
+
+/// Its layer is kNoLayer if that is still to be made.
+void ModelRanger::PlaceFan(sensing::Fan* fan, const Sensor& sensor, const Pose& frame,
+                           const SineCosine& turn) const {
+  sensing::PlaceFan(fan, OriginOf(sensor, frame, turn), sensor.Reach(),
+                    scene().cells_per_metre);
+  if (!fan->nothing) fan->layer = scene().grid.FindRangerLayer(fan->z, fan->z_test, fan->exact);
 }
 
 // ---- an update in parts -------------------------------------------------------------------------
 
-bool ModelRanger::CanShare() const {
-  return std::all_of(sensors_.begin(), sensors_.end(), [&](const Sensor& sensor) {
-    return !sensor.HasAngleNoise() && (scene().exact_drawing || !world->IsExact(sensor.ray_model));
+bool ModelRanger::HasAngleNoise() const {
+  return std::any_of(sensors_.begin(), sensors_.end(),
+                     [](const Sensor& sensor) { return sensor.HasAngleNoise(); });
+}
+
+bool ModelRanger::CastsExactRays() const {
+  return std::any_of(sensors_.begin(), sensors_.end(), [&](const Sensor& sensor) {
+    return sensor.sample_count > 0 && world->IsExact(sensor.ray_model);
   });
 }
 
 bool ModelRanger::GetReady() {
-  bool complete = root->windows_ != nullptr;
+  bool complete = true;
   for (uint32_t i = 0; i < sensors_.size(); i++) {
     Prepare(&sensors_[i], i);
     complete &= sensors_[i].sample_count == 0 || sensors_[i].HasTable(scene().tables.generation());
@@ -257,44 +271,23 @@ bool ModelRanger::GetReady() {
 }
 
 void ModelRanger::FinishGettingReady() {
-  if (!root->windows_) root->windows_ = std::make_unique<OwnWindows>();
   for (Sensor& sensor : sensors_)
     if (sensor.sample_count > 0) sensor.FindTable(&scene().tables);
 }
 
-sensing::BatchShare ModelRanger::MeasureUpdate() {
+sensing::BatchShare ModelRanger::MeasureUpdate(WindowsToMake* windows) const {
   sensing::BatchShare share;
-  makes_window_[0] = makes_window_[1] = false;
   for (const Sensor& sensor : sensors_) {
     if (sensor.sample_count == 0) continue;
     share.fans++;
     share.rays += sensor.sample_count;
-    const bool exact = world->IsExact(sensor.ray_model);
-    OwnWindows::OfDrawing& own = root->windows_->of[exact];
-    if (!own.Claim(scene().batch_number)) continue;
-    makes_window_[exact] = true;
-    own.window = sensing::RayBatch::PlanWindow(root->OwnDrawings(exact));
-    share.words += own.window.words();
+    share.words += windows->Plan(*this, world->IsExact(sensor.ray_model));
   }
   return share;
 }
 
-void ModelRanger::PlaceWindows(uint32_t first_word) {
-  for (const bool exact : {false, true}) {
-    if (!makes_window_[exact]) continue;
-    sensing::Window& window = root->windows_->of[exact].window;
-    window.first = first_word;
-    first_word += window.words();
-  }
-}
-
-bool ModelRanger::FillUpdate(sensing::BatchShare first) {
+bool ModelRanger::FillUpdate(sensing::BatchShare first) const {
   bool layers_found = true;
-  sensing::Scene& shared = scene();
-  for (const bool exact : {false, true})
-    if (makes_window_[exact])
-      shared.batch.FillWindow(root->windows_->of[exact].window, shared.grid,
-                              root->OwnDrawings(exact), root, exact);
   const Pose frame = SensorFrame(GetGlobalPose());
   const SineCosine turn = SinCos(frame.a);
   for (uint32_t i = 0; i < sensors_.size(); i++) {
@@ -302,11 +295,10 @@ bool ModelRanger::FillUpdate(sensing::BatchShare first) {
     if (sensor.sample_count == 0) continue;
     sensing::Fan fan = MakeFan(sensor, i);
     fan.exact = world->IsExact(sensor.ray_model);
-    sensing::PlaceFan(&fan, OriginOf(sensor, frame, turn), sensor.Reach(), shared.cells_per_metre);
-    if (!fan.nothing) fan.layer = shared.grid.FindRangerLayer(fan.z, fan.z_test, fan.exact);
+    PlaceFan(&fan, sensor, frame, turn);
     layers_found &= fan.layer != grid::kNoLayer;
-    shared.batch.Put(first.fans++, fan, first.rays, sensor.sample_count,
-                     root->windows_->of[fan.exact].window);
+    scene().batch.Put(first.fans++, fan, first.rays, sensor.sample_count,
+                      root->windows_->of[fan.exact].window);
     first.rays += sensor.sample_count;
   }
   return layers_found;

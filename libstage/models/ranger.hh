@@ -104,29 +104,33 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
  private:
   friend class GatherPhase;
 
-  // An update in parts, for several threads at once: each touches this model, its tree's windows
-  // and its own room in the batch alone.
+  /// For those that can't be made in parts, as follows.
+  void Gather(internal::sensing::FanList* fans) override;
 
-  /// Can it be made in parts? Not with angular noise, nor with the first exact ray of all.
-  bool CanShare() const;
+  // An update in parts, for several threads at once: each touches this model, its tree's windows
+  // and its own room in the batch alone. Not with angular noise, nor with the first exact ray of
+  // all.
+
+  bool HasAngleNoise() const;
+  bool CastsExactRays() const;
   /// Prepares it. False if FinishGettingReady() has to follow, with all other threads at rest.
   bool GetReady();
   void FinishGettingReady();
   /// What the update adds to the batch. The model may be the one to make windows of its tree.
-  internal::sensing::BatchShare MeasureUpdate();
-  /// The windows that it is to make begin here, among the words of the batch.
-  void PlaceWindows(uint32_t first_word);
+  internal::sensing::BatchShare MeasureUpdate(WindowsToMake* windows) const;
   /// Fills in the room that begins at `first`. False if the layer of a fan is still to be made; it
   /// has kNoLayer then.
-  bool FillUpdate(internal::sensing::BatchShare first);
+  bool FillUpdate(internal::sensing::BatchShare first) const;
 
   void Prepare(Sensor* sensor, uint32_t index);
   internal::sensing::Fan MakeFan(const Sensor& sensor, uint32_t index) const;
-  void AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn);
+  void PlaceFan(internal::sensing::Fan* fan, const Sensor& sensor, const Pose& frame,
+                const SineCosine& turn) const;
+  void AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn,
+              internal::sensing::FanList* fans);
   void ExpectHits(uint32_t tag) const override;
   void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
-  bool makes_window_[2];  // of the tree, in this batch, for each drawing
   std::vector<Sensor> sensors_;
 };
 

@@ -144,6 +144,12 @@ void ModelWifi::Shutdown() {
 }
 
 void ModelWifi::Update() {
+  GatherAlone();
+  world->QueueSensed(this);
+  Model::Update();
+}
+
+void ModelWifi::Gather(sensing::FanList* fans) {
   path_count_ = 0;
   const Pose here = GetGlobalPose();
   here_ = here;
@@ -151,9 +157,7 @@ void ModelWifi::Update() {
     for (const ModelWifi* other : world->engine().radios)
       if (!IsRelated(other)) AddPath(*other, here);
   if (propagation == PROPAGATION_RAYTRACE)
-    for (size_t i = 0; i < path_count_; i++) AddRay(static_cast<uint32_t>(i), here);
-  world->QueueSensed(this);
-  Model::Update();
+    for (size_t i = 0; i < path_count_; i++) AddRay(static_cast<uint32_t>(i), here, fans);
 }
 
 /// In dB, obstacles not counted.
@@ -215,7 +219,7 @@ bool ModelWifi::NoteObstacle(Model* candidate, const Model* finder, const void* 
   return false;
 }
 
-void ModelWifi::AddRay(uint32_t index, const Pose& here) {
+void ModelWifi::AddRay(uint32_t index, const Pose& here, sensing::FanList* fans) {
   const Path& path = paths_[index];
   const Pose& there = path.neighbor.pose;
   sensing::Fan fan;
@@ -229,7 +233,7 @@ void ModelWifi::AddRay(uint32_t index, const Pose& here) {
   // The bodies' own geometry is looked at afterwards: cells will do to find them.
   PlaceFan(&fan, Pose(here.x, here.y, here.z, heading), path.distance, RayModel::kCell);
   fan.record.first_direction = sensing::DirectionTables::kAhead;
-  scene().batch.Add(fan, 1, OwnWindow(fan));
+  fans->Add(fan, 1);
 }
 
 void ModelWifi::TakeHits(uint32_t tag, const sensing::RayHit*, uint32_t) {

@@ -74,6 +74,7 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
   void Shutdown() override;
   /// Works out who may be in reach and puts the lines past obstacles into the batch of the step.
   void Update() override;
+  void Gather(internal::sensing::FanList* fans) override;
   /// Makes the list of neighbours.
   void Sensed() override;
 
@@ -89,7 +90,7 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
   void LoadName(const char* property, std::string* name);
   double Loss(double distance);
   void AddPath(const ModelWifi& other, const Pose& here);
-  void AddRay(uint32_t index, const Pose& here);
+  void AddRay(uint32_t index, const Pose& here, internal::sensing::FanList* fans);
   void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
   std::vector<Neighbor> neighbors_;

@@ -17,18 +17,22 @@ void RayBatch::Clear() {
 }
 
 void RayBatch::Add(Fan fan, uint32_t samples, const Window& window) {
-  const BatchShare before = AddRoom({.rays = samples, .fans = 1, .words = 0});
+  const BatchShare before = AddRoom({.rays = samples, .fans = 1});
   Put(before.fans, fan, before.rays, samples, window);
 }
 
 BatchShare RayBatch::AddRoom(const BatchShare& share) {
-  const BatchShare before{ray_count_, fan_count_, static_cast<uint32_t>(window_words_.size())};
-  fan_count_ += share.fans;
-  if (fan_count_ > fans_.size()) {
-    fans_.resize(fan_count_);
-    device_fans_.resize(fan_count_);
-  }
-  window_words_.resize(window_words_.size() + share.words, 0);
+  const BatchShare before{ray_count_, fan_count_, static_cast<uint32_t>(window_words_.size()),
+                          static_cast<uint32_t>(fans_with_own_directions_.size()),
+                          own_directions_.size()};
+  const uint32_t fans = fan_count_ + share.fans;
+  if (fans > fans_.size()) fans_.resize(fans);
+  if (fans > device_fans_.size()) device_fans_.resize(fans);
+  window_words_.resize(before.words + share.words, 0);
+  fans_with_own_directions_.resize(before.turned_fans + share.turned_fans);
+  own_directions_.resize(before.turns + share.turns);
+  own_turns_.resize(before.turns + share.turns);
+  fan_count_ = fans;
   ray_count_ += share.rays;
   return before;
 }
@@ -45,14 +49,24 @@ void RayBatch::Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples
   device_fans_[index] = {fan.record, fan.layer, fan.single_leg() && samples > 0};
 }
 
-void RayBatch::Add(Fan fan, const std::vector<double>& bearings, const Window& window) {
-  fan.record.first_direction = static_cast<uint32_t>(own_directions_.size());
-  for (const double bearing : bearings) {
-    own_turns_.push_back(TurnOf(bearing));
-    own_directions_.push_back(MakeDirection(own_turns_.back()));
+void RayBatch::Add(const FanList& list, const FanList::Entry& entry, const Window& window) {
+  BatchShare share;
+  share += entry;
+  Put(AddRoom(share), list, entry, window);
+}
+
+void RayBatch::Put(const BatchShare& first, const FanList& list, const FanList::Entry& entry,
+                   const Window& window) {
+  if (!entry.turned) return Put(first.fans, entry.fan, first.rays, entry.samples, window);
+  Fan fan = entry.fan;
+  fan.record.first_direction = static_cast<uint32_t>(first.turns);
+  const std::span<const SineCosine> turns = list.TurnsOf(entry);
+  for (size_t i = 0; i < turns.size(); i++) {
+    own_turns_[first.turns + i] = turns[i];
+    own_directions_[first.turns + i] = MakeDirection(turns[i]);
   }
-  fans_with_own_directions_.push_back(fan_count_);
-  Add(fan, static_cast<uint32_t>(bearings.size()), window);
+  fans_with_own_directions_[first.turned_fans] = first.fans;
+  Put(first.fans, fan, first.rays, entry.samples, window);
 }
 
 void RayBatch::Close(const DirectionTables& tables) {
@@ -86,7 +100,7 @@ ray_window_t RayBatch::WindowOf(const Fan& fan) const {
 Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::Drawings& own, const void* tree,
                             bool exact) {
   Window window = PlanWindow(own);
-  window.first = AddRoom({.rays = 0, .fans = 0, .words = window.words()}).words;
+  window.first = AddRoom({.words = window.words()}).words;
   FillWindow(window, grid, own, tree, exact);
   return window;
 }

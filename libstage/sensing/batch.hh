@@ -11,6 +11,7 @@
 
 #include "grid/grid.hh"
 #include "sensing/fan.hh"
+#include "sensing/fan_list.hh"
 
 namespace Stg::internal::sensing {
 
@@ -29,12 +30,23 @@ inline constexpr uint32_t kMaxWindowSide = 16;
 struct BatchShare {
   uint64_t rays = 0;
   uint32_t fans = 0;
-  uint32_t words = 0;  ///< of windows
+  uint32_t words = 0;        ///< of windows
+  uint32_t turned_fans = 0;  ///< those with directions of their own
+  uint64_t turns = 0;        ///< these directions
 
+  BatchShare& operator+=(const FanList::Entry& o) {
+    rays += o.samples;
+    fans++;
+    turned_fans += o.turned;
+    turns += o.turned ? o.samples : 0;
+    return *this;
+  }
   BatchShare& operator+=(const BatchShare& o) {
     rays += o.rays;
     fans += o.fans;
     words += o.words;
+    turned_fans += o.turned_fans;
+    turns += o.turns;
     return *this;
   }
 };
@@ -52,8 +64,8 @@ class RayBatch {
 
   /// Adds a fan of `samples` rays. It is walked past the cells of the window.
   void Add(Fan fan, uint32_t samples, const Window& window);
-  /// The same with bearings of its own (a sensor with angular noise), in radians.
-  void Add(Fan fan, const std::vector<double>& bearings, const Window& window);
+  /// Adds one of a list.
+  void Add(const FanList& list, const FanList::Entry& entry, const Window& window);
 
   /// The window of a tree with these drawings: their cells in which there is nothing else. `tree`
   /// as in grid::Body; `exact`: which drawing of the bodies.
@@ -67,6 +79,9 @@ class RayBatch {
   BatchShare AddRoom(const BatchShare& share);
   /// Puts a fan into its room. `first_ray`: of the batch.
   void Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples, const Window& window);
+  /// The same with one of a list; its room begins at `first`.
+  void Put(const BatchShare& first, const FanList& list, const FanList::Entry& entry,
+           const Window& window);
   /// A window around a body without its words, with `first` 0.
   static Window PlanWindow(const grid::Drawings& own);
   void FillWindow(const Window& window, const grid::Grid& grid, const grid::Drawings& own,

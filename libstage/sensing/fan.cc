@@ -57,12 +57,17 @@ void DirectionTables::Trim() {
 
 uint32_t DirectionTables::Find(double fov, uint32_t count) {
   if (count == 1) fov = 0.0;  // all single samples look ahead
-  const auto [entry, is_new] = first_.try_emplace({fov, count}, static_cast<uint32_t>(all_.size()));
-  for (uint32_t i = 0; is_new && i < count; i++) {
-    turns_.push_back(TurnOf(SampleBearing(fov, count, i)));
-    all_.push_back(MakeDirection(turns_.back()));
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (const auto known = first_.find({fov, count}); known != first_.end()) return known->second;
+  const size_t first = all_.size();
+  turns_.resize(first + count);
+  all_.resize(first + count);
+  for (uint32_t i = 0; i < count; i++) {
+    turns_[first + i] = TurnOf(SampleBearing(fov, count, i));
+    all_[first + i] = MakeDirection(turns_[first + i]);
   }
-  return entry->second;
+  // Last, as there may be too little memory for any of it.
+  return first_[{fov, count}] = static_cast<uint32_t>(first);
 }
 
 void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre) {

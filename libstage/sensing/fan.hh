@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <map>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -40,7 +41,8 @@ double SampleBearing(double fov, uint32_t count, uint32_t i);
 class DirectionTables {
  public:
   DirectionTables();
-  /// Index of the first direction of the table for this kind of sensor; makes it if need be.
+  /// Index of the first direction of the table for this kind of sensor; makes it if need be. For
+  /// several threads at once, as long as nobody reads tables.
   uint32_t Find(double fov, uint32_t count);
   /// To be called between steps: if there are very many tables (of sensors that keep changing),
   /// forgets them all. Indices got before are void if the generation has changed.
@@ -54,6 +56,7 @@ class DirectionTables {
   static constexpr uint32_t kAhead = 0;
 
  private:
+  std::mutex mutex_;
   std::map<std::pair<double, uint32_t>, uint32_t> first_;
   std::vector<Direction> all_;
   std::vector<SineCosine> turns_;

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "geometry/geometry.hh"
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
 
@@ -20,8 +21,19 @@ struct Scene {
   grid::Grid grid;
   DirectionTables tables;
   RayBatch batch;
+  FanList fans;  ///< of the model that is updating, if it does so alone; for its memory
   uint64_t body_changes = 0;  ///< counts changes of the shapes of bodies
   uint64_t batch_number = 1;  ///< counts batches: tells what is left over from an earlier one
+
+  /// The plane area that anything was ever drawn in.
+  bounds3d_t Extent() const {
+    const grid::CellBox box = grid.extent();
+    bounds3d_t extent;
+    if (box.empty()) return extent;
+    extent.x = Bounds(box.min_x / cells_per_metre, (box.max_x + 1.0) / cells_per_metre);
+    extent.y = Bounds(box.min_y / cells_per_metre, (box.max_y + 1.0) / cells_per_metre);
+    return extent;
+  }
 };
 
 }  // namespace Stg::internal::sensing

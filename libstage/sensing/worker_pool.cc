@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <new>
 #include <system_error>
+#include <utility>
 
 namespace Stg::internal::sensing {
 
@@ -24,10 +26,13 @@ void Pause() {
 WorkerPool::WorkerPool(unsigned threads)
     : has_processors_(threads <= std::thread::hardware_concurrency()),
       shares_(std::max(threads, 1u)) {
+  // Before the first thread: nothing may be thrown while there are some.
+  workers_.reserve(shares_.size() - 1);
   try {
     for (unsigned i = 1; i < threads; i++) workers_.emplace_back([this, i] { Work(i); });
   } catch (const std::system_error&) {
     // The system grants no more threads: those that there are do the work.
+  } catch (const std::bad_alloc&) {
   }
   HoldProcessors(true);
 }
@@ -68,9 +73,31 @@ void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, siz
   busy_ = static_cast<unsigned>(workers_.size());
   generation_++;
   WakeAll(&workers_bed_);
-  if (first) first();
+  std::exception_ptr of_first;
+  try {
+    if (first) first();
+  } catch (...) {
+    of_first = std::current_exception();
+  }
   TakeRanges(0);
+  Finish(of_first);
+}
+
+/// Waits for the others, and throws what they have thrown.
+void WorkerPool::Finish(const std::exception_ptr& of_first) {
   WaitUntil([this] { return busy_ == 0; }, &caller_bed_);
+  if (failed_at_ != kNowhere) {
+    failed_at_ = kNowhere;
+    std::rethrow_exception(std::exchange(failure_, nullptr));
+  }
+  if (of_first) std::rethrow_exception(of_first);
+}
+
+void WorkerPool::NoteFailure(size_t begin) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (begin > failed_at_) return;
+  failed_at_ = begin;
+  failure_ = std::current_exception();
 }
 
 void WorkerPool::WakeAll(Bed* bed) {
@@ -112,7 +139,11 @@ void WorkerPool::TakeFrom(Share* share, unsigned thread) {
     const size_t count = std::clamp<size_t>((share->end - begin) / 2, 1, grain_);
     if (!share->next.compare_exchange_weak(begin, begin + count, std::memory_order_relaxed))
       continue;
-    (*job_)(begin, begin + count, thread);
+    try {
+      if (begin < failed_at_.load(std::memory_order_relaxed)) (*job_)(begin, begin + count, thread);
+    } catch (...) {
+      NoteFailure(begin);
+    }
     begin = share->next.load(std::memory_order_relaxed);
   }
 }

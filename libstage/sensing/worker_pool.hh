@@ -5,9 +5,11 @@
 #ifndef STAGE_SENSING_WORKER_POOL_HH
 #define STAGE_SENSING_WORKER_POOL_HH
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -35,34 +37,54 @@ class WorkerPool {
   /// Calls job(begin, end, thread) for ranges that make up [0, count), on all threads, the caller's
   /// among them; `thread` is below threads(). Returns when all is done. Each thread begins with its
   /// own share, so that what it worked on in one job is in its cache in the next, and then helps
-  /// the others: results must not depend on who does what. The job must not throw.
+  /// the others: results must not depend on who does what.
+  /// If the job throws, what is behind that place need not be done any more; all that is before it
+  /// is. When everybody has finished, the exception of the first range that threw is thrown again:
+  /// what one thread would have got to see.
   using Job = std::function<void(size_t begin, size_t end, unsigned thread)>;
   void Run(size_t count, size_t grain, const Job& job) { RunBeside(nullptr, count, grain, job); }
   /// The same; if other threads have work to begin with, calls `first` before the caller joins
-  /// them. Null: nothing. It must not throw.
+  /// them. Null: nothing. What it throws comes after what the job throws.
   void RunBeside(const std::function<void()>& first, size_t count, size_t grain, const Job& job);
-  /// The first of [0, count) for which is_so(index) is true, or `count`; looks at them on all
-  /// threads, at some of those behind the first too.
+  /// The first of [0, count) for which is_so(index) is true, or `count`. Looks at some behind the
+  /// first too, but never at many more than there are before it: a few are looked at by the caller,
+  /// the others on all threads.
+  static constexpr size_t kFewLooks = 1000;
   template <typename F>
   size_t FindFirst(size_t count, F is_so) {
-    constexpr size_t kFew = 1000, kGrain = 64;
-    std::atomic<size_t> first{count};
-    Run(count, count < kFew ? count : kGrain, [&](size_t begin, size_t end, unsigned) {
-      for (size_t i = begin; i < end && i < first.load(std::memory_order_relaxed); i++) {
-        if (!is_so(i)) continue;
-        size_t known = first.load(std::memory_order_relaxed);
-        while (i < known && !first.compare_exchange_weak(known, i)) {
-        }
-        return;
-      }
-    });
-    return first;
+    const size_t few = std::min(count, kFewLooks);
+    for (size_t i = 0; i < few; i++)
+      if (is_so(i)) return i;
+    for (size_t begin = few; begin < count;) {
+      const size_t end = std::min(count, 4 * begin), found = FindFirstOf(begin, end, is_so);
+      if (found < end) return found;
+      begin = end;
+    }
+    return count;
   }
+  /// How many jobs were shared with other threads so far, for tests.
+  uint64_t shared_jobs() const { return generation_; }
   /// A grain of `most` at most, so that each thread gets several shares of that many things: for
   /// some may take longer than others.
   size_t Grain(size_t count, size_t most) const;
 
  private:
+  template <typename F>
+  size_t FindFirstOf(size_t first, size_t end, F is_so) {
+    constexpr size_t kGrain = 64;
+    std::atomic<size_t> found{end};
+    Run(end - first, kGrain, [&](size_t from, size_t to, unsigned) {
+      for (size_t i = first + from; i < first + to; i++) {
+        size_t known = found.load(std::memory_order_relaxed);
+        if (i >= known) return;
+        if (!is_so(i)) continue;
+        while (i < known && !found.compare_exchange_weak(known, i)) {
+        }
+        return;
+      }
+    });
+    return found;
+  }
   /// What is left of the share that a thread begins with. A cache line of its own, as the threads
   /// write to theirs all the time.
   struct alignas(64) Share {
@@ -73,6 +95,8 @@ class WorkerPool {
   void Work(unsigned thread);
   void TakeRanges(unsigned thread);
   void TakeFrom(Share* share, unsigned thread);
+  void Finish(const std::exception_ptr& of_first);
+  void NoteFailure(size_t begin);
   /// Somewhere to wait. Who goes to sleep says so first, and then looks once more, under the mutex;
   /// who makes something true does so first, and then looks whether anybody sleeps: so no wake-up
   /// is missed, and none is made for nobody.
@@ -97,7 +121,10 @@ class WorkerPool {
 
   alignas(64) const Job* job_ = nullptr;
   size_t grain_ = 1;
-  std::vector<Share> shares_;  // one for each thread
+  static constexpr size_t kNowhere = ~size_t{0};
+  std::atomic<size_t> failed_at_{kNowhere};  // where the first range begins that threw
+  std::exception_ptr failure_;               // what it threw
+  std::vector<Share> shares_;                // one for each thread
 };
 
 }  // namespace Stg::internal::sensing

@@ -2,7 +2,11 @@
 
 #include "world/callback_phase.hh"
 
+#include <algorithm>
 #include <atomic>
+#include <cstdio>
+
+#include "models/thrown.hh"
 
 namespace Stg {
 
@@ -16,16 +20,43 @@ size_t CallbackPhase::Call(Model* const* models, size_t count, sensing::WorkerPo
   count = runs_.Find(count, [&] { return FindGroups(models, count, workers); });
   if (count == 0) return 0;
   const size_t groups = group_begins_.size() - 1;
+  thrower_ = {};
   const auto call = [&](size_t begin, size_t end, unsigned) {
-    for (uint32_t i = group_begins_[begin]; i < group_begins_[end]; i++)
-      if (models[i]) models[i]->CallCallbacks(Model::CB_UPDATE);
+    uint32_t i = group_begins_[begin];
+    try {
+      for (; i < group_begins_[end]; i++)
+        if (models[i]) models[i]->CallCallbacks(Model::CB_UPDATE);
+    } catch (...) {
+      NoteFirstThrower(i);
+      throw;
+    }
   };
-  workers->RunBeside(beside, groups, workers->Grain(groups, kGrain), call);
+  try {
+    runs_.Do(count,
+             [&] { workers->RunBeside(beside, groups, workers->Grain(groups, kGrain), call); });
+  } catch (...) {
+    SetThrower(thrower_.text);
+    throw;
+  }
   return count;
+}
+
+/// The workers throw the first of all exceptions again: who threw it is known to its thread.
+void CallbackPhase::NoteFirstThrower(size_t index) {
+  const std::lock_guard<std::mutex> lock(thrower_mutex_);
+  if (index < thrower_.index) {
+    thrower_.index = index;
+    std::snprintf(thrower_.text, sizeof thrower_.text, "%s", Thrower());
+  }
+  ForgetThrower();
 }
 
 size_t CallbackPhase::FindGroups(Model* const* models, size_t count, sensing::WorkerPool* workers) {
   if (models[0] && models[0]->serial_update_callbacks_) return 0;
+  // A few on this thread: mostly, where callbacks are mixed, the run ends among them.
+  const size_t few = std::min(count, sensing::WorkerPool::kFewLooks);
+  const size_t first = FindGroupsInTurn(models, few);
+  if (first < few || few == count) return first;
   return FindGroupsTogether(models, count, workers) ? count : FindGroupsInTurn(models, count);
 }
 

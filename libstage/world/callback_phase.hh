@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Calls callbacks that keep to themselves (Model::AddParallelCallback()) on several threads.
+//
+// Those that don't may look at anything and change anything: what callbacks of models before them
+// did has to be there, and what those behind them do must not. So each of these ends a run.
 
 #ifndef STAGE_WORLD_CALLBACK_PHASE_HH
 #define STAGE_WORLD_CALLBACK_PHASE_HH
 
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <vector>
 
 #include "models/model.hh"
@@ -20,7 +24,8 @@ class CallbackPhase {
   /// See RunOptions::share_from.
   void SetFewest(size_t models) { runs_.SetFewest(models); }
   /// Between steps.
-  void EndStep() { runs_.Begin(); }
+  void EndStep() { runs_.EndStep(); }
+  uint64_t looks() const { return runs_.looks(); }  ///< see RunFinder
   /// Calls the CB_UPDATE callbacks of the first few of these models, as if one after the other.
   /// Returns of how many: up to one whose callbacks may not be called at the same time; 0 if it
   /// isn't worth while. Null stands for a model that is gone.
@@ -33,6 +38,14 @@ class CallbackPhase {
   bool FindGroupsTogether(Model* const* models, size_t count, sensing::WorkerPool* workers);
   size_t FindGroupsInTurn(Model* const* models, size_t count);
 
+  void NoteFirstThrower(size_t index);
+
+  struct FirstThrower {
+    size_t index = ~size_t{0};
+    char text[400] = "";
+  };
+  std::mutex thrower_mutex_;
+  FirstThrower thrower_;
   RunFinder runs_;
   // Neighbours of the same tree are a group, which one thread calls. Where each begins, and the end
   // of the last.

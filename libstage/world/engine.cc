@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <new>
 
 #include "messages/report.hh"
 
@@ -68,6 +69,19 @@ void WorldEngine::TraceBatch() {
 void WorldEngine::EndBatch() {
   scene.batch.Clear();
   scene.batch_number++;
+}
+
+void WorldEngine::AbandonStep(usec_t now) noexcept {
+  EndBatch();
+  sensed.clear();
+  update_callbacks_due.clear();
+  try {
+    for (const Scheduler::Event& event : due)
+      if (event.model || event.callback) scheduler.Add(now, event);  // void if it has happened
+  } catch (const std::bad_alloc&) {
+    // These models update no more. There is too little memory for the world anyhow.
+  }
+  due.clear();
 }
 
 /// Every so many runs of a batch are for a look, the others go the usual way.

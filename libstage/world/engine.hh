@@ -68,6 +68,9 @@ class WorldEngine {
   /// Gets ready for the next step, and lets go of what no sensor has used for a long time; the
   /// batch is empty.
   void EndStep();
+  /// Instead of that, if something was thrown: forgets what the step was about to do, but for what
+  /// is due and has not happened, which is due in the next step.
+  void AbandonStep(usec_t now) noexcept;
   /// Puts bodies back into the rangers' layer whose ranger_return is no longer negative.
   void RefreshHidden();
   void ForgetRays(const Model* finder);
@@ -79,6 +82,13 @@ class WorldEngine {
   size_t UpdateTogether(size_t first, World* world);
   /// The same with the callbacks of `update_callbacks_due`.
   size_t CallTogether(size_t first);
+
+  /// Of threads sharing work, for tests: how often they did, and how many updates, moves and
+  /// callbacks were looked at for that.
+  uint64_t shared_jobs() const { return workers_->shared_jobs(); }
+  uint64_t looks() const {
+    return gather_phase_.looks() + move_phase_.looks() + callback_phase_.looks();
+  }
 
  private:
   sensing::HitLists Prefilter(uint64_t rays);

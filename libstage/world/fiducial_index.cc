@@ -44,9 +44,10 @@ void FiducialIndex::Refresh(const std::vector<Model*>& models, uint64_t step) {
   std::sort(places_.begin(), places_.end());
 }
 
-const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reach) {
-  near_.clear();
-  if (!std::isfinite(x) || !std::isfinite(y) || !(reach >= 0)) return near_;
+const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reach) const {
+  static thread_local std::vector<uint32_t> near;  // for its memory
+  near.clear();
+  if (!std::isfinite(x) || !std::isfinite(y) || !(reach >= 0)) return near;
   const double last_strip = StripOf(x + reach);
   const Place from{StripOf(x - reach), y - reach, 0};
   auto place = std::lower_bound(places_.begin(), places_.end(), from);
@@ -55,13 +56,13 @@ const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reac
     // This may be the first place of a later strip than the one that was looked for.
     place = std::lower_bound(place, places_.end(), Place{strip, y - reach, 0});
     for (; place != places_.end() && place->strip == strip && place->y <= y + reach; ++place)
-      if (std::fabs(targets_[place->target].pose.x - x) <= reach) near_.push_back(place->target);
+      if (std::fabs(targets_[place->target].pose.x - x) <= reach) near.push_back(place->target);
     // The next strip. So far out that adding 1 changes nothing the next number is all the same.
     const double beyond = std::nextafter(strip, std::numeric_limits<double>::infinity());
     place = std::lower_bound(place, places_.end(), Place{beyond, y - reach, 0});
   }
-  std::sort(near_.begin(), near_.end());
-  return near_;
+  std::sort(near.begin(), near.end());
+  return near;
 }
 
 void FiducialIndex::AddFinder(ModelFiducial* finder) {

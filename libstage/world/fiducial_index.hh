@@ -28,9 +28,9 @@ class FiducialIndex {
   void Refresh(const std::vector<Model*>& models, uint64_t step);
 
   /// The targets whose x and y both lie within +-reach of the point, in the order of creation.
-  /// Valid until the next call. The time it takes grows with the number of targets that are near,
-  /// not of all.
-  const std::vector<uint32_t>& Near(double x, double y, double reach);
+  /// Valid until this thread's next call. The time it takes grows with the number of targets that
+  /// are near, not of all.
+  const std::vector<uint32_t>& Near(double x, double y, double reach) const;
   const Target& target(uint32_t i) const { return targets_[i]; }
 
   /// Subscribed finders: those that keep pointers to targets.
@@ -49,9 +49,8 @@ class FiducialIndex {
     bool operator<(const Place& o) const;
   };
 
-  std::vector<Target> targets_;  // in the order of creation
-  std::vector<Place> places_;    // sorted
-  std::vector<uint32_t> near_;
+  std::vector<Target> targets_;          // in the order of creation
+  std::vector<Place> places_;            // sorted
   std::vector<ModelFiducial*> finders_;  // in the order of creation
   uint64_t step_ = 0;
   bool known_ = false;

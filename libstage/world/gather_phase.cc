@@ -7,8 +7,17 @@
 #include <typeinfo>
 #include <utility>
 
+#include "models/actuator.hh"
+#include "models/blinkenlight.hh"
+#include "models/blobfinder.hh"
+#include "models/bumper.hh"
+#include "models/camera.hh"
+#include "models/fiducial.hh"
+#include "models/gripper.hh"
+#include "models/lightindicator.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
+#include "models/wifi.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -23,15 +32,19 @@ size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* 
                            sensing::WorkerPool* workers) {
   if (workers->threads() == 1) return 0;
   count = runs_.Find(count, [&] {
-    return workers->FindFirst(count, [&](size_t i) { return !IsPlain(events[i]); });
+    return workers->FindFirst(count, [&](size_t i) { return !MayShare(events[i]); });
   });
   if (count == 0) return 0;
-  if (!Prepare(events, count, workers)) {
+  if (!Prepare(events, count, world, workers)) {
     runs_.Skip(count);
     return 0;
   }
+  runs_.Do(count, [&] { UpdatePrepared(world, workers); });
+  return count;
+}
+
+void GatherPhase::UpdatePrepared(World* world, sensing::WorkerPool* workers) {
   sensing::Scene& scene = world->scene();
-  blocks_.resize((count + kBlock - 1) / kBlock);
   ForEachBlock(workers, [this](Block* block) { Measure(block); });
   MakeRoom(&scene.batch);
   // All windows have their place before the first fan refers to one.
@@ -39,12 +52,11 @@ size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* 
   ForEachBlock(workers, [this](Block* block) { Fill(block); });
   MakeLayers(&scene);
   Queue(world, workers);
-  return count;
 }
 
 template <typename F>
 void GatherPhase::ForEachBlock(sensing::WorkerPool* workers, F f) {
-  workers->Run(blocks_.size(), workers->Grain(blocks_.size(), kGrain / kBlock),
+  workers->Run(block_count_, workers->Grain(block_count_, kGrain / kBlock),
                [&](size_t begin, size_t end, unsigned) {
                  for (size_t i = begin; i < end; i++) f(&blocks_[i]);
                });
@@ -55,93 +67,200 @@ std::span<GatherPhase::Entry> GatherPhase::EntriesOf(const Block& block) {
   return std::span(entries_).subspan(first, std::min(kBlock, entries_.size() - first));
 }
 
+std::span<const sensing::FanList::Entry> GatherPhase::FansOf(const Entry& entry,
+                                                             const Block& block) {
+  return block.fans.From(entry.first_fan).first(entry.fan_count);
+}
+
+namespace {
+
+/// What an update takes beside Model::Gather().
+struct Needs {
+  const std::type_info* type;
+  bool windows;      // of its tree: it casts rays past its own body
+  bool targets;      // the index of what fiducial finders may see
+  bool every_layer;  // the layer of everything, for its rays, which may be exact
+  bool rest;         // Model::Sensed()
+};
+
+/// Of the library's types but positions and rangers; null: it is none of them.
+const Needs* FindNeeds(const std::type_info& type) {
+  static const Needs kNeeds[] = {
+      {&typeid(ModelFiducial), true, true, true, false},
+      {&typeid(ModelActuator), false, false, false, false},
+      {&typeid(ModelBlobfinder), true, false, true, false},
+      {&typeid(ModelBumper), true, false, false, false},
+      {&typeid(ModelGripper), false, false, false, true},
+      {&typeid(ModelWifi), true, false, false, true},
+      {&typeid(ModelCamera), false, false, false, false},
+      {&typeid(Model), false, false, false, false},
+      {&typeid(ModelBlinkenlight), false, false, false, false},
+      {&typeid(ModelLightIndicator), false, false, false, false},
+  };
+  const auto found = std::ranges::find_if(kNeeds, [&](const Needs& n) { return *n.type == type; });
+  return found != std::end(kNeeds) ? found : nullptr;
+}
+
+}  // namespace
+
 /// The update of a model whose class does what it does here.
-bool GatherPhase::IsPlain(const Scheduler::Event& event) {
+bool GatherPhase::MayShare(const Scheduler::Event& event) {
   if (event.callback || !event.model) return false;
   const std::type_info& type = typeid(*event.model);
-  return type == typeid(ModelRanger) ||
-         (type == typeid(ModelPosition) && !event.model->HasCallbacks(Model::CB_VELOCITY));
+  if (type == typeid(ModelRanger)) return true;
+  if (type == typeid(ModelPosition)) return !event.model->HasCallbacks(Model::CB_VELOCITY);
+  return FindNeeds(type) != nullptr;
 }
 
-GatherPhase::Kind GatherPhase::KindOf(const Scheduler::Event& event) {
-  if (!event.model->ExpectsUpdate(event.chain)) return Kind::kNothing;
-  return typeid(*event.model) == typeid(ModelRanger) ? Kind::kRanger : Kind::kPosition;
-}
+// ---- getting ready ------------------------------------------------------------------------------
 
-/// False if the updates can't be made in parts.
-bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count,
+/// False if the updates can't be made at once.
+bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* world,
                           sensing::WorkerPool* workers) {
   entries_.resize(count);
-  std::atomic<bool> can_share{true}, all_ready{true};
+  block_count_ = (count + kBlock - 1) / kBlock;
+  if (blocks_.size() < block_count_) blocks_.resize(block_count_);
+  std::atomic<unsigned> wants{0};
   workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
-    for (size_t i = begin; i < end; i++) {
-      Entry& entry = entries_[i];
-      entry = Entry();
-      entry.model = events[i].model;
-      entry.kind = KindOf(events[i]);
-      if (entry.kind != Kind::kRanger) continue;
-      ModelRanger& ranger = *static_cast<ModelRanger*>(entry.model);
-      entry.ready = ranger.GetReady();
-      if (!entry.ready) all_ready.store(false, std::memory_order_relaxed);
-      if (!ranger.CanShare()) can_share.store(false, std::memory_order_relaxed);
-    }
+    unsigned all = 0;
+    for (size_t i = begin; i < end; i++) all |= PrepareEntry(events[i], &entries_[i]);
+    if (all != 0) wants.fetch_or(all, std::memory_order_relaxed);
   });
-  if (!all_ready)
-    for (const Entry& entry : entries_)
-      if (entry.kind == Kind::kRanger && !entry.ready)
-        static_cast<ModelRanger*>(entry.model)->FinishGettingReady();
-  return can_share;
+  // The first exact ray of all: all bodies have to be drawn for it, which changes the grid.
+  if ((wants & kExactRays) && !world->scene().exact_drawing) return false;
+  FinishGettingReady(wants, world);
+  return true;
 }
+
+/// Returns what has to be there for it.
+unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) {
+  *entry = Entry();
+  Model& model = *event.model;
+  entry->model = &model;
+  entry->kind = Kind::kNothing;
+  if (!model.ExpectsUpdate(event.chain)) return 0;
+  const std::type_info& type = typeid(model);
+  if (type == typeid(ModelPosition)) {
+    entry->kind = Kind::kPosition;
+    return 0;
+  }
+  if (type == typeid(ModelRanger)) return PrepareRanger(entry);
+  const Needs& needs = *FindNeeds(type);
+  entry->kind = Kind::kOther;
+  entry->has_rest = needs.rest;
+  entry->ready = !needs.windows || model.root->windows_;
+  return (needs.targets ? kTargets : 0) | (entry->ready ? 0 : kPartsThatLack) |
+         (needs.every_layer && model.world->IsExact(RayModel::kDefault) ? kExactRays : 0);
+}
+
+unsigned GatherPhase::PrepareRanger(Entry* entry) {
+  ModelRanger& ranger = *static_cast<ModelRanger*>(entry->model);
+  entry->ready = ranger.GetReady() && ranger.root->windows_;
+  entry->kind = ranger.HasAngleNoise() ? Kind::kOther : Kind::kRanger;
+  return (entry->ready ? 0 : kPartsThatLack) | (ranger.CastsExactRays() ? kExactRays : 0);
+}
+
+/// What no two threads may do at once.
+void GatherPhase::FinishGettingReady(unsigned wants, World* world) {
+  WorldEngine& engine = world->engine();
+  if (wants & kTargets) engine.fiducials.Refresh(engine.models, world->GetUpdateCount());
+  if ((wants & kExactRays) && world->IsExact(RayModel::kDefault))
+    engine.scene.grid.EverythingLayer(true);
+  if (!(wants & kPartsThatLack)) return;
+  for (const Entry& entry : entries_) {
+    if (entry.ready || (entry.kind != Kind::kRanger && entry.kind != Kind::kOther)) continue;
+    Model& model = *entry.model;
+    if (!model.root->windows_) model.root->windows_ = std::make_unique<Model::OwnWindows>();
+    if (entry.kind == Kind::kRanger) static_cast<ModelRanger&>(model).FinishGettingReady();
+  }
+}
+
+// ---- measuring ----------------------------------------------------------------------------------
 
 void GatherPhase::Measure(Block* block) {
   block->share = {};
+  block->fans.Clear();
   for (Entry& entry : EntriesOf(*block)) {
-    if (entry.kind != Kind::kRanger) continue;
-    entry.share = static_cast<ModelRanger*>(entry.model)->MeasureUpdate();
+    MeasureEntry(&entry, block);
     block->share += entry.share;
+  }
+}
+
+void GatherPhase::MeasureEntry(Entry* entry, Block* block) {
+  if (entry->kind == Kind::kRanger)
+    entry->share = static_cast<ModelRanger*>(entry->model)->MeasureUpdate(&entry->windows);
+  if (entry->kind != Kind::kOther) return;
+  entry->first_fan = block->fans.size();
+  entry->model->Gather(&block->fans);
+  entry->fan_count = block->fans.size() - entry->first_fan;
+  for (const sensing::FanList::Entry& listed : FansOf(*entry, *block)) {
+    entry->share += listed;
+    if (listed.past_own_tree)
+      entry->share.words += entry->windows.Plan(*entry->model, listed.fan.exact);
   }
 }
 
 void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
   sensing::BatchShare all;
-  for (const Block& block : blocks_) all += block.share;
+  for (const Block& block : Blocks()) all += block.share;
   sensing::BatchShare next = batch->AddRoom(all);
-  for (Block& block : blocks_) next += std::exchange(block.share, next);
+  for (Block& block : Blocks()) next += std::exchange(block.share, next);
 }
 
 void GatherPhase::PlaceWindows(const Block& block) {
   sensing::BatchShare next = block.share;
   for (Entry& entry : EntriesOf(block)) {
-    if (entry.kind != Kind::kRanger) continue;
+    if (entry.kind != Kind::kRanger && entry.kind != Kind::kOther) continue;
     next += std::exchange(entry.share, next);
-    static_cast<ModelRanger*>(entry.model)->PlaceWindows(entry.share.words);
+    entry.windows.Place(*entry.model, entry.share.words);
   }
 }
+
+// ---- filling in ---------------------------------------------------------------------------------
 
 void GatherPhase::Fill(Block* block) {
   const std::span<Entry> entries = EntriesOf(*block);
   block->callbacks = 0;
-  block->layer_missing = false;
+  block->layer_missing = block->has_rests = false;
   block->same_interval = true;
   for (Entry& entry : entries) {
-    FillEntry(&entry);
+    FillEntry(&entry, *block);
     block->callbacks += entry.has_callbacks;
     block->layer_missing |= entry.layer_missing;
+    block->has_rests |= entry.has_rest;
     block->same_interval &= entry.kind != Kind::kNothing && entry.interval == entries[0].interval;
   }
   block->interval = entries[0].interval;
 }
 
-void GatherPhase::FillEntry(Entry* entry) {
+void GatherPhase::FillEntry(Entry* entry, const Block& block) {
   if (entry->kind == Kind::kNothing) return;
+  entry->windows.Fill(*entry->model);
   if (entry->kind == Kind::kRanger)
     entry->layer_missing = !static_cast<ModelRanger*>(entry->model)->FillUpdate(entry->share);
+  else if (entry->kind == Kind::kPosition)
+    static_cast<ModelPosition*>(entry->model)->Gather(nullptr);
   else
-    static_cast<ModelPosition*>(entry->model)->UpdateMotion();
+    entry->layer_missing = !PutFans(*entry, block);
   // As Model::Update() has it.
   entry->interval = entry->model->GetUpdateInterval();
   entry->chain = ++entry->model->update_chain_;
   entry->has_callbacks = entry->model->HasCallbacks(Model::CB_UPDATE);
+}
+
+/// Those that it has listed. False if the layer of a fan is still to be made.
+bool GatherPhase::PutFans(const Entry& entry, const Block& block) {
+  bool layers_found = true;
+  sensing::BatchShare room = entry.share;
+  for (const sensing::FanList::Entry& listed : FansOf(entry, block)) {
+    const bool exact = listed.fan.exact;
+    entry.model->scene().batch.Put(
+        room, block.fans, listed,
+        listed.past_own_tree ? entry.model->root->windows_->of[exact].window : sensing::Window());
+    layers_found &= listed.fan.layer != grid::kNoLayer;
+    room += listed;
+  }
+  return layers_found;
 }
 
 /// The layers of the grid that rangers' fans look for, at heights that nobody looked at so far.
@@ -155,23 +274,24 @@ void GatherPhase::MakeLayers(sensing::Scene* scene) {
         batch.SetLayer(i, scene->grid.RangerLayer(fan.z, fan.z_test, fan.exact));
     }
   };
-  for (const Block& block : blocks_) {
+  for (const Block& block : Blocks()) {
     if (!block.layer_missing) continue;
     for (const Entry& entry : EntriesOf(block))
       if (entry.layer_missing) make_for(entry);
   }
 }
 
-/// The next updates and the callbacks of this one.
+/// The next updates, and the rests and callbacks of this one.
 void GatherPhase::Queue(World* world, sensing::WorkerPool* workers) {
   constexpr size_t kMany = 1000;  // fewer are done before other threads have begun
-  const bool together = entries_.size() >= kMany &&
-                        std::all_of(blocks_.begin(), blocks_.end(), [&](const Block& block) {
-                          return block.same_interval && block.interval == blocks_[0].interval;
-                        });
+  const bool together =
+      entries_.size() >= kMany && std::ranges::all_of(Blocks(), [&](const Block& block) {
+        return block.same_interval && block.interval == blocks_[0].interval && !block.has_rests;
+      });
   if (together) return QueueTogether(world, workers);
   for (const Entry& entry : entries_) {
     if (entry.kind == Kind::kNothing) continue;
+    if (entry.has_rest) world->QueueSensed(entry.model);
     world->ScheduleUpdate(entry.model, entry.interval, entry.chain);
     if (entry.has_callbacks) world->QueueUpdateCallbacks(entry.model);
   }
@@ -183,7 +303,7 @@ void GatherPhase::QueueTogether(World* world, sensing::WorkerPool* workers) {
   const std::span<Scheduler::Event> events =
       engine.scheduler.AddRoom(world->SimTimeNow() + blocks_[0].interval, entries_.size());
   size_t callbacks = engine.update_callbacks_due.size();
-  for (Block& block : blocks_) callbacks += std::exchange(block.callbacks, callbacks);
+  for (Block& block : Blocks()) callbacks += std::exchange(block.callbacks, callbacks);
   engine.update_callbacks_due.resize(callbacks);
   ForEachBlock(workers, [&](Block* block) {
     Model** due = engine.update_callbacks_due.data() + block->callbacks;

@@ -1,8 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Updates positions and rangers on several threads, with the very outcome of one after the other:
-// an update of theirs touches nothing but the model itself, the batch and the schedule. What each
-// adds to the batch is counted first; then each fills in its own room there.
+// Updates models of the library's own types on several threads, with the very outcome of one after
+// the other.
+//
+// What may be done in another order, and why: an update of such a type changes the model itself,
+// the batch, and the lists of what is to come (the next update, callbacks, what follows sensing).
+// It looks at poses and bodies, which no update changes (fingers of grippers move after sensing),
+// and at nothing else that another update changes. So models may update in any order, whatever
+// their types; and so may their fans be in the batch in any order, as a fan's hits concern its own
+// sensor alone. Only the order of the lists shows later: these are filled in the order of the
+// events, when all have updated. What may not: callbacks that somebody has queued, updates of
+// classes derived by clients, and positions with callbacks for CB_VELOCITY. These may do anything,
+// such as move or delete models that come later. They are done alone, with all before them done and
+// none of those behind them.
+//
+// What each model adds to the batch is counted first; then each fills in its own room there.
 
 #ifndef STAGE_WORLD_GATHER_PHASE_HH
 #define STAGE_WORLD_GATHER_PHASE_HH
@@ -11,7 +23,9 @@
 #include <span>
 #include <vector>
 
+#include "models/own_windows.hh"
 #include "sensing/batch.hh"
+#include "sensing/fan_list.hh"
 #include "sensing/worker_pool.hh"
 #include "world/run_finder.hh"
 #include "world/scheduler.hh"
@@ -23,48 +37,64 @@ class GatherPhase {
   /// See RunOptions::share_from.
   void SetFewest(size_t models) { runs_.SetFewest(models); }
   /// Between steps.
-  void EndStep() { runs_.Begin(); }
+  void EndStep() { runs_.EndStep(); }
+  uint64_t looks() const { return runs_.looks(); }  ///< see RunFinder
   /// Updates the models of the first few of these events. Returns how many events that was: up to
   /// one that is something else; 0 if it isn't worth while.
   size_t Update(const Scheduler::Event* events, size_t count, World* world,
                 sensing::WorkerPool* workers);
 
  private:
-  enum class Kind : uint8_t { kNothing, kPosition, kRanger };
+  /// Positions and rangers, of which there are many, have shorter ways than the others.
+  enum class Kind : uint8_t { kNothing, kPosition, kRanger, kOther };
   struct Entry {
     Model* model;
     sensing::BatchShare share;  // then where its room begins
     usec_t interval;
     uint64_t chain;
+    size_t first_fan, fan_count;  // of those listed in the block
+    Model::WindowsToMake windows;
     Kind kind;
-    bool ready, has_callbacks, layer_missing;
+    bool ready, has_rest, has_callbacks, layer_missing;
   };
   // Some entries that follow each other: what is added up of all is added up block by block.
   static constexpr size_t kBlock = 16;
   struct Block {
     sensing::BatchShare share;  // of its entries together, then where their room begins
+    sensing::FanList fans;      // of its entries of other types
     size_t callbacks;           // entries with callbacks, then how many come before it
     usec_t interval;            // of its entries, if it is the same
-    bool same_interval, layer_missing;
+    bool same_interval, layer_missing, has_rests;
   };
   template <typename F>
   void ForEachBlock(sensing::WorkerPool* workers, F f);
   std::span<Entry> EntriesOf(const Block& block);
-  static bool IsPlain(const Scheduler::Event& event);
-  static Kind KindOf(const Scheduler::Event& event);
-  bool Prepare(const Scheduler::Event* events, size_t count, sensing::WorkerPool* workers);
+  std::span<Block> Blocks() { return std::span(blocks_).first(block_count_); }
+  static std::span<const sensing::FanList::Entry> FansOf(const Entry& entry, const Block& block);
+  static bool MayShare(const Scheduler::Event& event);
+  bool Prepare(const Scheduler::Event* events, size_t count, World* world,
+               sensing::WorkerPool* workers);
+  // What updates want to be there, beside what they make themselves.
+  static constexpr unsigned kTargets = 1, kExactRays = 2, kPartsThatLack = 4;
+  static unsigned PrepareEntry(const Scheduler::Event& event, Entry* entry);
+  static unsigned PrepareRanger(Entry* entry);
+  void FinishGettingReady(unsigned wants, World* world);
+  void UpdatePrepared(World* world, sensing::WorkerPool* workers);
   void Measure(Block* block);
   void MakeRoom(sensing::RayBatch* batch);
+  void MeasureEntry(Entry* entry, Block* block);
   void PlaceWindows(const Block& block);
   void Fill(Block* block);
-  static void FillEntry(Entry* entry);
+  void FillEntry(Entry* entry, const Block& block);
+  bool PutFans(const Entry& entry, const Block& block);
   void MakeLayers(sensing::Scene* scene);
   void Queue(World* world, sensing::WorkerPool* workers);
   void QueueTogether(World* world, sensing::WorkerPool* workers);
 
   RunFinder runs_;
   std::vector<Entry> entries_;
-  std::vector<Block> blocks_;
+  std::vector<Block> blocks_;  // the first block_count_; the others are kept for their memory
+  size_t block_count_ = 0;
 };
 
 }  // namespace Stg

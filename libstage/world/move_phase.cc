@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <typeinfo>
 
+#include "models/actuator.hh"
 #include "models/position.hh"
 #include "sensing/scene.hh"
 
@@ -16,6 +17,7 @@ constexpr size_t kAtOnce = 256;  // movers for each thread; so that plans stay i
 constexpr size_t kMostAtOnce = 4096;
 constexpr int64_t kMostTiles = 256;  // a mover that uses more moves alone
 constexpr size_t kGrain = 16;
+constexpr size_t kFew = 4;  // movers of a rank, not worth waking threads for
 static_assert(kMostAtOnce <= TileClaims::kMost);
 
 grid::CellBox TilesOf(const grid::CellBox& cells) {
@@ -100,39 +102,59 @@ void TileClaims::Begin(const grid::Grid& grid) {
 
 namespace {
 
-/// A robot that stands by itself and moves as ModelPosition does.
-bool MovesPlainly(const Model& model) {
+bool StandsAlone(const Model& model) {
   return model.Parent() == nullptr && typeid(model) == typeid(ModelPosition);
 }
 
 }  // namespace
 
+/// A robot that stands by itself and moves as ModelPosition does, or what stays where it is. What
+/// moves on another model comes in its turn: where it goes depends on whether that has moved.
+bool MovePhase::MayShare(const Model& model) {
+  if (StandsAlone(model)) return true;
+  const std::type_info& type = typeid(model);
+  if (type == typeid(ModelPosition)) return static_cast<const ModelPosition&>(model).StaysStill();
+  return type == typeid(ModelActuator) && static_cast<const ModelActuator&>(model).StaysStill();
+}
+
 size_t MovePhase::Move(Model* const* models, size_t count, sensing::Scene* scene,
                        sensing::WorkerPool* workers) {
   if (workers->threads() == 1 || scene->exact_drawing) return 0;
   count = runs_.Find(count, [&] {
-    return workers->FindFirst(count, [&](size_t i) { return !MovesPlainly(*models[i]); });
+    return workers->FindFirst(count, [&](size_t i) { return !MayShare(*models[i]); });
   });
   if (count == 0 || Placement::IsNearlyFull(*models[0])) return 0;
   grid_ = &scene->grid;
   edits_.resize(workers->threads());
   const size_t at_once = std::min(kMostAtOnce, kAtOnce * workers->threads());
-  for (size_t begin = 0; begin < count; begin += at_once)
-    MovePart(models + begin, std::min(at_once, count - begin), workers);
+  runs_.Do(count, [&] {
+    for (size_t begin = 0; begin < count; begin += at_once)
+      MovePart(models + begin, std::min(at_once, count - begin), workers);
+  });
   return count;
 }
 
 void MovePhase::MovePart(Model* const* models, size_t count, sensing::WorkerPool* workers) {
   MakePlans(models, count, workers);
+  if (!std::ranges::any_of(marks_, [](uint8_t marks) { return marks & kMovesAlone; }))
+    return MoveRanks(0, count, workers);
+  // Between those who move alone there may be few others, not worth waking threads for.
+  const auto move_between = [&](size_t begin, size_t end) {
+    if (end - begin >= runs_.later_fewest()) return MoveRanks(begin, end, workers);
+    for (size_t i = begin; i < end; i++) MoveAlone(&plans_[i]);
+  };
   size_t begin = 0;
   for (size_t i = 0; i < count; i++) {
     if (!(marks_[i] & kMovesAlone)) continue;
-    MoveRanks(begin, i, workers);
-    Plan& plan = plans_[i];
-    if (plan.model->EndMove(plan.placement)) plan.placement.Commit();
+    move_between(begin, i);
+    MoveAlone(&plans_[i]);
     begin = i + 1;
   }
-  MoveRanks(begin, count, workers);
+  move_between(begin, count);
+}
+
+void MovePhase::MoveAlone(Plan* plan) {
+  if (plan->moves && plan->model->EndMove(plan->placement)) plan->placement.Commit();
 }
 
 void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers) {
@@ -144,10 +166,12 @@ void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPoo
     size_t parts = 0, cells = 0;
     for (size_t i = begin; i < end; i++) {
       Plan& plan = plans_[i];
-      plan.model = static_cast<ModelPosition*>(models[i]);
-      plan.shared = false;
+      plan.shared = plan.moves = false;
       plan.rank = 0;
-      if (!plan.model->BeginMove(&plan.placement)) continue;
+      if (!StandsAlone(*models[i])) continue;
+      plan.model = static_cast<ModelPosition*>(models[i]);
+      plan.moves = plan.model->BeginMove(&plan.placement);
+      if (!plan.moves) continue;
       Describe(i);
       parts += plan.placement.NewParts().size();
       cells += grid::CountCells(plan.placement.NewParts());
@@ -180,6 +204,16 @@ void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers
   AssignRanks(begin, end);
   SortByRank();
   grid_->BeginSharedEdit(parts_, cells_, &edits_);
+  try {
+    MoveRanksShared(begin, end, workers);
+  } catch (...) {
+    grid_->EndSharedEdit(&edits_);
+    throw;
+  }
+  grid_->EndSharedEdit(&edits_);
+}
+
+void MovePhase::MoveRanksShared(size_t begin, size_t end, sensing::WorkerPool* workers) {
   const size_t all = end - begin;
   workers->Run(all, workers->Grain(all, kGrain), [&](size_t from, size_t to, unsigned thread) {
     for (size_t i = begin + from; i < begin + to; i++)
@@ -189,13 +223,12 @@ void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers
   for (const uint32_t rank_end : rank_ends_) {
     const uint32_t* movers = order_.data() + first;
     const size_t count = rank_end - first;
-    workers->Run(count, workers->Grain(count, kGrain),
+    workers->Run(count, std::max(workers->Grain(count, kGrain), kFew),
                  [&](size_t from, size_t to, unsigned thread) {
                    for (size_t i = from; i < to; i++) MovePlan(&plans_[movers[i]], thread);
                  });
     first = rank_end;
   }
-  grid_->EndSharedEdit(&edits_);
 }
 
 void MovePhase::MovePlan(Plan* plan, unsigned thread) {

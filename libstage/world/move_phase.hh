@@ -108,7 +108,8 @@ class MovePhase {
   /// See RunOptions::share_from.
   void SetFewest(size_t models) { runs_.SetFewest(models); }
   /// Between steps.
-  void EndStep() { runs_.Begin(); }
+  void EndStep() { runs_.EndStep(); }
+  uint64_t looks() const { return runs_.looks(); }  ///< see RunFinder
   /// Moves the first few of these models as if one after the other. Returns how many: up to one
   /// that is on another model, or of a class of its own; 0 if it isn't worth while.
   size_t Move(Model* const* models, size_t count, sensing::Scene* scene,
@@ -116,17 +117,20 @@ class MovePhase {
 
  private:
   struct Plan {
-    ModelPosition* model;
-    bool shared;          // it moves, and beside others
-    grid::CellBox tiles;  // that it may look at
+    ModelPosition* model;  // if it moves
+    bool moves, shared;    // it moves; beside others
+    grid::CellBox tiles;   // that it may look at
     uint32_t rank;
     Placement placement;
   };
+  static bool MayShare(const Model& model);
   void MovePart(Model* const* models, size_t count, sensing::WorkerPool* workers);
+  static void MoveAlone(Plan* plan);
   void MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers);
   void Describe(size_t index);
   void Mark(size_t index, uint8_t marks);
   void MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers);
+  void MoveRanksShared(size_t begin, size_t end, sensing::WorkerPool* workers);
   void AssignRanks(size_t begin, size_t end);
   void SortByRank();
   void MovePlan(Plan* plan, unsigned thread);

@@ -1,20 +1,32 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Finds runs of things that can be done on several threads at once, among others.
+// Finds runs of things that can be done on several threads at once, among others, which have to be
+// done one after the other.
+//
+// Whatever the mixture, looking for runs and sharing them must never cost more than it gains:
+//   each thing is looked at once, although those of a short run are asked for one by one;
+//   a run that is too short to be worth waking threads for is left to the caller;
+//   the first long run of a step may wake them, as the rays of the step will anyhow; each further
+//   one only if it takes one thread much longer than waking the others.
 
 #ifndef STAGE_WORLD_RUN_FINDER_HH
 #define STAGE_WORLD_RUN_FINDER_HH
 
+#include <algorithm>
+#include <chrono>
 #include <cstddef>
+#include <cstdint>
 
 namespace Stg {
 
-/// Asked for each thing of a list in turn whether a run begins there. It looks at each thing once,
-/// although those of a run that is too short, or turns out not to be one, are asked for again.
+/// Asked for each thing of a list in turn whether a run begins there.
 class RunFinder {
  public:
-  /// Fewer things than that make no run.
-  void SetFewest(size_t fewest) { fewest_ = fewest; }
+  /// Fewer things than that make no run. 1: every one does, even if that is a waste of time.
+  void SetFewest(size_t fewest) {
+    fewest_ = fewest;
+    later_fewest_ = fewest <= 1 ? fewest : std::max(fewest, kAtFirst);
+  }
 
   /// `find_length()` looks how many things from here on make a run, of `count` that there are.
   /// Returns that, or 0 if they are to be done one after the other.
@@ -24,21 +36,57 @@ class RunFinder {
       to_skip_--;
       return 0;
     }
-    if (count < fewest_) return 0;
+    const size_t fewest = found_any_ ? later_fewest_ : fewest_;
+    if (count < fewest) return 0;
     const size_t length = find_length();
-    if (length > 0 && length >= fewest_) return length;
+    looks_ += std::min(length + 1, count);
+    if (length > 0 && length >= fewest) {
+      found_any_ = true;
+      return length;
+    }
     Skip(length);
     return 0;
   }
 
   /// This thing and those behind it, `length` in all, are to be done one after the other.
   void Skip(size_t length) { to_skip_ = length > 0 ? length - 1 : 0; }
-  /// At the beginning of a list.
-  void Begin() { to_skip_ = 0; }
+
+  /// Does a run of so many things. How long runs take says how many things are worth waking threads
+  /// for; results do not depend on who does what.
+  template <typename F>
+  void Do(size_t length, F run) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
+    run();
+    seconds_ += std::chrono::duration<double>(Clock::now() - start).count();
+    done_ += static_cast<double>(length);
+  }
+
+  /// Between steps.
+  void EndStep() {
+    constexpr double kWorthWaking = 200e-6;  // waking takes some 10 to 40 microseconds a thread
+    constexpr double kMost = 4096;
+    to_skip_ = 0;
+    found_any_ = false;
+    if (fewest_ <= 1 || done_ == 0) return;
+    const double worth = kWorthWaking * done_ / std::max(seconds_, 1e-9);
+    later_fewest_ = std::max(fewest_, static_cast<size_t>(std::min(worth, kMost)));
+    seconds_ = done_ = 0;
+  }
+
+  /// So many things, at least, are worth waking threads for once more.
+  size_t later_fewest() const { return later_fewest_; }
+  /// Counts how many things were looked at, for tests.
+  uint64_t looks() const { return looks_; }
 
  private:
   size_t fewest_ = 16;
+  static constexpr size_t kAtFirst = 256;
+  size_t later_fewest_ = kAtFirst;  // of the runs behind the first one of a step
   size_t to_skip_ = 0;
+  bool found_any_ = false;         // in this step
+  double seconds_ = 0, done_ = 0;  // what its runs took, and how many things they were
+  uint64_t looks_ = 0;
 };
 
 }  // namespace Stg

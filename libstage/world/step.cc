@@ -17,6 +17,7 @@
 
 #include "messages/report.hh"
 #include "models/position.hh"
+#include "models/thrown.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
 
@@ -49,7 +50,19 @@ void World::Run() {
 bool World::Update(void) {
   if (PastQuitTime() || TestQuit()) return true;
   if (show_clock && updates % std::max(1u, show_clock_interval) == 0) PrintClock();
+  ForgetThrower();
+  try {
+    Step();
+  } catch (...) {  // a callback's, or there is too little memory
+    engine_->AbandonStep(sim_time);
+    throw;
+  }
+  updates++;
+  if (record_trails) UpdateTrails();
+  return false;
+}
 
+void World::Step() {
   const RandomScope random_numbers(&random_);
   sim_time += sim_interval;
   PhaseSeconds& seconds = engine_->statistics.seconds;
@@ -72,9 +85,6 @@ bool World::Update(void) {
   seconds.energy += WallClock() - called;
   engine_->EndStep();
   engine_->statistics.steps++;
-  updates++;
-  if (record_trails) UpdateTrails();
-  return false;
 }
 
 void World::RunDueEvents() {
@@ -91,8 +101,14 @@ void World::RunDueEvents() {
 void World::RunDueEvent(size_t index) {
   const Scheduler::Event event = engine_->due[index];
   if (event.callback) {
+    engine_->due[index] = Scheduler::Event();  // it is called once, even if it throws
     const RandomScope random_numbers(event.model ? &event.model->random_ : &random_);
-    event.callback(event.model, event.arg);
+    try {
+      event.callback(event.model, event.arg);
+    } catch (...) {
+      NoteThrower("an enqueued callback", nullptr, reinterpret_cast<void (*)()>(event.callback));
+      throw;
+    }
   } else if (event.model && event.model->ExpectsUpdate(event.chain)) {
     event.model->Update();
   }
@@ -143,8 +159,13 @@ void World::CallUpdateCallbacks() {
   const size_t count = update_callbacks_.size();
   for (size_t i = 0; i < count; i++) {
     const UpdateCallback entry = update_callbacks_[i];
-    if (entry.function && entry.function(this, entry.user) != 0)
-      update_callbacks_[i].function = nullptr;
+    if (!entry.function) continue;
+    try {
+      if (entry.function(this, entry.user) != 0) update_callbacks_[i].function = nullptr;
+    } catch (...) {
+      NoteThrower("a callback of the world", nullptr, reinterpret_cast<void (*)()>(entry.function));
+      throw;
+    }
   }
   std::erase_if(update_callbacks_, [](const UpdateCallback& c) { return !c.function; });
 }

@@ -252,14 +252,7 @@ void World::StopMoving(Model* mod) {
 
 double World::Resolution() const { return engine_->scene.cells_per_metre; }
 
-const bounds3d_t& World::GetExtent() const {
-  const grid::CellBox box = engine_->scene.grid.extent();
-  const double ppm = Resolution();
-  if (box.empty()) return extent = bounds3d_t();
-  extent.x = Bounds(box.min_x / ppm, (box.max_x + 1.0) / ppm);
-  extent.y = Bounds(box.min_y / ppm, (box.max_y + 1.0) / ppm);
-  return extent;
-}
+const bounds3d_t& World::GetExtent() const { return extent = engine_->scene.Extent(); }
 
 RayModel World::GetRayModel() const { return engine_->scene.ray_model; }
 

@@ -275,6 +275,7 @@ class World : public Ancestor {
   void CheckNotNested(int entity, Model* parent_model);
   void CheckOutlines(const std::vector<Model*>& models);
   void CallUpdateCallbacks();
+  void Step();
   void CallModelCallbacks();
   void RunDueEvents();
   void RunDueEvent(size_t index);

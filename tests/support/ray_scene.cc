@@ -10,6 +10,7 @@
 #include "grid/outline.hh"
 #include "kernels/ray_walk.h"
 #include "sensing/fan.hh"
+#include "support/turned_fan.hh"
 
 namespace ray_scene {
 
@@ -169,7 +170,7 @@ void RayScene::AddFan() {
   if (Chance(0.2)) {
     std::vector<double> bearings;
     for (uint32_t i = 0; i < samples; i++) bearings.push_back(random_.Uniform(-4, 4));
-    batch_.Add(fan, bearings, window);
+    Stg::test::AddTurned(&batch_, fan, bearings, window);
   } else {
     fan.record.first_direction = tables_.Find(Chance(0.5) ? 3.14 : fov, samples);
     batch_.Add(fan, samples, window);

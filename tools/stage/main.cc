@@ -12,6 +12,7 @@
 #include <string>
 
 #include "messages/report.hh"
+#include "models/thrown.hh"
 #include "stage.hh"
 #include "stage/explain.hh"
 #include "stage/help.hh"
@@ -87,31 +88,40 @@ int Main(int argc, char* argv[]) {
   return options.action == Options::Action::kExplain ? Explain(options) : Run(options);
 }
 
+void Complain(const std::string& text, const char* advice = "") {
+  constexpr std::size_t kLongest = 250;  // bytes: it may quote anything
+  const std::string shown = messages::Shortened(text, kLongest);
+  messages::Report(LogLevel::kError, "stage: " + shown + advice);
+}
+
+/// `message` is null if it is no exception of the standard library's.
+void TellWhatWasThrown(const char* message) {
+  std::fflush(stdout);
+  const std::string thrower = Thrower();
+  if (!message) message = "something that is not a std::exception";
+  Complain(thrower.empty() ? message : thrower + " threw: " + message);
+}
+
 }  // namespace
 
 }  // namespace Stg::program
-
-static void Complain(const std::string& text, const char* advice = "") {
-  constexpr std::size_t kLongest = 250;  // bytes: it may quote anything
-  const std::string shown = Stg::messages::Shortened(text, kLongest);
-  Stg::messages::Report(Stg::LogLevel::kError, "stage: " + shown + advice);
-}
 
 int main(int argc, char* argv[]) {
   try {
     return Stg::program::Main(argc, argv);
   } catch (const Stg::program::UsageError& error) {
-    Complain(error.what(), "; 'stage --help' explains the options");
+    Stg::program::Complain(error.what(), "; 'stage --help' explains the options");
     return Stg::program::kBadUsage;
   } catch (const Stg::program::WindowError& error) {
-    Complain(error.what());
+    Stg::program::Complain(error.what());
     return error.status;
   } catch (const std::bad_alloc&) {
     std::fflush(stdout);
     std::fputs("stage: out of memory\n", stderr);
   } catch (const std::exception& error) {
-    std::fflush(stdout);
-    Complain(error.what());
+    Stg::program::TellWhatWasThrown(error.what());
+  } catch (...) {
+    Stg::program::TellWhatWasThrown(nullptr);
   }
   return Stg::program::kFailure;
 }

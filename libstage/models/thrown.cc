@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/thrown.hh"
+
+#include <dlfcn.h>
+
+#include <cstdio>
+#include <cstring>
+
+namespace Stg {
+
+namespace {
+thread_local char thrower[400];
+
+/// Names come from files: what would steer a terminal is left out.
+void Clean(char* text) {
+  for (; *text; text++)
+    if (static_cast<unsigned char>(*text) < 0x20 || *text == 0x7f) *text = '?';
+}
+}  // namespace
+
+const char* Thrower() noexcept { return thrower; }
+void SetThrower(const char* text) noexcept { std::snprintf(thrower, sizeof thrower, "%s", text); }
+void ForgetThrower() noexcept { thrower[0] = '\0'; }
+
+void NoteThrower(const char* what, const Model* model, void (*function)()) noexcept {
+  if (thrower[0]) return;
+  size_t length = static_cast<size_t>(std::snprintf(thrower, sizeof thrower, "%s", what));
+  const auto add = [&](const char* format, const char* text) {
+    if (length < sizeof thrower)
+      length += static_cast<size_t>(
+          std::snprintf(thrower + length, sizeof thrower - length, format, text));
+  };
+  if (model) add(" of model \"%.150s\"", model->Token());
+  Dl_info library;
+  if (dladdr(reinterpret_cast<void*>(function), &library) != 0 && library.dli_fname) {
+    const char* slash = std::strrchr(library.dli_fname, '/');
+    add(" in %.150s", slash ? slash + 1 : library.dli_fname);
+  }
+  Clean(thrower);
+}
+
+}  // namespace Stg

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Fans on their way into the batch of a step. Models that update on several threads at once list
+// theirs first; when all are listed, each has its own room in the batch.
+
+#ifndef STAGE_SENSING_FAN_LIST_HH
+#define STAGE_SENSING_FAN_LIST_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sensing/fan.hh"
+
+namespace Stg::internal::sensing {
+
+class FanList {
+ public:
+  struct Entry {
+    Fan fan;
+    uint32_t samples = 0;
+    bool past_own_tree = false;  ///< it is walked past the cells of the finder's own tree
+    bool turned = false;         ///< its directions are `samples` turns of its own
+    size_t first_turn = 0;
+  };
+
+  /// A fan with directions of the tables.
+  void Add(const Fan& fan, uint32_t samples, bool past_own_tree = true);
+  /// One with bearings of its own, in radians.
+  void Add(const Fan& fan, std::span<const double> bearings);
+
+  size_t size() const { return entries_.size(); }
+  std::span<const Entry> From(size_t first) const { return std::span(entries_).subspan(first); }
+  std::span<const SineCosine> TurnsOf(const Entry& entry) const;
+  void Clear();
+
+ private:
+  std::vector<Entry> entries_;
+  std::vector<SineCosine> turns_;
+};
+
+}  // namespace Stg::internal::sensing
+
+#endif

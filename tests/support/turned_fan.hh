@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#ifndef STAGE_TESTS_SUPPORT_TURNED_FAN_HH
+#define STAGE_TESTS_SUPPORT_TURNED_FAN_HH
+
+#include <vector>
+
+#include "sensing/batch.hh"
+
+namespace Stg::test {
+
+/// Adds a fan with bearings of its own.
+inline void AddTurned(sensing::RayBatch* batch, const sensing::Fan& fan,
+                      const std::vector<double>& bearings, const sensing::Window& window) {
+  sensing::FanList list;
+  list.Add(fan, bearings);
+  batch->Add(list, list.From(0)[0], window);
+}
+
+}  // namespace Stg::test
+
+#endif
