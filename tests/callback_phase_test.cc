@@ -62,13 +62,13 @@ class Robots {
   /// Calls all of the list as the engine does. Counts those that were called together.
   Outcome Call(const std::vector<Stg::Model*>& list, unsigned threads, size_t* together) {
     Stg::sensing::WorkerPool workers(threads);
-    Stg::CallbackPhase phase;
-    phase.SetFewest(1);
+    phase_.SetFewest(1);
+    phase_.EndStep();
     for (auto& tree : trees_) tree.clear();
     seen_.clear();
     calls_ = 0;
     for (size_t i = 0; i < list.size();) {
-      const size_t count = phase.Call(&list[i], list.size() - i, &workers);
+      const size_t count = phase_.Call(&list[i], list.size() - i, &workers);
       *together += count;
       i += count;
       if (count > 0) continue;
@@ -97,6 +97,7 @@ class Robots {
   std::vector<Note> notes_;
   std::unique_ptr<Stg::World> world_;
   std::vector<Stg::Model*> models_;
+  Stg::CallbackPhase phase_;  // the same all the time, as trees remember its runs
 };
 
 void ExpectSameAsInTurn(Robots* robots, const std::vector<Stg::Model*>& list, size_t* together) {
