@@ -13,6 +13,8 @@ namespace Stg::internal::grid {
 namespace {
 
 constexpr uint32_t kRegionsPerSuper = 256;
+constexpr size_t kSlotsPerSuper =
+    4;  // of the directory, at least: looking up mostly takes one look
 
 void Include(CellBox* box, const CellBox& other) {
   if (box->empty()) {
@@ -357,7 +359,13 @@ uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
   }
   supers_[super] = {x, y, 0};
   Include(&extent_, SquareBox(x, y, RAY_SUPER_SHIFT));
-  RebuildDirectory();
+  // Made anew only when it is to be larger: with scattered bodies each has a superregion of its
+  // own.
+  if (directory_.size() < kSlotsPerSuper * CountSupers())
+    RebuildDirectory();
+  else
+    Enter(super);
+  structure_version_++;
   return super;
 }
 
@@ -395,21 +403,24 @@ void Grid::DropEmptyRegions() {
 }
 
 void Grid::RebuildDirectory() {
-  const size_t in_use = supers_.size() - 1 - free_supers_.size();
   size_t slots = 16;
-  while (slots < 4 * in_use) slots *= 2;
+  while (slots < kSlotsPerSuper * CountSupers()) slots *= 2;
   directory_.assign(slots, ray_super_t{0, 0, 0, 0});
 
   std::vector<bool> dropped(supers_.size(), false);
   for (const uint32_t super : free_supers_) dropped[super] = true;
-  const uint32_t mask = static_cast<uint32_t>(slots - 1);
-  for (uint32_t super = 1; super < supers_.size(); super++) {
-    if (dropped[super]) continue;
-    uint32_t slot = ray_hash(supers_[super].x, supers_[super].y) & mask;
-    while (directory_[slot].index != 0) slot = (slot + 1) & mask;
-    directory_[slot] = {supers_[super].x, supers_[super].y, super, 0};
-  }
+  for (uint32_t super = 1; super < supers_.size(); super++)
+    if (!dropped[super]) Enter(super);
   structure_version_++;
+}
+
+/// Into the directory, which has room for it.
+void Grid::Enter(uint32_t super) {
+  const uint32_t mask = static_cast<uint32_t>(directory_.size() - 1);
+  uint32_t slot = ray_hash(supers_[super].x, supers_[super].y) & mask;
+  while (directory_[slot].index != 0) slot = (slot + 1) & mask;
+  directory_[slot] = {supers_[super].x, supers_[super].y, super, 0};
+  entered_++;
 }
 
 void Grid::RecomputeOccupied() {
@@ -542,7 +553,8 @@ ray_grid_t Grid::View(LayerIndex layer) const {
 
 Grid::Statistics Grid::statistics() const {
   Statistics s;
-  s.superregions = supers_.size() - 1 - free_supers_.size();
+  s.superregions = CountSupers();
+  s.entered = entered_;
   s.regions = CountRegions();
   s.tiles = 0;
   for (const Region& region : regions_) s.tiles += region.tiles;

@@ -105,6 +105,7 @@ class Grid {
   /// Changes what is known of a body. `drawn` are the cells that it is drawn in.
   void ChangeBody(BodyId id, const Body& body, std::span<const TilePart> drawn);
   const Body& body(BodyId id) const { return bodies_[id]; }
+  std::size_t body_count() const { return bodies_.size(); }  ///< ids are below
 
   /// What one thread keeps for itself while several change cells at once, see BeginSharedEdit(). On
   /// cache lines of its own, as it is written to all the time.
@@ -256,6 +257,7 @@ class Grid {
 
   struct Statistics {
     std::size_t superregions, regions, tiles, bytes;
+    uint64_t entered;  ///< superregions into the directory so far: the work that it has made
   };
   Statistics statistics() const;
 
@@ -303,6 +305,7 @@ class Grid {
   bool HeightsAreFull(bool exact) const;
   LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);
   void RefreshBit(CellRef cell);
+  size_t CountSupers() const { return supers_.size() - 1 - free_supers_.size(); }
   size_t CountRegions() const { return regions_.size() - 1 - free_regions_.size(); }
   void CountFilledTile(uint32_t slot, Edit* edit);
   void CountEmptiedTile(uint32_t slot, Edit* edit);
@@ -310,6 +313,7 @@ class Grid {
   void PrepareToDraw(std::span<TilePart> parts);
   void DropEmptyRegions();
   void RebuildDirectory();
+  void Enter(uint32_t super);
   void RecomputeOccupied();
 
   std::vector<Body> bodies_;
@@ -327,6 +331,7 @@ class Grid {
   std::vector<uint32_t> region_tables_;
   std::vector<ray_super_t> directory_;
   uint64_t structure_version_ = 1;
+  uint64_t entered_ = 0;  // see Statistics
 
   std::vector<Layer> layers_;
   uint64_t step_ = 0;

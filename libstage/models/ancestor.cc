@@ -2,6 +2,8 @@
 
 #include "models/ancestor.hh"
 
+#include <algorithm>
+
 #include "models/model.hh"
 #include "models/warn_about.hh"
 
@@ -27,12 +29,13 @@ void Ancestor::AddChild(Model* mod) {
 }
 
 void Ancestor::RemoveChild(Model* mod) {
-  // From the back: the youngest children go first when everything is deleted.
-  for (size_t i = children.size(); i-- > 0;) {
-    if (children[i] != mod) continue;
-    children.erase(children.begin() + static_cast<long>(i));
-    return;
-  }
+  // Mostly in the order of creation, unless some have come from other parents.
+  auto found =
+      std::lower_bound(children.begin(), children.end(), mod,
+                       [](const Model* a, const Model* b) { return a->GetId() < b->GetId(); });
+  if (found == children.end() || *found != mod)
+    found = std::find(children.begin(), children.end(), mod);
+  if (found != children.end()) children.erase(found);
 }
 
 void Ancestor::ForEachDescendant(model_callback_t func, void* arg) {

@@ -65,6 +65,12 @@ class ModelFiducial : public Model, private internal::sensing::RaySink {
   void HashState(StateHasher& hasher) const override;
   /// Removes what refers to a model that is going to be deleted. For the library's own rooms.
   void ForgetTarget(const Model* target);
+  /// Calls f(target) for all that it refers to.
+  template <typename F>
+  void ForEachTarget(F f) const {
+    for (const std::vector<Fiducial>* list : {&fiducials_, &candidates_})
+      for (const Fiducial& entry : *list) f(entry.mod);
+  }
 
  protected:
   void Startup() override;

@@ -89,7 +89,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       parent(parent_),
       root(parent_ ? parent_->root : this),
       scene_(&world_->scene()),
-      update_chain_(0),
+      update_chain_(Scheduler::FirstChain(id)),
       callback_run_(0),
       serial_update_callbacks_(false),
       hidden_from_rangers_(false),
@@ -429,14 +429,20 @@ void Model::Unsubscribe() {
   if (--subs == 0) Shutdown();
 }
 
+/// What is pending is void.
+void Model::ScheduleUpdate() {
+  update_chain_ = Scheduler::NextChain(update_chain_);
+  world->ScheduleUpdate(this, interval, update_chain_);
+}
+
 void Model::Startup() {
-  world->ScheduleUpdate(this, interval, ++update_chain_);
+  ScheduleUpdate();
   if (FindPowerPack()) world->EnableEnergy(this);
   CallCallbacks(CB_STARTUP);
 }
 
 void Model::Shutdown() {
-  update_chain_++;  // what is pending is void
+  update_chain_ = Scheduler::NextChain(update_chain_);  // what is pending is void
   world->DisableEnergy(this);
   StopCharging();
   CallCallbacks(CB_SHUTDOWN);
@@ -445,7 +451,7 @@ void Model::Shutdown() {
 void Model::Update() {
   if (subs == 0) return;
   // What is pending is void: an update that somebody else calls takes its place.
-  world->ScheduleUpdate(this, interval, ++update_chain_);
+  ScheduleUpdate();
   if (HasCallbacks(CB_UPDATE)) world->QueueUpdateCallbacks(this);
 }
 

@@ -313,6 +313,8 @@ class Model : public Ancestor {
   void NoteDrawn();
   /// NoteDrawn() has nothing to do.
   bool is_noted() const { return !(vis.ranger_return < 0) || hidden_from_rangers_; }
+  /// It is among those that NoteDrawn() remembers.
+  bool is_hidden_from_rangers() const { return hidden_from_rangers_; }
   /// An update that was scheduled is still to happen. For the library's own rooms.
   bool ExpectsUpdate(uint64_t chain) const { return subs > 0 && chain == update_chain_; }
   /// What the world's models share.
@@ -421,7 +423,8 @@ class Model : public Ancestor {
   uint32_t id;
   meters_t map_resolution;
   kg_t mass;
-  std::vector<PowerPack*> pps_charging;  // those that this model charged in its last update
+  // Of the packs that this model charged in its last update, some of which may be gone.
+  std::vector<std::shared_ptr<bool> > charging_;
   std::string say_string;
   std::vector<TrailItem> trail;  // once it is full, trail_index is the oldest item
   unsigned int trail_index, trail_length, trail_interval;
@@ -477,6 +480,7 @@ class Model : public Ancestor {
   /// The same alone; valid until the thread's next call.
   const internal::grid::Drawings& OwnDrawings(bool exact) const;
   void StopCharging();
+  void ScheduleUpdate();
   bool HasCallbacks(callback_type_t t) const {
     if (callbacks_.get() == NULL) return false;
     for (const Callback& entry : callbacks_->all)

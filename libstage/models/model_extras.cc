@@ -3,6 +3,7 @@
 // Models: energy, trails, what windows show, and the hash of their state.
 
 #include <algorithm>
+#include <utility>
 
 #include "models/block.hh"
 #include "models/flag.hh"
@@ -39,28 +40,31 @@ void Model::UpdateCharge() {
     if (!receiver) continue;
     receiver->ChargeStart();
     pack->TransferTo(receiver, std::min(watts_give, taker->watts_take) * seconds);
-    pps_charging.push_back(receiver);
+    charging_.push_back(receiver->ShareCharging());
   }
 }
 
 void Model::StopCharging() {
-  for (PowerPack* pack : pps_charging) pack->ChargeStop();
-  pps_charging.clear();
+  for (const std::shared_ptr<bool>& charging : charging_) *charging = false;
+  charging_.clear();
 }
 
 void Model::AppendTouchingModels(std::vector<Model*>* touching) const {
   const auto begin = static_cast<std::ptrdiff_t>(touching->size());
+  const grid::Grid& grid = scene_->grid;
+  // In a crowd, bodies share many cells: each is looked at once.
+  static thread_local std::vector<uint64_t> last_look;  // by body
+  static thread_local uint64_t look = 0;
+  look++;
+  if (last_look.size() < grid.body_count()) last_look.resize(grid.body_count());
   static thread_local grid::Drawings drawings;  // for its memory
   drawings.of_bodies.clear();
   blockgroup->AppendDrawings(&drawings, false);
-  const grid::Grid& grid = scene_->grid;
-  const Model* last = nullptr;
   drawings.ForEachCell([&](grid::CellRef cell) {
-    grid.AnyIn(cell, [&](grid::BodyId body) {
-      if (grid.body(body).exact()) return false;
-      Model* other = grid.body(body).model;
-      if (other != last && !IsRelated(other)) touching->push_back(other);
-      last = other;
+    grid.AnyIn(cell, [&](grid::BodyId other) {
+      if (std::exchange(last_look[other], look) == look) return false;
+      const grid::Body& body = grid.body(other);
+      if (!body.exact() && !IsRelated(body.model)) touching->push_back(body.model);
       return false;
     });
   });

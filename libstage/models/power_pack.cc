@@ -32,20 +32,24 @@ joules_t Countable(joules_t amount) { return amount > 0 && std::isfinite(amount)
 }  // namespace
 
 PowerPack::PowerPack(Model* mod)
-    : mod_(mod), stored_(0), capacity_(0), dissipated_(0), charging_(false) {
-  mod_->GetWorld()->AddPowerPack(this);
+    : mod_(mod),
+      stored_(0),
+      capacity_(0),
+      dissipated_(0),
+      charging_(std::make_shared<bool>(false)) {
+  mod_->GetWorld()->CountPowerPacks(1);
   if (mod_->GetWorld()->IsGUI()) charts_ = std::make_unique<EnergyCharts>(mod_);
 }
 
 PowerPack::~PowerPack() {
   SetStored(0);
   SetCapacity(0);
-  mod_->GetWorld()->RemovePowerPack(this);
+  mod_->GetWorld()->CountPowerPacks(-1);
 }
 
 void PowerPack::Print(const char* prefix) const {
   std::printf("%sstored %.3f of %.3f joules, dissipated %.3f%s\n", prefix ? prefix : "", stored_,
-              capacity_, dissipated_, charging_ ? ", charging" : "");
+              capacity_, dissipated_, *charging_ ? ", charging" : "");
 }
 
 void PowerPack::Store(joules_t j) {
@@ -75,7 +79,7 @@ void PowerPack::Add(joules_t j) {
   const joules_t amount = std::min(RemainingCapacity(), j);
   if (std::isinf(amount)) return;
   Store(stored_ + amount);
-  charging_ = true;
+  *charging_ = true;
 }
 
 void PowerPack::Subtract(joules_t j) {

@@ -60,9 +60,11 @@ class PowerPack {
   void Dissipate(joules_t j, const Pose& p);
 
   /// While somebody charges it.
-  bool GetCharging() const { return charging_; }
-  void ChargeStart() { charging_ = true; }
-  void ChargeStop() { charging_ = false; }
+  bool GetCharging() const { return *charging_; }
+  void ChargeStart() { *charging_ = true; }
+  void ChargeStop() { *charging_ = false; }
+  /// For its charger, who may outlive it.
+  const std::shared_ptr<bool>& ShareCharging() const { return charging_; }
 
   /// Over all packs of all worlds that there are. Infinite supplies do not count.
   static joules_t global_stored, global_capacity;
@@ -79,7 +81,7 @@ class PowerPack {
 
   Model* mod_;
   joules_t stored_, capacity_, dissipated_;
-  bool charging_;
+  std::shared_ptr<bool> charging_;
   std::unique_ptr<EnergyCharts> charts_;  // only in worlds with a window
 };
 

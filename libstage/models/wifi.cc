@@ -75,7 +75,11 @@ ModelWifi::ModelWifi(World* world_, Model* parent_, const std::string& type_)
 
 ModelWifi::~ModelWifi() {
   world->ForgetRays(this);
-  std::erase(world->engine().radios, this);
+  // In the order of creation.
+  std::vector<ModelWifi*>& radios = world->engine().radios;
+  radios.erase(std::lower_bound(
+      radios.begin(), radios.end(), this,
+      [](const ModelWifi* a, const ModelWifi* b) { return a->GetId() < b->GetId(); }));
 }
 
 // ---- loading ------------------------------------------------------------------------------------

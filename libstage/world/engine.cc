@@ -16,6 +16,43 @@ double WallClock() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
+namespace {
+
+bool IsBefore(const Model* model, uint32_t id) { return model->GetId() < id; }
+
+/// Out of a list in the order of creation.
+template <typename M>
+void EraseFrom(std::vector<M*>* list, const Model* model) {
+  const auto found = std::lower_bound(list->begin(), list->end(), model->GetId(), IsBefore);
+  if (found != list->end() && *found == model) list->erase(found);
+}
+
+void StrikeOut(std::vector<Model*>* list, const Model* model) {
+  for (Model*& entry : *list)
+    if (entry == model) entry = nullptr;
+}
+
+}  // namespace
+
+Model* WorldEngine::FindModel(uint32_t id) const {
+  const auto found = std::lower_bound(models.begin(), models.end(), id, IsBefore);
+  return found != models.end() && (*found)->GetId() == id ? *found : nullptr;
+}
+
+void WorldEngine::Forget(Model* model) {
+  family_changes++;
+  EraseFrom(&models, model);
+  names.NoteRemoved(*this);
+  if (model->is_hidden_from_rangers()) std::erase(hidden_from_rangers, model);
+  fiducials.Forget(model);
+  EraseFrom(&energy, model);
+  StrikeOut(&update_callbacks_due, model);
+  StrikeOut(&sensed, model);
+  scheduler.Forget(model);
+  for (Scheduler::Event& event : due)
+    if (event.model == model) event = Scheduler::Event();
+}
+
 void WorldEngine::SetThreads(unsigned threads) {
   if (threads != workers_->threads()) {
     workers_ = std::make_unique<sensing::WorkerPool>(threads);

@@ -9,7 +9,6 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "models/block.hh"
@@ -22,6 +21,7 @@
 #include "world/callback_phase.hh"
 #include "world/fiducial_index.hh"
 #include "world/gather_phase.hh"
+#include "world/model_names.hh"
 #include "world/move_phase.hh"
 #include "world/path_chooser.hh"
 #include "world/scheduler.hh"
@@ -40,7 +40,7 @@ class WorldEngine {
   FiducialIndex fiducials;
 
   std::vector<Model*> models;  ///< in the order of creation, the ground first
-  std::unordered_map<std::string, Model*> names;
+  ModelNames names;
   std::vector<Model*> moving;                ///< those that asked for it, in the order of creation
   std::vector<Model*> energy;                ///< running ones with a pack, in the same order
   std::vector<Model*> hidden_from_rangers;   ///< drawn while rangers looked through them
@@ -53,6 +53,11 @@ class WorldEngine {
   bool loading = false;                      ///< bodies are drawn when all is loaded
   /// By path, while a world is loaded.
   std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;
+
+  /// Null if there is none of that number.
+  Model* FindModel(uint32_t id) const;
+  /// Takes a model that is going to be deleted out of all that is above.
+  void Forget(Model* model);
 
   void SetThreads(unsigned threads);
   /// See RunOptions::share_from.

@@ -78,7 +78,7 @@ class World::Survey {
   };
 
   void TakeSettings() {
-    s_.power_packs = world_.powerpack_list.size();
+    s_.power_packs = static_cast<size_t>(world_.power_pack_count);
     s_.energy_models = engine_.energy.size();
     s_.records_trails = world_.record_trails;
     s_.has_window = world_.IsGUI();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "models/fiducial.hh"
@@ -29,6 +30,7 @@ bool FiducialIndex::Place::operator<(const Place& o) const {
 }
 
 void FiducialIndex::Refresh(const std::vector<Model*>& models, uint64_t step) {
+  sightings_known_ = false;  // finders look for targets now, which they will then point to
   if (known_ && step_ == step) return;
   known_ = true;
   step_ = step;
@@ -77,7 +79,41 @@ void FiducialIndex::RemoveFinder(ModelFiducial* finder) {
 
 void FiducialIndex::Forget(const Model* model) {
   known_ = false;
-  for (ModelFiducial* finder : finders_) finder->ForgetTarget(model);
+  if (model)
+    ForgetSightings(model);
+  else
+    sightings_known_ = false;
+}
+
+/// Those who delete one model mostly delete more before the next is found.
+void FiducialIndex::ForgetSightings(const Model* target) {
+  if (!sightings_known_) CollectSightings();
+  const auto before = [](const Sighting& a, const Sighting& b) {
+    return std::less<const Model*>()(a.target, b.target);
+  };
+  const auto range =
+      std::equal_range(sightings_.begin(), sightings_.end(), Sighting{target, 0}, before);
+  for (auto sighting = range.first; sighting != range.second; ++sighting) {
+    looked_at_++;
+    const auto finder =
+        std::lower_bound(finders_.begin(), finders_.end(), sighting->finder,
+                         [](const Model* m, uint32_t id) { return m->GetId() < id; });
+    if (finder != finders_.end() && (*finder)->GetId() == sighting->finder)
+      (*finder)->ForgetTarget(target);
+  }
+}
+
+void FiducialIndex::CollectSightings() {
+  sightings_known_ = true;
+  sightings_.clear();
+  for (ModelFiducial* finder : finders_)
+    finder->ForEachTarget([&](const Model* target) {
+      sightings_.push_back({target, finder->GetId()});
+    });
+  looked_at_ += sightings_.size();
+  std::sort(sightings_.begin(), sightings_.end(), [](const Sighting& a, const Sighting& b) {
+    return std::less<const Model*>()(a.target, b.target);
+  });
 }
 
 void FiducialIndex::Clear() {
@@ -85,6 +121,8 @@ void FiducialIndex::Clear() {
   targets_.clear();
   places_.clear();
   finders_.clear();
+  sightings_.clear();
+  sightings_known_ = false;
 }
 
 }  // namespace Stg

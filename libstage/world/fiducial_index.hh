@@ -23,8 +23,8 @@ class FiducialIndex {
     Pose pose;  ///< global
   };
 
-  /// Reads all models with a fiducial_return, unless it was done in this step before. `models` are
-  /// all there are, in the order of creation.
+  /// Reads all models with a fiducial_return, unless it was done in this step before. To be called
+  /// before finders look for targets. `models` are all there are, in the order of creation.
   void Refresh(const std::vector<Model*>& models, uint64_t step);
 
   /// The targets whose x and y both lie within +-reach of the point, in the order of creation.
@@ -40,6 +40,8 @@ class FiducialIndex {
   /// A model that is going to be deleted.
   void Forget(const Model* model);
   void Clear();
+  /// How many sightings were looked at to forget models: the work that these have made.
+  uint64_t looked_at() const { return looked_at_; }
 
  private:
   // The plane is cut into strips along y, in each of which targets are sorted by y.
@@ -49,11 +51,22 @@ class FiducialIndex {
     bool operator<(const Place& o) const;
   };
 
-  std::vector<Target> targets_;          // in the order of creation
-  std::vector<Place> places_;            // sorted
+  struct Sighting {
+    const Model* target;  // may be gone; it is only compared
+    uint32_t finder;      // its number
+  };
+  void ForgetSightings(const Model* target);
+  void CollectSightings();
+
+  std::vector<Target> targets_;  // in the order of creation
+  std::vector<Place> places_;    // sorted
   std::vector<ModelFiducial*> finders_;  // in the order of creation
   uint64_t step_ = 0;
   bool known_ = false;
+  // All pointers to targets that finders have, and perhaps some more; sorted by target.
+  std::vector<Sighting> sightings_;
+  bool sightings_known_ = false;
+  uint64_t looked_at_ = 0;
 };
 
 }  // namespace Stg

@@ -244,7 +244,8 @@ void GatherPhase::FillEntry(Entry* entry, const Block& block) {
     entry->layer_missing = !PutFans(*entry, block);
   // As Model::Update() has it.
   entry->interval = entry->model->GetUpdateInterval();
-  entry->chain = ++entry->model->update_chain_;
+  uint64_t& chain = entry->model->update_chain_;
+  entry->chain = chain = Scheduler::NextChain(chain);
   entry->has_callbacks = entry->model->HasCallbacks(Model::CB_UPDATE);
 }
 

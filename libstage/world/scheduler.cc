@@ -12,10 +12,12 @@ void Scheduler::Swap(Scheduler& other) {
   std::swap(last_list_, other.last_list_);
   std::swap(last_time_, other.last_time_);
   spare_.swap(other.spare_);
+  forgotten_.swap(other.forgotten_);
 }
 
 void Scheduler::Take(usec_t now, std::vector<Event>* events) {
   events->clear();
+  DropForgotten();
   while (!due_.empty() && due_.begin()->first <= now) {
     List& list = due_.begin()->second;
     if (events->empty())
@@ -43,12 +45,19 @@ Scheduler::List& Scheduler::ListOf(usec_t time) {
 
 void Scheduler::Clear() {
   due_.clear();
+  forgotten_.clear();
   last_list_ = nullptr;
 }
 
-void Scheduler::Forget(const Model* model) {
-  for (auto& [time, list] : due_)
-    std::erase_if(list, [&](const Event& event) { return event.model == model; });
+void Scheduler::DropForgotten() {
+  if (forgotten_.empty()) return;
+  for (auto& [time, list] : due_) {
+    looked_at_ += list.size();
+    std::erase_if(list, [&](const Event& event) {
+      return event.model && forgotten_.contains(static_cast<uint32_t>(event.chain >> 32));
+    });
+  }
+  forgotten_.clear();
 }
 
 }  // namespace Stg

@@ -7,6 +7,7 @@
 
 #include <map>
 #include <span>
+#include <unordered_set>
 #include <vector>
 
 #include "models/model.hh"
@@ -19,7 +20,8 @@ class Scheduler {
     Model* model = nullptr;
     model_callback_t callback = nullptr;  ///< null: the model's update
     void* arg = nullptr;
-    uint64_t chain = 0;  ///< of an update: void if the model has begun a newer chain
+    /// Whose it is, see FirstChain(); of an update: void if the model has begun a newer one.
+    uint64_t chain = 0;
   };
 
   Scheduler() = default;
@@ -27,6 +29,12 @@ class Scheduler {
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
   void Swap(Scheduler& other);
+
+  /// Chains of different models differ, even of two that have had the same place in memory.
+  static uint64_t FirstChain(uint32_t model_id) { return uint64_t{model_id} << 32; }
+  static uint64_t NextChain(uint64_t chain) {
+    return (chain & ~uint64_t{0xffffffff}) | static_cast<uint32_t>(chain + 1);
+  }
 
   void Add(usec_t time, const Event& event) { ListOf(time).push_back(event); }
   /// Adds so many events of one time, all of which have to be filled in before anything else.
@@ -40,18 +48,24 @@ class Scheduler {
   /// adding where times are equal. Events added meanwhile are left for the next call.
   void Take(usec_t now, std::vector<Event>* events);
 
-  void Forget(const Model* model);
+  /// Drops the events of a model. Done once for all such models, when events are taken.
+  void Forget(const Model* model) { forgotten_.insert(model->GetId()); }
   void Clear();
+  /// How many events were looked at to drop those of models: the work that these have made.
+  uint64_t looked_at() const { return looked_at_; }
 
  private:
   using List = std::vector<Event>;
   List& ListOf(usec_t time);
+  void DropForgotten();
 
   // Nearly all models share a few intervals, so there are few distinct times.
   std::map<usec_t, List> due_;
   List* last_list_ = nullptr;  // that was added to, of the time below
   usec_t last_time_ = 0;
-  std::vector<List> spare_;  // for their memory
+  std::vector<List> spare_;                 // for their memory
+  std::unordered_set<uint32_t> forgotten_;  // models
+  uint64_t looked_at_ = 0;
 };
 
 }  // namespace Stg

@@ -192,7 +192,8 @@ int World::RemoveUpdateCallback(world_callback_t cb, void* user) {
 void World::Enqueue(unsigned int, usec_t delay, Model* mod, model_callback_t cb, void* arg) {
   // A sum beyond the end of the clock would wrap and be due at once.
   constexpr usec_t kNever = std::numeric_limits<usec_t>::max();
-  engine_->scheduler.Add(delay > kNever - sim_time ? kNever : sim_time + delay, {mod, cb, arg, 0});
+  engine_->scheduler.Add(delay > kNever - sim_time ? kNever : sim_time + delay,
+                         {mod, cb, arg, mod ? Scheduler::FirstChain(mod->GetId()) : 0});
 }
 
 void World::ScheduleUpdate(Model* mod, usec_t delay, uint64_t chain) {

@@ -39,6 +39,7 @@ World::World(const std::string& name, double ppm)
     : paused(false),
       ground(nullptr),
       dirty(false),
+      power_pack_count(0),
       record_trails(false),
       engine_(std::make_unique<WorldEngine>()),
       default_ppm_(UsablePpm(ppm)),
@@ -90,7 +91,7 @@ void World::MakeGround() {
 
 /// What refers to models goes first, so that deleting them one by one finds nothing to search.
 void World::ForgetAll() {
-  engine_->names.clear();
+  engine_->names.Clear();
   engine_->scheduler.Clear();
   engine_->TraceBatch();
   engine_->fiducials.Clear();
@@ -98,9 +99,7 @@ void World::ForgetAll() {
   engine_->update_callbacks_due.clear();
   engine_->hidden_from_rangers.clear();
   engine_->due.clear();
-  for (Model* model : engine_->energy) model->pps_charging.clear();
   engine_->energy.clear();
-  powerpack_list.clear();
 }
 
 void World::UnLoad() {
@@ -136,32 +135,15 @@ void World::AddModel(Model* mod) {
 }
 
 void World::AddModelName(Model* mod, const std::string& name) {
-  Model*& bearer = engine_->names.try_emplace(name, mod).first->second;
-  mod->shares_name_ = bearer != mod;
-  bearer = mod;
+  const Model* bearer = engine_->names.Find(name, *engine_);
+  mod->shares_name_ = bearer != nullptr && bearer != mod;
+  engine_->names.Add(mod, name);
 }
 
-void World::RemoveModel(Model* mod) {
-  WorldEngine& e = *engine_;
-  e.family_changes++;
-  std::erase_if(e.names, [&](const auto& entry) { return entry.second == mod; });
-  // From the back: whole worlds are deleted youngest first.
-  const auto found = std::find(e.models.rbegin(), e.models.rend(), mod);
-  if (found != e.models.rend()) e.models.erase(std::next(found).base());
-  std::erase(e.hidden_from_rangers, mod);
-  e.fiducials.Forget(mod);
-  DisableEnergy(mod);
-  std::replace(e.update_callbacks_due.begin(), e.update_callbacks_due.end(), mod,
-               static_cast<Model*>(nullptr));
-  std::replace(e.sensed.begin(), e.sensed.end(), mod, static_cast<Model*>(nullptr));
-  e.scheduler.Forget(mod);
-  for (Scheduler::Event& event : e.due)
-    if (event.model == mod) event = Scheduler::Event();
-}
+void World::RemoveModel(Model* mod) { engine_->Forget(mod); }
 
 Model* World::GetModel(const std::string& name) const {
-  const auto found = engine_->names.find(name);
-  if (found != engine_->names.end()) return found->second;
+  if (Model* found = engine_->names.Find(name, *engine_)) return found;
   messages::Warn("there is no model called " + messages::Quoted(name));
   return nullptr;
 }
@@ -182,12 +164,8 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
 }
 
 Model* World::FindModel(uint32_t id) {
-  for (const World* world : worlds_) {
-    const std::vector<Model*>& models = world->engine_->models;
-    const auto found = std::lower_bound(models.begin(), models.end(), id,
-                                        [](const Model* m, uint32_t i) { return m->GetId() < i; });
-    if (found != models.end() && (*found)->GetId() == id) return *found;
-  }
+  for (const World* world : worlds_)
+    if (Model* found = world->engine_->FindModel(id)) return found;
   return nullptr;
 }
 
@@ -223,15 +201,6 @@ void World::DisableEnergy(Model* mod) {
   std::vector<Model*>& list = engine_->energy;
   const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
   if (place != list.end() && *place == mod) list.erase(place);
-}
-
-void World::AddPowerPack(PowerPack* pack) { powerpack_list.push_back(pack); }
-
-void World::RemovePowerPack(PowerPack* pack) {
-  const auto found = std::find(powerpack_list.rbegin(), powerpack_list.rend(), pack);
-  if (found == powerpack_list.rend()) return;  // all are going
-  powerpack_list.erase(std::next(found).base());
-  for (Model* model : engine_->energy) std::erase(model->pps_charging, pack);
 }
 
 // ---- what moves ---------------------------------------------------------------------------------

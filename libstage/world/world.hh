@@ -25,7 +25,6 @@ class Worldfile;
 class WorldEngine;
 class Option;
 class Placement;
-class PowerPack;
 class Visualizer;
 struct RunStatistics;
 struct SceneSummary;
@@ -248,8 +247,7 @@ class World : public Ancestor {
   void StopMoving(Model* mod);
   void EnableEnergy(Model* mod);
   void DisableEnergy(Model* mod);
-  void AddPowerPack(PowerPack* pack);
-  void RemovePowerPack(PowerPack* pack);
+  void CountPowerPacks(int change) { power_pack_count += change; }
   static Model* FindModel(uint32_t id);
   void NoteHiddenFromRangers(Model* mod);
   void ForgetRays(const Model* mod);
@@ -294,7 +292,7 @@ class World : public Ancestor {
   uint64_t updates;
   bool dirty;
   std::vector<Option*> option_table;
-  std::vector<PowerPack*> powerpack_list;
+  int power_pack_count;
   bool record_trails;
   bool show_clock;
   unsigned int show_clock_interval;

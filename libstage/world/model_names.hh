@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Which model has which name.
+
+#ifndef STAGE_WORLD_MODEL_NAMES_HH
+#define STAGE_WORLD_MODEL_NAMES_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+
+namespace Stg {
+
+class Model;
+class WorldEngine;
+
+/// The names that the models of a world have and have had. Models are kept by number: what names a
+/// model that is gone finds nobody, and is swept out with many others.
+class ModelNames {
+ public:
+  /// The name is the model's from now on, whoever had it before.
+  void Add(const Model* model, const std::string& name);
+  /// Null if no model of the engine's has it.
+  Model* Find(const std::string& name, const WorldEngine& engine) const;
+  /// To be called when a model has been taken out of the engine's.
+  void NoteRemoved(const WorldEngine& engine);
+  void Clear();
+
+  std::size_t size() const { return ids_.size(); }
+  /// How many names were looked at to sweep: the work that removed models have made.
+  uint64_t looked_at() const { return looked_at_; }
+
+ private:
+  std::unordered_map<std::string, uint32_t> ids_;
+  std::size_t removed_ = 0;  // models, since the last sweep
+  uint64_t looked_at_ = 0;
+};
+
+}  // namespace Stg
+
+#endif
