@@ -170,7 +170,7 @@ TEST(Limits, WhatReachesThemIsFine) {
 TEST(Limits, LongTrailsAreCut) {
   const LoadOutcome outcome = TryToLoad("position( trail_length 2000000000 )");
   EXPECT_TRUE(outcome.loaded);
-  EXPECT_NE(outcome.errors.find("t.world:1:24: warning: found a trail of 2000000000 items; using "
+  EXPECT_NE(outcome.errors.find("t.world:1:24: warning: found a trail_length of 2000000000; using "
                                 "100000"),
             std::string::npos)
       << outcome.errors;
@@ -331,7 +331,9 @@ TEST(Warning, UnknownColoursAreRed) {
 TEST(Warning, NegativeTrailsAreHarmless) {
   const LoadOutcome outcome = TryToLoad("model( trail_length -5 trail_interval 0 )");
   EXPECT_TRUE(outcome.loaded);
-  EXPECT_EQ(outcome.errors, "");
+  EXPECT_EQ(outcome.errors,
+            "t.world:1:21: warning: found a trail_length of -5; using 0\n"
+            "t.world:1:39: warning: found a trail_interval of 0; using 1\n");
 }
 
 // ---- values -------------------------------------------------------------------------------------

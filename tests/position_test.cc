@@ -190,8 +190,10 @@ TEST(Speed, ATurnOfMoreThanHalfARevolutionInAStep) {
   EXPECT_NEAR(robot.position->GetPose().a, 4 - 2 * M_PI, 1e-12);
 }
 
+/// World files with such bounds are refused; programs may set them.
 TEST(Bounds, LowerWinsBelowUpperWinsAboveWhereTheyAreSwapped) {
-  Robot robot("velocity_bounds [0.5 -0.5 0 0 0 0 -90 90]");
+  Robot robot("");
+  robot.position->velocity_bounds[0] = Bounds(0.5, -0.5);
   robot.position->SetSpeed(0.2, 0, 0);
   Step(*robot.world);
   EXPECT_EQ(robot.position->GetVelocity().x, 0.5);

@@ -397,8 +397,8 @@ TEST(EdgeCases, ARangeBelowACellIsARangeLikeAnyOther) {
 TEST(EdgeCases, TheMinimumRangeHasNoEffect) {
   Scene nearer("sensor( range [4 8] )");
   EXPECT_NEAR(nearer.Ranges().at(0), 2.5, kCell);
-  Scene swapped("sensor( range [4 2] )");
-  EXPECT_EQ(swapped.Ranges().at(0), 2);
+  Scene beyond("sensor( range [2 2] )");
+  EXPECT_EQ(beyond.Ranges().at(0), 2);
 }
 
 TEST(EdgeCases, FieldsOfView) {

@@ -11,6 +11,7 @@
 #include "models/state_hasher.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
+#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -67,6 +68,8 @@ void ModelBlobfinder::Load() {
     wf->Fail(wf_entity, "image",
              "found a width of " + std::to_string(scan_width) +
                  " pixels, expected a number from 0 to " + std::to_string(kMaxWidth));
+  world->engine().memory.Take(*wf, wf_entity, "image", scan_width, MemoryBudget::kSample,
+                              "columns of pixels");
   range = wf->ReadFloat(wf_entity, "range", range);
   if (range < 0) wf->Fail(wf_entity, "range", "found a negative range, expected 0 or more");
   fov = wf->ReadAngle(wf_entity, "fov", fov);

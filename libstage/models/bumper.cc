@@ -9,6 +9,7 @@
 #include "messages/log.hh"
 #include "models/state_hasher.hh"
 #include "sensing/scene.hh"
+#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -38,6 +39,8 @@ void ModelBumper::Load() {
     wf->Fail(wf_entity, "bcount",
              "found " + std::to_string(count) + " bumpers, expected a number from 1 to " +
                  std::to_string(kMaxBumpers));
+  world->engine().memory.Take(*wf, wf_entity, "bcount", static_cast<size_t>(count),
+                              MemoryBudget::kBumper, "bumpers");
   if (count == 0)
     wf->Warn(wf_entity, "bcount", "found 0 bumpers, expected 1 or more; there are none");
 

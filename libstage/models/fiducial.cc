@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "geometry/trigonometry.hh"
+#include "models/property_checks.hh"
 #include "models/state_hasher.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -46,10 +48,16 @@ void ModelFiducial::Load() {
   if (!wf) return;
   min_range = wf->ReadLength(wf_entity, "range_min", min_range);
   max_range_anon = wf->ReadLength(wf_entity, "range_max", max_range_anon);
-  if (max_range_anon < 0)
-    wf->Fail(wf_entity, "range_max", "found a negative range, expected 0 or more");
   max_range_id = wf->ReadLength(wf_entity, "range_max_id", max_range_id);
   fov = wf->ReadAngle(wf_entity, "fov", fov);
+  const std::pair<const char*, double> kNotNegative[] = {{"range_min", min_range},
+                                                         {"range_max", max_range_anon},
+                                                         {"range_max_id", max_range_id},
+                                                         {"fov", fov}};
+  for (const auto& [name, value] : kNotNegative) CheckNotNegative(*wf, wf_entity, name, value);
+  if (min_range > max_range_anon)
+    wf->Fail(wf_entity, wf->PropertyExists(wf_entity, "range_min") ? "range_min" : "range_max",
+             "found a range_min above range_max, expected one up to it");
   ignore_zloc = wf->ReadInt(wf_entity, "ignore_zloc", ignore_zloc);
 }
 

@@ -8,6 +8,7 @@
 
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/property_checks.hh"
 #include "models/state_hasher.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
@@ -92,6 +93,7 @@ void ModelGripper::Load() {
 void ModelGripper::LoadConfig() {
   Size& size = config_.paddle_size;
   wf->ReadTuple(wf_entity, "paddle_size", 0, 3, "fff", &size.x, &size.y, &size.z);
+  CheckNotNegative(*wf, wf_entity, "paddle_size", std::min({size.x, size.y, size.z}));
   config_.break_beam_inset[0] = 0.75 * size.x;
   config_.break_beam_inset[1] = 0.25 * size.x;
   config_.autosnatch = wf->ReadInt(wf_entity, "autosnatch", config_.autosnatch);

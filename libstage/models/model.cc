@@ -49,6 +49,14 @@ uint64_t SeedOfPlace(uint64_t seed_above, const std::string& type, unsigned int 
   return MixSeeds(MixSeeds(seed_above, HashOf(type)), count);
 }
 
+/// The same, and unless it is negative.
+void SetNotNegative(const Model& model, const char* name, double value, double* target) {
+  if (value < 0)
+    WarnAbout(model, "refused the %s %f, which is negative", name, value);
+  else
+    SetFinite(model, name, value, target);
+}
+
 std::string AutomaticName(const Ancestor& above, const Model* parent, const std::string& type,
                           unsigned int count) {
   const std::string own = type + ":" + std::to_string(count);
@@ -407,13 +415,13 @@ kg_t Model::GetMassOfChildren() const {
 
 kg_t Model::GetTotalMass() const { return mass + GetMassOfChildren(); }
 
-void Model::SetMass(kg_t m) { SetFinite(*this, "mass", m, &mass); }
+void Model::SetMass(kg_t m) { SetNotNegative(*this, "mass", m, &mass); }
 
 void Model::SetRangerReturn(double val) {
   SetFinite(*this, "ranger_return", val, &vis.ranger_return);
 }
 
-void Model::SetWatts(watts_t w) { SetFinite(*this, "watts", w, &watts); }
+void Model::SetWatts(watts_t w) { SetNotNegative(*this, "watts", w, &watts); }
 
 // ---- life cycle ---------------------------------------------------------------------------------
 

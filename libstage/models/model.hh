@@ -172,7 +172,8 @@ class Model : public Ancestor {
                         size_t max_iter = 0);
   kg_t GetTotalMass() const;
   kg_t GetMassOfChildren() const;
-  /// SetMass(), SetRangerReturn() and SetWatts() refuse what is not finite with a message.
+  /// SetMass(), SetRangerReturn() and SetWatts() refuse what is not finite with a message; the
+  /// first and the last also what is negative.
   void SetMass(kg_t m);
 
   // ---- life cycle ----
@@ -474,6 +475,8 @@ class Model : public Ancestor {
   void LoadBody();
   void LoadGuiState();
   void LoadName();
+  void TakeName(const std::string& name);
+  void LoadTrail();
   void LoadControllers();
   void AddBoundary();
   void SetRoot(Model* new_root);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 #include "geometry/load_error.hh"
 #include "geometry/trace.hh"
@@ -11,6 +13,7 @@
 #include "models/block.hh"
 #include "models/model.hh"
 #include "models/power_pack.hh"
+#include "models/property_checks.hh"
 #include "models/warn_about.hh"
 #include "world/controller.hh"
 #include "world/engine.hh"
@@ -30,7 +33,7 @@ constexpr size_t kMostControllers = 100;
 constexpr size_t kLongestText = 1000;  // bytes
 
 constexpr int kMostPoints = 100000;
-constexpr unsigned int kLongestTrail = 100000;
+constexpr int kLongestTrail = 100000;
 
 std::string TooLong(const std::string& text) {
   return "found a text of " + std::to_string(text.size()) + " bytes, expected at most " +
@@ -106,6 +109,7 @@ void Model::Load() {
 
   stack_children = wf->ReadInt(wf_entity, "stack_children", stack_children);
   mass = wf->ReadFloat(wf_entity, "mass", mass);
+  CheckNotNegative(*wf, wf_entity, "mass", mass);
   vis.Load(wf, wf_entity);
   LoadGuiState();
   map_resolution = wf->ReadFloat(wf_entity, "map_resolution", map_resolution);
@@ -116,28 +120,36 @@ void Model::Load() {
   // At least a microsecond: an interval of zero means every step.
   const int milliseconds =
       wf->ReadInt(wf_entity, "update_interval", static_cast<int>(interval / 1000));
+  if (milliseconds < 0)
+    wf->Warn(wf_entity, "update_interval", "found a negative interval; updating in every step");
   interval = milliseconds > 0 ? static_cast<usec_t>(milliseconds) * 1000 : 1;
   const std::string text = wf->ReadString(wf_entity, "say", say_string);
   if (text.size() > kLongestText) wf->Fail(wf_entity, "say", TooLong(text));
   Say(text);
-  const auto count = [&](const char* name, unsigned int value) {
-    return static_cast<unsigned int>(
-        std::max(0, wf->ReadInt(wf_entity, name, static_cast<int>(value))));
-  };
-  trail_length = count("trail_length", trail_length);
-  if (trail_length > kLongestTrail) {
-    wf->Warn(wf_entity, "trail_length",
-             "found a trail of " + std::to_string(trail_length) + " items; using " +
-                 std::to_string(kLongestTrail));
-    trail_length = kLongestTrail;
-  }
-  trail_interval = std::max(1u, count("trail_interval", trail_interval));
+  LoadTrail();
   alwayson = wf->ReadInt(wf_entity, "alwayson", alwayson);
   if (alwayson && subs == 0) Subscribe();
 
   blockgroup->Fit(geom.size);
   Map();
   CallCallbacks(CB_LOAD);
+}
+
+void Model::LoadTrail() {
+  const auto count = [&](const char* name, unsigned int value, int least, int most) {
+    const int found = wf->ReadInt(wf_entity, name, static_cast<int>(value));
+    const int taken = std::clamp(found, least, most);
+    if (taken != found)
+      wf->Warn(wf_entity, name,
+               std::string("found a ") + name + " of " + std::to_string(found) + "; using " +
+                   std::to_string(taken));
+    return static_cast<unsigned int>(taken);
+  };
+  trail_length = count("trail_length", trail_length, 0, kLongestTrail);
+  if (world->IsGUI() && wf->PropertyExists(wf_entity, "trail_length"))  // else nobody records any
+    world->engine().memory.Take(*wf, wf_entity, "trail_length", trail_length, sizeof(TrailItem),
+                                "items of a trail");
+  trail_interval = count("trail_interval", trail_interval, 1, std::numeric_limits<int>::max());
 }
 
 void Model::LoadEnergy() {
@@ -156,9 +168,13 @@ void Model::LoadEnergy() {
   read("joules_capacity", 1, false);
   read("kjoules", 1000, true);
   read("kjoules_capacity", 1000, false);
-  watts = wf->ReadFloat(wf_entity, "watts", watts);
-  watts_give = wf->ReadFloat(wf_entity, "give_watts", watts_give);
-  watts_take = wf->ReadFloat(wf_entity, "take_watts", watts_take);
+  const auto read_watts = [this](const char* name, watts_t* value) {
+    *value = wf->ReadFloat(wf_entity, name, *value);
+    CheckNotNegative(*wf, wf_entity, name, *value);
+  };
+  read_watts("watts", &watts);
+  read_watts("give_watts", &watts_give);
+  read_watts("take_watts", &watts_take);
 }
 
 void Model::LoadName() {
@@ -168,15 +184,24 @@ void Model::LoadName() {
       wf->Warn(wf_entity, "name",
                "found an empty name, the model keeps " + messages::Quoted(token));
     else if (name[0] == '/')
-      SetToken(name.substr(1));
+      TakeName(name.substr(1));
     else
-      SetToken(parent ? parent->TokenStr() + "." + name : name);
+      TakeName(parent ? parent->TokenStr() + "." + name : name);
   }
   if (token.size() > kLongestText)
     wf->Fail(wf_entity, "name",
              "found a name of " + std::to_string(token.size()) +
                  " bytes, those of the models around it included, expected at most " +
                  std::to_string(kLongestText));
+}
+
+/// Looked up by name, only the last of several models is found.
+void Model::TakeName(const std::string& name) {
+  const Model* holder = world->engine().names.Find(name, world->engine());
+  if (holder && holder != this && holder->token == name)
+    wf->Warn(wf_entity, "name",
+             "found the name of an earlier model, expected another; who looks it up gets the last");
+  SetToken(name);
 }
 
 void Model::LoadBody() {
@@ -190,6 +215,14 @@ void Model::LoadBody() {
       throw LoadError(wf->Where(wf_entity, "bitmap") + ": found an empty name, expected a picture",
                       255);
     const auto& outlines = OutlinesOfPicture(world, wf, wf_entity, name);
+    if (outlines.empty())
+      wf->Warn(wf_entity, "bitmap",
+               "found a picture without a dark pixel, expected a body; it adds none");
+    const size_t corners = std::accumulate(
+        outlines.begin(), outlines.end(), size_t{0},
+        [](size_t sum, const std::vector<point_t>& outline) { return sum + outline.size(); });
+    world->engine().memory.Take(*wf, wf_entity, "bitmap", corners, MemoryBudget::kCorner,
+                                "corners of a picture");
     if (has_default_block) blockgroup->Clear();
     has_default_block = false;
     for (const std::vector<point_t>& outline : outlines) blockgroup->Add(outline, Bounds(0, 1));
@@ -219,14 +252,22 @@ void Model::LoadBlock(Worldfile* file, int entity) {
     file->Fail(entity, "points",
                "found " + std::to_string(count) + " points, expected a number from 0 to " +
                    std::to_string(kMostPoints));
+  world->engine().memory.Take(*file, entity, "points", static_cast<size_t>(count),
+                              MemoryBudget::kCorner, "points");
   std::vector<point_t> points(static_cast<size_t>(count));
+  int points_found = 0;
   for (int i = 0; i < count; i++) {
     const std::string name = "point[" + std::to_string(i) + "]";
     point_t& p = points[static_cast<size_t>(i)];
-    file->ReadTuple(entity, name.c_str(), 0, 2, "ll", &p.x, &p.y);
+    if (file->ReadTuple(entity, name.c_str(), 0, 2, "ll", &p.x, &p.y) > 0) points_found++;
   }
+  if (points_found < count)
+    file->Warn(entity, "points",
+               "found " + std::to_string(points_found) + " of " + std::to_string(count) +
+                   " points; the others are [0 0]");
   Bounds z;
   z.Load(file, entity, "z");
+  CheckInOrder(*file, entity, "z", &z, 1);
   OrientPolygon(&points);
 
   if (has_default_block) {

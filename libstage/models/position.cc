@@ -9,6 +9,7 @@
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/property_checks.hh"
 #include "models/state_hasher.hh"
 #include "models/warn_about.hh"
 #include "world/world.hh"
@@ -163,6 +164,7 @@ void ModelPosition::Load() {
   const auto read_bounds = [this](const char* name, Bounds* b) {
     wf->ReadTuple(wf_entity, name, 0, 8, "llllllaa", &b[0].min, &b[0].max, &b[1].min, &b[1].max,
                   &b[2].min, &b[2].max, &b[3].min, &b[3].max);
+    CheckInOrder(*wf, wf_entity, name, b, 4);
   };
   read_bounds("velocity_bounds", velocity_bounds);
   read_bounds("acceleration_bounds", acceleration_bounds);

@@ -11,10 +11,12 @@
 #include "messages/log.hh"
 #include "models/noise.hh"
 #include "models/own_windows.hh"
+#include "models/property_checks.hh"
 #include "models/ray_model_reader.hh"
 #include "models/state_hasher.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
+#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -61,8 +63,8 @@ void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
   pose.Load(wf, entity, "pose");
   size.Load(wf, entity, "size");
   LoadRange(wf, entity);
-  if (range.max < 0)
-    wf->Fail(entity, "range", "found a negative maximum range, expected 0 or more");
+  CheckNotNegative(*wf, entity, "range", std::min(range.min, range.max));
+  CheckInOrder(*wf, entity, "range", &range, 1);
   fov = wf->ReadAngle(entity, "fov", fov);
   const int samples = wf->ReadInt(entity, "samples", static_cast<int>(sample_count));
   if (samples < 0 || static_cast<unsigned>(samples) > kMaxSamples)
@@ -72,8 +74,7 @@ void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
   sample_count = static_cast<unsigned int>(samples);
   ray_model = ReadRayModel(wf, entity, ray_model);
   wf->ReadTuple(entity, "noise", 0, 3, "lfa", &range_noise_const, &range_noise, &angle_noise);
-  if (range_noise_const < 0)
-    wf->Fail(entity, "noise", "found a negative variance, expected 0 or more");
+  CheckNotNegative(*wf, entity, "noise", std::min({range_noise_const, range_noise, angle_noise}));
   if (!wf->PropertyExists(entity, "color") || !wf->ReadString(entity, "color", "").empty())
     color.Load(wf, entity);
 }
@@ -146,6 +147,8 @@ ModelRanger::~ModelRanger() { world->ForgetRays(this); }
 void ModelRanger::LoadSensor(Worldfile* file, int entity) {
   Sensor sensor;
   sensor.Load(file, entity);
+  world->engine().memory.Take(*file, entity, "samples", sensor.sample_count, MemoryBudget::kSample,
+                              "samples");
   sensors_.push_back(sensor);
   if (subs > 0) watts = kWattsPerSensor * static_cast<double>(sensors_.size());
 }

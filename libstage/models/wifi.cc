@@ -11,6 +11,7 @@
 #include "models/block.hh"
 #include "models/line_in_bodies.hh"
 #include "models/noise.hh"
+#include "models/property_checks.hh"
 #include "models/state_hasher.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -125,12 +126,14 @@ void ModelWifi::Load() {
     wf->Fail(wf_entity, "freq", "found a frequency that is not positive, expected MHz");
   range = wf->ReadLength(wf_entity, "range", range);
   if (range < 0) wf->Fail(wf_entity, "range", "found a negative range, expected 0 or more");
-  read("plc", &plc);
-  read("ple", &ple);
-  read("sigma", &sigma);
-  if (sigma < 0)
-    wf->Fail(wf_entity, "sigma", "found a negative standard deviation, expected 0 or more");
-  read("wall_factor", &wall_factor);
+  const auto read_not_negative = [&](const char* name, double* value) {
+    read(name, value);
+    CheckNotNegative(*wf, wf_entity, name, *value);
+  };
+  read_not_negative("plc", &plc);
+  read_not_negative("ple", &ple);
+  read_not_negative("sigma", &sigma);
+  read_not_negative("wall_factor", &wall_factor);
   read("range_db", &range_db);
 }
 

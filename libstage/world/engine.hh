@@ -21,6 +21,7 @@
 #include "world/callback_phase.hh"
 #include "world/fiducial_index.hh"
 #include "world/gather_phase.hh"
+#include "world/memory_budget.hh"
 #include "world/model_names.hh"
 #include "world/move_phase.hh"
 #include "world/path_chooser.hh"
@@ -41,6 +42,7 @@ class WorldEngine {
 
   std::vector<Model*> models;  ///< in the order of creation, the ground first
   ModelNames names;
+  MemoryBudget memory;
   std::vector<Model*> moving;                ///< those that asked for it, in the order of creation
   std::vector<Model*> energy;                ///< running ones with a pack, in the same order
   std::vector<Model*> hidden_from_rangers;   ///< drawn while rangers looked through them

@@ -77,6 +77,8 @@ constexpr const char* kWindowProperties[] = {"size",
 /// Metres: a cell's side. Beyond these limits nothing in a world would have the size of some cells.
 constexpr double kSmallestCell = 1e-6, kLargestCell = 1e6;
 
+constexpr int kMostThreads = 1024;
+
 std::string UnknownType(const std::string& type) {
   std::string known;
   for (const auto& [name, creator] : Model::name_map) known += name + ", ";
@@ -143,6 +145,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
     LoadWindowSection();
   } catch (const LoadError& error) {
     engine_->loading = false;
+    engine_->memory.End();
     engine_->outlines_of_pictures.clear();
     std::printf("\n");
     std::fflush(stdout);
@@ -152,6 +155,7 @@ bool World::LoadFrom(const std::string& path, std::istream* content) {
     return false;
   }
   engine_->loading = false;
+  engine_->memory.End();
   for (Model* child : children) child->Map();
   InitControllers();
   ApplyRunOptions();
@@ -230,10 +234,15 @@ void World::LoadWorldProperties() {
                "found cells that are too small or too large, expected 1e-6 to 1e6 (m)");
     engine_->scene.cells_per_metre = 1.0 / cell;
   }
+  const double megabytes = wf->ReadFloat(0, "memory_limit", MemoryBudget::kUsualMegabytes);
+  if (megabytes != 0 && megabytes < 1)
+    wf->Fail(0, "memory_limit", "found less than 1 MB, expected 1 or more, or 0: no limit");
+  engine_->memory.Begin(megabytes);
   SetRayModel(ReadRayModel(wf.get(), 0, RayModel::kDefault));
   SetRayModel(run_options.ray_model);
   show_clock = wf->ReadInt(0, "show_clock", show_clock);
   const int every = wf->ReadInt(0, "show_clock_interval", static_cast<int>(show_clock_interval));
+  if (every < 1) wf->Warn(0, "show_clock_interval", "found fewer than 1 step; using 1");
   show_clock_interval = every < 1 ? 1 : static_cast<unsigned>(every);
   speedup = wf->PropertyExists(0, "speedup") ? wf->ReadFloat(0, "speedup", 0) : 0;
   wf->ReadInt(0, "paused", 0);           // these two are for those who
@@ -245,9 +254,13 @@ void World::LoadWorldProperties() {
     wf->Warn(0, "threads", "found fewer than 1 thread; using 1");
     threads = 1;
   }
+  if (threads > kMostThreads) {
+    wf->Warn(0, "threads", "found more than 1024 threads; using 1024");
+    threads = kMostThreads;
+  }
   if (threads > 1) std::printf("[threads %d]", threads);
   if (run_options.threads > 0) threads = run_options.threads;
-  engine_->SetThreads(static_cast<unsigned>(std::min(threads, 1024)));
+  engine_->SetThreads(static_cast<unsigned>(std::min(threads, kMostThreads)));
   engine_->ShareFrom(run_options.share_from);
 }
 
@@ -285,6 +298,10 @@ void World::CheckNotNested(int entity, Model* parent_model) {
     wf->Fail(
         entity, "",
         "found " + messages::Quoted(type) + " inside a " + parent_type + ", expected properties");
+  if (parent_type == "window" && type != "block" && type != "sensor")
+    wf->Warn(
+        entity, "",
+        "found " + messages::Quoted(type) + " inside a window, expected it outside; taken as such");
   if (type == "block" && !parent_model)
     wf->Fail(entity, "", "found a block outside of any model, expected it inside the body of one");
   if (type == "sensor" && !dynamic_cast<ModelRanger*>(parent_model))

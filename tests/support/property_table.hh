@@ -29,6 +29,7 @@ inline constexpr Property kWorld[] = {
     {"world", "interval_sim", "50"},
     {"world", "quit_time", "10"},
     {"world", "resolution", "0.05"},
+    {"world", "memory_limit", "500"},
     {"world", "ray_model", "\"exact\""},
     {"world", "show_clock", "1"},
     {"world", "show_clock_interval", "10"},
@@ -192,7 +193,7 @@ inline constexpr Property kTypes[] = {
     {"blinkenlight", "period", "500"},
     {"blinkenlight", "enabled", "0"},
 
-    {"block", "points", "3"},
+    {"block", "points", "3", "point[0] [0 0] point[1] [1 0] point[2] [0 1]"},
     {"block", "point[0]", "[0 0]", "points 3 point[1] [1 0] point[2] [0 1]"},
     {"block", "point[2]", "[0 1]", "points 3 point[0] [0 0] point[1] [1 0]"},
     {"block", "z", "[0 1]"},

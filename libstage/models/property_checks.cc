@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/property_checks.hh"
+
+#include <string>
+
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+std::string Start(const char* name) { return std::string("property \"") + name + "\": found "; }
+}  // namespace
+
+void CheckNotNegative(const Worldfile& wf, int entity, const char* name, double value) {
+  if (value < 0) wf.Fail(entity, name, Start(name) + "a negative number, expected 0 or more");
+}
+
+void CheckInOrder(const Worldfile& wf, int entity, const char* name, double lower, double upper) {
+  if (lower > upper)
+    wf.Fail(entity, name, Start(name) + "the least above the most, expected the least first");
+}
+
+void CheckInOrder(const Worldfile& wf, int entity, const char* name, const Bounds* bounds,
+                  int count) {
+  for (int i = 0; i < count; i++) CheckInOrder(wf, entity, name, bounds[i].min, bounds[i].max);
+}
+
+}  // namespace Stg
