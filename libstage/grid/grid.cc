@@ -501,6 +501,10 @@ LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact) const {
 }
 
 LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
+  // First, as there may be too little memory for them.
+  Occupancy cells;
+  cells.TrackChanges(tracking_);
+  cells.Resize(static_cast<uint32_t>(regions_.size()));
   LayerIndex index = 0;
   while (index < layers_.size() && layers_[index].kind != Layer::kUnused) index++;
   if (index == layers_.size()) layers_.emplace_back();
@@ -509,9 +513,7 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
   layer.z = z;
   layer.exact = exact;
   layer.last_used = step_;
-  layer.cells = Occupancy();
-  layer.cells.TrackChanges(tracking_);
-  layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
+  layer.cells = std::move(cells);
   for (Body& body : bodies_)
     if (body.model) body.layers = LayersOf(body);
   for (uint32_t slot = 0; slot < tiles_.size(); slot++)

@@ -41,15 +41,28 @@ void ExactDrawing::Draw(grid::Grid* grid, const grid::Body& body, const point_t*
   }
   const size_t runs = (count + kRunEdges - 1) / kRunEdges;
   if (runs != runs_.size()) Erase(grid);
+  // There may be too little memory at any time: bodies of the grid never refer to corners that are
+  // gone, and runs know what is drawn of them.
+  std::vector<point_t> before;
+  if (corners_.capacity() < count + 1) {
+    std::swap(before, corners_);
+    try {
+      corners_.reserve(count + 1);
+      runs_.reserve(runs);
+    } catch (...) {
+      std::swap(before, corners_);
+      throw;
+    }
+  }
   corners_.assign(corners, corners + count);
   if (count > 0) corners_.push_back(corners[0]);
-  const bool is_new = runs_.empty();
-  runs_.resize(runs);
-  for (size_t i = 0; i < runs; i++) {
-    if (is_new) runs_[i].body = grid->AddBody(BodyOf(body, i));
-    grid->ChangeBody(runs_[i].body, BodyOf(body, i), runs_[i].cells);
-    DrawRun(grid, i, cells_per_metre);
+  Change(grid, body);
+  while (runs_.size() < runs) {
+    Run run;
+    run.body = grid->AddBody(BodyOf(body, runs_.size()));
+    runs_.push_back(std::move(run));
   }
+  for (size_t i = 0; i < runs; i++) DrawRun(grid, i, cells_per_metre);
 }
 
 grid::Body ExactDrawing::BodyOf(const grid::Body& body, size_t run) const {
@@ -74,6 +87,7 @@ void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metr
     grid::ForEachCellNear(from, to, [&](int32_t x, int32_t y) { maker.Add(x, y); });
   }
   maker.Finish();
+  run.cells.reserve(cells.size());  // before: the run has to know what is drawn of it
   grid->Redraw(run.body, run.cells, cells);
   run.cells.assign(cells.begin(), cells.end());
 }

@@ -70,7 +70,7 @@ void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, siz
     shares_[i].next.store(count * i / threads(), std::memory_order_relaxed);
     shares_[i].end = count * (i + 1) / threads();
   }
-  busy_ = static_cast<unsigned>(workers_.size());
+  gate_ = kOpen;
   generation_++;
   WakeAll(&workers_bed_);
   std::exception_ptr of_first;
@@ -83,9 +83,10 @@ void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, siz
   Finish(of_first);
 }
 
-/// Waits for the others, and throws what they have thrown.
+/// Waits for those who are still at it, and throws what was thrown.
 void WorkerPool::Finish(const std::exception_ptr& of_first) {
-  WaitUntil([this] { return busy_ == 0; }, &caller_bed_);
+  gate_ -= kOpen;
+  WaitUntil([this] { return gate_ == 0; }, &caller_bed_);
   if (failed_at_ != kNowhere) {
     failed_at_ = kNowhere;
     std::rethrow_exception(std::exchange(failure_, nullptr));
@@ -148,14 +149,26 @@ void WorkerPool::TakeFrom(Share* share, unsigned thread) {
   }
 }
 
+bool WorkerPool::Enter() {
+  unsigned gate = gate_;
+  while (gate & kOpen)
+    if (gate_.compare_exchange_weak(gate, gate + kOneInside)) return true;
+  return false;
+}
+
+void WorkerPool::Leave() {
+  if (gate_.fetch_sub(kOneInside) == kOneInside) WakeAll(&caller_bed_);
+}
+
 void WorkerPool::Work(unsigned thread) {
   uint64_t seen = 0;
   for (;;) {
     WaitUntil([&] { return stop_ || generation_ != seen; }, &workers_bed_);
     if (stop_) return;
     seen = generation_;
+    if (!Enter()) continue;
     TakeRanges(thread);
-    if (--busy_ == 0) WakeAll(&caller_bed_);
+    Leave();
   }
 }
 

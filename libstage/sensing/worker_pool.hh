@@ -93,6 +93,8 @@ class WorkerPool {
   };
 
   void Work(unsigned thread);
+  bool Enter();
+  void Leave();
   void TakeRanges(unsigned thread);
   void TakeFrom(Share* share, unsigned thread);
   void Finish(const std::exception_ptr& of_first);
@@ -117,7 +119,9 @@ class WorkerPool {
   alignas(64) std::atomic<uint64_t> generation_{0};  // of jobs
   std::atomic<bool> stop_{false};
   std::atomic<int> patience_{0};  // microseconds before going to sleep
-  alignas(64) std::atomic<unsigned> busy_{0};
+  // Who comes too late for a job is not waited for: on a busy machine some thread always does.
+  static constexpr unsigned kOpen = 1, kOneInside = 2;
+  alignas(64) std::atomic<unsigned> gate_{0};  // to the present job: open or not, and who is inside
 
   alignas(64) const Job* job_ = nullptr;
   size_t grain_ = 1;

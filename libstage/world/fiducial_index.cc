@@ -32,8 +32,7 @@ bool FiducialIndex::Place::operator<(const Place& o) const {
 void FiducialIndex::Refresh(const std::vector<Model*>& models, uint64_t step) {
   sightings_known_ = false;  // finders look for targets now, which they will then point to
   if (known_ && step_ == step) return;
-  known_ = true;
-  step_ = step;
+  known_ = false;  // if there is too little memory
   targets_.clear();
   places_.clear();
   for (Model* model : models) {
@@ -44,6 +43,8 @@ void FiducialIndex::Refresh(const std::vector<Model*>& models, uint64_t step) {
     targets_.push_back({model, pose});
   }
   std::sort(places_.begin(), places_.end());
+  known_ = true;
+  step_ = step;
 }
 
 const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reach) const {
