@@ -32,7 +32,7 @@ size_t CallbackPhase::Call(Model* const* models, size_t count, sensing::WorkerPo
     }
   };
   try {
-    runs_.Do(count,
+    runs_.Do(count, workers->threads(),
              [&] { workers->RunBeside(beside, groups, workers->Grain(groups, kGrain), call); });
   } catch (...) {
     SetThrower(thrower_.text);

@@ -39,7 +39,7 @@ size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* 
     runs_.Skip(count);
     return 0;
   }
-  runs_.Do(count, [&] { UpdatePrepared(world, workers); });
+  runs_.Do(count, workers->threads(), [&] { UpdatePrepared(world, workers); });
   return count;
 }
 

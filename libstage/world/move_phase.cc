@@ -127,7 +127,7 @@ size_t MovePhase::Move(Model* const* models, size_t count, sensing::Scene* scene
   grid_ = &scene->grid;
   edits_.resize(workers->threads());
   const size_t at_once = std::min(kMostAtOnce, kAtOnce * workers->threads());
-  runs_.Do(count, [&] {
+  runs_.Do(count, workers->threads(), [&] {
     for (size_t begin = 0; begin < count; begin += at_once)
       MovePart(models + begin, std::min(at_once, count - begin), workers);
   });

@@ -6,8 +6,8 @@
 // Whatever the mixture, looking for runs and sharing them must never cost more than it gains:
 //   each thing is looked at once, although those of a short run are asked for one by one;
 //   a run that is too short to be worth waking threads for is left to the caller;
-//   the first long run of a step may wake them, as the rays of the step will anyhow; each further
-//   one only if it takes one thread much longer than waking the others.
+//   what is worth it is measured: the first run of a step has to keep one thread busy for longer
+//   than waking others takes, at a guess that favours sharing; each further one for longer by far.
 
 #ifndef STAGE_WORLD_RUN_FINDER_HH
 #define STAGE_WORLD_RUN_FINDER_HH
@@ -24,7 +24,7 @@ class RunFinder {
  public:
   /// Fewer things than that make no run. 1: every one does, even if that is a waste of time.
   void SetFewest(size_t fewest) {
-    fewest_ = fewest;
+    fewest_ = first_fewest_ = worth_from_ = fewest;
     later_fewest_ = fewest <= 1 ? fewest : std::max(fewest, kAtFirst);
   }
 
@@ -36,7 +36,7 @@ class RunFinder {
       to_skip_--;
       return 0;
     }
-    const size_t fewest = found_any_ ? later_fewest_ : fewest_;
+    const size_t fewest = found_any_ ? later_fewest_ : first_fewest_;
     if (count < fewest) return 0;
     const size_t length = find_length();
     looks_ += std::min(length + 1, count);
@@ -51,27 +51,32 @@ class RunFinder {
   /// This thing and those behind it, `length` in all, are to be done one after the other.
   void Skip(size_t length) { to_skip_ = length > 0 ? length - 1 : 0; }
 
-  /// Does a run of so many things. How long runs take says how many things are worth waking threads
-  /// for; results do not depend on who does what.
+  /// Does a run of so many things on so many threads. How long runs take says how many things are
+  /// worth waking threads for; results do not depend on who does what.
   template <typename F>
-  void Do(size_t length, F run) {
+  void Do(size_t length, unsigned threads, F run) {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point start = Clock::now();
     run();
     seconds_ += std::chrono::duration<double>(Clock::now() - start).count();
     done_ += static_cast<double>(length);
+    threads_ = threads;
   }
 
   /// Between steps.
   void EndStep() {
-    constexpr double kWorthWaking = 200e-6;  // waking takes some 10 to 40 microseconds a thread
-    constexpr double kMost = 4096;
+    constexpr uint64_t kLook = 64;  // now and then short runs are shared, to see what they take
     to_skip_ = 0;
     found_any_ = false;
-    if (fewest_ <= 1 || done_ == 0) return;
-    const double worth = kWorthWaking * done_ / std::max(seconds_, 1e-9);
-    later_fewest_ = std::max(fewest_, static_cast<size_t>(std::min(worth, kMost)));
-    seconds_ = done_ = 0;
+    if (fewest_ <= 1) return;
+    if (done_ > 0) {
+      const double each = std::max(seconds_, 1e-9) / done_;
+      // As if threads had been of no use, and as if they had shared evenly.
+      later_fewest_ = Fewest(kWorthWaking / each);
+      worth_from_ = Fewest(kWorthWaking / 2 / (each * threads_));
+      seconds_ = done_ = 0;
+    }
+    first_fewest_ = ++steps_ % kLook == 0 ? fewest_ : worth_from_;
   }
 
   /// So many things, at least, are worth waking threads for once more.
@@ -80,12 +85,23 @@ class RunFinder {
   uint64_t looks() const { return looks_; }
 
  private:
-  size_t fewest_ = 16;
   static constexpr size_t kAtFirst = 256;
-  size_t later_fewest_ = kAtFirst;  // of the runs behind the first one of a step
+  static constexpr double kWorthWaking =
+      200e-6;  // waking takes some 10 to 40 microseconds a thread
+  size_t Fewest(double worth) const {
+    constexpr double kMost = 4096;
+    return std::max(fewest_, static_cast<size_t>(std::min(worth, kMost)));
+  }
+
+  size_t fewest_ = 16;
+  size_t first_fewest_ = 16;        // of the first run of this step
+  size_t worth_from_ = 16;          // the same, of most steps
+  size_t later_fewest_ = kAtFirst;  // of the runs behind it
   size_t to_skip_ = 0;
   bool found_any_ = false;         // in this step
   double seconds_ = 0, done_ = 0;  // what its runs took, and how many things they were
+  unsigned threads_ = 1;
+  uint64_t steps_ = 0;
   uint64_t looks_ = 0;
 };
 
