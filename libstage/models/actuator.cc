@@ -10,6 +10,7 @@
 #include "models/block.hh"
 #include "models/state_hasher.hh"
 #include "models/warn_about.hh"
+#include "models/watch.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -71,8 +72,9 @@ Pose ModelActuator::Displacement(double distance) const {
 
 void ModelActuator::Load() {
   if (!wf) return;
+  const Watch watch(*this);
   if (has_reference_) SetPose(reference_);  // it is loaded again
-  Model::Load();
+  if (watch.gone() || !LoadCommon()) return;
   LoadJoint();
   reference_ = pose;
   has_reference_ = true;
@@ -86,8 +88,7 @@ void ModelActuator::Load() {
 }
 
 void ModelActuator::Save() {
-  Model::Save();
-  if (!wf || !wf->PropertyExists(wf_entity, "start_position")) return;
+  if (!SaveCommon() || !wf->PropertyExists(wf_entity, "start_position")) return;
   // Loaded again, the start position is added to the pose: they are saved apart.
   const double position = GetPosition();
   Pose without = pose + Displacement(-position);

@@ -21,8 +21,7 @@ ModelBlinkenlight::ModelBlinkenlight(World* world_, Model* parent_, const std::s
 }
 
 void ModelBlinkenlight::Load() {
-  Model::Load();
-  if (!wf) return;
+  if (!LoadCommon()) return;
   dutycycle_ = wf->ReadFloat(wf_entity, "dutycycle", dutycycle_);
   if (dutycycle_ < 0)
     wf->Fail(wf_entity, "dutycycle", "found a negative duty cycle, expected 0 or more");

@@ -61,8 +61,7 @@ void ModelBlobfinder::RemoveColor(Color col) { std::erase(colors_, col); }
 void ModelBlobfinder::RemoveAllColors() { colors_.clear(); }
 
 void ModelBlobfinder::Load() {
-  Model::Load();
-  if (!wf) return;
+  if (!LoadCommon()) return;
   wf->ReadTuple(wf_entity, "image", 0, 2, "uu", &scan_width, &scan_height);
   if (scan_width > kMaxWidth)
     wf->Fail(wf_entity, "image",

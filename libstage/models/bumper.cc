@@ -32,8 +32,7 @@ ModelBumper::ModelBumper(World* world_, Model* parent_, const std::string& type_
 ModelBumper::~ModelBumper() { world->ForgetRays(this); }
 
 void ModelBumper::Load() {
-  Model::Load();
-  if (!wf || !wf->PropertyExists(wf_entity, "bcount")) return;
+  if (!LoadCommon() || !wf->PropertyExists(wf_entity, "bcount")) return;
   const int count = wf->ReadInt(wf_entity, "bcount", 0);
   if (count < 0 || count > kMaxBumpers)
     wf->Fail(wf_entity, "bcount",

@@ -75,8 +75,7 @@ ModelCamera::ModelCamera(World* world_, Model* parent_, const std::string& type_
 ModelCamera::~ModelCamera() = default;
 
 void ModelCamera::Load() {
-  Model::Load();
-  if (!wf) return;
+  if (!LoadCommon()) return;
   wf->ReadTuple(wf_entity, "resolution", 0, 2, "ii", &width_, &height_);
   if (width_ < 0 || height_ < 0 || width_ > kLongestSide || height_ > kLongestSide ||
       width_ * height_ > kMostPixels)

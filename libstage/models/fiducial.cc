@@ -44,8 +44,7 @@ ModelFiducial::~ModelFiducial() {
 }
 
 void ModelFiducial::Load() {
-  Model::Load();
-  if (!wf) return;
+  if (!LoadCommon()) return;
   min_range = wf->ReadLength(wf_entity, "range_min", min_range);
   max_range_anon = wf->ReadLength(wf_entity, "range_max", max_range_anon);
   max_range_id = wf->ReadLength(wf_entity, "range_max_id", max_range_id);

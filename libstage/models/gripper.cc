@@ -11,6 +11,7 @@
 #include "models/property_checks.hh"
 #include "models/state_hasher.hh"
 #include "models/warn_about.hh"
+#include "models/watch.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -81,7 +82,9 @@ ModelGripper::~ModelGripper() { world->ForgetRays(this); }
 
 void ModelGripper::Load() {
   if (wf) {
+    const Watch watch(*this);
     if (config_.gripped) Drop();  // it is loaded again
+    if (watch.gone()) return;
     LoadConfig();
     const bool no_body = wf->ReadInt(wf_entity, "noblocks", 0);
     if (no_body && HasBody()) ClearBlocks();
@@ -121,8 +124,7 @@ void ModelGripper::LoadConfig() {
 }
 
 void ModelGripper::Save() {
-  Model::Save();
-  if (!wf) return;
+  if (!SaveCommon()) return;
   const Size& size = config_.paddle_size;
   wf->WriteTuple(wf_entity, "paddle_size", 0, 3, "fff", size.x, size.y, size.z);
   wf->WriteTuple(wf_entity, "paddle_state", 0, 2, "ss",
@@ -344,13 +346,13 @@ Model* ModelGripper::Grippable() const {
 void ModelGripper::Grip() {
   Model* thing = Grippable();
   if (!thing) return;
-  World& in_world = *world;
+  const Watch here(*this), there(*thing);
   // The share py / 2 is taken for metres, as Stage always did.
   const double width = geom.size.y - config_.paddle_size.y / 2.0;
   const double close_limit = std::max(0.0, 1.0 - thing->GetGeom().size.y / width);
   const Pose place(0, 0, stack_children ? -geom.size.z : 0.0, 0);
   if (thing->Parent() != this) thing->SetParent(this);
-  if (!IsIn(in_world, this) || !IsIn(in_world, thing) || thing->Parent() != this) return;
+  if (here.gone() || there.gone() || thing->Parent() != this) return;
   config_.gripped = thing;
   config_.close_limit = close_limit;
   thing->SetPose(place);
@@ -359,10 +361,10 @@ void ModelGripper::Grip() {
 void ModelGripper::Drop() {
   Model* thing = config_.gripped;
   if (!thing) return;
-  World& in_world = *world;
+  const Watch there(*thing);
   const Pose place = GetGlobalPose();
   thing->SetParent(nullptr);  // RemoveChild() follows
-  if (IsIn(in_world, thing)) thing->SetPose(place);
+  if (!there.gone()) thing->SetPose(place);
 }
 
 void ModelGripper::RemoveChild(Model* mod) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/flag.hh"
@@ -15,9 +16,12 @@
 #include "models/power_pack.hh"
 #include "models/thrown.hh"
 #include "models/warn_about.hh"
+#include "models/watch.hh"
 #include "sensing/scene.hh"
+#include "world/controller.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
+#include "worldfile/worldfile.hh"
 
 namespace Stg {
 
@@ -94,8 +98,8 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       interval(100000),
       blockgroup(std::make_unique<BlockGroup>(*this)),
       world(world_),
-      parent(parent_),
-      root(parent_ ? parent_->root : this),
+      parent(FitParent(*world_, parent_)),
+      root(parent ? parent->root : this),
       scene_(&world_->scene()),
       update_chain_(Scheduler::FirstChain(id)),
       callback_run_(0),
@@ -103,8 +107,9 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       hidden_from_rangers_(false),
       loaded_(false),
       shares_name_(false),
-      random_(SeedOfPlace(parent_ ? parent_->random_.seed() : world_->seed(), type_,
-                          AboveOf(parent_, world_).CountOfType(type_))) {
+      random_(SeedOfPlace(parent ? parent->random_.seed() : world_->seed(), type_,
+                          AboveOf(parent, world_).CountOfType(type_))) {
+  if (!parent) gui.move = true;  // it may have been given one
   Ancestor& above = AboveOf(parent, world);
   const unsigned int count = above.CountOfType(type);
   Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);
@@ -192,11 +197,7 @@ void Model::SetRoot(Model* new_root) {
 }
 
 int Model::SetParent(Model* newparent) {
-  if (newparent && IsDescendent(newparent)) {
-    WarnAbout(*this, "can't become a child of its own descendant %s",
-              messages::Quoted(newparent->TokenStr()).c_str());
-    return 1;
-  }
+  if (newparent && RefusesParent(*newparent)) return 1;
   const Pose global = GetGlobalPose();
   world->engine().family_changes++;
   UnMapWithChildren();
@@ -213,19 +214,12 @@ int Model::SetParent(Model* newparent) {
   pose = parent ? parent->LocalPoseOf(global) : global;
   pose.a = normalize(pose.a);
   Map();
-  // Any callback may delete the model.
-  const std::shared_ptr<Callbacks> callbacks = callbacks_;
-  CallCallbacks(CB_PARENT);
-  if (callbacks && !callbacks->orphaned) CallCallbacks(CB_POSE);
+  if (SurvivesCallbacks(CB_PARENT)) CallCallbacks(CB_POSE);
   return 0;
 }
 
 void Model::BecomeParentOf(Model* child) {
-  if (child->IsDescendent(this)) {
-    WarnAbout(*this, "can't adopt %s, which it descends from",
-              messages::Quoted(child->TokenStr()).c_str());
-    return;
-  }
+  if (child->RefusesParent(*this)) return;
   child->UnMapWithChildren();
   if (child->parent)
     child->parent->RemoveChild(child);
@@ -394,12 +388,13 @@ bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, m
     WarnAbout(*this, "refused to look for a place in a rectangle that is not finite");
     return false;
   }
+  const Watch watch(*this);
   SetPose(Pose::Random(random_.Get(), xmin, xmax, ymin, ymax));
-  for (size_t i = 0; HasCollision(); i++) {
+  for (size_t i = 0; !watch.gone() && HasCollision(); i++) {
     if (max_iter > 0 && i >= max_iter) return false;
     SetPose(Pose::Random(random_.Get(), xmin, xmax, ymin, ymax));
   }
-  return true;
+  return !watch.gone();
 }
 
 bool Model::PlaceInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
@@ -498,31 +493,64 @@ void Model::Callbacks::Tidy() {
   std::erase_if(all, [](const Callback& c) { return !c.function; });
 }
 
-int Model::CallCallbacks(callback_type_t t) {
+/// While somebody walks along the callbacks, which may throw.
+struct Model::Callbacks::Round {
+  explicit Round(Callbacks* callbacks) : all(callbacks) { all->rounds++; }
+  ~Round() {
+    if (--all->rounds == 0) all->Tidy();
+  }
+  Round(const Round&) = delete;
+  Round& operator=(const Round&) = delete;
+  Callbacks* all;
+};
+
+/// Calls call(entry) for each callback of the type, which returns what that does.
+template <typename F>
+int Model::CallEach(callback_type_t t, F call) {
   if (!HasCallbacks(t)) return 0;
   // By index, for a callback may add callbacks (called from the next round on), remove any, or
   // delete the model: then the rest is not called and nothing of it is touched any more.
   const std::shared_ptr<Callbacks> callbacks = callbacks_;
   const RandomScope random_numbers(&random_);
   const size_t count = callbacks->all.size();
-  callbacks->rounds++;
-  const auto end_round = [&] {
-    if (--callbacks->rounds == 0) callbacks->Tidy();
-  };
+  const Callbacks::Round round(callbacks.get());
   for (size_t i = 0; i < count && !callbacks->orphaned; i++) {
     const Callback entry = callbacks->all[i];
     if (entry.type != t || !entry.function) continue;
     try {
-      if (entry.function(this, entry.user) != 0) callbacks->all[i].function = nullptr;
+      if (call(entry) != 0) callbacks->all[i].function = nullptr;
     } catch (...) {
       NoteThrower("a callback", callbacks->orphaned ? nullptr : this,
                   reinterpret_cast<void (*)()>(entry.function));
-      end_round();
       throw;
     }
   }
-  end_round();
   return callbacks->CountLeft(t);
+}
+
+int Model::CallCallbacks(callback_type_t t) {
+  return CallEach(t, [this](const Callback& entry) { return entry.function(this, entry.user); });
+}
+
+bool Model::SurvivesCallbacks(callback_type_t t) {
+  if (!HasCallbacks(t)) return true;
+  const std::shared_ptr<Callbacks> callbacks = callbacks_;
+  CallCallbacks(t);
+  return !callbacks->orphaned;
+}
+
+/// What a controller throws becomes a LoadError.
+void Model::InitOrThrow() {
+  if (!HasCallbacks(CB_INIT)) return;
+  const std::string where = wf ? wf->Where(wf_entity, "ctrl") + ": " : "";  // it may be deleted
+  const std::string name = token;
+  CallEach(CB_INIT, [&](const Callback& entry) {
+    try {
+      return entry.function(this, entry.user);
+    } catch (...) {
+      throw LoadError(where + DescribeInitFailure(name, entry.user), 255);
+    }
+  });
 }
 
 // ---- sensing ------------------------------------------------------------------------------------

@@ -91,11 +91,16 @@ class Model : public Ancestor {
     __CB_TYPE_COUNT
   } callback_type_t;
 
+  /// So many models lie above another at most.
+  static const unsigned int kDeepest = 1000;
+
   /// The known types. Clients may add their own after Init() and before loading a world.
   static std::map<std::string, creator_t> name_map;
 
   /// Registers with the world and the parent (null: top level). An empty name is made up:
   /// "type:n", after "parent." for children. The body is one block that fills the default size.
+  /// A parent that is kDeepest below the top level is refused with a message; then the model stands
+  /// at the top level.
   Model(World* world, Model* parent = NULL, const std::string& type = "model",
         const std::string& name = "");
   virtual ~Model();
@@ -130,7 +135,10 @@ class Model : public Ancestor {
   bool IsDescendent(const Model* testmod) const;
   /// In the same top-level tree; a model is related to itself.
   bool IsRelated(const Model* testmod) const { return root == testmod->root; }
-  /// Moves to another parent (null: top level) and keeps the global pose.
+  /// How many models lie above it.
+  unsigned int Depth() const;
+  /// Moves to another parent (null: top level) and keeps the global pose. One that descends from
+  /// this model is refused with a message, and so is one that would nest models too deeply: 1.
   int SetParent(Model* newparent);
   void BecomeParentOf(Model* child);
 
@@ -211,7 +219,7 @@ class Model : public Ancestor {
   // ---- callbacks ----
 
   /// Calls cb(model, user) at each event of the type, in the order of registration. A callback may
-  /// delete the model, except in CB_VELOCITY and while the world is saved or reloaded. The pair
+  /// make and delete models, this one included, and load, unload or delete the world. The pair
   /// (cb, user) is kept once. A callback that returns non-zero is removed.
   void AddCallback(callback_type_t type, model_callback_t cb, void* user);
   /// The same, of a callback that keeps to itself, so that those of several robots may be called by
@@ -364,7 +372,6 @@ class Model : public Ancestor {
  protected:
   friend class World;
   friend class Placement;
-  friend class ControllerLibrary;
   friend class CallbackPhase;
   friend class GatherPhase;
   friend class ModelRanger;
@@ -398,6 +405,13 @@ class Model : public Ancestor {
   /// Adds the unrelated models whose outlines share a cell with one of this model's own blocks,
   /// whatever their height, in the order of creation.
   void AppendTouchingModels(std::vector<Model*>* touching) const;
+  /// Load() and Save() of this class, for those of others, which go on afterwards: false if they
+  /// shall not, as there is no world file, or as a callback has deleted the model.
+  bool LoadCommon();
+  bool SaveCommon();
+  /// Calls the callbacks; false if one has deleted the model.
+  bool SurvivesCallbacks(callback_type_t t);
+
   /// Writes down where the model is, over the oldest item if the trail is full.
   void UpdateTrail();
   void RegisterOption(Option* option);
@@ -467,6 +481,7 @@ class Model : public Ancestor {
     std::vector<Callback> all;  // in the order of registration
     bool orphaned = false;      // the model is gone
     int rounds = 0;             // in progress
+    struct Round;
     int CountLeft(callback_type_t t) const;
     void Tidy();
   };
@@ -480,6 +495,12 @@ class Model : public Ancestor {
   void LoadControllers();
   void AddBoundary();
   void SetRoot(Model* new_root);
+  unsigned int Height() const;
+  static Model* FitParent(const World& world, Model* parent);
+  bool RefusesParent(const Model& newparent) const;
+  void InitOrThrow();
+  template <typename F>
+  int CallEach(callback_type_t t, F call);
   /// The same alone; valid until the thread's next call.
   const internal::grid::Drawings& OwnDrawings(bool exact) const;
   void StopCharging();

@@ -15,6 +15,7 @@
 #include "models/power_pack.hh"
 #include "models/property_checks.hh"
 #include "models/warn_about.hh"
+#include "models/watch.hh"
 #include "world/controller.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -91,6 +92,7 @@ void Model::Load(Worldfile* file, int entity) {
 
 void Model::Load() {
   if (!wf) return;
+  const Watch watch(*this);                  // callbacks may delete the model
   wf->ReadInt(wf_entity, "event_queue", 0);  // overwritten when the model starts: no effect
   LoadEnergy();
   debug = wf->ReadInt(wf_entity, "debug", debug);
@@ -101,8 +103,10 @@ void Model::Load() {
   new_geom.pose.Load(wf, wf_entity, "origin");
   new_geom.size.Load(wf, wf_entity, "size");
   SetGeom(new_geom);
+  if (watch.gone()) return;
   Pose new_pose = pose;
   SetPose(new_pose.Load(wf, wf_entity, "pose"));
+  if (watch.gone()) return;
   color.Load(wf, wf_entity);
   // Loaded again, the model keeps its body (pictures do not change) and its controllers.
   if (!loaded_) LoadBody();
@@ -129,6 +133,7 @@ void Model::Load() {
   LoadTrail();
   alwayson = wf->ReadInt(wf_entity, "alwayson", alwayson);
   if (alwayson && subs == 0) Subscribe();
+  if (watch.gone()) return;
 
   blockgroup->Fit(geom.size);
   Map();
@@ -150,6 +155,12 @@ void Model::LoadTrail() {
     world->engine().memory.Take(*wf, wf_entity, "trail_length", trail_length, sizeof(TrailItem),
                                 "items of a trail");
   trail_interval = count("trail_interval", trail_interval, 1, std::numeric_limits<int>::max());
+}
+
+bool Model::LoadCommon() {
+  const Watch watch(*this);
+  Model::Load();
+  return !watch.gone() && wf;
 }
 
 void Model::LoadEnergy() {
@@ -318,7 +329,13 @@ void Model::LoadControllerModule(const char* lib) {
   }
 }
 
-void Model::InitControllers() { CallCallbacks(CB_INIT); }
+void Model::InitControllers() {
+  try {
+    InitOrThrow();
+  } catch (const LoadError& error) {
+    messages::Report(LogLevel::kError, error.what());
+  }
+}
 
 void Model::Save() {
   if (!wf) return;
@@ -330,6 +347,12 @@ void Model::Save() {
   origin.Save(wf, wf_entity, "origin");
   vis.Save(wf, wf_entity);
   CallCallbacks(CB_SAVE);
+}
+
+bool Model::SaveCommon() {
+  const Watch watch(*this);
+  Model::Save();
+  return !watch.gone() && wf;
 }
 
 }  // namespace Stg

@@ -12,6 +12,7 @@
 #include "models/property_checks.hh"
 #include "models/state_hasher.hh"
 #include "models/warn_about.hh"
+#include "models/watch.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -109,13 +110,16 @@ void ModelPosition::SetAcceleration(double x, double y, double a) {
   goal = wanted;
 }
 
-void ModelPosition::SetVelocity(const Velocity& val) {
+void ModelPosition::SetVelocity(const Velocity& val) { TakeVelocity(val); }
+
+/// False if a callback has deleted the model.
+bool ModelPosition::TakeVelocity(const Velocity& val) {
   if (!AllNumbers(val)) {
     WarnAbout(*this, "ignored a velocity that is not a number");
-    return;
+    return true;
   }
   velocity = val;
-  CallCallbacks(CB_VELOCITY);
+  return SurvivesCallbacks(CB_VELOCITY);
 }
 
 Velocity ModelPosition::GetGlobalVelocity() const {
@@ -150,7 +154,7 @@ void ModelPosition::HashState(StateHasher& hasher) const {
 // ---- loading ------------------------------------------------------------------------------------
 
 void ModelPosition::Load() {
-  Model::Load();
+  if (!LoadCommon()) return;
   velocity.Load(wf, wf_entity, "velocity");
   LoadModes();
   wheelbase = wf->ReadLength(wf_entity, "wheelbase", wheelbase);
@@ -218,8 +222,9 @@ double ModelPosition::SecondsSinceUpdate() {
 }
 
 void ModelPosition::Update() {
+  const Watch watch(*this);  // a callback of its velocity may delete it
   GatherAlone();
-  Model::Update();
+  if (!watch.gone()) Model::Update();
 }
 
 void ModelPosition::Gather(internal::sensing::FanList*) {
@@ -238,8 +243,7 @@ void ModelPosition::Gather(internal::sensing::FanList*) {
   // Before the bounds, as Stage has it; an infinite command costs what the bounds leave of it.
   if (!std::isfinite(power)) power = PowerOf(vel);
   if (std::isfinite(power)) watts = power;
-  SetVelocity(vel);
-  Localize(dt);
+  if (TakeVelocity(vel)) Localize(dt);
 }
 
 double ModelPosition::PowerOf(const Velocity& vel) const {

@@ -103,6 +103,7 @@ class ModelPosition : public Model {
   void Localize(double dt);
   double SecondsSinceUpdate();
 
+  bool TakeVelocity(const Velocity& val);
   /// Move() has nothing to do.
   bool StaysStill() const { return velocity.IsZero() || disabled; }
 

@@ -93,8 +93,7 @@ void ModelWifi::LoadName(const char* property, std::string* name) {
 }
 
 void ModelWifi::Load() {
-  Model::Load();
-  if (!wf) return;
+  if (!LoadCommon()) return;
   static const std::pair<const char*, Propagation> kPropagations[] = {
       {"simple", PROPAGATION_SIMPLE},
       {"friis", PROPAGATION_FRIIS},

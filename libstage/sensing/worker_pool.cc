@@ -2,6 +2,8 @@
 
 #include "sensing/worker_pool.hh"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <chrono>
 #include <new>
@@ -21,10 +23,14 @@ void Pause() {
 #endif
 }
 
+std::atomic<unsigned> forks{0};
+[[maybe_unused]] const int counting_forks = pthread_atfork(nullptr, nullptr, [] { forks++; });
+
 }  // namespace
 
 WorkerPool::WorkerPool(unsigned threads)
-    : has_processors_(threads <= std::thread::hardware_concurrency()),
+    : forks_(CountForks()),
+      has_processors_(threads <= std::thread::hardware_concurrency()),
       shares_(std::max(threads, 1u)) {
   // Before the first thread: nothing may be thrown while there are some.
   workers_.reserve(shares_.size() - 1);
@@ -36,6 +42,8 @@ WorkerPool::WorkerPool(unsigned threads)
   }
   HoldProcessors(true);
 }
+
+unsigned CountForks() { return forks; }
 
 WorkerPool::~WorkerPool() {
   stop_ = true;
@@ -60,7 +68,7 @@ size_t WorkerPool::Grain(size_t count, size_t most) const {
 void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, size_t grain,
                            const Job& job) {
   grain = std::max<size_t>(grain, 1);
-  if (workers_.empty() || count <= grain) {
+  if (workers_.empty() || count <= grain || !IsHere()) {
     if (count > 0) job(0, count, 0);
     return;
   }

@@ -17,6 +17,9 @@
 
 namespace Stg::internal::sensing {
 
+/// How often this process and those that it descends from were forked.
+unsigned CountForks();
+
 class WorkerPool {
  public:
   /// `threads` in all, the caller's included; 1 or less: no thread is started. Fewer than that, if
@@ -25,6 +28,10 @@ class WorkerPool {
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
+
+  /// False in a process that was forked since the pool was made: the threads are not in it. Such a
+  /// pool does all work on the caller's thread. It can't be destroyed, only left alone.
+  bool IsHere() const { return workers_.empty() || forks_ == CountForks(); }
 
   unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
 
@@ -110,6 +117,7 @@ class WorkerPool {
   void WaitUntil(F is_true, Bed* bed);
   void WakeAll(Bed* bed);
 
+  const unsigned forks_;  // that there had been when it was made
   // One for each thread. Otherwise whoever waits has to make way at once.
   const bool has_processors_;
   std::vector<std::thread> workers_;

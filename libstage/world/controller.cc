@@ -2,7 +2,9 @@
 
 #include "world/controller.hh"
 
+#include <exception>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "geometry/load_error.hh"
@@ -13,10 +15,68 @@
 
 namespace Stg {
 
-void LoadController(Model* model, const std::string& text) {
+namespace {
+
+/// Controllers may keep the pointer for as long as they like, and libraries are never closed.
+class AllArguments {
+ public:
+  CtrlArgs* Add(const std::string& text) {
+    const std::lock_guard<std::mutex> lock(mutex_);  // several threads may load worlds
+    all_.push_back(std::make_unique<CtrlArgs>(text, World::ctrlargs));
+    return all_.back().get();
+  }
+  /// The text of the world file; empty if these are not among them.
+  std::string TextOf(const void* arguments) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& known : all_)
+      if (known.get() == arguments) return known->worldfile;
+    return "";
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<CtrlArgs>> all_;
+};
+
+AllArguments& Arguments() {
+  static AllArguments& all = *new AllArguments;  // there until the very end
+  return all;
+}
+
+std::string FirstWord(const std::string& text) {
   const size_t begin = text.find_first_not_of(" \t");
-  if (begin == std::string::npos) throw LoadError("found an empty controller name", 255);
-  const std::string name = text.substr(begin, text.find_first_of(" \t", begin) - begin);
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_first_of(" \t", begin) - begin);
+}
+
+/// Of the exception that is being handled.
+std::string DescribeException() {
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    return std::string("an exception: ") + error.what();
+  } catch (const char* text) {
+    return std::string("the text \"") + text + "\"";
+  } catch (int number) {
+    return "the number " + std::to_string(number);
+  } catch (...) {
+    return "an exception of a type of its own";
+  }
+}
+
+}  // namespace
+
+std::string DescribeInitFailure(const std::string& model_name, const void* arguments) {
+  const std::string controller = FirstWord(Arguments().TextOf(arguments));
+  return (controller.empty() ? "a callback of type CB_INIT"
+                             : "Init() of the controller " + messages::Quoted(controller)) +
+         " of the model " + messages::Quoted(model_name) + " has thrown " +
+         messages::Shortened(DescribeException(), messages::kLongestDetail);
+}
+
+void LoadController(Model* model, const std::string& text) {
+  const std::string name = FirstWord(text);
+  if (name.empty()) throw LoadError("found an empty controller name", 255);
 
   std::string error;
   void* library = OpenPlugin(name, &error);
@@ -27,12 +87,8 @@ void LoadController(Model* model, const std::string& text) {
                         messages::Shortened(error, messages::kLongestDetail) +
                         (library ? "" : "; STAGEPATH names further folders to look in"),
                     255);
-
-  // Controllers may keep the pointer for as long as they like, and libraries are never closed.
-  static std::vector<std::unique_ptr<CtrlArgs>> all_arguments;
-  all_arguments.push_back(std::make_unique<CtrlArgs>(text, World::ctrlargs));
   model->AddCallback(Model::CB_INIT, reinterpret_cast<model_callback_t>(init),
-                     all_arguments.back().get());
+                     Arguments().Add(text));
 }
 
 }  // namespace Stg

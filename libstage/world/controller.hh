@@ -15,6 +15,10 @@ class Model;
 /// type CB_INIT. Throws LoadError with status 255.
 void LoadController(Model* model, const std::string& text);
 
+/// What a callback of type CB_INIT, which got these arguments, has just thrown; to be called in the
+/// handler of the exception.
+std::string DescribeInitFailure(const std::string& model_name, const void* arguments);
+
 }  // namespace Stg
 
 #endif

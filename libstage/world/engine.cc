@@ -53,15 +53,30 @@ void WorldEngine::Forget(Model* model) {
     if (event.model == model) event = Scheduler::Event();
 }
 
+bool WorldEngine::TellLost(const char* what) const {
+  messages::Report(LogLevel::kError, std::string("stage: a callback ") +
+                                         (deserted ? "deleted" : "unloaded") +
+                                         " the world while it was being " + what);
+  return false;
+}
+
 void WorldEngine::SetThreads(unsigned threads) {
   if (threads != workers_->threads()) {
-    workers_ = std::make_unique<sensing::WorkerPool>(threads);
+    workers_.reset(new sensing::WorkerPool(threads));
     if (workers_->threads() < threads)
       messages::Warn("the system grants " + std::to_string(workers_->threads()) + " of " +
                      std::to_string(threads) + " threads; going on with them");
   }
   thread_data_.resize(workers_->threads());
   statistics.threads = workers_->threads();
+}
+
+void WorldEngine::NoticeFork() {
+  if (forks_ == sensing::CountForks()) return;
+  forks_ = sensing::CountForks();
+  const unsigned threads = workers_->threads();
+  workers_.reset(new sensing::WorkerPool(1));
+  SetThreads(threads);
 }
 
 void WorldEngine::ShareFrom(int count) {
@@ -81,6 +96,7 @@ void WorldEngine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bo
 void WorldEngine::TraceBatch() {
   sensing::RayBatch& batch = scene.batch;
   if (batch.fans().empty()) return;
+  NoticeFork();
   RefreshHidden();
   batch.Close(scene.tables);
 

@@ -6,6 +6,7 @@
 #ifndef STAGE_WORLD_ENGINE_HH
 #define STAGE_WORLD_ENGINE_HH
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <string>
@@ -31,6 +32,7 @@
 namespace Stg {
 
 class ModelWifi;
+class Watch;
 
 class WorldEngine {
  public:
@@ -50,9 +52,25 @@ class WorldEngine {
   std::vector<ModelWifi*> radios;            ///< in the order of creation
   std::vector<Model*> update_callbacks_due;  ///< models that updated in this step
   std::vector<Scheduler::Event> due;         ///< those of this step
-  uint64_t family_changes = 0;               ///< of who there is and whose child it is
-  size_t controllers_left_out = 0;           ///< see RunOptions::controllers
-  bool loading = false;                      ///< bodies are drawn when all is loaded
+  struct UpdateCallback {
+    world_callback_t function;  ///< null: struck out
+    void* user;
+  };
+  std::vector<UpdateCallback> update_callbacks;  ///< of the world
+  uint64_t family_changes = 0;                   ///< of who there is and whose child it is
+  size_t controllers_left_out = 0;               ///< see RunOptions::controllers
+
+  // Callbacks may do anything. Who calls some and goes on afterwards shares in the engine, so that
+  // it is still there, and looks at these.
+  uint64_t life = 0;      ///< another number once everything there was is gone
+  bool deserted = false;  ///< the world has been deleted
+  Watch* watches = nullptr;
+  bool stepping = false;
+  bool writing = false;      ///< the world is loaded again, or saved
+  unsigned int loads = 0;    ///< in progress: one within another
+  bool loading = false;      ///< bodies are drawn when all is loaded
+  std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
+
   /// By path, while a world is loaded.
   std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;
 
@@ -60,8 +78,16 @@ class WorldEngine {
   Model* FindModel(uint32_t id) const;
   /// Takes a model that is going to be deleted out of all that is above.
   void Forget(Model* model);
+  /// Says what a callback has done to the world while it was being `what`; returns false.
+  bool TellLost(const char* what) const;
+  /// Calls f(model) for those that there are now, in their order, except those that are deleted
+  /// meanwhile.
+  template <typename F>
+  void ForEachModel(F f);
 
   void SetThreads(unsigned threads);
+  /// In a process that was forked meanwhile: starts threads of its own.
+  void NoticeFork();
   /// See RunOptions::share_from.
   void ShareFrom(int count);
   void SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always);
@@ -109,7 +135,12 @@ class WorldEngine {
   uint64_t CountRays(const Looks& looks) const;
   void EndBatch();
 
-  std::unique_ptr<sensing::WorkerPool> workers_ = std::make_unique<sensing::WorkerPool>(1);
+  struct LetGo {
+    void operator()(sensing::WorkerPool* pool) const {
+      if (pool->IsHere()) delete pool;
+    }
+  };
+  std::unique_ptr<sensing::WorkerPool, LetGo> workers_{new sensing::WorkerPool(1)};
   struct alignas(64) ThreadData {  // cache lines of its own, as it is written to all the time
     std::vector<sensing::RayHit> hits;
     sensing::TraceCounters counters;
@@ -126,9 +157,37 @@ class WorldEngine {
   Path path_ = Path::kFaster;
   bool device_in_use_ = false;  // the last batch was there
 
+  unsigned forks_ = sensing::CountForks();  // when threads were looked at last
+
   GatherPhase gather_phase_;
   MovePhase move_phase_;
   CallbackPhase callback_phase_;
+};
+
+template <typename F>
+void WorldEngine::ForEachModel(F f) {
+  const uint32_t end = models.empty() ? 0 : models.back()->GetId() + 1;
+  for (uint32_t id = 0; id < end; id++) {
+    const auto model = std::lower_bound(models.begin(), models.end(), id,
+                                        [](const Model* m, uint32_t i) { return m->GetId() < i; });
+    if (model == models.end() || (*model)->GetId() >= end) return;
+    id = (*model)->GetId();
+    f(*model);
+  }
+}
+
+/// Sets a variable for as long as it lives.
+template <typename T>
+class While {
+ public:
+  While(T* variable, T value) : variable_(variable), before_(*variable) { *variable = value; }
+  ~While() { *variable_ = before_; }
+  While(const While&) = delete;
+  While& operator=(const While&) = delete;
+
+ private:
+  T* variable_;
+  T before_;
 };
 
 /// Seconds since some fixed moment.

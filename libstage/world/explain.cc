@@ -85,7 +85,7 @@ class World::Survey {
     s_.device = engine_.statistics.device;
     s_.threads = engine_.statistics.threads;
     s_.step = world_.sim_interval;
-    s_.callbacks_per_step = static_cast<double>(world_.update_callbacks_.size());
+    s_.callbacks_per_step = static_cast<double>(engine_.update_callbacks.size());
   }
 
   void TakeModel(const Model& model) {

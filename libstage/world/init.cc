@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
+#include <atomic>
 #include <clocale>
+#include <mutex>
 
+#include "messages/report.hh"
 #include "stage.hh"
 #include "stage_config.hh"
 
@@ -9,16 +12,15 @@ namespace Stg {
 
 namespace {
 
-bool init_done = false;
+std::atomic<bool> init_done{false};
+std::mutex init_mutex;
 
 template <class T>
 Model* Create(World* world, Model* parent, const std::string& type) {
   return new T(world, parent, type);
 }
 
-}  // namespace
-
-void Init(int* argc, char** argv[]) {
+void InitAlone(int* argc, char** argv[]) {
   World::args.clear();
   if (argc && *argc > 0 && argv && *argv)
     for (int i = 0; i < *argc; i++) World::args.push_back((*argv)[i]);
@@ -26,6 +28,20 @@ void Init(int* argc, char** argv[]) {
   std::setlocale(LC_ALL, "POSIX");
   RegisterModels();
   init_done = true;
+}
+
+}  // namespace
+
+void Init(int* argc, char** argv[]) {
+  const std::lock_guard<std::mutex> lock(init_mutex);
+  InitAlone(argc, argv);
+}
+
+void World::InitIfNotDone() {
+  const std::lock_guard<std::mutex> lock(init_mutex);
+  if (init_done) return;
+  messages::Warn("a World is made before Init(), which is called now");
+  InitAlone(nullptr, nullptr);
 }
 
 bool InitDone() { return init_done; }

@@ -7,12 +7,14 @@
 #include <cstdio>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/ranger.hh"
 #include "models/ray_model_reader.hh"
+#include "models/thrown.hh"
 #include "world/engine.hh"
 #include "world/prefilter_loader.hh"
 #include "world/world.hh"
@@ -79,6 +81,9 @@ constexpr double kSmallestCell = 1e-6, kLargestCell = 1e6;
 
 constexpr int kMostThreads = 1024;
 
+/// Worlds that a controller's Init() loads, whose controllers load worlds, and so on.
+constexpr unsigned int kMostNestedLoads = 20;
+
 std::string UnknownType(const std::string& type) {
   std::string known;
   for (const auto& [name, creator] : Model::name_map) known += name + ", ";
@@ -122,48 +127,58 @@ bool World::Load(std::istream& world_content, const std::string& worldfile_path)
   return LoadFrom(worldfile_path, &world_content);
 }
 
-bool World::LoadFrom(const std::string& path, std::istream* content) {
+bool World::LoadFrom(const std::string& given_path, std::istream* content) {
+  const std::string path = given_path;  // it may be that of the world file that is loaded now
+  // A controller may delete the world, load another one, or have it load itself.
+  const std::shared_ptr<WorldEngine> engine = engine_;
+  const While loads(&engine->loads, engine->loads + 1);
+  if (engine->loads > kMostNestedLoads) return RefuseToNest();
   const double start = WallClock();
   if (wf) UnLoad();
   sim_time = 0;
   updates = 0;
   load_status_ = 0;
-  engine_->statistics = RunStatistics();
-  engine_->controllers_left_out = 0;
+  engine->statistics = RunStatistics();
+  engine->controllers_left_out = 0;
   const RandomScope random_numbers(&random_);
+  const uint64_t life = engine->life;
   try {
-    wf = std::make_unique<Worldfile>();
-    if (content)
-      wf->Load(*content, path);
-    else
-      wf->Load(path);
-    SetToken(wf->ReadString(0, "name", path.empty() ? "[stream]" : path));
-    LoadWorldProperties();
-    UsePrefilter();
-    engine_->loading = true;
-    LoadEntities();
-    LoadWindowSection();
+    LoadContent(path, content);
   } catch (const LoadError& error) {
-    engine_->loading = false;
-    engine_->memory.End();
-    engine_->outlines_of_pictures.clear();
     std::printf("\n");
     std::fflush(stdout);
     messages::Report(LogLevel::kError, error.what());
+    ForgetThrower();
+    if (engine->deserted) return false;
     UnLoad();
     load_status_ = error.exit_status();
     return false;
   }
-  engine_->loading = false;
+  std::printf("\n");
+  std::fflush(stdout);
+  if (engine->deserted) return engine->TellLost("loaded");
+  if (engine->life != life) return AfterAnotherLife();
+  ApplyRunOptions();
+  wf->WarnUnused();
+  engine->statistics.load_seconds = WallClock() - start;
+  return true;
+}
+
+/// Reads a world file and makes its models.
+void World::LoadContent(const std::string& path, std::istream* content) {
+  wf = std::make_unique<Worldfile>();
+  if (content)
+    wf->Load(*content, path);
+  else
+    wf->Load(path);
+  SetToken(wf->ReadString(0, "name", path.empty() ? "[stream]" : path));
+  LoadWorldProperties();
+  UsePrefilter();
+  if (!LoadEntities()) return;
+  LoadWindowSection();
   engine_->memory.End();
   for (Model* child : children) child->Map();
   InitControllers();
-  ApplyRunOptions();
-  wf->WarnUnused();
-  std::printf("\n");
-  std::fflush(stdout);
-  engine_->statistics.load_seconds = WallClock() - start;
-  return true;
 }
 
 /// Init functions may delete models, and add some, whose controllers are not for us to initialise.
@@ -171,14 +186,29 @@ void World::InitControllers() {
   if (engine_->controllers_left_out > 0)
     messages::Warn("controllers left out, as asked for: " +
                    std::to_string(engine_->controllers_left_out));
-  const uint32_t end = engine_->models.back()->GetId() + 1;
-  for (uint32_t id = 0; id < end; id++) {
-    const auto model = std::lower_bound(engine_->models.begin(), engine_->models.end(), id,
-                                        [](const Model* m, uint32_t i) { return m->GetId() < i; });
-    if (model == engine_->models.end() || (*model)->GetId() >= end) return;
-    id = (*model)->GetId();
-    (*model)->InitControllers();
-  }
+  engine_->ForEachModel([](Model* model) { model->InitOrThrow(); });
+}
+
+bool World::RefuseToNest() {
+  messages::Report(LogLevel::kError, "stage: found " + std::to_string(kMostNestedLoads) +
+                                         " worlds loaded one within another, expected fewer");
+  load_status_ = 1;
+  return false;
+}
+
+/// What Load() returns whose world is not there any more: whether another one is.
+bool World::AfterAnotherLife() {
+  if (wf) return true;
+  if (load_status_ == 0) load_status_ = 1;
+  return engine_->TellLost("loaded");
+}
+
+bool World::RefusesToWrite(const char* what) const {
+  if (!engine_->loading && !engine_->writing) return false;
+  messages::Report(LogLevel::kError,
+                   std::string("stage: a world can't be ") + what + " while it is " +
+                       (engine_->loading ? "being loaded" : "being reloaded or saved"));
+  return true;
 }
 
 /// What holds whatever the file and its controllers say.
@@ -191,12 +221,14 @@ void World::ApplyRunOptions() {
 }
 
 void World::Reload() {
-  if (!wf) return;
+  if (!wf || RefusesToWrite("reloaded")) return;
+  const std::shared_ptr<WorldEngine> engine = engine_;
+  const While writing(&engine->writing, true);
   try {
-    for (Model* model : engine_->models) {
+    engine->ForEachModel([](Model* model) {
       const RandomScope random_numbers(&model->random_);
       model->Load();
-    }
+    });
   } catch (const LoadError& error) {
     messages::Report(LogLevel::kError, error.what());
   }
@@ -264,14 +296,20 @@ void World::LoadWorldProperties() {
   engine_->ShareFrom(run_options.share_from);
 }
 
-void World::LoadEntities() {
+/// False if a callback has unloaded or deleted the world.
+bool World::LoadEntities() {
+  const std::shared_ptr<WorldEngine> engine = engine_;
+  const uint64_t life = engine->life;
+  const While loading(&engine->loading, true);
   const int count = wf->GetEntityCount();
-  std::vector<Model*> models(static_cast<size_t>(count), nullptr);
-  for (int entity = 1; entity < count; entity++) LoadEntity(entity, &models);
-  engine_->outlines_of_pictures.clear();
+  engine->made.assign(static_cast<size_t>(count), nullptr);
+  for (int entity = 1; entity < count && engine->life == life; entity++) LoadEntity(entity);
+  engine->outlines_of_pictures.clear();
+  if (engine->life != life) return false;
   // The models' own frames are final only now.
-  for (Model* model : engine_->models) model->blockgroup->Fit(model->geom.size);
-  CheckOutlines(models);
+  for (Model* model : engine->models) model->blockgroup->Fit(model->geom.size);
+  CheckOutlines(std::exchange(engine->made, {}));
+  return true;
 }
 
 /// Each cell that an outline passes takes memory and time; a body may be as large as it likes
@@ -309,10 +347,13 @@ void World::CheckNotNested(int entity, Model* parent_model) {
              "found a sensor outside of any ranger, expected it inside the body of one");
 }
 
-void World::LoadEntity(int entity, std::vector<Model*>* models) {
+void World::LoadEntity(int entity) {
   const std::string type = wf->GetEntityType(entity);
   const int above = wf->GetEntityParent(entity);
-  Model* parent_model = above > 0 ? (*models)[static_cast<size_t>(above)] : nullptr;
+  std::vector<Model*>& made = engine_->made;
+  Model* parent_model = above > 0 ? made[static_cast<size_t>(above)] : nullptr;
+  if (!parent_model && above > 0 && Model::name_map.count(wf->GetEntityType(above)) > 0)
+    return;  // a callback has deleted the model that it would be a part of
   CheckNotNested(entity, parent_model);
 
   if (type == "window") {
@@ -326,7 +367,7 @@ void World::LoadEntity(int entity, std::vector<Model*>* models) {
     const auto creator = Model::name_map.find(type);
     if (creator == Model::name_map.end()) wf->Fail(entity, "", UnknownType(type));
     Model* model = creator->second(this, parent_model, type);
-    (*models)[static_cast<size_t>(entity)] = model;
+    made[static_cast<size_t>(entity)] = model;
     model->Load(wf.get(), entity);
   }
 }

@@ -11,29 +11,43 @@
 
 #include "messages/report.hh"
 #include "stage_config.hh"
+#include "world/plugin_file.hh"
 
 namespace Stg {
 
 namespace {
 
+/// Of the library that this code is in.
+Dl_info OwnLibrary() {
+  Dl_info info = {};
+  dladdr(reinterpret_cast<void*>(&OpenPlugin), &info);
+  return info;
+}
+
 /// The plug-in folder beside the library that this code is in: right for a build tree, and for an
 /// installation that was moved.
 std::string FolderBesideLibrary() {
-  Dl_info info;
-  if (!dladdr(reinterpret_cast<void*>(&OpenPlugin), &info) || !info.dli_fname) return "";
+  const Dl_info info = OwnLibrary();
+  if (!info.dli_fname) return "";
   const std::string path = info.dli_fname;
   const size_t slash = path.rfind('/');
   return (slash == std::string::npos ? std::string(".") : path.substr(0, slash)) + "/" +
          kPluginSubdir;
 }
 
-std::vector<std::string> PluginFolders() {
+/// Of a list in the environment.
+std::vector<std::string> FoldersOf(const char* variable) {
   std::vector<std::string> folders;
-  if (const char* stagepath = std::getenv("STAGEPATH")) {
-    std::istringstream parts(stagepath);
+  if (const char* list = std::getenv(variable)) {
+    std::istringstream parts(list);
     for (std::string part; std::getline(parts, part, ':');)
       if (!part.empty()) folders.push_back(part);
   }
+  return folders;
+}
+
+std::vector<std::string> PluginFolders() {
+  std::vector<std::string> folders = FoldersOf("STAGEPATH");
   folders.push_back(FolderBesideLibrary());
   folders.push_back(kPluginDir);
   return folders;
@@ -49,12 +63,18 @@ void* Open(const std::string& file, std::string* error) {
   return handle;
 }
 
+/// Opens a file.
+void* OpenFile(const std::string& path, std::string* error) {
+  *error = FaultOfPlugin(path, OwnLibrary().dli_fbase);
+  return error->empty() ? Open(path, error) : nullptr;
+}
+
 }  // namespace
 
 void* OpenPlugin(const std::string& name, std::string* error) {
   const std::string file = WithSuffix(name);
   if (name.find('/') != std::string::npos) {
-    void* const handle = Open(file, error);
+    void* const handle = OpenFile(file, error);
     // The one who asks names it already, and shorter.
     if (error->starts_with(file + ": ")) error->erase(0, file.size() + 2);
     return handle;
@@ -63,8 +83,12 @@ void* OpenPlugin(const std::string& name, std::string* error) {
   std::string tried;
   for (const std::string& folder : PluginFolders()) {
     const std::string path = folder + "/" + file;
-    if (access(path.c_str(), R_OK) == 0) return Open(path, error);
+    if (access(path.c_str(), F_OK) == 0) return OpenFile(path, error);
     tried += (tried.empty() ? "" : ", ") + folder;
+  }
+  for (const std::string& folder : FoldersOf("LD_LIBRARY_PATH")) {
+    const std::string path = folder + "/" + file;
+    if (access(path.c_str(), F_OK) == 0) return OpenFile(path, error);
   }
   if (void* handle = Open(file, error)) return handle;  // LD_LIBRARY_PATH, system folders
   *error = "there is no " + messages::Shortened(file, kFewBytes) + " in " + tried +

@@ -25,18 +25,16 @@ namespace Stg {
 
 bool World::UpdateAll() {
   bool all_done = true;
-  for (World* world : std::vector<World*>(worlds_)) {
-    // A callback of one world may delete another.
-    const bool alive = std::find(worlds_.begin(), worlds_.end(), world) != worlds_.end();
-    if (alive) all_done &= world->Update();
-  }
+  for (World* world : AllWorlds())
+    if (Exists(world)) all_done &= world->Update();  // a callback of another may have deleted it
   return all_done;
 }
 
 void World::Run() {
-  for (World* world : worlds_) {
+  const std::vector<World*> worlds = AllWorlds();
+  for (World* world : worlds) {
     if (!world->IsGUI()) continue;
-    if (worlds_.size() > 1) {
+    if (worlds.size() > 1) {
       messages::Report(LogLevel::kError,
                        "stage: with a window, only a single world can be simulated");
       std::exit(255);
@@ -49,33 +47,45 @@ void World::Run() {
 
 bool World::Update(void) {
   if (PastQuitTime() || TestQuit()) return true;
+  // A callback may delete the world: what runs callbacks looks at the engine then.
+  const std::shared_ptr<WorldEngine> engine = engine_;
+  if (engine->stepping || engine->loading) return false;
+  const While stepping(&engine->stepping, true);
+  engine->NoticeFork();
   if (show_clock && updates % std::max(1u, show_clock_interval) == 0) PrintClock();
+  const uint64_t life = engine->life;
   ForgetThrower();
   try {
-    Step();
+    Step(*engine, life);
+    engine->EndStep();
   } catch (...) {  // a callback's, or there is too little memory
-    engine_->AbandonStep(sim_time);
+    engine->AbandonStep(engine->life == life ? sim_time : 0);
     throw;
   }
+  if (engine->life != life) return engine->deserted;
+  engine->statistics.steps++;
   updates++;
   if (record_trails) UpdateTrails();
   return false;
 }
 
-void World::Step() {
+/// Ends early once everything there was is gone.
+void World::Step(WorldEngine& engine, uint64_t life) {
   const RandomScope random_numbers(&random_);
   sim_time += sim_interval;
-  PhaseSeconds& seconds = engine_->statistics.seconds;
+  PhaseSeconds& seconds = engine.statistics.seconds;
   const double start = WallClock();
   const double traced_before = seconds.prefilter + seconds.trace;
   RunDueEvents();
-  FinishRays();
-  FinishSensing();
+  engine.TraceBatch();
+  if (engine.life == life) FinishSensing();
+  if (engine.life != life) return;
   const double sensed = WallClock();
   MoveModels();
   const double moved = WallClock();
   CallModelCallbacks();
-  CallUpdateCallbacks();
+  if (engine.life == life) CallUpdateCallbacks();
+  if (engine.life != life) return;
   const double called = WallClock();
   UpdateEnergy();
 
@@ -83,25 +93,26 @@ void World::Step() {
   seconds.move += moved - sensed;
   seconds.callbacks += called - moved;
   seconds.energy += WallClock() - called;
-  engine_->EndStep();
-  engine_->statistics.steps++;
 }
 
 void World::RunDueEvents() {
-  engine_->scheduler.Take(sim_time, &engine_->due);
-  // By index: an update may delete models, which strikes out their events.
-  for (size_t i = 0; i < engine_->due.size();) {
-    const size_t updated = run_options.batch ? engine_->UpdateTogether(i, this) : 0;
+  WorldEngine& engine = *engine_;
+  engine.scheduler.Take(sim_time, &engine.due);
+  // By index: an update may delete models, which strikes out their events, or everything there is,
+  // which empties the list.
+  for (size_t i = 0; i < engine.due.size();) {
+    const size_t updated = run_options.batch ? engine.UpdateTogether(i, this) : 0;
     if (updated == 0) RunDueEvent(i);
     i += std::max<size_t>(updated, 1);
   }
-  engine_->due.clear();
+  engine.due.clear();
 }
 
 void World::RunDueEvent(size_t index) {
-  const Scheduler::Event event = engine_->due[index];
+  WorldEngine& engine = *engine_;
+  const Scheduler::Event event = engine.due[index];
   if (event.callback) {
-    engine_->due[index] = Scheduler::Event();  // it is called once, even if it throws
+    engine.due[index] = Scheduler::Event();  // it is called once, even if it throws
     const RandomScope random_numbers(event.model ? &event.model->random_ : &random_);
     try {
       event.callback(event.model, event.arg);
@@ -112,16 +123,17 @@ void World::RunDueEvent(size_t index) {
   } else if (event.model && event.model->ExpectsUpdate(event.chain)) {
     event.model->Update();
   }
-  if (!run_options.batch) FinishRays();
+  if (!run_options.batch) engine.TraceBatch();
 }
 
 void World::FinishRays() { engine_->TraceBatch(); }
 
 void World::FinishSensing() {
+  std::vector<Model*>& sensed = engine_->sensed;
   // By index: it may delete models, which strikes them out.
-  for (size_t i = 0; i < engine_->sensed.size(); i++)
-    if (engine_->sensed[i]) engine_->sensed[i]->Sensed();
-  engine_->sensed.clear();
+  for (size_t i = 0; i < sensed.size(); i++)
+    if (sensed[i]) sensed[i]->Sensed();
+  sensed.clear();
 }
 
 void World::MoveModels() {
@@ -144,10 +156,11 @@ void World::UpdateTrails() {
 }
 
 void World::CallModelCallbacks() {
-  std::vector<Model*>& due = engine_->update_callbacks_due;
+  WorldEngine& engine = *engine_;
+  std::vector<Model*>& due = engine.update_callbacks_due;
   // By index: a callback may delete models, which strikes them out, and update others.
   for (size_t i = 0; i < due.size();) {
-    const size_t called = engine_->CallTogether(i);
+    const size_t called = engine.CallTogether(i);
     if (called == 0 && due[i]) due[i]->CallCallbacks(Model::CB_UPDATE);
     i += std::max<size_t>(called, 1);
   }
@@ -156,28 +169,29 @@ void World::CallModelCallbacks() {
 
 void World::CallUpdateCallbacks() {
   // Those added meanwhile are called from the next step on; those removed are only struck out.
-  const size_t count = update_callbacks_.size();
+  std::vector<WorldEngine::UpdateCallback>& all = engine_->update_callbacks;
+  const size_t count = all.size();
   for (size_t i = 0; i < count; i++) {
-    const UpdateCallback entry = update_callbacks_[i];
+    const WorldEngine::UpdateCallback entry = all[i];
     if (!entry.function) continue;
     try {
-      if (entry.function(this, entry.user) != 0) update_callbacks_[i].function = nullptr;
+      if (entry.function(this, entry.user) != 0) all[i].function = nullptr;
     } catch (...) {
       NoteThrower("a callback of the world", nullptr, reinterpret_cast<void (*)()>(entry.function));
       throw;
     }
   }
-  std::erase_if(update_callbacks_, [](const UpdateCallback& c) { return !c.function; });
+  std::erase_if(all, [](const WorldEngine::UpdateCallback& c) { return !c.function; });
 }
 
 void World::AddUpdateCallback(world_callback_t cb, void* user) {
-  update_callbacks_.push_back({cb, user});
+  engine_->update_callbacks.push_back({cb, user});
 }
 
 int World::RemoveUpdateCallback(world_callback_t cb, void* user) {
   int left = 0;
   bool removed = false;
-  for (UpdateCallback& entry : update_callbacks_) {
+  for (WorldEngine::UpdateCallback& entry : engine_->update_callbacks) {
     if (!entry.function) continue;
     if (!removed && entry.function == cb && entry.user == user) {
       entry.function = nullptr;  // struck out: somebody may be walking along the list

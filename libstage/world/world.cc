@@ -6,12 +6,15 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <mutex>
 
 #include "messages/report.hh"
 #include "models/log_entry.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/state_hasher.hh"
+#include "models/warn_about.hh"
+#include "models/watch.hh"
 #include "stage.hh"
 #include "world/engine.hh"
 #include "worldfile/worldfile.hh"
@@ -25,6 +28,10 @@ std::atomic<bool> World::quit_all_{false};
 std::vector<World*> World::worlds_;
 
 namespace {
+/// Held by who changes the list of worlds or the list of a world's models, and by who looks into
+/// those of others: different threads may have worlds of their own.
+std::mutex lists_mutex;
+
 bool Older(const Model* a, const Model* b) { return a->GetId() < b->GetId(); }
 
 double UsablePpm(double ppm) {
@@ -41,7 +48,7 @@ World::World(const std::string& name, double ppm)
       dirty(false),
       power_pack_count(0),
       record_trails(false),
-      engine_(std::make_unique<WorldEngine>()),
+      engine_(std::make_shared<WorldEngine>()),
       default_ppm_(UsablePpm(ppm)),
       seed_(run_options.seed),
       random_(run_options.seed),
@@ -49,14 +56,14 @@ World::World(const std::string& name, double ppm)
       simulated_before_(0),
       quit_(false) {
   token = name;
-  if (!InitDone()) {
-    messages::Warn("a World is made before Init(), which is called now");
-    Init(nullptr, nullptr);
-  }
+  InitIfNotDone();
   SetDefaults();
   engine_->SetThreads(static_cast<unsigned>(std::max(1, run_options.threads)));
   engine_->ShareFrom(run_options.share_from);
-  worlds_.push_back(this);
+  {
+    const std::lock_guard<std::mutex> lock(lists_mutex);
+    worlds_.push_back(this);
+  }
   MakeGround();
 }
 
@@ -76,9 +83,23 @@ void World::SetDefaults() {
 }
 
 World::~World() {
+  {
+    const std::lock_guard<std::mutex> lock(lists_mutex);
+    std::erase(worlds_, this);
+  }
+  engine_->deserted = true;
   ForgetAll();
   DeleteChildren();
-  std::erase(worlds_, this);
+}
+
+bool World::Exists(const World* world) {
+  const std::lock_guard<std::mutex> lock(lists_mutex);
+  return std::find(worlds_.begin(), worlds_.end(), world) != worlds_.end();
+}
+
+std::vector<World*> World::AllWorlds() {
+  const std::lock_guard<std::mutex> lock(lists_mutex);
+  return worlds_;
 }
 
 void World::MakeGround() {
@@ -91,6 +112,11 @@ void World::MakeGround() {
 
 /// What refers to models goes first, so that deleting them one by one finds nothing to search.
 void World::ForgetAll() {
+  engine_->life++;
+  engine_->loading = false;
+  engine_->memory.End();
+  engine_->made.clear();
+  engine_->outlines_of_pictures.clear();
   engine_->names.Clear();
   engine_->scheduler.Clear();
   engine_->TraceBatch();
@@ -100,6 +126,8 @@ void World::ForgetAll() {
   engine_->hidden_from_rangers.clear();
   engine_->due.clear();
   engine_->energy.clear();
+  // Struck out, not erased: this may be called from one of them.
+  for (WorldEngine::UpdateCallback& entry : engine_->update_callbacks) entry.function = nullptr;
 }
 
 void World::UnLoad() {
@@ -108,8 +136,6 @@ void World::UnLoad() {
   DeleteChildren();
   child_type_counts.clear();
   ray_list.clear();
-  // Struck out, not erased: this may be called from one of them.
-  for (UpdateCallback& entry : update_callbacks_) entry.function = nullptr;
   wf.reset();
   quit_ = false;
   SetDefaults();
@@ -119,9 +145,14 @@ void World::UnLoad() {
 }
 
 bool World::Save(const char* filename) {
-  if (!wf) return false;
-  for (Model* model : engine_->models) model->Save();
-  return wf->Save(filename ? filename : "");
+  if (!wf || RefusesToWrite("saved")) return false;
+  const std::shared_ptr<WorldEngine> engine = engine_;
+  const uint64_t life = engine->life;
+  const std::string target = filename ? filename : "";
+  const While writing(&engine->writing, true);
+  engine->ForEachModel([](Model* model) { model->Save(); });
+  if (engine->life != life) return engine->TellLost("saved");
+  return wf->Save(target);
 }
 
 Worldfile* World::GetWorldFile() { return wf.get(); }
@@ -130,7 +161,10 @@ Worldfile* World::GetWorldFile() { return wf.get(); }
 
 void World::AddModel(Model* mod) {
   engine_->family_changes++;
-  engine_->models.push_back(mod);
+  {
+    const std::lock_guard<std::mutex> lock(lists_mutex);
+    engine_->models.push_back(mod);
+  }
   AddModelName(mod, mod->TokenStr());
 }
 
@@ -140,7 +174,14 @@ void World::AddModelName(Model* mod, const std::string& name) {
   engine_->names.Add(mod, name);
 }
 
-void World::RemoveModel(Model* mod) { engine_->Forget(mod); }
+void World::RemoveModel(Model* mod) {
+  Watch::Tell(&engine_->watches, mod);
+  std::vector<Model*>& made = engine_->made;
+  const size_t entity = static_cast<size_t>(mod->wf_entity);
+  if (entity < made.size() && made[entity] == mod) made[entity] = nullptr;
+  const std::lock_guard<std::mutex> lock(lists_mutex);
+  engine_->Forget(mod);
+}
 
 Model* World::GetModel(const std::string& name) const {
   if (Model* found = engine_->names.Find(name, *engine_)) return found;
@@ -158,12 +199,18 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
     messages::Warn("model type " + messages::Quoted(typestr) + " is not known");
     return nullptr;
   }
+  if (parent && parent->Depth() >= Model::kDeepest) {
+    WarnAbout(*this, "found a model to be nested more than %u deep; it is not made",
+              Model::kDeepest);
+    return nullptr;
+  }
   Model* model = found->second(this, parent, typestr);
   if (!IsLoading()) model->Map();
   return model;
 }
 
 Model* World::FindModel(uint32_t id) {
+  const std::lock_guard<std::mutex> lock(lists_mutex);
   for (const World* world : worlds_)
     if (Model* found = world->engine_->FindModel(id)) return found;
   return nullptr;

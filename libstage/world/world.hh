@@ -101,16 +101,23 @@ class World : public Ancestor {
   World(const std::string& name = "MyWorld", double ppm = DEFAULT_PPM);
   virtual ~World();
 
+  // Callbacks and controllers may load, unload and delete the world they are called in. The rest of
+  // a step is left out then. Whoever has called Load() or Update() of a world that they may delete
+  // asks Exists().
+
   /// Reads a world file and makes its models; then calls their controllers' Init functions. False,
   /// with a message on standard error, if anything is wrong with it; the world is then as after
-  /// UnLoad(), and LoadStatus() is the status that a program should exit with.
+  /// UnLoad(), and LoadStatus() is the status that a program should exit with. False, with a
+  /// message, also if a controller has unloaded the world, and if controllers load worlds that
+  /// load worlds, many times over.
   virtual bool Load(const std::string& worldfile_path);
   virtual bool Load(std::istream& world_content, const std::string& worldfile_path = std::string());
   int LoadStatus() const { return load_status_; }
   /// Deletes all models; the clock goes back to 0.
   virtual void UnLoad();
   /// Lets every model read its properties again, from the world file as it is in memory. Bodies,
-  /// sensors and controllers stay as they are; the clock goes on.
+  /// sensors and controllers stay as they are; the clock goes on. Refused, with a message, like
+  /// Save(), while the world is loaded, reloaded or saved.
   virtual void Reload();
   /// Writes what models save into the world file; null: the one that was loaded.
   virtual bool Save(const char* filename);
@@ -122,8 +129,11 @@ class World : public Ancestor {
   static void Run();
   /// One step of each world; true when every world says that it is done.
   static bool UpdateAll();
-  /// One step. True, without a step, if the quit time has come or quitting was asked for.
+  /// One step. True, without a step, if the quit time has come or quitting was asked for; true also
+  /// if a callback has deleted the world. Nothing, and false, within a step of the same world.
   virtual bool Update(void);
+  /// Whether that is a world now.
+  static bool Exists(const World* world);
   virtual void Start() { paused = false; }
   virtual void Stop() { paused = true; }
   virtual void TogglePause() { paused = !paused; }
@@ -266,14 +276,18 @@ class World : public Ancestor {
   /// Called when all models are there: for those who have a window.
   virtual void LoadWindowSection() {}
   void UsePrefilter();
-  void LoadEntities();
-  void LoadEntity(int entity, std::vector<Model*>* models);
+  void LoadContent(const std::string& path, std::istream* content);
+  bool RefuseToNest();
+  bool AfterAnotherLife();
+  bool RefusesToWrite(const char* what) const;
+  bool LoadEntities();
+  void LoadEntity(int entity);
   void InitControllers();
   void ApplyRunOptions();
   void CheckNotNested(int entity, Model* parent_model);
   void CheckOutlines(const std::vector<Model*>& models);
   void CallUpdateCallbacks();
-  void Step();
+  void Step(WorldEngine& engine, uint64_t life);
   void CallModelCallbacks();
   void RunDueEvents();
   void RunDueEvent(size_t index);
@@ -305,13 +319,10 @@ class World : public Ancestor {
   class Survey;
   class Gauge;
 
-  struct UpdateCallback {
-    world_callback_t function;
-    void* user;
-  };
+  static void InitIfNotDone();
+  static std::vector<World*> AllWorlds();
 
-  std::unique_ptr<WorldEngine> engine_;
-  std::vector<UpdateCallback> update_callbacks_;
+  std::shared_ptr<WorldEngine> engine_;
   const double default_ppm_;
   uint64_t seed_;
   LazyRandomStream random_;

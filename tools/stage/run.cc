@@ -3,8 +3,10 @@
 #include "stage/run.hh"
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
+#include "messages/report.hh"
 #include "stage/interrupt.hh"
 #include "stage/progress.hh"
 #include "stage/window.hh"
@@ -15,12 +17,20 @@ namespace {
 
 bool IsDone(World* world) { return world->PastQuitTime() || world->TestQuit(); }
 
+/// A controller may delete its world.
+void EndIfDeleted(const LoadedWorld& loaded) {
+  if (World::Exists(loaded.world)) return;
+  messages::Report(LogLevel::kError, "stage: a callback has deleted the world of " + loaded.file);
+  std::exit(1);
+}
+
 /// One step, when it is due. True if the world has none left.
 bool Step(LoadedWorld* loaded) {
   if (!IsDone(loaded->world) && !loaded->pacer.Wait(*loaded->world)) return false;
   const double start = Now();
   const bool done = loaded->world->Update();
   loaded->wall_seconds += Now() - start;
+  EndIfDeleted(*loaded);
   return done;
 }
 
@@ -53,7 +63,8 @@ int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* 
     // frees the memory of a million models faster than anything else.
     World* world = with_window ? std::exchange(with_window, nullptr) : new World;
     worlds->push_back({world, file, 0, {}});
-    if (!world->Load(file)) return world->LoadStatus() != 0 ? world->LoadStatus() : 1;
+    if (!world->Load(file))
+      return World::Exists(world) && world->LoadStatus() != 0 ? world->LoadStatus() : 1;
   }
   return 0;
 }
@@ -63,6 +74,7 @@ void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds, Picture
     LoadedWorld& only = worlds->front();
     const double start = Now();
     RunWindow(only.world);
+    EndIfDeleted(only);
     only.wall_seconds = Now() - start;
     return;
   }

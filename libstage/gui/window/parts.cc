@@ -122,7 +122,10 @@ void Parts::AskForFileToLoad() {
 }
 
 void Parts::Load(const std::string& file) {
-  if (!world.Load(file)) return Alert("Unable to read selected world file.");
+  World& its_world = world;
+  const bool good = its_world.Load(file);
+  if (!World::Exists(&its_world)) return;  // and neither are there these
+  if (!good) return Alert("Unable to read selected world file.");
   if (!world.paused) world.Start();
 }
 

@@ -79,10 +79,12 @@ void Runner::Halt() {
 void Runner::Pump() {
   if (pumping_) return;  // a controller runs the event loop within a step
   pumping_ = true;
+  World& world = world_;
   double now = Now();
   const double end = now + kSlice;
   do {
-    world_.Update();
+    world.Update();
+    if (!World::Exists(&world)) return;  // and neither is there this
     now = Now();
   } while (begun_ && !world_.paused && pacer_.UntilNext(now, Period()) <= 0 && now < end);
   pumping_ = false;

@@ -91,12 +91,14 @@ void WorldGui::PrepareLoading() {
 
 bool WorldGui::Load(const std::string& worldfile_path) {
   PrepareLoading();
-  return FinishLoading(World::Load(worldfile_path));
+  const bool good = World::Load(worldfile_path);
+  return Exists(this) && FinishLoading(good);
 }
 
 bool WorldGui::Load(std::istream& world_content, const std::string& worldfile_path) {
   PrepareLoading();
-  return FinishLoading(World::Load(world_content, worldfile_path));
+  const bool good = World::Load(world_content, worldfile_path);
+  return Exists(this) && FinishLoading(good);
 }
 
 bool WorldGui::FinishLoading(bool good) {
@@ -155,6 +157,7 @@ bool WorldGui::Update(void) {
   if (parts.updating) return false;  // a controller runs the event loop within a step
   parts.updating = true;
   const bool done = World::Update();
+  if (!Exists(this)) return done;  // a callback has deleted it
   parts.updating = false;
   if (done) {
     if (PastQuitTime() && parts.ends_at_quit_time)
@@ -184,7 +187,8 @@ void WorldGui::Stop() {
 void WorldGui::TogglePause() { parts_->TogglePause(); }
 
 void WorldGui::RunEventLoop() {
-  while (Fl::first_window() && !TestQuit()) Fl::wait(kPatience);
+  // A callback may delete it.
+  while (Exists(this) && Fl::first_window() && !TestQuit()) Fl::wait(kPatience);
 }
 
 // ---- what is to be seen -------------------------------------------------------------------------

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/watch.hh"
+
+#include "world/engine.hh"
+#include "world/world.hh"
+
+namespace Stg {
+
+Watch::Watch(const Model& model)
+    : model_(&model), list_(&model.GetWorld()->engine().watches), next_(*list_) {
+  *list_ = this;
+}
+
+Watch::~Watch() {
+  if (gone()) return;  // then it is on no list any more, and there may be none
+  while (*list_ != this) list_ = &(*list_)->next_;
+  *list_ = next_;
+}
+
+void Watch::Tell(Watch** list, const Model* model) {
+  while (Watch* watch = *list) {
+    if (watch->model_ == model) {
+      watch->model_ = nullptr;
+      *list = watch->next_;
+    } else {
+      list = &watch->next_;
+    }
+  }
+}
+
+}  // namespace Stg
