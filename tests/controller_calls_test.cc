@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "cli_testing.hh"
+#include "messages/report.hh"
 #include "model_testing.hh"
 
 namespace Stg {
@@ -36,7 +37,7 @@ class ControllerCalls : public cli_testing::CliTest {
     EXPECT_EQ(outcome.status, 255) << file;
     EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << outcome.errors;
     EXPECT_NE(outcome.errors.find(why), std::string::npos) << outcome.errors;
-    EXPECT_NE(outcome.errors.find("t.world:2:26: controller "), std::string::npos)
+    EXPECT_NE(outcome.errors.find("t.world:2:25: controller "), std::string::npos)
         << outcome.errors;
   }
   /// A copy of a good controller, up to so many bytes.
@@ -59,8 +60,9 @@ TEST_F(ControllerCalls, WhatInitThrowsIsSaidInOneLine) {
     EXPECT_FALSE(outcome.loaded);
     EXPECT_EQ(outcome.status, 255);
     EXPECT_EQ(outcome.models, 1u);
-    EXPECT_EQ(outcome.errors, "t.world:2:26: Init() of the controller \"" + Unruly() +
-                                  "\" of the model \"r\" has thrown " + what + "\n");
+    EXPECT_EQ(outcome.errors, "t.world:2:25: Init() of the controller " +
+                                  messages::Quoted(Unruly()) + " of the model \"r\" has thrown " +
+                                  what + "\n");
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "stage.hh"
+#include "worldfile/worldfile.hh"
 
 namespace {
 
