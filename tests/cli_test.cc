@@ -191,7 +191,7 @@ TEST_F(CliTest, LoadsThatFailWith255) {
   fails("ctrl \"gone_controller\"", "gone_controller");
   Write("broken.so",
         "this is no library, but it is longer than the header of one would have to be\n");
-  fails("ctrl \"./broken\"", "ELF");  // the loader's own reason
+  fails("ctrl \"./broken\"", "ELF");
 }
 
 TEST_F(CliTest, FilesInStagepath) {

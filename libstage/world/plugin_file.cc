@@ -75,7 +75,7 @@ std::string FaultOfPlugin(const std::string& path, const void* own_header) {
   ElfW(Ehdr) header;
   if (!file.Read(&header, sizeof header, 0) || std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0 ||
       header.e_type != ET_DYN)
-    return path + " is not a shared library";
+    return path + " is not a shared library (an ELF file)";
   if (own_header && !IsForThisProcess(header, *static_cast<const ElfW(Ehdr)*>(own_header)))
     return path + " is a shared library for other processors";
   if (!IsWhole(file, header, static_cast<uint64_t>(status.st_size)))
