@@ -17,6 +17,13 @@
 namespace Stg {
 namespace {
 
+/// ThreadSanitizer takes threads that a child starts for those of its parent.
+#if defined(__SANITIZE_THREAD__)
+#define SKIP_WITH_THREAD_SANITIZER() GTEST_SKIP() << "ThreadSanitizer can't do without the parent"
+#else
+#define SKIP_WITH_THREAD_SANITIZER()
+#endif
+
 /// Runs something in a child process. True if it came out true, in time.
 template <typename F>
 bool InChild(F is_so) {
@@ -51,6 +58,7 @@ uint64_t HashAfter(World* world, int steps) {
 }
 
 TEST(Fork, TheChildStepsAsTheParentDoes) {
+  SKIP_WITH_THREAD_SANITIZER();
   const auto world = CrowdedWorld(), same = CrowdedWorld();
   HashAfter(world.get(), 3);
   const uint64_t expected = HashAfter(same.get(), 8);
@@ -59,6 +67,7 @@ TEST(Fork, TheChildStepsAsTheParentDoes) {
 }
 
 TEST(Fork, TheChildHasThreadsOfItsOwn) {
+  SKIP_WITH_THREAD_SANITIZER();
   const auto world = CrowdedWorld();
   EXPECT_TRUE(InChild([&] {
     world->Update();
@@ -71,6 +80,7 @@ TEST(Fork, TheChildHasThreadsOfItsOwn) {
 }
 
 TEST(Fork, TheChildDeletesTheWorld) {
+  SKIP_WITH_THREAD_SANITIZER();
   auto world = CrowdedWorld();
   EXPECT_TRUE(InChild([&] {
     world.reset();
