@@ -246,8 +246,7 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame, cons
 /// Its layer is kNoLayer if that is still to be made.
 void ModelRanger::PlaceFan(sensing::Fan* fan, const Sensor& sensor, const Pose& frame,
                            const SineCosine& turn) const {
-  sensing::PlaceFan(fan, OriginOf(sensor, frame, turn), sensor.Reach(),
-                    scene().cells_per_metre);
+  sensing::PlaceFan(fan, OriginOf(sensor, frame, turn), sensor.Reach(), scene().cells_per_metre);
   if (!fan->nothing) fan->layer = scene().grid.FindRangerLayer(fan->z, fan->z_test, fan->exact);
 }
 

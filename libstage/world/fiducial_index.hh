@@ -58,8 +58,8 @@ class FiducialIndex {
   void ForgetSightings(const Model* target);
   void CollectSightings();
 
-  std::vector<Target> targets_;  // in the order of creation
-  std::vector<Place> places_;    // sorted
+  std::vector<Target> targets_;          // in the order of creation
+  std::vector<Place> places_;            // sorted
   std::vector<ModelFiducial*> finders_;  // in the order of creation
   uint64_t step_ = 0;
   bool known_ = false;
