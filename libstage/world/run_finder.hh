@@ -71,9 +71,12 @@ class RunFinder {
     if (fewest_ <= 1) return;
     if (done_ > 0) {
       const double each = std::max(seconds_, 1e-9) / done_;
-      // As if threads had been of no use, and as if they had shared evenly.
-      later_fewest_ = Fewest(kWorthWaking / each);
+      // As if they had shared evenly.
       worth_from_ = Fewest(kWorthWaking / 2 / (each * threads_));
+      // As if threads had been of no use; and some were interrupted, which took far longer: it is
+      // believed little by little, as many runs may come of it.
+      seconds_each_ = std::min(each, 1.5 * seconds_each_);
+      later_fewest_ = Fewest(kWorthWaking / seconds_each_);
       seconds_ = done_ = 0;
     }
     first_fewest_ = ++steps_ % kLook == 0 ? fewest_ : worth_from_;
@@ -86,8 +89,8 @@ class RunFinder {
 
  private:
   static constexpr size_t kAtFirst = 256;
-  static constexpr double kWorthWaking =
-      200e-6;  // waking takes some 10 to 40 microseconds a thread
+  // Seconds. Waking takes some 10 to 40 microseconds a thread.
+  static constexpr double kWorthWaking = 200e-6;
   size_t Fewest(double worth) const {
     constexpr double kMost = 4096;
     return std::max(fewest_, static_cast<size_t>(std::min(worth, kMost)));
@@ -100,6 +103,7 @@ class RunFinder {
   size_t to_skip_ = 0;
   bool found_any_ = false;         // in this step
   double seconds_ = 0, done_ = 0;  // what its runs took, and how many things they were
+  double seconds_each_ = kWorthWaking / kAtFirst;
   unsigned threads_ = 1;
   uint64_t steps_ = 0;
   uint64_t looks_ = 0;
