@@ -253,7 +253,9 @@ void MakeBatch(Scene* scene, RandomSource* random, DirectionTables* tables, RayB
     if (random->OneIn(4)) {
       std::vector<double> own;
       for (uint32_t j = 0; j < samples; j++) own.push_back(random->Real(-3, 3));
-      batch->Add(fan, own, Window());
+      FanList list;
+      list.Add(fan, own);
+      batch->Add(list, list.From(0)[0], Window());
     } else {
       fan.record.first_direction = tables->Find(random->Int(0, 3), samples);
       batch->Add(fan, samples, Window());

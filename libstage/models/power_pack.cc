@@ -37,14 +37,14 @@ PowerPack::PowerPack(Model* mod)
       capacity_(0),
       dissipated_(0),
       charging_(std::make_shared<bool>(false)) {
-  mod_->GetWorld()->CountPowerPacks(1);
+  mod_->GetWorld()->AddPowerPack(this);
   if (mod_->GetWorld()->IsGUI()) charts_ = std::make_unique<EnergyCharts>(mod_);
 }
 
 PowerPack::~PowerPack() {
   SetStored(0);
   SetCapacity(0);
-  mod_->GetWorld()->CountPowerPacks(-1);
+  mod_->GetWorld()->RemovePowerPack(this);
 }
 
 void PowerPack::Print(const char* prefix) const {

@@ -257,7 +257,8 @@ class World : public Ancestor {
   void StopMoving(Model* mod);
   void EnableEnergy(Model* mod);
   void DisableEnergy(Model* mod);
-  void CountPowerPacks(int change) { power_pack_count += change; }
+  void AddPowerPack(PowerPack*) { power_pack_count++; }
+  void RemovePowerPack(PowerPack*) { power_pack_count--; }
   static Model* FindModel(uint32_t id);
   void NoteHiddenFromRangers(Model* mod);
   void ForgetRays(const Model* mod);
