@@ -65,21 +65,20 @@ class RunFinder {
 
   /// Between steps.
   void EndStep() {
-    constexpr uint64_t kLook = 64;  // now and then short runs are shared, to see what they take
+    // Now and then short runs are shared for some steps, to see what they take.
+    constexpr uint64_t kLooksEvery = 256, kLook = 4;
     to_skip_ = 0;
     found_any_ = false;
     if (fewest_ <= 1) return;
     if (done_ > 0) {
-      const double each = std::max(seconds_, 1e-9) / done_;
-      // As if they had shared evenly.
-      worth_from_ = Fewest(kWorthWaking / 2 / (each * threads_));
-      // As if threads had been of no use; and some were interrupted, which took far longer: it is
-      // believed little by little, as many runs may come of it.
-      seconds_each_ = std::min(each, 1.5 * seconds_each_);
+      // Some are interrupted and take far longer: that is believed little by little.
+      seconds_each_ = std::min(std::max(seconds_, 1e-9) / done_, 2 * seconds_each_);
+      // As if threads had been of no use, and as if they had shared evenly.
       later_fewest_ = Fewest(kWorthWaking / seconds_each_);
+      worth_from_ = Fewest(kWorthWaking / 2 / (seconds_each_ * threads_));
       seconds_ = done_ = 0;
     }
-    first_fewest_ = ++steps_ % kLook == 0 ? fewest_ : worth_from_;
+    first_fewest_ = ++steps_ % kLooksEvery < kLook ? fewest_ : worth_from_;
   }
 
   /// So many things, at least, are worth waking threads for once more.
