@@ -75,7 +75,7 @@ class RunFinder {
       seconds_each_ = std::min(std::max(seconds_, 1e-9) / done_, 2 * seconds_each_);
       // As if threads had been of no use, and as if they had shared evenly.
       later_fewest_ = Fewest(kWorthWaking / seconds_each_);
-      worth_from_ = Fewest(kWorthWaking / 2 / (seconds_each_ * threads_));
+      worth_from_ = Fewest(kWorthWaking / (seconds_each_ * threads_));
       seconds_ = done_ = 0;
     }
     first_fewest_ = ++steps_ % kLooksEvery < kLook ? fewest_ : worth_from_;
