@@ -35,9 +35,11 @@ STD_CHANCE = re.compile(r"\b(random_device|random_shuffle|\w+_distribution)\b")
 # OpenCL C: everything but additions, multiplications and the like may differ between devices.
 OPENCL = re.compile(r"\b(native_\w+|half_(?!t\b)\w+|mad|fast_\w+|(?:float|double)\d*)\b")
 
-# Rooms that results depend on. Not libstage/gui: it draws what has been worked out.
+# Rooms that results depend on. Not libstage/gui: it draws what has been worked out. Nor
+# libstage/files: nobody is to foretell the names of its drafts.
 FOLDERS = ["libstage", "libstage_cl", "kernels", "examples"]
-LEFT_OUT = ["libstage/gui"]
+LEFT_OUT = ["libstage/gui", "libstage/files"]
+LEFT_OUT_SYMBOLS = {"libstage.so": {"getrandom"}}
 # Names of ours: members and functions that are called like those of the C library.
 OURS = {
     "random": re.compile(r"(?:\.|->)random\(\)|RandomStream&? random\("),
@@ -133,7 +135,8 @@ class ArithmeticTest(unittest.TestCase):
         for library in libraries():
             with self.subTest(library=library.name):
                 wanted = wanted_symbols(library)
-                self.assertEqual(wanted & forbidden_symbols(), set())
+                allowed = LEFT_OUT_SYMBOLS.get(library.name, set())
+                self.assertEqual(wanted & forbidden_symbols() - allowed, set())
                 self.assertEqual({name for name in wanted if "random_device" in name}, set())
 
     def test_other_arithmetic_is_refused(self) -> None:
