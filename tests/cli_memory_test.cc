@@ -41,7 +41,7 @@ TEST_F(MemoryTest, ThreadsEndInOneLineToo) {
                  "alwayson 1 range_max 3 ) )\n";
         }));
   int ran = 0, refused = 0;
-  for (rlim_t megabytes = 90; megabytes <= 500; megabytes += megabytes < 200 ? 10 : 50) {
+  for (rlim_t megabytes = 40; megabytes <= 400; megabytes += megabytes < 120 ? 4 : 40) {
     const Result r =
         StageWith(megabytes, {"-g", "--threads", "4", "--duration", "0.3", "crowd.world"});
     SCOPED_TRACE(std::to_string(megabytes) + " MB: " + r.err);
