@@ -81,6 +81,7 @@ void WorldEngine::NoticeFork() {
 
 void WorldEngine::ShareFrom(int count) {
   const size_t fewest = static_cast<size_t>(std::max(count, 1));
+  sharing_ = PathChooser(fewest == 1);
   gather_phase_.SetFewest(fewest);
   move_phase_.SetFewest(fewest);
   callback_phase_.SetFewest(fewest);
@@ -286,15 +287,30 @@ size_t WorldEngine::CountRays(const sensing::FanRun& run) const {
   return rays;
 }
 
+void WorldEngine::ChooseSharing() {
+  // Larger steps are worth sharing, and not worth trying without.
+  constexpr double kSmallStep = 0.5e-3;
+  compares_sharing_ = workers_->threads() > 1 && shared_seconds_ < kSmallStep;
+  shares_ = !compares_sharing_ || sharing_.UseDevice(due.size() + moving.size());
+}
+
+void WorldEngine::ReportSharing(double seconds) {
+  if (compares_sharing_) sharing_.Report(seconds);
+  if (shares_) shared_seconds_ = seconds;
+}
+
 size_t WorldEngine::MoveTogether(size_t first) {
+  if (!shares_) return 0;
   return move_phase_.Move(moving.data() + first, moving.size() - first, &scene, workers_.get());
 }
 
 size_t WorldEngine::UpdateTogether(size_t first, World* world) {
+  if (!shares_) return 0;
   return gather_phase_.Update(due.data() + first, due.size() - first, world, workers_.get());
 }
 
 size_t WorldEngine::CallTogether(size_t first) {
+  if (!shares_) return 0;
   return callback_phase_.Call(update_callbacks_due.data() + first,
                               update_callbacks_due.size() - first, workers_.get(),
                               [this] { SendAhead(); });

@@ -108,6 +108,11 @@ class WorldEngine {
   void RefreshHidden();
   void ForgetRays(const Model* finder);
 
+  /// Decides whether threads share the updates, moves and callbacks of this step, of which `due`
+  /// and `moving` tell how many there are. The outcome is the same.
+  void ChooseSharing();
+  /// What those of the step took, in seconds, rays left out.
+  void ReportSharing(double seconds);
   /// Moves several of `moving` at once, from the given one on. Returns how many; 0 if those that
   /// come next have to move one after the other.
   size_t MoveTogether(size_t first);
@@ -158,6 +163,14 @@ class WorldEngine {
   bool device_in_use_ = false;  // the last batch was there
 
   unsigned forks_ = sensing::CountForks();  // when threads were looked at last
+
+  // In small steps sharing may cost more than it saves, if only because threads leave models in
+  // their caches for others to fetch. It is measured like the choice between device and host: the
+  // threads stand for the device, models for rays.
+  PathChooser sharing_;
+  bool shares_ = true;             // in this step
+  bool compares_sharing_ = false;  // in this step
+  double shared_seconds_ = 1;      // what the last step took that was shared
 
   GatherPhase gather_phase_;
   MovePhase move_phase_;

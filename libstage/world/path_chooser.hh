@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Device or host? For few rays a device costs more than it saves. Where the break-even lies depends
+// Device or host? Threads or one? For few rays a device costs more than it saves. Where the break-even lies depends
 // on both and on the scene, so it is measured while the world runs. Both paths give the same
 // results: the choice costs or saves time only.
 

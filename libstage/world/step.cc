@@ -89,7 +89,9 @@ void World::Step(WorldEngine& engine, uint64_t life) {
   const double called = WallClock();
   UpdateEnergy();
 
-  seconds.gather += sensed - start - (seconds.prefilter + seconds.trace - traced_before);
+  const double traced = seconds.prefilter + seconds.trace - traced_before;
+  engine.ReportSharing(called - start - traced);
+  seconds.gather += sensed - start - traced;
   seconds.move += moved - sensed;
   seconds.callbacks += called - moved;
   seconds.energy += WallClock() - called;
@@ -98,6 +100,7 @@ void World::Step(WorldEngine& engine, uint64_t life) {
 void World::RunDueEvents() {
   WorldEngine& engine = *engine_;
   engine.scheduler.Take(sim_time, &engine.due);
+  engine.ChooseSharing();
   // By index: an update may delete models, which strikes out their events, or everything there is,
   // which empties the list.
   for (size_t i = 0; i < engine.due.size();) {
