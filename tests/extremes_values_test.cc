@@ -4,7 +4,6 @@
 // is a number; and the largest and smallest numbers that it has. Holds rows of docs/extremes.md.
 
 #include <set>
-#include <sstream>
 
 #include "extremes_testing.hh"
 #include "models/energy_charts.hh"
@@ -13,6 +12,7 @@
 namespace Stg::extremes {
 namespace {
 
+using properties::ElementsOf;
 using properties::Property;
 
 /// Numbers in a world file that are no numbers for anybody, yet.
@@ -28,16 +28,6 @@ bool IsExempt(const Property& property) {
     if (std::string(exempt.entity) == property.entity && std::string(exempt.name) == property.name)
       return true;
   return std::string(property.entity) == "window";  // read where there is a window
-}
-
-/// The elements of a value: one, or those of a tuple.
-std::vector<std::string> ElementsOf(const std::string& value) {
-  std::string inner = value;
-  if (inner.front() == '[') inner = inner.substr(1, inner.size() - 2);
-  std::istringstream stream(inner);
-  std::vector<std::string> elements;
-  for (std::string element; stream >> element;) elements.push_back(element);
-  return elements;
 }
 
 bool IsNumeric(const Property& property) {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <fstream>
 #include <set>
-#include <sstream>
 
 #include "model_testing.hh"
 #include "support/property_table.hh"
@@ -14,6 +13,7 @@
 namespace Stg {
 namespace {
 
+using properties::ElementsOf;
 using properties::Property;
 using properties::WorldWith;
 
@@ -48,15 +48,6 @@ bool MayBeNegative(const Property& property) {
   // A fan of rays in the other order; a fiducial finder's and a camera's are refused.
   if (name == "fov") return entity == "sensor" || entity == "blobfinder";
   return kMayBeNegative.count(name) > 0 || kFlags.count(name) > 0;
-}
-
-std::vector<std::string> ElementsOf(const std::string& value) {
-  std::string inner = value;
-  if (inner.front() == '[') inner = inner.substr(1, inner.size() - 2);
-  std::istringstream stream(inner);
-  std::vector<std::string> elements;
-  for (std::string element; stream >> element;) elements.push_back(element);
-  return elements;
 }
 
 bool IsNumber(const std::string& text) {

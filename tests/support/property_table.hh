@@ -11,7 +11,9 @@
 #include <cctype>
 #include <cstdlib>
 #include <ostream>
+#include <sstream>
 #include <string>
+#include <vector>
 
 namespace properties {
 
@@ -227,6 +229,16 @@ inline std::string WorldWith(const Property& property, const std::string& name) 
   if (entity == "sensor") return "ranger( sensor( " + body + " ) )\n";
   if (entity == "block") return "model( block( " + body + " ) )\n";
   return entity + "( " + body + " )\n";
+}
+
+/// The elements of a value: one, or those of a tuple.
+inline std::vector<std::string> ElementsOf(const std::string& value) {
+  std::string inner = value;
+  if (inner.front() == '[') inner = inner.substr(1, inner.size() - 2);
+  std::istringstream stream(inner);
+  std::vector<std::string> elements;
+  for (std::string element; stream >> element;) elements.push_back(element);
+  return elements;
 }
 
 inline void PrintTo(const Property& property, std::ostream* out) {
