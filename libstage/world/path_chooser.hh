@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Device or host? Threads or one? For few rays a device costs more than it saves. Where the break-even lies depends
+// Device or host? For few rays a device costs more than it saves. Where the break-even lies depends
 // on both and on the scene, so it is measured while the world runs. Both paths give the same
-// results: the choice costs or saves time only.
+// results: the choice costs or saves time only. The same question is whether threads share a small
+// step: then they stand for the device.
 
 #ifndef STAGE_WORLD_PATH_CHOOSER_HH
 #define STAGE_WORLD_PATH_CHOOSER_HH
