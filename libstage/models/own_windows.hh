@@ -51,11 +51,11 @@ class Model::WindowsToMake {
   }
   void Fill(const Model& model) const {
     sensing::Scene& scene = *model.scene_;
-    const Model* root = model.root;
+    const Model* tree = model.root;
     for (const bool exact : {false, true})
       if (planned_[exact])
-        scene.batch.FillWindow(root->windows_->of[exact].window, scene.grid,
-                               root->OwnDrawings(exact), root, exact);
+        scene.batch.FillWindow(tree->windows_->of[exact].window, scene.grid,
+                               tree->OwnDrawings(exact), tree, exact);
   }
 
  private:
