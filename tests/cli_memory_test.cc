@@ -8,6 +8,7 @@
 
 #include "cli_testing.hh"
 #include "support/crowd.hh"
+#include "support/sanitized.hh"
 
 namespace {
 
@@ -29,9 +30,7 @@ class MemoryTest : public CliTest {
 };
 
 TEST_F(MemoryTest, ThreadsEndInOneLineToo) {
-#ifdef STAGE_TEST_SANITIZED
-  GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";
-#endif
+  if (kSanitized) GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";
   Write("crowd.world",
         "resolution 0.05\n" + crowd::Repeat(4000, [](int i) {
           return "position( alwayson 1 velocity [0.5 0 0 20] size [0.4 0.4 0.4] fiducial_return 1 "

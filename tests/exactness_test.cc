@@ -17,6 +17,7 @@
 #include "stage.hh"
 #include "support/device.hh"
 #include "support/random_world.hh"
+#include "support/sanitized.hh"
 
 namespace {
 
@@ -24,11 +25,7 @@ using random_world::Outcome;
 using random_world::WorldText;
 using Stg::RunOptions;
 
-#ifdef STAGE_TEST_SANITIZED
-constexpr uint64_t kWorlds = 30;  // they take their time
-#else
-constexpr uint64_t kWorlds = 200;
-#endif
+constexpr uint64_t kWorlds = kSanitized ? 30 : 200;
 
 std::string FromEnvironment(const char* name) {
   const char* value = std::getenv(name);

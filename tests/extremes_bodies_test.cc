@@ -11,6 +11,7 @@
 #include "extremes_testing.hh"
 #include "models/block.hh"
 #include "support/random_source.hh"
+#include "support/sanitized.hh"
 #include "world/engine.hh"
 
 namespace Stg::extremes {
@@ -310,9 +311,7 @@ Size Island() { return Size(1e6, 1e6, 1); }  // 200 million cells
 
 /// In a process of its own with 2 GB of memory, which the island would take ten times.
 TEST(Large, BodiesThatNoMemoryHoldsAreRefused) {
-#ifdef STAGE_TEST_SANITIZED
-  GTEST_SKIP() << "sanitizers need more memory than the limit allows";
-#endif
+  if (kSanitized) GTEST_SKIP() << "sanitizers need more memory than the limit allows";
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(MakeAnIslandIn2GB(), testing::ExitedWithCode(0),
               "model:1: found bodies whose outlines pass more than 32006000 cells of the grid, "

@@ -6,6 +6,7 @@
 #include "extremes_testing.hh"
 #include "geometry/trigonometry.hh"
 #include "sensing/batch.hh"
+#include "support/sanitized.hh"
 
 namespace Stg::extremes {
 namespace {
@@ -167,11 +168,7 @@ TEST(Headings, AfterMillionsOfTurns) {
 }
 
 TEST(Headings, OfARobotThatTurnsAMillionSteps) {
-#ifdef STAGE_TEST_SANITIZED
-  constexpr int kSteps = 100000;
-#else
-  constexpr int kSteps = 1000000;
-#endif
+  constexpr int kSteps = kSanitized ? 100000 : 1000000;
   Worst drift;
   for (const double speed : {0.7, -3.0, 61.0}) {
     const auto world = LoadText(

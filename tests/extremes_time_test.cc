@@ -7,17 +7,14 @@
 #include <complex>
 
 #include "extremes_testing.hh"
+#include "support/sanitized.hh"
 
 namespace Stg::extremes {
 namespace {
 
 constexpr usec_t kHour = 3600000000u;
 
-#ifdef STAGE_TEST_SANITIZED
-constexpr int kManySteps = 500000;
-#else
-constexpr int kManySteps = 10000000;
-#endif
+constexpr int kManySteps = kSanitized ? 500000 : 10000000;
 
 void StepMany(World& world, int count) {
   for (int i = 0; i < count; i++) ASSERT_FALSE(world.Update());

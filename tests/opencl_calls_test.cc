@@ -17,6 +17,7 @@
 
 #include "cli_testing.hh"
 #include "support/device.hh"
+#include "support/sanitized.hh"
 
 namespace {
 
@@ -35,9 +36,8 @@ struct Fault {
 class CallsTest : public CliTest {
  protected:
   void SetUp() override {
-#ifdef STAGE_TEST_SANITIZED
-    GTEST_SKIP() << "sanitizers want to be the first library, and crashes for themselves";
-#endif
+    if (kSanitized)
+      GTEST_SKIP() << "sanitizers want to be the first library, and crashes for themselves";
     CliTest::SetUp();
     if (!fs::exists(shim_)) GTEST_SKIP() << "the OpenCL headers are not installed";
     if (const std::string none = device::WhyNone(); !none.empty()) GTEST_SKIP() << none;

@@ -410,11 +410,43 @@ kg_t Model::GetMassOfChildren() const {
 
 kg_t Model::GetTotalMass() const { return mass + GetMassOfChildren(); }
 
-void Model::SetMass(kg_t m) { SetNotNegative(*this, "mass", m, &mass); }
+// What is seen of a model, and how, is that of the time when a sensor updated.
+void Model::SetColor(Color col) {
+  world->FinishRays();
+  color = col;
+}
+
+void Model::SetFiducialReturn(int fid) {
+  world->FinishRays();
+  vis.fiducial_return = fid;
+}
+
+void Model::SetFiducialKey(int key) {
+  world->FinishRays();
+  vis.fiducial_key = key;
+}
+
+void Model::SetObstacleReturn(bool val) {
+  world->FinishRays();
+  vis.obstacle_return = val;
+}
+
+void Model::SetBlobReturn(bool val) {
+  world->FinishRays();
+  vis.blob_return = val;
+}
+
+void Model::SetGripperReturn(bool val) {
+  world->FinishRays();
+  vis.gripper_return = val;
+}
 
 void Model::SetRangerReturn(double val) {
+  world->FinishRays();
   SetFinite(*this, "ranger_return", val, &vis.ranger_return);
 }
+
+void Model::SetMass(kg_t m) { SetNotNegative(*this, "mass", m, &mass); }
 
 void Model::SetWatts(watts_t w) { SetNotNegative(*this, "watts", w, &watts); }
 
@@ -508,6 +540,8 @@ struct Model::Callbacks::Round {
 template <typename F>
 int Model::CallEach(callback_type_t t, F call) {
   if (!HasCallbacks(t)) return 0;
+  // A callback may read what others sensed, and change what they see.
+  world->FinishRays();
   // By index, for a callback may add callbacks (called from the next round on), remove any, or
   // delete the model: then the rest is not called and nothing of it is touched any more.
   const std::shared_ptr<Callbacks> callbacks = callbacks_;

@@ -260,14 +260,14 @@ class Model : public Ancestor {
   // ---- appearance and visibility ----
 
   Color GetColor() const { return color; }
-  void SetColor(Color col) { color = col; }
+  void SetColor(Color col);
 
-  void SetFiducialReturn(int fid) { vis.fiducial_return = fid; }
+  void SetFiducialReturn(int fid);
   int GetFiducialReturn() const { return vis.fiducial_return; }
-  void SetFiducialKey(int key) { vis.fiducial_key = key; }
-  void SetObstacleReturn(bool val) { vis.obstacle_return = val; }
-  void SetBlobReturn(bool val) { vis.blob_return = val; }
-  void SetGripperReturn(bool val) { vis.gripper_return = val; }
+  void SetFiducialKey(int key);
+  void SetObstacleReturn(bool val);
+  void SetBlobReturn(bool val);
+  void SetGripperReturn(bool val);
   void SetRangerReturn(double val);
   void SetBoundary(bool val) { boundary = val; }
   void SetMapResolution(meters_t res) { map_resolution = res; }

@@ -116,6 +116,7 @@ void World::RunDueEvent(size_t index) {
   const Scheduler::Event event = engine.due[index];
   if (event.callback) {
     engine.due[index] = Scheduler::Event();  // it is called once, even if it throws
+    FinishRays();                            // it may read what others sensed
     const RandomScope random_numbers(event.model ? &event.model->random_ : &random_);
     try {
       event.callback(event.model, event.arg);

@@ -262,8 +262,9 @@ class World : public Ancestor {
   static Model* FindModel(uint32_t id);
   void NoteHiddenFromRangers(Model* mod);
   void ForgetRays(const Model* mod);
-  /// Traces the rays that are waiting in the batch. To be called before the grid is changed: rays
-  /// meet the bodies as they were when the sensor updated, batch or no batch.
+  /// Traces the rays that are waiting in the batch. To be called before anything changes that they
+  /// may meet, and before callbacks: rays meet the world as it was when the sensor updated, batch or
+  /// no batch.
   void FinishRays();
   bool IsLoading() const;
   /// What it comes to in this world.

@@ -10,14 +10,6 @@
 #include "sensing/prefilter.hh"
 #include "world/prefilter_loader.hh"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define STAGE_TEST_SANITIZED 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define STAGE_TEST_SANITIZED 1
-#endif
-#endif
-
 namespace device {
 
 /// Why no device can be used; empty if one can.
