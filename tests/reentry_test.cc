@@ -272,6 +272,36 @@ TEST(Reentry, AWorldEndsWhileItIsLoaded) {
     }
 }
 
+int ThrowANumber(Model*, void*) { throw 42; }
+int CallInit(Model* mod, void*) { return mod->CallCallbacks(Model::CB_INIT); }
+
+TEST(Reentry, WhatCallbacksThrowWhileAWorldIsLoadedIsAMessage) {
+  static Model::callback_type_t when;
+  static model_callback_t what;
+  Model::name_map["thrower"] = [](World* world, Model* parent, const std::string& type) {
+    auto* made = new Model(world, parent, type);
+    made->AddCallback(when, what, nullptr);
+    made->AddCallback(Model::CB_INIT, ThrowANumber, nullptr);
+    return made;
+  };
+  for (when = Model::CB_FLAGDECR; when < Model::__CB_TYPE_COUNT;
+       when = static_cast<Model::callback_type_t>(when + 1))
+    for (const model_callback_t function : {ThrowANumber, CallInit}) {
+      if (when == Model::CB_INIT && function == CallInit) continue;  // it would call itself
+      what = function;
+      SCOPED_TRACE(when);
+      World world;
+      const LoadOutcome outcome =
+          TryToLoad(&world, "thrower( name \"t\" pose [1 0 0 0] alwayson 1 )");
+      EXPECT_FALSE(outcome.loaded);
+      EXPECT_EQ(outcome.status, 255);
+      EXPECT_EQ(outcome.models, 1u) << "the ground";
+      EXPECT_NE(outcome.errors.find("thrown the number 42"), std::string::npos) << outcome.errors;
+      EXPECT_TRUE(TryToLoad(&world, "model( )").loaded);
+    }
+  Model::name_map.erase("thrower");
+}
+
 TEST(Reentry, AModelThatIsDeletedWhileItIsLoadedTakesItsPartsAlong) {
   InitLibrary();
   Model::name_map["doomed"] = [](World* world, Model* parent, const std::string& type) {

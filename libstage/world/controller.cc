@@ -49,7 +49,8 @@ std::string FirstWord(const std::string& text) {
   return text.substr(begin, text.find_first_of(" \t", begin) - begin);
 }
 
-/// Of the exception that is being handled.
+}  // namespace
+
 std::string DescribeException() {
   try {
     throw;
@@ -63,8 +64,6 @@ std::string DescribeException() {
     return "an exception of a type of its own";
   }
 }
-
-}  // namespace
 
 std::string DescribeInitFailure(const std::string& model_name, const void* arguments) {
   const std::string controller = FirstWord(Arguments().TextOf(arguments));

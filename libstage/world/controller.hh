@@ -15,6 +15,9 @@ class Model;
 /// type CB_INIT. Throws LoadError with status 255.
 void LoadController(Model* model, const std::string& text);
 
+/// The exception that is being handled: "the number 42".
+std::string DescribeException();
+
 /// What a callback of type CB_INIT, which got these arguments, has just thrown; to be called in the
 /// handler of the exception.
 std::string DescribeInitFailure(const std::string& model_name, const void* arguments);

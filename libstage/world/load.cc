@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <new>
 #include <thread>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "models/ranger.hh"
 #include "models/ray_model_reader.hh"
 #include "models/thrown.hh"
+#include "world/controller.hh"
 #include "world/engine.hh"
 #include "world/prefilter_loader.hh"
 #include "world/world.hh"
@@ -142,17 +144,21 @@ bool World::LoadFrom(const std::string& given_path, std::istream* content) {
   engine->controllers_left_out = 0;
   const RandomScope random_numbers(&random_);
   const uint64_t life = engine->life;
+  ForgetThrower();
   try {
     LoadContent(path, content);
   } catch (const LoadError& error) {
-    std::printf("\n");
-    std::fflush(stdout);
-    messages::Report(LogLevel::kError, error.what());
-    ForgetThrower();
-    if (engine->deserted) return false;
-    UnLoad();
-    load_status_ = error.exit_status();
-    return false;
+    return FailToLoad(*engine, error.what(), error.exit_status());
+  } catch (const std::bad_alloc&) {
+    if (!engine->deserted) UnLoad();
+    throw;
+  } catch (...) {  // a callback's
+    const std::string thrower = *Thrower() ? Thrower() : "something";
+    return FailToLoad(*engine,
+                      "stage: " + thrower + " has thrown " +
+                          messages::Shortened(DescribeException(), messages::kLongestDetail) +
+                          " while a world was being loaded",
+                      255);
   }
   std::printf("\n");
   std::fflush(stdout);
@@ -162,6 +168,17 @@ bool World::LoadFrom(const std::string& given_path, std::istream* content) {
   wf->WarnUnused();
   engine->statistics.load_seconds = WallClock() - start;
   return true;
+}
+
+bool World::FailToLoad(const WorldEngine& engine, const std::string& message, int status) {
+  std::printf("\n");
+  std::fflush(stdout);
+  messages::Report(LogLevel::kError, message);
+  ForgetThrower();
+  if (engine.deserted) return false;
+  UnLoad();
+  load_status_ = status;
+  return false;
 }
 
 /// Reads a world file and makes its models.

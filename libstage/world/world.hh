@@ -106,8 +106,8 @@ class World : public Ancestor {
   // asks Exists().
 
   /// Reads a world file and makes its models; then calls their controllers' Init functions. False,
-  /// with a message on standard error, if anything is wrong with it; the world is then as after
-  /// UnLoad(), and LoadStatus() is the status that a program should exit with. False, with a
+  /// with a message on standard error, if anything is wrong with it, or a callback throws; the
+  /// world is then as after UnLoad(), and LoadStatus() is the status that a program should exit with. False, with a
   /// message, also if a controller has unloaded the world, and if controllers load worlds that
   /// load worlds, many times over.
   virtual bool Load(const std::string& worldfile_path);
@@ -279,6 +279,7 @@ class World : public Ancestor {
   virtual void LoadWindowSection() {}
   void UsePrefilter();
   void LoadContent(const std::string& path, std::istream* content);
+  bool FailToLoad(const WorldEngine& engine, const std::string& message, int status);
   bool RefuseToNest();
   bool AfterAnotherLife();
   bool RefusesToWrite(const char* what) const;

@@ -55,7 +55,7 @@ class Run {
     world_ = new World;
     Load();
     for (int i = 0; i < steps && world_; i++) {
-      world_->Update();
+      Step();
       if (world_) CheckTree();
     }
     if (world_) Note(static_cast<double>(world_->StateHash() >> 12));
@@ -93,6 +93,15 @@ class Run {
   /// -2 to 2 metres or so.
   double Length() { return (static_cast<int>(Next()) - 128) / 64.0; }
   void Note(double value) { trace_.Add(value); }
+
+  /// What a callback throws comes out of it.
+  void Step() {
+    try {
+      world_->Update();
+    } catch (int number) {
+      Note(number);
+    }
+  }
 
   void Load() {
     std::istringstream text(kWorld);
