@@ -309,7 +309,7 @@ void Model::LoadControllers() {
       wf->Warn(wf_entity, "ctrl", "found an empty controller name; ignored");
       continue;
     }
-    if (!World::run_options.controllers) {
+    if (!world->options().controllers) {
       world->engine().controllers_left_out++;
       continue;
     }

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <iterator>
 #include <new>
+#include <utility>
 
 #include "messages/report.hh"
 
@@ -37,6 +39,17 @@ void StrikeOut(std::vector<Model*>* list, const Model* model) {
 Model* WorldEngine::FindModel(uint32_t id) const {
   const auto found = std::lower_bound(models.begin(), models.end(), id, IsBefore);
   return found != models.end() && (*found)->GetId() == id ? *found : nullptr;
+}
+
+void WorldEngine::KeepForNow(std::vector<std::shared_ptr<void>> data) {
+  orphans.insert(orphans.end(), std::make_move_iterator(data.begin()),
+                 std::make_move_iterator(data.end()));
+}
+
+void WorldEngine::LetOrphansGo() {
+  if (!IsIdle()) return;
+  // What is freed may free more.
+  const std::vector<std::shared_ptr<void>> gone = std::exchange(orphans, {});
 }
 
 void WorldEngine::Forget(Model* model) {

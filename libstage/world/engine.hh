@@ -42,7 +42,9 @@ class WorldEngine {
   RunStatistics statistics;
   FiducialIndex fiducials;
 
-  std::vector<Model*> models;  ///< in the order of creation, the ground first
+  uint32_t next_model_id = 0;
+  double greatest_dissipation = 0;  ///< J, of a square metre: see DissipationVis
+  std::vector<Model*> models;       ///< in the order of creation, the ground first
   ModelNames names;
   MemoryBudget memory;
   std::vector<Model*> moving;                ///< those that asked for it, in the order of creation
@@ -66,13 +68,23 @@ class WorldEngine {
   bool deserted = false;  ///< the world has been deleted
   Watch* watches = nullptr;
   bool stepping = false;
-  bool writing = false;      ///< the world is loaded again, or saved
-  unsigned int loads = 0;    ///< in progress: one within another
-  bool loading = false;      ///< bodies are drawn when all is loaded
-  std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
+  bool writing = false;    ///< the world is loaded again, or saved
+  unsigned int calls = 0;  ///< of callbacks, outside of steps, in progress
+  unsigned int loads = 0;  ///< in progress: one within another
+  bool loading = false;    ///< bodies are drawn when all is loaded
+  std::vector<std::unique_ptr<CtrlArgs>> controller_arguments;
+  std::vector<std::shared_ptr<void>> orphans;  ///< what models kept that are gone: see KeepForNow()
+  std::vector<Model*> made;                    ///< while a world is loaded: of each entity, or null
 
   /// By path, while a world is loaded.
   std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;
+
+  /// No callback is running, nor anything that calls some.
+  bool IsIdle() const { return !stepping && !writing && loads == 0 && calls == 0; }
+  /// Keeps what a model has adopted that is being deleted, perhaps by a callback that uses it.
+  void KeepForNow(std::vector<std::shared_ptr<void>> data);
+  /// Frees that if the world is idle.
+  void LetOrphansGo();
 
   /// Null if there is none of that number.
   Model* FindModel(uint32_t id) const;

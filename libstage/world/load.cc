@@ -102,8 +102,7 @@ usec_t Microseconds(double value, double factor) {
   return us >= 1 && us < 1.8e19 ? static_cast<usec_t>(us) : 0;
 }
 
-std::unique_ptr<sensing::Prefilter> ChoosePrefilter() {
-  const RunOptions& options = World::run_options;
+std::unique_ptr<sensing::Prefilter> ChoosePrefilter(const RunOptions& options) {
   if (!options.opencl) return nullptr;
   if (options.device.size() > messages::kLongestDetail)  // the plug-in would repeat it in full
     throw LoadError("stage: no OpenCL device matches " + messages::Quoted(options.device));
@@ -133,6 +132,11 @@ bool World::LoadFrom(const std::string& given_path, std::istream* content) {
   const std::string path = given_path;  // it may be that of the world file that is loaded now
   // A controller may delete the world, load another one, or have it load itself.
   const std::shared_ptr<WorldEngine> engine = engine_;
+  if (engine->IsIdle()) {
+    engine->LetOrphansGo();
+    if (wf) UnLoad();
+    engine->controller_arguments.clear();  // no controller runs that may look at them
+  }
   const While loads(&engine->loads, engine->loads + 1);
   if (engine->loads > kMostNestedLoads) return RefuseToNest();
   const double start = WallClock();
@@ -230,10 +234,10 @@ bool World::RefusesToWrite(const char* what) const {
 
 /// What holds whatever the file and its controllers say.
 void World::ApplyRunOptions() {
-  if (run_options.clock) show_clock = true;
-  if (run_options.duration > simulated_before_)
-    quit_time = run_options.duration - simulated_before_;
-  else if (run_options.duration > 0)
+  if (options_.clock) show_clock = true;
+  if (options_.duration > simulated_before_)
+    quit_time = options_.duration - simulated_before_;
+  else if (options_.duration > 0)
     Quit();
 }
 
@@ -252,15 +256,15 @@ void World::Reload() {
 }
 
 void World::UsePrefilter() {
-  std::unique_ptr<sensing::Prefilter> prefilter = ChoosePrefilter();
-  const bool threads_given = run_options.threads > 0 || wf->PropertyExists(0, "threads");
+  std::unique_ptr<sensing::Prefilter> prefilter = ChoosePrefilter(options_);
+  const bool threads_given = options_.threads > 0 || wf->PropertyExists(0, "threads");
   if (prefilter && !threads_given) {
     // What the device leaves to the host is short, and its memory, not its arithmetic, is the
     // limit: more threads than this no longer help.
     constexpr unsigned kMostUseful = 16;
     engine_->SetThreads(std::clamp(std::thread::hardware_concurrency(), 1u, kMostUseful));
   }
-  engine_->SetPrefilter(std::move(prefilter), run_options.always_on_device);
+  engine_->SetPrefilter(std::move(prefilter), options_.always_on_device);
 }
 
 void World::LoadWorldProperties() {
@@ -288,7 +292,7 @@ void World::LoadWorldProperties() {
     wf->Fail(0, "memory_limit", "found less than 1 MB, expected 1 or more, or 0: no limit");
   engine_->memory.Begin(megabytes);
   SetRayModel(ReadRayModel(wf.get(), 0, RayModel::kDefault));
-  SetRayModel(run_options.ray_model);
+  SetRayModel(options_.ray_model);
   show_clock = wf->ReadInt(0, "show_clock", show_clock);
   const int every = wf->ReadInt(0, "show_clock_interval", static_cast<int>(show_clock_interval));
   if (every < 1) wf->Warn(0, "show_clock_interval", "found fewer than 1 step; using 1");
@@ -308,9 +312,9 @@ void World::LoadWorldProperties() {
     threads = kMostThreads;
   }
   if (threads > 1) std::printf("[threads %d]", threads);
-  if (run_options.threads > 0) threads = run_options.threads;
+  if (options_.threads > 0) threads = options_.threads;
   engine_->SetThreads(static_cast<unsigned>(std::min(threads, kMostThreads)));
-  engine_->ShareFrom(run_options.share_from);
+  engine_->ShareFrom(options_.share_from);
 }
 
 /// False if a callback has unloaded or deleted the world.
