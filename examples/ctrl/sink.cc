@@ -3,8 +3,6 @@
 // sink: on a zone that flags are brought to. Counts those that arrive in all such zones of the
 // world, whose property "delivered" points to the count, an unsigned long.
 
-#include <cstdio>
-
 #include "support/set_up.hh"
 
 namespace {
@@ -17,7 +15,7 @@ int CountFlag(Stg::Model*, void* delivered) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  std::printf("sink: %s takes flags\n", Stg::Printable(model->TokenStr(), 80).c_str());
+  ctrl::Tell("sink: " + Stg::Printable(model->TokenStr(), 80) + " takes flags");
   auto* delivered =
       ctrl::SharedInWorld<unsigned long>(model->GetWorld(), "delivered", [] { return 0UL; });
   model->AddCallback(Stg::Model::CB_FLAGINCR, CountFlag, delivered);

@@ -235,9 +235,6 @@ std::string World::ClockString(void) const {
   return text;
 }
 
-void World::PrintClock() {
-  std::printf("\r[Stage: %s]", ClockString().c_str());
-  std::fflush(stdout);
-}
+void World::PrintClock() { messages::Progress("[Stage: " + ClockString() + "]"); }
 
 }  // namespace Stg

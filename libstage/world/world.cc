@@ -141,6 +141,12 @@ void World::ForgetAll() {
 
 void World::UnLoad() {
   simulated_before_ += sim_time;
+  DeleteAll();
+  token = "[unloaded]";
+  MakeGround();
+}
+
+void World::DeleteAll() {
   ForgetAll();
   DeleteChildren();
   engine_->scheduler.Clear();  // of the models that are to be forgotten
@@ -153,8 +159,6 @@ void World::UnLoad() {
   quit_ = false;
   SetDefaults();
   random_.Restart();
-  token = "[unloaded]";
-  MakeGround();
 }
 
 bool World::Save(const char* filename) {

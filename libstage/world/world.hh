@@ -124,6 +124,14 @@ class World : public Ancestor {
   virtual bool Load(const std::string& worldfile_path);
   virtual bool Load(std::istream& world_content, const std::string& worldfile_path = std::string());
   int LoadStatus() const { return load_status_; }
+  /// The warnings and errors of the last Load() or Reset(), a line each; a thousand at most. The
+  /// log sink gets them too.
+  const std::vector<std::string>& LoadMessages() const { return load_messages_; }
+  /// As if the program had begun anew with that seed: loads the world again, from the text of the
+  /// file as it was when it was read, with the numbers that models got then. So all models are
+  /// new, and callbacks are gone but those of controllers. False like Load(); and if nothing is
+  /// loaded, or a callback of the world's asks for it, with a message.
+  bool Reset(uint64_t seed);
   /// Deletes all models; the clock goes back to 0.
   virtual void UnLoad();
   /// Lets every model read its properties again, from the world file as it is in memory. Bodies,
@@ -298,12 +306,14 @@ class World : public Ancestor {
   void DrawForExactRays();
 
  protected:
-  bool LoadFrom(const std::string& path, std::istream* content);
+  struct Source;
+  bool LoadFrom(Source source);
+  bool LoadNow(WorldEngine& engine, Source source);
   virtual void LoadWorldProperties();
   /// Called when all models are there: for those who have a window.
   virtual void LoadWindowSection() {}
   void UsePrefilter();
-  void LoadContent(const std::string& path, std::istream* content);
+  void LoadContent(Source source);
   bool FailToLoad(const WorldEngine& engine, const std::string& message, int status);
   bool RefuseToNest();
   bool AfterAnotherLife();
@@ -326,6 +336,7 @@ class World : public Ancestor {
   void PrintClock();
   void MakeGround();
   void ForgetAll();
+  void DeleteAll();
   void SetDefaults();
   RaytraceResult ResultOf(const Pose& origin, double range, Model* hit) const;
 
@@ -357,6 +368,8 @@ class World : public Ancestor {
   EnergyTotals energy_totals_;
   LazyRandomStream random_;
   int load_status_;
+  std::vector<std::string> load_messages_;
+  std::string path_;         // as given to Load()
   usec_t simulated_before_;  // by what was loaded before
   std::atomic<bool> quit_;
   static std::atomic<bool> quit_all_;

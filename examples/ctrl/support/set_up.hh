@@ -25,6 +25,9 @@ struct Drive {
   throw std::runtime_error(controller + ": " + model.TokenStr() + ": " + reason);
 }
 
+/// What a controller has to say while the world is loaded.
+inline void Tell(const std::string& line) { Stg::Tell(Stg::LogLevel::kProgress, line); }
+
 /// The model as a position model. Gives up if it is another one.
 inline Stg::ModelPosition* RequirePosition(const std::string& controller, Stg::Model* model) {
   if (auto* position = dynamic_cast<Stg::ModelPosition*>(model)) return position;
