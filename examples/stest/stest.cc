@@ -81,8 +81,8 @@ int main(int argc, char* argv[]) {
   Robots robots;
   try {
     for (int i = 0; i < count; i++) robots.push_back(FindRobot(world, i));
-  } catch (const std::runtime_error& error) {
-    std::fprintf(stderr, "%s\n", Stg::Printable(error.what(), 200).c_str());
+  } catch (const std::runtime_error& reason) {
+    std::fprintf(stderr, "%s\n", Stg::Printable(reason.what(), 200).c_str());
     return 1;
   }
   for (const Robot& robot : robots) {

@@ -14,18 +14,23 @@ namespace {
 
 std::atomic<bool> loading_line{false};  // of which more may come
 
-/// "[Loading a.world][Include b.inc][Image "c.png"]", then "\r[Stage: 1m 02s 000msec]" over and
-/// over.
+bool IsPart(const std::string& text) {
+  for (const char* begin : {"[Loading ", "[Include ", "[Image ", "[threads "})
+    if (text.starts_with(begin)) return true;
+  return false;
+}
+
+/// "[Loading a.world][Include b.inc][Image "c.png"]" is one line; the clock is written over again
+/// and again; what controllers say has lines of its own.
 void ShowProgress(const std::string& text) {
-  const bool begins = text.starts_with("[Loading"), is_clock = text.starts_with("[Stage");
-  if (is_clock) EndLine();
-  if (begins) loading_line = true;
-  std::fputs(((begins     ? " "
-               : is_clock ? "\r"
-                          : "") +
-              text + (text.starts_with('[') ? "" : "\n"))
-                 .c_str(),
-             stdout);
+  if (text.starts_with("[Stage: ")) {
+    EndLine();
+    std::fputs(("\r" + text).c_str(), stdout);
+  } else {
+    const bool begins = text.starts_with("[Loading ");
+    if (begins) loading_line = true;
+    std::fputs(((begins ? " " : "") + text + (IsPart(text) ? "" : "\n")).c_str(), stdout);
+  }
   std::fflush(stdout);
 }
 
