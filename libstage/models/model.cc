@@ -107,26 +107,32 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
   Ancestor& above = AboveOf(parent, world);
   const unsigned int count = above.CountOfType(type);
   Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);
-  above.AddChild(this);
-  world->AddModel(this);
-
   blockgroup->AddRectangle(-0.5, -0.5, 1.0, 1.0, Bounds(0, 1));
   blockgroup->Fit(geom.size);
+  try {
+    above.AddChild(this);
+    world->AddModel(this);
+  } catch (...) {  // no destructor follows
+    Leave();
+    throw;
+  }
+}
+
+/// Takes it off the lists of its parent and its world.
+void Model::Leave() {
+  AboveOf(parent, world).RemoveChild(this);
+  world->RemoveModel(this);
 }
 
 Model::~Model() {
   if (callbacks_) callbacks_->orphaned = true;
   if (adopted_) world->engine().KeepForNow(std::move(*adopted_));
-  world->FinishRays();
+  world->engine().TraceBatchAndPostponeThrowing();
   DeleteChildren();
   StopCharging();
   power_pack.reset();
   blockgroup->Clear();
-  if (parent)
-    parent->RemoveChild(this);
-  else
-    world->RemoveChild(this);
-  world->RemoveModel(this);
+  Leave();
 }
 
 // ---- names and the tree -------------------------------------------------------------------------
@@ -497,7 +503,7 @@ void Model::AddParallelCallback(callback_type_t t, model_callback_t cb, void* us
 }
 
 void Model::Adopt(const std::shared_ptr<void>& data) {
-  if (!adopted_) adopted_ = std::make_unique<std::vector<std::shared_ptr<void>>>();
+  if (!adopted_) adopted_ = std::make_unique<std::list<std::shared_ptr<void>>>();
   adopted_->push_back(data);
 }
 

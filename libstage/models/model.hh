@@ -491,6 +491,7 @@ class Model : public Ancestor {
     void Tidy();
   };
 
+  void Leave();
   void LoadEnergy();
   void LoadBody();
   void LoadGuiState();
@@ -532,7 +533,7 @@ class Model : public Ancestor {
   bool shares_name_;                      // another model had its name before
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
-  std::unique_ptr<std::vector<std::shared_ptr<void> > > adopted_;  // most models have nothing
+  std::unique_ptr<std::list<std::shared_ptr<void> > > adopted_;  // most models have nothing
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.

@@ -41,15 +41,14 @@ Model* WorldEngine::FindModel(uint32_t id) const {
   return found != models.end() && (*found)->GetId() == id ? *found : nullptr;
 }
 
-void WorldEngine::KeepForNow(std::vector<std::shared_ptr<void>> data) {
-  orphans.insert(orphans.end(), std::make_move_iterator(data.begin()),
-                 std::make_move_iterator(data.end()));
+void WorldEngine::KeepForNow(std::list<std::shared_ptr<void>> data) noexcept {
+  orphans.splice(orphans.end(), data);  // takes no memory
 }
 
 void WorldEngine::LetOrphansGo() {
   if (!IsIdle()) return;
   // What is freed may free more.
-  const std::vector<std::shared_ptr<void>> gone = std::exchange(orphans, {});
+  const std::list<std::shared_ptr<void>> gone = std::exchange(orphans, {});
 }
 
 void WorldEngine::Forget(Model* model) {
@@ -108,6 +107,7 @@ void WorldEngine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bo
 }
 
 void WorldEngine::TraceBatch() {
+  if (postponed_) std::rethrow_exception(std::exchange(postponed_, nullptr));
   sensing::RayBatch& batch = scene.batch;
   if (batch.fans().empty()) return;
   NoticeFork();
@@ -131,6 +131,15 @@ void WorldEngine::TraceBatch() {
   statistics.seconds.trace += traced - walked;
 
   EndBatch();
+}
+
+void WorldEngine::TraceBatchAndPostponeThrowing() noexcept {
+  try {
+    TraceBatch();
+  } catch (...) {
+    EndBatch();
+    postponed_ = std::current_exception();
+  }
 }
 
 void WorldEngine::EndBatch() {

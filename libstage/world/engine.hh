@@ -7,6 +7,7 @@
 #define STAGE_WORLD_ENGINE_HH
 
 #include <algorithm>
+#include <list>
 #include <map>
 #include <memory>
 #include <string>
@@ -73,7 +74,7 @@ class WorldEngine {
   unsigned int loads = 0;  ///< in progress: one within another
   bool loading = false;    ///< bodies are drawn when all is loaded
   std::vector<std::unique_ptr<CtrlArgs>> controller_arguments;
-  std::vector<std::shared_ptr<void>> orphans;  ///< what models kept that are gone: see KeepForNow()
+  std::list<std::shared_ptr<void>> orphans;  ///< what models kept that are gone: see KeepForNow()
   std::vector<Model*> made;                    ///< while a world is loaded: of each entity, or null
 
   /// By path, while a world is loaded.
@@ -82,7 +83,7 @@ class WorldEngine {
   /// No callback is running, nor anything that calls some.
   bool IsIdle() const { return !stepping && !writing && loads == 0 && calls == 0; }
   /// Keeps what a model has adopted that is being deleted, perhaps by a callback that uses it.
-  void KeepForNow(std::vector<std::shared_ptr<void>> data);
+  void KeepForNow(std::list<std::shared_ptr<void>> data) noexcept;
   /// Frees that if the world is idle.
   void LetOrphansGo();
 
@@ -110,6 +111,9 @@ class WorldEngine {
 
   /// Traces the rays of the batch and hands the results to their sensors; empties the batch.
   void TraceBatch();
+  /// As TraceBatch, for what must not throw, such as destructors: what is thrown is thrown by the
+  /// next TraceBatch instead, and the rays are left untraced.
+  void TraceBatchAndPostponeThrowing() noexcept;
   /// Gets ready for the next step, and lets go of what no sensor has used for a long time; the
   /// batch is empty.
   void EndStep();
@@ -173,6 +177,7 @@ class WorldEngine {
   PathChooser chooser_;
   Path path_ = Path::kFaster;
   bool device_in_use_ = false;  // the last batch was there
+  std::exception_ptr postponed_;
 
   unsigned forks_ = sensing::CountForks();  // when threads were looked at last
 
