@@ -55,7 +55,7 @@
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/ranger.hh"
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 #include "models/visualizer.hh"
 #include "models/wifi.hh"
 #include "world/explain.hh"

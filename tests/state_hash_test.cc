@@ -13,7 +13,7 @@ namespace {
 
 class StateHashOf : public testing::TestWithParam<std::string> {};
 
-// A type that overrides HashState() is to call its parent class.
+// A type that overrides ExchangeState() is to call its parent class.
 TEST_P(StateHashOf, CoversThePose) {
   const auto world = EmptyWorld();
   Model* model = world->CreateModel(nullptr, GetParam());

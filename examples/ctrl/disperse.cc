@@ -32,6 +32,8 @@ struct Robot {
   double radius = 0;  ///< of the disc to be kept free, m
   std::vector<Eye> eyes;
   bool backing = false;
+
+  void ExchangeState(Stg::StateExchange& exchange) { exchange(backing); }
 };
 
 /// Adds what one sensor sees.
@@ -92,7 +94,7 @@ void Use(Stg::ModelRanger* ranger, const Stg::Model& model, Robot* robot) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
-  Robot* robot = ctrl::NewRobot<Robot>(model);
+  Robot* robot = ctrl::NewRobot<Robot>("disperse", model);
   ctrl::DisperseRule& rule = robot->rule;
   const std::string wrong =
       ctrl::ReadArguments(args->worldfile, {{"speed", &rule.speed, 0, 1000},

@@ -14,6 +14,7 @@ constexpr double kSpread = 1.0;  // m from the model's origin, along x and y
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
+  model->KeepsNoState("dynamic");
   Stg::Tell(Stg::LogLevel::kProgress, "dynamic: " + std::to_string(kBoxes) + " boxes for " +
                                           Stg::Printable(model->TokenStr(), 80));
   for (int i = 0; i < kBoxes; i++) {

@@ -31,6 +31,10 @@ struct Robot {
   ctrl::ChargerSight charger;
   int loading = 0, unloading = 0;  // updates so far
 
+  void ExchangeState(Stg::StateExchange& exchange) {
+    exchange(mode, obstacles, charger, loading, unloading);
+  }
+
   bool Hungry() const { return power->ProportionRemaining() < kHungry; }
   bool Full() const { return power->ProportionRemaining() > ctrl::kFull; }
 };
@@ -113,7 +117,7 @@ void Drive(Robot* robot) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  Robot* robot = ctrl::NewRobot<Robot>(model);
+  Robot* robot = ctrl::NewRobot<Robot>("fasr", model);
   robot->position = ctrl::RequirePosition("fasr", model);
   robot->power = ctrl::RequirePowerPack("fasr", *model);
   robot->laser = ctrl::RequireRanger("fasr", *model, "ranger:1");

@@ -69,6 +69,7 @@ struct Robot {
   Task* task = nullptr;
   Stg::Model* goal = nullptr;
   const ctrl::Path* path = nullptr;
+  Stg::Pose path_from, path_to;  // what it was planned for
   Stg::Pose planned_goal;
   ctrl::ObstacleState obstacles;
   ctrl::ChargerSight charger;
@@ -77,12 +78,31 @@ struct Robot {
 
   bool Hungry() const { return force_recharge || power->ProportionRemaining() < kHungry; }
   bool Full() const { return power->ProportionRemaining() > ctrl::kFull; }
+
+  void ExchangeState(Stg::StateExchange& exchange);
 };
 
 // ---- goals
 
 void Plan(Robot* robot, const Stg::Pose& target) {
-  robot->path = robot->shared->planner.Plan(robot->position->GetPose(), target);
+  robot->path_from = robot->position->GetPose();
+  robot->path_to = target;
+  robot->path = robot->shared->planner.Plan(robot->path_from, robot->path_to);
+}
+
+/// Paths are found again, from what they were planned for.
+void Robot::ExchangeState(Stg::StateExchange& exchange) {
+  bool has_path = path != nullptr;
+  uint32_t task_number = 0;
+  while (&shared->tasks[task_number] != task) task_number++;
+  int participants = task->participants;
+  exchange(laser.on, sonar.on, fiducial.on, mode, task_number, participants, goal, has_path, path_from, path_to,
+           planned_goal, obstacles, charger, docked_heading, waiting, force_recharge);
+  if (!exchange.restoring() || exchange.failed()) return;
+  if (task_number >= shared->tasks.size()) return exchange.Fail("found a task that is not there");
+  task = &shared->tasks[task_number];
+  task->participants = participants;
+  path = has_path ? shared->planner.Plan(path_from, path_to) : nullptr;
 }
 
 void SetGoal(Robot* robot, Stg::Model* goal) {
@@ -293,7 +313,7 @@ Shared* FindShared(const Stg::Model& model, const std::string& ctrl_string) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
-  Robot* robot = ctrl::NewRobot<Robot>(model);
+  Robot* robot = ctrl::NewRobot<Robot>("fasr2", model);
   robot->position = ctrl::RequirePosition("fasr2", model);
   robot->power = ctrl::RequirePowerPack("fasr2", *model);
   robot->sonar.device = ctrl::RequireRanger("fasr2", *model, "ranger:0");

@@ -25,6 +25,8 @@ struct Robot {
   Stg::ModelFiducial* fiducial = nullptr;
   bool has_neighbour = false;
   double neighbour_heading = 0;  // rad, relative to the robot's
+
+  void ExchangeState(Stg::StateExchange& exchange) { exchange(has_neighbour, neighbour_heading); }
 };
 
 void LookForNeighbour(Robot* robot) {
@@ -51,7 +53,7 @@ void Drive(Robot* robot) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  Robot* robot = ctrl::NewRobot<Robot>(model);
+  Robot* robot = ctrl::NewRobot<Robot>("pioneer_flocking", model);
   robot->position = ctrl::RequirePosition("pioneer_flocking", model);
   robot->sonars = ctrl::RequireUnusedRanger("pioneer_flocking", model);
   if (robot->sonars->GetSensors().size() < kSonars)

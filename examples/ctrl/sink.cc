@@ -7,8 +7,19 @@
 
 namespace {
 
+/// Flags, by all sinks of a world.
+struct Delivered : Stg::StateKeeper {
+  unsigned long count = 0;
+
+  void ExchangeState(Stg::StateExchange& exchange) override {
+    uint64_t flags = count;
+    exchange(flags);
+    count = static_cast<unsigned long>(flags);
+  }
+};
+
 int CountFlag(Stg::Model*, void* delivered) {
-  ++*static_cast<unsigned long*>(delivered);
+  static_cast<Delivered*>(delivered)->count++;
   return 0;
 }
 
@@ -16,10 +27,12 @@ int CountFlag(Stg::Model*, void* delivered) {
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
   ctrl::Tell("sink: " + Stg::Printable(model->TokenStr(), 80) + " takes flags");
-  auto* delivered =
-      ctrl::SharedInWorld<unsigned long>(model->GetWorld(), "delivered", [] { return 0UL; });
+  auto* delivered = ctrl::SharedInWorld<Delivered>(model->GetWorld(), "sinks", [] {
+    return Delivered();
+  });
+  model->KeepState("sink", delivered);
   model->AddCallback(Stg::Model::CB_FLAGINCR, CountFlag, delivered);
-  model->GetWorld()->SetProperty("delivered", delivered);
+  model->GetWorld()->SetProperty("delivered", &delivered->count);
   model->Subscribe();
   return 0;
 }

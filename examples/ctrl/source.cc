@@ -35,7 +35,7 @@ void Produce(Zone* zone) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
-  Zone* zone = ctrl::NewRobot<Zone>(model);
+  Zone* zone = ctrl::NewRobot<Zone>("source", model);
   zone->model = model;
   zone->flags =
       ctrl::SharedInWorld<Flags>(model->GetWorld(), "source flags", [] { return Flags(); });

@@ -14,6 +14,8 @@ struct Robot {
   Stg::ModelPosition* position = nullptr;
   Stg::ModelRanger* laser = nullptr;
   ctrl::ObstacleState state;
+
+  void ExchangeState(Stg::StateExchange& exchange) { exchange(state); }
 };
 
 void Update(Robot* robot) {

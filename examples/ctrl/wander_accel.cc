@@ -15,6 +15,8 @@ struct Robot {
   Stg::ModelRanger* laser = nullptr;
   ctrl::ObstacleState state;
   double turn = 0;  // rad/s, wanted
+
+  void ExchangeState(Stg::StateExchange& exchange) { exchange(state, turn); }
 };
 
 void Update(Robot* robot) {

@@ -13,6 +13,8 @@
 
 namespace Stg {
 
+class StateExchange;
+
 /// A small deterministic random number generator: the same seed gives the same numbers on every
 /// machine. The generator is xoshiro256** 1.0 and its state is filled by splitmix64, both by
 /// D. Blackman and S. Vigna (https://prng.di.unimi.it, public domain; "Scrambled Linear
@@ -44,6 +46,7 @@ class RandomStream {
   static void SeedThreads(std::uint64_t seed);
 
  private:
+  friend class StateExchange;
   std::uint64_t state_[4];
 };
 
@@ -66,6 +69,7 @@ class LazyRandomStream {
   }
 
  private:
+  friend class StateExchange;
   LazyRandomStream(const LazyRandomStream&);
   LazyRandomStream& operator=(const LazyRandomStream&);
 

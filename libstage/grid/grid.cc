@@ -53,6 +53,7 @@ BodyId Grid::AddBody(const Body& body) {
     free_bodies_.pop_back();
     bodies_[id] = body;
   } else {
+    if (stamps_.size() <= id) stamps_.resize(id + 1);
     bodies_.push_back(body);
     free_bodies_.reserve(bodies_.capacity());  // for RemoveBody()
   }
@@ -78,6 +79,7 @@ void Grid::RemoveBody(BodyId id) {
 void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to, Edit* edit) {
   if (edit == nullptr) edit = &own_edit_;
   if (!edit->shared) PrepareToDraw(to);
+  if (!to.empty()) stamps_[id] = ++edit->drawings;
   size_t next = 0;
   const auto erase_next = [&] {
     EraseFrom(from[next].slot, from[next].cells, id, edit);
@@ -245,7 +247,10 @@ void Grid::BeginSharedEdit(size_t parts, size_t cells, std::vector<Edit>* edits)
     edit.own_lists.Prepare();
     edit.own_nodes.Prepare();
   }
-  for (Edit& edit : *edits) edit.shared = true;
+  for (Edit& edit : *edits) {
+    edit.shared = true;
+    edit.first_drawing = own_edit_.drawings;
+  }
 }
 
 void Grid::EndSharedEdit(std::vector<Edit>* edits) {
@@ -256,8 +261,38 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
     nodes_.TakeBack(edit.nodes());
     own_edit_.drawn_cells += std::exchange(edit.drawn_cells, 0);
     own_edit_.empty_regions += std::exchange(edit.empty_regions, 0);
+    own_edit_.drawings = std::max(own_edit_.drawings, edit.drawings);
   }
   DropRegionsIfManyAreEmpty();
+}
+
+void Grid::Restamp(BodyId id, uint64_t stamp, std::span<const TilePart> parts) {
+  stamps_[id] = stamp;
+  for (const TilePart& part : parts)
+    ForEachBit(Crowded(part), [&](uint32_t bit) {
+      SortIn(&lists_[tiles_[part.slot].bodies & ~kSeveral][bit], id);
+    });
+}
+
+/// Moves a body to where its stamp says, in a list of several bodies that is in order otherwise.
+void Grid::SortIn(BodyList* list, BodyId id) {
+  const uint32_t node = FindNode(*list & ~kSeveral, id);
+  const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
+  uint32_t first = *list & ~kSeveral;
+  if (first == node) first = next;
+  nodes_[previous].next = next;
+  nodes_[next].previous = previous;
+  uint32_t before = first;  // the first that was drawn later, or the first of all
+  bool is_last = false;
+  while (stamps_[nodes_[before].id] < stamps_[id] && !is_last) {
+    before = nodes_[before].next;
+    is_last = before == first;
+  }
+  nodes_[node].next = before;
+  nodes_[node].previous = nodes_[before].previous;
+  nodes_[nodes_[before].previous].next = node;
+  nodes_[before].previous = node;
+  *list = kSeveral | (before == first && !is_last ? node : first);
 }
 
 void Grid::RefreshBit(CellRef cell) {

@@ -114,7 +114,14 @@ class Grid {
     bool shared = false;
     PoolShare own_lists, own_nodes;
     int64_t drawn_cells = 0, empty_regions = 0;  // more than before
+    uint64_t first_drawing = 0, drawings = 0;    // numbers, see Stamp()
 
+   public:
+    /// In a shared edit: the next bodies that it redraws count as drawn behind those of which there
+    /// are so many since the edit began.
+    void Follow(uint64_t bodies) { drawings = first_drawing + bodies; }
+
+   private:
     PoolShare* lists() { return shared ? &own_lists : nullptr; }
     PoolShare* nodes() { return shared ? &own_nodes : nullptr; }
   };
@@ -124,6 +131,12 @@ class Grid {
   /// are in order, with each tile once. The body becomes the last in the lists of these cells.
   void Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to,
               Edit* edit = nullptr);
+
+  /// Tells when a body was drawn: the lists of cells are in the order of these numbers.
+  uint64_t Stamp(BodyId id) const { return stamps_[id]; }
+  /// Moves a body to where it belongs in the lists of `parts`, in which it is drawn, with this
+  /// stamp.
+  void Restamp(BodyId id, uint64_t stamp, std::span<const TilePart> parts);
 
   /// From here to EndSharedEdit() several threads may redraw, change and read bodies at once, each
   /// with an edit of its own, as long as no two use cells of the same tile at once, and all parts
@@ -307,6 +320,7 @@ class Grid {
   LayerIndex FindLayer(Layer::Kind kind, double z, bool exact) const;
   bool HeightsAreFull(bool exact) const;
   LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);
+  void SortIn(BodyList* list, BodyId id);
   void RefreshBit(CellRef cell);
   size_t CountSupers() const { return supers_.size() - 1 - free_supers_.size(); }
   size_t CountRegions() const { return regions_.size() - 1 - free_regions_.size(); }
@@ -329,6 +343,7 @@ class Grid {
   std::vector<Region> regions_;  // [0]: none
   std::vector<uint32_t> free_regions_;
 
+  std::vector<uint64_t> stamps_;  // of bodies
   std::vector<Super> supers_;  // [0]: none
   std::vector<uint32_t> free_supers_;
   std::vector<uint32_t> region_tables_;

@@ -8,7 +8,7 @@
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
 #include "world/world.hh"
@@ -129,9 +129,10 @@ void ModelActuator::LoadAxis() {
   axis_ = point3_t(1, 0, 0);
 }
 
-void ModelActuator::HashState(StateHasher& hasher) const {
-  Model::HashState(hasher);
-  hasher.Add(velocity_);
+void ModelActuator::ExchangeState(StateExchange& exchange) {
+  Model::ExchangeState(exchange);
+  exchange(control_mode_, type_of_joint_, axis_, goal_, velocity_, max_speed_, max_position_,
+           min_position_, reference_, has_reference_, turned_);
 }
 
 // ---- updating -----------------------------------------------------------------------------------

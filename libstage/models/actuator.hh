@@ -30,6 +30,8 @@ class ModelActuator : public Model {
   /// The goal, be it a speed or a position.
   double GetSpeed() const { return goal_; }
   double GetPosition() const;
+  /// In force now, per second.
+  double GetVelocity() const { return velocity_; }
   double GetMaxPosition() const { return max_position_; }
   double GetMinPosition() const { return min_position_; }
   ActuatorType GetType() const { return type_of_joint_; }
@@ -39,7 +41,7 @@ class ModelActuator : public Model {
   using Model::Load;
   void Load() override;
   void Save() override;
-  void HashState(StateHasher& hasher) const override;
+  void ExchangeState(StateExchange& exchange) override;
 
  protected:
   void Startup() override;

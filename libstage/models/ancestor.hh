@@ -14,6 +14,7 @@
 namespace Stg {
 
 class Model;
+class StateExchange;
 class World;
 
 /// Zero to stay registered, non-zero to be removed. Clients cast functions of other signatures to
@@ -49,6 +50,8 @@ class Ancestor {
   void* GetProperty(const std::string& key) const;
 
  protected:
+  /// See Model::ExchangeState(). Children are neither made nor given away by restoring.
+  void ExchangeState(StateExchange& exchange);
   /// Deletes the children, the youngest first.
   void DeleteChildren();
 

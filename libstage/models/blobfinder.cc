@@ -8,7 +8,7 @@
 #include "geometry/load_error.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -194,14 +194,13 @@ ModelBlobfinder::Blob ModelBlobfinder::MakeBlob(const Color& seen, double mean_r
   return blob;
 }
 
-void ModelBlobfinder::HashState(StateHasher& hasher) const {
-  Model::HashState(hasher);
-  hasher.Add(static_cast<double>(blobs_.size()));
-  for (const Blob& blob : blobs_) {
-    for (const double part : {blob.color.r, blob.color.g, blob.color.b, blob.color.a, blob.range})
-      hasher.Add(part);
-    for (const uint32_t edge : {blob.left, blob.top, blob.right, blob.bottom}) hasher.Add(edge);
-  }
+void ModelBlobfinder::Blob::ExchangeState(StateExchange& exchange) {
+  exchange(color, left, top, right, bottom, range);
+}
+
+void ModelBlobfinder::ExchangeState(StateExchange& exchange) {
+  Model::ExchangeState(exchange);
+  exchange(fov, pan, range, scan_height, scan_width, colors_, blobs_);
 }
 
 }  // namespace Stg

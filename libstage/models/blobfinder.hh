@@ -33,6 +33,7 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
     meters_t range;                     ///< mean over the blob's rays
 
     Blob() : left(0), top(0), right(0), bottom(0), range(0) {}
+    void ExchangeState(StateExchange& exchange);
   };
 
   explicit ModelBlobfinder(World* world, Model* parent, const std::string& type);
@@ -56,7 +57,7 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
   void Update() override;
   void Gather(internal::sensing::FanList* fans) override;
 
-  void HashState(StateHasher& hasher) const override;
+  void ExchangeState(StateExchange& exchange) override;
 
   radians_t fov;             ///< of the row; also spans the height of the image
   radians_t pan;             ///< heading of the middle of the image, relative to the model

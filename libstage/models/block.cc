@@ -10,6 +10,7 @@
 #include "grid/outline.hh"
 #include "models/exact_drawing.hh"
 #include "models/model.hh"
+#include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -167,6 +168,36 @@ void BlockGroup::Fit(const Size& size) {
     block->z_ = Bounds(block->source_z_.min * scale_z, block->source_z_.max * scale_z);
     WidenRadius(block->points_);
   }
+}
+
+bool BlockGroup::ExchangeState(StateExchange& exchange) {
+  struct Shape {
+    std::vector<point_t> source_points, points;
+    Bounds source_z, z;
+    bool operator==(const Shape& o) const {
+      const auto same = [](const point_t& a, const point_t& b) { return a.x == b.x && a.y == b.y; };
+      return std::ranges::equal(source_points, o.source_points, same) &&
+             std::ranges::equal(points, o.points, same) && source_z.min == o.source_z.min &&
+             source_z.max == o.source_z.max && z.min == o.z.min && z.max == o.z.max;
+    }
+    void ExchangeState(StateExchange& x) { x(source_points, points, source_z, z); }
+  };
+  std::vector<Shape> shapes;
+  for (const auto& block : blocks_)
+    shapes.push_back({block->source_points_, block->points_, block->source_z_, block->z_});
+  const std::vector<Shape> before = exchange.restoring() ? shapes : std::vector<Shape>();
+  exchange(shapes, radius_, frozen_);
+  if (!exchange.restoring() || exchange.failed() || shapes == before) return false;
+  Erase();
+  blocks_.clear();
+  for (const Shape& shape : shapes) {
+    blocks_.push_back(std::make_unique<Block>(shape.source_points, shape.source_z));
+    Block& block = *blocks_.back();
+    block.points_ = shape.points;
+    block.z_ = shape.z;
+  }
+  NoteChange();
+  return true;
 }
 
 void BlockGroup::Erase() {

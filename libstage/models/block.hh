@@ -12,11 +12,12 @@
 
 #include "geometry/geometry.hh"
 #include "grid/grid.hh"
+#include "models/exact_drawing.hh"
 
 namespace Stg {
 
 class Model;
-class ExactDrawing;
+class StateExchange;
 struct SineCosine;
 
 namespace internal {
@@ -96,6 +97,11 @@ class BlockGroup {
   void Erase();
   /// The cells of those blocks that are drawn; `exact`: for the exact ray model.
   void AppendDrawings(grid::Drawings* drawings, bool exact) const;
+  /// Calls f(grid::BodyId, const std::vector<grid::TilePart>&) for all that is drawn of it.
+  template <typename F>
+  void ForEachBody(F f) const;
+  /// Restoring other blocks than there are takes the body off the grid; true then.
+  bool ExchangeState(StateExchange& exchange);
   /// To be called when the owner's visibility to rangers changed.
   void RefreshVisibility(bool ranger_visible);
 
@@ -115,6 +121,15 @@ class BlockGroup {
   unsigned times_cleared_ = 0;
   unsigned version_ = 0;
 };
+
+template <typename F>
+void BlockGroup::ForEachBody(F f) const {
+  for (const auto& block : blocks_) {
+    if (!block->drawn_) continue;
+    f(block->body_, block->cells_);
+    if (block->exact_) block->exact_->ForEachBody(f);
+  }
+}
 
 /// Where the bodies of a model and its descendants would lie in the grid, with the poses that the
 /// models have at the moment of Plan(). They can be tested and drawn there.
@@ -141,6 +156,7 @@ class Placement {
   grid::CellBox Cells() const;
   /// The cells that bodies would be drawn in anew. Without slots, which a shared edit needs.
   std::span<grid::TilePart> NewParts() { return parts_; }
+  size_t body_count() const { return items_.size(); }
 
  private:
   struct Item {

@@ -7,7 +7,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "messages/log.hh"
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -67,13 +67,16 @@ void ModelBumper::Print(char* prefix) const {
   std::printf("\n");
 }
 
-void ModelBumper::HashState(StateHasher& hasher) const {
-  Model::HashState(hasher);
-  for (uint32_t i = 0; samples && i < bumper_count; i++) {
-    hasher.Add(samples[i].hit ? 1.0 : 0.0);
-    hasher.Add(samples[i].hit_point.x);
-    hasher.Add(samples[i].hit_point.y);
-  }
+void ModelBumper::BumperSample::ExchangeState(StateExchange& exchange) { exchange(hit, hit_point); }
+
+void ModelBumper::ExchangeState(StateExchange& exchange) {
+  Model::ExchangeState(exchange);
+  exchange.Expect(bumper_count, "the number of a bumper's sensors");
+  for (uint32_t i = 0; i < bumper_count; i++) exchange(bumpers[i].pose, bumpers[i].length);
+  bool has_samples = samples != nullptr;
+  exchange(has_samples);
+  if (has_samples) exchange(results_);
+  if (exchange.restoring()) samples = has_samples ? results_.data() : nullptr;
 }
 
 void ModelBumper::Startup() {

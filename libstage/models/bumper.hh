@@ -29,6 +29,7 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
     point_t hit_point;  ///< of the last contact, global
 
     BumperSample() : hit(NULL) {}
+    void ExchangeState(StateExchange& exchange);
   };
 
   ModelBumper(World* world, Model* parent, const std::string& type);
@@ -43,7 +44,7 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
   void Load() override;
   /// One line: 1 or 0 for each sensor.
   void Print(char* prefix) const override;
-  void HashState(StateHasher& hasher) const override;
+  void ExchangeState(StateExchange& exchange) override;
 
  protected:
   void Startup() override;

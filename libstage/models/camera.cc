@@ -7,7 +7,7 @@
 #include "geometry/trigonometry.hh"
 #include "models/block.hh"
 #include "models/camera_raster.hh"
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -195,11 +195,11 @@ void ModelCamera::DrawFloor() {
   raster.FillOutlines(level, kFloor);
 }
 
-void ModelCamera::HashState(StateHasher& hasher) const {
-  Model::HashState(hasher);
-  for (const GLfloat depth : picture_->depth) hasher.Add(static_cast<double>(depth));
-  for (const camera::Rgba& c : picture_->color)
-    hasher.Add(static_cast<double>(c.r * 65536 + c.g * 256 + c.b));
+void camera::Rgba::ExchangeState(StateExchange& exchange) { exchange(r, g, b, a); }
+
+void ModelCamera::ExchangeState(StateExchange& exchange) {
+  Model::ExchangeState(exchange);
+  exchange(width_, height_, pan_, tilt_, camera_, picture_->depth, picture_->color);
 }
 
 }  // namespace Stg

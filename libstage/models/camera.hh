@@ -48,7 +48,7 @@ class ModelCamera : public Model {
   void setYaw(double yaw) { pan_ = yaw; }
 
  protected:
-  void HashState(StateHasher& hasher) const override;
+  void ExchangeState(StateExchange& exchange) override;
 
  private:
   struct Picture;

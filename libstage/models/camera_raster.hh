@@ -17,6 +17,10 @@
 
 #include "geometry/geometry.hh"
 
+namespace Stg {
+class StateExchange;
+}
+
 namespace Stg::camera {
 
 struct Lens {
@@ -28,6 +32,8 @@ struct Lens {
 
 struct Rgba {
   uint8_t r, g, b, a;
+
+  void ExchangeState(StateExchange& exchange);
 };
 
 class Raster {

@@ -7,6 +7,7 @@
 
 #include "geometry/geometry.hh"
 #include "geometry/trigonometry.hh"
+#include "models/state_exchange.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -87,6 +88,10 @@ void PerspectiveCamera::Load(Worldfile* wf, int sec) {
     _pitch = PitchFromFile(pitch);
     _yaw = pitch > 180 ? dtor(yaw) : yaw;
   }
+}
+
+void PerspectiveCamera::ExchangeState(StateExchange& exchange) {
+  exchange(_pitch, _yaw, _x, _y, _z, _z_near, _z_far, _horiz_fov, _vert_fov, _aspect);
 }
 
 void PerspectiveCamera::Save(Worldfile* wf, int sec) {

@@ -11,6 +11,7 @@
 
 namespace Stg {
 
+class StateExchange;
 class Worldfile;
 
 class Camera {
@@ -78,6 +79,7 @@ class PerspectiveCamera : public Camera {
   /// Properties pcam_loc and pcam_angle.
   void Load(Worldfile* wf, int sec) override;
   void Save(Worldfile* wf, int sec);
+  void ExchangeState(StateExchange& exchange);
 
  private:
   double _z_near, _z_far;

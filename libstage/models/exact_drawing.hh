@@ -24,6 +24,11 @@ class ExactDrawing {
   void Change(grid::Grid* grid, const grid::Body& body);
   void Erase(grid::Grid* grid);
   void AppendDrawings(grid::Drawings* drawings) const;
+  /// See BlockGroup.
+  template <typename F>
+  void ForEachBody(F f) const {
+    for (const Run& run : runs_) f(run.body, run.cells);
+  }
 
  private:
   /// Consecutive edges: a ray that comes to a cell need not look at the whole of a long outline.

@@ -8,7 +8,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "models/property_checks.hh"
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -151,16 +151,13 @@ void ModelFiducial::TakeHits(uint32_t, const sensing::RayHit* hits, uint32_t cou
   candidates_.clear();
 }
 
-void ModelFiducial::HashState(StateHasher& hasher) const {
-  Model::HashState(hasher);
-  hasher.Add(static_cast<double>(fiducials_.size()));
-  for (const Fiducial& f : fiducials_) {
-    hasher.Add(f.range);
-    hasher.Add(f.bearing);
-    hasher.Add(f.geom);
-    hasher.Add(f.pose);
-    hasher.Add(f.id);
-  }
+void ModelFiducial::Fiducial::ExchangeState(StateExchange& exchange) {
+  exchange(range, bearing, geom, pose, mod, id);
+}
+
+void ModelFiducial::ExchangeState(StateExchange& exchange) {
+  Model::ExchangeState(exchange);
+  exchange(max_range_anon, max_range_id, min_range, fov, heading, key, ignore_zloc, fiducials_);
 }
 
 void ModelFiducial::ForgetTarget(const Model* target) {

@@ -38,6 +38,7 @@ class ModelFiducial : public Model, private internal::sensing::RaySink {
     int id;             ///< its fiducial_return; 0 at max_range_id and beyond
 
     Fiducial() : range(0), bearing(0), mod(NULL), id(0) {}
+    void ExchangeState(StateExchange& exchange);
   };
 
   ModelFiducial(World* world, Model* parent, const std::string& type);
@@ -62,7 +63,7 @@ class ModelFiducial : public Model, private internal::sensing::RaySink {
   int key;                  ///< no effect: vis.fiducial_key is what has to match
   bool ignore_zloc;         ///< also find targets where the ray hits nothing at all
 
-  void HashState(StateHasher& hasher) const override;
+  void ExchangeState(StateExchange& exchange) override;
   /// Removes what refers to a model that is going to be deleted. For the library's own rooms.
   void ForgetTarget(const Model* target);
   /// Calls f(target) for all that it refers to.

@@ -9,7 +9,7 @@
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/property_checks.hh"
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
 #include "sensing/scene.hh"
@@ -151,15 +151,14 @@ void ModelGripper::SetConfig(config_t& newcfg) {
   Map();
 }
 
-void ModelGripper::HashState(StateHasher& hasher) const {
-  Model::HashState(hasher);
-  for (const double value : {config_.paddle_position, config_.lift_position, config_.close_limit})
-    hasher.Add(value);
-  hasher.Add(config_.gripped ? 1.0 : 0.0);
-  for (int i = 0; i < 2; i++) {
-    hasher.Add(config_.beam[i] ? 1.0 : 0.0);
-    hasher.Add(config_.contact[i] ? 1.0 : 0.0);
-  }
+void ModelGripper::ExchangeState(StateExchange& exchange) {
+  Model::ExchangeState(exchange);
+  config_t& c = config_;
+  exchange(c.paddle_size, c.paddles, c.lift, c.paddle_position, c.lift_position, c.gripped,
+           c.paddles_stalled, c.close_limit, c.autosnatch, c.break_beam_inset, c.beam, c.contact);
+  bool has_body = HasBody();
+  exchange(command_, drop_due_, shape_due_, has_body);
+  if (has_body != HasBody()) exchange.Fail("the fingers of a gripper are gone, or were");
 }
 
 // ---- body ---------------------------------------------------------------------------------------

@@ -54,7 +54,7 @@ class ModelGripper : public Model, private internal::sensing::RaySink {
   void Load() override;
   void Save() override;
   void RemoveChild(Model* mod) override;
-  void HashState(StateHasher& hasher) const override;
+  void ExchangeState(StateExchange& exchange) override;
 
  protected:
   /// Moves fingers and lift, and puts the beams into the batch of the step.

@@ -2,7 +2,7 @@
 
 #include "models/lightindicator.hh"
 
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 
 namespace Stg {
 
@@ -18,9 +18,9 @@ Color ModelLightIndicator::GetShownColor() const {
   return Color(color.r * kDimmed, color.g * kDimmed, color.b * kDimmed, color.a);
 }
 
-void ModelLightIndicator::HashState(StateHasher& hasher) const {
-  Model::HashState(hasher);
-  hasher.Add(is_on_ ? 1.0 : 0.0);
+void ModelLightIndicator::ExchangeState(StateExchange& exchange) {
+  Model::ExchangeState(exchange);
+  exchange(is_on_);
 }
 
 }  // namespace Stg

@@ -18,7 +18,7 @@ class ModelLightIndicator : public Model {
   bool IsOn() const { return is_on_; }
   /// What to draw the body in: its colour, darkened while it is off.
   Color GetShownColor() const override;
-  void HashState(StateHasher& hasher) const override;
+  void ExchangeState(StateExchange& exchange) override;
 
  private:
   bool is_on_;

@@ -30,7 +30,8 @@ class GatherPhase;
 class ModelRanger;
 class Option;
 class PowerPack;
-class StateHasher;
+class StateExchange;
+class StateKeeper;
 class Visualizer;
 class Worldfile;
 namespace internal {
@@ -69,6 +70,7 @@ class Visibility {
         ranger_return(1.0) {}
   Visibility& Load(Worldfile* wf, int entity);
   void Save(Worldfile* wf, int entity);
+  void ExchangeState(StateExchange& exchange);
 };
 
 class Model : public Ancestor {
@@ -313,9 +315,21 @@ class Model : public Ancestor {
   void RemoveFlag(Flag* flag);
   unsigned int GetFlagCount() const { return static_cast<unsigned int>(flag_list.size()); }
 
-  /// Feeds what simulation changes in this model to World::StateHash(): its pose, its data. A type
-  /// with data of its own overrides it and calls its parent class first.
-  virtual void HashState(StateHasher& hasher) const;
+  // ---- state ----
+
+  /// Lists all that decides the future of this model, see state_exchange.hh: its pose, its data,
+  /// what was set. A type with data of its own overrides it and calls its parent class first. Used
+  /// between steps.
+  virtual void ExchangeState(StateExchange& exchange);
+
+  /// What a controller remembers of this model from one step to the next belongs to the state too.
+  /// `data` is plain: it holds no pointers, and no bytes that have no meaning. It must live as long
+  /// as the model, see Adopt(). `name`: which of the model's this is, for messages.
+  void KeepState(const std::string& name, void* data, size_t bytes);
+  /// The same of something that lists what it remembers itself.
+  void KeepState(const std::string& name, StateKeeper* keeper);
+  /// A controller that remembers nothing says so.
+  void KeepsNoState(const std::string& name);
 
   /// Draws the body for rangers again if it was hidden from them and no longer is; true if so. For
   /// the library's own rooms, like the next one.
@@ -432,6 +446,11 @@ class Model : public Ancestor {
   /// For the errors of a device that is called so: another one for each device of a world.
   uint64_t NoiseSeed(const std::string& device) const;
 
+  struct Charged {
+    std::shared_ptr<bool> charging;  // whether it is, which the pack shares
+    uint32_t model;                  // the number of that whose pack it is; perhaps gone
+  };
+
   bool alwayson;
   bool boundary;
   Color color;
@@ -443,8 +462,7 @@ class Model : public Ancestor {
   uint32_t id;
   meters_t map_resolution;
   kg_t mass;
-  // Of the packs that this model charged in its last update, some of which may be gone.
-  std::vector<std::shared_ptr<bool> > charging_;
+  std::vector<Charged> charging_;  // the packs that this model charged in its last update
   std::string say_string;
   std::vector<TrailItem> trail;  // once it is full, trail_index is the oldest item
   unsigned int trail_index, trail_length, trail_interval;
@@ -491,6 +509,16 @@ class Model : public Ancestor {
     void Tidy();
   };
 
+  struct KeptState {
+    std::string name;
+    void* data;
+    size_t bytes;
+    StateKeeper* keeper;  // null: `bytes` at `data`
+  };
+  void ExchangeEnergy(StateExchange& exchange);
+  void ExchangeCallbacks(StateExchange& exchange);
+  void ExchangeFlags(StateExchange& exchange);
+  void ExchangeKeptState(StateExchange& exchange);
   void Leave();
   void LoadEnergy();
   void LoadBody();
@@ -533,7 +561,9 @@ class Model : public Ancestor {
   bool shares_name_;                      // another model had its name before
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
-  std::unique_ptr<std::list<std::shared_ptr<void> > > adopted_;  // most models have nothing
+  // Most models have neither.
+  std::unique_ptr<std::list<std::shared_ptr<void> > > adopted_;
+  std::unique_ptr<std::vector<KeptState> > kept_state_;
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.

@@ -8,7 +8,6 @@
 #include "models/block.hh"
 #include "models/flag.hh"
 #include "models/power_pack.hh"
-#include "models/state_hasher.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 
@@ -40,12 +39,12 @@ void Model::UpdateCharge() {
     if (!receiver) continue;
     receiver->ChargeStart();
     pack->TransferTo(receiver, std::min(watts_give, taker->watts_take) * seconds);
-    charging_.push_back(receiver->ShareCharging());
+    charging_.push_back({receiver->ShareCharging(), receiver->model().GetId()});
   }
 }
 
 void Model::StopCharging() {
-  for (const std::shared_ptr<bool>& charging : charging_) *charging = false;
+  for (const Charged& charged : charging_) *charged.charging = false;
   charging_.clear();
 }
 
@@ -109,15 +108,5 @@ void Model::PushColor(Color col) { world->PushColor(col); }
 void Model::PushColor(double r, double g, double b, double a) { world->PushColor(r, g, b, a); }
 void Model::PopColor() { world->PopColor(); }
 
-// ---- state --------------------------------------------------------------------------------------
-
-void Model::HashState(StateHasher& hasher) const {
-  hasher.Add(pose);
-  if (power_pack) {
-    hasher.Add(power_pack->GetStored());
-    hasher.Add(power_pack->GetDissipated());
-  }
-  for (Flag* flag : flag_list) hasher.Add(flag->GetSize());
-}
 
 }  // namespace Stg

@@ -10,7 +10,7 @@
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/property_checks.hh"
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
 #include "world/world.hh"
@@ -146,9 +146,13 @@ void ModelPosition::SetOdom(Pose odom) {
   est_origin = Pose(g.x - offset.x, g.y - offset.y, est_origin.z, da);
 }
 
-void ModelPosition::HashState(StateHasher& hasher) const {
-  Model::HashState(hasher);
-  hasher.Add(velocity);
+void ModelPosition::Waypoint::ExchangeState(StateExchange& exchange) { exchange(pose, color); }
+
+void ModelPosition::ExchangeState(StateExchange& exchange) {
+  Model::ExchangeState(exchange);
+  exchange(velocity, goal, control_mode, drive_mode, localization_mode, integration_error,
+           wheelbase, last_update_);
+  exchange(est_pose, est_pose_error, est_origin, velocity_bounds, acceleration_bounds, waypoints);
 }
 
 // ---- loading ------------------------------------------------------------------------------------

@@ -75,10 +75,11 @@ class ModelPosition : public Model {
     Waypoint() {}
     /// Of a library without a window: draws nothing.
     void Draw() const {}
+    void ExchangeState(StateExchange& exchange);
   };
   std::vector<Waypoint> waypoints;  ///< to look at; no effect on motion
 
-  void HashState(StateHasher& hasher) const override;
+  void ExchangeState(StateExchange& exchange) override;
 
  protected:
   friend class World;

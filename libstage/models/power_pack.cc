@@ -9,6 +9,7 @@
 
 #include "models/energy_charts.hh"
 #include "models/model.hh"
+#include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "world/world.hh"
 
@@ -51,6 +52,14 @@ PowerPack::~PowerPack() {
   SetStored(0);
   SetCapacity(0);
   mod_->GetWorld()->RemovePowerPack(this);
+}
+
+void PowerPack::ExchangeState(StateExchange& exchange) {
+  joules_t stored = stored_, capacity = capacity_;
+  exchange(stored, capacity, dissipated_, *charging_);
+  if (!exchange.restoring() || exchange.failed()) return;
+  SetCapacity(capacity);  // they count in the totals
+  Store(stored);
 }
 
 void PowerPack::Print(const char* prefix) const {

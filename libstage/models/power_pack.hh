@@ -20,6 +20,7 @@ namespace Stg {
 class Camera;
 class EnergyCharts;
 class Model;
+class StateExchange;
 
 /// Of the packs of a world. Infinite supplies do not count as stored.
 struct EnergyTotals {
@@ -71,6 +72,8 @@ class PowerPack {
   bool GetCharging() const { return *charging_; }
   void ChargeStart() { *charging_ = true; }
   void ChargeStop() { *charging_ = false; }
+  const Model& model() const { return *mod_; }
+  void ExchangeState(StateExchange& exchange);
   /// For its charger, who may outlive it.
   const std::shared_ptr<bool>& ShareCharging() const { return charging_; }
 

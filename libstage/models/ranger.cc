@@ -13,7 +13,7 @@
 #include "models/own_windows.hh"
 #include "models/property_checks.hh"
 #include "models/ray_model_reader.hh"
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -164,12 +164,16 @@ void ModelRanger::Print(char* prefix) const {
   }
 }
 
-void ModelRanger::HashState(StateHasher& hasher) const {
-  Model::HashState(hasher);
-  for (const Sensor& sensor : sensors_) {
-    for (const double range : sensor.ranges) hasher.Add(range);
-    for (const double intensity : sensor.intensities) hasher.Add(intensity);
-  }
+void ModelRanger::Sensor::ExchangeState(StateExchange& exchange) {
+  exchange(pose, size, range, fov, angle_noise, range_noise, range_noise_const, sample_count, color,
+           ray_model);
+  exchange(ranges, intensities, bearings, random_, seeded_);
+}
+
+void ModelRanger::ExchangeState(StateExchange& exchange) {
+  Model::ExchangeState(exchange);
+  exchange.Expect(sensors_.size(), "the number of a ranger's sensors");
+  for (Sensor& sensor : sensors_) exchange(sensor);
 }
 
 void ModelRanger::Startup() {

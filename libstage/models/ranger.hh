@@ -61,6 +61,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     std::string String() const;
     /// How far its rays go: range.max, or 0 if that is negative or not a number.
     meters_t Reach() const;
+    void ExchangeState(StateExchange& exchange);
 
    private:
     friend class ModelRanger;
@@ -93,7 +94,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   static Pose OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn);
   void LoadSensor(Worldfile* wf, int entity);
   void Print(char* prefix) const override;
-  void HashState(StateHasher& hasher) const override;
+  void ExchangeState(StateExchange& exchange) override;
 
  protected:
   void Startup() override;

@@ -12,7 +12,7 @@
 #include "models/line_in_bodies.hh"
 #include "models/noise.hh"
 #include "models/property_checks.hh"
-#include "models/state_hasher.hh"
+#include "models/state_exchange.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -266,13 +266,14 @@ void ModelWifi::Sensed() {
   neighbors_.resize(count);
 }
 
-void ModelWifi::HashState(StateHasher& hasher) const {
-  Model::HashState(hasher);
-  hasher.Add(static_cast<double>(neighbors_.size()));
-  for (const Neighbor& neighbor : neighbors_) {
-    hasher.Add(neighbor.pose);
-    hasher.Add(neighbor.db);
-  }
+void ModelWifi::Neighbor::ExchangeState(StateExchange& exchange) {
+  exchange(pose, essid, mac, ip, freq, db);
+}
+
+void ModelWifi::ExchangeState(StateExchange& exchange) {
+  Model::ExchangeState(exchange);
+  exchange(propagation, ip, mac, essid, power, sensitivity, freq, range, plc, ple, sigma,
+           wall_factor, range_db, neighbors_, random_, seeded_);
 }
 
 }  // namespace Stg

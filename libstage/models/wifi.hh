@@ -35,6 +35,7 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
     double db;    ///< what arrives there of this device's power, dBm; 1 if that is "simple"
 
     Neighbor() : freq(0), db(0) {}
+    void ExchangeState(StateExchange& exchange);
   };
 
   typedef enum {
@@ -67,7 +68,7 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
 
   using Model::Load;
   void Load() override;
-  void HashState(StateHasher& hasher) const override;
+  void ExchangeState(StateExchange& exchange) override;
 
  protected:
   void Startup() override;

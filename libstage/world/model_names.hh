@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <unordered_map>
 
@@ -26,6 +27,12 @@ class ModelNames {
   /// To be called when a model has been taken out of the engine's.
   void NoteRemoved(const WorldEngine& engine);
   void Clear();
+  /// Calls f(std::string, uint32_t id) for all, in alphabetical order.
+  template <typename F>
+  void ForEach(F f) const {
+    for (const auto& [name, id] : std::map<std::string, uint32_t>(ids_.begin(), ids_.end()))
+      f(name, id);
+  }
 
   std::size_t size() const { return ids_.size(); }
   /// How many names were looked at to sweep: the work that removed models have made.

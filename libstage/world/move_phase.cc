@@ -232,15 +232,20 @@ void MovePhase::MoveRanksShared(size_t begin, size_t end, sensing::WorkerPool* w
 }
 
 void MovePhase::MovePlan(Plan* plan, unsigned thread) {
-  if (plan->model->EndMove(plan->placement)) plan->placement.Commit(&edits_[thread]);
+  if (!plan->model->EndMove(plan->placement)) return;
+  edits_[thread].Follow(plan->bodies_before);
+  plan->placement.Commit(&edits_[thread]);
 }
 
 /// Ranks of those who share tiles with others, and regions that will be drawn in.
 void MovePhase::AssignRanks(size_t begin, size_t end) {
   later_.clear();
   ranks_.Clear();
+  uint64_t bodies = 0;
   for (size_t i = begin; i < end; i++) {
     Plan& plan = plans_[i];
+    plan.bodies_before = bodies;
+    if (plan.moves) bodies += plan.placement.body_count();
     if (marks_[i] & kContested) {
       plan.rank = ranks_.Add(plan.tiles);
       if (plan.rank > 0) later_.push_back(static_cast<uint32_t>(i));

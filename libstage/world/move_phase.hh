@@ -121,6 +121,7 @@ class MovePhase {
     bool moves, shared;    // it moves; beside others
     grid::CellBox tiles;   // that it may look at
     uint32_t rank;
+    uint64_t bodies_before;  // of the robots that move before it, together with it
     Placement placement;
   };
   static bool MayShare(const Model& model);

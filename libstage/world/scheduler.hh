@@ -54,6 +54,13 @@ class Scheduler {
   /// How many events were looked at to drop those of models: the work that these have made.
   uint64_t looked_at() const { return looked_at_; }
 
+  /// Calls f(usec_t, const Event&) for all, by time, in the order of adding.
+  template <typename F>
+  void ForEach(F f) const {
+    for (const auto& [time, list] : due_)
+      for (const Event& event : list) f(time, event);
+  }
+
  private:
   using List = std::vector<Event>;
   List& ListOf(usec_t time);

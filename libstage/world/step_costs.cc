@@ -4,7 +4,6 @@
 // back.
 
 #include <algorithm>
-#include <functional>
 #include <iterator>
 #include <typeinfo>
 
@@ -61,49 +60,6 @@ bool IsOurSensor(const Model& model) {
          type == typeid(ModelGripper) || type == typeid(ModelWifi) || type == typeid(ModelCamera);
 }
 
-using Undo = std::function<void()>;
-
-Undo SaveBumper(ModelBumper* bumper) {
-  if (!bumper->samples) return [bumper] { bumper->samples = nullptr; };
-  const std::vector<ModelBumper::BumperSample> samples(bumper->samples,
-                                                       bumper->samples + bumper->bumper_count);
-  return [bumper, samples] { std::copy(samples.begin(), samples.end(), bumper->samples); };
-}
-
-Undo SaveGripper(ModelGripper* gripper) {
-  ModelGripper::config_t before = gripper->GetConfig();
-  return [gripper, before]() mutable {
-    const ModelGripper::config_t now = gripper->GetConfig();
-    const bool moved = now.paddles != before.paddles || now.lift != before.lift ||
-                       now.paddle_position != before.paddle_position ||
-                       now.lift_position != before.lift_position;
-    if (moved) gripper->SetConfig(before);
-  };
-}
-
-/// Radios with random losses are measured without them, to leave their random numbers alone.
-Undo SaveWifi(ModelWifi* wifi) {
-  const ModelWifi::Propagation before = wifi->propagation;
-  if (before == ModelWifi::PROPAGATION_LOG_DISTANCE)
-    wifi->propagation = ModelWifi::PROPAGATION_FRIIS;
-  return [wifi, before] { wifi->propagation = before; };
-}
-
-/// What undoes the effects of a sensor's updates. Pictures of cameras stay.
-Undo SaveSensor(Model* model) {
-  if (auto* ranger = dynamic_cast<ModelRanger*>(model))
-    return [ranger, before = ranger->GetSensors()] { ranger->GetSensorsMutable() = before; };
-  if (auto* blobfinder = dynamic_cast<ModelBlobfinder*>(model))
-    return
-        [blobfinder, before = blobfinder->GetBlobs()] { blobfinder->GetBlobsMutable() = before; };
-  if (auto* fiducial = dynamic_cast<ModelFiducial*>(model))
-    return [fiducial, before = fiducial->GetFiducials()] { fiducial->GetFiducials() = before; };
-  if (auto* bumper = dynamic_cast<ModelBumper*>(model)) return SaveBumper(bumper);
-  if (auto* gripper = dynamic_cast<ModelGripper*>(model)) return SaveGripper(gripper);
-  if (auto* wifi = dynamic_cast<ModelWifi*>(model)) return SaveWifi(wifi);
-  return [] {};
-}
-
 /// Stands for what a controller does at least: looks at each reading once.
 double Look(Model* model) {
   double nearest = 1e9;
@@ -124,7 +80,7 @@ class World::Gauge {
   }
   ~Gauge() {
     engine_.ForcePath(WorldEngine::Path::kFaster);
-    for (auto undo = undos_.rbegin(); undo != undos_.rend(); ++undo) (*undo)();
+    for (const Saved& saved : saved_) PutBack(saved);
     engine_.scheduler.Swap(scheduler_);
     statistics_.device = engine_.statistics.device;  // it may have failed
     engine_.statistics = statistics_;
@@ -197,6 +153,13 @@ class World::Gauge {
     if (typeid(first) == typeid(ModelRanger)) MeasureReading(sample, cost);
   }
 
+  struct Saved {
+    Model* model;
+    uint64_t update_chain;
+    StateExchange::Bytes state;
+    std::vector<uint64_t> stamps;  // of its bodies
+  };
+
   struct PathCost {
     double update, trace;  // seconds
     double rays;
@@ -220,17 +183,32 @@ class World::Gauge {
 
   /// Two: readings, layers and tables are made in the first one. Returns the second.
   Pass FirstPasses(const std::vector<Model*>& sample) {
-    for (Model* model : sample) {
-      undos_.push_back(SaveSensor(model));
-      KeepSchedule(model);
-    }
+    for (Model* model : sample) Save(model);
     Run(sample);
     return Run(sample);
   }
 
-  /// What is pending for the model now shall count again afterwards.
-  void KeepSchedule(Model* model) {
-    undos_.push_back([model, chain = model->update_chain_] { model->update_chain_ = chain; });
+  /// To be put back afterwards: its state, and where its body comes among those that share its
+  /// cells. An update of it that is pending now shall count again.
+  void Save(Model* model) {
+    Saved saved{model, model->update_chain_, {}, {}};
+    StateExchange exchange(engine_.models, &saved.state);
+    model->ExchangeState(exchange);
+    model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>&) {
+      saved.stamps.push_back(engine_.scene.grid.Stamp(id));
+    });
+    saved_.push_back(std::move(saved));
+  }
+
+  void PutBack(const Saved& saved) {
+    StateExchange exchange(engine_.models, saved.state.data(), saved.state.size());
+    saved.model->ExchangeState(exchange);
+    saved.model->update_chain_ = saved.update_chain;
+    size_t i = 0;
+    saved.model->body().ForEachBody(
+        [&](grid::BodyId id, const std::vector<grid::TilePart>& parts) {
+          if (i < saved.stamps.size()) engine_.scene.grid.Restamp(id, saved.stamps[i++], parts);
+        });
   }
 
   /// All update and their rays are traced, as in a step, but no callback hears of it.
@@ -354,16 +332,7 @@ class World::Gauge {
     sample = Sample(sample, 1000);
     costs_.position_sample = sample.size();
     if (sample.empty()) return;
-    for (ModelPosition* robot : sample) {
-      KeepSchedule(robot);
-      undos_.push_back([robot, velocity = robot->velocity, estimate = robot->est_pose,
-                        watts = robot->watts, last = robot->last_update_] {
-        robot->velocity = velocity;
-        robot->est_pose = estimate;
-        robot->watts = watts;
-        robot->last_update_ = last;
-      });
-    }
+    for (ModelPosition* robot : sample) Save(robot);
     costs_.position_ns = Repeat(seconds, sample.size(), [&] {
       const double time = TimeEach(sample, [](Model* robot) { robot->Update(); });
       engine_.update_callbacks_due.clear();
@@ -404,23 +373,21 @@ class World::Gauge {
     costs_.move_sample = sample.size();
     if (sample.empty()) return;
     std::vector<Place> places;
-    for (const ModelPosition* robot : sample)
+    for (ModelPosition* robot : sample) {
+      Save(robot);
       places.push_back({robot->pose, robot->velocity, robot->stall});
+    }
     costs_.move_ns = Repeat(seconds, sample.size(), [&] {
       for (ModelPosition* robot : sample)
         robot->velocity =
             Velocity(robot->velocity_bounds[0].max / 2, 0, 0, robot->velocity_bounds[3].max / 2);
       const double time = TimeEach(sample, [](ModelPosition* robot) { robot->Move(); });
-      PutBack(sample, places);
+      Return(sample, places);
       return time;
     });
-    for (ModelPosition* robot : sample) {
-      robot->UnMapWithChildren();
-      robot->Map();
-    }
   }
 
-  static void PutBack(const std::vector<ModelPosition*>& robots, const std::vector<Place>& places) {
+  static void Return(const std::vector<ModelPosition*>& robots, const std::vector<Place>& places) {
     for (size_t i = 0; i < robots.size(); i++) {
       robots[i]->pose = places[i].pose;
       robots[i]->velocity = places[i].velocity;
@@ -451,7 +418,7 @@ class World::Gauge {
   WorldEngine& engine_;
   Scheduler scheduler_;  // what is due, put aside; updates that are measured plan their next ones
   RunStatistics statistics_;
-  std::vector<Undo> undos_;
+  std::vector<Saved> saved_;
   double spent_ = 0, least_ = 0;  // seconds: of all tries, and if each had been as good as the best
   StepCosts costs_;
 };

@@ -12,7 +12,6 @@
 #include "models/log_entry.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
-#include "models/state_hasher.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
 #include "stage.hh"
@@ -361,14 +360,6 @@ void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fo
         tracer.Trace(fan, view, {sensing::MakeDirection(turn), turn}, no_window, {}, &counters);
     results[i] = ResultOf(gpose, hit.range, hit.model);
   }
-}
-
-// ---- state --------------------------------------------------------------------------------------
-
-uint64_t World::StateHash() const {
-  StateHasher hasher;
-  for (const Model* model : engine_->models) model->HashState(hasher);
-  return hasher.hash();
 }
 
 const RunStatistics& World::statistics() const { return engine_->statistics; }

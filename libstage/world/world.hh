@@ -27,6 +27,7 @@ class Worldfile;
 class WorldEngine;
 class Option;
 class Placement;
+class StateExchange;
 class Visualizer;
 struct RunStatistics;
 struct SceneSummary;
@@ -260,8 +261,12 @@ class World : public Ancestor {
   /// of cameras stay until their next update.
   StepCosts MeasureStepCosts(double seconds = kMeasuringSeconds);
   static constexpr double kMeasuringSeconds = 0.3;
-  /// FNV-1a over what the models feed to Model::HashState(), in the order of the models.
+  /// Of all that decides the future of the world and its models, see state_exchange.hh: two worlds
+  /// that will go on alike have the same. Between steps.
   uint64_t StateHash() const;
+  /// Lists that; Model::ExchangeState() does for each model. What restores it needs the same models
+  /// in the same tree.
+  void ExchangeState(StateExchange& exchange);
   const RunOptions& options() const { return options_; }
   uint64_t seed() const { return options_.seed; }
   /// The world's own random numbers; see Model::random() too.
@@ -357,6 +362,10 @@ class World : public Ancestor {
  private:
   class Survey;
   class Gauge;
+
+  void ExchangeSchedule(StateExchange& exchange);
+  void ExchangeLists(StateExchange& exchange);
+  void ExchangeGrid(StateExchange& exchange);
 
   static void InitIfNotDone();
   static std::vector<World*> ListedWorlds();

@@ -92,7 +92,7 @@ class Run {
   unsigned Next() { return at_ < size_ ? data_[at_++] : 0; }
   /// -2 to 2 metres or so.
   double Length() { return (static_cast<int>(Next()) - 128) / 64.0; }
-  void Note(double value) { trace_.Add(value); }
+  void Note(double value) { trace_(value); }
 
   /// What a callback throws comes out of it.
   void Step() {
@@ -294,7 +294,8 @@ class Run {
   size_t size_, at_ = 0;
   unsigned active_types_ = 0;
   World* world_ = nullptr;
-  StateHasher trace_;
+  const std::vector<Model*> no_models_;
+  StateExchange trace_{no_models_};
 };
 
 Run* Run::now_ = nullptr;

@@ -31,7 +31,7 @@ inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::
 /// laser. Both are subscribed to; kUpdate is called whenever the laser has new data.
 template <class Robot, void (*kUpdate)(Robot*)>
 void DriveByLaser(const std::string& controller, Stg::Model* model) {
-  Robot* robot = NewRobot<Robot>(model);
+  Robot* robot = NewRobot<Robot>(controller, model);
   robot->position = RequirePosition(controller, model);
   robot->position->Subscribe();
   robot->laser = RequireLaser(controller, *model);

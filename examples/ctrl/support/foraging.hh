@@ -27,6 +27,8 @@ struct ChargerSight {
   double range = 0;    ///< m
   double heading = 0;  ///< rad, relative to the robot's
 
+  void ExchangeState(Stg::StateExchange& exchange) { exchange(seen, bearing, range, heading); }
+
   void Remember(const Stg::ModelFiducial::Fiducial& charger) {
     seen = true;
     bearing = charger.bearing;

@@ -10,6 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "stage.hh"
+
 namespace ctrl {
 
 struct ObstacleRule {
@@ -24,6 +26,8 @@ struct ObstacleRule {
 
 struct ObstacleState {
   int avoid_count = 0;  ///< updates left of the present turn
+
+  void ExchangeState(Stg::StateExchange& exchange) { exchange(avoid_count); }
 };
 
 struct ObstacleCommand {

@@ -68,12 +68,32 @@ inline auto DrawFrom(Stg::Model* model) {
   return [model](unsigned choices) { return model->random().Choose(choices); };
 }
 
-/// The state of one more robot, which lives as long as the model.
+/// Has something to remember from one step to the next.
 template <class Robot>
-Robot* NewRobot(Stg::Model* model) {
-  const auto robot = std::make_shared<Robot>();
-  model->Adopt(robot);
-  return robot.get();
+concept Remembers = requires(Robot robot, Stg::StateExchange& exchange) {
+  robot.ExchangeState(exchange);
+};
+
+template <class Robot>
+struct KeptRobot : Stg::StateKeeper {
+  Robot robot;
+
+  void ExchangeState(Stg::StateExchange& exchange) override {
+    if constexpr (Remembers<Robot>) robot.ExchangeState(exchange);
+  }
+};
+
+/// What a controller knows of one more robot; it lives as long as the model. What it remembers,
+/// which its ExchangeState() lists, is part of the model's state.
+template <class Robot>
+Robot* NewRobot(const std::string& controller, Stg::Model* model) {
+  const auto kept = std::make_shared<KeptRobot<Robot>>();
+  model->Adopt(kept);
+  if constexpr (Remembers<Robot>)
+    model->KeepState(controller, kept.get());
+  else
+    model->KeepsNoState(controller);
+  return &kept->robot;
 }
 
 /// What all controllers of a kind share in a world; made by the first one, gone with what was
