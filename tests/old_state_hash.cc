@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <string>
+#include <type_traits>
 
 #include "stage.hh"
 
@@ -18,6 +19,7 @@ namespace {
 class Hasher {
  public:
   template <typename... T>
+    requires(std::is_arithmetic_v<T> && ...)
   void Add(T... values) {
     (AddOne(static_cast<double>(values)), ...);
   }
@@ -41,7 +43,7 @@ void AddCommon(Model* model, Hasher* hasher) {
   for (Model::Flag* flag : model->flags()) hasher->Add(flag->GetSize());
 }
 
-void AddOwn(ModelPosition* robot, Hasher* hasher) { hasher->Add(robot->GetVelocity()); }
+void AddOwn(ModelPosition* robot, Hasher* hasher) { hasher->Add(Pose(robot->GetVelocity())); }
 
 void AddOwn(ModelRanger* ranger, Hasher* hasher) {
   for (const ModelRanger::Sensor& sensor : ranger->GetSensors()) {
@@ -136,7 +138,7 @@ int Run(int argc, char** argv) {
     if (std::strcmp(argv[i], "--seed") == 0) options.seed = std::stoull(argv[i + 1]);
     if (std::strcmp(argv[i], "--duration") == 0) seconds = std::stod(argv[i + 1]);
   }
-  InitLibrary();
+  Init(&argc, &argv);
   World world(options);
   if (argc < 2 || !world.Load(argv[argc - 1])) return 1;
   while (static_cast<double>(world.SimTimeNow()) < seconds * 1e6) world.Update();

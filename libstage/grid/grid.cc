@@ -239,7 +239,8 @@ uint32_t Grid::MakeNode(BodyId id, Edit* edit) {
 
 // ---- several threads at once --------------------------------------------------------------------
 
-void Grid::BeginSharedEdit(size_t parts, size_t cells, std::vector<Edit>* edits) {
+void Grid::BeginSharedEdit(size_t parts, size_t cells, uint64_t bodies,
+                           std::vector<Edit>* edits) {
   lists_.BeginSharing(parts, edits->size());
   // A cell takes two nodes at most: where there was one body, both move to a list.
   nodes_.BeginSharing(2 * cells, edits->size());
@@ -251,6 +252,7 @@ void Grid::BeginSharedEdit(size_t parts, size_t cells, std::vector<Edit>* edits)
     edit.shared = true;
     edit.first_drawing = own_edit_.drawings;
   }
+  own_edit_.drawings += bodies;
 }
 
 void Grid::EndSharedEdit(std::vector<Edit>* edits) {
@@ -261,7 +263,6 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
     nodes_.TakeBack(edit.nodes());
     own_edit_.drawn_cells += std::exchange(edit.drawn_cells, 0);
     own_edit_.empty_regions += std::exchange(edit.empty_regions, 0);
-    own_edit_.drawings = std::max(own_edit_.drawings, edit.drawings);
   }
   DropRegionsIfManyAreEmpty();
 }

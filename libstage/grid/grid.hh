@@ -141,8 +141,9 @@ class Grid {
   /// From here to EndSharedEdit() several threads may redraw, change and read bodies at once, each
   /// with an edit of its own, as long as no two use cells of the same tile at once, and all parts
   /// that bodies are drawn into have got their slots before. They may be drawn into `parts` of
-  /// tiles, of `cells` in all. Nothing else may change.
-  void BeginSharedEdit(std::size_t parts, std::size_t cells, std::vector<Edit>* edits);
+  /// tiles, of `cells` in all, and so many bodies may be redrawn. Nothing else may change.
+  void BeginSharedEdit(std::size_t parts, std::size_t cells, uint64_t bodies,
+                       std::vector<Edit>* edits);
   void EndSharedEdit(std::vector<Edit>* edits);
   /// Fills in the slots of parts in regions that there are; those of others become 0. True if there
   /// are all. Slots are good until regions are dropped, which may be whenever bodies are redrawn
@@ -267,6 +268,11 @@ class Grid {
   CellBox occupied() const { return occupied_; }
   /// The superregions ever made, in cells.
   CellBox extent() const { return extent_; }
+  /// To be called when nothing is drawn any more: what is drawn then begins a new extent.
+  void ForgetExtent() {
+    DropEmptyRegions();
+    extent_ = CellBox();
+  }
 
   struct Statistics {
     std::size_t superregions, regions, tiles, bytes;

@@ -9,6 +9,7 @@
 #include "models/model.hh"
 #include "models/power_pack.hh"
 #include "models/state_exchange.hh"
+#include "world/world.hh"
 
 namespace Stg {
 
@@ -58,7 +59,11 @@ void Model::ExchangeEnergy(StateExchange& exchange) {
   exchange.Expect(power_pack ? 1 : 0, "a model has a power pack");
   if (power_pack) exchange(*power_pack);
   exchange.Expect(charging_.size(), "the number of packs that a model charges");
-  for (Charged& charged : charging_) exchange(charged.model);
+  for (Charged& charged : charging_) {
+    Model* owner = world->FindModel(charged.model);
+    exchange(owner);
+    if (exchange.restoring() && owner) charged.model = owner->GetId();
+  }
 }
 
 void Model::ExchangeFlags(StateExchange& exchange) {

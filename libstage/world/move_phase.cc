@@ -201,9 +201,9 @@ void MovePhase::Mark(size_t index, uint8_t marks) {
 /// Moves those of [begin, end) that share the grid.
 void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers) {
   if (begin == end) return;
-  AssignRanks(begin, end);
+  const uint64_t bodies = AssignRanks(begin, end);
   SortByRank();
-  grid_->BeginSharedEdit(parts_, cells_, &edits_);
+  grid_->BeginSharedEdit(parts_, cells_, bodies, &edits_);
   try {
     MoveRanksShared(begin, end, workers);
   } catch (...) {
@@ -237,8 +237,9 @@ void MovePhase::MovePlan(Plan* plan, unsigned thread) {
   plan->placement.Commit(&edits_[thread]);
 }
 
-/// Ranks of those who share tiles with others, and regions that will be drawn in.
-void MovePhase::AssignRanks(size_t begin, size_t end) {
+/// Ranks of those who share tiles with others, and regions that will be drawn in. Returns how many
+/// bodies move.
+uint64_t MovePhase::AssignRanks(size_t begin, size_t end) {
   later_.clear();
   ranks_.Clear();
   uint64_t bodies = 0;
@@ -254,6 +255,7 @@ void MovePhase::AssignRanks(size_t begin, size_t end) {
     const bool any_may_miss = begin > 0 && plan.shared;
     if (any_may_miss || (marks_[i] & kRegionsMissing)) grid_->MakeSlots(plan.placement.NewParts());
   }
+  return bodies;
 }
 
 void MovePhase::SortByRank() {

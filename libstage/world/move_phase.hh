@@ -132,7 +132,7 @@ class MovePhase {
   void Mark(size_t index, uint8_t marks);
   void MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers);
   void MoveRanksShared(size_t begin, size_t end, sensing::WorkerPool* workers);
-  void AssignRanks(size_t begin, size_t end);
+  uint64_t AssignRanks(size_t begin, size_t end);
   void SortByRank();
   void MovePlan(Plan* plan, unsigned thread);
 

@@ -80,7 +80,8 @@ class World::Gauge {
   }
   ~Gauge() {
     engine_.ForcePath(WorldEngine::Path::kFaster);
-    for (const Saved& saved : saved_) PutBack(saved);
+    // What was saved last goes back first: some are measured twice.
+    for (auto saved = saved_.rbegin(); saved != saved_.rend(); ++saved) PutBack(*saved);
     engine_.scheduler.Swap(scheduler_);
     statistics_.device = engine_.statistics.device;  // it may have failed
     engine_.statistics = statistics_;

@@ -148,6 +148,7 @@ void World::UnLoad() {
 void World::DeleteAll() {
   ForgetAll();
   DeleteChildren();
+  engine_->scene.grid.ForgetExtent();
   engine_->scheduler.Clear();  // of the models that are to be forgotten
   engine_->greatest_dissipation = 0;
   log_.clear();
