@@ -89,7 +89,7 @@ void ClPrefilter::WarmUp() {
   sensing::PlaceFan(&fan, Pose(), kRange, 1);
   batch.Add(fan, 1, {});
   batch.Close(tables);
-  sensing::WorkerPool workers(1);
+  threads::WorkerPool workers(1);
   for (int32_t x = 0; x < 2; x++) {  // all of the grid, then what has changed
     grid::TilePart cell{.cells = uint64_t{1} << x};
     grid.Redraw(body, {}, std::span(&cell, 1));
@@ -100,7 +100,7 @@ void ClPrefilter::WarmUp() {
 
 sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
                                     const sensing::RayBatch& batch,
-                                    sensing::WorkerPool* workers) try {
+                                    threads::WorkerPool* workers) try {
   CheckProcess();
   const double start = Now();
   calls::SetDriver(platform_);  // the thread may have others
@@ -151,7 +151,7 @@ void ClPrefilter::CheckProcess() const {
 
 /// Fans that the device can walk, by layer and number of samples; within these in their own order.
 /// There are few kinds of sensors, so few groups, and mostly the same ones from batch to batch.
-void ClPrefilter::MakeGroups(const sensing::RayBatch& batch, sensing::WorkerPool* workers) {
+void ClPrefilter::MakeGroups(const sensing::RayBatch& batch, threads::WorkerPool* workers) {
   const std::span<const sensing::DeviceFan> fans = batch.device_fans();
   if (!CountGroups(fans, workers)) {
     FindGroups(fans);
@@ -168,7 +168,7 @@ void ClPrefilter::MakeGroups(const sensing::RayBatch& batch, sensing::WorkerPool
 
 /// Calls f(block, first, end) for each block of so many fans, on all threads.
 template <typename F>
-void ClPrefilter::ForEachBlock(std::size_t fans, sensing::WorkerPool* workers, F f) {
+void ClPrefilter::ForEachBlock(std::size_t fans, threads::WorkerPool* workers, F f) {
   workers->Run(CountBlocks(fans), 1, [&](std::size_t begin, std::size_t end, unsigned) {
     for (std::size_t block = begin; block < end; block++)
       f(block, block * kBlock, std::min((block + 1) * kBlock, fans));
@@ -177,7 +177,7 @@ void ClPrefilter::ForEachBlock(std::size_t fans, sensing::WorkerPool* workers, F
 
 /// False if there is a fan of none of the groups.
 bool ClPrefilter::CountGroups(std::span<const sensing::DeviceFan> fans,
-                              sensing::WorkerPool* workers) {
+                              threads::WorkerPool* workers) {
   group_of_fan_.resize(fans.size());
   next_in_group_.assign(CountBlocks(fans.size()) * groups_.size(), 0);
   std::atomic<bool> all_known{true};
@@ -256,7 +256,7 @@ void ClPrefilter::PlanLaunches() {
 }
 
 /// The records of the groups and of their fans, and the windows.
-void ClPrefilter::SendBatch(const sensing::RayBatch& batch, sensing::WorkerPool* workers) {
+void ClPrefilter::SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers) {
   const std::span<const sensing::DeviceFan> fans = batch.device_fans();
   const std::vector<uint64_t>& windows = batch.window_words();
   PlanLaunches();

@@ -28,7 +28,7 @@ class ClPrefilter final : public sensing::Prefilter {
   ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray);
 
   sensing::HitLists Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
-                         const sensing::RayBatch& batch, sensing::WorkerPool* workers) override;
+                         const sensing::RayBatch& batch, threads::WorkerPool* workers) override;
   void SendAhead(grid::Grid& grid) override;
   bool UsesHost() const override { return is_cpu_; }
   std::string DeviceName() const override { return name_; }
@@ -57,12 +57,12 @@ class ClPrefilter final : public sensing::Prefilter {
   void CheckProcess() const;
   void WarmUp();
   void SendGrid(const grid::Grid& grid);
-  void SendBatch(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
+  void SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers);
   void SendDirections(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);
-  void MakeGroups(const sensing::RayBatch& batch, sensing::WorkerPool* workers);
+  void MakeGroups(const sensing::RayBatch& batch, threads::WorkerPool* workers);
   template <typename F>
-  static void ForEachBlock(std::size_t fans, sensing::WorkerPool* workers, F f);
-  bool CountGroups(std::span<const sensing::DeviceFan> fans, sensing::WorkerPool* workers);
+  static void ForEachBlock(std::size_t fans, threads::WorkerPool* workers, F f);
+  bool CountGroups(std::span<const sensing::DeviceFan> fans, threads::WorkerPool* workers);
   void FindGroups(std::span<const sensing::DeviceFan> fans);
   uint32_t GroupOf(const sensing::DeviceFan& fan, uint32_t likely) const;
   struct Launch {

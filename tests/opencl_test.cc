@@ -71,7 +71,7 @@ class HitLists : public testing::TestWithParam<uint32_t> {
   }
 
   PrefilterPointer prefilter_;
-  Stg::internal::sensing::WorkerPool workers_{GetParam()};  // one to four threads
+  Stg::threads::WorkerPool workers_{GetParam()};  // one to four threads
 };
 
 TEST_P(HitLists, StayRightWhileTheGridChanges) {
@@ -112,7 +112,7 @@ TEST(PrefilterTest, CountsWhatItDoes) {
   if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
   const PrefilterPointer prefilter = MakePrefilter(2);
   ASSERT_TRUE(prefilter);
-  Stg::internal::sensing::WorkerPool workers(1);
+  Stg::threads::WorkerPool workers(1);
   RayScene scene(7);
   scene.grid().TrackChanges(true);
   prefilter->Walk(scene.grid(), scene.tables(), scene.batch(), &workers);

@@ -15,7 +15,7 @@
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
 #include "sensing/counters.hh"
-#include "sensing/worker_pool.hh"
+#include "threads/worker_pool.hh"
 
 namespace Stg::internal::sensing {
 
@@ -40,7 +40,7 @@ class Prefilter {
   /// The result is valid until the next call. The grid's list of changes has been used up
   /// afterwards. The threads may help to get the batch ready. Throws PrefilterError.
   virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch,
-                        WorkerPool* workers) = 0;
+                        threads::WorkerPool* workers) = 0;
 
   /// Sends the changes of the grid so far, if that helps: Walk() sends the rest. The grid must not
   /// change meanwhile, but may be read. Throws PrefilterError.

@@ -82,8 +82,8 @@ class World::Survey {
     s_.energy_models = engine_.energy.size();
     s_.records_trails = world_.record_trails;
     s_.has_window = world_.IsGUI();
-    s_.device = engine_.statistics.device;
-    s_.threads = engine_.statistics.threads;
+    s_.device = engine_.tracer.statistics().device;
+    s_.threads = engine_.threads();
     s_.step = world_.sim_interval;
     s_.callbacks_per_step = static_cast<double>(engine_.update_callbacks.size());
   }

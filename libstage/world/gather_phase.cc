@@ -29,7 +29,7 @@ constexpr size_t kGrain = 32;
 }  // namespace
 
 size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* world,
-                           sensing::WorkerPool* workers) {
+                           threads::WorkerPool* workers) {
   if (workers->threads() == 1) return 0;
   count = runs_.Find(count, [&] {
     return workers->FindFirst(count, [&](size_t i) { return !MayShare(events[i]); });
@@ -43,7 +43,7 @@ size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* 
   return count;
 }
 
-void GatherPhase::UpdatePrepared(World* world, sensing::WorkerPool* workers) {
+void GatherPhase::UpdatePrepared(World* world, threads::WorkerPool* workers) {
   sensing::Scene& scene = world->scene();
   ForEachBlock(workers, [this](Block* block) { Measure(block); });
   MakeRoom(&scene.batch);
@@ -55,7 +55,7 @@ void GatherPhase::UpdatePrepared(World* world, sensing::WorkerPool* workers) {
 }
 
 template <typename F>
-void GatherPhase::ForEachBlock(sensing::WorkerPool* workers, F f) {
+void GatherPhase::ForEachBlock(threads::WorkerPool* workers, F f) {
   workers->Run(block_count_, workers->Grain(block_count_, kGrain / kBlock),
                [&](size_t begin, size_t end, unsigned) {
                  for (size_t i = begin; i < end; i++) f(&blocks_[i]);
@@ -116,7 +116,7 @@ bool GatherPhase::MayShare(const Scheduler::Event& event) {
 
 /// False if the updates can't be made at once.
 bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* world,
-                          sensing::WorkerPool* workers) {
+                          threads::WorkerPool* workers) {
   entries_.resize(count);
   block_count_ = (count + kBlock - 1) / kBlock;
   if (blocks_.size() < block_count_) blocks_.resize(block_count_);
@@ -283,7 +283,7 @@ void GatherPhase::MakeLayers(sensing::Scene* scene) {
 }
 
 /// The next updates, and the rests and callbacks of this one.
-void GatherPhase::Queue(World* world, sensing::WorkerPool* workers) {
+void GatherPhase::Queue(World* world, threads::WorkerPool* workers) {
   constexpr size_t kMany = 1000;  // fewer are done before other threads have begun
   const bool together =
       entries_.size() >= kMany && std::ranges::all_of(Blocks(), [&](const Block& block) {
@@ -299,7 +299,7 @@ void GatherPhase::Queue(World* world, sensing::WorkerPool* workers) {
 }
 
 /// The same if all next updates are due at one time.
-void GatherPhase::QueueTogether(World* world, sensing::WorkerPool* workers) {
+void GatherPhase::QueueTogether(World* world, threads::WorkerPool* workers) {
   WorldEngine& engine = world->engine();
   const std::span<Scheduler::Event> events =
       engine.scheduler.AddRoom(world->SimTimeNow() + blocks_[0].interval, entries_.size());

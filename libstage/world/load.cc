@@ -141,6 +141,7 @@ bool World::LoadFrom(const std::string& given_path, std::istream* content) {
   updates = 0;
   load_status_ = 0;
   engine->statistics = RunStatistics();
+  engine->tracer.SetStatistics({});
   engine->controllers_left_out = 0;
   const RandomScope random_numbers(&random_);
   const uint64_t life = engine->life;
@@ -260,7 +261,7 @@ void World::UsePrefilter() {
     constexpr unsigned kMostUseful = 16;
     engine_->SetThreads(std::clamp(std::thread::hardware_concurrency(), 1u, kMostUseful));
   }
-  engine_->SetPrefilter(std::move(prefilter), run_options.always_on_device);
+  engine_->tracer.SetPrefilter(std::move(prefilter), run_options.always_on_device);
 }
 
 void World::LoadWorldProperties() {

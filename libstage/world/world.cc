@@ -348,6 +348,6 @@ uint64_t World::StateHash() const {
   return hasher.hash();
 }
 
-const RunStatistics& World::statistics() const { return engine_->statistics; }
+RunStatistics World::statistics() const { return engine_->Statistics(); }
 
 }  // namespace Stg

@@ -227,7 +227,7 @@ class World : public Ancestor {
   void RecordTrails(bool enable) { record_trails = enable; }
 
   /// Where the time went, counts of rays and hits, memory of the grid.
-  const RunStatistics& statistics() const;
+  RunStatistics statistics() const;
   /// What there is in the world, and what is left out because nobody asks for it; see explain.hh.
   SceneSummary Summary() const;
   /// What the parts of a step cost on this machine, measured in about so many seconds with samples
