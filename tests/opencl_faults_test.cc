@@ -94,7 +94,7 @@ class FaultsTest : public CliTest {
 
 bool PluginIsBuilt() {
   std::string message;
-  Stg::LoadPrefilter("no such device", &message);
+  Stg::LoadPrefilter(Stg::kOpenClPlugin, "no such device", &message);
   return !Contains(message, "can't be loaded");
 }
 
@@ -248,7 +248,7 @@ TEST_F(MissingPluginTest, OrBrokenOne) {
   fs::remove(plugin_);
   if (!Compile("empty", "int nothing;\n")) GTEST_SKIP() << "no C compiler";
   fs::copy(Path("empty.so"), plugin_);
-  ExpectGoesOn({}, "stage_make_prefilter");
+  ExpectGoesOn({}, "stage_backend");
 }
 
 // ---- a device that is lost ----------------------------------------------------------------------
@@ -347,7 +347,7 @@ TEST_F(FaultsTest, ForkedProcessGoesOnWithoutDevice) {
   std::string message;
   Stg::World world;
   ASSERT_TRUE(world.Load(Path("w.world")));
-  world.engine().tracer.SetPrefilter(Stg::LoadPrefilter("", &message), true);
+  world.engine().tracer.SetPrefilter(Stg::LoadPrefilter(Stg::kOpenClPlugin, "", &message), true);
   for (int i = 0; i < 5; i++) world.Update();
   const pid_t child = fork();
   if (child == 0) {

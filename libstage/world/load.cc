@@ -108,7 +108,8 @@ std::unique_ptr<sensing::Prefilter> ChoosePrefilter() {
   if (options.device.size() > messages::kLongestDetail)  // the plug-in would repeat it in full
     throw LoadError("stage: no OpenCL device matches " + messages::Quoted(options.device));
   std::string message;
-  std::unique_ptr<sensing::Prefilter> prefilter = LoadPrefilter(options.device, &message);
+  std::unique_ptr<sensing::Prefilter> prefilter =
+      LoadPrefilter(kOpenClPlugin, options.device, &message);
   if (prefilter) return prefilter;
   if (!options.device.empty() && options.device != "auto") throw LoadError("stage: " + message);
   messages::Warn(message + "; going on without OpenCL, with the same results");
