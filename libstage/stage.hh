@@ -64,9 +64,9 @@
 
 namespace Stg {
 
-/// Call it first. Keeps the arguments in World::args, makes numbers be read and written with a
-/// decimal point, and registers the model types. Leaves the arguments as they are; may be called
-/// again. A World that is made before it warns and calls it without arguments.
+/// Call it first. Keeps the arguments in World::args and registers the model types. Leaves the
+/// arguments and the locale of the process as they are; may be called again. A World that is made
+/// before it warns and calls it without arguments.
 void Init(int* argc, char** argv[]);
 bool InitDone();
 /// "5.0.0"

@@ -9,10 +9,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "model_testing.hh"
 #include "stage.hh"
 
 namespace {
@@ -189,34 +191,32 @@ TEST_F(ControllerRun, DisperseDoesNotDependOnThreads) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
-using ControllerDeathTest = ControllerRun;
+using ControllerRefusals = ControllerRun;
 
-/// Loads the world in a child process, which is to end with that status and message.
-void ExpectExit(const std::string& text, int status, const char* message) {
-  const auto load = [&] {
-    Stg::World world;
-    std::istringstream content(text);
-    world.Load(content);
-    _exit(0);
-  };
-  EXPECT_EXIT(load(), testing::ExitedWithCode(status), message) << text;
+/// The world is not loaded, and the process lives on.
+void ExpectRefusal(const std::string& text, const char* message) {
+  Stg::World world;
+  const Stg::LoadOutcome outcome = Stg::TryToLoad(&world, text);
+  EXPECT_FALSE(outcome.loaded) << text;
+  EXPECT_EQ(outcome.status, 255) << text;
+  EXPECT_TRUE(std::regex_search(outcome.errors, std::regex(message))) << outcome.errors;
 }
 
-TEST_F(ControllerDeathTest, ControllersGiveUpWithAMessage) {
+TEST_F(ControllerRefusals, ControllersGiveUpWithAMessage) {
   const std::string end = std::string(" ") + kLaser + " )";
   const std::string bare = " ranger() )";
-  ExpectExit("model( name \"box\" ctrl \"wander\"" + end, 1,
-             "wander: box: found a model of type model, expected a position");
-  ExpectExit("position( ctrl \"wander\" )", 2, "wander: position:0: found none of ranger:0");
-  ExpectExit("position( ctrl \"wander\"" + bare, 2, "wander: position:0: found none of ranger:0");
-  ExpectExit("position( ctrl \"wander\" " + RingText(16) + " )", 2, "more than 8 samples");
-  ExpectExit("model( ctrl \"disperse\"" + end, 1, "disperse: model:. found|expected a position");
-  ExpectExit("position( ctrl \"disperse\" )", 1, "disperse: position:0: found no ranger");
-  ExpectExit("position( ctrl \"disperse speeed=1\"" + end, 1, "found the argument \"speeed=1\"");
-  ExpectExit("position( ctrl \"disperse speed=x\"" + end, 1, "found \"speed=x\"");
-  ExpectExit("position( ctrl \"expand_swarm\"" + end, 1, "expected 12");
-  ExpectExit("position( ctrl \"expand_swarm\" )", 1, "expand_swarm: position:0: found no ranger");
-  ExpectExit("position( ctrl \"expand_pioneer\"" + end, 1, "expected 16");
+  ExpectRefusal("model( name \"box\" ctrl \"wander\"" + end,
+                "wander: box: found a model of type model, expected a position");
+  ExpectRefusal("position( ctrl \"wander\" )", "wander: position:0: found none of ranger:0");
+  ExpectRefusal("position( ctrl \"wander\"" + bare, "wander: position:0: found none of ranger:0");
+  ExpectRefusal("position( ctrl \"wander\" " + RingText(16) + " )", "more than 8 samples");
+  ExpectRefusal("model( ctrl \"disperse\"" + end, "disperse: model:. found|expected a position");
+  ExpectRefusal("position( ctrl \"disperse\" )", "disperse: position:0: found no ranger");
+  ExpectRefusal("position( ctrl \"disperse speeed=1\"" + end, "found the argument \"speeed=1\"");
+  ExpectRefusal("position( ctrl \"disperse speed=x\"" + end, "found \"speed=x\"");
+  ExpectRefusal("position( ctrl \"expand_swarm\"" + end, "expected 12");
+  ExpectRefusal("position( ctrl \"expand_swarm\" )", "expand_swarm: position:0: found no ranger");
+  ExpectRefusal("position( ctrl \"expand_pioneer\"" + end, "expected 16");
 }
 
 // ---- reference runs, with worlds that are not part of this project

@@ -189,7 +189,8 @@ TEST(HugeAndTiny, ActuatorsStopAtTheEndOfTheNumbers) {
 }
 
 TEST(HugeAndTiny, MapsOfEnergyEndAtTheirOutermostSquares) {
-  DissipationVis map;
+  joules_t greatest = 0;
+  DissipationVis map(&greatest);
   for (const double far : {1e12, 1e300, kInfinity}) map.Accumulate(far, -far, 2);
   EXPECT_EQ(map.At(1e15, -1e15), 6);
   EXPECT_EQ(map.At(-1e15, -1e15), 0);

@@ -315,13 +315,35 @@ TEST(Log, RemembersWhereModelsWere) {
 
 // ---- names, numbers, words ----------------------------------------------------------------------
 
-TEST(ModelNumbers, FindModelsOfAllWorlds) {
+TEST(Log, EachWorldHasItsOwn) {
+  LogEntry::Clear();
+  RunOptions alone;
+  alone.listed = false;
+  World a(alone), b(alone), listed;
+  for (World* world : {&a, &b, &listed}) TryToLoad(world, "model( name \"m\" )");
+  a.Log(Find(a, "m"));
+  a.Log(Find(a, "m"));
+  listed.Log(Find(listed, "m"));
+  EXPECT_EQ(a.log().size(), 2u);
+  EXPECT_EQ(b.log().size(), 0u);
+  EXPECT_EQ(listed.log().size(), 1u);
+  EXPECT_EQ(LogEntry::Count(), 1u);
+  a.UnLoad();
+  EXPECT_EQ(a.log().size(), 0u);
+  LogEntry::Clear();
+}
+
+TEST(ModelNumbers, FindModels) {
   const auto a = LoadText("model( name \"m\" )"), b = LoadText("model( name \"m\" )");
   Model *in_a = Find(*a, "m"), *in_b = Find(*b, "m");
-  EXPECT_NE(in_a->GetId(), in_b->GetId());
-  EXPECT_EQ(Model::LookupId(in_a->GetId()), in_a);
-  EXPECT_EQ(Model::LookupId(in_b->GetId()), in_b);
-  const uint32_t id = in_b->GetId();
+  const uint32_t id = in_a->GetId();
+  EXPECT_EQ(id, in_b->GetId());
+  EXPECT_EQ(a->FindModel(id), in_a);
+  EXPECT_EQ(b->FindModel(id), in_b);
+  EXPECT_EQ(Model::LookupId(id), in_a) << "the older world's";
+  delete in_a;
+  EXPECT_EQ(a->FindModel(id), nullptr);
+  EXPECT_EQ(Model::LookupId(id), in_b);
   delete in_b;
   EXPECT_EQ(Model::LookupId(id), nullptr);
   EXPECT_EQ(Model::LookupId(0xffffffff), nullptr);

@@ -71,7 +71,6 @@ class WorldfileIncludes : public testing::Test {
     std::string name = (std::filesystem::temp_directory_path() / "stage-encoding-XXXXXX").string();
     ASSERT_NE(mkdtemp(name.data()), nullptr);
     root_ = name;
-    wf_.SetProgressStream(nullptr);
   }
   void TearDown() override { std::filesystem::remove_all(root_); }
 

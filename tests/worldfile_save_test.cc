@@ -26,7 +26,6 @@ class SaveTest : public testing::Test {
     root_ = std::filesystem::temp_directory_path() /
             (std::string("stage_save_") + info->name() + std::to_string(getpid()));
     std::filesystem::create_directories(root_);
-    wf_.SetProgressStream(nullptr);
   }
   void TearDown() override { std::filesystem::remove_all(root_); }
 

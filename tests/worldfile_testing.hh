@@ -14,7 +14,6 @@
 namespace Stg {
 
 inline void LoadText(Worldfile& wf, const std::string& text) {
-  wf.SetProgressStream(nullptr);
   std::istringstream in(text);
   wf.Load(in, "t.world");
 }

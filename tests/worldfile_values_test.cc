@@ -30,9 +30,12 @@ class WorldFolder : public testing::Test {
             (std::string("stage_worldfile_") + info->name() + std::to_string(getpid()));
     std::filesystem::create_directories(root_);
     unsetenv("STAGEPATH");
-    wf_.SetProgressStream(&progress_);
+    SetLogSink([this](LogLevel level, const std::string& line) {
+      if (level == LogLevel::kProgress) progress_ += line;
+    });
   }
   void TearDown() override {
+    SetLogSink({});
     unsetenv("STAGEPATH");
     std::filesystem::remove_all(root_);
   }
@@ -53,7 +56,7 @@ class WorldFolder : public testing::Test {
   }
 
   std::filesystem::path root_;
-  std::ostringstream progress_;
+  std::string progress_;
   Worldfile wf_;
 };
 
@@ -65,7 +68,7 @@ TEST_F(WorldFolder, IncludesResolveBesideTheWorld) {
   Write("sub/s.inc", "include \"deep.inc\"\n");
   wf_.Load(Write("w.world", "include \"sub/s.inc\"\n"));
   EXPECT_EQ(wf_.ReadInt(0, "deep", 0), 1);
-  EXPECT_EQ(progress_.str(), "[Include sub/s.inc][Include deep.inc]");
+  EXPECT_EQ(progress_, "[Include sub/s.inc][Include deep.inc]");
 }
 
 TEST_F(WorldFolder, IncludeAsLastLineWithoutLineEnd) {

@@ -8,8 +8,8 @@
 // speed and turn are the greatest speeds (m/s, rad/s), gain is the turn speed for each radian that
 // the goal is off, margin the distance to keep from everything (m), horizon how far readings count
 // (m). Looks through all sensors of all the robot's rangers that nobody else uses, whenever the
-// first of them has new data. Exit status 1: not a position model, no such ranger, or arguments
-// that make no sense.
+// first of them has new data. Refuses models that are no
+// positions, robots without such a ranger, and arguments that make no sense.
 
 #include "support/arguments.hh"
 #include "support/disperse_rule.hh"
@@ -92,7 +92,7 @@ void Use(Stg::ModelRanger* ranger, const Stg::Model& model, Robot* robot) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
-  Robot* robot = ctrl::NewRobot<Robot>();
+  Robot* robot = ctrl::NewRobot<Robot>(model);
   ctrl::DisperseRule& rule = robot->rule;
   const std::string wrong =
       ctrl::ReadArguments(args->worldfile, {{"speed", &rule.speed, 0, 1000},

@@ -3,8 +3,6 @@
 // dynamic: puts a hundred little blue boxes on its model, at random. Shows how to make models while
 // the program runs.
 
-#include <cstdio>
-
 #include "stage.hh"
 
 namespace {
@@ -16,7 +14,8 @@ constexpr double kSpread = 1.0;  // m from the model's origin, along x and y
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  std::printf("dynamic: %d boxes for %s\n", kBoxes, Stg::Printable(model->TokenStr(), 80).c_str());
+  Stg::Tell(Stg::LogLevel::kProgress, "dynamic: " + std::to_string(kBoxes) + " boxes for " +
+                                          Stg::Printable(model->TokenStr(), 80));
   for (int i = 0; i < kBoxes; i++) {
     Stg::Model* box = model->GetWorld()->CreateModel(model, "model");
     box->SetPose(Stg::Pose::Random(model->random(), -kSpread, kSpread, -kSpread, kSpread));

@@ -27,7 +27,7 @@ void Update(Robot* robot) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  Robot* robot = ctrl::NewRobot<Robot>();
+  Robot* robot = ctrl::NewRobot<Robot>(model);
   robot->position = ctrl::RequirePosition("expand_pioneer", model);
   robot->sonars = ctrl::RequireUnusedRanger("expand_pioneer", model);
   if (robot->sonars->GetSensors().size() < kSensorsNeeded)

@@ -29,7 +29,7 @@ void Update(Robot* robot) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  Robot* robot = ctrl::NewRobot<Robot>();
+  Robot* robot = ctrl::NewRobot<Robot>(model);
   robot->position = ctrl::RequirePosition("expand_swarm", model);
   robot->ring = ctrl::RequireUnusedRanger("expand_swarm", model);
   if (robot->ring->GetSensors().size() < kSensorsNeeded)

@@ -4,7 +4,7 @@
 // power runs low. It finds its way by fixed tables, made for one world of 16 m by 16 m.
 //
 // The robot needs a power pack, a laser ranger:1 and a fiducial finder that sees the charger.
-// Exit status 1: something of this is missing.
+// Refuses robots that lack something of this.
 
 #include "support/fasr_tables.hh"
 #include "support/foraging.hh"
@@ -113,7 +113,7 @@ void Drive(Robot* robot) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  Robot* robot = ctrl::NewRobot<Robot>();
+  Robot* robot = ctrl::NewRobot<Robot>(model);
   robot->position = ctrl::RequirePosition("fasr", model);
   robot->power = ctrl::RequirePowerPack("fasr", *model);
   robot->laser = ctrl::RequireRanger("fasr", *model, "ranger:1");

@@ -7,7 +7,7 @@
 // Each word is a task: carry flags from the model WORD_source to the model WORD_sink. Robots choose
 // tasks at random, find their way through the model "cave", and recharge in the model "fuel_zone".
 // A robot needs a power pack, sonars ranger:0, a laser ranger:1 and a fiducial finder that sees
-// chargers. Exit status 1: something of this is missing.
+// chargers. Refuses robots that lack something of this.
 
 #include <deque>
 #include <optional>
@@ -38,7 +38,6 @@ struct Shared {
   std::deque<Task> tasks;
   ctrl::PathPlanner planner;
 };
-const char kSharedProperty[] = "fasr2";
 
 /// A device that is subscribed to only while it is needed.
 template <class Device>
@@ -285,18 +284,16 @@ ctrl::PathPlanner MakePlanner(Stg::Model* cave) {
 
 /// The first robot's arguments name the tasks of all.
 Shared* FindShared(const Stg::Model& model, const std::string& ctrl_string) {
-  static std::deque<Shared> all;
-  Stg::Model* cave = ctrl::RequireModel("fasr2", model, "cave");
-  if (void* shared = cave->GetProperty(kSharedProperty)) return static_cast<Shared*>(shared);
-  all.push_back({MakeTasks(model, ctrl_string), MakePlanner(cave)});
-  cave->SetProperty(kSharedProperty, &all.back());
-  return &all.back();
+  return ctrl::SharedInWorld<Shared>(model.GetWorld(), "fasr2", [&] {
+    Stg::Model* cave = ctrl::RequireModel("fasr2", model, "cave");
+    return Shared{MakeTasks(model, ctrl_string), MakePlanner(cave)};
+  });
 }
 
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
-  Robot* robot = ctrl::NewRobot<Robot>();
+  Robot* robot = ctrl::NewRobot<Robot>(model);
   robot->position = ctrl::RequirePosition("fasr2", model);
   robot->power = ctrl::RequirePowerPack("fasr2", *model);
   robot->sonar.device = ctrl::RequireRanger("fasr2", *model, "ranger:0");

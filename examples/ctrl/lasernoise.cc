@@ -2,7 +2,8 @@
 //
 // lasernoise: on a ranger; multiplies every range of its first sensor by a random number close to
 // one, normally distributed. Callbacks are called in the order in which they were registered: to be
-// noticed, it has to come before the controllers that use the ranges. Exit status 1: not a ranger.
+// noticed, it has to come before the controllers that use the ranges. Refuses models
+// that are no rangers.
 
 #include "support/set_up.hh"
 

@@ -2,7 +2,8 @@
 //
 // pioneer_flocking: a flock of Pioneers, each with eight sonars in front and a fiducial finder that
 // sees the others. Drives to where it is open, and in the direction that the nearest other goes.
-// Exit status 1: not a position model, no ranger of eight sensors, or no fiducial finder.
+// Refuses models that are no positions, robots without a ranger of eight sensors or without a
+// fiducial finder.
 
 #include "support/expand_rule.hh"
 #include "support/foraging.hh"
@@ -50,7 +51,7 @@ void Drive(Robot* robot) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  Robot* robot = ctrl::NewRobot<Robot>();
+  Robot* robot = ctrl::NewRobot<Robot>(model);
   robot->position = ctrl::RequirePosition("pioneer_flocking", model);
   robot->sonars = ctrl::RequireUnusedRanger("pioneer_flocking", model);
   if (robot->sonars->GetSensors().size() < kSonars)

@@ -4,7 +4,6 @@
 // Model::Rasterize().
 
 #include <cstdint>
-#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -21,14 +20,17 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
   std::vector<uint8_t> cells(kWidth * kHeight, 0);
   model->Rasterize(cells.data(), kWidth, kHeight, size.x / kWidth, size.y / kHeight);
 
-  std::printf("[Rasterize] %s in %u by %u cells:\n", Stg::Printable(model->TokenStr(), 80).c_str(),
-              kWidth, kHeight);
+  const auto tell = [](const std::string& text) {
+    Stg::Tell(Stg::LogLevel::kProgress, "[Rasterize] " + text);
+  };
+  tell(Stg::Printable(model->TokenStr(), 80) + " in " + std::to_string(kWidth) + " by " +
+       std::to_string(kHeight) + " cells:");
   for (unsigned row = kHeight; row-- > 0;) {
     std::string line;
     for (unsigned column = 0; column < kWidth; column++)
       line += cells[column + row * kWidth] ? 'O' : '.';
-    std::printf("[Rasterize] %s\n", line.c_str());
+    tell(line);
   }
-  std::printf("[Rasterize] done\n");
+  tell("done");
   return 0;
 }

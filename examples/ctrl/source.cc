@@ -5,7 +5,7 @@
 //
 //   ctrl "source 10"
 //
-// The argument is that number; further ones are ignored. Exit status 1: it is missing, or not a
+// The argument is that number; further ones are ignored. Refused if it is missing, or not a
 // number from 1 to 1000000.
 
 #include <deque>
@@ -18,30 +18,34 @@ namespace {
 const Stg::Color kYellow(1, 1, 0);
 constexpr double kFlagSize = 0.25;  // m
 
+/// They live as long as the world's ground: nobody says when a flag is of no use any more.
+using Flags = std::deque<Stg::Model::Flag>;
+
 struct Zone {
   Stg::Model* model = nullptr;
   double capacity = 0;
+  Flags* flags = nullptr;
 };
 
 void Produce(Zone* zone) {
-  // They live as long as the process: nobody says when a flag is of no use any more.
-  static std::deque<Stg::Model::Flag> flags;
   if (zone->model->GetFlagCount() < zone->capacity)
-    zone->model->PushFlag(&flags.emplace_back(kYellow, kFlagSize));
+    zone->model->PushFlag(&zone->flags->emplace_back(kYellow, kFlagSize));
 }
 
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
-  Zone* zone = ctrl::NewRobot<Zone>();
+  Zone* zone = ctrl::NewRobot<Zone>(model);
   zone->model = model;
+  zone->flags =
+      ctrl::SharedInWorld<Flags>(model->GetWorld(), "source flags", [] { return Flags(); });
   const std::vector<std::string> words = ctrl::SplitWords(args->worldfile);
   if (words.size() < 2 || !ctrl::ReadNumber(words[1], {"capacity", &zone->capacity, 1, 1000000}))
     ctrl::GiveUp("source", *model,
                  "found \"" + args->worldfile +
                      "\", expected a number of flags from 1 to 1000000, as in \"source 10\"");
-  std::printf("source: %s makes flags, up to %.0f\n", Stg::Printable(model->TokenStr(), 80).c_str(),
-              zone->capacity);
+  ctrl::Tell("source: " + Stg::Printable(model->TokenStr(), 80) + " makes flags, up to " +
+             std::to_string(static_cast<int>(zone->capacity)));
   ctrl::CallOnUpdate<Zone, Produce>(model, zone);
   model->Subscribe();
   return 0;

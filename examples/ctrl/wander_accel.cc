@@ -3,7 +3,7 @@
 // wander_accel: as wander, but commands accelerations, which the robot's acceleration bounds limit.
 //
 // Uses the first of the robot's children ranger:0 to ranger:15 whose first sensor has more than 8
-// samples. Exit status 1: not a position model; 2: no such ranger.
+// samples. Refuses models that are no positions, and robots without such a ranger.
 
 #include "support/find_laser.hh"
 #include "support/obstacle_rule.hh"

@@ -10,7 +10,11 @@
 // towards open space.
 
 #include <charconv>
+#include <cstdio>
 #include <cstring>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "support/expand_rule.hh"
 
@@ -47,10 +51,8 @@ int DriveAll(Stg::World*, void* robots) {
 Robot FindRobot(const Stg::World& world, int number) {
   const std::string name = "r" + std::to_string(number);
   Stg::Model* model = world.GetModel(name);
-  if (!model) {
-    std::fprintf(stderr, "stest: found no model called \"%s\" in the world\n", name.c_str());
-    std::exit(1);
-  }
+  if (!model)
+    throw std::runtime_error("stest: found no model called \"" + name + "\" in the world");
   Robot robot{ctrl::RequirePosition("stest", model),
               dynamic_cast<Stg::ModelRanger*>(model->GetChild("ranger:0"))};
   if (!robot.ranger || robot.ranger->GetSensors().size() < kFewestSensors)
@@ -77,7 +79,12 @@ int main(int argc, char* argv[]) {
   Stg::World world("Stage Benchmark Program");
   if (!world.Load(argv[1])) return world.LoadStatus();
   Robots robots;
-  for (int i = 0; i < count; i++) robots.push_back(FindRobot(world, i));
+  try {
+    for (int i = 0; i < count; i++) robots.push_back(FindRobot(world, i));
+  } catch (const std::runtime_error& reason) {
+    std::fprintf(stderr, "%s\n", Stg::Printable(reason.what(), 200).c_str());
+    return 1;
+  }
   for (const Robot& robot : robots) {
     robot.position->Subscribe();
     robot.ranger->Subscribe();

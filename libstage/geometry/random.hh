@@ -60,6 +60,10 @@ class LazyRandomStream {
   RandomStream& Get();
   /// Begins anew.
   void Restart() { stream_.reset(); }
+  void Restart(std::uint64_t seed) {
+    seed_ = seed;
+    stream_.reset();
+  }
 
  private:
   LazyRandomStream(const LazyRandomStream&);

@@ -12,15 +12,21 @@
 
 namespace Stg {
 
-enum class LogLevel { kWarning, kError };
+/// kProgress: what is being done: files that are read while a world is loaded, "[Image
+/// "cave.png"]", and the clock of worlds that show theirs, "[Stage: 1m 02s 000msec]".
+enum class LogLevel { kWarning, kError, kProgress };
 
 /// Gets one message: one line without a line end, and without control characters. May be called by
 /// several threads at once, and must not throw.
 typedef std::function<void(LogLevel level, const std::string& line)> LogSink;
 
-/// Sends all warnings and errors of the library there; an empty sink is standard error, as at the
-/// start.
+/// Sends all messages of the library there. An empty sink, as at the start, is standard error, for
+/// warnings and errors alone. The library writes nothing to standard output but what Print()
+/// functions are asked for.
 void SetLogSink(const LogSink& sink);
+
+/// Hands a line to the sink, made printable, and cut if it is absurdly long: for controllers.
+void Tell(LogLevel level, const std::string& line);
 
 /// The text as one line that a terminal shows and doesn't obey: control characters, bytes that are
 /// not UTF-8 and marks that turn the direction of writing come out as \n, \t, \x1b. What it made

@@ -15,6 +15,8 @@ LogSink& Sink() {
   return sink;
 }
 
+thread_local messages::Collector* innermost_collector = nullptr;
+
 /// In one call, so that lines of several threads don't mix.
 void PrintOnStandardError(const std::string& line) {
   const std::string text = line + "\n";
@@ -27,6 +29,8 @@ void SetLogSink(const LogSink& sink) {
   const std::lock_guard<std::mutex> lock(mutex);
   Sink() = sink;
 }
+
+void Tell(LogLevel level, const std::string& line) { messages::Report(level, line); }
 
 void internal::PrintMessage(FILE* stream, const char* tag, const char* file, const char* function,
                             const char* format, ...) {
@@ -54,7 +58,10 @@ std::string Formatted(const char* format, std::va_list arguments) {
 
 void Report(LogLevel level, const std::string& line) {
   constexpr std::size_t kLongest = 1000;  // bytes: room for a long path in a long message
+  constexpr std::size_t kMostCollected = 1000;
   const std::string shown = Shortened(line, kLongest);
+  Collector* const collector = level == LogLevel::kProgress ? nullptr : innermost_collector;
+  if (collector && collector->lines.size() < kMostCollected) collector->lines.push_back(shown);
   LogSink sink;
   {
     const std::lock_guard<std::mutex> lock(mutex);
@@ -62,10 +69,14 @@ void Report(LogLevel level, const std::string& line) {
   }
   if (sink)
     sink(level, shown);
-  else
+  else if (level != LogLevel::kProgress)
     PrintOnStandardError(shown);
 }
 
+Collector::Collector() : outer_(innermost_collector) { innermost_collector = this; }
+Collector::~Collector() { innermost_collector = outer_; }
+
+void Progress(const std::string& text) { Report(LogLevel::kProgress, text); }
 void Warn(const std::string& text) { Report(LogLevel::kWarning, "stage: warning: " + text); }
 
 }  // namespace messages

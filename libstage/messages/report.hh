@@ -9,6 +9,7 @@
 #include <cstdarg>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "messages/log.hh"
 
@@ -22,6 +23,24 @@ void Report(LogLevel level, const std::string& line);
 
 /// Reports "stage: warning: TEXT".
 void Warn(const std::string& text);
+
+/// Reports what is being done.
+void Progress(const std::string& text);
+
+/// While it lives, keeps the warnings and errors that this thread reports, beside the sink; those
+/// of the innermost one alone, and a thousand at most.
+class Collector {
+ public:
+  Collector();
+  ~Collector();
+  Collector(const Collector&) = delete;
+  Collector& operator=(const Collector&) = delete;
+
+  std::vector<std::string> lines;
+
+ private:
+  Collector* outer_;
+};
 
 inline constexpr std::size_t kLongestName = 80;     // bytes of it that a message shows
 inline constexpr std::size_t kLongestDetail = 200;  // of a path, of somebody else's message

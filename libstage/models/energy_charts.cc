@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "models/model.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
 
 namespace Stg {
 
@@ -26,12 +28,10 @@ point_int_t SquareOf(double x, double y) { return point_int_t(SquareOf(x), Squar
 
 }  // namespace
 
-joules_t DissipationVis::greatest_ = 0;
-
 void DissipationVis::Accumulate(double x, double y, joules_t amount) {
   joules_t& sum = squares_[SquareOf(x, y)];
   sum += amount;
-  greatest_ = std::max(greatest_, sum);
+  *greatest_ = std::max(*greatest_, sum);
 }
 
 joules_t DissipationVis::At(double x, double y) const {
@@ -45,6 +45,7 @@ EnergyCharts::EnergyCharts(Model* model)
              "energy output", "energy_input"),
       stored(0, 142, kChartWidth, kChartHeight, kChartLength, Color(0, 1, 0), Color(0, 0, 0, 0.5),
              "energy stored", "energy_stored"),
+      dissipation(&model->GetWorld()->engine().greatest_dissipation),
       model_(model) {
   model_->AddVisualizer(&output, false);
   model_->AddVisualizer(&stored, false);

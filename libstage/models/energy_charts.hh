@@ -15,12 +15,14 @@ namespace Stg {
 /// Energy by squares of 1 m.
 class DissipationVis : public Visualizer {
  public:
-  DissipationVis() : Visualizer("energy dissipation", "energy_dissipation") {}
+  /// `greatest`: of all squares of all packs of a world.
+  explicit DissipationVis(joules_t* greatest)
+      : Visualizer("energy dissipation", "energy_dissipation"), greatest_(greatest) {}
 
   void Accumulate(double x, double y, joules_t amount);
   joules_t At(double x, double y) const;
-  /// Of all squares of all packs: what the shades are relative to.
-  static joules_t Greatest() { return greatest_; }
+  /// Of all squares of all packs of the world: what the shades are relative to.
+  joules_t Greatest() const { return *greatest_; }
 
   const std::map<point_int_t, joules_t>& squares() const { return squares_; }
 
@@ -29,7 +31,7 @@ class DissipationVis : public Visualizer {
 
  private:
   std::map<point_int_t, joules_t> squares_;
-  static joules_t greatest_;
+  joules_t* greatest_;
 };
 
 class EnergyCharts {

@@ -15,16 +15,22 @@ namespace Stg {
 
 class Model;
 
-/// What World::Log() writes down. Not to be used by several threads at once.
+/// What World::Log() writes down.
 class LogEntry {
  public:
-  /// Appends itself to the log, with the model's pose of now.
+  /// With the model's pose of now. Appends itself to `log` if the model's world is listed.
   LogEntry(usec_t timestamp, Model* mod);
 
-  static std::vector<LogEntry> log;  ///< of all worlds
+  usec_t timestamp() const { return timestamp_; }
+  uint32_t model_id() const { return model_id_; }
+  const Pose& pose() const { return pose_; }
 
-  static size_t Count() { return log.size(); }
-  static void Clear() { log.clear(); }
+  /// Of all listed worlds; World::log() has the entries of one. Not to be touched while another
+  /// thread may write down something.
+  static std::vector<LogEntry> log;
+
+  static size_t Count();
+  static void Clear();
   /// One line each on standard output: seconds, the model's number, its pose.
   static void Print();
 

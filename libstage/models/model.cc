@@ -3,7 +3,6 @@
 #include "models/model.hh"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
 
@@ -26,11 +25,6 @@
 namespace Stg {
 
 namespace {
-
-uint32_t NextId() {
-  static std::atomic<uint32_t> next{0};  // worlds that make models may run in several threads
-  return next++;
-}
 
 bool AllFinite(const Pose& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
@@ -78,7 +72,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       friction(0),
       gui{false, parent_ == nullptr, false, false},
       has_default_block(true),
-      id(NextId()),
+      id(world_->NextModelId()),
       map_resolution(0.1),
       mass(0),
       trail_index(0),
@@ -113,25 +107,32 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
   Ancestor& above = AboveOf(parent, world);
   const unsigned int count = above.CountOfType(type);
   Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);
-  above.AddChild(this);
-  world->AddModel(this);
-
   blockgroup->AddRectangle(-0.5, -0.5, 1.0, 1.0, Bounds(0, 1));
   blockgroup->Fit(geom.size);
+  try {
+    above.AddChild(this);
+    world->AddModel(this);
+  } catch (...) {  // no destructor follows
+    Leave();
+    throw;
+  }
+}
+
+/// Takes it off the lists of its parent and its world.
+void Model::Leave() {
+  AboveOf(parent, world).RemoveChild(this);
+  world->RemoveModel(this);
 }
 
 Model::~Model() {
   if (callbacks_) callbacks_->orphaned = true;
-  world->FinishRays();
+  if (adopted_) world->engine().KeepForNow(std::move(*adopted_));
+  world->engine().TraceBatchAndPostponeThrowing();
   DeleteChildren();
   StopCharging();
   power_pack.reset();
   blockgroup->Clear();
-  if (parent)
-    parent->RemoveChild(this);
-  else
-    world->RemoveChild(this);
-  world->RemoveModel(this);
+  Leave();
 }
 
 // ---- names and the tree -------------------------------------------------------------------------
@@ -164,7 +165,7 @@ Model* Model::GetUnsubscribedModelOfType(const std::string& wanted) const {
   return nullptr;
 }
 
-Model* Model::LookupId(uint32_t wanted) { return World::FindModel(wanted); }
+Model* Model::LookupId(uint32_t wanted) { return World::FindModelOfAny(wanted); }
 
 void Model::Print(char* prefix) const {
   std::printf("%s%s %s:%s\n", prefix ? prefix : "", prefix ? " model" : "Model",
@@ -501,6 +502,11 @@ void Model::AddParallelCallback(callback_type_t t, model_callback_t cb, void* us
   AddCallback(Callback{cb, user, t, true});
 }
 
+void Model::Adopt(const std::shared_ptr<void>& data) {
+  if (!adopted_) adopted_ = std::make_unique<std::list<std::shared_ptr<void>>>();
+  adopted_->push_back(data);
+}
+
 void Model::AddCallback(const Callback& entry) {
   if (!callbacks_) callbacks_ = std::make_shared<Callbacks>();
   std::vector<Callback>& all = callbacks_->all;
@@ -536,6 +542,24 @@ struct Model::Callbacks::Round {
   Callbacks* all;
 };
 
+/// Counts callbacks that run outside of a step: those of a step may run in several threads.
+class CallOutsideOfStep {
+ public:
+  explicit CallOutsideOfStep(World* world) {
+    if (world->engine().stepping) return;
+    engine_ = world->ShareEngine();
+    engine_->calls++;
+  }
+  ~CallOutsideOfStep() {
+    if (engine_) engine_->calls--;
+  }
+  CallOutsideOfStep(const CallOutsideOfStep&) = delete;
+  CallOutsideOfStep& operator=(const CallOutsideOfStep&) = delete;
+
+ private:
+  std::shared_ptr<WorldEngine> engine_;  // a callback may delete the world
+};
+
 /// Calls call(entry) for each callback of the type, which returns what that does.
 template <typename F>
 int Model::CallEach(callback_type_t t, F call) {
@@ -548,6 +572,7 @@ int Model::CallEach(callback_type_t t, F call) {
   const RandomScope random_numbers(&random_);
   const size_t count = callbacks->all.size();
   const Callbacks::Round round(callbacks.get());
+  const CallOutsideOfStep call_outside_of_step(world);
   for (size_t i = 0; i < count && !callbacks->orphaned; i++) {
     const Callback entry = callbacks->all[i];
     if (entry.type != t || !entry.function) continue;
@@ -578,11 +603,12 @@ void Model::InitOrThrow() {
   if (!HasCallbacks(CB_INIT)) return;
   const std::string where = wf ? wf->Where(wf_entity, "ctrl") + ": " : "";  // it may be deleted
   const std::string name = token;
+  const std::shared_ptr<WorldEngine> engine = world->ShareEngine();
   CallEach(CB_INIT, [&](const Callback& entry) {
     try {
       return entry.function(this, entry.user);
     } catch (...) {
-      throw LoadError(where + DescribeInitFailure(name, entry.user), 255);
+      throw LoadError(where + DescribeInitFailure(name, entry.user, *engine), 255);
     }
   });
 }

@@ -110,9 +110,10 @@ class Model : public Ancestor {
   /// Old names stay valid for World::GetModel().
   void SetToken(const std::string& str) override;
   const std::string& GetModelType() const { return type; }
-  /// A serial number, unique in the process.
+  /// A serial number, unique in the world: the ground has 0, models of a file follow in its order.
   uint32_t GetId() const { return id; }
-  /// The model of that number in any world; null if there is none.
+  /// The model of that number; null if there is none. With several worlds World::FindModel() is
+  /// meant: this takes the oldest of them that has one.
   static Model* LookupId(uint32_t id);
   std::string PoseString() { return GetPose().String(); }
   /// Its name and its descendants', a line each.
@@ -232,6 +233,10 @@ class Model : public Ancestor {
   /// Removes all entries with that function; returns how many entries remain.
   int RemoveCallback(callback_type_t type, model_callback_t callback);
   int CallCallbacks(callback_type_t type);
+
+  /// Keeps data of a controller for as long as the model lives; and if a callback or Init() deletes
+  /// the model, until that is over.
+  void Adopt(const std::shared_ptr<void>& data);
 
   class cb_t {
    public:
@@ -486,6 +491,7 @@ class Model : public Ancestor {
     void Tidy();
   };
 
+  void Leave();
   void LoadEnergy();
   void LoadBody();
   void LoadGuiState();
@@ -527,6 +533,7 @@ class Model : public Ancestor {
   bool shares_name_;                      // another model had its name before
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
+  std::unique_ptr<std::list<std::shared_ptr<void> > > adopted_;  // most models have nothing
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.

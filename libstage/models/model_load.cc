@@ -45,13 +45,11 @@ std::string TooLong(const std::string& text) {
 const std::vector<std::vector<point_t>>& OutlinesOfPicture(World* world, Worldfile* wf, int entity,
                                                            const std::string& name) {
   const std::string path = wf->ReadFilename(entity, "bitmap", name.c_str());
-  std::printf("[Image \"%s\"", messages::Shortened(name, messages::kLongestDetail).c_str());
-  std::fflush(stdout);
+  messages::Progress("[Image \"" + messages::Shortened(name, messages::kLongestDetail) + "\"]");
   auto& known = world->engine().outlines_of_pictures;
   try {
     auto found = known.find(path);
     if (found == known.end()) found = known.emplace(path, picture::OutlinesOf(path)).first;
-    std::printf("]");
     return found->second;
   } catch (const LoadError& error) {
     throw LoadError(wf->Where(entity, "bitmap") + ": " + error.what(), error.exit_status());
@@ -97,7 +95,7 @@ void Model::Load() {
   LoadEnergy();
   debug = wf->ReadInt(wf_entity, "debug", debug);
   LoadName();
-  if (debug) std::printf("Model %s is in debug mode\n", messages::Quoted(token).c_str());
+  if (debug) messages::Progress("Model " + messages::Quoted(token) + " is in debug mode");
 
   Geom new_geom = geom;
   new_geom.pose.Load(wf, wf_entity, "origin");
@@ -309,7 +307,7 @@ void Model::LoadControllers() {
       wf->Warn(wf_entity, "ctrl", "found an empty controller name; ignored");
       continue;
     }
-    if (!World::run_options.controllers) {
+    if (!world->options().controllers) {
       world->engine().controllers_left_out++;
       continue;
     }

@@ -21,7 +21,7 @@ joules_t PowerPack::global_input = 0;
 
 namespace {
 
-/// The totals are shared by all worlds, which different threads may run.
+/// Different threads may run worlds, and callbacks of one world.
 void AddTo(joules_t* total, joules_t change) {
   if (change != 0) std::atomic_ref<joules_t>(*total).fetch_add(change, std::memory_order_relaxed);
 }
@@ -30,6 +30,12 @@ void AddTo(joules_t* total, joules_t change) {
 joules_t Countable(joules_t amount) { return amount > 0 && std::isfinite(amount) ? amount : 0; }
 
 }  // namespace
+
+void PowerPack::Count(joules_t EnergyTotals::*total, joules_t* global, joules_t change) {
+  World* const world = mod_->GetWorld();
+  AddTo(&(world->energy_totals().*total), change);
+  if (world->options().listed) AddTo(global, change);
+}
 
 PowerPack::PowerPack(Model* mod)
     : mod_(mod),
@@ -53,7 +59,7 @@ void PowerPack::Print(const char* prefix) const {
 }
 
 void PowerPack::Store(joules_t j) {
-  AddTo(&global_stored, Countable(j) - Countable(stored_));
+  Count(&EnergyTotals::stored, &global_stored, Countable(j) - Countable(stored_));
   stored_ = j;
 }
 
@@ -69,7 +75,7 @@ void PowerPack::SetCapacity(joules_t cap) {
     WarnAbout(*mod_, "refused a capacity that is not a number");
     return;
   }
-  AddTo(&global_capacity, Countable(cap) - Countable(capacity_));
+  Count(&EnergyTotals::capacity, &global_capacity, Countable(cap) - Countable(capacity_));
   capacity_ = cap;
   if (stored_ > cap) Store(cap);
 }
@@ -87,7 +93,7 @@ void PowerPack::Subtract(joules_t j) {
   if (!IsInfinite())
     Store(stored_ - std::min(stored_, j));
   else if (std::isfinite(j))
-    AddTo(&global_input, j);
+    Count(&EnergyTotals::input, &global_input, j);
 }
 
 void PowerPack::TransferTo(PowerPack* dest, joules_t amount) {
@@ -105,7 +111,7 @@ joules_t PowerPack::Spend(joules_t j) {
   if (std::isinf(amount)) return 0;
   Subtract(amount);
   dissipated_ += amount;
-  AddTo(&global_dissipated, amount);
+  Count(&EnergyTotals::dissipated, &global_dissipated, amount);
   if (charts_) {
     charts_->output.AppendValue(static_cast<float>(amount));
     charts_->stored.AppendValue(static_cast<float>(stored_));

@@ -21,6 +21,14 @@ class Camera;
 class EnergyCharts;
 class Model;
 
+/// Of the packs of a world. Infinite supplies do not count as stored.
+struct EnergyTotals {
+  joules_t stored, capacity;   ///< of the packs that there are
+  joules_t dissipated, input;  ///< since the world was loaded: of all packs, by infinite supplies
+
+  EnergyTotals() : stored(0), capacity(0), dissipated(0), input(0) {}
+};
+
 class PowerPack {
  public:
   /// An empty pack without capacity. It belongs to whoever made it and must go before the model's
@@ -66,7 +74,8 @@ class PowerPack {
   /// For its charger, who may outlive it.
   const std::shared_ptr<bool>& ShareCharging() const { return charging_; }
 
-  /// Over all packs of all worlds that there are. Infinite supplies do not count.
+  /// Over the packs of all listed worlds; World::energy_totals() has those of one. Infinite
+  /// supplies do not count.
   static joules_t global_stored, global_capacity;
   /// Since the program began: what packs dissipated, what infinite supplies gave.
   static joules_t global_dissipated, global_input;
@@ -78,6 +87,7 @@ class PowerPack {
   bool IsInfinite() const { return stored_ < 0 || std::isinf(stored_); }
   void Store(joules_t j);
   joules_t Spend(joules_t j);
+  void Count(joules_t EnergyTotals::*total, joules_t* global, joules_t change);
 
   Model* mod_;
   joules_t stored_, capacity_, dissipated_;

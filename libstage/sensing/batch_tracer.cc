@@ -32,8 +32,8 @@ class BatchTracer::Probe {
 };
 
 void BatchTracer::SetWorkers(threads::WorkerPool* workers) {
-  workers_ = workers;
   thread_data_.resize(workers->threads());
+  workers_ = workers;
 }
 
 void BatchTracer::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {

@@ -4,12 +4,12 @@
 
 #include <exception>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "models/model.hh"
+#include "world/engine.hh"
 #include "world/plugin.hh"
 #include "world/world.hh"
 
@@ -17,30 +17,11 @@ namespace Stg {
 
 namespace {
 
-/// Controllers may keep the pointer for as long as they like, and libraries are never closed.
-class AllArguments {
- public:
-  CtrlArgs* Add(const std::string& text) {
-    const std::lock_guard<std::mutex> lock(mutex_);  // several threads may load worlds
-    all_.push_back(std::make_unique<CtrlArgs>(text, World::ctrlargs));
-    return all_.back().get();
-  }
-  /// The text of the world file; empty if these are not among them.
-  std::string TextOf(const void* arguments) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (const auto& known : all_)
-      if (known.get() == arguments) return known->worldfile;
-    return "";
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<CtrlArgs>> all_;
-};
-
-AllArguments& Arguments() {
-  static AllArguments& all = *new AllArguments;  // there until the very end
-  return all;
+/// The text of the world file; empty if these are no controller's arguments.
+std::string TextOf(const void* arguments, const WorldEngine& engine) {
+  for (const auto& known : engine.controller_arguments)
+    if (known.get() == arguments) return known->worldfile;
+  return "";
 }
 
 std::string FirstWord(const std::string& text) {
@@ -65,8 +46,9 @@ std::string DescribeException() {
   }
 }
 
-std::string DescribeInitFailure(const std::string& model_name, const void* arguments) {
-  const std::string controller = FirstWord(Arguments().TextOf(arguments));
+std::string DescribeInitFailure(const std::string& model_name, const void* arguments,
+                                const WorldEngine& engine) {
+  const std::string controller = FirstWord(TextOf(arguments, engine));
   return (controller.empty() ? "a callback of type CB_INIT"
                              : "Init() of the controller " + messages::Quoted(controller)) +
          " of the model " + messages::Quoted(model_name) + " has thrown " +
@@ -86,8 +68,9 @@ void LoadController(Model* model, const std::string& text) {
                         messages::Shortened(error, messages::kLongestDetail) +
                         (library ? "" : "; STAGEPATH names further folders to look in"),
                     255);
-  model->AddCallback(Model::CB_INIT, reinterpret_cast<model_callback_t>(init),
-                     Arguments().Add(text));
+  std::vector<std::unique_ptr<CtrlArgs>>& all = model->GetWorld()->engine().controller_arguments;
+  all.push_back(std::make_unique<CtrlArgs>(text, World::ctrlargs));
+  model->AddCallback(Model::CB_INIT, reinterpret_cast<model_callback_t>(init), all.back().get());
 }
 
 }  // namespace Stg

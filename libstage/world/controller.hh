@@ -10,9 +10,11 @@
 namespace Stg {
 
 class Model;
+class WorldEngine;
 
 /// Loads the plug-in that is the first word of `text` and registers its Init() as a callback of
-/// type CB_INIT. Throws LoadError with status 255.
+/// type CB_INIT. Its arguments stay until the world is loaded the next time, or deleted. Throws
+/// LoadError with status 255.
 void LoadController(Model* model, const std::string& text);
 
 /// The exception that is being handled: "the number 42".
@@ -20,7 +22,8 @@ std::string DescribeException();
 
 /// What a callback of type CB_INIT, which got these arguments, has just thrown; to be called in the
 /// handler of the exception.
-std::string DescribeInitFailure(const std::string& model_name, const void* arguments);
+std::string DescribeInitFailure(const std::string& model_name, const void* arguments,
+                                const WorldEngine& engine);
 
 }  // namespace Stg
 

@@ -3,7 +3,9 @@
 #include "world/engine.hh"
 
 #include <algorithm>
+#include <exception>
 #include <new>
+#include <utility>
 
 #include "messages/report.hh"
 
@@ -32,6 +34,16 @@ Model* WorldEngine::FindModel(uint32_t id) const {
   return found != models.end() && (*found)->GetId() == id ? *found : nullptr;
 }
 
+void WorldEngine::KeepForNow(std::list<std::shared_ptr<void>> data) noexcept {
+  orphans.splice(orphans.end(), data);  // takes no memory
+}
+
+void WorldEngine::LetOrphansGo() {
+  if (!IsIdle()) return;
+  // What is freed may free more.
+  const std::list<std::shared_ptr<void>> gone = std::exchange(orphans, {});
+}
+
 void WorldEngine::Forget(Model* model) {
   family_changes++;
   EraseFrom(&models, model);
@@ -56,8 +68,9 @@ bool WorldEngine::TellLost(const char* what) const {
 WorldEngine::WorldEngine() { Employ(new threads::WorkerPool(1)); }
 
 void WorldEngine::Employ(threads::WorkerPool* workers) {
-  workers_.reset(workers);
-  tracer.SetWorkers(workers);
+  std::unique_ptr<threads::WorkerPool, LetGo> mine(workers);
+  tracer.SetWorkers(workers);  // may lack memory
+  workers_ = std::move(mine);
 }
 
 void WorldEngine::SetThreads(unsigned count) {
@@ -85,10 +98,20 @@ void WorldEngine::ShareFrom(int count) {
 }
 
 void WorldEngine::TraceBatch() {
+  if (postponed_) std::rethrow_exception(std::exchange(postponed_, nullptr));
   if (scene.batch.fans().empty()) return;
   NoticeFork();
   RefreshHidden();
   tracer.Trace();
+}
+
+void WorldEngine::TraceBatchAndPostponeThrowing() noexcept {
+  try {
+    TraceBatch();
+  } catch (...) {
+    tracer.Drop();
+    postponed_ = std::current_exception();
+  }
 }
 
 RunStatistics WorldEngine::Statistics() const {

@@ -7,6 +7,8 @@
 #define STAGE_WORLD_ENGINE_HH
 
 #include <algorithm>
+#include <exception>
+#include <list>
 #include <map>
 #include <memory>
 #include <string>
@@ -44,7 +46,9 @@ class WorldEngine {
   RunStatistics statistics;  ///< but for the tracer's part, see Statistics()
   FiducialIndex fiducials;
 
-  std::vector<Model*> models;  ///< in the order of creation, the ground first
+  uint32_t next_model_id = 0;
+  double greatest_dissipation = 0;  ///< J, of a square metre: see DissipationVis
+  std::vector<Model*> models;       ///< in the order of creation, the ground first
   ModelNames names;
   MemoryBudget memory;
   std::vector<Model*> moving;                ///< those that asked for it, in the order of creation
@@ -68,13 +72,23 @@ class WorldEngine {
   bool deserted = false;  ///< the world has been deleted
   Watch* watches = nullptr;
   bool stepping = false;
-  bool writing = false;      ///< the world is loaded again, or saved
-  unsigned int loads = 0;    ///< in progress: one within another
-  bool loading = false;      ///< bodies are drawn when all is loaded
-  std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
+  bool writing = false;    ///< the world is loaded again, or saved
+  unsigned int calls = 0;  ///< of callbacks, outside of steps, in progress
+  unsigned int loads = 0;  ///< in progress: one within another
+  bool loading = false;    ///< bodies are drawn when all is loaded
+  std::vector<std::unique_ptr<CtrlArgs>> controller_arguments;
+  std::list<std::shared_ptr<void>> orphans;  ///< what models kept that are gone: see KeepForNow()
+  std::vector<Model*> made;                  ///< while a world is loaded: of each entity, or null
 
   /// By path, while a world is loaded.
   std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;
+
+  /// No callback is running, nor anything that calls some.
+  bool IsIdle() const { return !stepping && !writing && loads == 0 && calls == 0; }
+  /// Keeps what a model has adopted that is being deleted, perhaps by a callback that uses it.
+  void KeepForNow(std::list<std::shared_ptr<void>> data) noexcept;
+  /// Frees that if the world is idle.
+  void LetOrphansGo();
 
   /// Null if there is none of that number.
   Model* FindModel(uint32_t id) const;
@@ -96,6 +110,9 @@ class WorldEngine {
 
   /// Traces the rays that are waiting, through bodies that show themselves to rangers again.
   void TraceBatch();
+  /// As TraceBatch, for what must not throw, such as destructors: what is thrown is thrown by the
+  /// next TraceBatch instead, and the rays are left untraced.
+  void TraceBatchAndPostponeThrowing() noexcept;
   /// Gets ready for the next step, and lets go of what no sensor has used for a long time; the
   /// batch is empty.
   void EndStep();
@@ -138,6 +155,7 @@ class WorldEngine {
     }
   };
   std::unique_ptr<threads::WorkerPool, LetGo> workers_;
+  std::exception_ptr postponed_;
 
   unsigned forks_ = threads::CountForks();  // when threads were looked at last
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
 #include <atomic>
-#include <clocale>
 #include <mutex>
 
 #include "messages/report.hh"
@@ -25,7 +24,6 @@ void InitAlone(int* argc, char** argv[]) {
   if (argc && *argc > 0 && argv && *argv)
     for (int i = 0; i < *argc; i++) World::args.push_back((*argv)[i]);
   RandomStream::SeedThreads(World::run_options.seed);
-  std::setlocale(LC_ALL, "POSIX");
   RegisterModels();
   init_done = true;
 }

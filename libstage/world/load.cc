@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <new>
 #include <thread>
@@ -102,8 +101,7 @@ usec_t Microseconds(double value, double factor) {
   return us >= 1 && us < 1.8e19 ? static_cast<usec_t>(us) : 0;
 }
 
-std::unique_ptr<sensing::Prefilter> ChoosePrefilter() {
-  const RunOptions& options = World::run_options;
+std::unique_ptr<sensing::Prefilter> ChoosePrefilter(const RunOptions& options) {
   if (!options.opencl) return nullptr;
   if (options.device.size() > messages::kLongestDetail)  // the plug-in would repeat it in full
     throw LoadError("stage: no OpenCL device matches " + messages::Quoted(options.device));
@@ -118,63 +116,92 @@ std::unique_ptr<sensing::Prefilter> ChoosePrefilter() {
 
 }  // namespace
 
+/// Where a world comes from.
+struct World::Source {
+  std::string path;                 // may be empty
+  std::istream* content;            // null: the file
+  std::unique_ptr<Worldfile> read;  // null unless it has been read before
+};
+
 bool World::Load(const std::string& worldfile_path) {
-  std::printf(" [Loading %s]", Printable(worldfile_path).c_str());
-  std::fflush(stdout);
-  return LoadFrom(worldfile_path, nullptr);
+  messages::Progress("[Loading " + worldfile_path + "]");
+  return LoadFrom({worldfile_path, nullptr, nullptr});
 }
 
 bool World::Load(std::istream& world_content, const std::string& worldfile_path) {
-  std::printf(" [Loading from stream]");
-  std::fflush(stdout);
-  return LoadFrom(worldfile_path, &world_content);
+  messages::Progress("[Loading from stream]");
+  return LoadFrom({worldfile_path, &world_content, nullptr});
 }
 
-bool World::LoadFrom(const std::string& given_path, std::istream* content) {
-  const std::string path = given_path;  // it may be that of the world file that is loaded now
+bool World::Reset(uint64_t seed) {
+  if (!wf || !engine_->IsIdle()) {
+    messages::Report(LogLevel::kError, wf ? "stage: a world can't be reset by a callback"
+                                          : "stage: a world can't be reset before it is loaded");
+    return false;
+  }
+  Source source{path_, nullptr, std::move(wf)};
+  source.read->ForgetWritten();
+  DeleteAll();
+  options_.seed = seed;
+  random_.Restart(seed);
+  simulated_before_ = 0;
+  engine_->next_model_id = 0;
+  MakeGround();
+  return LoadFrom(std::move(source));
+}
+
+bool World::LoadFrom(Source source) {
   // A controller may delete the world, load another one, or have it load itself.
   const std::shared_ptr<WorldEngine> engine = engine_;
-  const While loads(&engine->loads, engine->loads + 1);
-  if (engine->loads > kMostNestedLoads) return RefuseToNest();
+  messages::Collector collector;
+  const bool loaded = LoadNow(*engine, std::move(source));
+  if (!engine->deserted) load_messages_ = std::move(collector.lines);
+  return loaded;
+}
+
+bool World::LoadNow(WorldEngine& engine, Source source) {
+  if (engine.IsIdle()) {
+    engine.LetOrphansGo();
+    if (wf) UnLoad();
+    engine.controller_arguments.clear();  // no controller runs that may look at them
+  }
+  const While loads(&engine.loads, engine.loads + 1);
+  if (engine.loads > kMostNestedLoads) return RefuseToNest();
   const double start = WallClock();
   if (wf) UnLoad();
   sim_time = 0;
   updates = 0;
   load_status_ = 0;
-  engine->statistics = RunStatistics();
-  engine->tracer.SetStatistics({});
-  engine->controllers_left_out = 0;
+  engine.statistics = RunStatistics();
+  engine.tracer.SetStatistics({});
+  engine.controllers_left_out = 0;
   const RandomScope random_numbers(&random_);
-  const uint64_t life = engine->life;
+  const uint64_t life = engine.life;
   ForgetThrower();
   try {
-    LoadContent(path, content);
+    LoadContent(std::move(source));
   } catch (const LoadError& error) {
-    return FailToLoad(*engine, error.what(), error.exit_status());
+    return FailToLoad(engine, error.what(), error.exit_status());
   } catch (const std::bad_alloc&) {
-    if (!engine->deserted) UnLoad();
+    if (!engine.deserted) UnLoad();
     throw;
   } catch (...) {  // a callback's
     const std::string thrower = *Thrower() ? Thrower() : "something";
-    return FailToLoad(*engine,
+    return FailToLoad(engine,
                       "stage: " + thrower + " has thrown " +
                           messages::Shortened(DescribeException(), messages::kLongestDetail) +
                           " while a world was being loaded",
                       255);
   }
-  std::printf("\n");
-  std::fflush(stdout);
-  if (engine->deserted) return engine->TellLost("loaded");
-  if (engine->life != life) return AfterAnotherLife();
+  if (engine.deserted) return engine.TellLost("loaded");
+  if (engine.life != life) return AfterAnotherLife();
   ApplyRunOptions();
   wf->WarnUnused();
-  engine->statistics.load_seconds = WallClock() - start;
+  engine.statistics.load_seconds = WallClock() - start;
   return true;
 }
 
 bool World::FailToLoad(const WorldEngine& engine, const std::string& message, int status) {
-  std::printf("\n");
-  std::fflush(stdout);
   messages::Report(LogLevel::kError, message);
   ForgetThrower();
   if (engine.deserted) return false;
@@ -184,13 +211,15 @@ bool World::FailToLoad(const WorldEngine& engine, const std::string& message, in
 }
 
 /// Reads a world file and makes its models.
-void World::LoadContent(const std::string& path, std::istream* content) {
-  wf = std::make_unique<Worldfile>();
-  if (content)
-    wf->Load(*content, path);
-  else
-    wf->Load(path);
-  SetToken(wf->ReadString(0, "name", path.empty() ? "[stream]" : path));
+void World::LoadContent(Source source) {
+  path_ = source.path;
+  const bool is_read = source.read != nullptr;
+  wf = is_read ? std::move(source.read) : std::make_unique<Worldfile>();
+  if (source.content)
+    wf->Load(*source.content, path_);
+  else if (!is_read)
+    wf->Load(path_);
+  SetToken(wf->ReadString(0, "name", path_.empty() ? "[stream]" : path_));
   LoadWorldProperties();
   UsePrefilter();
   if (!LoadEntities()) return;
@@ -232,10 +261,10 @@ bool World::RefusesToWrite(const char* what) const {
 
 /// What holds whatever the file and its controllers say.
 void World::ApplyRunOptions() {
-  if (run_options.clock) show_clock = true;
-  if (run_options.duration > simulated_before_)
-    quit_time = run_options.duration - simulated_before_;
-  else if (run_options.duration > 0)
+  if (options_.clock) show_clock = true;
+  if (options_.duration > simulated_before_)
+    quit_time = options_.duration - simulated_before_;
+  else if (options_.duration > 0)
     Quit();
 }
 
@@ -254,15 +283,15 @@ void World::Reload() {
 }
 
 void World::UsePrefilter() {
-  std::unique_ptr<sensing::Prefilter> prefilter = ChoosePrefilter();
-  const bool threads_given = run_options.threads > 0 || wf->PropertyExists(0, "threads");
+  std::unique_ptr<sensing::Prefilter> prefilter = ChoosePrefilter(options_);
+  const bool threads_given = options_.threads > 0 || wf->PropertyExists(0, "threads");
   if (prefilter && !threads_given) {
     // What the device leaves to the host is short, and its memory, not its arithmetic, is the
     // limit: more threads than this no longer help.
     constexpr unsigned kMostUseful = 16;
     engine_->SetThreads(std::clamp(std::thread::hardware_concurrency(), 1u, kMostUseful));
   }
-  engine_->tracer.SetPrefilter(std::move(prefilter), run_options.always_on_device);
+  engine_->tracer.SetPrefilter(std::move(prefilter), options_.always_on_device);
 }
 
 void World::LoadWorldProperties() {
@@ -290,7 +319,7 @@ void World::LoadWorldProperties() {
     wf->Fail(0, "memory_limit", "found less than 1 MB, expected 1 or more, or 0: no limit");
   engine_->memory.Begin(megabytes);
   SetRayModel(ReadRayModel(wf.get(), 0, RayModel::kDefault));
-  SetRayModel(run_options.ray_model);
+  SetRayModel(options_.ray_model);
   show_clock = wf->ReadInt(0, "show_clock", show_clock);
   const int every = wf->ReadInt(0, "show_clock_interval", static_cast<int>(show_clock_interval));
   if (every < 1) wf->Warn(0, "show_clock_interval", "found fewer than 1 step; using 1");
@@ -309,10 +338,10 @@ void World::LoadWorldProperties() {
     wf->Warn(0, "threads", "found more than 1024 threads; using 1024");
     threads = kMostThreads;
   }
-  if (threads > 1) std::printf("[threads %d]", threads);
-  if (run_options.threads > 0) threads = run_options.threads;
+  if (threads > 1) messages::Progress("[threads " + std::to_string(threads) + "]");
+  if (options_.threads > 0) threads = options_.threads;
   engine_->SetThreads(static_cast<unsigned>(std::min(threads, kMostThreads)));
-  engine_->ShareFrom(run_options.share_from);
+  engine_->ShareFrom(options_.share_from);
 }
 
 /// False if a callback has unloaded or deleted the world.

@@ -25,13 +25,13 @@ namespace Stg {
 
 bool World::UpdateAll() {
   bool all_done = true;
-  for (World* world : AllWorlds())
+  for (World* world : ListedWorlds())
     if (Exists(world)) all_done &= world->Update();  // a callback of another may have deleted it
   return all_done;
 }
 
 void World::Run() {
-  const std::vector<World*> worlds = AllWorlds();
+  const std::vector<World*> worlds = ListedWorlds();
   for (World* world : worlds) {
     if (!world->IsGUI()) continue;
     if (worlds.size() > 1) {
@@ -50,6 +50,7 @@ bool World::Update(void) {
   // A callback may delete the world: what runs callbacks looks at the engine then.
   const std::shared_ptr<WorldEngine> engine = engine_;
   if (engine->stepping || engine->loading) return false;
+  engine->LetOrphansGo();
   const While stepping(&engine->stepping, true);
   engine->NoticeFork();
   if (show_clock && updates % std::max(1u, show_clock_interval) == 0) PrintClock();
@@ -104,7 +105,7 @@ void World::RunDueEvents() {
   // By index: an update may delete models, which strikes out their events, or everything there is,
   // which empties the list.
   for (size_t i = 0; i < engine.due.size();) {
-    const size_t updated = run_options.batch ? engine.UpdateTogether(i, this) : 0;
+    const size_t updated = options_.batch ? engine.UpdateTogether(i, this) : 0;
     if (updated == 0) RunDueEvent(i);
     i += std::max<size_t>(updated, 1);
   }
@@ -127,7 +128,7 @@ void World::RunDueEvent(size_t index) {
   } else if (event.model && event.model->ExpectsUpdate(event.chain)) {
     event.model->Update();
   }
-  if (!run_options.batch) engine.TraceBatch();
+  if (!options_.batch) engine.TraceBatch();
 }
 
 void World::FinishRays() { engine_->TraceBatch(); }
@@ -234,9 +235,6 @@ std::string World::ClockString(void) const {
   return text;
 }
 
-void World::PrintClock() {
-  std::printf("\r[Stage: %s]", ClockString().c_str());
-  std::fflush(stdout);
-}
+void World::PrintClock() { messages::Progress("[Stage: " + ClockString() + "]"); }
 
 }  // namespace Stg

@@ -28,9 +28,14 @@ std::atomic<bool> World::quit_all_{false};
 std::vector<World*> World::worlds_;
 
 namespace {
-/// Held by who changes the list of worlds or the list of a world's models, and by who looks into
-/// those of others: different threads may have worlds of their own.
+/// Held by who changes the list of worlds, or the list of models of a world on it, and by who looks
+/// into those of others: different threads may have worlds of their own.
 std::mutex lists_mutex;
+
+/// Nobody looks into the models of a world that is not listed.
+std::unique_lock<std::mutex> LockLists(bool listed) {
+  return listed ? std::unique_lock<std::mutex>(lists_mutex) : std::unique_lock<std::mutex>();
+}
 
 bool Older(const Model* a, const Model* b) { return a->GetId() < b->GetId(); }
 
@@ -42,24 +47,26 @@ double UsablePpm(double ppm) {
 }
 }  // namespace
 
-World::World(const std::string& name, double ppm)
+World::World(const std::string& name, double ppm) : World(run_options, name, ppm) {}
+
+World::World(const RunOptions& options, const std::string& name, double ppm)
     : paused(false),
       ground(nullptr),
       dirty(false),
       power_pack_count(0),
       record_trails(false),
       engine_(std::make_shared<WorldEngine>()),
+      options_(options),
       default_ppm_(UsablePpm(ppm)),
-      seed_(run_options.seed),
-      random_(run_options.seed),
+      random_(options.seed),
       load_status_(0),
       simulated_before_(0),
       quit_(false) {
   token = name;
   InitIfNotDone();
   SetDefaults();
-  engine_->SetThreads(static_cast<unsigned>(std::max(1, run_options.threads)));
-  engine_->ShareFrom(run_options.share_from);
+  engine_->SetThreads(static_cast<unsigned>(std::max(1, options_.threads)));
+  engine_->ShareFrom(options_.share_from);
   {
     const std::lock_guard<std::mutex> lock(lists_mutex);
     worlds_.push_back(this);
@@ -97,9 +104,11 @@ bool World::Exists(const World* world) {
   return std::find(worlds_.begin(), worlds_.end(), world) != worlds_.end();
 }
 
-std::vector<World*> World::AllWorlds() {
+std::vector<World*> World::ListedWorlds() {
   const std::lock_guard<std::mutex> lock(lists_mutex);
-  return worlds_;
+  std::vector<World*> listed = worlds_;
+  std::erase_if(listed, [](const World* world) { return !world->options_.listed; });
+  return listed;
 }
 
 void World::MakeGround() {
@@ -119,7 +128,7 @@ void World::ForgetAll() {
   engine_->outlines_of_pictures.clear();
   engine_->names.Clear();
   engine_->scheduler.Clear();
-  engine_->TraceBatch();
+  engine_->TraceBatchAndPostponeThrowing();
   engine_->fiducials.Clear();
   engine_->sensed.clear();
   engine_->update_callbacks_due.clear();
@@ -132,16 +141,24 @@ void World::ForgetAll() {
 
 void World::UnLoad() {
   simulated_before_ += sim_time;
+  DeleteAll();
+  token = "[unloaded]";
+  MakeGround();
+}
+
+void World::DeleteAll() {
   ForgetAll();
   DeleteChildren();
+  engine_->scheduler.Clear();  // of the models that are to be forgotten
+  engine_->greatest_dissipation = 0;
+  log_.clear();
+  energy_totals_ = EnergyTotals();
   child_type_counts.clear();
   ray_list.clear();
   wf.reset();
   quit_ = false;
   SetDefaults();
   random_.Restart();
-  token = "[unloaded]";
-  MakeGround();
 }
 
 bool World::Save(const char* filename) {
@@ -162,7 +179,7 @@ Worldfile* World::GetWorldFile() { return wf.get(); }
 void World::AddModel(Model* mod) {
   engine_->family_changes++;
   {
-    const std::lock_guard<std::mutex> lock(lists_mutex);
+    const std::unique_lock<std::mutex> lock = LockLists(options_.listed);
     engine_->models.push_back(mod);
   }
   AddModelName(mod, mod->TokenStr());
@@ -179,7 +196,7 @@ void World::RemoveModel(Model* mod) {
   std::vector<Model*>& made = engine_->made;
   const size_t entity = static_cast<size_t>(mod->wf_entity);
   if (entity < made.size() && made[entity] == mod) made[entity] = nullptr;
-  const std::lock_guard<std::mutex> lock(lists_mutex);
+  const std::unique_lock<std::mutex> lock = LockLists(options_.listed);
   engine_->Forget(mod);
 }
 
@@ -209,15 +226,21 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
   return model;
 }
 
-Model* World::FindModel(uint32_t id) {
+Model* World::FindModel(uint32_t id) const { return engine_->FindModel(id); }
+
+Model* World::FindModelOfAny(uint32_t id) {
   const std::lock_guard<std::mutex> lock(lists_mutex);
-  for (const World* world : worlds_)
-    if (Model* found = world->engine_->FindModel(id)) return found;
+  for (const World* world : worlds_) {
+    Model* found = world->options_.listed ? world->FindModel(id) : nullptr;
+    if (found) return found;
+  }
   return nullptr;
 }
 
+uint32_t World::NextModelId() { return engine_->next_model_id++; }
+
 void World::Log(Model* mod) {
-  if (mod) LogEntry(sim_time, mod);
+  if (mod) log_.push_back(LogEntry(sim_time, mod));
 }
 
 void World::RegisterOption(Option* option) {

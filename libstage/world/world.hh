@@ -16,7 +16,9 @@
 #include "geometry/random.hh"
 #include "grid/ray_model.hh"
 #include "models/ancestor.hh"
+#include "models/log_entry.hh"
 #include "models/model.hh"
+#include "models/power_pack.hh"
 #include "sensing/ray_hit.hh"
 
 namespace Stg {
@@ -58,8 +60,8 @@ class RaytraceResult {
       : pose(p), mod(m), color(c), range(r) {}
 };
 
-/// How worlds are run; set before they are made. Results change with the seed, the ray model, the
-/// duration and the controllers alone.
+/// How a world is run. Results change with the seed, the ray model, the duration and the
+/// controllers alone.
 struct RunOptions {
   int threads;     ///< that work on a step; 0: what the world file says, or else with a device
                    ///< all processors and without one 1
@@ -75,6 +77,10 @@ struct RunOptions {
                      ///< and however often it is loaded; 0: their quit times count
   bool clock;        ///< print the simulated time, whatever the file says
   bool controllers;  ///< false: `ctrl` properties load nothing, so that files run no code
+  bool
+      listed;  ///< the world is one of those of the program: World::UpdateAll(), Run() and
+               ///< QuitAll() concern it, Model::LookupId() looks into it, and LogEntry::log and the
+               ///< totals of PowerPack tell of it. One that is not shares nothing with other worlds
 
   RunOptions()
       : threads(0),
@@ -86,7 +92,8 @@ struct RunOptions {
         ray_model(RayModel::kDefault),
         duration(0),
         clock(false),
-        controllers(true) {}
+        controllers(true),
+        listed(true) {}
 };
 
 class World : public Ancestor {
@@ -94,11 +101,15 @@ class World : public Ancestor {
   static constexpr int DEFAULT_PPM = 50;
   static std::vector<std::string> args;  ///< of the program
   static std::string ctrlargs;           ///< the text of --args, for controllers
+  /// Of worlds that are made without any of their own. To be set before, by one thread.
   static RunOptions run_options;
 
   /// ppm: cells of the grid per metre; in place of one that is not positive and finite, with a
   /// message, DEFAULT_PPM. The name is only a stand-in until a world is loaded.
   World(const std::string& name = "MyWorld", double ppm = DEFAULT_PPM);
+  /// Different threads may make, load, run and delete worlds of their own at the same time.
+  explicit World(const RunOptions& options, const std::string& name = "MyWorld",
+                 double ppm = DEFAULT_PPM);
   virtual ~World();
 
   // Callbacks and controllers may load, unload and delete the world they are called in. The rest of
@@ -107,12 +118,20 @@ class World : public Ancestor {
 
   /// Reads a world file and makes its models; then calls their controllers' Init functions. False,
   /// with a message on standard error, if anything is wrong with it, or a callback throws; the
-  /// world is then as after UnLoad(), and LoadStatus() is the status that a program should exit with. False, with a
-  /// message, also if a controller has unloaded the world, and if controllers load worlds that
-  /// load worlds, many times over.
+  /// world is then as after UnLoad(), and LoadStatus() is the status that a program should exit
+  /// with. False, with a message, also if a controller has unloaded the world, and if controllers
+  /// load worlds that load worlds, many times over.
   virtual bool Load(const std::string& worldfile_path);
   virtual bool Load(std::istream& world_content, const std::string& worldfile_path = std::string());
   int LoadStatus() const { return load_status_; }
+  /// The warnings and errors of the last Load() or Reset(), a line each; a thousand at most. The
+  /// log sink gets them too.
+  const std::vector<std::string>& LoadMessages() const { return load_messages_; }
+  /// As if the program had begun anew with that seed: loads the world again, from the text of the
+  /// file as it was when it was read, with the numbers that models got then. So all models are
+  /// new, and callbacks are gone but those of controllers. False like Load(); and if nothing is
+  /// loaded, or a callback of the world's asks for it, with a message.
+  bool Reset(uint64_t seed);
   /// Deletes all models; the clock goes back to 0.
   virtual void UnLoad();
   /// Lets every model read its properties again, from the world file as it is in memory. Bodies,
@@ -149,7 +168,7 @@ class World : public Ancestor {
   virtual std::string ClockString(void) const;
   void ShowClock(bool enable) { show_clock = enable; }
   bool ShowsClock() const { return show_clock; }
-  bool TestQuit() const { return quit_ || quit_all_; }
+  bool TestQuit() const { return quit_ || (options_.listed && quit_all_); }
   /// Safe from other threads and signal handlers.
   void Quit() { quit_ = true; }
   void QuitAll() { quit_all_ = true; }
@@ -199,8 +218,13 @@ class World : public Ancestor {
                 const ray_test_func_t func, const Model* model, const void* arg, const bool ztest,
                 std::vector<RaytraceResult>& results);
 
-  /// Writes down where the model is: see LogEntry.
+  /// Writes down where the model is.
   void Log(Model* mod);
+  /// What Log() has written down since the world was loaded.
+  const std::vector<LogEntry>& log() const { return log_; }
+
+  /// Of the packs of this world: see PowerPack.
+  const EnergyTotals& energy_totals() const { return energy_totals_; }
 
   virtual bool IsGUI() const { return false; }
   /// What Run() does for a world with a window.
@@ -238,7 +262,8 @@ class World : public Ancestor {
   static constexpr double kMeasuringSeconds = 0.3;
   /// FNV-1a over what the models feed to Model::HashState(), in the order of the models.
   uint64_t StateHash() const;
-  uint64_t seed() const { return seed_; }
+  const RunOptions& options() const { return options_; }
+  uint64_t seed() const { return options_.seed; }
   /// The world's own random numbers; see Model::random() too.
   RandomStream& random() { return random_.Get(); }
 
@@ -248,6 +273,8 @@ class World : public Ancestor {
   virtual void RemoveModel(Model* mod);
   void AddModelName(Model* mod, const std::string& name);
   WorldEngine& engine() { return *engine_; }
+  /// For those who call callbacks, which may delete the world.
+  const std::shared_ptr<WorldEngine>& ShareEngine() const { return engine_; }
   internal::sensing::Scene& scene();
   Placement& placement();
   void ScheduleUpdate(Model* mod, usec_t delay, uint64_t chain);
@@ -257,14 +284,20 @@ class World : public Ancestor {
   void StopMoving(Model* mod);
   void EnableEnergy(Model* mod);
   void DisableEnergy(Model* mod);
+  EnergyTotals& energy_totals() { return energy_totals_; }
   void AddPowerPack(PowerPack*) { power_pack_count++; }
   void RemovePowerPack(PowerPack*) { power_pack_count--; }
-  static Model* FindModel(uint32_t id);
+  /// Null if there is none of that number in this world.
+  Model* FindModel(uint32_t id) const;
+  /// The same in all listed worlds, the oldest first.
+  static Model* FindModelOfAny(uint32_t id);
+  /// The number of one more model.
+  uint32_t NextModelId();
   void NoteHiddenFromRangers(Model* mod);
   void ForgetRays(const Model* mod);
   /// Traces the rays that are waiting in the batch. To be called before anything changes that they
-  /// may meet, and before callbacks: rays meet the world as it was when the sensor updated, batch or
-  /// no batch.
+  /// may meet, and before callbacks: rays meet the world as it was when the sensor updated, batch
+  /// or no batch.
   void FinishRays();
   bool IsLoading() const;
   /// What it comes to in this world.
@@ -273,12 +306,14 @@ class World : public Ancestor {
   void DrawForExactRays();
 
  protected:
-  bool LoadFrom(const std::string& path, std::istream* content);
+  struct Source;
+  bool LoadFrom(Source source);
+  bool LoadNow(WorldEngine& engine, Source source);
   virtual void LoadWorldProperties();
   /// Called when all models are there: for those who have a window.
   virtual void LoadWindowSection() {}
   void UsePrefilter();
-  void LoadContent(const std::string& path, std::istream* content);
+  void LoadContent(Source source);
   bool FailToLoad(const WorldEngine& engine, const std::string& message, int status);
   bool RefuseToNest();
   bool AfterAnotherLife();
@@ -301,6 +336,7 @@ class World : public Ancestor {
   void PrintClock();
   void MakeGround();
   void ForgetAll();
+  void DeleteAll();
   void SetDefaults();
   RaytraceResult ResultOf(const Pose& origin, double range, Model* hit) const;
 
@@ -323,13 +359,17 @@ class World : public Ancestor {
   class Gauge;
 
   static void InitIfNotDone();
-  static std::vector<World*> AllWorlds();
+  static std::vector<World*> ListedWorlds();
 
   std::shared_ptr<WorldEngine> engine_;
+  RunOptions options_;
   const double default_ppm_;
-  uint64_t seed_;
+  std::vector<LogEntry> log_;
+  EnergyTotals energy_totals_;
   LazyRandomStream random_;
   int load_status_;
+  std::vector<std::string> load_messages_;
+  std::string path_;         // as given to Load()
   usec_t simulated_before_;  // by what was loaded before
   std::atomic<bool> quit_;
   static std::atomic<bool> quit_all_;

@@ -89,8 +89,8 @@ std::string ReadWholeFile(const std::string& path) {
   return text;
 }
 
-Lexer::Lexer(Document& document, std::string base_directory, std::ostream* progress)
-    : document_(document), base_directory_(std::move(base_directory)), progress_(progress) {}
+Lexer::Lexer(Document& document, std::string base_directory)
+    : document_(document), base_directory_(std::move(base_directory)) {}
 
 void Lexer::Run() {
   bytes_ = document_.sources.Text(0).size();
@@ -213,8 +213,7 @@ void Lexer::LexInclude(Cursor& cursor, std::size_t word) {
   const std::string name = IncludeName(cursor, word);
   const std::size_t quote = cursor.at - name.size() - 2;
   SkipRestOfLine(cursor);
-  if (progress_ != nullptr)
-    *progress_ << "[Include " << Shortened(name, messages::kLongestDetail) << "]" << std::flush;
+  messages::Progress("[Include " + Shortened(name, messages::kLongestDetail) + "]");
   if (++includes_ > kMaxIncludes) {
     document_.sources.Fail(
         cursor.source, word,

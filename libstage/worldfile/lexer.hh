@@ -22,7 +22,7 @@ class Lexer {
  public:
   /// `base_directory` is where relative includes are looked for. `progress` (may be null) gets
   /// "[Include NAME]" for each include.
-  Lexer(Document& document, std::string base_directory, std::ostream* progress);
+  Lexer(Document& document, std::string base_directory);
 
   void Run();
 
@@ -49,7 +49,6 @@ class Lexer {
 
   Document& document_;
   std::string base_directory_;
-  std::ostream* progress_;
   std::vector<std::uint16_t> open_;  // the file being read, the ones that include it before it
   std::size_t includes_ = 0;
   std::size_t bytes_ = 0;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <istream>
 #include <system_error>
 #include <utility>
@@ -48,16 +47,13 @@ std::string KeyOf(const std::string& file) {
 // ---- loading ----
 
 Worldfile::Worldfile() : unit_length(1.0), unit_angle(kRadiansPerDegree), impl_(new Impl) {
-  impl_->progress = &std::cout;
   Reset();
 }
 
 Worldfile::~Worldfile() = default;
 
 void Worldfile::Reset() {
-  std::ostream* const progress = impl_->progress;
   impl_.reset(new Impl);
-  impl_->progress = progress;
   unit_length = 1.0;
   unit_angle = kRadiansPerDegree;
 }
@@ -91,7 +87,7 @@ bool Worldfile::Load(std::istream& world_content, const std::string& file) {
 
 void Worldfile::Parse() {
   try {
-    worldfile::Lexer(impl_->document, impl_->base_directory, impl_->progress).Run();
+    worldfile::Lexer(impl_->document, impl_->base_directory).Run();
     worldfile::Parser(impl_->document).ParseFile();
     ReadUnits();
   } catch (const LoadError&) {
@@ -120,7 +116,7 @@ void Worldfile::ReadUnits() {
   }
 }
 
-void Worldfile::SetProgressStream(std::ostream* out) { impl_->progress = out; }
+void Worldfile::ForgetWritten() { impl_->written.clear(); }
 
 // ---- entities ----
 

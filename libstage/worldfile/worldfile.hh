@@ -122,8 +122,8 @@ class Worldfile {
   /// One line each, "FILE:LINE:COLUMN: warning: ...".
   const std::vector<std::string>& warnings() const;
 
-  /// Where "[Include NAME]" goes: standard output unless told otherwise; null for nowhere.
-  void SetProgressStream(std::ostream* out);
+  /// Takes back what was written to it since it was read.
+  void ForgetWritten();
 
   /// As given to Load; if the file came from STAGEPATH, the path where it was found.
   std::string filename;

@@ -7,7 +7,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <ostream>
 #include <string>
 #include <string_view>
 #include <unordered_set>
@@ -61,7 +60,6 @@ std::vector<Unfetched> FindUnfetched(const Document& document, const std::vector
 struct Worldfile::Impl {
   worldfile::Document document;
   std::string base_directory;
-  std::ostream* progress;
   std::map<worldfile::Slot, worldfile::Written> written;
   std::vector<bool> asked;  // by name: somebody looked for a property of that name
   std::map<worldfile::Slot, std::unique_ptr<CProperty>> handles;

@@ -64,7 +64,6 @@ bool IsOutOfBounds(const std::string& text) {
   try {
     std::istringstream in(text);
     Stg::Worldfile file;
-    file.SetProgressStream(nullptr);
     file.Load(in);
     return !Extent(&file).IsSmall();
   } catch (const Stg::LoadError&) {

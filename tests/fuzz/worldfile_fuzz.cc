@@ -14,7 +14,6 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::istringstream in(std::string(reinterpret_cast<const char*>(data), size));
   Stg::Worldfile world;
-  world.SetProgressStream(nullptr);
   try {
     world.Load(in);
     for (int entity = 0; entity < world.GetEntityCount() && entity < 1000; ++entity) {

@@ -14,6 +14,7 @@
 #include "messages/report.hh"
 #include "models/thrown.hh"
 #include "stage.hh"
+#include "stage/console.hh"
 #include "stage/explain.hh"
 #include "stage/help.hh"
 #include "stage/interrupt.hh"
@@ -84,6 +85,7 @@ int Main(int argc, char* argv[]) {
   srand48(static_cast<long>(options.run.seed));
   srandom(static_cast<unsigned>(options.run.seed));
   World::ctrlargs = options.controller_args;
+  ShowMessages();
   Init(&argc, &argv);
   return options.action == Options::Action::kExplain ? Explain(options) : Run(options);
 }

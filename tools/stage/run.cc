@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "messages/report.hh"
+#include "stage/console.hh"
 #include "stage/interrupt.hh"
 #include "stage/progress.hh"
 #include "stage/window.hh"
@@ -63,8 +64,9 @@ int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* 
     // frees the memory of a million models faster than anything else.
     World* world = with_window ? std::exchange(with_window, nullptr) : new World;
     worlds->push_back({world, file, 0, {}});
-    if (!world->Load(file))
-      return World::Exists(world) && world->LoadStatus() != 0 ? world->LoadStatus() : 1;
+    const bool loaded = world->Load(file);
+    EndLine();
+    if (!loaded) return World::Exists(world) && world->LoadStatus() != 0 ? world->LoadStatus() : 1;
   }
   return 0;
 }

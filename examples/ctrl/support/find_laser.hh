@@ -10,7 +10,7 @@
 namespace ctrl {
 
 /// The first of the children ranger:0 to ranger:15 whose first sensor has more than 8 samples.
-/// Says on standard output which names it tries. Gives up with exit status 2 if there is none.
+/// Says which names it tries. Gives up if there is none.
 inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::Model& model) {
   constexpr int kNamesTried = 16;
   constexpr unsigned kFewSamples = 8;  // as many or fewer make no laser
@@ -19,19 +19,19 @@ inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::
     auto* ranger = dynamic_cast<Stg::ModelRanger*>(model.GetChild(name));
     const bool good = ranger && !ranger->GetSensors().empty() &&
                       ranger->GetSensors()[0].sample_count > kFewSamples;
-    std::printf("%s: %s: is %s a laser? %s\n", controller.c_str(),
-                Stg::Printable(model.TokenStr(), 80).c_str(), name.c_str(), good ? "yes" : "no");
+    Tell(controller + ": " + Stg::Printable(model.TokenStr(), 80) + ": is " + name + " a laser? " +
+         (good ? "yes" : "no"));
     if (good) return ranger;
   }
   GiveUp(controller, model,
-         "found none of ranger:0 to ranger:15 with more than 8 samples, expected one", 2);
+         "found none of ranger:0 to ranger:15 with more than 8 samples, expected one");
 }
 
 /// The state of one more robot that is driven by its laser: a struct with the members position and
 /// laser. Both are subscribed to; kUpdate is called whenever the laser has new data.
 template <class Robot, void (*kUpdate)(Robot*)>
 void DriveByLaser(const std::string& controller, Stg::Model* model) {
-  Robot* robot = NewRobot<Robot>();
+  Robot* robot = NewRobot<Robot>(model);
   robot->position = RequirePosition(controller, model);
   robot->position->Subscribe();
   robot->laser = RequireLaser(controller, *model);

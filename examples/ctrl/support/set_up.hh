@@ -5,9 +5,8 @@
 #ifndef EXAMPLES_CTRL_SUPPORT_SET_UP_HH
 #define EXAMPLES_CTRL_SUPPORT_SET_UP_HH
 
-#include <cstdio>
-#include <cstdlib>
-#include <deque>
+#include <memory>
+#include <stdexcept>
 #include <string>
 
 #include "stage.hh"
@@ -19,13 +18,15 @@ struct Drive {
   double forward = 0, turn = 0;
 };
 
-/// Ends the program: a robot without its controller would make the whole run worthless.
+/// Makes the loading of the world fail: a robot without its controller would make the whole run
+/// worthless. To be called within Init().
 [[noreturn]] inline void GiveUp(const std::string& controller, const Stg::Model& model,
-                                const std::string& reason, int exit_status = 1) {
-  std::fprintf(stderr, "%s: %s: %s\n", controller.c_str(),
-               Stg::Printable(model.TokenStr(), 80).c_str(), Stg::Printable(reason, 200).c_str());
-  std::exit(exit_status);
+                                const std::string& reason) {
+  throw std::runtime_error(controller + ": " + model.TokenStr() + ": " + reason);
 }
+
+/// What a controller has to say while the world is loaded.
+inline void Tell(const std::string& line) { Stg::Tell(Stg::LogLevel::kProgress, line); }
 
 /// The model as a position model. Gives up if it is another one.
 inline Stg::ModelPosition* RequirePosition(const std::string& controller, Stg::Model* model) {
@@ -67,12 +68,24 @@ inline auto DrawFrom(Stg::Model* model) {
   return [model](unsigned choices) { return model->random().Choose(choices); };
 }
 
-/// The state of one more robot. States live as long as the process, since nobody tells a
-/// controller when its model is deleted.
+/// The state of one more robot, which lives as long as the model.
 template <class Robot>
-Robot* NewRobot() {
-  static std::deque<Robot> robots;
-  return &robots.emplace_back();
+Robot* NewRobot(Stg::Model* model) {
+  const auto robot = std::make_shared<Robot>();
+  model->Adopt(robot);
+  return robot.get();
+}
+
+/// What all controllers of a kind share in a world; made by the first one, gone with what was
+/// loaded. `name` is that of a property of the world's ground.
+template <class T, class Make>
+T* SharedInWorld(Stg::World* world, const char* name, Make make) {
+  Stg::Model* const ground = world->GetGround();
+  if (void* found = ground->GetProperty(name)) return static_cast<T*>(found);
+  const auto made = std::make_shared<T>(make());
+  ground->Adopt(made);
+  ground->SetProperty(name, made.get());
+  return made.get();
 }
 
 }  // namespace ctrl

@@ -165,7 +165,7 @@ void DrawRaster(const Model& model, const Pose& global, Painting* marks, Paintin
 }
 
 void DrawDissipation(const DissipationVis& heat, Painting* painting) {
-  const double greatest = DissipationVis::Greatest();
+  const double greatest = heat.Greatest();
   if (!(greatest > 0)) return;
   Painter painter(painting);
   for (const auto& [square, amount] : heat.squares()) {
