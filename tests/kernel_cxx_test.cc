@@ -120,7 +120,9 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
       std::memcpy(&fan_records.emplace_back(), &fan, sizeof fan);
     }
     items += (fans.size() * samples + kWorkGroup - 1) / kWorkGroup * kWorkGroup;
-    records[group + 1] = {.first_item = number(items), .samples = 1};
+    records[group + 1] = {};
+    records[group + 1].first_item = number(items);
+    records[group + 1].samples = 1;
     group += 2;
   }
   std::vector<uint64_t> windows(3);  // they need not begin there either

@@ -17,6 +17,7 @@
 #include <memory>
 #include <string>
 
+#include "sensing/device_batch.hh"
 #include "sensing/prefilter.hh"
 
 namespace Stg::internal::sensing {
@@ -31,7 +32,8 @@ constexpr uint64_t BackendLayout() {
        {sizeof(void*), sizeof(std::string), sizeof(Prefilter), sizeof(HitLists),
         sizeof(PrefilterStatistics), sizeof(PrefilterError), sizeof(grid::Grid),
         sizeof(grid::Occupancy), sizeof(DirectionTables), sizeof(RayBatch), sizeof(Fan),
-        sizeof(DeviceFan), sizeof(threads::WorkerPool), sizeof(ray_fan_record_t),
+        sizeof(DeviceFan), sizeof(DeviceBatch), sizeof(threads::WorkerPool),
+        sizeof(ray_fan_record_t), sizeof(ray_group_record_t), sizeof(ray_direction_t),
         sizeof(ray_grid_t), std::size_t{__GXX_ABI_VERSION}})
     hash = (hash ^ size) * 0x100000001b3u;
   return hash;
