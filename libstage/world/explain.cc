@@ -8,11 +8,20 @@
 #include <map>
 #include <typeinfo>
 
+#include "models/actuator.hh"
+#include "models/blobfinder.hh"
 #include "models/block.hh"
+#include "models/bumper.hh"
+#include "models/camera.hh"
+#include "models/fiducial.hh"
+#include "models/gripper.hh"
+#include "models/position.hh"
 #include "models/power_pack.hh"
-#include "stage.hh"
+#include "models/ranger.hh"
+#include "models/wifi.hh"
 #include "world/engine.hh"
 #include "world/sensor_kinds.hh"
+#include "world/world.hh"
 
 namespace Stg {
 

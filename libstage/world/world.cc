@@ -15,7 +15,6 @@
 #include "models/state_hasher.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
-#include "stage.hh"
 #include "world/engine.hh"
 #include "worldfile/worldfile.hh"
 
