@@ -30,7 +30,7 @@ ALLOWED = {
     "sensing": "messages threads kernels geometry grid",
     "models": "messages geometry worldfile grid sensing",
     "world": "config messages threads geometry worldfile grid sensing models",
-    "face": "config messages geometry models world",
+    "face": "config messages geometry worldfile models world",
     "libstage_cl": "grid sensing",
     "gui/view": "geometry worldfile models world",
     "gui/draw": "messages geometry sensing models world gui/view",

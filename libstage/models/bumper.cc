@@ -7,6 +7,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "messages/log.hh"
+#include "models/model_type.hh"
 #include "models/state_hasher.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -23,6 +24,23 @@ constexpr int kMaxBumpers = 10000;
 bool StopsBumper(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder);
 }
+
+void Describe(const ModelBumper& bumper, SensorExtent* extent) {
+  extent->parts = extent->rays = bumper.bumper_count;
+}
+
+ModelType::Undo Keep(ModelBumper* bumper) {
+  if (!bumper->samples) return [bumper] { bumper->samples = nullptr; };
+  const std::vector<ModelBumper::BumperSample> samples(bumper->samples,
+                                                       bumper->samples + bumper->bumper_count);
+  return [bumper, samples] { std::copy(samples.begin(), samples.end(), bumper->samples); };
+}
+
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(TypeOf<ModelBumper>("bumper")
+                          .Updates(ModelType::kShared | ModelType::kPastOwnTree)
+                          .Senses(Describe)
+                          .Keeps(Keep));
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_hasher.hh"
 #include "models/warn_about.hh"
@@ -54,6 +55,27 @@ Bounds Extent(const Block& block, meters_t point_t::*axis) {
   }
   return extent;
 }
+
+void Describe(const ModelGripper&, SensorExtent* extent) {
+  extent->parts = extent->rays = 4;  // two beams, two contact strips
+}
+
+ModelType::Undo Keep(ModelGripper* gripper) {
+  ModelGripper::config_t before = gripper->GetConfig();
+  return [gripper, before]() mutable {
+    const ModelGripper::config_t now = gripper->GetConfig();
+    const bool moved = now.paddles != before.paddles || now.lift != before.lift ||
+                       now.paddle_position != before.paddle_position ||
+                       now.lift_position != before.lift_position;
+    if (moved) gripper->SetConfig(before);
+  };
+}
+
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(TypeOf<ModelGripper>("gripper")
+                          .Updates(ModelType::kShared | ModelType::kHasRest)
+                          .Senses(Describe)
+                          .Keeps(Keep));
 
 }  // namespace
 

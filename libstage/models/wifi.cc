@@ -10,6 +10,7 @@
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/line_in_bodies.hh"
+#include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/property_checks.hh"
 #include "models/state_hasher.hh"
@@ -46,6 +47,24 @@ double Log10(double x) {
   for (int k = 23; k >= 1; k -= 2) sum = sum * s * s + 1.0 / k;
   return (exponent * M_LN2 + 2.0 * s * sum) / M_LN10;
 }
+
+void Describe(const ModelWifi& wifi, SensorExtent* extent) {
+  extent->rays_vary = wifi.propagation == ModelWifi::PROPAGATION_RAYTRACE;
+}
+
+/// Radios with random losses are measured without them, to leave their random numbers alone.
+ModelType::Undo Keep(ModelWifi* wifi) {
+  const ModelWifi::Propagation before = wifi->propagation;
+  if (before == ModelWifi::PROPAGATION_LOG_DISTANCE)
+    wifi->propagation = ModelWifi::PROPAGATION_FRIIS;
+  return [wifi, before] { wifi->propagation = before; };
+}
+
+[[maybe_unused]] const bool kRegistered = RegisterModelType(
+    TypeOf<ModelWifi>("wifi")
+        .Updates(ModelType::kShared | ModelType::kPastOwnTree | ModelType::kHasRest)
+        .Senses(Describe)
+        .Keeps(Keep));
 
 }  // namespace
 

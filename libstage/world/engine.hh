@@ -65,6 +65,7 @@ class WorldEngine {
   std::vector<UpdateCallback> update_callbacks;  ///< of the world
   uint64_t family_changes = 0;                   ///< of who there is and whose child it is
   size_t controllers_left_out = 0;               ///< see RunOptions::controllers
+  size_t plugins_left_out = 0;                   ///< the same
 
   // Callbacks may do anything. Who calls some and goes on afterwards shares in the engine, so that
   // it is still there, and looks at these.

@@ -6,19 +6,13 @@
 #include <bit>
 #include <cmath>
 #include <map>
-#include <typeinfo>
 
-#include "models/actuator.hh"
-#include "models/blobfinder.hh"
 #include "models/block.hh"
-#include "models/bumper.hh"
 #include "models/camera.hh"
-#include "models/fiducial.hh"
-#include "models/gripper.hh"
+#include "models/model_type.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/ranger.hh"
-#include "models/wifi.hh"
 #include "world/engine.hh"
 #include "world/sensor_kinds.hh"
 #include "world/world.hh"
@@ -31,17 +25,8 @@ namespace {
 constexpr double kGrowth = 1.5;
 
 size_t SizeOf(const Model& model) {
-  const std::type_info& type = typeid(model);
-  if (type == typeid(ModelPosition)) return sizeof(ModelPosition);
-  if (type == typeid(ModelRanger)) return sizeof(ModelRanger);
-  if (type == typeid(ModelFiducial)) return sizeof(ModelFiducial);
-  if (type == typeid(ModelBlobfinder)) return sizeof(ModelBlobfinder);
-  if (type == typeid(ModelGripper)) return sizeof(ModelGripper);
-  if (type == typeid(ModelBumper)) return sizeof(ModelBumper);
-  if (type == typeid(ModelCamera)) return sizeof(ModelCamera);
-  if (type == typeid(ModelWifi)) return sizeof(ModelWifi);
-  if (type == typeid(ModelActuator)) return sizeof(ModelActuator);
-  return sizeof(Model);
+  const ModelType* const type = FindNearestModelType(model);
+  return type ? type->size : sizeof(Model);
 }
 
 uint64_t CellsOf(const grid::CellBox& box) {

@@ -7,17 +7,9 @@
 #include <typeinfo>
 #include <utility>
 
-#include "models/actuator.hh"
-#include "models/blinkenlight.hh"
-#include "models/blobfinder.hh"
-#include "models/bumper.hh"
-#include "models/camera.hh"
-#include "models/fiducial.hh"
-#include "models/gripper.hh"
-#include "models/lightindicator.hh"
+#include "models/model_type.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
-#include "models/wifi.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -72,44 +64,14 @@ std::span<const sensing::FanList::Entry> GatherPhase::FansOf(const Entry& entry,
   return block.fans.From(entry.first_fan).first(entry.fan_count);
 }
 
-namespace {
-
-/// What an update takes beside Model::Gather().
-struct Needs {
-  const std::type_info* type;
-  bool windows;      // of its tree: it casts rays past its own body
-  bool targets;      // the index of what fiducial finders may see
-  bool every_layer;  // the layer of everything, for its rays, which may be exact
-  bool rest;         // Model::Sensed()
-};
-
-/// Of the library's types but positions and rangers; null: it is none of them.
-const Needs* FindNeeds(const std::type_info& type) {
-  static const Needs kNeeds[] = {
-      {&typeid(ModelFiducial), true, true, true, false},
-      {&typeid(ModelActuator), false, false, false, false},
-      {&typeid(ModelBlobfinder), true, false, true, false},
-      {&typeid(ModelBumper), true, false, false, false},
-      {&typeid(ModelGripper), false, false, false, true},
-      {&typeid(ModelWifi), true, false, false, true},
-      {&typeid(ModelCamera), false, false, false, false},
-      {&typeid(Model), false, false, false, false},
-      {&typeid(ModelBlinkenlight), false, false, false, false},
-      {&typeid(ModelLightIndicator), false, false, false, false},
-  };
-  const auto found = std::ranges::find_if(kNeeds, [&](const Needs& n) { return *n.type == type; });
-  return found != std::end(kNeeds) ? found : nullptr;
-}
-
-}  // namespace
-
 /// The update of a model whose class does what it does here.
 bool GatherPhase::MayShare(const Scheduler::Event& event) {
   if (event.callback || !event.model) return false;
   const std::type_info& type = typeid(*event.model);
   if (type == typeid(ModelRanger)) return true;
   if (type == typeid(ModelPosition)) return !event.model->HasCallbacks(Model::CB_VELOCITY);
-  return FindNeeds(type) != nullptr;
+  const ModelType* const known = FindModelType(*event.model);
+  return known && known->updates != ModelType::kAlone;
 }
 
 // ---- getting ready ------------------------------------------------------------------------------
@@ -145,12 +107,14 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
     return 0;
   }
   if (type == typeid(ModelRanger)) return PrepareRanger(entry);
-  const Needs& needs = *FindNeeds(type);
+  const unsigned updates = FindModelType(model)->updates;
   entry->kind = Kind::kOther;
-  entry->has_rest = needs.rest;
-  entry->ready = !needs.windows || model.root->windows_;
-  return (needs.targets ? kTargets : 0) | (entry->ready ? 0 : kPartsThatLack) |
-         (needs.every_layer && model.world->IsExact(RayModel::kDefault) ? kExactRays : 0);
+  entry->has_rest = updates & ModelType::kHasRest;
+  entry->ready = !(updates & ModelType::kPastOwnTree) || model.root->windows_;
+  const bool exact =
+      (updates & ModelType::kThroughAllHeights) && model.world->IsExact(RayModel::kDefault);
+  return ((updates & ModelType::kLooksForFiducials) ? kTargets : 0) |
+         (entry->ready ? 0 : kPartsThatLack) | (exact ? kExactRays : 0);
 }
 
 unsigned GatherPhase::PrepareRanger(Entry* entry) {

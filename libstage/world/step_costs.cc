@@ -12,16 +12,13 @@
 #include <malloc.h>
 #endif
 
-#include "models/blobfinder.hh"
 #include "models/block.hh"
-#include "models/bumper.hh"
-#include "models/camera.hh"
 #include "models/fiducial.hh"
 #include "models/gripper.hh"
+#include "models/model_type.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/ranger.hh"
-#include "models/wifi.hh"
 #include "world/engine.hh"
 #include "world/sensor_kinds.hh"
 #include "world/world.hh"
@@ -61,55 +58,12 @@ std::vector<M*> Sample(std::vector<M*> models, size_t count) {
   return models;
 }
 
-/// Only the library's own types: what others do in their updates can't be known, nor put back.
-bool IsOurSensor(const Model& model) {
-  const std::type_info& type = typeid(model);
-  return type == typeid(ModelRanger) || type == typeid(ModelBlobfinder) ||
-         type == typeid(ModelFiducial) || type == typeid(ModelBumper) ||
-         type == typeid(ModelGripper) || type == typeid(ModelWifi) || type == typeid(ModelCamera);
-}
+using Undo = ModelType::Undo;
 
-using Undo = std::function<void()>;
-
-Undo SaveBumper(ModelBumper* bumper) {
-  if (!bumper->samples) return [bumper] { bumper->samples = nullptr; };
-  const std::vector<ModelBumper::BumperSample> samples(bumper->samples,
-                                                       bumper->samples + bumper->bumper_count);
-  return [bumper, samples] { std::copy(samples.begin(), samples.end(), bumper->samples); };
-}
-
-Undo SaveGripper(ModelGripper* gripper) {
-  ModelGripper::config_t before = gripper->GetConfig();
-  return [gripper, before]() mutable {
-    const ModelGripper::config_t now = gripper->GetConfig();
-    const bool moved = now.paddles != before.paddles || now.lift != before.lift ||
-                       now.paddle_position != before.paddle_position ||
-                       now.lift_position != before.lift_position;
-    if (moved) gripper->SetConfig(before);
-  };
-}
-
-/// Radios with random losses are measured without them, to leave their random numbers alone.
-Undo SaveWifi(ModelWifi* wifi) {
-  const ModelWifi::Propagation before = wifi->propagation;
-  if (before == ModelWifi::PROPAGATION_LOG_DISTANCE)
-    wifi->propagation = ModelWifi::PROPAGATION_FRIIS;
-  return [wifi, before] { wifi->propagation = before; };
-}
-
-/// What undoes the effects of a sensor's updates. Pictures of cameras stay.
-Undo SaveSensor(Model* model) {
-  if (auto* ranger = dynamic_cast<ModelRanger*>(model))
-    return [ranger, before = ranger->GetSensors()] { ranger->GetSensorsMutable() = before; };
-  if (auto* blobfinder = dynamic_cast<ModelBlobfinder*>(model))
-    return
-        [blobfinder, before = blobfinder->GetBlobs()] { blobfinder->GetBlobsMutable() = before; };
-  if (auto* fiducial = dynamic_cast<ModelFiducial*>(model))
-    return [fiducial, before = fiducial->GetFiducials()] { fiducial->GetFiducials() = before; };
-  if (auto* bumper = dynamic_cast<ModelBumper*>(model)) return SaveBumper(bumper);
-  if (auto* gripper = dynamic_cast<ModelGripper*>(model)) return SaveGripper(gripper);
-  if (auto* wifi = dynamic_cast<ModelWifi*>(model)) return SaveWifi(wifi);
-  return [] {};
+/// What other types do in their updates can't be known, nor put back.
+bool CanBePutBack(const Model& model) {
+  const ModelType* const type = FindModelType(model);
+  return type && type->keep;
 }
 
 /// Stands for what a controller does at least: looks at each reading once.
@@ -222,7 +176,7 @@ class World::Gauge {
   bool HasDevice() const { return !Statistics().device.empty(); }
 
   static bool CanMeasure(Model* model) {
-    if (!IsOurSensor(*model)) return false;
+    if (!CanBePutBack(*model)) return false;
     auto* gripper = dynamic_cast<ModelGripper*>(model);
     return !gripper || !gripper->GetConfig().gripped;  // it must not be dropped
   }
@@ -230,7 +184,7 @@ class World::Gauge {
   /// Two: readings, layers and tables are made in the first one. Returns the second.
   Pass FirstPasses(const std::vector<Model*>& sample) {
     for (Model* model : sample) {
-      undos_.push_back(SaveSensor(model));
+      undos_.push_back(FindModelType(*model)->keep(model));
       KeepSchedule(model);
     }
     Run(sample);

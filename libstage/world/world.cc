@@ -10,6 +10,7 @@
 
 #include "messages/report.hh"
 #include "models/log_entry.hh"
+#include "models/model_type.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/state_hasher.hh"
@@ -210,8 +211,8 @@ const std::set<Model*> World::GetAllModels() const {
 }
 
 Model* World::CreateModel(Model* parent, const std::string& typestr) {
-  const auto found = Model::name_map.find(typestr);
-  if (found == Model::name_map.end()) {
+  const creator_t create = FindCreator(typestr);
+  if (!create) {
     messages::Warn("model type " + messages::Quoted(typestr) + " is not known");
     return nullptr;
   }
@@ -220,7 +221,7 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
               Model::kDeepest);
     return nullptr;
   }
-  Model* model = found->second(this, parent, typestr);
+  Model* model = create(this, parent, typestr);
   if (!IsLoading()) model->Map();
   return model;
 }

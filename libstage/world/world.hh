@@ -76,7 +76,7 @@ struct RunOptions {
   usec_t duration;   ///< simulated, after which a world is done, whatever quit time its files give
                      ///< and however often it is loaded; 0: their quit times count
   bool clock;        ///< print the simulated time, whatever the file says
-  bool controllers;  ///< false: `ctrl` properties load nothing, so that files run no code
+  bool controllers;  ///< false: `ctrl` and `plugins` load nothing, so that files run no code
   bool
       listed;  ///< the world is one of those of the program: World::UpdateAll(), Run() and
                ///< QuitAll() concern it, Model::LookupId() looks into it, and LogEntry::log and the
