@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Controllers that read the sonars include this and link to nothing but Stage: the plug-in is there
-// when the world is. A model with GetModelType() == "sonar_ring" is one of these; dynamic_cast would
-// need the plug-in at link time.
+// when the world is. A model with GetModelType() == "sonar_ring" is one of these; dynamic_cast
+// would need the plug-in at link time.
 
 #ifndef SONAR_RING_HH
 #define SONAR_RING_HH
