@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include "messages/report.hh"
+#include "models/model_type_names.hh"
 #include "stage.hh"
 #include "stage_config.hh"
 

@@ -10,6 +10,7 @@
 
 #include "examples/model/sonar_ring.hh"
 #include "model_testing.hh"
+#include "models/model_type_names.hh"
 
 namespace Stg {
 namespace {
@@ -141,7 +142,7 @@ TEST(ModelTypes, KeepTheirNames) {
   InitLibrary();
   const creator_t ranger = FindCreator("ranger");
   EXPECT_NE(ErrorsOf([] {
-              EXPECT_FALSE(RegisterModelType(TypeOf<Derived>("ranger")));
+              EXPECT_FALSE(RegisterModelType(ModelTypeOf<Derived>("ranger")));
             }).find("\"ranger\" is registered already"),
             std::string::npos);
   EXPECT_EQ(FindCreator("ranger"), ranger);
@@ -152,7 +153,7 @@ TEST(ModelTypes, AreRegisteredWhileWorldsLoad) {
   std::atomic<bool> done{false};
   std::thread registrar([&] {
     for (int i = 0; i < 200; i++)
-      EXPECT_TRUE(RegisterModelType(TypeOf<Model>("made_up_" + std::to_string(i))));
+      EXPECT_TRUE(RegisterModelType(ModelTypeOf<Model>("made_up_" + std::to_string(i))));
     done = true;
   });
   std::vector<std::thread> loaders;

@@ -32,7 +32,7 @@ Stg::ModelType::Undo Keep(SonarRing* ring) {
 
 // Runs when the plug-in is loaded. From then on worlds know the type.
 [[maybe_unused]] const bool kRegistered =
-    Stg::RegisterModelType(Stg::TypeOf<SonarRing>("sonar_ring").Senses(Describe).Keeps(Keep));
+    Stg::RegisterModelType(Stg::ModelTypeOf<SonarRing>("sonar_ring").Senses(Describe).Keeps(Keep));
 
 }  // namespace
 

@@ -22,7 +22,7 @@ constexpr double kWatts = 2.0;
 constexpr double kSecond = 1e6;  // microseconds
 
 [[maybe_unused]] const bool kRegistered =
-    RegisterModelType(TypeOf<ModelActuator>("actuator").Updates(ModelType::kShared));
+    RegisterModelType(ModelTypeOf<ModelActuator>("actuator").Updates(ModelType::kShared));
 
 }  // namespace
 

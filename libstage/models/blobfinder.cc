@@ -47,7 +47,7 @@ ModelType::Undo Keep(ModelBlobfinder* blobfinder) {
 }
 
 [[maybe_unused]] const bool kRegistered = RegisterModelType(
-    TypeOf<ModelBlobfinder>("blobfinder")
+    ModelTypeOf<ModelBlobfinder>("blobfinder")
         .Updates(ModelType::kShared | ModelType::kPastOwnTree | ModelType::kThroughAllHeights)
         .Senses(Describe)
         .Keeps(Keep));

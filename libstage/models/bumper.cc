@@ -37,7 +37,7 @@ ModelType::Undo Keep(ModelBumper* bumper) {
 }
 
 [[maybe_unused]] const bool kRegistered =
-    RegisterModelType(TypeOf<ModelBumper>("bumper")
+    RegisterModelType(ModelTypeOf<ModelBumper>("bumper")
                           .Updates(ModelType::kShared | ModelType::kPastOwnTree)
                           .Senses(Describe)
                           .Keeps(Keep));

@@ -60,7 +60,7 @@ ModelType::Undo Keep(ModelCamera*) {
 }
 
 [[maybe_unused]] const bool kRegistered = RegisterModelType(
-    TypeOf<ModelCamera>("camera").Updates(ModelType::kShared).Senses(Describe).Keeps(Keep));
+    ModelTypeOf<ModelCamera>("camera").Updates(ModelType::kShared).Senses(Describe).Keeps(Keep));
 
 }  // namespace
 

@@ -31,7 +31,7 @@ ModelType::Undo Keep(ModelFiducial* fiducial) {
 }
 
 [[maybe_unused]] const bool kRegistered =
-    RegisterModelType(TypeOf<ModelFiducial>("fiducial")
+    RegisterModelType(ModelTypeOf<ModelFiducial>("fiducial")
                           .Updates(ModelType::kShared | ModelType::kPastOwnTree |
                                    ModelType::kLooksForFiducials | ModelType::kThroughAllHeights)
                           .Senses(Describe)

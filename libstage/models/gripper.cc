@@ -72,7 +72,7 @@ ModelType::Undo Keep(ModelGripper* gripper) {
 }
 
 [[maybe_unused]] const bool kRegistered =
-    RegisterModelType(TypeOf<ModelGripper>("gripper")
+    RegisterModelType(ModelTypeOf<ModelGripper>("gripper")
                           .Updates(ModelType::kShared | ModelType::kHasRest)
                           .Senses(Describe)
                           .Keeps(Keep));

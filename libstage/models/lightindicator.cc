@@ -10,8 +10,8 @@ namespace Stg {
 namespace {
 constexpr double kDimmed = 0.8;
 
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(TypeOf<ModelLightIndicator>("lightindicator").Updates(ModelType::kShared));
+[[maybe_unused]] const bool kRegistered = RegisterModelType(
+    ModelTypeOf<ModelLightIndicator>("lightindicator").Updates(ModelType::kShared));
 
 }  // namespace
 

@@ -63,7 +63,7 @@ std::string AutomaticName(const Ancestor& above, const Model* parent, const std:
 }
 
 [[maybe_unused]] const bool kRegistered =
-    RegisterModelType(TypeOf<Model>("model").Updates(ModelType::kShared));
+    RegisterModelType(ModelTypeOf<Model>("model").Updates(ModelType::kShared));
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "messages/report.hh"
+#include "models/model_type_names.hh"
 
 namespace Stg {
 

@@ -4,7 +4,7 @@
 // Part of <stage.hh>; C++11.
 //
 //   static const bool registered =
-//       Stg::RegisterModelType(Stg::TypeOf<Sonar>("sonar").Senses(DescribeSonar));
+//       Stg::RegisterModelType(Stg::ModelTypeOf<Sonar>("sonar").Senses(DescribeSonar));
 //
 // beside a class makes it known, as soon as its library is loaded. examples/model is a plug-in with
 // a type of its own.
@@ -18,7 +18,6 @@
 #include <functional>
 #include <string>
 #include <typeinfo>
-#include <vector>
 
 #include "models/model.hh"
 
@@ -62,9 +61,9 @@ struct ModelType {
 /// A type in the making. The class M has a constructor for (World*, Model* parent, const
 /// std::string& type).
 template <class M>
-class TypeOf {
+class ModelTypeOf {
  public:
-  explicit TypeOf(const std::string& name) {
+  explicit ModelTypeOf(const std::string& name) {
     type_.name = name;
     type_.of = &typeid(M);
     type_.size = sizeof(M);
@@ -73,17 +72,17 @@ class TypeOf {
     type_.updates = ModelType::kAlone;
   }
 
-  TypeOf& Updates(unsigned how) {
+  ModelTypeOf& Updates(unsigned how) {
     type_.updates = how;
     return *this;
   }
-  TypeOf& Senses(void (*describe)(const M&, SensorExtent*)) {
+  ModelTypeOf& Senses(void (*describe)(const M&, SensorExtent*)) {
     type_.describe = [describe](const Model& model, SensorExtent* extent) {
       describe(static_cast<const M&>(model), extent);
     };
     return *this;
   }
-  TypeOf& Keeps(ModelType::Undo (*keep)(M*)) {
+  ModelTypeOf& Keeps(ModelType::Undo (*keep)(M*)) {
     type_.keep = [keep](Model* model) { return keep(static_cast<M*>(model)); };
     return *this;
   }
@@ -107,14 +106,6 @@ bool RegisterModelType(const ModelType& type);
 const ModelType* FindModelType(const Model& model);
 /// The same, or else that of a class that it is derived from; null if that is Model alone.
 const ModelType* FindNearestModelType(const Model& model);
-
-// Model::name_map, for worlds that load in several threads while others register types.
-
-/// Null if there is none.
-creator_t FindCreator(const std::string& type);
-std::vector<std::string> ModelTypeNames();
-/// Puts all types into Model::name_map that have been registered, and from now on each that is.
-void NameModelTypes();
 
 }  // namespace Stg
 

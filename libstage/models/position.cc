@@ -49,7 +49,7 @@ point_t Turned(double x, double y, double angle) {
 }
 
 // Gathered in a way of its own: see GatherPhase.
-[[maybe_unused]] const bool kRegistered = RegisterModelType(TypeOf<ModelPosition>("position"));
+[[maybe_unused]] const bool kRegistered = RegisterModelType(ModelTypeOf<ModelPosition>("position"));
 
 }  // namespace
 

@@ -51,7 +51,7 @@ ModelType::Undo Keep(ModelRanger* ranger) {
 
 // Gathered in a way of its own: see GatherPhase.
 [[maybe_unused]] const bool kRegistered =
-    RegisterModelType(TypeOf<ModelRanger>("ranger").Senses(Describe).Keeps(Keep));
+    RegisterModelType(ModelTypeOf<ModelRanger>("ranger").Senses(Describe).Keeps(Keep));
 
 }  // namespace
 

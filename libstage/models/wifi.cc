@@ -61,7 +61,7 @@ ModelType::Undo Keep(ModelWifi* wifi) {
 }
 
 [[maybe_unused]] const bool kRegistered = RegisterModelType(
-    TypeOf<ModelWifi>("wifi")
+    ModelTypeOf<ModelWifi>("wifi")
         .Updates(ModelType::kShared | ModelType::kPastOwnTree | ModelType::kHasRest)
         .Senses(Describe)
         .Keeps(Keep));

@@ -12,7 +12,7 @@
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
-#include "models/model_type.hh"
+#include "models/model_type_names.hh"
 #include "models/ranger.hh"
 #include "models/ray_model_reader.hh"
 #include "models/thrown.hh"

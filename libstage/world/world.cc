@@ -10,7 +10,7 @@
 
 #include "messages/report.hh"
 #include "models/log_entry.hh"
-#include "models/model_type.hh"
+#include "models/model_type_names.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/state_hasher.hh"
@@ -149,6 +149,7 @@ void World::UnLoad() {
 void World::DeleteAll() {
   ForgetAll();
   DeleteChildren();
+  ground = nullptr;
   engine_->scheduler.Clear();  // of the models that are to be forgotten
   engine_->greatest_dissipation = 0;
   log_.clear();
