@@ -194,6 +194,7 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
   if (engine.loads > kMostNestedLoads) return RefuseToNest();
   const double start = WallClock();
   if (wf) UnLoad();
+  if (!ground) MakeGround();  // there was too little memory for it when the last one was unloaded
   sim_time = 0;
   updates = 0;
   load_status_ = 0;
