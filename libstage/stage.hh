@@ -52,6 +52,7 @@
 #include "models/log_entry.hh"
 #include "models/messages.hh"
 #include "models/model.hh"
+#include "models/model_type.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/ranger.hh"
@@ -61,18 +62,21 @@
 #include "world/explain.hh"
 #include "world/statistics.hh"
 #include "world/world.hh"
+#include "worldfile/worldfile.hh"
 
 namespace Stg {
 
 /// Call it first. Keeps the arguments in World::args and registers the model types. Leaves the
-/// arguments and the locale of the process as they are; may be called again. A World that is made before it warns and calls it without arguments.
+/// arguments and the locale of the process as they are; may be called again. A World that is made
+/// before it warns and calls it without arguments.
 void Init(int* argc, char** argv[]);
 bool InitDone();
 /// "5.0.0"
 const char* Version();
 /// 50000: major * 10000 + minor * 100 + patch
 unsigned int FullVersion();
-/// Fills Model::name_map with the built-in types. Init() does.
+/// Fills Model::name_map with the types that are registered, the built-in ones among them. Init()
+/// does.
 void RegisterModels();
 
 /// About the program.

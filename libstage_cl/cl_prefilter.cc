@@ -5,8 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <bit>
 #include <chrono>
 #include <string>
 #include <utility>
@@ -89,7 +87,7 @@ void ClPrefilter::WarmUp() {
   sensing::PlaceFan(&fan, Pose(), kRange, 1);
   batch.Add(fan, 1, {});
   batch.Close(tables);
-  sensing::WorkerPool workers(1);
+  threads::WorkerPool workers(1);
   for (int32_t x = 0; x < 2; x++) {  // all of the grid, then what has changed
     grid::TilePart cell{.cells = uint64_t{1} << x};
     grid.Redraw(body, {}, std::span(&cell, 1));
@@ -100,13 +98,13 @@ void ClPrefilter::WarmUp() {
 
 sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
                                     const sensing::RayBatch& batch,
-                                    sensing::WorkerPool* workers) try {
+                                    threads::WorkerPool* workers) try {
   CheckProcess();
   const double start = Now();
   calls::SetDriver(platform_);  // the thread may have others
   hits_.Unmap();
   memory_.from_device.Reset();
-  MakeGroups(batch, workers);
+  sorted_.Sort(batch, workers);
   SendGrid(grid);
   SendBatch(batch, workers);
   SendDirections(tables, batch);
@@ -115,10 +113,11 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
 
   const double sent = Now();
   ::cl::Event done;
-  for (const Launch& launch : launches_) Enqueue(grid, launch, &done);
+  for (const sensing::DeviceBatch::Launch& launch : sorted_.launches())
+    Enqueue(grid, launch, &done);
   // The device goes on to hand the lists over without being asked again.
   const auto* hits = static_cast<const uint32_t*>(hits_.StartReading(hit_bytes));
-  if (!launches_.empty()) done.wait();
+  if (!sorted_.launches().empty()) done.wait();
   const double walked = Now();
   queue_.finish();
   memory_.to_device.Reset();
@@ -149,134 +148,18 @@ void ClPrefilter::CheckProcess() const {
   if (getpid() != process_) throw sensing::PrefilterError("this process has been forked");
 }
 
-/// Fans that the device can walk, by layer and number of samples; within these in their own order.
-/// There are few kinds of sensors, so few groups, and mostly the same ones from batch to batch.
-void ClPrefilter::MakeGroups(const sensing::RayBatch& batch, sensing::WorkerPool* workers) {
-  const std::span<const sensing::DeviceFan> fans = batch.device_fans();
-  if (!CountGroups(fans, workers)) {
-    FindGroups(fans);
-    CountGroups(fans, workers);
-  }
-  fan_count_ = 0;
-  for (std::size_t g = 0; g < groups_.size(); g++) {
-    groups_[g].first_fan = static_cast<uint32_t>(fan_count_);
-    for (std::size_t i = g; i < next_in_group_.size(); i += groups_.size())
-      fan_count_ += std::exchange(next_in_group_[i], static_cast<uint32_t>(fan_count_));
-    groups_[g].fans = static_cast<uint32_t>(fan_count_) - groups_[g].first_fan;
-  }
-}
-
-/// Calls f(block, first, end) for each block of so many fans, on all threads.
-template <typename F>
-void ClPrefilter::ForEachBlock(std::size_t fans, sensing::WorkerPool* workers, F f) {
-  workers->Run(CountBlocks(fans), 1, [&](std::size_t begin, std::size_t end, unsigned) {
-    for (std::size_t block = begin; block < end; block++)
-      f(block, block * kBlock, std::min((block + 1) * kBlock, fans));
-  });
-}
-
-/// False if there is a fan of none of the groups.
-bool ClPrefilter::CountGroups(std::span<const sensing::DeviceFan> fans,
-                              sensing::WorkerPool* workers) {
-  group_of_fan_.resize(fans.size());
-  next_in_group_.assign(CountBlocks(fans.size()) * groups_.size(), 0);
-  std::atomic<bool> all_known{true};
-  ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
-    uint32_t* const counts = next_in_group_.data() + block * groups_.size();
-    uint32_t last = 0;
-    for (std::size_t i = first; i < end; i++) {
-      group_of_fan_[i] = kNoGroup;
-      if (!fans[i].fits) continue;
-      last = GroupOf(fans[i], last);
-      if (last == kNoGroup) return all_known.store(false, std::memory_order_relaxed);
-      group_of_fan_[i] = last;
-      counts[last]++;
-    }
-  });
-  return all_known;
-}
-
-/// Makes the groups anew.
-void ClPrefilter::FindGroups(std::span<const sensing::DeviceFan> fans) {
-  groups_.clear();
-  uint32_t last = 0;
-  for (const sensing::DeviceFan& fan : fans) {
-    if (!fan.fits) continue;
-    last = GroupOf(fan, last);
-    if (last != kNoGroup) continue;
-    last = static_cast<uint32_t>(groups_.size());
-    groups_.push_back({fan.layer, fan.record.samples, 0, 0});
-  }
-}
-
-/// kNoGroup if there is none. `likely` is looked at first: neighbours are of one kind.
-uint32_t ClPrefilter::GroupOf(const sensing::DeviceFan& fan, uint32_t likely) const {
-  const auto fits = [&](const Group& group) {
-    return group.layer == fan.layer && group.samples == fan.record.samples;
-  };
-  if (likely < groups_.size() && fits(groups_[likely])) return likely;
-  const auto found = std::find_if(groups_.begin(), groups_.end(), fits);
-  return found == groups_.end() ? kNoGroup : static_cast<uint32_t>(found - groups_.begin());
-}
-
-/// What the groups' walks need of it.
+/// What the walks need of it.
 void ClPrefilter::SendGrid(const grid::Grid& grid) {
-  wanted_.clear();
-  for (const Group& group : groups_)
-    if (group.fans > 0 && std::count(wanted_.begin(), wanted_.end(), group.layer) == 0)
-      wanted_.push_back(group.layer);
-  CountSent(grid_->Send(grid, wanted_));
+  CountSent(grid_->Send(grid, sorted_.layers()));
 }
 
-/// One launch for all groups, unless there are more rays than numbers for them. A processor does
-/// better with one for each.
-void ClPrefilter::PlanLaunches() {
-  constexpr std::size_t kMostItems = 0xffffffffu;
-  const auto first_fan = static_cast<uint32_t>(2 * groups_.size());  // in int4, see the kernel
-  launches_.clear();
-  group_records_.clear();
-  for (const Group& group : groups_) {
-    const std::size_t g = group_records_.size();
-    const std::size_t items = std::size_t{group.fans} * group.samples;
-    const std::size_t room = (items + work_group_ - 1) / work_group_ * work_group_;
-    const bool first = launches_.empty() || launches_.back().items + room > kMostItems;
-    if (first || (is_cpu_ && items > 0)) launches_.push_back({g, g, 0});
-    Launch& launch = launches_.back();
-    const DeviceGrid::Place place = grid_->PlaceOf(group.layer);
-    group_records_.push_back({.first_item = static_cast<uint32_t>(launch.items),
-                              .fans = group.fans,
-                              .samples = group.samples,
-                              .first_fan = first_fan + 3 * group.first_fan,
-                              .tile_maps = place.tile_maps,
-                              .tiles = place.tiles});
-    launch.items += room;
-    launch.end_group = g + 1;
-  }
-  std::erase_if(launches_, [](const Launch& launch) { return launch.items == 0; });
-}
-
-/// The records of the groups and of their fans, and the windows.
-void ClPrefilter::SendBatch(const sensing::RayBatch& batch, sensing::WorkerPool* workers) {
-  const std::span<const sensing::DeviceFan> fans = batch.device_fans();
-  const std::vector<uint64_t>& windows = batch.window_words();
-  PlanLaunches();
-  const std::size_t bytes = WindowsAt() + windows.size() * sizeof(uint64_t);
-  auto* const data = static_cast<char*>(batch_.MapForWriting(bytes));
-  auto* const groups = reinterpret_cast<GroupRecord*>(data);
-  auto* const records = reinterpret_cast<sensing::FanRecord*>(groups + groups_.size());
-  auto* const words = reinterpret_cast<uint64_t*>(data + WindowsAt());
-  std::copy(group_records_.begin(), group_records_.end(), groups);
-  const std::size_t blocks = CountBlocks(fans.size());
-  ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
-    uint32_t* const next = next_in_group_.data() + block * groups_.size();
-    for (std::size_t i = first; i < end; i++)
-      if (group_of_fan_[i] != kNoGroup) records[next[group_of_fan_[i]]++] = fans[i].record;
-    const std::size_t word = windows.size() * block / blocks;  // and a share of the windows
-    std::copy(windows.data() + word, windows.data() + windows.size() * (block + 1) / blocks,
-              words + word);
-  });
+void ClPrefilter::SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers) {
+  // A processor does better with a launch for each group.
+  sorted_.PlanLaunches(work_group_, is_cpu_,
+                       [this](grid::LayerIndex layer) { return grid_->PlaceOf(layer); });
+  sorted_.Write(batch, batch_.MapForWriting(sorted_.bytes()), workers);
   batch_.Unmap();
-  CountSent(bytes);
+  CountSent(sorted_.bytes());
 }
 
 void ClPrefilter::SendDirections(const sensing::DirectionTables& tables,
@@ -293,7 +176,8 @@ void ClPrefilter::SendDirections(const sensing::DirectionTables& tables,
   CountSent(bytes);
 }
 
-void ClPrefilter::Enqueue(const grid::Grid& grid, const Launch& launch, ::cl::Event* done) {
+void ClPrefilter::Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::Launch& launch,
+                          ::cl::Event* done) {
   const ray_grid_t view = grid.View(grid::kEverything);
   const cl_int4 box = {{view.min_x, view.min_y, view.max_x, view.max_y}};
   cl_uint i = 0;
@@ -302,12 +186,13 @@ void ClPrefilter::Enqueue(const grid::Grid& grid, const Launch& launch, ::cl::Ev
   walk_.setArg(i++, grid_->regions());
   walk_.setArg(i++, grid_->words());
   walk_.setArg(i++, box);
-  walk_.setArg(i++, batch_.memory());
+  walk_.setArg(i++, batch_.memory());  // its groups
   walk_.setArg(i++, static_cast<cl_uint>(launch.first_group));
   walk_.setArg(i++, static_cast<cl_uint>(launch.end_group));
+  walk_.setArg(i++, batch_.memory());  // its fans
   walk_.setArg(i++, directions_.memory());
-  walk_.setArg(i++, batch_.memory());
-  walk_.setArg(i++, static_cast<cl_uint>(WindowsAt() / sizeof(uint64_t)));
+  walk_.setArg(i++, batch_.memory());  // its windows
+  walk_.setArg(i++, static_cast<cl_uint>(sorted_.first_window()));
   walk_.setArg(i++, static_cast<cl_uint>(per_ray_));
   walk_.setArg(i++, hits_.memory());
   queue_.enqueueNDRangeKernel(walk_, ::cl::NullRange, ::cl::NDRange(launch.items),

@@ -12,6 +12,7 @@
 
 #include "grid/grid.hh"
 #include "libstage_cl/buffer.hh"
+#include "sensing/device_batch.hh"
 
 namespace Stg::cl {
 
@@ -27,9 +28,7 @@ class DeviceGrid {
   const ::cl::Buffer& regions() const { return regions_.memory(); }
   const ::cl::Buffer& words() const { return words_.memory(); }
   /// Where a layer that was sent begins in words().
-  struct Place {
-    uint32_t tile_maps, tiles;
-  };
+  using Place = sensing::DeviceBatch::LayerPlace;
   Place PlaceOf(grid::LayerIndex index) const;
 
  private:

@@ -14,6 +14,7 @@
 #include "libstage_cl/environment.hh"
 #include "libstage_cl/pocl_cache.hh"
 #include "libstage_cl/probe.hh"
+#include "sensing/backend.hh"
 
 namespace Stg::cl {
 
@@ -70,7 +71,7 @@ std::string TryFirst(const std::string& key, const std::function<std::string()>&
   return wrong;
 }
 
-sensing::Prefilter* MakeWatched(const std::string& choice, std::string* message) {
+std::unique_ptr<sensing::Prefilter> MakeWatched(const std::string& choice, std::string* message) {
   const uint32_t hits_per_ray = HitsPerRay(), timeout = Timeout();
   const std::string key = choice + '\n' + FromEnvironment("STAGE_CL_OPTIONS") + '\n' +
                           FromEnvironment("STAGE_CL_MEMORY");
@@ -87,7 +88,7 @@ sensing::Prefilter* MakeWatched(const std::string& choice, std::string* message)
   const SetUpWatch set_up;
   std::unique_ptr<ClPrefilter> prefilter = Make(choice, hits_per_ray, message);
   if (prefilter) prefilter->KeepWatch(std::move(watch));
-  return prefilter.release();
+  return prefilter;
 }
 
 /// A line for each device, or why there is none.
@@ -114,20 +115,4 @@ std::string ListDevices() {
 
 }  // namespace Stg::cl
 
-extern "C" Stg::internal::sensing::Prefilter* stage_make_prefilter(const char* choice,
-                                                                   std::string* message) {
-  try {
-    return Stg::cl::MakeWatched(choice, message);
-  } catch (const Stg::internal::sensing::PrefilterError& error) {
-    *message = error.what();
-  }
-  return nullptr;
-}
-
-extern "C" void stage_list_devices(std::string* text) {
-  try {
-    *text = Stg::cl::ListDevices();
-  } catch (const Stg::internal::sensing::PrefilterError& error) {
-    *text = std::string(error.what()) + "\n";
-  }
-}
+STAGE_EXPORT_BACKEND(Stg::cl::MakeWatched, Stg::cl::ListDevices);

@@ -31,7 +31,8 @@ std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
 }  // namespace
 
 ::cl::Program BuildProgram(const ::cl::Context& context, const ::cl::Device& device) {
-  const std::string source = std::string(kRayWalkSource) + "\n" + kPrefilterSource;
+  const std::string source =
+      std::string(kRayWalkSource) + "\n" + kRecordsSource + "\n" + kPrefilterSource;
   const std::string options = "-cl-std=CL1.1 " + FromEnvironment("STAGE_CL_OPTIONS");
   ::cl::Program program(context, source);
   try {

@@ -42,6 +42,7 @@ LEFT_OUT = ["libstage/gui", "libstage/files"]
 LEFT_OUT_SYMBOLS = {"libstage.so": {"getrandom"}}
 # Names of ours: members and functions that are called like those of the C library.
 OURS = {
+    "log": re.compile(r"(?:\.|->)log\(\)|LogEntry>& log\("),
     "random": re.compile(r"(?:\.|->)random\(\)|RandomStream&? random\("),
 }
 

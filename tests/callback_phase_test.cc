@@ -61,7 +61,7 @@ class Robots {
   };
   /// Calls all of the list as the engine does. Counts those that were called together.
   Outcome Call(const std::vector<Stg::Model*>& list, unsigned threads, size_t* together) {
-    Stg::sensing::WorkerPool workers(threads);
+    Stg::threads::WorkerPool workers(threads);
     phase_.SetFewest(1);
     phase_.EndStep();
     for (auto& tree : trees_) tree.clear();

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "model_testing.hh"
-#include "sensing/worker_pool.hh"
+#include "threads/worker_pool.hh"
 
 namespace Stg {
 namespace {
@@ -117,7 +117,7 @@ TEST(Fork, InACallback) {
 }
 
 TEST(Fork, APoolWorksOnTheThreadThatIsLeft) {
-  sensing::WorkerPool pool(4);
+  threads::WorkerPool pool(4);
   EXPECT_TRUE(pool.IsHere());
   const auto sum_of = [&] {
     std::atomic<size_t> sum{0};

@@ -17,6 +17,8 @@
 // ---- OpenCL C as C++ ----------------------------------------------------------------------------
 
 #undef STAGE_KERNELS_RAY_WALK_H
+#undef STAGE_KERNELS_RECORDS_H
+#undef RAY_ALIGNED
 #undef RAY_GLOBAL
 #undef RAY_FUNCTION
 
@@ -24,9 +26,6 @@ namespace opencl_c {
 
 using uint = std::uint32_t;
 using ulong = std::uint64_t;
-struct int2 {
-  int x, y;
-};
 struct int4 {
   int x, y, z, w;
 };
@@ -57,7 +56,9 @@ class Guess {
 #define long std::int64_t
 #define float Guess
 #include "kernels/ray_walk.h"
-// The order matters: the kernels use what is declared in the walk.
+// The order matters: each uses what is declared before.
+#include "kernels/records.h"
+// After both.
 #include "kernels/prefilter.cl"
 #undef float
 #undef long
@@ -88,32 +89,40 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
     if (fan.single_leg() && fan.record.samples > 0)
       launches[{fan.layer, fan.record.samples}].push_back(fan.record);
 
-  std::vector<sensing::Direction> directions = scene.tables().all();
-  directions.insert(directions.end(), batch.own_directions().begin(), batch.own_directions().end());
+  std::vector<opencl_c::ray_direction_t> directions;
+  for (const std::vector<sensing::Direction>* part :
+       {&scene.tables().all(), &batch.own_directions()})
+    for (const sensing::Direction& d : *part) directions.push_back({d.cosine, d.sine});
   std::vector<uint32_t> hits(std::size_t{batch.ray_count()} * per_ray, 0);
 
   // All groups in one launch, with one without fans between any two, and one more in front: a
   // launch need not begin at the first.
   const std::size_t groups = 2 * launches.size() + 1;
-  std::vector<opencl_c::int4> records(2 * groups);
+  std::vector<opencl_c::ray_group_record_t> records(groups);
+  std::vector<opencl_c::ray_fan_record_t> fan_records(5);  // nor need fans
   std::vector<uint64_t> words;
   std::size_t items = 0, group = 1;
-  const auto number = [](std::size_t n) { return static_cast<int>(n); };
+  const auto number = [](std::size_t n) { return static_cast<uint32_t>(n); };
   for (const auto& [launch, fans] : launches) {
     const auto& [layer, samples] = launch;
     const Stg::internal::grid::Occupancy& cells = scene.grid().occupancy(layer);
-    records[2 * group] = {number(items), number(fans.size()), number(samples),
-                          number(records.size())};
-    records[2 * group + 1] = {number(words.size()), number(words.size() + cells.tile_maps().size()),
-                              0, 0};
+    records[group] = {.first_item = number(items),
+                      .fans = number(fans.size()),
+                      .samples = samples,
+                      .first_fan = number(fan_records.size()),
+                      .tile_maps = number(words.size()),
+                      .tiles = number(words.size() + cells.tile_maps().size()),
+                      .unused = {}};
     words.insert(words.end(), cells.tile_maps().begin(), cells.tile_maps().end());
     words.insert(words.end(), cells.tiles().begin(), cells.tiles().end());
     for (const sensing::FanRecord& fan : fans) {
-      const auto* parts = reinterpret_cast<const opencl_c::int4*>(&fan);
-      records.insert(records.end(), parts, parts + 3);
+      static_assert(sizeof(fan) == sizeof(fan_records[0]));
+      std::memcpy(&fan_records.emplace_back(), &fan, sizeof fan);
     }
     items += (fans.size() * samples + kWorkGroup - 1) / kWorkGroup * kWorkGroup;
-    records[2 * (group + 1)] = {number(items), 0, 1, 0};
+    records[group + 1] = {};
+    records[group + 1].first_item = number(items);
+    records[group + 1].samples = 1;
     group += 2;
   }
   std::vector<uint64_t> windows(3);  // they need not begin there either
@@ -123,9 +132,8 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
   Launch(items, [&] {
     opencl_c::walk_fans(reinterpret_cast<const opencl_c::ray_super_t*>(view.directory),
                         view.directory_mask, view.regions, words.data(), box, records.data(), 1,
-                        static_cast<uint32_t>(groups),
-                        reinterpret_cast<const opencl_c::int2*>(directions.data()), windows.data(),
-                        3, per_ray, hits.data());
+                        static_cast<uint32_t>(groups), fan_records.data(), directions.data(),
+                        windows.data(), 3, per_ray, hits.data());
   });
   return hits;
 }

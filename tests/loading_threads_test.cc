@@ -34,7 +34,7 @@ TEST(LoadingThreads, LoadWorldsWithControllersAtOnce) {
         std::istringstream content(text);
         if (!world.Load(content, "t.world")) return;
         Model* r = world.GetModel("r");
-        if (Model::LookupId(r->GetId()) != r || !World::Exists(&world)) return;
+        if (world.FindModel(r->GetId()) != r || !World::Exists(&world)) return;
         for (int step = 0; step < 3; step++) world.Update();
         delete r;
         world.CreateModel(nullptr, "model");

@@ -94,7 +94,7 @@ class FaultsTest : public CliTest {
 
 bool PluginIsBuilt() {
   std::string message;
-  Stg::LoadPrefilter("no such device", &message);
+  Stg::LoadPrefilter(Stg::kOpenClPlugin, "no such device", &message);
   return !Contains(message, "can't be loaded");
 }
 
@@ -248,7 +248,7 @@ TEST_F(MissingPluginTest, OrBrokenOne) {
   fs::remove(plugin_);
   if (!Compile("empty", "int nothing;\n")) GTEST_SKIP() << "no C compiler";
   fs::copy(Path("empty.so"), plugin_);
-  ExpectGoesOn({}, "stage_make_prefilter");
+  ExpectGoesOn({}, "stage_backend");
 }
 
 // ---- a device that is lost ----------------------------------------------------------------------
@@ -264,7 +264,7 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
   Stg::internal::sensing::HitLists Walk(Stg::internal::grid::Grid& grid,
                                         const Stg::internal::sensing::DirectionTables&,
                                         const Stg::internal::sensing::RayBatch& batch,
-                                        Stg::internal::sensing::WorkerPool*) override {
+                                        Stg::threads::WorkerPool*) override {
     if (steps_left_-- == 0) throw Stg::internal::sensing::PrefilterError("the cable was pulled");
     lists_ = Stg::test::ListHits(grid, batch, 1);
     uint64_t rays = 0;
@@ -308,7 +308,7 @@ Ended TenSteps(const std::string& file,
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   EXPECT_TRUE(world.Load(file));
-  if (prefilter) world.engine().SetPrefilter(std::move(prefilter), always);
+  if (prefilter) world.engine().tracer.SetPrefilter(std::move(prefilter), always);
   for (Stg::Model* model : world.GetAllModels())
     if (model->GetModelType() == "ranger")
       model->AddParallelCallback(
@@ -347,7 +347,7 @@ TEST_F(FaultsTest, ForkedProcessGoesOnWithoutDevice) {
   std::string message;
   Stg::World world;
   ASSERT_TRUE(world.Load(Path("w.world")));
-  world.engine().SetPrefilter(Stg::LoadPrefilter("", &message), true);
+  world.engine().tracer.SetPrefilter(Stg::LoadPrefilter(Stg::kOpenClPlugin, "", &message), true);
   for (int i = 0; i < 5; i++) world.Update();
   const pid_t child = fork();
   if (child == 0) {

@@ -41,7 +41,7 @@ using PrefilterPointer = std::unique_ptr<Stg::internal::sensing::Prefilter>;
 PrefilterPointer MakePrefilter(uint32_t per_ray) {
   std::string message;
   setenv("STAGE_CL_HITS", std::to_string(per_ray).c_str(), 1);
-  PrefilterPointer prefilter = LoadPrefilter("", &message);
+  PrefilterPointer prefilter = LoadPrefilter(Stg::kOpenClPlugin, "", &message);
   EXPECT_TRUE(prefilter) << message;
   unsetenv("STAGE_CL_HITS");
   return prefilter;
@@ -71,7 +71,7 @@ class HitLists : public testing::TestWithParam<uint32_t> {
   }
 
   PrefilterPointer prefilter_;
-  Stg::internal::sensing::WorkerPool workers_{GetParam()};  // one to four threads
+  Stg::threads::WorkerPool workers_{GetParam()};  // one to four threads
 };
 
 TEST_P(HitLists, StayRightWhileTheGridChanges) {
@@ -112,7 +112,7 @@ TEST(PrefilterTest, CountsWhatItDoes) {
   if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
   const PrefilterPointer prefilter = MakePrefilter(2);
   ASSERT_TRUE(prefilter);
-  Stg::internal::sensing::WorkerPool workers(1);
+  Stg::threads::WorkerPool workers(1);
   RayScene scene(7);
   scene.grid().TrackChanges(true);
   prefilter->Walk(scene.grid(), scene.tables(), scene.batch(), &workers);
@@ -153,7 +153,7 @@ class DeviceChoice : public testing::Test {
   void SetUp() override {
     if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
     std::string message;
-    const PrefilterPointer best = LoadPrefilter("", &message);
+    const PrefilterPointer best = LoadPrefilter(Stg::kOpenClPlugin, "", &message);
     ASSERT_TRUE(best) << message;
     best_ = best->DeviceName();
     names_ = Split(best_);
@@ -162,15 +162,15 @@ class DeviceChoice : public testing::Test {
   /// The device that a choice leads to.
   static std::string Chosen(const std::string& choice) {
     std::string message;
-    const PrefilterPointer prefilter = LoadPrefilter(choice, &message);
+    const PrefilterPointer prefilter = LoadPrefilter(Stg::kOpenClPlugin, choice, &message);
     return prefilter ? prefilter->DeviceName() : "none";
   }
   /// A message that names the choice and lists the devices.
   static void ExpectRefused(const std::string& choice) {
     std::string message;
-    EXPECT_EQ(LoadPrefilter(choice, &message), nullptr) << choice;
+    EXPECT_EQ(LoadPrefilter(Stg::kOpenClPlugin, choice, &message), nullptr) << choice;
     EXPECT_NE(message.find("\"" + choice + "\""), std::string::npos) << message;
-    EXPECT_NE(message.find(Stg::ListDevices()), std::string::npos) << message;
+    EXPECT_NE(message.find(Stg::ListDevices(Stg::kOpenClPlugin)), std::string::npos) << message;
   }
 
   std::string best_;
@@ -185,7 +185,7 @@ TEST_F(DeviceChoice, ByKind) {
   EXPECT_EQ(Chosen(SwapCase(names_.kind)), best_);
   EXPECT_EQ(Chosen(names_.kind + ":0"), best_);
   for (const std::string kind : {"gpu", "cpu"}) {
-    if (Stg::ListDevices().find("  " + kind + ": ") == std::string::npos)
+    if (Stg::ListDevices(Stg::kOpenClPlugin).find("  " + kind + ": ") == std::string::npos)
       ExpectRefused(kind);
     else
       EXPECT_EQ(Split(Chosen(kind)).kind, kind);
@@ -211,7 +211,7 @@ TEST_F(DeviceChoice, WithAWrongNameOrIndex) {
 }
 
 TEST_F(DeviceChoice, List) {
-  const std::string list = Stg::ListDevices();
+  const std::string list = Stg::ListDevices(Stg::kOpenClPlugin);
   EXPECT_NE(list.find("  " + names_.kind + ": " + names_.name + " (" + names_.platform),
             std::string::npos)
       << list;
@@ -230,10 +230,10 @@ long FaultsOfChildren() {
 
 // Drivers are asked in a child process first: once is enough.
 TEST_F(DeviceChoice, DriversAreAskedOnce) {
-  const std::string list = Stg::ListDevices();
+  const std::string list = Stg::ListDevices(Stg::kOpenClPlugin);
   const long faults = FaultsOfChildren();
   EXPECT_GT(faults, 0) << "the first time there was a child";
-  for (int i = 0; i < 3; i++) EXPECT_EQ(Stg::ListDevices(), list);
+  for (int i = 0; i < 3; i++) EXPECT_EQ(Stg::ListDevices(Stg::kOpenClPlugin), list);
   ExpectRefused("no such device");
   EXPECT_EQ(FaultsOfChildren(), faults);
 }
@@ -270,7 +270,7 @@ std::set<std::string> WordsOf(const std::string& text) {
 
 TEST(KernelText, IsPlainAndPortable) {
   std::set<std::string> all;
-  for (const std::string name : {"ray_walk.h", "prefilter.cl"}) {
+  for (const std::string name : {"ray_walk.h", "records.h", "prefilter.cl"}) {
     const std::string text = WithoutComments(SourceFile(name));
     ASSERT_GT(text.size(), 500u) << name << " can't be read";
     const std::set<std::string> words = WordsOf(text);
@@ -322,7 +322,8 @@ TEST(KernelFacts, LeaveRoomForLargeWorkGroups) {
   const cl_context context =
       STAGE_FIND(library, clCreateContext)(nullptr, 1, &device, nullptr, nullptr, &error);
   ASSERT_EQ(error, CL_SUCCESS);
-  const std::string text = SourceFile("ray_walk.h") + SourceFile("prefilter.cl");
+  const std::string text =
+      SourceFile("ray_walk.h") + SourceFile("records.h") + SourceFile("prefilter.cl");
   const char* source = text.c_str();
   const cl_program program =
       STAGE_FIND(library, clCreateProgramWithSource)(context, 1, &source, nullptr, &error);

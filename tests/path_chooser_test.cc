@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "world/path_chooser.hh"
+#include "sensing/path_chooser.hh"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "support/random_source.hh"
 
-namespace Stg {
+namespace Stg::internal::sensing {
 namespace {
 
 /// Runs batches whose cost is known, and sums up what they took.
@@ -103,33 +103,33 @@ TEST(PathChooser, FollowsTheNumberOfRays) {
   EXPECT_LT(machine.on_device(), 10u);
 }
 
-TEST(PathChooser, SaysWhenAPathIsOnlyLookedAt) {
+TEST(PathChooser, SaysWhenABatchIsAProbe) {
   for (const bool device_faster : {true, false}) {
     PathChooser chooser;
-    uint64_t looks = 0;
+    uint64_t probes = 0;
     for (int i = 0; i < 2000; i++) {
       const bool on_slower = chooser.UseDevice(8000) != device_faster;
-      looks += chooser.IsLook();
-      ASSERT_TRUE(chooser.IsLook() || !on_slower);
+      probes += chooser.IsProbe();
+      ASSERT_TRUE(chooser.IsProbe() || !on_slower);
       if (i > 10) {
-        ASSERT_EQ(chooser.IsLook(), on_slower);
+        ASSERT_EQ(chooser.IsProbe(), on_slower);
       }
       const double of_a_ray = on_slower ? 2e-9 : 1e-9;
-      if (chooser.IsLook())
+      if (chooser.IsProbe())
         chooser.Report(1000 * of_a_ray, 1000);  // an eighth
       else
         chooser.Report(8000 * of_a_ray);
     }
-    EXPECT_GE(looks, 5u) << "each path at first, and the slower one later";
-    EXPECT_LT(looks, 30u);
+    EXPECT_GE(probes, 5u) << "each path at first, and the slower one later";
+    EXPECT_LT(probes, 30u);
   }
 }
 
-TEST(PathChooser, NeverLooksIfItIsAlwaysTheDevice) {
+TEST(PathChooser, NeverProbesIfItIsAlwaysTheDevice) {
   PathChooser chooser(true);
   for (int i = 0; i < 100; i++) {
     ASSERT_TRUE(chooser.UseDevice(10));
-    ASSERT_FALSE(chooser.IsLook());
+    ASSERT_FALSE(chooser.IsProbe());
     chooser.Report(1);
   }
 }
@@ -152,15 +152,15 @@ class Paths {
     return on_device;
   }
   double taken() const { return taken_; }
-  /// Batches until the slower path is looked at, if the host is the faster one.
-  int UntilLook() {
+  /// Batches until there is a probe, if the host is the faster one.
+  int UntilProbe() {
     for (int i = 1; i < 100000; i++)
       if (Next()) return i;
-    ADD_FAILURE() << "there is no look";
+    ADD_FAILURE() << "there is no probe";
     return 0;
   }
-  /// How many batches of a look come now, of which one is past.
-  int Look() {
+  /// How many batches of a probe come now, of which one is past.
+  int Probe() {
     int batches = 1;
     while (Next()) batches++;
     return batches;
@@ -183,13 +183,13 @@ TEST(PathChooser, TheDevicesFirstBatchesDoNotDecide) {
   }
 }
 
-TEST(PathChooser, ALookSeesMoreThanThatTheDeviceCatchesUp) {
+TEST(PathChooser, AProbeSeesMoreThanThatTheDeviceCatchesUp) {
   Paths paths(1.2, 1.0);
   paths.SetCatchingUp(10);
   for (int i = 0; i < 50; i++) paths.Next();
   paths.SetDevice(0.8);
-  paths.UntilLook();
-  EXPECT_GT(paths.Look(), 4) << "the device is the faster one now";
+  paths.UntilProbe();
+  EXPECT_GT(paths.Probe(), 4) << "the device is the faster one now";
 }
 
 TEST(PathChooser, CatchingUpCostsLittleInTheLongRun) {
@@ -211,39 +211,39 @@ TEST(PathChooser, ABadMomentAtTheBeginningIsLookedInto) {
   EXPECT_GE(on_device, 15);
 }
 
-/// The first batch of each of these looks is the one with which the device catches up.
-TEST(PathChooser, ALookThatIsClearTakesOneBatchMore) {
+/// The first batch of each of these probes is the one with which the device catches up.
+TEST(PathChooser, AProbeThatIsClearTakesOneBatchMore) {
   Paths paths(2.0, 1.0);
   for (int i = 0; i < 50; i++) paths.Next();  // learns
-  for (int look = 0; look < 5; look++) {
-    EXPECT_GT(paths.UntilLook(), 10);
-    EXPECT_EQ(paths.Look(), 2) << look;
+  for (int probe = 0; probe < 5; probe++) {
+    EXPECT_GT(paths.UntilProbe(), 10);
+    EXPECT_EQ(paths.Probe(), 2) << probe;
   }
 }
 
-TEST(PathChooser, ALookThatIsNotClearTakesThreeMore) {
+TEST(PathChooser, AProbeThatIsNotClearTakesThreeMore) {
   Paths paths(1.2, 1.0);
   for (int i = 0; i < 50; i++) paths.Next();
-  for (int look = 0; look < 5; look++) {
-    EXPECT_GT(paths.UntilLook(), 10);
-    EXPECT_EQ(paths.Look(), 4) << look;
+  for (int probe = 0; probe < 5; probe++) {
+    EXPECT_GT(paths.UntilProbe(), 10);
+    EXPECT_EQ(paths.Probe(), 4) << probe;
   }
 }
 
-TEST(PathChooser, ALookIsClearAfterAnUnclearBatch) {
+TEST(PathChooser, AProbeIsClearAfterAnUnclearBatch) {
   Paths paths(1.2, 1.0);
   for (int i = 0; i < 50; i++) paths.Next();
-  paths.UntilLook();
+  paths.UntilProbe();
   paths.SetDevice(5);
-  EXPECT_EQ(paths.Look(), 2) << "one less than if it had not been clear";
+  EXPECT_EQ(paths.Probe(), 2) << "one less than if it had not been clear";
 }
 
-TEST(PathChooser, ALookSeesThatThePathHasBecomeFaster) {
+TEST(PathChooser, AProbeSeesThatThePathHasBecomeFaster) {
   Paths paths(3.0, 1.0);
   for (int i = 0; i < 50; i++) paths.Next();
   paths.SetDevice(0.1);
-  paths.UntilLook();
-  EXPECT_GT(paths.Look(), 3) << "the device is the faster one now";
+  paths.UntilProbe();
+  EXPECT_GT(paths.Probe(), 3) << "the device is the faster one now";
 }
 
 TEST(PathChooser, AlwaysMeansAlways) {
@@ -264,4 +264,4 @@ TEST(PathChooser, BatchesWithoutRaysTeachNothing) {
 }
 
 }  // namespace
-}  // namespace Stg
+}  // namespace Stg::internal::sensing

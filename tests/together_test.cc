@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "model_testing.hh"
-#include "sensing/worker_pool.hh"
 #include "support/crowd.hh"
+#include "threads/worker_pool.hh"
 #include "world/engine.hh"
 #include "world/move_phase.hh"
 
@@ -109,7 +109,7 @@ TEST(TileClaimsTest, NameThoseWhoShareTilesAndNobodyElse) {
     std::vector<std::atomic<bool>> named(boxes.size());
     std::vector<char> known(boxes.size());
     claims.Begin(grid);
-    Stg::sensing::WorkerPool workers(4);
+    Stg::threads::WorkerPool workers(4);
     workers.Run(boxes.size(), 1, [&](size_t begin, size_t end, unsigned) {
       for (size_t i = begin; i < end; i++)
         known[i] = claims.Claim(grid, boxes[i], i, [&](size_t other) {

@@ -75,7 +75,7 @@ class Rays {
 
  private:
   static FanRecord StartOf(const PlainRay& ray) {
-    FanRecord fan;
+    FanRecord fan{};
     fan.x = static_cast<int32_t>(ray.x);
     fan.y = static_cast<int32_t>(ray.y);
     fan.fraction = static_cast<uint32_t>(ray.fx) | static_cast<uint32_t>(ray.fy) << 16;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "sensing/worker_pool.hh"
+#include "threads/worker_pool.hh"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -15,7 +15,7 @@
 
 #include "support/random_source.hh"
 
-namespace Stg::internal::sensing {
+namespace Stg::threads {
 namespace {
 
 /// Runs a job that counts how often each index comes up.
@@ -260,4 +260,4 @@ TEST(WorkerPool, GoesOnWithTheThreadsThatThereAre) {
 }
 
 }  // namespace
-}  // namespace Stg::internal::sensing
+}  // namespace Stg::threads

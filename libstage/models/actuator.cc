@@ -8,6 +8,7 @@
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/model_type.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
@@ -19,6 +20,10 @@ namespace Stg {
 namespace {
 constexpr double kWatts = 2.0;
 constexpr double kSecond = 1e6;  // microseconds
+
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(ModelTypeOf<ModelActuator>("actuator").Updates(ModelType::kShared));
+
 }  // namespace
 
 ModelActuator::ModelActuator(World* world_, Model* parent_, const std::string& type_)

@@ -3,6 +3,7 @@
 #include "models/blinkenlight.hh"
 
 #include "models/block.hh"
+#include "models/model_type.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -11,6 +12,10 @@ namespace Stg {
 namespace {
 constexpr usec_t kMillisecond = 1000;
 constexpr double kDimmed = 0.5;
+
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(ModelTypeOf<ModelBlinkenlight>("blinkenlight").Updates(ModelType::kShared));
+
 }  // namespace
 
 ModelBlinkenlight::ModelBlinkenlight(World* world_, Model* parent_, const std::string& type_)

@@ -8,6 +8,7 @@
 #include "geometry/load_error.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
+#include "models/model_type.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
@@ -36,6 +37,16 @@ bool LooksLike(const Color& a, const Color& b) {
   return !(std::fabs(a.r - b.r) > kTolerance || std::fabs(a.g - b.g) > kTolerance ||
            std::fabs(a.b - b.b) > kTolerance);
 }
+
+void Describe(const ModelBlobfinder& blobfinder, SensorExtent* extent) {
+  extent->rays = blobfinder.scan_width;
+}
+
+[[maybe_unused]] const bool kRegistered = RegisterModelType(
+    ModelTypeOf<ModelBlobfinder>("blobfinder")
+        .Updates(ModelType::kShared | ModelType::kPastOwnTree | ModelType::kThroughAllHeights)
+        .Senses(Describe)
+        .Measurable());
 
 }  // namespace
 

@@ -7,6 +7,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "messages/log.hh"
+#include "models/model_type.hh"
 #include "models/state_exchange.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -23,6 +24,16 @@ constexpr int kMaxBumpers = 10000;
 bool StopsBumper(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder);
 }
+
+void Describe(const ModelBumper& bumper, SensorExtent* extent) {
+  extent->parts = extent->rays = bumper.bumper_count;
+}
+
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(ModelTypeOf<ModelBumper>("bumper")
+                          .Updates(ModelType::kShared | ModelType::kPastOwnTree)
+                          .Senses(Describe)
+                          .Measurable());
 
 }  // namespace
 

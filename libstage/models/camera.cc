@@ -7,6 +7,7 @@
 #include "geometry/trigonometry.hh"
 #include "models/block.hh"
 #include "models/camera_raster.hh"
+#include "models/model_type.hh"
 #include "models/state_exchange.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -47,6 +48,14 @@ double TreeRadius(const Model& mod) {
   }
   return radius;
 }
+
+void Describe(const ModelCamera& camera, SensorExtent* extent) {
+  extent->pixels =
+      static_cast<uint64_t>(camera.getWidth()) * static_cast<uint64_t>(camera.getHeight());
+}
+
+[[maybe_unused]] const bool kRegistered = RegisterModelType(
+    ModelTypeOf<ModelCamera>("camera").Updates(ModelType::kShared).Senses(Describe).Measurable());
 
 }  // namespace
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "geometry/trigonometry.hh"
+#include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
 #include "sensing/scene.hh"
@@ -22,6 +23,15 @@ namespace {
 bool StopsFinder(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder);
 }
+
+void Describe(const ModelFiducial&, SensorExtent* extent) { extent->rays_vary = true; }
+
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(ModelTypeOf<ModelFiducial>("fiducial")
+                          .Updates(ModelType::kShared | ModelType::kPastOwnTree |
+                                   ModelType::kLooksForFiducials | ModelType::kThroughAllHeights)
+                          .Senses(Describe)
+                          .Measurable());
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
@@ -54,6 +55,16 @@ Bounds Extent(const Block& block, meters_t point_t::*axis) {
   }
   return extent;
 }
+
+void Describe(const ModelGripper&, SensorExtent* extent) {
+  extent->parts = extent->rays = 4;  // two beams, two contact strips
+}
+
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(ModelTypeOf<ModelGripper>("gripper")
+                          .Updates(ModelType::kShared | ModelType::kHasRest)
+                          .Senses(Describe)
+                          .Measurable());
 
 }  // namespace
 

@@ -2,13 +2,18 @@
 
 #include "models/lightindicator.hh"
 
+#include "models/model_type.hh"
 #include "models/state_exchange.hh"
 
 namespace Stg {
 
 namespace {
 constexpr double kDimmed = 0.8;
-}
+
+[[maybe_unused]] const bool kRegistered = RegisterModelType(
+    ModelTypeOf<ModelLightIndicator>("lightindicator").Updates(ModelType::kShared));
+
+}  // namespace
 
 ModelLightIndicator::ModelLightIndicator(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_), is_on_(false) {}

@@ -10,6 +10,7 @@
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/flag.hh"
+#include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/own_windows.hh"
 #include "models/power_pack.hh"
@@ -60,6 +61,9 @@ std::string AutomaticName(const Ancestor& above, const Model* parent, const std:
   const std::string own = type + ":" + std::to_string(count);
   return parent ? above.TokenStr() + "." + own : own;
 }
+
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(ModelTypeOf<Model>("model").Updates(ModelType::kShared));
 
 }  // namespace
 

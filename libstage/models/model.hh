@@ -96,7 +96,8 @@ class Model : public Ancestor {
   /// So many models lie above another at most.
   static const unsigned int kDeepest = 1000;
 
-  /// The known types. Clients may add their own after Init() and before loading a world.
+  /// The known types. Clients may add their own after Init() and before loading a world;
+  /// RegisterModelType() does it at any time, and tells more of them.
   static std::map<std::string, creator_t> name_map;
 
   /// Registers with the world and the parent (null: top level). An empty name is made up:

@@ -9,6 +9,7 @@
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
@@ -46,6 +47,9 @@ point_t Turned(double x, double y, double angle) {
   const SineCosine turn = SinCos(angle);
   return point_t(x * turn.cosine - y * turn.sine, x * turn.sine + y * turn.cosine);
 }
+
+// Gathered in a way of its own: see GatherPhase.
+[[maybe_unused]] const bool kRegistered = RegisterModelType(ModelTypeOf<ModelPosition>("position"));
 
 }  // namespace
 

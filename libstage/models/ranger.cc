@@ -9,6 +9,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "messages/log.hh"
+#include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/own_windows.hh"
 #include "models/property_checks.hh"
@@ -38,6 +39,15 @@ bool StopsRanger(Model* candidate, const Model* finder, const void*) {
 double Magnitude(double value) { return value > 0 ? value : 0.0; }
 
 double FiniteOr0(double value) { return std::isfinite(value) ? value : 0.0; }
+
+void Describe(const ModelRanger& ranger, SensorExtent* extent) {
+  extent->parts = ranger.GetSensors().size();
+  for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) extent->rays += sensor.sample_count;
+}
+
+// Gathered in a way of its own: see GatherPhase.
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(ModelTypeOf<ModelRanger>("ranger").Senses(Describe).Measurable());
 
 }  // namespace
 

@@ -10,6 +10,7 @@
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/line_in_bodies.hh"
+#include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
@@ -46,6 +47,16 @@ double Log10(double x) {
   for (int k = 23; k >= 1; k -= 2) sum = sum * s * s + 1.0 / k;
   return (exponent * M_LN2 + 2.0 * s * sum) / M_LN10;
 }
+
+void Describe(const ModelWifi& wifi, SensorExtent* extent) {
+  extent->rays_vary = wifi.propagation == ModelWifi::PROPAGATION_RAYTRACE;
+}
+
+[[maybe_unused]] const bool kRegistered = RegisterModelType(
+    ModelTypeOf<ModelWifi>("wifi")
+        .Updates(ModelType::kShared | ModelType::kPastOwnTree | ModelType::kHasRest)
+        .Senses(Describe)
+        .Measurable());
 
 }  // namespace
 

@@ -53,7 +53,7 @@ struct BatchShare {
 
 /// What a device needs of a fan, on its own: that of all fans is read in one go.
 struct DeviceFan {
-  FanRecord record;
+  FanRecord record{};
   grid::LayerIndex layer = 0;
   bool fits = false;  ///< it is of a single leg and has rays, and is not left to the host
 };

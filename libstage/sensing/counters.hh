@@ -7,6 +7,8 @@
 
 #include <stdint.h>
 
+#include <string>
+
 namespace Stg {
 namespace internal {
 namespace sensing {
@@ -23,6 +25,17 @@ struct PrefilterStatistics {
   double compile_seconds = 0;
   double send_seconds = 0, walk_seconds = 0, fetch_seconds = 0;
   uint64_t bytes_sent = 0, bytes_fetched = 0;
+};
+
+/// What became of batches so far.
+struct TraceStatistics {
+  double prefilter_seconds = 0;  ///< of the wall clock: the device walked; 0 without one
+  double trace_seconds = 0;      ///< rays to hits to readings
+  uint64_t device_steps = 0;     ///< batches that went to the device
+  uint64_t device_rays = 0;
+  TraceCounters trace;
+  std::string device;  ///< empty: none
+  PrefilterStatistics prefilter;
 };
 
 }  // namespace sensing

@@ -17,6 +17,7 @@
 #include "geometry/trigonometry.hh"
 #include "grid/ray_model.hh"
 #include "kernels/ray_walk.h"
+#include "kernels/records.h"
 #include "sensing/ray_hit.hh"
 
 namespace Stg {
@@ -24,10 +25,8 @@ namespace Stg {
 namespace internal {
 namespace sensing {
 
-/// A direction relative to a sensor's heading: cosine and sine in Q30.
-struct Direction {
-  int32_t cosine, sine;
-};
+/// A direction relative to a sensor's heading.
+using Direction = ray_direction_t;
 Direction MakeDirection(const SineCosine& turn);
 Direction MakeDirection(double bearing);
 /// Sine and cosine of a bearing, of 0 if it is not finite.
@@ -63,21 +62,11 @@ class DirectionTables {
   uint64_t generation_ = 0;
 };
 
-/// What a device needs to know of a fan: 48 bytes.
-struct FanRecord {
-  int32_t x = 0, y = 0;                 ///< start cell
-  uint32_t fraction = 0;                ///< of the start in its cell: x | y << 16
-  uint32_t first_direction = 0;         ///< in the direction tables
-  int32_t cosine = 0, sine = 0;         ///< heading times length, Q16 cells
-  int32_t window_x = 0, window_y = 0;   ///< tiles hidden from the rays, see ray_window_t
-  uint32_t window_size = 0;             ///< width | height << 16, in tiles
-  uint32_t window_first = 0;            ///< index of its first word
-  uint32_t first_ray = 0, samples = 0;  ///< its rays, among those of the batch
-};
-static_assert(sizeof(FanRecord) == 48, "the kernel reads three int4");
+/// What a device needs to know of a fan.
+using FanRecord = ray_fan_record_t;
 
 struct Fan {
-  FanRecord record;
+  FanRecord record{};
   bool exact = false;   ///< ranges go to outlines, not to cells
   double x = 0, y = 0;  ///< start, metres
   double z = 0;         ///< height of the rays, metres

@@ -15,7 +15,7 @@
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
 #include "sensing/counters.hh"
-#include "sensing/worker_pool.hh"
+#include "threads/worker_pool.hh"
 
 namespace Stg::internal::sensing {
 
@@ -26,7 +26,8 @@ struct HitLists {
                                    ///< A full list may go on: the host resumes behind its last.
 };
 
-/// Thrown by a prefilter that can't go on. The run goes on without it, with the same results.
+/// Thrown by a prefilter that can't go on; a plug-in that was let in (backend.hh) shares this type.
+/// The run goes on without it, with the same results.
 class PrefilterError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -40,7 +41,7 @@ class Prefilter {
   /// The result is valid until the next call. The grid's list of changes has been used up
   /// afterwards. The threads may help to get the batch ready. Throws PrefilterError.
   virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch,
-                        WorkerPool* workers) = 0;
+                        threads::WorkerPool* workers) = 0;
 
   /// Sends the changes of the grid so far, if that helps: Walk() sends the rest. The grid must not
   /// change meanwhile, but may be read. Throws PrefilterError.
@@ -53,13 +54,6 @@ class Prefilter {
   virtual std::string DeviceName() const = 0;
   virtual const PrefilterStatistics& statistics() const = 0;
 };
-
-/// What a plug-in exports as `stage_make_prefilter`. `choice` is the text after --opencl= (empty:
-/// the best device). Returns null and a message if there is no such device; the message lists
-/// those that there are.
-using MakePrefilter = Prefilter* (*)(const char* choice, std::string* message);
-/// Exported as `stage_list_devices`: gives a text with one line for each device.
-using ListDevices = void (*)(std::string* text);
 
 }  // namespace Stg::internal::sensing
 

@@ -14,7 +14,7 @@ namespace {
 constexpr size_t kGrain = 8;
 }  // namespace
 
-size_t CallbackPhase::Call(Model* const* models, size_t count, sensing::WorkerPool* workers,
+size_t CallbackPhase::Call(Model* const* models, size_t count, threads::WorkerPool* workers,
                            const std::function<void()>& beside) {
   if (workers->threads() == 1) return 0;
   count = runs_.Find(count, [&] { return FindGroups(models, count, workers); });
@@ -51,10 +51,10 @@ void CallbackPhase::NoteFirstThrower(size_t index) {
   ForgetThrower();
 }
 
-size_t CallbackPhase::FindGroups(Model* const* models, size_t count, sensing::WorkerPool* workers) {
+size_t CallbackPhase::FindGroups(Model* const* models, size_t count, threads::WorkerPool* workers) {
   if (models[0] && models[0]->serial_update_callbacks_) return 0;
   // A few on this thread: mostly, where callbacks are mixed, the run ends among them.
-  const size_t few = std::min(count, sensing::WorkerPool::kFewLooks);
+  const size_t few = std::min(count, threads::WorkerPool::kFewLooks);
   const size_t first = FindGroupsInTurn(models, few);
   if (first < few || few == count) return first;
   return FindGroupsTogether(models, count, workers) ? count : FindGroupsInTurn(models, count);
@@ -62,7 +62,7 @@ size_t CallbackPhase::FindGroups(Model* const* models, size_t count, sensing::Wo
 
 /// The same as FindGroupsInTurn() if all can be called at the same time; else false.
 bool CallbackPhase::FindGroupsTogether(Model* const* models, size_t count,
-                                       sensing::WorkerPool* workers) {
+                                       threads::WorkerPool* workers) {
   begins_group_.resize(count);
   run_++;
   const size_t unfit = workers->FindFirst(count, [&](size_t i) {

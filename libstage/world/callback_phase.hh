@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "models/model.hh"
-#include "sensing/worker_pool.hh"
+#include "threads/worker_pool.hh"
 #include "world/run_finder.hh"
 
 namespace Stg {
@@ -30,12 +30,12 @@ class CallbackPhase {
   /// Returns of how many: up to one whose callbacks may not be called at the same time; 0 if it
   /// isn't worth while. Null stands for a model that is gone.
   /// Meanwhile calls `beside` on the caller's thread, if there are other threads at work.
-  size_t Call(Model* const* models, size_t count, sensing::WorkerPool* workers,
+  size_t Call(Model* const* models, size_t count, threads::WorkerPool* workers,
               const std::function<void()>& beside = nullptr);
 
  private:
-  size_t FindGroups(Model* const* models, size_t count, sensing::WorkerPool* workers);
-  bool FindGroupsTogether(Model* const* models, size_t count, sensing::WorkerPool* workers);
+  size_t FindGroups(Model* const* models, size_t count, threads::WorkerPool* workers);
+  bool FindGroupsTogether(Model* const* models, size_t count, threads::WorkerPool* workers);
   size_t FindGroupsInTurn(Model* const* models, size_t count);
 
   void NoteFirstThrower(size_t index);

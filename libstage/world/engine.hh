@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What makes a world run, behind World's interface: the scene, the scheduler, the threads, the
-// prefilter.
+// What makes a world run, behind World's interface: the scene and the tracing of its rays, the
+// scheduler, the threads and what they share.
 
 #ifndef STAGE_WORLD_ENGINE_HH
 #define STAGE_WORLD_ENGINE_HH
 
 #include <algorithm>
+#include <exception>
 #include <list>
 #include <map>
 #include <memory>
@@ -15,18 +16,17 @@
 
 #include "models/block.hh"
 #include "models/position.hh"
-#include "sensing/fan_order.hh"
-#include "sensing/prefilter.hh"
+#include "sensing/batch_tracer.hh"
+#include "sensing/path_chooser.hh"
 #include "sensing/scene.hh"
-#include "sensing/tracer.hh"
-#include "sensing/worker_pool.hh"
+#include "threads/wall_clock.hh"
+#include "threads/worker_pool.hh"
 #include "world/callback_phase.hh"
 #include "world/fiducial_index.hh"
 #include "world/gather_phase.hh"
 #include "world/memory_budget.hh"
 #include "world/model_names.hh"
 #include "world/move_phase.hh"
-#include "world/path_chooser.hh"
 #include "world/scheduler.hh"
 #include "world/statistics.hh"
 
@@ -37,10 +37,13 @@ class Watch;
 
 class WorldEngine {
  public:
+  WorldEngine();
+
   sensing::Scene scene;
+  sensing::BatchTracer tracer{&scene};
   Placement placement;
   Scheduler scheduler;
-  RunStatistics statistics;
+  RunStatistics statistics;  ///< but for the tracer's part, see Statistics()
   FiducialIndex fiducials;
 
   uint32_t next_model_id = 0;
@@ -62,6 +65,7 @@ class WorldEngine {
   std::vector<UpdateCallback> update_callbacks;  ///< of the world
   uint64_t family_changes = 0;                   ///< of who there is and whose child it is
   size_t controllers_left_out = 0;               ///< see RunOptions::controllers
+  size_t plugins_left_out = 0;                   ///< the same
 
   // Callbacks may do anything. Who calls some and goes on afterwards shares in the engine, so that
   // it is still there, and looks at these.
@@ -75,7 +79,7 @@ class WorldEngine {
   bool loading = false;    ///< bodies are drawn when all is loaded
   std::vector<std::unique_ptr<CtrlArgs>> controller_arguments;
   std::list<std::shared_ptr<void>> orphans;  ///< what models kept that are gone: see KeepForNow()
-  std::vector<Model*> made;                    ///< while a world is loaded: of each entity, or null
+  std::vector<Model*> made;                  ///< while a world is loaded: of each entity, or null
 
   /// By path, while a world is loaded.
   std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;
@@ -98,18 +102,14 @@ class WorldEngine {
   template <typename F>
   void ForEachModel(F f);
 
-  void SetThreads(unsigned threads);
+  void SetThreads(unsigned count);
+  unsigned threads() const { return workers_->threads(); }
   /// In a process that was forked meanwhile: starts threads of its own.
   void NoticeFork();
   /// See RunOptions::share_from.
   void ShareFrom(int count);
-  void SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always);
 
-  /// Which way batches go: where it is faster, or, for measurements, one of the two.
-  enum class Path { kFaster, kHost, kDevice };
-  void ForcePath(Path path) { path_ = path; }
-
-  /// Traces the rays of the batch and hands the results to their sensors; empties the batch.
+  /// Traces the rays that are waiting, through bodies that show themselves to rangers again.
   void TraceBatch();
   /// As TraceBatch, for what must not throw, such as destructors: what is thrown is thrown by the
   /// next TraceBatch instead, and the rays are left untraced.
@@ -137,6 +137,9 @@ class WorldEngine {
   /// The same with the callbacks of `update_callbacks_due`.
   size_t CallTogether(size_t first);
 
+  /// Those of everything.
+  RunStatistics Statistics() const;
+
   /// Of threads sharing work, for tests: how often they did, and how many updates, moves and
   /// callbacks were looked at for that.
   uint64_t shared_jobs() const { return workers_->shared_jobs(); }
@@ -145,46 +148,22 @@ class WorldEngine {
   }
 
  private:
-  sensing::HitLists Prefilter(uint64_t rays);
-  void SendAhead();
-  void LoseDevice(const sensing::PrefilterError& error);
-  void TraceFans(const sensing::HitLists& lists);
-  struct Looks;
-  bool Look(bool at_device);
-  void KeepOthersFromDevice(const Looks& looks);
-  void TraceLooks(const Looks& looks, bool at_device);
-  uint64_t CountRays(const Looks& looks) const;
-  void EndBatch();
+  void Employ(threads::WorkerPool* workers);
 
   struct LetGo {
-    void operator()(sensing::WorkerPool* pool) const {
+    void operator()(threads::WorkerPool* pool) const {
       if (pool->IsHere()) delete pool;
     }
   };
-  std::unique_ptr<sensing::WorkerPool, LetGo> workers_{new sensing::WorkerPool(1)};
-  struct alignas(64) ThreadData {  // cache lines of its own, as it is written to all the time
-    std::vector<sensing::RayHit> hits;
-    sensing::TraceCounters counters;
-  };
-  template <typename At>
-  void TraceRuns(const sensing::HitLists& lists, std::size_t count, At at);
-  void TraceRun(const sensing::Tracer& tracer, const sensing::FanRun& run,
-                const sensing::HitLists& lists, ThreadData* mine) const;
-  std::size_t CountRays(const sensing::FanRun& run) const;
-  std::vector<ThreadData> thread_data_ = std::vector<ThreadData>(1);
-  sensing::FanOrder fan_order_;
-  std::unique_ptr<sensing::Prefilter> prefilter_;
-  PathChooser chooser_;
-  Path path_ = Path::kFaster;
-  bool device_in_use_ = false;  // the last batch was there
+  std::unique_ptr<threads::WorkerPool, LetGo> workers_;
   std::exception_ptr postponed_;
 
-  unsigned forks_ = sensing::CountForks();  // when threads were looked at last
+  unsigned forks_ = threads::CountForks();  // when threads were looked at last
 
   // In small steps sharing may cost more than it saves, if only because threads leave models in
   // their caches for others to fetch. It is measured like the choice between device and host: the
   // threads stand for the device, models for rays.
-  PathChooser sharing_;
+  sensing::PathChooser sharing_;
   bool shares_ = true;             // in this step
   bool compares_sharing_ = false;  // in this step
   double shared_seconds_ = 1;      // what the last step took that was shared
@@ -220,8 +199,7 @@ class While {
   T before_;
 };
 
-/// Seconds since some fixed moment.
-double WallClock();
+using threads::WallClock;
 
 }  // namespace Stg
 

@@ -6,13 +6,16 @@
 #include <bit>
 #include <cmath>
 #include <map>
-#include <typeinfo>
 
 #include "models/block.hh"
+#include "models/camera.hh"
+#include "models/model_type.hh"
+#include "models/position.hh"
 #include "models/power_pack.hh"
-#include "stage.hh"
+#include "models/ranger.hh"
 #include "world/engine.hh"
 #include "world/sensor_kinds.hh"
+#include "world/world.hh"
 
 namespace Stg {
 
@@ -22,17 +25,8 @@ namespace {
 constexpr double kGrowth = 1.5;
 
 size_t SizeOf(const Model& model) {
-  const std::type_info& type = typeid(model);
-  if (type == typeid(ModelPosition)) return sizeof(ModelPosition);
-  if (type == typeid(ModelRanger)) return sizeof(ModelRanger);
-  if (type == typeid(ModelFiducial)) return sizeof(ModelFiducial);
-  if (type == typeid(ModelBlobfinder)) return sizeof(ModelBlobfinder);
-  if (type == typeid(ModelGripper)) return sizeof(ModelGripper);
-  if (type == typeid(ModelBumper)) return sizeof(ModelBumper);
-  if (type == typeid(ModelCamera)) return sizeof(ModelCamera);
-  if (type == typeid(ModelWifi)) return sizeof(ModelWifi);
-  if (type == typeid(ModelActuator)) return sizeof(ModelActuator);
-  return sizeof(Model);
+  const ModelType* const type = FindNearestModelType(model);
+  return type ? type->size : sizeof(Model);
 }
 
 uint64_t CellsOf(const grid::CellBox& box) {
@@ -82,8 +76,8 @@ class World::Survey {
     s_.energy_models = engine_.energy.size();
     s_.records_trails = world_.record_trails;
     s_.has_window = world_.IsGUI();
-    s_.device = engine_.statistics.device;
-    s_.threads = engine_.statistics.threads;
+    s_.device = engine_.tracer.statistics().device;
+    s_.threads = engine_.threads();
     s_.step = world_.sim_interval;
     s_.callbacks_per_step = static_cast<double>(engine_.update_callbacks.size());
   }

@@ -7,17 +7,9 @@
 #include <typeinfo>
 #include <utility>
 
-#include "models/actuator.hh"
-#include "models/blinkenlight.hh"
-#include "models/blobfinder.hh"
-#include "models/bumper.hh"
-#include "models/camera.hh"
-#include "models/fiducial.hh"
-#include "models/gripper.hh"
-#include "models/lightindicator.hh"
+#include "models/model_type.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
-#include "models/wifi.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -29,7 +21,7 @@ constexpr size_t kGrain = 32;
 }  // namespace
 
 size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* world,
-                           sensing::WorkerPool* workers) {
+                           threads::WorkerPool* workers) {
   if (workers->threads() == 1) return 0;
   count = runs_.Find(count, [&] {
     return workers->FindFirst(count, [&](size_t i) { return !MayShare(events[i]); });
@@ -43,7 +35,7 @@ size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* 
   return count;
 }
 
-void GatherPhase::UpdatePrepared(World* world, sensing::WorkerPool* workers) {
+void GatherPhase::UpdatePrepared(World* world, threads::WorkerPool* workers) {
   sensing::Scene& scene = world->scene();
   ForEachBlock(workers, [this](Block* block) { Measure(block); });
   MakeRoom(&scene.batch);
@@ -55,7 +47,7 @@ void GatherPhase::UpdatePrepared(World* world, sensing::WorkerPool* workers) {
 }
 
 template <typename F>
-void GatherPhase::ForEachBlock(sensing::WorkerPool* workers, F f) {
+void GatherPhase::ForEachBlock(threads::WorkerPool* workers, F f) {
   workers->Run(block_count_, workers->Grain(block_count_, kGrain / kBlock),
                [&](size_t begin, size_t end, unsigned) {
                  for (size_t i = begin; i < end; i++) f(&blocks_[i]);
@@ -72,51 +64,21 @@ std::span<const sensing::FanList::Entry> GatherPhase::FansOf(const Entry& entry,
   return block.fans.From(entry.first_fan).first(entry.fan_count);
 }
 
-namespace {
-
-/// What an update takes beside Model::Gather().
-struct Needs {
-  const std::type_info* type;
-  bool windows;      // of its tree: it casts rays past its own body
-  bool targets;      // the index of what fiducial finders may see
-  bool every_layer;  // the layer of everything, for its rays, which may be exact
-  bool rest;         // Model::Sensed()
-};
-
-/// Of the library's types but positions and rangers; null: it is none of them.
-const Needs* FindNeeds(const std::type_info& type) {
-  static const Needs kNeeds[] = {
-      {&typeid(ModelFiducial), true, true, true, false},
-      {&typeid(ModelActuator), false, false, false, false},
-      {&typeid(ModelBlobfinder), true, false, true, false},
-      {&typeid(ModelBumper), true, false, false, false},
-      {&typeid(ModelGripper), false, false, false, true},
-      {&typeid(ModelWifi), true, false, false, true},
-      {&typeid(ModelCamera), false, false, false, false},
-      {&typeid(Model), false, false, false, false},
-      {&typeid(ModelBlinkenlight), false, false, false, false},
-      {&typeid(ModelLightIndicator), false, false, false, false},
-  };
-  const auto found = std::ranges::find_if(kNeeds, [&](const Needs& n) { return *n.type == type; });
-  return found != std::end(kNeeds) ? found : nullptr;
-}
-
-}  // namespace
-
 /// The update of a model whose class does what it does here.
 bool GatherPhase::MayShare(const Scheduler::Event& event) {
   if (event.callback || !event.model) return false;
   const std::type_info& type = typeid(*event.model);
   if (type == typeid(ModelRanger)) return true;
   if (type == typeid(ModelPosition)) return !event.model->HasCallbacks(Model::CB_VELOCITY);
-  return FindNeeds(type) != nullptr;
+  const ModelType* const known = FindModelType(*event.model);
+  return known && known->updates != ModelType::kAlone;
 }
 
 // ---- getting ready ------------------------------------------------------------------------------
 
 /// False if the updates can't be made at once.
 bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* world,
-                          sensing::WorkerPool* workers) {
+                          threads::WorkerPool* workers) {
   entries_.resize(count);
   block_count_ = (count + kBlock - 1) / kBlock;
   if (blocks_.size() < block_count_) blocks_.resize(block_count_);
@@ -145,12 +107,14 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
     return 0;
   }
   if (type == typeid(ModelRanger)) return PrepareRanger(entry);
-  const Needs& needs = *FindNeeds(type);
+  const unsigned updates = FindModelType(model)->updates;
   entry->kind = Kind::kOther;
-  entry->has_rest = needs.rest;
-  entry->ready = !needs.windows || model.root->windows_;
-  return (needs.targets ? kTargets : 0) | (entry->ready ? 0 : kPartsThatLack) |
-         (needs.every_layer && model.world->IsExact(RayModel::kDefault) ? kExactRays : 0);
+  entry->has_rest = updates & ModelType::kHasRest;
+  entry->ready = !(updates & ModelType::kPastOwnTree) || model.root->windows_;
+  const bool exact =
+      (updates & ModelType::kThroughAllHeights) && model.world->IsExact(RayModel::kDefault);
+  return ((updates & ModelType::kLooksForFiducials) ? kTargets : 0) |
+         (entry->ready ? 0 : kPartsThatLack) | (exact ? kExactRays : 0);
 }
 
 unsigned GatherPhase::PrepareRanger(Entry* entry) {
@@ -283,7 +247,7 @@ void GatherPhase::MakeLayers(sensing::Scene* scene) {
 }
 
 /// The next updates, and the rests and callbacks of this one.
-void GatherPhase::Queue(World* world, sensing::WorkerPool* workers) {
+void GatherPhase::Queue(World* world, threads::WorkerPool* workers) {
   constexpr size_t kMany = 1000;  // fewer are done before other threads have begun
   const bool together =
       entries_.size() >= kMany && std::ranges::all_of(Blocks(), [&](const Block& block) {
@@ -299,7 +263,7 @@ void GatherPhase::Queue(World* world, sensing::WorkerPool* workers) {
 }
 
 /// The same if all next updates are due at one time.
-void GatherPhase::QueueTogether(World* world, sensing::WorkerPool* workers) {
+void GatherPhase::QueueTogether(World* world, threads::WorkerPool* workers) {
   WorldEngine& engine = world->engine();
   const std::span<Scheduler::Event> events =
       engine.scheduler.AddRoom(world->SimTimeNow() + blocks_[0].interval, entries_.size());

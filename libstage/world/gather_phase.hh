@@ -26,7 +26,7 @@
 #include "models/own_windows.hh"
 #include "sensing/batch.hh"
 #include "sensing/fan_list.hh"
-#include "sensing/worker_pool.hh"
+#include "threads/worker_pool.hh"
 #include "world/run_finder.hh"
 #include "world/scheduler.hh"
 
@@ -42,7 +42,7 @@ class GatherPhase {
   /// Updates the models of the first few of these events. Returns how many events that was: up to
   /// one that is something else; 0 if it isn't worth while.
   size_t Update(const Scheduler::Event* events, size_t count, World* world,
-                sensing::WorkerPool* workers);
+                threads::WorkerPool* workers);
 
  private:
   /// Positions and rangers, of which there are many, have shorter ways than the others.
@@ -67,19 +67,19 @@ class GatherPhase {
     bool same_interval, layer_missing, has_rests;
   };
   template <typename F>
-  void ForEachBlock(sensing::WorkerPool* workers, F f);
+  void ForEachBlock(threads::WorkerPool* workers, F f);
   std::span<Entry> EntriesOf(const Block& block);
   std::span<Block> Blocks() { return std::span(blocks_).first(block_count_); }
   static std::span<const sensing::FanList::Entry> FansOf(const Entry& entry, const Block& block);
   static bool MayShare(const Scheduler::Event& event);
   bool Prepare(const Scheduler::Event* events, size_t count, World* world,
-               sensing::WorkerPool* workers);
+               threads::WorkerPool* workers);
   // What updates want to be there, beside what they make themselves.
   static constexpr unsigned kTargets = 1, kExactRays = 2, kPartsThatLack = 4;
   static unsigned PrepareEntry(const Scheduler::Event& event, Entry* entry);
   static unsigned PrepareRanger(Entry* entry);
   void FinishGettingReady(unsigned wants, World* world);
-  void UpdatePrepared(World* world, sensing::WorkerPool* workers);
+  void UpdatePrepared(World* world, threads::WorkerPool* workers);
   void Measure(Block* block);
   void MakeRoom(sensing::RayBatch* batch);
   void MeasureEntry(Entry* entry, Block* block);
@@ -88,8 +88,8 @@ class GatherPhase {
   void FillEntry(Entry* entry, const Block& block);
   bool PutFans(const Entry& entry, const Block& block);
   void MakeLayers(sensing::Scene* scene);
-  void Queue(World* world, sensing::WorkerPool* workers);
-  void QueueTogether(World* world, sensing::WorkerPool* workers);
+  void Queue(World* world, threads::WorkerPool* workers);
+  void QueueTogether(World* world, threads::WorkerPool* workers);
 
   RunFinder runs_;
   std::vector<Entry> entries_;

@@ -12,11 +12,13 @@
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/model_type_names.hh"
 #include "models/ranger.hh"
 #include "models/ray_model_reader.hh"
 #include "models/thrown.hh"
 #include "world/controller.hh"
 #include "world/engine.hh"
+#include "world/plugin.hh"
 #include "world/prefilter_loader.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
@@ -87,9 +89,32 @@ constexpr unsigned int kMostNestedLoads = 20;
 
 std::string UnknownType(const std::string& type) {
   std::string known;
-  for (const auto& [name, creator] : Model::name_map) known += name + ", ";
+  for (const std::string& name : ModelTypeNames()) known += name + ", ";
   return "found " + messages::Quoted(type) + ", expected a model type (" + known +
          "block, sensor, window) or the name of a definition";
+}
+
+constexpr size_t kMostPlugins = 100;
+
+/// Those that the world file names, for the model types that they bring. Returns how many are left
+/// out, as nothing foreign is wanted.
+size_t LoadPlugins(Worldfile* wf, bool wanted) {
+  wf->ReadElement(0, "plugins", 0);  // an empty list counts as read too
+  const size_t count = wf->TupleLength(0, "plugins");
+  if (count > kMostPlugins)
+    wf->Fail(0, "plugins",
+             "found " + std::to_string(count) + " plug-ins, expected at most " +
+                 std::to_string(kMostPlugins));
+  for (size_t i = 0; wanted && i < count; i++) {
+    const std::string name = wf->ReadElement(0, "plugins", i);
+    std::string error = "the name is empty";
+    if (name.empty() || !OpenPlugin(name, &error))
+      throw LoadError(
+          wf->Where(0, "plugins") + ": plug-in " + messages::Quoted(name) +
+              " can't be loaded: " + messages::Shortened(error, messages::kLongestDetail),
+          255);
+  }
+  return wanted ? 0 : count;
 }
 
 /// Microseconds, truncated; `factor` of them make a unit of the file. 0 if they are less than one
@@ -106,7 +131,8 @@ std::unique_ptr<sensing::Prefilter> ChoosePrefilter(const RunOptions& options) {
   if (options.device.size() > messages::kLongestDetail)  // the plug-in would repeat it in full
     throw LoadError("stage: no OpenCL device matches " + messages::Quoted(options.device));
   std::string message;
-  std::unique_ptr<sensing::Prefilter> prefilter = LoadPrefilter(options.device, &message);
+  std::unique_ptr<sensing::Prefilter> prefilter =
+      LoadPrefilter(kOpenClPlugin, options.device, &message);
   if (prefilter) return prefilter;
   if (!options.device.empty() && options.device != "auto") throw LoadError("stage: " + message);
   messages::Warn(message + "; going on without OpenCL, with the same results");
@@ -168,10 +194,12 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
   if (engine.loads > kMostNestedLoads) return RefuseToNest();
   const double start = WallClock();
   if (wf) UnLoad();
+  if (!ground) MakeGround();  // there was too little memory for it when the last one was unloaded
   sim_time = 0;
   updates = 0;
   load_status_ = 0;
   engine.statistics = RunStatistics();
+  engine.tracer.SetStatistics({});
   engine.controllers_left_out = 0;
   const RandomScope random_numbers(&random_);
   const uint64_t life = engine.life;
@@ -220,6 +248,7 @@ void World::LoadContent(Source source) {
   SetToken(wf->ReadString(0, "name", path_.empty() ? "[stream]" : path_));
   LoadWorldProperties();
   UsePrefilter();
+  engine_->plugins_left_out = LoadPlugins(wf.get(), options_.controllers);
   if (!LoadEntities()) return;
   LoadWindowSection();
   engine_->memory.End();
@@ -289,7 +318,7 @@ void World::UsePrefilter() {
     constexpr unsigned kMostUseful = 16;
     engine_->SetThreads(std::clamp(std::thread::hardware_concurrency(), 1u, kMostUseful));
   }
-  engine_->SetPrefilter(std::move(prefilter), options_.always_on_device);
+  engine_->tracer.SetPrefilter(std::move(prefilter), options_.always_on_device);
 }
 
 void World::LoadWorldProperties() {
@@ -398,7 +427,7 @@ void World::LoadEntity(int entity) {
   const int above = wf->GetEntityParent(entity);
   std::vector<Model*>& made = engine_->made;
   Model* parent_model = above > 0 ? made[static_cast<size_t>(above)] : nullptr;
-  if (!parent_model && above > 0 && Model::name_map.count(wf->GetEntityType(above)) > 0)
+  if (!parent_model && above > 0 && FindCreator(wf->GetEntityType(above)))
     return;  // a callback has deleted the model that it would be a part of
   CheckNotNested(entity, parent_model);
 
@@ -410,9 +439,13 @@ void World::LoadEntity(int entity) {
     const RandomScope random_numbers(&parent_model->random_);
     static_cast<ModelRanger*>(parent_model)->LoadSensor(wf.get(), entity);
   } else {
-    const auto creator = Model::name_map.find(type);
-    if (creator == Model::name_map.end()) wf->Fail(entity, "", UnknownType(type));
-    Model* model = creator->second(this, parent_model, type);
+    const creator_t create = FindCreator(type);
+    if (!create)
+      wf->Fail(entity, "",
+               UnknownType(type) + (engine_->plugins_left_out > 0
+                                        ? "; the plug-ins of the world are left out, as asked for"
+                                        : ""));
+    Model* model = create(this, parent_model, type);
     made[static_cast<size_t>(entity)] = model;
     model->Load(wf.get(), entity);
   }

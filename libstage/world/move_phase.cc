@@ -118,7 +118,7 @@ bool MovePhase::MayShare(const Model& model) {
 }
 
 size_t MovePhase::Move(Model* const* models, size_t count, sensing::Scene* scene,
-                       sensing::WorkerPool* workers) {
+                       threads::WorkerPool* workers) {
   if (workers->threads() == 1 || scene->exact_drawing) return 0;
   count = runs_.Find(count, [&] {
     return workers->FindFirst(count, [&](size_t i) { return !MayShare(*models[i]); });
@@ -134,7 +134,7 @@ size_t MovePhase::Move(Model* const* models, size_t count, sensing::Scene* scene
   return count;
 }
 
-void MovePhase::MovePart(Model* const* models, size_t count, sensing::WorkerPool* workers) {
+void MovePhase::MovePart(Model* const* models, size_t count, threads::WorkerPool* workers) {
   MakePlans(models, count, workers);
   if (!std::ranges::any_of(marks_, [](uint8_t marks) { return marks & kMovesAlone; }))
     return MoveRanks(0, count, workers);
@@ -157,7 +157,7 @@ void MovePhase::MoveAlone(Plan* plan) {
   if (plan->moves && plan->model->EndMove(plan->placement)) plan->placement.Commit();
 }
 
-void MovePhase::MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers) {
+void MovePhase::MakePlans(Model* const* models, size_t count, threads::WorkerPool* workers) {
   if (plans_.size() < count) plans_.resize(count);
   marks_.assign(count, 0);
   claims_.Begin(*grid_);
@@ -199,7 +199,7 @@ void MovePhase::Mark(size_t index, uint8_t marks) {
 }
 
 /// Moves those of [begin, end) that share the grid.
-void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers) {
+void MovePhase::MoveRanks(size_t begin, size_t end, threads::WorkerPool* workers) {
   if (begin == end) return;
   const uint64_t bodies = AssignRanks(begin, end);
   SortByRank();
@@ -213,7 +213,7 @@ void MovePhase::MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers
   grid_->EndSharedEdit(&edits_);
 }
 
-void MovePhase::MoveRanksShared(size_t begin, size_t end, sensing::WorkerPool* workers) {
+void MovePhase::MoveRanksShared(size_t begin, size_t end, threads::WorkerPool* workers) {
   const size_t all = end - begin;
   workers->Run(all, workers->Grain(all, kGrain), [&](size_t from, size_t to, unsigned thread) {
     for (size_t i = begin + from; i < begin + to; i++)

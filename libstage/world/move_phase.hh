@@ -17,7 +17,7 @@
 
 #include "models/block.hh"
 #include "sensing/scene.hh"
-#include "sensing/worker_pool.hh"
+#include "threads/worker_pool.hh"
 #include "world/run_finder.hh"
 
 namespace Stg {
@@ -113,7 +113,7 @@ class MovePhase {
   /// Moves the first few of these models as if one after the other. Returns how many: up to one
   /// that is on another model, or of a class of its own; 0 if it isn't worth while.
   size_t Move(Model* const* models, size_t count, sensing::Scene* scene,
-              sensing::WorkerPool* workers);
+              threads::WorkerPool* workers);
 
  private:
   struct Plan {
@@ -125,13 +125,13 @@ class MovePhase {
     Placement placement;
   };
   static bool MayShare(const Model& model);
-  void MovePart(Model* const* models, size_t count, sensing::WorkerPool* workers);
+  void MovePart(Model* const* models, size_t count, threads::WorkerPool* workers);
   static void MoveAlone(Plan* plan);
-  void MakePlans(Model* const* models, size_t count, sensing::WorkerPool* workers);
+  void MakePlans(Model* const* models, size_t count, threads::WorkerPool* workers);
   void Describe(size_t index);
   void Mark(size_t index, uint8_t marks);
-  void MoveRanks(size_t begin, size_t end, sensing::WorkerPool* workers);
-  void MoveRanksShared(size_t begin, size_t end, sensing::WorkerPool* workers);
+  void MoveRanks(size_t begin, size_t end, threads::WorkerPool* workers);
+  void MoveRanksShared(size_t begin, size_t end, threads::WorkerPool* workers);
   uint64_t AssignRanks(size_t begin, size_t end);
   void SortByRank();
   void MovePlan(Plan* plan, unsigned thread);

@@ -2,36 +2,76 @@
 
 #include "world/prefilter_loader.hh"
 
-#include "sensing/prefilter.hh"
+#include <dlfcn.h>
+
+#include <cstddef>
+#include <cstdio>
+
+#include "sensing/backend.hh"
 #include "world/plugin.hh"
 
 namespace Stg {
 
 namespace {
 
-template <typename Function>
-Function FromPlugin(const char* symbol, std::string* message) {
-  std::string error;
-  void* plugin = OpenPlugin("stage_cl", &error);
-  void* address = plugin ? FindSymbol(plugin, symbol, &error) : nullptr;
-  if (!address) *message = "the OpenCL plug-in can't be loaded: " + error;
-  return reinterpret_cast<Function>(address);
+using sensing::Backend;
+
+std::string FileOf(const void* address) {
+  Dl_info info = {};
+  return dladdr(address, &info) && info.dli_fname ? info.dli_fname : "the plug-in";
 }
+
+std::string Hexadecimal(uint64_t number) {
+  char text[20];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
+  return text;
+}
+
+/// Why a plug-in can't be used; empty if it can. Looks no further than it has to: what is behind
+/// the version may be anything in another one.
+std::string FaultOf(const Backend& backend) {
+  const std::string file = FileOf(&backend);
+  if (backend.version != sensing::kBackendVersion)
+    return file + ": found version " + std::to_string(backend.version) +
+           " of stage_backend, expected version " + std::to_string(sensing::kBackendVersion);
+  if (backend.size != sizeof(Backend) || backend.layout != sensing::BackendLayout())
+    return file + ": found a plug-in of another build (version " + std::to_string(backend.version) +
+           ", layout " + Hexadecimal(backend.layout) + "), expected layout " +
+           Hexadecimal(sensing::BackendLayout());
+  return "";
+}
+
+/// Null and the reason.
+const Backend* OpenBackend(const std::string& name, std::string* message) {
+  std::string error;
+  void* const plugin = OpenPlugin(name, &error);
+  const void* const symbol = plugin ? FindSymbol(plugin, "stage_backend", &error) : nullptr;
+  if (plugin && !symbol)
+    error += "; expected version " + std::to_string(sensing::kBackendVersion) + " of it";
+  const auto* const backend = static_cast<const Backend*>(symbol);
+  if (backend) error = FaultOf(*backend);
+  if (error.empty()) return backend;
+  *message = "the plug-in " + name + " can't be loaded: " + error;
+  return nullptr;
+}
+
+void KeepText(void* to, const char* text) { *static_cast<std::string*>(to) = text; }
 
 }  // namespace
 
-std::unique_ptr<sensing::Prefilter> LoadPrefilter(const std::string& choice, std::string* message) {
-  const auto make = FromPlugin<sensing::MakePrefilter>("stage_make_prefilter", message);
-  if (!make) return nullptr;
-  return std::unique_ptr<sensing::Prefilter>(make(choice.c_str(), message));
+std::unique_ptr<sensing::Prefilter> LoadPrefilter(const std::string& plugin,
+                                                  const std::string& choice, std::string* message) {
+  const Backend* const backend = OpenBackend(plugin, message);
+  if (!backend) return nullptr;
+  return std::unique_ptr<sensing::Prefilter>(backend->make(choice.c_str(), KeepText, message));
 }
 
-std::string ListDevices() {
+std::string ListDevices(const std::string& plugin) {
   std::string text;
-  const auto list = FromPlugin<sensing::ListDevices>("stage_list_devices", &text);
-  if (!list) return text + "\n";
-  list(&text);
-  return text;
+  const Backend* const backend = OpenBackend(plugin, &text);
+  if (!backend) return text + "\n";
+  backend->list(KeepText, &text);
+  return text.ends_with('\n') ? text : text + "\n";
 }
 
 }  // namespace Stg

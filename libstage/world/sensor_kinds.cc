@@ -6,56 +6,23 @@
 #include <map>
 #include <tuple>
 
-#include "models/blobfinder.hh"
-#include "models/bumper.hh"
-#include "models/camera.hh"
-#include "models/fiducial.hh"
-#include "models/gripper.hh"
-#include "models/ranger.hh"
-#include "models/wifi.hh"
+#include "models/model_type.hh"
 
 namespace Stg {
 
 namespace {
 
-constexpr uint64_t kGripperRays = 4;  // two beams, two contact strips
-
-void DescribeRanger(const ModelRanger& ranger, SensorKind* kind) {
-  kind->type = "ranger";
-  kind->parts = ranger.GetSensors().size();
-  for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) kind->rays += sensor.sample_count;
-}
-
-void DescribeCamera(const ModelCamera& camera, SensorKind* kind) {
-  kind->type = "camera";
-  kind->pixels =
-      static_cast<uint64_t>(camera.getWidth()) * static_cast<uint64_t>(camera.getHeight());
-}
-
 /// False: the model senses nothing.
 bool Describe(const Model& model, SensorKind* kind) {
-  if (const auto* ranger = dynamic_cast<const ModelRanger*>(&model)) {
-    DescribeRanger(*ranger, kind);
-  } else if (const auto* blobfinder = dynamic_cast<const ModelBlobfinder*>(&model)) {
-    kind->type = "blobfinder";
-    kind->rays = blobfinder->scan_width;
-  } else if (const auto* bumper = dynamic_cast<const ModelBumper*>(&model)) {
-    kind->type = "bumper";
-    kind->parts = kind->rays = bumper->bumper_count;
-  } else if (const auto* camera = dynamic_cast<const ModelCamera*>(&model)) {
-    DescribeCamera(*camera, kind);
-  } else if (dynamic_cast<const ModelFiducial*>(&model)) {
-    kind->type = "fiducial";
-    kind->rays_vary = true;
-  } else if (dynamic_cast<const ModelGripper*>(&model)) {
-    kind->type = "gripper";
-    kind->parts = kind->rays = kGripperRays;
-  } else if (const auto* wifi = dynamic_cast<const ModelWifi*>(&model)) {
-    kind->type = "wifi";
-    kind->rays_vary = wifi->propagation == ModelWifi::PROPAGATION_RAYTRACE;
-  } else {
-    return false;
-  }
+  const ModelType* const type = FindNearestModelType(model);
+  if (!type || !type->describe) return false;
+  SensorExtent extent;
+  type->describe(model, &extent);
+  kind->type = type->name;
+  kind->parts = extent.parts;
+  kind->rays = extent.rays;
+  kind->rays_vary = extent.rays_vary;
+  kind->pixels = extent.pixels;
   return true;
 }
 

@@ -76,7 +76,7 @@ void World::Step(WorldEngine& engine, uint64_t life) {
   sim_time += sim_interval;
   PhaseSeconds& seconds = engine.statistics.seconds;
   const double start = WallClock();
-  const double traced_before = seconds.prefilter + seconds.trace;
+  const double traced_before = engine.tracer.seconds();
   RunDueEvents();
   engine.TraceBatch();
   if (engine.life == life) FinishSensing();
@@ -90,7 +90,7 @@ void World::Step(WorldEngine& engine, uint64_t life) {
   const double called = WallClock();
   UpdateEnergy();
 
-  const double traced = seconds.prefilter + seconds.trace - traced_before;
+  const double traced = engine.tracer.seconds() - traced_before;
   engine.ReportSharing(called - start - traced);
   seconds.gather += sensed - start - traced;
   seconds.move += moved - sensed;

@@ -12,10 +12,15 @@
 #endif
 
 #include "models/block.hh"
+#include "models/fiducial.hh"
+#include "models/gripper.hh"
+#include "models/model_type.hh"
+#include "models/position.hh"
 #include "models/power_pack.hh"
-#include "stage.hh"
+#include "models/ranger.hh"
 #include "world/engine.hh"
 #include "world/sensor_kinds.hh"
+#include "world/world.hh"
 
 namespace Stg {
 
@@ -52,12 +57,10 @@ std::vector<M*> Sample(std::vector<M*> models, size_t count) {
   return models;
 }
 
-/// Only the library's own types: what others do in their updates can't be known, nor put back.
-bool IsOurSensor(const Model& model) {
-  const std::type_info& type = typeid(model);
-  return type == typeid(ModelRanger) || type == typeid(ModelBlobfinder) ||
-         type == typeid(ModelFiducial) || type == typeid(ModelBumper) ||
-         type == typeid(ModelGripper) || type == typeid(ModelWifi) || type == typeid(ModelCamera);
+/// What other types do in their updates can't be known, nor put back.
+bool CanBePutBack(const Model& model) {
+  const ModelType* const type = FindModelType(model);
+  return type && type->measurable;
 }
 
 /// Stands for what a controller does at least: looks at each reading once.
@@ -73,18 +76,18 @@ double Look(Model* model) {
 class World::Gauge {
  public:
   explicit Gauge(World& world)
-      : world_(world), engine_(*world.engine_), statistics_(engine_.statistics) {
+      : world_(world), engine_(*world.engine_), statistics_(engine_.tracer.statistics()) {
     world_.FinishRays();
     engine_.scheduler.Swap(scheduler_);
-    engine_.ForcePath(WorldEngine::Path::kHost);
+    engine_.tracer.ForcePath(sensing::BatchTracer::Path::kHost);
   }
   ~Gauge() {
-    engine_.ForcePath(WorldEngine::Path::kFaster);
+    engine_.tracer.ForcePath(sensing::BatchTracer::Path::kFaster);
     // What was saved last goes back first: some are measured twice.
     for (auto saved = saved_.rbegin(); saved != saved_.rend(); ++saved) PutBack(*saved);
     engine_.scheduler.Swap(scheduler_);
-    statistics_.device = engine_.statistics.device;  // it may have failed
-    engine_.statistics = statistics_;
+    statistics_.device = Statistics().device;  // it may have failed
+    engine_.tracer.SetStatistics(statistics_);
     engine_.fiducials.Forget(nullptr);  // models may be moved before the next step
   }
 
@@ -94,10 +97,10 @@ class World::Gauge {
     MeasurePositions(seconds * 0.05);
     MeasureMoves(seconds * 0.15);
     MeasureEnergy(seconds * 0.05);
-    costs_.rays = engine_.statistics.trace.rays - statistics_.trace.rays;
-    const uint64_t device_rays = engine_.statistics.device_rays - statistics_.device_rays;
+    costs_.rays = Statistics().trace.rays - statistics_.trace.rays;
+    const uint64_t device_rays = Statistics().device_rays - statistics_.device_rays;
     if (device_rays > 0)
-      costs_.device_bytes_per_ray = static_cast<double>(engine_.statistics.prefilter.bytes_fetched -
+      costs_.device_bytes_per_ray = static_cast<double>(Statistics().prefilter.bytes_fetched -
                                                         statistics_.prefilter.bytes_fetched) /
                                     static_cast<double>(device_rays);
     if (least_ > 0) costs_.busy = spent_ / least_;
@@ -174,10 +177,11 @@ class World::Gauge {
     cost->ray_ns = path.rays > 0 ? path.trace / path.rays * kNanoseconds : 0;
   }
 
-  bool HasDevice() const { return !engine_.statistics.device.empty(); }
+  const sensing::TraceStatistics& Statistics() const { return engine_.tracer.statistics(); }
+  bool HasDevice() const { return !Statistics().device.empty(); }
 
   static bool CanMeasure(Model* model) {
-    if (!IsOurSensor(*model)) return false;
+    if (!CanBePutBack(*model)) return false;
     auto* gripper = dynamic_cast<ModelGripper*>(model);
     return !gripper || !gripper->GetConfig().gripped;  // it must not be dropped
   }
@@ -237,35 +241,36 @@ class World::Gauge {
     // Threads and devices need all at once, and fiducial finders share work.
     constexpr double kPiece = 0.002;  // seconds
     const Model& first = *sample[0];
-    const bool whole = engine_.statistics.threads > 1 || typeid(first) == typeid(ModelFiducial);
+    const bool whole = engine_.threads() > 1 || typeid(first) == typeid(ModelFiducial);
     const double piece = whole ? count : kPiece / std::max(each, 1e-9);
-    const PathCost host = TimePath(WorldEngine::Path::kHost, sample,
+    const PathCost host = TimePath(sensing::BatchTracer::Path::kHost, sample,
                                    static_cast<size_t>(std::clamp(piece, 1.0, count)),
                                    device ? seconds / 2 : seconds);
     Write(host, sample.size(), cost);
     if (!device) return;
-    const PathCost other = TimePath(WorldEngine::Path::kDevice, sample, sample.size(), seconds / 2);
+    const PathCost other =
+        TimePath(sensing::BatchTracer::Path::kDevice, sample, sample.size(), seconds / 2);
     // If it fails, the engine goes on without it.
     if (HasDevice() && other.rays > 0)
       cost->device_ray_ns = other.trace / other.rays * kNanoseconds;
   }
 
   /// What the sample takes, added up from the best tries of its pieces.
-  PathCost TimePath(WorldEngine::Path path, const std::vector<Model*>& sample, size_t piece,
-                    double seconds) {
+  PathCost TimePath(sensing::BatchTracer::Path path, const std::vector<Model*>& sample,
+                    size_t piece, double seconds) {
     std::vector<std::vector<Model*>> pieces;
     for (size_t i = 0; i < sample.size(); i += piece)
       pieces.emplace_back(
           sample.begin() + static_cast<std::ptrdiff_t>(i),
           sample.begin() + static_cast<std::ptrdiff_t>(std::min(i + piece, sample.size())));
     std::vector<Pass> best(pieces.size());
-    engine_.ForcePath(path);
+    engine_.tracer.ForcePath(path);
     for (const auto& models : pieces) Run(models);  // to warm up
     const double end = WallClock() + seconds;
     int passes = 0;
     for (; passes < kMostPasses && (passes < 3 || WallClock() < end); passes++)
       for (size_t p = 0; p < pieces.size(); p++) KeepBest(Run(pieces[p]), passes == 0, &best[p]);
-    engine_.ForcePath(WorldEngine::Path::kHost);
+    engine_.tracer.ForcePath(sensing::BatchTracer::Path::kHost);
     PathCost cost{0, 0, 0};
     for (const Pass& pass : best) {
       cost.update += pass.update;
@@ -418,7 +423,7 @@ class World::Gauge {
   World& world_;
   WorldEngine& engine_;
   Scheduler scheduler_;  // what is due, put aside; updates that are measured plan their next ones
-  RunStatistics statistics_;
+  sensing::TraceStatistics statistics_;
   std::vector<Saved> saved_;
   double spent_ = 0, least_ = 0;  // seconds: of all tries, and if each had been as good as the best
   StepCosts costs_;

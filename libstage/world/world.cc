@@ -10,11 +10,11 @@
 
 #include "messages/report.hh"
 #include "models/log_entry.hh"
+#include "models/model_type_names.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
-#include "stage.hh"
 #include "world/engine.hh"
 #include "worldfile/worldfile.hh"
 
@@ -149,6 +149,7 @@ void World::DeleteAll() {
   ForgetAll();
   DeleteChildren();
   engine_->scene.grid.ForgetExtent();
+  ground = nullptr;
   engine_->scheduler.Clear();  // of the models that are to be forgotten
   engine_->greatest_dissipation = 0;
   log_.clear();
@@ -211,8 +212,8 @@ const std::set<Model*> World::GetAllModels() const {
 }
 
 Model* World::CreateModel(Model* parent, const std::string& typestr) {
-  const auto found = Model::name_map.find(typestr);
-  if (found == Model::name_map.end()) {
+  const creator_t create = FindCreator(typestr);
+  if (!create) {
     messages::Warn("model type " + messages::Quoted(typestr) + " is not known");
     return nullptr;
   }
@@ -221,7 +222,7 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
               Model::kDeepest);
     return nullptr;
   }
-  Model* model = found->second(this, parent, typestr);
+  Model* model = create(this, parent, typestr);
   if (!IsLoading()) model->Map();
   return model;
 }

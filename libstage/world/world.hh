@@ -77,7 +77,7 @@ struct RunOptions {
   usec_t duration;   ///< simulated, after which a world is done, whatever quit time its files give
                      ///< and however often it is loaded; 0: their quit times count
   bool clock;        ///< print the simulated time, whatever the file says
-  bool controllers;  ///< false: `ctrl` properties load nothing, so that files run no code
+  bool controllers;  ///< false: `ctrl` and `plugins` load nothing, so that files run no code
   bool
       listed;  ///< the world is one of those of the program: World::UpdateAll(), Run() and
                ///< QuitAll() concern it, Model::LookupId() looks into it, and LogEntry::log and the
@@ -252,7 +252,7 @@ class World : public Ancestor {
   void RecordTrails(bool enable) { record_trails = enable; }
 
   /// Where the time went, counts of rays and hits, memory of the grid.
-  const RunStatistics& statistics() const;
+  RunStatistics statistics() const;
   /// What there is in the world, and what is left out because nobody asks for it; see explain.hh.
   SceneSummary Summary() const;
   /// What the parts of a step cost on this machine, measured in about so many seconds with samples

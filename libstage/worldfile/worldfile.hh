@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Worldfile: what the models of a world file read from it. Part of <stage.hh>; C++11.
+
 #ifndef STAGE_WORLDFILE_WORLDFILE_HH
 #define STAGE_WORLDFILE_WORLDFILE_HH
 

@@ -15,7 +15,7 @@ namespace device {
 /// Why no device can be used; empty if one can.
 inline std::string WhyNone() {
   std::string message;
-  return Stg::LoadPrefilter("", &message) ? "" : message;
+  return Stg::LoadPrefilter(Stg::kOpenClPlugin, "", &message) ? "" : message;
 }
 
 }  // namespace device

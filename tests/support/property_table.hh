@@ -32,6 +32,7 @@ inline constexpr Property kWorld[] = {
     {"world", "quit_time", "10"},
     {"world", "resolution", "0.05"},
     {"world", "memory_limit", "500"},
+    {"world", "plugins", "\"sink\""},  // any plug-in will do
     {"world", "ray_model", "\"exact\""},
     {"world", "show_clock", "1"},
     {"world", "show_clock_interval", "10"},

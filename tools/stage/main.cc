@@ -74,7 +74,7 @@ int Main(int argc, char* argv[]) {
       PrintWhole(std::string("stage ") + Version() + "\n");
       return 0;
     case Options::Action::kListDevices:
-      PrintWhole(messages::PrintableLines(ListDevices()));
+      PrintWhole(messages::PrintableLines(ListDevices(kOpenClPlugin)));
       return 0;
     case Options::Action::kExplain:
     case Options::Action::kRun:

@@ -5,8 +5,8 @@
 // results: the choice costs or saves time only. The same question is whether threads share a small
 // step: then they stand for the device.
 
-#ifndef STAGE_WORLD_PATH_CHOOSER_HH
-#define STAGE_WORLD_PATH_CHOOSER_HH
+#ifndef STAGE_SENSING_PATH_CHOOSER_HH
+#define STAGE_SENSING_PATH_CHOOSER_HH
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace Stg {
+namespace Stg::internal::sensing {
 
 /// Compares the two paths for batches of about the same size.
 class PathComparison {
@@ -22,7 +22,7 @@ class PathComparison {
   /// Whether the next batch goes to the device.
   bool UseDevice();
   /// The present batch goes where it goes only to see what that takes.
-  bool IsLook() const { return is_look_; }
+  bool IsProbe() const { return is_probe_; }
   /// What the batch took on the path that was chosen for it.
   void Report(double seconds_per_ray);
 
@@ -47,10 +47,10 @@ class PathComparison {
   };
   bool Choose();
   void BeginToCompare();
-  void EndLook();
+  void EndProbe();
   double TimesSlower() const;
-  /// The last batch of the look was so slow that there is nothing more to see.
-  bool LookIsClear() const;
+  /// The last batch of the probe was so slow that there is nothing more to see.
+  bool ProbeIsClear() const;
   uint64_t Wait() const;
 
   Cost device_{1}, host_{0};  // what both share is warm when the host's turn comes
@@ -61,14 +61,14 @@ class PathComparison {
   bool compares_ = false;       // both are known
   bool device_faster_ = false;  // so it seems
   bool device_chosen_ = false;  // for the present batch
-  bool is_look_ = false;        // the present batch
+  bool is_probe_ = false;       // the present batch
   double last_cost_ = 0;        // of the batch before: seconds for each ray; 0 if not known
   uint64_t batches_ = 0;
-  // A look: a few batches on the path that seems to be the slower one.
-  uint64_t look_batches_ = 0;  // left of the look that is going on
-  uint64_t last_look_ = 0;     // ended before the batch with this number
-  uint64_t wait_ = 0;          // batches from then to the next one
-  int early_looks_ = 0;        // left of those that come sooner than their costs would allow
+  // A probe: a few batches on the path that seems to be the slower one.
+  uint64_t probe_batches_ = 0;  // left of the probe that is going on
+  uint64_t last_probe_ = 0;     // ended before the batch with this number
+  uint64_t wait_ = 0;           // batches from then to the next one
+  int early_probes_ = 0;        // left of those that come sooner than their costs would allow
   // Batches since when the path that is used seems to be the slower one.
   uint64_t seems_slower_ = 0;
 };
@@ -81,7 +81,7 @@ class PathChooser {
   /// Whether the next batch, of so many rays, goes to the device.
   bool UseDevice(uint64_t rays);
   /// The present batch goes where it goes only to see what that takes: a part of it would do.
-  bool IsLook() const { return !always_ && comparisons_[Size()].IsLook(); }
+  bool IsProbe() const { return !always_ && comparisons_[Size()].IsProbe(); }
   /// What the batch took on the path that was chosen for it, or a part of it of so many rays.
   void Report(double seconds) { Report(seconds, rays_); }
   void Report(double seconds, uint64_t rays);
@@ -97,6 +97,6 @@ class PathChooser {
   std::array<PathComparison, kSizes> comparisons_;
 };
 
-}  // namespace Stg
+}  // namespace Stg::internal::sensing
 
 #endif

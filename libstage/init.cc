@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include "messages/report.hh"
+#include "models/model_type_names.hh"
 #include "stage.hh"
 #include "stage_config.hh"
 
@@ -13,11 +14,6 @@ namespace {
 
 std::atomic<bool> init_done{false};
 std::mutex init_mutex;
-
-template <class T>
-Model* Create(World* world, Model* parent, const std::string& type) {
-  return new T(world, parent, type);
-}
 
 void InitAlone(int* argc, char** argv[]) {
   World::args.clear();
@@ -46,19 +42,6 @@ bool InitDone() { return init_done; }
 const char* Version() { return kVersion; }
 unsigned int FullVersion() { return 50000; }
 
-void RegisterModels() {
-  Model::name_map["actuator"] = Create<ModelActuator>;
-  Model::name_map["blinkenlight"] = Create<ModelBlinkenlight>;
-  Model::name_map["blobfinder"] = Create<ModelBlobfinder>;
-  Model::name_map["bumper"] = Create<ModelBumper>;
-  Model::name_map["camera"] = Create<ModelCamera>;
-  Model::name_map["fiducial"] = Create<ModelFiducial>;
-  Model::name_map["gripper"] = Create<ModelGripper>;
-  Model::name_map["lightindicator"] = Create<ModelLightIndicator>;
-  Model::name_map["model"] = Create<Model>;
-  Model::name_map["position"] = Create<ModelPosition>;
-  Model::name_map["ranger"] = Create<ModelRanger>;
-  Model::name_map["wifi"] = Create<ModelWifi>;
-}
+void RegisterModels() { NameModelTypes(); }
 
 }  // namespace Stg

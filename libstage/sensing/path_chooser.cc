@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "world/path_chooser.hh"
+#include "sensing/path_chooser.hh"
 
 #include <algorithm>
 
-namespace Stg {
+namespace Stg::internal::sensing {
 
 namespace {
-constexpr uint64_t kLook = 3;            // batches of a look
-constexpr double kShareOfLooks = 0.005;  // looks may cost this share of the time
-constexpr double kNoise = 0.1;           // costs differ by that for no reason
-constexpr double kClearly = 1.5;         // times slower
-constexpr uint64_t kShortestWait = 16, kLongestWait = 20000;  // batches between looks
-// A great change of mind may be due to a bad moment: looks come after 4, 32, 256 ... batches then.
+constexpr uint64_t kProbeBatches = 3;
+constexpr double kShareOfProbes = 0.005;  // probes may cost this share of the time
+constexpr double kNoise = 0.1;            // costs differ by that for no reason
+constexpr double kClearly = 1.5;          // times slower
+constexpr uint64_t kShortestWait = 16, kLongestWait = 20000;  // batches between probes
+// A great change of mind may be due to a bad moment: probes come after 4, 32, 256 ... batches then.
 constexpr uint64_t kFirstWait = 4;
-constexpr int kEarlyLooks = 4;
+constexpr int kEarlyProbes = 4;
 }  // namespace
 
 void PathComparison::Cost::Note(double seconds_per_ray) {
@@ -33,7 +33,7 @@ bool PathComparison::UseDevice() {
   const bool was_device = device_chosen_;
   device_chosen_ = Choose();
   catches_up_ = device_chosen_ && !was_device;
-  is_look_ = !host_.known() || device_chosen_ != device_faster_;
+  is_probe_ = !host_.known() || device_chosen_ != device_faster_;
   return device_chosen_;
 }
 
@@ -42,35 +42,36 @@ bool PathComparison::Choose() {
   if (!host_.known()) return false;
   if (!compares_) {
     BeginToCompare();
-  } else if (is_look_) {  // the batch before
-    if (look_batches_ > 0 && !LookIsClear()) {
-      look_batches_--;
+  } else if (is_probe_) {  // the batch before
+    if (probe_batches_ > 0 && !ProbeIsClear()) {
+      probe_batches_--;
       return device_chosen_;
     }
-    EndLook();
+    EndProbe();
   }
   seems_slower_ = TimesSlower() * (1 + kNoise) < 1 ? seems_slower_ + 1 : 0;
   if (seems_slower_ == kShortestWait) wait_ = std::min(wait_, Wait());  // it is no bad moment
-  if (batches_ < last_look_ + wait_) return device_faster_;
-  look_batches_ = device_faster_ ? kLook - 1 : kLook;  // the device has to catch up first
+  if (batches_ < last_probe_ + wait_) return device_faster_;
+  probe_batches_ =
+      device_faster_ ? kProbeBatches - 1 : kProbeBatches;  // the device has to catch up first
   return !device_faster_;
 }
 
 /// Both are known by a single batch each. One that was interrupted may have taken many times as
-/// long: only if that could not have turned the outcome, there are no early looks.
+/// long: only if that could not have turned the outcome, there are no early probes.
 void PathComparison::BeginToCompare() {
   constexpr double kInterrupted = 30;
   compares_ = true;
   device_faster_ = device_.typical() < host_.typical();
-  last_look_ = batches_;
-  early_looks_ = TimesSlower() < kInterrupted ? kEarlyLooks : 0;
+  last_probe_ = batches_;
+  early_probes_ = TimesSlower() < kInterrupted ? kEarlyProbes : 0;
   wait_ = Wait();
 }
 
-/// Only now is a change of mind possible: between looks, what is known of the other path is old.
-void PathComparison::EndLook() {
-  last_look_ = batches_;
-  early_looks_ = TimesSlower() * kClearly < 1 ? kEarlyLooks : std::max(early_looks_ - 1, 0);
+/// Only now is a change of mind possible: between probes, what is known of the other path is old.
+void PathComparison::EndProbe() {
+  last_probe_ = batches_;
+  early_probes_ = TimesSlower() * kClearly < 1 ? kEarlyProbes : std::max(early_probes_ - 1, 0);
   if (TimesSlower() < 1) device_faster_ = !device_faster_;
   wait_ = Wait();
 }
@@ -81,21 +82,22 @@ double PathComparison::TimesSlower() const {
   return device_faster_ ? 1 / times : times;
 }
 
-bool PathComparison::LookIsClear() const {
+bool PathComparison::ProbeIsClear() const {
   return last_cost_ > kClearly * (device_chosen_ ? host_ : device_).typical();
 }
 
-/// Batches between looks. The more a look costs, the more: some batches on the other path, and
+/// Batches between probes. The more a probe costs, the more: some batches on the other path, and
 /// before or after these the device has to catch up. The more it may bring, the fewer.
 uint64_t PathComparison::Wait() const {
   const double times_slower = TimesSlower();
   const double used = (device_faster_ ? device_ : host_).typical();
   const double catching_up = std::max(catching_up_.typical() / used - 1, 0.0);
-  const double lost = static_cast<double>(kLook) * std::max(times_slower - 1, 0.0) + catching_up;
+  const double lost =
+      static_cast<double>(kProbeBatches) * std::max(times_slower - 1, 0.0) + catching_up;
   const double missed = std::max(1 / times_slower - 1, 0.0);
-  const double wait = std::min(lost / (kShareOfLooks + missed), static_cast<double>(kLongestWait));
+  const double wait = std::min(lost / (kShareOfProbes + missed), static_cast<double>(kLongestWait));
   const uint64_t most =
-      early_looks_ > 0 ? kFirstWait << 3 * (kEarlyLooks - early_looks_) : kLongestWait;
+      early_probes_ > 0 ? kFirstWait << 3 * (kEarlyProbes - early_probes_) : kLongestWait;
   return std::min(most, std::max(kShortestWait, static_cast<uint64_t>(wait)));
 }
 
@@ -113,4 +115,4 @@ void PathChooser::Report(double seconds, uint64_t rays) {
   if (rays > 0) comparisons_[Size()].Report(seconds / static_cast<double>(rays));
 }
 
-}  // namespace Stg
+}  // namespace Stg::internal::sensing

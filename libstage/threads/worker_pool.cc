@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "sensing/worker_pool.hh"
+#include "threads/worker_pool.hh"
 
 #include <pthread.h>
 
@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-namespace Stg::internal::sensing {
+namespace Stg::threads {
 
 namespace {
 
@@ -47,7 +47,7 @@ unsigned CountForks() { return forks; }
 
 WorkerPool::~WorkerPool() {
   stop_ = true;
-  WakeAll(&workers_bed_);
+  WakeAll(&workers_queue_);
   for (std::thread& worker : workers_) worker.join();
 }
 
@@ -80,7 +80,7 @@ void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, siz
   }
   gate_ = kOpen;
   generation_++;
-  WakeAll(&workers_bed_);
+  WakeAll(&workers_queue_);
   std::exception_ptr of_first;
   try {
     if (first) first();
@@ -94,7 +94,7 @@ void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, siz
 /// Waits for those who are still at it, and throws what was thrown.
 void WorkerPool::Finish(const std::exception_ptr& of_first) {
   gate_ -= kOpen;
-  WaitUntil([this] { return gate_ == 0; }, &caller_bed_);
+  WaitUntil([this] { return gate_ == 0; }, &caller_queue_);
   if (failed_at_ != kNowhere) {
     failed_at_ = kNowhere;
     std::rethrow_exception(std::exchange(failure_, nullptr));
@@ -109,17 +109,17 @@ void WorkerPool::NoteFailure(size_t begin) {
   failure_ = std::current_exception();
 }
 
-void WorkerPool::WakeAll(Bed* bed) {
-  if (bed->asleep == 0) return;
+void WorkerPool::WakeAll(WaitQueue* queue) {
+  if (queue->asleep == 0) return;
   // Who has said so holds the mutex until it sleeps.
   { const std::lock_guard<std::mutex> lock(mutex_); }
-  bed->wake_up.notify_all();
+  queue->wake_up.notify_all();
 }
 
 /// Jobs follow one another quickly within a step, and sleeping and waking takes longer than most
 /// of them: so it is looked for a little while whether something becomes true.
 template <typename F>
-void WorkerPool::WaitUntil(F is_true, Bed* bed) {
+void WorkerPool::WaitUntil(F is_true, WaitQueue* queue) {
   using Clock = std::chrono::steady_clock;
   constexpr unsigned kLooks = 16;  // between those at the clock
   if (patience_ > 0) {
@@ -132,9 +132,9 @@ void WorkerPool::WaitUntil(F is_true, Bed* bed) {
     } while (Clock::now() - start < std::chrono::microseconds(patience_));
   }
   std::unique_lock<std::mutex> lock(mutex_);
-  bed->asleep++;
-  bed->wake_up.wait(lock, is_true);
-  bed->asleep--;
+  queue->asleep++;
+  queue->wake_up.wait(lock, is_true);
+  queue->asleep--;
 }
 
 void WorkerPool::TakeRanges(unsigned thread) {
@@ -165,13 +165,13 @@ bool WorkerPool::Enter() {
 }
 
 void WorkerPool::Leave() {
-  if (gate_.fetch_sub(kOneInside) == kOneInside) WakeAll(&caller_bed_);
+  if (gate_.fetch_sub(kOneInside) == kOneInside) WakeAll(&caller_queue_);
 }
 
 void WorkerPool::Work(unsigned thread) {
   uint64_t seen = 0;
   for (;;) {
-    WaitUntil([&] { return stop_ || generation_ != seen; }, &workers_bed_);
+    WaitUntil([&] { return stop_ || generation_ != seen; }, &workers_queue_);
     if (stop_) return;
     seen = generation_;
     if (!Enter()) continue;
@@ -180,4 +180,4 @@ void WorkerPool::Work(unsigned thread) {
   }
 }
 
-}  // namespace Stg::internal::sensing
+}  // namespace Stg::threads

@@ -2,8 +2,8 @@
 //
 // Threads that share the work of one step.
 
-#ifndef STAGE_SENSING_WORKER_POOL_HH
-#define STAGE_SENSING_WORKER_POOL_HH
+#ifndef STAGE_THREADS_WORKER_POOL_HH
+#define STAGE_THREADS_WORKER_POOL_HH
 
 #include <algorithm>
 #include <atomic>
@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-namespace Stg::internal::sensing {
+namespace Stg::threads {
 
 /// How often this process and those that it descends from were forked.
 unsigned CountForks();
@@ -106,23 +106,23 @@ class WorkerPool {
   void TakeFrom(Share* share, unsigned thread);
   void Finish(const std::exception_ptr& of_first);
   void NoteFailure(size_t begin);
-  /// Somewhere to wait. Who goes to sleep says so first, and then looks once more, under the mutex;
-  /// who makes something true does so first, and then looks whether anybody sleeps: so no wake-up
+  /// A waiter first counts itself as asleep, then checks its condition once more, under the mutex.
+  /// A waker first makes the condition true, then checks whether anybody is asleep. So no wake-up
   /// is missed, and none is made for nobody.
-  struct Bed {
+  struct WaitQueue {
     std::condition_variable wake_up;
     std::atomic<unsigned> asleep{0};
   };
   template <typename F>
-  void WaitUntil(F is_true, Bed* bed);
-  void WakeAll(Bed* bed);
+  void WaitUntil(F is_true, WaitQueue* queue);
+  void WakeAll(WaitQueue* queue);
 
   const unsigned forks_;  // that there had been when it was made
   // One for each thread. Otherwise whoever waits has to make way at once.
   const bool has_processors_;
   std::vector<std::thread> workers_;
   std::mutex mutex_;
-  Bed workers_bed_, caller_bed_;
+  WaitQueue workers_queue_, caller_queue_;
   // Who waits for the next job looks at these all the time: nothing else is on their cache line.
   alignas(64) std::atomic<uint64_t> generation_{0};  // of jobs
   std::atomic<bool> stop_{false};
@@ -139,10 +139,6 @@ class WorkerPool {
   std::vector<Share> shares_;                // one for each thread
 };
 
-}  // namespace Stg::internal::sensing
-
-namespace Stg {
-namespace sensing = internal::sensing;  // for the rooms above: clients see no such header
-}
+}  // namespace Stg::threads
 
 #endif

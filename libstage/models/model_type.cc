@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/model_type.hh"
+
+#include <atomic>
+#include <mutex>
+
+#include "messages/report.hh"
+#include "models/model_type_names.hh"
+
+namespace Stg {
+
+namespace {
+
+// Types come while libraries are loaded, and never go: whoever looks for one needs no lock.
+struct Node {
+  ModelType type;
+  std::atomic<Node*> next{nullptr};
+};
+std::atomic<Node*> oldest{nullptr};
+
+std::mutex mutex;             // for what follows, and for adding a type
+bool names_are_kept = false;  // Model::name_map has been filled
+
+/// Calls f(type) for all, in their order, until it returns false.
+template <typename F>
+void ForEachType(F f) {
+  const Node* node = oldest.load(std::memory_order_acquire);
+  while (node && f(node->type)) node = node->next.load(std::memory_order_acquire);
+}
+
+/// The oldest one.
+template <typename F>
+const ModelType* FindType(F fits) {
+  const ModelType* found = nullptr;
+  ForEachType([&](const ModelType& type) {
+    if (fits(type)) found = &type;
+    return !found;
+  });
+  return found;
+}
+
+void Append(const ModelType& type) {
+  std::atomic<Node*>* end = &oldest;
+  while (Node* node = end->load(std::memory_order_relaxed)) end = &node->next;
+  end->store(new Node{type}, std::memory_order_release);
+}
+
+}  // namespace
+
+bool RegisterModelType(const ModelType& type) {
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (FindType([&](const ModelType& known) { return known.name == type.name; })) {
+    messages::Report(LogLevel::kError, "stage: the model type " + messages::Quoted(type.name) +
+                                           " is registered already; the first one stays");
+    return false;
+  }
+  Append(type);
+  if (names_are_kept) Model::name_map[type.name] = type.create;
+  return true;
+}
+
+const ModelType* FindModelType(const Model& model) {
+  const std::type_info& of = typeid(model);
+  return FindType([&](const ModelType& type) { return *type.of == of; });
+}
+
+const ModelType* FindNearestModelType(const Model& model) {
+  const ModelType* nearest = FindModelType(model);
+  if (nearest) return nearest;
+  // A type is registered after those that it is derived from.
+  ForEachType([&](const ModelType& type) {
+    if (*type.of != typeid(Model) && type.is(model)) nearest = &type;
+    return true;
+  });
+  return nearest;
+}
+
+creator_t FindCreator(const std::string& type) {
+  const std::lock_guard<std::mutex> lock(mutex);
+  const auto found = Model::name_map.find(type);
+  return found == Model::name_map.end() ? nullptr : found->second;
+}
+
+std::vector<std::string> ModelTypeNames() {
+  const std::lock_guard<std::mutex> lock(mutex);
+  std::vector<std::string> names;
+  for (const auto& [name, creator] : Model::name_map) names.push_back(name);
+  return names;
+}
+
+void NameModelTypes() {
+  const std::lock_guard<std::mutex> lock(mutex);
+  ForEachType([](const ModelType& type) {
+    Model::name_map[type.name] = type.create;
+    return true;
+  });
+  names_are_kept = true;
+}
+
+}  // namespace Stg

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "sensing/batch_tracer.hh"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "messages/report.hh"
+#include "threads/wall_clock.hh"
+
+namespace Stg::internal::sensing {
+
+using threads::WallClock;
+
+/// A part of a batch, every so many of its runs, that is traced on the path that seems to be the
+/// slower one, to see how long it takes there; the others go the usual way. All of the batch would
+/// cost much time.
+class BatchTracer::Probe {
+ public:
+  /// One of `of` runs, at least 2.
+  Probe(const std::vector<FanRun>& runs, std::size_t of) : runs_(runs), of_(of) {}
+
+  std::size_t count() const { return (runs_.size() + of_ - 1) / of_; }
+  const FanRun& operator[](std::size_t i) const { return runs_[i * of_]; }
+  std::size_t other_count() const { return runs_.size() - count(); }
+  const FanRun& Other(std::size_t i) const { return runs_[i + i / (of_ - 1) + 1]; }
+
+ private:
+  const std::vector<FanRun>& runs_;
+  std::size_t of_;
+};
+
+void BatchTracer::SetWorkers(threads::WorkerPool* workers) {
+  thread_data_.resize(workers->threads());
+  workers_ = workers;
+}
+
+void BatchTracer::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {
+  prefilter_ = std::move(prefilter);
+  chooser_ = PathChooser(always);
+  scene_.grid.TrackChanges(prefilter_ != nullptr);
+  statistics_.device = prefilter_ ? prefilter_->DeviceName() : "";
+}
+
+void BatchTracer::Trace() {
+  RayBatch& batch = scene_.batch;
+  batch.Close(scene_.tables);
+  const bool can = prefilter_ && batch.FitsDevice();
+  const bool choosing = can && path_ == Path::kFaster;
+  const bool on_device =
+      can && (choosing ? chooser_.UseDevice(batch.ray_count()) : path_ == Path::kDevice);
+  if (!(choosing && chooser_.IsProbe() && TraceWithProbe(on_device))) TraceAll(on_device, choosing);
+  Drop();
+}
+
+void BatchTracer::Drop() noexcept {
+  scene_.batch.Clear();
+  scene_.batch_number++;
+}
+
+/// `choosing`: the chooser learns what it took.
+void BatchTracer::TraceAll(bool on_device, bool choosing) {
+  device_in_use_ = on_device;
+  if (!on_device) workers_->HoldProcessors(true);
+  const double start = WallClock();
+  const HitLists lists = on_device ? Prefilter(scene_.batch.ray_count()) : HitLists();
+  const double walked = WallClock();
+  const std::vector<FanRun>& runs = fan_order_.Of(scene_.batch);
+  TraceRuns(lists, runs.size(), [&](std::size_t i) { return runs[i]; });
+  const double traced = WallClock();
+  if (choosing) chooser_.Report(traced - start);
+  statistics_.prefilter_seconds += walked - start;
+  statistics_.trace_seconds += traced - walked;
+}
+
+/// Traces the batch, a part of it as a probe. False if it has not been traced: there are too few
+/// fans, or what part of the time a part would take cannot be told.
+bool BatchTracer::TraceWithProbe(bool probe_device) {
+  // A device of its own takes about as long for few rays as for many.
+  if (probe_device != prefilter_->UsesHost()) return false;
+  constexpr std::size_t kSharesOfAThread = 8, kMost = 8;
+  const std::vector<FanRun>& runs = fan_order_.Of(scene_.batch);
+  const std::size_t of = std::min(kMost, runs.size() / (kSharesOfAThread * workers_->threads()));
+  if (of < 2) return false;
+  const Probe probe(runs, of);
+  if (CountRays(probe) == 0) return false;
+  if (probe_device) KeepOthersFromDevice(probe);
+  TraceProbe(probe, probe_device);
+  return true;
+}
+
+void BatchTracer::KeepOthersFromDevice(const Probe& probe) {
+  for (std::size_t i = 0; i < probe.other_count(); i++) {
+    const FanRun& run = probe.Other(i);
+    for (uint32_t k = 0; k < run.count; k++) scene_.batch.KeepFromDevice(run.first + k);
+  }
+}
+
+void BatchTracer::TraceProbe(const Probe& probe, bool probe_device) {
+  const uint64_t rays = CountRays(probe), all = scene_.batch.ray_count();
+  const double sent_before = statistics_.prefilter.send_seconds;
+  const double start = WallClock();
+  const HitLists lists = Prefilter(probe_device ? rays : all), none;
+  const double walked = WallClock();
+  TraceRuns(probe_device ? lists : none, probe.count(), [&](std::size_t i) { return probe[i]; });
+  const double probed = WallClock();
+  TraceRuns(probe_device ? none : lists, probe.other_count(),
+            [&](std::size_t i) { return probe.Other(i); });
+  statistics_.prefilter_seconds += walked - start;
+  statistics_.trace_seconds += WallClock() - walked;
+  if (!prefilter_) return;  // it has just been lost
+  if (!probe_device) return chooser_.Report(probed - walked, rays);
+  // What it takes to send the grid does not depend on how many rays there are.
+  const double send = statistics_.prefilter.send_seconds - sent_before;
+  const double parts = static_cast<double>(all) / static_cast<double>(rays);
+  chooser_.Report(send + (probed - start - send) * parts);
+}
+
+/// `rays`: of the fans that are not left to the host.
+HitLists BatchTracer::Prefilter(uint64_t rays) {
+  // Threads that wait would be in the way of a device that is the host's own processor; until the
+  // next batch, for it also takes what is sent ahead.
+  workers_->HoldProcessors(!prefilter_->UsesHost());
+  try {
+    const HitLists lists = prefilter_->Walk(scene_.grid, scene_.tables, scene_.batch, workers_);
+    statistics_.device_steps++;
+    statistics_.device_rays += rays;
+    statistics_.prefilter = prefilter_->statistics();
+    return lists;
+  } catch (const PrefilterError& error) {
+    LoseDevice(error);
+    return HitLists();
+  }
+}
+
+void BatchTracer::SendAhead() {
+  if (!prefilter_ || !device_in_use_) return;
+  try {
+    prefilter_->SendAhead(scene_.grid);
+  } catch (const PrefilterError& error) {
+    LoseDevice(error);
+  }
+}
+
+void BatchTracer::LoseDevice(const PrefilterError& error) {
+  messages::Warn(messages::Shortened(prefilter_->DeviceName()) + " failed (" +
+                 messages::Shortened(error.what(), messages::kLongestDetail) +
+                 "); going on without it");
+  SetPrefilter(nullptr, false);
+}
+
+/// Traces the runs at(0) to at(count - 1).
+template <typename At>
+void BatchTracer::TraceRuns(const HitLists& lists, std::size_t count, At at) {
+  // Waking threads takes as long as tracing some hundred rays.
+  constexpr uint32_t kTooFewRays = 500;
+  const std::size_t grain =
+      scene_.batch.ray_count() < kTooFewRays ? count : workers_->Grain(count, 32);
+  const Tracer tracer(scene_.grid);
+  workers_->Run(count, grain, [&](std::size_t begin, std::size_t end, unsigned thread) {
+    for (std::size_t i = begin; i < end; i++) TraceRun(tracer, at(i), lists, &thread_data_[thread]);
+  });
+  SumCounters();
+}
+
+void BatchTracer::SumCounters() {
+  for (ThreadData& data : thread_data_) {
+    statistics_.trace.rays += data.counters.rays;
+    statistics_.trace.potential_hits += data.counters.potential_hits;
+    statistics_.trace.resumed += data.counters.resumed;
+    data.counters = TraceCounters();
+  }
+}
+
+void BatchTracer::TraceRun(const Tracer& tracer, const FanRun& run, const HitLists& lists,
+                           ThreadData* mine) const {
+  const std::span<const Fan> fans = scene_.batch.fans().subspan(run.first, run.count);
+  for (const Fan& fan : fans) fan.sink->ExpectHits(fan.tag);
+  const std::size_t rays = CountRays(run);
+  if (mine->hits.size() < rays) mine->hits.resize(rays);
+  tracer.TraceFans(scene_.batch, fans.data(), run.count, lists, mine->hits.data(), &mine->counters);
+  const RayHit* hits = mine->hits.data();
+  for (const Fan& fan : fans) {
+    fan.sink->TakeHits(fan.tag, hits, fan.record.samples);
+    hits += fan.record.samples;
+  }
+}
+
+std::size_t BatchTracer::CountRays(const FanRun& run) const {
+  std::size_t rays = 0;
+  for (const Fan& fan : scene_.batch.fans().subspan(run.first, run.count))
+    rays += fan.record.samples;
+  return rays;
+}
+
+uint64_t BatchTracer::CountRays(const Probe& probe) const {
+  uint64_t rays = 0;
+  for (std::size_t i = 0; i < probe.count(); i++) rays += CountRays(probe[i]);
+  return rays;
+}
+
+}  // namespace Stg::internal::sensing

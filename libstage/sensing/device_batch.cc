@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "sensing/device_batch.hh"
+
+#include <algorithm>
+#include <atomic>
+#include <utility>
+
+namespace Stg::internal::sensing {
+
+namespace {
+
+constexpr uint32_t kNoGroup = 0xffffffffu;
+
+// Fans that one thread puts into their groups.
+constexpr std::size_t kBlock = 64;
+std::size_t CountBlocks(std::size_t fans) { return (fans + kBlock - 1) / kBlock; }
+
+/// Calls f(block, first, end) for each block of so many fans, on all threads.
+template <typename F>
+void ForEachBlock(std::size_t fans, threads::WorkerPool* workers, F f) {
+  workers->Run(CountBlocks(fans), 1, [&](std::size_t begin, std::size_t end, unsigned) {
+    for (std::size_t block = begin; block < end; block++)
+      f(block, block * kBlock, std::min((block + 1) * kBlock, fans));
+  });
+}
+
+}  // namespace
+
+/// By layer and number of samples; within these in their own order. There are few kinds of sensors,
+/// so few groups, and mostly the same ones from batch to batch.
+void DeviceBatch::Sort(const RayBatch& batch, threads::WorkerPool* workers) {
+  const std::span<const DeviceFan> fans = batch.device_fans();
+  if (!CountGroups(fans, workers)) {
+    FindGroups(fans);
+    CountGroups(fans, workers);
+  }
+  fan_count_ = 0;
+  for (std::size_t g = 0; g < groups_.size(); g++) {
+    groups_[g].first_fan = static_cast<uint32_t>(fan_count_);
+    for (std::size_t i = g; i < next_in_group_.size(); i += groups_.size())
+      fan_count_ += std::exchange(next_in_group_[i], static_cast<uint32_t>(fan_count_));
+    groups_[g].fans = static_cast<uint32_t>(fan_count_) - groups_[g].first_fan;
+  }
+  window_words_ = batch.window_words().size();
+  NameLayers();
+}
+
+/// False if there is a fan of none of the groups.
+bool DeviceBatch::CountGroups(std::span<const DeviceFan> fans, threads::WorkerPool* workers) {
+  group_of_fan_.resize(fans.size());
+  next_in_group_.assign(CountBlocks(fans.size()) * groups_.size(), 0);
+  std::atomic<bool> all_known{true};
+  ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
+    uint32_t* const counts = next_in_group_.data() + block * groups_.size();
+    uint32_t last = 0;
+    for (std::size_t i = first; i < end; i++) {
+      group_of_fan_[i] = kNoGroup;
+      if (!fans[i].fits) continue;
+      last = GroupOf(fans[i], last);
+      if (last == kNoGroup) return all_known.store(false, std::memory_order_relaxed);
+      group_of_fan_[i] = last;
+      counts[last]++;
+    }
+  });
+  return all_known;
+}
+
+/// Makes the groups anew.
+void DeviceBatch::FindGroups(std::span<const DeviceFan> fans) {
+  groups_.clear();
+  uint32_t last = 0;
+  for (const DeviceFan& fan : fans) {
+    if (!fan.fits) continue;
+    last = GroupOf(fan, last);
+    if (last != kNoGroup) continue;
+    last = static_cast<uint32_t>(groups_.size());
+    groups_.push_back({fan.layer, fan.record.samples, 0, 0});
+  }
+}
+
+/// kNoGroup if there is none. `likely` is looked at first: neighbours are of one kind.
+uint32_t DeviceBatch::GroupOf(const DeviceFan& fan, uint32_t likely) const {
+  const auto fits = [&](const Group& group) {
+    return group.layer == fan.layer && group.samples == fan.record.samples;
+  };
+  if (likely < groups_.size() && fits(groups_[likely])) return likely;
+  const auto found = std::find_if(groups_.begin(), groups_.end(), fits);
+  return found == groups_.end() ? kNoGroup : static_cast<uint32_t>(found - groups_.begin());
+}
+
+void DeviceBatch::NameLayers() {
+  layers_.clear();
+  for (const Group& group : groups_)
+    if (group.fans > 0 && std::count(layers_.begin(), layers_.end(), group.layer) == 0)
+      layers_.push_back(group.layer);
+}
+
+void DeviceBatch::PlanLaunches(std::size_t work_group, bool one_for_each_group,
+                               const std::function<LayerPlace(grid::LayerIndex)>& place_of) {
+  constexpr std::size_t kMostItems = 0xffffffffu;
+  const auto first_fan = static_cast<uint32_t>(first_fan_record());
+  launches_.clear();
+  group_records_.clear();
+  for (const Group& group : groups_) {
+    const std::size_t g = group_records_.size();
+    const std::size_t items = std::size_t{group.fans} * group.samples;
+    const std::size_t room = (items + work_group - 1) / work_group * work_group;
+    const bool first = launches_.empty() || launches_.back().items + room > kMostItems;
+    if (first || (one_for_each_group && items > 0)) launches_.push_back({g, g, 0});
+    Launch& launch = launches_.back();
+    const LayerPlace place = place_of(group.layer);
+    group_records_.push_back({.first_item = static_cast<uint32_t>(launch.items),
+                              .fans = group.fans,
+                              .samples = group.samples,
+                              .first_fan = first_fan + group.first_fan,
+                              .tile_maps = place.tile_maps,
+                              .tiles = place.tiles,
+                              .unused = {}});
+    launch.items += room;
+    launch.end_group = g + 1;
+  }
+  std::erase_if(launches_, [](const Launch& launch) { return launch.items == 0; });
+}
+
+void DeviceBatch::Write(const RayBatch& batch, void* memory, threads::WorkerPool* workers) {
+  const std::span<const DeviceFan> fans = batch.device_fans();
+  const std::vector<uint64_t>& windows = batch.window_words();
+  auto* const groups = static_cast<ray_group_record_t*>(memory);
+  auto* const records = static_cast<FanRecord*>(memory) + first_fan_record();
+  auto* const words = static_cast<uint64_t*>(memory) + first_window();
+  std::copy(group_records_.begin(), group_records_.end(), groups);
+  const std::size_t blocks = CountBlocks(fans.size());
+  ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
+    uint32_t* const next = next_in_group_.data() + block * groups_.size();
+    for (std::size_t i = first; i < end; i++)
+      if (group_of_fan_[i] != kNoGroup) records[next[group_of_fan_[i]]++] = fans[i].record;
+    const std::size_t word = windows.size() * block / blocks;  // and a share of the windows
+    std::copy(windows.data() + word, windows.data() + windows.size() * (block + 1) / blocks,
+              words + word);
+  });
+}
+
+}  // namespace Stg::internal::sensing

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The door of backends: one that walks on the host (backends/host.cc) changes nothing in any
+// world, and one that was built for something else is refused.
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "sensing/prefilter.hh"
+#include "stage.hh"
+#include "support/random_world.hh"
+#include "support/ray_scene.hh"
+#include "support/sanitized.hh"
+#include "world/engine.hh"
+#include "world/prefilter_loader.hh"
+
+namespace {
+
+using PrefilterPointer = std::unique_ptr<Stg::internal::sensing::Prefilter>;
+using random_world::WorldText;
+using ray_scene::RayScene;
+
+std::string PathOf(const std::string& backend) {
+  const char* build = std::getenv("STAGE_BINARY_DIR");
+  return std::string(build ? build : ".") + "/tests/backends/" + backend + ".so";
+}
+
+PrefilterPointer MakeOnHost(const std::string& choice) {
+  std::string message;
+  PrefilterPointer prefilter = Stg::LoadPrefilter(PathOf("host"), choice, &message);
+  EXPECT_TRUE(prefilter) << message;
+  return prefilter;
+}
+
+bool IsOneLine(const std::string& text) {
+  return !text.empty() && text.find('\n') == std::string::npos;
+}
+
+/// Expects that neither a prefilter nor a list comes of it, but a line with this in it.
+void ExpectRefused(const std::string& backend, const std::string& reason) {
+  std::string message;
+  EXPECT_EQ(Stg::LoadPrefilter(PathOf(backend), "", &message), nullptr);
+  EXPECT_TRUE(IsOneLine(message)) << message;
+  EXPECT_NE(message.find(reason), std::string::npos) << message;
+  EXPECT_NE(message.find(backend), std::string::npos) << message;
+  EXPECT_EQ(Stg::ListDevices(PathOf(backend)), message + "\n");
+}
+
+// ---- what it finds ------------------------------------------------------------------------------
+
+TEST(BackendTest, ListsHitsLikeTheHostsWalk) {
+  for (uint32_t per_ray = 1; per_ray <= 4; per_ray++) {
+    SCOPED_TRACE(per_ray);
+    const PrefilterPointer prefilter = MakeOnHost(std::to_string(per_ray));
+    ASSERT_TRUE(prefilter);
+    Stg::threads::WorkerPool workers(per_ray);
+    RayScene scene(per_ray);
+    for (int round = 0; round < 40 && !HasFailure(); round++) {
+      const auto found = prefilter->Walk(scene.grid(), scene.tables(), scene.batch(), &workers);
+      ASSERT_EQ(found.per_ray, per_ray);
+      const std::vector<uint32_t> expected = ListsByWalk(scene, per_ray);
+      EXPECT_EQ(FirstDifference(scene, per_ray, expected.data(), found.hits), "");
+      scene.Change();
+      scene.MakeBatch();
+    }
+  }
+}
+
+/// Drives a world; `backend`: on the host's.
+random_world::Outcome Drive(const WorldText& text, bool backend) {
+  random_world::Outcome outcome;
+  Stg::World world;
+  std::istringstream content(text.text());
+  EXPECT_TRUE(world.Load(content));
+  if (backend) world.engine().tracer.SetPrefilter(MakeOnHost(""), true);
+  random_world::Driver driver(text.seed(), text.resolution(), false);
+  driver.Attach(&world);
+  for (uint64_t step = 0; step < text.steps(); step++) {
+    world.Update();
+    outcome.hashes.push_back(world.StateHash());
+  }
+  outcome.device_steps = world.statistics().device_steps;
+  outcome.resumed = world.statistics().trace.resumed;
+  return outcome;
+}
+
+TEST(BackendTest, ChangesNothingInAnyWorld) {
+  const random_world::Quiet quiet;
+  uint64_t resumed = 0;
+  for (uint64_t seed = 1; seed <= (kSanitized ? 5 : 40) && !HasFailure(); seed++) {
+    SCOPED_TRACE(seed);
+    const WorldText world(seed);
+    const random_world::Outcome alone = Drive(world, false), found = Drive(world, true);
+    EXPECT_EQ(alone.hashes, found.hashes);
+    EXPECT_EQ(alone.device_steps, 0u);
+    EXPECT_GT(found.device_steps, 0u);
+    resumed += found.resumed;
+  }
+  EXPECT_GT(resumed, 0u);
+}
+
+// ---- the door -----------------------------------------------------------------------------------
+
+TEST(BackendTest, IsRefusedIfItIsOfAnotherVersion) {
+  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 1");
+}
+
+TEST(BackendTest, IsRefusedIfObjectsAreLaidOutOtherwise) {
+  ExpectRefused("other_layout", "found a plug-in of another build");
+}
+
+TEST(BackendTest, IsRefusedWithoutADoor) { ExpectRefused("../plugins/mark", "stage_backend"); }
+
+TEST(BackendTest, IsRefusedIfThereIsNone) { ExpectRefused("nowhere", "No such file"); }
+
+TEST(BackendTest, TellsWhichDevicesThereAre) {
+  std::string message;
+  EXPECT_EQ(Stg::LoadPrefilter(PathOf("host"), "gpu", &message), nullptr);
+  const std::string list = Stg::ListDevices(PathOf("host"));
+  EXPECT_NE(list.find("this process"), std::string::npos) << list;
+  EXPECT_NE(message.find(list), std::string::npos) << message;
+  EXPECT_NE(message.find("\"gpu\""), std::string::npos) << message;
+}
+
+TEST(BackendTest, ThrowsNothingThroughTheDoor) {
+  std::string message;
+  EXPECT_EQ(Stg::LoadPrefilter(PathOf("host"), "broken", &message), nullptr);
+  EXPECT_EQ(message, "this device is broken");
+}
+
+}  // namespace

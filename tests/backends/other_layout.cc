@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// A backend that was built with other headers or another compiler. Whoever calls it fails.
+
+#include <cstdlib>
+
+#include "sensing/backend.hh"
+
+using namespace Stg::internal::sensing;
+
+extern "C" {
+extern const Backend stage_backend;
+const Backend stage_backend = {kBackendVersion, sizeof(Backend), BackendLayout() ^ 1,
+                               [](const char*, TakeText, void*) -> Prefilter* { std::abort(); },
+                               [](TakeText, void*) { std::abort(); }};
+}
