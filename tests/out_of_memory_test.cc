@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Whatever is thrown in the midst of a step comes out of World::Update(), with any number of
-// threads, and the world can be deleted afterwards.
+// Whatever is thrown while a world is loaded or in the midst of a step comes out of World::Load()
+// or World::Update(), with any number of threads; the world can be loaded again and deleted.
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <new>
+#include <sstream>
 #include <string>
 
 #include "model_testing.hh"
@@ -20,9 +23,13 @@ namespace {
 
 /// Allocations until one fails, on any thread; negative: none does.
 std::atomic<int64_t> allocations_left{-1};
+/// After the first one that fails, all fail.
+std::atomic<bool> nothing_left_after{false};
 
 bool FallsToFail() {
   if (allocations_left.load(std::memory_order_relaxed) < 0) return false;
+  if (nothing_left_after.load(std::memory_order_relaxed) && allocations_left.load() == 0)
+    return true;
   return allocations_left.fetch_sub(1) == 0;
 }
 
@@ -73,9 +80,18 @@ std::unique_ptr<Stg::World> LoadWith(int threads, const std::string& text) {
   return world;
 }
 
+/// While the rays of other robots wait in the batch.
+int DeleteLastRobot(Stg::Model* model, void*) {
+  Stg::Model* last = model->GetWorld()->GetChildren().back();
+  if (last != model) delete last;
+  return 0;
+}
+
 /// Steps with an allocator that fails once, at the n-th time. True if it came to that.
 bool FailsAt(int64_t n, int threads, const std::string& text) {
   const auto world = LoadWith(threads, text);
+  Stg::Model* fifth = world->GetChildren()[5];
+  fifth->AddCallback(Stg::Model::CB_VELOCITY, DeleteLastRobot, nullptr);
   bool failed = false;
   allocations_left = n;
   for (int step = 0; step < 4; step++) {
@@ -107,6 +123,81 @@ TEST(OutOfMemory, ComesOutOfTheStepWithAnyNumberOfThreads) {
     }
     EXPECT_GT(failures, 50) << threads << " threads";
   }
+}
+
+// ---- loading ------------------------------------------------------------------------------------
+
+/// The types that robots carry, and what only a world file has.
+std::string AllThatIsLoaded() {
+  return SensorsOfAllTypes(2) +
+         "define puck model( size [0.1 0.1 0.1] block( points 3 point[0] [0 0] point[1] [1 0] "
+         "point[2] [0 1] z [0 1] ) )\n"
+         "puck( joules 10 watts 1 mass 2 )\n"
+         "model( pose [3 3 0 0] block( points 4 point[0] [0 0] point[1] [1 0] point[2] [1 1] "
+         "point[3] [0 1] ) boundary 1 )\n"
+         "lightindicator( name \"lamp\" )\n";
+}
+
+using Load = std::function<bool(Stg::World*)>;
+
+/// Loads with an allocator that fails at the n-th time. True if it came to that.
+bool LoadFailsAt(int64_t n, const Load& load) {
+  Stg::World world;
+  bool failed = false;
+  allocations_left = n;
+  try {
+    load(&world);
+  } catch (const std::bad_alloc&) {
+    failed = true;
+  }
+  allocations_left = -1;
+  EXPECT_TRUE(load(&world)) << n;
+  world.Update();
+  return failed;
+}
+
+/// How many allocations were made to fail: each of the first ones, then ever fewer of them.
+int CountLoadFailures(const Load& load, int64_t ever_fewer) {
+  int failures = 0;
+  int64_t n = 0;
+  for (int in_vain = 0; in_vain < 3; n += 1 + n / ever_fewer) {
+    const bool failed = LoadFailsAt(n, load);
+    failures += failed;
+    in_vain = failed ? 0 : in_vain + 1;
+  }
+  return failures;
+}
+
+TEST(OutOfMemory, ComesOutOfLoadAndTheWorldCanBeLoadedAgain) {
+  Stg::InitLibrary();
+  const std::string text = AllThatIsLoaded();
+  for (const bool nothing_left : {false, true}) {
+    nothing_left_after = nothing_left;
+    const auto load = [&](Stg::World* world) {
+      std::istringstream content(text);
+      return world->Load(content, "t.world");
+    };
+    EXPECT_GT(CountLoadFailures(load, 100000), 500);
+  }
+  nothing_left_after = false;
+}
+
+TEST(OutOfMemory, ComesOutOfLoadForEachShippedWorld) {
+  Stg::InitLibrary();
+  nothing_left_after = true;
+  int worlds = 0;
+  const char* source = std::getenv("STAGE_SOURCE_DIR");
+  ASSERT_TRUE(source);
+  for (const auto& file : std::filesystem::directory_iterator(std::string(source) + "/worlds")) {
+    if (file.path().extension() != ".world") continue;
+    SCOPED_TRACE(file.path().string());
+    worlds++;
+    EXPECT_GT(
+        CountLoadFailures([&](Stg::World* world) { return world->Load(file.path().string()); }, 5),
+        20);
+  }
+  EXPECT_GE(worlds, 5);
+  nothing_left_after = false;
 }
 
 // ---- what callbacks throw -----------------------------------------------------------------------

@@ -33,12 +33,17 @@ CellBox SquareBox(int32_t x, int32_t y, int shift) {
   return {x * side, y * side, x * side + side - 1, y * side + side - 1};
 }
 
+/// Growing as vectors do.
+void ReserveFor(size_t count, std::vector<uint32_t>* numbers) {
+  if (numbers->capacity() < count) numbers->reserve(std::max(count, 2 * numbers->capacity()));
+}
+
 }  // namespace
 
 Grid::Grid() : tiles_(kTilesPerRegion), regions_(1), supers_(1) {
   region_tables_.resize(kRegionsPerSuper, 0);
   MakeLayer(Layer::kAll, 0, false);
-  RebuildDirectory();
+  RebuildDirectory(0);
 }
 
 BodyId Grid::AddBody(const Body& body) {
@@ -324,16 +329,10 @@ uint32_t Grid::FindRegion(int32_t x, int32_t y) const {
 uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
   uint32_t region = FindRegion(x, y);
   if (region != 0) return region;
+  if (free_regions_.empty()) AddFreeRegion();
   const uint32_t super = MakeSuper(x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
-  if (!free_regions_.empty()) {
-    region = free_regions_.back();
-    free_regions_.pop_back();
-  } else {
-    region = static_cast<uint32_t>(regions_.size());
-    regions_.emplace_back();
-    tiles_.resize(regions_.size() * kTilesPerRegion);
-    for (Layer& layer : layers_) layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
-  }
+  region = free_regions_.back();
+  free_regions_.pop_back();
   const int32_t rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
   const uint32_t place = static_cast<uint32_t>(((ry & 15) << 4) | (rx & 15));
   regions_[region] = {super, place, 0};
@@ -345,28 +344,39 @@ uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
   return region;
 }
 
+/// What takes memory comes first, so that nothing is half made if there is none.
+void Grid::AddFreeRegion() {
+  const size_t count = regions_.size() + 1;
+  ReserveFor(count, &free_regions_);  // for DropEmptyRegions()
+  tiles_.resize(count * kTilesPerRegion);
+  for (Layer& layer : layers_) layer.cells.Resize(static_cast<uint32_t>(count));
+  regions_.emplace_back();
+  free_regions_.push_back(static_cast<uint32_t>(count - 1));
+}
+
 uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
   const ray_grid_t view = View(kEverything);
   uint32_t super = ray_find_super(&view, x, y);
   if (super != 0) return super;
-  if (!free_supers_.empty()) {
-    super = free_supers_.back();
-    free_supers_.pop_back();
-  } else {
-    super = static_cast<uint32_t>(supers_.size());
-    supers_.emplace_back();
-    region_tables_.resize(supers_.size() * kRegionsPerSuper, 0);
-  }
-  supers_[super] = {x, y, 0};
-  Include(&extent_, SquareBox(x, y, RAY_SUPER_SHIFT));
+  if (free_supers_.empty()) AddFreeSuper();
   // Made anew only when it is to be larger: with scattered bodies each has a superregion of its
   // own.
-  if (directory_.size() < kSlotsPerSuper * CountSupers())
-    RebuildDirectory();
-  else
-    Enter(super);
+  if (directory_.size() < kSlotsPerSuper * (CountSupers() + 1)) RebuildDirectory(CountSupers() + 1);
+  super = free_supers_.back();
+  free_supers_.pop_back();
+  supers_[super] = {x, y, 0, true};
+  Include(&extent_, SquareBox(x, y, RAY_SUPER_SHIFT));
+  Enter(super);
   structure_version_++;
   return super;
+}
+
+void Grid::AddFreeSuper() {
+  const size_t count = supers_.size() + 1;
+  ReserveFor(count, &free_supers_);  // for DropEmptyRegions()
+  region_tables_.resize(count * kRegionsPerSuper, 0);
+  supers_.emplace_back();
+  free_supers_.push_back(static_cast<uint32_t>(count - 1));
 }
 
 // Other threads may count tiles of the same region.
@@ -386,6 +396,7 @@ void Grid::DropRegionsIfManyAreEmpty() {
   if (own_edit_.empty_regions > many) DropEmptyRegions();
 }
 
+/// Takes no memory: a body may be erased by a destructor.
 void Grid::DropEmptyRegions() {
   for (uint32_t super = 1; super < supers_.size(); super++) {
     if (supers_[super].regions == 0) continue;
@@ -395,22 +406,22 @@ void Grid::DropEmptyRegions() {
       free_regions_.push_back(region);
       region = 0;
       own_edit_.empty_regions--;
-      if (--supers_[super].regions == 0) free_supers_.push_back(super);
+      if (--supers_[super].regions > 0) continue;
+      supers_[super].in_use = false;
+      free_supers_.push_back(super);
     }
   }
-  RebuildDirectory();
+  RebuildDirectory(CountSupers());
   RecomputeOccupied();
 }
 
-void Grid::RebuildDirectory() {
+/// With room for so many superregions.
+void Grid::RebuildDirectory(size_t supers) {
   size_t slots = 16;
-  while (slots < kSlotsPerSuper * CountSupers()) slots *= 2;
+  while (slots < kSlotsPerSuper * supers) slots *= 2;
   directory_.assign(slots, ray_super_t{0, 0, 0, 0});
-
-  std::vector<bool> dropped(supers_.size(), false);
-  for (const uint32_t super : free_supers_) dropped[super] = true;
   for (uint32_t super = 1; super < supers_.size(); super++)
-    if (!dropped[super]) Enter(super);
+    if (supers_[super].in_use) Enter(super);
   structure_version_++;
 }
 

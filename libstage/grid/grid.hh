@@ -275,6 +275,7 @@ class Grid {
   struct Super {
     int32_t x = 0, y = 0;
     uint32_t regions = 0;
+    bool in_use = false;
   };
   struct Layer {
     enum Kind { kAll, kAnyHeight, kHeight, kUnused } kind = kUnused;
@@ -288,6 +289,8 @@ class Grid {
   static void FillInSlots(std::span<TilePart> parts, F region_of);
   uint32_t MakeRegion(int32_t x, int32_t y);
   uint32_t MakeSuper(int32_t x, int32_t y);
+  void AddFreeRegion();
+  void AddFreeSuper();
   uint32_t MakeNode(BodyId id, Edit* edit);
   void DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
   void EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
@@ -312,7 +315,7 @@ class Grid {
   void DropRegionsIfManyAreEmpty();
   void PrepareToDraw(std::span<TilePart> parts);
   void DropEmptyRegions();
-  void RebuildDirectory();
+  void RebuildDirectory(size_t supers);
   void Enter(uint32_t super);
   void RecomputeOccupied();
 

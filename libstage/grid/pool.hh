@@ -63,6 +63,7 @@ class Pool {
   }
   /// One thread will then take so many without asking for memory.
   void PrepareToTake(std::size_t count) {
+    if (count == 0) return;
     free_.reserve(1);
     if (free_.size() + capacity_ - made_ < count) Reserve(made_ + count);
   }

@@ -113,25 +113,31 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
   Ancestor& above = AboveOf(parent, world);
   const unsigned int count = above.CountOfType(type);
   Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);
-  above.AddChild(this);
-  world->AddModel(this);
-
   blockgroup->AddRectangle(-0.5, -0.5, 1.0, 1.0, Bounds(0, 1));
   blockgroup->Fit(geom.size);
+  try {
+    above.AddChild(this);
+    world->AddModel(this);
+  } catch (...) {  // no destructor follows
+    Leave();
+    throw;
+  }
+}
+
+/// Takes it off the lists of its parent and its world.
+void Model::Leave() {
+  AboveOf(parent, world).RemoveChild(this);
+  world->RemoveModel(this);
 }
 
 Model::~Model() {
   if (callbacks_) callbacks_->orphaned = true;
-  world->FinishRays();
+  world->engine().TraceBatchAndPostponeThrowing();
   DeleteChildren();
   StopCharging();
   power_pack.reset();
   blockgroup->Clear();
-  if (parent)
-    parent->RemoveChild(this);
-  else
-    world->RemoveChild(this);
-  world->RemoveModel(this);
+  Leave();
 }
 
 // ---- names and the tree -------------------------------------------------------------------------

@@ -486,6 +486,7 @@ class Model : public Ancestor {
     void Tidy();
   };
 
+  void Leave();
   void LoadEnergy();
   void LoadBody();
   void LoadGuiState();

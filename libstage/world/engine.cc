@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <new>
+#include <utility>
 
 #include "messages/report.hh"
 
@@ -95,6 +96,7 @@ void WorldEngine::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bo
 }
 
 void WorldEngine::TraceBatch() {
+  if (postponed_) std::rethrow_exception(std::exchange(postponed_, nullptr));
   sensing::RayBatch& batch = scene.batch;
   if (batch.fans().empty()) return;
   NoticeFork();
@@ -118,6 +120,15 @@ void WorldEngine::TraceBatch() {
   statistics.seconds.trace += traced - walked;
 
   EndBatch();
+}
+
+void WorldEngine::TraceBatchAndPostponeThrowing() noexcept {
+  try {
+    TraceBatch();
+  } catch (...) {
+    EndBatch();
+    postponed_ = std::current_exception();
+  }
 }
 
 void WorldEngine::EndBatch() {

@@ -98,6 +98,9 @@ class WorldEngine {
 
   /// Traces the rays of the batch and hands the results to their sensors; empties the batch.
   void TraceBatch();
+  /// As TraceBatch, for what must not throw, such as destructors: what is thrown is thrown by the
+  /// next TraceBatch instead, and the rays are left untraced.
+  void TraceBatchAndPostponeThrowing() noexcept;
   /// Gets ready for the next step, and lets go of what no sensor has used for a long time; the
   /// batch is empty.
   void EndStep();
@@ -161,6 +164,7 @@ class WorldEngine {
   PathChooser chooser_;
   Path path_ = Path::kFaster;
   bool device_in_use_ = false;  // the last batch was there
+  std::exception_ptr postponed_;
 
   unsigned forks_ = sensing::CountForks();  // when threads were looked at last
 

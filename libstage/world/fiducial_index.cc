@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <new>
 
 #include "models/fiducial.hh"
 
@@ -88,7 +89,10 @@ void FiducialIndex::Forget(const Model* model) {
 
 /// Those who delete one model mostly delete more before the next is found.
 void FiducialIndex::ForgetSightings(const Model* target) {
-  if (!sightings_known_) CollectSightings();
+  if (!sightings_known_ && !CollectSightings()) {
+    for (ModelFiducial* finder : finders_) finder->ForgetTarget(target);
+    return;
+  }
   const auto before = [](const Sighting& a, const Sighting& b) {
     return std::less<const Model*>()(a.target, b.target);
   };
@@ -104,17 +108,23 @@ void FiducialIndex::ForgetSightings(const Model* target) {
   }
 }
 
-void FiducialIndex::CollectSightings() {
-  sightings_known_ = true;
+/// False if there is too little memory.
+bool FiducialIndex::CollectSightings() {
   sightings_.clear();
-  for (ModelFiducial* finder : finders_)
-    finder->ForEachTarget([&](const Model* target) {
-      sightings_.push_back({target, finder->GetId()});
-    });
+  try {
+    for (ModelFiducial* finder : finders_)
+      finder->ForEachTarget([&](const Model* target) {
+        sightings_.push_back({target, finder->GetId()});
+      });
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
+  sightings_known_ = true;
   looked_at_ += sightings_.size();
   std::sort(sightings_.begin(), sightings_.end(), [](const Sighting& a, const Sighting& b) {
     return std::less<const Model*>()(a.target, b.target);
   });
+  return true;
 }
 
 void FiducialIndex::Clear() {

@@ -56,7 +56,7 @@ class FiducialIndex {
     uint32_t finder;      // its number
   };
   void ForgetSightings(const Model* target);
-  void CollectSightings();
+  bool CollectSightings();
 
   std::vector<Target> targets_;          // in the order of creation
   std::vector<Place> places_;            // sorted

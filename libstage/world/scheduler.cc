@@ -3,6 +3,7 @@
 #include "world/scheduler.hh"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 namespace Stg {
@@ -41,6 +42,16 @@ Scheduler::List& Scheduler::ListOf(usec_t time) {
   last_list_ = &place->second;
   last_time_ = time;
   return *last_list_;
+}
+
+void Scheduler::Forget(const Model* model) noexcept {
+  if (due_.empty()) return;
+  try {
+    forgotten_.insert(model->GetId());
+  } catch (const std::bad_alloc&) {  // then at once
+    for (auto& [time, list] : due_)
+      std::erase_if(list, [&](const Event& event) { return event.model == model; });
+  }
 }
 
 void Scheduler::Clear() {

@@ -49,7 +49,7 @@ class Scheduler {
   void Take(usec_t now, std::vector<Event>* events);
 
   /// Drops the events of a model. Done once for all such models, when events are taken.
-  void Forget(const Model* model) { forgotten_.insert(model->GetId()); }
+  void Forget(const Model* model) noexcept;
   void Clear();
   /// How many events were looked at to drop those of models: the work that these have made.
   uint64_t looked_at() const { return looked_at_; }

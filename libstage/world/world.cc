@@ -119,7 +119,7 @@ void World::ForgetAll() {
   engine_->outlines_of_pictures.clear();
   engine_->names.Clear();
   engine_->scheduler.Clear();
-  engine_->TraceBatch();
+  engine_->TraceBatchAndPostponeThrowing();
   engine_->fiducials.Clear();
   engine_->sensed.clear();
   engine_->update_callbacks_due.clear();

@@ -107,9 +107,9 @@ class World : public Ancestor {
 
   /// Reads a world file and makes its models; then calls their controllers' Init functions. False,
   /// with a message on standard error, if anything is wrong with it, or a callback throws; the
-  /// world is then as after UnLoad(), and LoadStatus() is the status that a program should exit with. False, with a
-  /// message, also if a controller has unloaded the world, and if controllers load worlds that
-  /// load worlds, many times over.
+  /// world is then as after UnLoad(), and LoadStatus() is the status that a program should exit
+  /// with. False, with a message, also if a controller has unloaded the world, and if controllers
+  /// load worlds that load worlds, many times over.
   virtual bool Load(const std::string& worldfile_path);
   virtual bool Load(std::istream& world_content, const std::string& worldfile_path = std::string());
   int LoadStatus() const { return load_status_; }
@@ -263,8 +263,8 @@ class World : public Ancestor {
   void NoteHiddenFromRangers(Model* mod);
   void ForgetRays(const Model* mod);
   /// Traces the rays that are waiting in the batch. To be called before anything changes that they
-  /// may meet, and before callbacks: rays meet the world as it was when the sensor updated, batch or
-  /// no batch.
+  /// may meet, and before callbacks: rays meet the world as it was when the sensor updated, batch
+  /// or no batch.
   void FinishRays();
   bool IsLoading() const;
   /// What it comes to in this world.
