@@ -3,8 +3,8 @@
 """docs/tutorial.md does what it says: its files are written and its commands run, in a home of their
 own, with an installation of this build; then it is looked at what came out.
 
-A block of the page is a file if the line before it ends in "`NAME`:", and commands if its language is
-sh. STAGE_NEW_PICTURES=1 writes the pictures anew: look at each before you commit it."""
+A block of the page is commands if its language is sh; else a file, whose name the paragraph before it
+gives: "Save this as `NAME`". STAGE_NEW_PICTURES=1 writes the pictures anew: look at each before you commit it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ PAGE = SOURCE_DIR / "docs" / "tutorial.md"
 PICTURES = PAGE.parent / "pictures" / "tutorial"
 LARGEST_PICTURE = 60_000  # bytes
 
-FENCED = re.compile(r"((?:^.*\S.*\n)*)\n*^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+NAMED = re.compile(r"[Ss]ave (?:this|it) as `([\w.]+)`|and this as `([\w.]+)`")
 PICTURE = re.compile(r"!\[[^\]]+\]\(([^)]+)\)")
 HASH = re.compile(r"^state-hash ([0-9a-f]{16})$", re.MULTILINE)
 
@@ -57,14 +58,18 @@ class Block:
 
 def blocks_of(page: str) -> list[Block]:
     found = []
-    for before, language, text in FENCED.findall(page):
-        names = re.findall(r"[Ss]ave (?:this|it) as `([\w.]+)`|and this as `([\w.]+)`", before)
+    end = 0  # of the last block
+    for block in FENCED.finditer(page):
+        language, text = block.groups()
+        before = " ".join(page[end:block.start()].strip().split("\n\n")[-1].split())  # a paragraph
+        end = block.end()
+        names = NAMED.findall(before)
         if language == "sh":
             found.append(Block("", text))
         elif len(names) == 1:
             found.append(Block("".join(names[0]), text))
         else:
-            raise AssertionError(f"neither commands nor a file: {before}```{language}\n{text}")
+            raise AssertionError(f"neither commands nor a file: {before}\n```{language}\n{text}")
     return found
 
 
