@@ -60,7 +60,8 @@ void HandOut(Arguments& args, char kind, const Element& element) {
   }
 }
 
-// What a string of a world file, which knows no escapes, can hold of a text.
+// The text as a string of a world file can hold it: there are no escapes, so some characters are
+// replaced.
 std::string StringText(std::string text) {
   for (char& c : text) {
     if (c == '"') c = '\'';
@@ -123,7 +124,7 @@ long long Worldfile::ReadInteger(int entity, int property, std::size_t index, lo
 
 // ---- scalars ----
 
-// Fetch for those who want one value: an empty tuple is as good as none.
+// Fetch() for readers of a single value: an empty tuple counts as absent.
 int Worldfile::FetchScalar(int entity, const char* name) {
   const int property = Fetch(entity, name);
   if (property < 0) return -1;
