@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The documents are finished: no word that stands for a text to come, no empty section. Links within
-the sources lead somewhere, and docs/README.md lists all pages."""
+the sources lead somewhere, docs/README.md lists all pages, and the terms of the glossary are those of
+the sources."""
 
 from __future__ import annotations
 
@@ -139,6 +140,36 @@ class LinksTest(unittest.TestCase):
         pages = [page.name for page in folder.glob("*.md") if page.name != "README.md"]
         self.assertEqual(sorted(listed), sorted(pages))
         self.assertEqual(listed[0], "tutorial.md")
+
+
+# ---- the glossary ----
+
+def plain(text: str) -> str:
+    """Without what tells HitList, hit_list and hit list apart."""
+    return re.sub(r"[\s_]+", "", text).lower()
+
+
+def glossary_terms(text: str) -> list[str]:
+    section = text.partition("\n## Glossary\n")[2].partition("\n## ")[0]
+    cells = [cell for cell in re.findall(r"^\| ([^|]+?) \|", section, re.MULTILINE) if cell != "term"]
+    return [re.sub(r" \(.*\)", "", term) for cell in cells for term in cell.split(", ")]
+
+
+class GlossaryTest(unittest.TestCase):
+    def test_terms_are_found(self) -> None:
+        text = ("# A\n\n## Glossary\n\n| term | meaning |\n|---|---|\n| a b, c (of d) | e |\n\n"
+                "## F\n\n| g | h |\n")
+        self.assertEqual(glossary_terms(text), ["a b", "c"])
+        self.assertEqual(plain("HitList hit_list"), plain("hit list") * 2)
+
+    def test_sources_use_the_terms(self) -> None:
+        terms = glossary_terms((ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"))
+        self.assertGreater(len(terms), 40)
+        self.assertEqual(len(terms), len(set(terms)))
+        files = [file for folder in ("libstage", "libstage_cl", "kernels")
+                 for file in (ROOT / folder).rglob("*.*") if file.suffix in (".hh", ".cc", ".h", ".cl")]
+        sources = plain("\n".join(file.read_text(encoding="utf-8") for file in files))
+        self.assertEqual([term for term in terms if plain(term) not in sources], [])
 
 
 class DocsTest(unittest.TestCase):

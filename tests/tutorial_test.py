@@ -79,6 +79,13 @@ def cache_entry(name: str) -> str:
     return found[1] if found else ""
 
 
+def extremes(picture: Image.Image) -> tuple[Image.Image, Image.Image]:
+    """The least and the greatest channel of each pixel."""
+    red, green, blue = picture.split()
+    return (ImageChops.darker(ImageChops.darker(red, green), blue),
+            ImageChops.lighter(ImageChops.lighter(red, green), blue))
+
+
 def difference(a: Path, b: Path) -> float:
     """The share of squares of 5 x 5 pixels whose mean colours differ by more than a tenth, as in
     tests/draw/gui_pictures_test.cc."""
@@ -87,8 +94,8 @@ def difference(a: Path, b: Path) -> float:
             return 1.0
         squares = (first.width // 5, first.height // 5)
         seen = [p.convert("RGB").resize(squares, Image.Resampling.BOX) for p in (first, second)]
-    far = [max(pixel) > 25 for pixel in ImageChops.difference(*seen).getdata()]
-    return sum(far) / len(far)
+    greatest = extremes(ImageChops.difference(*seen))[1].histogram()
+    return sum(greatest[26:]) / sum(greatest)
 
 
 TOLERANCE = 0.015
@@ -97,10 +104,11 @@ TOLERANCE = 0.015
 def robots_in(picture: Path) -> Image.Image:
     """White where a robot is: neither as grey as walls nor as pale as data."""
     with Image.open(picture) as image:
-        seen = image.convert("RGB")
-    mask = Image.new("L", seen.size)
-    mask.putdata([255 if min(p) < 140 and max(p) - min(p) > 40 else 0 for p in seen.getdata()])
-    return mask
+        least, greatest = extremes(image.convert("RGB"))
+    dark = least.point([255 if value < 140 else 0 for value in range(256)])
+    coloured = ImageChops.subtract(greatest, least).point(
+        [255 if value > 40 else 0 for value in range(256)])
+    return ImageChops.darker(dark, coloured)
 
 
 def robots_elsewhere(a: Path, b: Path) -> int:

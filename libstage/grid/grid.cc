@@ -33,7 +33,7 @@ CellBox SquareBox(int32_t x, int32_t y, int shift) {
   return {x * side, y * side, x * side + side - 1, y * side + side - 1};
 }
 
-/// Growing as vectors do.
+/// Makes room for `count` numbers. At least doubles it, so that many small calls stay cheap.
 void ReserveFor(size_t count, std::vector<uint32_t>* numbers) {
   if (numbers->capacity() < count) numbers->reserve(std::max(count, 2 * numbers->capacity()));
 }

@@ -36,7 +36,7 @@ bool StartsLikeHex(std::string_view text) {
          std::isxdigit(static_cast<unsigned char>(text[1])) != 0;
 }
 
-// What may belong to a number in some notation.
+// A character that may stand in a number of any notation, refused ones such as 0x1f too.
 bool IsNotationPart(char c) { return IsLetter(c) || IsNumberPart(c) || c == '_'; }
 
 std::string DescribeByte(char c) {
@@ -252,8 +252,8 @@ std::string Lexer::IncludeName(Cursor& cursor, std::size_t word) const {
   return std::string(cursor.text.substr(start, end - start));
 }
 
-// What follows an include's name on its line is not read: Stage throws it away. Saving drops it
-// too. Only a comment goes without a warning.
+// What follows an include's name on its line is not read, as in Stage 4.3, and not saved either.
+// Only a comment goes without a warning.
 void Lexer::SkipRestOfLine(Cursor& cursor) {
   const std::size_t start = cursor.at;
   while (cursor.at < cursor.text.size() && !IsLineEnd(cursor.text[cursor.at])) ++cursor.at;

@@ -93,7 +93,7 @@ void Parser::AddMacro(std::uint32_t name_token, std::uint32_t base_token, std::u
   expander_.AddMacro(std::move(macro));
 }
 
-// A mistake in a macro's body matters only when the macro is used: Stage reads the body then.
+// A mistake in a macro's body matters only when the macro is used: Stage 4.3 reads the body then.
 void Parser::ParseMacroBody(Macro& macro, std::uint32_t open) {
   const std::size_t properties = open_properties_.size();
   const std::size_t children = open_children_.size();

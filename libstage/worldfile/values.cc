@@ -24,7 +24,7 @@ constexpr long long kIntMin = std::numeric_limits<int>::min();
 constexpr long long kIntMax = std::numeric_limits<int>::max();
 constexpr long long kUnsignedMax = std::numeric_limits<unsigned int>::max();
 
-// A new C string, to be freed by the caller as Stage's own were.
+// A new C string, to be freed by the caller, as with Stage 4.3.
 char* NewString(const std::string& text) {
   char* copy = strdup(text.c_str());
   if (copy == nullptr) throw std::bad_alloc();
