@@ -22,10 +22,10 @@ typedef std::function<void(LogLevel level, const std::string& line)> LogSink;
 /// start.
 void SetLogSink(const LogSink& sink);
 
-/// The text as one line that is safe to show in a terminal; for names that come from files. Control
-/// characters, bytes that are not UTF-8, and marks that change the direction of writing are spelled
-/// out: \n, \t, \x1b. Doing it twice changes nothing more. Of a text longer than `longest` bytes
-/// the middle is left out.
+/// The text as one line that a terminal shows and doesn't obey: control characters, bytes that are
+/// not UTF-8 and marks that turn the direction of writing come out as \n, \t, \x1b. What it made
+/// stays as it is when it is given again. For names that come from files. Longer ones than that
+/// many bytes lose something in the middle.
 std::string Printable(const std::string& text, std::size_t longest = std::string::npos);
 
 namespace internal {
