@@ -69,7 +69,7 @@ const Change kChanges[] = {
     {"existence", [](Model* target) { delete target; }},
 };
 
-/// How the callback comes to be called, and what it finds.
+/// A callback that makes a change, and the readings of the sensor `before` that it finds.
 struct Visit {
   const Change* change;
   std::vector<double> seen;  // by "before", as the callback sees it

@@ -40,7 +40,7 @@ class ControllerCalls : public cli_testing::CliTest {
     EXPECT_NE(outcome.errors.find("t.world:2:25: controller "), std::string::npos)
         << outcome.errors;
   }
-  /// A copy of a good controller, up to so many bytes.
+  /// Writes the first `size` bytes of a good controller to a file of that name.
   std::string CopyOf(const std::string& name, uintmax_t size, std::string* bytes = nullptr) {
     std::string all = cli_testing::ReadFile(Unruly());
     if (bytes) *bytes = all;

@@ -21,7 +21,8 @@ int DeleteNamed(Model* mod, void* name) {
   return 0;
 }
 
-/// The first callback of that type deletes the model called `victim`, which has to outlive it.
+/// The first callback of `when` of that type deletes the model whose name is `victim`. The string
+/// has to live as long as the callback.
 void DeleteOnce(Model* when, Model::callback_type_t type, std::string* victim) {
   static bool done;
   done = false;
@@ -41,7 +42,7 @@ TEST(Deletion, OfOthersInAModelsCallback) {
       if (name[0] == 'd' && when[0] == 'd') continue;  // that would be itself
       const auto world = LoadText(kTrio);
       std::string victim = name;
-      // Behind the callback that deletes there are those of the other models.
+      // Callbacks of other models come after the one that deletes.
       for (const char* model : {"b", "b.c", "d"})
         Find(*world, model)
             ->AddCallback(

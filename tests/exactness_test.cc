@@ -66,7 +66,7 @@ int FirstDifference(const Outcome& a, const Outcome& b) {
   return -1;
 }
 
-/// Writes the text of a world that failed where somebody can find it.
+/// Writes the text of a world that failed to a file, and says to which.
 std::string Keep(const WorldText& world) {
   const std::string path =
       testing::TempDir() + "stage-exactness-" + std::to_string(world.seed()) + ".world";

@@ -300,7 +300,8 @@ TEST(StepCosts, NothingIsLeftBehind) {
   EXPECT_EQ(after.tiles, before.tiles);
 }
 
-/// The hash after so many steps of a world, measured before or not, and once again in between.
+/// The state hash after `steps` steps, twice. With `measure` the world is measured before each
+/// time.
 uint64_t HashAfter(const std::string& file, bool measure, int steps) {
   const auto world = EmptyWorld();
   testing::internal::CaptureStdout();

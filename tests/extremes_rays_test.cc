@@ -18,7 +18,8 @@ const double kOtherRanges[] = {
 
 // ---- ranges -------------------------------------------------------------------------------------
 
-/// A ranger at the origin's cell, 0.005 m from its borders, and a post; what it reads.
+/// A ranger in the cell of the origin, 0.005 m from two of its borders, a post, and the ranger's
+/// reading.
 struct RangeScene {
   RangeScene(double range, double post_x) : world(WorldOfCells(kCell)) {
     if (std::isfinite(post_x))
@@ -153,7 +154,7 @@ TEST(Headings, AfterMillionsOfTurns) {
   for (const double turns : {1e3, 1e6, -1e6, 1e9})
     for (double a = -3; a <= 3; a += 0.375) {
       const double wound = turns * 2 * M_PI + a;
-      // The number itself is rounded: what it says, not what was meant, is what counts.
+      // `wound` is rounded, so its heading isn't quite `a`. That of the number as it is counts.
       const double meant = static_cast<double>(LeftOf(wound));
       error.Note(ReadingOfFacing(meant, wound) - 5 / kCell);
       const std::unique_ptr<World> world = WorldOfCells(kCell);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The emptiness around rays' starts, against the cells one by one. That rays which leave it at once
-// find the same as others is tested in wide_walk_test.cc.
+// The empty boxes around rays' starts, compared with the cells one by one. That rays which leave it
+// at once find the same as others is tested in wide_walk_test.cc.
 
 #include "sensing/free_box.hh"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // The gripper: fingers, lift, beams, contacts, what it holds. The figures are those of Stage 4.3,
-// except where a comment says that Stage is deliberately not followed.
+// except where a comment says that it is deliberately not followed.
 
 #include <algorithm>
 #include <cmath>

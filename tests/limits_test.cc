@@ -57,7 +57,7 @@ TEST(MemoryLimit, IsTwoGigabytesUnlessTheWorldHasAnother) {
   EXPECT_NE(outcome.errors.find("expected at most 2000 MB (memory_limit) in all\n"),
             std::string::npos)
       << outcome.errors;
-  // Nothing is allocated for samples before somebody wants them.
+  // Loading does not allocate the samples: there are no subscribers. So the test needs no 2.4 GB.
   EXPECT_TRUE(TryToLoad("memory_limit 2400\n" + text).loaded);
   EXPECT_TRUE(TryToLoad("memory_limit 0\n" + text).loaded);
   EXPECT_FALSE(TryToLoad("memory_limit 2399\n" + text).loaded);

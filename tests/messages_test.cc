@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Whatever a world file, a file's name or an option says: what the program prints about it can be
-// shown by a terminal, and is no longer than somebody reads.
+// Messages about odd world files, file names and options: whatever is in these, what the program
+// prints is safe for a terminal, and short enough to be read.
 
 #include <gtest/gtest.h>
 

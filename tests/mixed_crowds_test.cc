@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Crowds in which sensors of all types, actuators and callbacks of all kinds are mixed: several
-// threads give what one gives, and don't waste their time on finding out who may do what.
+// threads give the results of one, and do not spend much time on finding out what they may share.
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Models upon models upon models.
+// Trees of models that are very deep.
 
 #include <algorithm>
 #include <string>

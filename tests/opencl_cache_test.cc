@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// PoCL's folder for what it has compiled: where it can't be written, holds nonsense, or would be a
-// folder that anybody may have made. And options that crash its compiler.
+// PoCL's cache folder: one that can't be written, one that holds nonsense, and one that another
+// user may have made. And options that crash PoCL's compiler.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -123,7 +123,7 @@ TEST_F(CacheTest, WithoutAHomeIsThatOfTheSession) {
   EXPECT_TRUE(NamesIn(Path("tmp")).empty());
 }
 
-/// Files where PoCL puts what it compiles if nobody tells it of a better place.
+/// How many files there are in PoCL's default folder, which all users share.
 ptrdiff_t FilesOfAnybody() {
   std::error_code missing;
   const fs::recursive_directory_iterator all("/tmp/pocl", missing);

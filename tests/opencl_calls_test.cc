@@ -82,7 +82,7 @@ class CallsTest : public CliTest {
     return faults;
   }
 
-  /// Runs with one fault each, so many at a time.
+  /// Runs the program once for each fault, several at a time.
   void ExpectAllEndWell(const std::vector<Fault>& faults, const std::string& timeout) const {
     constexpr size_t kAtATime = 16;
     for (size_t begin = 0; begin < faults.size(); begin += kAtATime) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // The position model: commands, drives, bounds, odometry, motion, stalls. The figures are those of
-// Stage 4.3, except where a comment says that Stage is deliberately not followed.
+// Stage 4.3, except where a comment says that it is deliberately not followed.
 
 #include <algorithm>
 #include <cmath>

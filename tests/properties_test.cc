@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Every property that a world file may have is read by somebody: with it a world loads, and nobody
-// says that it is never read. Said of a misspelt one in the same place, so that silence means
+// Every property of the table is read: a world that has it loads without the warning "is never
+// read". A misspelt property in the same place does give that warning, so its absence means
 // something.
 
 #include <set>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The streams of random numbers: whose they are, and that nobody else has a say in them.
+// The streams of random numbers: each world and model has its own, which no other changes.
 
 #include "geometry/random.hh"
 

@@ -42,7 +42,7 @@ class Scene {
     for (int i = 0; i < kWalls; i++) AddWall(i, i % 3 == 0);
   }
 
-  /// Sensors of several robots, those of each one after the other. One metre is one cell.
+  /// Fans of the sensors of several robots, robot by robot. One metre is one cell.
   void MakeBatch(int robots) {
     batch.Clear();
     for (int i = 0; i < robots; i++) {
@@ -145,7 +145,7 @@ Outcome RayByRay(const Scene& scene) {
   return outcome;
 }
 
-/// So many fans at a time.
+/// Traces the fans `at_once` at a time.
 Outcome Together(const Scene& scene, const HitLists& lists, uint32_t at_once) {
   const std::span<const Fan> fans = scene.batch.fans();
   Outcome outcome;

@@ -157,7 +157,7 @@ void DoAll(World* world, Model* m) {
       [=](Model*) { SaveNowhere(world); }, [](Model* mod) { mod->Unsubscribe(); });
 }
 
-/// What became of the world after callbacks of that kind had put an end to it.
+/// Checks the world after a callback has ended it in that way.
 void ExpectEnded(World* world, End end) {
   ASSERT_EQ(World::Exists(world), end != End::kDelete);
   if (end == End::kDelete) return;

@@ -483,7 +483,7 @@ TEST_F(Reference, BoxesAgainstExactGeometry) {
   EXPECT_LE(flat.ours.Quantile(0.5), 0.00355);
   EXPECT_LE(flat.ours.Quantile(0.99), 0.6935);
   EXPECT_LE(flat.ours.ShareAbove(0.1), 0.0575);
-  // That this is the comparison meant: Stage's figures are those of its row.
+  // Stage 4.3's figures are those in the table, so it is that row which is compared.
   EXPECT_EQ(flat.stages.missed, 24u);
   EXPECT_EQ(flat.stages.invented, 17u);
   EXPECT_NEAR(flat.stages.Quantile(0.5), 0.0110, 0.0001);

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr int kSteps = 300;
 
-/// Those in which somebody draws random numbers that the state hash shows.
+/// The worlds in which random numbers are drawn that change the state hash.
 const std::set<std::string> kRandom = {
     "dynamic",          "fasr",   "fasr2",  "foraging",     "lasernoise",
     "pioneer_flocking", "simple", "wander", "wander_accel", "zoo"};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Work that grows as fast as the number of models, and no faster: counted, not timed. How long it
-// takes is told by benchmarks/scaling.cc.
+// Loads, deletions and steps take work in proportion to the number of models. The work is counted
+// here; benchmarks/scaling.cc measures the time.
 
 #include <set>
 

@@ -19,7 +19,6 @@ class SonarRing : public Stg::Model {
   /// Metres to the nearest thing in each cone, the one ahead first, then counter-clockwise; the
   /// reach where there is nothing.
   const std::vector<double>& ranges() const { return ranges_; }
-  void SetRanges(const std::vector<double>& ranges) { ranges_ = ranges; }
 
   using Stg::Model::Load;
   void Load() override;

@@ -92,7 +92,7 @@ using File = std::unique_ptr<std::FILE, CloseFile>;
 
 Bitmap Load(const std::string& path, std::uint8_t threshold) {
   Input input{nullptr, 0, path, threshold};
-  // Asked before opening, which would wait for ever at a pipe.
+  // Checked before the file is opened: opening a pipe could wait for ever.
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::is_directory(status)) Fail(input, "this is a directory, not a picture");

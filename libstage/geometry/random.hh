@@ -34,11 +34,11 @@ class RandomStream {
   /// In [lo, hi); lo where the interval is empty.
   double Uniform(double lo, double hi);
 
-  /// One of so many, counted from 0, all as likely; 0 where count is 0.
+  /// From 0 to count - 1, each number equally likely; 0 where count is 0.
   std::uint32_t Choose(std::uint32_t count);
 
-  /// What functions draw from that are handed no stream, Pose::Random() and Color::RandomColor():
-  /// while a model loads, its controller's Init() runs or a callback of it is called, that model's
+  /// The stream for functions that are not given one: Pose::Random() and Color::RandomColor().
+  /// While a model loads, and during its callbacks and its controller's Init(), it is that model's
   /// stream; otherwise, while a world loads or steps, the world's; otherwise one of this thread.
   static RandomStream& Current();
 
@@ -50,7 +50,8 @@ class RandomStream {
   std::uint64_t state_[4];
 };
 
-/// The seed of something that is part of, or stands beside, something else: well mixed.
+/// A new seed, made from a seed and a number. Seeds of neighbouring numbers have nothing in common:
+/// with them the parts of a whole get streams of their own.
 std::uint64_t MixSeeds(std::uint64_t seed, std::uint64_t part);
 
 /// A stream that is only made when somebody draws from it: most models never do.
@@ -61,7 +62,7 @@ class LazyRandomStream {
 
   std::uint64_t seed() const { return seed_; }
   RandomStream& Get();
-  /// Begins anew.
+  /// The next number will be the first one again.
   void Restart() { stream_.reset(); }
   void Restart(std::uint64_t seed) {
     seed_ = seed;
@@ -77,7 +78,8 @@ class LazyRandomStream {
   std::unique_ptr<RandomStream> stream_;
 };
 
-/// While it lives, RandomStream::Current() of this thread is this stream, unless that is gone.
+/// While an object of it lives, RandomStream::Current() of this thread is the given stream, unless
+/// that has been deleted.
 class RandomScope {
  public:
   explicit RandomScope(LazyRandomStream* stream);

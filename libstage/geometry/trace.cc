@@ -27,11 +27,11 @@ enum Direction : unsigned { kLeft, kUp, kDown, kRight };
 struct CornerWords {
   std::array<std::uint64_t, 4> edges;  // by direction
   std::uint64_t turns;                 // where an outline changes its direction
-  std::uint64_t crossings;             // where two outlines, or two parts of one, do
+  std::uint64_t crossings;             // where two outlines, or two parts of one, touch
 };
 
-// By the pixels around each corner. Solid is on the right of an edge (rows count downwards), and
-// there is none between two solid pixels.
+// From the four pixels around each corner. There is an edge between a solid pixel and one that is
+// not; the solid one is on its right (rows count downwards).
 CornerWords CornersAmong(std::uint64_t above_left, std::uint64_t above_right,
                          std::uint64_t below_left, std::uint64_t below_right) {
   CornerWords words;
@@ -74,7 +74,7 @@ class Turns {
   struct Turn {
     std::uint16_t x, row;
     std::uint32_t column_place;  // in by_column_
-    std::uint8_t edges;          // that are not yet part of a polygon, one bit for each direction
+    std::uint8_t edges;          // those not yet in a polygon, one bit for each direction
   };
 
   // The corners between two rows of pixels.
@@ -122,8 +122,9 @@ class Turns {
     }
   }
 
-  // Steps of one pixel would be joined to straight edges, the first two and the last two excepted:
-  // so there are corners one pixel after the start and one before it.
+  // A straight edge has corners at its ends only. The exceptions, which trace.hh promises: the
+  // first step and the last one are not joined to others, so there is a corner one pixel after the
+  // start, and one a pixel before the end.
   std::vector<point_t> TakePolygon(std::uint32_t start) {
     std::vector<point_t> polygon{PointOf(turns_[start], kRight, 0)};
     for (std::uint32_t at = start;;) {

@@ -53,7 +53,7 @@ inline double CosineKernel(double r, double tail) {
 
 /// Both at once. NaN for NaN and for infinite angles.
 inline SineCosine SinCos(double angle) {
-  // Beyond this the quotient would no longer be exact; remainder() is, by definition.
+  // For larger angles the reduction below would not be exact; remainder() always is.
   if (!(std::fabs(angle) < 1e6)) angle = std::remainder(angle, 2.0 * M_PI);
 
   // Nearest multiple of pi/2; halves go away from zero on either side, for symmetry.
@@ -68,7 +68,7 @@ inline SineCosine SinCos(double angle) {
 
   const double sine = trigonometry::SineKernel(r, tail);
   const double cosine = trigonometry::CosineKernel(r, tail);
-  // NaN falls through the switch's conversion: test it first.
+  // Before the switch: NaN can't be converted to an integer.
   if (std::isnan(quotient)) return {quotient, quotient};
   switch (static_cast<long>(quotient) & 3) {
     case 0:

@@ -14,7 +14,7 @@ namespace {
 
 constexpr uint32_t kRegionsPerSuper = 256;
 constexpr size_t kSlotsPerSuper =
-    4;  // of the directory, at least: looking up mostly takes one look
+    4;  // at least, in the directory: so the first slot looked at is mostly the right one
 
 void Include(CellBox* box, const CellBox& other) {
   if (box->empty()) {
@@ -33,7 +33,7 @@ CellBox SquareBox(int32_t x, int32_t y, int shift) {
   return {x * side, y * side, x * side + side - 1, y * side + side - 1};
 }
 
-/// Growing as vectors do.
+/// Makes room for `count` numbers. At least doubles it, so that many small calls stay cheap.
 void ReserveFor(size_t count, std::vector<uint32_t>* numbers) {
   if (numbers->capacity() < count) numbers->reserve(std::max(count, 2 * numbers->capacity()));
 }
@@ -92,7 +92,7 @@ void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart>
       continue;
     }
     const uint64_t before = from[next++].cells;
-    // Where nobody else is, there is no order to keep.
+    // The body has to become the last of each list. Where it is alone, it is the last already.
     const uint64_t stays = before & part.cells & ~tiles_[part.slot].crowded;
     EraseFrom(part.slot, before & ~stays, id, edit);
     DrawIn(part.slot, part.cells & ~stays, id, edit);
@@ -101,7 +101,7 @@ void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart>
   if (!edit->shared) DropRegionsIfManyAreEmpty();
 }
 
-/// All that takes memory, so that a body is not half drawn if there is none.
+/// Takes all the memory that drawing will need: if there is too little, nothing has been drawn yet.
 void Grid::PrepareToDraw(std::span<TilePart> parts) {
   MakeSlots(parts);
   lists_.PrepareToTake(parts.size());
@@ -157,7 +157,7 @@ void Grid::ClearBits(uint32_t layers, uint32_t slot, uint64_t bits) {
   ForEachBit(layers, [&](uint32_t layer) { layers_[layer].cells.Clear(slot, bits); });
 }
 
-/// The lists of the tile's cells, made if there was one body so far.
+/// The lists of the tile's cells. Makes them if the tile has had a single body so far.
 Grid::CellLists& Grid::ListsOf(TileCells* tile, Edit* edit) {
   if (tile->bodies & kSeveral) return lists_[tile->bodies & ~kSeveral];
   const uint32_t index = lists_.Take(edit->lists());
@@ -167,7 +167,7 @@ Grid::CellLists& Grid::ListsOf(TileCells* tile, Edit* edit) {
   return lists;
 }
 
-/// If there are no two bodies in the tile any more.
+/// Gives the tile's lists back if a single body is left in the tile.
 void Grid::DropListsOfOneBody(TileCells* tile, Edit* edit) {
   if (tile->crowded != 0) return;
   const uint32_t index = tile->bodies & ~kSeveral;
@@ -182,7 +182,7 @@ void Grid::DropListsOfOneBody(TileCells* tile, Edit* edit) {
   lists_.Give(index, edit->lists());
 }
 
-/// Those of the layers that show nobody of a list.
+/// Those of the layers in which no body of the list is drawn.
 uint32_t Grid::LayersWithoutOthers(BodyList list, uint32_t layers) const {
   AnyOf(list, [&](BodyId other) {
     layers &= ~bodies_[other].layers;
@@ -206,7 +206,7 @@ void Grid::Append(BodyList* list, BodyId id, Edit* edit) {
   nodes_[last].next = nodes_[first].previous = node;
 }
 
-/// Of a list of several bodies.
+/// The list must have several bodies.
 void Grid::RemoveFrom(BodyList* list, BodyId id, Edit* edit) {
   const uint32_t first = *list & ~kSeveral, node = FindNode(first, id);
   const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
@@ -215,12 +215,12 @@ void Grid::RemoveFrom(BodyList* list, BodyId id, Edit* edit) {
   if (node == first) *list = kSeveral | next;
   nodes_.Give(node, edit->nodes());
   if (next != previous) return;
-  // One is left, which needs no node.
+  // A single body is left: such a list has no nodes.
   *list = nodes_[next].id + 1;
   nodes_.Give(next, edit->nodes());
 }
 
-/// From both ends: bodies that leave a crowd are often its oldest or its youngest.
+/// Searches from both ends: what leaves a cell is often the first or the last body that came.
 uint32_t Grid::FindNode(uint32_t first, BodyId id) const {
   uint32_t old = first, young = nodes_[first].previous;
   for (;;) {
@@ -380,7 +380,7 @@ uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
   return region;
 }
 
-/// What takes memory comes first, so that nothing is half made if there is none.
+/// Takes memory first and counts the region last: if there is too little, there is no half region.
 void Grid::AddFreeRegion() {
   const size_t count = regions_.size() + 1;
   ReserveFor(count, &free_regions_);  // for DropEmptyRegions()
@@ -395,8 +395,8 @@ uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
   uint32_t super = ray_find_super(&view, x, y);
   if (super != 0) return super;
   if (free_supers_.empty()) AddFreeSuper();
-  // Made anew only when it is to be larger: with scattered bodies each has a superregion of its
-  // own.
+  // The directory is rebuilt only when it has to grow. Scattered bodies may need a superregion
+  // each, and rebuilding it for every one would take time quadratic in their number.
   if (directory_.size() < kSlotsPerSuper * (CountSupers() + 1)) RebuildDirectory(CountSupers() + 1);
   super = free_supers_.back();
   free_supers_.pop_back();
@@ -425,7 +425,7 @@ void Grid::CountEmptiedTile(uint32_t slot, Edit* edit) {
   if (tiles.fetch_sub(1, std::memory_order_relaxed) == 1) edit->empty_regions++;
 }
 
-/// Robots leave regions and come back all the time: empty ones are dropped when there are many.
+/// Robots leave regions and come back all the time, so empty ones are kept until there are many.
 void Grid::DropRegionsIfManyAreEmpty() {
   constexpr int64_t kFew = 256;
   const int64_t many = std::max(kFew, static_cast<int64_t>(CountRegions() / 2));
@@ -451,7 +451,7 @@ void Grid::DropEmptyRegions() {
   RecomputeOccupied();
 }
 
-/// With room for so many superregions.
+/// Makes the directory anew, with room for that many superregions.
 void Grid::RebuildDirectory(size_t supers) {
   size_t slots = 16;
   while (slots < kSlotsPerSuper * supers) slots *= 2;
@@ -526,7 +526,7 @@ LayerIndex Grid::FindRangerLayer(double z, bool z_test, bool exact) const {
   return FindLayer(Layer::kAnyHeight, 0, exact);
 }
 
-/// All places for heights are taken: further ones share the layer of any height.
+/// True if no further height can have a layer of its own: it shares that of any height.
 bool Grid::HeightsAreFull(bool exact) const {
   const auto heights = std::count_if(layers_.begin(), layers_.end(), [&](const Layer& layer) {
     return layer.kind == Layer::kHeight && layer.exact == exact;
@@ -548,7 +548,7 @@ LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact) const {
 }
 
 LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
-  // First, as there may be too little memory for them.
+  // Before anything is changed, as there may be too little memory for them.
   Occupancy cells;
   cells.TrackChanges(tracking_);
   cells.Resize(static_cast<uint32_t>(regions_.size()));

@@ -107,7 +107,7 @@ class Grid {
   const Body& body(BodyId id) const { return bodies_[id]; }
   std::size_t body_count() const { return bodies_.size(); }  ///< ids are below
 
-  /// What one thread keeps for itself while several change cells at once, see BeginSharedEdit(). On
+  /// The data of one thread while several change cells at once, see BeginSharedEdit(). Each has
   /// cache lines of its own, as it is written to all the time.
   class alignas(64) Edit {
     friend class Grid;
@@ -126,9 +126,9 @@ class Grid {
     PoolShare* nodes() { return shared ? &own_nodes : nullptr; }
   };
 
-  /// Takes a body out of the cells of `from`, which it is drawn in, and draws it in those of `to`,
-  /// whose slots it fills in (in a shared edit: which has its slots); either may be empty, and both
-  /// are in order, with each tile once. The body becomes the last in the lists of these cells.
+  /// Takes a body out of the cells of `from`, which it is drawn in, and draws it in those of `to`.
+  /// It becomes the last in the lists of these cells. Either may be empty; both are in order, with
+  /// each tile once. Fills in the slots of `to`, except in a shared edit, where they must be there.
   void Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to,
               Edit* edit = nullptr);
 
@@ -139,14 +139,15 @@ class Grid {
   void Restamp(BodyId id, uint64_t stamp, std::span<const TilePart> parts);
 
   /// From here to EndSharedEdit() several threads may redraw, change and read bodies at once, each
-  /// with an edit of its own, as long as no two use cells of the same tile at once, and all parts
-  /// that bodies are drawn into have got their slots before. They may be drawn into `parts` of
-  /// tiles, of `cells` in all, and so many bodies may be redrawn. Nothing else may change.
+  /// with an edit of its own. No two of them may use cells of the same tile at once. All parts that
+  /// bodies are drawn into must have their slots; `parts` says how many there are at most, `cells`
+  /// how many cells they have in all, and `bodies` how many bodies are redrawn at most. Nothing else
+  /// may change.
   void BeginSharedEdit(std::size_t parts, std::size_t cells, uint64_t bodies,
                        std::vector<Edit>* edits);
   void EndSharedEdit(std::vector<Edit>* edits);
-  /// Fills in the slots of parts in regions that there are; those of others become 0. True if there
-  /// are all. Slots are good until regions are dropped, which may be whenever bodies are redrawn
+  /// Fills in the slots of the parts; 0 for those whose region does not exist. True if all regions
+  /// do. Slots are good until regions are dropped, which may happen whenever bodies are redrawn
   /// without an edit, and when a shared edit ends.
   bool FindSlots(std::span<TilePart> parts) const;
   /// The same, and makes the regions that are missing.
@@ -164,7 +165,7 @@ class Grid {
   using CellLists = std::array<BodyList, 64>;
   static constexpr uint32_t kSeveral = 0x80000000u;
 
-  /// Where ListIn() looks, for who looks for many cells' lists at once.
+  /// The arrays that ListIn() reads, for code that looks up the lists of many cells at once.
   struct Tables {
     const TileCells* tiles;  ///< by slot: region * 64 + tile in the region
     const CellLists* lists;
@@ -205,8 +206,7 @@ class Grid {
   static CellRef CellAt(uint32_t region, uint32_t tile, uint32_t bit) {
     return CellOf(region * kTilesPerRegion + tile, bit);
   }
-  /// Say that a cell's list, and then the first body in it, will be looked at: starts to fetch
-  /// them.
+  /// Fetch a cell's list, and then the first body in it, into the cache: they will be needed soon.
   void PrefetchList(CellRef cell) const { __builtin_prefetch(&tiles_[cell >> 6]); }
   void PrefetchBody(BodyList list) const {
     if (list == 0) return;
@@ -260,9 +260,10 @@ class Grid {
   const std::vector<uint32_t>& region_tables() const { return region_tables_; }
   uint64_t structure_version() const { return structure_version_; }
 
-  /// How often cells are drawn in by all bodies, without the exact drawing.
+  /// The number of cells of all bodies added up, without the exact drawing: a cell with two bodies
+  /// counts twice.
   int64_t drawn_cells() const { return own_edit_.drawn_cells; }
-  /// Counts so many more that are not there: for tests of what happens when there are too many.
+  /// Adds to that number without drawing: for tests of what happens when it gets too large.
   void PretendDrawn(int64_t cells) { own_edit_.drawn_cells += cells; }
   /// Everything drawn lies in here (in whole regions; it may be larger than needed).
   CellBox occupied() const { return occupied_; }
@@ -276,7 +277,7 @@ class Grid {
 
   struct Statistics {
     std::size_t superregions, regions, tiles, bytes;
-    uint64_t entered;  ///< superregions into the directory so far: the work that it has made
+    uint64_t entered;  ///< how often superregions were put into the directory: a measure of work
   };
   Statistics statistics() const;
 

@@ -19,7 +19,7 @@ class Occupancy {
  public:
   Occupancy();
 
-  /// A number that tells this layer from any that was in its place before.
+  /// A number that is different for each layer ever made: tells whether one has been replaced.
   uint64_t made() const { return made_; }
 
   /// One word for each region: which of its tiles have occupied cells.
@@ -41,7 +41,7 @@ class Occupancy {
   const std::vector<uint64_t>& changed_tiles() const { return changed_tiles_; }
   /// How many tiles that are.
   std::size_t CountChangedTiles() const;
-  /// Const, as it changes nothing of what is occupied.
+  /// Const, as which cells are occupied does not change.
   void ForgetChanges() const;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Things that come and go, by number.
+// An array of objects that are taken and given back, and known by their numbers.
 
 #ifndef STAGE_GRID_POOL_HH
 #define STAGE_GRID_POOL_HH
@@ -17,21 +17,21 @@
 
 namespace Stg::internal::grid {
 
-/// The numbers of free things of a pool that one of several threads has at hand.
+/// A stock of free numbers of a pool, for one of several threads that use it at once.
 class PoolShare {
   template <typename T>
   friend class Pool;
   std::vector<uint32_t> free_;
 
  public:
-  /// Those that it gets are then taken without asking for memory.
+  /// To be called before: the thread can then get its stock without asking for memory.
   void Prepare() { free_.reserve(kAtOnce); }
   static constexpr std::size_t kAtOnce = 64;  // numbers that a share gets
 };
 
-/// Plain things in one array. One thread takes and gives back as it likes; or, between
-/// BeginSharing() and EndSharing(), several at once, each with a share of its own. Memory that was
-/// reserved and not taken is not touched either.
+/// Plain objects in one array. One thread may take and give them back at any time; between
+/// BeginSharing() and EndSharing() several may at once, each with a share of its own. Memory that
+/// is reserved is not touched before it is used.
 template <typename T>
 class Pool {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -41,7 +41,8 @@ class Pool {
   const T& operator[](uint32_t number) const { return things_[number]; }
   const T* data() const { return things_.get(); }
 
-  /// The number of a thing, of any content. `share`: while several threads are at work.
+  /// The number of a free object, whose content is left from earlier. `share`: the thread's own,
+  /// while several threads are at work.
   uint32_t Take(PoolShare* share = nullptr) {
     std::vector<uint32_t>& free = share ? share->free_ : free_;
     if (free.empty()) {
@@ -58,17 +59,18 @@ class Pool {
     try {
       (share ? share->free_ : free_).push_back(number);
     } catch (const std::bad_alloc&) {
-      // The number is lost. Whoever gives something back is half done and can't stop there.
+      // The number is lost. The caller is in the middle of a change and could not handle an error.
     }
   }
-  /// One thread will then take so many without asking for memory.
+  /// After this, one thread can take that many without asking for memory.
   void PrepareToTake(std::size_t count) {
     if (count == 0) return;
     free_.reserve(1);
     if (free_.size() + capacity_ - made_ < count) Reserve(made_ + count);
   }
 
-  /// No more than `most` will be taken by `shares` threads, besides what they give back.
+  /// `shares` threads will take no more than `most` objects in all, not counting those that they
+  /// give back and take again.
   void BeginSharing(std::size_t most, std::size_t shares) {
     Reserve(made_ + most + shares * kAtOnce);
     left_ = free_.size();
@@ -78,7 +80,7 @@ class Pool {
     free_.resize(left_);
     made_ = next_;
   }
-  /// What is left of a share, after EndSharing().
+  /// After EndSharing(): returns to the pool what a share has left.
   void TakeBack(PoolShare* share) noexcept {
     try {
       free_.insert(free_.end(), share->free_.begin(), share->free_.end());
@@ -87,7 +89,7 @@ class Pool {
     share->free_.clear();
   }
 
-  /// Memory that was made use of.
+  /// Of memory that has been used.
   std::size_t bytes() const { return made_ * sizeof(T) + free_.capacity() * sizeof(uint32_t); }
 
  private:
@@ -106,7 +108,8 @@ class Pool {
     Reserve(made_ + 1);
     free_.push_back(static_cast<uint32_t>(made_++));
   }
-  /// Free ones first; what is left of them if there are too few stays where it is.
+  /// Takes from the free numbers as long as there are enough for a whole stock, then makes new
+  /// ones.
   void Refill(PoolShare* share) {
     std::size_t end = left_.load(std::memory_order_relaxed);
     while (end >= kAtOnce)
@@ -123,7 +126,8 @@ class Pool {
   std::unique_ptr<T[]> things_;
   std::size_t made_ = 0, capacity_ = 0;
   std::vector<uint32_t> free_;
-  // While there are shares: how many of the free ones none has got, and the next to be made.
+  // Between BeginSharing() and EndSharing(): how many free numbers no share has taken yet, and the
+  // next number to be made.
   std::atomic<std::size_t> left_{0}, next_{0};
 };
 

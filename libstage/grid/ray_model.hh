@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a ray meets. Part of <stage.hh>.
+// The two ray models. Part of <stage.hh>.
 
 #ifndef STAGE_GRID_RAY_MODEL_HH
 #define STAGE_GRID_RAY_MODEL_HH
 
 namespace Stg {
 
-/// To what the range of a sensor reading goes.
+/// What the range of a sensor reading is measured to.
 enum class RayModel {
   kDefault,  ///< what the world says, and kCell if it says nothing
   kCell,     ///< the cell of the grid that holds the outline that was hit: right to about a cell

@@ -44,8 +44,8 @@ std::size_t CountCells(std::span<const TilePart> parts);
 class PartsMaker {
  public:
   explicit PartsMaker(std::vector<TilePart>* parts) : parts_(*parts), first_(parts->size()) {}
-  /// Cells in any order, also several times; it takes less time if those of a tile follow each
-  /// other.
+  /// Cells may come in any order, and several times. It is faster if cells of the same tile come
+  /// one after the other.
   void Add(int32_t x, int32_t y) {
     const int32_t tile_x = x >> RAY_TILE_SHIFT, tile_y = y >> RAY_TILE_SHIFT;
     if (last_.x != tile_x || last_.y != tile_y) {

@@ -58,7 +58,8 @@ void AppendEscaped(char c, std::string* to) {
 
 std::string WithoutMiddle(const std::string& text, std::size_t longest) {
   constexpr std::string_view kGap = "...";
-  // The beginning tells more than the end, but names that were made by a program differ there.
+  // More of the beginning, which tells more, than of the end; but some of that too, as names that
+  // were made by a program may differ only there.
   std::size_t tail = text.size() - longest / 4;
   std::size_t head = longest - std::min(longest, longest / 4 + kGap.size());
   while (head > 0 && IsContinuation(text[head])) head--;

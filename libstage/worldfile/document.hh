@@ -104,7 +104,7 @@ struct Macro {
   std::uint32_t body;
   std::string error;  // what is wrong with the body: reported when the macro is used
   std::uint32_t chain = kNone;
-  std::uint32_t chain_made_at = 0;  // number of macros that there were then
+  std::uint32_t chain_made_at = 0;  // how many macros there were when the chain was made
   bool expanding = false;
 };
 
@@ -153,7 +153,7 @@ struct Document {
   /// Keeps "PLACE: warning: message", once.
   void Warn(const Token& token, const std::string& message);
   void Warn(const std::string& place, const std::string& message);
-  /// No more of them are kept: spares the work to find out their places.
+  /// True if further warnings would not be kept: then their places need not be worked out.
   bool HasAllWarnings() const { return warnings.size() >= kMaxWarnings; }
 
   /// The property of that name in a body, or kNone.

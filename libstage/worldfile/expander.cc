@@ -29,7 +29,8 @@ void Expander::Expand(const Child& child) {
   ExpandUnder(child, 0, 1);
 }
 
-// Children come base first, those of the instance last. The depth is limited, so the recursion is.
+// Children of base macros come first, those of the instance last. CheckLimits() keeps the recursion
+// from going too deep.
 void Expander::ExpandUnder(const Child& child, std::uint32_t parent, std::size_t depth) {
   CheckLimits(child, depth);
   const std::uint32_t chain = ResolveChain(child);
@@ -39,7 +40,8 @@ void Expander::ExpandUnder(const Child& child, std::uint32_t parent, std::size_t
       {child.body, chain, child.name_token, static_cast<std::int32_t>(parent)});
 
   for (std::size_t i = document_.chains[chain].macros.size(); i-- > 0;) {
-    // Chains and macros may move while children are expanded; numbers stay.
+    // By number: the arrays of chains and macros may grow, and so move, while children are
+    // expanded.
     const std::uint32_t macro = document_.chains[chain].macros[i];
     document_.macros[macro].expanding = true;
     ExpandChildren(document_.macros[macro].body, entity, depth);
@@ -79,7 +81,7 @@ void Expander::CheckUsable(const Chain& chain, const Child& child) const {
   for (const std::uint32_t number : chain.macros) {
     const Macro& macro = document_.macros[number];
     if (!macro.error.empty()) throw LoadError(macro.error);
-    // Inside its own body a macro would expand for ever.
+    // A macro that is used in its own body would expand for ever.
     if (macro.expanding) FailRecursive(number, child);
   }
 }

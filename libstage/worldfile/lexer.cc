@@ -36,7 +36,7 @@ bool StartsLikeHex(std::string_view text) {
          std::isxdigit(static_cast<unsigned char>(text[1])) != 0;
 }
 
-// What may belong to a number in some notation.
+// A character that may stand in a number of any notation, refused ones such as 0x1f too.
 bool IsNotationPart(char c) { return IsLetter(c) || IsNumberPart(c) || c == '_'; }
 
 std::string DescribeByte(char c) {
@@ -47,7 +47,7 @@ std::string DescribeByte(char c) {
   return text;
 }
 
-// Tells files apart, however they are spelled.
+// Equal for different paths to the same file.
 std::string FileKey(const std::string& path) {
   std::error_code error;
   const std::filesystem::path canonical = std::filesystem::canonical(path, error);
@@ -65,7 +65,7 @@ std::string ReadWholeFile(const std::string& path) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::is_directory(status)) fail("found a directory, expected a file");
-  // Some plain files of /proc and /sys make a reader wait for ever.
+  // Reading some of the regular files of /proc and /sys would wait for ever.
   const int no_wait = std::filesystem::is_regular_file(status) ? O_NONBLOCK : 0;
   const int opened = open(path.c_str(), O_RDONLY | O_CLOEXEC | no_wait);
   const std::unique_ptr<std::FILE, CloseFile> file(opened < 0 ? nullptr : fdopen(opened, "rb"));
@@ -168,7 +168,7 @@ void Lexer::LexNumber(Cursor& cursor) {
   const std::string_view run = cursor.text.substr(start, cursor.at - start);
   const std::string_view rest = cursor.text.substr(cursor.at);
   const bool has_digit = std::any_of(run.begin(), run.end(), IsDigit);
-  // Without a blank, any other word is one of its own: `3name "foo"`.
+  // Any other letters right behind a number begin a word of their own: `3name "foo"`.
   if (has_digit && StartsLikeExponent(rest)) {
     const std::size_t length = ExponentLength(rest);
     const bool more = length < rest.size() && IsNotationPart(rest[length]);
@@ -251,8 +251,8 @@ std::string Lexer::IncludeName(Cursor& cursor, std::size_t word) const {
   return std::string(cursor.text.substr(start, end - start));
 }
 
-// What follows an include's name on its line is not read: Stage throws it away. Saving drops it
-// too. Only a comment goes without a warning.
+// What follows an include's name on its line is not read, as in Stage 4.3, and not saved either.
+// Only a comment goes without a warning.
 void Lexer::SkipRestOfLine(Cursor& cursor) {
   const std::size_t start = cursor.at;
   while (cursor.at < cursor.text.size() && !IsLineEnd(cursor.text[cursor.at])) ++cursor.at;

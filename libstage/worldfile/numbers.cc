@@ -62,8 +62,8 @@ std::optional<double> ReadWholeFloat(std::string_view text) {
 
 namespace {
 
-// From a text of digits, a point, an exponent: what is written in one of the other ways that C
-// knows is left to those who read it as C's atoi.
+// Reads a text of digits, a point and an exponent. False for hexadecimal numbers and whatever else
+// C knows: the caller then reads it as C's atoi does.
 bool ReadDecimal(std::string_view text, ReadInteger* integer) {
   constexpr double kAllExact = 9007199254740992.0;  // 2^53: beyond it not every integer is a double
   const auto decimal = [](char c) { return IsRunPart(c) || IsSpace(c) || c == 'e' || c == 'E'; };

@@ -78,7 +78,7 @@ void Parser::AddMacro(std::uint32_t name_token, std::uint32_t base_token, std::u
     const Token& here = document_.tokens[name_token];
     const Token& first = document_.tokens[earlier->name_token];
     const bool same = here.source == first.source && here.offset == first.offset;
-    if (same || document_.HasAllWarnings()) return;  // the same: a file included again
+    if (same || document_.HasAllWarnings()) return;  // same: its file is included twice
     document_.Warn(here, "macro " + Quoted(document_.names.Text(name)) +
                              " is defined again; the first definition, at " +
                              document_.PlaceOf(first).Text() + ", stays");
@@ -93,7 +93,7 @@ void Parser::AddMacro(std::uint32_t name_token, std::uint32_t base_token, std::u
   expander_.AddMacro(std::move(macro));
 }
 
-// A mistake in a macro's body matters only when the macro is used: Stage reads the body then.
+// A mistake in a macro's body matters only when the macro is used: Stage 4.3 reads the body then.
 void Parser::ParseMacroBody(Macro& macro, std::uint32_t open) {
   const std::size_t properties = open_properties_.size();
   const std::size_t children = open_children_.size();
@@ -190,7 +190,7 @@ void Parser::ParseTuple(Property& property) {
     if (At(TokenKind::kCloseBracket)) break;
     if (!IsValue(Peek().kind)) Fail(Peek(), "a number, a quoted string or ']' in a tuple");
   }
-  property.value_count = count & 0x3fffffffU;  // there are fewer tokens than that
+  property.value_count = count & 0x3fffffffU;  // changes nothing: there are fewer tokens than that
   ++next_;
 }
 
@@ -255,7 +255,7 @@ void Parser::Fail(const Token& token, const std::string& expected) const {
   document_.Fail(token, "syntax error: found " + Describe(token) + ", expected " + expected);
 }
 
-// Complains of the line end or comment before the next token, where it stands.
+// Reports an error at the line end or comment that stands before the next token.
 void Parser::FailAtGap(const std::string& expected) const {
   const Token& before = Previous();
   const std::string_view text = document_.sources.Text(before.source);

@@ -55,10 +55,11 @@ std::string NameAdviser::SimilarName(std::uint32_t entity, std::uint32_t name) c
     const std::size_t longer = std::max(candidate.size(), text.size());
     if (longer - std::min(candidate.size(), text.size()) >= best) continue;
     const bool indexed = text.find('[') != std::string::npos;
-    if (indexed && Stem(candidate) == Stem(text)) continue;  // one more of a list that is too long
+    // point[9] is one point too many, not a misspelt point[8].
+    if (indexed && Stem(candidate) == Stem(text)) continue;
     if (document_.Find(entity, other) != kNone) continue;
     const std::size_t distance = EditDistance(text, candidate);
-    // Of equally near names the first in the alphabet, not the one asked for first.
+    // Of several names at the same distance, the first in the alphabet.
     if (distance < best || (distance == best && !similar.empty() && candidate < similar)) {
       best = distance;
       similar = candidate;

@@ -8,8 +8,9 @@
 namespace Stg::worldfile {
 namespace {
 
-// Goes through all entities. A property that has been fetched or found is done with, and so is met
-// again only in entities that have a later one of the same name.
+// Goes through the properties of all entities. One that has been fetched, or found to be unfetched,
+// is taken off its body's list, so that no other entity with that body looks at it again. One that
+// is overridden in an entity stays on the list.
 class Search {
  public:
   Search(const Document& document, const std::vector<bool>& fetched)
@@ -35,8 +36,8 @@ class Search {
   }
 
  private:
-  // Entities with macros whose properties are all given again, thousands of them, would take for
-  // ever: no honest file comes near this.
+  // A limit to the work. Only a hostile file comes near it: one with thousands of entities that
+  // give all the properties of their macros again.
   static constexpr std::size_t kMostOverridden = 5'000'000;
 
   void VisitBody(std::uint32_t entity, std::uint32_t body) {

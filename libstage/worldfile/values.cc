@@ -24,7 +24,7 @@ constexpr long long kIntMin = std::numeric_limits<int>::min();
 constexpr long long kIntMax = std::numeric_limits<int>::max();
 constexpr long long kUnsignedMax = std::numeric_limits<unsigned int>::max();
 
-// A new C string, to be freed by the caller as Stage's own were.
+// A new C string, to be freed by the caller, as with Stage 4.3.
 char* NewString(const std::string& text) {
   char* copy = strdup(text.c_str());
   if (copy == nullptr) throw std::bad_alloc();
@@ -60,7 +60,8 @@ void HandOut(Arguments& args, char kind, const Element& element) {
   }
 }
 
-// What a string of a world file, which knows no escapes, can hold of a text.
+// The text as a string of a world file can hold it: there are no escapes, so some characters are
+// replaced.
 std::string StringText(std::string text) {
   for (char& c : text) {
     if (c == '"') c = '\'';
@@ -123,7 +124,7 @@ long long Worldfile::ReadInteger(int entity, int property, std::size_t index, lo
 
 // ---- scalars ----
 
-// Fetch for those who want one value: an empty tuple is as good as none.
+// Fetch() for readers of a single value: an empty tuple counts as absent.
 int Worldfile::FetchScalar(int entity, const char* name) {
   const int property = Fetch(entity, name);
   if (property < 0) return -1;

@@ -161,7 +161,7 @@ void SavePlan::Insert(std::uint32_t body, std::uint32_t property, const Written&
 
 std::string SavePlan::PropertyText(std::uint32_t property, const Written& values) const {
   const Property& from = document_.properties[property];
-  // A tuple of one is not a scalar to look at, but reads as one.
+  // A tuple of one value reads like the value alone, but its brackets are kept.
   const bool tuple = document_.tokens[from.first_value - 1].kind == TokenKind::kOpenBracket;
   std::string text = document_.names.Text(from.name) + (tuple ? " [" : " ");
   for (std::size_t i = 0; i < values.size(); ++i) {
