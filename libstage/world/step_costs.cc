@@ -18,6 +18,7 @@
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/ranger.hh"
+#include "models/state_exchange.hh"
 #include "world/engine.hh"
 #include "world/sensor_kinds.hh"
 #include "world/world.hh"

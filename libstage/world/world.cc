@@ -364,6 +364,6 @@ void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fo
   }
 }
 
-const RunStatistics& World::statistics() const { return engine_->statistics; }
+RunStatistics World::statistics() const { return engine_->Statistics(); }
 
 }  // namespace Stg

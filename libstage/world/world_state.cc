@@ -7,7 +7,7 @@
 #include "models/block.hh"
 #include "models/state_exchange.hh"
 #include "models/wifi.hh"
-#include "stage.hh"
+#include "world/world.hh"
 #include "world/engine.hh"
 
 namespace Stg {
