@@ -43,7 +43,7 @@ ALLOWED = {
 BACK = {
     ("models", "world/world.hh"): (
         "actuator blinkenlight block blobfinder bumper camera energy_charts fiducial gripper "
-        "log_entry model model_extras model_load model_tree position power_pack ranger watch wifi",
+        "log_entry model model_extras model_load model_state model_tree position power_pack ranger watch wifi",
         "Stage's interface wants models to know their world, and the world its models"),
     ("models", "world/engine.hh"): (
         "block blobfinder bumper camera energy_charts fiducial gripper model model_load ranger "

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // The state hash as it was before it covered all state: runs a world and prints it, as
-// `stage --seed N --duration SECONDS --state-hash WORLD` did. Shows that results are what they were,
-// although today's hashes are others.
+// `stage --seed N --duration SECONDS --state-hash WORLD` did. Shows that results are what they
+// were, although today's hashes are others.
 
 #include <cinttypes>
 #include <cstdio>
@@ -19,8 +19,7 @@ namespace {
 class Hasher {
  public:
   template <typename... T>
-    requires(std::is_arithmetic_v<T> && ...)
-  void Add(T... values) {
+  requires(std::is_arithmetic_v<T>&&...) void Add(T... values) {
     (AddOne(static_cast<double>(values)), ...);
   }
   void Add(const Pose& p) { Add(p.x, p.y, p.z, p.a); }
@@ -80,8 +79,7 @@ void AddOwn(ModelGripper* gripper, Hasher* hasher) {
   const ModelGripper::config_t config = gripper->GetConfig();
   hasher->Add(config.paddle_position, config.lift_position, config.close_limit,
               config.gripped != nullptr);
-  for (int i = 0; i < 2; i++)
-    hasher->Add(config.beam[i] != nullptr, config.contact[i] != nullptr);
+  for (int i = 0; i < 2; i++) hasher->Add(config.beam[i] != nullptr, config.contact[i] != nullptr);
 }
 
 void AddOwn(ModelWifi* radio, Hasher* hasher) {

@@ -96,8 +96,9 @@ void Robot::ExchangeState(Stg::StateExchange& exchange) {
   uint32_t task_number = 0;
   while (&shared->tasks[task_number] != task) task_number++;
   int participants = task->participants;
-  exchange(laser.on, sonar.on, fiducial.on, mode, task_number, participants, goal, has_path, path_from, path_to,
-           planned_goal, obstacles, charger, docked_heading, waiting, force_recharge);
+  exchange(laser.on, sonar.on, fiducial.on, mode, task_number, participants, goal, has_path,
+           path_from, path_to, planned_goal, obstacles, charger, docked_heading, waiting,
+           force_recharge);
   if (!exchange.restoring() || exchange.failed()) return;
   if (task_number >= shared->tasks.size()) return exchange.Fail("found a task that is not there");
   task = &shared->tasks[task_number];

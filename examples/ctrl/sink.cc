@@ -27,9 +27,8 @@ int CountFlag(Stg::Model*, void* delivered) {
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
   ctrl::Tell("sink: " + Stg::Printable(model->TokenStr(), 80) + " takes flags");
-  auto* delivered = ctrl::SharedInWorld<Delivered>(model->GetWorld(), "sinks", [] {
-    return Delivered();
-  });
+  auto* delivered =
+      ctrl::SharedInWorld<Delivered>(model->GetWorld(), "sinks", [] { return Delivered(); });
   model->KeepState("sink", delivered);
   model->AddCallback(Stg::Model::CB_FLAGINCR, CountFlag, delivered);
   model->GetWorld()->SetProperty("delivered", &delivered->count);

@@ -239,8 +239,7 @@ uint32_t Grid::MakeNode(BodyId id, Edit* edit) {
 
 // ---- several threads at once --------------------------------------------------------------------
 
-void Grid::BeginSharedEdit(size_t parts, size_t cells, uint64_t bodies,
-                           std::vector<Edit>* edits) {
+void Grid::BeginSharedEdit(size_t parts, size_t cells, uint64_t bodies, std::vector<Edit>* edits) {
   lists_.BeginSharing(parts, edits->size());
   // A cell takes two nodes at most: where there was one body, both move to a list.
   nodes_.BeginSharing(2 * cells, edits->size());

@@ -141,8 +141,8 @@ class Grid {
   /// From here to EndSharedEdit() several threads may redraw, change and read bodies at once, each
   /// with an edit of its own. No two of them may use cells of the same tile at once. All parts that
   /// bodies are drawn into must have their slots; `parts` says how many there are at most, `cells`
-  /// how many cells they have in all, and `bodies` how many bodies are redrawn at most. Nothing else
-  /// may change.
+  /// how many cells they have in all, and `bodies` how many bodies are redrawn at most. Nothing
+  /// else may change.
   void BeginSharedEdit(std::size_t parts, std::size_t cells, uint64_t bodies,
                        std::vector<Edit>* edits);
   void EndSharedEdit(std::vector<Edit>* edits);
@@ -351,7 +351,7 @@ class Grid {
   std::vector<uint32_t> free_regions_;
 
   std::vector<uint64_t> stamps_;  // of bodies
-  std::vector<Super> supers_;  // [0]: none
+  std::vector<Super> supers_;     // [0]: none
   std::vector<uint32_t> free_supers_;
   std::vector<uint32_t> region_tables_;
   std::vector<ray_super_t> directory_;

@@ -78,15 +78,17 @@ void ModelBumper::Print(char* prefix) const {
   std::printf("\n");
 }
 
-void ModelBumper::BumperSample::ExchangeState(StateExchange& exchange) { exchange(hit, hit_point); }
-
 void ModelBumper::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
   exchange.Expect(bumper_count, "the number of a bumper's sensors");
   for (uint32_t i = 0; i < bumper_count; i++) exchange(bumpers[i].pose, bumpers[i].length);
   bool has_samples = samples != nullptr;
   exchange(has_samples);
-  if (has_samples) exchange(results_);
+  if (has_samples && exchange.restoring()) MakeSamples();
+  for (size_t i = 0; has_samples && i < results_.size(); i++) {
+    exchange.Reference(results_[i].hit, hit_ids_[i]);
+    exchange(results_[i].hit_point);
+  }
   if (exchange.restoring()) samples = has_samples ? results_.data() : nullptr;
 }
 
@@ -106,12 +108,17 @@ void ModelBumper::Update() {
   Model::Update();
 }
 
+void ModelBumper::MakeSamples() {
+  results_.assign(configs_.size(), BumperSample());
+  hit_ids_.assign(configs_.size(), 0);
+  lines_.resize(configs_.size());
+}
+
 void ModelBumper::Gather(sensing::FanList* fans) {
   bumper_count = std::min(bumper_count, static_cast<uint32_t>(configs_.size()));
   if (bumper_count == 0) return;
   if (!samples) {
-    results_.assign(configs_.size(), BumperSample());
-    lines_.resize(configs_.size());
+    MakeSamples();
     samples = results_.data();
   }
   const Pose frame = GetGlobalPose() + geom.pose;
@@ -144,6 +151,7 @@ void ModelBumper::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t) 
   BumperSample& sample = results_[tag];
   sample.hit = hits[0].model;
   if (!sample.hit) return;
+  hit_ids_[tag] = sample.hit->GetId();
   const Line& line = lines_[tag];
   sample.hit_point =
       point_t(line.start.x + hits[0].range * line.cosine, line.start.y + hits[0].range * line.sine);

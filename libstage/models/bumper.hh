@@ -29,7 +29,6 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
     point_t hit_point;  ///< of the last contact, global
 
     BumperSample() : hit(NULL) {}
-    void ExchangeState(StateExchange& exchange);
   };
 
   ModelBumper(World* world, Model* parent, const std::string& type);
@@ -58,12 +57,14 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
     point_t start;
     double cosine, sine;  // of its heading
   };
+  void MakeSamples();
   void AddLine(uint32_t index, const Pose& frame, internal::sensing::FanList* fans);
   void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 
   std::vector<BumperConfig> configs_;
   std::vector<BumperSample> results_;
-  std::vector<Line> lines_;  // of this update
+  std::vector<uint32_t> hit_ids_;  // of the models in results_, which may be gone
+  std::vector<Line> lines_;        // of this update
 };
 
 }  // namespace Stg

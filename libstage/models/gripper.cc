@@ -75,7 +75,8 @@ ModelGripper::ModelGripper(World* world_, Model* parent_, const std::string& typ
       drop_due_(false),
       shape_due_(false),
       body_made_(0),
-      hits_() {
+      hits_(),
+      hit_ids_() {
   config_.paddle_size = Size(0.66, 0.1, 0.4);
   config_.close_limit = 1.0;
   config_.break_beam_inset[0] = 0.75 * config_.paddle_size.x;
@@ -166,7 +167,11 @@ void ModelGripper::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
   config_t& c = config_;
   exchange(c.paddle_size, c.paddles, c.lift, c.paddle_position, c.lift_position, c.gripped,
-           c.paddles_stalled, c.close_limit, c.autosnatch, c.break_beam_inset, c.beam, c.contact);
+           c.paddles_stalled, c.close_limit, c.autosnatch, c.break_beam_inset);
+  for (size_t i = 0; i < 2; i++) {
+    exchange.Reference(c.beam[i], hit_ids_[i]);
+    exchange.Reference(c.contact[i], hit_ids_[kFirstContact + i]);
+  }
   bool has_body = HasBody();
   exchange(command_, drop_due_, shape_due_, has_body);
   if (has_body != HasBody()) exchange.Fail("the fingers of a gripper are gone, or were");
@@ -317,6 +322,7 @@ void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length, sensin
 
 void ModelGripper::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t) {
   hits_[tag] = hits[0].model;
+  hit_ids_[tag] = hits_[tag] ? hits_[tag]->GetId() : 0;
 }
 
 // ---- after sensing ------------------------------------------------------------------------------

@@ -84,6 +84,7 @@ class ModelGripper : public Model, private internal::sensing::RaySink {
   bool drop_due_, shape_due_;
   unsigned body_made_;  // the group's count of clearings then: if it changed, the fingers are gone
   Model* hits_[4];      // of the beams, then the contacts
+  uint32_t hit_ids_[4];
 };
 
 }  // namespace Stg

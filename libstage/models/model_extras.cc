@@ -108,5 +108,4 @@ void Model::PushColor(Color col) { world->PushColor(col); }
 void Model::PushColor(double r, double g, double b, double a) { world->PushColor(r, g, b, a); }
 void Model::PopColor() { world->PopColor(); }
 
-
 }  // namespace Stg

@@ -78,8 +78,10 @@ void Model::ExchangeFlags(StateExchange& exchange) {
   }
 }
 
-/// Functions have other addresses in other processes: which they are, nobody can tell.
+/// Functions have other addresses in other processes: which they are, nobody can tell. They are not
+/// hashed, so that those who look on make no difference.
 void Model::ExchangeCallbacks(StateExchange& exchange) {
+  if (exchange.hashing()) return;
   uint64_t count = 0;
   if (callbacks_)
     for (const Callback& entry : callbacks_->all) count += entry.function != nullptr;

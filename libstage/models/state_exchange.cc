@@ -2,6 +2,7 @@
 
 #include "models/state_exchange.hh"
 
+#include <algorithm>
 #include <bit>
 
 #include "models/model.hh"
@@ -111,22 +112,24 @@ void StateExchange::Exchange(LazyRandomStream& stream) {
   if (made) Exchange(stream.Get());
 }
 
-/// Doesn't look at the model, which may be gone.
-uint32_t StateExchange::PlaceOf(const Model* model) {
-  if (!model) return kNoModel;
-  if (places_.empty())
-    for (size_t i = 0; i < models_.size(); i++) places_[models_[i]] = static_cast<uint32_t>(i);
-  const auto found = places_.find(model);
-  return found == places_.end() ? kGoneModel : found->second;
+void StateExchange::Exchange(Model*& model) {
+  uint32_t id = model ? model->GetId() : 0;
+  Reference(model, id);
 }
 
-void StateExchange::Exchange(Model*& model) {
-  uint32_t place = PlaceOf(model);
+void StateExchange::Reference(Model*& model, uint32_t& id) {
+  uint32_t place = kNoModel;
+  if (model) {
+    const auto older = [](const Model* m, uint32_t number) { return m->GetId() < number; };
+    const auto found = std::lower_bound(models_.begin(), models_.end(), id, older);
+    const bool is_there = found != models_.end() && *found == model;
+    place = is_there ? static_cast<uint32_t>(found - models_.begin()) : kGoneModel;
+  }
   Exchange(place);
-  if (place == kGoneModel) return;
-  if (!restoring() || failed_) return;
+  if (!restoring() || failed_ || place == kGoneModel) return;
   if (place != kNoModel && place >= models_.size()) return Fail("found a model that is not there");
   model = place == kNoModel ? nullptr : models_[place];
+  if (model) id = model->GetId();
 }
 
 }  // namespace Stg

@@ -12,7 +12,6 @@
 
 #include <string>
 #include <type_traits>
-#include <unordered_map>
 #include <vector>
 
 #include "geometry/color.hh"
@@ -52,11 +51,15 @@ class StateExchange {
     const int in_order[] = {0, (Exchange(values), 0)...};
     static_cast<void>(in_order);
   }
+  /// A model that may have been deleted meanwhile, and the number that it had: `model` is not
+  /// followed.
+  void Reference(Model*& model, uint32_t& id);
   /// For what is no variable: it is saved and hashed, and restoring fails if it differs from what
   /// was saved.
   void Expect(uint64_t value, const char* what);
 
   bool restoring() const { return use_ == kRestore; }
+  bool hashing() const { return use_ == kHash; }
   /// Restoring fails with this message, unless it has failed before. All further values stay as
   /// they are.
   void Fail(const std::string& message);
@@ -120,10 +123,7 @@ class StateExchange {
   /// How many values follow, each of a byte at least.
   uint64_t Count(uint64_t count);
 
-  uint32_t PlaceOf(const Model* model);
-
   const std::vector<Model*>& models_;
-  std::unordered_map<const Model*, uint32_t> places_;  // of models_; made when it is needed
   const Use use_;
   Bytes* const to_;
   const unsigned char* from_;

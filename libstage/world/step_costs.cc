@@ -211,10 +211,9 @@ class World::Gauge {
     saved.model->ExchangeState(exchange);
     saved.model->update_chain_ = saved.update_chain;
     size_t i = 0;
-    saved.model->body().ForEachBody(
-        [&](grid::BodyId id, const std::vector<grid::TilePart>& parts) {
-          if (i < saved.stamps.size()) engine_.scene.grid.Restamp(id, saved.stamps[i++], parts);
-        });
+    saved.model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& parts) {
+      if (i < saved.stamps.size()) engine_.scene.grid.Restamp(id, saved.stamps[i++], parts);
+    });
   }
 
   /// All update and their rays are traced, as in a step, but no callback hears of it.

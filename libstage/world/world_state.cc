@@ -7,8 +7,8 @@
 #include "models/block.hh"
 #include "models/state_exchange.hh"
 #include "models/wifi.hh"
-#include "world/world.hh"
 #include "world/engine.hh"
+#include "world/world.hh"
 
 namespace Stg {
 

@@ -22,7 +22,8 @@ struct Drive {
 /// worthless. To be called within Init().
 [[noreturn]] inline void GiveUp(const std::string& controller, const Stg::Model& model,
                                 const std::string& reason) {
-  throw std::runtime_error(controller + ": " + model.TokenStr() + ": " + reason);
+  throw std::runtime_error(controller + ": " + Stg::Printable(model.TokenStr(), 80) + ": " +
+                           reason);
 }
 
 /// What a controller has to say while the world is loaded.
