@@ -100,7 +100,7 @@ std::vector<Change> AllChanges() {
       {"name", [](const Scene& s) { s.wall()->SetToken("fence"); }, false},
       {"subscription", [](const Scene& s) { s.wall()->Subscribe(); }, false},
       {"fiducial_return", [](const Scene& s) { s.wall()->SetFiducialReturn(7); }},
-      {"fiducial_key", [](const Scene& s) { s.wall()->SetFiducialKey(7); }},
+      {"key_for_fiducials", [](const Scene& s) { s.wall()->SetFiducialKey(7); }},
       {"obstacle_return", [](const Scene& s) { s.wall()->SetObstacleReturn(false); }},
       {"blob_return", [](const Scene& s) { s.wall()->SetBlobReturn(false); }},
       {"gripper_return", [](const Scene& s) { s.wall()->SetGripperReturn(true); }},

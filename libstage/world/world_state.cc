@@ -50,6 +50,24 @@ void World::ExchangeLists(StateExchange& exchange) {
   });
 }
 
+namespace {
+
+/// It shares a cell with others. The drawing for the exact ray model doesn't count: it is there as
+/// soon as anybody wants it.
+bool SharesCells(const grid::Grid& cells, grid::BodyId body,
+                 const std::vector<grid::TilePart>& parts) {
+  const auto is_other = [&](grid::BodyId id) { return id != body && !cells.body(id).exact(); };
+  return std::ranges::any_of(parts, [&](const grid::TilePart& part) {
+    bool shared = false;
+    grid::ForEachBit(cells.Crowded(part), [&](uint32_t bit) {
+      shared = shared || cells.AnyIn(grid::CellOf(part.slot, bit), is_other);
+    });
+    return shared;
+  });
+}
+
+}  // namespace
+
 /// Where several bodies share a cell, the one that was drawn there first is asked first whether it
 /// stops a ray; and cameras look as far as the grid extends.
 void World::ExchangeGrid(StateExchange& exchange) {
@@ -57,8 +75,8 @@ void World::ExchangeGrid(StateExchange& exchange) {
   std::vector<uint64_t> stamps;
   for (const Model* model : engine_->models)
     model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& parts) {
-      const auto is_crowded = [&](const grid::TilePart& part) { return grid.Crowded(part) != 0; };
-      stamps.push_back(std::ranges::any_of(parts, is_crowded) ? grid.Stamp(id) : 0);
+      if (grid.body(id).exact()) return;
+      stamps.push_back(SharesCells(grid, id, parts) ? grid.Stamp(id) : 0);
     });
   std::vector<uint64_t> order = stamps;
   std::ranges::sort(order);

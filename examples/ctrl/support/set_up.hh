@@ -22,7 +22,7 @@ struct Drive {
 /// worthless. To be called within Init().
 [[noreturn]] inline void GiveUp(const std::string& controller, const Stg::Model& model,
                                 const std::string& reason) {
-  throw std::runtime_error(controller + ": " + Stg::Printable(model.TokenStr(), 80) + ": " +
+  throw std::runtime_error(controller + ": " + Stg::Printable(model.TokenStr(), 30) + ": " +
                            reason);
 }
 
