@@ -232,10 +232,9 @@ TEST(StateOfControllers, IsPartOfTheState) {
 TEST(StateExchanged, IsRefusedWhereItDoesNotFit) {
   const Scene scene;
   StateExchange::Bytes saved = scene.Save();
-  const auto other = LoadText("model( name \"m\" ) model( name \"n\" )");
+  const auto other = LoadText("position( name \"m\" )");
   const std::vector<Model*> models = {Find(*other, "m")};
   StateExchange exchange(models, saved.data(), saved.size());
-  const std::string before = std::to_string(other->StateHash());
   models[0]->ExchangeState(exchange);
   EXPECT_TRUE(exchange.failed());
   EXPECT_NE(exchange.message(), "");

@@ -516,6 +516,7 @@ class Model : public Ancestor {
     size_t bytes;
     StateKeeper* keeper;  // null: `bytes` at `data`
   };
+  void ExchangeSubscriptions(StateExchange& exchange);
   void ExchangeEnergy(StateExchange& exchange);
   void ExchangeCallbacks(StateExchange& exchange);
   void ExchangeFlags(StateExchange& exchange);

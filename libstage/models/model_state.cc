@@ -42,7 +42,8 @@ void Model::ExchangeState(StateExchange& exchange) {
   const Pose pose_before = pose;
   const Geom geom_before = geom;
   exchange(pose, geom, vis, color, mass, friction, map_resolution, boundary);
-  exchange(alwayson, used, subs, interval, disabled, stall, stack_children);
+  exchange(alwayson, used, interval, disabled, stall, stack_children);
+  ExchangeSubscriptions(exchange);
   exchange(watts, watts_give, watts_take, say_string, random_);
   const bool other_body = blockgroup->ExchangeState(exchange);
   ExchangeEnergy(exchange);
@@ -53,6 +54,14 @@ void Model::ExchangeState(StateExchange& exchange) {
   if (!exchange.restoring() || exchange.failed()) return;
   blockgroup->RefreshVisibility(!(vis.ranger_return < 0));
   if (other_body || !(pose == pose_before) || !(geom.pose == geom_before.pose)) Map();
+}
+
+/// Those who only look on subscribe too. So the hash knows whether there is anybody, and not how
+/// many there are.
+void Model::ExchangeSubscriptions(StateExchange& exchange) {
+  bool running = subs > 0;
+  exchange(running);
+  if (!exchange.hashing()) exchange(subs);
 }
 
 void Model::ExchangeEnergy(StateExchange& exchange) {

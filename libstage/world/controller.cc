@@ -46,13 +46,16 @@ std::string DescribeException() {
   }
 }
 
+/// The line names the place, the controller and the model besides.
+constexpr size_t kLongestReason = 140;
+
 std::string DescribeInitFailure(const std::string& model_name, const void* arguments,
                                 const WorldEngine& engine) {
   const std::string controller = FirstWord(TextOf(arguments, engine));
   return (controller.empty() ? "a callback of type CB_INIT"
                              : "Init() of the controller " + messages::Quoted(controller)) +
          " of the model " + messages::Quoted(model_name) + " has thrown " +
-         messages::Shortened(DescribeException(), messages::kLongestDetail);
+         messages::Shortened(DescribeException(), kLongestReason);
 }
 
 void LoadController(Model* model, const std::string& text) {

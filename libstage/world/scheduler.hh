@@ -56,7 +56,8 @@ class Scheduler {
 
   /// Calls f(usec_t, const Event&) for all, by time, in the order of adding.
   template <typename F>
-  void ForEach(F f) const {
+  void ForEach(F f) {
+    DropForgotten();
     for (const auto& [time, list] : due_)
       for (const Event& event : list) f(time, event);
   }
