@@ -240,12 +240,18 @@ TEST_F(StockRun, AFlockerAloneStaysClearOfWalls) {
 
 // ---- demonstrations
 
-TEST_F(StockRun, RasterizePrintsAPlainBoxAsItsLeftAndLowerBorder) {
+/// The lines of a load that goes well.
+std::string ToldWhileLoading(const std::string& text) {
   std::string told;
   SetLogSink([&](LogLevel, const std::string& line) { told += line + "\n"; });
-  const LoadOutcome outcome = TryToLoad("model( name \"box\" size [2 1 1] ctrl \"rasterize\" )");
+  EXPECT_TRUE(TryToLoad(text).loaded) << told;
   SetLogSink(nullptr);
-  ASSERT_TRUE(outcome.loaded);
+  return told;
+}
+
+TEST_F(StockRun, RasterizePrintsAPlainBoxAsItsLeftAndLowerBorder) {
+  const std::string told =
+      ToldWhileLoading("model( name \"box\" size [2 1 1] ctrl \"rasterize\" )");
   std::string picture;
   for (int row = 0; row < 19; row++) picture += "[Rasterize] O" + std::string(39, '.') + "\n";
   picture += "[Rasterize] " + std::string(40, 'O') + "\n";
@@ -418,14 +424,13 @@ TEST_F(StockRun, ReferenceRasterizeOfTheCave) {
   const std::string cave = std::string(folder ? folder : "") + "/stage-worlds/bitmaps/cave.png";
   if (!folder || !std::filesystem::exists(cave))
     GTEST_SKIP() << "needs STAGE_SHARED_DIR/stage-worlds";
-  const LoadOutcome outcome =
-      TryToLoad("model( size [16 16 0.6] boundary 1 ctrl \"rasterize\" bitmap \"" + cave + "\" )");
-  ASSERT_TRUE(outcome.loaded) << outcome.errors;
+  const std::string told = ToldWhileLoading(
+      "model( size [16 16 0.6] boundary 1 ctrl \"rasterize\" bitmap \"" + cave + "\" )");
   std::vector<std::string> rows;
-  std::istringstream lines(outcome.output);
+  std::istringstream lines(told);
   for (std::string line; std::getline(lines, line);)
     if (line.rfind("[Rasterize] ", 0) == 0 && line.size() == 52) rows.push_back(line.substr(12));
-  ASSERT_EQ(rows.size(), 20u) << outcome.output;
+  ASSERT_EQ(rows.size(), 20u) << told;
   EXPECT_EQ(rows.front(), std::string(40, 'O'));
   EXPECT_EQ(rows.back(), std::string(40, 'O'));
   size_t inside = 0;
