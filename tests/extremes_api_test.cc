@@ -4,11 +4,10 @@
 // number that clients may write to: what is refused, what is taken for something else, and that the
 // world goes on. Holds rows of docs/extremes.md.
 
-#include <algorithm>
 #include <functional>
-#include <vector>
 
 #include "extremes_testing.hh"
+#include "support/all_models.hh"
 
 namespace Stg::extremes {
 namespace {
@@ -30,10 +29,7 @@ struct Things {
                      "model( name \"wall\" pose [0 3 0 0] size [8 0.2 1] )\n")),
         robot(Find<ModelPosition>(*world, "a")),
         wall(Find(*world, "wall")) {
-    std::vector<Model*> models;  // in an order that is always the same
-    for (Model* model : world->GetAllModels()) models.push_back(model);
-    std::ranges::sort(models, {}, &Model::GetId);
-    for (Model* model : models) model->Subscribe();
+    for (Model* model : all_models::ByNumber(world.get())) model->Subscribe();
   }
   template <class M>
   M* Part(const char* name) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "model_testing.hh"
+#include "support/all_models.hh"
 #include "support/crowd.hh"
 #include "support/sanitized.hh"
 #include "world/engine.hh"
@@ -64,13 +65,7 @@ std::string MixedRobots(int count) {
 }
 
 std::vector<Stg::Model*> ModelsOf(Stg::World* world) {
-  std::vector<Stg::Model*> models;
-  world->ForEachDescendant(
-      [](Stg::Model* model, void* list) {
-        static_cast<std::vector<Stg::Model*>*>(list)->push_back(model);
-        return 0;
-      },
-      &models);
+  std::vector<Stg::Model*> models = all_models::InTree(world);
   std::erase(models, world->GetGround());
   return models;
 }

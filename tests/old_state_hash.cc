@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "stage.hh"
+#include "support/all_models.hh"
 
 namespace Stg {
 namespace {
@@ -112,16 +113,8 @@ void AddOwnOf(Model* model, Hasher* hasher) {
 
 /// In the order of creation, the ground first.
 uint64_t OldStateHash(World* world) {
-  std::vector<Model*> models;
-  world->ForEachDescendant(
-      [](Model* model, void* list) {
-        static_cast<std::vector<Model*>*>(list)->push_back(model);
-        return 0;
-      },
-      &models);
-  std::ranges::sort(models, {}, &Model::GetId);
   Hasher hasher;
-  for (Model* model : models) {
+  for (Model* model : all_models::ByNumber(world)) {
     AddCommon(model, &hasher);
     AddOwnOf<ModelPosition, ModelRanger, ModelFiducial, ModelBlobfinder, ModelBumper, ModelGripper,
              ModelWifi, ModelCamera, ModelActuator, ModelLightIndicator>(model, &hasher);

@@ -5,12 +5,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "model_testing.hh"
+#include "support/all_models.hh"
 
 namespace Stg {
 namespace {
@@ -45,12 +45,7 @@ struct Scene {
     return Part<ModelRanger>("ranger")->GetSensorsMutable()[0];
   }
 
-  std::vector<Model*> Models() const {
-    const std::set<Model*> all = world->GetAllModels();
-    std::vector<Model*> models(all.begin(), all.end());
-    std::ranges::sort(models, {}, &Model::GetId);
-    return models;
-  }
+  std::vector<Model*> Models() const { return all_models::ByNumber(world.get()); }
   StateExchange::Bytes Save() const {
     StateExchange::Bytes bytes;
     const std::vector<Model*> models = Models();

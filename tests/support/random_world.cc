@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "grid/grid.hh"
+#include "support/all_models.hh"
 
 namespace random_world {
 
@@ -173,13 +174,7 @@ uint64_t HashOf(const std::string& text) {
 
 /// All models but the ground, parents before their children.
 std::vector<Model*> AllModels(Stg::World* world) {
-  std::vector<Model*> models;
-  world->ForEachDescendant(
-      [](Model* model, void* list) {
-        static_cast<std::vector<Model*>*>(list)->push_back(model);
-        return 0;
-      },
-      &models);
+  std::vector<Model*> models = all_models::InTree(world);
   std::erase(models, world->GetGround());
   return models;
 }
