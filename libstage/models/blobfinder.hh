@@ -7,7 +7,7 @@
 // look past heights: they meet whatever stands in their way, however high or low, if it is not in
 // the finder's own tree and its blob_return is set.
 //
-// Edge cases, one rule each (they are tested in tests/blobfinder_test.cc):
+// Edge cases, one rule each (they are tested in tests/models/blobfinder_test.cc):
 //   width 0                 no blobs
 //   height 0                blobs without height
 //   range 0, negative, NaN  no blobs; a negative one is refused in a world file

@@ -7,7 +7,7 @@
 // meets its body before any other body. Every unrelated body blocks the view, visible to other
 // sensors or not; so do children of the target. Rays are horizontal, at the height of the finder.
 //
-// Edge cases, one rule each (they are tested in tests/fiducial_test.cc):
+// Edge cases, one rule each (they are tested in tests/models/fiducial_test.cc):
 //   range 0, negative, NaN  nothing is found; a negative one is refused in a world file
 //   distance = range        not found; distance = id range: the id reads 0
 //   bearing = +-fov / 2     found

@@ -2,7 +2,7 @@
 //
 // ModelRanger: range sensors that cast rays. Part of <stage.hh>.
 //
-// Edge cases, one rule each (they are tested in tests/ranger_test.cc):
+// Edge cases, one rule each (they are tested in tests/models/ranger_test.cc):
 //   no samples             empty vectors
 //   over 1 000 000 samples refused in a world file; through the API 1 000 000, with a message
 //   one sample             straight ahead, whatever the field of view

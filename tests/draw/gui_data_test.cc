@@ -10,7 +10,7 @@
 #include "gui/draw/painter.hh"
 #include "gui/draw/scene.hh"
 #include "gui/draw/screen_writer.hh"
-#include "model_testing.hh"
+#include "support/model_testing.hh"
 
 namespace Stg::draw {
 

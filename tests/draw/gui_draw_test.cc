@@ -11,8 +11,8 @@
 
 #include "gui/draw/figures.hh"
 #include "gui/draw/scene.hh"
-#include "model_testing.hh"
 #include "models/block.hh"
+#include "support/model_testing.hh"
 
 // Counts what is allocated.
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"

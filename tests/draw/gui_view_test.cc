@@ -11,7 +11,7 @@
 #include "geometry/random.hh"
 #include "gui/view/projection.hh"
 #include "gui/view/view_state.hh"
-#include "model_testing.hh"
+#include "support/model_testing.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg::view {

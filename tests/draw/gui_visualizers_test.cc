@@ -12,7 +12,7 @@
 #include "gui/draw/renderer.hh"
 #include "gui/draw/scene.hh"
 #include "gui/offscreen/context.hh"
-#include "model_testing.hh"
+#include "support/model_testing.hh"
 
 namespace Stg {
 

@@ -2,8 +2,8 @@
 //
 // The `stage` program with its window, and on displays that have none to give.
 
-#include "cli_testing.hh"
 #include "gui/gui_testing.hh"
+#include "support/cli_testing.hh"
 
 namespace gui_testing {
 

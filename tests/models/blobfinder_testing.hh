@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#ifndef STAGE_TESTS_BLOBFINDER_TESTING_HH
+#define STAGE_TESTS_BLOBFINDER_TESTING_HH
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "support/model_testing.hh"
+
+/// What the tests of blobfinders share.
+namespace Stg {
+
+using Blob = ModelBlobfinder::Blob;
+
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// A world with a blobfinder "b" at the origin, subscribed. Its image is 81 pixels wide, so that
+/// ray 40 looks straight ahead.
+struct Scene {
+  explicit Scene(const std::string& rest, const std::string& properties = "")
+      : world(LoadText("blobfinder( name \"b\" image [81 60] " + properties + " )\n" + rest)),
+        finder(FindRunning<ModelBlobfinder>(*world, "b")) {}
+  const std::vector<Blob>& Blobs() {
+    Step(*world);
+    return finder->GetBlobs();
+  }
+  std::unique_ptr<World> world;
+  ModelBlobfinder* finder;
+};
+
+/// A box whose near face is at x = 2.5, two metres wide, its middle ahead.
+inline std::string Box(const std::string& color, const std::string& more = "") {
+  return "model( name \"" + color + "\" color \"" + color + "\" pose [3 0 0 0] size [1 2 1] " +
+         more + " )\n";
+}
+
+/// Two touching boxes, 2.5 m away: the first to the right of straight ahead, the second to the
+/// left.
+inline std::string Neighbours(const std::string& right, const std::string& left) {
+  return "model( " + right + " pose [3 -1 0 0] size [1 2 1] )\nmodel( " + left +
+         " pose [3 1 0 0] size [1 2 1] )\n";
+}
+
+struct Expected {
+  const char* color;
+  unsigned left, top, right, bottom;
+  double range, tolerance = 1.5 * kCell;
+};
+inline void ExpectBlobs(const std::vector<Blob>& blobs, const std::vector<Expected>& expected) {
+  ASSERT_EQ(blobs.size(), expected.size());
+  for (size_t i = 0; i < blobs.size(); i++) {
+    const Expected& e = expected[i];
+    EXPECT_EQ(blobs[i].color, Color(e.color)) << i;
+    EXPECT_NEAR(blobs[i].left, e.left, 1) << e.color;
+    EXPECT_NEAR(blobs[i].top, e.top, 1) << e.color;
+    EXPECT_NEAR(blobs[i].right, e.right, 1) << e.color;
+    EXPECT_NEAR(blobs[i].bottom, e.bottom, 1) << e.color;
+    EXPECT_NEAR(blobs[i].range, e.range, e.tolerance) << e.color;
+  }
+}
+
+inline void ExpectOneBlob(Scene* scene, const char* color) {
+  const std::vector<Blob>& blobs = scene->Blobs();
+  ASSERT_EQ(blobs.size(), 1u);
+  EXPECT_EQ(blobs[0].color, Color(color));
+}
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,112 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""tools/setup where the system lacks packages, with stand-ins for apt-get and for root; and what
+tools/fresh says of itself."""
+
+import os
+import shutil
+import subprocess
+import unittest
+from pathlib import Path
+
+ROOT = Path(os.environ.get("STAGE_SOURCE_DIR", Path(__file__).resolve().parents[2]))
+
+# Nothing is there, and apt has lists; $UNKNOWN are the packages that are not in them.
+SCRIPT = r"""
+source "$1/tools/setup"
+is_there() { false; }
+compgen() { true; }
+as_root() { "$@"; }
+env() { shift && "$@"; }
+apt-get() {
+  [[ " $* " == *" update "* && -n ${OFFLINE:-} ]] && return 1
+  [[ " $* " != *" install "* ]] && return
+  local argument unknown
+  for argument; do
+    for unknown in $UNKNOWN; do
+      if [[ $argument == "$unknown" ]]; then echo "E: Unable to locate package $unknown" >&2; return 100; fi
+    done
+  done
+  [[ " $* " == *" --simulate "* ]] || echo "INSTALLED $*"
+}
+main "${@:2}"
+"""
+
+
+def setup(*options, unknown="", offline=False):
+    environment = {**os.environ, "UNKNOWN": unknown, "OFFLINE": "yes" if offline else ""}
+    return subprocess.run(["bash", "-c", SCRIPT, "setup", ROOT, *options], capture_output=True,
+                          text=True, check=False, env=environment)
+
+
+def installed(done):
+    lines = [line for line in done.stdout.splitlines() if line.startswith("INSTALLED")]
+    return [word for line in lines for word in line.split()[2:] if not word.startswith("-")]
+
+
+@unittest.skipUnless(shutil.which("bash"), "bash is not installed")
+class Setup(unittest.TestCase):
+    def test_all_is_known(self):
+        done = setup("--tests")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for package in ("g++", "opencl-headers", "libfltk1.3-dev", "xvfb", "oclgrind"):
+            self.assertIn(package, installed(done))
+        self.assertEqual(done.stderr, "")
+
+    def test_the_optional_is_left_out_and_the_rest_is_installed(self):
+        done = setup("--tests", unknown="oclgrind")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("oclgrind", installed(done))
+        self.assertIn("libgtest-dev", installed(done))
+        self.assertIn("tools/setup: no package oclgrind here (tests of the kernels): they are"
+                      " skipped\n", done.stdout)
+        self.assertEqual(done.stderr, "")
+
+    def test_what_is_needed_is_asked_for_in_one_line(self):
+        done = setup("--tests", unknown="libpng-dev oclgrind")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stderr, "tools/setup: no package libpng-dev here (bitmaps of worlds):"
+                                      " please install it by hand\n")
+        self.assertIn("g++", installed(done))
+
+    def test_without_root_the_advice_names_no_unknown_package(self):
+        done = setup("--tests", unknown="oclgrind", offline=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(installed(done), [])
+        self.assertEqual(len(done.stderr.splitlines()), 1)
+        self.assertIn("as root: apt-get install g++", done.stderr)
+        self.assertNotIn("oclgrind", done.stderr)
+
+    def test_groups(self):
+        done = setup("--no-opencl", "--no-gui")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(installed(done), ["g++", "cmake", "ninja-build", "libpng-dev",
+                                           "nlohmann-json3-dev"])
+
+
+class Fresh(unittest.TestCase):
+    def fresh(self, *arguments):
+        return subprocess.run([ROOT / "tools/fresh", *arguments], capture_output=True, text=True,
+                              check=False)
+
+    def test_it_runs_what_the_readme_says(self):
+        lines = (ROOT / "README.md").read_text(encoding="utf-8").split("## Two commands")[1]
+        commands = [line.split("#")[0].strip() for line in lines.splitlines()
+                    if line.startswith("    ")][:2]
+        self.assertEqual(commands[1], "tools/test")
+        script = (ROOT / "tools/fresh").read_text(encoding="utf-8")
+        for command in commands:
+            self.assertIn(f"\n  try {command}", script)
+            self.assertIn(f"\n  {command}", self.fresh("--help").stdout)
+
+    def test_mistakes_are_one_line(self):
+        for arguments in ([], ["--tree"], ["--no-such"], ["../etc"], ["nosuchsuite"]):
+            done = self.fresh(*arguments)
+            self.assertIn(done.returncode, (1, 2), arguments)  # 1: no root, no debootstrap
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+            self.assertEqual(done.stdout, "")
+            self.assertFalse((ROOT / "build/fresh/nosuchsuite").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

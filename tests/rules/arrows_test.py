@@ -1,0 +1,165 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What includes what: the rooms of the floor plan (CONTRIBUTING.md) use each other one way.
+
+Each arrow from room to room stands in one of the two tables below. A new one is added there, and
+seen by whoever reads the change; one that is no longer used has to go.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import unittest
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
+
+# Room: the rooms whose headers it includes. "face" is stage.hh, with what lies beside it in libstage.
+ALLOWED = {
+    "config": "",
+    "messages": "",
+    "files": "",
+    "threads": "",
+    "kernels": "",
+    "geometry": "messages",
+    "worldfile": "messages files geometry",
+    "grid": "kernels geometry",
+    "sensing": "messages threads kernels geometry grid",
+    "models": "messages geometry worldfile grid sensing",
+    "world": "config messages threads geometry worldfile grid sensing models",
+    "face": "config messages geometry worldfile models world",
+    "libstage_cl": "grid sensing",
+    "gui/view": "geometry worldfile models world",
+    "gui/draw": "messages geometry sensing models world gui/view",
+    "gui/offscreen": "files geometry worldfile models world gui/draw",
+    "gui/window": "messages geometry worldfile models world face gui/view gui/draw gui/offscreen",
+    "tools": "messages files worldfile models world face gui/offscreen gui/window",
+}
+
+# The arrows that point back: (room, header): who follows it, and why it is still there.
+BACK = {
+    ("models", "world/world.hh"): (
+        "actuator blinkenlight block blobfinder bumper camera energy_charts fiducial gripper "
+        "log_entry model model_extras model_load model_state model_tree position power_pack ranger watch wifi",
+        "Stage's interface wants models to know their world, and the world its models"),
+    ("models", "world/engine.hh"): (
+        "block blobfinder bumper camera energy_charts fiducial gripper model model_load ranger "
+        "watch wifi",
+        "what models need of their world's engine has no narrow interface yet"),
+    ("models", "world/controller.hh"): (
+        "model model_load", "models load the controllers that their files name"),
+    ("face", "window/world_gui.hh"): (
+        "stage", "clients get the window with <stage.hh>, where it has been built"),
+}
+
+SUFFIXES = {".cc", ".hh", ".h", ".cl", ".in"}
+INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]', re.MULTILINE)
+# Headers that CMake makes.
+MADE = {"stage_config.hh": "config/stage_config.hh", "kernels_embedded.hh": "libstage_cl/"}
+
+
+class Include(NamedTuple):
+    source: str  # such as libstage/grid/grid.hh
+    header: str  # as it is written
+    target: str  # the file; empty: there is none
+
+
+def room_of(path: str) -> str:
+    parts = path.split("/")
+    if parts[0] != "libstage":
+        return parts[0]
+    if parts[1] == "gui" and len(parts) > 3:
+        return f"gui/{parts[2]}"
+    return parts[1] if len(parts) > 2 else "face"
+
+
+def find(source: Path, header: str) -> str:
+    """The file of ours that the compiler takes; empty if there is none."""
+    if header in MADE:
+        return MADE[header]
+    folders = [source.parent, ROOT / "libstage", ROOT / "libstage/gui", ROOT, ROOT / "tools"]
+    for folder in folders:
+        if (folder / header).is_file():
+            return (folder / header).resolve().relative_to(ROOT.resolve()).as_posix()
+    return ""
+
+
+def includes() -> list[Include]:
+    found = []
+    for folder in ("libstage", "libstage_cl", "kernels", "tools"):
+        for source in sorted((ROOT / folder).rglob("*")):
+            if source.suffix not in SUFFIXES:
+                continue
+            for bracket, header in INCLUDE.findall(source.read_text()):
+                target = find(source, header)
+                if target or bracket == '"':
+                    name = source.relative_to(ROOT).as_posix()
+                    found.append(Include(name, header, target))
+    return found
+
+
+def is_back(include: Include) -> bool:
+    follower, _ = BACK.get((room_of(include.source), include.header), ("", ""))
+    return Path(include.source).stem in follower.split()
+
+
+def faults(found: Iterable[Include]) -> list[str]:
+    """One line for each include that leads nowhere, or along no arrow."""
+    lines = []
+    for include in found:
+        start, end = room_of(include.source), room_of(include.target)
+        if not include.target:
+            lines.append(f"{include.source}: there is no {include.header}")
+        elif start != end and end not in ALLOWED[start].split() and not is_back(include):
+            lines.append(f"{include.source}: {start} may not use {end} ({include.header})")
+    return lines
+
+
+def cycle(allowed: dict[str, str]) -> list[str]:
+    """Rooms that use each other in a circle; empty if there are none."""
+    left = {room: set(used.split()) for room, used in allowed.items()}
+    while left:
+        ends = {room for room, used in left.items() if not used & left.keys()}
+        if not ends:
+            return sorted(left)
+        left = {room: used for room, used in left.items() if room not in ends}
+    return []
+
+
+class ArrowsTest(unittest.TestCase):
+    def test_rooms_use_what_the_tables_allow(self) -> None:
+        found = includes()
+        self.assertGreater(len(found), 700)
+        self.assertEqual(faults(found), [])
+
+    def test_arrows_point_one_way(self) -> None:
+        self.assertEqual(cycle(ALLOWED), [])
+
+    def test_tables_have_what_is_used_and_no_more(self) -> None:
+        used = {(room_of(i.source), room_of(i.target)) for i in includes() if not is_back(i)}
+        for room, allowed in ALLOWED.items():
+            for other in allowed.split():
+                self.assertIn((room, other), used, "an arrow that nobody follows")
+        followed = {(room_of(i.source), i.header, Path(i.source).stem)
+                    for i in includes() if is_back(i)}
+        for (room, header), (followers, _) in BACK.items():
+            for follower in followers.split():
+                self.assertIn((room, header, follower), followed, "it need not be excused")
+
+    def test_the_search_finds_what_it_is_to_find(self) -> None:
+        grid = Include("libstage/grid/grid.cc", "world/world.hh", "libstage/world/world.hh")
+        self.assertEqual(len(faults([grid])), 1)
+        self.assertEqual(len(faults([grid._replace(header="x.hh", target="")])), 1)
+        window = "libstage/gui/window/parts.hh"
+        self.assertEqual(len(faults([grid._replace(header="parts.hh", target=window)])), 1)
+        self.assertEqual(faults([grid._replace(header="grid.hh", target="libstage/grid/grid.hh")]),
+                         [])
+        self.assertEqual(cycle({"a": "b", "b": "c", "c": "a", "d": "a", "e": ""}),
+                         ["a", "b", "c", "d"])
+
+
+if __name__ == "__main__":
+    unittest.main()

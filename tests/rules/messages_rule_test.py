@@ -1,0 +1,79 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""No message goes past libstage/messages: what prints in the library or in the program is listed here,
+with the reason."""
+
+from __future__ import annotations
+
+import re
+import unittest
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDERS = ["libstage", "libstage_cl", "tools/stage"]
+
+PRINTS = re.compile(
+    r"(?<![\w.])(?:std::)?(?:v?f?printf|f?puts|f?putc|putchar|fwrite|perror|psignal|syslog)\s*\("
+    r"|\bstd::c(?:out|err|log)\b|\bSTD(?:OUT|ERR)_FILENO\b|\bPRINT_(?:ERR|WARN|MSG|DEBUG)\d?\s*\(")
+
+# What users' scripts look for on standard output, or asked for, names in it made printable; and the
+# little that cannot go through a log. How many places, and why.
+ALLOWED = {
+    "libstage/geometry/color.cc": (1, "Print(), of numbers"),
+    "libstage/geometry/geometry.cc": (5, "Print(), of numbers"),
+    "libstage/gui/window/parts.cc": (1, "how the window was closed: Stage prints that"),
+    "libstage/gui/window/screenshots.cc": (1, "the name of a screenshot: Stage prints that"),
+    "libstage/messages/report.cc": (2, "this is where messages go; the macros for clients"),
+    "libstage/models/bumper.cc": (3, "Print()"),
+    "libstage/models/log_entry.cc": (1, "Print(), of numbers"),
+    "libstage/models/messages.hh": (36, "the macros themselves, for clients"),
+    "libstage/models/model.cc": (1, "Print()"),
+    "libstage/models/power_pack.cc": (1, "Print(), of numbers"),
+    "libstage/models/ranger.cc": (6, "Print()"),
+    "libstage_cl/driver_watch.cc": (1, "in a signal's handler, or beside a thread that hangs"),
+    "tools/stage/console.cc": (4, "the library's progress: [Loading FILE] and the like"),
+    "tools/stage/main.cc": (4, "what options ask for; and there is no memory for a message of that"),
+    "tools/stage/process.cc": (8, "PrintWhole, for what options ask for; OutputToError, what --explain prints "
+                               "while it loads"),
+    "tools/stage/progress.cc": (3, "the line of --progress, which is written over again and again"),
+    "tools/stage/report.cc": (1, "--stats"),
+}
+
+
+def code_of(path: Path) -> str:
+    """The text of a source without its comments and strings."""
+    text = path.read_text()
+    text = re.sub(r'"(?:\\.|[^"\\\n])*"', '""', text)
+    text = re.sub(r"//[^\n]*", "", text)
+    return re.sub(r"/\*.*?\*/", "", text, flags=re.S)
+
+
+def sources() -> Iterator[Path]:
+    for folder in FOLDERS:
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.suffix in (".cc", ".hh"):
+                yield path
+
+
+class MessagesRuleTest(unittest.TestCase):
+    def test_the_pattern_finds_what_prints(self) -> None:
+        for text in ['std::printf("x")', "fprintf(stderr", "std::cerr << 1", "  puts(s)", 'PRINT_ERR1("a", b)',
+                     "std::fwrite(a, 1, 2, f)", "STDERR_FILENO"]:
+            self.assertRegex(text, PRINTS)
+        for text in ["std::snprintf(a", "format(printf, 1, 2)", "vsnprintf(t", "x.puts(s)", "Reports(1)"]:
+            self.assertNotRegex(text, PRINTS)
+
+    def test_nothing_prints_but_what_is_listed(self) -> None:
+        found = {}
+        for path in sources():
+            count = len(PRINTS.findall(code_of(path)))
+            if count:
+                found[str(path.relative_to(ROOT))] = count
+        listed = {name: count for name, (count, _) in ALLOWED.items()}
+        self.assertEqual(found, listed,
+                         "messages go through messages::Report() and Warn(); see messages/report.hh")
+
+
+if __name__ == "__main__":
+    unittest.main()
