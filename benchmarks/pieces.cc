@@ -47,7 +47,7 @@ void TraceRays(benchmark::State& state, const char* name, double width, double d
     state.SkipWithError("the world can't be loaded");
     return;
   }
-  Stg::internal::sensing::Scene& scene = world.scene();
+  Stg::internal::sensing::Scene& scene = world.host().scene;
   Stg::RandomStream random(7);
   const Stg::internal::sensing::Tracer tracer(scene.grid);
   const Stg::ray_window_t no_window{nullptr, 0, 0, 0, 0};
@@ -111,7 +111,7 @@ void TraceScene(benchmark::State& state, Without without) {
     state.SkipWithError("the world can't be loaded");
     return;
   }
-  Stg::internal::sensing::Scene& scene = world.scene();
+  Stg::internal::sensing::Scene& scene = world.host().scene;
   Stg::internal::sensing::RayBatch batch;
   for (const Stg::Model* model : world.engine().models) {
     const auto* ranger = dynamic_cast<const Stg::ModelRanger*>(model);

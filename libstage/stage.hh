@@ -59,7 +59,7 @@
 #include "models/state_exchange.hh"
 #include "models/visualizer.hh"
 #include "models/wifi.hh"
-#include "world/explain.hh"
+#include "insight/explain.hh"
 #include "world/statistics.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"

@@ -8,6 +8,7 @@
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
@@ -41,7 +42,7 @@ ModelActuator::ModelActuator(World* world_, Model* parent_, const std::string& t
   watts = kWatts;
 }
 
-ModelActuator::~ModelActuator() { world->StopMoving(this); }
+ModelActuator::~ModelActuator() { world->host().StopMoving(this); }
 
 // ---- commands and state -------------------------------------------------------------------------
 
@@ -145,13 +146,13 @@ void ModelActuator::ExchangeState(StateExchange& exchange) {
 void ModelActuator::Startup() {
   if (!has_reference_) reference_ = pose;
   has_reference_ = true;
-  world->StartMoving(this);
+  world->host().StartMoving(this);
   Model::Startup();
 }
 
 void ModelActuator::Shutdown() {
   goal_ = velocity_ = 0;
-  world->StopMoving(this);
+  world->host().StopMoving(this);
   Model::Shutdown();
 }
 
@@ -195,7 +196,7 @@ void ModelActuator::Move() {
     return;
   }
 
-  Placement& placement = world->placement();
+  Placement& placement = world->host().placement;
   placement.Plan(*this, true);
   stall = placement.Collision(world->GetGround()) != nullptr;
   if (stall) {

@@ -8,11 +8,11 @@
 #include "geometry/load_error.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
+#include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -65,7 +65,7 @@ ModelBlobfinder::ModelBlobfinder(World* world_, Model* parent_, const std::strin
   ClearBlocks();
 }
 
-ModelBlobfinder::~ModelBlobfinder() { world->ForgetRays(this); }
+ModelBlobfinder::~ModelBlobfinder() { world->host().FinishRaysOf(this); }
 
 void ModelBlobfinder::AddColor(Color col) { colors_.push_back(col); }
 void ModelBlobfinder::RemoveColor(Color col) { std::erase(colors_, col); }
@@ -78,8 +78,8 @@ void ModelBlobfinder::Load() {
     wf->Fail(wf_entity, "image",
              "found a width of " + std::to_string(scan_width) +
                  " pixels, expected a number from 0 to " + std::to_string(kMaxWidth));
-  world->engine().memory.Take(*wf, wf_entity, "image", scan_width, MemoryBudget::kSample,
-                              "columns of pixels");
+  world->host().memory.Take(*wf, wf_entity, "image", scan_width, MemoryBudget::kSample,
+                            "columns of pixels");
   range = wf->ReadFloat(wf_entity, "range", range);
   if (range < 0) wf->Fail(wf_entity, "range", "found a negative range, expected 0 or more");
   fov = wf->ReadAngle(wf_entity, "fov", fov);

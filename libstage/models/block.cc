@@ -9,11 +9,11 @@
 #include "geometry/trigonometry.hh"
 #include "grid/outline.hh"
 #include "models/exact_drawing.hh"
+#include "models/host.hh"
 #include "models/model.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 
 namespace Stg {
@@ -331,7 +331,7 @@ double Placement::CellsOfOutline(size_t first_corner, size_t end) const {
 
 /// That bodies may be drawn in, in the world of this one.
 double Placement::MostCells(const Model& model) {
-  const double models = static_cast<double>(model.world->engine().models.size());
+  const double models = static_cast<double>(model.world->host().models.size());
   return kDrawnToLoaded * (kMostCells + kMostCellsPerModel * models);
 }
 

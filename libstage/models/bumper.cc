@@ -7,10 +7,10 @@
 
 #include "geometry/trigonometry.hh"
 #include "messages/log.hh"
+#include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/state_exchange.hh"
 #include "sensing/scene.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -40,7 +40,7 @@ void Describe(const ModelBumper& bumper, SensorExtent* extent) {
 ModelBumper::ModelBumper(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_), bumper_count(0), bumpers(nullptr), samples(nullptr) {}
 
-ModelBumper::~ModelBumper() { world->ForgetRays(this); }
+ModelBumper::~ModelBumper() { world->host().FinishRaysOf(this); }
 
 void ModelBumper::Load() {
   if (!LoadCommon() || !wf->PropertyExists(wf_entity, "bcount")) return;
@@ -49,8 +49,8 @@ void ModelBumper::Load() {
     wf->Fail(wf_entity, "bcount",
              "found " + std::to_string(count) + " bumpers, expected a number from 1 to " +
                  std::to_string(kMaxBumpers));
-  world->engine().memory.Take(*wf, wf_entity, "bcount", static_cast<size_t>(count),
-                              MemoryBudget::kBumper, "bumpers");
+  world->host().memory.Take(*wf, wf_entity, "bcount", static_cast<size_t>(count),
+                            MemoryBudget::kBumper, "bumpers");
   if (count == 0)
     wf->Warn(wf_entity, "bcount", "found 0 bumpers, expected 1 or more; there are none");
 

@@ -7,10 +7,10 @@
 #include "geometry/trigonometry.hh"
 #include "models/block.hh"
 #include "models/camera_raster.hh"
+#include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/state_exchange.hh"
 #include "sensing/scene.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -92,9 +92,9 @@ void ModelCamera::Load() {
              "found " + std::to_string(width_) + " by " + std::to_string(height_) +
                  " pixels, expected numbers from 0 to " + std::to_string(kLongestSide) +
                  ", and at most " + std::to_string(kMostPixels) + " pixels in all");
-  world->engine().memory.Take(*wf, wf_entity, "resolution",
-                              static_cast<size_t>(width_) * static_cast<size_t>(height_),
-                              MemoryBudget::kPixel, "pixels");
+  world->host().memory.Take(*wf, wf_entity, "resolution",
+                            static_cast<size_t>(width_) * static_cast<size_t>(height_),
+                            MemoryBudget::kPixel, "pixels");
   wf->ReadTuple(wf_entity, "pantilt", 0, 2, "ff", &pan_, &tilt_);
   LoadLens();
 }

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "models/host.hh"
 #include "models/model.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 
 namespace Stg {
@@ -45,7 +45,7 @@ EnergyCharts::EnergyCharts(Model* model)
              "energy output", "energy_input"),
       stored(0, 142, kChartWidth, kChartHeight, kChartLength, Color(0, 1, 0), Color(0, 0, 0, 0.5),
              "energy stored", "energy_stored"),
-      dissipation(&model->GetWorld()->engine().greatest_dissipation),
+      dissipation(&model->GetWorld()->host().greatest_dissipation),
       model_(model) {
   model_->AddVisualizer(&output, false);
   model_->AddVisualizer(&stored, false);

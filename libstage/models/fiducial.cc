@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "geometry/trigonometry.hh"
+#include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
 #include "sensing/scene.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -49,8 +49,8 @@ ModelFiducial::ModelFiducial(World* world_, Model* parent_, const std::string& t
 }
 
 ModelFiducial::~ModelFiducial() {
-  world->ForgetRays(this);
-  world->engine().fiducials.RemoveFinder(this);
+  world->host().FinishRaysOf(this);
+  world->host().fiducials.RemoveFinder(this);
 }
 
 void ModelFiducial::Load() {
@@ -71,14 +71,14 @@ void ModelFiducial::Load() {
 }
 
 void ModelFiducial::Startup() {
-  world->engine().fiducials.AddFinder(this);
+  world->host().fiducials.AddFinder(this);
   Model::Startup();
 }
 
 void ModelFiducial::Shutdown() {
   fiducials_.clear();
   candidates_.clear();
-  world->engine().fiducials.RemoveFinder(this);
+  world->host().fiducials.RemoveFinder(this);
   Model::Shutdown();
 }
 
@@ -89,8 +89,8 @@ ModelFiducial::Fiducial* ModelFiducial::GetFiducials(unsigned int* count) {
 
 void ModelFiducial::Update() {
   if (subs == 0) return;
-  WorldEngine& engine = world->engine();
-  engine.fiducials.Refresh(engine.models, world->GetUpdateCount());
+  Host& host = world->host();
+  host.fiducials.Refresh(host.models, world->GetUpdateCount());
   GatherAlone();
   Model::Update();
 }
@@ -104,7 +104,7 @@ void ModelFiducial::Gather(sensing::FanList* fans) {
 }
 
 void ModelFiducial::CollectCandidates() {
-  const FiducialIndex& index = world->engine().fiducials;
+  const FiducialIndex& index = world->host().fiducials;
   candidates_.clear();
   const Pose own = GetGlobalPose();
   Fiducial candidate;

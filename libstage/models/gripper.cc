@@ -8,13 +8,13 @@
 
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
 #include "sensing/scene.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -43,7 +43,7 @@ Bounds Along(const Bounds& range, const Bounds& unit) {
 }
 
 bool IsIn(World& world, const Model* model) {
-  const std::vector<Model*>& models = world.engine().models;
+  const std::vector<Model*>& models = world.host().models;
   return std::find(models.begin(), models.end(), model) != models.end();
 }
 
@@ -88,7 +88,7 @@ ModelGripper::ModelGripper(World* world_, Model* parent_, const std::string& typ
   blockgroup->Fit(geom.size);
 }
 
-ModelGripper::~ModelGripper() { world->ForgetRays(this); }
+ModelGripper::~ModelGripper() { world->host().FinishRaysOf(this); }
 
 // ---- world file ---------------------------------------------------------------------------------
 
@@ -224,7 +224,7 @@ void ModelGripper::ShapeBody() {
 
 void ModelGripper::Update() {
   GatherAlone();
-  world->QueueSensed(this);
+  world->host().sensed.push_back(this);
   Model::Update();
 }
 

@@ -10,6 +10,7 @@
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/flag.hh"
+#include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/own_windows.hh"
@@ -18,8 +19,6 @@
 #include "models/warn_about.hh"
 #include "models/watch.hh"
 #include "sensing/scene.hh"
-#include "world/controller.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -76,7 +75,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       friction(0),
       gui{false, parent_ == nullptr, false, false},
       has_default_block(true),
-      id(world_->NextModelId()),
+      id(world_->host().next_model_id++),
       map_resolution(0.1),
       mass(0),
       trail_index(0),
@@ -98,8 +97,8 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       world(world_),
       parent(FitParent(*world_, parent_)),
       root(parent ? parent->root : this),
-      scene_(&world_->scene()),
-      update_chain_(Scheduler::FirstChain(id)),
+      scene_(&world_->host().scene),
+      update_chain_(UpdateChain::First(id)),
       callback_run_(0),
       serial_update_callbacks_(false),
       hidden_from_rangers_(false),
@@ -130,8 +129,8 @@ void Model::Leave() {
 
 Model::~Model() {
   if (callbacks_) callbacks_->orphaned = true;
-  if (adopted_) world->engine().KeepForNow(std::move(*adopted_));
-  world->engine().TraceBatchAndPostponeThrowing();
+  if (adopted_) world->host().KeepForNow(std::move(*adopted_));
+  world->host().TraceBatchAndPostponeThrowing();
   DeleteChildren();
   StopCharging();
   power_pack.reset();
@@ -204,7 +203,7 @@ void Model::SetRoot(Model* new_root) {
 int Model::SetParent(Model* newparent) {
   if (newparent && RefusesParent(*newparent)) return 1;
   const Pose global = GetGlobalPose();
-  world->engine().family_changes++;
+  world->host().family_changes++;
   UnMapWithChildren();
   if (parent)
     parent->RemoveChild(this);
@@ -317,19 +316,19 @@ void Model::AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meter
     WarnAbout(*this, "refused a block that is not finite");
     return;
   }
-  world->FinishRays();
+  world->host().TraceBatch();
   blockgroup->AddRectangle(x, y, dx, dy, Bounds(0, dz));
 }
 
 void Model::ClearBlocks() {
-  world->FinishRays();
+  world->host().TraceBatch();
   blockgroup->Clear();
 }
 
 void Model::Map() {
-  if (world->IsLoading()) return;  // all bodies are drawn when everything is loaded
-  world->FinishRays();
-  Placement& placement = world->placement();
+  if (world->host().loading) return;  // all bodies are drawn when everything is loaded
+  world->host().TraceBatch();
+  Placement& placement = world->host().placement;
   placement.Plan(*this, true);
   placement.Commit();
 }
@@ -337,7 +336,7 @@ void Model::Map() {
 void Model::NoteDrawn() {
   if (is_noted()) return;
   hidden_from_rangers_ = true;
-  world->NoteHiddenFromRangers(this);
+  world->host().hidden_from_rangers.push_back(this);
 }
 
 bool Model::ShowAgainToRangers() {
@@ -348,7 +347,7 @@ bool Model::ShowAgainToRangers() {
 }
 
 void Model::UnMapWithChildren() {
-  world->FinishRays();
+  world->host().TraceBatch();
   blockgroup->Erase();
   for (Model* child : children) child->UnMapWithChildren();
 }
@@ -382,7 +381,7 @@ void Model::Rasterize(uint8_t* data, unsigned int width, unsigned int height, me
 }
 
 bool Model::HasCollision() {
-  Placement& placement = world->placement();
+  Placement& placement = world->host().placement;
   placement.Plan(*this, true);
   return placement.Collision(world->GetGround()) != nullptr;
 }
@@ -417,37 +416,37 @@ kg_t Model::GetTotalMass() const { return mass + GetMassOfChildren(); }
 
 // What is seen of a model, and how, is that of the time when a sensor updated.
 void Model::SetColor(Color col) {
-  world->FinishRays();
+  world->host().TraceBatch();
   color = col;
 }
 
 void Model::SetFiducialReturn(int fid) {
-  world->FinishRays();
+  world->host().TraceBatch();
   vis.fiducial_return = fid;
 }
 
 void Model::SetFiducialKey(int key) {
-  world->FinishRays();
+  world->host().TraceBatch();
   vis.fiducial_key = key;
 }
 
 void Model::SetObstacleReturn(bool val) {
-  world->FinishRays();
+  world->host().TraceBatch();
   vis.obstacle_return = val;
 }
 
 void Model::SetBlobReturn(bool val) {
-  world->FinishRays();
+  world->host().TraceBatch();
   vis.blob_return = val;
 }
 
 void Model::SetGripperReturn(bool val) {
-  world->FinishRays();
+  world->host().TraceBatch();
   vis.gripper_return = val;
 }
 
 void Model::SetRangerReturn(double val) {
-  world->FinishRays();
+  world->host().TraceBatch();
   SetFinite(*this, "ranger_return", val, &vis.ranger_return);
 }
 
@@ -471,19 +470,19 @@ void Model::Unsubscribe() {
 
 /// What is pending is void.
 void Model::ScheduleUpdate() {
-  update_chain_ = Scheduler::NextChain(update_chain_);
-  world->ScheduleUpdate(this, interval, update_chain_);
+  update_chain_ = UpdateChain::Next(update_chain_);
+  world->host().ScheduleUpdate(this, world->SimTimeNow() + interval, update_chain_);
 }
 
 void Model::Startup() {
   ScheduleUpdate();
-  if (FindPowerPack()) world->EnableEnergy(this);
+  if (FindPowerPack()) world->host().EnableEnergy(this);
   CallCallbacks(CB_STARTUP);
 }
 
 void Model::Shutdown() {
-  update_chain_ = Scheduler::NextChain(update_chain_);  // what is pending is void
-  world->DisableEnergy(this);
+  update_chain_ = UpdateChain::Next(update_chain_);  // what is pending is void
+  world->host().DisableEnergy(this);
   StopCharging();
   CallCallbacks(CB_SHUTDOWN);
 }
@@ -492,7 +491,7 @@ void Model::Update() {
   if (subs == 0) return;
   // What is pending is void: an update that somebody else calls takes its place.
   ScheduleUpdate();
-  if (HasCallbacks(CB_UPDATE)) world->QueueUpdateCallbacks(this);
+  if (HasCallbacks(CB_UPDATE)) world->host().update_callbacks_due.push_back(this);
 }
 
 // ---- callbacks ----------------------------------------------------------------------------------
@@ -550,18 +549,18 @@ struct Model::Callbacks::Round {
 class CallOutsideOfStep {
  public:
   explicit CallOutsideOfStep(World* world) {
-    if (world->engine().stepping) return;
-    engine_ = world->ShareEngine();
-    engine_->calls++;
+    if (world->host().stepping) return;
+    host_ = world->ShareHost();
+    host_->calls++;
   }
   ~CallOutsideOfStep() {
-    if (engine_) engine_->calls--;
+    if (host_) host_->calls--;
   }
   CallOutsideOfStep(const CallOutsideOfStep&) = delete;
   CallOutsideOfStep& operator=(const CallOutsideOfStep&) = delete;
 
  private:
-  std::shared_ptr<WorldEngine> engine_;  // a callback may delete the world
+  std::shared_ptr<Host> host_;  // a callback may delete the world
 };
 
 /// Calls call(entry) for each callback of the type, which returns what that does.
@@ -569,7 +568,7 @@ template <typename F>
 int Model::CallEach(callback_type_t t, F call) {
   if (!HasCallbacks(t)) return 0;
   // A callback may read what others sensed, and change what they see.
-  world->FinishRays();
+  world->host().TraceBatch();
   // By index, for a callback may add callbacks (called from the next round on), remove any, or
   // delete the model: then the rest is not called and nothing of it is touched any more.
   const std::shared_ptr<Callbacks> callbacks = callbacks_;
@@ -607,12 +606,12 @@ void Model::InitOrThrow() {
   if (!HasCallbacks(CB_INIT)) return;
   const std::string where = wf ? wf->Where(wf_entity, "ctrl") + ": " : "";  // it may be deleted
   const std::string name = token;
-  const std::shared_ptr<WorldEngine> engine = world->ShareEngine();
+  const std::shared_ptr<Host> host = world->ShareHost();
   CallEach(CB_INIT, [&](const Callback& entry) {
     try {
       return entry.function(this, entry.user);
     } catch (...) {
-      throw LoadError(where + DescribeInitFailure(name, entry.user, *engine), 255);
+      throw LoadError(where + host->DescribeInitFailure(name, entry.user), 255);
     }
   });
 }

@@ -27,6 +27,7 @@ namespace Stg {
 class BlockGroup;
 class CallbackPhase;
 class GatherPhase;
+class MovePhase;
 class ModelRanger;
 class Option;
 class PowerPack;
@@ -394,6 +395,7 @@ class Model : public Ancestor {
   friend class Placement;
   friend class CallbackPhase;
   friend class GatherPhase;
+  friend class MovePhase;
   friend class ModelRanger;
 
   struct GuiState {

@@ -11,13 +11,12 @@
 #include "geometry/trace.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/host.hh"
 #include "models/model.hh"
 #include "models/power_pack.hh"
 #include "models/property_checks.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
-#include "world/controller.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/find_file.hh"
 #include "worldfile/worldfile.hh"
@@ -46,7 +45,7 @@ const std::vector<std::vector<point_t>>& OutlinesOfPicture(World* world, Worldfi
                                                            const std::string& name) {
   const std::string path = wf->ReadFilename(entity, "bitmap", name.c_str());
   messages::Progress("[Image \"" + messages::Shortened(name, messages::kLongestDetail) + "\"]");
-  auto& known = world->engine().outlines_of_pictures;
+  auto& known = world->host().outlines_of_pictures;
   try {
     auto found = known.find(path);
     if (found == known.end()) found = known.emplace(path, picture::OutlinesOf(path)).first;
@@ -150,8 +149,8 @@ void Model::LoadTrail() {
   };
   trail_length = count("trail_length", trail_length, 0, kLongestTrail);
   if (world->IsGUI() && wf->PropertyExists(wf_entity, "trail_length"))  // else nobody records any
-    world->engine().memory.Take(*wf, wf_entity, "trail_length", trail_length, sizeof(TrailItem),
-                                "items of a trail");
+    world->host().memory.Take(*wf, wf_entity, "trail_length", trail_length, sizeof(TrailItem),
+                              "items of a trail");
   trail_interval = count("trail_interval", trail_interval, 1, std::numeric_limits<int>::max());
 }
 
@@ -206,7 +205,7 @@ void Model::LoadName() {
 
 /// Looked up by name, only the last of several models is found.
 void Model::TakeName(const std::string& name) {
-  const Model* holder = world->engine().names.Find(name, world->engine());
+  const Model* holder = world->host().names.Find(name, world->host());
   if (holder && holder != this && holder->token == name)
     wf->Warn(wf_entity, "name",
              "found the name of an earlier model, expected another; who looks it up gets the last");
@@ -230,8 +229,8 @@ void Model::LoadBody() {
     const size_t corners = std::accumulate(
         outlines.begin(), outlines.end(), size_t{0},
         [](size_t sum, const std::vector<point_t>& outline) { return sum + outline.size(); });
-    world->engine().memory.Take(*wf, wf_entity, "bitmap", corners, MemoryBudget::kCorner,
-                                "corners of a picture");
+    world->host().memory.Take(*wf, wf_entity, "bitmap", corners, MemoryBudget::kCorner,
+                              "corners of a picture");
     if (has_default_block) blockgroup->Clear();
     has_default_block = false;
     for (const std::vector<point_t>& outline : outlines) blockgroup->Add(outline, Bounds(0, 1));
@@ -261,8 +260,8 @@ void Model::LoadBlock(Worldfile* file, int entity) {
     file->Fail(entity, "points",
                "found " + std::to_string(count) + " points, expected a number from 0 to " +
                    std::to_string(kMostPoints));
-  world->engine().memory.Take(*file, entity, "points", static_cast<size_t>(count),
-                              MemoryBudget::kCorner, "points");
+  world->host().memory.Take(*file, entity, "points", static_cast<size_t>(count),
+                            MemoryBudget::kCorner, "points");
   std::vector<point_t> points(static_cast<size_t>(count));
   int points_found = 0;
   for (int i = 0; i < count; i++) {
@@ -308,11 +307,11 @@ void Model::LoadControllers() {
       continue;
     }
     if (!world->options().controllers) {
-      world->engine().controllers_left_out++;
+      world->host().controllers_left_out++;
       continue;
     }
     try {
-      LoadController(this, text);
+      world->host().LoadController(this, text);
     } catch (const LoadError& error) {
       throw LoadError(wf->Where(wf_entity, "ctrl") + ": " + error.what(), error.exit_status());
     }
@@ -321,7 +320,7 @@ void Model::LoadControllers() {
 
 void Model::LoadControllerModule(const char* lib) {
   try {
-    LoadController(this, lib);
+    world->host().LoadController(this, lib);
   } catch (const LoadError& error) {
     WarnAbout(*this, "%s", error.what());
   }

@@ -9,6 +9,7 @@
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
@@ -70,7 +71,7 @@ ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& t
   integration_error.a = random.Uniform(-kErrorWidthA / 2, kErrorWidthA / 2);
 }
 
-ModelPosition::~ModelPosition() { world->StopMoving(this); }
+ModelPosition::~ModelPosition() { world->host().StopMoving(this); }
 
 // ---- commands -----------------------------------------------------------------------------------
 
@@ -211,14 +212,14 @@ void ModelPosition::LoadModes() {
 
 void ModelPosition::Startup() {
   last_update_ = world->SimTimeNow();
-  world->StartMoving(this);
+  world->host().StartMoving(this);
   Model::Startup();
 }
 
 void ModelPosition::Shutdown() {
   goal = Pose();
   velocity = Velocity();
-  world->StopMoving(this);
+  world->host().StopMoving(this);
   Model::Shutdown();
 }
 
@@ -331,7 +332,7 @@ void ModelPosition::Localize(double dt) {
 }
 
 void ModelPosition::Move() {
-  Placement& placement = world->placement();
+  Placement& placement = world->host().placement;
   if (BeginMove(&placement) && EndMove(placement)) placement.Commit();
 }
 

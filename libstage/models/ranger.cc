@@ -9,6 +9,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "messages/log.hh"
+#include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/own_windows.hh"
@@ -17,7 +18,6 @@
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -152,13 +152,13 @@ ModelRanger::ModelRanger(World* world_, Model* parent_, const std::string& type_
   color = Color(0, 0, 0.5);
 }
 
-ModelRanger::~ModelRanger() { world->ForgetRays(this); }
+ModelRanger::~ModelRanger() { world->host().FinishRaysOf(this); }
 
 void ModelRanger::LoadSensor(Worldfile* file, int entity) {
   Sensor sensor;
   sensor.Load(file, entity);
-  world->engine().memory.Take(*file, entity, "samples", sensor.sample_count, MemoryBudget::kSample,
-                              "samples");
+  world->host().memory.Take(*file, entity, "samples", sensor.sample_count, MemoryBudget::kSample,
+                            "samples");
   sensors_.push_back(sensor);
   if (subs > 0) watts = kWattsPerSensor * static_cast<double>(sensors_.size());
 }

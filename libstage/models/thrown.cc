@@ -6,6 +6,7 @@
 
 #include <cstdio>
 #include <cstring>
+#include <exception>
 
 namespace Stg {
 
@@ -18,6 +19,20 @@ void Clean(char* text) {
     if (static_cast<unsigned char>(*text) < 0x20 || *text == 0x7f) *text = '?';
 }
 }  // namespace
+
+std::string DescribeException() {
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    return std::string("an exception: ") + error.what();
+  } catch (const char* text) {
+    return std::string("the text \"") + text + "\"";
+  } catch (int number) {
+    return "the number " + std::to_string(number);
+  } catch (...) {
+    return "an exception of a type of its own";
+  }
+}
 
 const char* Thrower() noexcept { return thrower; }
 void SetThrower(const char* text) noexcept { std::snprintf(thrower, sizeof thrower, "%s", text); }

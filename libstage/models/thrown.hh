@@ -6,6 +6,8 @@
 #ifndef STAGE_MODELS_THROWN_HH
 #define STAGE_MODELS_THROWN_HH
 
+#include <string>
+
 #include "models/model.hh"
 
 namespace Stg {
@@ -17,6 +19,9 @@ void ForgetThrower() noexcept;
 /// To be called while the exception of a callback passes. The innermost one counts. `model` may be
 /// null. Needs no memory, as there may be none.
 void NoteThrower(const char* what, const Model* model, void (*function)()) noexcept;
+
+/// The exception that is being handled: "the number 42".
+std::string DescribeException();
 
 }  // namespace Stg
 

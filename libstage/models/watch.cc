@@ -2,13 +2,13 @@
 
 #include "models/watch.hh"
 
-#include "world/engine.hh"
+#include "models/host.hh"
 #include "world/world.hh"
 
 namespace Stg {
 
 Watch::Watch(const Model& model)
-    : model_(&model), list_(&model.GetWorld()->engine().watches), next_(*list_) {
+    : model_(&model), list_(&model.GetWorld()->host().watches), next_(*list_) {
   *list_ = this;
 }
 

@@ -9,13 +9,13 @@
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/host.hh"
 #include "models/line_in_bodies.hh"
 #include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
 #include "sensing/scene.hh"
-#include "world/engine.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -82,13 +82,13 @@ ModelWifi::ModelWifi(World* world_, Model* parent_, const std::string& type_)
   vis.obstacle_return = false;
   vis.blob_return = false;
   vis.ranger_return = -1.0;
-  world->engine().radios.push_back(this);
+  world->host().radios.push_back(this);
 }
 
 ModelWifi::~ModelWifi() {
-  world->ForgetRays(this);
+  world->host().FinishRaysOf(this);
   // In the order of creation.
-  std::vector<ModelWifi*>& radios = world->engine().radios;
+  std::vector<ModelWifi*>& radios = world->host().radios;
   radios.erase(std::lower_bound(
       radios.begin(), radios.end(), this,
       [](const ModelWifi* a, const ModelWifi* b) { return a->GetId() < b->GetId(); }));
@@ -162,7 +162,7 @@ void ModelWifi::Shutdown() {
 
 void ModelWifi::Update() {
   GatherAlone();
-  world->QueueSensed(this);
+  world->host().sensed.push_back(this);
   Model::Update();
 }
 
@@ -171,7 +171,7 @@ void ModelWifi::Gather(sensing::FanList* fans) {
   const Pose here = GetGlobalPose();
   here_ = here;
   if (propagation != PROPAGATION_NONE)
-    for (const ModelWifi* other : world->engine().radios)
+    for (const ModelWifi* other : world->host().radios)
       if (!IsRelated(other)) AddPath(*other, here);
   if (propagation == PROPAGATION_RAYTRACE)
     for (size_t i = 0; i < path_count_; i++) AddRay(static_cast<uint32_t>(i), here, fans);

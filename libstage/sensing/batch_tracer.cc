@@ -43,6 +43,13 @@ void BatchTracer::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bo
   statistics_.device = prefilter_ ? prefilter_->DeviceName() : "";
 }
 
+bool BatchTracer::KeepPrefilter(bool always) {
+  if (!prefilter_) return false;
+  chooser_ = PathChooser(always);
+  statistics_.device = prefilter_->DeviceName();
+  return true;
+}
+
 void BatchTracer::Trace() {
   RayBatch& batch = scene_.batch;
   batch.Close(scene_.tables);

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Controllers: plug-ins that drive models.
 
-#include "world/controller.hh"
-
-#include <exception>
 #include <memory>
 #include <vector>
 
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "models/model.hh"
+#include "models/thrown.hh"
 #include "world/engine.hh"
 #include "world/plugin.hh"
 #include "world/world.hh"
@@ -32,33 +32,19 @@ std::string FirstWord(const std::string& text) {
 
 }  // namespace
 
-std::string DescribeException() {
-  try {
-    throw;
-  } catch (const std::exception& error) {
-    return std::string("an exception: ") + error.what();
-  } catch (const char* text) {
-    return std::string("the text \"") + text + "\"";
-  } catch (int number) {
-    return "the number " + std::to_string(number);
-  } catch (...) {
-    return "an exception of a type of its own";
-  }
-}
-
 /// The line names the place, the controller and the model besides.
 constexpr size_t kLongestReason = 140;
 
-std::string DescribeInitFailure(const std::string& model_name, const void* arguments,
-                                const WorldEngine& engine) {
-  const std::string controller = FirstWord(TextOf(arguments, engine));
+std::string WorldEngine::DescribeInitFailure(const std::string& model_name,
+                                             const void* arguments) const {
+  const std::string controller = FirstWord(TextOf(arguments, *this));
   return (controller.empty() ? "a callback of type CB_INIT"
                              : "Init() of the controller " + messages::Quoted(controller)) +
          " of the model " + messages::Quoted(model_name) + " has thrown " +
          messages::Shortened(DescribeException(), kLongestReason);
 }
 
-void LoadController(Model* model, const std::string& text) {
+void WorldEngine::LoadController(Model* model, const std::string& text) {
   const std::string name = FirstWord(text);
   if (name.empty()) throw LoadError("found an empty controller name", 255);
 
@@ -71,9 +57,9 @@ void LoadController(Model* model, const std::string& text) {
                         messages::Shortened(error, messages::kLongestDetail) +
                         (library ? "" : "; STAGEPATH names further folders to look in"),
                     255);
-  std::vector<std::unique_ptr<CtrlArgs>>& all = model->GetWorld()->engine().controller_arguments;
-  all.push_back(std::make_unique<CtrlArgs>(text, World::ctrlargs));
-  model->AddCallback(Model::CB_INIT, reinterpret_cast<model_callback_t>(init), all.back().get());
+  controller_arguments.push_back(std::make_unique<CtrlArgs>(text, World::ctrlargs));
+  model->AddCallback(Model::CB_INIT, reinterpret_cast<model_callback_t>(init),
+                     controller_arguments.back().get());
 }
 
 }  // namespace Stg

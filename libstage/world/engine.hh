@@ -8,91 +8,55 @@
 
 #include <algorithm>
 #include <exception>
-#include <list>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "models/block.hh"
+#include "models/host.hh"
 #include "models/position.hh"
 #include "sensing/batch_tracer.hh"
-#include "sensing/path_chooser.hh"
-#include "sensing/scene.hh"
 #include "threads/wall_clock.hh"
 #include "threads/worker_pool.hh"
-#include "world/callback_phase.hh"
-#include "world/fiducial_index.hh"
-#include "world/gather_phase.hh"
-#include "world/memory_budget.hh"
-#include "world/model_names.hh"
-#include "world/move_phase.hh"
+#include "world/phases/callback_phase.hh"
+#include "world/phases/gather_phase.hh"
+#include "world/phases/move_phase.hh"
+#include "world/phases/sharing.hh"
 #include "world/scheduler.hh"
 #include "world/statistics.hh"
 
 namespace Stg {
 
-class ModelWifi;
-class Watch;
-
-class WorldEngine {
+class WorldEngine : public Host {
  public:
   WorldEngine();
 
-  sensing::Scene scene;
   sensing::BatchTracer tracer{&scene};
-  Placement placement;
   Scheduler scheduler;
-  RunStatistics statistics;  ///< but for the tracer's part, see Statistics()
-  FiducialIndex fiducials;
-
-  uint32_t next_model_id = 0;
-  double greatest_dissipation = 0;  ///< J, of a square metre: see DissipationVis
-  std::vector<Model*> models;       ///< in the order of creation, the ground first
-  ModelNames names;
-  MemoryBudget memory;
-  std::vector<Model*> moving;                ///< those that asked for it, in the order of creation
-  std::vector<Model*> energy;                ///< running ones with a pack, in the same order
-  std::vector<Model*> hidden_from_rangers;   ///< drawn while rangers looked through them
-  std::vector<Model*> sensed;                ///< models with a rest of their update to do
-  std::vector<ModelWifi*> radios;            ///< in the order of creation
-  std::vector<Model*> update_callbacks_due;  ///< models that updated in this step
-  std::vector<Scheduler::Event> due;         ///< those of this step
+  GatherPhase gather;
+  MovePhase move;
+  CallbackPhase callbacks;
+  Sharing sharing;                    ///< of the work of these phases among threads
+  RunStatistics statistics;           ///< but for the tracer's part, see Statistics()
+  std::vector<Scheduler::Event> due;  ///< those of this step
   struct UpdateCallback {
     world_callback_t function;  ///< null: struck out
     void* user;
   };
   std::vector<UpdateCallback> update_callbacks;  ///< of the world
-  uint64_t family_changes = 0;                   ///< of who there is and whose child it is
-  size_t controllers_left_out = 0;               ///< see RunOptions::controllers
-  size_t plugins_left_out = 0;                   ///< the same
-
-  // Callbacks may do anything. Who calls some and goes on afterwards shares in the engine, so that
-  // it is still there, and looks at these.
-  uint64_t life = 0;      ///< another number once everything there was is gone
-  bool deserted = false;  ///< the world has been deleted
-  Watch* watches = nullptr;
-  bool stepping = false;
-  bool writing = false;    ///< the world is loaded again, or saved
-  unsigned int calls = 0;  ///< of callbacks, outside of steps, in progress
-  unsigned int loads = 0;  ///< in progress: one within another
-  bool loading = false;    ///< bodies are drawn when all is loaded
+  size_t plugins_left_out = 0;                   ///< see RunOptions::controllers
   std::vector<std::unique_ptr<CtrlArgs>> controller_arguments;
-  std::list<std::shared_ptr<void>> orphans;  ///< what models kept that are gone: see KeepForNow()
-  std::vector<Model*> made;                  ///< while a world is loaded: of each entity, or null
+  std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
 
-  /// By path, while a world is loaded.
-  std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;
+  // What models ask for, see Host.
+  void TraceBatch() override;
+  void TraceBatchAndPostponeThrowing() noexcept override;
+  void ScheduleUpdate(Model* model, usec_t time, uint64_t chain) override {
+    scheduler.Add(time, {model, nullptr, nullptr, chain});
+  }
+  void LoadController(Model* model, const std::string& text) override;
+  std::string DescribeInitFailure(const std::string& model_name,
+                                  const void* arguments) const override;
 
-  /// No callback is running, nor anything that calls some.
-  bool IsIdle() const { return !stepping && !writing && loads == 0 && calls == 0; }
-  /// Keeps what a model has adopted that is being deleted, perhaps by a callback that uses it.
-  void KeepForNow(std::list<std::shared_ptr<void>> data) noexcept;
-  /// Frees that if the world is idle.
-  void LetOrphansGo();
-
-  /// Null if there is none of that number.
-  Model* FindModel(uint32_t id) const;
   /// Takes a model that is going to be deleted out of all that is above.
   void Forget(Model* model);
   /// Says what a callback has done to the world while it was being `what`; returns false.
@@ -103,17 +67,13 @@ class WorldEngine {
   void ForEachModel(F f);
 
   void SetThreads(unsigned count);
+  threads::WorkerPool* workers() { return workers_.get(); }
   unsigned threads() const { return workers_->threads(); }
   /// In a process that was forked meanwhile: starts threads of its own.
   void NoticeFork();
   /// See RunOptions::share_from.
   void ShareFrom(int count);
 
-  /// Traces the rays that are waiting, through bodies that show themselves to rangers again.
-  void TraceBatch();
-  /// As TraceBatch, for what must not throw, such as destructors: what is thrown is thrown by the
-  /// next TraceBatch instead, and the rays are left untraced.
-  void TraceBatchAndPostponeThrowing() noexcept;
   /// Gets ready for the next step, and lets go of what no sensor has used for a long time; the
   /// batch is empty.
   void EndStep();
@@ -122,20 +82,6 @@ class WorldEngine {
   void AbandonStep(usec_t now) noexcept;
   /// Puts bodies back into the rangers' layer whose ranger_return is no longer negative.
   void RefreshHidden();
-  void ForgetRays(const Model* finder);
-
-  /// Decides whether threads share the updates, moves and callbacks of this step, of which `due`
-  /// and `moving` tell how many there are. The outcome is the same.
-  void ChooseSharing();
-  /// What those of the step took, in seconds, rays left out.
-  void ReportSharing(double seconds);
-  /// Moves several of `moving` at once, from the given one on. Returns how many; 0 if those that
-  /// come next have to move one after the other.
-  size_t MoveTogether(size_t first);
-  /// The same with the updates of `due`.
-  size_t UpdateTogether(size_t first, World* world);
-  /// The same with the callbacks of `update_callbacks_due`.
-  size_t CallTogether(size_t first);
 
   /// Those of everything.
   RunStatistics Statistics() const;
@@ -143,9 +89,7 @@ class WorldEngine {
   /// Of threads sharing work, for tests: how often they did, and how many updates, moves and
   /// callbacks were looked at for that.
   uint64_t shared_jobs() const { return workers_->shared_jobs(); }
-  uint64_t looks() const {
-    return gather_phase_.looks() + move_phase_.looks() + callback_phase_.looks();
-  }
+  uint64_t looks() const { return gather.looks() + move.looks() + callbacks.looks(); }
 
  private:
   void Employ(threads::WorkerPool* workers);
@@ -159,18 +103,6 @@ class WorldEngine {
   std::exception_ptr postponed_;
 
   unsigned forks_ = threads::CountForks();  // when threads were looked at last
-
-  // In small steps sharing may cost more than it saves, if only because threads leave models in
-  // their caches for others to fetch. It is measured like the choice between device and host: the
-  // threads stand for the device, models for rays.
-  sensing::PathChooser sharing_;
-  bool shares_ = true;             // in this step
-  bool compares_sharing_ = false;  // in this step
-  double shared_seconds_ = 1;      // what the last step took that was shared
-
-  GatherPhase gather_phase_;
-  MovePhase move_phase_;
-  CallbackPhase callback_phase_;
 };
 
 template <typename F>

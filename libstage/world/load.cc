@@ -16,7 +16,6 @@
 #include "models/ranger.hh"
 #include "models/ray_model_reader.hh"
 #include "models/thrown.hh"
-#include "world/controller.hh"
 #include "world/engine.hh"
 #include "world/plugin.hh"
 #include "world/prefilter_loader.hh"
@@ -310,15 +309,18 @@ void World::Reload() {
 }
 
 void World::UsePrefilter() {
-  std::unique_ptr<sensing::Prefilter> prefilter = ChoosePrefilter(options_);
-  const bool threads_given = options_.threads > 0 || wf->PropertyExists(0, "threads");
-  if (prefilter && !threads_given) {
-    // What the device leaves to the host is short, and its memory, not its arithmetic, is the
-    // limit: more threads than this no longer help.
-    constexpr unsigned kMostUseful = 16;
-    engine_->SetThreads(std::clamp(std::thread::hardware_concurrency(), 1u, kMostUseful));
+  // A world that is loaded once more goes on with its device.
+  bool found = engine_->tracer.KeepPrefilter(options_.always_on_device);
+  if (!found) {
+    std::unique_ptr<sensing::Prefilter> prefilter = ChoosePrefilter(options_);
+    found = prefilter != nullptr;
+    engine_->tracer.SetPrefilter(std::move(prefilter), options_.always_on_device);
   }
-  engine_->tracer.SetPrefilter(std::move(prefilter), options_.always_on_device);
+  if (options_.threads > 0 || wf->PropertyExists(0, "threads")) return;
+  // What the device leaves to the host is short, and its memory, not its arithmetic, is the limit:
+  // more threads than this no longer help.
+  constexpr unsigned kMostUseful = 16;
+  engine_->SetThreads(found ? std::clamp(std::thread::hardware_concurrency(), 1u, kMostUseful) : 1);
 }
 
 void World::LoadWorldProperties() {
@@ -366,8 +368,10 @@ void World::LoadWorldProperties() {
     threads = kMostThreads;
   }
   if (threads > 1) messages::Progress("[threads " + std::to_string(threads) + "]");
+  const bool threads_given = options_.threads > 0 || wf->PropertyExists(0, "threads");
   if (options_.threads > 0) threads = options_.threads;
-  engine_->SetThreads(static_cast<unsigned>(std::min(threads, kMostThreads)));
+  if (threads_given)  // else UsePrefilter() chooses
+    engine_->SetThreads(static_cast<unsigned>(std::min(threads, kMostThreads)));
   engine_->ShareFrom(options_.share_from);
 }
 

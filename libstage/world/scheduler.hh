@@ -20,7 +20,7 @@ class Scheduler {
     Model* model = nullptr;
     model_callback_t callback = nullptr;  ///< null: the model's update
     void* arg = nullptr;
-    /// Whose it is, see FirstChain(); of an update: void if the model has begun a newer one.
+    /// Whose it is, see UpdateChain; of an update: void if the model has begun a newer one.
     uint64_t chain = 0;
   };
 
@@ -29,12 +29,6 @@ class Scheduler {
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
   void Swap(Scheduler& other);
-
-  /// Chains of different models differ, even of two that have had the same place in memory.
-  static uint64_t FirstChain(uint32_t model_id) { return uint64_t{model_id} << 32; }
-  static uint64_t NextChain(uint64_t chain) {
-    return (chain & ~uint64_t{0xffffffff}) | static_cast<uint32_t>(chain + 1);
-  }
 
   void Add(usec_t time, const Event& event) { ListOf(time).push_back(event); }
   /// Adds so many events of one time, all of which have to be filled in before anything else.

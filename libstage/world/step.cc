@@ -77,61 +77,26 @@ void World::Step(WorldEngine& engine, uint64_t life) {
   PhaseSeconds& seconds = engine.statistics.seconds;
   const double start = WallClock();
   const double traced_before = engine.tracer.seconds();
-  RunDueEvents();
+  engine.gather.Run(this, &engine);
   engine.TraceBatch();
   if (engine.life == life) FinishSensing();
   if (engine.life != life) return;
   const double sensed = WallClock();
-  MoveModels();
+  engine.move.Run(&engine);
   const double moved = WallClock();
-  CallModelCallbacks();
+  engine.callbacks.Run(&engine);
   if (engine.life == life) CallUpdateCallbacks();
   if (engine.life != life) return;
   const double called = WallClock();
   UpdateEnergy();
 
   const double traced = engine.tracer.seconds() - traced_before;
-  engine.ReportSharing(called - start - traced);
+  engine.sharing.Report(called - start - traced);
   seconds.gather += sensed - start - traced;
   seconds.move += moved - sensed;
   seconds.callbacks += called - moved;
   seconds.energy += WallClock() - called;
 }
-
-void World::RunDueEvents() {
-  WorldEngine& engine = *engine_;
-  engine.scheduler.Take(sim_time, &engine.due);
-  engine.ChooseSharing();
-  // By index: an update may delete models, which strikes out their events, or everything there is,
-  // which empties the list.
-  for (size_t i = 0; i < engine.due.size();) {
-    const size_t updated = options_.batch ? engine.UpdateTogether(i, this) : 0;
-    if (updated == 0) RunDueEvent(i);
-    i += std::max<size_t>(updated, 1);
-  }
-  engine.due.clear();
-}
-
-void World::RunDueEvent(size_t index) {
-  WorldEngine& engine = *engine_;
-  const Scheduler::Event event = engine.due[index];
-  if (event.callback) {
-    engine.due[index] = Scheduler::Event();  // it is called once, even if it throws
-    FinishRays();                            // it may read what others sensed
-    const RandomScope random_numbers(event.model ? &event.model->random_ : &random_);
-    try {
-      event.callback(event.model, event.arg);
-    } catch (...) {
-      NoteThrower("an enqueued callback", nullptr, reinterpret_cast<void (*)()>(event.callback));
-      throw;
-    }
-  } else if (event.model && event.model->ExpectsUpdate(event.chain)) {
-    event.model->Update();
-  }
-  if (!options_.batch) engine.TraceBatch();
-}
-
-void World::FinishRays() { engine_->TraceBatch(); }
 
 void World::FinishSensing() {
   std::vector<Model*>& sensed = engine_->sensed;
@@ -139,15 +104,6 @@ void World::FinishSensing() {
   for (size_t i = 0; i < sensed.size(); i++)
     if (sensed[i]) sensed[i]->Sensed();
   sensed.clear();
-}
-
-void World::MoveModels() {
-  // By index: a callback of a model may change the list.
-  for (size_t i = 0; i < engine_->moving.size();) {
-    const size_t moved = engine_->MoveTogether(i);
-    if (moved == 0) engine_->moving[i]->Move();
-    i += std::max<size_t>(moved, 1);
-  }
 }
 
 void World::UpdateEnergy() {
@@ -158,18 +114,6 @@ void World::UpdateTrails() {
   for (Model* model : engine_->moving)
     if (updates % model->trail_interval == 0 && dynamic_cast<ModelPosition*>(model))
       model->UpdateTrail();
-}
-
-void World::CallModelCallbacks() {
-  WorldEngine& engine = *engine_;
-  std::vector<Model*>& due = engine.update_callbacks_due;
-  // By index: a callback may delete models, which strikes them out, and update others.
-  for (size_t i = 0; i < due.size();) {
-    const size_t called = engine.CallTogether(i);
-    if (called == 0 && due[i]) due[i]->CallCallbacks(Model::CB_UPDATE);
-    i += std::max<size_t>(called, 1);
-  }
-  due.clear();
 }
 
 void World::CallUpdateCallbacks() {
@@ -212,16 +156,8 @@ void World::Enqueue(unsigned int, usec_t delay, Model* mod, model_callback_t cb,
   // A sum beyond the end of the clock would wrap and be due at once.
   constexpr usec_t kNever = std::numeric_limits<usec_t>::max();
   engine_->scheduler.Add(delay > kNever - sim_time ? kNever : sim_time + delay,
-                         {mod, cb, arg, mod ? Scheduler::FirstChain(mod->GetId()) : 0});
+                         {mod, cb, arg, mod ? UpdateChain::First(mod->GetId()) : 0});
 }
-
-void World::ScheduleUpdate(Model* mod, usec_t delay, uint64_t chain) {
-  engine_->scheduler.Add(sim_time + delay, {mod, nullptr, nullptr, chain});
-}
-
-void World::QueueSensed(Model* mod) { engine_->sensed.push_back(mod); }
-
-void World::QueueUpdateCallbacks(Model* mod) { engine_->update_callbacks_due.push_back(mod); }
 
 std::string World::ClockString(void) const {
   const uint64_t milliseconds = sim_time / 1000;

@@ -36,8 +36,6 @@ std::unique_lock<std::mutex> LockLists(bool listed) {
   return listed ? std::unique_lock<std::mutex>(lists_mutex) : std::unique_lock<std::mutex>();
 }
 
-bool Older(const Model* a, const Model* b) { return a->GetId() < b->GetId(); }
-
 double UsablePpm(double ppm) {
   if (ppm > 0 && std::isfinite(ppm)) return ppm;
   messages::Warn("found a number of cells per metre that is not positive; using " +
@@ -55,6 +53,7 @@ World::World(const RunOptions& options, const std::string& name, double ppm)
       power_pack_count(0),
       record_trails(false),
       engine_(std::make_shared<WorldEngine>()),
+      host_(engine_.get()),
       options_(options),
       default_ppm_(UsablePpm(ppm)),
       random_(options.seed),
@@ -223,9 +222,11 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
     return nullptr;
   }
   Model* model = create(this, parent, typestr);
-  if (!IsLoading()) model->Map();
+  if (!engine_->loading) model->Map();
   return model;
 }
+
+std::shared_ptr<Host> World::ShareHost() const { return engine_; }
 
 Model* World::FindModel(uint32_t id) const { return engine_->FindModel(id); }
 
@@ -237,8 +238,6 @@ Model* World::FindModelOfAny(uint32_t id) {
   }
   return nullptr;
 }
-
-uint32_t World::NextModelId() { return engine_->next_model_id++; }
 
 void World::Log(Model* mod) {
   if (mod) log_.push_back(LogEntry(sim_time, mod));
@@ -253,40 +252,8 @@ void World::RecordRay(double x1, double y1, double x2, double y2) {
   if (IsGUI()) ray_list.push_back({x1, y1, x2, y2});
 }
 
-sensing::Scene& World::scene() { return engine_->scene; }
-Placement& World::placement() { return engine_->placement; }
-bool World::IsLoading() const { return engine_->loading; }
-
-void World::NoteHiddenFromRangers(Model* mod) { engine_->hidden_from_rangers.push_back(mod); }
-void World::ForgetRays(const Model* mod) { engine_->ForgetRays(mod); }
-
-// ---- energy -------------------------------------------------------------------------------------
-
-void World::EnableEnergy(Model* mod) {
-  std::vector<Model*>& list = engine_->energy;
-  const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
-  if (place == list.end() || *place != mod) list.insert(place, mod);
-}
-
-void World::DisableEnergy(Model* mod) {
-  std::vector<Model*>& list = engine_->energy;
-  const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
-  if (place != list.end() && *place == mod) list.erase(place);
-}
-
-// ---- what moves ---------------------------------------------------------------------------------
-
-void World::StartMoving(Model* mod) {
-  std::vector<Model*>& list = engine_->moving;
-  const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
-  if (place == list.end() || *place != mod) list.insert(place, mod);
-}
-
-void World::StopMoving(Model* mod) {
-  std::vector<Model*>& list = engine_->moving;
-  const auto place = std::lower_bound(list.begin(), list.end(), mod, Older);
-  if (place != list.end() && *place == mod) list.erase(place);
-}
+void World::EnableEnergy(Model* mod) { engine_->EnableEnergy(mod); }
+void World::DisableEnergy(Model* mod) { engine_->DisableEnergy(mod); }
 
 // ---- geometry and rays --------------------------------------------------------------------------
 

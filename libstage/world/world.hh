@@ -24,9 +24,9 @@
 namespace Stg {
 
 class Worldfile;
+class Host;
 class WorldEngine;
 class Option;
-class Placement;
 class StateExchange;
 class Visualizer;
 struct RunStatistics;
@@ -278,15 +278,9 @@ class World : public Ancestor {
   virtual void RemoveModel(Model* mod);
   void AddModelName(Model* mod, const std::string& name);
   WorldEngine& engine() { return *engine_; }
+  Host& host() { return *host_; }
   /// For those who call callbacks, which may delete the world.
-  const std::shared_ptr<WorldEngine>& ShareEngine() const { return engine_; }
-  internal::sensing::Scene& scene();
-  Placement& placement();
-  void ScheduleUpdate(Model* mod, usec_t delay, uint64_t chain);
-  void QueueUpdateCallbacks(Model* mod);
-  void QueueSensed(Model* mod);
-  void StartMoving(Model* mod);
-  void StopMoving(Model* mod);
+  std::shared_ptr<Host> ShareHost() const;
   void EnableEnergy(Model* mod);
   void DisableEnergy(Model* mod);
   EnergyTotals& energy_totals() { return energy_totals_; }
@@ -296,15 +290,6 @@ class World : public Ancestor {
   Model* FindModel(uint32_t id) const;
   /// The same in all listed worlds, the oldest first.
   static Model* FindModelOfAny(uint32_t id);
-  /// The number of one more model.
-  uint32_t NextModelId();
-  void NoteHiddenFromRangers(Model* mod);
-  void ForgetRays(const Model* mod);
-  /// Traces the rays that are waiting in the batch. To be called before anything changes that they
-  /// may meet, and before callbacks: rays meet the world as it was when the sensor updated, batch
-  /// or no batch.
-  void FinishRays();
-  bool IsLoading() const;
   /// What it comes to in this world.
   bool IsExact(RayModel model) const;
   /// Draws the bodies for the exact ray model, from now on, if it is not done yet.
@@ -331,11 +316,7 @@ class World : public Ancestor {
   void CheckOutlines(const std::vector<Model*>& models);
   void CallUpdateCallbacks();
   void Step(WorldEngine& engine, uint64_t life);
-  void CallModelCallbacks();
-  void RunDueEvents();
-  void RunDueEvent(size_t index);
   void FinishSensing();
-  void MoveModels();
   void UpdateEnergy();
   void UpdateTrails();
   void PrintClock();
@@ -371,6 +352,7 @@ class World : public Ancestor {
   static std::vector<World*> ListedWorlds();
 
   std::shared_ptr<WorldEngine> engine_;
+  Host* const host_;  // the same
   RunOptions options_;
   const double default_ppm_;
   std::vector<LogEntry> log_;

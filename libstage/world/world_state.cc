@@ -19,7 +19,7 @@ uint64_t World::StateHash() const {
 }
 
 void World::ExchangeState(StateExchange& exchange) {
-  FinishRays();
+  engine_->TraceBatch();
   exchange(sim_time, updates, sim_interval, random_);
   Ancestor::ExchangeState(exchange);
   exchange.Expect(engine_->models.size(), "the number of models");

@@ -30,7 +30,8 @@ ALLOWED = {
     "sensing": "messages threads kernels geometry grid",
     "models": "messages geometry worldfile grid sensing",
     "world": "config messages threads geometry worldfile grid sensing models",
-    "face": "config messages geometry worldfile models world",
+    "insight": "geometry models world",
+    "face": "config messages geometry worldfile models world insight",
     "libstage_cl": "grid sensing",
     "gui/view": "geometry worldfile models world",
     "gui/draw": "messages geometry sensing models world gui/view",
@@ -45,12 +46,6 @@ BACK = {
         "actuator blinkenlight block blobfinder bumper camera energy_charts fiducial gripper "
         "log_entry model model_extras model_load model_state model_tree position power_pack ranger watch wifi",
         "Stage's interface wants models to know their world, and the world its models"),
-    ("models", "world/engine.hh"): (
-        "block blobfinder bumper camera energy_charts fiducial gripper model model_load ranger "
-        "watch wifi",
-        "what models need of their world's engine has no narrow interface yet"),
-    ("models", "world/controller.hh"): (
-        "model model_load", "models load the controllers that their files name"),
     ("face", "window/world_gui.hh"): (
         "stage", "clients get the window with <stage.hh>, where it has been built"),
 }

@@ -2,7 +2,7 @@
 //
 // Callbacks on several threads: as if one after the other, whatever the list of models looks like.
 
-#include "world/callback_phase.hh"
+#include "world/phases/callback_phase.hh"
 
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ class Robots {
     seen_.clear();
     calls_ = 0;
     for (size_t i = 0; i < list.size();) {
-      const size_t count = phase_.Call(&list[i], list.size() - i, &workers);
+      const size_t count = phase_.CallTogether(&list[i], list.size() - i, &workers);
       *together += count;
       i += count;
       if (count > 0) continue;

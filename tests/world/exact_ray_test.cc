@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "models/block.hh"
+#include "models/host.hh"
 #include "sensing/scene.hh"
 #include "support/model_testing.hh"
 #include "support/random_source.hh"
@@ -351,7 +352,7 @@ TEST(ExactRays, SensorsChooseForThemselves) {
 TEST(ExactRays, CostNothingWhereNobodyWantsThem) {
   const std::string text =
       "model(size [4 4 1]) ranger(name \"lidar\" pose [5 0 0 0] sensor(samples 1 range [0 9]))\n";
-  const auto bytes = [](World* world) { return world->scene().grid.statistics().bytes; };
+  const auto bytes = [](World* world) { return world->host().scene.grid.statistics().bytes; };
   const std::unique_ptr<World> thin = LoadText(text),
                                exact = LoadText("ray_model \"exact\" " + text);
   FindRunning<ModelRanger>(*thin, "lidar");
@@ -360,8 +361,8 @@ TEST(ExactRays, CostNothingWhereNobodyWantsThem) {
   FindRunning<ModelRanger>(*exact, "lidar");
   Step(*thin);
   Step(*exact);
-  EXPECT_FALSE(thin->scene().exact_drawing);
-  EXPECT_TRUE(exact->scene().exact_drawing) << "since the first ray wanted it";
+  EXPECT_FALSE(thin->host().scene.exact_drawing);
+  EXPECT_TRUE(exact->host().scene.exact_drawing) << "since the first ray wanted it";
   EXPECT_GT(bytes(exact.get()), bytes(thin.get()));
 }
 

@@ -2,7 +2,7 @@
 //
 // The index of what fiducial finders may see.
 
-#include "world/fiducial_index.hh"
+#include "models/fiducial_index.hh"
 
 #include <cmath>
 #include <limits>

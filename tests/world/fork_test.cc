@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "models/host.hh"
 #include "support/model_testing.hh"
 #include "threads/worker_pool.hh"
 
@@ -106,7 +107,7 @@ TEST(Fork, InACallback) {
       [](Model*, void*) {
         good = InChild([] {
           // What is left of a step, by hand.
-          forked->FinishRays();
+          forked->host().TraceBatch();
           return true;
         });
         return 1;

@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "support/device.hh"
 #include "support/model_testing.hh"
 #include "support/sanitized.hh"
 
@@ -108,6 +109,34 @@ TEST_F(IndependentWorlds, ResetIsANewBeginning) {
       EXPECT_EQ(HashAfterRun(&world), anew[seed]) << file << " " << seed;
     }
   }
+}
+
+std::vector<std::string> ThreadsOfProcess() {
+  std::vector<std::string> threads;
+  for (const auto& entry : fs::directory_iterator("/proc/self/task"))
+    threads.push_back(entry.path().filename());
+  std::sort(threads.begin(), threads.end());
+  return threads;
+}
+
+TEST_F(IndependentWorlds, ResetKeepsTheDeviceAndTheThreads) {
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
+  const std::string file = std::string(std::getenv("STAGE_SOURCE_DIR")) + "/worlds/cave.world";
+  const uint64_t on_host = HashAlone(file, 1);
+  RunOptions options = OptionsOf(1, true);
+  options.opencl = options.always_on_device = true;
+  World world(options);
+  ASSERT_TRUE(world.Load(file));
+  EXPECT_EQ(HashAfterRun(&world), on_host);
+  const uint64_t sent = world.statistics().prefilter.bytes_sent;
+  const std::vector<std::string> threads = ThreadsOfProcess();
+  for (int i = 0; i < 3; i++) {
+    ASSERT_TRUE(world.Reset(1));
+    EXPECT_EQ(HashAfterRun(&world), on_host);
+    EXPECT_NE(world.statistics().device, "");
+  }
+  EXPECT_GT(world.statistics().prefilter.bytes_sent, sent) << "another device counts anew";
+  EXPECT_EQ(ThreadsOfProcess(), threads);
 }
 
 TEST_F(IndependentWorlds, ResetTakesTheFileAsItWasRead) {

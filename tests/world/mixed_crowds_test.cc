@@ -15,7 +15,7 @@
 #include "support/model_testing.hh"
 #include "support/sanitized.hh"
 #include "world/engine.hh"
-#include "world/move_phase.hh"
+#include "world/phases/move_phase.hh"
 
 namespace {
 

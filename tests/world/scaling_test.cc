@@ -31,7 +31,7 @@ void DeleteAll(World* world) {
 /// Each in a superregion of its own.
 TEST(Scaling, ScatteredBodiesAreEnteredAFewTimesEach) {
   const auto world = LoadText(Many("model", 30, ""));
-  const grid::Grid::Statistics statistics = world->scene().grid.statistics();
+  const grid::Grid::Statistics statistics = world->host().scene.grid.statistics();
   EXPECT_GT(statistics.superregions, kMany);
   // The directory doubles: 1 + 1/2 + 1/4 + ...
   EXPECT_LT(statistics.entered, 3 * statistics.superregions);

@@ -21,7 +21,7 @@
 #include "support/model_testing.hh"
 #include "threads/worker_pool.hh"
 #include "world/engine.hh"
-#include "world/move_phase.hh"
+#include "world/phases/move_phase.hh"
 
 namespace {
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "models/host.hh"
 #include "sensing/scene.hh"
 #include "support/model_testing.hh"
 
@@ -142,9 +143,9 @@ TEST(Loading, ManyTimesLeavesTheGridAsItWas) {
     world->UnLoad();
   };
   for (int i = 0; i < 5; i++) cycle();
-  const grid::Grid::Statistics before = world->scene().grid.statistics();
+  const grid::Grid::Statistics before = world->host().scene.grid.statistics();
   for (int i = 0; i < 50; i++) cycle();
-  const grid::Grid::Statistics after = world->scene().grid.statistics();
+  const grid::Grid::Statistics after = world->host().scene.grid.statistics();
   EXPECT_EQ(after.tiles, 0u);
   EXPECT_EQ(after.superregions, before.superregions);
   EXPECT_LE(after.bytes, before.bytes);

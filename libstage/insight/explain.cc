@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "world/explain.hh"
+#include "insight/explain.hh"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <map>
 
+#include "insight/sensor_kinds.hh"
 #include "models/block.hh"
 #include "models/camera.hh"
 #include "models/model_type.hh"
@@ -14,7 +15,6 @@
 #include "models/power_pack.hh"
 #include "models/ranger.hh"
 #include "world/engine.hh"
-#include "world/sensor_kinds.hh"
 #include "world/world.hh"
 
 namespace Stg {

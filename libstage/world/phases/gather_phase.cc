@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "world/gather_phase.hh"
+#include "world/phases/gather_phase.hh"
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 #include <typeinfo>
 #include <utility>
 
 #include "models/model_type.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
+#include "models/thrown.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -20,8 +22,46 @@ namespace {
 constexpr size_t kGrain = 32;
 }  // namespace
 
-size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* world,
-                           threads::WorkerPool* workers) {
+void GatherPhase::Run(World* world, WorldEngine* engine) {
+  std::vector<Scheduler::Event>& due = engine->due;
+  engine->scheduler.Take(world->SimTimeNow(), &due);
+  engine->sharing.Choose(engine->threads(), due.size() + engine->moving.size());
+  const bool batch = world->options().batch;
+  const bool shares = batch && engine->sharing.shares();
+  // By index: an update may delete models, which strikes out their events, or everything there is,
+  // which empties the list.
+  for (size_t i = 0; i < due.size();) {
+    const size_t updated =
+        shares ? UpdateTogether(due.data() + i, due.size() - i, world, engine->workers()) : 0;
+    if (updated == 0) {
+      RunEvent(engine, i);
+      if (!batch) engine->TraceBatch();
+    }
+    i += std::max<size_t>(updated, 1);
+  }
+  due.clear();
+}
+
+void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
+  const Scheduler::Event event = engine->due[index];
+  if (event.callback) {
+    engine->due[index] = Scheduler::Event();    // it is called once, even if it throws
+    engine->TraceBatch();                       // it may read what others sensed
+    std::optional<RandomScope> random_numbers;  // those of the world, without a model
+    if (event.model) random_numbers.emplace(&event.model->random_);
+    try {
+      event.callback(event.model, event.arg);
+    } catch (...) {
+      NoteThrower("an enqueued callback", nullptr, reinterpret_cast<void (*)()>(event.callback));
+      throw;
+    }
+  } else if (event.model && event.model->ExpectsUpdate(event.chain)) {
+    event.model->Update();
+  }
+}
+
+size_t GatherPhase::UpdateTogether(const Scheduler::Event* events, size_t count, World* world,
+                                   threads::WorkerPool* workers) {
   if (workers->threads() == 1) return 0;
   count = runs_.Find(count, [&] {
     return workers->FindFirst(count, [&](size_t i) { return !MayShare(events[i]); });
@@ -36,7 +76,7 @@ size_t GatherPhase::Update(const Scheduler::Event* events, size_t count, World* 
 }
 
 void GatherPhase::UpdatePrepared(World* world, threads::WorkerPool* workers) {
-  sensing::Scene& scene = world->scene();
+  sensing::Scene& scene = world->host().scene;
   ForEachBlock(workers, [this](Block* block) { Measure(block); });
   MakeRoom(&scene.batch);
   // All windows have their place before the first fan refers to one.
@@ -89,7 +129,7 @@ bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* w
     if (all != 0) wants.fetch_or(all, std::memory_order_relaxed);
   });
   // The first exact ray of all: all bodies have to be drawn for it, which changes the grid.
-  if ((wants & kExactRays) && !world->scene().exact_drawing) return false;
+  if ((wants & kExactRays) && !world->host().scene.exact_drawing) return false;
   FinishGettingReady(wants, world);
   return true;
 }
@@ -209,7 +249,7 @@ void GatherPhase::FillEntry(Entry* entry, const Block& block) {
   // As Model::Update() has it.
   entry->interval = entry->model->GetUpdateInterval();
   uint64_t& chain = entry->model->update_chain_;
-  entry->chain = chain = Scheduler::NextChain(chain);
+  entry->chain = chain = UpdateChain::Next(chain);
   entry->has_callbacks = entry->model->HasCallbacks(Model::CB_UPDATE);
 }
 
@@ -254,11 +294,13 @@ void GatherPhase::Queue(World* world, threads::WorkerPool* workers) {
         return block.same_interval && block.interval == blocks_[0].interval && !block.has_rests;
       });
   if (together) return QueueTogether(world, workers);
+  WorldEngine& engine = world->engine();
+  const usec_t now = world->SimTimeNow();
   for (const Entry& entry : entries_) {
     if (entry.kind == Kind::kNothing) continue;
-    if (entry.has_rest) world->QueueSensed(entry.model);
-    world->ScheduleUpdate(entry.model, entry.interval, entry.chain);
-    if (entry.has_callbacks) world->QueueUpdateCallbacks(entry.model);
+    if (entry.has_rest) engine.sensed.push_back(entry.model);
+    engine.ScheduleUpdate(entry.model, now + entry.interval, entry.chain);
+    if (entry.has_callbacks) engine.update_callbacks_due.push_back(entry.model);
   }
 }
 

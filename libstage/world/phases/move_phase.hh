@@ -8,8 +8,8 @@
 // nothing to say to each other; ranks follow one another. In a crowd there are some twenty ranks,
 // in the open one or two.
 
-#ifndef STAGE_WORLD_MOVE_PHASE_HH
-#define STAGE_WORLD_MOVE_PHASE_HH
+#ifndef STAGE_WORLD_PHASES_MOVE_PHASE_HH
+#define STAGE_WORLD_PHASES_MOVE_PHASE_HH
 
 #include <atomic>
 #include <cstdint>
@@ -18,11 +18,12 @@
 #include "models/block.hh"
 #include "sensing/scene.hh"
 #include "threads/worker_pool.hh"
-#include "world/run_finder.hh"
+#include "world/phases/run_finder.hh"
 
 namespace Stg {
 
 class ModelPosition;
+class WorldEngine;
 
 /// The ranks of rectangles of tiles that come one after the other.
 class TileRanks {
@@ -110,12 +111,15 @@ class MovePhase {
   /// Between steps.
   void EndStep() { runs_.EndStep(); }
   uint64_t looks() const { return runs_.looks(); }  ///< see RunFinder
-  /// Moves the first few of these models as if one after the other. Returns how many: up to one
-  /// that is on another model, or of a class of its own; 0 if it isn't worth while.
-  size_t Move(Model* const* models, size_t count, sensing::Scene* scene,
-              threads::WorkerPool* workers);
+  /// Moves all that asked for it. Callbacks among that may delete the world; who calls this shares
+  /// in the engine.
+  void Run(WorldEngine* engine);
 
  private:
+  /// Moves the first few of these models together, as if one after the other. Returns how many: up
+  /// to one that is on another model, or of a class of its own; 0 if it isn't worth while.
+  size_t MoveTogether(Model* const* models, size_t count, sensing::Scene* scene,
+                      threads::WorkerPool* workers);
   struct Plan {
     ModelPosition* model;  // if it moves
     bool moves, shared;    // it moves; beside others

@@ -2,13 +2,13 @@
 //
 // Sorting sensors into kinds: what explaining a world and measuring its costs have in common.
 
-#ifndef STAGE_WORLD_SENSOR_KINDS_HH
-#define STAGE_WORLD_SENSOR_KINDS_HH
+#ifndef STAGE_INSIGHT_SENSOR_KINDS_HH
+#define STAGE_INSIGHT_SENSOR_KINDS_HH
 
 #include <vector>
 
+#include "insight/explain.hh"
 #include "models/model.hh"
-#include "world/explain.hh"
 
 namespace Stg {
 

@@ -5,8 +5,8 @@
 //
 // "A step" is an average one: a model with an update interval of two steps counts half.
 
-#ifndef STAGE_WORLD_EXPLAIN_HH
-#define STAGE_WORLD_EXPLAIN_HH
+#ifndef STAGE_INSIGHT_EXPLAIN_HH
+#define STAGE_INSIGHT_EXPLAIN_HH
 
 #include <stddef.h>
 #include <stdint.h>

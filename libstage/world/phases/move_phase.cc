@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "world/move_phase.hh"
+#include "world/phases/move_phase.hh"
 
 #include <algorithm>
 #include <typeinfo>
@@ -8,6 +8,7 @@
 #include "models/actuator.hh"
 #include "models/position.hh"
 #include "sensing/scene.hh"
+#include "world/engine.hh"
 
 namespace Stg {
 
@@ -117,8 +118,21 @@ bool MovePhase::MayShare(const Model& model) {
   return type == typeid(ModelActuator) && static_cast<const ModelActuator&>(model).StaysStill();
 }
 
-size_t MovePhase::Move(Model* const* models, size_t count, sensing::Scene* scene,
-                       threads::WorkerPool* workers) {
+void MovePhase::Run(WorldEngine* engine) {
+  std::vector<Model*>& moving = engine->moving;
+  // By index: a callback of a model may change the list.
+  for (size_t i = 0; i < moving.size();) {
+    const size_t moved =
+        engine->sharing.shares()
+            ? MoveTogether(moving.data() + i, moving.size() - i, &engine->scene, engine->workers())
+            : 0;
+    if (moved == 0) moving[i]->Move();
+    i += std::max<size_t>(moved, 1);
+  }
+}
+
+size_t MovePhase::MoveTogether(Model* const* models, size_t count, sensing::Scene* scene,
+                               threads::WorkerPool* workers) {
   if (workers->threads() == 1 || scene->exact_drawing) return 0;
   count = runs_.Find(count, [&] {
     return workers->FindFirst(count, [&](size_t i) { return !MayShare(*models[i]); });

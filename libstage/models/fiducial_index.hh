@@ -3,8 +3,8 @@
 // What fiducial finders may see, so arranged that each of them looks only at what is near it; and
 // which finders there are.
 
-#ifndef STAGE_WORLD_FIDUCIAL_INDEX_HH
-#define STAGE_WORLD_FIDUCIAL_INDEX_HH
+#ifndef STAGE_MODELS_FIDUCIAL_INDEX_HH
+#define STAGE_MODELS_FIDUCIAL_INDEX_HH
 
 #include <cstdint>
 #include <vector>

@@ -2,8 +2,8 @@
 //
 // Which model has which name.
 
-#ifndef STAGE_WORLD_MODEL_NAMES_HH
-#define STAGE_WORLD_MODEL_NAMES_HH
+#ifndef STAGE_MODELS_MODEL_NAMES_HH
+#define STAGE_MODELS_MODEL_NAMES_HH
 
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@
 namespace Stg {
 
 class Model;
-class WorldEngine;
+class Host;
 
 /// The names that the models of a world have and have had. Models are kept by number: what names a
 /// model that is gone finds nobody, and is swept out with many others.
@@ -22,10 +22,10 @@ class ModelNames {
  public:
   /// The name is the model's from now on, whoever had it before.
   void Add(const Model* model, const std::string& name);
-  /// Null if no model of the engine's has it.
-  Model* Find(const std::string& name, const WorldEngine& engine) const;
-  /// To be called when a model has been taken out of the engine's.
-  void NoteRemoved(const WorldEngine& engine);
+  /// Null if no model of the host's has it.
+  Model* Find(const std::string& name, const Host& host) const;
+  /// To be called when a model has been taken out of the host's.
+  void NoteRemoved(const Host& host);
   void Clear();
   /// Calls f(std::string, uint32_t id) for all, in alphabetical order.
   template <typename F>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "world/sensor_kinds.hh"
+#include "insight/sensor_kinds.hh"
 
 #include <algorithm>
 #include <map>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "world/memory_budget.hh"
+#include "models/memory_budget.hh"
 
 #include <cmath>
 

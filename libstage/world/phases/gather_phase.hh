@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Updates models of the library's own types on several threads, with the very outcome of one after
-// the other.
+// Runs what is due in a step: updates of models, and callbacks that somebody has queued. Updates of
+// types that allow it are made on several threads, with the very outcome of one after the other.
 //
 // What may be done in another order, and why: an update of such a type changes the model itself,
 // the batch, and the lists of what is to come (the next update, callbacks, what follows sensing).
@@ -16,8 +16,8 @@
 //
 // What each model adds to the batch is counted first; then each fills in its own room there.
 
-#ifndef STAGE_WORLD_GATHER_PHASE_HH
-#define STAGE_WORLD_GATHER_PHASE_HH
+#ifndef STAGE_WORLD_PHASES_GATHER_PHASE_HH
+#define STAGE_WORLD_PHASES_GATHER_PHASE_HH
 
 #include <cstdint>
 #include <span>
@@ -27,10 +27,12 @@
 #include "sensing/batch.hh"
 #include "sensing/fan_list.hh"
 #include "threads/worker_pool.hh"
-#include "world/run_finder.hh"
+#include "world/phases/run_finder.hh"
 #include "world/scheduler.hh"
 
 namespace Stg {
+
+class WorldEngine;
 
 class GatherPhase {
  public:
@@ -39,12 +41,16 @@ class GatherPhase {
   /// Between steps.
   void EndStep() { runs_.EndStep(); }
   uint64_t looks() const { return runs_.looks(); }  ///< see RunFinder
-  /// Updates the models of the first few of these events. Returns how many events that was: up to
-  /// one that is something else; 0 if it isn't worth while.
-  size_t Update(const Scheduler::Event* events, size_t count, World* world,
-                threads::WorkerPool* workers);
+  /// Everything that is due at the world's present time. Callbacks among it may delete the world;
+  /// who calls this shares in the engine.
+  void Run(World* world, WorldEngine* engine);
 
  private:
+  static void RunEvent(WorldEngine* engine, size_t index);
+  /// Updates the models of the first few of these events together. Returns how many events that
+  /// was: up to one that is something else; 0 if it isn't worth while.
+  size_t UpdateTogether(const Scheduler::Event* events, size_t count, World* world,
+                        threads::WorkerPool* workers);
   /// Positions and rangers, of which there are many, have shorter ways than the others.
   enum class Kind : uint8_t { kNothing, kPosition, kRanger, kOther };
   struct Entry {

@@ -11,6 +11,7 @@
 #include <malloc.h>
 #endif
 
+#include "insight/sensor_kinds.hh"
 #include "models/block.hh"
 #include "models/fiducial.hh"
 #include "models/gripper.hh"
@@ -20,7 +21,6 @@
 #include "models/ranger.hh"
 #include "models/state_exchange.hh"
 #include "world/engine.hh"
-#include "world/sensor_kinds.hh"
 #include "world/world.hh"
 
 namespace Stg {
@@ -78,7 +78,7 @@ class World::Gauge {
  public:
   explicit Gauge(World& world)
       : world_(world), engine_(*world.engine_), statistics_(engine_.tracer.statistics()) {
-    world_.FinishRays();
+    world_.host().TraceBatch();
     engine_.scheduler.Swap(scheduler_);
     engine_.tracer.ForcePath(sensing::BatchTracer::Path::kHost);
   }

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "world/callback_phase.hh"
+#include "world/phases/callback_phase.hh"
 
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
 
 #include "models/thrown.hh"
+#include "world/engine.hh"
 
 namespace Stg {
 
@@ -14,8 +15,22 @@ namespace {
 constexpr size_t kGrain = 8;
 }  // namespace
 
-size_t CallbackPhase::Call(Model* const* models, size_t count, threads::WorkerPool* workers,
-                           const std::function<void()>& beside) {
+void CallbackPhase::Run(WorldEngine* engine) {
+  std::vector<Model*>& due = engine->update_callbacks_due;
+  const auto send_ahead = [engine] { engine->tracer.SendAhead(); };
+  // By index: a callback may delete models, which strikes them out, and update others.
+  for (size_t i = 0; i < due.size();) {
+    const size_t called = engine->sharing.shares() ? CallTogether(due.data() + i, due.size() - i,
+                                                                  engine->workers(), send_ahead)
+                                                   : 0;
+    if (called == 0 && due[i]) due[i]->CallCallbacks(Model::CB_UPDATE);
+    i += std::max<size_t>(called, 1);
+  }
+  due.clear();
+}
+
+size_t CallbackPhase::CallTogether(Model* const* models, size_t count, threads::WorkerPool* workers,
+                                   const std::function<void()>& beside) {
   if (workers->threads() == 1) return 0;
   count = runs_.Find(count, [&] { return FindGroups(models, count, workers); });
   if (count == 0) return 0;

@@ -2,8 +2,8 @@
 //
 // How much memory a world file may ask for.
 
-#ifndef STAGE_WORLD_MEMORY_BUDGET_HH
-#define STAGE_WORLD_MEMORY_BUDGET_HH
+#ifndef STAGE_MODELS_MEMORY_BUDGET_HH
+#define STAGE_MODELS_MEMORY_BUDGET_HH
 
 #include <cstddef>
 #include <limits>

@@ -9,8 +9,8 @@
 //   what is worth it is measured: the first run of a step has to keep one thread busy for longer
 //   than waking others takes, at a guess that favours sharing; each further one for longer by far.
 
-#ifndef STAGE_WORLD_RUN_FINDER_HH
-#define STAGE_WORLD_RUN_FINDER_HH
+#ifndef STAGE_WORLD_PHASES_RUN_FINDER_HH
+#define STAGE_WORLD_PHASES_RUN_FINDER_HH
 
 #include <algorithm>
 #include <chrono>

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/host.hh"
+
+#include <algorithm>
+#include <utility>
+
+namespace Stg {
+
+namespace {
+bool IsBefore(const Model* model, uint32_t id) { return model->GetId() < id; }
+}  // namespace
+
+Model* Host::FindModel(uint32_t id) const {
+  const auto found = std::lower_bound(models.begin(), models.end(), id, IsBefore);
+  return found != models.end() && (*found)->GetId() == id ? *found : nullptr;
+}
+
+void Host::FinishRaysOf(const Model* finder) {
+  // The whole batch, so that the other sensors' readings are not lost.
+  const auto& fans = scene.batch.fans();
+  if (std::ranges::any_of(fans, [&](const sensing::Fan& fan) { return fan.finder == finder; }))
+    TraceBatch();
+}
+
+void Host::Insert(std::vector<Model*>* list, Model* model) {
+  const auto place = std::lower_bound(list->begin(), list->end(), model->GetId(), IsBefore);
+  if (place == list->end() || *place != model) list->insert(place, model);
+}
+
+void Host::Erase(std::vector<Model*>* list, const Model* model) {
+  const auto place = std::lower_bound(list->begin(), list->end(), model->GetId(), IsBefore);
+  if (place != list->end() && *place == model) list->erase(place);
+}
+
+void Host::KeepForNow(std::list<std::shared_ptr<void>> data) noexcept {
+  orphans_.splice(orphans_.end(), data);  // takes no memory
+}
+
+void Host::LetOrphansGo() {
+  if (!IsIdle()) return;
+  // What is freed may free more.
+  const std::list<std::shared_ptr<void>> gone = std::exchange(orphans_, {});
+}
+
+}  // namespace Stg
