@@ -87,9 +87,19 @@ typedef struct {
 
 RAY_FUNCTION ray_long ray_product(int a, int b) { return (ray_long)a * (ray_long)b; }
 
+/* Where (x, y) lies in its square of 2^shift by 2^shift, row by row. A cell in its tile, which is
+ * the bit of it, and a tile in its region: 3; a region in its superregion: 4. */
+RAY_FUNCTION int ray_place(int x, int y, int shift) {
+  const int mask = (1 << shift) - 1;
+  return (x & mask) | ((y & mask) << shift);
+}
+
+#define RAY_HASH_X 0x9e3779b1u
+#define RAY_HASH_Y 0x85ebca77u
+#define RAY_HASH_SHIFT 15
 RAY_FUNCTION ray_uint ray_hash(int x, int y) {
-  ray_uint h = (ray_uint)x * 0x9e3779b1u ^ (ray_uint)y * 0x85ebca77u;
-  return h ^ (h >> 15);
+  ray_uint h = (ray_uint)x * RAY_HASH_X ^ (ray_uint)y * RAY_HASH_Y;
+  return h ^ (h >> RAY_HASH_SHIFT);
 }
 
 /* Index of the superregion (x, y), or 0. */
@@ -209,11 +219,11 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ra
     if (first | (rx ^ region_x) | (ry ^ region_y)) {
       if (first | (((rx ^ region_x) | (ry ^ region_y)) >> 4))
         super = ray_find_super(grid, x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
-      region = super ? grid->regions[super * 256 + (ray_uint)(((ry & 15) << 4) | (rx & 15))] : 0;
+      region = super ? grid->regions[super * 256 + (ray_uint)ray_place(rx, ry, 4)] : 0;
       tile_map = region ? grid->tile_maps[region] : 0;
       region_x = rx;
       region_y = ry;
-      if (first && ray->reported) seen = (ray_ulong)1 << ((x & 7) | ((y & 7) << 3));
+      if (first && ray->reported) seen = (ray_ulong)1 << ray_place(x, y, 3);
       first = 0;
     }
 
@@ -223,7 +233,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ra
       to_y = v + 1 + ray_cells_left(y, sy, shift);
       in_x = ray_product((to_x << 16) - ox, ady) < ray_product((to_y << 16) - oy, adx) ? -1 : 0;
     } else {
-      int t = ((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3);
+      int t = ray_place(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT, 3);
       int left_x = ray_cells_left(x, sx, RAY_TILE_SHIFT);
       int left_y = ray_cells_left(y, sy, RAY_TILE_SHIFT);
       ray_long e, in; /* in: in_x in 64 bits, so that e waits for nothing else */
@@ -234,7 +244,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ra
         seen = 0;
         if (word != 0) {
           /* From cell to cell, to the edge of the tile. */
-          int bit = (x & 7) | ((y & 7) << 3);
+          int bit = ray_place(x, y, 3);
           e = ray_product(((u + 1) << 16) - ox, ady) - ray_product(((v + 1) << 16) - oy, adx);
           u += left_x;
           v += left_y;

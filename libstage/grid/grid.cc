@@ -357,7 +357,7 @@ uint32_t Grid::FindRegion(int32_t x, int32_t y) const {
   view.directory_mask = static_cast<uint32_t>(directory_.size() - 1);
   const uint32_t super = ray_find_super(&view, x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
   if (super == 0) return 0;
-  const int32_t place = (((y >> RAY_REGION_SHIFT) & 15) << 4) | ((x >> RAY_REGION_SHIFT) & 15);
+  const int32_t place = ray_place(x >> RAY_REGION_SHIFT, y >> RAY_REGION_SHIFT, 4);
   return region_tables_[super * kRegionsPerSuper + static_cast<uint32_t>(place)];
 }
 
@@ -369,7 +369,7 @@ uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
   region = free_regions_.back();
   free_regions_.pop_back();
   const int32_t rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
-  const uint32_t place = static_cast<uint32_t>(((ry & 15) << 4) | (rx & 15));
+  const uint32_t place = static_cast<uint32_t>(ray_place(rx, ry, 4));
   regions_[region] = {super, place, 0};
   own_edit_.empty_regions++;
   region_tables_[super * kRegionsPerSuper + place] = region;

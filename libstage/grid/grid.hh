@@ -228,7 +228,7 @@ class Grid {
   std::size_t region_count() const { return regions_.size(); }
   /// A cell's tile in its region, and its bit in the tile.
   static uint32_t TileOf(int32_t x, int32_t y) {
-    return static_cast<uint32_t>(((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3));
+    return static_cast<uint32_t>(ray_place(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT, 3));
   }
   static uint32_t BitOf(int32_t x, int32_t y) { return TilePart::BitOf(x, y); }
 

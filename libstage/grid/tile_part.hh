@@ -24,7 +24,7 @@ struct TilePart {
 
   /// A cell's bit in its tile.
   static uint32_t BitOf(int32_t x, int32_t y) {
-    return static_cast<uint32_t>((x & 7) | ((y & 7) << 3));
+    return static_cast<uint32_t>(ray_place(x, y, 3));
   }
   bool SameTile(const TilePart& o) const { return x == o.x && y == o.y; }
   /// The order in which parts are kept.

@@ -123,10 +123,11 @@ class World::Survey {
   void TakeRanger(const ModelRanger& ranger) {
     const bool runs = ranger.HasSubscribers();
     const double per_step = UpdatesPerStep(ranger, world_.sim_interval);
-    const double frame = (ranger.GetGlobalPose() + ranger.GetGeom().pose).z;
+    const Pose frame = ranger.SensorFrame(ranger.GetGlobalPose());
+    const SineCosine turn = SinCos(frame.a);
     for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
       s_.memory.models += sizeof sensor;
-      const double z = frame + sensor.pose.z + sensor.size.z / 2.0;
+      const double z = ModelRanger::OriginOf(sensor, frame, turn).z;
       if (sensor.sample_count == 0 || !(sensor.range.max > 0) || std::isnan(z)) continue;
       SensedHeight& height = heights_[z];
       (runs ? height.sensors : height.idle_sensors)++;

@@ -215,13 +215,17 @@ Pose ModelRanger::OriginOf(const Sensor& sensor, const Pose& frame, const SineCo
               normalize(frame.a + p.a));
 }
 
-sensing::Fan ModelRanger::MakeFan(const Sensor& sensor, uint32_t index) const {
+sensing::Fan ModelRanger::FanOf(uint32_t index, const Pose& frame, const SineCosine& turn) const {
+  const Sensor& sensor = sensors_[index];
   sensing::Fan fan;
   fan.predicate = StopsRanger;
   fan.finder = this;
   fan.sink = const_cast<ModelRanger*>(this);
   fan.tag = index;
   fan.record.first_direction = sensor.first_direction_;
+  fan.exact = world->IsExact(sensor.ray_model);
+  sensing::PlaceFan(&fan, OriginOf(sensor, frame, turn), sensor.Reach(), scene().cells_per_metre);
+  if (!fan.nothing) fan.layer = scene().grid.FindRangerLayer(fan.z, fan.z_test, fan.exact);
   return fan;
 }
 
@@ -244,10 +248,8 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame, cons
   Prepare(sensor, index);
   if (sensor->sample_count == 0) return;
   sensor->FindTable(&scene().tables);
-  sensing::Fan fan = MakeFan(*sensor, index);
-  fan.exact = world->IsExact(sensor->ray_model);
-  if (fan.exact) world->DrawForExactRays();
-  PlaceFan(&fan, *sensor, frame, turn);
+  if (world->IsExact(sensor->ray_model)) world->DrawForExactRays();
+  const sensing::Fan fan = FanOf(index, frame, turn);
   if (!sensor->HasAngleNoise()) return fans->Add(fan, sensor->sample_count);
   static thread_local std::vector<double> bearings;  // for its memory
   bearings.clear();
@@ -255,13 +257,6 @@ void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame, cons
     bearings.push_back(bearing + sensor->Increment() * sensor->angle_noise * 0.5 *
                                      UniformError(&sensor->random_));
   fans->Add(fan, bearings);
-}
-
-/// Its layer is kNoLayer if that is still to be made.
-void ModelRanger::PlaceFan(sensing::Fan* fan, const Sensor& sensor, const Pose& frame,
-                           const SineCosine& turn) const {
-  sensing::PlaceFan(fan, OriginOf(sensor, frame, turn), sensor.Reach(), scene().cells_per_metre);
-  if (!fan->nothing) fan->layer = scene().grid.FindRangerLayer(fan->z, fan->z_test, fan->exact);
 }
 
 // ---- an update in parts -------------------------------------------------------------------------
@@ -309,9 +304,7 @@ bool ModelRanger::FillUpdate(sensing::BatchShare first) const {
   for (uint32_t i = 0; i < sensors_.size(); i++) {
     const Sensor& sensor = sensors_[i];
     if (sensor.sample_count == 0) continue;
-    sensing::Fan fan = MakeFan(sensor, i);
-    fan.exact = world->IsExact(sensor.ray_model);
-    PlaceFan(&fan, sensor, frame, turn);
+    const sensing::Fan fan = FanOf(i, frame, turn);
     layers_found &= fan.layer != grid::kNoLayer;
     scene().batch.Put(first.fans++, fan, first.rays, sensor.sample_count,
                       root->windows_->of[fan.exact].window);

@@ -88,6 +88,10 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   /// One for each `sensor` section, in file order.
   const std::vector<Sensor>& GetSensors() const { return sensors_; }
   std::vector<Sensor>& GetSensorsMutable() { return sensors_; }
+  /// The rays that a sensor casts when its frame is there (see SensorFrame(); `turn`: its
+  /// heading's), all but their directions. Their layer is kNoLayer if the grid has none for them
+  /// yet.
+  internal::sensing::Fan FanOf(uint32_t sensor, const Pose& frame, const SineCosine& turn) const;
   /// Where the sensors' poses count from while the ranger is at `global`.
   Pose SensorFrame(const Pose& global) const { return global + geom.pose; }
   /// Where the rays of a sensor begin. `turn`: of the frame's heading, which all sensors share.
@@ -124,9 +128,6 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   bool FillUpdate(internal::sensing::BatchShare first) const;
 
   void Prepare(Sensor* sensor, uint32_t index);
-  internal::sensing::Fan MakeFan(const Sensor& sensor, uint32_t index) const;
-  void PlaceFan(internal::sensing::Fan* fan, const Sensor& sensor, const Pose& frame,
-                const SineCosine& turn) const;
   void AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn,
               internal::sensing::FanList* fans);
   void ExpectHits(uint32_t tag) const override;

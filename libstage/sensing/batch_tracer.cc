@@ -53,12 +53,28 @@ bool BatchTracer::KeepPrefilter(bool always) {
 void BatchTracer::Trace() {
   RayBatch& batch = scene_.batch;
   batch.Close(scene_.tables);
+  if (observed_.observer) RecordObserved();
   const bool can = prefilter_ && batch.FitsDevice();
   const bool choosing = can && path_ == Path::kFaster;
   const bool on_device =
       can && (choosing ? chooser_.UseDevice(batch.ray_count()) : path_ == Path::kDevice);
   if (!(choosing && chooser_.IsProbe() && TraceWithProbe(on_device))) TraceAll(on_device, choosing);
   Drop();
+}
+
+void BatchTracer::RecordObserved() const {
+  const RayBatch& batch = scene_.batch;
+  const Tracer tracer(scene_.grid);
+  for (const Fan& fan : batch.fans()) {
+    if (fan.finder != observed_.finder || fan.tag != observed_.tag) continue;
+    if (observed_.sample >= fan.record.samples) continue;
+    RayRecord record;
+    record.sample = observed_.sample;
+    tracer.Record(fan,
+                  {batch.DirectionsOf(fan)[observed_.sample], batch.TurnsOf(fan)[observed_.sample]},
+                  batch.WindowOf(fan), &record);
+    observed_.observer->TakeRecord(record);
+  }
 }
 
 void BatchTracer::Drop() noexcept {

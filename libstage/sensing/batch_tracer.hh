@@ -46,6 +46,12 @@ class BatchTracer {
   /// are until the next batch. Sends a device that is in use what has changed so far.
   void SendAhead();
 
+  /// Before a batch is traced that has a ray of this finder, tag and sample, the observer gets its
+  /// record. Null: nobody wants any.
+  void Observe(const Model* finder, uint32_t tag, uint32_t sample, RayObserver* observer) {
+    observed_ = {finder, tag, sample, observer};
+  }
+
   const TraceStatistics& statistics() const { return statistics_; }
   /// That it took so far, of the wall clock.
   double seconds() const { return statistics_.prefilter_seconds + statistics_.trace_seconds; }
@@ -58,6 +64,7 @@ class BatchTracer {
   };
   class Probe;
 
+  void RecordObserved() const;
   void TraceAll(bool on_device, bool choosing);
   bool TraceWithProbe(bool probe_device);
   void TraceProbe(const Probe& probe, bool probe_device);
@@ -80,6 +87,11 @@ class BatchTracer {
   PathChooser chooser_;
   Path path_ = Path::kFaster;
   bool device_in_use_ = false;  // the last batch was there
+  struct Observed {
+    const Model* finder = nullptr;
+    uint32_t tag = 0, sample = 0;
+    RayObserver* observer = nullptr;
+  } observed_;
   TraceStatistics statistics_;
 };
 

@@ -5,20 +5,11 @@
 #include <cstdlib>
 
 #include "sensing/free_box.hh"
+#include "sensing/middle.hh"
 
 namespace Stg::internal::sensing {
 
 namespace {
-
-/// Two numbers that the processor handles at once: what x86-64 and AArch64 all have.
-typedef double Pair __attribute__((vector_size(16)));
-
-Pair Larger(Pair a, Pair b) { return a > b ? a : b; }
-Pair Smaller(Pair a, Pair b) { return a < b ? a : b; }
-
-/// To divide by instead of 0 on an axis along which the ray doesn't go. There the start lies within
-/// the cell, so that the border behind it comes out far back, and the one ahead far on.
-constexpr double kNearlyNothing = 1e-290;
 
 /// Fewer rays are taken faster one by one.
 constexpr uint32_t kFewestForLanes = 4;
@@ -133,7 +124,7 @@ void FirstHits::SetPassage(uint32_t i, const FanRecord& fan, Step step) {
   along_[i] = dy == 0 ? kNearlyNothing : std::abs(dy);
 }
 
-/// Something to reckon with, of which comes 1.
+/// Its middle comes out as 1, which is the end of the ray.
 void FirstHits::SetNoPassage(uint32_t i) { in_x_[i] = in_y_[i] = across_[i] = along_[i] = 1; }
 
 /// What is in the cells of the hits, which have been prefetched.
@@ -164,11 +155,7 @@ void FirstHits::FindMiddles(uint32_t count) {
     const auto pair = [i](double* numbers) -> Pair& {
       return *static_cast<Pair*>(static_cast<void*>(numbers + i));
     };
-    const Pair in_x = pair(in_x_), in_y = pair(in_y_), across = pair(across_), along = pair(along_);
-    const Pair in = Larger(Larger(in_x / across, in_y / along), Pair{0, 0});
-    const Pair out_x = (in_x + 65536.0) / across, out_y = (in_y + 65536.0) / along;
-    const Pair out = Smaller(Smaller(out_x, out_y), Pair{1, 1});
-    pair(middles_) = 0.5 * (in + out);
+    pair(middles_) = MiddlesOf(pair(in_x_), pair(in_y_), pair(across_), pair(along_));
   }
 }
 

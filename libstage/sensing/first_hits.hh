@@ -65,7 +65,7 @@ class FirstHits {
   grid::CellRef cells_[kAtOnce];
   grid::BodyList lists_[kAtOnce];
   alignas(16) double middles_[kAtOnce];
-  // Of the passage through the cell: see Passage in tracer.cc.
+  // Of the passage through the cell: see Passage in middle.hh.
   alignas(16) double in_x_[kAtOnce], in_y_[kAtOnce], across_[kAtOnce], along_[kAtOnce];
 };
 

@@ -72,7 +72,7 @@ class Surroundings {
       super_y_ = y >> kShift;
       super_ = ray_find_super(&grid_, super_x_, super_y_);
     }
-    const uint32_t place = static_cast<uint32_t>((y & 15) << 4 | (x & 15));
+    const uint32_t place = static_cast<uint32_t>(ray_place(x, y, 4));
     const uint32_t region = super_ ? grid_.regions[super_ * 256 + place] : 0;
     regions_[i][k] = region;
     const uint64_t map = region ? grid_.tile_maps[region] : 0;
@@ -83,7 +83,7 @@ class Surroundings {
   void Hide(int x, int y, uint64_t hidden) {
     const uint32_t bit = uint32_t{1} << x;
     if ((rows_[y] & bit) == 0) return;
-    const uint32_t tile = static_cast<uint32_t>((y & 7) << 3 | (x & 7));
+    const uint32_t tile = static_cast<uint32_t>(ray_place(x, y, 3));
     const uint64_t word = grid_.tiles[uint64_t{regions_[y >> 3][x >> 3]} * 64 + tile];
     if ((word & ~hidden) == 0) rows_[y] &= ~bit;
   }

@@ -3,50 +3,17 @@
 #include "sensing/tracer.hh"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "sensing/crossing.hh"
 #include "sensing/first_hits.hh"
+#include "sensing/middle.hh"
 
 namespace Stg::internal::sensing {
 
 namespace {
-
-/// The larger of two quotients of integers, with denominators of 0 or more; one that is divided by
-/// 0 does not count. Which is larger is told by their cross products, so that a single division is
-/// left; division rounds monotonically, so the result is that of dividing both.
-double LargerQuotient(int a, int across, int b, int along) {
-  const bool first = along == 0 || (across != 0 && ray_product(a, along) > ray_product(b, across));
-  return first ? double{1} * a / across : double{1} * b / along;
-}
-
-/// The same of the smaller one.
-double SmallerQuotient(int a, int across, int b, int along) {
-  return -LargerQuotient(-a, across, -b, along);
-}
-
-/// A ray in a cell, Q16: where it entered it, as offsets of the borders from its start, and the
-/// size of its displacement in x and y.
-struct Passage {
-  int in_x, in_y;
-  int across, along;
-};
-
-Passage PassageOf(const ray_t& ray) {
-  return {(ray.u << 16) - ray.ox, (ray.v << 16) - ray.oy, ray.adx, ray.ady};
-}
-
-/// Where along its leg the ray is halfway through the cell that it has reached: 0 start, 1 end. The
-/// ray as a whole ends at `end`. The outline that was hit lies anywhere in the cell, so its middle
-/// is the best guess.
-double MiddleOf(const Passage& p, double end = 1.0) {
-  if ((p.across | p.along) == 0) return 0.5 * end;
-  const double in = std::max(0.0, LargerQuotient(p.in_x, p.across, p.in_y, p.along));
-  const double out =
-      std::min(end, SmallerQuotient(p.in_x + 65536, p.across, p.in_y + 65536, p.along));
-  return 0.5 * (in + out);
-}
 
 /// First and last leg, of `legs`, that may touch the occupied box on one axis: those for which
 /// [start + k * step, start + (k + 1) * step] meets [low, high]. All in Q16.
@@ -83,15 +50,59 @@ LegRange LegsInBox(const Fan& fan, const ray_grid_t& view, int64_t x, int64_t y,
   return {std::max(first, 0.0), last};
 }
 
+using Answer = RayRecord::Answer;
+
+bool PassesAboveOrBelow(const Fan& fan, const grid::Body& body) {
+  return fan.z_test && (fan.z < body.z_min || fan.z > body.z_max);
+}
+
+/// Takes no notes of how a ray is traced: nothing is left of it in the code.
+struct NoNotes {
+  void Leg(double, const ray_t&) const {}
+  void Cell(const ray_t&) const {}
+  void Body(const grid::Body&, Answer, double = 0) const {}
+};
+
+/// Writes it down.
+class Notes {
+ public:
+  Notes(const ray_grid_t& view, const ray_window_t& window, RayRecord* record)
+      : view_(view), window_(window), record_(*record) {}
+
+  void Leg(double number, const ray_t& ray) const {
+    record_.legs.push_back({number, {}});
+    RecordWalk(view_, window_, ray, kMostSteps, &record_.legs.back().steps);
+  }
+  void Cell(const ray_t& ray) const {
+    const double number = record_.legs.back().number;
+    const double middle = number + MiddleOf(PassageOf(ray), record_.fan.legs - number);
+    record_.potential_hits.push_back(
+        {ray.x0 + ray.sx * ray.u, ray.y0 + ray.sy * ray.v, middle * record_.fan.leg_length, {}});
+  }
+  void Body(const grid::Body& body, Answer answer, double along = 0) const {
+    record_.potential_hits.back().questions.push_back(
+        {body.model, body.z_min, body.z_max, answer, along});
+  }
+
+ private:
+  static constexpr size_t kMostSteps = 65536;  // of a leg, which has at most half as many cells
+  const ray_grid_t& view_;
+  const ray_window_t& window_;
+  RayRecord& record_;
+};
+
 /// Visits the cells that a ray reaches until a body's predicate accepts it: the cell model.
+template <class Taking = NoNotes>
 class CellVisit {
  public:
-  CellVisit(const grid::Grid& grid, const Fan& fan) : grid_(grid), fan_(fan) {}
+  CellVisit(const grid::Grid& grid, const Fan& fan, const Taking& notes = {})
+      : grid_(grid), fan_(fan), notes_(notes) {}
 
   Model* hit() const { return hit_; }
 
   /// True ends the walk.
-  bool operator()(ray_t*, uint32_t region, uint32_t tile, uint32_t bit) {
+  bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t bit) {
+    notes_.Cell(*ray);
     return grid_.AnyAt(region, tile, bit, [this](grid::BodyId id) { return Accepts(id); });
   }
   bool operator()(grid::BodyList bodies) {
@@ -101,26 +112,34 @@ class CellVisit {
  private:
   bool Accepts(grid::BodyId id) {
     const grid::Body& body = grid_.body(id);
-    if (body.exact() || (fan_.z_test && (fan_.z < body.z_min || fan_.z > body.z_max))) return false;
-    if (!fan_.predicate(body.model, fan_.finder, fan_.arg)) return false;
-    hit_ = body.model;
-    return true;
+    if (body.exact()) return false;
+    if (PassesAboveOrBelow(fan_, body)) {
+      notes_.Body(body, Answer::kOtherHeight);
+      return false;
+    }
+    const bool accepted = fan_.predicate(body.model, fan_.finder, fan_.arg);
+    notes_.Body(body, accepted ? Answer::kAccepted : Answer::kRefused);
+    if (accepted) hit_ = body.model;
+    return accepted;
   }
 
   const grid::Grid& grid_;
   const Fan& fan_;
   Model* hit_ = nullptr;
+  [[no_unique_address]] const Taking notes_;
 };
 
 /// Visits the cells that a ray reaches and intersects it with the outlines that touch them, until
 /// no cell to come can hold a nearer crossing: the exact model.
+template <class Taking>
 class ExactVisit {
  public:
-  ExactVisit(const grid::Grid& grid, const Fan& fan, const Line& line)
+  ExactVisit(const grid::Grid& grid, const Fan& fan, const Line& line, const Taking& notes)
       : grid_(grid),
         fan_(fan),
         line_(line),
-        nearest_(std::nextafter(fan.range, std::numeric_limits<double>::infinity())) {}
+        nearest_(std::nextafter(fan.range, std::numeric_limits<double>::infinity())),
+        notes_(notes) {}
 
   Model* hit() const { return hit_; }
   double nearest() const { return nearest_; }
@@ -128,6 +147,7 @@ class ExactVisit {
 
   bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t bit) {
     if (PastLimits(*ray, ray->u, ray->v)) return true;  // a listed cell behind a hit
+    notes_.Cell(*ray);
     bool nearer = false;
     grid_.AnyAt(region, tile, bit, [&](grid::BodyId id) {
       nearer |= Offer(grid_.body(id));
@@ -141,14 +161,22 @@ class ExactVisit {
  private:
   /// Takes note of the body if the ray meets it first.
   bool Offer(const grid::Body& body) {
-    if (!body.exact() || (fan_.z_test && (fan_.z < body.z_min || fan_.z > body.z_max)))
-      return false;
-    if (PassesBy(line_, point_t(body.x, body.y), body.radius, nearest_)) return false;
+    if (!body.exact()) return false;
+    if (PassesAboveOrBelow(fan_, body)) return Decline(body, Answer::kOtherHeight);
+    if (PassesBy(line_, point_t(body.x, body.y), body.radius, nearest_))
+      return Decline(body, Answer::kMissed);
     const double along = FirstCrossing(line_, body.corners, body.edges);
-    if (!(along < nearest_) || !fan_.predicate(body.model, fan_.finder, fan_.arg)) return false;
+    if (!(along < nearest_)) return Decline(body, Answer::kMissed);
+    if (!fan_.predicate(body.model, fan_.finder, fan_.arg))
+      return Decline(body, Answer::kRefused, along);
+    notes_.Body(body, Answer::kAccepted, along);
     nearest_ = along;
     hit_ = body.model;
     return true;
+  }
+  bool Decline(const grid::Body& body, Answer answer, double along = 0) const {
+    notes_.Body(body, answer, along);
+    return false;
   }
 
   /// Cells that the ray enters behind the nearest crossing are of no interest any more.
@@ -168,6 +196,7 @@ class ExactVisit {
   double leg_start_ = 0;
   double nearest_;
   Model* hit_ = nullptr;
+  [[no_unique_address]] const Taking notes_;
 };
 
 }  // namespace
@@ -224,27 +253,66 @@ RayHit Tracer::Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bear
                      TraceCounters* counters) const {
   counters->rays++;
   if (fan.nothing) return {fan.range, nullptr};
+  const Walk walk = WalkOf(fan, view, bearing.direction, window, list, counters);
+  return fan.exact ? TraceExact(fan, walk, bearing.turn, NoNotes())
+                   : TraceCells(fan, walk, NoNotes());
+}
+
+Tracer::Walk Tracer::WalkOf(const Fan& fan, const ray_grid_t& view, const Direction& direction,
+                            const ray_window_t& window, const HitList& list,
+                            TraceCounters* counters) {
   const FanRecord& record = fan.record;
-  const Direction& direction = bearing.direction;
-  const Walk walk{view,
-                  window,
-                  list,
-                  ray_rotate_x(record.cosine, record.sine, direction.cosine, direction.sine),
-                  ray_rotate_y(record.cosine, record.sine, direction.cosine, direction.sine),
-                  counters};
-  return fan.exact ? TraceExact(fan, walk, bearing.turn) : TraceCells(fan, walk);
+  return {view,
+          window,
+          list,
+          ray_rotate_x(record.cosine, record.sine, direction.cosine, direction.sine),
+          ray_rotate_y(record.cosine, record.sine, direction.cosine, direction.sine),
+          counters};
+}
+
+namespace {
+
+uint32_t CountHidden(const ray_window_t& window) {
+  uint32_t cells = 0;
+  for (uint32_t i = 0; i < window.width * window.height; i++)
+    cells += static_cast<uint32_t>(std::popcount(window.tiles[i]));
+  return cells;
+}
+
+}  // namespace
+
+void Tracer::Record(const Fan& fan, const Bearing& bearing, const ray_window_t& window,
+                    RayRecord* record) const {
+  record->fan = fan;
+  record->direction = bearing.direction;
+  record->turn = bearing.turn;
+  record->hit = {fan.range, nullptr};
+  if (fan.nothing) return;
+  const ray_grid_t view = grid_.View(fan.layer);
+  TraceCounters counters;
+  const HitList none;
+  const Walk walk = WalkOf(fan, view, bearing.direction, window, none, &counters);
+  record->dx = walk.dx;
+  record->dy = walk.dy;
+  record->window_tiles = window.width * window.height;
+  record->hidden_cells = CountHidden(window);
+  const Notes notes(view, window, record);
+  record->hit =
+      fan.exact ? TraceExact(fan, walk, bearing.turn, notes) : TraceCells(fan, walk, notes);
 }
 
 /// Legs join without rounding: each begins where the one before has ended.
-RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk) const {
+template <class Taking>
+RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk, const Taking& notes) const {
   const int64_t start_x = StartX(fan), start_y = StartY(fan);
-  CellVisit visit(grid_, fan);
+  CellVisit<Taking> visit(grid_, fan, notes);
   ray_t ray;
   const LegRange legs = LegsInBox(fan, walk.view, start_x, start_y, walk.dx, walk.dy);
   for (double k = legs.first; k <= legs.last; k += 1.0) {
     const int64_t x = start_x + static_cast<int64_t>(k) * walk.dx;
     const int64_t y = start_y + static_cast<int64_t>(k) * walk.dy;
     Begin(&ray, walk, x, y);
+    notes.Leg(k, ray);
     Follow(walk, &ray, &visit);
     if (visit.hit())
       return {(k + MiddleOf(PassageOf(ray), fan.legs - k)) * fan.leg_length, visit.hit()};
@@ -254,7 +322,9 @@ RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk) const {
 
 /// Each leg begins on the true ray, so that the walk stays as near to it as the outlines' margin in
 /// the grid allows for, however far out it gets.
-RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn) const {
+template <class Taking>
+RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn,
+                          const Taking& notes) const {
   const SineCosine& heading = fan.heading;
   const Line line{fan.x,
                   fan.y,
@@ -263,7 +333,7 @@ RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& tu
   const int64_t start_x = StartX(fan), start_y = StartY(fan);
   const double leg_x = line.direction.cosine * fan.leg_cells * 65536.0;
   const double leg_y = line.direction.sine * fan.leg_cells * 65536.0;
-  ExactVisit visit(grid_, fan, line);
+  ExactVisit<Taking> visit(grid_, fan, line, notes);
   ray_t ray;
   const LegRange legs = LegsInBox(fan, walk.view, start_x, start_y, walk.dx, walk.dy);
   for (double k = legs.first; k <= legs.last; k += 1.0) {
@@ -271,6 +341,7 @@ RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& tu
     visit.BeginLeg(k);
     Begin(&ray, walk, start_x + static_cast<int64_t>(std::floor(k * leg_x)),
           start_y + static_cast<int64_t>(std::floor(k * leg_y)));
+    notes.Leg(k, ray);
     Follow(walk, &ray, &visit);
   }
   if (!visit.hit()) return {fan.range, nullptr};
@@ -349,7 +420,7 @@ class Tracer::Group {
     for (uint32_t i = 0; i < count; i++, ray++) {
       const grid::BodyList bodies = first_.Bodies(ray);
       if (bodies != known) {  // neighbouring rays mostly hit the same
-        CellVisit visit(tracer_.grid_, fan);
+        CellVisit<> visit(tracer_.grid_, fan);
         if (bodies != FirstHits::kNothing && !visit(bodies)) {
           GoOn(part, i, ray);
           continue;

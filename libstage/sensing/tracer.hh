@@ -10,6 +10,7 @@
 #include "sensing/batch.hh"
 #include "sensing/counters.hh"
 #include "sensing/prefilter.hh"
+#include "sensing/ray_record.hh"
 
 namespace Stg::internal::sensing {
 
@@ -33,6 +34,11 @@ class Tracer {
   RayHit Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
                const ray_window_t& window, const HitList& list, TraceCounters* counters) const;
 
+  /// The same, with notes of how it came to that: fills in all of *record but `sample`. The hit is
+  /// that of Trace(), of which each step is taken here too.
+  void Record(const Fan& fan, const Bearing& bearing, const ray_window_t& window,
+              RayRecord* record) const;
+
   /// All rays of some fans of the batch, into hits: those of the first fan, then those of the
   /// next. Fastest if they are of one robot, so that they look at the same cells.
   void TraceFans(const RayBatch& batch, const Fan* fans, uint32_t count, const HitLists& lists,
@@ -46,8 +52,13 @@ class Tracer {
   static void Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y);
   template <typename Visit>
   void Follow(const Walk& walk, ray_t* ray, Visit* visit) const;
-  RayHit TraceCells(const Fan& fan, const Walk& walk) const;
-  RayHit TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn) const;
+  static Walk WalkOf(const Fan& fan, const ray_grid_t& view, const Direction& direction,
+                     const ray_window_t& window, const HitList& list, TraceCounters* counters);
+  template <class Taking>
+  RayHit TraceCells(const Fan& fan, const Walk& walk, const Taking& notes) const;
+  template <class Taking>
+  RayHit TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn,
+                    const Taking& notes) const;
 
   const grid::Grid& grid_;
 };

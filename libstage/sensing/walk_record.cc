@@ -24,17 +24,18 @@ struct Ground {
 Ground GroundAt(const ray_grid_t& grid, const ray_window_t& window, int x, int y) {
   const ray_uint super = ray_find_super(&grid, x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
   if (super == 0) return {Kind::kSuper, RAY_SUPER_SHIFT, false};
-  const int rx = (x >> RAY_REGION_SHIFT) & 15, ry = (y >> RAY_REGION_SHIFT) & 15;
-  const ray_uint region = grid.regions[super * 256 + static_cast<ray_uint>((ry << 4) | rx)];
+  const ray_uint region =
+      grid.regions[super * 256 + static_cast<ray_uint>(
+                                     ray_place(x >> RAY_REGION_SHIFT, y >> RAY_REGION_SHIFT, 4))];
   const ray_ulong tile_map = region ? grid.tile_maps[region] : 0;
   if (tile_map == 0) return {Kind::kRegion, RAY_REGION_SHIFT, false};
-  const int t = ((x >> RAY_TILE_SHIFT) & 7) | (((y >> RAY_TILE_SHIFT) & 7) << 3);
+  const int t = ray_place(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT, 3);
   const ray_ulong word =
       (tile_map >> t) & 1
           ? ray_visible(&window, grid.tiles[region * 64 + static_cast<ray_uint>(t)], x, y)
           : 0;
   if (word == 0) return {Kind::kTile, RAY_TILE_SHIFT, false};
-  return {Kind::kCell, 0, ((word >> ((x & 7) | ((y & 7) << 3))) & 1) != 0};
+  return {Kind::kCell, 0, ((word >> ray_place(x, y, 3)) & 1) != 0};
 }
 
 /// Goes to the border of the square of 2^shift cells that the ray is in, as ray_next() does;

@@ -22,10 +22,10 @@ namespace {
 template <class Lanes>
 typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typename Lanes::V y) {
   using V = typename Lanes::V;
-  const V product = Lanes::Xor(Lanes::Multiply(x, Lanes::All(int32_t(0x9e3779b1u))),
-                               Lanes::Multiply(y, Lanes::All(int32_t(0x85ebca77u))));
+  const V product = Lanes::Xor(Lanes::Multiply(x, Lanes::All(int32_t(RAY_HASH_X))),
+                               Lanes::Multiply(y, Lanes::All(int32_t(RAY_HASH_Y))));
   const V low = Lanes::And(product, Lanes::All(0xffffffff));
-  const V hash = Lanes::Xor(low, Lanes::template Right<15>(low));
+  const V hash = Lanes::Xor(low, Lanes::template Right<RAY_HASH_SHIFT>(low));
   const ray_super_t& first = *grid.directory;
   constexpr int64_t kWords = sizeof first / sizeof first.index;
   const V slot =
@@ -551,7 +551,7 @@ class HitPlaces {
     return Lanes::Select(several, list, bodies);
   }
 
-  /// The bits of MiddleOf() (tracer.cc).
+  /// The bits of MiddleOf(), see middle.hh.
   D Middles(V u, V v) const {
     const V across = Lanes::Absolute(Load(rays_.dx)), along = Lanes::Absolute(Load(rays_.dy));
     const V in_x = Lanes::Subtract(Lanes::template Left<16>(u), Load(rays_.ox));

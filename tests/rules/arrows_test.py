@@ -30,14 +30,14 @@ ALLOWED = {
     "sensing": "messages threads kernels geometry grid",
     "models": "messages geometry worldfile grid sensing",
     "world": "config messages threads geometry worldfile grid sensing models",
-    "insight": "geometry models world",
+    "insight": "geometry models sensing world",
     "face": "config messages geometry worldfile models world insight",
     "libstage_cl": "grid sensing",
     "gui/view": "geometry worldfile models world",
     "gui/draw": "messages geometry sensing models world gui/view",
     "gui/offscreen": "files geometry worldfile models world gui/draw",
     "gui/window": "messages geometry worldfile models world face gui/view gui/draw gui/offscreen",
-    "tools": "messages files worldfile models world face gui/offscreen gui/window",
+    "tools": "messages files geometry worldfile models world insight face gui/offscreen gui/window",
 }
 
 # The arrows that point back: (room, header): who follows it, and why it is still there.

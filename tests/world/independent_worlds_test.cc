@@ -19,6 +19,7 @@
 #include "support/device.hh"
 #include "support/model_testing.hh"
 #include "support/sanitized.hh"
+#include "support/shipped_worlds.hh"
 
 namespace Stg {
 namespace {
@@ -26,17 +27,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kSteps = kSanitized ? 4 : 20;
-
-/// All worlds that the project ships, and one for each stock controller.
-std::vector<std::string> AllFiles() {
-  std::vector<std::string> files;
-  const fs::path root = std::getenv("STAGE_SOURCE_DIR");
-  for (const char* folder : {"worlds", "tests/data/controllers"})
-    for (const auto& entry : fs::directory_iterator(root / folder))
-      if (entry.path().extension() == ".world") files.push_back(entry.path().string());
-  std::sort(files.begin(), files.end());
-  return files;
-}
 
 RunOptions OptionsOf(uint64_t seed, bool listed) {
   RunOptions options;
@@ -62,7 +52,7 @@ class IndependentWorlds : public testing::Test {
 };
 
 TEST_F(IndependentWorlds, EightThreadsDisturbNobody) {
-  const std::vector<std::string> files = AllFiles();
+  const std::vector<std::string> files = ShippedWorlds();
   ASSERT_GT(files.size(), 10u);
   std::vector<uint64_t> alone;
   for (const std::string& file : files) alone.push_back(HashAlone(file, 5));
@@ -92,7 +82,7 @@ TEST_F(IndependentWorlds, EightThreadsDisturbNobody) {
 }
 
 TEST_F(IndependentWorlds, ResetIsANewBeginning) {
-  for (const std::string& file : AllFiles()) {
+  for (const std::string& file : ShippedWorlds()) {
     std::map<uint64_t, uint64_t> anew;
     for (const uint64_t seed : {1, 2}) anew[seed] = HashAlone(file, seed);
     World world(OptionsOf(1, true));

@@ -45,6 +45,12 @@ What you see
                        simulated and what is left out because nobody asks for it, what a step and
                        its memory will take (parts of a step are measured for 0.3 s), what
                        may pay; as JSON too with --stats
+  --explain-ray ROBOT:RANGER:SENSOR:SAMPLE@SECONDS
+                       run to that simulated time and say why that sample of a ranger reads what it
+                       reads: its fan, the cells of the walk, the bodies in them and what each
+                       answered, noise; as JSON too with --stats. RANGER is a name or a number
+                       from 0, and may be left out if the robot has one; SENSOR and SAMPLE are
+                       numbers from 0
   --stats FILE         at the end write figures about the run (robots, speed, rays, memory, where
                        the time went) to FILE as JSON; - for standard output. Like the other
                        outputs it replaces nothing but an earlier one of its kind

@@ -16,6 +16,7 @@
 #include "stage.hh"
 #include "stage/console.hh"
 #include "stage/explain.hh"
+#include "stage/explain_ray.hh"
 #include "stage/help.hh"
 #include "stage/interrupt.hh"
 #include "stage/options.hh"
@@ -77,6 +78,7 @@ int Main(int argc, char* argv[]) {
       PrintWhole(messages::PrintableLines(ListDevices(kOpenClPlugin)));
       return 0;
     case Options::Action::kExplain:
+    case Options::Action::kExplainRay:
     case Options::Action::kRun:
       break;
   }
@@ -87,7 +89,9 @@ int Main(int argc, char* argv[]) {
   World::ctrlargs = options.controller_args;
   ShowMessages();
   Init(&argc, &argv);
-  return options.action == Options::Action::kExplain ? Explain(options) : Run(options);
+  if (options.action == Options::Action::kExplain) return Explain(options);
+  if (options.action == Options::Action::kExplainRay) return ExplainRay(options);
+  return Run(options);
 }
 
 void Complain(const std::string& text, const char* advice = "") {

@@ -5,7 +5,6 @@
 #include <getopt.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -16,7 +15,7 @@
 #include <utility>
 
 #include "files/whole_file.hh"
-#include "worldfile/numbers.hh"
+#include "stage/parse_number.hh"
 
 namespace Stg::program {
 
@@ -44,6 +43,7 @@ enum Id : int {
   kProgress,
   kNoProgress,
   kExplain,
+  kExplainRay,
   kScreenshot,
   kRecord,
   kSize
@@ -58,6 +58,7 @@ constexpr option kLongOptions[] = {
     {"clock", optional_argument, nullptr, kClock},
     {"duration", required_argument, nullptr, kDuration},
     {"explain", optional_argument, nullptr, kExplain},
+    {"explain-ray", required_argument, nullptr, kExplainRay},
     {"gui", optional_argument, nullptr, kGui},
     {"help", optional_argument, nullptr, kHelp},
     {"no-batch", no_argument, nullptr, kNoBatch},
@@ -88,19 +89,6 @@ std::string NameOf(int id) {
   for (const option* o = kLongOptions; o->name; o++)
     if (o->val == id) return std::string("--") + o->name;
   return "";
-}
-
-/// All of the text has to be the number; no blanks, no sign in front of unsigned ones.
-template <typename Number>
-std::optional<Number> ParseNumber(std::string_view text) {
-  if constexpr (std::is_floating_point_v<Number>) {
-    return worldfile::ReadWholeFloat(text);
-  } else {
-    Number value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return value;
-  }
 }
 
 [[noreturn]] void Refuse(int id, const std::string& expected, const std::string& found) {
@@ -250,6 +238,9 @@ class Parser {
       case kExplain:
         SetExplain(value);
         break;
+      case kExplainRay:
+        SetExplainRay(value);
+        break;
       case kScreenshot:
         options_.pictures.shots.push_back(ParseShot(value));
         break;
@@ -280,6 +271,11 @@ class Parser {
       Refuse(kExplain, "nothing, or text, or json", value);
     if (options_.action == Options::Action::kRun) options_.action = Options::Action::kExplain;
     options_.explain_as_json = value == "json";
+  }
+
+  void SetExplainRay(const std::string& value) {
+    if (options_.action == Options::Action::kRun) options_.action = Options::Action::kExplainRay;
+    options_.explained_ray = value;
   }
 
   void SetDevice(const std::string& value) {

@@ -16,7 +16,7 @@
 namespace Stg::program {
 
 struct Options {
-  enum class Action { kRun, kExplain, kHelp, kVersion, kListDevices };
+  enum class Action { kRun, kExplain, kExplainRay, kHelp, kVersion, kListDevices };
 
   Action action = Action::kRun;
   bool no_gui = false;
@@ -25,6 +25,7 @@ struct Options {
   RunOptions run;
   std::string stats_file;  ///< empty: none; "-": standard output
   bool state_hash = false;
+  std::string explained_ray;     ///< with kExplainRay: see RayChoice
   bool explain_as_json = false;  ///< with kExplain; otherwise as a text
   std::optional<bool> progress;  ///< unset: shown where somebody is likely to look
   offscreen::Orders pictures;    ///< their times are known once all options are

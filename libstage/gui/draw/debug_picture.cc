@@ -10,7 +10,7 @@
 #include "models/block.hh"
 #include "models/ranger.hh"
 #include "sensing/scene.hh"
-#include "sensing/walk_record.hh"
+#include "sensing/tracer.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
 
@@ -85,8 +85,7 @@ class GridPicture {
 
 // ---- rays ---------------------------------------------------------------------------------------
 
-constexpr size_t kMostSteps = 4096;  // of a ray
-constexpr size_t kMostRays = 60;     // of a sensor; with more of them nothing can be told apart
+constexpr size_t kMostRays = 60;  // of a sensor; with more of them nothing can be told apart
 
 class RayPicture {
  public:
@@ -97,18 +96,15 @@ class RayPicture {
     if (const auto* ranger = dynamic_cast<const ModelRanger*>(&model)) {
       const Pose frame = ranger->SensorFrame(global);
       const SineCosine turn = SinCos(frame.a);
-      for (const ModelRanger::Sensor& sensor : ranger->GetSensors())
-        DrawFan(sensor, ModelRanger::OriginOf(sensor, frame, turn));
+      for (uint32_t i = 0; i < ranger->GetSensors().size(); i++)
+        DrawFan(ranger->GetSensors()[i], ranger->FanOf(i, frame, turn));
     }
     for (const Model* child : model.GetChildren())
       DrawTree(*child, model.ChildGlobalPose(global, *child));
   }
 
  private:
-  void DrawFan(const ModelRanger::Sensor& sensor, const Pose& origin) {
-    sensing::Fan fan;
-    fan.exact = world_.IsExact(sensor.ray_model);
-    sensing::PlaceFan(&fan, origin, sensor.Reach(), world_.Resolution());
+  void DrawFan(const ModelRanger::Sensor& sensor, sensing::Fan fan) {
     if (fan.nothing) return;
     grid::Grid& grid = world_.engine().scene.grid;
     fan.layer = grid.RangerLayer(fan.z, fan.z_test, fan.exact);
@@ -118,14 +114,16 @@ class RayPicture {
     const sensing::Window window = batch.MakeWindow(grid, own, root_.Root(), fan.exact);
     const ray_window_t hidden{batch.window_words().data() + window.first, window.x, window.y,
                               window.width, window.height};
-    z_ = fan.z;
-    // Nobody may listen to the sensor: then its rays are drawn to their ends.
-    const bool has_data = !sensor.ranges.empty() && sensor.bearings.size() == sensor.ranges.size();
-    const size_t count = has_data ? sensor.ranges.size() : sensor.sample_count;
+    const sensing::Tracer tracer(grid);
+    // Nobody may listen to the sensor: then it has no bearings yet.
+    const bool has_data = sensor.bearings.size() == sensor.sample_count;
+    const size_t count = sensor.sample_count;
     for (size_t i = 0; i < count; i += (count + kMostRays - 1) / kMostRays) {
       const double bearing = has_data ? sensor.bearings[i] : BearingOf(sensor, i);
-      DrawRay(fan, grid.View(fan.layer), hidden, sensing::MakeDirection(bearing),
-              has_data ? sensor.ranges[i] : sensor.Reach());
+      sensing::RayRecord record;
+      tracer.Record(fan, {sensing::MakeDirection(bearing), sensing::TurnOf(bearing)}, hidden,
+                    &record);
+      DrawRay(record);
     }
   }
 
@@ -134,28 +132,22 @@ class RayPicture {
     return sensing::SampleBearing(fov, sensor.sample_count, static_cast<uint32_t>(sample));
   }
 
-  /// The first leg: that is all of it but for very long rays.
-  void DrawRay(const sensing::Fan& fan, const ray_grid_t& view, const ray_window_t& window,
-               const sensing::Direction& direction, double reading) {
-    const sensing::FanRecord& r = fan.record;
-    const int dx = ray_rotate_x(r.cosine, r.sine, direction.cosine, direction.sine);
-    const int dy = ray_rotate_y(r.cosine, r.sine, direction.cosine, direction.sine);
-    ray_t ray;
-    ray_begin(&ray, &view, r.x, r.y, static_cast<int>(r.fraction & 0xffff),
-              static_cast<int>(r.fraction >> 16), dx, dy);
-    steps_.clear();
-    sensing::RecordWalk(view, window, ray, kMostSteps, &steps_);
-    const double end = reading / fan.leg_length;
+  void DrawRay(const sensing::RayRecord& record) {
+    z_ = record.fan.z;
+    for (const sensing::RayRecord::Leg& leg : record.legs) DrawLeg(record, leg);
+    for (const sensing::RayRecord::PotentialHit& cell : record.potential_hits) DrawCell(cell);
+  }
+
+  void DrawLeg(const sensing::RayRecord& record, const sensing::RayRecord::Leg& leg) {
+    const sensing::Fan& fan = record.fan;
+    const double end = record.hit.range / fan.leg_length - leg.number;
     const auto at = [&](double share) {
-      return point3_t(fan.x + share * dx / 65536.0 * cell_, fan.y + share * dy / 65536.0 * cell_,
-                      z_);
+      return point3_t(fan.x + (leg.number + share) * record.dx / 65536.0 * cell_,
+                      fan.y + (leg.number + share) * record.dy / 65536.0 * cell_, z_);
     };
-    for (const sensing::WalkStep& step : steps_) {
+    for (const sensing::WalkStep& step : leg.steps) {
       if (step.from > end) break;
-      if (step.kind == sensing::WalkStep::Kind::kHit) {
-        DrawHit(step, fan.leg_length, end);
-        continue;
-      }
+      if (step.kind == sensing::WalkStep::Kind::kHit) continue;
       painter_.SetColor(ColorOf(step.kind));
       painter_.Line(at(step.from), at(std::min(step.to, end)));
       if (step.kind != sensing::WalkStep::Kind::kCell && step.to <= end) {
@@ -165,11 +157,13 @@ class RayPicture {
     }
   }
 
-  void DrawHit(const sensing::WalkStep& step, double leg_length, double end) {
-    const bool stopped = std::fabs(end - step.from) * leg_length < 1.5 * cell_;
+  void DrawCell(const sensing::RayRecord::PotentialHit& cell) {
+    const bool stopped = std::ranges::any_of(cell.questions, [](const auto& question) {
+      return question.answer == sensing::RayRecord::Answer::kAccepted;
+    });
     painter_.SetColor(stopped ? Rgba{220, 0, 0, 255} : Rgba{255, 150, 0, 255});
-    painter_.Rectangle(Bounds(step.x * cell_, (step.x + 1) * cell_),
-                       Bounds(step.y * cell_, (step.y + 1) * cell_), z_);
+    painter_.Rectangle(Bounds(cell.x * cell_, (cell.x + 1) * cell_),
+                       Bounds(cell.y * cell_, (cell.y + 1) * cell_), z_);
   }
 
   static Rgba ColorOf(sensing::WalkStep::Kind kind) {
@@ -192,7 +186,6 @@ class RayPicture {
   const double cell_;
   double z_ = 0;
   Painter painter_;
-  std::vector<sensing::WalkStep> steps_;
 };
 
 }  // namespace

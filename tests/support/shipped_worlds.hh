@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#ifndef STAGE_TESTS_SUPPORT_SHIPPED_WORLDS_HH
+#define STAGE_TESTS_SUPPORT_SHIPPED_WORLDS_HH
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+/// All worlds that the project ships, and one for each stock controller.
+inline std::vector<std::string> ShippedWorlds() {
+  std::vector<std::string> files;
+  const char* const source = std::getenv("STAGE_SOURCE_DIR");
+  const std::filesystem::path root = source ? source : ".";
+  for (const char* folder : {"worlds", "tests/data/controllers"})
+    for (const auto& entry : std::filesystem::directory_iterator(root / folder))
+      if (entry.path().extension() == ".world") files.push_back(entry.path().string());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+#endif
