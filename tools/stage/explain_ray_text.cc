@@ -119,7 +119,12 @@ std::string RangeText(const ExplainedRay& e) {
                               : "the middle of the ray's way through the cell",
                   r.hit.range);
   const double noise = e.reading() - r.hit.range;
-  text += noise == 0 ? std::string("noise  none\n") : Format("noise  %+.17g m\n", noise);
+  const ModelRanger::Sensor& sensor = e.ranger->GetSensors()[e.sensor];
+  const bool noisy = sensor.range_noise != 0 || sensor.range_noise_const != 0;
+  text += noise == 0
+              ? std::string("noise  none\n")
+              : Format("noise  %+.17g m%s\n", noise,
+                       noisy ? "" : ": not of the sensor; a controller changes its readings");
   return text + Format("range  %.17g m\n", e.reading());
 }
 
