@@ -26,14 +26,14 @@ sys.path.insert(0, str(SOURCE_DIR / "benchmarks"))
 
 try:
     import numpy
-    from accuracy_kit import analysis, worlds
-    from accuracy_kit.analysis import Candidate, Limit
-    from accuracy_kit.jobs import Benchmark
-    from accuracy_kit.needs import NEEDS
-    from accuracy_kit.programs import Programs
-    from accuracy_kit.results import bin_order
-    from accuracy_kit.settings import PLANS, Setting, sweeps
-    from accuracy_kit.store import Table
+    from benchkit.accuracy import analysis, worlds
+    from benchkit.accuracy.analysis import Candidate, Limit
+    from benchkit.accuracy.jobs import Benchmark
+    from benchkit.accuracy.needs import NEEDS
+    from benchkit.accuracy.programs import Programs
+    from benchkit.accuracy.results import bin_order
+    from benchkit.accuracy.settings import PLANS, Setting, sweeps
+    from benchkit.store import Table
     MISSING = ""
 except ImportError as error:
     MISSING = f"a package is missing: {error}"

@@ -10,8 +10,8 @@ import unittest
 from unittest import mock
 
 from power_testing import ROOT, FalseNvml, MeterTestCase
-from harness.power import MeterError, list_meters, open_meter
-from harness.power.nvml import NvmlError, NvmlLibrary
+from meters import MeterError, list_meters, open_meter
+from meters.nvml import NvmlError, NvmlLibrary
 
 
 class HwmonTest(MeterTestCase):

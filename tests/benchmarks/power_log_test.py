@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Callable
 
 from power_testing import EPOCH, ROOT, MeterTestCase
-from harness.power import MeterError, open_meter
-from harness.power.csv_log import Log, parse_log
+from meters import MeterError, open_meter
+from meters.csv_log import Log, parse_log
 
 POWER = ROOT / "tools" / "power"
 FIXTURE = ROOT / "tests/data/power/shunt.csv"

@@ -12,8 +12,8 @@ from pathlib import Path
 from unittest import mock
 
 from power_testing import FalseClock, FalseNvml, MeterTestCase
-from harness.power import MeterError, list_meters, open_meter
-from harness.power.clock import Clock, Repeater
+from meters import MeterError, list_meters, open_meter
+from meters.clock import Clock, Repeater
 
 PACKAGE_RANGE = 262143.32885  # joules, of a real processor
 
@@ -179,7 +179,7 @@ class RaplTest(MeterTestCase):
         path = self.zone("0", "package-0")
         meter = open_meter("rapl", self.root, clock=self.clock)
         denied = PermissionError(errno.EACCES, "Permission denied", str(path))
-        with mock.patch("harness.power.rapl.read_whole_number", side_effect=denied):
+        with mock.patch("meters.rapl.read_whole_number", side_effect=denied):
             meter.start()
             self.assert_no_figure(meter.stop(), f"^needs root: {path} can't be read")
             self.assertEqual(meter.state(), f"needs root: {path} can't be read")
@@ -239,7 +239,7 @@ class RunTest(MeterTestCase):
             seconds, value = next(reads)
             self.clock.now += seconds
             return value
-        with mock.patch("harness.power.rapl.read_whole_number", side_effect=slow):
+        with mock.patch("meters.rapl.read_whole_number", side_effect=slow):
             meter.start()
             self.clock.advance(1.2)
             reading = meter.stop()
@@ -298,7 +298,7 @@ class ThreadTest(MeterTestCase):
                     go_on.wait(10)
                 return 0
             quick = lambda self, period, action: Repeater(period, action, hang_seconds=0.05)
-            with (mock.patch("harness.power.rapl.read_whole_number", side_effect=hang),
+            with (mock.patch("meters.rapl.read_whole_number", side_effect=hang),
                   mock.patch.object(Clock, "repeat", quick)):
                 with meter.measuring() as measurement:
                     if hangs_at == 1:

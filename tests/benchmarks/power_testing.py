@@ -12,8 +12,8 @@ from typing import Callable
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
-from harness.power.clock import Clock
-from harness.power.nvml import NvmlError
+from meters.clock import Clock
+from meters.nvml import NvmlError
 
 EPOCH = 1_760_000_000.0  # of the false clock's beginning
 

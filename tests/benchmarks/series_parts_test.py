@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tests of the parts of benchmarks/harness: analysis, break-even, plan, store, machine."""
+"""Tests of the parts of benchmarks/benchkit: analysis, break-even, plan, store, machine."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from dataclasses import replace
 from pathlib import Path
 
 from series_testing import AUTO, DEVICE, HOST, HOSTS, failed, made_up
-from harness import machine, store
-from harness.analysis import Series, differences
-from harness.breakeven import Point, break_even
-from harness.labels import number
-from harness.measure import energy_figures
-from harness.energy import GuardedMeter, NoReading
-from harness.nearness import nearness
-from harness.plan import (LEAST_STEPS, SHORT_RUN_SECONDS, History, Plan, balanced_order,
+from benchkit import machine
+from benchkit.series import records as store
+from benchkit.series.analysis import Series, differences
+from benchkit.series.breakeven import Point, break_even
+from benchkit.report import number
+from benchkit.series.measure import energy_figures
+from benchkit.series.energy import GuardedMeter, NoReading
+from benchkit.series.nearness import nearness
+from benchkit.series.plan import (LEAST_STEPS, SHORT_RUN_SECONDS, History, Plan, balanced_order,
                           remaining)
-from harness.progress import Progress, duration_text
-from harness.runs import Backend, Job
-from harness.store import COMPILE, MEASURE, WARM_UP, Record
+from benchkit.progress import Progress, duration_text
+from benchkit.series.runs import Backend, Job
+from benchkit.series.records import COMPILE, MEASURE, WARM_UP, Record
 
 POPULATIONS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000)
 

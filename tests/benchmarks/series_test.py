@@ -23,11 +23,11 @@ import numpy as np
 from PIL import Image
 
 from series_testing import FAKE_STAGE, FIXTURE, ROOT, failed, made_up
-from harness import campaign, energy, report
-from harness.analysis import Series
-from harness.labels import number
-from harness.runs import Worlds
-from harness.store import MEASURE, read_records
+from benchkit.series import campaign, energy, report
+from benchkit.series.analysis import Series
+from benchkit.report import number
+from benchkit.series.runs import Worlds
+from benchkit.series.records import MEASURE, read_records
 
 STAGE = Path(os.environ.get("STAGE_BINARY_DIR", ROOT / "build/release")) / "bin/stage"
 HAS_PLOTS = importlib.util.find_spec("matplotlib") is not None
@@ -37,7 +37,7 @@ def series(*words: object, plots: bool = False) -> tuple[int, str, str]:
     """Runs the command in this process: exit status, standard output, standard error."""
     out, err = io.StringIO(), io.StringIO()
     draw = contextlib.nullcontext() if plots else \
-        mock.patch("harness.campaign.plot_all", return_value={})
+        mock.patch("benchkit.series.campaign.plot_all", return_value={})
     with draw, contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
             status = campaign.main([str(word) for word in words])
@@ -71,7 +71,7 @@ class SeriesTest(unittest.TestCase):
         environment.start()
         self.addCleanup(environment.stop)
         # The same few worlds for all tests: writing them takes longer than these runs.
-        worlds = mock.patch("harness.campaign.Worlds", lambda _, seed: Worlds(self.worlds, seed))
+        worlds = mock.patch("benchkit.series.campaign.Worlds", lambda _, seed: Worlds(self.worlds, seed))
         worlds.start()
         self.addCleanup(worlds.stop)
 
@@ -193,19 +193,19 @@ class SeriesTest(unittest.TestCase):
         self.assert_refused("form 2 s, now it is 3 s", "--mix", "--seconds", 3)
         with mock.patch.dict(os.environ, {"STAGE_COMMIT": "later"}):
             self.assert_refused("commit abc, now it is later: .*--mix", "--repeats", 3)
-        with mock.patch("harness.machine.cpu_name", return_value="other"):
+        with mock.patch("benchkit.machine.cpu_name", return_value="other"):
             self.assert_refused("machine .*, now it is other, .*--mix", "--repeats", 3)
         self.stage.write_text(FAKE_STAGE + "# another build\n", encoding="utf-8")
         self.assert_refused("build of the program .*--mix", "--repeats", 3)
 
     def test_refuses_another_meter_even_with_mix(self) -> None:
         self.series()
-        power = types.ModuleType("harness.power")
+        power = types.ModuleType("meters")
         power.MeterError = type("MeterError", (Exception,), {})  # type: ignore[attr-defined]
         meter = mock.Mock()
         meter.stop.return_value = energy.NoReading(meter="rapl", scope="package")
         power.open_meter = lambda choice: meter  # type: ignore[attr-defined]
-        with mock.patch.dict(sys.modules, {"harness.power": power}):
+        with mock.patch.dict(sys.modules, {"meters": power}):
             self.assert_refused("meter none, now it is rapl", "--mix", "--meter", "rapl")
 
     def test_mixes_on_request_and_says_so(self) -> None:
@@ -232,7 +232,7 @@ class SeriesTest(unittest.TestCase):
                 self.assert_refused(message, *words)
 
     def test_meters_are_optional(self) -> None:
-        with mock.patch.dict(sys.modules, {"harness.power": None}):
+        with mock.patch.dict(sys.modules, {"meters": None}):
             self.assertEqual(energy.try_meter(energy.open_energy_meter("auto")).meter, "none")
             self.assert_refused("energy meters cannot be loaded", "--meter", "rapl")
 

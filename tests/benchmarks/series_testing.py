@@ -10,13 +10,13 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
-from harness.runs import Backend  # noqa: E402  pylint: disable=wrong-import-position
-from harness.store import Record  # noqa: E402  pylint: disable=wrong-import-position
+from benchkit.series.runs import Backend  # noqa: E402  pylint: disable=wrong-import-position
+from benchkit.series.records import Record  # noqa: E402  pylint: disable=wrong-import-position
 
 FIXTURE = ROOT / "tests/data/series"
 RAYS_PER_ROBOT = 200
 
-# Behaves like the stage program as far as the harness sees it. Variables make it misbehave.
+# Behaves like the stage program as far as the kit sees it. Variables make it misbehave.
 FAKE_STAGE = r'''#!/usr/bin/python3 -IS
 import json, os, re, sys
 words = sys.argv[1:]

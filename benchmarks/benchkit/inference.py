@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Statistics: summaries, intervals by resampling, tests. Pure functions."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from dataclasses import dataclass
+from typing import Iterable, Sequence
+
+import numpy as np
+
+# ---- summaries ----------------------------------------------------------------------------------
+
+@dataclass(frozen=True)
+class Summary:
+    """Of the repeats of one figure."""
+
+    median: float
+    least: float
+    greatest: float
+    count: int
+
+
+def summary(values: Iterable[float]) -> Summary | None:
+    """None if there are no values; NaN are none."""
+    known = [value for value in values if not math.isnan(value)]
+    if not known:
+        return None
+    return Summary(statistics.median(known), min(known), max(known), len(known))
+
+
+def quotient(value: float, base: float) -> float:
+    """NaN where a figure is missing or too small for its meter."""
+    return value / base if value > 0 and base > 0 else math.nan
+
+
+def percentile(values: Iterable[float], share: float) -> float:
+    """The smallest of the values that at least that share of all do not exceed; NaN of none."""
+    ordered = sorted(values)
+    if not ordered:
+        return math.nan
+    return ordered[max(math.ceil(share * len(ordered)), 1) - 1]
+
+
+# ---- how sure medians of a few repeats are: their scatter is drawn from again and again ----------
+
+DRAWS = 2000
+LEVEL = 0.95
+SEED = 1
+# Repeats are few, so a point borrows the scatter of the points next to it, on each side.
+NEIGHBOURS = 2
+
+
+def has_scatter(logs: list[np.ndarray]) -> bool:
+    """Whether there is anything to draw from: a point with two repeats."""
+    return any(len(log) > 1 for log in logs)
+
+
+def resampled(logs: list[np.ndarray], middles: np.ndarray) -> np.ndarray:
+    """Medians as other repeats might have given them: a row for each draw.
+
+    `logs`: for each point, the logarithms of a figure in its repeats; has_scatter(logs) is true.
+    """
+    random = np.random.default_rng(SEED)
+    # Residuals about a mean of n are too small by sqrt((n - 1) / n).
+    residuals = [(log - log.mean()) * math.sqrt(len(log) / (len(log) - 1)) if len(log) > 1
+                 else np.zeros(0) for log in logs]
+    draws = np.empty((DRAWS, len(logs)))
+    for i, log in enumerate(logs):
+        pool = np.concatenate(residuals[max(0, i - NEIGHBOURS):i + NEIGHBOURS + 1])
+        if pool.size == 0:
+            pool = np.concatenate(residuals)
+        chosen = random.integers(0, pool.size, (DRAWS, len(log)))
+        draws[:, i] = middles[i] + np.median(pool[chosen], axis=1)
+    return draws
+
+
+def bounds(draws: np.ndarray) -> tuple[float, float]:
+    """Between which LEVEL of the draws lie."""
+    found = np.sort(draws)
+    cut = int((1 - LEVEL) / 2 * len(found))
+    return float(found[cut]), float(found[len(found) - 1 - cut])
+
+
+# ---- tests --------------------------------------------------------------------------------------
+
+def t_test(differences: Sequence[float]) -> float:
+    """How likely differences so far from 0 are if their mean is 0: Student's test, two-sided."""
+    n = len(differences)
+    if n < 2:
+        return math.nan
+    mean, deviation = statistics.fmean(differences), statistics.stdev(differences)
+    if deviation == 0:
+        return 1.0 if mean == 0 else 0.0
+    t = abs(mean) / (deviation / math.sqrt(n))
+    # With t = sqrt(n - 1) tan(angle), the density is a power of the cosine.
+    start = math.atan(t / math.sqrt(n - 1))
+
+    def integral(low: float) -> float:
+        angles = np.linspace(low, math.pi / 2, 4001)
+        heights = np.cos(angles) ** (n - 2)
+        return float(((heights[1:] + heights[:-1]) / 2).sum() * (angles[1] - angles[0]))
+
+    return integral(start) / integral(0.0)
+
+
+def holm(probabilities: Sequence[float]) -> list[float]:
+    """Holm's correction: with so many tests at once, some come out by chance."""
+    order = sorted(range(len(probabilities)), key=lambda i: probabilities[i])
+    corrected = [math.nan] * len(probabilities)
+    greatest = 0.0
+    for rank, i in enumerate(order):
+        greatest = max(greatest, min(1.0, probabilities[i] * (len(order) - rank)))
+        corrected[i] = greatest
+    return corrected

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Markdown, and numbers as people read them."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Iterable, Sequence
+
+from benchkit.inference import Summary
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> list[str]:
+    """A Markdown table, and an empty line."""
+    def line(cells: Iterable[object]) -> str:
+        return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"
+    head = list(head)
+    return [line(head), "|" + "---|" * len(head), *map(line, rows), ""]
+
+
+def picture(plots: dict[str, Path], name: str, text: str) -> list[str]:
+    return [f"![{text}]({plots[name].name})", ""] if name in plots else []
+
+
+def number(value: float) -> str:
+    """Three significant digits, but never less than the whole number; thin spaces in thousands."""
+    if value == 0:
+        return "0"
+    size = abs(value)
+    if size >= 100:
+        text = f"{value:,.0f}"
+        return text.replace(",", " ") if size >= 10_000 else text.replace(",", "")
+    if size < 0.001:
+        return f"{value:.2e}"
+    decimals = 1 if size >= 10 else 2 if size >= 1 else 3 if size >= 0.1 else 4
+    return f"{value:.{decimals}f}"
+
+
+def spread(value: Summary | None) -> str:
+    """Median (least to greatest)."""
+    if value is None:
+        return ""
+    if value.count == 1:
+        return number(value.median)
+    return f"{number(value.median)} ({number(value.least)} to {number(value.greatest)})"
+
+
+def write_results(folder: Path, name: str, columns: Sequence[str], rows: Iterable[dict[str, object]],
+                  text: str) -> None:
+    """The rows as NAME.csv, and the text, which is printed too, as NAME.md."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / f"{name}.csv", "w", newline="", encoding="utf-8") as file:
+        table_of_rows = csv.DictWriter(file, columns, lineterminator="\n")
+        table_of_rows.writeheader()
+        table_of_rows.writerows(rows)
+    (folder / f"{name}.md").write_text(text, encoding="utf-8")
+    print(text)

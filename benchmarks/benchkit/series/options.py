@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The command line of benchmarks/series."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import NoReturn
+
+from benchkit.machine import ROOT, Device, usable_cores
+from benchkit.series.plan import LONG_SECONDS
+from benchkit.series.runs import Backend
+
+POPULATIONS = {
+    "cave": (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000),
+    "hospital": (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000),
+}
+MOST_ROBOTS = 100_000  # of tools/populate
+MOST_THREADS = 1024  # of the stage program
+
+DESCRIPTION = """\
+Measures how fast the stage program simulates populations of robots, with and without OpenCL, and
+what energy that takes, and writes a report with tables and plots: r_ACC (robots x simulated seconds
+/ real seconds) and r_EPSS (joules for each simulated robot second), break-even, phases, memory.
+"""
+
+EPILOG = """\
+backends
+  host1         the host, 1 thread: what everything is compared with
+  hostN         the host, a thread for each core
+  host:THREADS  the host, so many threads
+  cl:DEVICE     every step on an OpenCL device (--opencl=DEVICE --opencl-always); `stage
+                --opencl=list` shows the devices, cl:gpu and cl:cpu are the first of their kind
+  auto          --opencl: the program finds out which steps are faster on the best device
+
+files in the folder
+  raw.csv       a line for each finished run; never changed, only added to
+  machine.json  what the machine is
+  report.md     the report; the plots are the PNG files beside it
+
+resuming
+  The same command goes on where a series was cut off (Ctrl-C, --time-limit, a power cut); a larger
+  --repeats or more populations add to what is there. All backends simulate the same seconds of the
+  same world, so their state hashes must be equal; a difference is reported, and is a failure.
+
+examples
+  benchmarks/series                                 all of it, under 10 minutes with 2 cores
+  benchmarks/series --long --worlds cave            figures to be quoted, overnight
+  benchmarks/series --populations 100,1000 --backends host1,cl:gpu --repeats 5 -o /tmp/try
+  benchmarks/series --populations cave=10,100 --populations hospital=1000
+  benchmarks/series --meter constant:12             a power that you know, labelled as assumed
+  benchmarks/series --report-only -o FOLDER         the report again, nothing is run
+
+exit status
+  0    all runs are done, all state hashes are equal
+  1    a run failed, or state hashes differ; the report says which
+  2    wrong options, or the folder cannot take these runs
+  3    --time-limit came first; the same command goes on
+  130  Ctrl-C; the same command goes on
+"""
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """Reports a wrong command line in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message} (--help explains)\n")
+
+
+def whole(text: str, least: int, most: int, what: str) -> int:
+    number = int(text) if text.isdecimal() else -1
+    if not least <= number <= most:
+        raise argparse.ArgumentTypeError(f"'{text}' is not {what} from {least} to {most}")
+    return number
+
+
+def positive(what: str):
+    """A reader of numbers above 0."""
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not 0 < value < math.inf:
+            raise argparse.ArgumentTypeError(f"'{text}' is not {what} above 0")
+        return value
+    return read
+
+
+def simulated(text: str) -> float:
+    """Whole steps, which take 0.1 s each in these worlds."""
+    value = positive("a time in seconds")(text)
+    if abs(value * 10 - round(value * 10)) > 1e-6 or value > 1e6:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a multiple of 0.1 s (a step) up to 1e6")
+    return round(value, 1)
+
+
+def world_list(text: str) -> list[str]:
+    """Worlds of tools/populate, each once."""
+    worlds = list(dict.fromkeys(text.split(",")))
+    for world in worlds:
+        if world not in POPULATIONS:
+            raise argparse.ArgumentTypeError(
+                f"'{world}' is not one of the worlds {', '.join(POPULATIONS)}")
+    return worlds
+
+
+def population_list(text: str) -> tuple[str, tuple[int, ...]]:
+    """[WORLD=]N,N,...: the world ("" for all) and its populations."""
+    world, equals, numbers = text.rpartition("=")
+    if equals and world not in POPULATIONS:
+        raise argparse.ArgumentTypeError(
+            f"'{world}' is not one of the worlds {', '.join(POPULATIONS)}")
+    found = {whole(number, 1, MOST_ROBOTS, "a number of robots") for number in numbers.split(",")}
+    return world, tuple(sorted(found))
+
+
+def repeat_count(text: str) -> int:
+    return whole(text, 1, 1000, "a number of repeats")
+
+
+def read_command_line(words: list[str] | None = None) -> argparse.Namespace:
+    parser = OneLineParser(prog="series", description=DESCRIPTION, epilog=EPILOG,
+                           formatter_class=argparse.RawDescriptionHelpFormatter)
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--short", action="store_true",
+                      help="runs of a second or two, less than 10 minutes in all (default)")
+    form.add_argument("--long", action="store_true",
+                      help=f"{LONG_SECONDS:g} simulated seconds a run, as in the paper: hours")
+    form.add_argument("--seconds", type=simulated, metavar="S",
+                      help="S simulated seconds a run")
+    parser.add_argument("--worlds", type=world_list, default=list(POPULATIONS), metavar="LIST",
+                        help="worlds of tools/populate (default: cave,hospital)")
+    parser.add_argument("--populations", type=population_list, action="append", default=[],
+                        metavar="[WORLD=]LIST", help="numbers of robots, of all worlds or of one "
+                        "(default: cave 1,2,5,... to 2000, hospital to 10000)")
+    parser.add_argument("--backends", metavar="LIST", help="what traces the rays, see below "
+                        "(default: host1,hostN, each OpenCL device, auto)")
+    parser.add_argument("--repeats", type=repeat_count, default=3, metavar="N",
+                        help="runs of each point (default: 3)")
+    parser.add_argument("--meter", default="auto", metavar="SPEC", help="energy meter: auto, none, "
+                        "rapl, nvml, constant:WATTS, ... (default: auto, the best there is)")
+    parser.add_argument("-o", "--output", type=Path, metavar="FOLDER",
+                        help="where results are kept (default: benchmarks/results/MACHINE)")
+    parser.add_argument("--mix", action="store_true", help="go on in a folder whose runs are of "
+                        "another commit, build or machine; the report says so")
+    parser.add_argument("--report-only", action="store_true",
+                        help="run nothing, report what is there")
+    parser.add_argument("--time-limit", type=positive("a time in minutes"), metavar="MINUTES",
+                        help="begin no run that is expected to end later than that")
+    parser.add_argument("--stage", type=Path, default=ROOT / "build/release/bin/stage",
+                        metavar="PROGRAM", help="the program (default: that of the release build)")
+    options = parser.parse_args(words)
+    options.form = "long" if options.long else \
+        f"{options.seconds:g} s" if options.seconds else "short"
+    options.fixed_seconds = LONG_SECONDS if options.long else options.seconds
+    return options
+
+
+def chosen_worlds(options: argparse.Namespace) -> dict[str, tuple[int, ...]]:
+    """The populations of each world; what is said of one world outweighs what is said of all."""
+    given = dict(options.populations)
+    return {world: given.get(world) or given.get("") or POPULATIONS[world]
+            for world in options.worlds}
+
+
+def backend_named(label: str) -> Backend:
+    """Raises ValueError with a line that says what is wrong."""
+    kind, _, detail = label.partition(":")
+    if label in ("host1", "hostN"):
+        threads = 1 if label == "host1" else usable_cores()
+        return Backend(label, ("--threads", str(threads)))
+    if kind == "host" and detail.isdecimal() and 1 <= int(detail) <= MOST_THREADS:
+        return Backend(f"host:{int(detail)}", ("--threads", str(int(detail))))
+    if kind == "cl" and detail and detail not in ("list", "auto"):
+        return Backend(label, (f"--opencl={detail}", "--opencl-always"))
+    if label == "auto":
+        return Backend(label, ("--opencl=auto",))
+    raise ValueError(f"--backends: '{label}' is none of host1, hostN, host:THREADS "
+                     f"(1 to {MOST_THREADS}), cl:DEVICE, auto")
+
+
+def chosen_backends(given: str | None, devices: tuple[Device, ...]) -> tuple[Backend, ...]:
+    """Those asked for, or all that make sense on this machine."""
+    if given is not None:
+        labels = given.split(",")
+    else:
+        labels = ["host1"] + (["hostN"] if usable_cores() > 1 else [])
+        labels += [f"cl:{device.choice}" for device in devices] + (["auto"] if devices else [])
+    return tuple(backend_named(label) for label in dict.fromkeys(labels))

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The record of a run: a line of the raw file, which is never changed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Callable, Iterable
+
+from benchkit.store import StoreError, Table, one_line, read_rows
+
+NAN = math.nan
+
+WARM_UP = "warm-up"  # fills caches; in the short form also shows how fast the machine is
+COMPILE = "compile"  # with an empty kernel cache
+MEASURE = "measure"
+
+
+# What tells runs apart: purpose, world, population, backend, repeat.
+Key = tuple[str, str, int, str, int]
+
+
+@dataclass(frozen=True)
+class Record:
+    """One run of the program. A figure that there is none of is NaN, an empty field of the file."""
+
+    # What was run, and on what.
+    commit: str
+    program: str  # fingerprint of the program's files
+    machine: str
+    system: str
+    date: str  # with the time of day, UTC
+    form: str  # short, long, or the simulated seconds that the user gave
+    purpose: str  # WARM_UP, COMPILE or MEASURE
+    world: str
+    population: int
+    backend: str
+    repeat: int  # from 1
+    seed: int
+    simulated_seconds: float
+    error: str = ""  # why there are no figures
+    notes: str = ""
+    # What came out.
+    device: str = ""
+    threads: float = NAN
+    steps: float = NAN
+    wall_seconds: float = NAN  # of the steps alone
+    load_seconds: float = NAN  # of loading the world, compiling kernels included
+    process_seconds: float = NAN  # from the program's start to its end
+    r_acc: float = NAN  # simulated robot seconds for each real second
+    r_epss: float = NAN  # joules for each simulated robot second
+    joules: float = NAN
+    watts: float = NAN
+    metered_seconds: float = NAN
+    meter: str = ""
+    scope: str = ""  # what the meter covers: rail, package, GPU, system, assumed
+    gather_ms: float = NAN  # phases: milliseconds for each step
+    prefilter_ms: float = NAN
+    trace_ms: float = NAN
+    move_ms: float = NAN
+    callbacks_ms: float = NAN
+    energy_ms: float = NAN
+    rays_per_step: float = NAN
+    potential_hits_per_ray: float = NAN
+    peak_memory_mb: float = NAN
+    compile_seconds: float = NAN
+    steps_on_device: float = NAN
+    mb_sent_per_step: float = NAN
+    mb_fetched_per_step: float = NAN
+    load_average: float = NAN  # of the machine, just before the run
+    state_hash: str = ""
+
+    @property
+    def key(self) -> Key:
+        return (self.purpose, self.world, self.population, self.backend, self.repeat)
+
+    @property
+    def ok(self) -> bool:
+        return not self.error
+
+    @property
+    def step_seconds(self) -> float:
+        return self.wall_seconds / self.steps
+
+
+PHASES = ("gather", "prefilter", "trace", "move", "callbacks", "energy")
+COLUMNS = [field.name for field in fields(Record)]
+READERS: dict[str, Callable[[str], Any]] = {
+    "int": int, "str": str, "float": lambda text: float(text) if text else NAN,
+}
+
+
+def to_row(record: Record) -> dict[str, object]:
+    def text(value: object) -> str:
+        if isinstance(value, float):
+            return "" if math.isnan(value) else f"{value:.9g}"
+        return one_line(str(value))
+    return {name: text(getattr(record, name)) for name in COLUMNS}
+
+
+def from_row(row: dict[str, str]) -> Record:
+    """Raises ValueError if the row is not one of ours."""
+    return Record(*(READERS[str(field.type)](row[field.name]) for field in fields(Record)))
+
+
+def records_of(path: Path, rows: Iterable[dict[str, str]]) -> list[Record]:
+    records = []
+    for number, row in enumerate(rows, 2):
+        try:
+            records.append(from_row(row))
+        except ValueError as error:
+            raise StoreError(f"{path}:{number}: not a line of this file ({error}); "
+                             "remove it, and its run will be done again") from None
+    return records
+
+
+def read_records(path: Path) -> tuple[list[Record], int]:
+    """The finished runs, and the length in bytes of what is whole: more than that was cut off."""
+    rows, ends = read_rows(path, COLUMNS)
+    return records_of(path, (dict(zip(COLUMNS, row)) for row in rows)), ends[-1] if ends else 0
+
+
+class RawFile:
+    """The file, held by this process alone until it is closed."""
+
+    def __init__(self, path: Path) -> None:
+        self._table = Table(path, COLUMNS, jobs=False)
+        self.was_cut = self._table.was_cut
+        try:
+            self.records = records_of(path, self._table.rows)
+        except StoreError:
+            self.close()
+            raise
+
+    def append(self, record: Record) -> None:
+        self._table.add([to_row(record)])
+        self.records.append(record)
+
+    def close(self) -> None:
+        self._table.close()
+
+
+# What all runs of a folder have in common, and what --mix allows to differ.
+NEVER_MIXED = {"form": "form", "seed": "seed", "meter": "meter"}
+MIXED_ON_REQUEST = {"commit": "commit", "program": "build of the program", "machine": "machine"}
+
+
+def check_same(records: list[Record], now: dict[str, object], mix: bool) -> None:
+    """Refuses to put runs of another kind among those of the folder.
+
+    `now` has the columns of the runs to come; one that is missing is not compared.
+    """
+    for column, name in {**NEVER_MIXED, **MIXED_ON_REQUEST}.items():
+        there = sorted({str(getattr(record, column)) for record in records if record.ok}
+                       - ({""} if column == "meter" else set()))
+        if column not in now or there in ([], [str(now[column])]):
+            continue
+        if column in NEVER_MIXED:
+            advice = "give another folder with -o"
+        elif mix:
+            continue
+        else:
+            advice = "give another folder with -o, or --mix to go on all the same"
+        raise StoreError(f"the folder has runs with the {name} {' and '.join(there)}, "
+                         f"now it is {now[column]}: {advice}")
