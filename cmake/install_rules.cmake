@@ -41,7 +41,7 @@ install(
 
 install(
   CODE "
-    set(INCLUDE_ROOTS \"${PROJECT_SOURCE_DIR}/libstage\" \"${PROJECT_SOURCE_DIR}\"
+    set(INCLUDE_ROOTS \"${PROJECT_SOURCE_DIR}/libstage/include\" \"${PROJECT_SOURCE_DIR}/libstage\" \"${PROJECT_SOURCE_DIR}\"
                       \"${PROJECT_SOURCE_DIR}/libstage/gui\")
     set(OPTIONAL window/world_gui.hh)
     set(WITH_OPTIONAL ${STAGE_GUI_ENABLED})

@@ -105,7 +105,8 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       loaded_(false),
       shares_name_(false),
       random_(SeedOfPlace(parent ? parent->random_.seed() : world_->seed(), type_,
-                          AboveOf(parent, world_).CountOfType(type_))) {
+                          AboveOf(parent, world_).CountOfType(type_))),
+      known_type_(nullptr) {
   if (!parent) gui.move = true;  // it may have been given one
   Ancestor& above = AboveOf(parent, world);
   const unsigned int count = above.CountOfType(type);
@@ -636,28 +637,44 @@ void Model::CollectDrawings(grid::Drawings* drawings, bool exact) const {
   for (const Model* child : children) child->CollectDrawings(drawings, exact);
 }
 
-const sensing::Window& Model::OwnWindow(const sensing::Fan& fan) {
-  if (root != this) return root->OwnWindow(fan);
-  if (!windows_) windows_ = std::make_unique<OwnWindows>();
-  auto& own = windows_->of[fan.exact];
-  if (own.batch == scene_->batch_number) return own.window;
-  own.batch = scene_->batch_number;
-  own.window = scene_->batch.MakeWindow(scene_->grid, OwnDrawings(fan.exact), this, fan.exact);
-  return own.window;
+sensing::BatchShare Model::MeasureRoom(sensing::FanList* fans, WindowsToMake* windows) {
+  const size_t first = fans->size();
+  Gather(fans);
+  sensing::BatchShare share;
+  for (const sensing::FanList::Entry& listed : fans->From(first)) {
+    share += listed;
+    if (listed.past_own_tree) share.words += windows->Plan(*this, listed.fan.exact);
+  }
+  return share;
+}
+
+bool Model::FillRoom(sensing::BatchShare room, const sensing::FanList& fans, size_t first_fan,
+                     size_t count) {
+  bool layers_found = true;
+  for (const sensing::FanList::Entry& listed : fans.From(first_fan).first(count)) {
+    const sensing::Fan& fan = listed.fan;
+    scene_->batch.Put(
+        room, fans, listed,
+        listed.past_own_tree ? root->windows_->of[fan.exact].window : sensing::Window());
+    layers_found &= fan.layer != grid::kNoLayer;
+    room += listed;
+  }
+  return layers_found;
 }
 
 void Model::GatherAlone() {
   sensing::Scene& shared = *scene_;
-  sensing::FanList& fans = shared.fans;
-  fans.Clear();
-  Gather(&fans);
-  for (const sensing::FanList::Entry& entry : fans.From(0)) {
-    const uint32_t index = static_cast<uint32_t>(shared.batch.fans().size());
-    shared.batch.Add(fans, entry, entry.past_own_tree ? OwnWindow(entry.fan) : sensing::Window());
-    const sensing::Fan& fan = entry.fan;
-    if (fan.layer == grid::kNoLayer)
-      shared.batch.SetLayer(index, shared.grid.RangerLayer(fan.z, fan.z_test, fan.exact));
-  }
+  const unsigned wants = GetReady();
+  if (wants & kExactRays) world->DrawForExactRays();
+  if (wants & kPartsThatLack) FinishGettingReady();
+  shared.fans.Clear();
+  WindowsToMake windows;
+  const sensing::BatchShare share = MeasureRoom(&shared.fans, &windows);
+  if (share.fans == 0) return;
+  const sensing::BatchShare room = shared.batch.AddRoom(share);
+  windows.Place(*this, room.words);
+  windows.Fill(*this);
+  if (!FillRoom(room, shared.fans, 0, shared.fans.size())) shared.MakeLayers(room.fans, this);
 }
 
 const grid::Drawings& Model::OwnDrawings(bool exact) const {

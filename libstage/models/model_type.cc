@@ -61,8 +61,13 @@ bool RegisterModelType(const ModelType& type) {
 }
 
 const ModelType* FindModelType(const Model& model) {
+  // Asked of each model in each step. Whichever thread finds it finds the same.
+  const std::atomic_ref<const ModelType*> known(model.known_type_);
+  if (const ModelType* const type = known.load(std::memory_order_relaxed)) return type;
   const std::type_info& of = typeid(model);
-  return FindType([&](const ModelType& type) { return *type.of == of; });
+  const ModelType* const found = FindType([&](const ModelType& type) { return *type.of == of; });
+  known.store(found, std::memory_order_relaxed);
+  return found;
 }
 
 const ModelType* FindNearestModelType(const Model& model) {

@@ -32,8 +32,10 @@ struct Model::OwnWindows {
 /// Those windows of its tree that one of several models, which update at once, is to make.
 class Model::WindowsToMake {
  public:
-  /// Before a fan of the model: the words of its window, if that falls to the model; else 0.
+  /// Before a fan of the model: the words of its window, if that falls to the model; else 0. The
+  /// tree's windows have to be there if several threads are at work.
   uint32_t Plan(const Model& model, bool exact) {
+    if (!model.root->windows_) model.root->windows_ = std::make_unique<OwnWindows>();
     OwnWindows::OfDrawing& own = model.root->windows_->of[exact];
     if (!own.Claim(model.scene_->batch_number)) return 0;
     planned_[exact] = true;

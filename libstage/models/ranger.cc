@@ -45,9 +45,11 @@ void Describe(const ModelRanger& ranger, SensorExtent* extent) {
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) extent->rays += sensor.sample_count;
 }
 
-// Gathered in a way of its own: see GatherPhase.
 [[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelRanger>("ranger").Senses(Describe).Measurable());
+    RegisterModelType(ModelTypeOf<ModelRanger>("ranger")
+                          .Updates(ModelType::kShared | ModelType::kPastOwnTree)
+                          .Senses(Describe)
+                          .Measurable());
 
 }  // namespace
 
@@ -204,8 +206,21 @@ void ModelRanger::Update() {
 void ModelRanger::Gather(sensing::FanList* fans) {
   const Pose frame = SensorFrame(GetGlobalPose());
   const SineCosine turn = SinCos(frame.a);
-  for (size_t i = 0; i < sensors_.size(); i++)
-    AddFan(&sensors_[i], static_cast<uint32_t>(i), frame, turn, fans);
+  static thread_local std::vector<double> bearings;  // for its memory
+  for (uint32_t i = 0; i < sensors_.size(); i++) {
+    Sensor& sensor = sensors_[i];
+    if (sensor.sample_count == 0) continue;
+    const sensing::Fan fan = FanOf(i, frame, turn);
+    if (!sensor.HasAngleNoise()) {
+      fans->Add(fan, sensor.sample_count);
+      continue;
+    }
+    bearings.clear();
+    for (const double bearing : sensor.bearings)
+      bearings.push_back(bearing + sensor.Increment() * sensor.angle_noise * 0.5 *
+                                       UniformError(&sensor.random_));
+    fans->Add(fan, bearings);
+  }
 }
 
 Pose ModelRanger::OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn) {
@@ -243,42 +258,16 @@ void ModelRanger::Prepare(Sensor* sensor, uint32_t index) {
   sensor->seeded_ = true;
 }
 
-void ModelRanger::AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn,
-                         sensing::FanList* fans) {
-  Prepare(sensor, index);
-  if (sensor->sample_count == 0) return;
-  sensor->FindTable(&scene().tables);
-  if (world->IsExact(sensor->ray_model)) world->DrawForExactRays();
-  const sensing::Fan fan = FanOf(index, frame, turn);
-  if (!sensor->HasAngleNoise()) return fans->Add(fan, sensor->sample_count);
-  static thread_local std::vector<double> bearings;  // for its memory
-  bearings.clear();
-  for (const double bearing : sensor->bearings)
-    bearings.push_back(bearing + sensor->Increment() * sensor->angle_noise * 0.5 *
-                                     UniformError(&sensor->random_));
-  fans->Add(fan, bearings);
-}
-
-// ---- an update in parts -------------------------------------------------------------------------
-
-bool ModelRanger::HasAngleNoise() const {
-  return std::any_of(sensors_.begin(), sensors_.end(),
-                     [](const Sensor& sensor) { return sensor.HasAngleNoise(); });
-}
-
-bool ModelRanger::CastsExactRays() const {
-  return std::any_of(sensors_.begin(), sensors_.end(), [&](const Sensor& sensor) {
-    return sensor.sample_count > 0 && world->IsExact(sensor.ray_model);
-  });
-}
-
-bool ModelRanger::GetReady() {
-  bool complete = true;
+unsigned ModelRanger::GetReady() {
+  unsigned wants = 0;
   for (uint32_t i = 0; i < sensors_.size(); i++) {
-    Prepare(&sensors_[i], i);
-    complete &= sensors_[i].sample_count == 0 || sensors_[i].HasTable(scene().tables.generation());
+    Sensor& sensor = sensors_[i];
+    Prepare(&sensor, i);
+    if (sensor.sample_count == 0) continue;
+    if (!sensor.HasTable(scene().tables.generation())) wants |= kPartsThatLack;
+    if (world->IsExact(sensor.ray_model)) wants |= kExactRays;
   }
-  return complete;
+  return wants;
 }
 
 void ModelRanger::FinishGettingReady() {
@@ -286,7 +275,13 @@ void ModelRanger::FinishGettingReady() {
     if (sensor.sample_count > 0) sensor.FindTable(&scene().tables);
 }
 
-sensing::BatchShare ModelRanger::MeasureUpdate(WindowsToMake* windows) const {
+bool ModelRanger::HasAngleNoise() const {
+  return std::any_of(sensors_.begin(), sensors_.end(),
+                     [](const Sensor& sensor) { return sensor.HasAngleNoise(); });
+}
+
+sensing::BatchShare ModelRanger::MeasureRoom(sensing::FanList* fans, WindowsToMake* windows) {
+  if (HasAngleNoise()) return Model::MeasureRoom(fans, windows);
   sensing::BatchShare share;
   for (const Sensor& sensor : sensors_) {
     if (sensor.sample_count == 0) continue;
@@ -297,7 +292,9 @@ sensing::BatchShare ModelRanger::MeasureUpdate(WindowsToMake* windows) const {
   return share;
 }
 
-bool ModelRanger::FillUpdate(sensing::BatchShare first) const {
+bool ModelRanger::FillRoom(sensing::BatchShare room, const sensing::FanList& fans, size_t first_fan,
+                           size_t count) {
+  if (count > 0) return Model::FillRoom(room, fans, first_fan, count);
   bool layers_found = true;
   const Pose frame = SensorFrame(GetGlobalPose());
   const SineCosine turn = SinCos(frame.a);
@@ -306,9 +303,9 @@ bool ModelRanger::FillUpdate(sensing::BatchShare first) const {
     if (sensor.sample_count == 0) continue;
     const sensing::Fan fan = FanOf(i, frame, turn);
     layers_found &= fan.layer != grid::kNoLayer;
-    scene().batch.Put(first.fans++, fan, first.rays, sensor.sample_count,
+    scene().batch.Put(room.fans++, fan, room.rays, sensor.sample_count,
                       root->windows_->of[fan.exact].window);
-    first.rays += sensor.sample_count;
+    room.rays += sensor.sample_count;
   }
   return layers_found;
 }

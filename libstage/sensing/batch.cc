@@ -49,12 +49,6 @@ void RayBatch::Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples
   device_fans_[index] = {fan.record, fan.layer, fan.single_leg() && samples > 0};
 }
 
-void RayBatch::Add(const FanList& list, const FanList::Entry& entry, const Window& window) {
-  BatchShare share;
-  share += entry;
-  Put(AddRoom(share), list, entry, window);
-}
-
 void RayBatch::Put(const BatchShare& first, const FanList& list, const FanList::Entry& entry,
                    const Window& window) {
   if (!entry.turned) return Put(first.fans, entry.fan, first.rays, entry.samples, window);

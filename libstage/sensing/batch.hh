@@ -64,8 +64,6 @@ class RayBatch {
 
   /// Adds a fan of `samples` rays. It is walked past the cells of the window.
   void Add(Fan fan, uint32_t samples, const Window& window);
-  /// Adds one of a list.
-  void Add(const FanList& list, const FanList::Entry& entry, const Window& window);
 
   /// The window of a tree with these drawings: their cells in which there is nothing else. `tree`
   /// as in grid::Body; `exact`: which drawing of the bodies.

@@ -25,6 +25,16 @@ struct Scene {
   uint64_t body_changes = 0;  ///< counts changes of the shapes of bodies
   uint64_t batch_number = 1;  ///< counts batches: tells what is left over from an earlier one
 
+  /// Makes the layers that rangers' fans look for, at heights that nobody looked at so far: those
+  /// of the finder in the batch, from the given one on.
+  void MakeLayers(uint32_t first_fan, const Model* finder) {
+    for (uint32_t i = first_fan; i < batch.fans().size(); i++) {
+      const Fan& fan = batch.fans()[i];
+      if (fan.finder != finder) return;
+      if (fan.layer == grid::kNoLayer)
+        batch.SetLayer(i, grid.RangerLayer(fan.z, fan.z_test, fan.exact));
+    }
+  }
   /// The plane area that anything was ever drawn in.
   bounds3d_t Extent() const {
     const grid::CellBox box = grid.extent();

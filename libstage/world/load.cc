@@ -19,64 +19,13 @@
 #include "world/engine.hh"
 #include "world/plugin.hh"
 #include "world/prefilter_loader.hh"
+#include "world/window_properties.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
 
 namespace {
-
-/// Properties of the window section: the graphical interface reads them. Without one they are
-/// looked up all the same, so that only misspelt ones are reported.
-constexpr const char* kWindowProperties[] = {"size",
-                                             "center",
-                                             "rotate",
-                                             "scale",
-                                             "pcam_loc",
-                                             "pcam_angle",
-                                             "pcam_on",
-                                             "interval",
-                                             "screenshots",
-                                             "screenshot_skip",
-                                             "follow_model",
-                                             "show_data",
-                                             "show_blocks",
-                                             "show_flags",
-                                             "show_clock",
-                                             "show_grid",
-                                             "show_follow",
-                                             "show_footprints",
-                                             "show_occupancy",
-                                             "show_boundingboxes",
-                                             "show_trailblur",
-                                             "show_trailarrows",
-                                             "show_trailrise",
-                                             "show_trailfast",
-                                             "show_status",
-                                             "show_voxels",
-                                             "vis_all",
-                                             "show_overlay",
-                                             "show_rays",
-                                             "show_wifi",
-                                             "ranger_vis",
-                                             "show_ranger_ranges",
-                                             "show_ranger_strikes",
-                                             "show_ranger_fov",
-                                             "show_ranger_transducers",
-                                             "blobfinder_vis",
-                                             "show_fiducial",
-                                             "show_fiducial_fov",
-                                             "show_gripper_data",
-                                             "show_bumper_hits",
-                                             "show_camera",
-                                             "show_blinken",
-                                             "show_position_waypoints",
-                                             "show_position_coords",
-                                             "raster_vis",
-                                             "energy_dissipation",
-                                             "energy_input",
-                                             "energy_stored",
-                                             "vis_graph"};
 
 /// Metres: a cell's side. Beyond these limits nothing in a world would have the size of some cells.
 constexpr double kSmallestCell = 1e-6, kLargestCell = 1e6;
@@ -436,7 +385,8 @@ void World::LoadEntity(int entity) {
   CheckNotNested(entity, parent_model);
 
   if (type == "window") {
-    for (const char* property : kWindowProperties) wf->ReadString(entity, property, "");
+    for (const std::string_view property : kWindowProperties)
+      wf->ReadString(entity, property.data(), "");
   } else if (type == "block") {
     parent_model->LoadBlock(wf.get(), entity);
   } else if (type == "sensor") {

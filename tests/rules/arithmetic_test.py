@@ -103,7 +103,8 @@ def compiler() -> str:
 def compile_errors(*flags: str) -> str:
     """Of a source that includes what each of ours does."""
     source = '#include "geometry/geometry.hh"\n'
-    command = [compiler(), "-std=c++20", f"-I{ROOT / 'libstage'}", "-fsyntax-only", *flags,
+    command = [compiler(), "-std=c++20", "-I" + str(ROOT / "libstage/include"), f"-I{ROOT / 'libstage'}",
+               "-fsyntax-only", *flags,
                "-x", "c++", "-"]
     return subprocess.run(command, input=source, text=True, capture_output=True,
                           check=False).stderr

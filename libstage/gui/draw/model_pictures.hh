@@ -14,25 +14,17 @@
 namespace Stg {
 class DissipationVis;
 class Model;
-class ModelWifi;
 }  // namespace Stg
 
 namespace Stg::draw {
 
-// ---- device data (device_pictures.cc) ----
+// ---- device data (types/) ----
 
 /// Where device data go: on the floor, hidden by what is higher, or hidden by nothing.
 struct Layers {
   Painting *floor, *data, *over;
 };
 
-/// Whether DrawData() knows the type; rangers and positions aside.
-bool HasPicture(const Model& model);
-/// What the device has sensed.
-void DrawData(Model& model, const Pose& global, const view::ViewOptions& options,
-              const view::Projection& projection, const Layers& layers);
-/// The device's range and its links (wifi_picture.cc).
-void DrawWifi(const ModelWifi& wifi, const Pose& global, const Layers& layers);
 /// The ranger's sensor of that index, apart from the area that its rays have swept.
 void DrawSensor(const ModelRanger::Sensor& sensor, size_t index, const Pose& place,
                 const view::ViewOptions& options, const Layers& layers);

@@ -9,6 +9,7 @@
 #include "gui/draw/model_pictures.hh"
 #include "gui/draw/painter.hh"
 #include "gui/draw/scene_job.hh"
+#include "gui/draw/type_picture.hh"
 #include "models/block.hh"
 #include "models/energy_charts.hh"
 #include "models/position.hh"
@@ -58,7 +59,8 @@ void Scene::Update(World& world, const view::ViewState& view, int width, int hei
 Scene::Kind Scene::KindOf(const Model& model) {
   if (dynamic_cast<const ModelPosition*>(&model)) return Kind::kPosition;
   if (dynamic_cast<const ModelRanger*>(&model)) return Kind::kRanger;
-  return HasPicture(model) ? Kind::kOther : Kind::kPlain;
+  const TypePicture* const picture = FindPicture(model);
+  return picture && picture->draw ? Kind::kOther : Kind::kPlain;
 }
 
 void Scene::Rebuild(World& world) {
@@ -271,14 +273,14 @@ void Scene::AddExtras(const Job& job, const Item& item) {
 void Scene::AddData(const Job& job) {
   const view::ViewOptions& options = job.view.options;
   const Layers layers{&frame_.floor, &frame_.data, &frame_.over};
+  const DataFrame frame{options, *frame_.projection, layers};
   for (const Item& item : items_) {
     if (options[Show::kRasterization])
       DrawRaster(*item.model, Pose(item.x, item.y, item.z, item.a), &frame_.marks, &frame_.over);
     if (!item.model->HasSubscribers() || !job.shows_data_of(*item.model)) continue;
     if (item.kind == Kind::kRanger && options[Show::kRanger]) AddFans(job, item);
     if (item.kind == Kind::kOther || item.kind == Kind::kPosition)
-      DrawData(*item.model, Pose(item.x, item.y, item.z, item.a), options, *frame_.projection,
-               layers);
+      FindPicture(*item.model)->draw(*item.model, Pose(item.x, item.y, item.z, item.a), frame);
     if (!item.model->visualizers().empty()) AddVisuals(job, item);
   }
 }
@@ -312,7 +314,6 @@ void Scene::AddChart(StripPlotVis& plot) {
 }
 
 void Scene::AddFans(const Job& job, const Item& item) {
-  constexpr double kLongest = 1e5;  // m; what is infinite ends here
   const auto& ranger = static_cast<const ModelRanger&>(*item.model);
   const Pose frame = ranger.SensorFrame(Pose(item.x, item.y, item.z, item.a));
   const SineCosine turn = SinCos(frame.a);
@@ -320,7 +321,7 @@ void Scene::AddFans(const Job& job, const Item& item) {
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
     const size_t number = index++;
     const Pose place = ModelRanger::OriginOf(sensor, frame, turn);
-    const double reach = std::min(sensor.Reach(), kLongest);
+    const double reach = Finite(sensor.Reach());
     if (!frame_.projection->Sees(place.x, place.y, place.z, reach)) continue;
     DrawSensor(sensor, number, place, job.view.options,
                {&frame_.floor, &frame_.data, &frame_.over});

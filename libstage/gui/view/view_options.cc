@@ -4,15 +4,8 @@
 
 #include <algorithm>
 
-#include "models/blinkenlight.hh"
-#include "models/blobfinder.hh"
-#include "models/bumper.hh"
-#include "models/camera.hh"
-#include "models/fiducial.hh"
-#include "models/gripper.hh"
-#include "models/position.hh"
-#include "models/ranger.hh"
-#include "models/wifi.hh"
+#include "gui/view/type_switches.hh"
+#include "world/window_properties.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -84,12 +77,16 @@ constexpr bool InOrder() {
 }
 static_assert(InOrder(), "the table has a row for each Show, in its order");
 
-/// The filter's switches that a model is a reason for.
-template <typename Type>
-void Offer(const Model* model, std::vector<Option>* options, Show first, Show last) {
-  if (!dynamic_cast<const Type*>(model)) return;
-  for (auto i = static_cast<std::size_t>(first); i <= static_cast<std::size_t>(last); i++)
-    (*options)[i].offered = true;
+constexpr bool AreAllKnown() {
+  for (const Row& row : kTable)
+    if (!IsWindowProperty(row.property)) return false;
+  return true;
+}
+static_assert(AreAllKnown(), "world/window_properties.hh lacks a property of the table");
+
+bool HasAny(const World& world, const TypeSwitches& type) {
+  return std::ranges::any_of(world.GetAllModels(),
+                             [&](const Model* model) { return type.is(*model); });
 }
 
 }  // namespace
@@ -101,6 +98,10 @@ void ViewOptions::Reset() {
   for (const Row& row : kTable)
     options_.push_back({row.menu_name, row.property, row.shortcut, row.place, row.on,
                         row.place != Place::kFilter});
+  for (const TypeSwitches& type : AllTypeSwitches())
+    for (const TypeSwitch& one : type.switches)
+      if (!one.show)
+        options_.push_back({one.menu_name, one.property, "", Place::kFilter, one.on, false});
 }
 
 std::size_t ViewOptions::Register(const std::string& menu_name, const std::string& property,
@@ -122,16 +123,14 @@ bool ViewOptions::IsOn(const std::string& menu_name) const {
 
 void ViewOptions::OfferFor(const World& world) {
   options_[static_cast<std::size_t>(Show::kRasterization)].offered = true;  // of any model
-  for (const Model* model : world.GetAllModels()) {
-    Offer<ModelRanger>(model, &options_, Show::kRanger, Show::kRangerTransducers);
-    Offer<ModelPosition>(model, &options_, Show::kPositionCoordinates, Show::kPositionWaypoints);
-    Offer<ModelBlobfinder>(model, &options_, Show::kBlobfinder, Show::kBlobfinder);
-    Offer<ModelFiducial>(model, &options_, Show::kFiducials, Show::kFiducialFov);
-    Offer<ModelGripper>(model, &options_, Show::kGripper, Show::kGripper);
-    Offer<ModelBumper>(model, &options_, Show::kBumpers, Show::kBumpers);
-    Offer<ModelCamera>(model, &options_, Show::kCamera, Show::kCamera);
-    Offer<ModelBlinkenlight>(model, &options_, Show::kBlink, Show::kBlink);
-    Offer<ModelWifi>(model, &options_, Show::kWifi, Show::kWifi);
+  for (const TypeSwitches& type : AllTypeSwitches()) {
+    if (!HasAny(world, type)) continue;
+    for (const TypeSwitch& one : type.switches) {
+      if (one.show)
+        options_[static_cast<std::size_t>(*one.show)].offered = true;
+      else
+        Register(one.menu_name, one.property, one.on);
+    }
   }
 }
 

@@ -29,6 +29,7 @@ class CallbackPhase;
 class GatherPhase;
 class MovePhase;
 class ModelRanger;
+struct ModelType;
 class Option;
 class PowerPack;
 class StateExchange;
@@ -397,6 +398,7 @@ class Model : public Ancestor {
   friend class GatherPhase;
   friend class MovePhase;
   friend class ModelRanger;
+  friend const ModelType* FindModelType(const Model& model);
 
   struct GuiState {
     bool grid, move, nose, outline;
@@ -409,12 +411,31 @@ class Model : public Ancestor {
   /// One update. Overriding it, call Model::Update(), which schedules the next, one interval from
   /// now.
   virtual void Update();
-  /// What an update of one of the library's types does for itself, while several threads do the
-  /// same for other models: it changes nothing but this model, and looks at nothing that another
-  /// Gather() changes. Its rays are listed; the world and the batch get what is theirs afterwards.
+
+  // What an update of one of the library's types does for itself, in parts, so that several threads
+  // may do the same for many models. All models get ready; then all say what they add to the batch
+  // of rays; then each fills in its own room there. Meanwhile each changes nothing but itself, and
+  // looks at nothing that others change. GatherAlone() does it for one model.
+
+  /// The sensing itself. Rays are listed.
   virtual void Gather(internal::sensing::FanList*) {}
-  /// Gather(), and then the rays into the batch.
+  /// Returns what has to be there before that: some of these.
+  virtual unsigned GetReady() { return 0; }
+  static const unsigned kPartsThatLack = 1;  ///< FinishGettingReady() makes them
+  static const unsigned kExactRays = 2;      ///< the bodies drawn for the exact ray model
+  /// While no other thread does anything.
+  virtual void FinishGettingReady() {}
+  class WindowsToMake;
+  /// Gather(), and what the listed fans take in the batch. Types that know that beforehand may do
+  /// all in FillRoom(), without a list.
+  virtual internal::sensing::BatchShare MeasureRoom(internal::sensing::FanList* fans,
+                                                    WindowsToMake* windows);
+  /// Puts the `count` fans from `first_fan` of the list, which MeasureRoom() has added, into the
+  /// room. False if the layer of a fan is still to be made; it has kNoLayer then.
+  virtual bool FillRoom(internal::sensing::BatchShare room, const internal::sensing::FanList& fans,
+                        size_t first_fan, size_t count);
   void GatherAlone();
+
   /// The rest of an update, for what has to wait until the rays of the step are traced, such as
   /// changes of bodies. Called if Update() asked World::QueueSensed() for it, before bodies move.
   virtual void Sensed() {}
@@ -444,8 +465,6 @@ class Model : public Ancestor {
   Pose LocalPoseOf(const Pose& global) const;
   /// Places a fan of rays that may stop at anything, and picks its layer of the grid.
   void PlaceFan(internal::sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model);
-  /// The cells of the fan's layer that hold only this model's tree.
-  const internal::sensing::Window& OwnWindow(const internal::sensing::Fan& fan);
   /// For the errors of a device that is called so: another one for each device of a world.
   uint64_t NoiseSeed(const std::string& device) const;
 
@@ -552,7 +571,6 @@ class Model : public Ancestor {
   void AddCallback(const Callback& entry);
 
   struct OwnWindows;
-  class WindowsToMake;
 
   internal::sensing::Scene* scene_;
   std::shared_ptr<Callbacks> callbacks_;  // most models have none
@@ -565,6 +583,7 @@ class Model : public Ancestor {
   bool shares_name_;                      // another model had its name before
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
+  mutable const ModelType* known_type_;  // that FindModelType() has found; or null
   // Most models have neither.
   std::unique_ptr<std::list<std::shared_ptr<void> > > adopted_;
   std::unique_ptr<std::vector<KeptState> > kept_state_;

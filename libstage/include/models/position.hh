@@ -83,7 +83,6 @@ class ModelPosition : public Model {
 
  protected:
   friend class World;
-  friend class GatherPhase;
   friend class MovePhase;
 
   /// One step of motion; refused as a whole if it would end in an obstacle.

@@ -107,29 +107,16 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   void Update() override;
 
  private:
-  friend class GatherPhase;
-
-  /// For those that can't be made in parts, as follows.
   void Gather(internal::sensing::FanList* fans) override;
-
-  // An update in parts, for several threads at once: each touches this model, its tree's windows
-  // and its own room in the batch alone. Not with angular noise, nor with the first exact ray of
-  // all.
-
+  unsigned GetReady() override;
+  void FinishGettingReady() override;
+  // Without angular noise, which is drawn sample by sample, all fans are known beforehand.
+  internal::sensing::BatchShare MeasureRoom(internal::sensing::FanList* fans,
+                                            WindowsToMake* windows) override;
+  bool FillRoom(internal::sensing::BatchShare room, const internal::sensing::FanList& fans,
+                size_t first_fan, size_t count) override;
   bool HasAngleNoise() const;
-  bool CastsExactRays() const;
-  /// Prepares it. False if FinishGettingReady() has to follow, with all other threads at rest.
-  bool GetReady();
-  void FinishGettingReady();
-  /// What the update adds to the batch. The model may be the one to make windows of its tree.
-  internal::sensing::BatchShare MeasureUpdate(WindowsToMake* windows) const;
-  /// Fills in the room that begins at `first`. False if the layer of a fan is still to be made; it
-  /// has kNoLayer then.
-  bool FillUpdate(internal::sensing::BatchShare first) const;
-
   void Prepare(Sensor* sensor, uint32_t index);
-  void AddFan(Sensor* sensor, uint32_t index, const Pose& frame, const SineCosine& turn,
-              internal::sensing::FanList* fans);
   void ExpectHits(uint32_t tag) const override;
   void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
 

@@ -5,12 +5,9 @@
 #include <algorithm>
 #include <atomic>
 #include <optional>
-#include <typeinfo>
 #include <utility>
 
 #include "models/model_type.hh"
-#include "models/position.hh"
-#include "models/ranger.hh"
 #include "models/thrown.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
@@ -99,19 +96,12 @@ std::span<GatherPhase::Entry> GatherPhase::EntriesOf(const Block& block) {
   return std::span(entries_).subspan(first, std::min(kBlock, entries_.size() - first));
 }
 
-std::span<const sensing::FanList::Entry> GatherPhase::FansOf(const Entry& entry,
-                                                             const Block& block) {
-  return block.fans.From(entry.first_fan).first(entry.fan_count);
-}
-
 /// The update of a model whose class does what it does here.
 bool GatherPhase::MayShare(const Scheduler::Event& event) {
   if (event.callback || !event.model) return false;
-  const std::type_info& type = typeid(*event.model);
-  if (type == typeid(ModelRanger)) return true;
-  if (type == typeid(ModelPosition)) return !event.model->HasCallbacks(Model::CB_VELOCITY);
-  const ModelType* const known = FindModelType(*event.model);
-  return known && known->updates != ModelType::kAlone;
+  const ModelType* const type = FindModelType(*event.model);
+  if (!type || type->updates == ModelType::kAlone) return false;
+  return !event.model->HasCallbacks(Model::CB_VELOCITY);
 }
 
 // ---- getting ready ------------------------------------------------------------------------------
@@ -129,7 +119,7 @@ bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* w
     if (all != 0) wants.fetch_or(all, std::memory_order_relaxed);
   });
   // The first exact ray of all: all bodies have to be drawn for it, which changes the grid.
-  if ((wants & kExactRays) && !world->host().scene.exact_drawing) return false;
+  if ((wants & Model::kExactRays) && !world->host().scene.exact_drawing) return false;
   FinishGettingReady(wants, world);
   return true;
 }
@@ -139,43 +129,31 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
   *entry = Entry();
   Model& model = *event.model;
   entry->model = &model;
-  entry->kind = Kind::kNothing;
   if (!model.ExpectsUpdate(event.chain)) return 0;
-  const std::type_info& type = typeid(model);
-  if (type == typeid(ModelPosition)) {
-    entry->kind = Kind::kPosition;
-    return 0;
-  }
-  if (type == typeid(ModelRanger)) return PrepareRanger(entry);
   const unsigned updates = FindModelType(model)->updates;
-  entry->kind = Kind::kOther;
+  unsigned wants = model.GetReady();
+  if ((updates & ModelType::kPastOwnTree) && !model.root->windows_) wants |= Model::kPartsThatLack;
+  if (updates & ModelType::kLooksForFiducials) wants |= kTargets;
+  if ((updates & ModelType::kThroughAllHeights) && model.world->IsExact(RayModel::kDefault))
+    wants |= Model::kExactRays;
+  entry->updates = true;
   entry->has_rest = updates & ModelType::kHasRest;
-  entry->ready = !(updates & ModelType::kPastOwnTree) || model.root->windows_;
-  const bool exact =
-      (updates & ModelType::kThroughAllHeights) && model.world->IsExact(RayModel::kDefault);
-  return ((updates & ModelType::kLooksForFiducials) ? kTargets : 0) |
-         (entry->ready ? 0 : kPartsThatLack) | (exact ? kExactRays : 0);
-}
-
-unsigned GatherPhase::PrepareRanger(Entry* entry) {
-  ModelRanger& ranger = *static_cast<ModelRanger*>(entry->model);
-  entry->ready = ranger.GetReady() && ranger.root->windows_;
-  entry->kind = ranger.HasAngleNoise() ? Kind::kOther : Kind::kRanger;
-  return (entry->ready ? 0 : kPartsThatLack) | (ranger.CastsExactRays() ? kExactRays : 0);
+  entry->ready = !(wants & Model::kPartsThatLack);
+  return wants;
 }
 
 /// What no two threads may do at once.
 void GatherPhase::FinishGettingReady(unsigned wants, World* world) {
   WorldEngine& engine = world->engine();
   if (wants & kTargets) engine.fiducials.Refresh(engine.models, world->GetUpdateCount());
-  if ((wants & kExactRays) && world->IsExact(RayModel::kDefault))
+  if ((wants & Model::kExactRays) && world->IsExact(RayModel::kDefault))
     engine.scene.grid.EverythingLayer(true);
-  if (!(wants & kPartsThatLack)) return;
+  if (!(wants & Model::kPartsThatLack)) return;
   for (const Entry& entry : entries_) {
-    if (entry.ready || (entry.kind != Kind::kRanger && entry.kind != Kind::kOther)) continue;
+    if (!entry.updates || entry.ready) continue;
     Model& model = *entry.model;
     if (!model.root->windows_) model.root->windows_ = std::make_unique<Model::OwnWindows>();
-    if (entry.kind == Kind::kRanger) static_cast<ModelRanger&>(model).FinishGettingReady();
+    model.FinishGettingReady();
   }
 }
 
@@ -191,17 +169,10 @@ void GatherPhase::Measure(Block* block) {
 }
 
 void GatherPhase::MeasureEntry(Entry* entry, Block* block) {
-  if (entry->kind == Kind::kRanger)
-    entry->share = static_cast<ModelRanger*>(entry->model)->MeasureUpdate(&entry->windows);
-  if (entry->kind != Kind::kOther) return;
+  if (!entry->updates) return;
   entry->first_fan = block->fans.size();
-  entry->model->Gather(&block->fans);
+  entry->share = entry->model->MeasureRoom(&block->fans, &entry->windows);
   entry->fan_count = block->fans.size() - entry->first_fan;
-  for (const sensing::FanList::Entry& listed : FansOf(*entry, *block)) {
-    entry->share += listed;
-    if (listed.past_own_tree)
-      entry->share.words += entry->windows.Plan(*entry->model, listed.fan.exact);
-  }
 }
 
 void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
@@ -214,7 +185,7 @@ void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
 void GatherPhase::PlaceWindows(const Block& block) {
   sensing::BatchShare next = block.share;
   for (Entry& entry : EntriesOf(block)) {
-    if (entry.kind != Kind::kRanger && entry.kind != Kind::kOther) continue;
+    if (!entry.updates) continue;
     next += std::exchange(entry.share, next);
     entry.windows.Place(*entry.model, entry.share.words);
   }
@@ -232,20 +203,16 @@ void GatherPhase::Fill(Block* block) {
     block->callbacks += entry.has_callbacks;
     block->layer_missing |= entry.layer_missing;
     block->has_rests |= entry.has_rest;
-    block->same_interval &= entry.kind != Kind::kNothing && entry.interval == entries[0].interval;
+    block->same_interval &= entry.updates && entry.interval == entries[0].interval;
   }
   block->interval = entries[0].interval;
 }
 
 void GatherPhase::FillEntry(Entry* entry, const Block& block) {
-  if (entry->kind == Kind::kNothing) return;
+  if (!entry->updates) return;
   entry->windows.Fill(*entry->model);
-  if (entry->kind == Kind::kRanger)
-    entry->layer_missing = !static_cast<ModelRanger*>(entry->model)->FillUpdate(entry->share);
-  else if (entry->kind == Kind::kPosition)
-    static_cast<ModelPosition*>(entry->model)->Gather(nullptr);
-  else
-    entry->layer_missing = !PutFans(*entry, block);
+  entry->layer_missing =
+      !entry->model->FillRoom(entry->share, block.fans, entry->first_fan, entry->fan_count);
   // As Model::Update() has it.
   entry->interval = entry->model->GetUpdateInterval();
   uint64_t& chain = entry->model->update_chain_;
@@ -253,36 +220,12 @@ void GatherPhase::FillEntry(Entry* entry, const Block& block) {
   entry->has_callbacks = entry->model->HasCallbacks(Model::CB_UPDATE);
 }
 
-/// Those that it has listed. False if the layer of a fan is still to be made.
-bool GatherPhase::PutFans(const Entry& entry, const Block& block) {
-  bool layers_found = true;
-  sensing::BatchShare room = entry.share;
-  for (const sensing::FanList::Entry& listed : FansOf(entry, block)) {
-    const bool exact = listed.fan.exact;
-    entry.model->scene().batch.Put(
-        room, block.fans, listed,
-        listed.past_own_tree ? entry.model->root->windows_->of[exact].window : sensing::Window());
-    layers_found &= listed.fan.layer != grid::kNoLayer;
-    room += listed;
-  }
-  return layers_found;
-}
-
-/// The layers of the grid that rangers' fans look for, at heights that nobody looked at so far.
+/// The layers of the grid that fans look for, at heights that nobody looked at so far.
 void GatherPhase::MakeLayers(sensing::Scene* scene) {
-  sensing::RayBatch& batch = scene->batch;
-  const auto make_for = [&](const Entry& entry) {
-    for (uint32_t i = entry.share.fans; i < batch.fans().size(); i++) {
-      const sensing::Fan& fan = batch.fans()[i];
-      if (fan.finder != entry.model) return;
-      if (fan.layer == grid::kNoLayer)
-        batch.SetLayer(i, scene->grid.RangerLayer(fan.z, fan.z_test, fan.exact));
-    }
-  };
   for (const Block& block : Blocks()) {
     if (!block.layer_missing) continue;
     for (const Entry& entry : EntriesOf(block))
-      if (entry.layer_missing) make_for(entry);
+      if (entry.layer_missing) scene->MakeLayers(entry.share.fans, entry.model);
   }
 }
 
@@ -297,7 +240,7 @@ void GatherPhase::Queue(World* world, threads::WorkerPool* workers) {
   WorldEngine& engine = world->engine();
   const usec_t now = world->SimTimeNow();
   for (const Entry& entry : entries_) {
-    if (entry.kind == Kind::kNothing) continue;
+    if (!entry.updates) continue;
     if (entry.has_rest) engine.sensed.push_back(entry.model);
     engine.ScheduleUpdate(entry.model, now + entry.interval, entry.chain);
     if (entry.has_callbacks) engine.update_callbacks_due.push_back(entry.model);

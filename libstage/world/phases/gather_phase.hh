@@ -51,8 +51,6 @@ class GatherPhase {
   /// was: up to one that is something else; 0 if it isn't worth while.
   size_t UpdateTogether(const Scheduler::Event* events, size_t count, World* world,
                         threads::WorkerPool* workers);
-  /// Positions and rangers, of which there are many, have shorter ways than the others.
-  enum class Kind : uint8_t { kNothing, kPosition, kRanger, kOther };
   struct Entry {
     Model* model;
     sensing::BatchShare share;  // then where its room begins
@@ -60,7 +58,7 @@ class GatherPhase {
     uint64_t chain;
     size_t first_fan, fan_count;  // of those listed in the block
     Model::WindowsToMake windows;
-    Kind kind;
+    bool updates;  // it does: its update is not void
     bool ready, has_rest, has_callbacks, layer_missing;
   };
   // Some entries that follow each other: what is added up of all is added up block by block.
@@ -76,14 +74,11 @@ class GatherPhase {
   void ForEachBlock(threads::WorkerPool* workers, F f);
   std::span<Entry> EntriesOf(const Block& block);
   std::span<Block> Blocks() { return std::span(blocks_).first(block_count_); }
-  static std::span<const sensing::FanList::Entry> FansOf(const Entry& entry, const Block& block);
   static bool MayShare(const Scheduler::Event& event);
   bool Prepare(const Scheduler::Event* events, size_t count, World* world,
                threads::WorkerPool* workers);
-  // What updates want to be there, beside what they make themselves.
-  static constexpr unsigned kTargets = 1, kExactRays = 2, kPartsThatLack = 4;
+  static constexpr unsigned kTargets = 4;  // beside what Model::GetReady() may want
   static unsigned PrepareEntry(const Scheduler::Event& event, Entry* entry);
-  static unsigned PrepareRanger(Entry* entry);
   void FinishGettingReady(unsigned wants, World* world);
   void UpdatePrepared(World* world, threads::WorkerPool* workers);
   void Measure(Block* block);
@@ -92,7 +87,6 @@ class GatherPhase {
   void PlaceWindows(const Block& block);
   void Fill(Block* block);
   void FillEntry(Entry* entry, const Block& block);
-  bool PutFans(const Entry& entry, const Block& block);
   void MakeLayers(sensing::Scene* scene);
   void Queue(World* world, threads::WorkerPool* workers);
   void QueueTogether(World* world, threads::WorkerPool* workers);

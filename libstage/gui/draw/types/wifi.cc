@@ -2,22 +2,22 @@
 //
 // How far a wifi device reaches, and whom.
 
+#include "models/wifi.hh"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
 #include "gui/draw/model_pictures.hh"
+#include "gui/draw/type_picture.hh"
 #include "models/block.hh"
 #include "models/line_in_bodies.hh"
-#include "models/wifi.hh"
 #include "world/world.hh"
 
 namespace Stg::draw {
 
 namespace {
-
-constexpr double kFarthest = 1e5;  // m; what is infinite ends here
 
 /// Where the level of the device's signal falls to range_db, or the reach of a simple one. Walls
 /// and random errors are left out.
@@ -121,8 +121,6 @@ void DrawRange(const ModelWifi& wifi, const Pose& global, Painting* floor) {
   }
 }
 
-}  // namespace
-
 void DrawWifi(const ModelWifi& wifi, const Pose& global, const Layers& layers) {
   constexpr double kShort = 0.2, kHead = 0.15;
   DrawRange(wifi, global, layers.floor);
@@ -138,5 +136,14 @@ void DrawWifi(const ModelWifi& wifi, const Pose& global, const Layers& layers) {
     painter.Line({length, 0, 0}, {length - kHead, -kHead / 2, 0}, true);
   }
 }
+
+void Draw(ModelWifi& wifi, const Pose& global, const DataFrame& frame) {
+  if (frame.options[view::Show::kWifi]) DrawWifi(wifi, global, frame.layers);
+}
+
+[[maybe_unused]] const bool kRegistered =
+    RegisterPicture(PictureOf<ModelWifi>({view::Show::kWifi}, Draw));
+
+}  // namespace
 
 }  // namespace Stg::draw
