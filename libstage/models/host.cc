@@ -33,14 +33,14 @@ void Host::Erase(std::vector<Model*>* list, const Model* model) {
   if (place != list->end() && *place == model) list->erase(place);
 }
 
-void Host::KeepForNow(std::list<std::shared_ptr<void>> data) noexcept {
-  orphans_.splice(orphans_.end(), data);  // takes no memory
+void Host::KeepForNow(std::forward_list<std::shared_ptr<void>> data) noexcept {
+  orphans_.splice_after(orphans_.before_begin(), data);  // takes no memory
 }
 
 void Host::LetOrphansGo() {
   if (!IsIdle()) return;
   // What is freed may free more.
-  const std::list<std::shared_ptr<void>> gone = std::exchange(orphans_, {});
+  const std::forward_list<std::shared_ptr<void>> gone = std::exchange(orphans_, {});
 }
 
 }  // namespace Stg

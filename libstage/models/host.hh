@@ -6,7 +6,7 @@
 #ifndef STAGE_MODELS_HOST_HH
 #define STAGE_MODELS_HOST_HH
 
-#include <list>
+#include <forward_list>
 #include <map>
 #include <memory>
 #include <string>
@@ -113,7 +113,7 @@ class Host {
   /// No callback is running, nor anything that calls some.
   bool IsIdle() const { return !stepping && !writing && loads == 0 && calls == 0; }
   /// Keeps what a model has adopted that is being deleted, perhaps by a callback that uses it.
-  void KeepForNow(std::list<std::shared_ptr<void>> data) noexcept;
+  void KeepForNow(std::forward_list<std::shared_ptr<void>> data) noexcept;
   /// Frees that if the world is idle.
   void LetOrphansGo();
 
@@ -123,7 +123,7 @@ class Host {
   static void Erase(std::vector<Model*>* list, const Model* model);
 
  private:
-  std::list<std::shared_ptr<void>> orphans_;  // see KeepForNow()
+  std::forward_list<std::shared_ptr<void>> orphans_;  // see KeepForNow()
 };
 
 }  // namespace Stg

@@ -130,7 +130,7 @@ void Model::Leave() {
 
 Model::~Model() {
   if (callbacks_) callbacks_->orphaned = true;
-  if (adopted_) world->host().KeepForNow(std::move(*adopted_));
+  if (!adopted_.empty()) world->host().KeepForNow(std::move(adopted_));
   world->host().TraceBatchAndPostponeThrowing();
   DeleteChildren();
   StopCharging();
@@ -506,10 +506,7 @@ void Model::AddParallelCallback(callback_type_t t, model_callback_t cb, void* us
   AddCallback(Callback{cb, user, t, true});
 }
 
-void Model::Adopt(const std::shared_ptr<void>& data) {
-  if (!adopted_) adopted_ = std::make_unique<std::list<std::shared_ptr<void>>>();
-  adopted_->push_back(data);
-}
+void Model::Adopt(const std::shared_ptr<void>& data) { adopted_.push_front(data); }
 
 void Model::AddCallback(const Callback& entry) {
   if (!callbacks_) callbacks_ = std::make_shared<Callbacks>();

@@ -3,6 +3,7 @@
 // What decides the future of a model of any type.
 
 #include <algorithm>
+#include <iterator>
 
 #include "models/block.hh"
 #include "models/flag.hh"
@@ -104,22 +105,25 @@ void Model::ExchangeCallbacks(StateExchange& exchange) {
 // ---- what controllers remember ------------------------------------------------------------------
 
 void Model::KeepState(const std::string& name, void* data, size_t bytes) {
-  if (!kept_state_) kept_state_ = std::make_unique<std::vector<KeptState>>();
-  kept_state_->push_back({name, data, bytes, nullptr});
+  AddKeptState({name, data, bytes, nullptr});
 }
 
 void Model::KeepState(const std::string& name, StateKeeper* keeper) {
-  if (!kept_state_) kept_state_ = std::make_unique<std::vector<KeptState>>();
-  kept_state_->push_back({name, nullptr, 0, keeper});
+  AddKeptState({name, nullptr, 0, keeper});
+}
+
+void Model::AddKeptState(const KeptState& kept) {
+  auto last = kept_state_.before_begin();
+  while (std::next(last) != kept_state_.end()) ++last;
+  kept_state_.insert_after(last, kept);
 }
 
 void Model::KeepsNoState(const std::string& name) { KeepState(name, nullptr, 0); }
 
 void Model::ExchangeKeptState(StateExchange& exchange) {
-  const size_t count = kept_state_ ? kept_state_->size() : 0;
-  exchange.Expect(count, "the number of controllers that keep state with a model");
-  for (size_t i = 0; i < count; i++) {
-    const KeptState& kept = (*kept_state_)[i];
+  exchange.Expect(static_cast<uint64_t>(std::distance(kept_state_.begin(), kept_state_.end())),
+                  "the number of controllers that keep state with a model");
+  for (const KeptState& kept : kept_state_) {
     std::string name = kept.name;
     exchange(name);
     if (name != kept.name) exchange.Fail("found the state of another controller");

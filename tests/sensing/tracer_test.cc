@@ -18,6 +18,7 @@
 #include "support/hit_lists.hh"
 #include "support/plain_walk.hh"
 #include "support/random_source.hh"
+#include "support/turned_fan.hh"
 
 namespace Stg::internal::sensing {
 namespace {
@@ -253,9 +254,7 @@ void MakeBatch(Scene* scene, RandomSource* random, DirectionTables* tables, RayB
     if (random->OneIn(4)) {
       std::vector<double> own;
       for (uint32_t j = 0; j < samples; j++) own.push_back(random->Real(-3, 3));
-      FanList list;
-      list.Add(fan, own);
-      batch->Add(list, list.From(0)[0], Window());
+      test::AddTurned(batch, fan, own, Window());
     } else {
       fan.record.first_direction = tables->Find(random->Int(0, 3), samples);
       batch->Add(fan, samples, Window());

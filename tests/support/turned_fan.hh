@@ -14,7 +14,9 @@ inline void AddTurned(sensing::RayBatch* batch, const sensing::Fan& fan,
                       const std::vector<double>& bearings, const sensing::Window& window) {
   sensing::FanList list;
   list.Add(fan, bearings);
-  batch->Add(list, list.From(0)[0], window);
+  sensing::BatchShare share;
+  share += list.From(0)[0];
+  batch->Put(batch->AddRoom(share), list, list.From(0)[0], window);
 }
 
 }  // namespace Stg::test

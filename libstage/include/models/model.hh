@@ -8,6 +8,7 @@
 #ifndef STAGE_MODELS_MODEL_HH
 #define STAGE_MODELS_MODEL_HH
 
+#include <forward_list>
 #include <functional>
 #include <list>
 #include <map>
@@ -541,6 +542,7 @@ class Model : public Ancestor {
   void ExchangeEnergy(StateExchange& exchange);
   void ExchangeCallbacks(StateExchange& exchange);
   void ExchangeFlags(StateExchange& exchange);
+  void AddKeptState(const KeptState& kept);
   void ExchangeKeptState(StateExchange& exchange);
   void Leave();
   void LoadEnergy();
@@ -585,8 +587,8 @@ class Model : public Ancestor {
   std::unique_ptr<Raster> last_raster_;
   mutable const ModelType* known_type_;  // that FindModelType() has found; or null
   // Most models have neither.
-  std::unique_ptr<std::list<std::shared_ptr<void> > > adopted_;
-  std::unique_ptr<std::vector<KeptState> > kept_state_;
+  std::forward_list<std::shared_ptr<void> > adopted_;
+  std::forward_list<KeptState> kept_state_;  // in the order of the calls
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.
