@@ -93,6 +93,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       stall(false),
       subs(0),
       interval(100000),
+      known_type_(nullptr),
       blockgroup(std::make_unique<BlockGroup>(*this)),
       world(world_),
       parent(FitParent(*world_, parent_)),
@@ -105,8 +106,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       loaded_(false),
       shares_name_(false),
       random_(SeedOfPlace(parent ? parent->random_.seed() : world_->seed(), type_,
-                          AboveOf(parent, world_).CountOfType(type_))),
-      known_type_(nullptr) {
+                          AboveOf(parent, world_).CountOfType(type_))) {
   if (!parent) gui.move = true;  // it may have been given one
   Ancestor& above = AboveOf(parent, world);
   const unsigned int count = above.CountOfType(type);

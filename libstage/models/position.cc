@@ -50,8 +50,8 @@ point_t Turned(double x, double y, double angle) {
 }
 
 // Gathered in a way of its own: see GatherPhase.
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelPosition>("position").Updates(ModelType::kShared));
+[[maybe_unused]] const bool kRegistered = RegisterModelType(
+    ModelTypeOf<ModelPosition>("position").Updates(ModelType::kShared | ModelType::kCallsVelocity));
 
 }  // namespace
 

@@ -2,6 +2,7 @@
 //
 // Callbacks on several threads: as if one after the other, whatever the list of models looks like.
 
+#include "world/engine.hh"
 #include "world/phases/callback_phase.hh"
 
 #include <gtest/gtest.h>
@@ -62,6 +63,7 @@ class Robots {
   /// Calls all of the list as the engine does. Counts those that were called together.
   Outcome Call(const std::vector<Stg::Model*>& list, unsigned threads, size_t* together) {
     Stg::threads::WorkerPool workers(threads);
+    const Stg::While stepping(&world_->engine().stepping, true);
     phase_.SetFewest(1);
     phase_.EndStep();
     for (auto& tree : trees_) tree.clear();

@@ -503,6 +503,7 @@ class Model : public Ancestor {
   bool stall;
   unsigned int subs;
   usec_t interval;
+  mutable const ModelType* known_type_;  // that FindModelType() has found; or null
   std::unique_ptr<BlockGroup> blockgroup;
   World* world;
   Pose pose;
@@ -585,7 +586,6 @@ class Model : public Ancestor {
   bool shares_name_;                      // another model had its name before
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
-  mutable const ModelType* known_type_;  // that FindModelType() has found; or null
   // Most models have neither.
   std::forward_list<std::shared_ptr<void> > adopted_;
   std::forward_list<KeptState> kept_state_;  // in the order of the calls

@@ -41,6 +41,7 @@ struct ModelType {
     kLooksForFiducials = 4,  ///< and it looks at those that fiducial finders may see
     kThroughAllHeights = 8,  ///< and its rays go through the layer of all heights
     kHasRest = 16,           ///< and it asks for Sensed()
+    kCallsVelocity = 32,     ///< and it calls callbacks of CB_VELOCITY; alone, if there are any
   };
   std::string name;          ///< as in world files
   const std::type_info* of;  ///< the class

@@ -101,7 +101,8 @@ bool GatherPhase::MayShare(const Scheduler::Event& event) {
   if (event.callback || !event.model) return false;
   const ModelType* const type = FindModelType(*event.model);
   if (!type || type->updates == ModelType::kAlone) return false;
-  return !event.model->HasCallbacks(Model::CB_VELOCITY);
+  return !(type->updates & ModelType::kCallsVelocity) ||
+         !event.model->HasCallbacks(Model::CB_VELOCITY);
 }
 
 // ---- getting ready ------------------------------------------------------------------------------
