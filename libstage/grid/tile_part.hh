@@ -23,9 +23,7 @@ struct TilePart {
   uint64_t cells = 0;    ///< bits, see BitOf()
 
   /// A cell's bit in its tile.
-  static uint32_t BitOf(int32_t x, int32_t y) {
-    return static_cast<uint32_t>(ray_place(x, y, 3));
-  }
+  static uint32_t BitOf(int32_t x, int32_t y) { return static_cast<uint32_t>(ray_place(x, y, 3)); }
   bool SameTile(const TilePart& o) const { return x == o.x && y == o.y; }
   /// The order in which parts are kept.
   bool ComesBefore(const TilePart& o) const { return y == o.y ? x < o.x : y < o.y; }

@@ -178,7 +178,7 @@ TEST(Infinity, OfACommandIsClippedToTheBounds) {
   ExpectPose(things.robot->GetVelocity(), 1, -1, 0, M_PI / 2);
   EXPECT_NEAR(things.Part<ModelActuator>("arm")->GetPosition(), 0.1, 1e-9);
   EXPECT_TRUE(std::isfinite(things.robot->FindPowerPack()->GetStored()));
-  EXPECT_GT(things.robot->FindPowerPack()->GetStored(), 900) << "no more than what it does costs";
+  EXPECT_GT(things.robot->FindPowerPack()->GetStored(), 900) << "only the work done is charged";
 }
 
 TEST(Infinity, OfAnAccelerationIsClippedToo) {
@@ -297,7 +297,7 @@ size_t ExpectNumbers(Things& t) {
   return count;
 }
 
-TEST_P(Fields, TakeAnythingAndNumbersComeOut) {
+TEST_P(Fields, AcceptAnyNumberAndStayFinite) {
   for (const double value : {kNaN, kInfinity, -kInfinity, 1e300, -1e300, 5e-324}) {
     SCOPED_TRACE(value);
     Things things;

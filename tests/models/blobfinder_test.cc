@@ -374,7 +374,7 @@ TEST(EdgeCases, NearThingsFillTheImageAndNoMore) {
   EXPECT_EQ(scene.finder->GetBlobs()[0].bottom, 60u);
 }
 
-TEST(EdgeCases, FieldsOfViewThatAreNone) {
+TEST(EdgeCases, ZeroOrInvalidFieldsOfView) {
   for (const double fov : {0.0, kNaN, kInfinity}) {
     Scene scene(Box("blue"));
     scene.finder->fov = fov;

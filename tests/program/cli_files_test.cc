@@ -191,7 +191,7 @@ TEST_F(CliFilesTest, LostOutputIsAFailure) {
   EXPECT_EQ(CountOf(Shell("", "-g my.world --state-hash", ">/dev/full").err, "\n"), 1u);
 }
 
-TEST_F(CliFilesTest, WhatTheErrorsFileLosesIsNoneOfTheOutput) {
+TEST_F(CliFilesTest, LostErrorOutputDoesNotChangeTheStatus) {
   Write("my.world", kWorld);
   const Result r = Shell("", "--explain my.world", ">text 2>/dev/full");
   EXPECT_EQ(r.status, 0);

@@ -116,7 +116,7 @@ void CheckMany(const Terrain& terrain, uint64_t seed, int rays, int long_rays) {
       ASSERT_TRUE(Check(terrain, view, kNoWindow, ray, &random, &hits));
     }
   }
-  EXPECT_GT(hits, static_cast<size_t>(rays) / 10) << "these rays prove little";
+  EXPECT_GT(hits, static_cast<size_t>(rays) / 10) << "too few rays hit anything";
 }
 
 TEST_P(RayWalkAt, SparseCells) {

@@ -263,7 +263,7 @@ void MakeBatch(Scene* scene, RandomSource* random, DirectionTables* tables, RayB
   batch->Close(*tables);
 }
 
-TEST(TracerLists, GiveTheVeryBitsOfNoLists) {
+TEST(TracerLists, GiveTheSameBitsAsTracingWithoutLists) {
   RandomSource random(2);
   for (int round = 0; round < 40; round++) {
     Scene scene;

@@ -276,7 +276,7 @@ void CheckMany(const WideWalk& wide, const Terrain& terrain, uint64_t seed, int 
     Rays rays = RandomRays(&random, terrain, view, window);
     ASSERT_NO_FATAL_FAILURE(Check(wide, terrain.grid(), &rays, &hits)) << "group " << i;
   }
-  EXPECT_GT(hits, static_cast<size_t>(groups) * 5) << "these rays prove little";
+  EXPECT_GT(hits, static_cast<size_t>(groups) * 5) << "too few rays hit anything";
 }
 
 TEST_P(WideWalkAt, SparseCells) {

@@ -2,7 +2,6 @@
 //
 // Callbacks on several threads: as if one after the other, whatever the list of models looks like.
 
-#include "world/engine.hh"
 #include "world/phases/callback_phase.hh"
 
 #include <gtest/gtest.h>
@@ -15,6 +14,7 @@
 
 #include "support/model_testing.hh"
 #include "support/random_source.hh"
+#include "world/engine.hh"
 
 namespace {
 

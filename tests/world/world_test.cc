@@ -67,7 +67,7 @@ TEST(World, ExtentGrowsInSuperregions) {
   EXPECT_GE(world->GetExtent().x.max, 1.2);
 }
 
-TEST(World, PausingConcernsOthers) {
+TEST(World, UpdateStepsEvenWhilePaused) {
   const auto world = EmptyWorld();
   world->Stop();
   EXPECT_TRUE(world->Paused());
