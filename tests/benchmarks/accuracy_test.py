@@ -26,7 +26,9 @@ sys.path.insert(0, str(SOURCE_DIR / "benchmarks"))
 
 try:
     import numpy
+    from benchkit import inference
     from benchkit.accuracy import analysis, worlds
+    from benchkit.inference import percentile
     from benchkit.accuracy.analysis import Candidate, Limit
     from benchkit.accuracy.jobs import Benchmark
     from benchkit.accuracy.needs import NEEDS
@@ -55,11 +57,11 @@ def run(*command: object, status: int = 0, **environment: str
 class AnalysisTest(unittest.TestCase):
     def test_percentile_is_one_of_the_values(self) -> None:
         values = list(range(100, 0, -1))
-        self.assertEqual(analysis.percentile(values, 0.5), 50)
-        self.assertEqual(analysis.percentile(values, 0.95), 95)
-        self.assertEqual(analysis.percentile(values, 1), 100)
-        self.assertEqual(analysis.percentile([7], 0.01), 7)
-        self.assertTrue(math.isnan(analysis.percentile([], 0.5)))
+        self.assertEqual(percentile(values, 0.5), 50)
+        self.assertEqual(percentile(values, 0.95), 95)
+        self.assertEqual(percentile(values, 1), 100)
+        self.assertEqual(percentile([7], 0.01), 7)
+        self.assertTrue(math.isnan(percentile([], 0.5)))
 
     def test_pareto_front(self) -> None:
         points = [(1, 0.1), (2, 0.2), (1.5, 0.3), (2, 0.25), (3, 0.9), (3, 0.9)]
@@ -90,15 +92,15 @@ class AnalysisTest(unittest.TestCase):
             mean = sum(pattern) / n
             deviation = math.sqrt(sum((p - mean) ** 2 for p in pattern) / (n - 1))
             shift = critical * deviation / math.sqrt(n)
-            found = analysis.t_test([p - mean + shift for p in pattern])
+            found = inference.t_test([p - mean + shift for p in pattern])
             self.assertAlmostEqual(found, probability, places=4)
-        self.assertEqual(analysis.t_test([0, 0, 0]), 1)
-        self.assertEqual(analysis.t_test([2, 2, 2]), 0)
-        self.assertTrue(math.isnan(analysis.t_test([1])))
+        self.assertEqual(inference.t_test([0, 0, 0]), 1)
+        self.assertEqual(inference.t_test([2, 2, 2]), 0)
+        self.assertTrue(math.isnan(inference.t_test([1])))
 
     def test_holms_correction(self) -> None:
         # 4, 3, 2 and 1 times the sorted ones, never falling.
-        corrected = analysis.holm([0.01, 0.04, 0.03, 0.005])
+        corrected = inference.holm([0.01, 0.04, 0.03, 0.005])
         for found, expected in zip(corrected, (0.03, 0.06, 0.06, 0.02)):
             self.assertAlmostEqual(found, expected)
 
@@ -147,6 +149,7 @@ class TableTest(unittest.TestCase):
             path = Path(folder) / "raw" / "t.csv"
             table = Table(path, ["job", "value"])
             table.add([{"job": 1, "value": "a"}, {"job": 1, "value": "b"}])
+            table.close()
             whole = path.read_text()
             for torn in ("2,c,0\n", "2,c", "2,c,0\n2,"):  # not its last row, and a torn line
                 path.write_text(whole + torn)
@@ -154,9 +157,16 @@ class TableTest(unittest.TestCase):
                 self.assertTrue(again.has({"job": 1}))
                 self.assertFalse(again.has({"job": 2}))
                 self.assertEqual(path.read_text(), whole)
+                again.close()
+            again = Table(path, ["job", "value"])
             again.add([{"job": 2, "value": "c"}])
-            self.assertEqual(len(Table(path, ["job", "value"]).rows), 3)
-            with self.assertRaisesRegex(ValueError, "other columns"):
+            with self.assertRaisesRegex(ValueError, "another series is writing"):
+                Table(path, ["job", "value"])
+            again.close()
+            again = Table(path, ["job", "value"])
+            self.assertEqual(len(again.rows), 3)
+            again.close()
+            with self.assertRaisesRegex(ValueError, "columns are not those"):
                 Table(path, ["job", "weight"])
 
 

@@ -12,13 +12,14 @@ from typing import Callable, Iterable, Iterator
 
 import numpy as np
 
-from . import analysis, worlds
+from benchkit.inference import percentile
 from benchkit.programs import RunError
-
-from .programs import Poses, Programs
 from benchkit.progress import Progress
-from .settings import Plan, Setting, Sweep
 from benchkit.store import Table
+
+from . import analysis, worlds
+from .programs import Poses, Programs
+from .settings import Plan, Setting, Sweep
 
 SETTING = ["cell", "ray_model", "samples", "interval_ms", "step_ms", "hits", "threads"]
 FIGURES = [*analysis.COUNTS, *analysis.MEDIANS, "max"]
@@ -180,8 +181,8 @@ class Benchmark:
             for time, x, y in zip(poses.times[1:], poses.x[1:, 0], poses.y[1:, 0]):
                 true_x, true_y = analysis.arc(speed, turn, float(time))
                 errors.append(float(np.hypot(x - true_x, y - true_y)))
-            return [{**key, "seconds": seconds, "error_p50": analysis.percentile(errors, 0.5),
-                     "error_p95": analysis.percentile(errors, 0.95), "error_max": max(errors)}]
+            return [{**key, "seconds": seconds, "error_p50": percentile(errors, 0.5),
+                     "error_p95": percentile(errors, 0.95), "error_max": max(errors)}]
         return run
 
     # ---- driving at a wall ----
@@ -203,8 +204,8 @@ class Benchmark:
             gaps = [a.gap(*pose) for a, pose in zip(wanted, zip(poses.x[-1], poses.y[-1],
                                                                 poses.a[-1]))]
             return [{"cell": f"{cell:g}", "robots": len(gaps), "gap_least": min(gaps),
-                     "gap_p50": analysis.percentile(gaps, 0.5),
-                     "gap_p95": analysis.percentile(gaps, 0.95), "gap_most": max(gaps)}]
+                     "gap_p50": percentile(gaps, 0.5),
+                     "gap_p95": percentile(gaps, 0.95), "gap_most": max(gaps)}]
         return run
 
     # ---- trajectories and scores ----
