@@ -231,7 +231,8 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
   EXPECT_EQ(batch.DirectionsOf(fans[1])[0].cosine, MakeDirection(0.1).cosine);
   EXPECT_EQ(batch.DirectionsOf(fans[1])[1].sine, MakeDirection(0.2).sine);
   EXPECT_EQ(batch.DirectionsOf(fans[2])[0].cosine, MakeDirection(0.3).cosine);
-  EXPECT_EQ(batch.DirectionsOf(fans[3]), batch.DirectionsOf(fans[2]) + 1) << "follows the one before";
+  EXPECT_EQ(batch.DirectionsOf(fans[3]), batch.DirectionsOf(fans[2]) + 1)
+      << "follows the one before";
   EXPECT_EQ(batch.DirectionsOf(fans[4]), &tables.all()[11]);
   EXPECT_EQ(batch.TurnsOf(fans[0]), &tables.turns()[1]);
   EXPECT_EQ(batch.TurnsOf(fans[1])[1].sine, std::sin(0.2));
