@@ -50,7 +50,7 @@ void TraceRays(benchmark::State& state, const char* name, double width, double d
   Stg::internal::sensing::Scene& scene = world.host().scene;
   Stg::RandomStream random(7);
   const Stg::internal::sensing::Tracer tracer(scene.grid);
-  const Stg::ray_window_t no_window{nullptr, 0, 0, 0, 0};
+  const Stg::ray_mask_t no_mask{nullptr, 0, 0, 0, 0};
   const uint32_t first = scene.tables.Find(2 * M_PI, 360);
   Stg::internal::sensing::TraceCounters counters;
   for (auto _ : state) {
@@ -64,14 +64,14 @@ void TraceRays(benchmark::State& state, const char* name, double width, double d
     for (uint32_t i = 0; i < 360; i++)
       benchmark::DoNotOptimize(
           tracer.Trace(fan, view, {scene.tables.all()[first + i], scene.tables.turns()[first + i]},
-                       no_window, {}, &counters));
+                       no_mask, {}, &counters));
   }
   state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
 }
 BENCHMARK_CAPTURE(TraceRays, cave, "cave.world", 64.0, 64.0);
 BENCHMARK_CAPTURE(TraceRays, hospital, "hospital.world", 540.0, 220.0);
 
-enum class Without { kNothing, kLayers, kWindows, kWalks };
+enum class Without { kNothing, kLayers, kSelfMasks, kWalks };
 
 bool StopsRanger(Stg::Model* candidate, const Stg::Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0);
@@ -80,11 +80,11 @@ bool StopsRanger(Stg::Model* candidate, const Stg::Model* finder, const void*) {
 /// The rays of one ranger, as it would put them into the batch of a step.
 void AddFans(Stg::internal::sensing::Scene* scene, const Stg::ModelRanger& ranger, Without without,
              Stg::internal::sensing::RayBatch* batch) {
-  Stg::internal::sensing::Window window;
-  if (without != Without::kWindows) {
+  Stg::internal::sensing::SelfMask mask;
+  if (without != Without::kSelfMasks) {
     Stg::internal::grid::Drawings own;
     ranger.Root()->CollectDrawings(&own, false);
-    window = batch->MakeWindow(scene->grid, own, ranger.Root(), false);
+    mask = batch->MakeSelfMask(scene->grid, own, ranger.Root(), false);
   }
   const Stg::Pose frame = ranger.GetGlobalPose() + ranger.GetGeom().pose;
   for (const Stg::ModelRanger::Sensor& sensor : ranger.GetSensors()) {
@@ -97,7 +97,7 @@ void AddFans(Stg::internal::sensing::Scene* scene, const Stg::ModelRanger& range
     fan.layer = without == Without::kLayers ? Stg::internal::grid::kEverything
                                             : scene->grid.RangerLayer(fan.z, fan.z_test);
     fan.record.first_direction = scene->tables.Find(sensor.fov, sensor.sample_count);
-    batch->Add(fan, sensor.sample_count, window);
+    batch->Add(fan, sensor.sample_count, mask);
   }
 }
 
@@ -136,7 +136,7 @@ void TraceScene(benchmark::State& state, Without without) {
 }
 BENCHMARK_CAPTURE(TraceScene, as_it_is, Without::kNothing)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(TraceScene, without_layers, Without::kLayers)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(TraceScene, without_windows, Without::kWindows)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(TraceScene, without_masks, Without::kSelfMasks)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(TraceScene, hits_known, Without::kWalks)->Unit(benchmark::kMillisecond);
 
 /// One robot of the given width in cells of 0.02 m that drives on the spot's neighbourhood.

@@ -8,14 +8,14 @@
  *
  * words: the tile maps and the tiles of all layers.
  * groups, fans: only those from first_group to end_group - 1, and the fans that these name.
- * windows: those of the fans, from first_window on.
+ * self-masks: those of the fans, from first_mask on.
  * hits: per_ray words for each ray of the batch, see HitLists in libstage/sensing/prefilter.hh. */
 __kernel void walk_fans(__global const ray_super_t* directory, const uint directory_mask,
                         __global const uint* regions, __global const ulong* words, const int4 box,
                         __global const ray_group_record_t* groups, const uint first_group,
                         const uint end_group, __global const ray_fan_record_t* fans,
-                        __global const ray_direction_t* directions, __global const ulong* windows,
-                        const uint first_window, const uint per_ray, __global uint* hits) {
+                        __global const ray_direction_t* directions, __global const ulong* masks,
+                        const uint first_mask, const uint per_ray, __global uint* hits) {
   const uint item = (uint)get_global_id(0);
   uint g = first_group;
   while (g + 1 < end_group && item >= groups[g + 1].first_item) g++;
@@ -39,12 +39,12 @@ __kernel void walk_fans(__global const ray_super_t* directory, const uint direct
   grid.max_x = box.z;
   grid.max_y = box.w;
 
-  ray_window_t window;
-  window.tiles = windows + first_window + fan.window_first;
-  window.x = fan.window_x;
-  window.y = fan.window_y;
-  window.width = fan.window_size & 0xffffu;
-  window.height = fan.window_size >> 16;
+  ray_mask_t mask;
+  mask.tiles = masks + first_mask + fan.mask_first;
+  mask.x = fan.mask_x;
+  mask.y = fan.mask_y;
+  mask.width = fan.mask_size & 0xffffu;
+  mask.height = fan.mask_size >> 16;
 
   ray_t ray;
   ray_begin(&ray, &grid, fan.x, fan.y, (int)(fan.fraction & 0xffffu), (int)(fan.fraction >> 16),
@@ -53,7 +53,7 @@ __kernel void walk_fans(__global const ray_super_t* directory, const uint direct
 
   __global uint* list = hits + (size_t)(fan.first_ray + sample) * per_ray;
   for (uint i = 0; i < per_ray; i++) {
-    if (!ray_next(&grid, &window, &ray)) {
+    if (!ray_next(&grid, &mask, &ray)) {
       list[i] = RAY_NO_HIT;
       return;
     }

@@ -65,12 +65,12 @@ typedef struct {
 } ray_grid_t;
 
 /* Cells that the ray passes unseen, since they hold nothing but the body that carries the sensor:
- * a window of tiles. An empty window has a width of 0. */
+ * a self-mask of tiles. An empty self-mask has a width of 0. */
 typedef struct {
   RAY_GLOBAL const ray_ulong* tiles; /* row by row */
   int x, y;                          /* tile coordinates of its first tile */
   ray_uint width, height;            /* in tiles */
-} ray_window_t;
+} ray_mask_t;
 
 typedef struct {
   int x0, y0;           /* start cell */
@@ -158,12 +158,11 @@ RAY_FUNCTION void ray_begin(ray_t* ray, const ray_grid_t* grid, int x, int y, in
   ray->bit = 0;
 }
 
-/* The tile's word without the cells that the window hides. */
-RAY_FUNCTION ray_ulong ray_visible(const ray_window_t* window, ray_ulong word, int x, int y) {
-  const ray_uint wx = (ray_uint)((x >> RAY_TILE_SHIFT) - window->x);
-  const ray_uint wy = (ray_uint)((y >> RAY_TILE_SHIFT) - window->y);
-  if (wx < window->width && wy < window->height)
-    return word & ~window->tiles[wy * window->width + wx];
+/* The tile's word without the cells that the self-mask hides. */
+RAY_FUNCTION ray_ulong ray_visible(const ray_mask_t* mask, ray_ulong word, int x, int y) {
+  const ray_uint wx = (ray_uint)((x >> RAY_TILE_SHIFT) - mask->x);
+  const ray_uint wy = (ray_uint)((y >> RAY_TILE_SHIFT) - mask->y);
+  if (wx < mask->width && wy < mask->height) return word & ~mask->tiles[wy * mask->width + wx];
   return word;
 }
 
@@ -188,14 +187,14 @@ RAY_FUNCTION int ray_cells_left(int cell, int direction, int shift) {
   return direction > 0 ? mask - (cell & mask) : (cell & mask);
 }
 
-/* Goes on to the next occupied cell that is not hidden by the window. Returns 1 with the cell in
+/* Goes on to the next occupied cell that is not hidden by the self-mask. Returns 1 with the cell in
  * (u, v), region, tile and bit, or 0 if there is none before the end of the ray.
  *
  * Empty regions and superregions are leapt over; in a region that holds something the walk goes
  * from tile to tile, and in a tile that does from cell to cell. Which border comes next is as good
  * as random, so the steps select by arithmetic instead of branching: on a CPU a wrong guess costs
  * more than the work. in_x is all ones if the border in x is next, else 0. */
-RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ray_t* ray) {
+RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t* ray) {
   const int sx = ray->sx, sy = ray->sy, ox = ray->ox, oy = ray->oy;
   const int adx = ray->adx, ady = ray->ady;
   const int limit_x = ray->limit_x, limit_y = ray->limit_y;
@@ -240,7 +239,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_window_t* window, ra
 
       if ((tile_map >> t) & 1) {
         const ray_ulong word =
-            ray_visible(window, grid->tiles[region * 64 + (ray_uint)t], x, y) & ~seen;
+            ray_visible(mask, grid->tiles[region * 64 + (ray_uint)t], x, y) & ~seen;
         seen = 0;
         if (word != 0) {
           /* From cell to cell, to the edge of the tile. */

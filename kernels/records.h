@@ -27,9 +27,9 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint fraction;        /* of the start in its cell: x | y << 16 */
   ray_uint first_direction; /* of its rays' directions, one behind the other */
   int cosine, sine;         /* heading times length, Q16 cells */
-  int window_x, window_y;   /* tiles hidden from the rays, see ray_window_t */
-  ray_uint window_size;     /* width | height << 16, in tiles */
-  ray_uint window_first;    /* of its words */
+  int mask_x, mask_y;       /* tiles hidden from the rays, see ray_mask_t */
+  ray_uint mask_size;       /* width | height << 16, in tiles */
+  ray_uint mask_first;      /* of its words */
   ray_uint first_ray;       /* of its rays, among those of the batch */
   ray_uint samples;         /* how many rays */
 } ray_fan_record_t;

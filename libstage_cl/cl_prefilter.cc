@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "libstage_cl/environment.hh"
-#include "libstage_cl/program.hh"
 
 namespace Stg::cl {
 
@@ -43,30 +42,26 @@ sensing::PrefilterError AsPrefilterError(const ::cl::Error& error) {
 
 }  // namespace
 
-ClPrefilter::ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray)
-    : name_(device.kind + " " + device.name + " (" + device.platform + ")"),
-      platform_(device.platform),
-      is_cpu_(device.kind == "cpu"),
+ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits_per_ray)
+    : device_(std::move(device)),
+      is_cpu_(device_->found.kind == "cpu"),
       per_ray_(hits_per_ray),
-      context_(device.device),
-      queue_(context_, device.device),
-      memory_(context_, queue_, SharesMemory(device.device)),
+      queue_(device_->context, device_->found.device),
+      memory_(device_->context, queue_, SharesMemory(device_->found.device)),
       batch_(&memory_),
       directions_(&memory_),
       hits_(&memory_) {
-  calls::SetDriver(platform_);
-  const double start = Now();
-  const ::cl::Program program = BuildProgram(context_, device.device);
-  walk_ = ::cl::Kernel(program, "walk_fans");
-  const std::size_t most = walk_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device.device);
+  calls::SetDriver(device_->found.platform);
+  walk_ = ::cl::Kernel(device_->program, "walk_fans");
+  const std::size_t most = walk_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device);
   work_group_ = std::min(is_cpu_ ? kWorkGroupCpu : kWorkGroupGpu, most);
-  const ::cl::Kernel update(program, "update_words");
+  const ::cl::Kernel update(device_->program, "update_words");
   const auto forget_grid = [&] {
     grid_ = std::make_unique<DeviceGrid>(&memory_, update, work_group_);
     directions_sent_ = 0;
   };
   forget_grid();
-  statistics_.compile_seconds = Now() - start;
+  statistics_.compile_seconds = device_->compile_seconds;
   WarmUp();
   forget_grid();
 }
@@ -96,12 +91,27 @@ void ClPrefilter::WarmUp() {
   statistics_ = before;
 }
 
+std::string ClPrefilter::DeviceName() const {
+  const FoundDevice& found = device_->found;
+  return found.kind + " " + found.name + " (" + found.platform + ")";
+}
+
+std::unique_ptr<sensing::Prefilter> ClPrefilter::ForAnotherWorld() const {
+  try {
+    CheckProcess();
+    return std::make_unique<ClPrefilter>(device_, per_ray_);
+  } catch (const sensing::PrefilterError&) {
+  } catch (const ::cl::Error&) {
+  }
+  return nullptr;  // whoever opens the device anew is told why that fails
+}
+
 sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
                                     const sensing::RayBatch& batch,
                                     threads::WorkerPool* workers) try {
   CheckProcess();
   const double start = Now();
-  calls::SetDriver(platform_);  // the thread may have others
+  calls::SetDriver(device_->found.platform);  // the thread may have others
   hits_.Unmap();
   memory_.from_device.Reset();
   sorted_.Sort(batch, workers);
@@ -156,7 +166,7 @@ void ClPrefilter::SendGrid(const grid::Grid& grid) {
 void ClPrefilter::SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers) {
   // A processor does better with a launch for each group.
   sorted_.PlanLaunches(work_group_, is_cpu_,
-                       [this](grid::LayerIndex layer) { return grid_->PlaceOf(layer); });
+                       [this](grid::LayerIndex layer) { return grid_->layers().PlaceOf(layer); });
   sorted_.Write(batch, batch_.MapForWriting(sorted_.bytes()), workers);
   batch_.Unmap();
   CountSent(sorted_.bytes());
@@ -191,8 +201,8 @@ void ClPrefilter::Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::La
   walk_.setArg(i++, static_cast<cl_uint>(launch.end_group));
   walk_.setArg(i++, batch_.memory());  // its fans
   walk_.setArg(i++, directions_.memory());
-  walk_.setArg(i++, batch_.memory());  // its windows
-  walk_.setArg(i++, static_cast<cl_uint>(sorted_.first_window()));
+  walk_.setArg(i++, batch_.memory());  // its self-masks
+  walk_.setArg(i++, static_cast<cl_uint>(sorted_.first_mask()));
   walk_.setArg(i++, static_cast<cl_uint>(per_ray_));
   walk_.setArg(i++, hits_.memory());
   queue_.enqueueNDRangeKernel(walk_, ::cl::NullRange, ::cl::NDRange(launch.items),

@@ -13,9 +13,8 @@
 #include <utility>
 
 #include "libstage_cl/buffer.hh"
-#include "libstage_cl/device.hh"
 #include "libstage_cl/device_grid.hh"
-#include "libstage_cl/driver_watch.hh"
+#include "libstage_cl/open_device.hh"
 #include "sensing/device_batch.hh"
 #include "sensing/prefilter.hh"
 
@@ -24,17 +23,15 @@ namespace Stg::cl {
 class ClPrefilter final : public sensing::Prefilter {
  public:
   /// Throws sensing::PrefilterError or cl::Error.
-  ClPrefilter(const FoundDevice& device, uint32_t hits_per_ray);
+  ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits_per_ray);
 
   sensing::HitLists Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
                          const sensing::RayBatch& batch, threads::WorkerPool* workers) override;
   void SendAhead(grid::Grid& grid) override;
+  std::unique_ptr<sensing::Prefilter> ForAnotherWorld() const override;
   bool UsesHost() const override { return is_cpu_; }
-  std::string DeviceName() const override { return name_; }
+  std::string DeviceName() const override;
   const sensing::PrefilterStatistics& statistics() const override { return statistics_; }
-
-  /// The driver is watched as long as the prefilter lives.
-  void KeepWatch(std::unique_ptr<DriverWatch> watch) { watch_ = std::move(watch); }
 
  private:
   void CheckProcess() const;
@@ -46,14 +43,12 @@ class ClPrefilter final : public sensing::Prefilter {
                ::cl::Event* done);
   void CountSent(std::size_t bytes) { statistics_.bytes_sent += bytes; }
 
-  std::unique_ptr<DriverWatch> watch_;  // the last to go
+  const std::shared_ptr<const OpenDevice> device_;  // the last to go
   const pid_t process_ = getpid();
-  std::string name_, platform_;
-  bool is_cpu_;
-  uint32_t per_ray_;
+  const bool is_cpu_;
+  const uint32_t per_ray_;
   sensing::PrefilterStatistics statistics_;
 
-  ::cl::Context context_;
   ::cl::CommandQueue queue_;
   Memory memory_;
   ::cl::Kernel walk_;

@@ -28,7 +28,7 @@ uint32_t Timeout() { return NumberFromEnvironment("STAGE_CL_TIMEOUT", 120, 0, 10
 
 /// Null and a message if there is no such device, or if it can't be used.
 std::unique_ptr<ClPrefilter> Make(const std::string& choice, uint32_t hits_per_ray,
-                                  std::string* message) {
+                                  std::unique_ptr<DriverWatch> watch, std::string* message) {
   std::string reason;
   const std::vector<FoundDevice>& devices = FindDevices(&reason);
   if (devices.empty()) {
@@ -42,7 +42,8 @@ std::unique_ptr<ClPrefilter> Make(const std::string& choice, uint32_t hits_per_r
   }
   const FoundDevice& device = matching.front();
   try {
-    return std::make_unique<ClPrefilter>(device, hits_per_ray);
+    return std::make_unique<ClPrefilter>(std::make_shared<OpenDevice>(device, std::move(watch)),
+                                         hits_per_ray);
   } catch (const sensing::PrefilterError& error) {
     *message = error.what();
   } catch (const ::cl::Error& error) {
@@ -79,16 +80,14 @@ std::unique_ptr<sensing::Prefilter> MakeWatched(const std::string& choice, std::
   KeepPoclCachePrivate();
   const auto task = [&] {
     std::string wrong;
-    Make(choice, hits_per_ray, &wrong);
+    Make(choice, hits_per_ray, nullptr, &wrong);
     return wrong;
   };
   *message = TryFirst(key, task, timeout);
   if (!message->empty()) return nullptr;
   auto watch = std::make_unique<DriverWatch>(timeout);
   const SetUpWatch set_up;
-  std::unique_ptr<ClPrefilter> prefilter = Make(choice, hits_per_ray, message);
-  if (prefilter) prefilter->KeepWatch(std::move(watch));
-  return prefilter;
+  return Make(choice, hits_per_ray, std::move(watch), message);
 }
 
 /// A line for each device, or why there is none.

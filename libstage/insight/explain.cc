@@ -242,10 +242,10 @@ class World::Survey {
     if (s_.layers > layers_there)
       s_.memory.layers = (s_.layers - layers_there) * region_bytes *
                          grid.occupancy(grid::kEverything).tile_maps().size();
-    // Windows: the tiles about a robot, one window for all its sensors.
-    constexpr uint64_t kWindowTiles = 16;
+    // Self-masks: the tiles about a robot, one mask for all its sensors.
+    constexpr uint64_t kMaskTiles = 16;
     const double bytes = static_cast<double>(fans_ * sizeof(sensing::Fan) +
-                                             rooted_ * kWindowTiles * sizeof(uint64_t)) +
+                                             rooted_ * kMaskTiles * sizeof(uint64_t)) +
                          s_.updates_per_step * sizeof(Scheduler::Event);
     s_.memory.batch = static_cast<uint64_t>(bytes * kGrowth);
   }

@@ -316,7 +316,7 @@ void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length, sensin
   fan.tag = tag;
   PlaceFan(&fan, LocalToGlobal(local), length, RayModel::kCell);  // contact is a matter of cells
   fan.record.first_direction = sensing::DirectionTables::kAhead;
-  // No window: what the gripper's own robot carries breaks beams too.
+  // No self-mask: what the gripper's own robot carries breaks beams too.
   fans->Add(fan, 1, false);
 }
 

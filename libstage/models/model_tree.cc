@@ -1,15 +1,117 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How deep models may be nested.
+// Names, parents and children; how deep models may be nested.
 
 #include <algorithm>
+#include <cstdio>
+#include <string>
 
 #include "messages/report.hh"
+#include "models/block.hh"
+#include "models/host.hh"
 #include "models/model.hh"
 #include "models/warn_about.hh"
 #include "world/world.hh"
 
 namespace Stg {
+
+void Model::SetToken(const std::string& str) {
+  Ancestor::SetToken(str);
+  if (!str.empty()) world->AddModelName(this, token);
+}
+
+Model* Model::GetChild(const std::string& name) const {
+  return world->GetModel(token + "." + name);
+}
+
+Model* Model::GetUnusedModelOfType(const std::string& wanted) {
+  if (type == wanted && !used) {
+    used = true;
+    return this;
+  }
+  for (Model* child : children)
+    if (Model* found = child->GetUnusedModelOfType(wanted)) return found;
+  if (!parent)
+    WarnAbout(*this, "no unused model of type %s on it", messages::Quoted(wanted).c_str());
+  return nullptr;
+}
+
+Model* Model::GetUnsubscribedModelOfType(const std::string& wanted) const {
+  if (type == wanted && subs == 0) return const_cast<Model*>(this);
+  for (const Model* child : children)
+    if (Model* found = child->GetUnsubscribedModelOfType(wanted)) return found;
+  return nullptr;
+}
+
+Model* Model::LookupId(uint32_t wanted) { return World::FindModelOfAny(wanted); }
+
+void Model::Print(char* prefix) const {
+  std::printf("%s%s %s:%s\n", prefix ? prefix : "", prefix ? " model" : "Model",
+              Printable(world->TokenStr()).c_str(), Printable(token).c_str());
+  for (const Model* child : children) child->Print(prefix);
+}
+
+const char* Model::PrintWithPose() const {
+  static thread_local std::string text;
+  const Pose g = GetGlobalPose();
+  char numbers[256];
+  std::snprintf(numbers, sizeof numbers, " @ [%.2f,%.2f,%.2f,%.2f]", g.x, g.y, g.z, g.a);
+  text = token + numbers;
+  return text.c_str();
+}
+
+bool Model::IsAntecedent(const Model* testmod) const {
+  for (const Model* above = parent; above; above = above->parent)
+    if (above == testmod) return true;
+  return false;
+}
+
+bool Model::IsDescendent(const Model* testmod) const {
+  return testmod == this || testmod->IsAntecedent(this);
+}
+
+void Model::SetRoot(Model* new_root) {
+  root = new_root;
+  for (Model* child : children) child->SetRoot(new_root);
+}
+
+int Model::SetParent(Model* newparent) {
+  if (newparent && RefusesParent(*newparent)) return 1;
+  const Pose global = GetGlobalPose();
+  world->host().family_changes++;
+  UnMapWithChildren();
+  if (parent)
+    parent->RemoveChild(this);
+  else
+    world->RemoveChild(this);
+  parent = newparent;
+  if (parent)
+    parent->AddChild(this);
+  else
+    world->AddChild(this);
+  SetRoot(parent ? parent->root : this);
+  pose = parent ? parent->LocalPoseOf(global) : global;
+  pose.a = normalize(pose.a);
+  Map();
+  if (SurvivesCallbacks(CB_PARENT)) CallCallbacks(CB_POSE);
+  return 0;
+}
+
+void Model::BecomeParentOf(Model* child) {
+  if (child->RefusesParent(*this)) return;
+  child->UnMapWithChildren();
+  if (child->parent)
+    child->parent->RemoveChild(child);
+  else
+    world->RemoveChild(child);
+  child->parent = this;
+  AddChild(child);
+  child->SetRoot(root);
+  child->Map();
+}
+
+// ---- depth
+// ----------------------------------------------------------------------------------------
 
 const unsigned int Model::kDeepest;
 

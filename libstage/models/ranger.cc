@@ -12,9 +12,9 @@
 #include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/noise.hh"
-#include "models/own_windows.hh"
 #include "models/property_checks.hh"
 #include "models/ray_model_reader.hh"
+#include "models/self_masks.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
@@ -280,14 +280,14 @@ bool ModelRanger::HasAngleNoise() const {
                      [](const Sensor& sensor) { return sensor.HasAngleNoise(); });
 }
 
-sensing::BatchShare ModelRanger::MeasureRoom(sensing::FanList* fans, WindowsToMake* windows) {
-  if (HasAngleNoise()) return Model::MeasureRoom(fans, windows);
+sensing::BatchShare ModelRanger::MeasureRoom(sensing::FanList* fans, SelfMasksToMake* masks) {
+  if (HasAngleNoise()) return Model::MeasureRoom(fans, masks);
   sensing::BatchShare share;
   for (const Sensor& sensor : sensors_) {
     if (sensor.sample_count == 0) continue;
     share.fans++;
     share.rays += sensor.sample_count;
-    share.words += windows->Plan(*this, world->IsExact(sensor.ray_model));
+    share.words += masks->Plan(*this, world->IsExact(sensor.ray_model));
   }
   return share;
 }
@@ -304,7 +304,7 @@ bool ModelRanger::FillRoom(sensing::BatchShare room, const sensing::FanList& fan
     const sensing::Fan fan = FanOf(i, frame, turn);
     layers_found &= fan.layer != grid::kNoLayer;
     scene().batch.Put(room.fans++, fan, room.rays, sensor.sample_count,
-                      root->windows_->of[fan.exact].window);
+                      root->self_masks_->of[fan.exact].mask);
     room.rays += sensor.sample_count;
   }
   return layers_found;

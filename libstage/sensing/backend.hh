@@ -18,23 +18,37 @@
 #include <string>
 
 #include "sensing/device_batch.hh"
+#include "sensing/device_layers.hh"
 #include "sensing/prefilter.hh"
 
 namespace Stg::internal::sensing {
 
 /// To be raised whenever what a plug-in may call, or is called for, changes its meaning.
-inline constexpr uint32_t kBackendVersion = 1;
+inline constexpr uint32_t kBackendVersion = 2;
 
 /// A number that differs where objects that pass the door are laid out differently.
 constexpr uint64_t BackendLayout() {
   uint64_t hash = 0xcbf29ce484222325u;
-  for (const std::size_t size :
-       {sizeof(void*), sizeof(std::string), sizeof(Prefilter), sizeof(HitLists),
-        sizeof(PrefilterStatistics), sizeof(PrefilterError), sizeof(grid::Grid),
-        sizeof(grid::Occupancy), sizeof(DirectionTables), sizeof(RayBatch), sizeof(Fan),
-        sizeof(DeviceFan), sizeof(DeviceBatch), sizeof(threads::WorkerPool),
-        sizeof(ray_fan_record_t), sizeof(ray_group_record_t), sizeof(ray_direction_t),
-        sizeof(ray_grid_t), std::size_t{__GXX_ABI_VERSION}})
+  for (const std::size_t size : {sizeof(void*),
+                                 sizeof(std::string),
+                                 sizeof(Prefilter),
+                                 sizeof(HitLists),
+                                 sizeof(PrefilterStatistics),
+                                 sizeof(PrefilterError),
+                                 sizeof(grid::Grid),
+                                 sizeof(grid::Occupancy),
+                                 sizeof(DirectionTables),
+                                 sizeof(RayBatch),
+                                 sizeof(Fan),
+                                 sizeof(DeviceFan),
+                                 sizeof(DeviceBatch),
+                                 sizeof(DeviceLayers),
+                                 sizeof(threads::WorkerPool),
+                                 sizeof(ray_fan_record_t),
+                                 sizeof(ray_group_record_t),
+                                 sizeof(ray_direction_t),
+                                 sizeof(ray_grid_t),
+                                 std::size_t{__GXX_ABI_VERSION}})
     hash = (hash ^ size) * 0x100000001b3u;
   return hash;
 }

@@ -8,7 +8,7 @@ namespace Stg::internal::sensing {
 
 void RayBatch::Clear() {
   fan_count_ = 0;
-  window_words_.clear();
+  mask_words_.clear();
   own_directions_.clear();
   own_turns_.clear();
   fans_with_own_directions_.clear();
@@ -16,19 +16,19 @@ void RayBatch::Clear() {
   ray_count_ = 0;
 }
 
-void RayBatch::Add(Fan fan, uint32_t samples, const Window& window) {
+void RayBatch::Add(Fan fan, uint32_t samples, const SelfMask& mask) {
   const BatchShare before = AddRoom({.rays = samples, .fans = 1});
-  Put(before.fans, fan, before.rays, samples, window);
+  Put(before.fans, fan, before.rays, samples, mask);
 }
 
 BatchShare RayBatch::AddRoom(const BatchShare& share) {
-  const BatchShare before{ray_count_, fan_count_, static_cast<uint32_t>(window_words_.size()),
+  const BatchShare before{ray_count_, fan_count_, static_cast<uint32_t>(mask_words_.size()),
                           static_cast<uint32_t>(fans_with_own_directions_.size()),
                           own_directions_.size()};
   const uint32_t fans = fan_count_ + share.fans;
   if (fans > fans_.size()) fans_.resize(fans);
   if (fans > device_fans_.size()) device_fans_.resize(fans);
-  window_words_.resize(before.words + share.words, 0);
+  mask_words_.resize(before.words + share.words, 0);
   fans_with_own_directions_.resize(before.turned_fans + share.turned_fans);
   own_directions_.resize(before.turns + share.turns);
   own_turns_.resize(before.turns + share.turns);
@@ -38,11 +38,11 @@ BatchShare RayBatch::AddRoom(const BatchShare& share) {
 }
 
 void RayBatch::Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples,
-                   const Window& window) {
-  fan.record.window_x = window.x;
-  fan.record.window_y = window.y;
-  fan.record.window_size = window.width | window.height << 16;
-  fan.record.window_first = window.first;
+                   const SelfMask& mask) {
+  fan.record.mask_x = mask.x;
+  fan.record.mask_y = mask.y;
+  fan.record.mask_size = mask.width | mask.height << 16;
+  fan.record.mask_first = mask.first;
   fan.record.first_ray = static_cast<uint32_t>(first_ray);  // see FitsDevice()
   fan.record.samples = samples;
   fans_[index] = fan;
@@ -50,8 +50,8 @@ void RayBatch::Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples
 }
 
 void RayBatch::Put(const BatchShare& first, const FanList& list, const FanList::Entry& entry,
-                   const Window& window) {
-  if (!entry.turned) return Put(first.fans, entry.fan, first.rays, entry.samples, window);
+                   const SelfMask& mask) {
+  if (!entry.turned) return Put(first.fans, entry.fan, first.rays, entry.samples, mask);
   Fan fan = entry.fan;
   fan.record.first_direction = static_cast<uint32_t>(first.turns);
   const std::span<const SineCosine> turns = list.TurnsOf(entry);
@@ -60,7 +60,7 @@ void RayBatch::Put(const BatchShare& first, const FanList& list, const FanList::
     own_directions_[first.turns + i] = MakeDirection(turns[i]);
   }
   fans_with_own_directions_[first.turned_fans] = first.fans;
-  Put(first.fans, fan, first.rays, entry.samples, window);
+  Put(first.fans, fan, first.rays, entry.samples, mask);
 }
 
 void RayBatch::Close(const DirectionTables& tables) {
@@ -85,38 +85,38 @@ const SineCosine* RayBatch::TurnsOf(const Fan& fan) const {
                            : own_turns_.data() + (first - in_tables);
 }
 
-ray_window_t RayBatch::WindowOf(const Fan& fan) const {
+ray_mask_t RayBatch::SelfMaskOf(const Fan& fan) const {
   const FanRecord& r = fan.record;
-  return {window_words_.data() + r.window_first, r.window_x, r.window_y, r.window_size & 0xffff,
-          r.window_size >> 16};
+  return {mask_words_.data() + r.mask_first, r.mask_x, r.mask_y, r.mask_size & 0xffff,
+          r.mask_size >> 16};
 }
 
-Window RayBatch::MakeWindow(const grid::Grid& grid, const grid::Drawings& own, const void* tree,
-                            bool exact) {
-  Window window = PlanWindow(own);
-  window.first = AddRoom({.words = window.words()}).words;
-  FillWindow(window, grid, own, tree, exact);
-  return window;
+SelfMask RayBatch::MakeSelfMask(const grid::Grid& grid, const grid::Drawings& own, const void* tree,
+                                bool exact) {
+  SelfMask mask = PlanSelfMask(own);
+  mask.first = AddRoom({.words = mask.words()}).words;
+  FillSelfMask(mask, grid, own, tree, exact);
+  return mask;
 }
 
-Window RayBatch::PlanWindow(const grid::Drawings& own) {
+SelfMask RayBatch::PlanSelfMask(const grid::Drawings& own) {
   grid::CellBox box;  // in tiles
   own.ForEachPart([&](const grid::TilePart& part) {
     if (box.empty()) box = {part.x, part.y, part.x, part.y};
     box = {std::min(box.min_x, part.x), std::min(box.min_y, part.y), std::max(box.max_x, part.x),
            std::max(box.max_y, part.y)};
   });
-  if (box.empty()) return Window();
+  if (box.empty()) return SelfMask();
   const int64_t width = int64_t{box.max_x} - box.min_x + 1;
   const int64_t height = int64_t{box.max_y} - box.min_y + 1;
-  if (width > kMaxWindowSide || height > kMaxWindowSide) return Window();
+  if (width > kMaxMaskSide || height > kMaxMaskSide) return SelfMask();
   return {box.min_x, box.min_y, static_cast<uint32_t>(width), static_cast<uint32_t>(height), 0};
 }
 
-void RayBatch::FillWindow(const Window& window, const grid::Grid& grid, const grid::Drawings& own,
-                          const void* tree, bool exact) {
-  if (window.words() == 0) return;
-  uint64_t* words = &window_words_[window.first];
+void RayBatch::FillSelfMask(const SelfMask& mask, const grid::Grid& grid, const grid::Drawings& own,
+                            const void* tree, bool exact) {
+  if (mask.words() == 0) return;
+  uint64_t* words = &mask_words_[mask.first];
   const auto is_other = [&](grid::BodyId id) {
     return grid.body(id).tree != tree && grid.body(id).exact() == exact;
   };
@@ -127,8 +127,8 @@ void RayBatch::FillWindow(const Window& window, const grid::Grid& grid, const gr
     grid::ForEachCell(crowded, [&](grid::CellRef cell) {
       if (grid.AnyIn(cell, is_other)) hidden &= ~(uint64_t{1} << (cell & 63));
     });
-    const uint32_t x = static_cast<uint32_t>(part.x - window.x);
-    words[static_cast<uint32_t>(part.y - window.y) * window.width + x] |= hidden;
+    const uint32_t x = static_cast<uint32_t>(part.x - mask.x);
+    words[static_cast<uint32_t>(part.y - mask.y) * mask.width + x] |= hidden;
   });
 }
 

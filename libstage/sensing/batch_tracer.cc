@@ -43,6 +43,10 @@ void BatchTracer::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bo
   statistics_.device = prefilter_ ? prefilter_->DeviceName() : "";
 }
 
+void BatchTracer::SharePrefilterOf(const BatchTracer& other, bool always) {
+  if (other.prefilter_) SetPrefilter(other.prefilter_->ForAnotherWorld(), always);
+}
+
 bool BatchTracer::KeepPrefilter(bool always) {
   if (!prefilter_) return false;
   chooser_ = PathChooser(always);
@@ -72,7 +76,7 @@ void BatchTracer::RecordObserved() const {
     record.sample = observed_.sample;
     tracer.Record(fan,
                   {batch.DirectionsOf(fan)[observed_.sample], batch.TurnsOf(fan)[observed_.sample]},
-                  batch.WindowOf(fan), &record);
+                  batch.SelfMaskOf(fan), &record);
     observed_.observer->TakeRecord(record);
   }
 }

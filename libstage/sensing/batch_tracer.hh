@@ -31,6 +31,8 @@ class BatchTracer {
   void SetWorkers(threads::WorkerPool* workers);
   /// Null: none. `always`: every batch that fits a device goes there.
   void SetPrefilter(std::unique_ptr<Prefilter> prefilter, bool always);
+  /// One on the device of another tracer, if it has one that can be shared.
+  void SharePrefilterOf(const BatchTracer& other, bool always);
   /// Goes on with the one there is, in a world that begins anew. False if there is none.
   bool KeepPrefilter(bool always);
 

@@ -42,7 +42,7 @@ void DeviceBatch::Sort(const RayBatch& batch, threads::WorkerPool* workers) {
       fan_count_ += std::exchange(next_in_group_[i], static_cast<uint32_t>(fan_count_));
     groups_[g].fans = static_cast<uint32_t>(fan_count_) - groups_[g].first_fan;
   }
-  window_words_ = batch.window_words().size();
+  mask_words_ = batch.mask_words().size();
   NameLayers();
 }
 
@@ -125,18 +125,18 @@ void DeviceBatch::PlanLaunches(std::size_t work_group, bool one_for_each_group,
 
 void DeviceBatch::Write(const RayBatch& batch, void* memory, threads::WorkerPool* workers) {
   const std::span<const DeviceFan> fans = batch.device_fans();
-  const std::vector<uint64_t>& windows = batch.window_words();
+  const std::vector<uint64_t>& masks = batch.mask_words();
   auto* const groups = static_cast<ray_group_record_t*>(memory);
   auto* const records = static_cast<FanRecord*>(memory) + first_fan_record();
-  auto* const words = static_cast<uint64_t*>(memory) + first_window();
+  auto* const words = static_cast<uint64_t*>(memory) + first_mask();
   std::copy(group_records_.begin(), group_records_.end(), groups);
   const std::size_t blocks = CountBlocks(fans.size());
   ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
     uint32_t* const next = next_in_group_.data() + block * groups_.size();
     for (std::size_t i = first; i < end; i++)
       if (group_of_fan_[i] != kNoGroup) records[next[group_of_fan_[i]]++] = fans[i].record;
-    const std::size_t word = windows.size() * block / blocks;  // and a share of the windows
-    std::copy(windows.data() + word, windows.data() + windows.size() * (block + 1) / blocks,
+    const std::size_t word = masks.size() * block / blocks;  // and a share of the self-masks
+    std::copy(masks.data() + word, masks.data() + masks.size() * (block + 1) / blocks,
               words + word);
   });
 }

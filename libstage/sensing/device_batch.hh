@@ -42,10 +42,10 @@ class DeviceBatch {
   const std::vector<Launch>& launches() const { return launches_; }
 
   /// What Write() writes: group records; fan records, whose places are counted from the beginning,
-  /// too; windows.
-  std::size_t bytes() const { return windows_at() + window_words_ * sizeof(uint64_t); }
-  /// Of the first window, in words of it.
-  uint32_t first_window() const { return static_cast<uint32_t>(windows_at() / sizeof(uint64_t)); }
+  /// too; self-masks.
+  std::size_t bytes() const { return masks_at() + mask_words_ * sizeof(uint64_t); }
+  /// Of the first self-mask, in words of it.
+  uint32_t first_mask() const { return static_cast<uint32_t>(masks_at() / sizeof(uint64_t)); }
   /// The same batch as before. `memory` is aligned to 16 bytes.
   void Write(const RayBatch& batch, void* memory, threads::WorkerPool* workers);
 
@@ -65,14 +65,14 @@ class DeviceBatch {
     return (groups_.size() * sizeof(ray_group_record_t) + sizeof(FanRecord) - 1) /
            sizeof(FanRecord);
   }
-  std::size_t windows_at() const { return (first_fan_record() + fan_count_) * sizeof(FanRecord); }
+  std::size_t masks_at() const { return (first_fan_record() + fan_count_) * sizeof(FanRecord); }
 
   // Scratch, kept for its memory.
   std::vector<Group> groups_;  // some may have no fans in this batch
   std::vector<uint32_t> group_of_fan_;
   std::vector<uint32_t> next_in_group_;  // by block and group: fans, then where the next one goes
   std::size_t fan_count_ = 0;            // in groups
-  std::size_t window_words_ = 0;
+  std::size_t mask_words_ = 0;
   std::vector<ray_group_record_t> group_records_;
   std::vector<Launch> launches_;
   std::vector<grid::LayerIndex> layers_;

@@ -92,7 +92,7 @@ void FirstHits::WalkOneByOne(const RayGroup& rays) {
       ray_begin(&ray, rays.grid, fan->x, fan->y, static_cast<int>(fan->fraction & 0xffff),
                 static_cast<int>(fan->fraction >> 16), step.dx, step.dy);
       LeaveBox(boxes.towards[step.dy < 0][step.dx < 0], &ray);
-      const bool found = ray_next(rays.grid, rays.window, &ray);
+      const bool found = ray_next(rays.grid, rays.mask, &ray);
       hits_[i] = found ? ray_pack(ray.u, ray.v) : RAY_NO_HIT;
       if (!found) {
         SetNoPassage(i);

@@ -52,13 +52,13 @@ class Surroundings {
             (y + box.max_y) * 8 + 7};
   }
 
-  /// Takes tiles for empty in which there is nothing but what the window hides.
-  void Hide(const ray_window_t& window) {
-    const int first_x = window.x - 8 * region_x_, first_y = window.y - 8 * region_y_;
-    for (int i = 0; i < static_cast<int>(window.height); i++) {
+  /// Takes tiles for empty in which there is nothing but what the self-mask hides.
+  void Hide(const ray_mask_t& mask) {
+    const int first_x = mask.x - 8 * region_x_, first_y = mask.y - 8 * region_y_;
+    for (int i = 0; i < static_cast<int>(mask.height); i++) {
       if (first_y + i < 0 || first_y + i >= kTiles) continue;
-      const uint64_t* hidden = window.tiles + static_cast<uint32_t>(i) * window.width;
-      for (int k = 0; k < static_cast<int>(window.width); k++)
+      const uint64_t* hidden = mask.tiles + static_cast<uint32_t>(i) * mask.width;
+      for (int k = 0; k < static_cast<int>(mask.width); k++)
         if (first_x + k >= 0 && first_x + k < kTiles) Hide(first_x + k, first_y + i, hidden[k]);
     }
   }
@@ -135,7 +135,7 @@ CellBox StartsOf(const RayGroup& rays, const Surroundings& around) {
 FreeBoxes FindFreeBoxes(const RayGroup& rays) {
   const FanRecord& first = *rays.parts[0].fan;
   Surroundings around(*rays.grid, first.x, first.y);
-  around.Hide(*rays.window);
+  around.Hide(*rays.mask);
   const CellBox starts = StartsOf(rays, around);
   FreeBoxes boxes;
   if (!around.IsFree(starts)) return boxes;

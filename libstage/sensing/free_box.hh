@@ -12,7 +12,7 @@
 
 namespace Stg::internal::sensing {
 
-/// A box for each direction of travel, in which there is nothing but what the window hides.
+/// A box for each direction of travel, in which there is nothing but what the self-mask hides.
 struct FreeBoxes {
   /// [goes to smaller y][goes to smaller x]
   grid::CellBox towards[2][2];

@@ -47,6 +47,11 @@ class Prefilter {
   /// change meanwhile, but may be read. Throws PrefilterError.
   virtual void SendAhead(grid::Grid&) {}
 
+  /// One on the same device for another world, which may be stepped at the same time. What does not
+  /// depend on a grid is shared: nothing is opened or compiled. Null: the device has to be opened
+  /// once more.
+  virtual std::unique_ptr<Prefilter> ForAnotherWorld() const { return nullptr; }
+
   /// It walks on the host's own processors, which are not to be kept from it meanwhile.
   virtual bool UsesHost() const { return false; }
 

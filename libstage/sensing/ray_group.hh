@@ -16,13 +16,13 @@ struct FanPart {
   uint32_t count;
 };
 
-/// Rays that have a layer of the grid and a window in common: those of the parts, one after the
+/// Rays that have a layer of the grid and a self-mask in common: those of the parts, one after the
 /// other.
 struct RayGroup {
   static constexpr uint32_t kMost = 256;
 
   const ray_grid_t* grid;
-  const ray_window_t* window;
+  const ray_mask_t* mask;
   const FanPart* parts;
   uint32_t part_count;
   uint32_t count;  ///< of rays, at most kMost

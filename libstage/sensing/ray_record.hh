@@ -46,7 +46,7 @@ struct RayRecord {
   Direction direction{};
   SineCosine turn{0, 1};
   int32_t dx = 0, dy = 0;     ///< displacement of a leg, Q16 cells
-  uint32_t window_tiles = 0;  ///< of the mask that hides the finder's own tree; 0: none
+  uint32_t mask_tiles = 0;    ///< of the mask that hides the finder's own tree; 0: none
   uint32_t hidden_cells = 0;  ///< by it
   std::vector<Leg> legs;      ///< those that were walked
   std::vector<PotentialHit> potential_hits;

@@ -66,12 +66,12 @@ struct NoNotes {
 /// Writes it down.
 class Notes {
  public:
-  Notes(const ray_grid_t& view, const ray_window_t& window, RayRecord* record)
-      : view_(view), window_(window), record_(*record) {}
+  Notes(const ray_grid_t& view, const ray_mask_t& mask, RayRecord* record)
+      : view_(view), mask_(mask), record_(*record) {}
 
   void Leg(double number, const ray_t& ray) const {
     record_.legs.push_back({number, {}});
-    RecordWalk(view_, window_, ray, kMostSteps, &record_.legs.back().steps);
+    RecordWalk(view_, mask_, ray, kMostSteps, &record_.legs.back().steps);
   }
   void Cell(const ray_t& ray) const {
     const double number = record_.legs.back().number;
@@ -87,7 +87,7 @@ class Notes {
  private:
   static constexpr size_t kMostSteps = 65536;  // of a leg, which has at most half as many cells
   const ray_grid_t& view_;
-  const ray_window_t& window_;
+  const ray_mask_t& mask_;
   RayRecord& record_;
 };
 
@@ -204,7 +204,7 @@ class ExactVisit {
 /// How a ray is walked.
 struct Tracer::Walk {
   const ray_grid_t& view;
-  const ray_window_t& window;
+  const ray_mask_t& mask;
   const HitList& list;
   int32_t dx, dy;  // displacement of a leg, Q16 cells
   TraceCounters* counters;
@@ -242,28 +242,26 @@ void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
     if ((*visit)(ray, region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y))) return;
   }
   if (walk.list.count != 0) walk.counters->resumed++;
-  while (ray_next(&walk.view, &walk.window, ray)) {
+  while (ray_next(&walk.view, &walk.mask, ray)) {
     walk.counters->potential_hits++;
     if ((*visit)(ray, ray->region, ray->tile, ray->bit)) return;
   }
 }
 
 RayHit Tracer::Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
-                     const ray_window_t& window, const HitList& list,
-                     TraceCounters* counters) const {
+                     const ray_mask_t& mask, const HitList& list, TraceCounters* counters) const {
   counters->rays++;
   if (fan.nothing) return {fan.range, nullptr};
-  const Walk walk = WalkOf(fan, view, bearing.direction, window, list, counters);
+  const Walk walk = WalkOf(fan, view, bearing.direction, mask, list, counters);
   return fan.exact ? TraceExact(fan, walk, bearing.turn, NoNotes())
                    : TraceCells(fan, walk, NoNotes());
 }
 
 Tracer::Walk Tracer::WalkOf(const Fan& fan, const ray_grid_t& view, const Direction& direction,
-                            const ray_window_t& window, const HitList& list,
-                            TraceCounters* counters) {
+                            const ray_mask_t& mask, const HitList& list, TraceCounters* counters) {
   const FanRecord& record = fan.record;
   return {view,
-          window,
+          mask,
           list,
           ray_rotate_x(record.cosine, record.sine, direction.cosine, direction.sine),
           ray_rotate_y(record.cosine, record.sine, direction.cosine, direction.sine),
@@ -272,16 +270,16 @@ Tracer::Walk Tracer::WalkOf(const Fan& fan, const ray_grid_t& view, const Direct
 
 namespace {
 
-uint32_t CountHidden(const ray_window_t& window) {
+uint32_t CountHidden(const ray_mask_t& mask) {
   uint32_t cells = 0;
-  for (uint32_t i = 0; i < window.width * window.height; i++)
-    cells += static_cast<uint32_t>(std::popcount(window.tiles[i]));
+  for (uint32_t i = 0; i < mask.width * mask.height; i++)
+    cells += static_cast<uint32_t>(std::popcount(mask.tiles[i]));
   return cells;
 }
 
 }  // namespace
 
-void Tracer::Record(const Fan& fan, const Bearing& bearing, const ray_window_t& window,
+void Tracer::Record(const Fan& fan, const Bearing& bearing, const ray_mask_t& mask,
                     RayRecord* record) const {
   record->fan = fan;
   record->direction = bearing.direction;
@@ -291,12 +289,12 @@ void Tracer::Record(const Fan& fan, const Bearing& bearing, const ray_window_t& 
   const ray_grid_t view = grid_.View(fan.layer);
   TraceCounters counters;
   const HitList none;
-  const Walk walk = WalkOf(fan, view, bearing.direction, window, none, &counters);
+  const Walk walk = WalkOf(fan, view, bearing.direction, mask, none, &counters);
   record->dx = walk.dx;
   record->dy = walk.dy;
-  record->window_tiles = window.width * window.height;
-  record->hidden_cells = CountHidden(window);
-  const Notes notes(view, window, record);
+  record->mask_tiles = mask.width * mask.height;
+  record->hidden_cells = CountHidden(mask);
+  const Notes notes(view, mask, record);
   record->hit =
       fan.exact ? TraceExact(fan, walk, bearing.turn, notes) : TraceCells(fan, walk, notes);
 }
@@ -387,8 +385,8 @@ class Tracer::Group {
   void Trace() {
     if (part_count_ == 0) return;
     view_ = tracer_.grid_.View(fans_[0]->layer);
-    window_ = batch_.WindowOf(*fans_[0]);
-    const RayGroup group{&view_, &window_, parts_, part_count_, rays_};
+    mask_ = batch_.SelfMaskOf(*fans_[0]);
+    const RayGroup group{&view_, &mask_, parts_, part_count_, rays_};
     if (lists_.per_ray > 0)
       first_.Look(group, lists_of_, lists_.per_ray);
     else
@@ -402,8 +400,8 @@ class Tracer::Group {
  private:
   /// The walk of both is through the same cells.
   static bool GoTogether(const Fan& a, const Fan& b) {
-    return a.layer == b.layer && a.record.window_size == b.record.window_size &&
-           (a.record.window_size == 0 || a.record.window_first == b.record.window_first);
+    return a.layer == b.layer && a.record.mask_size == b.record.mask_size &&
+           (a.record.mask_size == 0 || a.record.mask_first == b.record.mask_first);
   }
   const uint32_t* ListOf(const Fan& fan, uint32_t ray) const {
     return lists_.hits + (size_t{fan.record.first_ray} + ray) * lists_.per_ray;
@@ -441,7 +439,7 @@ class Tracer::Group {
     const Fan& fan = *fans_[part];
     const uint32_t sample = begins_[part] + i;
     const Bearing bearing{batch_.DirectionsOf(fan)[sample], batch_.TurnsOf(fan)[sample]};
-    hits_[ray] = tracer_.Trace(fan, view_, bearing, window_, list, counters_);
+    hits_[ray] = tracer_.Trace(fan, view_, bearing, mask_, list, counters_);
     counters_->resumed -= per_ray == 0;  // it is the lists that count
     counters_->rays--;                   // these have been counted
     counters_->potential_hits--;
@@ -454,7 +452,7 @@ class Tracer::Group {
   TraceCounters* counters_;
   FirstHits first_;
   ray_grid_t view_;
-  ray_window_t window_;
+  ray_mask_t mask_;
 
   uint32_t part_count_ = 0, rays_ = 0;
   const Fan* fans_[RayGroup::kMost];
@@ -468,13 +466,13 @@ void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists
                            RayHit* hits, TraceCounters* counters) const {
   const Direction* directions = batch.DirectionsOf(fan);
   const SineCosine* turns = batch.TurnsOf(fan);
-  const ray_window_t window = batch.WindowOf(fan);
+  const ray_mask_t mask = batch.SelfMaskOf(fan);
   const ray_grid_t view = grid_.View(fan.layer);
   const uint32_t per_ray = fan.single_leg() ? lists.per_ray : 0;
   const uint32_t* list = lists.hits + size_t{fan.record.first_ray} * lists.per_ray;
   for (uint32_t i = 0; i < fan.record.samples; i++) {
     const HitList known{list + size_t{i} * per_ray, per_ray};
-    hits[i] = Trace(fan, view, {directions[i], turns[i]}, window, known, counters);
+    hits[i] = Trace(fan, view, {directions[i], turns[i]}, mask, known, counters);
   }
 }
 

@@ -32,11 +32,11 @@ class Tracer {
 
   /// One ray of a fan, through `view` of the fan's layer.
   RayHit Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
-               const ray_window_t& window, const HitList& list, TraceCounters* counters) const;
+               const ray_mask_t& mask, const HitList& list, TraceCounters* counters) const;
 
   /// The same, with notes of how it came to that: fills in all of *record but `sample`. The hit is
   /// that of Trace(), of which each step is taken here too.
-  void Record(const Fan& fan, const Bearing& bearing, const ray_window_t& window,
+  void Record(const Fan& fan, const Bearing& bearing, const ray_mask_t& mask,
               RayRecord* record) const;
 
   /// All rays of some fans of the batch, into hits: those of the first fan, then those of the
@@ -53,7 +53,7 @@ class Tracer {
   template <typename Visit>
   void Follow(const Walk& walk, ray_t* ray, Visit* visit) const;
   static Walk WalkOf(const Fan& fan, const ray_grid_t& view, const Direction& direction,
-                     const ray_window_t& window, const HitList& list, TraceCounters* counters);
+                     const ray_mask_t& mask, const HitList& list, TraceCounters* counters);
   template <class Taking>
   RayHit TraceCells(const Fan& fan, const Walk& walk, const Taking& notes) const;
   template <class Taking>

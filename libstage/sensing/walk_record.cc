@@ -21,7 +21,7 @@ struct Ground {
   bool occupied;  // the cell itself
 };
 
-Ground GroundAt(const ray_grid_t& grid, const ray_window_t& window, int x, int y) {
+Ground GroundAt(const ray_grid_t& grid, const ray_mask_t& mask, int x, int y) {
   const ray_uint super = ray_find_super(&grid, x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
   if (super == 0) return {Kind::kSuper, RAY_SUPER_SHIFT, false};
   const ray_uint region =
@@ -32,7 +32,7 @@ Ground GroundAt(const ray_grid_t& grid, const ray_window_t& window, int x, int y
   const int t = ray_place(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT, 3);
   const ray_ulong word =
       (tile_map >> t) & 1
-          ? ray_visible(&window, grid.tiles[region * 64 + static_cast<ray_uint>(t)], x, y)
+          ? ray_visible(&mask, grid.tiles[region * 64 + static_cast<ray_uint>(t)], x, y)
           : 0;
   if (word == 0) return {Kind::kTile, RAY_TILE_SHIFT, false};
   return {Kind::kCell, 0, ((word >> ray_place(x, y, 3)) & 1) != 0};
@@ -57,13 +57,13 @@ double Leap(ray_t* ray, int x, int y, int shift) {
 
 }  // namespace
 
-void RecordWalk(const ray_grid_t& grid, const ray_window_t& window, ray_t ray, std::size_t most,
+void RecordWalk(const ray_grid_t& grid, const ray_mask_t& mask, ray_t ray, std::size_t most,
                 std::vector<WalkStep>* steps) {
   double at = 0;
   while (steps->size() < most && (ray.u << 16) - ray.ox <= ray.limit_x &&
          (ray.v << 16) - ray.oy <= ray.limit_y) {
     const int x = ray.x0 + ray.sx * ray.u, y = ray.y0 + ray.sy * ray.v;
-    const Ground ground = GroundAt(grid, window, x, y);
+    const Ground ground = GroundAt(grid, mask, x, y);
     if (ground.occupied) steps->push_back({Kind::kHit, x, y, at, at});
     const double next = std::min(1.0, Leap(&ray, x, y, ground.shift));
     steps->push_back({ground.kind, x, y, at, next});

@@ -27,7 +27,7 @@ struct WalkStep {
 };
 
 /// Walks on to the end of the ray, or `most` steps. `ray` is as ray_begin() leaves it.
-void RecordWalk(const ray_grid_t& grid, const ray_window_t& window, ray_t ray, std::size_t most,
+void RecordWalk(const ray_grid_t& grid, const ray_mask_t& mask, ray_t ray, std::size_t most,
                 std::vector<WalkStep>* steps);
 
 }  // namespace Stg::internal::sensing

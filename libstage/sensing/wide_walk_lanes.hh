@@ -183,11 +183,11 @@ class ReadyRays : public RayStarts<Lanes> {
   using RayStarts<Lanes>::kRoom;
 
   explicit ReadyRays(const RayGroup& rays)
-      : RayStarts<Lanes>(rays), window(*rays.window), free_(FindFreeBoxes(rays)) {
+      : RayStarts<Lanes>(rays), mask(*rays.mask), free_(FindFreeBoxes(rays)) {
     for (uint32_t first = 0; first < this->count; first += Lanes::kCount) Prepare(first);
   }
 
-  const ray_window_t& window;
+  const ray_mask_t& mask;
   uint32_t next = 0;  ///< the ray to be taken up
 
   alignas(64) int64_t limits_x[kRoom], limits_y[kRoom];
@@ -445,17 +445,17 @@ class LaneGroup {
     return end;
   }
 
-  /// The words of the tiles, without what the window hides; 0 in lanes that are not to look.
+  /// The words of the tiles, without what the self-mask hides; 0 in lanes that are not to look.
   V Visible(M to_look, V x, V y) const {
-    const ray_window_t& window = rays_.window;
+    const ray_mask_t& mask = rays_.mask;
     const V word = Lanes::Gather(to_look, rays_.grid.tiles, tile_);
-    const V wx = Lanes::Subtract(Lanes::template Right<RAY_TILE_SHIFT>(x), All(window.x));
-    const V wy = Lanes::Subtract(Lanes::template Right<RAY_TILE_SHIFT>(y), All(window.y));
-    const M covered = Lanes::And(Lanes::And(to_look, Lanes::Below(wx, All(window.width))),
-                                 Lanes::Below(wy, All(window.height)));
+    const V wx = Lanes::Subtract(Lanes::template Right<RAY_TILE_SHIFT>(x), All(mask.x));
+    const V wy = Lanes::Subtract(Lanes::template Right<RAY_TILE_SHIFT>(y), All(mask.y));
+    const M covered = Lanes::And(Lanes::And(to_look, Lanes::Below(wx, All(mask.width))),
+                                 Lanes::Below(wy, All(mask.height)));
     if (!Lanes::Any(covered)) return word;
-    const V index = Lanes::Add(Lanes::Multiply(wy, All(window.width)), wx);
-    return Lanes::Without(word, Lanes::Gather(covered, window.tiles, index));
+    const V index = Lanes::Add(Lanes::Multiply(wy, All(mask.width)), wx);
+    return Lanes::Without(word, Lanes::Gather(covered, mask.tiles, index));
   }
 
   ReadyRays<Lanes>& rays_;

@@ -18,6 +18,13 @@ void StrikeOut(std::vector<Model*>* list, const Model* model) {
     if (entry == model) entry = nullptr;
 }
 
+/// After a fork, the threads of a pool can't be joined: it is left alone then.
+std::shared_ptr<threads::WorkerPool> MakePool(unsigned threads) {
+  return {new threads::WorkerPool(threads), [](threads::WorkerPool* pool) {
+            if (pool->IsHere()) delete pool;
+          }};
+}
+
 }  // namespace
 
 void WorldEngine::Forget(Model* model) {
@@ -41,17 +48,16 @@ bool WorldEngine::TellLost(const char* what) const {
   return false;
 }
 
-WorldEngine::WorldEngine() { Employ(new threads::WorkerPool(1)); }
+WorldEngine::WorldEngine() { Employ(MakePool(1)); }
 
-void WorldEngine::Employ(threads::WorkerPool* workers) {
-  std::unique_ptr<threads::WorkerPool, LetGo> mine(workers);
-  tracer.SetWorkers(workers);  // may lack memory
-  workers_ = std::move(mine);
+void WorldEngine::Employ(std::shared_ptr<threads::WorkerPool> workers) {
+  tracer.SetWorkers(workers.get());  // may lack memory
+  workers_ = std::move(workers);
 }
 
 void WorldEngine::SetThreads(unsigned count) {
   if (count == workers_->threads()) return;
-  Employ(new threads::WorkerPool(count));
+  Employ(MakePool(count));
   if (workers_->threads() < count)
     messages::Warn("the system grants " + std::to_string(workers_->threads()) + " of " +
                    std::to_string(count) + " threads; going on with them");
@@ -61,7 +67,7 @@ void WorldEngine::NoticeFork() {
   if (forks_ == threads::CountForks()) return;
   forks_ = threads::CountForks();
   const unsigned count = workers_->threads();
-  Employ(new threads::WorkerPool(1));
+  Employ(MakePool(1));
   SetThreads(count);
 }
 

@@ -66,7 +66,9 @@ class WorldEngine : public Host {
   template <typename F>
   void ForEachModel(F f);
 
+  /// Keeps the pool it has if that has so many threads.
   void SetThreads(unsigned count);
+  void ShareThreadsOf(const WorldEngine& other) { Employ(other.workers_); }
   threads::WorkerPool* workers() { return workers_.get(); }
   unsigned threads() const { return workers_->threads(); }
   /// In a process that was forked meanwhile: starts threads of its own.
@@ -92,14 +94,9 @@ class WorldEngine : public Host {
   uint64_t looks() const { return gather.looks() + move.looks() + callbacks.looks(); }
 
  private:
-  void Employ(threads::WorkerPool* workers);
+  void Employ(std::shared_ptr<threads::WorkerPool> workers);
 
-  struct LetGo {
-    void operator()(threads::WorkerPool* pool) const {
-      if (pool->IsHere()) delete pool;
-    }
-  };
-  std::unique_ptr<threads::WorkerPool, LetGo> workers_;
+  std::shared_ptr<threads::WorkerPool> workers_;  // maybe those of other worlds too
   std::exception_ptr postponed_;
 
   unsigned forks_ = threads::CountForks();  // when threads were looked at last

@@ -72,6 +72,15 @@ World::World(const RunOptions& options, const std::string& name, double ppm)
   MakeGround();
 }
 
+void World::UseThreadsAndDeviceOf(const World& other) {
+  options_.threads = static_cast<int>(other.engine_->threads());
+  options_.opencl = other.options_.opencl;
+  options_.always_on_device = other.options_.always_on_device;
+  options_.device = other.options_.device;
+  engine_->ShareThreadsOf(*other.engine_);
+  engine_->tracer.SharePrefilterOf(other.engine_->tracer, options_.always_on_device);
+}
+
 /// What a world file that says nothing else means.
 void World::SetDefaults() {
   sim_interval = 100000;
@@ -320,13 +329,13 @@ void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fo
   grid::Grid& grid = engine_->scene.grid;
   const sensing::Tracer tracer(grid);
   const ray_grid_t view = grid.View(grid.EverythingLayer(fan.exact));
-  const ray_window_t no_window{nullptr, 0, 0, 0, 0};
+  const ray_mask_t no_mask{nullptr, 0, 0, 0, 0};
   sensing::TraceCounters counters;
   const uint32_t count = static_cast<uint32_t>(results.size());
   for (uint32_t i = 0; i < count; i++) {
     const SineCosine turn = sensing::TurnOf(sensing::SampleBearing(fov, count, i));
     const sensing::RayHit hit =
-        tracer.Trace(fan, view, {sensing::MakeDirection(turn), turn}, no_window, {}, &counters);
+        tracer.Trace(fan, view, {sensing::MakeDirection(turn), turn}, no_mask, {}, &counters);
     results[i] = ResultOf(gpose, hit.range, hit.model);
   }
 }

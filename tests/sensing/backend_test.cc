@@ -108,7 +108,7 @@ TEST(BackendTest, ChangesNothingInAnyWorld) {
 // ---- the door -----------------------------------------------------------------------------------
 
 TEST(BackendTest, IsRefusedIfItIsOfAnotherVersion) {
-  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 1");
+  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 2");
 }
 
 TEST(BackendTest, IsRefusedIfObjectsAreLaidOutOtherwise) {

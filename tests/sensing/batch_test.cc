@@ -25,24 +25,24 @@ grid::Body BodyOf(const void* tree) {
   return body;
 }
 
-bool Hides(const ray_window_t& window, Cell cell) {
-  const int64_t x = (cell.first >> 3) - window.x, y = (cell.second >> 3) - window.y;
-  if (x < 0 || y < 0 || x >= window.width || y >= window.height) return false;
-  return window.tiles[y * window.width + x] >> ((cell.first & 7) | (cell.second & 7) << 3) & 1;
+bool Hides(const ray_mask_t& mask, Cell cell) {
+  const int64_t x = (cell.first >> 3) - mask.x, y = (cell.second >> 3) - mask.y;
+  if (x < 0 || y < 0 || x >= mask.width || y >= mask.height) return false;
+  return mask.tiles[y * mask.width + x] >> ((cell.first & 7) | (cell.second & 7) << 3) & 1;
 }
 
-/// A batch with one fan that has the window of the cells.
-struct WithWindow {
+/// A batch with one fan that has the self-mask of the cells.
+struct WithSelfMask {
   RayBatch batch;
   DirectionTables tables;
-  WithWindow(const grid::Grid& grid, const grid::Drawings& own, const void* tree) {
-    batch.Add(Fan(), 1, batch.MakeWindow(grid, own, tree, false));
+  WithSelfMask(const grid::Grid& grid, const grid::Drawings& own, const void* tree) {
+    batch.Add(Fan(), 1, batch.MakeSelfMask(grid, own, tree, false));
     batch.Close(tables);
   }
-  ray_window_t window() const { return batch.WindowOf(batch.fans()[0]); }
+  ray_mask_t mask() const { return batch.SelfMaskOf(batch.fans()[0]); }
 };
 
-TEST(Window, HidesExactlyTheCellsWithNobodyElse) {
+TEST(SelfMask, HidesExactlyTheCellsWithNobodyElse) {
   test::RandomSource random(1);
   for (int round = 0; round < 200; round++) {
     grid::Grid grid;
@@ -67,25 +67,25 @@ TEST(Window, HidesExactlyTheCellsWithNobodyElse) {
     }
     const std::vector<grid::TilePart> parts[] = {test::PartsOf(grid, first),
                                                  test::PartsOf(grid, second)};
-    const WithWindow with(grid, {{&parts[0], &parts[1]}}, &kMine);
-    const ray_window_t window = with.window();
-    ASSERT_LE(window.width, 10u);
+    const WithSelfMask with(grid, {{&parts[0], &parts[1]}}, &kMine);
+    const ray_mask_t mask = with.mask();
+    ASSERT_LE(mask.width, 10u);
     for (int32_t x = x0 - 20; x < x0 + 90; x++)
       for (int32_t y = y0 - 20; y < y0 + 90; y++)
-        ASSERT_EQ(Hides(window, {x, y}), own.count({x, y}) && !others.count({x, y}));
+        ASSERT_EQ(Hides(mask, {x, y}), own.count({x, y}) && !others.count({x, y}));
   }
 }
 
-TEST(Window, OfNoCellsIsEmpty) {
+TEST(SelfMask, OfNoCellsIsEmpty) {
   grid::Grid grid;
-  const WithWindow with(grid, grid::Drawings(), &kMine);
-  EXPECT_EQ(with.window().width, 0u);
+  const WithSelfMask with(grid, grid::Drawings(), &kMine);
+  EXPECT_EQ(with.mask().width, 0u);
   const std::vector<grid::TilePart> none;
-  EXPECT_EQ(WithWindow(grid, {{&none}}, &kMine).window().width, 0u);
+  EXPECT_EQ(WithSelfMask(grid, {{&none}}, &kMine).mask().width, 0u);
 }
 
-TEST(Window, LargeBodiesHaveNone) {
-  const int32_t side = static_cast<int32_t>(kMaxWindowSide) * 8;
+TEST(SelfMask, LargeBodiesHaveNone) {
+  const int32_t side = static_cast<int32_t>(kMaxMaskSide) * 8;
   for (const int32_t size : {side, side + 1, 1 << 29})
     for (const bool wide : {false, true}) {
       grid::Grid grid;
@@ -94,13 +94,13 @@ TEST(Window, LargeBodiesHaveNone) {
           grid,
           {test::DrawCell(&grid, -64, 128, mine),
            test::DrawCell(&grid, -64 + (wide ? size - 1 : 0), 128 + (wide ? 0 : size - 1), mine)});
-      const WithWindow with(grid, {{&parts}}, &kMine);
-      EXPECT_EQ(with.window().width != 0, size == side) << size;
-      EXPECT_EQ(Hides(with.window(), {-64, 128}), size == side);
+      const WithSelfMask with(grid, {{&parts}}, &kMine);
+      EXPECT_EQ(with.mask().width != 0, size == side) << size;
+      EXPECT_EQ(Hides(with.mask(), {-64, 128}), size == side);
     }
 }
 
-TEST(Batch, KeepsWindowsApart) {
+TEST(Batch, KeepsSelfMasksApart) {
   grid::Grid grid;
   const grid::BodyId mine = grid.AddBody(BodyOf(&kMine)), other = grid.AddBody(BodyOf(&kOther));
   const std::vector<grid::TilePart> a =
@@ -109,24 +109,24 @@ TEST(Batch, KeepsWindowsApart) {
       test::PartsOf(grid, {test::DrawCell(&grid, 100, 100, other)});
   RayBatch batch;
   DirectionTables tables;
-  const Window window = batch.MakeWindow(grid, {{&a}}, &kMine, false);
-  batch.Add(Fan(), 3, window);
-  batch.Add(Fan(), 2, batch.MakeWindow(grid, {{&b}}, &kOther, false));
-  batch.Add(Fan(), 2, Window());
-  batch.Add(Fan(), 5, window);  // two sensors of one body share it
+  const SelfMask mask = batch.MakeSelfMask(grid, {{&a}}, &kMine, false);
+  batch.Add(Fan(), 3, mask);
+  batch.Add(Fan(), 2, batch.MakeSelfMask(grid, {{&b}}, &kOther, false));
+  batch.Add(Fan(), 2, SelfMask());
+  batch.Add(Fan(), 5, mask);  // two sensors of one body share it
   batch.Close(tables);
   ASSERT_EQ(batch.fans().size(), 4u);
   const bool expected[4][2] = {{true, false}, {false, true}, {false, false}, {true, false}};
   for (size_t i = 0; i < 4; i++) {
-    EXPECT_EQ(Hides(batch.WindowOf(batch.fans()[i]), {30, 0}), expected[i][0]) << i;
-    EXPECT_EQ(Hides(batch.WindowOf(batch.fans()[i]), {100, 100}), expected[i][1]) << i;
+    EXPECT_EQ(Hides(batch.SelfMaskOf(batch.fans()[i]), {30, 0}), expected[i][0]) << i;
+    EXPECT_EQ(Hides(batch.SelfMaskOf(batch.fans()[i]), {100, 100}), expected[i][1]) << i;
   }
 }
 
 TEST(Batch, NumbersTheRays) {
   RayBatch batch;
   DirectionTables tables;
-  for (const uint32_t samples : {5u, 1u, 180u}) batch.Add(Fan(), samples, Window());
+  for (const uint32_t samples : {5u, 1u, 180u}) batch.Add(Fan(), samples, SelfMask());
   batch.Close(tables);
   EXPECT_EQ(batch.ray_count(), 186u);
   EXPECT_EQ(batch.fans()[0].record.first_ray, 0u);
@@ -136,7 +136,7 @@ TEST(Batch, NumbersTheRays) {
   batch.Clear();
   EXPECT_EQ(batch.ray_count(), 0u);
   EXPECT_TRUE(batch.fans().empty());
-  EXPECT_TRUE(batch.window_words().empty());
+  EXPECT_TRUE(batch.mask_words().empty());
 }
 
 // Fans are made once and put in again: nothing of a former batch may show.
@@ -156,14 +156,14 @@ TEST(Batch, FansAreRightAfterManyClears) {
       fan.tag = static_cast<uint32_t>(random.Next());
       fan.exact = random.OneIn(2);
       const auto samples = static_cast<uint32_t>(random.Int(0, 20));
-      const Window window = {random.Int(-9, 9), random.Int(-9, 9), 3, 2, 0};
+      const SelfMask mask = {random.Int(-9, 9), random.Int(-9, 9), 3, 2, 0};
       if (random.OneIn(3))
-        test::AddTurned(&batch, fan, std::vector<double>(samples, 0.5), window);
+        test::AddTurned(&batch, fan, std::vector<double>(samples, 0.5), mask);
       else
-        batch.Add(fan, samples, window);
+        batch.Add(fan, samples, mask);
       fan.record.first_ray = static_cast<uint32_t>(rays);
       fan.record.samples = samples;
-      fan.record.window_x = window.x;
+      fan.record.mask_x = mask.x;
       rays += samples;
       expected.push_back(fan);
     }
@@ -179,8 +179,8 @@ TEST(Batch, FansAreRightAfterManyClears) {
       ASSERT_EQ(fans[i].record.cosine, expected[i].record.cosine);
       ASSERT_EQ(fans[i].record.first_ray, expected[i].record.first_ray);
       ASSERT_EQ(fans[i].record.samples, expected[i].record.samples);
-      ASSERT_EQ(fans[i].record.window_x, expected[i].record.window_x);
-      ASSERT_EQ(fans[i].record.window_size, 3u | 2u << 16);
+      ASSERT_EQ(fans[i].record.mask_x, expected[i].record.mask_x);
+      ASSERT_EQ(fans[i].record.mask_size, 3u | 2u << 16);
     }
   }
 }
@@ -190,14 +190,14 @@ TEST(Batch, RoomIsFilledInAnyOrder) {
   const DirectionTables tables;
   for (const uint32_t count : {100u, 3u, 50u, 200u}) {
     batch.Clear();
-    batch.Add(Fan(), 4, Window());
+    batch.Add(Fan(), 4, SelfMask());
     const BatchShare before = batch.AddRoom({.rays = count * 2, .fans = count});
     EXPECT_EQ(before.fans, 1u);
     EXPECT_EQ(before.rays, 4u);
     for (uint32_t i = count; i-- > 0;) {
       Fan fan;
       fan.tag = i;
-      batch.Put(before.fans + i, fan, before.rays + i * 2, 2, Window());
+      batch.Put(before.fans + i, fan, before.rays + i * 2, 2, SelfMask());
     }
     batch.SetLayer(2, 7);
     batch.Close(tables);
@@ -216,14 +216,14 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
   DirectionTables tables;
   Fan fan;
   fan.record.first_direction = tables.Find(1.0, 10);
-  batch.Add(fan, 10, Window());
+  batch.Add(fan, 10, SelfMask());
   const std::vector<double> own = {0.1, 0.2}, more = {0.3}, none;
-  test::AddTurned(&batch, Fan(), own, Window());
-  test::AddTurned(&batch, Fan(), more, Window());
-  test::AddTurned(&batch, Fan(), none, Window());
+  test::AddTurned(&batch, Fan(), own, SelfMask());
+  test::AddTurned(&batch, Fan(), more, SelfMask());
+  test::AddTurned(&batch, Fan(), none, SelfMask());
   // Sensors that come later may make tables: the numbers are settled when the batch is closed.
   fan.record.first_direction = tables.Find(2.0, 100);
-  batch.Add(fan, 100, Window());
+  batch.Add(fan, 100, SelfMask());
   batch.Close(tables);
 
   std::span<const Fan> fans = batch.fans();
@@ -248,9 +248,9 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
 TEST(Directions, OfAFanWithoutRays) {
   RayBatch batch;
   const DirectionTables tables;
-  test::AddTurned(&batch, Fan(), std::vector<double>(), Window());
-  test::AddTurned(&batch, Fan(), std::vector<double>(2, 1.0), Window());
-  test::AddTurned(&batch, Fan(), std::vector<double>(), Window());
+  test::AddTurned(&batch, Fan(), std::vector<double>(), SelfMask());
+  test::AddTurned(&batch, Fan(), std::vector<double>(2, 1.0), SelfMask());
+  test::AddTurned(&batch, Fan(), std::vector<double>(), SelfMask());
   batch.Close(tables);
   EXPECT_EQ(batch.ray_count(), 2u);
   const Direction* const first = batch.own_directions().data();

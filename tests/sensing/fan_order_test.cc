@@ -24,7 +24,7 @@ class Batch {
     fan.record.x = x;
     fan.record.y = y;
     fan.finder = FinderOf(finder);
-    batch_.Add(fan, samples, Window());
+    batch_.Add(fan, samples, SelfMask());
   }
   void Clear() { batch_.Clear(); }
   const RayBatch& Close() {

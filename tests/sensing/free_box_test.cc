@@ -18,10 +18,10 @@ namespace Stg::internal::sensing {
 namespace {
 
 using grid::CellBox;
-using test::kNoWindow;
+using test::kNoMask;
 using test::Place;
+using test::RandomSelfMask;
 using test::RandomSource;
-using test::RandomWindow;
 using test::Terrain;
 
 class Starts {
@@ -33,9 +33,9 @@ class Starts {
       parts_.push_back({&fans_[i], &ahead_, 1});
     }
   }
-  FreeBoxes Find(const ray_grid_t& view, const ray_window_t& window) const {
+  FreeBoxes Find(const ray_grid_t& view, const ray_mask_t& mask) const {
     const auto count = static_cast<uint32_t>(parts_.size());
-    return FindFreeBoxes({&view, &window, parts_.data(), count, count});
+    return FindFreeBoxes({&view, &mask, parts_.data(), count, count});
   }
 
  private:
@@ -45,17 +45,17 @@ class Starts {
 };
 
 /// Whether a ray would stop in the cell.
-bool Stops(const Terrain& terrain, const ray_window_t& window, int64_t x, int64_t y) {
+bool Stops(const Terrain& terrain, const ray_mask_t& mask, int64_t x, int64_t y) {
   if (!terrain.Has(x, y)) return false;
-  const int64_t i = (x >> RAY_TILE_SHIFT) - window.x, k = (y >> RAY_TILE_SHIFT) - window.y;
-  if (i < 0 || k < 0 || i >= window.width || k >= window.height) return true;
-  return (window.tiles[k * window.width + i] >> ((x & 7) | (y & 7) << 3) & 1) == 0;
+  const int64_t i = (x >> RAY_TILE_SHIFT) - mask.x, k = (y >> RAY_TILE_SHIFT) - mask.y;
+  if (i < 0 || k < 0 || i >= mask.width || k >= mask.height) return true;
+  return (mask.tiles[k * mask.width + i] >> ((x & 7) | (y & 7) << 3) & 1) == 0;
 }
 
-bool AnyIn(const Terrain& terrain, const ray_window_t& window, const CellBox& box) {
+bool AnyIn(const Terrain& terrain, const ray_mask_t& mask, const CellBox& box) {
   for (int64_t y = box.min_y; y <= box.max_y; y++)
     for (int64_t x = box.min_x; x <= box.max_x; x++)
-      if (Stops(terrain, window, x, y)) return true;
+      if (Stops(terrain, mask, x, y)) return true;
   return false;
 }
 
@@ -87,14 +87,13 @@ CellBox Surroundings(const point_int_t& cell) {
 }
 
 /// Boxes hold the starts, hold nothing else, and could not be larger. Returns how many there are.
-int Check(const Terrain& terrain, const ray_window_t& window,
-          const std::vector<point_int_t>& starts) {
-  const FreeBoxes boxes = Starts(starts).Find(terrain.View(Terrain::kOfGrid), window);
+int Check(const Terrain& terrain, const ray_mask_t& mask, const std::vector<point_int_t>& starts) {
+  const FreeBoxes boxes = Starts(starts).Find(terrain.View(Terrain::kOfGrid), mask);
   const CellBox first = TileOf(starts[0]), looked_at = Surroundings(starts[0]);
   CellBox wanted = first;
   for (const point_int_t& start : starts) wanted = Around(wanted, TileOf(start));
-  if (!IsIn(wanted, looked_at) || AnyIn(terrain, window, wanted)) wanted = first;
-  const bool none = AnyIn(terrain, window, wanted);
+  if (!IsIn(wanted, looked_at) || AnyIn(terrain, mask, wanted)) wanted = first;
+  const bool none = AnyIn(terrain, mask, wanted);
   int found = 0;
   for (const bool back_y : {false, true}) {
     for (const bool back_x : {false, true}) {
@@ -103,12 +102,12 @@ int Check(const Terrain& terrain, const ray_window_t& window,
       if (none) continue;
       found++;
       EXPECT_TRUE(IsIn(wanted, box));
-      EXPECT_FALSE(AnyIn(terrain, window, box));
+      EXPECT_FALSE(AnyIn(terrain, mask, box));
       // It has grown that way only, and as far as it can.
       EXPECT_EQ(back_x ? box.max_x : box.min_x, back_x ? wanted.max_x : wanted.min_x);
       EXPECT_EQ(back_y ? box.max_y : box.min_y, back_y ? wanted.max_y : wanted.min_y);
       for (const CellBox& beyond : {BeyondX(box, back_x), BeyondY(box, back_y)})
-        EXPECT_TRUE(!IsIn(beyond, looked_at) || AnyIn(terrain, window, beyond));
+        EXPECT_TRUE(!IsIn(beyond, looked_at) || AnyIn(terrain, mask, beyond));
     }
   }
   return found;
@@ -127,8 +126,8 @@ class FreeBoxAt : public ::testing::TestWithParam<Place> {
   void CheckMany() {
     int found = 0;
     for (int i = 0; i < 150; i++) {
-      const RandomWindow hidden(&random_, terrain_);
-      const ray_window_t& window = random_.OneIn(2) ? hidden.window : kNoWindow;
+      const RandomSelfMask hidden(&random_, terrain_);
+      const ray_mask_t& mask = random_.OneIn(2) ? hidden.mask : kNoMask;
       std::vector<point_int_t> starts = {AnyCell()};
       const int others = random_.OneIn(2) ? 0 : random_.Int(1, 5);
       for (int k = 0; k < others; k++) {
@@ -136,7 +135,7 @@ class FreeBoxAt : public ::testing::TestWithParam<Place> {
         starts.push_back(
             {starts[0].x + random_.Int(-reach, reach), starts[0].y + random_.Int(-reach, reach)});
       }
-      found += Check(terrain_, window, starts);
+      found += Check(terrain_, mask, starts);
       ASSERT_FALSE(HasFailure()) << i << ": (" << starts[0].x << ", " << starts[0].y << ")";
     }
     EXPECT_GT(found, 150) << "these places prove little";
@@ -161,7 +160,7 @@ TEST_P(FreeBoxAt, Frames) {
 
 TEST(FreeBox, IsThreeRegionsWideWhereThereIsNothing) {
   const Terrain terrain(0, 0);
-  const FreeBoxes boxes = Starts({{100, 100}}).Find(terrain.View(Terrain::kOfGrid), kNoWindow);
+  const FreeBoxes boxes = Starts({{100, 100}}).Find(terrain.View(Terrain::kOfGrid), kNoMask);
   const CellBox& onward = boxes.towards[0][0];
   EXPECT_EQ(onward.min_x, 96);
   EXPECT_EQ(onward.max_x, 191);
@@ -173,7 +172,7 @@ TEST(FreeBox, IsThreeRegionsWideWhereThereIsNothing) {
 TEST(FreeBox, HasNoCellsWhereSomethingStands) {
   Terrain terrain(0, 0);
   terrain.Add(99, 97);
-  const FreeBoxes boxes = Starts({{100, 100}}).Find(terrain.View(Terrain::kOfGrid), kNoWindow);
+  const FreeBoxes boxes = Starts({{100, 100}}).Find(terrain.View(Terrain::kOfGrid), kNoMask);
   EXPECT_LT(boxes.towards[0][0].max_x, boxes.towards[0][0].min_x);
 }
 

@@ -125,15 +125,15 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
     records[group + 1].samples = 1;
     group += 2;
   }
-  std::vector<uint64_t> windows(3);  // they need not begin there either
-  windows.insert(windows.end(), batch.window_words().begin(), batch.window_words().end());
+  std::vector<uint64_t> masks(3);  // they need not begin there either
+  masks.insert(masks.end(), batch.mask_words().begin(), batch.mask_words().end());
   const Stg::ray_grid_t view = scene.grid().View(Stg::internal::grid::kEverything);
   const opencl_c::int4 box{view.min_x, view.min_y, view.max_x, view.max_y};
   Launch(items, [&] {
     opencl_c::walk_fans(reinterpret_cast<const opencl_c::ray_super_t*>(view.directory),
                         view.directory_mask, view.regions, words.data(), box, records.data(), 1,
                         static_cast<uint32_t>(groups), fan_records.data(), directions.data(),
-                        windows.data(), 3, per_ray, hits.data());
+                        masks.data(), 3, per_ray, hits.data());
   });
   return hits;
 }

@@ -49,10 +49,10 @@ class Scene {
       const int wall = random_.Int(0, kWalls - 1);  // the robot's body
       grid::Drawings body;
       if (random_.OneIn(2)) body.of_bodies.push_back(&cells_[wall]);
-      const Window window = batch.MakeWindow(grid, body, ModelOf(wall), false);
+      const SelfMask mask = batch.MakeSelfMask(grid, body, ModelOf(wall), false);
       const Pose pose(Coordinate(), Coordinate(), random_.Int(0, 3), random_.Real(-4, 4));
       const int fans = random_.Int(1, 12);
-      for (int k = 0; k < fans; k++) AddFan(pose, ModelOf(wall), window);
+      for (int k = 0; k < fans; k++) AddFan(pose, ModelOf(wall), mask);
     }
     batch.Close(tables_);
   }
@@ -67,7 +67,7 @@ class Scene {
   void AddWall(int number, bool exact) {
     int x = random_.Int(-kReach, kReach), y = random_.Int(-kReach, kReach);
     int length = random_.Int(1, 60);
-    // Many along a tile, so that robots have windows of the same size at different places.
+    // Many along a tile, so that robots have self-masks of the same size at different places.
     if (random_.OneIn(2)) x &= ~7, y &= ~7, length = 8;
     const bool upwards = random_.OneIn(2);
     grid::Body body;
@@ -91,7 +91,7 @@ class Scene {
     grid.Redraw(grid.AddBody(body), {}, cells_[number]);
   }
 
-  void AddFan(const Pose& pose, const Model* finder, const Window& window) {
+  void AddFan(const Pose& pose, const Model* finder, const SelfMask& mask) {
     Fan fan;
     const double endless = std::numeric_limits<double>::infinity();
     const double range =
@@ -107,8 +107,8 @@ class Scene {
     const auto samples = static_cast<uint32_t>(random_.OneIn(8)   ? 0
                                                : random_.OneIn(8) ? random_.Int(250, 700)
                                                                   : random_.Int(1, 90));
-    const Window none;
-    const Window& seen = fan.exact || random_.OneIn(6) ? none : window;
+    const SelfMask none;
+    const SelfMask& seen = fan.exact || random_.OneIn(6) ? none : mask;
     if (random_.OneIn(4)) {
       std::vector<double> own;
       for (uint32_t i = 0; i < samples; i++) own.push_back(random_.Real(-3, 3));
@@ -140,7 +140,7 @@ Outcome RayByRay(const Scene& scene) {
       outcome.hits.push_back(Tracer(scene.grid)
                                  .Trace(fan, view,
                                         {batch.DirectionsOf(fan)[i], batch.TurnsOf(fan)[i]},
-                                        batch.WindowOf(fan), {}, &outcome.counters));
+                                        batch.SelfMaskOf(fan), {}, &outcome.counters));
   }
   return outcome;
 }

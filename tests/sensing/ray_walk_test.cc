@@ -22,18 +22,18 @@ namespace Stg {
 namespace {
 
 using test::kLongest;
-using test::kNoWindow;
+using test::kNoMask;
 using test::Place;
 using test::PlainRay;
+using test::RandomSelfMask;
 using test::RandomSource;
-using test::RandomWindow;
 using test::Terrain;
 using Hits = std::vector<std::pair<int, int>>;  // (u, v)
 
-bool IsHidden(const ray_window_t& window, int64_t x, int64_t y) {
-  const int64_t tx = (x >> 3) - window.x, ty = (y >> 3) - window.y;
-  if (tx < 0 || ty < 0 || tx >= window.width || ty >= window.height) return false;
-  return window.tiles[ty * window.width + tx] >> ((x & 7) + 8 * (y & 7)) & 1;
+bool IsHidden(const ray_mask_t& mask, int64_t x, int64_t y) {
+  const int64_t tx = (x >> 3) - mask.x, ty = (y >> 3) - mask.y;
+  if (tx < 0 || ty < 0 || tx >= mask.width || ty >= mask.height) return false;
+  return mask.tiles[ty * mask.width + tx] >> ((x & 7) + 8 * (y & 7)) & 1;
 }
 
 ray_t Begin(const ray_grid_t& view, const PlainRay& r) {
@@ -44,9 +44,9 @@ ray_t Begin(const ray_grid_t& view, const PlainRay& r) {
   return ray;
 }
 
-Hits Remaining(const ray_grid_t& view, const ray_window_t& window, ray_t ray) {
+Hits Remaining(const ray_grid_t& view, const ray_mask_t& mask, ray_t ray) {
   Hits hits;
-  while (ray_next(&view, &window, &ray)) {
+  while (ray_next(&view, &mask, &ray)) {
     hits.emplace_back(ray.u, ray.v);
     if (hits.size() > 2 * RAY_LEG_CELLS + 3) {
       ADD_FAILURE() << "the walk does not get on";
@@ -60,10 +60,10 @@ Hits Remaining(const ray_grid_t& view, const ray_window_t& window, ray_t ray) {
   return hits;
 }
 
-Hits ExpectedHits(const Terrain& terrain, const ray_window_t& window, const PlainRay& ray) {
+Hits ExpectedHits(const Terrain& terrain, const ray_mask_t& mask, const PlainRay& ray) {
   Hits hits;
   test::WalkPlainly(ray, [&](int64_t u, int64_t v, int64_t x, int64_t y) {
-    if (terrain.Has(x, y) && !IsHidden(window, x, y))
+    if (terrain.Has(x, y) && !IsHidden(mask, x, y))
       hits.emplace_back(static_cast<int>(u), static_cast<int>(v));
     return false;
   });
@@ -78,11 +78,11 @@ std::string Text(const PlainRay& r) {
 }
 
 /// All that is to be said about one ray. False if something is wrong.
-bool Check(const Terrain& terrain, const ray_grid_t& view, const ray_window_t& window,
+bool Check(const Terrain& terrain, const ray_grid_t& view, const ray_mask_t& mask,
            const PlainRay& r, RandomSource* random, size_t* hits = nullptr) {
-  const Hits expected = ExpectedHits(terrain, window, r);
+  const Hits expected = ExpectedHits(terrain, mask, r);
   if (hits) *hits += expected.size();
-  const Hits found = Remaining(view, window, Begin(view, r));
+  const Hits found = Remaining(view, mask, Begin(view, r));
   EXPECT_EQ(found, expected) << Text(r);
   if (found != expected) return false;
   if (expected.empty()) return true;
@@ -92,7 +92,7 @@ bool Check(const Terrain& terrain, const ray_grid_t& view, const ray_window_t& w
   const ray_uint packed = ray_pack(expected[i].first, expected[i].second);
   EXPECT_NE(packed, RAY_NO_HIT);
   ray_resume(&resumed, ray_packed_u(packed), ray_packed_v(packed));
-  const Hits rest = Remaining(view, window, resumed);
+  const Hits rest = Remaining(view, mask, resumed);
   const Hits expected_rest(expected.begin() + static_cast<std::ptrdiff_t>(i) + 1, expected.end());
   EXPECT_EQ(rest, expected_rest) << Text(r) << " resumed at hit " << i;
   return rest == expected_rest;
@@ -110,10 +110,10 @@ void CheckMany(const Terrain& terrain, uint64_t seed, int rays, int long_rays) {
         i < rays ? test::RandomRay(&random, terrain) : test::LongRay(&random, terrain);
     const ray_grid_t view = terrain.View(static_cast<Terrain::Box>(random.Int(0, 2)));
     if (random.OneIn(3)) {
-      const RandomWindow hidden(&random, terrain);
-      ASSERT_TRUE(Check(terrain, view, hidden.window, ray, &random, &hits));
+      const RandomSelfMask hidden(&random, terrain);
+      ASSERT_TRUE(Check(terrain, view, hidden.mask, ray, &random, &hits));
     } else {
-      ASSERT_TRUE(Check(terrain, view, kNoWindow, ray, &random, &hits));
+      ASSERT_TRUE(Check(terrain, view, kNoMask, ray, &random, &hits));
     }
   }
   EXPECT_GT(hits, static_cast<size_t>(rays) / 10) << "too few rays hit anything";
@@ -160,10 +160,10 @@ TEST(RayWalk, HitsInTheLastRowsOfTheBoxAreFound) {
       for (const int64_t y : {0, 63})
         for (const int64_t f : {0, 1, 32768, 65535})
           for (const int64_t d : {-100 << 16, -1, 0, 1, 100 << 16}) {
-            EXPECT_TRUE(Check(terrain, view, kNoWindow, {x, y, f, f, d, 0}, &random));
-            EXPECT_TRUE(Check(terrain, view, kNoWindow, {x, y, f, f, 0, d}, &random));
-            EXPECT_TRUE(Check(terrain, view, kNoWindow, {x, y, f, f, d, d}, &random));
-            EXPECT_TRUE(Check(terrain, view, kNoWindow, {x, y, f, f, d, -d}, &random));
+            EXPECT_TRUE(Check(terrain, view, kNoMask, {x, y, f, f, d, 0}, &random));
+            EXPECT_TRUE(Check(terrain, view, kNoMask, {x, y, f, f, 0, d}, &random));
+            EXPECT_TRUE(Check(terrain, view, kNoMask, {x, y, f, f, d, d}, &random));
+            EXPECT_TRUE(Check(terrain, view, kNoMask, {x, y, f, f, d, -d}, &random));
           }
   }
 }
@@ -174,7 +174,7 @@ TEST(RayWalk, AtACornerYGoesFirst) {
     for (int y = 0; y < 3; y++) terrain.Add(x, y);
   const ray_grid_t view = terrain.View(Terrain::kOfGrid);
   const PlainRay diagonal{0, 0, 0, 0, 2 << 16, 2 << 16};
-  EXPECT_EQ(Remaining(view, kNoWindow, Begin(view, diagonal)),
+  EXPECT_EQ(Remaining(view, kNoMask, Begin(view, diagonal)),
             (Hits{{0, 0}, {0, 1}, {1, 1}, {1, 2}, {2, 2}}));
 }
 
@@ -183,7 +183,7 @@ TEST(RayWalk, ABorderReachedExactlyIsCrossed) {
   terrain.Add(10, 5);
   const ray_grid_t view = terrain.View(Terrain::kOfGrid);
   const auto hits = [&](const PlainRay& ray) {
-    return Remaining(view, kNoWindow, Begin(view, ray)).size();
+    return Remaining(view, kNoMask, Begin(view, ray)).size();
   };
   EXPECT_EQ(hits({3, 5, 100, 9, (7 << 16) - 100, 0}), 1u);
   EXPECT_EQ(hits({3, 5, 100, 9, (7 << 16) - 101, 0}), 0u);
@@ -196,8 +196,8 @@ TEST(RayWalk, TheStartCellIsPartOfTheRay) {
   Terrain terrain(0, 0);
   terrain.Add(10, 5);
   const ray_grid_t view = terrain.View(Terrain::kOfGrid);
-  EXPECT_EQ(Remaining(view, kNoWindow, Begin(view, {10, 5, 0, 0, 0, 0})), (Hits{{0, 0}}));
-  EXPECT_EQ(Remaining(view, kNoWindow, Begin(view, {10, 5, 0, 0, -5, -5})), (Hits{{0, 0}}));
+  EXPECT_EQ(Remaining(view, kNoMask, Begin(view, {10, 5, 0, 0, 0, 0})), (Hits{{0, 0}}));
+  EXPECT_EQ(Remaining(view, kNoMask, Begin(view, {10, 5, 0, 0, -5, -5})), (Hits{{0, 0}}));
 }
 
 TEST(RayWalk, NothingOccupied) {
@@ -205,10 +205,10 @@ TEST(RayWalk, NothingOccupied) {
   const ray_grid_t view = grid.View(grid::kEverything);
   for (const int64_t at : {-5000, -1, 0, 1, 5000})
     for (const int64_t d : {-kLongest, int64_t{0}, kLongest})
-      EXPECT_TRUE(Remaining(view, kNoWindow, Begin(view, {at, at, 0, 0, d, d / 3})).empty());
+      EXPECT_TRUE(Remaining(view, kNoMask, Begin(view, {at, at, 0, 0, d, d / 3})).empty());
 }
 
-TEST(RayWalk, AnEmptyWindowHidesNothing) {
+TEST(RayWalk, AnEmptySelfMaskHidesNothing) {
   Terrain terrain(0, 0);
   terrain.Add(3, 3);
   const ray_grid_t view = terrain.View(Terrain::kOfGrid);
@@ -249,8 +249,8 @@ TEST(RayWalk, ClutterBesideTheRayChangesNothing) {
     const ray_grid_t before = plain.View(Terrain::kOfGrid);
     const ray_grid_t after = cluttered.View(Terrain::kOfGrid);
     for (const PlainRay& ray : rays)
-      ASSERT_EQ(Remaining(before, kNoWindow, Begin(before, ray)),
-                Remaining(after, kNoWindow, Begin(after, ray)))
+      ASSERT_EQ(Remaining(before, kNoMask, Begin(before, ray)),
+                Remaining(after, kNoMask, Begin(after, ray)))
           << Text(ray);
   }
 }

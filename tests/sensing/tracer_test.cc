@@ -137,13 +137,12 @@ void ExpectSame(const RayHit& found, const RayHit& expected, const char* what) {
     EXPECT_EQ(found.range, expected.range) << what;
 }
 
-const ray_window_t kNoWindow{nullptr, 0, 0, 0, 0};
+const ray_mask_t kNoMask{nullptr, 0, 0, 0, 0};
 constexpr Tracer::Bearing kAhead{{1 << 30, 0}, {.sine = 0, .cosine = 1}};
 
 RayHit TraceOne(const Scene& scene, const Fan& fan, const Tracer::Bearing& bearing = kAhead) {
   TraceCounters counters;
-  return Tracer(scene.grid)
-      .Trace(fan, scene.grid.View(fan.layer), bearing, kNoWindow, {}, &counters);
+  return Tracer(scene.grid).Trace(fan, scene.grid.View(fan.layer), bearing, kNoMask, {}, &counters);
 }
 
 TEST(Tracer, TheNearestAcceptedBody) {
@@ -224,7 +223,7 @@ TEST(Tracer, CountsRaysAndHits) {
   scene.refused = 3;
   TraceCounters counters;
   const Fan fan = scene.MakeFan(Pose(0.5, 0.5, 0, 0), 20);
-  Tracer(scene.grid).Trace(fan, scene.grid.View(0), kAhead, kNoWindow, {}, &counters);
+  Tracer(scene.grid).Trace(fan, scene.grid.View(0), kAhead, kNoMask, {}, &counters);
   EXPECT_EQ(counters.rays, 1u);
   EXPECT_EQ(counters.potential_hits, 3u);
   EXPECT_EQ(counters.resumed, 0u);
@@ -254,10 +253,10 @@ void MakeBatch(Scene* scene, RandomSource* random, DirectionTables* tables, RayB
     if (random->OneIn(4)) {
       std::vector<double> own;
       for (uint32_t j = 0; j < samples; j++) own.push_back(random->Real(-3, 3));
-      test::AddTurned(batch, fan, own, Window());
+      test::AddTurned(batch, fan, own, SelfMask());
     } else {
       fan.record.first_direction = tables->Find(random->Int(0, 3), samples);
-      batch->Add(fan, samples, Window());
+      batch->Add(fan, samples, SelfMask());
     }
   }
   batch->Close(*tables);
@@ -323,7 +322,7 @@ TEST(TracerLists, ShortListsAreTrusted) {
   const Fan fan = scene.MakeFan(Pose(0.5, 0.5, 0, 0), 50);
   const auto trace = [&](std::vector<uint32_t> list, TraceCounters* counters) {
     return Tracer(scene.grid)
-        .Trace(fan, scene.grid.View(0), kAhead, kNoWindow,
+        .Trace(fan, scene.grid.View(0), kAhead, kNoMask,
                {list.data(), static_cast<uint32_t>(list.size())}, counters)
         .model;
   };
@@ -343,9 +342,10 @@ TEST(TracerLists, ShortListsAreTrusted) {
   EXPECT_EQ(counters.resumed, 2u);
 }
 
-// ---- windows ------------------------------------------------------------------------------------
+// ---- self-masks
+// ------------------------------------------------------------------------------------
 
-TEST(TracerWindows, LookAtLessAndSeeTheSame) {
+TEST(TracerSelfMasks, LookAtLessAndSeeTheSame) {
   RandomSource random(4);
   uint64_t with_looks = 0, without_looks = 0;
   for (int round = 0; round < 60; round++) {
@@ -364,11 +364,11 @@ TEST(TracerWindows, LookAtLessAndSeeTheSame) {
     Fan fan = scene.MakeFan(Pose(random.Real(0, 20), random.Real(-20, 20), 1, 0), 60);
     fan.record.first_direction = tables.Find(6, 100);
     RayBatch with, without;
-    with.Add(fan, 100, with.MakeWindow(scene.grid, {{&parts}}, ModelOf(me), false));
-    without.Add(fan, 100, Window());
+    with.Add(fan, 100, with.MakeSelfMask(scene.grid, {{&parts}}, ModelOf(me), false));
+    without.Add(fan, 100, SelfMask());
     with.Close(tables);
     without.Close(tables);
-    ASSERT_NE(with.WindowOf(with.fans()[0]).width, 0u);
+    ASSERT_NE(with.SelfMaskOf(with.fans()[0]).width, 0u);
     TraceCounters counters_with, counters_without;
     const std::vector<RayHit> a = TraceAll(scene, with, HitLists(), &counters_with);
     const std::vector<RayHit> b = TraceAll(scene, without, HitLists(), &counters_without);

@@ -33,7 +33,7 @@ TEST(WalkRecordTest, FindsTheHitsThatTheWalkFinds) {
   grid::Grid grid;
   Fill(&random, &grid);
   const ray_grid_t view = grid.View(grid::kEverything);
-  const ray_window_t none{nullptr, 0, 0, 0, 0};
+  const ray_mask_t none{nullptr, 0, 0, 0, 0};
   size_t hits = 0, leaps[4] = {0, 0, 0, 0};
   for (int i = 0; i < 3000; i++) {
     const auto coordinate = [&](double reach) {
@@ -72,7 +72,7 @@ TEST(WalkRecordTest, EndsAfterTheStepsThatAreAllowed) {
   const grid::BodyId body = grid.AddBody(grid::Body());
   for (int i = 0; i < 100; i++) test::DrawCell(&grid, i, 0, body);
   const ray_grid_t view = grid.View(grid::kEverything);
-  const ray_window_t none{nullptr, 0, 0, 0, 0};
+  const ray_mask_t none{nullptr, 0, 0, 0, 0};
   ray_t ray;
   ray_begin(&ray, &view, 0, 0, 0, 0, 100 << 16, 0);
   std::vector<WalkStep> steps;

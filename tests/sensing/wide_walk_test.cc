@@ -28,11 +28,11 @@ namespace Stg::internal::sensing {
 namespace {
 
 using test::kLongest;
-using test::kNoWindow;
+using test::kNoMask;
 using test::Place;
 using test::PlainRay;
+using test::RandomSelfMask;
 using test::RandomSource;
-using test::RandomWindow;
 using test::Terrain;
 
 // ---- groups of rays -----------------------------------------------------------------------------
@@ -40,8 +40,8 @@ using test::Terrain;
 /// A group and all that it points to.
 class Rays {
  public:
-  explicit Rays(const ray_grid_t& view, const ray_window_t& window = kNoWindow)
-      : view_(view), window_(window) {}
+  explicit Rays(const ray_grid_t& view, const ray_mask_t& mask = kNoMask)
+      : view_(view), mask_(mask) {}
 
   /// A part of rays that all start where the first does: of just these displacements.
   void Add(const std::vector<PlainRay>& rays) {
@@ -70,7 +70,7 @@ class Rays {
     for (size_t i = 0; i < fans_.size(); i++)
       parts_.push_back(
           {&fans_[i], directions_[i].data(), static_cast<uint32_t>(directions_[i].size())});
-    return {&view_, &window_, parts_.data(), static_cast<uint32_t>(parts_.size()), count_};
+    return {&view_, &mask_, parts_.data(), static_cast<uint32_t>(parts_.size()), count_};
   }
 
  private:
@@ -89,7 +89,7 @@ class Rays {
   }
 
   ray_grid_t view_;
-  ray_window_t window_;
+  ray_mask_t mask_;
   std::vector<FanRecord> fans_;
   std::vector<std::vector<Direction>> directions_;
   std::vector<FanPart> parts_;
@@ -129,8 +129,8 @@ void AddRandomPart(RandomSource* random, const Terrain& terrain, uint32_t most, 
 }
 
 Rays RandomRays(RandomSource* random, const Terrain& terrain, const ray_grid_t& view,
-                const ray_window_t& window) {
-  Rays rays(view, window);
+                const ray_mask_t& mask) {
+  Rays rays(view, mask);
   const uint32_t count =
       random->OneIn(4) ? RayGroup::kMost : static_cast<uint32_t>(random->Int(1, RayGroup::kMost));
   const bool small_parts = random->OneIn(4);
@@ -171,7 +171,7 @@ std::vector<Found> OneByOne(const grid::Grid& grid, const RayGroup& group) {
                 ray_rotate_y(fan->cosine, fan->sine, d.cosine, d.sine));
       Found found;
       const auto i = static_cast<uint32_t>(all.size());
-      if (ray_next(group.grid, group.window, &ray)) {
+      if (ray_next(group.grid, group.mask, &ray)) {
         found = {ray_pack(ray.u, ray.v), grid.ListIn(grid.CellAt(ray.region, ray.tile, ray.bit)),
                  scalar->Middle(i)};
         EXPECT_NE(found.bodies, 0u);
@@ -271,9 +271,9 @@ void CheckMany(const WideWalk& wide, const Terrain& terrain, uint64_t seed, int 
   size_t hits = 0;
   for (int i = 0; i < groups; i++) {
     const ray_grid_t view = terrain.View(static_cast<Terrain::Box>(random.Int(0, 2)));
-    const RandomWindow hidden(&random, terrain);
-    const ray_window_t& window = random.OneIn(2) ? hidden.window : kNoWindow;
-    Rays rays = RandomRays(&random, terrain, view, window);
+    const RandomSelfMask hidden(&random, terrain);
+    const ray_mask_t& mask = random.OneIn(2) ? hidden.mask : kNoMask;
+    Rays rays = RandomRays(&random, terrain, view, mask);
     ASSERT_NO_FATAL_FAILURE(Check(wide, terrain.grid(), &rays, &hits)) << "group " << i;
   }
   EXPECT_GT(hits, static_cast<size_t>(groups) * 5) << "too few rays hit anything";
@@ -431,21 +431,21 @@ TEST_P(WideWalkOf, NothingOccupied) {
   EXPECT_EQ(hits, 0u);
 }
 
-TEST_P(WideWalkOf, WindowsThatHideAllOrNothing) {
+TEST_P(WideWalkOf, SelfMasksThatHideAllOrNothing) {
   GET_WIDE_WALK(wide, GetParam());
   Terrain terrain(-160, -160);
   RandomSource random(11);
   terrain.AddDust(&random, 500);
   const ray_grid_t view = terrain.View(Terrain::kOfGrid);
   const std::vector<uint64_t> all(50 * 50, ~uint64_t{0}), none(50 * 50, 0);
-  const ray_window_t windows[] = {{all.data(), -25, -25, 50, 50},
-                                  {none.data(), -25, -25, 50, 50},
-                                  {all.data(), -25, -25, 0, 0}};
+  const ray_mask_t masks[] = {{all.data(), -25, -25, 50, 50},
+                              {none.data(), -25, -25, 50, 50},
+                              {all.data(), -25, -25, 0, 0}};
   size_t hits[3] = {};
   for (int round = 0; round < 100; round++) {
     for (size_t i = 0; i < 3; i++) {
       RandomSource same(static_cast<uint64_t>(round));
-      Rays rays = RandomRays(&same, terrain, view, windows[i]);
+      Rays rays = RandomRays(&same, terrain, view, masks[i]);
       ASSERT_NO_FATAL_FAILURE(Check(wide, terrain.grid(), &rays, &hits[i]));
     }
   }

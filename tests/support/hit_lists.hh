@@ -22,7 +22,7 @@ inline std::vector<uint32_t> ListHits(const internal::grid::Grid& grid,
     if (!fan.single_leg()) continue;
     const FanRecord& r = fan.record;
     const ray_grid_t view = grid.View(fan.layer);
-    const ray_window_t window = batch.WindowOf(fan);
+    const ray_mask_t mask = batch.SelfMaskOf(fan);
     for (uint32_t i = 0; i < r.samples; i++) {
       const Direction d = batch.DirectionsOf(fan)[i];
       ray_t ray;
@@ -32,7 +32,7 @@ inline std::vector<uint32_t> ListHits(const internal::grid::Grid& grid,
                 ray_rotate_y(r.cosine, r.sine, d.cosine, d.sine));
       uint32_t* list = &lists[size_t{r.first_ray + i} * per_ray];
       for (uint32_t n = 0; n < per_ray; n++) {
-        if (!ray_next(&view, &window, &ray)) {
+        if (!ray_next(&view, &mask, &ray)) {
           list[n] = RAY_NO_HIT;
           break;  // what follows stays what it was
         }

@@ -159,21 +159,21 @@ void RayScene::AddFan() {
   PlaceFan(&fan, origin, PickRange(), 1.0);
   fan.layer = Chance(0.2) ? grid::kEverything : grid_.RangerLayer(origin.z, Chance(0.7));
 
-  sensing::Window window;
+  sensing::SelfMask mask;
   if (Chance(0.5)) {
     const uint32_t tree = Below(kTrees);
     grid::Drawings own;
     for (const Drawn& drawn : bodies_)
       if (drawn.tree == tree && Chance(0.3)) own.of_bodies.push_back(&drawn.cells);
-    window = batch_.MakeWindow(grid_, own, TreeOf(tree), false);
+    mask = batch_.MakeSelfMask(grid_, own, TreeOf(tree), false);
   }
   if (Chance(0.2)) {
     std::vector<double> bearings;
     for (uint32_t i = 0; i < samples; i++) bearings.push_back(random_.Uniform(-4, 4));
-    Stg::test::AddTurned(&batch_, fan, bearings, window);
+    Stg::test::AddTurned(&batch_, fan, bearings, mask);
   } else {
     fan.record.first_direction = tables_.Find(Chance(0.5) ? 3.14 : fov, samples);
-    batch_.Add(fan, samples, window);
+    batch_.Add(fan, samples, mask);
   }
 }
 
@@ -224,10 +224,10 @@ class CellSet {
   grid::LayerIndex layer_;
 };
 
-bool Hidden(const Stg::ray_window_t& window, int32_t x, int32_t y) {
-  const int64_t wx = int64_t{x >> 3} - window.x, wy = int64_t{y >> 3} - window.y;
-  if (wx < 0 || wy < 0 || wx >= window.width || wy >= window.height) return false;
-  const uint64_t word = window.tiles[wy * window.width + wx];
+bool Hidden(const Stg::ray_mask_t& mask, int32_t x, int32_t y) {
+  const int64_t wx = int64_t{x >> 3} - mask.x, wy = int64_t{y >> 3} - mask.y;
+  if (wx < 0 || wy < 0 || wx >= mask.width || wy >= mask.height) return false;
+  const uint64_t word = mask.tiles[wy * mask.width + wx];
   return (word >> grid::Grid::BitOf(x, y) & 1) != 0;
 }
 
@@ -236,10 +236,10 @@ bool Hidden(const Stg::ray_window_t& window, int32_t x, int32_t y) {
 std::vector<uint32_t> ListsByWalk(const RayScene& scene, uint32_t per_ray) {
   std::vector<uint32_t> lists(size_t{scene.batch().ray_count()} * per_ray, 0);
   ForEachRay(scene, [&](const sensing::Fan& fan, const ray_grid_t& view, ray_t* ray, uint32_t n) {
-    const Stg::ray_window_t window = scene.batch().WindowOf(fan);
+    const Stg::ray_mask_t mask = scene.batch().SelfMaskOf(fan);
     uint32_t* list = &lists[size_t{n} * per_ray];
     for (uint32_t i = 0; i < per_ray; i++) {
-      const bool found = Stg::ray_next(&view, &window, ray) != 0;
+      const bool found = Stg::ray_next(&view, &mask, ray) != 0;
       list[i] = found ? Stg::ray_pack(ray->u, ray->v) : RAY_NO_HIT;
       if (!found) break;
     }
@@ -250,7 +250,7 @@ std::vector<uint32_t> ListsByWalk(const RayScene& scene, uint32_t per_ray) {
 std::vector<uint32_t> ListsCellByCell(const RayScene& scene, uint32_t per_ray) {
   std::vector<uint32_t> lists(size_t{scene.batch().ray_count()} * per_ray, 0);
   ForEachRay(scene, [&](const sensing::Fan& fan, const ray_grid_t&, ray_t* ray, uint32_t n) {
-    const Stg::ray_window_t window = scene.batch().WindowOf(fan);
+    const Stg::ray_mask_t mask = scene.batch().SelfMaskOf(fan);
     const CellSet cells(scene.grid(), fan.layer);
     uint32_t* list = &lists[size_t{n} * per_ray];
     uint32_t found = 0;
@@ -258,7 +258,7 @@ std::vector<uint32_t> ListsCellByCell(const RayScene& scene, uint32_t per_ray) {
     while (found < per_ray) {
       const int32_t x = static_cast<int32_t>(ray->x0 + ray->sx * u);
       const int32_t y = static_cast<int32_t>(ray->y0 + ray->sy * v);
-      if (cells.Has(x, y) && !Hidden(window, x, y))
+      if (cells.Has(x, y) && !Hidden(mask, x, y))
         list[found++] = Stg::ray_pack(static_cast<int>(u), static_cast<int>(v));
       const int64_t to_x = ((u + 1) << 16) - ray->ox, to_y = ((v + 1) << 16) - ray->oy;
       const bool x_next = to_x * ray->ady < to_y * ray->adx;

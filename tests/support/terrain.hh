@@ -21,7 +21,7 @@
 namespace Stg::test {
 
 inline constexpr int64_t kLongest = int64_t{RAY_LEG_CELLS} << 16;
-inline constexpr ray_window_t kNoWindow{nullptr, 0, 0, 0, 0};
+inline constexpr ray_mask_t kNoMask{nullptr, 0, 0, 0, 0};
 
 /// Occupied cells: a grid, and beside it a picture that the plain walk reads.
 class Terrain {
@@ -98,19 +98,19 @@ class Terrain {
   int high_x_ = std::numeric_limits<int>::min(), high_y_ = high_x_;
 };
 
-/// A window of random tiles.
-struct RandomWindow {
+/// A self-mask of random tiles.
+struct RandomSelfMask {
   std::vector<uint64_t> words;
-  ray_window_t window = kNoWindow;
+  ray_mask_t mask = kNoMask;
 
-  RandomWindow(RandomSource* random, const Terrain& terrain) {
-    window.x = (terrain.x() >> RAY_TILE_SHIFT) + random->Int(-2, Terrain::kSide / 8);
-    window.y = (terrain.y() >> RAY_TILE_SHIFT) + random->Int(-2, Terrain::kSide / 8);
-    window.width = static_cast<ray_uint>(random->Int(1, 16));
-    window.height = static_cast<ray_uint>(random->Int(1, 16));
-    for (ray_uint i = 0; i < window.width * window.height; i++)
+  RandomSelfMask(RandomSource* random, const Terrain& terrain) {
+    mask.x = (terrain.x() >> RAY_TILE_SHIFT) + random->Int(-2, Terrain::kSide / 8);
+    mask.y = (terrain.y() >> RAY_TILE_SHIFT) + random->Int(-2, Terrain::kSide / 8);
+    mask.width = static_cast<ray_uint>(random->Int(1, 16));
+    mask.height = static_cast<ray_uint>(random->Int(1, 16));
+    for (ray_uint i = 0; i < mask.width * mask.height; i++)
       words.push_back(random->OneIn(3) ? ~uint64_t{0} : random->Next());
-    window.tiles = words.data();
+    mask.tiles = words.data();
   }
 };
 

@@ -11,12 +11,12 @@ namespace Stg::test {
 
 /// Adds a fan with bearings of its own.
 inline void AddTurned(sensing::RayBatch* batch, const sensing::Fan& fan,
-                      const std::vector<double>& bearings, const sensing::Window& window) {
+                      const std::vector<double>& bearings, const sensing::SelfMask& mask) {
   sensing::FanList list;
   list.Add(fan, bearings);
   sensing::BatchShare share;
   share += list.From(0)[0];
-  batch->Put(batch->AddRoom(share), list, list.From(0)[0], window);
+  batch->Put(batch->AddRoom(share), list, list.From(0)[0], mask);
 }
 
 }  // namespace Stg::test

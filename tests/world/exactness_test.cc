@@ -178,7 +178,7 @@ bool StopsRangers(Stg::Model* candidate, const Stg::Model* finder, const void*) 
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0);
 }
 
-/// What a sensor has to read: World::Raytrace() takes neither layers nor windows.
+/// What a sensor has to read: World::Raytrace() takes neither layers nor self-masks.
 struct Expected {
   uint32_t ranger;  // its id
   size_t sensor;

@@ -129,6 +129,37 @@ TEST_F(IndependentWorlds, ResetKeepsTheDeviceAndTheThreads) {
   EXPECT_EQ(ThreadsOfProcess(), threads);
 }
 
+TEST_F(IndependentWorlds, OneUsesTheThreadsAndTheDeviceOfAnother) {
+  RunOptions options = OptionsOf(1, true);
+  options.threads = 2;
+  const bool has_device = device::WhyNone().empty();
+  options.opencl = options.always_on_device = has_device;
+  auto lender = std::make_unique<World>(options);
+  const std::vector<std::string> files = ShippedWorlds();
+  ASSERT_TRUE(lender->Load(files.front()));
+  HashAfterRun(lender.get());
+  const std::vector<std::string> threads = ThreadsOfProcess();
+  std::vector<std::unique_ptr<World>> worlds;
+  for (const std::string& file : files) {
+    worlds.push_back(std::make_unique<World>(OptionsOf(1, true)));
+    World& world = *worlds.back();
+    world.UseThreadsAndDeviceOf(*lender);
+    ASSERT_TRUE(world.Load(file));
+    EXPECT_EQ(world.statistics().threads, 2u);
+    EXPECT_EQ(world.statistics().device, lender->statistics().device);
+    EXPECT_EQ(ThreadsOfProcess(), threads) << file;
+  }
+  lender.reset();
+  for (size_t i = 0; i < files.size(); i++) {
+    EXPECT_EQ(HashAfterRun(worlds[i].get()), HashAlone(files[i], 1)) << files[i];
+    ASSERT_TRUE(worlds[i]->Reset(1));
+    EXPECT_EQ(HashAfterRun(worlds[i].get()), HashAlone(files[i], 1)) << files[i];
+    if (has_device && worlds[i]->statistics().trace.rays > 0) {
+      EXPECT_GT(worlds[i]->statistics().device_steps, 0u) << files[i];
+    }
+  }
+}
+
 TEST_F(IndependentWorlds, ResetTakesTheFileAsItWasRead) {
   const fs::path path = fs::temp_directory_path() / ("stage-reset-" + std::to_string(getpid()));
   const auto write = [&](const char* text) { std::ofstream(path) << text; };

@@ -44,7 +44,7 @@ class FanList;
 struct BatchShare;
 struct Fan;
 struct Scene;
-struct Window;
+struct SelfMask;
 }  // namespace sensing
 namespace grid {
 struct Drawings;
@@ -426,11 +426,11 @@ class Model : public Ancestor {
   static const unsigned kExactRays = 2;      ///< the bodies drawn for the exact ray model
   /// While no other thread does anything.
   virtual void FinishGettingReady() {}
-  class WindowsToMake;
+  class SelfMasksToMake;
   /// Gather(), and what the listed fans take in the batch. Types that know that beforehand may do
   /// all in FillRoom(), without a list.
   virtual internal::sensing::BatchShare MeasureRoom(internal::sensing::FanList* fans,
-                                                    WindowsToMake* windows);
+                                                    SelfMasksToMake* masks);
   /// Puts the `count` fans from `first_fan` of the list, which MeasureRoom() has added, into the
   /// room. False if the layer of a fan is still to be made; it has kNoLayer then.
   virtual bool FillRoom(internal::sensing::BatchShare room, const internal::sensing::FanList& fans,
@@ -573,17 +573,17 @@ class Model : public Ancestor {
   }
   void AddCallback(const Callback& entry);
 
-  struct OwnWindows;
+  struct SelfMasks;
 
   internal::sensing::Scene* scene_;
-  std::shared_ptr<Callbacks> callbacks_;  // most models have none
-  std::unique_ptr<OwnWindows> windows_;   // only of roots that carry ray sensors
-  uint64_t update_chain_;                 // a pending update of an older chain is void
-  uint64_t callback_run_;                 // of a root: the last one with callbacks of its tree
-  bool serial_update_callbacks_;          // has had one of CB_UPDATE that may not be parallel
-  bool hidden_from_rangers_;              // its body was drawn while rangers looked through it
-  bool loaded_;                           // not for the first time, if it loads again
-  bool shares_name_;                      // another model had its name before
+  std::shared_ptr<Callbacks> callbacks_;   // most models have none
+  std::unique_ptr<SelfMasks> self_masks_;  // only of roots that carry ray sensors
+  uint64_t update_chain_;                  // a pending update of an older chain is void
+  uint64_t callback_run_;                  // of a root: the last one with callbacks of its tree
+  bool serial_update_callbacks_;           // has had one of CB_UPDATE that may not be parallel
+  bool hidden_from_rangers_;               // its body was drawn while rangers looked through it
+  bool loaded_;                            // not for the first time, if it loads again
+  bool shares_name_;                       // another model had its name before
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
   // Most models have neither.

@@ -112,7 +112,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   void FinishGettingReady() override;
   // Without angular noise, which is drawn sample by sample, all fans are known beforehand.
   internal::sensing::BatchShare MeasureRoom(internal::sensing::FanList* fans,
-                                            WindowsToMake* windows) override;
+                                            SelfMasksToMake* masks) override;
   bool FillRoom(internal::sensing::BatchShare room, const internal::sensing::FanList& fans,
                 size_t first_fan, size_t count) override;
   bool HasAngleNoise() const;

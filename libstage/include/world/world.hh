@@ -113,6 +113,12 @@ class World : public Ancestor {
                  double ppm = DEFAULT_PPM);
   virtual ~World();
 
+  /// From now on this world works with the threads and the OpenCL device of another one, whatever
+  /// its file and its options say of these: it starts no thread and opens no device of its own. To
+  /// be called before Load(). If there are several threads, the two must not be stepped at the same
+  /// time. The other world may be deleted at any time.
+  void UseThreadsAndDeviceOf(const World& other);
+
   // Callbacks and controllers may load, unload and delete the world they are called in. The rest of
   // a step is left out then. Whoever has called Load() or Update() of a world that they may delete
   // asks Exists().

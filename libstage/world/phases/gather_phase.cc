@@ -76,8 +76,8 @@ void GatherPhase::UpdatePrepared(World* world, threads::WorkerPool* workers) {
   sensing::Scene& scene = world->host().scene;
   ForEachBlock(workers, [this](Block* block) { Measure(block); });
   MakeRoom(&scene.batch);
-  // All windows have their place before the first fan refers to one.
-  ForEachBlock(workers, [this](Block* block) { PlaceWindows(*block); });
+  // All self-masks have their place before the first fan refers to one.
+  ForEachBlock(workers, [this](Block* block) { PlaceSelfMasks(*block); });
   ForEachBlock(workers, [this](Block* block) { Fill(block); });
   MakeLayers(&scene);
   Queue(world, workers);
@@ -133,7 +133,8 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
   if (!model.ExpectsUpdate(event.chain)) return 0;
   const unsigned updates = FindModelType(model)->updates;
   unsigned wants = model.GetReady();
-  if ((updates & ModelType::kPastOwnTree) && !model.root->windows_) wants |= Model::kPartsThatLack;
+  if ((updates & ModelType::kPastOwnTree) && !model.root->self_masks_)
+    wants |= Model::kPartsThatLack;
   if (updates & ModelType::kLooksForFiducials) wants |= kTargets;
   if ((updates & ModelType::kThroughAllHeights) && model.world->IsExact(RayModel::kDefault))
     wants |= Model::kExactRays;
@@ -153,7 +154,7 @@ void GatherPhase::FinishGettingReady(unsigned wants, World* world) {
   for (const Entry& entry : entries_) {
     if (!entry.updates || entry.ready) continue;
     Model& model = *entry.model;
-    if (!model.root->windows_) model.root->windows_ = std::make_unique<Model::OwnWindows>();
+    if (!model.root->self_masks_) model.root->self_masks_ = std::make_unique<Model::SelfMasks>();
     model.FinishGettingReady();
   }
 }
@@ -172,7 +173,7 @@ void GatherPhase::Measure(Block* block) {
 void GatherPhase::MeasureEntry(Entry* entry, Block* block) {
   if (!entry->updates) return;
   entry->first_fan = block->fans.size();
-  entry->share = entry->model->MeasureRoom(&block->fans, &entry->windows);
+  entry->share = entry->model->MeasureRoom(&block->fans, &entry->masks);
   entry->fan_count = block->fans.size() - entry->first_fan;
 }
 
@@ -183,12 +184,12 @@ void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
   for (Block& block : Blocks()) next += std::exchange(block.share, next);
 }
 
-void GatherPhase::PlaceWindows(const Block& block) {
+void GatherPhase::PlaceSelfMasks(const Block& block) {
   sensing::BatchShare next = block.share;
   for (Entry& entry : EntriesOf(block)) {
     if (!entry.updates) continue;
     next += std::exchange(entry.share, next);
-    entry.windows.Place(*entry.model, entry.share.words);
+    entry.masks.Place(*entry.model, entry.share.words);
   }
 }
 
@@ -211,7 +212,7 @@ void GatherPhase::Fill(Block* block) {
 
 void GatherPhase::FillEntry(Entry* entry, const Block& block) {
   if (!entry->updates) return;
-  entry->windows.Fill(*entry->model);
+  entry->masks.Fill(*entry->model);
   entry->layer_missing =
       !entry->model->FillRoom(entry->share, block.fans, entry->first_fan, entry->fan_count);
   // As Model::Update() has it.

@@ -23,7 +23,7 @@
 #include <span>
 #include <vector>
 
-#include "models/own_windows.hh"
+#include "models/self_masks.hh"
 #include "sensing/batch.hh"
 #include "sensing/fan_list.hh"
 #include "threads/worker_pool.hh"
@@ -57,7 +57,7 @@ class GatherPhase {
     usec_t interval;
     uint64_t chain;
     size_t first_fan, fan_count;  // of those listed in the block
-    Model::WindowsToMake windows;
+    Model::SelfMasksToMake masks;
     bool updates;  // it does: its update is not void
     bool ready, has_rest, has_callbacks, layer_missing;
   };
@@ -84,7 +84,7 @@ class GatherPhase {
   void Measure(Block* block);
   void MakeRoom(sensing::RayBatch* batch);
   void MeasureEntry(Entry* entry, Block* block);
-  void PlaceWindows(const Block& block);
+  void PlaceSelfMasks(const Block& block);
   void Fill(Block* block);
   void FillEntry(Entry* entry, const Block& block);
   void MakeLayers(sensing::Scene* scene);

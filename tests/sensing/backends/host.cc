@@ -63,12 +63,12 @@ class HostPrefilter final : public sensing::Prefilter {
   }
 
   void WalkFan(const ray_grid_t& view, const ray_fan_record_t& fan, uint32_t samples) {
-    ray_window_t window;
-    window.tiles = At<uint64_t>() + sorted_.first_window() + fan.window_first;
-    window.x = fan.window_x;
-    window.y = fan.window_y;
-    window.width = fan.window_size & 0xffffu;
-    window.height = fan.window_size >> 16;
+    ray_mask_t mask;
+    mask.tiles = At<uint64_t>() + sorted_.first_mask() + fan.mask_first;
+    mask.x = fan.mask_x;
+    mask.y = fan.mask_y;
+    mask.width = fan.mask_size & 0xffffu;
+    mask.height = fan.mask_size >> 16;
     for (uint32_t i = 0; i < samples; i++) {
       const ray_direction_t d = directions_[fan.first_direction + i];
       ray_t ray;
@@ -76,13 +76,13 @@ class HostPrefilter final : public sensing::Prefilter {
                 static_cast<int>(fan.fraction >> 16),
                 ray_rotate_x(fan.cosine, fan.sine, d.cosine, d.sine),
                 ray_rotate_y(fan.cosine, fan.sine, d.cosine, d.sine));
-      ListHits(view, window, &ray, &hits_[std::size_t{fan.first_ray + i} * per_ray_]);
+      ListHits(view, mask, &ray, &hits_[std::size_t{fan.first_ray + i} * per_ray_]);
     }
   }
 
-  void ListHits(const ray_grid_t& view, const ray_window_t& window, ray_t* ray, uint32_t* list) {
+  void ListHits(const ray_grid_t& view, const ray_mask_t& mask, ray_t* ray, uint32_t* list) {
     for (uint32_t n = 0; n < per_ray_; n++) {
-      const bool found = ray_next(&view, &window, ray) != 0;
+      const bool found = ray_next(&view, &mask, ray) != 0;
       list[n] = found ? ray_pack(ray->u, ray->v) : RAY_NO_HIT;
       if (!found) return;
     }

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "libstage_cl/program.hh"
+#include "libstage_cl/open_device.hh"
 
 #include <algorithm>
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "kernels_embedded.hh"
 #include "libstage_cl/environment.hh"
@@ -28,9 +32,7 @@ std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
   }
 }
 
-}  // namespace
-
-::cl::Program BuildProgram(const ::cl::Context& context, const ::cl::Device& device) {
+::cl::Program Compile(const ::cl::Context& context, const ::cl::Device& device) {
   const std::string source =
       std::string(kRayWalkSource) + "\n" + kRecordsSource + "\n" + kPrefilterSource;
   const std::string options = "-cl-std=CL1.1 " + FromEnvironment("STAGE_CL_OPTIONS");
@@ -42,6 +44,18 @@ std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
                                   std::to_string(error.err()) + "): " + LogOf(program, device));
   }
   return program;
+}
+
+}  // namespace
+
+OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch_)
+    : watch(std::move(watch_)), found(device) {
+  calls::SetDriver(found.platform);
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  context = ::cl::Context(found.device);
+  program = Compile(context, found.device);
+  compile_seconds = std::chrono::duration<double>(Clock::now() - start).count();
 }
 
 }  // namespace Stg::cl

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The layers of the grid: which there are, and which bodies each shows.
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+#include "grid/grid.hh"
+
+namespace Stg::internal::grid {
+
+bool Grid::Shows(const Layer& layer, const Body& body) {
+  if (layer.exact != body.exact()) return false;
+  switch (layer.kind) {
+    case Layer::kUnused:
+      return false;
+    case Layer::kAll:
+      return true;
+    case Layer::kAnyHeight:
+      return body.ranger_visible;
+    case Layer::kHeight:
+      return body.ranger_visible && !(layer.z < body.z_min || layer.z > body.z_max);
+  }
+  return true;
+}
+
+uint32_t Grid::LayersOf(const Body& body) const {
+  uint32_t layers = 0;
+  for (LayerIndex i = 0; i < layers_.size(); i++)
+    if (Shows(layers_[i], body)) layers |= 1u << i;
+  return layers;
+}
+
+LayerIndex Grid::EverythingLayer(bool exact) {
+  const LayerIndex found = FindLayer(Layer::kAll, 0, exact);
+  return found != kNoLayer ? found : MakeLayer(Layer::kAll, 0, exact);
+}
+
+LayerIndex Grid::RangerLayer(double z, bool z_test, bool exact) {
+  const LayerIndex found = FindRangerLayer(z, z_test, exact);
+  if (found != kNoLayer) return found;
+  const bool any_height = !z_test || std::isnan(z) || HeightsAreFull(exact);
+  return MakeLayer(any_height ? Layer::kAnyHeight : Layer::kHeight, any_height ? 0 : z, exact);
+}
+
+LayerIndex Grid::FindRangerLayer(double z, bool z_test, bool exact) const {
+  if (!z_test || std::isnan(z)) return FindLayer(Layer::kAnyHeight, 0, exact);
+  const LayerIndex found = FindLayer(Layer::kHeight, z, exact);
+  if (found != kNoLayer || !HeightsAreFull(exact)) return found;
+  return FindLayer(Layer::kAnyHeight, 0, exact);
+}
+
+/// True if no further height can have a layer of its own: it shares that of any height.
+bool Grid::HeightsAreFull(bool exact) const {
+  const auto heights = std::count_if(layers_.begin(), layers_.end(), [&](const Layer& layer) {
+    return layer.kind == Layer::kHeight && layer.exact == exact;
+  });
+  return heights >= kMaxHeights;
+}
+
+LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact) const {
+  for (LayerIndex i = 0; i < layers_.size(); i++) {
+    const Layer& layer = layers_[i];
+    if (layer.exact != exact || layer.kind != kind || layer.z != z) continue;
+    // Several threads may ask at once.
+    const std::atomic_ref<uint64_t> last_used(layer.last_used);
+    if (last_used.load(std::memory_order_relaxed) != step_)
+      last_used.store(step_, std::memory_order_relaxed);
+    return i;
+  }
+  return kNoLayer;
+}
+
+LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
+  // Before anything is changed, as there may be too little memory for them.
+  Occupancy cells;
+  cells.TrackChanges(tracking_);
+  cells.Resize(static_cast<uint32_t>(regions_.size()));
+  LayerIndex index = 0;
+  while (index < layers_.size() && layers_[index].kind != Layer::kUnused) index++;
+  if (index == layers_.size()) layers_.emplace_back();
+  Layer& layer = layers_[index];
+  layer.kind = kind;
+  layer.z = z;
+  layer.exact = exact;
+  layer.last_used = step_;
+  layer.cells = std::move(cells);
+  for (Body& body : bodies_)
+    if (body.model) body.layers = LayersOf(body);
+  for (uint32_t slot = 0; slot < tiles_.size(); slot++)
+    ForEachBit(tiles_[slot].cells, [&](uint32_t bit) { RefreshBit(CellOf(slot, bit)); });
+  return index;
+}
+
+void Grid::AgeLayers() {
+  constexpr uint64_t kLongTime = 1000;  // steps
+  step_++;
+  for (LayerIndex i = 1; i < layers_.size(); i++) {
+    Layer& layer = layers_[i];
+    if (layer.kind == Layer::kUnused || step_ - layer.last_used < kLongTime) continue;
+    layer.kind = Layer::kUnused;
+    layer.cells = Occupancy();
+    layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
+    for (Body& body : bodies_) body.layers &= ~(1u << i);
+  }
+}
+
+void Grid::TrackChanges(bool on) {
+  tracking_ = on;
+  for (Layer& layer : layers_) layer.cells.TrackChanges(on);
+}
+
+ray_grid_t Grid::View(LayerIndex layer) const {
+  ray_grid_t view;
+  view.directory = directory_.data();
+  view.regions = region_tables_.data();
+  view.tile_maps = layers_[layer].cells.tile_maps().data();
+  view.tiles = layers_[layer].cells.tiles().data();
+  view.directory_mask = static_cast<uint32_t>(directory_.size() - 1);
+  view.min_x = occupied_.min_x;
+  view.min_y = occupied_.min_y;
+  view.max_x = occupied_.max_x;
+  view.max_y = occupied_.max_y;
+  return view;
+}
+
+}  // namespace Stg::internal::grid

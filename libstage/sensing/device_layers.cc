@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "sensing/device_layers.hh"
+
+#include <algorithm>
+#include <bit>
+
+namespace Stg::internal::sensing {
+
+namespace {
+
+// Of a region: its tile map and its tiles.
+constexpr std::size_t kWordsPerRegion = 1 + grid::kTilesPerRegion;
+
+/// Calls f(region, tiles) for regions with changed tiles; those from `known` on are new.
+template <typename F>
+void ForEachChangedRegion(const grid::Occupancy& cells, std::size_t known, F f) {
+  const std::vector<uint64_t>& changed = cells.changed_tiles();
+  for (std::size_t region = 0; region < changed.size(); region++) {
+    const uint64_t tiles = region < known ? changed[region] : ~uint64_t{0};
+    if (tiles != 0) f(region, tiles);
+  }
+}
+
+std::size_t CountChangesOf(const grid::Occupancy& cells, std::size_t known) {
+  std::size_t words = 0;
+  ForEachChangedRegion(cells, known, [&](std::size_t, uint64_t tiles) {
+    words += 1 + static_cast<std::size_t>(std::popcount(tiles));
+  });
+  return words;
+}
+
+}  // namespace
+
+void DeviceLayers::MakeRoom(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) {
+  for (const grid::LayerIndex index : wanted)
+    if (Find(index) == layers_.size()) layers_.push_back({index, 0, 0});
+  if (grid.region_count() <= room_) return;
+  room_ = grid.region_count() + grid.region_count() / 4;
+  Lose();  // all places change
+}
+
+std::size_t DeviceLayers::words() const { return layers_.size() * room_ * kWordsPerRegion; }
+
+void DeviceLayers::Lose() {
+  for (Layer& layer : layers_) layer.made = 0;
+}
+
+/// The number of its place; that of the next one if it has none.
+std::size_t DeviceLayers::Find(grid::LayerIndex index) const {
+  const auto found = std::find_if(layers_.begin(), layers_.end(),
+                                  [&](const Layer& layer) { return layer.index == index; });
+  return static_cast<std::size_t>(found - layers_.begin());
+}
+
+DeviceBatch::LayerPlace DeviceLayers::PlaceOf(grid::LayerIndex index) const {
+  const std::size_t first = Find(index) * room_ * kWordsPerRegion;
+  return {static_cast<uint32_t>(first), static_cast<uint32_t>(first + room_)};
+}
+
+bool DeviceLayers::LacksAll(const grid::Grid& grid,
+                            const std::vector<grid::LayerIndex>& wanted) const {
+  return std::any_of(wanted.begin(), wanted.end(), [&](grid::LayerIndex index) {
+    const grid::Occupancy& cells = grid.occupancy(index);
+    const Layer& layer = layers_[Find(index)];
+    return layer.made != cells.made() ||
+           CountChangesOf(cells, layer.regions) * 4 > cells.tiles().size();
+  });
+}
+
+void DeviceLayers::WriteAll(const grid::Grid& grid, uint64_t* words) {
+  const auto put = [&](const std::vector<uint64_t>& from, std::size_t room) {
+    std::fill(std::copy(from.begin(), from.end(), words), words + room, 0);
+    words += room;
+  };
+  for (Layer& layer : layers_) {
+    const grid::Occupancy& cells = grid.occupancy(layer.index);
+    put(cells.tile_maps(), room_);
+    put(cells.tiles(), room_ * grid::kTilesPerRegion);
+    NoteSent(cells, &layer);
+  }
+}
+
+void DeviceLayers::NoteSent(const grid::Occupancy& cells, Layer* layer) {
+  layer->regions = cells.tile_maps().size();
+  layer->made = cells.made();
+  cells.ForgetChanges();
+}
+
+std::size_t DeviceLayers::CountChanges(const grid::Grid& grid,
+                                       const std::vector<grid::LayerIndex>& wanted) const {
+  std::size_t count = 0;
+  for (const grid::LayerIndex index : wanted)
+    count += CountChangesOf(grid.occupancy(index), layers_[Find(index)].regions);
+  return count;
+}
+
+void DeviceLayers::WriteChanges(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted,
+                                uint64_t* values, uint32_t* places) {
+  for (const grid::LayerIndex index : wanted) {
+    const grid::Occupancy& cells = grid.occupancy(index);
+    const DeviceBatch::LayerPlace first = PlaceOf(index);
+    Layer& layer = layers_[Find(index)];
+    ForEachChangedRegion(cells, layer.regions, [&](std::size_t region, uint64_t tiles) {
+      *places++ = first.tile_maps + static_cast<uint32_t>(region);
+      *values++ = cells.tile_maps()[region];
+      const std::size_t tile = region * grid::kTilesPerRegion;
+      grid::ForEachBit(tiles, [&](uint32_t bit) {
+        *places++ = first.tiles + static_cast<uint32_t>(tile) + bit;
+        *values++ = cells.tiles()[tile + bit];
+      });
+    });
+    NoteSent(cells, &layer);
+  }
+}
+
+}  // namespace Stg::internal::sensing

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// A device's copy of the layers, played by a vector: it equals the grid after every change, whether
+// all of it was sent or only what had changed.
+
+#include "sensing/device_layers.hh"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include "support/ray_scene.hh"
+
+namespace Stg::internal::sensing {
+namespace {
+
+using grid::LayerIndex;
+
+class Copy {
+ public:
+  void Update(const grid::Grid& grid, const std::vector<LayerIndex>& wanted) {
+    layers.MakeRoom(grid, wanted);
+    if (layers.words() > words.size()) {
+      words.assign(layers.words() + layers.words() / 2, 0xbadbadbadbadbadu);
+      layers.Lose();
+    }
+    layers.LacksAll(grid, wanted) ? WriteAll(grid) : WriteChanges(grid, wanted);
+  }
+
+  void ExpectEqual(const grid::Grid& grid, const std::vector<LayerIndex>& wanted) const {
+    for (const LayerIndex index : wanted) {
+      const grid::Occupancy& cells = grid.occupancy(index);
+      const DeviceBatch::LayerPlace place = layers.PlaceOf(index);
+      EXPECT_TRUE(std::equal(cells.tile_maps().begin(), cells.tile_maps().end(),
+                             words.begin() + place.tile_maps));
+      EXPECT_TRUE(
+          std::equal(cells.tiles().begin(), cells.tiles().end(), words.begin() + place.tiles));
+      EXPECT_EQ(cells.CountChangedTiles(), 0u);
+    }
+  }
+
+  DeviceLayers layers;
+  std::vector<uint64_t> words;
+  int all = 0, changes = 0;
+
+ private:
+  void WriteAll(const grid::Grid& grid) {
+    all++;
+    layers.WriteAll(grid, words.data());
+  }
+
+  void WriteChanges(const grid::Grid& grid, const std::vector<LayerIndex>& wanted) {
+    const std::size_t count = layers.CountChanges(grid, wanted);
+    if (count > 0) changes++;
+    std::vector<uint64_t> values(count);
+    std::vector<uint32_t> places(count);
+    layers.WriteChanges(grid, wanted, values.data(), places.data());
+    for (std::size_t i = 0; i < count; i++) words[places[i]] = values[i];
+  }
+};
+
+std::vector<LayerIndex> LayersOf(const RayBatch& batch) {
+  std::set<LayerIndex> layers;
+  for (const Fan& fan : batch.fans())
+    if (fan.layer != grid::kNoLayer) layers.insert(fan.layer);
+  return {layers.begin(), layers.end()};
+}
+
+TEST(DeviceLayers, ACopyFollowsTheGrid) {
+  int all = 0, changes = 0;
+  for (uint64_t seed = 0; seed < 10; seed++) {
+    SCOPED_TRACE(seed);
+    ray_scene::RayScene scene(seed);
+    scene.grid().TrackChanges(true);
+    Copy copy;
+    for (int round = 0; round < 60 && !HasFailure(); round++) {
+      const std::vector<LayerIndex> wanted = LayersOf(scene.batch());
+      copy.Update(scene.grid(), wanted);
+      copy.ExpectEqual(scene.grid(), wanted);
+      scene.Change();
+      scene.MakeBatch();
+    }
+    all += copy.all;
+    changes += copy.changes;
+  }
+  EXPECT_GT(all, 10);
+  EXPECT_GT(changes, 50);
+}
+
+}  // namespace
+}  // namespace Stg::internal::sensing
