@@ -290,11 +290,11 @@ TEST(Fans, OfMillionsOfDirectionsInTurn) {
 /// A batch counts on where a device, which has 32 bits for the number of a ray, would begin anew.
 TEST(Batches, OfMoreThan32BitsOfRaysAreCounted) {
   sensing::RayBatch batch;
-  batch.Add(sensing::Fan(), UINT32_MAX, sensing::Window());
+  batch.Add(sensing::Fan(), UINT32_MAX, sensing::SelfMask());
   EXPECT_EQ(batch.ray_count(), uint64_t{UINT32_MAX});
   EXPECT_TRUE(batch.FitsDevice());
   for (uint64_t rays = 1; rays <= 3; rays++) {
-    batch.Add(sensing::Fan(), 1, sensing::Window());
+    batch.Add(sensing::Fan(), 1, sensing::SelfMask());
     EXPECT_EQ(batch.ray_count(), uint64_t{UINT32_MAX} + rays);
     EXPECT_FALSE(batch.FitsDevice());
   }

@@ -79,10 +79,10 @@ std::string FanText(const ExplainedRay& e) {
   if (r.fan.nothing)
     return text + "       no ray is cast: it has no length, or starts outside of the grid\n";
   text += Format("layer  %u of the grid: what rangers see at that height\n", r.fan.layer);
-  text += r.window_tiles == 0
+  text += r.mask_tiles == 0
               ? std::string("mask   none\n")
               : Format("mask   hides %u cells of the robot's own tree, in %u tiles\n",
-                       r.hidden_cells, r.window_tiles);
+                       r.hidden_cells, r.mask_tiles);
   return text;
 }
 
@@ -167,7 +167,7 @@ std::string RayJson(const ExplainedRay& e) {
                        {"layer", r.fan.layer},
                        {"ray_model", r.fan.exact ? "exact" : "cell"}}},
                      {"bearing", BearingOf(r)},
-                     {"mask", {{"tiles", r.window_tiles}, {"cells", r.hidden_cells}}},
+                     {"mask", {{"tiles", r.mask_tiles}, {"cells", r.hidden_cells}}},
                      {"walk",
                       {{"cells", leaps.cells},
                        {"tiles", leaps.tiles},

@@ -111,9 +111,9 @@ class RayPicture {
     grid::Drawings own;
     root_.CollectDrawings(&own, fan.exact);
     sensing::RayBatch batch;
-    const sensing::Window window = batch.MakeWindow(grid, own, root_.Root(), fan.exact);
-    const ray_window_t hidden{batch.window_words().data() + window.first, window.x, window.y,
-                              window.width, window.height};
+    const sensing::SelfMask mask = batch.MakeSelfMask(grid, own, root_.Root(), fan.exact);
+    const ray_mask_t hidden{batch.mask_words().data() + mask.first, mask.x, mask.y, mask.width,
+                            mask.height};
     const sensing::Tracer tracer(grid);
     // Nobody may listen to the sensor: then it has no bearings yet.
     const bool has_data = sensor.bearings.size() == sensor.sample_count;
