@@ -13,6 +13,7 @@
 #include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/power_pack.hh"
+#include "models/self_masks.hh"  // to delete them
 #include "models/warn_about.hh"
 #include "models/watch.hh"
 #include "sensing/scene.hh"
