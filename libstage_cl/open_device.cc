@@ -51,9 +51,9 @@ std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
 OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch_)
     : watch(std::move(watch_)), found(device) {
   calls::SetDriver(found.platform);
+  context = ::cl::Context(found.device);
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
-  context = ::cl::Context(found.device);
   program = Compile(context, found.device);
   compile_seconds = std::chrono::duration<double>(Clock::now() - start).count();
 }
