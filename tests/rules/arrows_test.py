@@ -45,7 +45,8 @@ ALLOWED = {
 BACK = {
     ("models", "world/world.hh"): (
         "actuator blinkenlight block blobfinder bumper camera energy_charts fiducial gripper "
-        "log_entry model model_extras model_load model_state model_tree position power_pack ranger watch wifi",
+        "log_entry model model_callbacks model_extras model_load model_sensing model_state model_tree "
+        "position power_pack ranger watch wifi",
         "Stage's interface wants models to know their world, and the world its models"),
     ("face", "window/world_gui.hh"): (
         "stage", "clients get the window with <stage.hh>, where it has been built"),
