@@ -134,6 +134,12 @@ class Grid {
 
   /// Tells when a body was drawn: the lists of cells are in the order of these numbers.
   uint64_t Stamp(BodyId id) const { return stamps_[id]; }
+  /// The greatest ever given.
+  uint64_t last_stamp() const { return own_edit_.drawings; }
+  /// Draws a body last, without drawing it: it becomes the last in the lists of `parts`.
+  void MoveToEnd(BodyId id, std::span<const TilePart> parts) {
+    Restamp(id, ++own_edit_.drawings, parts);
+  }
   /// Moves a body to where it belongs in the lists of `parts`, in which it is drawn, with this
   /// stamp.
   void Restamp(BodyId id, uint64_t stamp, std::span<const TilePart> parts);
@@ -269,6 +275,8 @@ class Grid {
   CellBox occupied() const { return occupied_; }
   /// The superregions ever made, in cells.
   CellBox extent() const { return extent_; }
+  /// Goes back to an extent that everything drawn lies in.
+  void SetExtent(const CellBox& extent) { extent_ = extent; }
   /// To be called when nothing is drawn any more: what is drawn then begins a new extent.
   void ForgetExtent() {
     DropEmptyRegions();

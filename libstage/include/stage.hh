@@ -61,6 +61,7 @@
 #include "models/visualizer.hh"
 #include "models/wifi.hh"
 #include "world/statistics.hh"
+#include "world/snapshot.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 

@@ -70,6 +70,8 @@ class BlockGroup {
   BlockGroup& operator=(const BlockGroup&) = delete;
 
   bool empty() const { return blocks_.empty(); }
+  /// It has blocks, none of which is drawn.
+  bool IsUndrawn() const { return !blocks_.empty() && !drawn_; }
   const std::vector<std::unique_ptr<Block>>& blocks() const { return blocks_; }
 
   /// New blocks are in the frame that the fitted ones are in. The group must be fitted and drawn

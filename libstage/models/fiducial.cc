@@ -168,6 +168,12 @@ void ModelFiducial::Fiducial::ExchangeState(StateExchange& exchange) {
 void ModelFiducial::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
   exchange(max_range_anon, max_range_id, min_range, fov, heading, key, ignore_zloc, fiducials_);
+  if (!exchange.restoring()) return;
+  FiducialIndex& index = world->host().fiducials;
+  if (subs > 0)
+    index.AddFinder(this);
+  else
+    index.RemoveFinder(this);
 }
 
 void ModelFiducial::ForgetTarget(const Model* target) {

@@ -6,6 +6,7 @@
 #ifndef STAGE_MODELS_HOST_HH
 #define STAGE_MODELS_HOST_HH
 
+#include <deque>
 #include <forward_list>
 #include <map>
 #include <memory>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "models/block.hh"
+#include "models/flag.hh"
 #include "models/fiducial_index.hh"
 #include "models/memory_budget.hh"
 #include "models/model.hh"
@@ -42,6 +44,9 @@ class Host {
   std::vector<Model*> models;  ///< in the order of creation, the ground first
   ModelNames names;
   uint32_t next_model_id = 0;
+  /// Flags that snapshots have taken from models, for others that they give flags to.
+  std::vector<Model::Flag*> spare_flags;
+  std::deque<Model::Flag> own_flags;  ///< those made for that
   uint64_t family_changes = 0;      ///< of who there is and whose child it is
   std::vector<ModelWifi*> radios;   ///< in the order of creation
   FiducialIndex fiducials;          ///< what fiducial finders may see
@@ -51,6 +56,9 @@ class Host {
 
   /// Null if there is none of that number.
   Model* FindModel(uint32_t id) const;
+  /// In and out of a list in the order of creation; nothing if it is there, or isn't.
+  static void Insert(std::vector<Model*>* list, Model* model);
+  static void Erase(std::vector<Model*>* list, const Model* model);
 
   // ---- bodies and rays ----
 
@@ -116,11 +124,6 @@ class Host {
   void KeepForNow(std::forward_list<std::shared_ptr<void>> data) noexcept;
   /// Frees that if the world is idle.
   void LetOrphansGo();
-
- protected:
-  /// In and out of a list in the order of creation; nothing if it is there, or isn't.
-  static void Insert(std::vector<Model*>* list, Model* model);
-  static void Erase(std::vector<Model*>* list, const Model* model);
 
  private:
   std::forward_list<std::shared_ptr<void>> orphans_;  // see KeepForNow()

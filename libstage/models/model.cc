@@ -103,6 +103,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       hidden_from_rangers_(false),
       loaded_(false),
       shares_name_(false),
+      controllers_(0),
       random_(SeedOfPlace(parent ? parent->random_.seed() : world_->seed(), type_,
                           AboveOf(parent, world_).CountOfType(type_))) {
   if (!parent) gui.move = true;  // it may have been given one

@@ -312,6 +312,7 @@ void Model::LoadControllers() {
     }
     try {
       world->host().LoadController(this, text);
+      controllers_++;
     } catch (const LoadError& error) {
       throw LoadError(wf->Where(wf_entity, "ctrl") + ": " + error.what(), error.exit_status());
     }
@@ -321,6 +322,7 @@ void Model::LoadControllers() {
 void Model::LoadControllerModule(const char* lib) {
   try {
     world->host().LoadController(this, lib);
+    controllers_++;
   } catch (const LoadError& error) {
     WarnAbout(*this, "%s", error.what());
   }

@@ -3,10 +3,14 @@
 // What decides the future of a model of any type.
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <memory>
+#include <utility>
 
 #include "models/block.hh"
 #include "models/flag.hh"
+#include "models/host.hh"
 #include "models/model.hh"
 #include "models/power_pack.hh"
 #include "models/state_exchange.hh"
@@ -14,23 +18,51 @@
 
 namespace Stg {
 
+namespace {
+
+constexpr uint32_t kNobody = 0xffffffffu;  // no model's number
+
+const Ancestor& AboveOf(Model& model) {
+  return model.Parent() ? static_cast<Ancestor&>(*model.Parent()) : *model.GetWorld();
+}
+
+bool IsFinite(const Pose& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
+}
+
+}  // namespace
+
 void Visibility::ExchangeState(StateExchange& exchange) {
   exchange(blob_return, fiducial_key, fiducial_return, gripper_return, obstacle_return,
            ranger_return);
 }
 
 void Ancestor::ExchangeState(StateExchange& exchange) {
-  exchange.Expect(child_type_counts.size(), "the number of types that children were of");
+  ExchangeTypeCounts(exchange);
+  std::vector<Model*> in_order = children;
+  exchange(in_order);
+  if (!exchange.restoring() || exchange.failed()) return;
+  for (Model* child : in_order)
+    if (!child || &AboveOf(*child) != this)
+      return exchange.Fail("found other children than there are");
+  children = std::move(in_order);
+}
+
+void Ancestor::ExchangeTypeCounts(StateExchange& exchange) {
+  const uint64_t types = exchange.Count(child_type_counts.size());
+  if (exchange.restoring()) {
+    child_type_counts.clear();
+    for (uint64_t i = 0; i < types && !exchange.failed(); i++) {
+      std::string name;
+      unsigned int count = 0;
+      exchange(name, count);
+      child_type_counts[name] = count;
+    }
+    return;
+  }
   for (auto& [child_type, count] : child_type_counts) {
     std::string name = child_type;
     exchange(name, count);
-    if (name != child_type) exchange.Fail("found children of other types than there are");
-  }
-  exchange.Expect(children.size(), "the number of children");
-  for (Model* child : children) {
-    Model* same = child;
-    exchange(same);
-    if (same != child) exchange.Fail("found other children than there are");
   }
 }
 
@@ -52,8 +84,13 @@ void Model::ExchangeState(StateExchange& exchange) {
   ExchangeCallbacks(exchange);
   ExchangeKeptState(exchange);
 
+  ExchangeMarks(exchange);
+
   if (!exchange.restoring() || exchange.failed()) return;
+  if (!IsFinite(pose) || !IsFinite(geom.pose))
+    return exchange.Fail("found a pose that is not finite");
   blockgroup->RefreshVisibility(!(vis.ranger_return < 0));
+  NoteDrawn();
   if (other_body || !(pose == pose_before) || !(geom.pose == geom_before.pose)) Map();
 }
 
@@ -65,19 +102,28 @@ void Model::ExchangeSubscriptions(StateExchange& exchange) {
   if (!exchange.hashing()) exchange(subs);
 }
 
+/// Of how it came to be what it is: it matters to who loads or changes it further.
+void Model::ExchangeMarks(StateExchange& exchange) {
+  if (!exchange.hashing()) exchange(has_default_block, loaded_, shares_name_);
+}
+
 void Model::ExchangeEnergy(StateExchange& exchange) {
   exchange.Expect(power_pack ? 1 : 0, "a model has a power pack");
   if (power_pack) exchange(*power_pack);
-  exchange.Expect(charging_.size(), "the number of packs that a model charges");
+  const uint64_t count = exchange.Count(charging_.size());
+  if (exchange.restoring())
+    charging_.assign(count, Charged{std::make_shared<bool>(false), kNobody});
   for (Charged& charged : charging_) {
     Model* owner = world->FindModel(charged.model);
     exchange(owner);
-    if (exchange.restoring() && owner) charged.model = owner->GetId();
+    if (exchange.restoring() && owner && owner->power_pack)
+      charged = {owner->power_pack->ShareCharging(), owner->GetId()};
   }
 }
 
 void Model::ExchangeFlags(StateExchange& exchange) {
-  exchange.Expect(flag_list.size(), "the number of flags that a model carries");
+  const uint64_t count = exchange.Count(flag_list.size());
+  if (exchange.restoring() && !exchange.failed()) CarryFlags(count);
   for (Flag* flag : flag_list) {
     Color flag_color = flag->GetColor();
     double size = flag->GetSize();
@@ -85,6 +131,17 @@ void Model::ExchangeFlags(StateExchange& exchange) {
     if (!exchange.restoring() || exchange.failed()) continue;
     flag->SetColor(flag_color);
     flag->SetSize(size);
+  }
+}
+
+/// So many flags, whatever they are like. None is deleted: who made them may know them.
+void Model::CarryFlags(uint64_t count) {
+  std::vector<Flag*>& spare = world->host().spare_flags;
+  for (; flag_list.size() > count; flag_list.pop_back()) spare.push_back(flag_list.back());
+  while (flag_list.size() < count) {
+    if (spare.empty()) spare.push_back(&world->host().own_flags.emplace_back(Color(), 0));
+    flag_list.push_back(spare.back());
+    spare.pop_back();
   }
 }
 
@@ -116,6 +173,10 @@ void Model::AddKeptState(const KeptState& kept) {
   auto last = kept_state_.before_begin();
   while (std::next(last) != kept_state_.end()) ++last;
   kept_state_.insert_after(last, kept);
+}
+
+bool Model::StateIsKept() const {
+  return std::distance(kept_state_.begin(), kept_state_.end()) >= controllers_;
 }
 
 void Model::KeepsNoState(const std::string& name) { KeepState(name, nullptr, 0); }

@@ -75,9 +75,8 @@ void Model::SetRoot(Model* new_root) {
   for (Model* child : children) child->SetRoot(new_root);
 }
 
-int Model::SetParent(Model* newparent) {
-  if (newparent && RefusesParent(*newparent)) return 1;
-  const Pose global = GetGlobalPose();
+/// Null: the world. It is drawn nowhere afterwards, and its pose is still that under the old parent.
+void Model::MoveTo(Model* newparent) {
   world->host().family_changes++;
   UnMapWithChildren();
   if (parent)
@@ -90,6 +89,12 @@ int Model::SetParent(Model* newparent) {
   else
     world->AddChild(this);
   SetRoot(parent ? parent->root : this);
+}
+
+int Model::SetParent(Model* newparent) {
+  if (newparent && RefusesParent(*newparent)) return 1;
+  const Pose global = GetGlobalPose();
+  MoveTo(newparent);
   pose = parent ? parent->LocalPoseOf(global) : global;
   pose.a = normalize(pose.a);
   Map();

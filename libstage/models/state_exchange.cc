@@ -77,8 +77,9 @@ void StateExchange::Expect(uint64_t value, const char* what) {
 
 uint64_t StateExchange::Count(uint64_t count) {
   Number(&count, sizeof count);
-  if (restoring() && count > left()) Fail("found more values than there are bytes");
-  return count;
+  if (!restoring()) return count;
+  if (count > left()) Fail("found more values than there are bytes");
+  return failed_ ? 0 : count;
 }
 
 void StateExchange::Exchange(double& value) {

@@ -82,7 +82,8 @@ ModelWifi::ModelWifi(World* world_, Model* parent_, const std::string& type_)
   vis.obstacle_return = false;
   vis.blob_return = false;
   vis.ranger_return = -1.0;
-  world->host().radios.push_back(this);
+  std::vector<ModelWifi*>& radios = world->host().radios;
+  radios.insert(std::ranges::upper_bound(radios, GetId(), {}, &Model::GetId), this);
 }
 
 ModelWifi::~ModelWifi() {

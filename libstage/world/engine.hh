@@ -45,6 +45,9 @@ class WorldEngine : public Host {
   std::vector<UpdateCallback> update_callbacks;  ///< of the world
   size_t plugins_left_out = 0;                   ///< see RunOptions::controllers
   std::vector<std::unique_ptr<CtrlArgs>> controller_arguments;
+  /// Of bodies that lie where they lay when the world had been loaded, the last one's; these were
+  /// drawn in the order of creation.
+  uint64_t last_stamp_of_loading = 0;
   std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
 
   // What models ask for, see Host.

@@ -201,6 +201,7 @@ void World::LoadContent(Source source) {
   LoadWindowSection();
   engine_->memory.End();
   for (Model* child : children) child->Map();
+  NoteAllDrawn();
   InitControllers();
 }
 

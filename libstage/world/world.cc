@@ -135,6 +135,7 @@ void World::ForgetAll() {
   engine_->outlines_of_pictures.clear();
   engine_->names.Clear();
   engine_->scheduler.Clear();
+  engine_->spare_flags.clear();
   engine_->TraceBatchAndPostponeThrowing();
   engine_->fiducials.Clear();
   engine_->sensed.clear();
@@ -189,7 +190,7 @@ void World::AddModel(Model* mod) {
   engine_->family_changes++;
   {
     const std::unique_lock<std::mutex> lock = LockLists(options_.listed);
-    engine_->models.push_back(mod);
+    Host::Insert(&engine_->models, mod);  // last, unless a snapshot brings it back
   }
   AddModelName(mod, mod->TokenStr());
 }
@@ -283,7 +284,9 @@ bool World::IsExact(RayModel model) const {
 void World::DrawForExactRays() {
   if (engine_->scene.exact_drawing) return;
   engine_->scene.exact_drawing = true;
+  const bool all_lie_as_loaded = engine_->scene.grid.last_stamp() == engine_->last_stamp_of_loading;
   for (Model* child : children) child->Map();
+  if (all_lie_as_loaded) NoteAllDrawn();
 }
 
 int32_t World::MetersToPixels(meters_t x) const {

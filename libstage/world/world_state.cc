@@ -3,6 +3,9 @@
 // What decides the future of a world.
 
 #include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "models/block.hh"
 #include "models/state_exchange.hh"
@@ -21,34 +24,129 @@ uint64_t World::StateHash() const {
 void World::ExchangeState(StateExchange& exchange) {
   engine_->TraceBatch();
   exchange(sim_time, updates, sim_interval, random_);
+  ExchangeOwn(exchange);
   Ancestor::ExchangeState(exchange);
-  exchange.Expect(engine_->models.size(), "the number of models");
-  for (Model* model : engine_->models) model->ExchangeState(exchange);
+  exchange.Expect(exchange.models().size(), "the number of models");
+  for (Model* model : exchange.models()) model->ExchangeState(exchange);
   ExchangeSchedule(exchange);
   ExchangeLists(exchange);
+  ExchangeTotals(exchange);
+  if (exchange.restoring() && !exchange.failed()) DrawTheUndrawn(exchange.models());
   ExchangeGrid(exchange);
+}
+
+/// What the seed and the models' numbers have decided already, but not for good.
+void World::ExchangeOwn(StateExchange& exchange) {
+  if (exchange.hashing()) return;
+  sensing::Scene& scene = engine_->scene;
+  exchange(options_.seed, engine_->next_model_id, scene.ray_model);
+  double resolution = scene.cells_per_metre;
+  exchange(resolution);
+  if (resolution != scene.cells_per_metre) exchange.Fail("found another resolution of the grid");
+  // Drawing them all for the exact ray model, once, changes the order of bodies in cells.
+  bool exact_drawing = scene.exact_drawing;
+  exchange(exact_drawing);
+  if (!exchange.restoring() || exchange.failed()) return;
+  if (exact_drawing) DrawForExactRays();
+  scene.exact_drawing = exact_drawing;
+}
+
+/// Models have changed them while they were restored.
+void World::ExchangeTotals(StateExchange& exchange) {
+  EnergyTotals& totals = energy_totals_;
+  if (!exchange.hashing())
+    exchange(totals.stored, totals.capacity, totals.dissipated, totals.input);
+}
+
+/// Those that have got another parent, or have just been made.
+void World::DrawTheUndrawn(const std::vector<Model*>& models) {
+  for (Model* model : models)
+    if (model->blockgroup->IsUndrawn()) model->Map();
 }
 
 /// In the order in which it will happen.
 void World::ExchangeSchedule(StateExchange& exchange) {
+  if (!exchange.hashing()) {
+    uint64_t events = 0;
+    engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
+      events += !event.callback && event.model && event.model->ExpectsUpdate(event.chain);
+    });
+    events = exchange.Count(events);
+    if (exchange.restoring()) return RestoreSchedule(events, exchange);
+  }
   engine_->scheduler.ForEach([&](usec_t time, const Scheduler::Event& event) {
-    if (!event.callback && !(event.model && event.model->ExpectsUpdate(event.chain))) return;
+    if (event.callback ? !exchange.hashing()
+                       : !event.model || !event.model->ExpectsUpdate(event.chain))
+      return;
     Model* model = event.model;
     bool is_update = event.callback == nullptr;
     exchange(time, model, is_update);
   });
 }
 
+/// What was pending is void: updates get new numbers.
+void World::RestoreSchedule(uint64_t events, StateExchange& exchange) {
+  engine_->scheduler.Clear();
+  for (Model* model : exchange.models())
+    model->update_chain_ = UpdateChain::Next(UpdateChain::First(model->id));
+  for (uint64_t i = 0; i < events && !exchange.failed(); i++) {
+    usec_t time = 0;
+    Model* model = nullptr;
+    bool is_update = true;
+    exchange(time, model, is_update);
+    if (exchange.failed()) return;
+    if (!model || !is_update) return exchange.Fail("found an event that is no model's update");
+    engine_->scheduler.Add(time, {model, nullptr, nullptr, model->update_chain_});
+  }
+}
+
+namespace {
+
+/// In the order of creation, each once.
+bool IsInOrder(const std::vector<Model*>& models) {
+  for (size_t i = 0; i < models.size(); i++)
+    if (!models[i] || (i > 0 && models[i - 1]->GetId() >= models[i]->GetId())) return false;
+  return true;
+}
+
+}  // namespace
+
 /// Whose turn it is in a step, in which order.
 void World::ExchangeLists(StateExchange& exchange) {
   exchange(engine_->moving, engine_->energy);
+  if (exchange.restoring() && !(IsInOrder(engine_->moving) && IsInOrder(engine_->energy)))
+    exchange.Fail("found a list of models that is not in order");
   exchange.Expect(engine_->radios.size(), "the number of radios");
   for (Model* radio : engine_->radios) exchange(radio);
-  engine_->names.ForEach([&](std::string name, uint32_t id) {
-    Model* bearer = engine_->FindModel(id);
-    if (bearer) exchange(name, bearer);
-  });
+  ExchangeNames(exchange);
 }
+
+void World::ExchangeNames(StateExchange& exchange) {
+  std::vector<std::pair<std::string, Model*>> names;
+  engine_->names.ForEach([&](const std::string& name, uint32_t id) {
+    if (Model* bearer = engine_->FindModel(id)) names.push_back({name, bearer});
+  });
+  if (!exchange.hashing()) names.resize(exchange.Count(names.size()));
+  if (exchange.restoring()) engine_->names.Clear();
+  for (auto& [name, bearer] : names) {
+    exchange(name, bearer);
+    if (exchange.restoring() && bearer) engine_->names.Add(bearer, name);
+  }
+}
+
+/// A body that is drawn, not for the exact ray model.
+struct World::DrawnBody {
+  uint32_t model = 0, number = 0;  // of the model's place, and among its bodies
+  grid::BodyId id = 0;
+  const std::vector<grid::TilePart>* parts = nullptr;
+  uint64_t stamp = 0;
+  bool drawn_late = false;
+
+  void ExchangeState(StateExchange& exchange) { exchange(model, number); }
+  bool IsBefore(const DrawnBody& o) const {
+    return model != o.model ? model < o.model : number < o.number;
+  }
+};
 
 namespace {
 
@@ -68,16 +166,38 @@ bool SharesCells(const grid::Grid& cells, grid::BodyId body,
 
 }  // namespace
 
+std::vector<World::DrawnBody> World::BodiesOf(const std::vector<Model*>& models,
+                                              const grid::Grid& grid) {
+  std::vector<DrawnBody> bodies;
+  for (uint32_t i = 0; i < models.size(); i++) {
+    uint32_t number = 0;
+    models[i]->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& parts) {
+      if (!grid.body(id).exact())
+        bodies.push_back({i, number++, id, &parts, grid.Stamp(id), false});
+    });
+  }
+  return bodies;
+}
+
 /// Where several bodies share a cell, the one that was drawn there first is asked first whether it
 /// stops a ray; and cameras look as far as the grid extends.
 void World::ExchangeGrid(StateExchange& exchange) {
+  grid::Grid& grid = engine_->scene.grid;
+  if (exchange.hashing())
+    HashOrder(exchange);
+  else
+    ExchangeOrder(exchange);
+  grid::CellBox extent_of_grid = grid.extent();
+  exchange(extent_of_grid.min_x, extent_of_grid.min_y, extent_of_grid.max_x, extent_of_grid.max_y);
+  if (exchange.restoring() && !exchange.failed()) grid.SetExtent(extent_of_grid);
+}
+
+/// Bodies that are alone have no order.
+void World::HashOrder(StateExchange& exchange) {
   const grid::Grid& grid = engine_->scene.grid;
   std::vector<uint64_t> stamps;
-  for (const Model* model : engine_->models)
-    model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& parts) {
-      if (grid.body(id).exact()) return;
-      stamps.push_back(SharesCells(grid, id, parts) ? grid.Stamp(id) : 0);
-    });
+  for (const DrawnBody& body : BodiesOf(engine_->models, grid))
+    stamps.push_back(SharesCells(grid, body.id, *body.parts) ? body.stamp : 0);
   std::vector<uint64_t> order = stamps;
   std::ranges::sort(order);
   for (const uint64_t stamp : stamps) {
@@ -85,8 +205,51 @@ void World::ExchangeGrid(StateExchange& exchange) {
     uint64_t rank = static_cast<uint64_t>(std::ranges::lower_bound(order, stamp) - order.begin());
     exchange(rank);
   }
-  grid::CellBox extent_of_grid = grid.extent();
-  exchange(extent_of_grid.min_x, extent_of_grid.min_y, extent_of_grid.max_x, extent_of_grid.max_y);
+}
+
+/// Most bodies lie where they lay when the world had been loaded, and were drawn in the order of
+/// creation. Those that have been drawn since are listed, in the order of drawing.
+void World::ExchangeOrder(StateExchange& exchange) {
+  const grid::Grid& grid = engine_->scene.grid;
+  std::vector<DrawnBody> late;
+  if (!exchange.restoring()) {
+    for (const DrawnBody& body : BodiesOf(exchange.models(), grid))
+      if (body.stamp > engine_->last_stamp_of_loading) late.push_back(body);
+    std::ranges::sort(late, {}, &DrawnBody::stamp);
+  }
+  exchange(late);
+  if (!exchange.restoring() || exchange.failed()) return;
+  std::vector<DrawnBody> bodies = BodiesOf(exchange.models(), grid);
+  for (DrawnBody& listed : late) {
+    const auto body =
+        std::lower_bound(bodies.begin(), bodies.end(), listed,
+                         [](const DrawnBody& a, const DrawnBody& b) { return a.IsBefore(b); });
+    if (body == bodies.end() || listed.IsBefore(*body) || body->drawn_late)
+      return exchange.Fail("found an order of bodies that is none");
+    body->drawn_late = true;
+    listed = *body;
+  }
+  RestoreOrder(bodies, late);
+}
+
+void World::RestoreOrder(const std::vector<DrawnBody>& bodies, const std::vector<DrawnBody>& late) {
+  grid::Grid& grid = engine_->scene.grid;
+  const bool others_were_drawn = std::ranges::any_of(bodies, [&](const DrawnBody& body) {
+    return !body.drawn_late && body.stamp > engine_->last_stamp_of_loading;
+  });
+  if (others_were_drawn) {
+    for (const DrawnBody& body : bodies)
+      if (!body.drawn_late) grid.MoveToEnd(body.id, *body.parts);
+    engine_->last_stamp_of_loading = grid.last_stamp();
+  }
+  for (const DrawnBody& body : late) grid.MoveToEnd(body.id, *body.parts);
+}
+
+/// To be called when all models have just been drawn, the older ones first.
+void World::NoteAllDrawn() {
+  engine_->last_stamp_of_loading = engine_->scene.grid.last_stamp();
+  const std::vector<DrawnBody> bodies = BodiesOf(engine_->models, engine_->scene.grid);
+  if (!std::ranges::is_sorted(bodies, {}, &DrawnBody::stamp)) engine_->last_stamp_of_loading = 0;
 }
 
 }  // namespace Stg

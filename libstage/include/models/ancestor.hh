@@ -52,6 +52,7 @@ class Ancestor {
  protected:
   /// See Model::ExchangeState(). Children are neither made nor given away by restoring.
   void ExchangeState(StateExchange& exchange);
+  void ExchangeTypeCounts(StateExchange& exchange);
   /// Deletes the children, the youngest first.
   void DeleteChildren();
 

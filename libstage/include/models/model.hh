@@ -334,6 +334,8 @@ class Model : public Ancestor {
   void KeepState(const std::string& name, StateKeeper* keeper);
   /// A controller that remembers nothing says so.
   void KeepsNoState(const std::string& name);
+  /// All of its controllers have said so, or keep their state.
+  bool StateIsKept() const;
 
   /// Draws the body for rangers again if it was hidden from them and no longer is; true if so. For
   /// the library's own rooms, like the next one.
@@ -543,7 +545,10 @@ class Model : public Ancestor {
   void ExchangeEnergy(StateExchange& exchange);
   void ExchangeCallbacks(StateExchange& exchange);
   void ExchangeFlags(StateExchange& exchange);
+  void ExchangeMarks(StateExchange& exchange);
+  void CarryFlags(uint64_t count);
   void AddKeptState(const KeptState& kept);
+  void MoveTo(Model* newparent);
   void ExchangeKeptState(StateExchange& exchange);
   void Leave();
   void LoadEnergy();
@@ -584,6 +589,7 @@ class Model : public Ancestor {
   bool hidden_from_rangers_;               // its body was drawn while rangers looked through it
   bool loaded_;                            // not for the first time, if it loads again
   bool shares_name_;                       // another model had its name before
+  uint16_t controllers_;                   // loaded
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
   // Most models have neither.

@@ -54,6 +54,8 @@ class StateExchange {
   /// A model that may have been deleted meanwhile, and the number that it had: `model` is not
   /// followed.
   void Reference(Model*& model, uint32_t& id);
+  /// How many values follow, each of a byte at least: restoring, as many as there were.
+  uint64_t Count(uint64_t count);
   /// For what is no variable: it is saved and hashed, and restoring fails if it differs from what
   /// was saved.
   void Expect(uint64_t value, const char* what);
@@ -67,6 +69,8 @@ class StateExchange {
   const std::string& message() const { return message_; }
   /// Of all values so far, if it hashes.
   uint64_t hash() const { return hash_; }
+  /// Those that it was made with.
+  const std::vector<Model*>& models() const { return models_; }
   /// Bytes that are left to restore from.
   size_t left() const { return static_cast<size_t>(end_ - from_); }
 
@@ -120,8 +124,6 @@ class StateExchange {
   auto Exchange(T& value) -> decltype(value.ExchangeState(*this)) {
     value.ExchangeState(*this);
   }
-  /// How many values follow, each of a byte at least.
-  uint64_t Count(uint64_t count);
 
   const std::vector<Model*>& models_;
   const Use use_;

@@ -23,7 +23,14 @@
 
 namespace Stg {
 
+namespace internal {
+namespace grid {
+class Grid;
+}
+}  // namespace internal
+
 class Worldfile;
+class Snapshot;
 class Host;
 class WorldEngine;
 class Option;
@@ -267,6 +274,17 @@ class World : public Ancestor {
   /// of cameras stay until their next update.
   StepCosts MeasureStepCosts(double seconds = kMeasuringSeconds);
   static constexpr double kMeasuringSeconds = 0.3;
+  /// Takes a snapshot, between steps. False, with a message that names it, and *to as it was, if
+  /// something can't be kept: a controller that neither keeps state nor says that it has none (see
+  /// Model::KeepState()), or a callback that Enqueue() has put off.
+  bool Take(Snapshot* to) const;
+  /// Goes back to a snapshot of this world, or of another one that was loaded from the same file:
+  /// from then on the one goes on like the other. Between steps. Pointers to models stay valid;
+  /// those that have come since are deleted, and those that are gone are made again. Flags that
+  /// models carry get their values, not their addresses. Callbacks, clients' data and options stay
+  /// as they are. False, with a message, and the world as it was, if the models or their callbacks
+  /// don't fit.
+  bool Restore(const Snapshot& from);
   /// Of all that decides the future of the world and its models, see state_exchange.hh: two worlds
   /// that will go on alike have the same. Between steps.
   uint64_t StateHash() const;
@@ -349,10 +367,24 @@ class World : public Ancestor {
  private:
   class Survey;
   class Gauge;
+  class Restorer;
 
+  void ExchangeOwn(StateExchange& exchange);
+  std::string WhoWaits();
+  void ExchangeTotals(StateExchange& exchange);
+  void DrawTheUndrawn(const std::vector<Model*>& models);
   void ExchangeSchedule(StateExchange& exchange);
+  void RestoreSchedule(uint64_t events, StateExchange& exchange);
   void ExchangeLists(StateExchange& exchange);
+  void ExchangeNames(StateExchange& exchange);
   void ExchangeGrid(StateExchange& exchange);
+  struct DrawnBody;
+  static std::vector<DrawnBody> BodiesOf(const std::vector<Model*>& models,
+                                         const internal::grid::Grid& grid);
+  void HashOrder(StateExchange& exchange);
+  void ExchangeOrder(StateExchange& exchange);
+  void RestoreOrder(const std::vector<DrawnBody>& bodies, const std::vector<DrawnBody>& late);
+  void NoteAllDrawn();
 
   static void InitIfNotDone();
   static std::vector<World*> ListedWorlds();
