@@ -74,6 +74,7 @@ void Model::ExchangeState(StateExchange& exchange) {
 
   const Pose pose_before = pose;
   const Geom geom_before = geom;
+  const double stand_before = StandOnZ();
   exchange(pose, geom, vis, color, mass, friction, map_resolution, boundary);
   exchange(alwayson, used, interval, disabled, stall, stack_children);
   ExchangeSubscriptions(exchange);
@@ -91,7 +92,9 @@ void Model::ExchangeState(StateExchange& exchange) {
     return exchange.Fail("found a pose that is not finite");
   blockgroup->RefreshVisibility(!(vis.ranger_return < 0));
   NoteDrawn();
-  if (other_body || !(pose == pose_before) || !(geom.pose == geom_before.pose)) Map();
+  if (other_body || !(pose == pose_before) || !(geom.pose == geom_before.pose) ||
+      StandOnZ() != stand_before)
+    Map();
 }
 
 /// Those who only look on subscribe too. So the hash knows whether there is anybody, and not how

@@ -14,6 +14,12 @@ namespace {
 constexpr uint64_t kFirstHash = 0xcbf29ce484222325u, kFactor = 0x100000001b3u;
 constexpr uint32_t kNoModel = 0xffffffffu, kGoneModel = 0xfffffffeu;
 
+/// Stands for a model that has been deleted: like any pointer to one it must not be followed.
+Model* GoneModel() {
+  alignas(Model) static char nobody[1];
+  return reinterpret_cast<Model*>(nobody);
+}
+
 }  // namespace
 
 StateExchange::StateExchange(const std::vector<Model*>& models)
@@ -127,7 +133,12 @@ void StateExchange::Reference(Model*& model, uint32_t& id) {
     place = is_there ? static_cast<uint32_t>(found - models_.begin()) : kGoneModel;
   }
   Exchange(place);
-  if (!restoring() || failed_ || place == kGoneModel) return;
+  if (!restoring() || failed_) return;
+  if (place == kGoneModel) {
+    model = GoneModel();
+    id = kGoneModel;
+    return;
+  }
   if (place != kNoModel && place >= models_.size()) return Fail("found a model that is not there");
   model = place == kNoModel ? nullptr : models_[place];
   if (model) id = model->GetId();

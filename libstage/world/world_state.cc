@@ -31,7 +31,7 @@ void World::ExchangeState(StateExchange& exchange) {
   ExchangeSchedule(exchange);
   ExchangeLists(exchange);
   ExchangeTotals(exchange);
-  if (exchange.restoring() && !exchange.failed()) DrawTheUndrawn(exchange.models());
+  ExchangeUndrawn(exchange);
   ExchangeGrid(exchange);
 }
 
@@ -58,10 +58,21 @@ void World::ExchangeTotals(StateExchange& exchange) {
     exchange(totals.stored, totals.capacity, totals.dissipated, totals.input);
 }
 
-/// Those that have got another parent, or have just been made.
-void World::DrawTheUndrawn(const std::vector<Model*>& models) {
-  for (Model* model : models)
-    if (model->blockgroup->IsUndrawn()) model->Map();
+/// Models whose bodies are not in the grid, as they were changed and not drawn since, are listed.
+/// Others may lack a drawing because they have got another parent, or have just been made.
+void World::ExchangeUndrawn(StateExchange& exchange) {
+  if (exchange.hashing()) return;
+  std::vector<Model*> undrawn;
+  if (!exchange.restoring())
+    for (Model* model : exchange.models())
+      if (model->blockgroup->IsUndrawn()) undrawn.push_back(model);
+  exchange(undrawn);
+  if (!exchange.restoring() || exchange.failed()) return;
+  for (Model* model : exchange.models())
+    if (model->blockgroup->IsUndrawn() && std::ranges::find(undrawn, model) == undrawn.end())
+      model->Map();
+  for (Model* model : undrawn)
+    if (model) model->blockgroup->Erase();
 }
 
 /// In the order in which it will happen.
@@ -116,8 +127,10 @@ void World::ExchangeLists(StateExchange& exchange) {
   exchange(engine_->moving, engine_->energy);
   if (exchange.restoring() && !(IsInOrder(engine_->moving) && IsInOrder(engine_->energy)))
     exchange.Fail("found a list of models that is not in order");
-  exchange.Expect(engine_->radios.size(), "the number of radios");
-  for (Model* radio : engine_->radios) exchange(radio);
+  if (exchange.hashing()) {  // they are what models there are
+    exchange.Expect(engine_->radios.size(), "the number of radios");
+    for (Model* radio : engine_->radios) exchange(radio);
+  }
   ExchangeNames(exchange);
 }
 

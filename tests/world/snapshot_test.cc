@@ -7,16 +7,19 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
+#include <algorithm>
 #include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "stage.hh"
+#include "support/all_models.hh"
 #include "support/model_testing.hh"
+#include "support/random_source.hh"
 #include "support/sanitized.hh"
 #include "support/shipped_worlds.hh"
+#include "world/engine.hh"
 
 namespace Stg {
 namespace {
@@ -39,6 +42,41 @@ std::unique_ptr<World> LoadFile(const std::string& file, uint64_t seed) {
 uint64_t HashAfter(World* world, int steps) {
   for (int i = 0; i < steps; i++) world->Update();
   return world->StateHash();
+}
+
+/// How a model is drawn in the grid, but for the order of bodies in cells.
+std::vector<double> DrawingOf(World* world, const Model& model) {
+  std::vector<double> all;
+  const internal::grid::Grid& grid = world->engine().scene.grid;
+  model.body().ForEachBody([&](uint32_t id, const std::vector<internal::grid::TilePart>& parts) {
+    const internal::grid::Body& body = grid.body(id);
+    all.insert(all.end(), {body.z_min, body.z_max});
+    // What rangers look through may be shown to them or not.
+    all.push_back(body.ranger_visible || model.vis.ranger_return < 0);
+    all.push_back(static_cast<const Model*>(body.tree)->GetId());
+    for (const internal::grid::TilePart& part : parts)
+      all.insert(all.end(), {double(part.x), double(part.y), static_cast<double>(part.cells)});
+  });
+  return all;
+}
+
+/// What two worlds that should be in the same state don't have in common.
+std::string Difference(World* a, World* b) {
+  const std::vector<Model*> of_a = all_models::ByNumber(a), of_b = all_models::ByNumber(b);
+  if (of_a.size() != of_b.size()) return "the number of models";
+  for (size_t i = 0; i < of_a.size(); i++) {
+    StateExchange::Bytes bytes_a, bytes_b;
+    StateExchange save_a(of_a, &bytes_a), save_b(of_b, &bytes_b);
+    of_a[i]->ExchangeState(save_a);
+    of_b[i]->ExchangeState(save_b);
+    if (DrawingOf(a, *of_a[i]) != DrawingOf(b, *of_b[i]))
+      return of_a[i]->TokenStr() + " is drawn in another way";
+    if (bytes_a == bytes_b) continue;
+    const auto place = std::ranges::mismatch(bytes_a, bytes_b);
+    return of_a[i]->TokenStr() + ", a " + of_a[i]->GetModelType() + ", at byte " +
+           std::to_string(place.in1 - bytes_a.begin()) + " of " + std::to_string(bytes_a.size());
+  }
+  return a->StateHash() == b->StateHash() ? "" : "the world's own state";
 }
 
 class SnapshotTest : public testing::Test {
@@ -92,6 +130,188 @@ TEST_F(SnapshotTest, TakingAndGoingBackInEachStepChangesNothing) {
     }
     EXPECT_EQ(world->StateHash(), undisturbed) << file;
   }
+}
+
+// ---- random operations --------------------------------------------------------------------------
+
+/// A robot with a part of every type, some things around it, and one that carries others.
+const char kAll[] =
+    "resolution 0.05\n"
+    "define robot position( size [0.4 0.4 0.3] joules 1000 alwayson 1 fiducial_return 1\n"
+    "  ranger( alwayson 1 sensor( range [0 6] fov 180 samples 19 noise [0.01 0.01 0] ) )\n"
+    "  blobfinder( alwayson 1 image [20 10] )\n"
+    "  fiducial( alwayson 1 range_max 6 )\n"
+    "  bumper( alwayson 1 bcount 1 bpose[0] [0.2 0 0 0] blength 0.4 )\n"
+    "  camera( alwayson 1 resolution [8 6] )\n"
+    "  gripper( pose [0.25 0 0 0] alwayson 1 )\n"
+    "  actuator( alwayson 1 size [0.1 0.1 0.1] max_speed 1 )\n"
+    "  wifi( alwayson 1 model \"simple\" range 5 )\n"
+    "  lightindicator() )\n"
+    "robot( name \"a\" pose [-2 0 0 0] )\n"
+    "robot( name \"b\" pose [0 0.1 0 180] fiducial_return 2 )\n"
+    "model( name \"wall\" pose [0 3 0 0] size [8 0.2 1] )\n"
+    "model( name \"zone\" pose [0 0 0 0] size [2 2 0.01] obstacle_return 0 )\n"
+    "model( name \"puck\" pose [-1 0 0 0] size [0.1 0.1 0.2] gripper_return 1\n"
+    "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0 1] )\n"
+    "  model( name \"lid\" size [0.05 0.05 0.05] ) )\n"
+    "blinkenlight( pose [1 1 0 0] size [0.1 0.1 0.1] )\n";
+
+/// Does something to the world, as a function of the numbers and of what there is in it.
+class Meddler {
+ public:
+  Meddler(World* world, uint64_t seed) : world_(*world), random_(seed) {}
+
+  void Do() {
+    const std::vector<Model*> models = all_models::ByNumber(&world_);
+    Model* const model = models[static_cast<size_t>(random_.Next() % models.size())];
+    Model* const other = models[static_cast<size_t>(random_.Next() % models.size())];
+    if (model == world_.GetGround()) return;
+    if (random_.OneIn(3)) return Drive();
+    DoTo(model, other);
+  }
+
+ private:
+  Pose NearBy() { return Pose(random_.Real(-3, 3), random_.Real(-3, 3), 0, random_.Real(-4, 4)); }
+
+  void Drive() {
+    for (Model* model : all_models::ByNumber(&world_)) {
+      if (auto* position = dynamic_cast<ModelPosition*>(model))
+        position->SetSpeed(random_.Real(-1, 1), 0, random_.Real(-1, 1));
+      if (auto* gripper = dynamic_cast<ModelGripper*>(model))
+        random_.OneIn(2) ? gripper->CommandClose() : gripper->CommandOpen();
+    }
+  }
+
+  void DoTo(Model* model, Model* other) {
+    switch (random_.Int(0, 17)) {
+      case 0:
+        return model->SetPose(NearBy());
+      case 1:
+        return model->SetColor(Color(random_.Real(0, 1), 0, 1));
+      case 2:
+        return model->SetFiducialReturn(random_.Int(0, 3));
+      case 3:
+        return model->Say(random_.OneIn(2) ? "hello" : "");
+      case 4:
+        return model->PushFlag(new Model::Flag(Color(0, 1, 0), random_.Real(0, 1)));
+      case 5:
+        return static_cast<void>(model->PopFlag());
+      case 6:
+        return Create(random_.OneIn(2) ? other : nullptr);
+      case 7:
+        if (random_.OneIn(2)) delete model;
+        return;
+      case 8:
+        if (other != world_.GetGround()) model->SetParent(other);
+        return;
+      case 9:
+        return static_cast<void>(model->SetParent(nullptr));
+      case 10:
+        return model->SetObstacleReturn(random_.OneIn(2));
+      case 11:
+        return model->SetRangerReturn(random_.OneIn(2) ? -1 : 1);
+      case 12:
+        return model->AddBlockRect(0, 0, random_.Real(0.1, 0.5), 0.2, 0.5);
+      case 13:
+        return model->ClearBlocks();
+      case 14:
+        return random_.OneIn(2) ? model->Subscribe() : model->Enable();
+      case 15:
+        return model->Disable();
+      case 16:
+        return model->SetGeom(Geom(Pose(), Size(random_.Real(0.1, 1), 0.3, 0.4)));
+      default:
+        return model->SetToken("m" + std::to_string(random_.Int(0, 20)));
+    }
+  }
+
+  void Create(Model* parent) {
+    const char* const kTypes[] = {"model", "position", "ranger", "fiducial", "wifi", "gripper"};
+    Model* const made = world_.CreateModel(parent == world_.GetGround() ? nullptr : parent,
+                                           kTypes[random_.Int(0, 5)]);
+    made->SetPose(NearBy());
+    if (random_.OneIn(2)) made->Subscribe();
+  }
+
+  World& world_;
+  test::RandomSource random_;
+};
+
+std::unique_ptr<World> LoadAll(uint64_t seed) {
+  auto world = std::make_unique<World>(OptionsOf(seed));
+  std::istringstream content(kAll);
+  EXPECT_TRUE(world->Load(content, "all.world"));
+  return world;
+}
+
+/// Steps a world and does what is done in these steps, after each.
+void Go(World* world, uint64_t seed, int first, int steps) {
+  for (int i = first; i < first + steps; i++) {
+    world->Update();
+    Meddler meddler(world, seed * 1000 + static_cast<uint64_t>(i));
+    for (int k = 0; k < 3; k++) meddler.Do();
+  }
+}
+
+TEST_F(SnapshotTest, WhateverWasDoneSinceIsUndone) {
+  constexpr int kWorlds = kSanitized ? 10 : 100, kAllSteps = 30;
+  for (uint64_t seed = 0; seed < kWorlds; seed++) {
+    SCOPED_TRACE(seed);
+    const std::unique_ptr<World> undisturbed = LoadAll(seed), world = LoadAll(seed),
+                                 other = LoadAll(seed + 1);
+    test::RandomSource random(seed);
+    Go(other.get(), seed + 7, 0, 5);
+    for (int i = 0; i < kAllSteps;) {
+      const int steps = random.Int(1, 6);
+      Snapshot snapshot;
+      ASSERT_TRUE(world->Take(&snapshot));
+      Go(world.get(), seed + 1000 + static_cast<uint64_t>(i), 0, random.Int(1, 5));  // astray
+      ASSERT_TRUE(world->Restore(snapshot));
+      ASSERT_EQ(Difference(world.get(), undisturbed.get()), "") << i;
+      ASSERT_TRUE(other->Restore(snapshot));
+      Go(undisturbed.get(), seed, i, steps);
+      Go(world.get(), seed, i, steps);
+      Go(other.get(), seed, i, steps);
+      i += steps;
+      ASSERT_EQ(Difference(world.get(), undisturbed.get()), "") << "in place, " << i;
+      ASSERT_EQ(Difference(other.get(), undisturbed.get()), "") << "in another world, " << i;
+    }
+  }
+}
+
+// ---- what can't be done -------------------------------------------------------------------------
+
+int DoNothing(Model*, void*) { return 0; }
+
+TEST_F(SnapshotTest, WhatCannotBeKeptIsNamed) {
+  const std::unique_ptr<World> world = LoadAll(1);
+  Snapshot snapshot;
+  world->Enqueue(0, 1000000, world->GetModel("puck"), DoNothing, nullptr);
+  const std::string errors = ErrorsOf([&] { EXPECT_FALSE(world->Take(&snapshot)); });
+  EXPECT_EQ(errors,
+            "stage: a snapshot can't be taken: a callback that was put off with Enqueue() is to be "
+            "called for \"puck\"\n");
+  EXPECT_TRUE(snapshot.empty());
+  EXPECT_NE(ErrorsOf([&] { EXPECT_FALSE(world->Restore(snapshot)); }).find("never taken"),
+            std::string::npos);
+}
+
+TEST_F(SnapshotTest, TheWorldIsAsItWasWhereModelsDoNotFit) {
+  const std::unique_ptr<World> world = LoadAll(1), other = LoadAll(1);
+  Go(world.get(), 1, 0, 10);
+  other->GetModel("a")->AddCallback(Model::CB_UPDATE, DoNothing, nullptr);
+  Go(other.get(), 2, 0, 3);
+  Snapshot snapshot;
+  ASSERT_TRUE(other->Take(&snapshot));
+  const uint64_t before = world->StateHash();
+  const std::string errors = ErrorsOf([&] { EXPECT_FALSE(world->Restore(snapshot)); });
+  EXPECT_NE(errors.find("callbacks"), std::string::npos) << errors;
+  EXPECT_EQ(world->StateHash(), before);
+  const std::unique_ptr<World> same = LoadAll(1);
+  Go(same.get(), 1, 0, 10);
+  Go(same.get(), 1, 10, 5);
+  Go(world.get(), 1, 10, 5);
+  EXPECT_EQ(world->StateHash(), same->StateHash());
 }
 
 }  // namespace

@@ -207,6 +207,30 @@ TEST_P(State, KnowsTheChange) {
   EXPECT_EQ(scene.Save(), saved);
 }
 
+TEST_P(State, ComesBackWithASnapshot) {
+  const Scene scene;
+  Snapshot before, changed, after;
+  ASSERT_TRUE(scene.world->Take(&before));
+  const uint64_t hash = scene.world->StateHash();
+  Step(*scene.world, 5);
+  const uint64_t later = scene.world->StateHash();
+  ASSERT_TRUE(scene.world->Restore(before));
+  GetParam().make(scene);
+  if (GetParam().name == "timed_callback") {
+    EXPECT_NE(ErrorsOf([&] { EXPECT_FALSE(scene.world->Take(&changed)); }).find("\"wall\""),
+              std::string::npos);
+    return;
+  }
+  ASSERT_TRUE(scene.world->Take(&changed));
+  EXPECT_NE(changed.hash(), before.hash());
+  ASSERT_TRUE(scene.world->Restore(before));
+  EXPECT_EQ(scene.world->StateHash(), hash);
+  ASSERT_TRUE(scene.world->Take(&after));
+  EXPECT_EQ(after.hash(), before.hash());
+  Step(*scene.world, 5);
+  EXPECT_EQ(scene.world->StateHash(), later);
+}
+
 INSTANTIATE_TEST_SUITE_P(Changes, State, testing::ValuesIn(AllChanges()),
                          [](const auto& change) { return change.param.name; });
 

@@ -547,6 +547,8 @@ class Model : public Ancestor {
   void ExchangeFlags(StateExchange& exchange);
   void ExchangeMarks(StateExchange& exchange);
   void CarryFlags(uint64_t count);
+  /// Above it, where its children stand.
+  double StandOnZ() const { return stack_children ? geom.size.z : 0; }
   void AddKeptState(const KeptState& kept);
   void MoveTo(Model* newparent);
   void ExchangeKeptState(StateExchange& exchange);

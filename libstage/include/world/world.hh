@@ -372,7 +372,7 @@ class World : public Ancestor {
   void ExchangeOwn(StateExchange& exchange);
   std::string WhoWaits();
   void ExchangeTotals(StateExchange& exchange);
-  void DrawTheUndrawn(const std::vector<Model*>& models);
+  void ExchangeUndrawn(StateExchange& exchange);
   void ExchangeSchedule(StateExchange& exchange);
   void RestoreSchedule(uint64_t events, StateExchange& exchange);
   void ExchangeLists(StateExchange& exchange);
