@@ -180,6 +180,14 @@ bool BlockGroup::ExchangeState(StateExchange& exchange) {
              std::ranges::equal(points, o.points, same) && source_z.min == o.source_z.min &&
              source_z.max == o.source_z.max && z.min == o.z.min && z.max == o.z.max;
     }
+    bool IsFinite() const {
+      const auto is_finite = [](const point_t& p) {
+        return std::isfinite(p.x) && std::isfinite(p.y);
+      };
+      return points.size() == source_points.size() && std::ranges::all_of(points, is_finite) &&
+             std::ranges::all_of(source_points, is_finite) && std::isfinite(z.min) &&
+             std::isfinite(z.max) && std::isfinite(source_z.min) && std::isfinite(source_z.max);
+    }
     void ExchangeState(StateExchange& x) { x(source_points, points, source_z, z); }
   };
   std::vector<Shape> shapes;
@@ -188,6 +196,11 @@ bool BlockGroup::ExchangeState(StateExchange& exchange) {
   const std::vector<Shape> before = exchange.restoring() ? shapes : std::vector<Shape>();
   exchange(shapes, radius_, frozen_);
   if (!exchange.restoring() || exchange.failed() || shapes == before) return false;
+  for (const Shape& shape : shapes)
+    if (!shape.IsFinite()) {
+      exchange.Fail("found a body that is not finite");
+      return false;
+    }
   Erase();
   blocks_.clear();
   for (const Shape& shape : shapes) {

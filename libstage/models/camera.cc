@@ -209,6 +209,8 @@ void camera::Rgba::ExchangeState(StateExchange& exchange) { exchange(r, g, b, a)
 void ModelCamera::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
   exchange(width_, height_, pan_, tilt_, camera_, picture_->depth, picture_->color);
+  if (picture_->depth.size() != picture_->color.size())
+    exchange.Fail("found a camera's picture with half of its pixels");
 }
 
 }  // namespace Stg

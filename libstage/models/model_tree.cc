@@ -75,7 +75,8 @@ void Model::SetRoot(Model* new_root) {
   for (Model* child : children) child->SetRoot(new_root);
 }
 
-/// Null: the world. It is drawn nowhere afterwards, and its pose is still that under the old parent.
+/// Null: the world. It is drawn nowhere afterwards, and its pose is still that under the old
+/// parent.
 void Model::MoveTo(Model* newparent) {
   world->host().family_changes++;
   UnMapWithChildren();

@@ -180,6 +180,9 @@ void ModelRanger::Sensor::ExchangeState(StateExchange& exchange) {
   exchange(pose, size, range, fov, angle_noise, range_noise, range_noise_const, sample_count, color,
            ray_model);
   exchange(ranges, intensities, bearings, random_, seeded_);
+  const auto is_whole = [this](size_t count) { return count == 0 || count == sample_count; };
+  if (!is_whole(ranges.size()) || !is_whole(intensities.size()) || !is_whole(bearings.size()))
+    exchange.Fail("found another number of readings than a sensor has");
 }
 
 void ModelRanger::ExchangeState(StateExchange& exchange) {

@@ -243,6 +243,7 @@ bool World::Take(Snapshot* to) const {
   row->shrink_to_fit();
   to->bytes_ = std::move(row);
   to->time_ = sim_time;
+  to->is_from_file_ = false;
   return true;
 }
 
@@ -266,8 +267,10 @@ bool World::Restore(const Snapshot& from) {
   engine_->TraceBatch();
   const StateExchange::Bytes before = Restorer::Save(this);
   const std::string wrong = Restorer(this).Restore(*from.bytes_);
-  if (wrong.empty()) return true;
+  if (wrong.empty() && !(from.is_from_file_ && Restorer::Save(this) != *from.bytes_)) return true;
   Restorer(this).Restore(before);
+  if (wrong.empty())
+    return Refuse("can't go back to a snapshot: found a state that no world is in");
   return Refuse("can't go back to a snapshot: " + wrong);
 }
 

@@ -79,10 +79,9 @@ std::string FanText(const ExplainedRay& e) {
   if (r.fan.nothing)
     return text + "       no ray is cast: it has no length, or starts outside of the grid\n";
   text += Format("layer  %u of the grid: what rangers see at that height\n", r.fan.layer);
-  text += r.mask_tiles == 0
-              ? std::string("mask   none\n")
-              : Format("mask   hides %u cells of the robot's own tree, in %u tiles\n",
-                       r.hidden_cells, r.mask_tiles);
+  text += r.mask_tiles == 0 ? std::string("mask   none\n")
+                            : Format("mask   hides %u cells of the robot's own tree, in %u tiles\n",
+                                     r.hidden_cells, r.mask_tiles);
   return text;
 }
 

@@ -56,6 +56,12 @@ What you see
                        outputs it replaces nothing but an earlier one of its kind
   --state-hash         at the end print a line "state-hash DIGITS" for each world: equal digits mean
                        that all poses, velocities and sensor readings are equal
+  --save-snapshot FILE@SECONDS
+                       write the state of the world at that simulated time to FILE. Without a
+                       --duration the run ends there
+  --from-snapshot FILE begin with that state of the same world file instead of its beginning: the run
+                       goes on to the bit as the one that FILE is from, with its seed. --duration
+                       counts from the beginning of the world
   --screenshot FILE.png[@SECONDS]
                        make a picture at that simulated time, without a window or a display (default:
                        at the end of --duration, or at 1 s); may be given several times. Without a

@@ -24,6 +24,7 @@
 #include "stage/process.hh"
 #include "stage/report.hh"
 #include "stage/run.hh"
+#include "stage/snapshots.hh"
 #include "stage/window.hh"
 #include "world/prefilter_loader.hh"
 
@@ -53,14 +54,17 @@ int Finish(const Options& options, const std::optional<ReportFile>& report,
 
 int Run(const Options& options) {
   const std::optional<ReportFile> report = OpenReport(options);
+  std::optional<SnapshotSaver> saver = OpenSaver(options);
   const std::unique_ptr<PictureRun> pictures = PictureRun::Open(options);
   PrintBanner(options);
   World* const special = pictures ? pictures->MakeWorld() : OpenWindow(options);
   // Never deleted, like the worlds in it: nothing is torn down at the end.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
   if (const int status = LoadWorlds(options, &worlds, special); status != 0) return status;
+  if (!StartFromSnapshot(options, worlds)) return kFailure;
   CatchSignals();  // not before: while loading there is nothing to be finished
-  RunWorlds(options, &worlds, pictures.get());
+  RunWorlds(options, &worlds, pictures.get(), saver ? &*saver : nullptr);
+  if (saver && CaughtSignal() == 0 && !saver->IsDone()) return saver->TellTooEarlyAnEnd(worlds);
   return Finish(options, report, worlds);
 }
 

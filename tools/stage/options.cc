@@ -46,7 +46,9 @@ enum Id : int {
   kExplainRay,
   kScreenshot,
   kRecord,
-  kSize
+  kSize,
+  kFromSnapshot,
+  kSaveSnapshot
 };
 
 // The colon in front: getopt keeps quiet and tells a missing value from an unknown option.
@@ -59,6 +61,7 @@ constexpr option kLongOptions[] = {
     {"duration", required_argument, nullptr, kDuration},
     {"explain", optional_argument, nullptr, kExplain},
     {"explain-ray", required_argument, nullptr, kExplainRay},
+    {"from-snapshot", required_argument, nullptr, kFromSnapshot},
     {"gui", optional_argument, nullptr, kGui},
     {"help", optional_argument, nullptr, kHelp},
     {"no-batch", no_argument, nullptr, kNoBatch},
@@ -69,6 +72,7 @@ constexpr option kLongOptions[] = {
     {"progress", no_argument, nullptr, kProgress},
     {"ray-model", required_argument, nullptr, kRayModel},
     {"record", required_argument, nullptr, kRecord},
+    {"save-snapshot", required_argument, nullptr, kSaveSnapshot},
     {"screenshot", required_argument, nullptr, kScreenshot},
     {"seed", required_argument, nullptr, kSeed},
     {"size", required_argument, nullptr, kSize},
@@ -101,6 +105,16 @@ usec_t ParseDuration(const std::string& text) {
   if (!seconds || !(*seconds >= 1e-6 && *seconds <= kLongestDuration))
     Refuse(kDuration, "simulated seconds, from 0.000001 to 1e12", text);
   return static_cast<usec_t>(std::llround(*seconds * 1e6));
+}
+
+/// FILE@SECONDS
+Options::SnapshotOrder ParseSnapshotOrder(const std::string& text) {
+  const size_t at = text.rfind('@');
+  const std::optional<double> seconds =
+      at == std::string::npos ? std::nullopt : ParseNumber<double>(text.substr(at + 1));
+  if (at == 0 || !seconds || !(*seconds >= 0 && *seconds <= kLongestDuration))
+    Refuse(kSaveSnapshot, "FILE@SECONDS, as cave.snapshot@60", text);
+  return {text.substr(0, at), static_cast<usec_t>(std::llround(*seconds * 1e6))};
 }
 
 /// FILE.png or FILE.png@SECONDS; names may have an @ of their own.
@@ -248,6 +262,13 @@ class Parser {
         if (value.empty()) Refuse(kRecord, "the name of a folder", value);
         options_.pictures.folder = value;
         break;
+      case kFromSnapshot:
+        if (value.empty()) Refuse(kFromSnapshot, "the name of a file", value);
+        options_.first_snapshot = value;
+        break;
+      case kSaveSnapshot:
+        options_.snapshot = ParseSnapshotOrder(value);
+        break;
       case kSize:
         ParseSize(value, &options_.pictures);
         break;
@@ -309,6 +330,22 @@ void TakeDeviceFromEnvironment(Options* options) {
   const bool loads =
       options->action == Options::Action::kRun || options->action == Options::Action::kExplain;
   if (options->run.device == "list" && loads) options->action = Options::Action::kListDevices;
+}
+
+/// Snapshots are of one world, and taken without a window.
+void SettleSnapshots(Options* options) {
+  if (options->first_snapshot.empty() && !options->snapshot) return;
+  const std::string name = NameOf(options->snapshot ? kSaveSnapshot : kFromSnapshot);
+  if (options->worldfiles.size() > 1)
+    throw UsageError(name + ": found " + std::to_string(options->worldfiles.size()) +
+                     " world files, expected one");
+  if (!options->snapshot) return;
+  options->no_gui = true;
+  const usec_t duration = options->run.duration;
+  if (duration > 0 && options->snapshot->time > duration)
+    Refuse(kSaveSnapshot, "a time within the --duration",
+           options->snapshot->file + "@" +
+               std::to_string(static_cast<double>(options->snapshot->time) / 1e6));
 }
 
 /// Pictures are made without a window, of one world, while it runs.
@@ -377,6 +414,7 @@ Options ParseOptions(int argc, char* argv[]) {
     return options;
   CheckOutputs(options);
   CheckWorlds(options);
+  SettleSnapshots(&options);
   SettlePictures(&options);
   return options;
 }

@@ -25,10 +25,16 @@ struct Options {
   RunOptions run;
   std::string stats_file;  ///< empty: none; "-": standard output
   bool state_hash = false;
-  std::string explained_ray;     ///< with kExplainRay: see RayChoice
-  bool explain_as_json = false;  ///< with kExplain; otherwise as a text
-  std::optional<bool> progress;  ///< unset: shown where somebody is likely to look
-  offscreen::Orders pictures;    ///< their times are known once all options are
+  std::string explained_ray;   ///< with kExplainRay: see RayChoice
+  std::string first_snapshot;  ///< the file of --from-snapshot; empty: none
+  struct SnapshotOrder {
+    std::string file;
+    usec_t time;
+  };
+  std::optional<SnapshotOrder> snapshot;  ///< of --save-snapshot
+  bool explain_as_json = false;           ///< with kExplain; otherwise as a text
+  std::optional<bool> progress;           ///< unset: shown where somebody is likely to look
+  offscreen::Orders pictures;             ///< their times are known once all options are
   std::vector<std::string> worldfiles;
 };
 

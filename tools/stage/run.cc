@@ -10,6 +10,7 @@
 #include "stage/console.hh"
 #include "stage/interrupt.hh"
 #include "stage/progress.hh"
+#include "stage/snapshots.hh"
 #include "stage/window.hh"
 
 namespace Stg::program {
@@ -71,7 +72,8 @@ int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* 
   return 0;
 }
 
-void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds, PictureRun* pictures) {
+void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds, PictureRun* pictures,
+               SnapshotSaver* saver) {
   if (!pictures && !worlds->empty() && worlds->front().world->IsGUI()) {
     LoadedWorld& only = worlds->front();
     const double start = Now();
@@ -82,7 +84,12 @@ void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds, Picture
   }
   if (pictures) pictures->Begin(options);
   Progress progress(options.progress, *worlds);
-  while (CaughtSignal() == 0 && !Round(worlds)) {
+  const bool ends_with_snapshot = saver && options.run.duration == 0;
+  const auto goes_on = [&] {
+    if (saver) saver->SaveIfDue(worlds->front().world);
+    return !(ends_with_snapshot && saver->IsDone());
+  };
+  while (CaughtSignal() == 0 && goes_on() && !Round(worlds)) {
     if (pictures) pictures->Make();
     progress.Tick();
   }

@@ -14,6 +14,8 @@
 
 namespace Stg::program {
 
+class SnapshotSaver;
+
 /// Keeps a world's steps to the pace that its `speedup` asks for.
 class Pacer {
  public:
@@ -39,9 +41,10 @@ int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds,
                World* with_window = nullptr);
 
 /// Steps all worlds in turn until all are done, or a signal comes; one with a window until that is
-/// closed. `pictures`: what makes pictures of the only world, or null. Throws PictureError.
+/// closed. `pictures`: what makes pictures of the only world, or null; `saver`: the
+/// same for a snapshot. Throws PictureError, and std::runtime_error if a file can't be written.
 void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds,
-               PictureRun* pictures = nullptr);
+               PictureRun* pictures = nullptr, SnapshotSaver* saver = nullptr);
 
 }  // namespace Stg::program
 

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Snapshots as files. All numbers are little-endian:
+//
+//   8 bytes   kMagic
+//   u32       version of the form, and of what World::ExchangeState() lists
+//   u64       simulated time, microseconds
+//   u64       size of the state in bytes, and the state
+//   u64       checksum of all that (FNV-1a)
+
+#include <algorithm>
+#include <cstring>
+#include <istream>
+#include <memory>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "messages/report.hh"
+#include "world/snapshot.hh"
+
+namespace Stg {
+
+const char Snapshot::kMagic[9] = "STGSNAP\n";
+
+namespace {
+
+using Bytes = StateExchange::Bytes;
+
+/// To be raised whenever the state of a class has other parts, or their order changes.
+constexpr uint64_t kVersion = 1;
+constexpr size_t kMagicSize = sizeof(Snapshot::kMagic) - 1;
+constexpr size_t kHeadSize = kMagicSize + 4 + 8 + 8, kChecksumSize = 8;
+
+void Append(Bytes* to, uint64_t number, size_t bytes) {
+  for (size_t i = 0; i < bytes; i++)
+    to->push_back(static_cast<unsigned char>(number >> 8 * i & 0xff));
+}
+
+uint64_t NumberAt(const Bytes& from, size_t place, size_t bytes) {
+  uint64_t number = 0;
+  for (size_t i = 0; i < bytes; i++) number |= uint64_t{from[place + i]} << 8 * i;
+  return number;
+}
+
+uint64_t Checksum(uint64_t sum, const Bytes& bytes) {
+  for (const unsigned char byte : bytes) sum = (sum ^ byte) * 0x100000001b3u;
+  return sum;
+}
+
+/// As many as there are, up to `size`: memory is taken as they come, whatever the file says.
+Bytes ReadBytes(std::istream* in, uint64_t size) {
+  constexpr uint64_t kPiece = 1 << 16;
+  Bytes bytes;
+  while (bytes.size() < size && *in) {
+    const size_t before = bytes.size(), piece = std::min(kPiece, size - before);
+    bytes.resize(before + piece);
+    in->read(reinterpret_cast<char*>(bytes.data()) + before, static_cast<std::streamsize>(piece));
+    bytes.resize(before + static_cast<size_t>(in->gcount()));
+  }
+  return bytes;
+}
+
+bool Refuse(const std::string& name, const std::string& found, const std::string& expected) {
+  messages::Report(LogLevel::kError,
+                   "stage: " + name + ": found " + found + ", expected " + expected);
+  return false;
+}
+
+}  // namespace
+
+bool Snapshot::Write(std::ostream& out) const {
+  static const Bytes kNothing;
+  const Bytes& state = bytes_ ? *bytes_ : kNothing;
+  Bytes head(kMagic, kMagic + kMagicSize), checksum;
+  Append(&head, kVersion, 4);
+  Append(&head, time_, 8);
+  Append(&head, state.size(), 8);
+  Append(&checksum, Checksum(Checksum(0xcbf29ce484222325u, head), state), kChecksumSize);
+  for (const Bytes* part :
+       {static_cast<const Bytes*>(&head), &state, static_cast<const Bytes*>(&checksum)})
+    out.write(reinterpret_cast<const char*>(part->data()),
+              static_cast<std::streamsize>(part->size()));
+  return static_cast<bool>(out.flush());
+}
+
+bool Snapshot::Read(std::istream& in, const std::string& name) {
+  const Bytes head = ReadBytes(&in, kHeadSize);
+  if (head.size() < kMagicSize || std::memcmp(head.data(), kMagic, kMagicSize) != 0)
+    return Refuse(name, "something else", "a snapshot, as stage --save-snapshot writes it");
+  if (head.size() < kHeadSize)
+    return Refuse(name, "an end after " + std::to_string(head.size()) + " bytes",
+                  "a whole snapshot");
+  const uint64_t version = NumberAt(head, kMagicSize, 4);
+  if (version != kVersion)
+    return Refuse(name, "a snapshot of version " + std::to_string(version),
+                  "version " + std::to_string(kVersion));
+  const uint64_t size = NumberAt(head, kHeadSize - 8, 8);
+  auto state = std::make_shared<Bytes>(ReadBytes(&in, size));
+  const Bytes checksum = ReadBytes(&in, kChecksumSize);
+  if (state->size() < size || checksum.size() < kChecksumSize)
+    return Refuse(
+        name,
+        "an end after " + std::to_string(kHeadSize + state->size() + checksum.size()) + " bytes",
+        "a state of " + std::to_string(size) + " bytes and its checksum");
+  if (in.peek() != std::istream::traits_type::eof())
+    return Refuse(name, "more than a snapshot", "its end");
+  if (NumberAt(checksum, 0, 8) != Checksum(Checksum(0xcbf29ce484222325u, head), *state))
+    return Refuse(name, "a checksum that is wrong", "a file as it was written");
+  state->shrink_to_fit();
+  time_ = NumberAt(head, kMagicSize + 4, 8);
+  is_from_file_ = true;
+  bytes_ = size > 0 ? std::move(state) : nullptr;
+  return true;
+}
+
+}  // namespace Stg
