@@ -266,11 +266,17 @@ bool World::Restore(const Snapshot& from) {
   engine_->LetOrphansGo();
   engine_->TraceBatch();
   const StateExchange::Bytes before = Restorer::Save(this);
-  const std::string wrong = Restorer(this).Restore(*from.bytes_);
-  if (wrong.empty() && !(from.is_from_file_ && Restorer::Save(this) != *from.bytes_)) return true;
+  std::string wrong;
+  try {
+    wrong = Restorer(this).Restore(*from.bytes_);
+    if (wrong.empty() && from.is_from_file_ && Restorer::Save(this) != *from.bytes_)
+      wrong = "found a state that no world is in";
+  } catch (...) {  // there is too little memory, or a controller's Init() threw something
+    Restorer(this).Restore(before);
+    throw;
+  }
+  if (wrong.empty()) return true;
   Restorer(this).Restore(before);
-  if (wrong.empty())
-    return Refuse("can't go back to a snapshot: found a state that no world is in");
   return Refuse("can't go back to a snapshot: " + wrong);
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <new>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -312,6 +313,78 @@ TEST_F(SnapshotTest, TheWorldIsAsItWasWhereModelsDoNotFit) {
   Go(same.get(), 1, 10, 5);
   Go(world.get(), 1, 10, 5);
   EXPECT_EQ(world->StateHash(), same->StateHash());
+}
+
+// ---- files --------------------------------------------------------------------------------------
+
+std::string Written(const Snapshot& snapshot) {
+  std::ostringstream out;
+  EXPECT_TRUE(snapshot.Write(out));
+  return out.str();
+}
+
+TEST_F(SnapshotTest, FilesKeepAll) {
+  const std::unique_ptr<World> world = LoadAll(1), other = LoadAll(2);
+  Go(world.get(), 1, 0, 10);
+  Snapshot snapshot, read;
+  ASSERT_TRUE(world->Take(&snapshot));
+  std::istringstream in(Written(snapshot));
+  ASSERT_TRUE(read.Read(in));
+  EXPECT_EQ(read.hash(), snapshot.hash());
+  EXPECT_EQ(read.time(), snapshot.time());
+  ASSERT_TRUE(other->Restore(read));
+  EXPECT_EQ(Difference(other.get(), world.get()), "");
+  std::istringstream nothing(Written(Snapshot()));
+  ASSERT_TRUE(read.Read(nothing));
+  EXPECT_TRUE(read.empty());
+}
+
+/// With a checksum that fits.
+std::string Signed(std::string file) {
+  uint64_t sum = 0xcbf29ce484222325u;
+  for (size_t i = 0; i + 8 < file.size(); i++)
+    sum = (sum ^ static_cast<unsigned char>(file[i])) * 0x100000001b3u;
+  for (size_t i = 0; i < 8; i++) file[file.size() - 8 + i] = static_cast<char>(sum >> 8 * i & 0xff);
+  return file;
+}
+
+TEST_F(SnapshotTest, StatesThatNoWorldIsInDoNoHarm) {
+  constexpr size_t kHead = 28;
+  const std::unique_ptr<World> world = LoadAll(1);
+  Go(world.get(), 1, 0, 10);
+  Snapshot good;
+  ASSERT_TRUE(world->Take(&good));
+  const uint64_t hash = world->StateHash();
+  const std::string file = Written(good);
+  test::RandomSource random(1);
+  int refused = 0, taken = 0;
+  for (int i = 0; i < (kSanitized ? 1000 : 5000); i++) {
+    std::string bad = file;
+    for (int k = random.Int(1, 3); k > 0; k--) {
+      char& byte =
+          bad[static_cast<size_t>(random.Between(kHead, static_cast<int64_t>(bad.size()) - 9))];
+      byte = static_cast<char>(random.OneIn(2) ? random.Next() : uint64_t{0xff} * random.OneIn(2));
+    }
+    Snapshot snapshot;
+    std::istringstream in(Signed(bad));
+    ASSERT_TRUE(snapshot.Read(in));
+    bool went = false;
+    const std::string errors = ErrorsOf([&] { went = world->Restore(snapshot); });
+    if (went) {
+      taken++;
+      try {
+        for (int k = 0; k < 3; k++) world->Update();
+      } catch (const std::bad_alloc&) {  // such as for a very wide picture
+      }
+      ASSERT_TRUE(world->Restore(good));
+    } else {
+      refused++;
+      EXPECT_NE(errors.find("can't go back to a snapshot: "), std::string::npos) << errors;
+    }
+    ASSERT_EQ(world->StateHash(), hash) << i << " " << errors;
+  }
+  EXPECT_GT(refused, 100);
+  EXPECT_GT(taken, 100);
 }
 
 }  // namespace
