@@ -61,6 +61,7 @@ void BlockGroup::NoteChange() {
 
 /// The blocks as they are fitted now become what later fitting starts from.
 void BlockGroup::FreezeShape() {
+  KeepLoaded();
   if (frozen_) return;
   frozen_ = true;
   for (const auto& block : blocks_) {
@@ -100,6 +101,7 @@ void BlockGroup::ChangeRectangle(size_t index, const bounds3d_t& box) {
 }
 
 void BlockGroup::Clear() {
+  KeepLoaded();
   Erase();
   blocks_.clear();
   radius_ = 0;
@@ -142,6 +144,7 @@ bounds3d_t BlockGroup::BoundingBox() const {
 }
 
 void BlockGroup::Fit(const Size& size) {
+  KeepLoaded();
   bounds3d_t box = EmptyBox();
   for (const auto& block : blocks_) {
     for (const point_t& p : block->source_points_) {
@@ -170,40 +173,56 @@ void BlockGroup::Fit(const Size& size) {
   }
 }
 
-bool BlockGroup::ExchangeState(StateExchange& exchange) {
-  struct Shape {
-    std::vector<point_t> source_points, points;
-    Bounds source_z, z;
-    bool operator==(const Shape& o) const {
-      const auto same = [](const point_t& a, const point_t& b) { return a.x == b.x && a.y == b.y; };
-      return std::ranges::equal(source_points, o.source_points, same) &&
-             std::ranges::equal(points, o.points, same) && source_z.min == o.source_z.min &&
-             source_z.max == o.source_z.max && z.min == o.z.min && z.max == o.z.max;
-    }
-    bool IsFinite() const {
-      const auto is_finite = [](const point_t& p) {
-        return std::isfinite(p.x) && std::isfinite(p.y);
-      };
-      return points.size() == source_points.size() && std::ranges::all_of(points, is_finite) &&
-             std::ranges::all_of(source_points, is_finite) && std::isfinite(z.min) &&
-             std::isfinite(z.max) && std::isfinite(source_z.min) && std::isfinite(source_z.max);
-    }
-    void ExchangeState(StateExchange& x) { x(source_points, points, source_z, z); }
-  };
-  std::vector<Shape> shapes;
+// ---- state --------------------------------------------------------------------------------------
+
+struct BlockGroup::Shape {
+  std::vector<point_t> source_points, points;
+  Bounds source_z, z;
+
+  bool operator==(const Shape& o) const {
+    const auto same = [](const point_t& a, const point_t& b) { return a.x == b.x && a.y == b.y; };
+    return std::ranges::equal(source_points, o.source_points, same) &&
+           std::ranges::equal(points, o.points, same) && source_z.min == o.source_z.min &&
+           source_z.max == o.source_z.max && z.min == o.z.min && z.max == o.z.max;
+  }
+  bool IsFinite() const {
+    const auto is_finite = [](const point_t& p) {
+      return std::isfinite(p.x) && std::isfinite(p.y);
+    };
+    return points.size() == source_points.size() && std::ranges::all_of(points, is_finite) &&
+           std::ranges::all_of(source_points, is_finite) && std::isfinite(z.min) &&
+           std::isfinite(z.max) && std::isfinite(source_z.min) && std::isfinite(source_z.max);
+  }
+  void ExchangeState(StateExchange& x) { x(source_points, points, source_z, z); }
+};
+
+struct BlockGroup::Shapes {
+  std::vector<Shape> blocks;
+  double radius;
+  bool frozen;
+
+  void ExchangeState(StateExchange& x) { x(blocks, radius, frozen); }
+};
+
+BlockGroup::BlockGroup(Model& owner) : owner_(owner) {}
+
+BlockGroup::~BlockGroup() { Erase(); }
+
+BlockGroup::Shapes BlockGroup::CopyShapes() const {
+  Shapes shapes{{}, radius_, frozen_};
   for (const auto& block : blocks_)
-    shapes.push_back({block->source_points_, block->points_, block->source_z_, block->z_});
-  const std::vector<Shape> before = exchange.restoring() ? shapes : std::vector<Shape>();
-  exchange(shapes, radius_, frozen_);
-  if (!exchange.restoring() || exchange.failed() || shapes == before) return false;
-  for (const Shape& shape : shapes)
-    if (!shape.IsFinite()) {
-      exchange.Fail("found a body that is not finite");
-      return false;
-    }
+    shapes.blocks.push_back({block->source_points_, block->points_, block->source_z_, block->z_});
+  return shapes;
+}
+
+/// Takes the body off the grid if its blocks are others; true then.
+bool BlockGroup::TakeShapes(const Shapes& shapes) {
+  radius_ = shapes.radius;
+  frozen_ = shapes.frozen;
+  if (CopyShapes().blocks == shapes.blocks) return false;
   Erase();
   blocks_.clear();
-  for (const Shape& shape : shapes) {
+  for (const Shape& shape : shapes.blocks) {
     blocks_.push_back(std::make_unique<Block>(shape.source_points, shape.source_z));
     Block& block = *blocks_.back();
     block.points_ = shape.points;
@@ -212,6 +231,43 @@ bool BlockGroup::ExchangeState(StateExchange& exchange) {
   NoteChange();
   return true;
 }
+
+/// To be called before blocks change.
+void BlockGroup::KeepLoaded() {
+  if (!is_as_loaded_) return;
+  if (!as_loaded_) as_loaded_ = std::make_unique<const Shapes>(CopyShapes());
+  is_as_loaded_ = false;
+}
+
+bool BlockGroup::ReturnToLoaded(StateExchange* exchange) {
+  if (is_as_loaded_) return false;
+  if (!as_loaded_) {
+    exchange->Fail("found a body as it was loaded, of a model that was not loaded");
+    return false;
+  }
+  const bool other_body = TakeShapes(*as_loaded_);
+  is_as_loaded_ = true;
+  return other_body;
+}
+
+bool BlockGroup::ExchangeState(StateExchange& exchange) {
+  if (!exchange.hashing()) {
+    bool as_loaded = is_as_loaded_;
+    exchange(as_loaded);
+    if (as_loaded) return exchange.restoring() && !exchange.failed() && ReturnToLoaded(&exchange);
+  }
+  Shapes shapes = CopyShapes();
+  exchange(shapes);
+  if (!exchange.restoring() || exchange.failed()) return false;
+  if (!std::ranges::all_of(shapes.blocks, &Shape::IsFinite)) {
+    exchange.Fail("found a body that is not finite");
+    return false;
+  }
+  KeepLoaded();
+  return TakeShapes(shapes);
+}
+
+// ---- drawing ------------------------------------------------------------------------------------
 
 void BlockGroup::Erase() {
   if (!drawn_) return;

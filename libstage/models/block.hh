@@ -64,8 +64,8 @@ void OrientPolygon(std::vector<point_t>* points);
 
 class BlockGroup {
  public:
-  explicit BlockGroup(Model& owner) : owner_(owner) {}
-  ~BlockGroup() { Erase(); }
+  explicit BlockGroup(Model& owner);
+  ~BlockGroup();
   BlockGroup(const BlockGroup&) = delete;
   BlockGroup& operator=(const BlockGroup&) = delete;
 
@@ -102,6 +102,9 @@ class BlockGroup {
   /// Calls f(grid::BodyId, const std::vector<grid::TilePart>&) for all that is drawn of it.
   template <typename F>
   void ForEachBody(F f) const;
+  /// The blocks are those that the model was loaded with: until they change, ExchangeState() saves
+  /// no more than that.
+  void NoteLoaded() { is_as_loaded_ = true; }
   /// Restoring other blocks than there are takes the body off the grid; true then.
   bool ExchangeState(StateExchange& exchange);
   /// To be called when the owner's visibility to rangers changed.
@@ -110,16 +113,25 @@ class BlockGroup {
  private:
   friend class Placement;
 
+  struct Shape;
+  struct Shapes;
+
   void NoteChange();
+  Shapes CopyShapes() const;
+  bool TakeShapes(const Shapes& shapes);
+  void KeepLoaded();
+  bool ReturnToLoaded(StateExchange* exchange);
   void FreezeShape();
   void WidenRadius(const std::vector<point_t>& points);
 
   Model& owner_;
   std::vector<std::unique_ptr<Block>> blocks_;
   double radius_ = 0;
-  bool frozen_ = true;           // the blocks are as they came; so are those that are added
-  bool drawn_ = false;           // some of them
-  bool told_too_large_ = false;  // of the body that it is since it was fitted
+  bool frozen_ = true;  // the blocks are as they came; so are those that are added
+  bool drawn_ = false;  // some of them
+  bool is_as_loaded_ = false;
+  std::unique_ptr<const Shapes> as_loaded_;  // once it has been changed
+  bool told_too_large_ = false;              // of the body that it is since it was fitted
   unsigned times_cleared_ = 0;
   unsigned version_ = 0;
 };

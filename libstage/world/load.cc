@@ -202,6 +202,8 @@ void World::LoadContent(Source source) {
   engine_->memory.End();
   for (Model* child : children) child->Map();
   NoteAllDrawn();
+  for (Model* model : engine_->models)
+    if (model->wf_entity > 0) model->blockgroup->NoteLoaded();
   InitControllers();
 }
 

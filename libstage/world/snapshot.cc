@@ -190,6 +190,7 @@ void World::Restorer::LoadParts(Model* model, int entity) {
     if (type == "sensor" && ranger) ranger->LoadSensor(file, part);
   }
   model->blockgroup->Fit(model->geom.size);
+  model->blockgroup->NoteLoaded();
 }
 
 /// Gives each model its parent. From one tree to another by way of the top level, so that no model

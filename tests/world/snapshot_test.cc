@@ -358,7 +358,7 @@ TEST_F(SnapshotTest, StatesThatNoWorldIsInDoNoHarm) {
   const std::string file = Written(good);
   test::RandomSource random(1);
   int refused = 0, taken = 0;
-  for (int i = 0; i < (kSanitized ? 1000 : 5000); i++) {
+  for (int i = 0; i < (kSanitized ? 200 : 1000); i++) {
     std::string bad = file;
     for (int k = random.Int(1, 3); k > 0; k--) {
       char& byte =
@@ -373,7 +373,7 @@ TEST_F(SnapshotTest, StatesThatNoWorldIsInDoNoHarm) {
     if (went) {
       taken++;
       try {
-        for (int k = 0; k < 3; k++) world->Update();
+        world->Update();
       } catch (const std::bad_alloc&) {  // such as for a very wide picture
       }
       ASSERT_TRUE(world->Restore(good));
@@ -383,8 +383,8 @@ TEST_F(SnapshotTest, StatesThatNoWorldIsInDoNoHarm) {
     }
     ASSERT_EQ(world->StateHash(), hash) << i << " " << errors;
   }
-  EXPECT_GT(refused, 100);
-  EXPECT_GT(taken, 100);
+  EXPECT_GT(refused, 20);
+  EXPECT_GT(taken, 20);
 }
 
 }  // namespace
