@@ -65,6 +65,7 @@ class World::Restorer {
 
  private:
   bool ReadList(StateExchange* exchange);
+  bool Fits(const Listed& listed) const;
   void FindModels();
   void MakeMissing();
   Model* Make(const Listed& listed, Model* parent);
@@ -130,10 +131,26 @@ bool World::Restorer::ReadList(StateExchange* exchange) {
     exchange->Fail(
         "found models that are numbered otherwise: restore into a world that was loaded "
         "once, or reset");
+  for (size_t i = 0; i < list_.size() && !exchange->failed(); i++)
+    if (!Fits(list_[i])) exchange->Fail("found a snapshot of another world file");
   return !exchange->failed();
 }
 
-/// Those of the list that there are; a model of another type that has a number of theirs goes now.
+/// The model may be one of this world: its file has it, if it is from a file, and no other model of
+/// the file has its number. Controllers hold on to models of the file, so these are not replaced.
+bool World::Restorer::Fits(const Listed& listed) const {
+  Worldfile* const file = world_.wf.get();
+  if (listed.entity < 0) return false;
+  if (listed.entity > 0 && (!file || listed.entity >= file->GetEntityCount() ||
+                            file->GetEntityType(listed.entity) != listed.type))
+    return false;
+  const Model* const there = world_.FindModel(listed.id);
+  if (!there || (there->wf_entity == 0 && listed.entity == 0)) return true;
+  return there->wf_entity == listed.entity && there->type == listed.type;
+}
+
+/// Those of the list that there are. A model of another type that has the number of one of them
+/// goes now: both were made while the world ran.
 void World::Restorer::FindModels() {
   models_.assign(list_.size(), nullptr);
   std::vector<uint32_t> in_the_way;
@@ -169,11 +186,8 @@ void World::Restorer::MakeMissing() {
 Model* World::Restorer::Make(const Listed& listed, Model* parent) {
   engine_.next_model_id = listed.id;
   Model* const model = FindCreator(listed.type)(&world_, parent, listed.type);
-  if (listed.entity <= 0) return model;
+  if (listed.entity == 0) return model;
   Worldfile* const file = world_.wf.get();
-  if (!file || listed.entity >= file->GetEntityCount() ||
-      file->GetEntityType(listed.entity) != listed.type)
-    throw LoadError("found a model that the world file doesn't have");
   const While loading(&engine_.loading, true);
   model->Load(file, listed.entity);
   LoadParts(model, listed.entity);

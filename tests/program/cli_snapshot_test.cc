@@ -98,7 +98,7 @@ TEST_F(CliSnapshot, AnotherWorldsSnapshotIsRefused) {
   HashOf({"--save-snapshot", file + "@1", worlds[0]});
   for (size_t i = 1; i < worlds.size(); i++)
     ExpectOneLine({"-g", "--duration", "2", "--from-snapshot", file, worlds[i]}, 1,
-                  "can't go back to a snapshot");
+                  "can't go back to a snapshot: found ");
 }
 
 }  // namespace
