@@ -10,6 +10,7 @@
 #include "models/block.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
+#include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
@@ -137,8 +138,10 @@ void ModelActuator::LoadAxis() {
 
 void ModelActuator::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
-  exchange(control_mode_, type_of_joint_, axis_, goal_, velocity_, max_speed_, max_position_,
-           min_position_, reference_, has_reference_, turned_);
+  StateChoice control(&control_mode_, CONTROL_POSITION);
+  StateChoice joint(&type_of_joint_, TYPE_ROTATIONAL);
+  exchange(control, joint, axis_, goal_, velocity_, max_speed_, max_position_, min_position_,
+           reference_, has_reference_, turned_);
 }
 
 // ---- updating -----------------------------------------------------------------------------------

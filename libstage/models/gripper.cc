@@ -11,6 +11,7 @@
 #include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/property_checks.hh"
+#include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
@@ -166,14 +167,17 @@ void ModelGripper::SetConfig(config_t& newcfg) {
 void ModelGripper::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
   config_t& c = config_;
-  exchange(c.paddle_size, c.paddles, c.lift, c.paddle_position, c.lift_position, c.gripped,
+  StateChoice paddles(&c.paddles, PADDLE_CLOSING);
+  StateChoice lift(&c.lift, LIFT_DOWNING);
+  StateChoice command(&command_, CMD_DOWN);
+  exchange(c.paddle_size, paddles, lift, c.paddle_position, c.lift_position, c.gripped,
            c.paddles_stalled, c.close_limit, c.autosnatch, c.break_beam_inset);
   for (size_t i = 0; i < 2; i++) {
     exchange.Reference(c.beam[i], hit_ids_[i]);
     exchange.Reference(c.contact[i], hit_ids_[kFirstContact + i]);
   }
   bool has_body = HasBody();
-  exchange(command_, drop_due_, shape_due_, has_body);
+  exchange(command, drop_due_, shape_due_, has_body);
   if (exchange.restoring()) body_made_ = blockgroup->times_cleared() - (has_body ? 0 : 1);
 }
 

@@ -12,6 +12,7 @@
 #include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/property_checks.hh"
+#include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "models/watch.hh"
@@ -156,8 +157,11 @@ void ModelPosition::Waypoint::ExchangeState(StateExchange& exchange) { exchange(
 
 void ModelPosition::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
-  exchange(velocity, goal, control_mode, drive_mode, localization_mode, integration_error,
-           wheelbase, last_update_);
+  StateChoice control(&control_mode, CONTROL_POSITION);
+  StateChoice drive(&drive_mode, DRIVE_CAR);
+  StateChoice localization(&localization_mode, LOCALIZATION_ODOM);
+  exchange(velocity, goal, control, drive, localization, integration_error, wheelbase,
+           last_update_);
   exchange(est_pose, est_pose_error, est_origin, velocity_bounds, acceleration_bounds, waypoints);
 }
 

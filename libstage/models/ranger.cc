@@ -15,6 +15,7 @@
 #include "models/property_checks.hh"
 #include "models/ray_model_reader.hh"
 #include "models/self_masks.hh"
+#include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
@@ -177,8 +178,9 @@ void ModelRanger::Print(char* prefix) const {
 }
 
 void ModelRanger::Sensor::ExchangeState(StateExchange& exchange) {
+  StateChoice model_of_rays(&ray_model, RayModel::kExact);
   exchange(pose, size, range, fov, angle_noise, range_noise, range_noise_const, sample_count, color,
-           ray_model);
+           model_of_rays);
   exchange(ranges, intensities, bearings, random_, seeded_);
   const auto is_whole = [this](size_t count) { return count == 0 || count == sample_count; };
   if (!is_whole(ranges.size()) || !is_whole(intensities.size()) || !is_whole(bearings.size()))

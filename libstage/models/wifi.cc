@@ -14,6 +14,7 @@
 #include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/property_checks.hh"
+#include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
@@ -284,7 +285,8 @@ void ModelWifi::Neighbor::ExchangeState(StateExchange& exchange) {
 
 void ModelWifi::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
-  exchange(propagation, ip, mac, essid, power, sensitivity, freq, range, plc, ple, sigma,
+  StateChoice model_of_links(&propagation, PROPAGATION_RAYTRACE);
+  exchange(model_of_links, ip, mac, essid, power, sensitivity, freq, range, plc, ple, sigma,
            wall_factor, range_db, neighbors_, random_, seeded_);
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "models/block.hh"
+#include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/wifi.hh"
 #include "world/engine.hh"
@@ -39,7 +40,8 @@ void World::ExchangeState(StateExchange& exchange) {
 void World::ExchangeOwn(StateExchange& exchange) {
   if (exchange.hashing()) return;
   sensing::Scene& scene = engine_->scene;
-  exchange(options_.seed, engine_->next_model_id, scene.ray_model);
+  StateChoice ray_model(&scene.ray_model, RayModel::kExact);
+  exchange(options_.seed, engine_->next_model_id, ray_model);
   double resolution = scene.cells_per_metre;
   exchange(resolution);
   if (resolution != scene.cells_per_metre) exchange.Fail("found another resolution of the grid");

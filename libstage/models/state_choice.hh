@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#ifndef STAGE_MODELS_STATE_CHOICE_HH
+#define STAGE_MODELS_STATE_CHOICE_HH
+
+#include <cstdint>
+
+#include "models/state_exchange.hh"
+
+namespace Stg {
+
+/// An enumeration from 0 to `last`, for a StateExchange: restoring fails where a file has any other
+/// number.
+template <typename E>
+class StateChoice {
+ public:
+  StateChoice(E* value, E last) : value_(*value), last_(last) {}
+
+  void ExchangeState(StateExchange& exchange) {
+    int32_t number = static_cast<int32_t>(value_);
+    exchange(number);
+    if (!exchange.restoring() || exchange.failed()) return;
+    if (number < 0 || number > static_cast<int32_t>(last_))
+      return exchange.Fail("found a number that stands for no choice");
+    value_ = static_cast<E>(number);
+  }
+
+ private:
+  E& value_;
+  const E last_;
+};
+
+}  // namespace Stg
+
+#endif
