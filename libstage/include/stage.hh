@@ -60,8 +60,8 @@
 #include "models/state_exchange.hh"
 #include "models/visualizer.hh"
 #include "models/wifi.hh"
-#include "world/statistics.hh"
 #include "world/snapshot.hh"
+#include "world/statistics.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 

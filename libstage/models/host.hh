@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "models/block.hh"
-#include "models/flag.hh"
 #include "models/fiducial_index.hh"
+#include "models/flag.hh"
 #include "models/memory_budget.hh"
 #include "models/model.hh"
 #include "models/model_names.hh"
@@ -47,12 +47,12 @@ class Host {
   /// Flags that snapshots have taken from models, for others that they give flags to.
   std::vector<Model::Flag*> spare_flags;
   std::deque<Model::Flag> own_flags;  ///< those made for that
-  uint64_t family_changes = 0;      ///< of who there is and whose child it is
-  std::vector<ModelWifi*> radios;   ///< in the order of creation
-  FiducialIndex fiducials;          ///< what fiducial finders may see
-  Watch* watches = nullptr;         ///< the list of all, see Watch
-  double greatest_dissipation = 0;  ///< J, of a square metre: see DissipationVis
-  size_t controllers_left_out = 0;  ///< see RunOptions::controllers
+  uint64_t family_changes = 0;        ///< of who there is and whose child it is
+  std::vector<ModelWifi*> radios;     ///< in the order of creation
+  FiducialIndex fiducials;            ///< what fiducial finders may see
+  Watch* watches = nullptr;           ///< the list of all, see Watch
+  double greatest_dissipation = 0;    ///< J, of a square metre: see DissipationVis
+  size_t controllers_left_out = 0;    ///< see RunOptions::controllers
 
   /// Null if there is none of that number.
   Model* FindModel(uint32_t id) const;
