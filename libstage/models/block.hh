@@ -97,6 +97,11 @@ class BlockGroup {
 
   /// Takes the body off the grid.
   void Erase();
+  /// For the last time: the model is going. Takes no memory.
+  void EraseForGood() {
+    Erase();
+    NoteChange();
+  }
   /// The cells of those blocks that are drawn; `exact`: for the exact ray model.
   void AppendDrawings(grid::Drawings* drawings, bool exact) const;
   /// Calls f(grid::BodyId, const std::vector<grid::TilePart>&) for all that is drawn of it.

@@ -134,7 +134,7 @@ Model::~Model() {
   DeleteChildren();
   StopCharging();
   power_pack.reset();
-  blockgroup->Clear();
+  blockgroup->EraseForGood();
   Leave();
 }
 
