@@ -200,6 +200,7 @@ class World::Gauge {
     Saved saved{model, model->update_chain_, {}, {}};
     StateExchange exchange(engine_.models, &saved.state);
     model->ExchangeState(exchange);
+    exchange.Finish();
     model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>&) {
       saved.stamps.push_back(engine_.scene.grid.Stamp(id));
     });

@@ -517,6 +517,7 @@ std::span<const grid::TilePart> Placement::PartsOf(const Item& item) const {
 
 void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
   item.model->NoteDrawn();
+  item.model->blockgroup->NoteDrawnSinceLoading(true);
   Block& block = *item.block;
   grid::Grid& grid = item.model->scene().grid;
   const grid::Body body{.z_min = item.z.min,

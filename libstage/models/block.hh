@@ -42,6 +42,15 @@ class Block {
   const std::vector<point_t>& points() const { return points_; }
   const Bounds& z_range() const { return z_; }  ///< after fitting
 
+  // How it is drawn in the grid, but for the exact ray model.
+  bool drawn() const { return drawn_; }
+  grid::BodyId body() const { return body_; }
+  const std::vector<grid::TilePart>& cells() const { return cells_; }
+  /// The stamp that the body had when the world had been loaded, see grid::Grid::Stamp(); 0 if it
+  /// was not there.
+  uint64_t loading_stamp() const { return loading_stamp_; }
+  void NoteLoadingStamp(uint64_t stamp) { loading_stamp_ = stamp; }
+
  private:
   friend class BlockGroup;
   friend class Placement;
@@ -54,6 +63,7 @@ class Block {
   std::unique_ptr<ExactDrawing> exact_;  // only if some sensor wants it
   bool drawn_ = false;
   grid::BodyId body_ = 0;
+  uint64_t loading_stamp_ = 0;
   std::vector<point_int_t> corners_;
   std::vector<grid::TilePart> cells_;
 };
@@ -107,6 +117,9 @@ class BlockGroup {
   /// Calls f(grid::BodyId, const std::vector<grid::TilePart>&) for all that is drawn of it.
   template <typename F>
   void ForEachBody(F f) const;
+  /// Some of it may have been drawn since the world was loaded, or a snapshot says that it was.
+  bool drawn_since_loading() const { return drawn_since_loading_; }
+  void NoteDrawnSinceLoading(bool drawn) { drawn_since_loading_ = drawn; }
   /// The blocks are those that the model was loaded with: until they change, ExchangeState() saves
   /// no more than that.
   void NoteLoaded() { is_as_loaded_ = true; }
@@ -134,6 +147,7 @@ class BlockGroup {
   double radius_ = 0;
   bool frozen_ = true;  // the blocks are as they came; so are those that are added
   bool drawn_ = false;  // some of them
+  bool drawn_since_loading_ = true;
   bool is_as_loaded_ = false;
   std::unique_ptr<const Shapes> as_loaded_;  // once it has been changed
   bool told_too_large_ = false;              // of the body that it is since it was fitted

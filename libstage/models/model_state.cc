@@ -192,8 +192,7 @@ void Model::ExchangeKeptState(StateExchange& exchange) {
     exchange(name);
     if (name != kept.name) exchange.Fail("found the state of another controller");
     exchange.Expect(kept.bytes, "the size of what a controller keeps");
-    auto* bytes = static_cast<unsigned char*>(kept.data);
-    for (size_t b = 0; b < kept.bytes; b++) exchange(bytes[b]);
+    exchange.Plain(kept.data, kept.bytes);
     if (kept.keeper) kept.keeper->ExchangeState(exchange);
   }
 }

@@ -181,7 +181,8 @@ void ModelRanger::Sensor::ExchangeState(StateExchange& exchange) {
   StateChoice model_of_rays(&ray_model, RayModel::kExact);
   exchange(pose, size, range, fov, angle_noise, range_noise, range_noise_const, sample_count, color,
            model_of_rays);
-  exchange(ranges, intensities, bearings, random_, seeded_);
+  if (!exchange.leaves_readings_out()) exchange(ranges, intensities, bearings);
+  exchange(random_, seeded_);
   const auto is_whole = [this](size_t count) { return count == 0 || count == sample_count; };
   if (!is_whole(ranges.size()) || !is_whole(intensities.size()) || !is_whole(bearings.size()))
     exchange.Fail("found another number of readings than a sensor has");
@@ -191,6 +192,14 @@ void ModelRanger::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
   exchange.Expect(sensors_.size(), "the number of a ranger's sensors");
   for (Sensor& sensor : sensors_) exchange(sensor);
+}
+
+void ModelRanger::DropReadings() {
+  for (Sensor& sensor : sensors_) {
+    sensor.ranges.clear();
+    sensor.intensities.clear();
+    if (sensor.table_fov_ != sensor.fov) sensor.bearings.clear();
+  }
 }
 
 void ModelRanger::Startup() {

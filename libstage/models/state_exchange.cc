@@ -3,7 +3,6 @@
 #include "models/state_exchange.hh"
 
 #include <algorithm>
-#include <bit>
 
 #include "models/model.hh"
 
@@ -11,7 +10,7 @@ namespace Stg {
 
 namespace {
 
-constexpr uint64_t kFirstHash = 0xcbf29ce484222325u, kFactor = 0x100000001b3u;
+constexpr uint64_t kFirstHash = 0xcbf29ce484222325u;
 constexpr uint32_t kNoModel = 0xffffffffu, kGoneModel = 0xfffffffeu;
 
 /// Stands for a model that has been deleted: like any pointer to one it must not be followed.
@@ -26,29 +25,47 @@ StateExchange::StateExchange(const std::vector<Model*>& models)
     : models_(models),
       use_(kHash),
       to_(nullptr),
-      from_(nullptr),
+      at_(nullptr),
       end_(nullptr),
       hash_(kFirstHash),
-      failed_(false) {}
+      failed_(false),
+      leaves_readings_out_(false) {}
 
 StateExchange::StateExchange(const std::vector<Model*>& models, Bytes* to)
     : models_(models),
       use_(kSave),
       to_(to),
-      from_(nullptr),
-      end_(nullptr),
+      at_(to->data() + to->size()),
+      end_(at_),
       hash_(kFirstHash),
-      failed_(false) {}
+      failed_(false),
+      leaves_readings_out_(false) {}
 
 StateExchange::StateExchange(const std::vector<Model*>& models, const unsigned char* from,
                              size_t size)
     : models_(models),
       use_(kRestore),
       to_(nullptr),
-      from_(from),
-      end_(from + size),
+      at_(const_cast<unsigned char*>(from)),
+      end_(at_ + size),
       hash_(kFirstHash),
-      failed_(false) {}
+      failed_(false),
+      leaves_readings_out_(false) {}
+
+void StateExchange::Finish() {
+  if (use_ != kSave) return;
+  to_->resize(saved());
+  end_ = at_ = to_->data() + to_->size();
+}
+
+void StateExchange::MakeRoom(size_t bytes) {
+  if (restoring()) return Fail("the state ends too early");
+  constexpr size_t kSome = 256;
+  const size_t so_far = saved();
+  to_->resize(std::max(to_->capacity(), 2 * so_far + bytes + kSome));
+  at_ = to_->data() + so_far;
+  end_ = to_->data() + to_->size();
+}
 
 void StateExchange::Fail(const std::string& message) {
   if (!restoring() || failed_) return;
@@ -56,57 +73,40 @@ void StateExchange::Fail(const std::string& message) {
   message_ = message;
 }
 
-void StateExchange::Number(uint64_t* bits, size_t bytes) {
-  switch (use_) {
-    case kHash:
-      for (size_t i = 0; i < bytes; i++) hash_ = (hash_ ^ (*bits >> 8 * i & 0xff)) * kFactor;
-      break;
-    case kSave:
-      for (size_t i = 0; i < bytes; i++)
-        to_->push_back(static_cast<unsigned char>(*bits >> 8 * i & 0xff));
-      break;
-    case kRestore:
-      if (left() < bytes) Fail("the state ends too early");
-      if (failed_) break;
-      *bits = 0;
-      for (size_t i = 0; i < bytes; i++) *bits |= uint64_t{*from_++} << 8 * i;
-      break;
+void StateExchange::Plain(void* bytes, size_t size) {
+  auto* const place = static_cast<unsigned char*>(bytes);
+  if (hashing()) {
+    for (size_t i = 0; i < size; i++) HashByte(place[i]);
+    return;
   }
+  if (left() < size) MakeRoom(size);
+  if (failed_) return;
+  if (restoring())
+    std::copy_n(at_, size, place);
+  else
+    std::copy_n(place, size, at_);
+  at_ += size;
 }
 
 void StateExchange::Expect(uint64_t value, const char* what) {
   uint64_t saved = value;
-  Number(&saved, sizeof saved);
+  Exchange(saved);
   if (saved != value)
     Fail("found " + std::to_string(saved) + ", expected " + std::to_string(value) + ": " + what);
 }
 
 uint64_t StateExchange::Count(uint64_t count) {
-  Number(&count, sizeof count);
+  Exchange(count);
   if (!restoring()) return count;
   if (count > left()) Fail("found more values than there are bytes");
   return failed_ ? 0 : count;
 }
 
-void StateExchange::Exchange(double& value) {
-  uint64_t bits = std::bit_cast<uint64_t>(value);
-  Number(&bits, sizeof bits);
-  value = std::bit_cast<double>(bits);
-}
-
-void StateExchange::Exchange(float& value) {
-  uint64_t bits = std::bit_cast<uint32_t>(value);
-  Number(&bits, sizeof value);
-  value = std::bit_cast<float>(static_cast<uint32_t>(bits));
-}
-
 void StateExchange::Exchange(std::string& text) {
   const uint64_t size = Count(text.size());
   if (restoring() && !failed_) text.resize(static_cast<size_t>(size));
-  for (char& c : text) Exchange(c);
+  Plain(text.data(), text.size());
 }
-
-void StateExchange::Exchange(Pose& pose) { (*this)(pose.x, pose.y, pose.z, pose.a); }
 
 void StateExchange::Exchange(RandomStream& stream) {
   for (std::uint64_t& word : stream.state_) Exchange(word);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "messages/report.hh"
+#include "world/snapshot_room.hh"
 
 namespace Stg {
 
@@ -48,7 +49,11 @@ bool WorldEngine::TellLost(const char* what) const {
   return false;
 }
 
-WorldEngine::WorldEngine() { Employ(MakePool(1)); }
+WorldEngine::WorldEngine() : snapshot_room(std::make_unique<SnapshotRoom>()) {
+  Employ(MakePool(1));
+}
+
+WorldEngine::~WorldEngine() = default;
 
 void WorldEngine::Employ(std::shared_ptr<threads::WorkerPool> workers) {
   tracer.SetWorkers(workers.get());  // may lack memory

@@ -26,9 +26,12 @@
 
 namespace Stg {
 
+struct SnapshotRoom;
+
 class WorldEngine : public Host {
  public:
   WorldEngine();
+  ~WorldEngine() override;
 
   sensing::BatchTracer tracer{&scene};
   Scheduler scheduler;
@@ -48,6 +51,7 @@ class WorldEngine : public Host {
   /// Of bodies that lie where they lay when the world had been loaded, the last one's; these were
   /// drawn in the order of creation.
   uint64_t last_stamp_of_loading = 0;
+  std::unique_ptr<SnapshotRoom> snapshot_room;
   std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
 
   // What models ask for, see Host.

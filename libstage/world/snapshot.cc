@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Taking snapshots of worlds, and going back to them. The bytes of a snapshot are a list of the
-// models that there are, and then what World::ExchangeState() saves.
+// Taking snapshots of worlds, and going back to them. The sections of their rows: a list of the
+// models that there are; a byte for each, whether it leaves readings out; the world's own state;
+// that of each model; and the three parts of World::ExchangeState() that come after the models.
 
 #include "world/snapshot.hh"
 
@@ -18,19 +19,33 @@
 #include "models/ranger.hh"
 #include "models/state_exchange.hh"
 #include "world/engine.hh"
+#include "world/snapshot_room.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
 
+size_t Snapshot::SizeOfRow() const { return row_ ? row_->bytes.size() : 0; }
+
+size_t Snapshot::size() const { return difference_ ? difference_->size() : SizeOfRow(); }
+
+const StateRow& Snapshot::Row(StateRow* room) const {
+  if (!difference_) return *row_;
+  Patch(*row_, *difference_, room);
+  return *room;
+}
+
 uint64_t Snapshot::hash() const {
   uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a, as in StateExchange
-  if (bytes_)
-    for (const unsigned char byte : *bytes_) hash = (hash ^ byte) * 0x100000001b3u;
+  StateRow room;
+  if (!empty())
+    for (const unsigned char byte : Row(&room).bytes) hash = (hash ^ byte) * 0x100000001b3u;
   return hash;
 }
 
 namespace {
+
+constexpr size_t kList = 0, kLeftOut = 1, kHead = 2, kModels = 3, kOtherSections = 6;
 
 /// A model in the list.
 struct Listed {
@@ -54,17 +69,35 @@ uint32_t PlaceOf(const std::vector<Model*>& models, const Model* model) {
 
 }  // namespace
 
-/// One use of it restores one row. The order of its calls is that of its functions.
+/// For each model, in the order of creation: whether its readings are left out. Empty: none are.
+using LeftOut = std::vector<unsigned char>;
+
+/// One use of it saves or restores one row. The order of its calls is that of its functions.
 class World::Restorer {
  public:
   explicit Restorer(World* world) : world_(*world), engine_(*world->engine_) {}
 
-  static StateExchange::Bytes Save(World* world);
-  /// Empty, or why not; then the world may be in any state.
-  std::string Restore(const StateExchange::Bytes& row);
+  /// Those that update in the next step, before anybody reads what they have sensed.
+  LeftOut FindDue();
+  void Save(const LeftOut& left_out, StateRow* row);
+  /// Goes back to `row`, and keeps in *before what that changes. Empty, or why not; then the world
+  /// may be in any state.
+  std::string Restore(const StateRow& row, StateRow* before);
+  /// *before is complete, and the world not as it was any more.
+  bool has_begun() const { return has_begun_; }
+  /// Undoes that.
+  void PutBack(const StateRow& before);
+  static LeftOut LeftOutOf(const StateRow& row);
 
  private:
-  bool ReadList(StateExchange* exchange);
+  void SaveList(StateRow* row);
+  std::string RestoreAll(const StateRow& row);
+  std::string RestoreWhatDiffers(const StateRow& row, const StateRow& before);
+  template <typename F>
+  std::string RestoreSections(const StateRow& row, F is_same);
+  void DropReadings(const LeftOut& left_out);
+  std::string ReadList(const StateRow& row);
+  std::string Check() const;
   bool Fits(const Listed& listed) const;
   void FindModels();
   void MakeMissing();
@@ -77,29 +110,99 @@ class World::Restorer {
 
   World& world_;
   WorldEngine& engine_;
+  bool has_begun_ = false;
   std::vector<Listed> list_;
   std::vector<Model*> models_;  // of the list
   std::vector<Model*> others_;  // that are to be deleted
   std::vector<size_t> made_;    // places in the list
 };
 
-StateExchange::Bytes World::Restorer::Save(World* world) {
-  const std::vector<Model*>& models = world->engine_->models;
-  std::vector<Listed> list;
-  for (Model* model : models)
-    list.push_back({model->id, model->parent ? PlaceOf(models, model->parent) + 1 : 0,
-                    model->wf_entity, model->type});
-  StateExchange::Bytes row;
-  StateExchange exchange(models, &row);
-  exchange(list);
-  world->ExchangeState(exchange);
-  return row;
+LeftOut World::Restorer::FindDue() {
+  LeftOut due(engine_.models.size(), 0);
+  const usec_t next = world_.sim_time + world_.sim_interval;
+  engine_.scheduler.ForEach([&](usec_t time, const Scheduler::Event& event) {
+    if (time <= next && event.model && !event.callback && event.model->ExpectsUpdate(event.chain))
+      due[PlaceOf(engine_.models, event.model)] = 1;
+  });
+  return due;
 }
 
-std::string World::Restorer::Restore(const StateExchange::Bytes& row) {
-  const std::vector<Model*> none;
-  StateExchange reader(none, row.data(), row.size());
-  if (!ReadList(&reader)) return reader.message();
+void World::Restorer::Save(const LeftOut& left_out, StateRow* row) {
+  row->Clear();
+  SaveList(row);
+  const std::vector<Model*>& models = engine_.models;
+  StateExchange exchange(models, &row->bytes);
+  const auto end_section = [&] { row->ends.push_back(static_cast<uint32_t>(exchange.saved())); };
+  LeftOut flags = left_out;
+  flags.resize(models.size(), 0);
+  exchange.Plain(flags.data(), flags.size());
+  end_section();
+  world_.ExchangeHead(exchange);
+  end_section();
+  for (size_t i = 0; i < models.size(); i++) {
+    exchange.LeaveReadingsOut(flags[i] != 0);
+    models[i]->ExchangeState(exchange);
+    end_section();
+  }
+  world_.ExchangePlans(exchange);
+  end_section();
+  world_.ExchangeNames(exchange);
+  end_section();
+  world_.ExchangePlaces(exchange);
+  end_section();
+}
+
+/// As a vector of what is listed.
+void World::Restorer::SaveList(StateRow* row) {
+  const std::vector<Model*>& models = engine_.models;
+  StateExchange exchange(models, &row->bytes);
+  exchange.Count(models.size());
+  for (const Model* model : models) {
+    Listed listed{model->id, model->parent ? PlaceOf(models, model->parent) + 1 : 0,
+                  model->wf_entity, model->type};
+    exchange(listed);
+  }
+  exchange.Finish();
+  row->ends.push_back(static_cast<uint32_t>(row->bytes.size()));
+}
+
+std::string World::Restorer::Restore(const StateRow& row, StateRow* before) {
+  before->Clear();
+  SaveList(before);
+  const bool same_models = row.count() > kModels &&
+                           row.count() == engine_.models.size() + kOtherSections &&
+                           SameBytes(row.section(kList), before->section(kList));
+  const LeftOut left_out = same_models ? LeftOutOf(row) : LeftOut();
+  Save(left_out, before);
+  has_begun_ = true;
+  std::string wrong = same_models ? RestoreWhatDiffers(row, *before) : RestoreAll(row);
+  if (wrong.empty()) DropReadings(same_models ? left_out : LeftOutOf(row));
+  return wrong;
+}
+
+void World::Restorer::PutBack(const StateRow& before) { RestoreAll(before); }
+
+LeftOut World::Restorer::LeftOutOf(const StateRow& row) {
+  const std::span<const unsigned char> flags = row.section(kLeftOut);
+  return LeftOut(flags.begin(), flags.end());
+}
+
+void World::Restorer::DropReadings(const LeftOut& left_out) {
+  for (size_t i = 0; i < left_out.size(); i++)
+    if (left_out[i] != 0) engine_.models[i]->DropReadings();
+}
+
+/// Where the models are the same, those that are in the same state stay as they are.
+std::string World::Restorer::RestoreWhatDiffers(const StateRow& row, const StateRow& before) {
+  models_ = engine_.models;
+  const std::string wrong =
+      RestoreSections(row, [&](size_t i) { return SameBytes(row.section(i), before.section(i)); });
+  engine_.fiducials.Forget(nullptr);
+  return wrong;
+}
+
+std::string World::Restorer::RestoreAll(const StateRow& row) {
+  if (const std::string wrong = ReadList(row); !wrong.empty()) return wrong;
   FindModels();
   try {
     MakeMissing();
@@ -108,32 +211,70 @@ std::string World::Restorer::Restore(const StateExchange::Bytes& row) {
   }
   Arrange();
   SetAside();
-  StateExchange exchange(models_, row.data() + (row.size() - reader.left()), reader.left());
-  world_.ExchangeState(exchange);
-  if (!exchange.failed() && exchange.left() > 0) exchange.Fail("found more than a world's state");
-  if (!exchange.failed() && !IsATree()) exchange.Fail("found models that are in two places");
-  if (exchange.failed()) return exchange.message();
+  const std::string wrong = RestoreSections(row, [](size_t) { return false; });
+  if (!wrong.empty()) return wrong;
+  if (!IsATree()) return "found models that are in two places";
   DeleteOthers();
   engine_.fiducials.Forget(nullptr);
   engine_.family_changes++;
   return "";
 }
 
-bool World::Restorer::ReadList(StateExchange* exchange) {
-  (*exchange)(list_);
-  for (size_t i = 0; i < list_.size() && !exchange->failed(); i++) {
+/// is_same(i): the world is in the state of section i already. Empty, or what is wrong.
+template <typename F>
+std::string World::Restorer::RestoreSections(const StateRow& row, F is_same) {
+  std::string wrong;
+  const LeftOut left_out = LeftOutOf(row);
+  if (left_out.size() != models_.size()) return "found another number of models than are listed";
+  const auto restore = [&](size_t i, auto exchange_state) {
+    if (!wrong.empty()) return;
+    const std::span<const unsigned char> section = row.section(i);
+    StateExchange exchange(models_, section.data(), section.size());
+    exchange_state(exchange);
+    if (exchange.left() > 0) exchange.Fail("found more than the state of a part of the world");
+    if (exchange.failed()) wrong = exchange.message();
+  };
+  restore(kHead, [&](StateExchange& exchange) { world_.ExchangeHead(exchange); });
+  for (size_t i = 0; i < models_.size(); i++) {
+    if (is_same(kModels + i)) continue;
+    restore(kModels + i, [&](StateExchange& exchange) {
+      exchange.LeaveReadingsOut(left_out[i] != 0);
+      models_[i]->ExchangeState(exchange);
+    });
+  }
+  const size_t plans = kModels + models_.size(), names = plans + 1, places = names + 1;
+  restore(plans, [&](StateExchange& exchange) { world_.ExchangePlans(exchange); });
+  if (!is_same(names))
+    restore(names, [&](StateExchange& exchange) { world_.ExchangeNames(exchange); });
+  restore(places, [&](StateExchange& exchange) { world_.ExchangePlaces(exchange); });
+  return wrong;
+}
+
+std::string World::Restorer::ReadList(const StateRow& row) {
+  const std::vector<Model*> none;
+  const std::span<const unsigned char> section =
+      row.count() > 0 ? row.section(kList) : std::span<const unsigned char>();
+  StateExchange exchange(none, section.data(), section.size());
+  exchange(list_);
+  if (exchange.failed()) return exchange.message();
+  if (exchange.left() > 0 || row.count() != list_.size() + kOtherSections)
+    return "found a list of models that is none";
+  return Check();
+}
+
+std::string World::Restorer::Check() const {
+  for (size_t i = 0; i < list_.size(); i++) {
     const Listed& listed = list_[i];
     if (listed.parent > list_.size() || listed.parent == i + 1 ||
         (i > 0 && listed.id <= list_[i - 1].id) || !FindCreator(listed.type))
-      exchange->Fail("found a list of models that is none");
+      return "found a list of models that is none";
   }
-  if (!exchange->failed() && (list_.empty() || list_[0].id != world_.ground->id))
-    exchange->Fail(
-        "found models that are numbered otherwise: restore into a world that was loaded "
-        "once, or reset");
-  for (size_t i = 0; i < list_.size() && !exchange->failed(); i++)
-    if (!Fits(list_[i])) exchange->Fail("found a snapshot of another world file");
-  return !exchange->failed();
+  if (list_.empty() || list_[0].id != world_.ground->id)
+    return "found models that are numbered otherwise: restore into a world that was loaded once, "
+           "or reset";
+  for (const Listed& listed : list_)
+    if (!Fits(listed)) return "found a snapshot of another world file";
+  return "";
 }
 
 /// The model may be one of this world: its file has it, if it is from a file, and no other model of
@@ -244,7 +385,7 @@ void World::Restorer::DeleteOthers() {
   for (const uint32_t id : ids) delete world_.FindModel(id);  // with all below it
 }
 
-bool World::Take(Snapshot* to) const {
+bool World::Take(Snapshot* to, Snapshot::Keep keep) const {
   World* const world = const_cast<World*>(this);  // it only looks
   if (!engine_->IsIdle()) return Refuse("a snapshot can't be taken by a callback");
   for (const Model* model : engine_->models)
@@ -254,9 +395,15 @@ bool World::Take(Snapshot* to) const {
                     " doesn't say what it remembers, with KeepState() or KeepsNoState()");
   if (const std::string waiting = world->WhoWaits(); !waiting.empty())
     return Refuse("a snapshot can't be taken: " + waiting);
-  auto row = std::make_shared<StateExchange::Bytes>(Restorer::Save(world));
-  row->shrink_to_fit();
-  to->bytes_ = std::move(row);
+  SnapshotRoom& room = *engine_->snapshot_room;
+  Restorer saver(world);
+  saver.Save(keep == Snapshot::kLean ? saver.FindDue() : LeftOut(), &room.row);
+  if (keep == Snapshot::kLean) {
+    room.KeepDifference(&to->row_, &to->difference_);
+  } else {
+    to->row_ = std::make_shared<const StateRow>(room.row);
+    to->difference_.reset();
+  }
   to->time_ = sim_time;
   to->is_from_file_ = false;
   return true;
@@ -280,19 +427,31 @@ bool World::Restore(const Snapshot& from) {
     return Refuse("can't go back to a snapshot: " + waiting);
   engine_->LetOrphansGo();
   engine_->TraceBatch();
-  const StateExchange::Bytes before = Restorer::Save(this);
+  SnapshotRoom& room = *engine_->snapshot_room;
+  const StateRow& row = from.Row(&room.row);
   std::string wrong;
+  Restorer restorer(this);
   try {
-    wrong = Restorer(this).Restore(*from.bytes_);
-    if (wrong.empty() && from.is_from_file_ && Restorer::Save(this) != *from.bytes_)
+    wrong = restorer.Restore(row, &room.before);
+    if (wrong.empty() && from.is_from_file_ && !IsIn(row))
       wrong = "found a state that no world is in";
   } catch (...) {  // there is too little memory, or a controller's Init() threw something
-    Restorer(this).Restore(before);
+    if (restorer.has_begun()) Restorer(this).PutBack(room.before);
     throw;
   }
-  if (wrong.empty()) return true;
-  Restorer(this).Restore(before);
+  if (wrong.empty()) {
+    if (from.difference_) room.shared = from.row_;
+    return true;
+  }
+  Restorer(this).PutBack(room.before);
   return Refuse("can't go back to a snapshot: " + wrong);
+}
+
+bool World::IsIn(const StateRow& row) {
+  Restorer saver(this);
+  StateRow now;
+  saver.Save(Restorer::LeftOutOf(row), &now);
+  return now == row;
 }
 
 }  // namespace Stg

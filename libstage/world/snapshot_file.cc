@@ -5,7 +5,10 @@
 //   8 bytes   kMagic
 //   u32       version of the form, and of what World::ExchangeState() lists
 //   u64       simulated time, microseconds
-//   u64       size of the state in bytes, and the state
+//   u64       size of what follows in bytes, but for the checksum
+//   u32       number of sections of the state, see state_row.hh
+//   u32       for each of them, where it ends, in bytes from the beginning of the first
+//   bytes     the sections
 //   u64       checksum of all that (FNV-1a)
 
 #include <algorithm>
@@ -18,6 +21,7 @@
 
 #include "messages/report.hh"
 #include "world/snapshot.hh"
+#include "world/state_row.hh"
 
 namespace Stg {
 
@@ -61,6 +65,31 @@ Bytes ReadBytes(std::istream* in, uint64_t size) {
   return bytes;
 }
 
+Bytes ToBytes(const StateRow& row) {
+  Bytes bytes;
+  if (row.count() == 0) return bytes;
+  Append(&bytes, row.count(), 4);
+  for (const uint32_t end : row.ends) Append(&bytes, end, 4);
+  bytes.insert(bytes.end(), row.bytes.begin(), row.bytes.end());
+  return bytes;
+}
+
+/// False if the sections don't lie one behind the other, up to the end.
+bool FromBytes(const Bytes& bytes, StateRow* row) {
+  if (bytes.size() < 4) return false;
+  const uint64_t count = NumberAt(bytes, 0, 4);
+  if (count == 0 || count > bytes.size() / 4 - 1) return false;
+  const size_t first = 4 + 4 * static_cast<size_t>(count);
+  uint32_t before = 0;
+  for (size_t i = 4; i < first; i += 4) {
+    const auto end = static_cast<uint32_t>(NumberAt(bytes, i, 4));
+    if (end < before) return false;
+    row->ends.push_back(before = end);
+  }
+  row->bytes.assign(bytes.begin() + static_cast<std::ptrdiff_t>(first), bytes.end());
+  return before == row->bytes.size();
+}
+
 bool Refuse(const std::string& name, const std::string& found, const std::string& expected) {
   messages::Report(LogLevel::kError,
                    "stage: " + name + ": found " + found + ", expected " + expected);
@@ -70,8 +99,8 @@ bool Refuse(const std::string& name, const std::string& found, const std::string
 }  // namespace
 
 bool Snapshot::Write(std::ostream& out) const {
-  static const Bytes kNothing;
-  const Bytes& state = bytes_ ? *bytes_ : kNothing;
+  StateRow room;
+  const Bytes state = empty() ? Bytes() : ToBytes(Row(&room));
   Bytes head(kMagic, kMagic + kMagicSize), checksum;
   Append(&head, kVersion, 4);
   Append(&head, time_, 8);
@@ -96,21 +125,24 @@ bool Snapshot::Read(std::istream& in, const std::string& name) {
     return Refuse(name, "a snapshot of version " + std::to_string(version),
                   "version " + std::to_string(kVersion));
   const uint64_t size = NumberAt(head, kHeadSize - 8, 8);
-  auto state = std::make_shared<Bytes>(ReadBytes(&in, size));
+  const Bytes state = ReadBytes(&in, size);
   const Bytes checksum = ReadBytes(&in, kChecksumSize);
-  if (state->size() < size || checksum.size() < kChecksumSize)
+  if (state.size() < size || checksum.size() < kChecksumSize)
     return Refuse(
         name,
-        "an end after " + std::to_string(kHeadSize + state->size() + checksum.size()) + " bytes",
+        "an end after " + std::to_string(kHeadSize + state.size() + checksum.size()) + " bytes",
         "a state of " + std::to_string(size) + " bytes and its checksum");
   if (in.peek() != std::istream::traits_type::eof())
     return Refuse(name, "more than a snapshot", "its end");
-  if (NumberAt(checksum, 0, 8) != Checksum(Checksum(0xcbf29ce484222325u, head), *state))
+  if (NumberAt(checksum, 0, 8) != Checksum(Checksum(0xcbf29ce484222325u, head), state))
     return Refuse(name, "a checksum that is wrong", "a file as it was written");
-  state->shrink_to_fit();
+  auto row = std::make_shared<StateRow>();
+  if (size > 0 && !FromBytes(state, row.get()))
+    return Refuse(name, "sections that don't fit", "a file as it was written");
   time_ = NumberAt(head, kMagicSize + 4, 8);
   is_from_file_ = true;
-  bytes_ = size > 0 ? std::move(state) : nullptr;
+  row_ = size > 0 ? std::move(row) : nullptr;
+  difference_.reset();
   return true;
 }
 

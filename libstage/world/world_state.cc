@@ -16,6 +16,17 @@
 
 namespace Stg {
 
+namespace {
+
+/// In the order of creation, each once.
+bool IsInOrder(const std::vector<Model*>& models) {
+  for (size_t i = 0; i < models.size(); i++)
+    if (!models[i] || (i > 0 && models[i - 1]->GetId() >= models[i]->GetId())) return false;
+  return true;
+}
+
+}  // namespace
+
 uint64_t World::StateHash() const {
   StateExchange exchange(engine_->models);
   const_cast<World*>(this)->ExchangeState(exchange);  // hashing changes nothing
@@ -23,17 +34,20 @@ uint64_t World::StateHash() const {
 }
 
 void World::ExchangeState(StateExchange& exchange) {
+  ExchangeHead(exchange);
+  exchange.Expect(exchange.models().size(), "the number of models");
+  for (Model* model : exchange.models()) model->ExchangeState(exchange);
+  ExchangePlans(exchange);
+  ExchangeNames(exchange);
+  ExchangePlaces(exchange);
+}
+
+/// Of the world itself, before its models.
+void World::ExchangeHead(StateExchange& exchange) {
   engine_->TraceBatch();
   exchange(sim_time, updates, sim_interval, random_);
   ExchangeOwn(exchange);
   Ancestor::ExchangeState(exchange);
-  exchange.Expect(exchange.models().size(), "the number of models");
-  for (Model* model : exchange.models()) model->ExchangeState(exchange);
-  ExchangeSchedule(exchange);
-  ExchangeLists(exchange);
-  ExchangeTotals(exchange);
-  ExchangeUndrawn(exchange);
-  ExchangeGrid(exchange);
 }
 
 /// What the seed and the models' numbers have decided already, but not for good.
@@ -77,6 +91,17 @@ void World::ExchangeUndrawn(StateExchange& exchange) {
     if (model) model->blockgroup->Erase();
 }
 
+/// Whose turn it will be, and when.
+void World::ExchangePlans(StateExchange& exchange) {
+  ExchangeSchedule(exchange);
+  exchange(engine_->moving, engine_->energy);
+  if (exchange.restoring() && !(IsInOrder(engine_->moving) && IsInOrder(engine_->energy)))
+    exchange.Fail("found a list of models that is not in order");
+  if (!exchange.hashing()) return;  // else they are what models there are
+  exchange.Expect(engine_->radios.size(), "the number of radios");
+  for (Model* radio : engine_->radios) exchange(radio);
+}
+
 /// In the order in which it will happen.
 void World::ExchangeSchedule(StateExchange& exchange) {
   if (!exchange.hashing()) {
@@ -93,6 +118,8 @@ void World::ExchangeSchedule(StateExchange& exchange) {
       return;
     Model* model = event.model;
     bool is_update = event.callback == nullptr;
+    // Snapshots of different moments have as much in common as they can.
+    if (!exchange.hashing()) time -= sim_time;
     exchange(time, model, is_update);
   });
 }
@@ -109,31 +136,8 @@ void World::RestoreSchedule(uint64_t events, StateExchange& exchange) {
     exchange(time, model, is_update);
     if (exchange.failed()) return;
     if (!model || !is_update) return exchange.Fail("found an event that is no model's update");
-    engine_->scheduler.Add(time, {model, nullptr, nullptr, model->update_chain_});
+    engine_->scheduler.Add(time + sim_time, {model, nullptr, nullptr, model->update_chain_});
   }
-}
-
-namespace {
-
-/// In the order of creation, each once.
-bool IsInOrder(const std::vector<Model*>& models) {
-  for (size_t i = 0; i < models.size(); i++)
-    if (!models[i] || (i > 0 && models[i - 1]->GetId() >= models[i]->GetId())) return false;
-  return true;
-}
-
-}  // namespace
-
-/// Whose turn it is in a step, in which order.
-void World::ExchangeLists(StateExchange& exchange) {
-  exchange(engine_->moving, engine_->energy);
-  if (exchange.restoring() && !(IsInOrder(engine_->moving) && IsInOrder(engine_->energy)))
-    exchange.Fail("found a list of models that is not in order");
-  if (exchange.hashing()) {  // they are what models there are
-    exchange.Expect(engine_->radios.size(), "the number of radios");
-    for (Model* radio : engine_->radios) exchange(radio);
-  }
-  ExchangeNames(exchange);
 }
 
 void World::ExchangeNames(StateExchange& exchange) {
@@ -149,11 +153,17 @@ void World::ExchangeNames(StateExchange& exchange) {
   }
 }
 
+/// Where bodies are, but for what the models' poses say.
+void World::ExchangePlaces(StateExchange& exchange) {
+  ExchangeTotals(exchange);
+  ExchangeUndrawn(exchange);
+  ExchangeGrid(exchange);
+}
+
 /// A body that is drawn, not for the exact ray model.
 struct World::DrawnBody {
   uint32_t model = 0, number = 0;  // of the model's place, and among its bodies
-  grid::BodyId id = 0;
-  const std::vector<grid::TilePart>* parts = nullptr;
+  Block* block = nullptr;
   uint64_t stamp = 0;
   bool drawn_late = false;
 
@@ -167,10 +177,11 @@ namespace {
 
 /// It shares a cell with others. The drawing for the exact ray model doesn't count: it is there as
 /// soon as anybody wants it.
-bool SharesCells(const grid::Grid& cells, grid::BodyId body,
-                 const std::vector<grid::TilePart>& parts) {
-  const auto is_other = [&](grid::BodyId id) { return id != body && !cells.body(id).exact(); };
-  return std::ranges::any_of(parts, [&](const grid::TilePart& part) {
+bool SharesCells(const grid::Grid& cells, const Block& block) {
+  const auto is_other = [&](grid::BodyId id) {
+    return id != block.body() && !cells.body(id).exact();
+  };
+  return std::ranges::any_of(block.cells(), [&](const grid::TilePart& part) {
     bool shared = false;
     grid::ForEachBit(cells.Crowded(part), [&](uint32_t bit) {
       shared = shared || cells.AnyIn(grid::CellOf(part.slot, bit), is_other);
@@ -181,15 +192,16 @@ bool SharesCells(const grid::Grid& cells, grid::BodyId body,
 
 }  // namespace
 
+/// `all`: not only those of models that have been drawn since the world was loaded.
 std::vector<World::DrawnBody> World::BodiesOf(const std::vector<Model*>& models,
-                                              const grid::Grid& grid) {
+                                              const grid::Grid& grid, bool all) {
   std::vector<DrawnBody> bodies;
   for (uint32_t i = 0; i < models.size(); i++) {
+    if (!all && !models[i]->body().drawn_since_loading()) continue;
     uint32_t number = 0;
-    models[i]->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& parts) {
-      if (!grid.body(id).exact())
-        bodies.push_back({i, number++, id, &parts, grid.Stamp(id), false});
-    });
+    for (const auto& block : models[i]->body().blocks())
+      if (block->drawn())
+        bodies.push_back({i, number++, block.get(), grid.Stamp(block->body()), false});
   }
   return bodies;
 }
@@ -211,8 +223,8 @@ void World::ExchangeGrid(StateExchange& exchange) {
 void World::HashOrder(StateExchange& exchange) {
   const grid::Grid& grid = engine_->scene.grid;
   std::vector<uint64_t> stamps;
-  for (const DrawnBody& body : BodiesOf(engine_->models, grid))
-    stamps.push_back(SharesCells(grid, body.id, *body.parts) ? body.stamp : 0);
+  for (const DrawnBody& body : BodiesOf(engine_->models, grid, true))
+    stamps.push_back(SharesCells(grid, *body.block) ? body.stamp : 0);
   std::vector<uint64_t> order = stamps;
   std::ranges::sort(order);
   for (const uint64_t stamp : stamps) {
@@ -225,46 +237,76 @@ void World::HashOrder(StateExchange& exchange) {
 /// Most bodies lie where they lay when the world had been loaded, and were drawn in the order of
 /// creation. Those that have been drawn since are listed, in the order of drawing.
 void World::ExchangeOrder(StateExchange& exchange) {
+  const std::vector<Model*>& models = exchange.models();
   const grid::Grid& grid = engine_->scene.grid;
   std::vector<DrawnBody> late;
   if (!exchange.restoring()) {
-    for (const DrawnBody& body : BodiesOf(exchange.models(), grid))
+    for (const DrawnBody& body : BodiesOf(models, grid, false))
       if (body.stamp > engine_->last_stamp_of_loading) late.push_back(body);
     std::ranges::sort(late, {}, &DrawnBody::stamp);
   }
   exchange(late);
   if (!exchange.restoring() || exchange.failed()) return;
-  std::vector<DrawnBody> bodies = BodiesOf(exchange.models(), grid);
-  for (DrawnBody& listed : late) {
+  for (const DrawnBody& listed : late)
+    if (listed.model < models.size()) models[listed.model]->blockgroup->NoteDrawnSinceLoading(true);
+  std::vector<DrawnBody> bodies = BodiesOf(models, grid, false);
+  if (!MarkLate(&bodies, &late)) return exchange.Fail("found an order of bodies that is none");
+  ReturnEarly(models, bodies);
+  for (const DrawnBody& body : late)
+    engine_->scene.grid.MoveToEnd(body.block->body(), body.block->cells());
+}
+
+/// Finds the late ones among the bodies, and fills in what is known of them. False if one is not
+/// there, or is listed twice.
+bool World::MarkLate(std::vector<DrawnBody>* bodies, std::vector<DrawnBody>* late) {
+  for (DrawnBody& listed : *late) {
     const auto body =
-        std::lower_bound(bodies.begin(), bodies.end(), listed,
+        std::lower_bound(bodies->begin(), bodies->end(), listed,
                          [](const DrawnBody& a, const DrawnBody& b) { return a.IsBefore(b); });
-    if (body == bodies.end() || listed.IsBefore(*body) || body->drawn_late)
-      return exchange.Fail("found an order of bodies that is none");
+    if (body == bodies->end() || listed.IsBefore(*body) || body->drawn_late) return false;
     body->drawn_late = true;
     listed = *body;
   }
-  RestoreOrder(bodies, late);
+  return true;
 }
 
-void World::RestoreOrder(const std::vector<DrawnBody>& bodies, const std::vector<DrawnBody>& late) {
+/// Those that are not late, but have been drawn in this world since it was loaded, go back to where
+/// they were in the order.
+void World::ReturnEarly(const std::vector<Model*>& models, const std::vector<DrawnBody>& bodies) {
   grid::Grid& grid = engine_->scene.grid;
-  const bool others_were_drawn = std::ranges::any_of(bodies, [&](const DrawnBody& body) {
+  const auto is_out_of_order = [&](const DrawnBody& body) {
     return !body.drawn_late && body.stamp > engine_->last_stamp_of_loading;
+  };
+  const bool all_known = std::ranges::all_of(bodies, [&](const DrawnBody& body) {
+    return !is_out_of_order(body) || body.block->loading_stamp() != 0;
   });
-  if (others_were_drawn) {
-    for (const DrawnBody& body : bodies)
-      if (!body.drawn_late) grid.MoveToEnd(body.id, *body.parts);
-    engine_->last_stamp_of_loading = grid.last_stamp();
+  if (!all_known) return DrawInOrder(models);
+  for (const DrawnBody& body : bodies)
+    if (is_out_of_order(body))
+      grid.Restamp(body.block->body(), body.block->loading_stamp(), body.block->cells());
+}
+
+/// As when the world was loaded: the bodies of older models first.
+void World::DrawInOrder(const std::vector<Model*>& models) {
+  grid::Grid& grid = engine_->scene.grid;
+  for (const DrawnBody& body : BodiesOf(models, grid, true)) {
+    grid.MoveToEnd(body.block->body(), body.block->cells());
+    body.block->NoteLoadingStamp(grid.last_stamp());
   }
-  for (const DrawnBody& body : late) grid.MoveToEnd(body.id, *body.parts);
+  engine_->last_stamp_of_loading = grid.last_stamp();
 }
 
 /// To be called when all models have just been drawn, the older ones first.
 void World::NoteAllDrawn() {
-  engine_->last_stamp_of_loading = engine_->scene.grid.last_stamp();
-  const std::vector<DrawnBody> bodies = BodiesOf(engine_->models, engine_->scene.grid);
-  if (!std::ranges::is_sorted(bodies, {}, &DrawnBody::stamp)) engine_->last_stamp_of_loading = 0;
+  const grid::Grid& grid = engine_->scene.grid;
+  engine_->last_stamp_of_loading = grid.last_stamp();
+  const std::vector<DrawnBody> bodies = BodiesOf(engine_->models, grid, true);
+  if (!std::ranges::is_sorted(bodies, {}, &DrawnBody::stamp)) {
+    engine_->last_stamp_of_loading = 0;
+    return;
+  }
+  for (const DrawnBody& body : bodies) body.block->NoteLoadingStamp(body.stamp);
+  for (Model* model : engine_->models) model->blockgroup->NoteDrawnSinceLoading(false);
 }
 
 }  // namespace Stg

@@ -9,13 +9,17 @@
 #include <string>
 #include <vector>
 
+/// A file of the project.
+inline std::string SourceFile(const std::string& path) {
+  const char* const source = std::getenv("STAGE_SOURCE_DIR");
+  return (std::filesystem::path(source ? source : ".") / path).string();
+}
+
 /// All worlds that the project ships, and one for each stock controller.
 inline std::vector<std::string> ShippedWorlds() {
   std::vector<std::string> files;
-  const char* const source = std::getenv("STAGE_SOURCE_DIR");
-  const std::filesystem::path root = source ? source : ".";
   for (const char* folder : {"worlds", "tests/data/controllers"})
-    for (const auto& entry : std::filesystem::directory_iterator(root / folder))
+    for (const auto& entry : std::filesystem::directory_iterator(SourceFile(folder)))
       if (entry.path().extension() == ".world") files.push_back(entry.path().string());
   std::sort(files.begin(), files.end());
   return files;

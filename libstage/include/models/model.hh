@@ -445,6 +445,10 @@ class Model : public Ancestor {
   /// One step of motion, of models that asked World::StartMoving() for it.
   virtual void Move() {}
 
+  /// Forgets the readings that ExchangeState() leaves out, see StateExchange::leaves_readings_out():
+  /// the world has gone back to a state whose readings nobody knows.
+  virtual void DropReadings() {}
+
   /// The model's share in the world's energy phase; see power_pack.hh.
   virtual void UpdateCharge();
 

@@ -101,6 +101,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   void ExchangeState(StateExchange& exchange) override;
 
  protected:
+  void DropReadings() override;
   void Startup() override;
   void Shutdown() override;
   /// Puts the sensors' rays into the batch of the step; the readings follow when it is traced.

@@ -41,16 +41,20 @@ class StateExchange {
   /// Hashes (FNV-1a, http://www.isthe.com/chongo/tech/comp/fnv). `models`: those of the world, in
   /// the order of creation.
   explicit StateExchange(const std::vector<Model*>& models);
-  /// Saves: appends to *to.
+  /// Saves: appends to *to, which is complete after Finish().
   StateExchange(const std::vector<Model*>& models, Bytes* to);
   /// Restores what was saved of models of the same kind, in the same order.
   StateExchange(const std::vector<Model*>& models, const unsigned char* from, size_t size);
+
+  ~StateExchange() { Finish(); }
 
   template <typename... T>
   void operator()(T&... values) {
     const int in_order[] = {0, (Exchange(values), 0)...};
     static_cast<void>(in_order);
   }
+  /// `size` plain bytes, which are the same on every processor.
+  void Plain(void* bytes, size_t size);
   /// A model that may have been deleted meanwhile, and the number that it had: `model` is not
   /// followed.
   void Reference(Model*& model, uint32_t& id);
@@ -62,6 +66,10 @@ class StateExchange {
 
   bool restoring() const { return use_ == kRestore; }
   bool hashing() const { return use_ == kHash; }
+  /// Readings of sensors that will have sensed again before anybody reads them are left out: what
+  /// this is true for saves none, and keeps what it has when it is restored.
+  bool leaves_readings_out() const { return leaves_readings_out_; }
+  void LeaveReadingsOut(bool leave) { leaves_readings_out_ = leave; }
   /// Restoring fails with this message, unless it has failed before. All further values stay as
   /// they are.
   void Fail(const std::string& message);
@@ -72,7 +80,11 @@ class StateExchange {
   /// Those that it was made with.
   const std::vector<Model*>& models() const { return models_; }
   /// Bytes that are left to restore from.
-  size_t left() const { return static_cast<size_t>(end_ - from_); }
+  size_t left() const { return static_cast<size_t>(end_ - at_); }
+  /// Saving: how many bytes have been saved.
+  size_t saved() const { return static_cast<size_t>(at_ - to_->data()); }
+  /// Saving: gives what was saved its size. To be called before the bytes are looked at.
+  void Finish();
 
  private:
   enum Use { kHash, kSave, kRestore };
@@ -80,14 +92,63 @@ class StateExchange {
   StateExchange(const StateExchange&);
   StateExchange& operator=(const StateExchange&);
 
-  /// The lowest `bytes` bytes of *bits.
-  void Number(uint64_t* bits, size_t bytes);
+  /// The lowest kBytes bytes of *bits, the lowest one first.
+  template <size_t kBytes>
+  void Number(uint64_t* bits) {
+    if (use_ == kHash) {
+      for (size_t i = 0; i < kBytes; i++) HashByte(*bits >> 8 * i & 0xff);
+      return;
+    }
+    if (left() < kBytes) MakeRoom(kBytes);
+    if (failed_) return;
+    if (use_ == kSave)
+      PutLittleEndian<kBytes>(*bits);
+    else
+      GetLittleEndian<kBytes>(bits);
+    at_ += kBytes;
+  }
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+  template <size_t kBytes>
+  void PutLittleEndian(const uint64_t& bits) {
+    memcpy(at_, &bits, kBytes);
+  }
+  template <size_t kBytes>
+  void GetLittleEndian(uint64_t* bits) {
+    *bits = 0;
+    memcpy(bits, at_, kBytes);
+  }
+#else
+  template <size_t kBytes>
+  void PutLittleEndian(uint64_t bits) {
+    for (size_t i = 0; i < kBytes; i++) at_[i] = static_cast<unsigned char>(bits >> 8 * i);
+  }
+  template <size_t kBytes>
+  void GetLittleEndian(uint64_t* bits) {
+    *bits = 0;
+    for (size_t i = 0; i < kBytes; i++) *bits |= static_cast<uint64_t>(at_[i]) << 8 * i;
+  }
+#endif
+  void HashByte(uint64_t byte) { hash_ = (hash_ ^ byte) * 0x100000001b3u; }
+  /// Saving: for so many more bytes. Restoring: fails, as there are not so many left.
+  void MakeRoom(size_t bytes);
 
   template <typename T>
   typename std::enable_if<std::is_integral<T>::value>::type Exchange(T& value) {
     uint64_t bits = static_cast<uint64_t>(value);
-    Number(&bits, sizeof value);
+    Number<sizeof(T)>(&bits);
     value = static_cast<T>(bits);
+  }
+  void Exchange(double& value) {
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    Number<sizeof bits>(&bits);
+    memcpy(&value, &bits, sizeof bits);
+  }
+  void Exchange(float& value) {
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    Exchange(bits);
+    memcpy(&value, &bits, sizeof bits);
   }
   template <typename T>
   typename std::enable_if<std::is_enum<T>::value>::type Exchange(T& value) {
@@ -95,10 +156,8 @@ class StateExchange {
     Exchange(number);
     value = static_cast<T>(number);
   }
-  void Exchange(double& value);
-  void Exchange(float& value);
   void Exchange(std::string& text);
-  void Exchange(Pose& pose);
+  void Exchange(Pose& pose) { (*this)(pose.x, pose.y, pose.z, pose.a); }
   void Exchange(Velocity& velocity) { Exchange(static_cast<Pose&>(velocity)); }
   void Exchange(Size& size) { (*this)(size.x, size.y, size.z); }
   void Exchange(Geom& geom) { (*this)(geom.pose, geom.size); }
@@ -128,10 +187,11 @@ class StateExchange {
   const std::vector<Model*>& models_;
   const Use use_;
   Bytes* const to_;
-  const unsigned char* from_;
-  const unsigned char* const end_;
+  // Saving: where in *to_ the next byte goes, and the end of the room there. Restoring: what is
+  // left, which is not written to.
+  unsigned char *at_, *end_;
   uint64_t hash_;
-  bool failed_;
+  bool failed_, leaves_readings_out_;
   std::string message_;
 };
 

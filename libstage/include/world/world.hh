@@ -20,6 +20,7 @@
 #include "models/model.hh"
 #include "models/power_pack.hh"
 #include "sensing/ray_hit.hh"
+#include "world/snapshot.hh"
 
 namespace Stg {
 
@@ -30,7 +31,6 @@ class Grid;
 }  // namespace internal
 
 class Worldfile;
-class Snapshot;
 class Host;
 class WorldEngine;
 class Option;
@@ -277,7 +277,7 @@ class World : public Ancestor {
   /// Takes a snapshot, between steps. False, with a message that names it, and *to as it was, if
   /// something can't be kept: a controller that neither keeps state nor says that it has none (see
   /// Model::KeepState()), or a callback that Enqueue() has put off.
-  bool Take(Snapshot* to) const;
+  bool Take(Snapshot* to, Snapshot::Keep keep = Snapshot::kFull) const;
   /// Goes back to a snapshot of this world, or of another one that was loaded from the same file:
   /// from then on the one goes on like the other. Between steps. Pointers to models stay valid;
   /// those that have come since are deleted, and those that are gone are made again. Flags that
@@ -369,8 +369,12 @@ class World : public Ancestor {
   class Gauge;
   class Restorer;
 
+  void ExchangeHead(StateExchange& exchange);
   void ExchangeOwn(StateExchange& exchange);
+  void ExchangePlans(StateExchange& exchange);
+  void ExchangePlaces(StateExchange& exchange);
   std::string WhoWaits();
+  bool IsIn(const StateRow& row);
   void ExchangeTotals(StateExchange& exchange);
   void ExchangeUndrawn(StateExchange& exchange);
   void ExchangeSchedule(StateExchange& exchange);
@@ -380,10 +384,12 @@ class World : public Ancestor {
   void ExchangeGrid(StateExchange& exchange);
   struct DrawnBody;
   static std::vector<DrawnBody> BodiesOf(const std::vector<Model*>& models,
-                                         const internal::grid::Grid& grid);
+                                         const internal::grid::Grid& grid, bool all);
   void HashOrder(StateExchange& exchange);
   void ExchangeOrder(StateExchange& exchange);
-  void RestoreOrder(const std::vector<DrawnBody>& bodies, const std::vector<DrawnBody>& late);
+  static bool MarkLate(std::vector<DrawnBody>* bodies, std::vector<DrawnBody>* late);
+  void ReturnEarly(const std::vector<Model*>& models, const std::vector<DrawnBody>& bodies);
+  void DrawInOrder(const std::vector<Model*>& models);
   void NoteAllDrawn();
 
   static void InitIfNotDone();

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The state of a world as a row of bytes, in sections: one for each model, and some of the world's
+// own. Most of a world stays as it is, so a row is mostly kept as what differs from another one.
+
+#ifndef STAGE_WORLD_STATE_ROW_HH
+#define STAGE_WORLD_STATE_ROW_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace Stg {
+
+struct StateRow {
+  using Bytes = std::vector<unsigned char>;
+
+  Bytes bytes;
+  std::vector<uint32_t> ends;  ///< of the sections, in bytes
+
+  std::size_t count() const { return ends.size(); }
+  std::span<const unsigned char> section(std::size_t i) const {
+    const uint32_t begin = i > 0 ? ends[i - 1] : 0;
+    return std::span(bytes).subspan(begin, ends[i] - begin);
+  }
+  void Clear() {
+    bytes.clear();
+    ends.clear();
+  }
+  bool operator==(const StateRow&) const = default;
+};
+
+bool SameBytes(std::span<const unsigned char> a, std::span<const unsigned char> b);
+
+/// What `row` has otherwise than `base`: for in-memory use, as Patch() believes it.
+void AppendDifference(const StateRow& base, const StateRow& row, StateRow::Bytes* difference);
+/// Puts `base`, with a difference that was found to it, into *row.
+void Patch(const StateRow& base, std::span<const unsigned char> difference, StateRow* row);
+
+}  // namespace Stg
+
+#endif
