@@ -46,6 +46,21 @@ Grid::Grid() : tiles_(kTilesPerRegion), regions_(1), supers_(1) {
   RebuildDirectory(0);
 }
 
+void Grid::MakeShareable() {
+  tiles_.MakeShareable(tiles_.size());
+  lists_.MakeShareable();
+  nodes_.MakeShareable();
+  for (Layer& layer : layers_) layer.cells.MakeShareable();
+}
+
+void Grid::Become(const Grid& other) {
+  const bool tracking = tracking_;
+  const uint64_t version = std::max(structure_version_, other.structure_version_) + 1;
+  *this = Grid(other);
+  structure_version_ = version;
+  TrackChanges(tracking);
+}
+
 BodyId Grid::AddBody(const Body& body) {
   BodyId id = static_cast<BodyId>(bodies_.size());
   if (!free_bodies_.empty()) {
@@ -492,8 +507,7 @@ Grid::Statistics Grid::statistics() const {
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
   s.bytes = bytes(bodies_) + bytes(tiles_) + lists_.bytes() + nodes_.bytes() + bytes(regions_) +
             bytes(region_tables_) + bytes(directory_);
-  for (const Layer& layer : layers_)
-    s.bytes += bytes(layer.cells.tiles()) + bytes(layer.cells.tile_maps());
+  for (const Layer& layer : layers_) s.bytes += layer.cells.bytes();
   return s;
 }
 

@@ -19,6 +19,7 @@
 
 #include "geometry/geometry.hh"
 #include "grid/occupancy.hh"
+#include "grid/paged_array.hh"
 #include "grid/pool.hh"
 #include "grid/tile_part.hh"
 #include "kernels/ray_walk.h"
@@ -97,8 +98,12 @@ struct CellBox {
 class Grid {
  public:
   Grid();
-  Grid(const Grid&) = delete;
-  Grid& operator=(const Grid&) = delete;
+  Grid(const Grid&) = default;
+  /// From now on copies share the pages that neither changes, and this one is not changed any more.
+  void MakeShareable();
+  /// Becomes a copy of the other: bodies get its numbers, and their models those that it has.
+  /// Nothing must have been drawn yet.
+  void Become(const Grid& other);
 
   BodyId AddBody(const Body& body);
   void RemoveBody(BodyId id);  ///< it must not be in any cell
@@ -273,6 +278,8 @@ class Grid {
   void PretendDrawn(int64_t cells) { own_edit_.drawn_cells += cells; }
   /// Everything drawn lies in here (in whole regions; it may be larger than needed).
   CellBox occupied() const { return occupied_; }
+  /// From now on rays meet nothing, whatever is drawn.
+  void Hide() { occupied_ = CellBox(); }
   /// The superregions ever made, in cells.
   CellBox extent() const { return extent_; }
   /// Goes back to an extent that everything drawn lies in.
@@ -313,6 +320,8 @@ class Grid {
     Occupancy cells;
   };
 
+  Grid& operator=(Grid&&) = default;
+
   template <typename F>
   static void FillInSlots(std::span<TilePart> parts, F region_of);
   uint32_t MakeRegion(int32_t x, int32_t y);
@@ -351,7 +360,7 @@ class Grid {
   std::vector<Body> bodies_;
   std::vector<BodyId> free_bodies_;
 
-  std::vector<TileCells> tiles_;  // 64 for each region, those of region 0 are empty
+  PagedArray<TileCells> tiles_;  // 64 for each region, those of region 0 are empty
   Pool<CellLists> lists_;
   Pool<Node> nodes_;
 

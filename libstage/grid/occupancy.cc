@@ -13,9 +13,15 @@ Occupancy::Occupancy() {
   made_ = ++count;
 }
 
+Occupancy::Occupancy(const Occupancy& from) : Occupancy() {
+  tile_maps_ = from.tile_maps_;
+  tiles_ = from.tiles_;
+  changed_tiles_.resize(from.changed_tiles_.size(), 0);
+}
+
 void Occupancy::Resize(uint32_t count) {
   tile_maps_.resize(count, 0);
-  tiles_.resize(std::size_t{count} * kTilesPerRegion, 0);
+  tiles_.resize(std::size_t{count} * kTilesPerRegion);
   changed_tiles_.resize(count, 0);
 }
 

@@ -9,7 +9,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
+
+#include "grid/paged_array.hh"
 
 namespace Stg::internal::grid {
 
@@ -18,6 +21,12 @@ inline constexpr uint32_t kTilesPerRegion = 64;
 class Occupancy {
  public:
   Occupancy();
+  /// Another layer, with the same cells.
+  Occupancy(const Occupancy& from);
+  Occupancy(Occupancy&&) = default;
+  Occupancy& operator=(Occupancy&&) = default;
+  /// From now on copies share its pages, and it is not changed any more.
+  void MakeShareable() { tiles_.MakeShareable(tiles_.size()); }
 
   /// A number that is different for each layer ever made: tells whether one has been replaced.
   uint64_t made() const { return made_; }
@@ -25,8 +34,12 @@ class Occupancy {
   /// One word for each region: which of its tiles have occupied cells.
   const std::vector<uint64_t>& tile_maps() const { return tile_maps_; }
   /// 64 words for each region: which cells of each tile are occupied.
-  const std::vector<uint64_t>& tiles() const { return tiles_; }
+  std::span<const uint64_t> tiles() const { return {tiles_.data(), tiles_.size()}; }
 
+  /// Of memory.
+  std::size_t bytes() const {
+    return tile_maps_.capacity() * sizeof(uint64_t) + tiles_.capacity() * sizeof(uint64_t);
+  }
   /// Makes room for regions 0 .. count - 1.
   void Resize(uint32_t count);
 
@@ -47,7 +60,8 @@ class Occupancy {
  private:
   void NoteChange(uint32_t tile);
 
-  std::vector<uint64_t> tile_maps_, tiles_;
+  std::vector<uint64_t> tile_maps_;
+  PagedArray<uint64_t> tiles_;
   uint64_t made_;
   mutable std::vector<uint64_t> changed_tiles_;
   bool tracking_ = false;

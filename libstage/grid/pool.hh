@@ -9,11 +9,11 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <memory>
 #include <new>
-#include <type_traits>
+#include <utility>
 #include <vector>
+
+#include "grid/paged_array.hh"
 
 namespace Stg::internal::grid {
 
@@ -34,12 +34,22 @@ class PoolShare {
 /// is reserved is not touched before it is used.
 template <typename T>
 class Pool {
-  static_assert(std::is_trivially_copyable_v<T>);
-
  public:
+  Pool() = default;
+  /// While nobody takes or gives any.
+  Pool(const Pool& from) : made_(from.made_), free_(from.free_) {
+    things_.CopyFrom(from.things_, made_);
+  }
+  Pool& operator=(Pool&& from) noexcept {
+    things_ = std::move(from.things_);
+    made_ = from.made_;
+    free_ = std::move(from.free_);
+    return *this;
+  }
+
   T& operator[](uint32_t number) { return things_[number]; }
   const T& operator[](uint32_t number) const { return things_[number]; }
-  const T* data() const { return things_.get(); }
+  const T* data() const { return things_.data(); }
 
   /// The number of a free object, whose content is left from earlier. `share`: the thread's own,
   /// while several threads are at work.
@@ -66,7 +76,7 @@ class Pool {
   void PrepareToTake(std::size_t count) {
     if (count == 0) return;
     free_.reserve(1);
-    if (free_.size() + capacity_ - made_ < count) Reserve(made_ + count);
+    if (free_.size() + things_.capacity() - made_ < count) Reserve(made_ + count);
   }
 
   /// `shares` threads will take no more than `most` objects in all, not counting those that they
@@ -89,6 +99,9 @@ class Pool {
     share->free_.clear();
   }
 
+  /// From now on copies share its pages, and it is not changed any more.
+  void MakeShareable() { things_.MakeShareable(made_); }
+
   /// Of memory that has been used.
   std::size_t bytes() const { return made_ * sizeof(T) + free_.capacity() * sizeof(uint32_t); }
 
@@ -96,13 +109,8 @@ class Pool {
   static constexpr std::size_t kAtOnce = PoolShare::kAtOnce;
 
   void Reserve(std::size_t capacity) {
-    if (capacity <= capacity_) return;
-    const std::size_t more = std::max(capacity, capacity_ + capacity_ / 2);
-    std::unique_ptr<T[]> larger = std::make_unique_for_overwrite<T[]>(more);
-    // Not std::copy_n: GCC 14 warns of what it would do with more things than fit.
-    if (made_ > 0) std::memcpy(larger.get(), things_.get(), made_ * sizeof(T));
-    things_ = std::move(larger);
-    capacity_ = more;
+    const std::size_t now = things_.capacity();
+    if (capacity > now) things_.Reserve(std::max(capacity, now + now / 2), made_);
   }
   void MakeOne() {
     Reserve(made_ + 1);
@@ -123,8 +131,8 @@ class Pool {
       share->free_.push_back(static_cast<uint32_t>(number++));
   }
 
-  std::unique_ptr<T[]> things_;
-  std::size_t made_ = 0, capacity_ = 0;
+  PagedArray<T> things_;
+  std::size_t made_ = 0;
   std::vector<uint32_t> free_;
   // Between BeginSharing() and EndSharing(): how many free numbers no share has taken yet, and the
   // next number to be made.

@@ -270,7 +270,7 @@ bool BlockGroup::ExchangeState(StateExchange& exchange) {
 // ---- drawing ------------------------------------------------------------------------------------
 
 void BlockGroup::Erase() {
-  if (!drawn_) return;
+  if (!drawn_ || owner_.scene().going) return;
   drawn_ = false;
   for (const auto& block : blocks_) {
     if (!block->drawn_) continue;
@@ -281,6 +281,26 @@ void BlockGroup::Erase() {
     block->cells_.clear();
     block->corners_.clear();
     block->drawn_ = false;
+  }
+}
+
+std::vector<BlockGroup::Drawing> BlockGroup::Drawings() const {
+  std::vector<Drawing> drawings;
+  for (const auto& block : blocks_)
+    drawings.push_back(
+        {block->corners_, block->cells_, block->body_, block->loading_stamp_, block->drawn_});
+  return drawings;
+}
+
+void BlockGroup::AdoptDrawings(const std::vector<Drawing>& drawings) {
+  for (size_t i = 0; i < blocks_.size(); i++) {
+    Block& block = *blocks_[i];
+    block.corners_ = drawings[i].corners;
+    block.cells_ = drawings[i].cells;
+    block.body_ = drawings[i].body;
+    block.loading_stamp_ = drawings[i].loading_stamp;
+    block.drawn_ = drawings[i].drawn;
+    drawn_ = drawn_ || block.drawn_;
   }
 }
 

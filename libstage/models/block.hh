@@ -123,8 +123,21 @@ class BlockGroup {
   /// The blocks are those that the model was loaded with: until they change, ExchangeState() saves
   /// no more than that.
   void NoteLoaded() { is_as_loaded_ = true; }
+  bool is_as_loaded() const { return is_as_loaded_; }
   /// Restoring other blocks than there are takes the body off the grid; true then.
   bool ExchangeState(StateExchange& exchange);
+  /// How the blocks are drawn, for a copy of the grid: see AdoptDrawings().
+  struct Drawing {
+    std::vector<point_int_t> corners;
+    std::vector<grid::TilePart> cells;
+    grid::BodyId body = 0;
+    uint64_t loading_stamp = 0;
+    bool drawn = false;
+  };
+  std::vector<Drawing> Drawings() const;
+  /// The grid has become a copy of one that a group with as many blocks was drawn in so: this one
+  /// is, too. To be drawn again afterwards, which only takes time where it has to lie elsewhere.
+  void AdoptDrawings(const std::vector<Drawing>& drawings);
   /// To be called when the owner's visibility to rangers changed.
   void RefreshVisibility(bool ranger_visible);
 

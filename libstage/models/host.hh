@@ -97,8 +97,9 @@ class Host {
 
   bool loading = false;  ///< bodies are drawn when all is loaded
   MemoryBudget memory;
-  /// By path, while a world is loaded.
-  std::map<std::string, std::vector<std::vector<point_t>>> outlines_of_pictures;
+  /// Of pictures, by path. Copies of a world share them.
+  using Outlines = std::map<std::string, std::shared_ptr<const std::vector<std::vector<point_t>>>>;
+  Outlines outlines_of_pictures;
 
   /// Loads the plug-in that is the first word of `text` and registers its Init() as a callback of
   /// type CB_INIT. Throws LoadError with status 255.

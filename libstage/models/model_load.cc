@@ -44,12 +44,13 @@ std::string TooLong(const std::string& text) {
 const std::vector<std::vector<point_t>>& OutlinesOfPicture(World* world, Worldfile* wf, int entity,
                                                            const std::string& name) {
   const std::string path = wf->ReadFilename(entity, "bitmap", name.c_str());
-  messages::Progress("[Image \"" + messages::Shortened(name, messages::kLongestDetail) + "\"]");
   auto& known = world->host().outlines_of_pictures;
   try {
     auto found = known.find(path);
-    if (found == known.end()) found = known.emplace(path, picture::OutlinesOf(path)).first;
-    return found->second;
+    if (found != known.end()) return *found->second;
+    messages::Progress("[Image \"" + messages::Shortened(name, messages::kLongestDetail) + "\"]");
+    auto outlines = std::make_shared<std::vector<std::vector<point_t>>>(picture::OutlinesOf(path));
+    return *known.emplace(path, std::move(outlines)).first->second;
   } catch (const LoadError& error) {
     throw LoadError(wf->Where(entity, "bitmap") + ": " + error.what(), error.exit_status());
   }

@@ -3,6 +3,7 @@
 #include "sensing/device_layers.hh"
 
 #include <algorithm>
+#include <span>
 #include <bit>
 
 namespace Stg::internal::sensing {
@@ -69,7 +70,7 @@ bool DeviceLayers::LacksAll(const grid::Grid& grid,
 }
 
 void DeviceLayers::WriteAll(const grid::Grid& grid, uint64_t* words) {
-  const auto put = [&](const std::vector<uint64_t>& from, std::size_t room) {
+  const auto put = [&](std::span<const uint64_t> from, std::size_t room) {
     std::fill(std::copy(from.begin(), from.end(), words), words + room, 0);
     words += room;
   };

@@ -9,6 +9,7 @@
 
 #include "messages/report.hh"
 #include "world/snapshot_room.hh"
+#include "world/world_image.hh"
 
 namespace Stg {
 

@@ -27,6 +27,7 @@
 namespace Stg {
 
 struct SnapshotRoom;
+struct WorldImage;
 
 class WorldEngine : public Host {
  public:
@@ -51,6 +52,8 @@ class WorldEngine : public Host {
   /// Of bodies that lie where they lay when the world had been loaded, the last one's; these were
   /// drawn in the order of creation.
   uint64_t last_stamp_of_loading = 0;
+  grid::CellBox extent_of_loading;          ///< of the grid, when the world had been loaded
+  std::shared_ptr<const WorldImage> image;  ///< for copies of the world; once one was made
   std::unique_ptr<SnapshotRoom> snapshot_room;
   std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
 

@@ -21,6 +21,7 @@
 #include "world/prefilter_loader.hh"
 #include "world/window_properties.hh"
 #include "world/world.hh"
+#include "world/world_image.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -91,9 +92,10 @@ std::unique_ptr<sensing::Prefilter> ChoosePrefilter(const RunOptions& options) {
 
 /// Where a world comes from.
 struct World::Source {
-  std::string path;                 // may be empty
-  std::istream* content;            // null: the file
-  std::unique_ptr<Worldfile> read;  // null unless it has been read before
+  std::string path;                                   // may be empty
+  std::istream* content;                              // null: the file
+  std::unique_ptr<Worldfile> read;                    // null unless it has been read before
+  std::shared_ptr<const WorldImage> image = nullptr;  // of the world that this one is a copy of
 };
 
 bool World::Load(const std::string& worldfile_path) {
@@ -104,6 +106,15 @@ bool World::Load(const std::string& worldfile_path) {
 bool World::Load(std::istream& world_content, const std::string& worldfile_path) {
   messages::Progress("[Loading from stream]");
   return LoadFrom({worldfile_path, &world_content, nullptr});
+}
+
+bool World::LoadCopy(const World& other) {
+  if (!other.wf || other.engine_->loads > 0) {
+    messages::Report(LogLevel::kError, "stage: found no loaded world to be copied");
+    return false;
+  }
+  std::shared_ptr<const WorldImage> image = other.Image();
+  return LoadFrom({image->path, nullptr, image->file->Copy(), image});
 }
 
 bool World::Reset(uint64_t seed) {
@@ -151,6 +162,7 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
   engine.controllers_left_out = 0;
   const RandomScope random_numbers(&random_);
   const uint64_t life = engine.life;
+  const bool is_copy = source.image != nullptr;
   ForgetThrower();
   try {
     LoadContent(std::move(source));
@@ -170,7 +182,7 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
   if (engine.deserted) return engine.TellLost("loaded");
   if (engine.life != life) return AfterAnotherLife();
   ApplyRunOptions();
-  wf->WarnUnused();
+  if (!is_copy) wf->WarnUnused();
   engine.statistics.load_seconds = WallClock() - start;
   return true;
 }
@@ -197,14 +209,27 @@ void World::LoadContent(Source source) {
   LoadWorldProperties();
   UsePrefilter();
   engine_->plugins_left_out = LoadPlugins(wf.get(), options_.controllers);
+  if (source.image) engine_->outlines_of_pictures = source.image->outlines;
   if (!LoadEntities()) return;
+  // What an image is of has been looked at before.
+  if (!source.image) CheckOutlines(engine_->made);
+  engine_->made.clear();
   LoadWindowSection();
   engine_->memory.End();
-  for (Model* child : children) child->Map();
-  NoteAllDrawn();
+  if (source.image)
+    DrawLike(*source.image);
+  else
+    DrawAll();
+  engine_->extent_of_loading = engine_->scene.grid.extent();
+  engine_->image = source.image;
   for (Model* model : engine_->models)
     if (model->wf_entity > 0) model->blockgroup->NoteLoaded();
   InitControllers();
+}
+
+void World::DrawAll() {
+  for (Model* child : children) child->Map();
+  NoteAllDrawn();
 }
 
 /// Init functions may delete models, and add some, whose controllers are not for us to initialise.
@@ -335,11 +360,9 @@ bool World::LoadEntities() {
   const int count = wf->GetEntityCount();
   engine->made.assign(static_cast<size_t>(count), nullptr);
   for (int entity = 1; entity < count && engine->life == life; entity++) LoadEntity(entity);
-  engine->outlines_of_pictures.clear();
   if (engine->life != life) return false;
   // The models' own frames are final only now.
   for (Model* model : engine->models) model->blockgroup->Fit(model->geom.size);
-  CheckOutlines(std::exchange(engine->made, {}));
   return true;
 }
 

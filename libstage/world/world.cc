@@ -103,6 +103,7 @@ World::~World() {
   }
   engine_->deserted = true;
   ForgetAll();
+  engine_->scene.Go();
   DeleteChildren();
 }
 
@@ -133,6 +134,7 @@ void World::ForgetAll() {
   engine_->memory.End();
   engine_->made.clear();
   engine_->outlines_of_pictures.clear();
+  engine_->image.reset();
   engine_->names.Clear();
   engine_->scheduler.Clear();
   engine_->spare_flags.clear();

@@ -309,4 +309,12 @@ void World::NoteAllDrawn() {
   for (Model* model : engine_->models) model->blockgroup->NoteDrawnSinceLoading(false);
 }
 
+/// The same where only some have been drawn since, in any order; the others' drawings are older
+/// than that stamp.
+void World::NoteAllDrawnSince(uint64_t stamp) {
+  engine_->last_stamp_of_loading = stamp;
+  ReturnEarly(engine_->models, BodiesOf(engine_->models, engine_->scene.grid, true));
+  NoteAllDrawn();
+}
+
 }  // namespace Stg

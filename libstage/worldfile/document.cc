@@ -14,6 +14,13 @@ std::uint32_t NameTable::Intern(std::string_view text) {
   return number;
 }
 
+/// The map's keys are texts of this table.
+void NameTable::NumberAll() {
+  numbers_.clear();
+  for (std::uint32_t number = 0; number < Count(); number++)
+    numbers_.emplace(texts_[number], number);
+}
+
 Document::Document() {
   bodies.emplace_back();
   chains.push_back({{}, names.Intern("")});

@@ -62,11 +62,21 @@ static_assert(sizeof(Token) == 8 && kMaxTokenBytes < 1U << 18 && kMaxIncludes < 
 /// Words as small numbers.
 class NameTable {
  public:
+  NameTable() = default;
+  NameTable(const NameTable& from) : texts_(from.texts_) { NumberAll(); }
+  NameTable& operator=(const NameTable& from) {
+    texts_ = from.texts_;
+    NumberAll();
+    return *this;
+  }
+
   std::uint32_t Intern(std::string_view text);
   const std::string& Text(std::uint32_t name) const { return texts_[name]; }
   std::uint32_t Count() const { return static_cast<std::uint32_t>(texts_.size()); }
 
  private:
+  void NumberAll();
+
   std::deque<std::string> texts_;  // a deque, so that the map's keys stay where they are
   std::unordered_map<std::string_view, std::uint32_t> numbers_;
 };

@@ -118,6 +118,17 @@ void Worldfile::ReadUnits() {
 
 void Worldfile::ForgetWritten() { impl_->written.clear(); }
 
+std::unique_ptr<Worldfile> Worldfile::Copy() const {
+  auto copy = std::make_unique<Worldfile>();
+  copy->filename = filename;
+  copy->unit_length = unit_length;
+  copy->unit_angle = unit_angle;
+  copy->impl_->document = impl_->document;
+  copy->impl_->base_directory = impl_->base_directory;
+  copy->impl_->asked = impl_->asked;
+  return copy;
+}
+
 // ---- entities ----
 
 int Worldfile::GetEntityCount() { return static_cast<int>(impl_->document.entities.size()); }

@@ -12,6 +12,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -466,7 +467,7 @@ TEST(GridMemory, ListsStayInOrder) {
 
 bool ShowsCell(const Grid& grid, LayerIndex layer, int32_t x, int32_t y) {
   const uint32_t region = grid.FindRegion(x, y);
-  const auto& tiles = grid.occupancy(layer).tiles();
+  const auto tiles = grid.occupancy(layer).tiles();
   return tiles[size_t{region} * 64 + Grid::TileOf(x, y)] >> Grid::BitOf(x, y) & 1;
 }
 
@@ -583,7 +584,9 @@ Tiles Noted(const Occupancy& layer) {
   return tiles;
 }
 
-Tiles Different(const std::vector<uint64_t>& before, const std::vector<uint64_t>& after) {
+std::vector<uint64_t> Copy(std::span<const uint64_t> words) { return {words.begin(), words.end()}; }
+
+Tiles Different(std::span<const uint64_t> before, std::span<const uint64_t> after) {
   Tiles tiles;
   for (size_t i = 0; i < after.size(); i++)
     if (after[i] != (i < before.size() ? before[i] : 0))
@@ -599,8 +602,8 @@ TEST(GridChanges, ExactlyTheChangedTilesAreListed) {
   const LayerIndex height = grid.RangerLayer(3, true);
   grid.TrackChanges(true);
   for (int step = 0; step < 2000; step++) {
-    const std::vector<uint64_t> all = grid.occupancy(kEverything).tiles();
-    const std::vector<uint64_t> seen = grid.occupancy(height).tiles();
+    const std::vector<uint64_t> all = Copy(grid.occupancy(kEverything).tiles());
+    const std::vector<uint64_t> seen = Copy(grid.occupancy(height).tiles());
     if (random.OneIn(2) || checked.entries().empty())
       checked.Insert({random.Int(-200, 200), random.Int(-200, 200)}, random.Pick(checked.bodies()));
     else

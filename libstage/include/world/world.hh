@@ -36,6 +36,7 @@ class WorldEngine;
 class Option;
 class StateExchange;
 class Visualizer;
+struct WorldImage;
 struct RunStatistics;
 struct SceneSummary;
 struct StepCosts;
@@ -137,6 +138,11 @@ class World : public Ancestor {
   /// load worlds that load worlds, many times over.
   virtual bool Load(const std::string& worldfile_path);
   virtual bool Load(std::istream& world_content, const std::string& worldfile_path = std::string());
+  /// Loads what another world has loaded, without reading a file: this one is then as if it had
+  /// loaded that file itself, as it was when the other one read it. Both share what they don't
+  /// change of the scenery. The other must not be stepped or changed meanwhile; several worlds may
+  /// become copies of it at once. False like Load().
+  bool LoadCopy(const World& other);
   int LoadStatus() const { return load_status_; }
   /// The warnings and errors of the last Load() or Reset(), a line each; a thousand at most. The
   /// log sink gets them too.
@@ -328,6 +334,7 @@ class World : public Ancestor {
   virtual void LoadWindowSection() {}
   void UsePrefilter();
   void LoadContent(Source source);
+  void DrawAll();
   bool FailToLoad(const WorldEngine& engine, const std::string& message, int status);
   bool RefuseToNest();
   bool AfterAnotherLife();
@@ -391,6 +398,10 @@ class World : public Ancestor {
   void ReturnEarly(const std::vector<Model*>& models, const std::vector<DrawnBody>& bodies);
   void DrawInOrder(const std::vector<Model*>& models);
   void NoteAllDrawn();
+  void NoteAllDrawnSince(uint64_t stamp);
+  std::shared_ptr<const WorldImage> Image() const;
+  std::shared_ptr<const WorldImage> MakeImage() const;
+  void DrawLike(const WorldImage& image);
 
   static void InitIfNotDone();
   static std::vector<World*> ListedWorlds();

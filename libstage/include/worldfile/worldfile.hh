@@ -127,6 +127,8 @@ class Worldfile {
 
   /// Takes back what was written to it since it was read.
   void ForgetWritten();
+  /// As it was when it was read, without reading it again.
+  std::unique_ptr<Worldfile> Copy() const;
 
   /// As given to Load; if the file came from STAGEPATH, the path where it was found.
   std::string filename;

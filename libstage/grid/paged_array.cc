@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "grid/paged_array.hh"
+
+#if defined(__linux__)
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
+
+namespace Stg::internal::grid {
+
+#if defined(__linux__)
+
+namespace {
+
+/// So that a copy that grows a little need not move.
+std::size_t WithRoom(std::size_t size) {
+  constexpr std::size_t kRoom = 1 << 16;
+  return size + size / 4 + kRoom;
+}
+
+bool WriteAll(int file, const void* bytes, std::size_t size) {
+  for (std::size_t done = 0; done < size;) {
+    const ssize_t written = write(file, static_cast<const char*>(bytes) + done, size - done);
+    if (written <= 0) return false;
+    done += static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
+}  // namespace
+
+/// A file in memory, which no one else can see.
+std::shared_ptr<const SharedPages> SharedPages::Make(const void* bytes, std::size_t size) {
+  const int file = memfd_create("stage", MFD_CLOEXEC);
+  if (file < 0) return nullptr;
+  std::shared_ptr<const SharedPages> pages(new SharedPages(file, WithRoom(size)));
+  if (!WriteAll(file, bytes, size) || ftruncate(file, static_cast<off_t>(pages->size_)) != 0)
+    return nullptr;
+  return pages;
+}
+
+SharedPages::~SharedPages() { close(file_); }
+
+/// Whoever writes to a page gets one of its own.
+std::shared_ptr<void> SharedPages::Map(std::size_t* size) const {
+  void* const memory = mmap(nullptr, size_, PROT_READ | PROT_WRITE, MAP_PRIVATE, file_, 0);
+  if (memory == MAP_FAILED) return nullptr;
+  *size = size_;
+  return {memory, [bytes = size_](void* mapped) { munmap(mapped, bytes); }};
+}
+
+#else
+
+std::shared_ptr<const SharedPages> SharedPages::Make(const void*, std::size_t) { return nullptr; }
+SharedPages::~SharedPages() = default;
+std::shared_ptr<void> SharedPages::Map(std::size_t*) const { return nullptr; }
+
+#endif
+
+}  // namespace Stg::internal::grid

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Arrays of plain things that many copies of a grid can have in common: a copy takes memory only
+// for the pages that it, or the original, changes.
+
+#ifndef STAGE_GRID_PAGED_ARRAY_HH
+#define STAGE_GRID_PAGED_ARRAY_HH
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <type_traits>
+#include <utility>
+
+namespace Stg::internal::grid {
+
+/// Memory whose content copies can begin with, without copying it. On systems that don't offer
+/// that, it is copied.
+class SharedPages {
+ public:
+  /// With a copy of these bytes. Null if the system has none left to offer.
+  static std::shared_ptr<const SharedPages> Make(const void* bytes, std::size_t size);
+  ~SharedPages();
+  SharedPages(const SharedPages&) = delete;
+  SharedPages& operator=(const SharedPages&) = delete;
+
+  /// Memory that begins with the content, with some room behind it, and belongs to the caller;
+  /// whose size is *size. Null if the system has none left to offer.
+  std::shared_ptr<void> Map(std::size_t* size) const;
+
+ private:
+  SharedPages(int file, std::size_t size) : file_(file), size_(size) {}
+
+  const int file_;
+  const std::size_t size_;
+};
+
+/// Like a vector of plain things. One that was made shareable is not changed any more, only copied.
+template <typename T>
+class PagedArray {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  PagedArray() = default;
+  explicit PagedArray(std::size_t size) { resize(size); }
+  PagedArray(const PagedArray& from) { CopyFrom(from, from.size_); }
+  PagedArray(PagedArray&& from) noexcept { Swap(from); }
+  PagedArray& operator=(PagedArray from) noexcept {
+    Swap(from);
+    return *this;
+  }
+
+  T& operator[](std::size_t i) { return data_[i]; }
+  const T& operator[](std::size_t i) const { return data_[i]; }
+  T* data() { return data_; }
+  const T* data() const { return data_; }
+  T* begin() { return data_; }
+  T* end() { return data_ + size_; }
+  const T* begin() const { return data_; }
+  const T* end() const { return data_ + size_; }
+  std::size_t size() const { return size_; }
+  std::size_t capacity() const { return capacity_; }
+
+  /// New things are all zero.
+  void resize(std::size_t size) {
+    if (size > capacity_) reserve(std::max(size, 2 * capacity_));
+    if (size > size_) std::memset(static_cast<void*>(data_ + size_), 0, (size - size_) * sizeof(T));
+    size_ = size;
+  }
+  /// Memory that is reserved is not touched before it is used.
+  void reserve(std::size_t capacity) { Reserve(capacity, size_); }
+  /// The same; keeps the first `kept` things, whatever the size.
+  void Reserve(std::size_t capacity, std::size_t kept) {
+    if (capacity <= capacity_) return;
+    std::shared_ptr<void> larger(::operator new(capacity * sizeof(T)),
+                                 [](void* memory) { ::operator delete(memory); });
+    if (kept > 0) std::memcpy(larger.get(), data_, kept * sizeof(T));
+    Own(std::move(larger), capacity);
+  }
+
+  /// With the first `kept` things of the other, which it has, and its size. It must be empty.
+  void CopyFrom(const PagedArray& from, std::size_t kept) {
+    std::size_t bytes = 0;
+    std::shared_ptr<void> memory = from.shared_ ? from.shared_->Map(&bytes) : nullptr;
+    if (memory) {
+      Own(std::move(memory), bytes / sizeof(T));
+    } else if (kept > 0) {
+      Reserve(kept, 0);
+      std::memcpy(static_cast<void*>(data_), from.data_, kept * sizeof(T));
+    }
+    size_ = from.size_;
+  }
+  /// From now on copies have their first `kept` things in common with it.
+  void MakeShareable(std::size_t kept) {
+    if (kept > 0) shared_ = SharedPages::Make(data_, kept * sizeof(T));
+  }
+
+ private:
+  void Own(std::shared_ptr<void> memory, std::size_t capacity) {
+    memory_ = std::move(memory);
+    data_ = static_cast<T*>(memory_.get());
+    capacity_ = capacity;
+  }
+  void Swap(PagedArray& other) noexcept {
+    std::swap(memory_, other.memory_);
+    std::swap(shared_, other.shared_);
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
+  }
+
+  std::shared_ptr<void> memory_;
+  std::shared_ptr<const SharedPages> shared_;
+  T* data_ = nullptr;
+  std::size_t size_ = 0, capacity_ = 0;
+};
+
+}  // namespace Stg::internal::grid
+
+#endif

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Copies of worlds, which share what they don't change.
+
+#include "world/world_image.hh"
+
+#include <mutex>
+#include <utility>
+
+#include "messages/report.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+
+namespace Stg {
+
+namespace {
+
+void Erase(const Model& model, grid::Grid* grid) {
+  model.body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& cells) {
+    grid->Redraw(id, cells, {});
+    grid->RemoveBody(id);
+  });
+}
+
+/// A copy draws these when it needs them.
+void EraseExact(const Model& model, grid::Grid* grid) {
+  model.body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& cells) {
+    if (!grid->body(id).exact()) return;
+    grid->Redraw(id, cells, {});
+    grid->RemoveBody(id);
+  });
+}
+
+}  // namespace
+
+/// Made once.
+std::shared_ptr<const WorldImage> World::Image() const {
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (!engine_->image) engine_->image = MakeImage();
+  return engine_->image;
+}
+
+std::shared_ptr<const WorldImage> World::MakeImage() const {
+  std::shared_ptr<WorldImage> image(new WorldImage{path_,
+                                                   wf->Copy(),
+                                                   engine_->outlines_of_pictures,
+                                                   engine_->scene.grid,
+                                                   {},
+                                                   engine_->last_stamp_of_loading,
+                                                   engine_->extent_of_loading});
+  image->drawings.resize(static_cast<size_t>(wf->GetEntityCount()));
+  for (const Model* model : engine_->models) {
+    if (model->wf_entity <= 0 || !model->body().is_as_loaded()) {
+      Erase(*model, &image->grid);
+      continue;
+    }
+    EraseExact(*model, &image->grid);
+    image->drawings[static_cast<size_t>(model->wf_entity)] = model->body().Drawings();
+  }
+  image->grid.MakeShareable();
+  return image;
+}
+
+/// All models have been made, and none is drawn: they are drawn as those of the image are. What
+/// moved there goes back to where the file has it, also in the order of bodies.
+void World::DrawLike(const WorldImage& image) {
+  grid::Grid& grid = engine_->scene.grid;
+  grid.Become(image.grid);
+  grid.SetExtent(image.extent_of_loading);
+  for (Model* model : engine_->models) {
+    if (model->wf_entity <= 0) continue;
+    const auto& drawings = image.drawings[static_cast<size_t>(model->wf_entity)];
+    if (!drawings.empty()) model->blockgroup->AdoptDrawings(drawings);
+  }
+  for (Model* child : children) child->Map();
+  NoteAllDrawnSince(image.last_stamp_of_loading);
+}
+
+}  // namespace Stg

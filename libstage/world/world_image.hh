@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What copies of a world begin with, so that none of them reads a file, traces a picture or draws
+// scenery: see World::LoadCopy().
+
+#ifndef STAGE_WORLD_WORLD_IMAGE_HH
+#define STAGE_WORLD_WORLD_IMAGE_HH
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grid/grid.hh"
+#include "models/block.hh"
+#include "models/host.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+struct WorldImage {
+  std::string path;
+  std::unique_ptr<const Worldfile> file;
+  Host::Outlines outlines;
+  /// Bodies of models of the file that are as they were loaded, wherever they lay at that moment.
+  grid::Grid grid;
+  std::vector<std::vector<BlockGroup::Drawing>> drawings;  ///< by entity of the file
+  /// See WorldEngine.
+  uint64_t last_stamp_of_loading;
+  grid::CellBox extent_of_loading;
+};
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// A world with robots of all types, and someone who does whatever can be done to them.
+
+#ifndef STAGE_TESTS_SUPPORT_MEDDLER_HH
+#define STAGE_TESTS_SUPPORT_MEDDLER_HH
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "stage.hh"
+#include "support/all_models.hh"
+#include "support/random_source.hh"
+
+namespace Stg {
+
+/// A robot with a part of every type, some things around it, and one that carries others.
+inline const char kRobotsOfAllTypes[] =
+    "resolution 0.05\n"
+    "define robot position( size [0.4 0.4 0.3] joules 1000 alwayson 1 fiducial_return 1\n"
+    "  ranger( alwayson 1 sensor( range [0 6] fov 180 samples 19 noise [0.01 0.01 0] ) )\n"
+    "  blobfinder( alwayson 1 image [20 10] )\n"
+    "  fiducial( alwayson 1 range_max 6 )\n"
+    "  bumper( alwayson 1 bcount 1 bpose[0] [0.2 0 0 0] blength 0.4 )\n"
+    "  camera( alwayson 1 resolution [8 6] )\n"
+    "  gripper( pose [0.25 0 0 0] alwayson 1 )\n"
+    "  actuator( alwayson 1 size [0.1 0.1 0.1] max_speed 1 )\n"
+    "  wifi( alwayson 1 model \"simple\" range 5 )\n"
+    "  lightindicator() )\n"
+    "robot( name \"a\" pose [-2 0 0 0] )\n"
+    "robot( name \"b\" pose [0 0.1 0 180] fiducial_return 2 )\n"
+    "model( name \"wall\" pose [0 3 0 0] size [8 0.2 1] )\n"
+    "model( name \"zone\" pose [0 0 0 0] size [2 2 0.01] obstacle_return 0 )\n"
+    "model( name \"puck\" pose [-1 0 0 0] size [0.1 0.1 0.2] gripper_return 1\n"
+    "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0 1] )\n"
+    "  model( name \"lid\" size [0.05 0.05 0.05] ) )\n"
+    "blinkenlight( pose [1 1 0 0] size [0.1 0.1 0.1] )\n";
+
+/// Does something to the world, as a function of the numbers and of what there is in it.
+class Meddler {
+ public:
+  Meddler(World* world, uint64_t seed) : world_(*world), random_(seed) {}
+
+  void Do() {
+    const std::vector<Model*> models = all_models::ByNumber(&world_);
+    Model* const model = models[static_cast<size_t>(random_.Next() % models.size())];
+    Model* const other = models[static_cast<size_t>(random_.Next() % models.size())];
+    if (model == world_.GetGround()) return;
+    if (random_.OneIn(3)) return Drive();
+    DoTo(model, other);
+  }
+
+ private:
+  Pose NearBy() { return Pose(random_.Real(-3, 3), random_.Real(-3, 3), 0, random_.Real(-4, 4)); }
+
+  void Drive() {
+    for (Model* model : all_models::ByNumber(&world_)) {
+      if (auto* position = dynamic_cast<ModelPosition*>(model))
+        position->SetSpeed(random_.Real(-1, 1), 0, random_.Real(-1, 1));
+      if (auto* gripper = dynamic_cast<ModelGripper*>(model))
+        random_.OneIn(2) ? gripper->CommandClose() : gripper->CommandOpen();
+    }
+  }
+
+  void DoTo(Model* model, Model* other) {
+    switch (random_.Int(0, 17)) {
+      case 0:
+        return model->SetPose(NearBy());
+      case 1:
+        return model->SetColor(Color(random_.Real(0, 1), 0, 1));
+      case 2:
+        return model->SetFiducialReturn(random_.Int(0, 3));
+      case 3:
+        return model->Say(random_.OneIn(2) ? "hello" : "");
+      case 4:
+        return model->PushFlag(new Model::Flag(Color(0, 1, 0), random_.Real(0, 1)));
+      case 5:
+        return static_cast<void>(model->PopFlag());
+      case 6:
+        return Create(random_.OneIn(2) ? other : nullptr);
+      case 7:
+        if (random_.OneIn(2)) delete model;
+        return;
+      case 8:
+        if (other != world_.GetGround()) model->SetParent(other);
+        return;
+      case 9:
+        return static_cast<void>(model->SetParent(nullptr));
+      case 10:
+        return model->SetObstacleReturn(random_.OneIn(2));
+      case 11:
+        return model->SetRangerReturn(random_.OneIn(2) ? -1 : 1);
+      case 12:
+        return model->AddBlockRect(0, 0, random_.Real(0.1, 0.5), 0.2, 0.5);
+      case 13:
+        return model->ClearBlocks();
+      case 14:
+        return random_.OneIn(2) ? model->Subscribe() : model->Enable();
+      case 15:
+        return model->Disable();
+      case 16:
+        return model->SetGeom(Geom(Pose(), Size(random_.Real(0.1, 1), 0.3, 0.4)));
+      default:
+        return model->SetToken("m" + std::to_string(random_.Int(0, 20)));
+    }
+  }
+
+  void Create(Model* parent) {
+    const char* const kTypes[] = {"model", "position", "ranger", "fiducial", "wifi", "gripper"};
+    Model* const made = world_.CreateModel(parent == world_.GetGround() ? nullptr : parent,
+                                           kTypes[random_.Int(0, 5)]);
+    made->SetPose(NearBy());
+    if (random_.OneIn(2)) made->Subscribe();
+  }
+
+  World& world_;
+  test::RandomSource random_;
+};
+
+/// Steps a world and does what is done in these steps, after each.
+inline void Go(World* world, uint64_t seed, int first, int steps) {
+  for (int i = first; i < first + steps; i++) {
+    world->Update();
+    Meddler meddler(world, seed * 1000 + static_cast<uint64_t>(i));
+    for (int k = 0; k < 3; k++) meddler.Do();
+  }
+}
+
+}  // namespace Stg
+
+#endif

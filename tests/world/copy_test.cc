@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// A copy of a world is in the state that its file, loaded anew, gives; whatever has become of the
+// other one.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "stage.hh"
+#include "support/all_models.hh"
+#include "support/meddler.hh"
+#include "support/model_testing.hh"
+#include "support/sanitized.hh"
+#include "support/shipped_worlds.hh"
+
+namespace Stg {
+namespace {
+
+constexpr int kSteps = kSanitized ? 5 : 30;
+
+RunOptions OptionsOf(uint64_t seed) {
+  RunOptions options;
+  options.seed = seed;
+  options.listed = false;
+  return options;
+}
+
+std::unique_ptr<World> LoadFile(const std::string& file, uint64_t seed) {
+  auto world = std::make_unique<World>(OptionsOf(seed));
+  EXPECT_TRUE(world->Load(file)) << file;
+  return world;
+}
+
+std::unique_ptr<World> CopyOf(const World& other, uint64_t seed) {
+  auto copy = std::make_unique<World>(OptionsOf(seed));
+  EXPECT_TRUE(copy->LoadCopy(other));
+  return copy;
+}
+
+/// At each step.
+std::vector<uint64_t> HashesOf(World* world, int steps) {
+  std::vector<uint64_t> hashes = {world->StateHash()};
+  for (int i = 0; i < steps; i++) {
+    world->Update();
+    hashes.push_back(world->StateHash());
+  }
+  return hashes;
+}
+
+class CopyTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { Init(nullptr, nullptr); }
+};
+
+TEST_F(CopyTest, IsAsIfTheFileHadBeenLoaded) {
+  for (const std::string& file : ShippedWorlds()) {
+    SCOPED_TRACE(file);
+    const std::vector<uint64_t> expected = HashesOf(LoadFile(file, 5).get(), kSteps);
+    std::unique_ptr<World> other = LoadFile(file, 1);
+    EXPECT_EQ(HashesOf(CopyOf(*other, 5).get(), kSteps), expected) << "of a fresh one";
+    HashesOf(other.get(), kSteps);
+    const std::unique_ptr<World> copy = CopyOf(*other, 5);
+    const std::unique_ptr<World> copy_of_copy = CopyOf(*copy, 5);
+    other.reset();
+    EXPECT_EQ(HashesOf(copy.get(), kSteps), expected) << "of one that has moved on";
+    EXPECT_EQ(HashesOf(copy_of_copy.get(), kSteps), expected) << "of a copy";
+    ASSERT_TRUE(copy->Reset(5));
+    EXPECT_EQ(HashesOf(copy.get(), kSteps), expected) << "reset";
+  }
+}
+
+std::unique_ptr<World> LoadAll(uint64_t seed, bool exact) {
+  auto world = std::make_unique<World>(OptionsOf(seed));
+  std::istringstream content((exact ? "ray_model \"exact\"\n" : "") +
+                             std::string(kRobotsOfAllTypes));
+  EXPECT_TRUE(world->Load(content, "all.world"));
+  return world;
+}
+
+TEST_F(CopyTest, WhateverHasBecomeOfTheOther) {
+  constexpr uint64_t kWorlds = kSanitized ? 10 : 60;
+  for (uint64_t seed = 0; seed < kWorlds; seed++) {
+    SCOPED_TRACE(seed);
+    const bool exact = seed % 3 == 0;
+    const std::unique_ptr<World> fresh = LoadAll(seed, exact), other = LoadAll(seed + 1, exact),
+                                 undisturbed = LoadAll(seed + 1, exact);
+    Go(other.get(), seed, 0, 10);
+    const std::unique_ptr<World> copy = CopyOf(*other, seed);
+    EXPECT_EQ(copy->StateHash(), fresh->StateHash());
+    Go(copy.get(), seed + 7, 0, 20);
+    Go(fresh.get(), seed + 7, 0, 20);
+    EXPECT_EQ(copy->StateHash(), fresh->StateHash()) << "later";
+    Go(other.get(), seed, 10, 10);
+    Go(undisturbed.get(), seed, 0, 20);
+    EXPECT_EQ(other->StateHash(), undisturbed->StateHash()) << "the other goes on as ever";
+  }
+}
+
+/// Many at once, one after the other changing what they have in common.
+TEST_F(CopyTest, InManyThreads) {
+  const std::unique_ptr<World> other = LoadFile(SourceFile("worlds/simple.world"), 1);
+  HashesOf(other.get(), 10);
+  Snapshot now;
+  ASSERT_TRUE(other->Take(&now));
+  std::vector<std::vector<uint64_t>> hashes(8);
+  std::vector<std::thread> threads;
+  for (std::vector<uint64_t>& mine : hashes)
+    threads.emplace_back([&] {
+      for (int round = 0; round < 3; round++) {
+        const std::unique_ptr<World> copy = CopyOf(*other, 1);
+        EXPECT_TRUE(copy->Restore(now));
+        mine = HashesOf(copy.get(), kSteps);
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  const std::vector<uint64_t> expected = HashesOf(other.get(), kSteps);
+  for (const std::vector<uint64_t>& mine : hashes) EXPECT_EQ(mine, expected);
+}
+
+TEST_F(CopyTest, OfNothingIsRefused) {
+  World empty(OptionsOf(1)), copy(OptionsOf(1));
+  const std::string errors = ErrorsOf([&] { EXPECT_FALSE(copy.LoadCopy(empty)); });
+  EXPECT_EQ(errors, "stage: found no loaded world to be copied\n");
+}
+
+}  // namespace
+}  // namespace Stg
