@@ -93,8 +93,9 @@ std::string TextOf(const Mixture& mixture, int robots) {
   const int side = static_cast<int>(std::ceil(std::sqrt(robots)));
   text << "resolution 0.05\n";
   for (int i = 0; i < robots; i++) {
+    const int row = i / side;
     text << "position( size [0.4 0.4 0.4] fiducial_return 1 pose [" << 1.5 * (i % side) << " "
-         << 1.5 * (i / side) << " 0 " << i * 37 % 360 << "]";
+         << 1.5 * row << " 0 " << i * 37 % 360 << "]";
     const size_t count = mixture.parts.size();
     for (size_t k = 0; k < (mixture.spread ? 2 : count); k++)
       text << " " << mixture.parts[(static_cast<size_t>(i) + k) % count];

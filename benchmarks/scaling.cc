@@ -26,8 +26,9 @@ std::string Repeat(int64_t count, const std::function<std::string(int64_t)>& tex
 /// A model's properties in a rectangle of them, so many metres apart.
 std::string PoseOf(int64_t i, double distance) {
   const auto side = int64_t{1000};
+  const int64_t row = i / side;
   return "pose [" + std::to_string(static_cast<double>(i % side) * distance) + " " +
-         std::to_string(static_cast<double>(i / side) * distance) + " 0 0]";
+         std::to_string(static_cast<double>(row) * distance) + " 0 0]";
 }
 
 std::unique_ptr<Stg::World> Load(const std::string& text) {

@@ -214,7 +214,8 @@ DriverWatch::~DriverWatch() {
   const std::lock_guard lock(shared.mutex);
   if (--shared.watches > 0) return;
   // A process that was forked since has no such thread to wait for.
-  if (shared.watchdog && !shared.watchdog->IsOfThisProcess()) shared.watchdog.release();
+  if (shared.watchdog && !shared.watchdog->IsOfThisProcess())
+    static_cast<void>(shared.watchdog.release());
   shared.watchdog.reset();
   RemoveHandlers();
 }

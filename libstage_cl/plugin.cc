@@ -66,7 +66,7 @@ std::string TryFirst(const std::string& key, const std::function<std::string()>&
   if (g_drivers_called) return "";
   const auto known = errors->find(key);
   if (known != errors->end()) return known->second;
-  const std::string wrong = Probe(task, timeout);
+  std::string wrong = Probe(task, timeout);
   if (!wrong.empty()) (*errors)[key] = wrong;
   g_drivers_called = wrong.empty();
   return wrong;

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 /// By the rules of PoCL; empty if it would be a folder in /tmp.
 std::string CacheFolder() {
-  if (const std::string own = FromEnvironment("POCL_CACHE_DIR"); !own.empty()) return own;
+  if (std::string own = FromEnvironment("POCL_CACHE_DIR"); !own.empty()) return own;
   if (const std::string cache = FromEnvironment("XDG_CACHE_HOME"); !cache.empty())
     return cache + "/pocl/kcache";
   if (const std::string home = FromEnvironment("HOME"); !home.empty())

@@ -53,7 +53,7 @@ StateExchange::StateExchange(const std::vector<Model*>& models, const unsigned c
       leaves_readings_out_(false) {}
 
 void StateExchange::Finish() {
-  if (use_ != kSave) return;
+  if (use_ != kSave || at_ == end_) return;  // there is no room left over
   to_->resize(saved());
   end_ = at_ = to_->data() + to_->size();
 }

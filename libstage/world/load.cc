@@ -413,9 +413,9 @@ void World::LoadEntity(int entity) {
   if (type == "window") {
     for (const std::string_view property : kWindowProperties)
       wf->ReadString(entity, property.data(), "");
-  } else if (type == "block") {
+  } else if (type == "block" && parent_model) {
     parent_model->LoadBlock(wf.get(), entity);
-  } else if (type == "sensor") {
+  } else if (type == "sensor" && parent_model) {
     const RandomScope random_numbers(&parent_model->random_);
     static_cast<ModelRanger*>(parent_model)->LoadSensor(wf.get(), entity);
   } else {

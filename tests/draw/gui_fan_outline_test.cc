@@ -98,8 +98,8 @@ TEST(FanOutline, NoPointLiesFartherOffThanTheTolerance) {
     double range = random.Real(0, 8);
     for (double& r : ranges) {
       if (random.OneIn(20)) range = random.OneIn(5) ? 0 : random.Real(0, 8);
-      r = range += random.Real(-0.01, 0.01) * random.Int(0, 1);
-      r = range = std::max(r, 0.0);
+      range = std::max(range + random.Real(-0.01, 0.01) * random.Int(0, 1), 0.0);
+      r = range;
     }
     const std::vector<Tip> outline = Outline(ranges, fov, tolerance);
     ASSERT_LE(outline.size(), count);

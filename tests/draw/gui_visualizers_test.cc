@@ -80,8 +80,8 @@ class VisualizersTest : public testing::Test {
   }
   /// Metres to the colour there.
   bool IsMagenta(double x, double y) const {
-    const auto column = static_cast<size_t>(kSide / 2 + 10 * x);
-    const auto row = static_cast<size_t>(kSide / 2 - 10 * y);
+    const auto column = static_cast<size_t>(kSide / 2.0 + 10 * x);
+    const auto row = static_cast<size_t>(kSide / 2.0 - 10 * y);
     const uint8_t* p = &image_.pixels[4 * (row * kSide + column)];
     return p[0] > 250 && p[1] < 5 && p[2] > 250;
   }

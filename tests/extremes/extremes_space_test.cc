@@ -247,7 +247,7 @@ TEST(Starts, OnBordersSeeWhatOthersSee) {
 
 /// Rangers at all these places, around a box and in a frame, and robots that stand on borders.
 std::string WriteWorldOfStarts() {
-  const std::string path = testing::TempDir() + "stage-extremes-starts.world";
+  std::string path = testing::TempDir() + "stage-extremes-starts.world";
   std::ofstream out(path);
   out.precision(17);
   // 327.68 m are 16384 cells, the longest leg of a ray.

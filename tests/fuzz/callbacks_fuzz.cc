@@ -83,10 +83,14 @@ class Run {
  private:
   static constexpr uintptr_t kWorldCallback = 14, kTimed = 15;
 
+  static void* NumberAsPointer(uintptr_t number) {
+    return reinterpret_cast<void*>(number);  // NOLINT(performance-no-int-to-ptr)
+  }
+
   static void AttachOne(Model* model, int type) {
     if (now_ && (now_->active_types_ >> type & 1) != 0)
       model->AddCallback(static_cast<Model::callback_type_t>(type), OnEvent,
-                         reinterpret_cast<void*>(static_cast<uintptr_t>(type)));
+                         NumberAsPointer(static_cast<uintptr_t>(type)));
   }
 
   unsigned Next() { return at_ < size_ ? data_[at_++] : 0; }
@@ -260,7 +264,7 @@ class Run {
       case 25:
         return model->SetRangerReturn(Length());
       case 26:
-        return world_->Enqueue(0, Next() * 2000, model, OnEvent, reinterpret_cast<void*>(kTimed));
+        return world_->Enqueue(0, Next() * 2000, model, OnEvent, NumberAsPointer(kTimed));
       case 27:
         Note(model->RemoveCallback(
             static_cast<Model::callback_type_t>(Next() % Model::__CB_TYPE_COUNT), OnEvent));

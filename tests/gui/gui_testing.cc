@@ -5,6 +5,7 @@
 #include <FL/fl_draw.H>
 #include <FL/x.H>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <sstream>
@@ -77,8 +78,8 @@ void WindowTest::Type(const std::string& key, const std::vector<std::string>& he
 }
 
 void WindowTest::MoveTo(double x, double y) {
-  TheHand().MoveTo(world_->x_root() + canvas().x() + static_cast<int>(x + 0.5),
-                   world_->y_root() + canvas().y() + static_cast<int>(y + 0.5));
+  TheHand().MoveTo(world_->x_root() + canvas().x() + static_cast<int>(std::lround(x)),
+                   world_->y_root() + canvas().y() + static_cast<int>(std::lround(y)));
   Settle();
 }
 
@@ -93,7 +94,7 @@ void WindowTest::DragBy(double x, double y, int dx, int dy, int button) {
   TheHand().Press(button);
   Settle();
   constexpr int kParts = 5;
-  for (int i = 1; i <= kParts; i++) MoveTo(x + dx * i / kParts, y + dy * i / kParts);
+  for (int i = 1; i <= kParts; i++) MoveTo(x + 1.0 * dx * i / kParts, y + 1.0 * dy * i / kParts);
   TheHand().Release(button);
   Settle();
 }

@@ -181,6 +181,7 @@ TEST(OddNames, InWhatModelsPrint) {
 }
 
 TEST(OddNames, InTheMacrosOfControllers) {
+  // NOLINTNEXTLINE(bugprone-lambda-function-name)
   const std::string errors = ErrorsOf([&] { PRINT_ERR1("%s", kEvil.c_str()); });
   EXPECT_NE(errors.find(": " + Printable(kEvil) + " ("), std::string::npos) << errors;
   const std::string output = OutputOf([&] { PRINT_MSG2("two\nlines %d%% %s", 5, kEvil.c_str()); });

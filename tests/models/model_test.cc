@@ -322,9 +322,10 @@ TEST_F(Callbacks, CanAddOthersForTheNextRound) {
   a->AddCallback(
       Model::CB_POSE,
       [](Model* mod, void* entry) {
-        for (long i = 0; i < 100; i++)  // enough to make any list grow
+        static char kNumbers[100];
+        for (size_t i = 0; i < 100; i++)  // enough to make any list grow
           mod->AddCallback(
-              Model::CB_POSE, [](Model*, void*) { return 1; }, reinterpret_cast<void*>(i));
+              Model::CB_POSE, [](Model*, void*) { return 1; }, &kNumbers[i]);
         mod->AddCallback(Model::CB_POSE, Note, entry);
         return 0;
       },

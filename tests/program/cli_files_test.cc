@@ -31,7 +31,7 @@ class CliFilesTest : public CliTest {
   /// A run in a shell, for what only that can do to files.
   Result Shell(const std::string& before, const std::string& arguments,
                const std::string& after) const {
-    const std::string program = std::string(std::getenv("STAGE_BINARY_DIR")) + "/bin/stage";
+    const std::string program = BinaryFile("bin/stage");
     const std::string command = "cd '" + directory_.string() + "' && " + before + " '" + program +
                                 "' " + arguments + " 2>err " + after;
     Result result;
@@ -40,9 +40,11 @@ class CliFilesTest : public CliTest {
     result.err = ReadFile(Path("err"));
     return result;
   }
-  static std::string Plugin(const std::string& name) {
-    return std::string(std::getenv("STAGE_BINARY_DIR")) + "/tests/plugins/" + name;
+  static std::string BinaryFile(const std::string& path) {
+    const char* const folder = std::getenv("STAGE_BINARY_DIR");
+    return std::string(folder ? folder : ".") + "/" + path;
   }
+  static std::string Plugin(const std::string& name) { return BinaryFile("tests/plugins/" + name); }
 };
 
 constexpr char kWorld[] = "quit_time 0.5\nmodel( name \"m\" )\n";

@@ -23,11 +23,13 @@ class MemoryTest : public CliTest {
     rlimit little = before;
     little.rlim_cur = megabytes << 20;
     setrlimit(RLIMIT_AS, &little);  // the program inherits it
-    const Result result = Stage(arguments);
+    Result result = Stage(arguments);
     setrlimit(RLIMIT_AS, &before);
     return result;
   }
 };
+
+int RowOf(int i) { return i / 64; }
 
 TEST_F(MemoryTest, ThreadsEndInOneLineToo) {
   if (kSanitized) GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";
@@ -35,7 +37,7 @@ TEST_F(MemoryTest, ThreadsEndInOneLineToo) {
         "resolution 0.05\n" + crowd::Repeat(4000, [](int i) {
           return "position( alwayson 1 velocity [0.5 0 0 20] size [0.4 0.4 0.4] fiducial_return 1 "
                  "pose [" +
-                 std::to_string(1.5 * (i % 64)) + " " + std::to_string(1.5 * (i / 64)) +
+                 std::to_string(1.5 * (i % 64)) + " " + std::to_string(1.5 * RowOf(i)) +
                  " 0 0] ranger( alwayson 1 sensor( range [0 8] fov 180 samples 60 ) ) fiducial( "
                  "alwayson 1 range_max 3 ) )\n";
         }));

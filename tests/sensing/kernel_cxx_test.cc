@@ -50,11 +50,13 @@ class Guess {
   double value_;
 };
 
+// NOLINTBEGIN(bugprone-reserved-identifier,clang-diagnostic-keyword-macro)
 #define __OPENCL_VERSION__ 110
 #define __kernel
 #define __global
 #define long std::int64_t
 #define float Guess
+// NOLINTEND(bugprone-reserved-identifier,clang-diagnostic-keyword-macro)
 #include "kernels/ray_walk.h"
 // The order matters: each uses what is declared before.
 #include "kernels/records.h"

@@ -285,7 +285,7 @@ std::string HashFromProgram(const std::string& world, const std::string& options
 
 /// A world with all kinds of noise and wandering robots.
 std::string WriteNoisyWorld() {
-  const std::string path = testing::TempDir() + "stage-exactness-noise.world";
+  std::string path = testing::TempDir() + "stage-exactness-noise.world";
   std::ofstream out(path);
   out << "define eye ranger( alwayson 1 sensor( range [0 9] fov 200 samples 40"
          " noise [0.01 0.1 30] ) )\n"

@@ -111,7 +111,7 @@ std::vector<std::string> ThreadsOfProcess() {
 
 TEST_F(IndependentWorlds, ResetKeepsTheDeviceAndTheThreads) {
   if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
-  const std::string file = std::string(std::getenv("STAGE_SOURCE_DIR")) + "/worlds/cave.world";
+  const std::string file = SourceFile("worlds/cave.world");
   const uint64_t on_host = HashAlone(file, 1);
   RunOptions options = OptionsOf(1, true);
   options.opencl = options.always_on_device = true;
@@ -260,7 +260,7 @@ TEST(Process, KeepsItsLocaleAndItsOutput) {
   EXPECT_EQ(OutputOf([] {
               Init(nullptr, nullptr);
               World world;
-              world.Load(std::string(std::getenv("STAGE_SOURCE_DIR")) + "/worlds/cave.world");
+              world.Load(SourceFile("worlds/cave.world"));
               world.ShowClock(true);
               world.Update();
             }),

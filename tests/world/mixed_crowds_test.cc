@@ -31,6 +31,7 @@ const char* const kParts[] = {
     "wifi( model \"raytrace\" power 20 sensitivity -40 )",
     "wifi( model \"log distance\" power 20 sensitivity -40 )",
     "camera( resolution [16 12] range [0.2 6] )",
+    // NOLINTNEXTLINE(bugprone-suspicious-missing-comma)
     "actuator( type \"linear\" axis [1 0 0] size [0.1 0.1 0.1] max_speed 0.2 min_position -0.1 "
     "max_position 0.3 )",
     "actuator( type \"rotational\" axis [0 0 1] size [0.1 0.3 0.1] max_speed 1 ranger( sensor( "
@@ -44,7 +45,8 @@ constexpr int kPartCount = std::size(kParts);
 /// Robot `i` with these parts, and things between them to be gripped.
 std::string Robot(int i, double spacing, const std::vector<std::string>& parts) {
   const auto number = [](double value) { return std::to_string(value); };
-  const double x = spacing * (i % 12), y = spacing * (i / 12);
+  const int row = i / 12;
+  const double x = spacing * (i % 12), y = spacing * row;
   std::string text = "position( size [0.4 0.3 0.3] fiducial_return " + std::to_string(i + 1) +
                      " color \"" + (i % 3 ? "red" : "blue") + "\" pose [" + number(x) + " " +
                      number(y) + " 0 " + std::to_string(i * 37 % 360) + "]";

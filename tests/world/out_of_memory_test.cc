@@ -48,10 +48,12 @@ __attribute__((noinline)) void operator delete(void* memory, std::size_t) noexce
 
 namespace {
 
+int RowOf(int i) { return i / 6; }
+
 std::string SensorsOfAllTypes(int robots) {
   return "resolution 0.05\n" + crowd::Repeat(robots, [](int i) {
            return "position( size [0.4 0.3 0.3] fiducial_return 1 pose [" +
-                  std::to_string(0.8 * (i % 6)) + " " + std::to_string(0.8 * (i / 6)) + " 0 " +
+                  std::to_string(0.8 * (i % 6)) + " " + std::to_string(0.8 * RowOf(i)) + " 0 " +
                   std::to_string(i * 40 % 360) +
                   "] ranger( sensor( range [0 3] fov 180 samples 7 noise [0 0.1 0.5] ) )"
                   " ranger( sensor( samples 3 ) sensor( samples 2 ray_model \"exact\" ) )"

@@ -16,10 +16,11 @@ constexpr size_t kMany = 4000;
 
 std::string Many(const std::string& type, double distance, const std::string& properties) {
   std::string text;
-  for (size_t i = 0; i < kMany; i++)
+  for (size_t i = 0; i < kMany; i++) {
+    const size_t row = i / 100;
     text += type + "( pose [" + std::to_string(static_cast<double>(i % 100) * distance) + " " +
-            std::to_string(static_cast<double>(i / 100) * distance) + " 0 0] " + properties +
-            " )\n";
+            std::to_string(static_cast<double>(row) * distance) + " 0 0] " + properties + " )\n";
+  }
   return text;
 }
 

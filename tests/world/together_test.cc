@@ -129,12 +129,14 @@ TEST(TileClaimsTest, NameThoseWhoShareTilesAndNobodyElse) {
 // ---- moves --------------------------------------------------------------------------------------
 
 /// Robots that run into each other, and now and then out of the regions of the grid that there are.
+int RowOf(int i) { return i / 15; }
+
 crowd::Crowd Crowded(const std::string& extras, int robots, double cell, double spacing) {
   crowd::Crowd crowd;
   crowd.world =
       "resolution " + std::to_string(cell) + "\n" + extras + crowd::Repeat(robots, [&](int i) {
         return "position( size [0.3 0.2 0.3] pose [" + std::to_string(spacing * (i % 15) - 3) +
-               " " + std::to_string(spacing * (i / 15) - 3) + " 0 " + std::to_string(i * 37 % 360) +
+               " " + std::to_string(spacing * RowOf(i) - 3) + " 0 " + std::to_string(i * 37 % 360) +
                "] alwayson 1 ranger( alwayson 1 size [0.1 0.1 0.1] pose [0 0 0 0] sensor( range [0 "
                "3] fov 270 "
                "samples 7 pose [0 0 -0.15 0] ) ) )\n";

@@ -30,7 +30,7 @@ constexpr double kLongestSeconds = 1e12;
 std::string CutLast(std::string* text, char separator, const std::string& whole) {
   const size_t at = text->rfind(separator);
   if (at == std::string::npos) Refuse(whole);
-  const std::string part = text->substr(at + 1);
+  std::string part = text->substr(at + 1);
   text->resize(at);
   return part;
 }
@@ -48,21 +48,21 @@ double SecondsIn(const std::string& text, const std::string& whole) {
   return seconds;
 }
 
-void AppendRangers(Model* model, std::vector<ModelRanger*>* rangers) {
-  if (auto* ranger = dynamic_cast<ModelRanger*>(model)) rangers->push_back(ranger);
-  for (Model* child : model->GetChildren()) AppendRangers(child, rangers);
+void AppendRangers(Model& model, std::vector<ModelRanger*>* rangers) {
+  if (auto* ranger = dynamic_cast<ModelRanger*>(&model)) rangers->push_back(ranger);
+  for (Model* child : model.GetChildren()) AppendRangers(*child, rangers);
 }
 
 std::vector<ModelRanger*> RangersOf(const World& world) {
   std::vector<ModelRanger*> rangers;
-  for (Model* child : world.GetChildren()) AppendRangers(child, &rangers);
+  for (Model* child : world.GetChildren()) AppendRangers(*child, &rangers);
   return rangers;
 }
 
 /// By number among the robot's, or by name: in full, or what follows the robot's.
 ModelRanger* RangerOf(Model* robot, const std::string& which) {
   std::vector<ModelRanger*> rangers;
-  AppendRangers(robot, &rangers);
+  AppendRangers(*robot, &rangers);
   if (const std::optional<size_t> number = ParseNumber<size_t>(which))
     return *number < rangers.size() ? rangers[*number] : nullptr;
   for (ModelRanger* ranger : rangers)
@@ -121,7 +121,7 @@ RayChoice ParseRayChoice(const std::string& text) {
 ModelRanger* FindRanger(const World& world, const std::string& name) {
   if (Model* model = FindModel(world, name)) {
     std::vector<ModelRanger*> rangers;
-    AppendRangers(model, &rangers);
+    AppendRangers(*model, &rangers);
     if (dynamic_cast<ModelRanger*>(model) || rangers.size() == 1) return rangers[0];
     throw UsageError("--explain-ray: found " + std::to_string(rangers.size()) + " rangers of " +
                      messages::Quoted(name) + ", expected one, or which: " + kForm);

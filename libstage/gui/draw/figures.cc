@@ -2,6 +2,7 @@
 
 #include "gui/draw/figures.hh"
 
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 
@@ -77,7 +78,7 @@ void Figures::Measure(const World& world, double seconds) {
   }
   const auto phase = [&](const char* name, double from, double to) {
     const double share = Ratio(to - from, busy);
-    const auto bars = static_cast<size_t>(share * 20 + 0.5);
+    const auto bars = static_cast<size_t>(std::lround(share * 20));
     return Format("%s  %.3f ms  %2.0f %%  ", name, 1e3 * Ratio(to - from, steps), 100 * share) +
            std::string(bars, '|');
   };

@@ -6,6 +6,7 @@
 #define STAGE_GUI_DRAW_PRIMITIVES_HH
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -21,7 +22,7 @@ struct Rgba {
   bool operator==(const Rgba&) const = default;
   Rgba WithOpacity(double opacity) const { return {r, g, b, Part(opacity)}; }
   static uint8_t Part(double part) {
-    return static_cast<uint8_t>(255.0 * std::clamp(part, 0.0, 1.0) + 0.5);
+    return static_cast<uint8_t>(std::lround(255.0 * std::clamp(part, 0.0, 1.0)));
   }
 };
 inline Rgba ToRgba(const Color& c) {

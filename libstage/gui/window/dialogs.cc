@@ -160,7 +160,7 @@ void ShowHelp() {
   Fl_Group::current(nullptr);
   static auto* window = [] {
     auto* made = new TextWindow(500, 250, "Getting help with Stage", kHelp, 0, 0);
-    made->end();
+    made->end();  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
     return made;
   }();
   window->show();
@@ -173,9 +173,11 @@ void ShowAbout() {
   static auto* window = [] {
     auto* made = new TextWindow(kWidth, kHeight, "About Stage", AboutText(), kTop, kBottom);
     new Logo((kWidth - Logo::kWidth) / 2, kMargin, std::string("Stage ") + Version());
+    // The window owns what is made in it.
+    // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks)
     auto* ok = new Fl_Return_Button(kWidth - 90, kHeight - 32, 80, 24, "OK");
     ok->callback(Hide, made);
-    made->end();
+    made->end();  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
     return made;
   }();
   window->show();

@@ -69,7 +69,6 @@ class WorldGui : public World, public Fl_Window {
   Model* RecentlySelectedModel() const override;
   /// Of the clock on the wall, microseconds.
   usec_t RealTimeNow(void) const;
-  void Show() { show(); }
   Canvas* GetCanvas(void) const;
   /// The flat camera looks straight down, and north is up.
   bool IsTopView();

@@ -134,7 +134,8 @@ class StateExchange {
 
   template <typename T>
   typename std::enable_if<std::is_integral<T>::value>::type Exchange(T& value) {
-    uint64_t bits = static_cast<uint64_t>(value);
+    // The sign goes into all bytes, of which sizeof(T) count.
+    uint64_t bits = static_cast<uint64_t>(value);  // NOLINT(bugprone-signed-char-misuse)
     Number<sizeof(T)>(&bits);
     value = static_cast<T>(bits);
   }

@@ -32,7 +32,10 @@ extern "C" int Init(Stg::Model* mod, Stg::CtrlArgs* args) {
   if (what == "reload") world->Reload();
   if (what == "save") world->Save("/nonexistent/saved.world");
   if (what == "delete_model") delete mod;
-  if (what == "delete_world") delete world;
+  if (what == "delete_world") {
+    delete world;
+    return 0;
+  }
   if (what == "unload_and_throw") {
     world->UnLoad();
     throw 42;
