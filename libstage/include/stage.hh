@@ -60,6 +60,8 @@
 #include "models/state_exchange.hh"
 #include "models/visualizer.hh"
 #include "models/wifi.hh"
+#include "whatif/branches.hh"
+#include "whatif/consequence_engine.hh"
 #include "world/snapshot.hh"
 #include "world/statistics.hh"
 #include "world/world.hh"

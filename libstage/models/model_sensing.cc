@@ -18,6 +18,8 @@ uint64_t Model::NoiseSeed(const std::string& device) const {
   return shares_name_ ? MixSeeds(seed, random_.seed()) : seed;
 }
 
+void Model::Reseed(uint64_t seed) { random_.Restart(MixSeeds(random_.seed(), seed)); }
+
 void Model::PlaceFan(sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model) {
   fan->exact = world->IsExact(model);
   if (fan->exact) world->DrawForExactRays();

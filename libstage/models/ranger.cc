@@ -194,6 +194,11 @@ void ModelRanger::ExchangeState(StateExchange& exchange) {
   for (Sensor& sensor : sensors_) exchange(sensor);
 }
 
+void ModelRanger::Reseed(uint64_t seed) {
+  Model::Reseed(seed);
+  for (Sensor& sensor : sensors_) sensor.seeded_ = false;
+}
+
 void ModelRanger::DropReadings() {
   for (Sensor& sensor : sensors_) {
     sensor.ranges.clear();

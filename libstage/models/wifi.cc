@@ -283,6 +283,11 @@ void ModelWifi::Neighbor::ExchangeState(StateExchange& exchange) {
   exchange(pose, essid, mac, ip, freq, db);
 }
 
+void ModelWifi::Reseed(uint64_t seed) {
+  Model::Reseed(seed);
+  seeded_ = false;
+}
+
 void ModelWifi::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
   StateChoice model_of_links(&propagation, PROPAGATION_RAYTRACE);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -47,7 +48,8 @@ class WorldEngine : public Host {
     void* user;
   };
   std::vector<UpdateCallback> update_callbacks;  ///< of the world
-  size_t plugins_left_out = 0;                   ///< see RunOptions::controllers
+  std::vector<std::function<void(World&)>> calls_after_step;
+  size_t plugins_left_out = 0;  ///< see RunOptions::controllers
   std::vector<std::unique_ptr<CtrlArgs>> controller_arguments;
   /// Of bodies that lie where they lay when the world had been loaded, the last one's; these were
   /// drawn in the order of creation.

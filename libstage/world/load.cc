@@ -109,11 +109,11 @@ bool World::Load(std::istream& world_content, const std::string& worldfile_path)
 }
 
 bool World::LoadCopy(const World& other) {
-  if (!other.wf || other.engine_->loads > 0) {
-    messages::Report(LogLevel::kError, "stage: found no loaded world to be copied");
-    return false;
-  }
-  std::shared_ptr<const WorldImage> image = other.Image();
+  const std::shared_ptr<const WorldImage> image = other.Image();
+  return image && LoadCopy(image);
+}
+
+bool World::LoadCopy(const std::shared_ptr<const WorldImage>& image) {
   return LoadFrom({image->path, nullptr, image->file->Copy(), image});
 }
 

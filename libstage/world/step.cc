@@ -14,6 +14,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "messages/report.hh"
 #include "models/position.hh"
@@ -49,6 +50,23 @@ bool World::Update(void) {
   if (PastQuitTime() || TestQuit()) return true;
   // A callback may delete the world: what runs callbacks looks at the engine then.
   const std::shared_ptr<WorldEngine> engine = engine_;
+  if (MakeStep(engine)) return true;
+  if (!engine->deserted && !engine->calls_after_step.empty() && engine->IsIdle())
+    CallAfterThisStep();
+  return false;
+}
+
+void World::CallAfterStep(const std::function<void(World&)>& call) {
+  engine_->calls_after_step.push_back(call);
+}
+
+void World::CallAfterThisStep() {
+  const RandomScope random_numbers(&random_);
+  for (const auto& call : std::exchange(engine_->calls_after_step, {})) call(*this);
+}
+
+/// What Update() says.
+bool World::MakeStep(const std::shared_ptr<WorldEngine>& engine) {
   if (engine->stepping || engine->loading) return false;
   engine->LetOrphansGo();
   const While stepping(&engine->stepping, true);

@@ -74,11 +74,21 @@ World::World(const RunOptions& options, const std::string& name, double ppm)
 
 void World::UseThreadsAndDeviceOf(const World& other) {
   options_.threads = static_cast<int>(other.engine_->threads());
+  engine_->ShareThreadsOf(*other.engine_);
+  UseDeviceOf(other);
+}
+
+void World::UseDeviceOf(const World& other) {
   options_.opencl = other.options_.opencl;
   options_.always_on_device = other.options_.always_on_device;
   options_.device = other.options_.device;
-  engine_->ShareThreadsOf(*other.engine_);
   engine_->tracer.SharePrefilterOf(other.engine_->tracer, options_.always_on_device);
+}
+
+void World::Reseed(uint64_t seed) {
+  options_.seed = seed;
+  random_.Restart(seed);
+  for (Model* model : engine_->models) model->Reseed(seed);
 }
 
 /// What a world file that says nothing else means.
@@ -144,6 +154,7 @@ void World::ForgetAll() {
   engine_->update_callbacks_due.clear();
   engine_->hidden_from_rangers.clear();
   engine_->due.clear();
+  engine_->calls_after_step.clear();
   engine_->energy.clear();
   // Struck out, not erased: this may be called from one of them.
   for (WorldEngine::UpdateCallback& entry : engine_->update_callbacks) entry.function = nullptr;

@@ -35,6 +35,10 @@ void EraseExact(const Model& model, grid::Grid* grid) {
 
 /// Made once.
 std::shared_ptr<const WorldImage> World::Image() const {
+  if (!wf || engine_->loads > 0) {
+    messages::Report(LogLevel::kError, "stage: found no loaded world to be copied");
+    return nullptr;
+  }
   static std::mutex mutex;
   const std::lock_guard<std::mutex> lock(mutex);
   if (!engine_->image) engine_->image = MakeImage();

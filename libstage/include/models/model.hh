@@ -448,6 +448,9 @@ class Model : public Ancestor {
   /// Forgets the readings that ExchangeState() leaves out, see StateExchange::leaves_readings_out():
   /// the world has gone back to a state whose readings nobody knows.
   virtual void DropReadings() {}
+  /// See World::Reseed(): the model's random numbers are to follow from these two. A type with
+  /// generators of its own overrides it and calls its parent class first.
+  virtual void Reseed(uint64_t seed);
 
   /// The model's share in the world's energy phase; see power_pack.hh.
   virtual void UpdateCharge();

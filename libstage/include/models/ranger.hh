@@ -102,6 +102,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
 
  protected:
   void DropReadings() override;
+  void Reseed(uint64_t seed) override;
   void Startup() override;
   void Shutdown() override;
   /// Puts the sensors' rays into the batch of the step; the readings follow when it is traced.

@@ -71,6 +71,7 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
   void ExchangeState(StateExchange& exchange) override;
 
  protected:
+  void Reseed(uint64_t seed) override;
   void Startup() override;
   void Shutdown() override;
   /// Works out who may be in reach and puts the lines past obstacles into the batch of the step.

@@ -6,6 +6,7 @@
 #define STAGE_WORLD_WORLD_HH
 
 #include <atomic>
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <set>
@@ -85,6 +86,7 @@ struct RunOptions {
   usec_t duration;   ///< simulated, after which a world is done, whatever quit time its files give
                      ///< and however often it is loaded; 0: their quit times count
   bool clock;        ///< print the simulated time, whatever the file says
+  bool branch;       ///< the world is one that Branches try something in; see World::IsBranch()
   bool controllers;  ///< false: `ctrl` and `plugins` load nothing, so that files run no code
   bool
       listed;  ///< the world is one of those of the program: World::UpdateAll(), Run() and
@@ -101,6 +103,7 @@ struct RunOptions {
         ray_model(RayModel::kDefault),
         duration(0),
         clock(false),
+        branch(false),
         controllers(true),
         listed(true) {}
 };
@@ -126,6 +129,8 @@ class World : public Ancestor {
   /// be called before Load(). If there are several threads, the two must not be stepped at the same
   /// time. The other world may be deleted at any time.
   void UseThreadsAndDeviceOf(const World& other);
+  /// The same of the device alone; the two may be stepped at the same time.
+  void UseDeviceOf(const World& other);
 
   // Callbacks and controllers may load, unload and delete the world they are called in. The rest of
   // a step is left out then. Whoever has called Load() or Update() of a world that they may delete
@@ -143,6 +148,10 @@ class World : public Ancestor {
   /// change of the scenery. The other must not be stepped or changed meanwhile; several worlds may
   /// become copies of it at once. False like Load().
   bool LoadCopy(const World& other);
+  /// The same in two parts. The image stays good whatever becomes of the world that it is of, which
+  /// keeps it, too. Null, with a message, if nothing is loaded.
+  std::shared_ptr<const WorldImage> Image() const;
+  bool LoadCopy(const std::shared_ptr<const WorldImage>& image);
   int LoadStatus() const { return load_status_; }
   /// The warnings and errors of the last Load() or Reset(), a line each; a thousand at most. The
   /// log sink gets them too.
@@ -202,6 +211,10 @@ class World : public Ancestor {
   /// cb(world, user) at the end of each step, in the order of registration; non-zero removes it.
   void AddUpdateCallback(world_callback_t cb, void* user);
   int RemoveUpdateCallback(world_callback_t cb, void* user);
+  /// Calls it once, when the step in progress has ended, or the next one: between steps, where
+  /// snapshots can be taken. It may not delete or unload the world. What is asked for meanwhile is
+  /// called after the following step.
+  void CallAfterStep(const std::function<void(World&)>& call);
   /// cb(mod, arg) once, in the first step whose time is now + delay or later.
   /// There is one queue.
   unsigned int GetEventQueue(Model*) const { return 0; }
@@ -291,6 +304,12 @@ class World : public Ancestor {
   /// as they are. False, with a message, and the world as it was, if the models or their callbacks
   /// don't fit.
   bool Restore(const Snapshot& from);
+  /// From now on random numbers are others: what they are follows from this seed and from the
+  /// state. The world's seed is this one then. Between steps.
+  void Reseed(uint64_t seed);
+  /// Something is being tried in it, see Branches: what a controller does here isn't done to the
+  /// world that it is a copy of.
+  bool IsBranch() const { return options_.branch; }
   /// Of all that decides the future of the world and its models, see state_exchange.hh: two worlds
   /// that will go on alike have the same. Between steps.
   uint64_t StateHash() const;
@@ -346,6 +365,8 @@ class World : public Ancestor {
   void CheckNotNested(int entity, Model* parent_model);
   void CheckOutlines(const std::vector<Model*>& models);
   void CallUpdateCallbacks();
+  bool MakeStep(const std::shared_ptr<WorldEngine>& engine);
+  void CallAfterThisStep();
   void Step(WorldEngine& engine, uint64_t life);
   void FinishSensing();
   void UpdateEnergy();
@@ -399,7 +420,6 @@ class World : public Ancestor {
   void DrawInOrder(const std::vector<Model*>& models);
   void NoteAllDrawn();
   void NoteAllDrawnSince(uint64_t stamp);
-  std::shared_ptr<const WorldImage> Image() const;
   std::shared_ptr<const WorldImage> MakeImage() const;
   void DrawLike(const WorldImage& image);
 

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "whatif/branches.hh"
+
+#include <algorithm>
+#include <exception>
+#include <thread>
+#include <utility>
+
+#include "messages/report.hh"
+#include "models/position.hh"
+#include "threads/worker_pool.hh"
+#include "world/world.hh"
+
+namespace Stg {
+
+void Scenario::BeforeStep(World&, uint32_t) {}
+bool Scenario::AfterStep(World&, uint32_t, double*) { return false; }
+
+namespace {
+
+unsigned ThreadsOf(const BranchOptions& options) {
+  const unsigned threads =
+      options.threads > 0 ? options.threads : std::thread::hardware_concurrency();
+  return std::max(1u, threads);
+}
+
+RunOptions OptionsOfCopies(const World& prototype) {
+  RunOptions options = prototype.options();
+  options.threads = 1;
+  options.opencl = false;  // each would open a device of its own
+  options.duration = 0;
+  options.clock = false;
+  options.listed = false;
+  options.branch = true;
+  return options;
+}
+
+std::string DescribeException() {
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    return messages::Shortened(error.what(), messages::kLongestDetail);
+  } catch (...) {
+    return "something that is no exception";
+  }
+}
+
+void Carry(const Command& command, ModelPosition* position) {
+  switch (command.kind) {
+    case Command::kSetSpeed:
+      return position->SetSpeed(command.x, command.y, command.a);
+    case Command::kGoTo:
+      return position->GoTo(command.x, command.y, command.a);
+    case Command::kSetAcceleration:
+      return position->SetAcceleration(command.x, command.y, command.a);
+    case Command::kStop:
+      return position->Stop();
+  }
+}
+
+}  // namespace
+
+struct Branches::Impl {
+  struct Copy;
+  struct Row {
+    Branch seen;
+    Snapshot state;
+    uint64_t seed = 0;
+    bool reseed = false;     // before its next step
+    size_t given = 0;        // commands
+    Copy* latest = nullptr;  // whose world was in this state last
+  };
+  /// That of a thread.
+  struct Copy {
+    std::unique_ptr<World> world;
+    const Row* resident = nullptr;  // whose state it is in, if that is not newer elsewhere
+  };
+
+  Impl(const World& prototype, uint32_t count, const BranchOptions& wanted)
+      : options(wanted),
+        copy_options(OptionsOfCopies(prototype)),
+        image(prototype.Image()),
+        rows(count),
+        copies(ThreadsOf(wanted)),
+        pool(ThreadsOf(wanted)) {
+    if (!image) return;
+    if (options.device)
+      for (Copy& copy : copies) {  // now, as the prototype may be gone later
+        copy.world = std::make_unique<World>(copy_options);
+        copy.world->UseDeviceOf(prototype);
+      }
+    ready = WorldOf(&copies[0]) != nullptr;
+  }
+
+  static void Settle(World* world) {
+    world->SetQuitTime(0);
+    world->CancelQuit();
+  }
+  World* WorldOf(Copy* copy);
+  bool Bring(Row* row, Copy* copy);
+  void Keep(Row* row, Copy* copy);
+  void Step(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario, Copy* copy);
+  bool StepOnce(Row* row, uint32_t branch, Scenario* scenario, Copy* copy);
+  void CarryCommands(Row* row, World* world);
+  void See(Row* row, const World& world) const;
+  static void Fail(Row* row, Copy* copy, const std::string& why);
+  /// Calls f() with the copy's world in that branch's state, and keeps what it comes to.
+  template <typename F>
+  void Work(Row* row, Copy* copy, F f);
+
+  const BranchOptions options;
+  const RunOptions copy_options;
+  const std::shared_ptr<const WorldImage> image;
+  std::vector<Row> rows;
+  std::vector<Copy> copies;
+  threads::WorkerPool pool;
+  bool ready = false;
+};
+
+/// Null if it can't be made.
+World* Branches::Impl::WorldOf(Copy* copy) {
+  if (copy->world && copy->world->GetWorldFile()) return copy->world.get();
+  copy->resident = nullptr;
+  if (!copy->world) copy->world = std::make_unique<World>(copy_options);
+  if (!copy->world->LoadCopy(image)) return nullptr;
+  Settle(copy->world.get());
+  return copy->world.get();
+}
+
+void Branches::Impl::Fail(Row* row, Copy* copy, const std::string& why) {
+  row->seen.status = Branch::kFailed;
+  row->seen.error = why;
+  row->state = Snapshot();
+  copy->resident = nullptr;
+}
+
+bool Branches::Impl::Bring(Row* row, Copy* copy) {
+  World* const world = WorldOf(copy);
+  if (!world) {
+    Fail(row, copy, "the world can't be copied any more");
+    return false;
+  }
+  // A lean row doesn't know the readings that the world still has.
+  if (copy->resident == row && row->latest == copy && options.keep == Snapshot::kFull) return true;
+  copy->resident = nullptr;
+  messages::Collector collector;
+  if (!world->Restore(row->state)) {
+    Fail(row, copy, collector.lines.empty() ? "can't be restored" : collector.lines.back());
+    return false;
+  }
+  if (row->reseed) world->Reseed(row->seed);
+  row->reseed = false;
+  return true;
+}
+
+void Branches::Impl::Keep(Row* row, Copy* copy) {
+  World* const world = copy->world.get();
+  if (!world || !world->GetWorldFile())
+    return Fail(row, copy, "its world has been deleted or unloaded");
+  messages::Collector collector;
+  if (world->Take(&row->state, options.keep)) {
+    copy->resident = row;
+    row->latest = copy;
+    return;
+  }
+  Fail(row, copy, collector.lines.empty() ? "can't be kept" : collector.lines.back());
+}
+
+template <typename F>
+void Branches::Impl::Work(Row* row, Copy* copy, F f) {
+  try {
+    if (!Bring(row, copy)) return;
+    f();
+    Keep(row, copy);
+  } catch (...) {
+    Fail(row, copy, DescribeException());
+  }
+}
+
+void Branches::Impl::Step(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario,
+                          Copy* copy) {
+  Work(row, copy, [&] {
+    for (uint64_t i = 0; i < steps; i++)
+      if (!StepOnce(row, branch, scenario, copy)) return;
+  });
+}
+
+/// False if it was the last one.
+bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, Copy* copy) {
+  World* const world = copy->world.get();
+  CarryCommands(row, world);
+  if (scenario) scenario->BeforeStep(*world, branch);
+  if (world->Update() && !World::Exists(world)) {  // a controller has deleted it
+    static_cast<void>(copy->world.release());
+    return false;
+  }
+  if (!world->GetWorldFile()) return false;
+  row->seen.steps++;
+  See(row, *world);
+  bool ends = world->TestQuit();
+  if (scenario) ends |= scenario->AfterStep(*world, branch, &row->seen.score);
+  if (ends) row->seen.status = Branch::kEnded;
+  Settle(world);
+  return !ends;
+}
+
+void Branches::Impl::CarryCommands(Row* row, World* world) {
+  const std::vector<Command>& commands = row->seen.commands;
+  for (; row->given < commands.size() && commands[row->given].step <= row->seen.steps;
+       row->given++) {
+    const Command& command = commands[row->given];
+    if (auto* position = dynamic_cast<ModelPosition*>(world->FindModel(command.model)))
+      Carry(command, position);
+  }
+}
+
+void Branches::Impl::See(Row* row, const World& world) const {
+  for (const uint32_t id : options.watched) {
+    const Model* const model = world.FindModel(id);
+    Sighting sighting = {Pose(), Velocity(), false};
+    if (model) {
+      sighting.pose = model->GetGlobalPose();
+      sighting.stalled = model->Stalled();
+      if (auto* position = dynamic_cast<const ModelPosition*>(model))
+        sighting.velocity = position->GetVelocity();
+    }
+    row->seen.sightings.push_back(sighting);
+  }
+}
+
+Branches::Branches(const World& prototype, uint32_t count, const BranchOptions& options)
+    : impl_(new Impl(prototype, count, options)) {}
+
+Branches::~Branches() = default;
+
+bool Branches::IsReady() const { return impl_->ready; }
+
+uint32_t Branches::count() const { return static_cast<uint32_t>(impl_->rows.size()); }
+
+void Branches::Resize(uint32_t count) {
+  for (Impl::Copy& copy : impl_->copies) copy.resident = nullptr;
+  impl_->rows.resize(count);
+}
+
+const Branch& Branches::operator[](uint32_t branch) const { return impl_->rows[branch].seen; }
+
+void Branches::Restore(uint32_t branch, const Snapshot& from) {
+  Impl::Row& row = impl_->rows[branch];
+  Branch& seen = row.seen;
+  seen.status = from.empty() || !impl_->ready ? Branch::kFailed : Branch::kAlive;
+  seen.error = from.empty() ? "the snapshot was never taken" : "";
+  seen.steps = 0;
+  seen.score = 0;
+  seen.commands.clear();
+  seen.sightings.clear();
+  row.state = from;
+  row.reseed = false;
+  row.given = 0;
+  row.latest = nullptr;
+}
+
+void Branches::Restore(uint32_t branch, const Snapshot& from, uint64_t seed) {
+  Restore(branch, from);
+  impl_->rows[branch].seed = seed;
+  impl_->rows[branch].reseed = true;
+}
+
+void Branches::Give(uint32_t branch, const Command& command) {
+  std::vector<Command>& commands = impl_->rows[branch].seen.commands;
+  if (command.step < impl_->rows[branch].seen.steps) return;
+  const auto place =
+      std::upper_bound(commands.begin(), commands.end(), command,
+                       [](const Command& a, const Command& b) { return a.step < b.step; });
+  commands.insert(place, command);
+}
+
+void Branches::Retire(uint32_t branch) {
+  Branch& seen = impl_->rows[branch].seen;
+  if (seen.status == Branch::kAlive) seen.status = Branch::kRetired;
+}
+
+void Branches::Step(uint64_t steps, Scenario* scenario) {
+  std::vector<uint32_t> alive;
+  for (uint32_t branch = 0; branch < count(); branch++)
+    if (impl_->rows[branch].seen.status == Branch::kAlive) alive.push_back(branch);
+  impl_->pool.Run(alive.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
+    for (size_t i = begin; i < end; i++)
+      impl_->Step(&impl_->rows[alive[i]], alive[i], steps, scenario, &impl_->copies[thread]);
+  });
+}
+
+bool Branches::Visit(uint32_t branch, const std::function<void(World&)>& visit) {
+  Impl::Row& row = impl_->rows[branch];
+  if (row.state.empty()) return false;
+  Impl::Copy& copy = impl_->copies[0];
+  impl_->Work(&row, &copy, [&] { visit(*copy.world); });
+  return row.seen.status != Branch::kFailed;
+}
+
+Snapshot Branches::StateOf(uint32_t branch) const { return impl_->rows[branch].state; }
+
+}  // namespace Stg

@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What becomes of a branch is what would become of its world: whatever the number of branches and
+// threads, and whatever other branches do.
+
+#include "whatif/branches.hh"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "stage.hh"
+#include "support/all_models.hh"
+#include "support/meddler.hh"
+#include "support/model_testing.hh"
+#include "support/sanitized.hh"
+#include "support/shipped_worlds.hh"
+
+namespace Stg {
+namespace {
+
+RunOptions OptionsOf(uint64_t seed) {
+  RunOptions options;
+  options.seed = seed;
+  options.listed = false;
+  return options;
+}
+
+std::unique_ptr<World> LoadFile(const std::string& file, int steps) {
+  auto world = std::make_unique<World>(OptionsOf(1));
+  EXPECT_TRUE(world->Load(file)) << file;
+  world->SetQuitTime(0);
+  for (int i = 0; i < steps; i++) world->Update();
+  return world;
+}
+
+std::unique_ptr<World> LoadText(const std::string& text) {
+  auto world = std::make_unique<World>(OptionsOf(1));
+  std::istringstream content(text);
+  EXPECT_TRUE(world->Load(content, "text.world"));
+  return world;
+}
+
+std::unique_ptr<World> CopyIn(const World& other, const Snapshot& state) {
+  auto copy = std::make_unique<World>(OptionsOf(1));
+  EXPECT_TRUE(copy->LoadCopy(other));
+  EXPECT_TRUE(copy->Restore(state));
+  copy->SetQuitTime(0);
+  return copy;
+}
+
+BranchOptions With(unsigned threads, Snapshot::Keep keep) {
+  BranchOptions options;
+  options.threads = threads;
+  options.keep = keep;
+  return options;
+}
+
+ModelPosition* FirstRobot(World* world) {
+  for (Model* model : all_models::ByNumber(world))
+    if (auto* position = dynamic_cast<ModelPosition*>(model)) return position;
+  return nullptr;
+}
+
+/// Drives the first robot in a way of the branch's own, and scores where it gets.
+class Drive : public Scenario {
+ public:
+  void BeforeStep(World& world, uint32_t branch) override {
+    if (ModelPosition* const robot = FirstRobot(&world); robot && branch % 3 == 0)
+      robot->SetSpeed(0.1 * (branch % 7), 0, 0.3 - 0.1 * (branch % 5));
+  }
+  bool AfterStep(World& world, uint32_t branch, double* score) override {
+    if (ModelPosition* const robot = FirstRobot(&world))
+      *score += robot->GetGlobalPose().x * (branch + 1);
+    return branch % 11 == 5 && world.UpdateCount() % 9 == 0;
+  }
+};
+
+/// As Branches should do it, one at a time, in a fresh world.
+struct Expected {
+  uint64_t hash = 0, steps = 0;
+  double score = 0;
+};
+Expected Alone(const World& other, const Snapshot& from, uint32_t branch, uint64_t seed,
+               int steps) {
+  const std::unique_ptr<World> world = CopyIn(other, from);
+  world->Reseed(seed);
+  Drive drive;
+  Expected expected;
+  for (bool ended = false; !ended && expected.steps < static_cast<uint64_t>(steps);) {
+    drive.BeforeStep(*world, branch);
+    world->Update();
+    expected.steps++;
+    ended = drive.AfterStep(*world, branch, &expected.score);
+  }
+  Snapshot state;
+  EXPECT_TRUE(world->Take(&state));
+  expected.hash = state.hash();
+  return expected;
+}
+
+class BranchesTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { Init(nullptr, nullptr); }
+};
+
+TEST_F(BranchesTest, AreWhatTheirWorldsWouldBeAlone) {
+  constexpr uint32_t kCount = kSanitized ? 6 : 24;
+  constexpr int kSteps = 20;
+  for (const std::string& file : ShippedWorlds()) {
+    SCOPED_TRACE(file);
+    if (kSanitized && file.find("hospital") != std::string::npos) continue;
+    const std::unique_ptr<World> world = LoadFile(file, 7);
+    const uint64_t before = world->StateHash();
+    Snapshot now;
+    ASSERT_TRUE(world->Take(&now));
+    std::vector<Expected> expected;
+    for (uint32_t i = 0; i < kCount; i++)
+      expected.push_back(Alone(*world, now, i, 100 + i, kSteps));
+    for (const unsigned threads : {1u, 3u}) {
+      Branches branches(*world, kCount, With(threads, Snapshot::kFull));
+      ASSERT_TRUE(branches.IsReady());
+      for (uint32_t i = kCount; i-- > 0;) branches.Restore(i, now, 100 + i);
+      Drive drive;
+      for (int done = 0; done < kSteps; done += 5) branches.Step(5, &drive);
+      for (uint32_t i = 0; i < kCount; i++) {
+        EXPECT_EQ(branches[i].error, "");
+        EXPECT_EQ(branches[i].steps, expected[i].steps) << i;
+        EXPECT_EQ(branches[i].score, expected[i].score) << i;
+        EXPECT_EQ(branches.StateOf(i).hash(), expected[i].hash) << i << ", " << threads;
+      }
+    }
+    EXPECT_EQ(world->StateHash(), before) << "the prototype stays as it is";
+  }
+}
+
+/// Whatever it does: creates and deletes models, moves them from one to another, throws.
+class Wild : public Scenario {
+ public:
+  void BeforeStep(World& world, uint32_t branch) override {
+    if (branch % 5 == 4 && world.UpdateCount() % 8 == 7) throw std::runtime_error("too wild");
+    Meddler meddler(&world, branch * 1000 + world.UpdateCount());
+    if (branch % 2 == 1)
+      for (int k = 0; k < 3; k++) meddler.Do();
+  }
+};
+
+TEST_F(BranchesTest, WildNeighboursChangeNothing) {
+  constexpr uint32_t kCount = kSanitized ? 12 : 64;
+  const std::unique_ptr<World> world = LoadText(kRobotsOfAllTypes);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  std::vector<std::vector<uint64_t>> all;
+  for (const Snapshot::Keep keep : {Snapshot::kFull, Snapshot::kLean})
+    for (const unsigned threads : {1u, 2u, 5u}) {
+      Branches branches(*world, kCount, With(threads, keep));
+      std::vector<uint32_t> order(kCount);
+      std::iota(order.begin(), order.end(), 0u);
+      if (threads > 1) std::reverse(order.begin(), order.end());
+      for (const uint32_t i : order) branches.Restore(i, now, 7 + i);
+      Wild wild;
+      for (int round = 0; round < 4; round++)
+        branches.Step(round == 2 && threads == 2 ? 0 : 5, &wild);
+      if (threads == 2) branches.Step(5, &wild);
+      std::vector<uint64_t> hashes;
+      for (uint32_t i = 0; i < kCount; i++) {
+        EXPECT_EQ(branches[i].status, i % 5 == 4 ? Branch::kFailed : Branch::kAlive) << i;
+        EXPECT_EQ(branches[i].error, i % 5 == 4 ? "too wild" : "") << i;
+        uint64_t hash = 0;
+        branches.Visit(i, [&](World& branch) {
+          branch.Update();  // then lean ones have readings too
+          hash = branch.StateHash();
+        });
+        hashes.push_back(hash);
+      }
+      all.push_back(hashes);
+    }
+  for (const auto& hashes : all) EXPECT_EQ(hashes, all[0]);
+}
+
+TEST_F(BranchesTest, CarryCommandsAndSayWhatBecameOfThem) {
+  const std::unique_ptr<World> world = LoadText(
+      "position( name \"r\" alwayson 1 velocity_bounds [-0.5 0.5 0 0 0 0 -90 90] )\n"
+      "model( pose [3 0 0 0] size [1 4 1] )\n");
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  const uint32_t robot = world->GetModel("r")->GetId();
+  BranchOptions options;
+  options.watched = {robot};
+  Branches branches(*world, 2, options);
+  for (uint32_t i : {0u, 1u}) branches.Restore(i, now);
+  branches.Give(0, Command(20, robot, Command::kStop));
+  branches.Give(0, Command(0, robot, Command::kSetSpeed, 2));
+  branches.Give(1, Command(0, robot, Command::kSetSpeed, 0.2));
+  branches.Give(1, Command(0, 4000, Command::kSetSpeed, 0.2));  // there is no such model
+  branches.Step(40);
+  ASSERT_EQ(branches[0].sightings.size(), 40u);
+  EXPECT_EQ(branches[0].commands.front().step, 0u);
+  EXPECT_EQ(branches[0].sightings[1].velocity.x, 0.5) << "what was applied";
+  EXPECT_EQ(branches[0].sightings[25].velocity.x, 0);
+  EXPECT_NEAR(branches[0].sightings[39].pose.x, 1.0, 0.1);
+  EXPECT_NEAR(branches[1].sightings[39].pose.x, 0.8, 0.05);
+  branches.Step(80);
+  EXPECT_FALSE(branches[0].sightings.back().stalled);
+  EXPECT_TRUE(branches[1].sightings.back().stalled) << "at the wall";
+}
+
+TEST_F(BranchesTest, AreRetiredRestoredAndUsedAgain) {
+  const std::unique_ptr<World> world = LoadFile(SourceFile("worlds/simple.world"), 5);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now, Snapshot::kLean));
+  Branches branches(*world, 3, With(2, Snapshot::kLean));
+  EXPECT_EQ(branches[0].status, Branch::kRetired);
+  EXPECT_FALSE(branches.Visit(0, [](World&) {}));
+  for (uint32_t i : {0u, 1u, 2u}) branches.Restore(i, now);
+  branches.Step(10);
+  const uint64_t hash = branches.StateOf(0).hash();
+  branches.Retire(0);
+  branches.Step(10);
+  EXPECT_EQ(branches[0].steps, 10u);
+  EXPECT_EQ(branches[1].steps, 20u);
+  EXPECT_EQ(branches.StateOf(0).hash(), hash);
+  branches.Restore(1, now);
+  branches.Step(10);
+  EXPECT_EQ(branches.StateOf(1).hash(), hash);
+  EXPECT_EQ(branches[1].steps, 10u);
+  branches.Restore(2, branches.StateOf(0));
+  EXPECT_EQ(branches.StateOf(2).hash(), hash);
+  branches.Resize(5);
+  EXPECT_EQ(branches.StateOf(2).hash(), hash);
+  EXPECT_EQ(branches[4].status, Branch::kRetired);
+}
+
+TEST_F(BranchesTest, SeedsMakeDifferences) {
+  const std::unique_ptr<World> world =
+      LoadFile(SourceFile("tests/data/controllers/lasernoise.world"), 5);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  Branches branches(*world, 3);
+  branches.Restore(0, now, 1);
+  branches.Restore(1, now, 2);
+  branches.Restore(2, now, 1);
+  branches.Step(5);
+  EXPECT_NE(branches.StateOf(0).hash(), branches.StateOf(1).hash());
+  EXPECT_EQ(branches.StateOf(0).hash(), branches.StateOf(2).hash());
+}
+
+int Throw(World*, void*) { throw std::runtime_error("by a callback"); }
+int QuitNow(World* world, void*) {
+  world->Quit();
+  return 0;
+}
+
+TEST_F(BranchesTest, ErrorsAreTheirOwn) {
+  const std::unique_ptr<World> world = LoadText(kRobotsOfAllTypes);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  Branches branches(*world, 4);
+  for (uint32_t i : {0u, 1u, 2u, 3u}) branches.Restore(i, now);
+  EXPECT_TRUE(branches.Visit(1, [](World& branch) { branch.AddUpdateCallback(Throw, nullptr); }));
+  branches.Visit(2, [](World& branch) {
+    branch.Enqueue(
+        0, 1000000, branch.GetGround(), [](Model*, void*) { return 0; }, nullptr);
+  });
+  EXPECT_EQ(branches[2].status, Branch::kFailed);
+  EXPECT_NE(branches[2].error.find("put off with Enqueue()"), std::string::npos);
+  EXPECT_TRUE(branches.StateOf(2).empty());
+  Branches others(*world, 1);
+  others.Restore(0, Snapshot());
+  EXPECT_EQ(others[0].error, "the snapshot was never taken");
+}
+
+TEST_F(BranchesTest, OneThatQuitsHasEnded) {
+  const std::unique_ptr<World> world = LoadText(kRobotsOfAllTypes);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  class Quitter : public Scenario {
+    void BeforeStep(World& branch, uint32_t number) override {
+      if (number == 1 && branch.UpdateCount() == 3) branch.AddUpdateCallback(QuitNow, nullptr);
+    }
+    bool AfterStep(World& branch, uint32_t number, double*) override {
+      if (number == 1) branch.RemoveUpdateCallback(QuitNow, nullptr);
+      return false;
+    }
+  } quitter;
+  Branches branches(*world, 2);
+  for (uint32_t i : {0u, 1u}) branches.Restore(i, now);
+  branches.Step(10, &quitter);
+  EXPECT_EQ(branches[0].steps, 10u);
+  EXPECT_EQ(branches[1].status, Branch::kEnded);
+  EXPECT_EQ(branches[1].steps, 4u);
+}
+
+TEST_F(BranchesTest, OfNothingAreNotReady) {
+  World empty(OptionsOf(1));
+  const std::string errors = ErrorsOf([&] { EXPECT_FALSE(Branches(empty, 3).IsReady()); });
+  EXPECT_NE(errors.find("no loaded world"), std::string::npos) << errors;
+}
+
+TEST_F(BranchesTest, OutliveTheirPrototype) {
+  std::unique_ptr<World> world = LoadFile(SourceFile("worlds/simple.world"), 5);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  Branches branches(*world, 6, With(3, Snapshot::kFull));
+  for (uint32_t i = 0; i < 6; i++) branches.Restore(i, now);
+  for (int i = 0; i < 10; i++) world->Update();
+  ASSERT_TRUE(world->Take(&now));
+  world.reset();
+  branches.Step(10);
+  for (uint32_t i = 0; i < 6; i++) EXPECT_EQ(branches.StateOf(i).hash(), now.hash()) << i;
+}
+
+// ---- between steps ------------------------------------------------------------------------------
+
+/// Takes a snapshot of each step from within it.
+struct Photographer {
+  std::vector<uint64_t> hashes;
+  static int Ask(Model* model, void* arg) {
+    auto* self = static_cast<Photographer*>(arg);
+    model->GetWorld()->CallAfterStep([self](World& world) {
+      Snapshot snapshot;
+      EXPECT_TRUE(world.Take(&snapshot));
+      self->hashes.push_back(snapshot.hash());
+    });
+    return 0;
+  }
+};
+
+TEST_F(BranchesTest, CallbacksCanAskForWhatIsDoneBetweenSteps) {
+  const std::unique_ptr<World> world = LoadFile(SourceFile("worlds/simple.world"), 1);
+  Photographer photographer;
+  FirstRobot(world.get())->AddCallback(Model::CB_UPDATE, Photographer::Ask, &photographer);
+  std::vector<uint64_t> expected;
+  for (int i = 0; i < 5; i++) {
+    world->Update();
+    Snapshot snapshot;
+    ASSERT_TRUE(world->Take(&snapshot));
+    expected.push_back(snapshot.hash());
+  }
+  EXPECT_EQ(photographer.hashes, expected);
+}
+
+}  // namespace
+}  // namespace Stg

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "whatif/consequence_engine.hh"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "stage.hh"
+
+namespace Stg {
+namespace {
+
+/// A robot before a wall with a gap on the left; it wants to get far.
+const char kWall[] =
+    "resolution 0.05\n"
+    "position( name \"r\" alwayson 1 size [0.4 0.4 0.4] localization \"gps\"\n"
+    "  ranger( alwayson 1 sensor( range [0 4] fov 180 samples 9 noise [0.01 0.01 0] ) ) )\n"
+    "model( pose [2 -2.6 0 0] size [0.4 5 1] )\n";
+
+class Engine : public testing::Test {
+ protected:
+  Engine() {
+    Init(nullptr, nullptr);
+    RunOptions options;
+    options.listed = false;
+    world_ = std::make_unique<World>(options);
+    std::istringstream content(kWall);
+    EXPECT_TRUE(world_->Load(content, "wall.world"));
+    for (int i = 0; i < 5; i++) world_->Update();
+    EXPECT_TRUE(world_->Take(&question_.now));
+    question_.horizon = 10000000;
+    const uint32_t robot = world_->GetModel("r")->GetId();
+    const auto add = [&](const char* name, double speed, double turn) {
+      question_.candidates.push_back(
+          {name, {Command(0, robot, Command::kSetSpeed, speed, 0, turn)}});
+    };
+    add("stay", 0, 0);
+    add("ahead", 0.4, 0);
+    add("left", 0.4, 0.12);
+    add("right", 0.4, -0.12);
+    add("spin", 0, 1);
+  }
+
+  std::unique_ptr<World> world_;
+  Question question_;
+};
+
+/// How far east it gets, at most 0.1 m a step. A collision costs 10 m and is the end.
+class Eastward : public Judge {
+ public:
+  bool Score(World& world, size_t, double* score) override {
+    scored++;
+    const Model* const robot = world.GetModel("r");
+    *score = robot->GetGlobalPose().x - (robot->Stalled() ? 10 : 0);
+    return robot->Stalled();
+  }
+  Bounds Outlook(uint64_t steps) const override {
+    if (!knows_bounds) return Judge::Outlook(steps);
+    const double furthest = 0.05 * static_cast<double>(steps);
+    return Bounds(-furthest - 10, furthest);
+  }
+  std::atomic<int> scored{0};
+  bool knows_bounds = false;
+};
+
+void ExpectSame(const Decision& a, const Decision& b) {
+  EXPECT_EQ(a.best, b.best);
+  EXPECT_EQ(a.complete, b.complete);
+  EXPECT_EQ(a.rounds, b.rounds);
+  EXPECT_EQ(a.steps, b.steps);
+  EXPECT_EQ(a.scenario_steps, b.scenario_steps);
+  ASSERT_EQ(a.outcomes.size(), b.outcomes.size());
+  for (size_t i = 0; i < a.outcomes.size(); i++) {
+    EXPECT_EQ(a.outcomes[i].score, b.outcomes[i].score) << i;
+    EXPECT_EQ(a.outcomes[i].steps, b.outcomes[i].steps) << i;
+    EXPECT_EQ(a.outcomes[i].ended, b.outcomes[i].ended) << i;
+    EXPECT_EQ(a.outcomes[i].dominated, b.outcomes[i].dominated) << i;
+    ASSERT_EQ(a.outcomes[i].sightings.size(), b.outcomes[i].sightings.size());
+    for (size_t s = 0; s < a.outcomes[i].sightings.size(); s++)
+      EXPECT_EQ(a.outcomes[i].sightings[s].pose.x, b.outcomes[i].sightings[s].pose.x);
+  }
+}
+
+TEST_F(Engine, ChoosesTheBestConsequence) {
+  ConsequenceEngine engine(*world_);
+  ASSERT_TRUE(engine.IsReady());
+  Eastward judge;
+  const uint64_t before = world_->StateHash();
+  const Decision decision = engine.Choose(question_, Budget(), &judge);
+  EXPECT_EQ(question_.candidates[decision.best].name, "left");
+  EXPECT_TRUE(decision.complete);
+  EXPECT_EQ(decision.steps, 100u);
+  EXPECT_TRUE(decision.outcomes[1].ended) << "runs into the wall";
+  EXPECT_LT(decision.outcomes[1].score, -5);
+  EXPECT_EQ(world_->StateHash(), before);
+}
+
+/// With any number of threads.
+TEST_F(Engine, IsReplayedWithoutAClock) {
+  ConsequenceEngine::Options options;
+  options.samples = 3;
+  options.watched = {world_->GetModel("r")->GetId()};
+  std::vector<Decision> decisions;
+  for (const unsigned threads : {1u, 2u, 4u}) {
+    options.threads = threads;
+    ConsequenceEngine engine(*world_, options);
+    Eastward judge;
+    Budget budget;
+    budget.scenario_steps = 500;
+    decisions.push_back(engine.Choose(question_, budget, &judge));
+    ExpectSame(decisions.back(), decisions.front());
+    Budget short_time(0.002);
+    const Decision hasty = engine.Choose(question_, short_time, &judge);
+    ExpectSame(engine.Replay(question_, hasty, &judge), hasty);
+  }
+  EXPECT_LE(decisions[0].scenario_steps, 500u);
+  EXPECT_GT(decisions[0].scenario_steps, 300u);
+}
+
+TEST_F(Engine, GivesUpWhatCannotWin) {
+  ConsequenceEngine engine(*world_);
+  Eastward all, bounded;
+  bounded.knows_bounds = true;
+  const Decision thorough = engine.Choose(question_, Budget(), &all);
+  const Decision economical = engine.Choose(question_, Budget(), &bounded);
+  EXPECT_EQ(economical.best, thorough.best);
+  EXPECT_EQ(economical.outcomes[economical.best].score, thorough.outcomes[thorough.best].score);
+  EXPECT_LE(economical.scenario_steps, thorough.scenario_steps);
+  EXPECT_EQ(bounded.scored, static_cast<int>(economical.scenario_steps));
+}
+
+TEST_F(Engine, KeepsToItsBudget) {
+  ConsequenceEngine engine(*world_);
+  Eastward judge;
+  Budget steps;
+  steps.scenario_steps = 60;
+  Decision decision = engine.Choose(question_, steps, &judge);
+  EXPECT_LE(decision.scenario_steps, 60u);
+  EXPECT_FALSE(decision.complete);
+  steps.scenario_steps = 1;
+  decision = engine.Choose(question_, steps, &judge);
+  EXPECT_EQ(decision.rounds, 1u) << "there is an answer in any case";
+
+  Budget energy;
+  double spent = 0;
+  energy.joules = 5.5;
+  energy.meter = [&] { return spent += 1; };
+  decision = engine.Choose(question_, energy, &judge);
+  EXPECT_GE(decision.rounds, 1u);
+  EXPECT_LE(decision.rounds, 5u);
+  EXPECT_GT(decision.joules, 0);
+
+  Budget by_watts;
+  by_watts.watts = 1e9;
+  by_watts.joules = 1;
+  EXPECT_EQ(engine.Choose(question_, by_watts, &judge).rounds, 1u);
+}
+
+TEST_F(Engine, FailuresAreNotChosen) {
+  class Broken : public Eastward {
+    void Begin(World&, size_t candidate) override {
+      if (candidate == 2) throw std::runtime_error("broken");
+    }
+  } judge;
+  ConsequenceEngine engine(*world_);
+  const Decision decision = engine.Choose(question_, Budget(), &judge);
+  EXPECT_EQ(decision.outcomes[2].error, "broken");
+  EXPECT_NE(decision.best, 2u);
+}
+
+TEST_F(Engine, GoesOnAsNowWhereNothingIsKnown) {
+  ConsequenceEngine engine(*world_);
+  Eastward judge;
+  question_.horizon = 0;
+  Decision decision = engine.Choose(question_, Budget(), &judge);
+  EXPECT_EQ(decision.best, 0u);
+  EXPECT_TRUE(decision.complete);
+  question_.candidates.clear();
+  question_.horizon = 1000000;
+  decision = engine.Choose(question_, Budget(), &judge);
+  EXPECT_TRUE(decision.outcomes.empty());
+}
+
+/// With the world's own random numbers, what comes is foreseen to the bit.
+TEST_F(Engine, ForeseesItsOwnWorld) {
+  ConsequenceEngine::Options options;
+  options.watched = {world_->GetModel("r")->GetId()};
+  ConsequenceEngine engine(*world_, options);
+  Eastward judge;
+  question_.seed = 0;
+  const Decision decision = engine.Choose(question_, Budget(), &judge);
+  const Command& chosen = question_.candidates[decision.best].commands[0];
+  auto* robot = dynamic_cast<ModelPosition*>(world_->GetModel("r"));
+  robot->SetSpeed(chosen.x, chosen.y, chosen.a);
+  for (const Sighting& foreseen : decision.outcomes[decision.best].sightings) {
+    world_->Update();
+    EXPECT_EQ(robot->GetGlobalPose().x, foreseen.pose.x);
+    EXPECT_EQ(robot->GetGlobalPose().a, foreseen.pose.a);
+  }
+}
+
+}  // namespace
+}  // namespace Stg
