@@ -129,7 +129,7 @@ World* Branches::Impl::WorldOf(Copy* copy) {
 }
 
 void Branches::Impl::Fail(Row* row, Copy* copy, const std::string& why) {
-  row->seen.status = Branch::kFailed;
+  row->seen.fate = Branch::kFailed;
   row->seen.error = why;
   row->state = Snapshot();
   copy->resident = nullptr;
@@ -200,7 +200,7 @@ bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, Cop
   See(row, *world);
   bool ends = world->TestQuit();
   if (scenario) ends |= scenario->AfterStep(*world, branch, &row->seen.score);
-  if (ends) row->seen.status = Branch::kEnded;
+  if (ends) row->seen.fate = Branch::kEnded;
   Settle(world);
   return !ends;
 }
@@ -248,7 +248,7 @@ const Branch& Branches::operator[](uint32_t branch) const { return impl_->rows[b
 void Branches::Restore(uint32_t branch, const Snapshot& from) {
   Impl::Row& row = impl_->rows[branch];
   Branch& seen = row.seen;
-  seen.status = from.empty() || !impl_->ready ? Branch::kFailed : Branch::kAlive;
+  seen.fate = from.empty() || !impl_->ready ? Branch::kFailed : Branch::kAlive;
   seen.error = from.empty() ? "the snapshot was never taken" : "";
   seen.steps = 0;
   seen.score = 0;
@@ -277,13 +277,13 @@ void Branches::Give(uint32_t branch, const Command& command) {
 
 void Branches::Retire(uint32_t branch) {
   Branch& seen = impl_->rows[branch].seen;
-  if (seen.status == Branch::kAlive) seen.status = Branch::kRetired;
+  if (seen.fate == Branch::kAlive) seen.fate = Branch::kRetired;
 }
 
 void Branches::Step(uint64_t steps, Scenario* scenario) {
   std::vector<uint32_t> alive;
   for (uint32_t branch = 0; branch < count(); branch++)
-    if (impl_->rows[branch].seen.status == Branch::kAlive) alive.push_back(branch);
+    if (impl_->rows[branch].seen.fate == Branch::kAlive) alive.push_back(branch);
   impl_->pool.Run(alive.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
     for (size_t i = begin; i < end; i++)
       impl_->Step(&impl_->rows[alive[i]], alive[i], steps, scenario, &impl_->copies[thread]);
@@ -295,7 +295,7 @@ bool Branches::Visit(uint32_t branch, const std::function<void(World&)>& visit) 
   if (row.state.empty()) return false;
   Impl::Copy& copy = impl_->copies[0];
   impl_->Work(&row, &copy, [&] { visit(*copy.world); });
-  return row.seen.status != Branch::kFailed;
+  return row.seen.fate != Branch::kFailed;
 }
 
 Snapshot Branches::StateOf(uint32_t branch) const { return impl_->rows[branch].state; }

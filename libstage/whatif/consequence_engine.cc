@@ -146,20 +146,20 @@ uint64_t ConsequenceEngine::Impl::CountSteps() const {
 uint64_t ConsequenceEngine::Impl::CountAlive() const {
   uint64_t alive = 0;
   for (uint32_t branch = 0; branch < branches->count(); branch++)
-    alive += (*branches)[branch].status == Branch::kAlive;
+    alive += (*branches)[branch].fate == Branch::kAlive;
   return alive;
 }
 
 bool ConsequenceEngine::Impl::IsAlive(size_t candidate) const {
   for (uint32_t sample = 0; sample < samples; sample++)
-    if ((*branches)[static_cast<uint32_t>(candidate) * samples + sample].status == Branch::kAlive)
+    if ((*branches)[static_cast<uint32_t>(candidate) * samples + sample].fate == Branch::kAlive)
       return true;
   return false;
 }
 
 bool ConsequenceEngine::Impl::HasFailed(size_t candidate) const {
   for (uint32_t sample = 0; sample < samples; sample++)
-    if ((*branches)[static_cast<uint32_t>(candidate) * samples + sample].status == Branch::kFailed)
+    if ((*branches)[static_cast<uint32_t>(candidate) * samples + sample].fate == Branch::kFailed)
       return true;
   return false;
 }
@@ -171,7 +171,7 @@ Outcome ConsequenceEngine::Impl::OutcomeOf(size_t candidate) const {
     outcome.score += branch.score / samples;
     outcome.steps = std::max(outcome.steps, branch.steps);
     if (sample == 0) outcome.sightings = branch.sightings;
-    if (branch.status == Branch::kFailed) outcome.error = branch.error;
+    if (branch.fate == Branch::kFailed) outcome.error = branch.error;
   }
   outcome.dominated = dominated[candidate];
   outcome.ended = !IsAlive(candidate) && !outcome.dominated;
@@ -184,7 +184,7 @@ Bounds ConsequenceEngine::Impl::ReachOf(size_t candidate, uint64_t steps_left) c
   Bounds reach(0, 0);
   for (uint32_t sample = 0; sample < samples; sample++) {
     const Branch& branch = (*branches)[static_cast<uint32_t>(candidate) * samples + sample];
-    const bool goes_on = branch.status == Branch::kAlive && steps_left > 0;
+    const bool goes_on = branch.fate == Branch::kAlive && steps_left > 0;
     reach.min += (branch.score + (goes_on ? outlook.min : 0)) / samples;
     reach.max += (branch.score + (goes_on ? outlook.max : 0)) / samples;
   }

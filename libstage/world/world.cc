@@ -272,7 +272,11 @@ void World::RegisterOption(Option* option) {
 }
 
 void World::RecordRay(double x1, double y1, double x2, double y2) {
-  if (IsGUI()) ray_list.push_back({x1, y1, x2, y2});
+  RecordLine(x1, y1, x2, y2, Color(0, 0, 0));
+}
+
+void World::RecordLine(double x1, double y1, double x2, double y2, const Color& color) {
+  if (IsGUI()) ray_list.push_back({x1, y1, x2, y2, color});
 }
 
 void World::EnableEnergy(Model* mod) { engine_->EnableEnergy(mod); }

@@ -170,7 +170,7 @@ TEST_F(BranchesTest, WildNeighboursChangeNothing) {
       if (threads == 2) branches.Step(5, &wild);
       std::vector<uint64_t> hashes;
       for (uint32_t i = 0; i < kCount; i++) {
-        EXPECT_EQ(branches[i].status, i % 5 == 4 ? Branch::kFailed : Branch::kAlive) << i;
+        EXPECT_EQ(branches[i].fate, i % 5 == 4 ? Branch::kFailed : Branch::kAlive) << i;
         EXPECT_EQ(branches[i].error, i % 5 == 4 ? "too wild" : "") << i;
         uint64_t hash = 0;
         branches.Visit(i, [&](World& branch) {
@@ -216,7 +216,7 @@ TEST_F(BranchesTest, AreRetiredRestoredAndUsedAgain) {
   Snapshot now;
   ASSERT_TRUE(world->Take(&now, Snapshot::kLean));
   Branches branches(*world, 3, With(2, Snapshot::kLean));
-  EXPECT_EQ(branches[0].status, Branch::kRetired);
+  EXPECT_EQ(branches[0].fate, Branch::kRetired);
   EXPECT_FALSE(branches.Visit(0, [](World&) {}));
   for (uint32_t i : {0u, 1u, 2u}) branches.Restore(i, now);
   branches.Step(10);
@@ -234,7 +234,7 @@ TEST_F(BranchesTest, AreRetiredRestoredAndUsedAgain) {
   EXPECT_EQ(branches.StateOf(2).hash(), hash);
   branches.Resize(5);
   EXPECT_EQ(branches.StateOf(2).hash(), hash);
-  EXPECT_EQ(branches[4].status, Branch::kRetired);
+  EXPECT_EQ(branches[4].fate, Branch::kRetired);
 }
 
 TEST_F(BranchesTest, SeedsMakeDifferences) {
@@ -268,7 +268,7 @@ TEST_F(BranchesTest, ErrorsAreTheirOwn) {
     branch.Enqueue(
         0, 1000000, branch.GetGround(), [](Model*, void*) { return 0; }, nullptr);
   });
-  EXPECT_EQ(branches[2].status, Branch::kFailed);
+  EXPECT_EQ(branches[2].fate, Branch::kFailed);
   EXPECT_NE(branches[2].error.find("put off with Enqueue()"), std::string::npos);
   EXPECT_TRUE(branches.StateOf(2).empty());
   Branches others(*world, 1);
@@ -293,7 +293,7 @@ TEST_F(BranchesTest, OneThatQuitsHasEnded) {
   for (uint32_t i : {0u, 1u}) branches.Restore(i, now);
   branches.Step(10, &quitter);
   EXPECT_EQ(branches[0].steps, 10u);
-  EXPECT_EQ(branches[1].status, Branch::kEnded);
+  EXPECT_EQ(branches[1].fate, Branch::kEnded);
   EXPECT_EQ(branches[1].steps, 4u);
 }
 

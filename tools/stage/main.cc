@@ -14,6 +14,7 @@
 #include "messages/report.hh"
 #include "models/thrown.hh"
 #include "stage.hh"
+#include "stage/budget.hh"
 #include "stage/console.hh"
 #include "stage/explain.hh"
 #include "stage/explain_ray.hh"
@@ -83,6 +84,7 @@ int Main(int argc, char* argv[]) {
       return 0;
     case Options::Action::kExplain:
     case Options::Action::kExplainRay:
+    case Options::Action::kBudget:
     case Options::Action::kRun:
       break;
   }
@@ -95,6 +97,7 @@ int Main(int argc, char* argv[]) {
   Init(&argc, &argv);
   if (options.action == Options::Action::kExplain) return Explain(options);
   if (options.action == Options::Action::kExplainRay) return ExplainRay(options);
+  if (options.action == Options::Action::kBudget) return TellBudget(options);
   return Run(options);
 }
 

@@ -48,7 +48,9 @@ enum Id : int {
   kRecord,
   kSize,
   kFromSnapshot,
-  kSaveSnapshot
+  kSaveSnapshot,
+  kBudget,
+  kHorizon
 };
 
 // The colon in front: getopt keeps quiet and tells a missing value from an unknown option.
@@ -57,6 +59,7 @@ constexpr char kShortOptions[] = ":a:cgh";
 // The values of --clock, --gui and --help are taken and ignored, as ever.
 constexpr option kLongOptions[] = {
     {"args", required_argument, nullptr, kArgs},
+    {"budget-ms", required_argument, nullptr, kBudget},
     {"clock", optional_argument, nullptr, kClock},
     {"duration", required_argument, nullptr, kDuration},
     {"explain", optional_argument, nullptr, kExplain},
@@ -64,6 +67,7 @@ constexpr option kLongOptions[] = {
     {"from-snapshot", required_argument, nullptr, kFromSnapshot},
     {"gui", optional_argument, nullptr, kGui},
     {"help", optional_argument, nullptr, kHelp},
+    {"horizon", required_argument, nullptr, kHorizon},
     {"no-batch", no_argument, nullptr, kNoBatch},
     {"no-controllers", no_argument, nullptr, kNoControllers},
     {"no-progress", no_argument, nullptr, kNoProgress},
@@ -105,6 +109,22 @@ usec_t ParseDuration(const std::string& text) {
   if (!seconds || !(*seconds >= 1e-6 && *seconds <= kLongestDuration))
     Refuse(kDuration, "simulated seconds, from 0.000001 to 1e12", text);
   return static_cast<usec_t>(std::llround(*seconds * 1e6));
+}
+
+double ParseBudget(const std::string& text) {
+  constexpr double kMost = 60000;
+  const std::optional<double> milliseconds = ParseNumber<double>(text);
+  if (!milliseconds || !(*milliseconds >= 0.001 && *milliseconds <= kMost))
+    Refuse(kBudget, "milliseconds, from 0.001 to 60000", text);
+  return *milliseconds;
+}
+
+double ParseHorizon(const std::string& text) {
+  constexpr double kMost = 86400;
+  const std::optional<double> seconds = ParseNumber<double>(text);
+  if (!seconds || !(*seconds >= 1e-6 && *seconds <= kMost))
+    Refuse(kHorizon, "simulated seconds, from 0.000001 to 86400", text);
+  return *seconds;
 }
 
 /// FILE@SECONDS
@@ -269,6 +289,13 @@ class Parser {
       case kSaveSnapshot:
         options_.snapshot = ParseSnapshotOrder(value);
         break;
+      case kBudget:
+        if (options_.action == Options::Action::kRun) options_.action = Options::Action::kBudget;
+        options_.budget_ms = ParseBudget(value);
+        break;
+      case kHorizon:
+        options_.horizon = ParseHorizon(value);
+        break;
       case kSize:
         ParseSize(value, &options_.pictures);
         break;
@@ -327,9 +354,18 @@ void TakeDeviceFromEnvironment(Options* options) {
   const char* choice = std::getenv("STAGE_CL_DEVICE");
   if (!options->run.opencl || !options->run.device.empty() || !choice) return;
   options->run.device = choice;
-  const bool loads =
-      options->action == Options::Action::kRun || options->action == Options::Action::kExplain;
+  const bool loads = options->action == Options::Action::kRun ||
+                     options->action == Options::Action::kExplain ||
+                     options->action == Options::Action::kBudget;
   if (options->run.device == "list" && loads) options->action = Options::Action::kListDevices;
+}
+
+/// A budget is for one world.
+void SettleBudget(const Options& options) {
+  if (options.action != Options::Action::kBudget) return;
+  if (options.worldfiles.size() > 1)
+    throw UsageError("--budget-ms: found " + std::to_string(options.worldfiles.size()) +
+                     " world files, expected one");
 }
 
 /// Snapshots are of one world, and taken without a window.
@@ -399,8 +435,9 @@ void CheckOutputs(const Options& options) {
 
 /// Worlds are what a run is about; other actions need none.
 void CheckWorlds(const Options& options) {
-  const bool loads =
-      options.action == Options::Action::kRun || options.action == Options::Action::kExplain;
+  const bool loads = options.action == Options::Action::kRun ||
+                     options.action == Options::Action::kExplain ||
+                     options.action == Options::Action::kBudget;
   if (loads && options.worldfiles.empty())
     throw UsageError("found no world file, expected at least one, such as worlds/simple.world");
 }
@@ -414,6 +451,7 @@ Options ParseOptions(int argc, char* argv[]) {
     return options;
   CheckOutputs(options);
   CheckWorlds(options);
+  SettleBudget(options);
   SettleSnapshots(&options);
   SettlePictures(&options);
   return options;

@@ -16,7 +16,7 @@
 namespace Stg::program {
 
 struct Options {
-  enum class Action { kRun, kExplain, kExplainRay, kHelp, kVersion, kListDevices };
+  enum class Action { kRun, kExplain, kExplainRay, kBudget, kHelp, kVersion, kListDevices };
 
   Action action = Action::kRun;
   bool no_gui = false;
@@ -25,8 +25,9 @@ struct Options {
   RunOptions run;
   std::string stats_file;  ///< empty: none; "-": standard output
   bool state_hash = false;
-  std::string explained_ray;   ///< with kExplainRay: see RayChoice
-  std::string first_snapshot;  ///< the file of --from-snapshot; empty: none
+  std::string explained_ray;          ///< with kExplainRay: see RayChoice
+  double budget_ms = 0, horizon = 5;  ///< with kBudget: wall clock, simulated seconds
+  std::string first_snapshot;         ///< the file of --from-snapshot; empty: none
   struct SnapshotOrder {
     std::string file;
     usec_t time;

@@ -19,8 +19,9 @@ inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::
     auto* ranger = dynamic_cast<Stg::ModelRanger*>(model.GetChild(name));
     const bool good = ranger && !ranger->GetSensors().empty() &&
                       ranger->GetSensors()[0].sample_count > kFewSamples;
-    Tell(controller + ": " + Stg::Printable(model.TokenStr(), 80) + ": is " + name + " a laser? " +
-         (good ? "yes" : "no"));
+    if (!model.GetWorld()->IsBranch())  // there are many of them
+      Tell(controller + ": " + Stg::Printable(model.TokenStr(), 80) + ": is " + name +
+           " a laser? " + (good ? "yes" : "no"));
     if (good) return ranger;
   }
   GiveUp(controller, model,
@@ -28,15 +29,16 @@ inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::
 }
 
 /// The state of one more robot that is driven by its laser: a struct with the members position and
-/// laser. Both are subscribed to; kUpdate is called whenever the laser has new data.
+/// laser. Returns it. Both are subscribed to; kUpdate is called whenever the laser has new data.
 template <class Robot, void (*kUpdate)(Robot*)>
-void DriveByLaser(const std::string& controller, Stg::Model* model) {
+Robot* DriveByLaser(const std::string& controller, Stg::Model* model) {
   Robot* robot = NewRobot<Robot>(controller, model);
   robot->position = RequirePosition(controller, model);
   robot->position->Subscribe();
   robot->laser = RequireLaser(controller, *model);
   CallOnUpdate<Robot, kUpdate>(robot->laser, robot);
   robot->laser->Subscribe();
+  return robot;
 }
 
 }  // namespace ctrl

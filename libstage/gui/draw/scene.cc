@@ -50,8 +50,11 @@ void Scene::Update(World& world, const view::ViewState& view, int width, int hei
   if (job.shows_data()) AddData(job);
   if (view.options[Show::kRays] && selection.last)
     DrawRays(world, *selection.last->Root(), &frame_.over);
-  for (const World::RecordedRay& ray : world.recorded_rays())
-    Painter(&frame_.over).Line({ray.x1, ray.y1, 0.1}, {ray.x2, ray.y2, 0.1});
+  Painter lines(&frame_.over);
+  for (const World::RecordedRay& ray : world.recorded_rays()) {
+    lines.SetColor(ToRgba(ray.color));
+    lines.Line({ray.x1, ray.y1, 0.1}, {ray.x2, ray.y2, 0.1});
+  }
 }
 
 // ---- who there is -------------------------------------------------------------------------------

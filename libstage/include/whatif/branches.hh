@@ -65,20 +65,20 @@ struct BranchOptions {
 
 /// What has become of a branch.
 struct Branch {
-  enum Status {
+  enum Fate {
     kAlive,
     kEnded,    ///< Scenario::AfterStep() said so, or something in it has asked its world to quit
     kRetired,  ///< nobody wants to know any more
     kFailed    ///< see error
   };
-  Status status;
+  Fate fate;
   uint64_t steps;  ///< since it was restored
   double score;
   std::string error;                ///< one line
   std::vector<Command> commands;    ///< by step; those of the same step in the order of giving
   std::vector<Sighting> sightings;  ///< after each step, of each watched model
 
-  Branch() : status(kRetired), steps(0), score(0) {}
+  Branch() : fate(kRetired), steps(0), score(0) {}
 };
 
 /// Many branches of a world. A branch is a row of bytes; a few worlds, one for each thread, serve

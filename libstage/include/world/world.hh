@@ -275,9 +275,12 @@ class World : public Ancestor {
   virtual void OfferVisualizer(Visualizer*, bool) {}
   /// A line of the next picture (metres); ignored without a window.
   void RecordRay(double x1, double y1, double x2, double y2);
+  /// The same in a colour, which may be transparent.
+  void RecordLine(double x1, double y1, double x2, double y2, const Color& color);
   void ClearRays() { ray_list.clear(); }
   struct RecordedRay {
     double x1, y1, x2, y2;
+    Color color;
   };
   const std::vector<RecordedRay>& recorded_rays() const { return ray_list; }
   /// Whether positions write down where they have been, which only windows show. Off at first.

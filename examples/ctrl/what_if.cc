@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// what_if GOAL_X GOAL_Y [go]: drives to a place (metres) among others who don't look where it goes.
+//
+// Twice a second it asks what would come of going on as now, and of some other ways to drive for a
+// second: each is tried in a copy of the world, for a few seconds. It does what brings it nearest
+// to the goal without a collision. In a window the futures it has considered are faint lines, grey
+// where it would have been free, red where it would have run into something; the chosen one is
+// blue. With `go` it asks nothing, and goes on as now all the time: for comparisons.
+//
+// Uses the first of the robot's children ranger:0 to ranger:15 whose first sensor has more than 8
+// samples.
+
+#include <cmath>
+#include <memory>
+#include <sstream>
+#include <vector>
+
+#include "support/find_laser.hh"
+#include "support/obstacle_rule.hh"
+
+namespace {
+
+constexpr double kArrived = 0.5;      // m from the goal
+constexpr int kUpdatesADecision = 5;  // of the laser, each 0.1 s as a rule
+constexpr int kPlanUpdates = 10;      // that a plan lasts
+constexpr Stg::usec_t kHorizon = 4000000;
+constexpr uint64_t kBudget = 2000;  // steps of all scenarios: the same on every machine
+constexpr double kFastest = 0.5;    // m/s
+constexpr double kCollision = 10;   // m that a collision is worth
+const char kProperty[] = "what_if.robot";
+
+/// A way to drive for a while.
+struct Plan {
+  double speed = 0, turn = 0;
+  int left = 0;  // updates; 0: go on as now
+};
+
+struct Robot {
+  Stg::ModelPosition* position = nullptr;
+  Stg::ModelRanger* laser = nullptr;
+  double goal_x = 0, goal_y = 0;
+  bool asks = true;
+  std::unique_ptr<Stg::ConsequenceEngine> engine;
+  // What it remembers:
+  ctrl::ObstacleState avoidance;
+  Plan plan;
+  int until_decision = 0;
+
+  void ExchangeState(Stg::StateExchange& exchange) {
+    exchange(avoidance, plan.speed, plan.turn, plan.left, until_decision);
+  }
+  double Distance() const {
+    const Stg::Pose pose = position->GetGlobalPose();
+    const double x = goal_x - pose.x, y = goal_y - pose.y;
+    return std::sqrt(x * x + y * y);
+  }
+};
+
+// ---- going on as now ----------------------------------------------------------------------------
+
+/// Towards the goal; where something is in the way, around it.
+void GoOn(Robot* robot) {
+  ctrl::ObstacleRule rule;
+  rule.front_distance = 0.8;
+  rule.cruise_speed = kFastest;
+  const auto command = ctrl::AvoidObstacles(robot->laser->GetSensors()[0].ranges, rule,
+                                            &robot->avoidance, ctrl::DrawFrom(robot->position));
+  if (!command) return;
+  if (command->avoiding) {
+    robot->position->SetXSpeed(command->forward);
+    if (command->turn) robot->position->SetTurnSpeed(*command->turn);
+    return;
+  }
+  const Stg::Pose pose = robot->position->GetGlobalPose();
+  const double bearing = Stg::ArcTangent(robot->goal_y - pose.y, robot->goal_x - pose.x);
+  const double error = Stg::normalize(bearing - pose.a);
+  robot->position->SetSpeed(std::fabs(error) < 0.8 ? command->forward : 0.1, 0,
+                            Stg::constrain(error, -0.8, 0.8));
+}
+
+// ---- what if ------------------------------------------------------------------------------------
+
+std::vector<Plan> Plans() {
+  std::vector<Plan> plans = {Plan()};
+  for (const double speed : {0.0, 0.25, kFastest})
+    for (const double turn : {-1.0, -0.5, 0.0, 0.5, 1.0})
+      plans.push_back({speed, turn, kPlanUpdates});
+  return plans;
+}
+
+/// How much nearer to the goal it gets. A collision is the end, and worse than anything else.
+class Nearer : public Stg::Judge {
+ public:
+  Nearer(const Robot& robot, const std::vector<Plan>& plans)
+      : id_(robot.position->GetId()),
+        plans_(plans),
+        distance_(robot.Distance()),
+        step_(static_cast<double>(robot.position->GetWorld()->sim_interval) / 1e6 * kFastest) {}
+
+  void Begin(Stg::World& world, size_t candidate) override {
+    RobotIn(world)->plan = plans_[candidate];
+  }
+  bool Score(Stg::World& world, size_t, double* score) override {
+    const Robot* const robot = RobotIn(world);
+    const bool collides = robot->position->Stalled();
+    *score = distance_ - robot->Distance() - (collides ? kCollision : 0);
+    return collides || robot->Distance() < kArrived;
+  }
+  Stg::Bounds Outlook(uint64_t steps) const override {
+    const double furthest = step_ * static_cast<double>(steps);
+    return Stg::Bounds(-furthest - kCollision, furthest);
+  }
+
+ private:
+  Robot* RobotIn(Stg::World& world) const {
+    return static_cast<Robot*>(world.FindModel(id_)->GetProperty(kProperty));
+  }
+  const uint32_t id_;
+  const std::vector<Plan>& plans_;
+  const double distance_, step_;  // m: to the goal; in one step
+};
+
+void DrawFuture(Stg::World* world, const Stg::Pose& from, const Stg::Outcome& outcome,
+                const Stg::Color& color) {
+  Stg::Pose last = from;
+  for (const Stg::Sighting& sighting : outcome.sightings) {
+    world->RecordLine(last.x, last.y, sighting.pose.x, sighting.pose.y, color);
+    last = sighting.pose;
+  }
+}
+
+void DrawFutures(Stg::World* world, const Stg::Pose& from, const Stg::Decision& decision) {
+  const Stg::Color free(0.3, 0.3, 0.3, 0.4), collides(0.9, 0.1, 0.1, 0.4), chosen(0, 0.2, 1, 1);
+  world->ClearRays();
+  for (const Stg::Outcome& outcome : decision.outcomes)
+    DrawFuture(world, from, outcome, outcome.score < -kCollision / 2 ? collides : free);
+  DrawFuture(world, from, decision.outcomes[decision.best], chosen);
+}
+
+void Decide(Stg::World& world, Robot* robot) {
+  if (!robot->engine) {
+    Stg::ConsequenceEngine::Options options;
+    options.watched = {robot->position->GetId()};
+    robot->engine = std::make_unique<Stg::ConsequenceEngine>(world, options);
+  }
+  const std::vector<Plan> plans = Plans();
+  Stg::Question question;
+  if (!world.Take(&question.now, Stg::Snapshot::kLean)) return;
+  question.candidates.resize(plans.size());
+  question.horizon = kHorizon;
+  question.seed = 1 + world.UpdateCount();  // what really comes by chance, nobody knows
+  Stg::Budget budget;
+  budget.scenario_steps = kBudget;
+  Nearer judge(*robot, plans);
+  const Stg::Decision decision = robot->engine->Choose(question, budget, &judge);
+  robot->plan = plans[decision.best];
+  DrawFutures(&world, robot->position->GetGlobalPose(), decision);
+}
+
+// ---- the robot ----------------------------------------------------------------------------------
+
+void Update(Robot* robot) {
+  if (robot->Distance() < kArrived) return robot->position->Stop();
+  Stg::World* const world = robot->position->GetWorld();
+  if (robot->asks && !world->IsBranch() && robot->until_decision-- <= 0) {
+    robot->until_decision = kUpdatesADecision - 1;
+    world->CallAfterStep([robot](Stg::World& now) { Decide(now, robot); });
+  }
+  if (robot->plan.left <= 0) return GoOn(robot);
+  robot->plan.left--;
+  robot->position->SetSpeed(robot->plan.speed, 0, robot->plan.turn);
+}
+
+}  // namespace
+
+extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
+  const std::string name = "what_if";
+  std::istringstream words(args->worldfile);
+  std::string own_name, how;
+  double x = 0, y = 0;
+  if (!(words >> own_name >> x >> y))
+    ctrl::GiveUp(name, *model, "found no goal, expected \"what_if X Y\"");
+  if (words >> how && how != "go")
+    ctrl::GiveUp(name, *model,
+                 "found \"" + Stg::Printable(how, 30) + "\", expected \"go\" or nothing");
+  Robot* const robot = ctrl::DriveByLaser<Robot, Update>(name, model);
+  robot->goal_x = x;
+  robot->goal_y = y;
+  robot->asks = how.empty();
+  model->SetProperty(kProperty, robot);
+  return 0;
+}

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// --budget-ms: how many scenarios fit into a time, on this machine.
+
+#ifndef STAGE_TOOLS_STAGE_BUDGET_HH
+#define STAGE_TOOLS_STAGE_BUDGET_HH
+
+#include "stage/options.hh"
+
+namespace Stg::program {
+
+/// Prints it. Returns the status to exit with.
+int TellBudget(const Options& options);
+
+}  // namespace Stg::program
+
+#endif
