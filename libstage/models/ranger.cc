@@ -141,6 +141,10 @@ double ModelRanger::Sensor::Increment() const {
   return table_fov_ / (sample_count > 1 ? sample_count - 1 : 1);
 }
 
+bool ModelRanger::Sensor::IsNoisy() const {
+  return HasAngleNoise() || range_noise != 0 || range_noise_const != 0;
+}
+
 bool ModelRanger::Sensor::HasAngleNoise() const {
   return angle_noise != 0 && Increment() != 0 && std::isfinite(angle_noise);
 }
@@ -196,7 +200,8 @@ void ModelRanger::ExchangeState(StateExchange& exchange) {
 
 void ModelRanger::Reseed(uint64_t seed) {
   Model::Reseed(seed);
-  for (Sensor& sensor : sensors_) sensor.seeded_ = false;
+  for (Sensor& sensor : sensors_)
+    if (sensor.IsNoisy()) sensor.seeded_ = false;  // others draw no random numbers
 }
 
 void ModelRanger::DropReadings() {

@@ -251,6 +251,16 @@ TEST_F(BranchesTest, SeedsMakeDifferences) {
   EXPECT_EQ(branches.StateOf(0).hash(), branches.StateOf(2).hash());
 }
 
+TEST_F(BranchesTest, SeedsTakeNoRoomInLeanRows) {
+  const std::unique_ptr<World> world = LoadFile(SourceFile("worlds/cave.world"), 20);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now, Snapshot::kLean));
+  Branches branches(*world, 1, With(1, Snapshot::kLean));
+  branches.Restore(0, now, 77);
+  branches.Step(10);
+  EXPECT_LE(branches.StateOf(0).size(), 160u * 100);
+}
+
 int Throw(World*, void*) { throw std::runtime_error("by a callback"); }
 int QuitNow(World* world, void*) {
   world->Quit();

@@ -69,6 +69,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     void FindTable(internal::sensing::DirectionTables* tables);
     double Increment() const;
     bool HasAngleNoise() const;
+    bool IsNoisy() const;
     void AddRangeNoise();
     void Resize();
     void LoadRange(Worldfile* wf, int entity);
