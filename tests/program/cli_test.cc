@@ -25,13 +25,14 @@ TEST_F(CliTest, VersionAndHelpRunNothing) {
   EXPECT_EQ(Stage({"w.world", "--version"}).out, "stage 5.0.0\n");
   const std::string help = Stage({"--help"}).out;
   EXPECT_EQ(help.substr(0, 12), "Usage: stage");
-  for (const char* name :
-       {"--args",          "--clock",          "--duration",      "--gui",
-        "--no-batch",      "--no-controllers", "--no-progress",   "--opencl",
-        "--opencl-always", "--progress",       "--seed",          "--state-hash",
-        "--stats",         "--threads",        "--version",       "STAGEPATH",
-        "STAGE_CL_DEVICE", "STAGE_CL_HITS",    "STAGE_CL_MEMORY", "STAGE_CL_OPTIONS",
-        "STAGE_CL_TIMEOUT"})
+  for (const char* name : {"--budget-ms",      "--budget-horizon", "--args",
+                           "--clock",          "--duration",       "--gui",
+                           "--no-batch",       "--no-controllers", "--no-progress",
+                           "--opencl",         "--opencl-always",  "--progress",
+                           "--seed",           "--state-hash",     "--stats",
+                           "--threads",        "--version",        "STAGEPATH",
+                           "STAGE_CL_DEVICE",  "STAGE_CL_HITS",    "STAGE_CL_MEMORY",
+                           "STAGE_CL_OPTIONS", "STAGE_CL_TIMEOUT"})
     EXPECT_TRUE(Contains(help, name)) << name;
   for (const Strings& arguments : {Strings{"-h", "w.world"}, Strings{"w.world", "-?"},
                                    Strings{"--h"}, Strings{"--help=x"}, Strings{"-g?c"}}) {

@@ -6,6 +6,8 @@
 #define STAGE_TESTS_SUPPORT_MEDDLER_HH
 
 #include <cstdint>
+#include <deque>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -74,7 +76,7 @@ class Meddler {
       case 3:
         return model->Say(random_.OneIn(2) ? "hello" : "");
       case 4:
-        return model->PushFlag(new Model::Flag(Color(0, 1, 0), random_.Real(0, 1)));
+        return model->PushFlag(NewFlag(random_.Real(0, 1)));
       case 5:
         return static_cast<void>(model->PopFlag());
       case 6:
@@ -112,6 +114,14 @@ class Meddler {
                                            kTypes[random_.Int(0, 5)]);
     made->SetPose(NearBy());
     if (random_.OneIn(2)) made->Subscribe();
+  }
+
+  /// Who makes a flag keeps it; here as long as the process, as nobody knows who carries it.
+  static Model::Flag* NewFlag(double size) {
+    static std::mutex mutex;
+    static std::deque<Model::Flag> flags;
+    const std::lock_guard<std::mutex> lock(mutex);
+    return &flags.emplace_back(Color(0, 1, 0), size);
   }
 
   World& world_;

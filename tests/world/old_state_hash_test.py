@@ -23,9 +23,13 @@ def read_file() -> dict[Run, str]:
     return {Run(world, int(seconds)): digits for world, seconds, digits in rows}
 
 
+# Worlds that came after the old hash.
+NEWER = {"worlds/corridor.world", "tests/data/controllers/what_if.world"}
+
+
 class OldStateHashTest(unittest.TestCase):
     def test_file_is_complete(self) -> None:
-        worlds = shipped_worlds() + controller_worlds()
+        worlds = [world for world in shipped_worlds() + controller_worlds() if world not in NEWER]
         self.assertEqual(list(read_file()), [Run(world, 60) for world in worlds])
 
     def test_results_are_what_they_were(self) -> None:

@@ -43,6 +43,8 @@ class Gauge {
 
   bool IsReady() const { return branches_.IsReady(); }
 
+  /// Bytes of a branch at its end.
+  size_t RowBytes() const { return branches_.StateOf(0).size(); }
   /// Seconds for so many scenarios: the median of some tries.
   double Seconds(uint32_t scenarios) {
     constexpr int kTries = 5;
@@ -162,11 +164,11 @@ int TellBudget(const Options& options) {
     budget.steps = static_cast<uint64_t>(std::max(1.0, steps));
     budget.threads = options.run.threads > 0 ? static_cast<unsigned>(options.run.threads)
                                              : std::max(1u, std::thread::hardware_concurrency());
-    budget.row = now.size();
     budget.shared = now.shared_size();
     Gauge one(*world, now, budget.steps, 1), all(*world, now, budget.steps, budget.threads);
     if (!one.IsReady() || !all.IsReady()) return 1;
     budget.scenario = one.Seconds(1);
+    budget.row = one.RowBytes();
     budget.scenarios = MostWithin(options.budget_ms / 1e3, &all, &budget.decision);
   }
   PrintWhole(TextOf(options, *world, budget));

@@ -52,9 +52,11 @@ What you see
                        from 0, and may be left out if the robot has one; SENSOR and SAMPLE are
                        numbers from 0
   --budget-ms MS       say how many scenarios fit into so many milliseconds on this machine: what-if
-                       runs of the world from its state after 1 s (or --duration), each of --horizon
-                       seconds, on all processors (or --threads); as JSON too with --stats
-  --horizon SECONDS    simulated seconds of a scenario of --budget-ms (default 5)
+                       runs of the world from its state after 1 s (or --duration), each of
+                       --budget-horizon seconds, on all processors (or --threads); as JSON too with
+                       --stats
+  --budget-horizon SECONDS
+                       simulated seconds of a scenario of --budget-ms (default 5)
   --stats FILE         at the end write figures about the run (robots, speed, rays, memory, where
                        the time went) to FILE as JSON; - for standard output. Like the other
                        outputs it replaces nothing but an earlier one of its kind

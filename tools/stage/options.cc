@@ -59,6 +59,7 @@ constexpr char kShortOptions[] = ":a:cgh";
 // The values of --clock, --gui and --help are taken and ignored, as ever.
 constexpr option kLongOptions[] = {
     {"args", required_argument, nullptr, kArgs},
+    {"budget-horizon", required_argument, nullptr, kHorizon},
     {"budget-ms", required_argument, nullptr, kBudget},
     {"clock", optional_argument, nullptr, kClock},
     {"duration", required_argument, nullptr, kDuration},
@@ -67,7 +68,6 @@ constexpr option kLongOptions[] = {
     {"from-snapshot", required_argument, nullptr, kFromSnapshot},
     {"gui", optional_argument, nullptr, kGui},
     {"help", optional_argument, nullptr, kHelp},
-    {"horizon", required_argument, nullptr, kHorizon},
     {"no-batch", no_argument, nullptr, kNoBatch},
     {"no-controllers", no_argument, nullptr, kNoControllers},
     {"no-progress", no_argument, nullptr, kNoProgress},

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// libFuzzer entry point: whatever a snapshot file says, a world takes it as a state or stays as it
+// is; and afterwards it can go back to where it was.
+//
+// Bytes: if the first is even, the rest is a file, whose checksum is put right. Otherwise each five
+// that follow change a good file: the place (three bytes), how (cut off there, insert, or write),
+// and a byte.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <new>
+#include <sstream>
+#include <string>
+
+#include "stage.hh"
+
+namespace {
+
+using namespace Stg;
+
+const char kWorld[] = R"(
+resolution 0.05
+position( name "r" joules 100 alwayson 1 velocity [0.4 0 0 20] fiducial_return 1
+  ranger( alwayson 1 sensor( range [0 3] fov 180 samples 7 noise [0.01 0.01 1] ) )
+  gripper( alwayson 1 autosnatch 1 ) blinkenlight( period 200 )
+  bumper( alwayson 1 bcount 1 ) fiducial( alwayson 1 range_max 4 )
+  blobfinder( alwayson 1 image [4 4] range 3 ) camera( alwayson 1 resolution [4 3] )
+  actuator( alwayson 1 max_position 2 ) wifi( alwayson 1 model "simple" ) lightindicator() )
+model( name "disc" size [0.2 0.2 0.2] pose [0.6 0.1 0 0] gripper_return 1 fiducial_return 2 )
+model( name "wall" size [0.2 4 1] pose [2 0 0 0] )
+)";
+constexpr std::size_t kHead = 28, kChecksum = 8;
+
+std::string FileOf(const Snapshot& snapshot) {
+  std::ostringstream out;
+  snapshot.Write(out);
+  return out.str();
+}
+
+struct Subject {
+  World world;
+  Snapshot good;
+  std::string file;
+  std::uint64_t hash = 0;
+
+  static RunOptions Options() {
+    RunOptions options;
+    options.listed = false;
+    return options;
+  }
+  Subject() : world(Options()) {
+    std::istringstream content(kWorld);
+    if (!world.Load(content)) std::abort();
+    for (int i = 0; i < 5; i++) world.Update();
+    world.Take(&good);
+    file = FileOf(good);
+    hash = world.StateHash();
+  }
+};
+
+std::string Changed(std::string file, const std::uint8_t* data, std::size_t size) {
+  for (; size >= 5 && file.size() > kHead; data += 5, size -= 5) {
+    const std::size_t place =
+        kHead +
+        (data[0] | std::size_t{data[1]} << 8 | std::size_t{data[2]} << 16) % (file.size() - kHead);
+    const char byte = static_cast<char>(data[4]);
+    if (data[3] == 0)
+      file.resize(place);
+    else if (data[3] == 1)
+      file.insert(place, 1, byte);
+    else
+      file[place] = byte;
+  }
+  return file;
+}
+
+/// With a size and a checksum that fit.
+std::string Signed(std::string file) {
+  if (file.size() < kHead + kChecksum) return file;
+  const std::uint64_t size = file.size() - kHead - kChecksum;
+  for (std::size_t i = 0; i < 8; i++) file[kHead - 8 + i] = static_cast<char>(size >> 8 * i & 0xff);
+  std::uint64_t sum = 0xcbf29ce484222325u;
+  for (std::size_t i = 0; i + kChecksum < file.size(); i++)
+    sum = (sum ^ static_cast<unsigned char>(file[i])) * 0x100000001b3u;
+  for (std::size_t i = 0; i < kChecksum; i++)
+    file[file.size() - kChecksum + i] = static_cast<char>(sum >> 8 * i & 0xff);
+  return file;
+}
+
+/// It has a size that no memory would hold: fine, as long as it is said so.
+void Step(World* world) {
+  try {
+    world->Update();
+  } catch (const std::bad_alloc&) {
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  static auto& subject = *[] {
+    Init(nullptr, nullptr);
+    SetLogSink([](LogLevel, const std::string&) {});
+    return new Subject;
+  }();
+  const bool is_file = data[0] % 2 == 0;
+  const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+  const std::string file = Signed(is_file ? bytes : Changed(subject.file, data + 1, size - 1));
+  Snapshot snapshot;
+  std::istringstream in(file);
+  if (snapshot.Read(in) && subject.world.Restore(snapshot)) {
+    Step(&subject.world);
+    if (!subject.world.Restore(subject.good)) std::abort();
+  }
+  if (subject.world.StateHash() != subject.hash) std::abort();
+  return 0;
+}
