@@ -26,6 +26,8 @@ class ModelNames {
   Model* Find(const std::string& name, const Host& host) const;
   /// To be called when a model has been taken out of the host's.
   void NoteRemoved(const Host& host);
+  /// Drops names of models that are gone: from here on others may have their numbers.
+  void DropRemoved(const Host& host);
   void Clear();
   /// Calls f(std::string, uint32_t id) for all, in alphabetical order.
   template <typename F>

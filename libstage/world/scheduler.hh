@@ -44,6 +44,8 @@ class Scheduler {
 
   /// Drops the events of a model. Done once for all such models, when events are taken.
   void Forget(const Model* model) noexcept;
+  /// Does that now: from here on other models may have the numbers of those.
+  void DropForgotten();
   void Clear();
   /// How many events were looked at to drop those of models: the work that these have made.
   uint64_t looked_at() const { return looked_at_; }
@@ -59,7 +61,6 @@ class Scheduler {
  private:
   using List = std::vector<Event>;
   List& ListOf(usec_t time);
-  void DropForgotten();
 
   // Nearly all models share a few intervals, so there are few distinct times.
   std::map<usec_t, List> due_;

@@ -91,6 +91,7 @@ class World::Restorer {
 
  private:
   void SaveList(StateRow* row);
+  void ForgetNumbers();
   std::string RestoreAll(const StateRow& row);
   std::string RestoreWhatDiffers(const StateRow& row, const StateRow& before);
   template <typename F>
@@ -177,10 +178,20 @@ std::string World::Restorer::Restore(const StateRow& row, StateRow* before) {
   has_begun_ = true;
   std::string wrong = same_models ? RestoreWhatDiffers(row, *before) : RestoreAll(row);
   if (wrong.empty()) DropReadings(same_models ? left_out : LeftOutOf(row));
+  ForgetNumbers();
   return wrong;
 }
 
-void World::Restorer::PutBack(const StateRow& before) { RestoreAll(before); }
+/// Models that are made from now on may have the numbers of some that are gone.
+void World::Restorer::ForgetNumbers() {
+  engine_.scheduler.DropForgotten();
+  engine_.names.DropRemoved(engine_);
+}
+
+void World::Restorer::PutBack(const StateRow& before) {
+  RestoreAll(before);
+  ForgetNumbers();
+}
 
 LeftOut World::Restorer::LeftOutOf(const StateRow& row) {
   const std::span<const unsigned char> flags = row.section(kLeftOut);
@@ -379,10 +390,13 @@ bool World::Restorer::IsATree() const {
   return children == models_.size() && std::ranges::adjacent_find(all) == all.end();
 }
 
+/// Packs that go take nothing from the totals, which are right already.
 void World::Restorer::DeleteOthers() {
+  const EnergyTotals totals = world_.energy_totals_;
   std::vector<uint32_t> ids;
   for (const Model* other : others_) ids.push_back(other->id);
   for (const uint32_t id : ids) delete world_.FindModel(id);  // with all below it
+  world_.energy_totals_ = totals;
 }
 
 bool World::Take(Snapshot* to, Snapshot::Keep keep) const {

@@ -185,7 +185,7 @@ TEST_F(BranchesTest, WildNeighboursChangeNothing) {
       }
       all.push_back(hashes);
     }
-  for (const auto& hashes : all) EXPECT_EQ(hashes, all[0]);
+  for (size_t i = 0; i < all.size(); i++) EXPECT_EQ(all[i], all[0]) << i;
 }
 
 TEST_F(BranchesTest, CarryCommandsAndSayWhatBecameOfThem) {

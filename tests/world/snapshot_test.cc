@@ -225,6 +225,56 @@ TEST_F(SnapshotTest, WhateverWasDoneSinceIsUndone) {
     }
 }
 
+/// One world serves many futures in turn; each is what it is alone.
+TEST_F(SnapshotTest, FuturesOfOneWorldDoNotMeet) {
+  constexpr uint64_t kFutures = 24;
+  constexpr int kRounds = 4, kRound = 5, kTurns = kSanitized ? 60 : 2000;
+  const std::unique_ptr<World> world = LoadAll(1);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  std::vector<std::vector<uint64_t>> alone(kFutures);
+  for (uint64_t future = 0; future < kFutures; future++) {
+    const std::unique_ptr<World> own = LoadAll(1);
+    for (int round = 0; round < kRounds; round++) {
+      Go(own.get(), future, round * kRound, kRound);
+      Snapshot state;
+      ASSERT_TRUE(own->Take(&state));
+      alone[future].push_back(state.hash());
+    }
+  }
+  std::vector<Snapshot> states(kFutures, now);
+  std::vector<int> rounds(kFutures, 0);
+  test::RandomSource random(1);
+  for (int turn = 0; turn < kTurns; turn++) {
+    const size_t future = static_cast<size_t>(random.Next() % kFutures);
+    if (rounds[future] == kRounds) {
+      rounds[future] = 0;
+      states[future] = now;
+    }
+    ASSERT_TRUE(world->Restore(states[future]));
+    Go(world.get(), future, rounds[future] * kRound, kRound);
+    ASSERT_TRUE(world->Take(&states[future]));
+    ASSERT_EQ(states[future].hash(), alone[future][static_cast<size_t>(rounds[future])])
+        << "turn " << turn << ", future " << future << ", round " << rounds[future];
+    rounds[future]++;
+  }
+}
+
+/// The number of a model that is gone may be another one's, after going back; its name is not.
+TEST_F(SnapshotTest, NamesOfModelsThatAreGoneLeadNowhere) {
+  const std::unique_ptr<World> world = LoadAll(1);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  Model* const first = world->CreateModel(nullptr, "model");
+  first->SetToken("first");
+  delete first;
+  ASSERT_TRUE(world->Restore(now));
+  Model* const second = world->CreateModel(nullptr, "model");
+  second->SetToken("second");
+  EXPECT_EQ(world->GetModel("second"), second);
+  ErrorsOf([&] { EXPECT_EQ(world->GetModel("first"), nullptr); });
+}
+
 // ---- what can't be done -------------------------------------------------------------------------
 
 int DoNothing(Model*, void*) { return 0; }

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// choose: the program of docs/what-if.md, which explains it.
+//
+//   choose examples/what_if/choose.world
+
+#include <algorithm>
+#include <cstdio>
+
+#include "stage.hh"
+
+namespace {
+
+// ---- snapshot and restore -----------------------------------------------------------------------
+
+void TryTurns(Stg::World* world, Stg::ModelPosition* robot) {
+  Stg::Snapshot now;
+  if (!world->Take(&now)) return;  // a message says what can't be kept
+  for (const double turn : {-0.5, 0.0, 0.5}) {
+    robot->SetSpeed(0.4, 0, turn);
+    for (int i = 0; i < 50; i++) world->Update();
+    const Stg::Pose pose = robot->GetGlobalPose();
+    std::printf("turning by %4.1f it gets to %.2f %.2f\n", turn, pose.x, pose.y);
+    world->Restore(now);
+  }
+}
+
+// ---- fork, score --------------------------------------------------------------------------------
+
+/// Adds up how far the robot drives; what stands still has lost.
+class Distance : public Stg::Scenario {
+ public:
+  explicit Distance(uint32_t robot) : robot_(robot) {}
+  bool AfterStep(Stg::World& world, uint32_t, double* score) override {
+    const Stg::Model* robot = world.FindModel(robot_);
+    const auto* position = dynamic_cast<const Stg::ModelPosition*>(robot);
+    *score += position->GetVelocity().x * 0.1;
+    return robot->Stalled();
+  }
+
+ private:
+  const uint32_t robot_;
+};
+
+void TryLuck(const Stg::World& world, uint32_t robot) {
+  Stg::Snapshot now;
+  world.Take(&now);
+  Stg::BranchOptions options;
+  options.threads = 2;
+  Stg::Branches branches(world, 100, options);
+  for (uint32_t i = 0; i < branches.count(); i++) branches.Restore(i, now, 1000 + i);
+  Distance distance(robot);
+  branches.Step(200, &distance);
+  double least = branches[0].score, most = least;
+  for (uint32_t i = 0; i < branches.count(); i++) {
+    least = std::min(least, branches[i].score);
+    most = std::max(most, branches[i].score);
+  }
+  std::printf("the other one will have driven %.2f m to %.2f m in 20 s\n", least, most);
+}
+
+// ---- choose -------------------------------------------------------------------------------------
+
+/// To the north as far as possible, and into nothing.
+class Northward : public Stg::Judge {
+ public:
+  explicit Northward(uint32_t robot) : robot_(robot) {}
+  bool Score(Stg::World& world, size_t, double* score) override {
+    const Stg::Model* robot = world.FindModel(robot_);
+    *score = robot->GetGlobalPose().y - (robot->Stalled() ? 100 : 0);
+    return robot->Stalled();
+  }
+
+ private:
+  const uint32_t robot_;
+};
+
+void Choose(const Stg::World& world, uint32_t robot) {
+  Stg::Question question;
+  world.Take(&question.now, Stg::Snapshot::kLean);
+  question.horizon = 5000000;  // microseconds
+  question.candidates.push_back({"go on as now", {}});
+  question.candidates.push_back({"stop", {{0, robot, Stg::Command::kStop}}});
+  question.candidates.push_back({"ahead", {{0, robot, Stg::Command::kSetSpeed, 0.4, 0, 0.0}}});
+  question.candidates.push_back({"left", {{0, robot, Stg::Command::kSetSpeed, 0.4, 0, 0.5}}});
+  Stg::ConsequenceEngine engine(world);
+  Northward judge(robot);
+  const Stg::Decision decision = engine.Choose(question, Stg::Budget(0.5), &judge);
+  std::printf("best of %zu: %s\n", question.candidates.size(),
+              question.candidates[decision.best].name.c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Stg::Init(&argc, &argv);
+  Stg::World world;
+  if (argc != 2 || !world.Load(argv[1])) return 1;
+  for (int i = 0; i < 20; i++) world.Update();
+  auto* robot = dynamic_cast<Stg::ModelPosition*>(world.GetModel("mine"));
+  const Stg::Model* other = world.GetModel("other");
+  if (!robot || !other) return 1;
+  std::printf("\n");
+  TryTurns(&world, robot);
+  TryLuck(world, other->GetId());
+  Choose(world, robot->GetId());
+  return 0;
+}
