@@ -43,18 +43,21 @@ std::shared_ptr<const SharedPages> SharedPages::Make(const void* bytes, std::siz
 SharedPages::~SharedPages() { close(file_); }
 
 /// Whoever writes to a page gets one of its own.
-std::shared_ptr<void> SharedPages::Map(std::size_t* size) const {
+void* SharedPages::Map(std::size_t* size) const {
   void* const memory = mmap(nullptr, size_, PROT_READ | PROT_WRITE, MAP_PRIVATE, file_, 0);
   if (memory == MAP_FAILED) return nullptr;
   *size = size_;
-  return {memory, [bytes = size_](void* mapped) { munmap(mapped, bytes); }};
+  return memory;
 }
+
+void SharedPages::Unmap(void* memory, std::size_t size) { munmap(memory, size); }
 
 #else
 
 std::shared_ptr<const SharedPages> SharedPages::Make(const void*, std::size_t) { return nullptr; }
 SharedPages::~SharedPages() = default;
-std::shared_ptr<void> SharedPages::Map(std::size_t*) const { return nullptr; }
+void* SharedPages::Map(std::size_t*) const { return nullptr; }
+void SharedPages::Unmap(void*, std::size_t) {}
 
 #endif
 

@@ -26,9 +26,10 @@ class SharedPages {
   SharedPages(const SharedPages&) = delete;
   SharedPages& operator=(const SharedPages&) = delete;
 
-  /// Memory that begins with the content, with some room behind it, and belongs to the caller;
-  /// whose size is *size. Null if the system has none left to offer.
-  std::shared_ptr<void> Map(std::size_t* size) const;
+  /// Memory that begins with the content, with some room behind it, whose size is *size; it belongs
+  /// to the caller until Unmap(). Null if the system has none left to offer.
+  void* Map(std::size_t* size) const;
+  static void Unmap(void* memory, std::size_t size);
 
  private:
   SharedPages(int file, std::size_t size) : file_(file), size_(size) {}
@@ -47,6 +48,7 @@ class PagedArray {
   explicit PagedArray(std::size_t size) { resize(size); }
   PagedArray(const PagedArray& from) { CopyFrom(from, from.size_); }
   PagedArray(PagedArray&& from) noexcept { Swap(from); }
+  ~PagedArray() { Free(); }
   PagedArray& operator=(PagedArray from) noexcept {
     Swap(from);
     return *this;
@@ -74,18 +76,16 @@ class PagedArray {
   /// The same; keeps the first `kept` things, whatever the size.
   void Reserve(std::size_t capacity, std::size_t kept) {
     if (capacity <= capacity_) return;
-    std::shared_ptr<void> larger(::operator new(capacity * sizeof(T)),
-                                 [](void* memory) { ::operator delete(memory); });
-    if (kept > 0) std::memcpy(larger.get(), data_, kept * sizeof(T));
-    Own(std::move(larger), capacity);
+    T* const larger = static_cast<T*>(::operator new(capacity * sizeof(T)));
+    if (kept > 0) std::memcpy(static_cast<void*>(larger), data_, kept * sizeof(T));
+    Own(larger, capacity, 0);
   }
 
   /// With the first `kept` things of the other, which it has, and its size. It must be empty.
   void CopyFrom(const PagedArray& from, std::size_t kept) {
     std::size_t bytes = 0;
-    std::shared_ptr<void> memory = from.shared_ ? from.shared_->Map(&bytes) : nullptr;
-    if (memory) {
-      Own(std::move(memory), bytes / sizeof(T));
+    if (void* const memory = from.shared_ ? from.shared_->Map(&bytes) : nullptr) {
+      Own(static_cast<T*>(memory), bytes / sizeof(T), bytes);
     } else if (kept > 0) {
       Reserve(kept, 0);
       std::memcpy(static_cast<void*>(data_), from.data_, kept * sizeof(T));
@@ -98,23 +98,30 @@ class PagedArray {
   }
 
  private:
-  void Own(std::shared_ptr<void> memory, std::size_t capacity) {
-    memory_ = std::move(memory);
-    data_ = static_cast<T*>(memory_.get());
+  void Own(T* data, std::size_t capacity, std::size_t mapped) {
+    Free();
+    data_ = data;
     capacity_ = capacity;
+    mapped_ = mapped;
+  }
+  void Free() {
+    if (mapped_ > 0)
+      SharedPages::Unmap(data_, mapped_);
+    else
+      ::operator delete(data_);
   }
   void Swap(PagedArray& other) noexcept {
-    std::swap(memory_, other.memory_);
+    std::swap(mapped_, other.mapped_);
     std::swap(shared_, other.shared_);
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);
     std::swap(capacity_, other.capacity_);
   }
 
-  std::shared_ptr<void> memory_;
   std::shared_ptr<const SharedPages> shared_;
   T* data_ = nullptr;
   std::size_t size_ = 0, capacity_ = 0;
+  std::size_t mapped_ = 0;  // bytes, if it is a map of shared pages
 };
 
 }  // namespace Stg::internal::grid
