@@ -3,8 +3,8 @@
 #include "sensing/device_layers.hh"
 
 #include <algorithm>
-#include <span>
 #include <bit>
+#include <span>
 
 namespace Stg::internal::sensing {
 

@@ -445,8 +445,9 @@ class Model : public Ancestor {
   /// One step of motion, of models that asked World::StartMoving() for it.
   virtual void Move() {}
 
-  /// Forgets the readings that ExchangeState() leaves out, see StateExchange::leaves_readings_out():
-  /// the world has gone back to a state whose readings nobody knows.
+  /// Forgets the readings that ExchangeState() leaves out, see
+  /// StateExchange::leaves_readings_out(): the world has gone back to a state whose readings nobody
+  /// knows.
   virtual void DropReadings() {}
   /// See World::Reseed(): the model's random numbers are to follow from these two. A type with
   /// generators of its own overrides it and calls its parent class first.
