@@ -249,7 +249,9 @@ void Branches::Restore(uint32_t branch, const Snapshot& from) {
   Impl::Row& row = impl_->rows[branch];
   Branch& seen = row.seen;
   seen.fate = from.empty() || !impl_->ready ? Branch::kFailed : Branch::kAlive;
-  seen.error = from.empty() ? "the snapshot was never taken" : "";
+  seen.error = !impl_->ready  ? "there is no world to branch from"
+               : from.empty() ? "the snapshot was never taken"
+                              : "";
   seen.steps = 0;
   seen.score = 0;
   seen.commands.clear();

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <memory>
 #include <numeric>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -155,37 +156,56 @@ class Wild : public Scenario {
   }
 };
 
-TEST_F(BranchesTest, WildNeighboursChangeNothing) {
-  constexpr uint32_t kCount = kSanitized ? 12 : 64;
-  const std::unique_ptr<World> world = LoadText(kRobotsOfAllTypes);
+constexpr uint32_t kWild = kSanitized ? 12 : 64;
+
+/// What becomes of all of them.
+std::vector<uint64_t> HashesOfWild(const World& world, const BranchOptions& options) {
   Snapshot now;
-  ASSERT_TRUE(world->Take(&now));
-  std::vector<std::vector<uint64_t>> all;
+  EXPECT_TRUE(world.Take(&now));
+  Branches branches(world, kWild, options);
+  EXPECT_TRUE(branches.IsReady());
+  std::vector<uint32_t> order(kWild);
+  std::iota(order.begin(), order.end(), 0u);
+  std::shuffle(order.begin(), order.end(), std::mt19937(options.threads));
+  for (const uint32_t i : order) branches.Restore(i, now, 7 + i);
+  Wild wild;
+  for (int round = 0; round < 4; round++) branches.Step(5, &wild);
+  std::vector<uint64_t> hashes;
+  for (uint32_t i = 0; i < kWild; i++) {
+    EXPECT_EQ(branches[i].fate, i % 5 == 4 ? Branch::kFailed : Branch::kAlive) << i;
+    EXPECT_EQ(branches[i].error, i % 5 == 4 ? "too wild" : "") << i;
+    uint64_t hash = 0;
+    branches.Visit(i, [&](World& branch) {
+      branch.Update();  // then lean ones have readings too
+      hash = branch.StateHash();
+    });
+    hashes.push_back(hash);
+  }
+  return hashes;
+}
+
+TEST_F(BranchesTest, WildNeighboursChangeNothing) {
+  const std::unique_ptr<World> world = LoadText(kRobotsOfAllTypes);
+  const std::vector<uint64_t> expected = HashesOfWild(*world, With(1, Snapshot::kFull));
   for (const Snapshot::Keep keep : {Snapshot::kFull, Snapshot::kLean})
-    for (const unsigned threads : {1u, 2u, 5u}) {
-      Branches branches(*world, kCount, With(threads, keep));
-      std::vector<uint32_t> order(kCount);
-      std::iota(order.begin(), order.end(), 0u);
-      if (threads > 1) std::reverse(order.begin(), order.end());
-      for (const uint32_t i : order) branches.Restore(i, now, 7 + i);
-      Wild wild;
-      for (int round = 0; round < 4; round++)
-        branches.Step(round == 2 && threads == 2 ? 0 : 5, &wild);
-      if (threads == 2) branches.Step(5, &wild);
-      std::vector<uint64_t> hashes;
-      for (uint32_t i = 0; i < kCount; i++) {
-        EXPECT_EQ(branches[i].fate, i % 5 == 4 ? Branch::kFailed : Branch::kAlive) << i;
-        EXPECT_EQ(branches[i].error, i % 5 == 4 ? "too wild" : "") << i;
-        uint64_t hash = 0;
-        branches.Visit(i, [&](World& branch) {
-          branch.Update();  // then lean ones have readings too
-          hash = branch.StateHash();
-        });
-        hashes.push_back(hash);
-      }
-      all.push_back(hashes);
-    }
-  for (size_t i = 0; i < all.size(); i++) EXPECT_EQ(all[i], all[0]) << i;
+    for (const unsigned threads : {1u, 2u, 5u, 16u})
+      EXPECT_EQ(HashesOfWild(*world, With(threads, keep)), expected) << keep << ", " << threads;
+}
+
+TEST_F(BranchesTest, NorDoesADevice) {
+  RunOptions options = OptionsOf(1);
+  options.opencl = options.always_on_device = true;
+  World world(options);
+  std::istringstream content(kRobotsOfAllTypes);
+  ASSERT_TRUE(world.Load(content, "text.world"));
+  if (world.statistics().trace.device.empty()) GTEST_SKIP() << "there is no OpenCL device here";
+  const std::unique_ptr<World> host = LoadText(kRobotsOfAllTypes);
+  const std::vector<uint64_t> expected = HashesOfWild(*host, With(1, Snapshot::kFull));
+  for (const unsigned threads : {1u, 3u}) {
+    BranchOptions with = With(threads, Snapshot::kLean);
+    with.device = true;
+    EXPECT_EQ(HashesOfWild(world, with), expected) << threads;
+  }
 }
 
 TEST_F(BranchesTest, CarryCommandsAndSayWhatBecameOfThem) {
