@@ -198,7 +198,7 @@ TEST_F(BranchesTest, NorDoesADevice) {
   World world(options);
   std::istringstream content(kRobotsOfAllTypes);
   ASSERT_TRUE(world.Load(content, "text.world"));
-  if (world.statistics().trace.device.empty()) GTEST_SKIP() << "there is no OpenCL device here";
+  if (world.statistics().device.empty()) GTEST_SKIP() << "there is no OpenCL device here";
   const std::unique_ptr<World> host = LoadText(kRobotsOfAllTypes);
   const std::vector<uint64_t> expected = HashesOfWild(*host, With(1, Snapshot::kFull));
   for (const unsigned threads : {1u, 3u}) {
