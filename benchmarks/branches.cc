@@ -192,7 +192,7 @@ std::vector<unsigned> NumbersIn(const std::string& text) {
 int main(int argc, char** argv) {
   std::vector<unsigned> threads = {1, std::max(1u, std::thread::hardware_concurrency())};
   uint32_t branches = 1000;
-  for (int i = 1; i < argc; i++) {
+  for (int i = 1; i < argc; i += 2) {
     const std::string value = i + 1 < argc ? argv[i + 1] : "";
     if (std::strcmp(argv[i], "--threads") == 0) {
       threads = NumbersIn(value);
@@ -203,7 +203,6 @@ int main(int argc, char** argv) {
                    argv[i]);
       return 2;
     }
-    i++;
   }
   Stg::Init(nullptr, nullptr);
   Stg::SetLogSink([](Stg::LogLevel level, const std::string& line) {

@@ -206,14 +206,14 @@ void World::Restorer::DropReadings(const LeftOut& left_out) {
 /// Where the models are the same, those that are in the same state stay as they are.
 std::string World::Restorer::RestoreWhatDiffers(const StateRow& row, const StateRow& before) {
   models_ = engine_.models;
-  const std::string wrong =
+  std::string wrong =
       RestoreSections(row, [&](size_t i) { return SameBytes(row.section(i), before.section(i)); });
   engine_.fiducials.Forget(nullptr);
   return wrong;
 }
 
 std::string World::Restorer::RestoreAll(const StateRow& row) {
-  if (const std::string wrong = ReadList(row); !wrong.empty()) return wrong;
+  if (std::string wrong = ReadList(row); !wrong.empty()) return wrong;
   FindModels();
   try {
     MakeMissing();
@@ -222,7 +222,7 @@ std::string World::Restorer::RestoreAll(const StateRow& row) {
   }
   Arrange();
   SetAside();
-  const std::string wrong = RestoreSections(row, [](size_t) { return false; });
+  std::string wrong = RestoreSections(row, [](size_t) { return false; });
   if (!wrong.empty()) return wrong;
   if (!IsATree()) return "found models that are in two places";
   DeleteOthers();
