@@ -22,22 +22,15 @@
 #include "support/all_models.hh"
 #include "support/meddler.hh"
 #include "support/model_testing.hh"
+#include "support/own_worlds.hh"
 #include "support/sanitized.hh"
 #include "support/shipped_worlds.hh"
 
 namespace Stg {
 namespace {
 
-RunOptions OptionsOf(uint64_t seed) {
-  RunOptions options;
-  options.seed = seed;
-  options.listed = false;
-  return options;
-}
-
-std::unique_ptr<World> LoadFile(const std::string& file, int steps) {
-  auto world = std::make_unique<World>(OptionsOf(1));
-  EXPECT_TRUE(world->Load(file)) << file;
+std::unique_ptr<World> LoadAndStep(const std::string& file, int steps) {
+  std::unique_ptr<World> world = LoadFile(file, 1);
   world->SetQuitTime(0);
   for (int i = 0; i < steps; i++) world->Update();
   return world;
@@ -121,7 +114,7 @@ TEST_F(BranchesTest, AreWhatTheirWorldsWouldBeAlone) {
   for (const std::string& file : ShippedWorlds()) {
     SCOPED_TRACE(file);
     if (kSanitized && file.find("hospital") != std::string::npos) continue;
-    const std::unique_ptr<World> world = LoadFile(file, 7);
+    const std::unique_ptr<World> world = LoadAndStep(file, 7);
     const uint64_t before = world->StateHash();
     Snapshot now;
     ASSERT_TRUE(world->Take(&now));
@@ -236,7 +229,7 @@ TEST_F(BranchesTest, CarryCommandsAndSayWhatBecameOfThem) {
 }
 
 TEST_F(BranchesTest, AreRetiredRestoredAndUsedAgain) {
-  const std::unique_ptr<World> world = LoadFile(SourceFile("worlds/simple.world"), 5);
+  const std::unique_ptr<World> world = LoadAndStep(SourceFile("worlds/simple.world"), 5);
   Snapshot now;
   ASSERT_TRUE(world->Take(&now, Snapshot::kLean));
   Branches branches(*world, 3, With(2, Snapshot::kLean));
@@ -263,7 +256,7 @@ TEST_F(BranchesTest, AreRetiredRestoredAndUsedAgain) {
 
 TEST_F(BranchesTest, SeedsMakeDifferences) {
   const std::unique_ptr<World> world =
-      LoadFile(SourceFile("tests/data/controllers/lasernoise.world"), 5);
+      LoadAndStep(SourceFile("tests/data/controllers/lasernoise.world"), 5);
   Snapshot now;
   ASSERT_TRUE(world->Take(&now));
   Branches branches(*world, 3);
@@ -276,7 +269,7 @@ TEST_F(BranchesTest, SeedsMakeDifferences) {
 }
 
 TEST_F(BranchesTest, SeedsTakeNoRoomInLeanRows) {
-  const std::unique_ptr<World> world = LoadFile(SourceFile("worlds/cave.world"), 20);
+  const std::unique_ptr<World> world = LoadAndStep(SourceFile("worlds/cave.world"), 20);
   Snapshot now;
   ASSERT_TRUE(world->Take(&now, Snapshot::kLean));
   Branches branches(*world, 1, With(1, Snapshot::kLean));
@@ -338,7 +331,7 @@ TEST_F(BranchesTest, OfNothingAreNotReady) {
 }
 
 TEST_F(BranchesTest, OutliveTheirPrototype) {
-  std::unique_ptr<World> world = LoadFile(SourceFile("worlds/simple.world"), 5);
+  std::unique_ptr<World> world = LoadAndStep(SourceFile("worlds/simple.world"), 5);
   Snapshot now;
   ASSERT_TRUE(world->Take(&now));
   Branches branches(*world, 6, With(3, Snapshot::kFull));
@@ -403,7 +396,7 @@ struct Photographer {
 };
 
 TEST_F(BranchesTest, CallbacksCanAskForWhatIsDoneBetweenSteps) {
-  const std::unique_ptr<World> world = LoadFile(SourceFile("worlds/simple.world"), 1);
+  const std::unique_ptr<World> world = LoadAndStep(SourceFile("worlds/simple.world"), 1);
   Photographer photographer;
   FirstRobot(world.get())->AddCallback(Model::CB_UPDATE, Photographer::Ask, &photographer);
   std::vector<uint64_t> expected;

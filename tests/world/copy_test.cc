@@ -16,6 +16,7 @@
 #include "support/all_models.hh"
 #include "support/meddler.hh"
 #include "support/model_testing.hh"
+#include "support/own_worlds.hh"
 #include "support/sanitized.hh"
 #include "support/shipped_worlds.hh"
 
@@ -23,19 +24,6 @@ namespace Stg {
 namespace {
 
 constexpr int kSteps = kSanitized ? 5 : 30;
-
-RunOptions OptionsOf(uint64_t seed) {
-  RunOptions options;
-  options.seed = seed;
-  options.listed = false;
-  return options;
-}
-
-std::unique_ptr<World> LoadFile(const std::string& file, uint64_t seed) {
-  auto world = std::make_unique<World>(OptionsOf(seed));
-  EXPECT_TRUE(world->Load(file)) << file;
-  return world;
-}
 
 std::unique_ptr<World> CopyOf(const World& other, uint64_t seed) {
   auto copy = std::make_unique<World>(OptionsOf(seed));

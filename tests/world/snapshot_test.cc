@@ -21,6 +21,7 @@
 #include "support/all_models.hh"
 #include "support/meddler.hh"
 #include "support/model_testing.hh"
+#include "support/own_worlds.hh"
 #include "support/random_source.hh"
 #include "support/sanitized.hh"
 #include "support/shipped_worlds.hh"
@@ -30,19 +31,6 @@ namespace Stg {
 namespace {
 
 constexpr int kSteps = kSanitized ? 10 : 60;
-
-RunOptions OptionsOf(uint64_t seed) {
-  RunOptions options;
-  options.seed = seed;
-  options.listed = false;
-  return options;
-}
-
-std::unique_ptr<World> LoadFile(const std::string& file, uint64_t seed) {
-  auto world = std::make_unique<World>(OptionsOf(seed));
-  EXPECT_TRUE(world->Load(file)) << file;
-  return world;
-}
 
 uint64_t HashAfter(World* world, int steps) {
   for (int i = 0; i < steps; i++) world->Update();

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Worlds that share nothing with others, and what they become.
+
+#ifndef STAGE_TESTS_SUPPORT_OWN_WORLDS_HH
+#define STAGE_TESTS_SUPPORT_OWN_WORLDS_HH
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "stage.hh"
+
+namespace Stg {
+
+inline RunOptions OptionsOf(uint64_t seed) {
+  RunOptions options;
+  options.seed = seed;
+  options.listed = false;
+  return options;
+}
+
+inline std::unique_ptr<World> LoadFile(const std::string& file, uint64_t seed) {
+  auto world = std::make_unique<World>(OptionsOf(seed));
+  EXPECT_TRUE(world->Load(file)) << file;
+  return world;
+}
+
+}  // namespace Stg
+
+#endif
