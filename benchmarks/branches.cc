@@ -2,9 +2,9 @@
 //
 // How fast and how small snapshots, copies and branches are: the table of benchmarks/README.md.
 //
-//   branches                  a minute or two
-//   branches --threads 1,2,16  branches with so many threads (default: 1 and one for each
-//   processor) branches --branches N      so many of them (default 1000)
+//   branches                   a minute or two
+//   branches --threads 1,2,16  with so many threads (default: 1, and one for each processor)
+//   branches --branches N      so many of them (default 1000)
 
 #include <algorithm>
 #include <chrono>

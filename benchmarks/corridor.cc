@@ -61,9 +61,6 @@ std::string Text(const std::string& file, const std::string& controller) {
 /// Elsewhere for each seed, and not on top of each other.
 void Scatter(Stg::World* world, uint64_t seed) {
   Stg::RandomStream random(seed);
-  const auto between = [&](double low, double high) {
-    return low + (high - low) * random.Uniform();
-  };
   std::vector<Stg::Pose> taken = {Stg::Pose(-8.5, 0, 0, 0)};
   for (int i = 0; i < 5; i++) {
     Stg::Pose pose;
@@ -71,7 +68,8 @@ void Scatter(Stg::World* world, uint64_t seed) {
       return std::hypot(pose.x - other.x, pose.y - other.y) < 0.8;
     };
     do {
-      pose = Stg::Pose(between(-7, 7.5), between(-1.2, 1.2), 0, between(-M_PI, M_PI));
+      pose = Stg::Pose(random.Uniform(-7, 7.5), random.Uniform(-1.2, 1.2), 0,
+                       random.Uniform(-M_PI, M_PI));
     } while (std::ranges::any_of(taken, is_near));
     taken.push_back(pose);
     world->GetModel("w" + std::to_string(i))->SetPose(pose);

@@ -58,22 +58,17 @@ class PagedArray {
   const T& operator[](std::size_t i) const { return data_[i]; }
   T* data() { return data_; }
   const T* data() const { return data_; }
-  T* begin() { return data_; }
-  T* end() { return data_ + size_; }
-  const T* begin() const { return data_; }
-  const T* end() const { return data_ + size_; }
   std::size_t size() const { return size_; }
   std::size_t capacity() const { return capacity_; }
 
   /// New things are all zero.
   void resize(std::size_t size) {
-    if (size > capacity_) reserve(std::max(size, 2 * capacity_));
+    if (size > capacity_) Reserve(std::max(size, 2 * capacity_), size_);
     if (size > size_) std::memset(static_cast<void*>(data_ + size_), 0, (size - size_) * sizeof(T));
     size_ = size;
   }
-  /// Memory that is reserved is not touched before it is used.
-  void reserve(std::size_t capacity) { Reserve(capacity, size_); }
-  /// The same; keeps the first `kept` things, whatever the size.
+  /// Keeps the first `kept` things, whatever the size. Memory that is reserved is not touched
+  /// before it is used.
   void Reserve(std::size_t capacity, std::size_t kept) {
     if (capacity <= capacity_) return;
     T* const larger = static_cast<T*>(::operator new(capacity * sizeof(T)));

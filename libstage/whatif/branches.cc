@@ -238,6 +238,8 @@ bool Branches::IsReady() const { return impl_->ready; }
 
 uint32_t Branches::count() const { return static_cast<uint32_t>(impl_->rows.size()); }
 
+unsigned Branches::threads() const { return static_cast<unsigned>(impl_->copies.size()); }
+
 void Branches::Resize(uint32_t count) {
   for (Impl::Copy& copy : impl_->copies) copy.resident = nullptr;
   impl_->rows.resize(count);

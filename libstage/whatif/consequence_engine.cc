@@ -99,15 +99,19 @@ struct ConsequenceEngine::Impl {
         branches(std::make_unique<Branches>(prototype, 0, branch_options)) {}
 
   void Begin(const Question& question);
-  void Round(uint64_t steps);
   uint64_t CountAlive() const;
   uint64_t CountSteps() const;
   void Summarize(const Question& question, Decision* decision) const;
   Outcome OutcomeOf(size_t candidate) const;
   Bounds ReachOf(size_t candidate, uint64_t steps_left) const;
   void GiveUpDominated(size_t candidates, uint64_t steps_left);
-  bool IsAlive(size_t candidate) const;
-  bool HasFailed(size_t candidate) const;
+  uint32_t NumberOf(size_t candidate, uint32_t sample) const {
+    return static_cast<uint32_t>(candidate) * samples + sample;
+  }
+  const Branch& SampleOf(size_t candidate, uint32_t sample) const {
+    return (*branches)[NumberOf(candidate, sample)];
+  }
+  bool AnySampleIs(Branch::Fate fate, size_t candidate) const;
   Decision Decide(const Question& question, Judge* judge, const Meter& meter,
                   const std::function<bool(uint64_t done, uint64_t next, uint64_t rounds)>& go_on);
 
@@ -150,31 +154,23 @@ uint64_t ConsequenceEngine::Impl::CountAlive() const {
   return alive;
 }
 
-bool ConsequenceEngine::Impl::IsAlive(size_t candidate) const {
+bool ConsequenceEngine::Impl::AnySampleIs(Branch::Fate fate, size_t candidate) const {
   for (uint32_t sample = 0; sample < samples; sample++)
-    if ((*branches)[static_cast<uint32_t>(candidate) * samples + sample].fate == Branch::kAlive)
-      return true;
-  return false;
-}
-
-bool ConsequenceEngine::Impl::HasFailed(size_t candidate) const {
-  for (uint32_t sample = 0; sample < samples; sample++)
-    if ((*branches)[static_cast<uint32_t>(candidate) * samples + sample].fate == Branch::kFailed)
-      return true;
+    if (SampleOf(candidate, sample).fate == fate) return true;
   return false;
 }
 
 Outcome ConsequenceEngine::Impl::OutcomeOf(size_t candidate) const {
   Outcome outcome;
   for (uint32_t sample = 0; sample < samples; sample++) {
-    const Branch& branch = (*branches)[static_cast<uint32_t>(candidate) * samples + sample];
+    const Branch& branch = SampleOf(candidate, sample);
     outcome.score += branch.score / samples;
     outcome.steps = std::max(outcome.steps, branch.steps);
     if (sample == 0) outcome.sightings = branch.sightings;
     if (branch.fate == Branch::kFailed) outcome.error = branch.error;
   }
   outcome.dominated = dominated[candidate];
-  outcome.ended = !IsAlive(candidate) && !outcome.dominated;
+  outcome.ended = !AnySampleIs(Branch::kAlive, candidate) && !outcome.dominated;
   return outcome;
 }
 
@@ -183,7 +179,7 @@ Bounds ConsequenceEngine::Impl::ReachOf(size_t candidate, uint64_t steps_left) c
   const Bounds outlook = watcher.judge->Outlook(steps_left);
   Bounds reach(0, 0);
   for (uint32_t sample = 0; sample < samples; sample++) {
-    const Branch& branch = (*branches)[static_cast<uint32_t>(candidate) * samples + sample];
+    const Branch& branch = SampleOf(candidate, sample);
     const bool goes_on = branch.fate == Branch::kAlive && steps_left > 0;
     reach.min += (branch.score + (goes_on ? outlook.min : 0)) / samples;
     reach.max += (branch.score + (goes_on ? outlook.max : 0)) / samples;
@@ -195,13 +191,14 @@ Bounds ConsequenceEngine::Impl::ReachOf(size_t candidate, uint64_t steps_left) c
 void ConsequenceEngine::Impl::GiveUpDominated(size_t candidates, uint64_t steps_left) {
   double best = -std::numeric_limits<double>::infinity();
   for (size_t candidate = 0; candidate < candidates; candidate++)
-    if (!dominated[candidate] && !HasFailed(candidate))
+    if (!dominated[candidate] && !AnySampleIs(Branch::kFailed, candidate))
       best = std::max(best, ReachOf(candidate, steps_left).min);
   for (size_t candidate = 0; candidate < candidates; candidate++) {
-    if (!IsAlive(candidate) || !(ReachOf(candidate, steps_left).max < best)) continue;
+    if (!AnySampleIs(Branch::kAlive, candidate) || !(ReachOf(candidate, steps_left).max < best))
+      continue;
     dominated[candidate] = true;
     for (uint32_t sample = 0; sample < samples; sample++)
-      branches->Retire(static_cast<uint32_t>(candidate) * samples + sample);
+      branches->Retire(NumberOf(candidate, sample));
   }
 }
 

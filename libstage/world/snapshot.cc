@@ -36,11 +36,8 @@ const StateRow& Snapshot::Row(StateRow* room) const {
 }
 
 uint64_t Snapshot::hash() const {
-  uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a, as in StateExchange
   StateRow room;
-  if (!empty())
-    for (const unsigned char byte : Row(&room).bytes) hash = (hash ^ byte) * 0x100000001b3u;
-  return hash;
+  return empty() ? HashOf(StateRow::Bytes()) : HashOf(Row(&room).bytes);
 }
 
 namespace {
@@ -91,12 +88,13 @@ class World::Restorer {
 
  private:
   void SaveList(StateRow* row);
+  void SaveRest(const LeftOut& left_out, StateRow* row);
   void ForgetNumbers();
   std::string RestoreAll(const StateRow& row);
   std::string RestoreWhatDiffers(const StateRow& row, const StateRow& before);
   template <typename F>
   std::string RestoreSections(const StateRow& row, F is_same);
-  void DropReadings(const LeftOut& left_out);
+  void DropReadings(const StateRow& row);
   std::string ReadList(const StateRow& row);
   std::string Check() const;
   bool Fits(const Listed& listed) const;
@@ -129,8 +127,12 @@ LeftOut World::Restorer::FindDue() {
 }
 
 void World::Restorer::Save(const LeftOut& left_out, StateRow* row) {
-  row->Clear();
   SaveList(row);
+  SaveRest(left_out, row);
+}
+
+/// What comes behind the list.
+void World::Restorer::SaveRest(const LeftOut& left_out, StateRow* row) {
   const std::vector<Model*>& models = engine_.models;
   StateExchange exchange(models, &row->bytes);
   const auto end_section = [&] { row->ends.push_back(static_cast<uint32_t>(exchange.saved())); };
@@ -153,8 +155,9 @@ void World::Restorer::Save(const LeftOut& left_out, StateRow* row) {
   end_section();
 }
 
-/// As a vector of what is listed.
+/// As a vector of what is listed; the row begins with it.
 void World::Restorer::SaveList(StateRow* row) {
+  row->Clear();
   const std::vector<Model*>& models = engine_.models;
   StateExchange exchange(models, &row->bytes);
   exchange.Count(models.size());
@@ -168,16 +171,14 @@ void World::Restorer::SaveList(StateRow* row) {
 }
 
 std::string World::Restorer::Restore(const StateRow& row, StateRow* before) {
-  before->Clear();
   SaveList(before);
   const bool same_models = row.count() > kModels &&
                            row.count() == engine_.models.size() + kOtherSections &&
                            SameBytes(row.section(kList), before->section(kList));
-  const LeftOut left_out = same_models ? LeftOutOf(row) : LeftOut();
-  Save(left_out, before);
+  SaveRest(same_models ? LeftOutOf(row) : LeftOut(), before);
   has_begun_ = true;
   std::string wrong = same_models ? RestoreWhatDiffers(row, *before) : RestoreAll(row);
-  if (wrong.empty()) DropReadings(same_models ? left_out : LeftOutOf(row));
+  if (wrong.empty()) DropReadings(row);
   ForgetNumbers();
   return wrong;
 }
@@ -198,7 +199,8 @@ LeftOut World::Restorer::LeftOutOf(const StateRow& row) {
   return LeftOut(flags.begin(), flags.end());
 }
 
-void World::Restorer::DropReadings(const LeftOut& left_out) {
+void World::Restorer::DropReadings(const StateRow& row) {
+  const std::span<const unsigned char> left_out = row.section(kLeftOut);
   for (size_t i = 0; i < left_out.size(); i++)
     if (left_out[i] != 0) engine_.models[i]->DropReadings();
 }
@@ -235,7 +237,7 @@ std::string World::Restorer::RestoreAll(const StateRow& row) {
 template <typename F>
 std::string World::Restorer::RestoreSections(const StateRow& row, F is_same) {
   std::string wrong;
-  const LeftOut left_out = LeftOutOf(row);
+  const std::span<const unsigned char> left_out = row.section(kLeftOut);
   if (left_out.size() != models_.size()) return "found another number of models than are listed";
   const auto restore = [&](size_t i, auto exchange_state) {
     if (!wrong.empty()) return;

@@ -47,11 +47,6 @@ uint64_t NumberAt(const Bytes& from, size_t place, size_t bytes) {
   return number;
 }
 
-uint64_t Checksum(uint64_t sum, const Bytes& bytes) {
-  for (const unsigned char byte : bytes) sum = (sum ^ byte) * 0x100000001b3u;
-  return sum;
-}
-
 /// As many as there are, up to `size`: memory is taken as they come, whatever the file says.
 Bytes ReadBytes(std::istream* in, uint64_t size) {
   constexpr uint64_t kPiece = 1 << 16;
@@ -105,7 +100,7 @@ bool Snapshot::Write(std::ostream& out) const {
   Append(&head, kVersion, 4);
   Append(&head, time_, 8);
   Append(&head, state.size(), 8);
-  Append(&checksum, Checksum(Checksum(0xcbf29ce484222325u, head), state), kChecksumSize);
+  Append(&checksum, HashOf(state, HashOf(head)), kChecksumSize);
   for (const Bytes* part :
        {static_cast<const Bytes*>(&head), &state, static_cast<const Bytes*>(&checksum)})
     out.write(reinterpret_cast<const char*>(part->data()),
@@ -134,7 +129,7 @@ bool Snapshot::Read(std::istream& in, const std::string& name) {
         "a state of " + std::to_string(size) + " bytes and its checksum");
   if (in.peek() != std::istream::traits_type::eof())
     return Refuse(name, "more than a snapshot", "its end");
-  if (NumberAt(checksum, 0, 8) != Checksum(Checksum(0xcbf29ce484222325u, head), state))
+  if (NumberAt(checksum, 0, 8) != HashOf(state, HashOf(head)))
     return Refuse(name, "a checksum that is wrong", "a file as it was written");
   auto row = std::make_shared<StateRow>();
   if (size > 0 && !FromBytes(state, row.get()))

@@ -31,6 +31,8 @@ struct StateRow {
   bool operator==(const StateRow&) const = default;
 };
 
+/// FNV-1a, as in StateExchange; `before`: of what lies before these bytes.
+uint64_t HashOf(std::span<const unsigned char> bytes, uint64_t before = 0xcbf29ce484222325u);
 bool SameBytes(std::span<const unsigned char> a, std::span<const unsigned char> b);
 
 /// What `row` has otherwise than `base`: for in-memory use, as Patch() believes it.

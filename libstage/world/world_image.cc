@@ -15,17 +15,10 @@ namespace Stg {
 
 namespace {
 
-void Erase(const Model& model, grid::Grid* grid) {
+/// `exact`: only what is drawn for the exact ray model, which a copy draws when it needs it.
+void Erase(const Model& model, bool exact, grid::Grid* grid) {
   model.body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& cells) {
-    grid->Redraw(id, cells, {});
-    grid->RemoveBody(id);
-  });
-}
-
-/// A copy draws these when it needs them.
-void EraseExact(const Model& model, grid::Grid* grid) {
-  model.body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& cells) {
-    if (!grid->body(id).exact()) return;
+    if (exact && !grid->body(id).exact()) return;
     grid->Redraw(id, cells, {});
     grid->RemoveBody(id);
   });
@@ -55,11 +48,9 @@ std::shared_ptr<const WorldImage> World::MakeImage() const {
                                                    engine_->extent_of_loading});
   image->drawings.resize(static_cast<size_t>(wf->GetEntityCount()));
   for (const Model* model : engine_->models) {
-    if (model->wf_entity <= 0 || !model->body().is_as_loaded()) {
-      Erase(*model, &image->grid);
-      continue;
-    }
-    EraseExact(*model, &image->grid);
+    const bool stays = model->wf_entity > 0 && model->body().is_as_loaded();
+    Erase(*model, stays, &image->grid);
+    if (!stays) continue;
     image->drawings[static_cast<size_t>(model->wf_entity)] = model->body().Drawings();
   }
   image->grid.MakeShareable();

@@ -14,10 +14,13 @@
 #include <string>
 
 #include "stage.hh"
+#include "support/snapshot_files.hh"
 
 namespace {
 
 using namespace Stg;
+using snapshot_files::kHead;
+using snapshot_files::Signed;
 
 const char kWorld[] = R"(
 resolution 0.05
@@ -30,7 +33,6 @@ position( name "r" joules 100 alwayson 1 velocity [0.4 0 0 20] fiducial_return 1
 model( name "disc" size [0.2 0.2 0.2] pose [0.6 0.1 0 0] gripper_return 1 fiducial_return 2 )
 model( name "wall" size [0.2 4 1] pose [2 0 0 0] )
 )";
-constexpr std::size_t kHead = 28, kChecksum = 8;
 
 std::string FileOf(const Snapshot& snapshot) {
   std::ostringstream out;
@@ -72,19 +74,6 @@ std::string Changed(std::string file, const std::uint8_t* data, std::size_t size
     else
       file[place] = byte;
   }
-  return file;
-}
-
-/// With a size and a checksum that fit.
-std::string Signed(std::string file) {
-  if (file.size() < kHead + kChecksum) return file;
-  const std::uint64_t size = file.size() - kHead - kChecksum;
-  for (std::size_t i = 0; i < 8; i++) file[kHead - 8 + i] = static_cast<char>(size >> 8 * i & 0xff);
-  std::uint64_t sum = 0xcbf29ce484222325u;
-  for (std::size_t i = 0; i + kChecksum < file.size(); i++)
-    sum = (sum ^ static_cast<unsigned char>(file[i])) * 0x100000001b3u;
-  for (std::size_t i = 0; i < kChecksum; i++)
-    file[file.size() - kChecksum + i] = static_cast<char>(sum >> 8 * i & 0xff);
   return file;
 }
 

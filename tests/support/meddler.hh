@@ -7,12 +7,15 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <mutex>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "stage.hh"
 #include "support/all_models.hh"
+#include "support/own_worlds.hh"
 #include "support/random_source.hh"
 
 namespace Stg {
@@ -38,6 +41,14 @@ inline const char kRobotsOfAllTypes[] =
     "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0 1] )\n"
     "  model( name \"lid\" size [0.05 0.05 0.05] ) )\n"
     "blinkenlight( pose [1 1 0 0] size [0.1 0.1 0.1] )\n";
+
+inline std::unique_ptr<World> LoadRobotsOfAllTypes(uint64_t seed, bool exact = false) {
+  auto world = std::make_unique<World>(OptionsOf(seed));
+  std::istringstream content((exact ? "ray_model \"exact\"\n" : "") +
+                             std::string(kRobotsOfAllTypes));
+  EXPECT_TRUE(world->Load(content, "all.world"));
+  return world;
+}
 
 /// Does something to the world, as a function of the numbers and of what there is in it.
 class Meddler {

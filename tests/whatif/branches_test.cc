@@ -6,10 +6,8 @@
 #include "whatif/branches.hh"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
 #include <memory>
 #include <numeric>
 #include <random>
@@ -23,6 +21,7 @@
 #include "support/meddler.hh"
 #include "support/model_testing.hh"
 #include "support/own_worlds.hh"
+#include "support/resident_memory.hh"
 #include "support/sanitized.hh"
 #include "support/shipped_worlds.hh"
 
@@ -343,14 +342,6 @@ TEST_F(BranchesTest, OutliveTheirPrototype) {
   for (uint32_t i = 0; i < 6; i++) EXPECT_EQ(branches.StateOf(i).hash(), now.hash()) << i;
 }
 
-/// Bytes of memory that this process has in use.
-long ResidentMemory() {
-  long total = 0, resident = 0;
-  std::ifstream file("/proc/self/statm");
-  file >> total >> resident;
-  return resident * sysconf(_SC_PAGESIZE);
-}
-
 TEST_F(BranchesTest, AHundredThousandForksTakeNoMoreMemoryThanAFew) {
   constexpr int kForks = kSanitized ? 1000 : 100000, kWarmUp = kForks / 10;
   const std::unique_ptr<World> world = LoadText(
@@ -364,12 +355,10 @@ TEST_F(BranchesTest, AHundredThousandForksTakeNoMoreMemoryThanAFew) {
   long start = 0;
   for (int i = 0; i < kForks; i += 10) {
     if (i == kWarmUp) start = ResidentMemory();
-    for (uint32_t k = 0; k < 10; k++)
-      branches.Restore(k,
-                       k % 2                             ? now
-                       : branches.StateOf(k + 1).empty() ? now
-                                                         : branches.StateOf(k + 1),
-                       static_cast<uint64_t>(i));
+    for (uint32_t k = 0; k < 10; k++) {
+      const Snapshot neighbour = k % 2 ? Snapshot() : branches.StateOf(k + 1);
+      branches.Restore(k, neighbour.empty() ? now : neighbour, static_cast<uint64_t>(i));
+    }
     branches.Step(2);
   }
   EXPECT_GT(start, 0);

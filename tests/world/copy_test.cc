@@ -63,21 +63,14 @@ TEST_F(CopyTest, IsAsIfTheFileHadBeenLoaded) {
   }
 }
 
-std::unique_ptr<World> LoadAll(uint64_t seed, bool exact) {
-  auto world = std::make_unique<World>(OptionsOf(seed));
-  std::istringstream content((exact ? "ray_model \"exact\"\n" : "") +
-                             std::string(kRobotsOfAllTypes));
-  EXPECT_TRUE(world->Load(content, "all.world"));
-  return world;
-}
-
 TEST_F(CopyTest, WhateverHasBecomeOfTheOther) {
   constexpr uint64_t kWorlds = kSanitized ? 10 : 60;
   for (uint64_t seed = 0; seed < kWorlds; seed++) {
     SCOPED_TRACE(seed);
     const bool exact = seed % 3 == 0;
-    const std::unique_ptr<World> fresh = LoadAll(seed, exact), other = LoadAll(seed + 1, exact),
-                                 undisturbed = LoadAll(seed + 1, exact);
+    const std::unique_ptr<World> fresh = LoadRobotsOfAllTypes(seed, exact),
+                                 other = LoadRobotsOfAllTypes(seed + 1, exact),
+                                 undisturbed = LoadRobotsOfAllTypes(seed + 1, exact);
     Go(other.get(), seed, 0, 10);
     const std::unique_ptr<World> copy = CopyOf(*other, seed);
     EXPECT_EQ(copy->StateHash(), fresh->StateHash());

@@ -2,13 +2,11 @@
 //
 // Worlds that come and go: loading again and again, several at once, reloading, deleting.
 
-#include <unistd.h>
-
-#include <cstdio>
 #include <cstdlib>
 
 #include "models/block.hh"
 #include "support/model_testing.hh"
+#include "support/resident_memory.hh"
 
 namespace Stg {
 namespace {
@@ -49,16 +47,6 @@ uint64_t HashAfter(World* world, int steps) {
     Find(*world, robot)->AddCallback(Model::CB_UPDATE, Drive, nullptr);
   Step(*world, steps);
   return world->StateHash();
-}
-
-/// Bytes of memory that this process has in use.
-long ResidentMemory() {
-  long total = 0, resident = 0;
-  std::FILE* file = std::fopen("/proc/self/statm", "r");
-  if (!file) return 0;
-  if (std::fscanf(file, "%ld %ld", &total, &resident) != 2) resident = 0;
-  std::fclose(file);
-  return resident * sysconf(_SC_PAGESIZE);
 }
 
 TEST(Lifecycle, TenThousandCyclesNeedNoMoreMemoryThanAFew) {

@@ -25,6 +25,7 @@
 #include "support/random_source.hh"
 #include "support/sanitized.hh"
 #include "support/shipped_worlds.hh"
+#include "support/snapshot_files.hh"
 #include "world/engine.hh"
 
 namespace Stg {
@@ -173,18 +174,12 @@ TEST_F(SnapshotTest, LeanOnesAreSmall) {
 
 // ---- random operations --------------------------------------------------------------------------
 
-std::unique_ptr<World> LoadAll(uint64_t seed) {
-  auto world = std::make_unique<World>(OptionsOf(seed));
-  std::istringstream content(kRobotsOfAllTypes);
-  EXPECT_TRUE(world->Load(content, "all.world"));
-  return world;
-}
-
 /// Steps three worlds, two of which go astray and back on the way, and compares them.
 void GoAstrayAndBack(uint64_t seed, Snapshot::Keep keep) {
   constexpr int kAllSteps = 30;
-  const std::unique_ptr<World> undisturbed = LoadAll(seed), world = LoadAll(seed),
-                               other = LoadAll(seed + 1);
+  const std::unique_ptr<World> undisturbed = LoadRobotsOfAllTypes(seed),
+                               world = LoadRobotsOfAllTypes(seed),
+                               other = LoadRobotsOfAllTypes(seed + 1);
   test::RandomSource random(seed);
   Go(other.get(), seed + 7, 0, 5);
   for (int i = 0; i < kAllSteps;) {
@@ -220,12 +215,12 @@ TEST_F(SnapshotTest, WhateverWasDoneSinceIsUndone) {
 TEST_F(SnapshotTest, FuturesOfOneWorldDoNotMeet) {
   constexpr uint64_t kFutures = 24;
   constexpr int kRounds = 4, kRound = 5, kTurns = kSanitized ? 60 : 2000;
-  const std::unique_ptr<World> world = LoadAll(1);
+  const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
   Snapshot now;
   ASSERT_TRUE(world->Take(&now));
   std::vector<std::vector<uint64_t>> alone(kFutures);
   for (uint64_t future = 0; future < kFutures; future++) {
-    const std::unique_ptr<World> own = LoadAll(1);
+    const std::unique_ptr<World> own = LoadRobotsOfAllTypes(1);
     for (int round = 0; round < kRounds; round++) {
       Go(own.get(), future, round * kRound, kRound);
       Snapshot state;
@@ -253,7 +248,7 @@ TEST_F(SnapshotTest, FuturesOfOneWorldDoNotMeet) {
 
 /// The number of a model that is gone may be another one's, after going back; its name is not.
 TEST_F(SnapshotTest, NamesOfModelsThatAreGoneLeadNowhere) {
-  const std::unique_ptr<World> world = LoadAll(1);
+  const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
   Snapshot now;
   ASSERT_TRUE(world->Take(&now));
   Model* const first = world->CreateModel(nullptr, "model");
@@ -271,7 +266,7 @@ TEST_F(SnapshotTest, NamesOfModelsThatAreGoneLeadNowhere) {
 int DoNothing(Model*, void*) { return 0; }
 
 TEST_F(SnapshotTest, WhatCannotBeKeptIsNamed) {
-  const std::unique_ptr<World> world = LoadAll(1);
+  const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
   Snapshot snapshot;
   world->Enqueue(0, 1000000, world->GetModel("puck"), DoNothing, nullptr);
   const std::string errors = ErrorsOf([&] { EXPECT_FALSE(world->Take(&snapshot)); });
@@ -284,7 +279,7 @@ TEST_F(SnapshotTest, WhatCannotBeKeptIsNamed) {
 }
 
 TEST_F(SnapshotTest, TheWorldIsAsItWasWhereModelsDoNotFit) {
-  const std::unique_ptr<World> world = LoadAll(1), other = LoadAll(1);
+  const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1), other = LoadRobotsOfAllTypes(1);
   Go(world.get(), 1, 0, 10);
   other->GetModel("a")->AddCallback(Model::CB_UPDATE, DoNothing, nullptr);
   Go(other.get(), 2, 0, 3);
@@ -294,7 +289,7 @@ TEST_F(SnapshotTest, TheWorldIsAsItWasWhereModelsDoNotFit) {
   const std::string errors = ErrorsOf([&] { EXPECT_FALSE(world->Restore(snapshot)); });
   EXPECT_NE(errors.find("callbacks"), std::string::npos) << errors;
   EXPECT_EQ(world->StateHash(), before);
-  const std::unique_ptr<World> same = LoadAll(1);
+  const std::unique_ptr<World> same = LoadRobotsOfAllTypes(1);
   Go(same.get(), 1, 0, 10);
   Go(same.get(), 1, 10, 5);
   Go(world.get(), 1, 10, 5);
@@ -310,7 +305,7 @@ std::string Written(const Snapshot& snapshot) {
 }
 
 TEST_F(SnapshotTest, FilesKeepAll) {
-  const std::unique_ptr<World> world = LoadAll(1), other = LoadAll(2);
+  const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1), other = LoadRobotsOfAllTypes(2);
   Go(world.get(), 1, 0, 10);
   Snapshot snapshot, read;
   ASSERT_TRUE(world->Take(&snapshot));
@@ -352,18 +347,8 @@ TEST_F(SnapshotTest, FilesOfOldAreRead) {
   }
 }
 
-/// With a checksum that fits.
-std::string Signed(std::string file) {
-  uint64_t sum = 0xcbf29ce484222325u;
-  for (size_t i = 0; i + 8 < file.size(); i++)
-    sum = (sum ^ static_cast<unsigned char>(file[i])) * 0x100000001b3u;
-  for (size_t i = 0; i < 8; i++) file[file.size() - 8 + i] = static_cast<char>(sum >> 8 * i & 0xff);
-  return file;
-}
-
 TEST_F(SnapshotTest, StatesThatNoWorldIsInDoNoHarm) {
-  constexpr size_t kHead = 28;
-  const std::unique_ptr<World> world = LoadAll(1);
+  const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
   Go(world.get(), 1, 0, 10);
   Snapshot good;
   ASSERT_TRUE(world->Take(&good));
@@ -374,12 +359,12 @@ TEST_F(SnapshotTest, StatesThatNoWorldIsInDoNoHarm) {
   for (int i = 0; i < (kSanitized ? 200 : 1000); i++) {
     std::string bad = file;
     for (int k = random.Int(1, 3); k > 0; k--) {
-      char& byte =
-          bad[static_cast<size_t>(random.Between(kHead, static_cast<int64_t>(bad.size()) - 9))];
+      char& byte = bad[static_cast<size_t>(
+          random.Between(snapshot_files::kHead, static_cast<int64_t>(bad.size()) - 9))];
       byte = static_cast<char>(random.OneIn(2) ? random.Next() : uint64_t{0xff} * random.OneIn(2));
     }
     Snapshot snapshot;
-    std::istringstream in(Signed(bad));
+    std::istringstream in(snapshot_files::Signed(bad));
     bool is_read = false, went = false;
     std::string errors = ErrorsOf([&] { is_read = snapshot.Read(in); });
     if (!is_read) {

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "insight/explain.hh"
@@ -42,6 +41,7 @@ class Gauge {
       : now_(now), steps_(steps), branches_(world, 0, OptionsWith(threads)) {}
 
   bool IsReady() const { return branches_.IsReady(); }
+  unsigned threads() const { return branches_.threads(); }
 
   /// Bytes of a branch at its end.
   size_t RowBytes() const { return branches_.StateOf(0).size(); }
@@ -162,11 +162,11 @@ int TellBudget(const Options& options) {
     const double steps =
         std::ceil(options.horizon * 1e6 / static_cast<double>(world->sim_interval));
     budget.steps = static_cast<uint64_t>(std::max(1.0, steps));
-    budget.threads = options.run.threads > 0 ? static_cast<unsigned>(options.run.threads)
-                                             : std::max(1u, std::thread::hardware_concurrency());
     budget.shared = now.shared_size();
-    Gauge one(*world, now, budget.steps, 1), all(*world, now, budget.steps, budget.threads);
+    Gauge one(*world, now, budget.steps, 1);
+    Gauge all(*world, now, budget.steps, static_cast<unsigned>(options.run.threads));
     if (!one.IsReady() || !all.IsReady()) return 1;
+    budget.threads = all.threads();
     budget.scenario = one.Seconds(1);
     budget.row = one.RowBytes();
     budget.scenarios = MostWithin(options.budget_ms / 1e3, &all, &budget.decision);

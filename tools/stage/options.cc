@@ -103,28 +103,19 @@ std::string NameOf(int id) {
   throw UsageError(NameOf(id) + ": found '" + found + "', expected " + expected);
 }
 
-usec_t ParseDuration(const std::string& text) {
-  const std::optional<double> seconds = ParseNumber<double>(text);
+/// Of that option; `expected` says what the limits are.
+double ParseWithin(int id, double least, double most, const char* expected,
+                   const std::string& text) {
+  const std::optional<double> value = ParseNumber<double>(text);
   // The comparisons are false for what is not a number.
-  if (!seconds || !(*seconds >= 1e-6 && *seconds <= kLongestDuration))
-    Refuse(kDuration, "simulated seconds, from 0.000001 to 1e12", text);
-  return static_cast<usec_t>(std::llround(*seconds * 1e6));
+  if (!value || !(*value >= least && *value <= most)) Refuse(id, expected, text);
+  return *value;
 }
 
-double ParseBudget(const std::string& text) {
-  constexpr double kMost = 60000;
-  const std::optional<double> milliseconds = ParseNumber<double>(text);
-  if (!milliseconds || !(*milliseconds >= 0.001 && *milliseconds <= kMost))
-    Refuse(kBudget, "milliseconds, from 0.001 to 60000", text);
-  return *milliseconds;
-}
-
-double ParseHorizon(const std::string& text) {
-  constexpr double kMost = 86400;
-  const std::optional<double> seconds = ParseNumber<double>(text);
-  if (!seconds || !(*seconds >= 1e-6 && *seconds <= kMost))
-    Refuse(kHorizon, "simulated seconds, from 0.000001 to 86400", text);
-  return *seconds;
+usec_t ParseDuration(const std::string& text) {
+  const double seconds = ParseWithin(kDuration, 1e-6, kLongestDuration,
+                                     "simulated seconds, from 0.000001 to 1e12", text);
+  return static_cast<usec_t>(std::llround(seconds * 1e6));
 }
 
 /// FILE@SECONDS
@@ -291,10 +282,12 @@ class Parser {
         break;
       case kBudget:
         if (options_.action == Options::Action::kRun) options_.action = Options::Action::kBudget;
-        options_.budget_ms = ParseBudget(value);
+        options_.budget_ms =
+            ParseWithin(kBudget, 0.001, 60000, "milliseconds, from 0.001 to 60000", value);
         break;
       case kHorizon:
-        options_.horizon = ParseHorizon(value);
+        options_.horizon =
+            ParseWithin(kHorizon, 1e-6, 86400, "simulated seconds, from 0.000001 to 86400", value);
         break;
       case kSize:
         ParseSize(value, &options_.pictures);
@@ -349,32 +342,31 @@ class Parser {
   Options options_;
 };
 
+bool LoadsWorlds(const Options& options) {
+  return options.action == Options::Action::kRun || options.action == Options::Action::kExplain ||
+         options.action == Options::Action::kBudget;
+}
+
+/// For the option of that name.
+void RequireOneWorld(const Options& options, const std::string& name) {
+  if (options.worldfiles.size() > 1)
+    throw UsageError(name + ": found " + std::to_string(options.worldfiles.size()) +
+                     " world files, expected one");
+}
+
 /// The environment chooses a device where the command line leaves that open.
 void TakeDeviceFromEnvironment(Options* options) {
   const char* choice = std::getenv("STAGE_CL_DEVICE");
   if (!options->run.opencl || !options->run.device.empty() || !choice) return;
   options->run.device = choice;
-  const bool loads = options->action == Options::Action::kRun ||
-                     options->action == Options::Action::kExplain ||
-                     options->action == Options::Action::kBudget;
-  if (options->run.device == "list" && loads) options->action = Options::Action::kListDevices;
-}
-
-/// A budget is for one world.
-void SettleBudget(const Options& options) {
-  if (options.action != Options::Action::kBudget) return;
-  if (options.worldfiles.size() > 1)
-    throw UsageError("--budget-ms: found " + std::to_string(options.worldfiles.size()) +
-                     " world files, expected one");
+  if (options->run.device == "list" && LoadsWorlds(*options))
+    options->action = Options::Action::kListDevices;
 }
 
 /// Snapshots are of one world, and taken without a window.
 void SettleSnapshots(Options* options) {
   if (options->first_snapshot.empty() && !options->snapshot) return;
-  const std::string name = NameOf(options->snapshot ? kSaveSnapshot : kFromSnapshot);
-  if (options->worldfiles.size() > 1)
-    throw UsageError(name + ": found " + std::to_string(options->worldfiles.size()) +
-                     " world files, expected one");
+  RequireOneWorld(*options, NameOf(options->snapshot ? kSaveSnapshot : kFromSnapshot));
   if (!options->snapshot) return;
   options->no_gui = true;
   const usec_t duration = options->run.duration;
@@ -435,10 +427,7 @@ void CheckOutputs(const Options& options) {
 
 /// Worlds are what a run is about; other actions need none.
 void CheckWorlds(const Options& options) {
-  const bool loads = options.action == Options::Action::kRun ||
-                     options.action == Options::Action::kExplain ||
-                     options.action == Options::Action::kBudget;
-  if (loads && options.worldfiles.empty())
+  if (LoadsWorlds(options) && options.worldfiles.empty())
     throw UsageError("found no world file, expected at least one, such as worlds/simple.world");
 }
 
@@ -451,7 +440,7 @@ Options ParseOptions(int argc, char* argv[]) {
     return options;
   CheckOutputs(options);
   CheckWorlds(options);
-  SettleBudget(options);
+  if (options.action == Options::Action::kBudget) RequireOneWorld(options, NameOf(kBudget));
   SettleSnapshots(&options);
   SettlePictures(&options);
   return options;

@@ -98,6 +98,8 @@ class Branches {
   /// Not, if the world can't be copied, or the memory doesn't suffice; a message says why.
   bool IsReady() const;
   uint32_t count() const;
+  /// That work on them.
+  unsigned threads() const;
   /// More branches, which are retired at first, or fewer.
   void Resize(uint32_t count);
   const Branch& operator[](uint32_t branch) const;

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#ifndef STAGE_TESTS_SUPPORT_RESIDENT_MEMORY_HH
+#define STAGE_TESTS_SUPPORT_RESIDENT_MEMORY_HH
+
+#include <unistd.h>
+
+#include <fstream>
+
+/// Bytes of memory that this process has in use; 0: the system doesn't say.
+inline long ResidentMemory() {
+  long total = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> total >> resident;
+  return resident * sysconf(_SC_PAGESIZE);
+}
+
+#endif

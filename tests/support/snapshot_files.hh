@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Snapshot files that somebody has changed, see world/snapshot_file.cc.
+
+#ifndef STAGE_TESTS_SUPPORT_SNAPSHOT_FILES_HH
+#define STAGE_TESTS_SUPPORT_SNAPSHOT_FILES_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace snapshot_files {
+
+/// Bytes of what lies before the state and behind it.
+inline constexpr std::size_t kHead = 28, kChecksum = 8;
+
+inline void Put(std::uint64_t number, std::size_t place, std::string* file) {
+  for (std::size_t i = 0; i < 8; i++)
+    (*file)[place + i] = static_cast<char>(number >> 8 * i & 0xff);
+}
+
+/// With a size and a checksum that fit, if it is long enough for them.
+inline std::string Signed(std::string file) {
+  if (file.size() < kHead + kChecksum) return file;
+  const std::size_t end = file.size() - kChecksum;
+  Put(end - kHead, kHead - 8, &file);
+  std::uint64_t sum = 0xcbf29ce484222325u;
+  for (std::size_t i = 0; i < end; i++)
+    sum = (sum ^ static_cast<unsigned char>(file[i])) * 0x100000001b3u;
+  Put(sum, end, &file);
+  return file;
+}
+
+}  // namespace snapshot_files
+
+#endif
