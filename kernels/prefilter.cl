@@ -4,12 +4,20 @@
  * is compiled.
  */
 
+/* The only body in the tile in which the ray has hit, or 0: see DeviceLayers in
+ * libstage/sensing/device_layers.hh. */
+uint only_body(__global const ulong* words, const ray_t* ray) {
+  const uint slot = ray->region * 64 + ray->tile;
+  return (uint)(words[slot / 2] >> (slot % 2 * 32));
+}
+
 /* Walks the rays of some groups of fans, one work-item for a ray.
  *
- * words: the tile maps and the tiles of all layers.
+ * words: the bodies in tiles, then the tile maps and the tiles of all layers.
  * groups, fans: only those from first_group to end_group - 1, and the fans that these name.
  * self-masks: those of the fans, from first_mask on.
- * hits: per_ray words for each ray of the batch, see HitLists in libstage/sensing/prefilter.hh. */
+ * hits: for each ray of the batch its body and per_ray words of its list, see HitLists in
+ * libstage/sensing/prefilter.hh. */
 __kernel void walk_fans(__global const ray_super_t* directory, const uint directory_mask,
                         __global const uint* regions, __global const ulong* words, const int4 box,
                         __global const ray_group_record_t* groups, const uint first_group,
@@ -51,13 +59,14 @@ __kernel void walk_fans(__global const ray_super_t* directory, const uint direct
             ray_rotate_x(fan.cosine, fan.sine, direction.cosine, direction.sine),
             ray_rotate_y(fan.cosine, fan.sine, direction.cosine, direction.sine));
 
-  __global uint* list = hits + (size_t)(fan.first_ray + sample) * per_ray;
+  __global uint* list = hits + (size_t)(fan.first_ray + sample) * (1 + per_ray);
   for (uint i = 0; i < per_ray; i++) {
     if (!ray_next(&grid, &mask, &ray)) {
-      list[i] = RAY_NO_HIT;
+      list[1 + i] = RAY_NO_HIT;
       return;
     }
-    list[i] = ray_pack(ray.u, ray.v);
+    list[1 + i] = ray_pack(ray.u, ray.v);
+    if (i == 0) list[0] = only_body(words, &ray);
   }
 }
 

@@ -87,15 +87,18 @@ void* Buffer::MapForWriting(std::size_t bytes) {
   return mapped_ = common_.queue.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_WRITE, 0, bytes);
 }
 
-const void* Buffer::StartReading(std::size_t bytes) {
-  Unmap();
-  bytes = std::max<std::size_t>(bytes, 1);
-  if (!common_.shared) {
-    void* copy = common_.from_device.Take(bytes);
-    common_.queue.enqueueReadBuffer(memory_, CL_FALSE, 0, bytes, copy);
-    return copy;
+const void* Buffer::StartReading(std::size_t bytes, std::size_t begin, std::size_t end,
+                                 ::cl::Event* done) {
+  if (common_.shared) {
+    Unmap();
+    return mapped_ = common_.queue.enqueueMapBuffer(memory_, CL_FALSE, CL_MAP_READ, 0,
+                                                    std::max<std::size_t>(bytes, 1), nullptr, done);
   }
-  return mapped_ = common_.queue.enqueueMapBuffer(memory_, CL_FALSE, CL_MAP_READ, 0, bytes);
+  if (begin == 0) reading_ = static_cast<char*>(common_.from_device.Take(bytes));
+  if (begin < end)
+    common_.queue.enqueueReadBuffer(memory_, CL_FALSE, begin, end - begin, reading_ + begin,
+                                    nullptr, done);
+  return reading_;
 }
 
 void Buffer::Unmap() {

@@ -73,9 +73,11 @@ class Buffer {
   void Write(const void* data, std::size_t bytes);
   /// For the host to write into; Unmap() hands it to the device.
   void* MapForWriting(std::size_t bytes);
-  /// What the device writes, for the host to read as soon as the queue is finished, until Unmap()
-  /// or until pinned memory is reset.
-  const void* StartReading(std::size_t bytes);
+  /// What the device writes, `bytes` in all, for the host to read until Unmap() or until pinned
+  /// memory is reset: those from `begin` to `end` - 1 are there as soon as `done` has happened,
+  /// which stays as it is if these are none. All at once where memory is shared.
+  const void* StartReading(std::size_t bytes, std::size_t begin, std::size_t end,
+                           ::cl::Event* done);
   void Unmap();
 
   const ::cl::Buffer& memory() const { return memory_; }
@@ -85,6 +87,7 @@ class Buffer {
   ::cl::Buffer memory_;
   std::size_t capacity_ = 0;
   void* mapped_ = nullptr;
+  char* reading_ = nullptr;  // pinned memory that parts of it are read into
   std::size_t to_send_ = 0;  // bytes of pinned memory, to be sent by Unmap()
 };
 

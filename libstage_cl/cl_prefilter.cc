@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -18,6 +19,17 @@ namespace {
 // Rays in a work-group. A CPU takes one group after the other and pays for each; on a GPU small
 // groups spread better.
 constexpr std::size_t kWorkGroupCpu = 256, kWorkGroupGpu = 64;
+
+// Parts of a large batch, as shares of its fans up to there. The host traces the first one while
+// the device is at the second, and that while it is at the third; a part takes a few launches and
+// some waiting, so there are no more of them, and none in a batch that the device walks in no time.
+constexpr double kParts[] = {0.125, 0.375, 1};
+constexpr std::size_t kRaysWorthParts = 500'000;
+
+/// For what it stands for; nothing if there was nothing to do.
+void Await(const ::cl::Event& event) {
+  if (event() != nullptr) event.wait();
+}
 
 double Now() {
   using Clock = std::chrono::steady_clock;
@@ -112,33 +124,49 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   CheckProcess();
   const double start = Now();
   calls::SetDriver(device_->found.platform);  // the thread may have others
+  if (under_way_) Finish();
   hits_.Unmap();
   memory_.from_device.Reset();
   sorted_.Sort(batch, workers);
   SendGrid(grid);
   SendBatch(batch, workers);
   SendDirections(tables, batch);
-  const std::size_t hit_bytes = std::size_t{batch.ray_count()} * per_ray_ * sizeof(uint32_t);
-  hits_.Reserve(hit_bytes);
+  hits_.Reserve(BytesOf(batch.ray_count()));
 
   const double sent = Now();
-  ::cl::Event done;
-  for (const sensing::DeviceBatch::Launch& launch : sorted_.launches())
-    Enqueue(grid, launch, &done);
-  // The device goes on to hand the lists over without being asked again.
-  const auto* hits = static_cast<const uint32_t*>(hits_.StartReading(hit_bytes));
-  if (!sorted_.launches().empty()) done.wait();
-  const double walked = Now();
-  queue_.finish();
-  memory_.to_device.Reset();
-  sent_ahead_ = false;
+  const uint32_t* hits = nullptr;
+  progress_.clear();
+  progress_.resize(sorted_.parts().size());
+  under_way_ = true;
+  for (std::size_t part = 0; part < progress_.size(); part++) hits = EnqueuePart(grid, batch, part);
   statistics_.send_seconds += sent - start;
-  statistics_.walk_seconds += walked - sent;
-  statistics_.fetch_seconds += Now() - walked;
-  statistics_.bytes_fetched += hit_bytes;
+  statistics_.bytes_fetched += BytesOf(batch.ray_count());
+  Await(progress_[0].walked);
+  statistics_.walk_seconds += Now() - sent;
+  WaitFor(batch, 0);
   return {hits, per_ray_};
 } catch (const ::cl::Error& error) {
   throw AsPrefilterError(error);
+}
+
+std::size_t ClPrefilter::WaitFor(const sensing::RayBatch&, std::size_t fan) try {
+  const double start = Now();
+  const std::vector<sensing::DeviceBatch::Part>& parts = sorted_.parts();
+  std::size_t part = 0;
+  while (part + 1 < parts.size() && parts[part].end_fan <= fan) part++;
+  Await(progress_[part].fetched);
+  if (part + 1 == parts.size()) Finish();
+  statistics_.fetch_seconds += Now() - start;
+  return parts[part].end_fan;
+} catch (const ::cl::Error& error) {
+  throw AsPrefilterError(error);
+}
+
+/// Nothing of the batch is under way any more: pinned memory is free again.
+void ClPrefilter::Finish() {
+  queue_.finish();
+  memory_.to_device.Reset();
+  sent_ahead_ = under_way_ = false;
 }
 
 void ClPrefilter::SendAhead(grid::Grid& grid) try {
@@ -165,7 +193,9 @@ void ClPrefilter::SendGrid(const grid::Grid& grid) {
 
 void ClPrefilter::SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers) {
   // A processor does better with a launch for each group.
-  sorted_.PlanLaunches(work_group_, is_cpu_,
+  const bool in_parts = !memory_.shared && batch.ray_count() >= kRaysWorthParts;
+  const std::span<const double> shares = in_parts ? std::span(kParts) : std::span(kParts).last(1);
+  sorted_.PlanLaunches(shares, work_group_, is_cpu_,
                        [this](grid::LayerIndex layer) { return grid_->layers().PlaceOf(layer); });
   sorted_.Write(batch, batch_.MapForWriting(sorted_.bytes()), workers);
   batch_.Unmap();
@@ -184,6 +214,23 @@ void ClPrefilter::SendDirections(const sensing::DirectionTables& tables,
   directions_sent_ = own.empty() ? shared.size() : 0;
   generation_sent_ = tables.generation();
   CountSent(bytes);
+}
+
+/// Walks the rays of a part and fetches their lists, without waiting for that. Returns where those
+/// of the batch's first ray will be.
+const uint32_t* ClPrefilter::EnqueuePart(const grid::Grid& grid, const sensing::RayBatch& batch,
+                                         std::size_t part) {
+  for (const sensing::DeviceBatch::Launch& launch : sorted_.launches())
+    if (launch.part == part) Enqueue(grid, launch, &progress_[part].walked);
+  const std::span<const sensing::Fan> fans = batch.fans();
+  const auto bytes_before = [&](std::size_t fan) {
+    return BytesOf(fan < fans.size() ? fans[fan].record.first_ray : batch.ray_count());
+  };
+  const auto& [first_fan, end_fan] = sorted_.parts()[part];
+  const void* hits = hits_.StartReading(BytesOf(batch.ray_count()), bytes_before(first_fan),
+                                        bytes_before(end_fan), &progress_[part].fetched);
+  queue_.flush();
+  return static_cast<const uint32_t*>(hits);
 }
 
 void ClPrefilter::Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::Launch& launch,

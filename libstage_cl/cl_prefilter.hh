@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "libstage_cl/buffer.hh"
 #include "libstage_cl/device_grid.hh"
@@ -27,6 +28,7 @@ class ClPrefilter final : public sensing::Prefilter {
 
   sensing::HitLists Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
                          const sensing::RayBatch& batch, threads::WorkerPool* workers) override;
+  std::size_t WaitFor(const sensing::RayBatch& batch, std::size_t fan) override;
   void SendAhead(grid::Grid& grid) override;
   std::unique_ptr<sensing::Prefilter> ForAnotherWorld() const override;
   bool UsesHost() const override { return is_cpu_; }
@@ -39,8 +41,12 @@ class ClPrefilter final : public sensing::Prefilter {
   void SendGrid(const grid::Grid& grid);
   void SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers);
   void SendDirections(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);
+  const uint32_t* EnqueuePart(const grid::Grid& grid, const sensing::RayBatch& batch,
+                              std::size_t part);
   void Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::Launch& launch,
                ::cl::Event* done);
+  std::size_t BytesOf(std::size_t rays) const { return rays * (1 + per_ray_) * sizeof(uint32_t); }
+  void Finish();
   void CountSent(std::size_t bytes) { statistics_.bytes_sent += bytes; }
 
   const std::shared_ptr<const OpenDevice> device_;  // the last to go
@@ -58,6 +64,12 @@ class ClPrefilter final : public sensing::Prefilter {
   sensing::DeviceBatch sorted_;
   Buffer batch_;  // what it writes
   Buffer directions_, hits_;
+  // Of each part of the batch, if it has rays: walked, and lists fetched.
+  struct Progress {
+    ::cl::Event walked, fetched;
+  };
+  std::vector<Progress> progress_;
+  bool under_way_ = false;           // some of it may not be there yet
   std::size_t directions_sent_ = 0;  // of the tables, of this generation
   uint64_t generation_sent_ = 0;
 };

@@ -130,9 +130,9 @@ void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (!body.exact()) edit->drawn_cells += std::popcount(bits);
   if (tile.cells == 0) CountFilledTile(slot, edit);
   if (tile.cells == 0 || (tile.bodies == id + 1 && (tile.cells & bits) == 0)) {
-    tile.bodies = id + 1;
+    SetBodies(slot, id + 1);
   } else {
-    CellLists& lists = ListsOf(&tile, edit);
+    CellLists& lists = ListsOf(slot, edit);
     ForEachBit(bits & ~tile.cells, [&](uint32_t bit) { lists[bit] = id + 1; });
     ForEachBit(bits & tile.cells, [&](uint32_t bit) { Append(&lists[bit], id, edit); });
     tile.crowded |= bits & tile.cells;
@@ -151,17 +151,23 @@ void Grid::EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (tile.cells == 0) CountEmptiedTile(slot, edit);
   ClearBits(body.layers, slot, alone);
   if (!(tile.bodies & kSeveral)) {
-    if (tile.cells == 0) tile.bodies = 0;
+    if (tile.cells == 0) SetBodies(slot, 0);
     return;
   }
-  CellLists& lists = ListsOf(&tile, edit);
+  CellLists& lists = ListsOf(slot, edit);
   ForEachBit(crowded, [&](uint32_t bit) {
     BodyList& list = lists[bit];
     RemoveFrom(&list, id, edit);
     if (!(list & kSeveral)) tile.crowded &= ~(uint64_t{1} << bit);
     ClearBits(LayersWithoutOthers(list, body.layers), slot, uint64_t{1} << bit);
   });
-  DropListsOfOneBody(&tile, edit);
+  DropListsOfOneBody(slot, edit);
+}
+
+void Grid::SetBodies(uint32_t slot, uint32_t bodies) {
+  if (tiles_[slot].bodies == bodies) return;
+  tiles_[slot].bodies = bodies;
+  changed_bodies_.Note(slot);
 }
 
 void Grid::SetBits(uint32_t layers, uint32_t slot, uint64_t bits) {
@@ -173,27 +179,29 @@ void Grid::ClearBits(uint32_t layers, uint32_t slot, uint64_t bits) {
 }
 
 /// The lists of the tile's cells. Makes them if the tile has had a single body so far.
-Grid::CellLists& Grid::ListsOf(TileCells* tile, Edit* edit) {
-  if (tile->bodies & kSeveral) return lists_[tile->bodies & ~kSeveral];
+Grid::CellLists& Grid::ListsOf(uint32_t slot, Edit* edit) {
+  const TileCells& tile = tiles_[slot];
+  if (tile.bodies & kSeveral) return lists_[tile.bodies & ~kSeveral];
   const uint32_t index = lists_.Take(edit->lists());
   CellLists& lists = lists_[index];
-  ForEachBit(tile->cells, [&](uint32_t bit) { lists[bit] = tile->bodies; });
-  tile->bodies = kSeveral | index;
+  ForEachBit(tile.cells, [&](uint32_t bit) { lists[bit] = tile.bodies; });
+  SetBodies(slot, kSeveral | index);
   return lists;
 }
 
 /// Gives the tile's lists back if a single body is left in the tile.
-void Grid::DropListsOfOneBody(TileCells* tile, Edit* edit) {
-  if (tile->crowded != 0) return;
-  const uint32_t index = tile->bodies & ~kSeveral;
+void Grid::DropListsOfOneBody(uint32_t slot, Edit* edit) {
+  const TileCells& tile = tiles_[slot];
+  if (tile.crowded != 0) return;
+  const uint32_t index = tile.bodies & ~kSeveral;
   const CellLists& lists = lists_[index];
   BodyList only = 0;
-  for (uint64_t left = tile->cells; left != 0; left &= left - 1) {
+  for (uint64_t left = tile.cells; left != 0; left &= left - 1) {
     const BodyList list = lists[static_cast<uint32_t>(std::countr_zero(left))];
     if (only != 0 && list != only) return;
     only = list;
   }
-  tile->bodies = only;
+  SetBodies(slot, only);
   lists_.Give(index, edit->lists());
 }
 
@@ -399,6 +407,7 @@ void Grid::AddFreeRegion() {
   const size_t count = regions_.size() + 1;
   ReserveFor(count, &free_regions_);  // for DropEmptyRegions()
   tiles_.resize(count * kTilesPerRegion);
+  changed_bodies_.Resize(count);
   for (Layer& layer : layers_) layer.cells.Resize(static_cast<uint32_t>(count));
   regions_.emplace_back();
   free_regions_.push_back(static_cast<uint32_t>(count - 1));

@@ -262,8 +262,18 @@ class Grid {
   LayerIndex layer_count() const { return static_cast<LayerIndex>(layers_.size()); }
   const Occupancy& occupancy(LayerIndex layer) const { return layers_[layer].cells; }
   Occupancy& occupancy(LayerIndex layer) { return layers_[layer].cells; }
-  /// Remembers changed tiles, for a device that has a copy of the layers.
+  /// Remembers changed tiles, for a device that has a copy of the layers and of OnlyBody().
   void TrackChanges(bool on);
+  /// What ListIn() says of all cells of a tile in which something is, if a single body is drawn in
+  /// it; else 0.
+  BodyList OnlyBody(uint32_t slot) const {
+    const BodyList bodies = tiles_[slot].bodies;
+    return bodies & kSeveral ? 0 : bodies;
+  }
+  /// Tiles for which that has changed.
+  const ChangedTiles& changed_bodies() const { return changed_bodies_; }
+  /// Const, as what is drawn does not change.
+  void ForgetChangedBodies() const { changed_bodies_.Forget(); }
 
   /// The directory of superregions and their tables of regions, as ray_walk.h describes them.
   /// They stay the same as long as structure_version() does.
@@ -331,8 +341,9 @@ class Grid {
   uint32_t MakeNode(BodyId id, Edit* edit);
   void DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
   void EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
-  CellLists& ListsOf(TileCells* tile, Edit* edit);
-  void DropListsOfOneBody(TileCells* tile, Edit* edit);
+  CellLists& ListsOf(uint32_t slot, Edit* edit);
+  void DropListsOfOneBody(uint32_t slot, Edit* edit);
+  void SetBodies(uint32_t slot, uint32_t bodies);
   void SetBits(uint32_t layers, uint32_t slot, uint64_t bits);
   void ClearBits(uint32_t layers, uint32_t slot, uint64_t bits);
   uint32_t LayersWithoutOthers(BodyList list, uint32_t layers) const;
@@ -378,6 +389,7 @@ class Grid {
   std::vector<Layer> layers_;
   uint64_t step_ = 0;
   bool tracking_ = false;
+  mutable ChangedTiles changed_bodies_;
   CellBox occupied_, extent_;
   Edit own_edit_;  // of who changes the grid alone
 };

@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "grid/changed_tiles.hh"
 #include "grid/paged_array.hh"
 
 namespace Stg::internal::grid {
@@ -48,23 +49,16 @@ class Occupancy {
   void Set(uint32_t tile, uint64_t cells);
   void Clear(uint32_t tile, uint64_t cells);
 
-  /// While on, tiles that change are remembered until they are forgotten.
-  void TrackChanges(bool on);
-  /// One word for each region: which of its tiles have changed since the last ForgetChanges().
-  const std::vector<uint64_t>& changed_tiles() const { return changed_tiles_; }
-  /// How many tiles that are.
-  std::size_t CountChangedTiles() const;
+  void TrackChanges(bool on) { changed_.Track(on); }
+  const ChangedTiles& changed() const { return changed_; }
   /// Const, as which cells are occupied does not change.
-  void ForgetChanges() const;
+  void ForgetChanges() const { changed_.Forget(); }
 
  private:
-  void NoteChange(uint32_t tile);
-
   std::vector<uint64_t> tile_maps_;
   PagedArray<uint64_t> tiles_;
   uint64_t made_;
-  mutable std::vector<uint64_t> changed_tiles_;
-  bool tracking_ = false;
+  mutable ChangedTiles changed_;
 };
 
 }  // namespace Stg::internal::grid

@@ -167,18 +167,18 @@ void ModelBlobfinder::AddFan(sensing::FanList* fans) {
   rays_out_ = true;
 }
 
-void ModelBlobfinder::TakeHits(uint32_t, const sensing::RayHit* hits, uint32_t count) {
+void ModelBlobfinder::TakeHits(uint32_t, const sensing::RayHits& hits) {
   if (!rays_out_) return;
   rays_out_ = false;
   blobs_.clear();
+  const auto& [ranges, models, count] = hits;
   // The increment behind a run leaves out the ray that ended it.
   for (uint32_t i = 0; i < count; i++) {
-    if (!hits[i].model) continue;
+    if (!models[i]) continue;
     const uint32_t first = i;
-    const Color seen = hits[i].model->GetColor();
+    const Color seen = models[i]->GetColor();
     double sum = 0;
-    for (; i < count && hits[i].model && LooksLike(hits[i].model->GetColor(), seen); i++)
-      sum += hits[i].range;
+    for (; i < count && models[i] && LooksLike(models[i]->GetColor(), seen); i++) sum += ranges[i];
     if (!Reports(seen)) continue;
     Blob blob = MakeBlob(seen, sum / (i - first));
     blob.left = count - i;  // rays are counted from the right, pixels from the left

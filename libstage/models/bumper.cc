@@ -145,16 +145,16 @@ void ModelBumper::AddLine(uint32_t index, const Pose& frame, sensing::FanList* f
   fans->Add(fan, 1);
 }
 
-void ModelBumper::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t) {
+void ModelBumper::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
   // It may have been shut down since the rays were made.
   if (!samples || tag >= results_.size()) return;
   BumperSample& sample = results_[tag];
-  sample.hit = hits[0].model;
+  sample.hit = hits.models[0];
   if (!sample.hit) return;
   hit_ids_[tag] = sample.hit->GetId();
   const Line& line = lines_[tag];
-  sample.hit_point =
-      point_t(line.start.x + hits[0].range * line.cosine, line.start.y + hits[0].range * line.sine);
+  const double range = hits.ranges[0];
+  sample.hit_point = point_t(line.start.x + range * line.cosine, line.start.y + range * line.sine);
 }
 
 }  // namespace Stg

@@ -149,13 +149,13 @@ void ModelFiducial::AddFan(sensing::FanList* fans) {
   fans->Add(fan, bearings);
 }
 
-void ModelFiducial::TakeHits(uint32_t, const sensing::RayHit* hits, uint32_t count) {
-  if (candidates_.size() != count) return;  // nobody has wanted to know for a while
+void ModelFiducial::TakeHits(uint32_t, const sensing::RayHits& hits) {
+  if (candidates_.size() != hits.count) return;  // nobody has wanted to know for a while
   fiducials_.clear();
-  for (uint32_t i = 0; i < count; i++) {
+  for (uint32_t i = 0; i < hits.count; i++) {
     const Fiducial& candidate = candidates_[i];
     if (!candidate.mod) continue;
-    const Model* hit = hits[i].model;
+    const Model* hit = hits.models[i];
     if (hit == candidate.mod || (!hit && ignore_zloc)) fiducials_.push_back(candidate);
   }
   candidates_.clear();

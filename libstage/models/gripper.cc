@@ -324,8 +324,8 @@ void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length, sensin
   fans->Add(fan, 1, false);
 }
 
-void ModelGripper::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t) {
-  hits_[tag] = hits[0].model;
+void ModelGripper::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
+  hits_[tag] = hits.models[0];
   hit_ids_[tag] = hits_[tag] ? hits_[tag]->GetId() : 0;
 }
 

@@ -336,6 +336,13 @@ bool ModelRanger::FillRoom(sensing::BatchShare room, const sensing::FanList& fan
 
 // ---- results ------------------------------------------------------------------------------------
 
+/// Most are that already: what isn't written needs no way back to memory.
+static void SetAll(double* numbers, uint32_t count, double value) {
+  bool differ = false;
+  for (uint32_t i = 0; i < count; i++) differ |= numbers[i] != value;
+  if (differ) std::fill(numbers, numbers + count, value);
+}
+
 void ModelRanger::ExpectHits(uint32_t tag) const {
   constexpr size_t kInALine = 64 / sizeof(double);
   if (tag >= sensors_.size()) return;
@@ -344,23 +351,17 @@ void ModelRanger::ExpectHits(uint32_t tag) const {
       __builtin_prefetch(numbers->data() + i, 1);
 }
 
-void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHit* hits, uint32_t count) {
+void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
   // A callback may have changed the sensors since the rays were made.
-  if (tag >= sensors_.size() || sensors_[tag].ranges.size() != count) return;
+  if (tag >= sensors_.size() || sensors_[tag].ranges.size() != hits.count) return;
   Sensor& sensor = sensors_[tag];
-  sensor.intensities.resize(count);
-  double* const ranges = sensor.ranges.data();
-  double* const intensities = sensor.intensities.data();
-  const Model* seen = nullptr;  // neighbouring rays mostly hit the same model
-  double intensity = 0;
-  for (uint32_t i = 0; i < count; i++) {
-    ranges[i] = hits[i].range;
-    if (hits[i].model != seen) {
-      seen = hits[i].model;
-      intensity = seen ? seen->vis.ranger_return : 0.0;
-    }
-    // Most stay as they are: what isn't written needs no way back to memory.
-    if (intensities[i] != intensity) intensities[i] = intensity;
+  std::copy(hits.ranges, hits.ranges + hits.count, sensor.ranges.begin());
+  sensor.intensities.resize(hits.count);
+  for (uint32_t i = 0; i < hits.count;) {
+    const uint32_t first = i;
+    const Model* const seen = hits.models[i];
+    while (i < hits.count && hits.models[i] == seen) i++;
+    SetAll(sensor.intensities.data() + first, i - first, seen ? seen->vis.ranger_return : 0.0);
   }
   sensor.AddRangeNoise();
 }

@@ -255,7 +255,7 @@ void ModelWifi::AddRay(uint32_t index, const Pose& here, sensing::FanList* fans)
   fans->Add(fan, 1);
 }
 
-void ModelWifi::TakeHits(uint32_t tag, const sensing::RayHit*, uint32_t) {
+void ModelWifi::TakeHits(uint32_t tag, const sensing::RayHits&) {
   Path& path = paths_[tag];
   if (path.obstacles.empty()) return;
   static thread_local LineInBodies line;  // for its memory

@@ -89,16 +89,49 @@ void BatchTracer::Drop() noexcept {
 /// `choosing`: the chooser learns what it took.
 void BatchTracer::TraceAll(bool on_device, bool choosing) {
   device_in_use_ = on_device;
-  if (!on_device) workers_->HoldProcessors(true);
   const double start = WallClock();
-  const HitLists lists = on_device ? Prefilter(scene_.batch.ray_count()) : HitLists();
-  const double walked = WallClock();
-  const std::vector<FanRun>& runs = fan_order_.Of(scene_.batch);
-  TraceRuns(lists, runs.size(), [&](std::size_t i) { return runs[i]; });
-  const double traced = WallClock();
-  if (choosing) chooser_.Report(traced - start);
-  statistics_.prefilter_seconds += walked - start;
-  statistics_.trace_seconds += traced - walked;
+  if (on_device) {
+    TraceOnDevice();
+  } else {
+    workers_->HoldProcessors(true);
+    const std::vector<FanRun>& runs = fan_order_.Of(scene_.batch);
+    TraceRuns(HitLists(), runs.size(), [&](std::size_t i) { return runs[i]; });
+    statistics_.trace_seconds += WallClock() - start;
+  }
+  if (choosing) chooser_.Report(WallClock() - start);
+}
+
+/// In the order of the batch, in which lists come: with these the grid is hardly looked at, so that
+/// there is nothing to be gained from other orders. What the device does not do is left to the
+/// host.
+void BatchTracer::TraceOnDevice() {
+  const double start = WallClock();
+  HitLists lists = Prefilter(scene_.batch.ray_count());
+  double waited = WallClock() - start;
+  const std::vector<FanRun>& runs = fan_order_.InBatch(scene_.batch);
+  for (std::size_t done = 0; done < runs.size();) {
+    const double before = WallClock();
+    std::size_t fans_there = scene_.batch.fans().size();
+    if (lists.per_ray > 0 && !WaitFor(runs[done].first + runs[done].count - 1, &fans_there))
+      lists = HitLists();
+    waited += WallClock() - before;
+    const std::size_t first = done;
+    while (done < runs.size() && runs[done].first + runs[done].count <= fans_there) done++;
+    TraceRuns(lists, done - first, [&](std::size_t i) { return runs[first + i]; });
+  }
+  statistics_.prefilter_seconds += waited;
+  statistics_.trace_seconds += WallClock() - start - waited;
+}
+
+/// For the lists of this fan. False if they don't come.
+bool BatchTracer::WaitFor(std::size_t fan, std::size_t* fans_there) {
+  try {
+    *fans_there = prefilter_->WaitFor(scene_.batch, fan);
+    return true;
+  } catch (const PrefilterError& error) {
+    LoseDevice(error);
+    return false;
+  }
 }
 
 /// Traces the batch, a part of it as a probe. False if it has not been traced: there are too few
@@ -128,7 +161,10 @@ void BatchTracer::TraceProbe(const Probe& probe, bool probe_device) {
   const uint64_t rays = CountRays(probe), all = scene_.batch.ray_count();
   const double sent_before = statistics_.prefilter.send_seconds;
   const double start = WallClock();
-  const HitLists lists = Prefilter(probe_device ? rays : all), none;
+  HitLists lists = Prefilter(probe_device ? rays : all);
+  const HitLists none;
+  std::size_t fans_there = 0;
+  if (lists.per_ray > 0 && !WaitFor(scene_.batch.fans().size() - 1, &fans_there)) lists = none;
   const double walked = WallClock();
   TraceRuns(probe_device ? lists : none, probe.count(), [&](std::size_t i) { return probe[i]; });
   const double probed = WallClock();
@@ -205,12 +241,16 @@ void BatchTracer::TraceRun(const Tracer& tracer, const FanRun& run, const HitLis
   const std::span<const Fan> fans = scene_.batch.fans().subspan(run.first, run.count);
   for (const Fan& fan : fans) fan.sink->ExpectHits(fan.tag);
   const std::size_t rays = CountRays(run);
-  if (mine->hits.size() < rays) mine->hits.resize(rays);
-  tracer.TraceFans(scene_.batch, fans.data(), run.count, lists, mine->hits.data(), &mine->counters);
-  const RayHit* hits = mine->hits.data();
+  if (mine->ranges.size() < rays) {
+    mine->models.resize(rays);
+    mine->ranges.resize(rays);
+  }
+  Tracer::Room room{mine->ranges.data(), mine->models.data()};
+  tracer.TraceFans(scene_.batch, fans.data(), run.count, lists, room, &mine->counters);
   for (const Fan& fan : fans) {
-    fan.sink->TakeHits(fan.tag, hits, fan.record.samples);
-    hits += fan.record.samples;
+    const uint32_t count = fan.record.samples;
+    fan.sink->TakeHits(fan.tag, {room.ranges, room.models, count});
+    room = room.Behind(count);
   }
 }
 

@@ -61,7 +61,8 @@ class BatchTracer {
 
  private:
   struct alignas(64) ThreadData {  // cache lines of its own, as it is written to all the time
-    std::vector<RayHit> hits;
+    std::vector<double> ranges;    // of the rays that are traced together
+    std::vector<Model*> models;
     TraceCounters counters;
   };
   class Probe;
@@ -71,7 +72,9 @@ class BatchTracer {
   bool TraceWithProbe(bool probe_device);
   void TraceProbe(const Probe& probe, bool probe_device);
   void KeepOthersFromDevice(const Probe& probe);
+  void TraceOnDevice();
   HitLists Prefilter(uint64_t rays);
+  bool WaitFor(std::size_t fan, std::size_t* fans_there);
   void LoseDevice(const PrefilterError& error);
   template <typename At>
   void TraceRuns(const HitLists& lists, std::size_t count, At at);

@@ -96,31 +96,61 @@ void DeviceBatch::NameLayers() {
       layers_.push_back(group.layer);
 }
 
-void DeviceBatch::PlanLaunches(std::size_t work_group, bool one_for_each_group,
+void DeviceBatch::PlanLaunches(std::span<const double> shares, std::size_t work_group,
+                               bool one_for_each_group,
                                const std::function<LayerPlace(grid::LayerIndex)>& place_of) {
-  constexpr std::size_t kMostItems = 0xffffffffu;
-  const auto first_fan = static_cast<uint32_t>(first_fan_record());
+  PlanParts(shares);
   launches_.clear();
   group_records_.clear();
-  for (const Group& group : groups_) {
-    const std::size_t g = group_records_.size();
-    const std::size_t items = std::size_t{group.fans} * group.samples;
-    const std::size_t room = (items + work_group - 1) / work_group * work_group;
-    const bool first = launches_.empty() || launches_.back().items + room > kMostItems;
-    if (first || (one_for_each_group && items > 0)) launches_.push_back({g, g, 0});
-    Launch& launch = launches_.back();
-    const LayerPlace place = place_of(group.layer);
-    group_records_.push_back({.first_item = static_cast<uint32_t>(launch.items),
-                              .fans = group.fans,
-                              .samples = group.samples,
-                              .first_fan = first_fan + group.first_fan,
-                              .tile_maps = place.tile_maps,
-                              .tiles = place.tiles,
-                              .unused = {}});
-    launch.items += room;
-    launch.end_group = g + 1;
-  }
+  for (std::size_t part = 0; part < parts_.size(); part++)
+    for (std::size_t group = 0; group < groups_.size(); group++)
+      PlanGroup(group, part, work_group, one_for_each_group, place_of(groups_[group].layer));
   std::erase_if(launches_, [](const Launch& launch) { return launch.items == 0; });
+}
+
+/// Parts begin with a block of fans, as it is known where those of a block go.
+void DeviceBatch::PlanParts(std::span<const double> shares) {
+  const std::size_t fans = group_of_fan_.size(), blocks = CountBlocks(fans);
+  parts_.clear();
+  std::size_t first = 0;
+  for (const double share : shares) {
+    const auto block = static_cast<std::size_t>(static_cast<double>(blocks) * share);
+    const std::size_t end = std::min(block * kBlock, fans);
+    parts_.push_back({first, end});
+    first = end;
+  }
+}
+
+/// Where the group's fans from this one of the batch on go, which begins a part.
+uint32_t DeviceBatch::FirstOfGroup(std::size_t group, std::size_t fan) const {
+  const Group& g = groups_[group];
+  if (fan == group_of_fan_.size()) return g.first_fan + g.fans;
+  return next_in_group_[fan / kBlock * groups_.size() + group];
+}
+
+/// The fans of a group that are in the part.
+void DeviceBatch::PlanGroup(std::size_t group, std::size_t part, std::size_t work_group,
+                            bool one_for_each_group, LayerPlace place) {
+  constexpr std::size_t kMostItems = 0xffffffffu;
+  const std::size_t g = group_records_.size();
+  const uint32_t samples = groups_[group].samples;
+  const uint32_t first_fan = FirstOfGroup(group, parts_[part].first_fan);
+  const uint32_t fans = FirstOfGroup(group, parts_[part].end_fan) - first_fan;
+  const std::size_t items = std::size_t{fans} * samples;
+  const std::size_t room = (items + work_group - 1) / work_group * work_group;
+  const bool first = launches_.empty() || launches_.back().part != part ||
+                     launches_.back().items + room > kMostItems;
+  if (first || (one_for_each_group && items > 0)) launches_.push_back({g, g, 0, part});
+  Launch& launch = launches_.back();
+  group_records_.push_back({.first_item = static_cast<uint32_t>(launch.items),
+                            .fans = fans,
+                            .samples = samples,
+                            .first_fan = static_cast<uint32_t>(first_fan_record()) + first_fan,
+                            .tile_maps = place.tile_maps,
+                            .tiles = place.tiles,
+                            .unused = {}});
+  launch.items += room;
+  launch.end_group = g + 1;
 }
 
 void DeviceBatch::Write(const RayBatch& batch, void* memory, threads::WorkerPool* workers) {

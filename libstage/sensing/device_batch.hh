@@ -25,6 +25,12 @@ class DeviceBatch {
   /// rounded up to whole work-groups.
   struct Launch {
     std::size_t first_group, end_group, items;
+    std::size_t part;
+  };
+  /// Fans that are next to each other in the batch, which are walked, and told of, before those of
+  /// the next part.
+  struct Part {
+    std::size_t first_fan, end_fan;
   };
   /// Where a layer begins in the device's copy of the grid.
   struct LayerPlace {
@@ -36,9 +42,12 @@ class DeviceBatch {
   /// Those that the fans look through, each named once.
   const std::vector<grid::LayerIndex>& layers() const { return layers_; }
 
-  /// As few launches as there are numbers for rays, or one for each group. Secondly.
-  void PlanLaunches(std::size_t work_group, bool one_for_each_group,
+  /// `shares`: of all fans, how many are in a part or before it, the last one 1. As few launches
+  /// for each part as there are numbers for rays, or one for each group. Secondly.
+  void PlanLaunches(std::span<const double> shares, std::size_t work_group, bool one_for_each_group,
                     const std::function<LayerPlace(grid::LayerIndex)>& place_of);
+  const std::vector<Part>& parts() const { return parts_; }
+  /// Part after part.
   const std::vector<Launch>& launches() const { return launches_; }
 
   /// What Write() writes: group records; fan records, whose places are counted from the beginning,
@@ -56,13 +65,18 @@ class DeviceBatch {
     uint32_t samples, first_fan, fans;
   };
 
+  void PlanParts(std::span<const double> shares);
+  void PlanGroup(std::size_t group, std::size_t part, std::size_t work_group,
+                 bool one_for_each_group, LayerPlace place);
+  uint32_t FirstOfGroup(std::size_t group, std::size_t fan) const;
+
   bool CountGroups(std::span<const DeviceFan> fans, threads::WorkerPool* workers);
   void FindGroups(std::span<const DeviceFan> fans);
   uint32_t GroupOf(const DeviceFan& fan, uint32_t likely) const;
   void NameLayers();
   // Of fan records, among them those that would fit into the room of the groups' records.
   std::size_t first_fan_record() const {
-    return (groups_.size() * sizeof(ray_group_record_t) + sizeof(FanRecord) - 1) /
+    return (groups_.size() * parts_.size() * sizeof(ray_group_record_t) + sizeof(FanRecord) - 1) /
            sizeof(FanRecord);
   }
   std::size_t masks_at() const { return (first_fan_record() + fan_count_) * sizeof(FanRecord); }
@@ -74,6 +88,7 @@ class DeviceBatch {
   std::size_t fan_count_ = 0;            // in groups
   std::size_t mask_words_ = 0;
   std::vector<ray_group_record_t> group_records_;
+  std::vector<Part> parts_;
   std::vector<Launch> launches_;
   std::vector<grid::LayerIndex> layers_;
 };

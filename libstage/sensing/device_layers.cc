@@ -10,13 +10,30 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-// Of a region: its tile map and its tiles.
+// Of a region: its tile map and its tiles; the bodies in these.
 constexpr std::size_t kWordsPerRegion = 1 + grid::kTilesPerRegion;
+constexpr std::size_t kBodyWordsPerRegion = grid::kTilesPerRegion / 2;
+
+/// The bodies of the tiles 2 * word and 2 * word + 1.
+uint64_t BodiesOf(const grid::Grid& grid, std::size_t word) {
+  const auto slot = static_cast<uint32_t>(2 * word);
+  return grid.OnlyBody(slot) | uint64_t{grid.OnlyBody(slot + 1)} << 32;
+}
+
+/// Calls f(word) for words of bodies of which one has changed.
+template <typename F>
+void ForEachChangedPair(const grid::Grid& grid, F f) {
+  constexpr uint64_t kEvenTiles = 0x5555555555555555u;
+  const std::vector<uint64_t>& changed = grid.changed_bodies().regions();
+  for (std::size_t region = 0; region < changed.size(); region++)
+    grid::ForEachBit((changed[region] | changed[region] >> 1) & kEvenTiles,
+                     [&](uint32_t tile) { f(region * kBodyWordsPerRegion + tile / 2); });
+}
 
 /// Calls f(region, tiles) for regions with changed tiles; those from `known` on are new.
 template <typename F>
 void ForEachChangedRegion(const grid::Occupancy& cells, std::size_t known, F f) {
-  const std::vector<uint64_t>& changed = cells.changed_tiles();
+  const std::vector<uint64_t>& changed = cells.changed().regions();
   for (std::size_t region = 0; region < changed.size(); region++) {
     const uint64_t tiles = region < known ? changed[region] : ~uint64_t{0};
     if (tiles != 0) f(region, tiles);
@@ -41,7 +58,11 @@ void DeviceLayers::MakeRoom(const grid::Grid& grid, const std::vector<grid::Laye
   Lose();  // all places change
 }
 
-std::size_t DeviceLayers::words() const { return layers_.size() * room_ * kWordsPerRegion; }
+std::size_t DeviceLayers::words() const { return FirstWord(layers_.size()); }
+
+std::size_t DeviceLayers::FirstWord(std::size_t layer) const {
+  return room_ * (kBodyWordsPerRegion + layer * kWordsPerRegion);
+}
 
 void DeviceLayers::Lose() {
   for (Layer& layer : layers_) layer.made = 0;
@@ -55,7 +76,7 @@ std::size_t DeviceLayers::Find(grid::LayerIndex index) const {
 }
 
 DeviceBatch::LayerPlace DeviceLayers::PlaceOf(grid::LayerIndex index) const {
-  const std::size_t first = Find(index) * room_ * kWordsPerRegion;
+  const std::size_t first = FirstWord(Find(index));
   return {static_cast<uint32_t>(first), static_cast<uint32_t>(first + room_)};
 }
 
@@ -70,6 +91,11 @@ bool DeviceLayers::LacksAll(const grid::Grid& grid,
 }
 
 void DeviceLayers::WriteAll(const grid::Grid& grid, uint64_t* words) {
+  const std::size_t known = grid.region_count() * kBodyWordsPerRegion;
+  for (std::size_t i = 0; i < known; i++) words[i] = BodiesOf(grid, i);
+  std::fill(words + known, words + FirstWord(0), 0);
+  words += FirstWord(0);
+  grid.ForgetChangedBodies();
   const auto put = [&](std::span<const uint64_t> from, std::size_t room) {
     std::fill(std::copy(from.begin(), from.end(), words), words + room, 0);
     words += room;
@@ -91,6 +117,7 @@ void DeviceLayers::NoteSent(const grid::Occupancy& cells, Layer* layer) {
 std::size_t DeviceLayers::CountChanges(const grid::Grid& grid,
                                        const std::vector<grid::LayerIndex>& wanted) const {
   std::size_t count = 0;
+  ForEachChangedPair(grid, [&](std::size_t) { count++; });
   for (const grid::LayerIndex index : wanted)
     count += CountChangesOf(grid.occupancy(index), layers_[Find(index)].regions);
   return count;
@@ -98,6 +125,11 @@ std::size_t DeviceLayers::CountChanges(const grid::Grid& grid,
 
 void DeviceLayers::WriteChanges(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted,
                                 uint64_t* values, uint32_t* places) {
+  ForEachChangedPair(grid, [&](std::size_t word) {
+    *places++ = static_cast<uint32_t>(word);
+    *values++ = BodiesOf(grid, word);
+  });
+  grid.ForgetChangedBodies();
   for (const grid::LayerIndex index : wanted) {
     const grid::Occupancy& cells = grid.occupancy(index);
     const DeviceBatch::LayerPlace first = PlaceOf(index);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a device's copy of the grid's layers lacks, whatever the device. All layers lie in one piece
-// of memory of 64-bit words: for each, room for its tile maps, then room for its tiles.
+// What a device's copy of the grid lacks, whatever the device. It is one piece of memory of 64-bit
+// words: Grid::OnlyBody() of all tiles, two in a word, the one with the even slot in its lower
+// half; then for each layer room for its tile maps and room for its tiles.
 
 #ifndef STAGE_SENSING_DEVICE_LAYERS_HH
 #define STAGE_SENSING_DEVICE_LAYERS_HH
@@ -30,11 +31,12 @@ class DeviceLayers {
   /// Whether a wanted layer is new, or much of it has changed: then all words are sent, otherwise
   /// the changed ones.
   bool LacksAll(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) const;
-  /// words() of them. Uses up the lists of changes of all layers that have room.
+  /// words() of them. Uses up the lists of changes of the bodies and of all layers that have room.
   void WriteAll(const grid::Grid& grid, uint64_t* words);
   std::size_t CountChanges(const grid::Grid& grid,
                            const std::vector<grid::LayerIndex>& wanted) const;
-  /// So many words, and the place of each. Uses up the wanted layers' lists of changes.
+  /// So many words, and the place of each. Uses up the lists of changes of the bodies and of the
+  /// wanted layers.
   void WriteChanges(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted,
                     uint64_t* values, uint32_t* places);
 
@@ -45,6 +47,7 @@ class DeviceLayers {
     uint64_t made;        // which incarnation of the layer it knows; 0: none
   };
   std::size_t Find(grid::LayerIndex index) const;
+  std::size_t FirstWord(std::size_t layer) const;
   static void NoteSent(const grid::Occupancy& cells, Layer* layer);
 
   std::size_t room_ = 0;       // regions that a layer has room for

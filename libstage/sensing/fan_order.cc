@@ -31,34 +31,49 @@ uint64_t KeyOf(const Fan& fan) {
 }  // namespace
 
 const std::vector<FanRun>& FanOrder::Of(const RayBatch& batch) {
+  Renew(batch);
+  return order_;
+}
+
+const std::vector<FanRun>& FanOrder::InBatch(const RayBatch& batch) {
+  Renew(batch);
+  return in_batch_;
+}
+
+void FanOrder::Renew(const RayBatch& batch) {
   constexpr unsigned kGoodFor = 50;
-  std::span<const Fan> fans = batch.fans();
-  if (fans_ == fans.size() && ++age_ < kGoodFor) return order_;
+  const std::span<const Fan> fans = batch.fans();
+  if (fans_ == fans.size() && ++age_ < kGoodFor) return;
   age_ = 0;
   fans_ = static_cast<uint32_t>(fans.size());
   MakeRuns(fans);
+  Sort(fans);
+}
+
+void FanOrder::MakeRuns(std::span<const Fan> fans) {
+  in_batch_.clear();
+  uint32_t rays = 0;
+  for (uint32_t i = 0; i < fans.size(); i++) {
+    const uint32_t samples = fans[i].record.samples;
+    if (!in_batch_.empty() && fans[i].finder == fans[i - 1].finder &&
+        rays + samples <= RayGroup::kMost) {
+      in_batch_.back().count++;
+      rays += samples;
+      continue;
+    }
+    in_batch_.push_back({i, 1});
+    rays = samples;
+  }
+}
+
+void FanOrder::Sort(std::span<const Fan> fans) {
+  keyed_.clear();
+  for (const FanRun& run : in_batch_) keyed_.push_back({KeyOf(fans[run.first]), run});
   std::sort(keyed_.begin(), keyed_.end(), [](const Keyed& a, const Keyed& b) {
     return a.key != b.key ? a.key < b.key : a.run.first < b.run.first;
   });
   order_.clear();
   for (const Keyed& keyed : keyed_) order_.push_back(keyed.run);
-  return order_;
-}
-
-void FanOrder::MakeRuns(std::span<const Fan> fans) {
-  keyed_.clear();
-  uint32_t rays = 0;
-  for (uint32_t i = 0; i < fans.size(); i++) {
-    const uint32_t samples = fans[i].record.samples;
-    if (!keyed_.empty() && fans[i].finder == fans[i - 1].finder &&
-        rays + samples <= RayGroup::kMost) {
-      keyed_.back().run.count++;
-      rays += samples;
-      continue;
-    }
-    keyed_.push_back({KeyOf(fans[i]), {i, 1}});
-    rays = samples;
-  }
 }
 
 }  // namespace Stg::internal::sensing

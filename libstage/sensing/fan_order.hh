@@ -24,18 +24,22 @@ class FanOrder {
  public:
   /// All fans of the batch. As sensors don't move far in a step, an old order serves for a while.
   const std::vector<FanRun>& Of(const RayBatch& batch);
+  /// The same in the order of the batch.
+  const std::vector<FanRun>& InBatch(const RayBatch& batch);
 
  private:
+  void Renew(const RayBatch& batch);
   void MakeRuns(std::span<const Fan> fans);
+  void Sort(std::span<const Fan> fans);
 
-  std::vector<FanRun> order_;
+  std::vector<FanRun> in_batch_, order_;
   struct Keyed {
     uint64_t key;
     FanRun run;
   };
-  std::vector<Keyed> keyed_;
-  uint32_t fans_ = 0;  // of the batch that the order is of
-  unsigned age_ = 0;   // batches
+  std::vector<Keyed> keyed_;  // scratch
+  uint32_t fans_ = 0;         // of the batch that the order is of
+  unsigned age_ = 0;          // batches
 };
 
 }  // namespace Stg::internal::sensing

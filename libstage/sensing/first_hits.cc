@@ -34,35 +34,50 @@ void LeaveBox(const grid::CellBox& box, ray_t* ray) {
 
 }  // namespace
 
-void FirstHits::Look(const RayGroup& rays, const uint32_t* const* lists, uint32_t per_ray) {
-  uint32_t* hits = hits_;
-  for (uint32_t i = 0; i < rays.part_count; i++)
-    for (uint32_t k = 0; k < rays.parts[i].count; k++) *hits++ = lists[i][size_t{k} * per_ray];
-  if (wide_walk_.look && rays.count >= kFewestForLanes)
-    wide_walk_.look(rays, grid_.tables(), {hits_, lists_, middles_});
-  else
+void FirstHits::Look(const RayGroup& rays, double* ranges) {
+  if (wide_walk_.look && rays.count >= kFewestForLanes) {
+    wide_walk_.look(rays, grid_.tables(), {hits_, lists_, ranges});
+  } else {
+    TakeOver(rays);
     LookOneByOne(rays);
+    WriteRanges(rays, ranges);
+  }
   FetchBodies(rays.count);
 }
 
-void FirstHits::Walk(const RayGroup& rays) {
-  if (wide_walk_.walk && rays.count >= kFewestForLanes)
-    wide_walk_.walk(rays, grid_.tables(), {hits_, lists_, middles_});
-  else
+void FirstHits::Walk(const RayGroup& rays, double* ranges) {
+  if (wide_walk_.walk && rays.count >= kFewestForLanes) {
+    wide_walk_.walk(rays, grid_.tables(), {hits_, lists_, ranges});
+  } else {
     WalkOneByOne(rays);
+    WriteRanges(rays, ranges);
+  }
   FetchBodies(rays.count);
 }
 
-uint32_t FirstHits::CountHits(uint32_t i, uint32_t count) const {
-  uint32_t hits = 0;
-  for (uint32_t k = i; k < i + count; k++) hits += hits_[k] != RAY_NO_HIT;
-  return hits;
+/// Bodies are 0 where the device knows none.
+void FirstHits::TakeOver(const RayGroup& rays) {
+  uint32_t ray = 0;
+  for (uint32_t i = 0; i < rays.part_count; i++) {
+    const uint32_t* words = rays.parts[i].walked;
+    for (uint32_t k = 0; k < rays.parts[i].count; k++, ray++, words += rays.words_of_a_ray) {
+      lists_[ray] = words[0];
+      hits_[ray] = words[1];
+    }
+  }
+}
+
+void FirstHits::WriteRanges(const RayGroup& rays, double* ranges) const {
+  uint32_t ray = 0;
+  for (uint32_t i = 0; i < rays.part_count; i++)
+    for (uint32_t k = 0; k < rays.parts[i].count; k++, ray++)
+      ranges[ray] = middles_[ray] * rays.parts[i].leg_length;
 }
 
 void FirstHits::LookOneByOne(const RayGroup& rays) {
   uint32_t ray = 0;
   for (uint32_t i = 0; i < rays.part_count; i++) {
-    const auto& [fan, directions, count] = rays.parts[i];
+    const auto& [fan, directions, count, leg_length, walked] = rays.parts[i];
     for (uint32_t k = 0; k < count; k++, ray++) {
       if (HitsNothing(ray)) {
         SetNoPassage(ray);
@@ -70,6 +85,7 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
       }
       const Step step = StepTo(*fan, directions[k]);
       SetPassage(ray, *fan, step);
+      if (lists_[ray] != 0) continue;
       const int u = ray_packed_u(hits_[ray]), v = ray_packed_v(hits_[ray]);
       cells_[ray] =
           CellAt(step.dx < 0 ? fan->x - u : fan->x + u, step.dy < 0 ? fan->y - v : fan->y + v);
@@ -77,7 +93,12 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
     }
   }
   FindMiddles(rays.count);
-  FindBodies(rays.count);
+  for (uint32_t i = 0; i < rays.count; i++) {
+    if (HitsNothing(i))
+      lists_[i] = kNothing;
+    else if (lists_[i] == 0)
+      lists_[i] = grid_.ListIn(cells_[i]);
+  }
 }
 
 void FirstHits::WalkOneByOne(const RayGroup& rays) {
@@ -85,7 +106,7 @@ void FirstHits::WalkOneByOne(const RayGroup& rays) {
   const FreeBoxes boxes = many ? FindFreeBoxes(rays) : FreeBoxes();
   uint32_t i = 0;
   for (uint32_t part = 0; part < rays.part_count; part++) {
-    const auto& [fan, directions, count] = rays.parts[part];
+    const auto& [fan, directions, count, leg_length, walked] = rays.parts[part];
     for (uint32_t k = 0; k < count; k++, i++) {
       const Step step = StepTo(*fan, directions[k]);
       ray_t ray;
@@ -134,8 +155,12 @@ void FirstHits::FindBodies(uint32_t count) {
 }
 
 void FirstHits::FetchBodies(uint32_t count) const {
-  for (uint32_t i = 0; i < count; i++)
-    if (!HitsNothing(i)) grid_.PrefetchBody(lists_[i]);
+  grid::BodyList fetched = kNothing;  // neighbouring rays mostly hit the same
+  for (uint32_t i = 0; i < count; i++) {
+    if (lists_[i] == fetched || lists_[i] == kNothing) continue;
+    fetched = lists_[i];
+    grid_.PrefetchBody(fetched);
+  }
 }
 
 /// Neighbouring rays mostly hit the same tile.

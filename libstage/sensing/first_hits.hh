@@ -9,6 +9,8 @@
 #ifndef STAGE_SENSING_FIRST_HITS_HH
 #define STAGE_SENSING_FIRST_HITS_HH
 
+#include <cstdint>
+
 #include "grid/grid.hh"
 #include "sensing/ray_group.hh"
 #include "sensing/wide_walk.hh"
@@ -22,11 +24,11 @@ class FirstHits {
   explicit FirstHits(const grid::Grid& grid, WideWalk wide_walk = FindWideWalk())
       : grid_(grid), wide_walk_(wide_walk) {}
 
-  /// Takes the rays of the group, one part after the other. A device has walked them: lists[i] is
-  /// where the list of the first ray of part i begins, of per_ray hits for each ray.
-  void Look(const RayGroup& rays, const uint32_t* const* lists, uint32_t per_ray);
+  /// Takes the rays of the group, one part after the other, which a device has walked. Writes their
+  /// ranges: as MiddleOf() has them for those with a potential hit, to the very bits.
+  void Look(const RayGroup& rays, double* ranges);
   /// The same; walks them itself.
-  void Walk(const RayGroup& rays);
+  void Walk(const RayGroup& rays, double* ranges);
 
   /// The first potential hit of ray i of them, as lists have it.
   const uint32_t& Packed(uint32_t i) const { return hits_[i]; }
@@ -34,11 +36,6 @@ class FirstHits {
   grid::BodyList Bodies(uint32_t i) const { return lists_[i]; }
   /// Stands for these if there is nothing in the way.
   static constexpr grid::BodyList kNothing = WideHits::kNothing;
-  /// How many of `count` rays from i on have a potential hit.
-  uint32_t CountHits(uint32_t i, uint32_t count) const;
-  /// Where along its leg the ray is halfway through that cell: the very bits of MiddleOf(). At its
-  /// end, which is 1, if there is nothing in the way.
-  double Middle(uint32_t i) const { return middles_[i]; }
 
  private:
   bool HitsNothing(uint32_t i) const { return hits_[i] == RAY_NO_HIT; }
@@ -54,6 +51,8 @@ class FirstHits {
   void SetNoPassage(uint32_t i);
   void FindMiddles(uint32_t count);
   void FindBodies(uint32_t count);
+  void TakeOver(const RayGroup& rays);
+  void WriteRanges(const RayGroup& rays, double* ranges) const;
   void FetchBodies(uint32_t count) const;
 
   const grid::Grid& grid_;
@@ -61,10 +60,11 @@ class FirstHits {
   int32_t tile_x_ = 0, tile_y_ = 0;  // that was looked for last
   uint32_t slot_ = 0;                // and where it is; 0: none yet
 
-  uint32_t hits_[kAtOnce];
+  uint32_t hits_[WideHits::kRoom];
+  grid::BodyList lists_[WideHits::kRoom];
+  // Of rays one by one:
   grid::CellRef cells_[kAtOnce];
-  grid::BodyList lists_[kAtOnce];
-  alignas(16) double middles_[kAtOnce];
+  alignas(16) double middles_[kAtOnce];  // where along its leg it is halfway through that cell
   // Of the passage through the cell: see Passage in middle.hh.
   alignas(16) double in_x_[kAtOnce], in_y_[kAtOnce], across_[kAtOnce], along_[kAtOnce];
 };

@@ -7,6 +7,7 @@
 #ifndef STAGE_SENSING_PREFILTER_HH
 #define STAGE_SENSING_PREFILTER_HH
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
@@ -19,11 +20,18 @@
 
 namespace Stg::internal::sensing {
 
-/// The first potential hits of each ray of a batch.
+/// The first potential hits of each ray of a batch: 1 + per_ray words for each.
 struct HitLists {
-  const uint32_t* hits = nullptr;  ///< ray r has hits[r * per_ray .. (r + 1) * per_ray - 1]
-  uint32_t per_ray = 0;            ///< packed (ray_walk.h); RAY_NO_HIT ends a list early.
-                                   ///< A full list may go on: the host resumes behind its last.
+  const uint32_t* words = nullptr;
+  uint32_t per_ray = 0;
+
+  std::size_t WordsOf(std::size_t rays) const { return rays * (1 + per_ray); }
+  /// Grid::OnlyBody() of the tile of the first hit, if there is a hit; or 0, and the host looks it
+  /// up.
+  uint32_t BodyOf(std::size_t ray) const { return words[WordsOf(ray)]; }
+  /// per_ray hits, packed (ray_walk.h); RAY_NO_HIT ends a list early. A full list may go on: the
+  /// host resumes behind its last.
+  const uint32_t* ListOf(std::size_t ray) const { return words + WordsOf(ray) + 1; }
 };
 
 /// Thrown by a prefilter that can't go on; a plug-in that was let in (backend.hh) shares this type.
@@ -42,6 +50,13 @@ class Prefilter {
   /// afterwards. The threads may help to get the batch ready. Throws PrefilterError.
   virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch,
                         threads::WorkerPool* workers) = 0;
+
+  /// The lists may come part by part. Waits until those of the batch's fan number `fan`, and of all
+  /// before it, are there. Returns how many fans have theirs, more than `fan`. The batch is the one
+  /// that was walked last. Throws PrefilterError.
+  virtual std::size_t WaitFor(const RayBatch& batch, std::size_t /*fan*/) {
+    return batch.fans().size();
+  }
 
   /// Sends the changes of the grid so far, if that helps: Walk() sends the rest. The grid must not
   /// change meanwhile, but may be read. Throws PrefilterError.

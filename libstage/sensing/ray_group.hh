@@ -14,6 +14,8 @@ struct FanPart {
   const FanRecord* fan;
   const Direction* directions;  ///< one for each of the rays
   uint32_t count;
+  double leg_length;       ///< metres
+  const uint32_t* walked;  ///< from its first ray on: see HitLists; null if no device walked them
 };
 
 /// Rays that have a layer of the grid and a self-mask in common: those of the parts, one after the
@@ -25,7 +27,8 @@ struct RayGroup {
   const ray_mask_t* mask;
   const FanPart* parts;
   uint32_t part_count;
-  uint32_t count;  ///< of rays, at most kMost
+  uint32_t count;           ///< of rays, at most kMost
+  uint32_t words_of_a_ray;  ///< of those that a device walked
 };
 
 }  // namespace Stg::internal::sensing

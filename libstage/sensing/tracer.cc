@@ -349,12 +349,12 @@ RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& tu
 /// Rays that are walked together, as they come.
 class Tracer::Group {
  public:
-  Group(const Tracer& tracer, const RayBatch& batch, const HitLists& lists, RayHit* hits,
+  Group(const Tracer& tracer, const RayBatch& batch, const HitLists& lists, Room room,
         TraceCounters* counters)
       : tracer_(tracer),
         batch_(batch),
         lists_(lists),
-        hits_(hits),
+        room_(room),
         counters_(counters),
         first_(tracer.grid_) {}
 
@@ -367,8 +367,8 @@ class Tracer::Group {
       const uint32_t count = std::min(fan.record.samples - begin, RayGroup::kMost - rays_);
       fans_[part_count_] = &fan;
       begins_[part_count_] = begin;
-      parts_[part_count_] = {&fan.record, batch_.DirectionsOf(fan) + begin, count};
-      lists_of_[part_count_] = ListOf(fan, begin);
+      parts_[part_count_] = {&fan.record, batch_.DirectionsOf(fan) + begin, count, fan.leg_length,
+                             WordsOf(fan, begin)};
       part_count_++;
       rays_ += count;
       begin += count;
@@ -377,8 +377,8 @@ class Tracer::Group {
   /// A fan whose rays are traced on their own.
   void AddAlone(const Fan& fan) {
     Trace();
-    tracer_.TraceOneByOne(batch_, fan, lists_, hits_, counters_);
-    hits_ += fan.record.samples;
+    tracer_.TraceOneByOne(batch_, fan, lists_, room_, counters_);
+    room_ = room_.Behind(fan.record.samples);
   }
 
   /// Traces what has been added.
@@ -386,14 +386,15 @@ class Tracer::Group {
     if (part_count_ == 0) return;
     view_ = tracer_.grid_.View(fans_[0]->layer);
     mask_ = batch_.SelfMaskOf(*fans_[0]);
-    const RayGroup group{&view_, &mask_, parts_, part_count_, rays_};
+    const RayGroup group{&view_,      &mask_, parts_,
+                         part_count_, rays_,  static_cast<uint32_t>(lists_.WordsOf(1))};
     if (lists_.per_ray > 0)
-      first_.Look(group, lists_of_, lists_.per_ray);
+      first_.Look(group, room_.ranges);
     else
-      first_.Walk(group);
+      first_.Walk(group, room_.ranges);
     for (uint32_t part = 0, ray = 0; part < part_count_; ray += parts_[part++].count)
       Settle(part, ray);
-    hits_ += rays_;
+    room_ = room_.Behind(rays_);
     part_count_ = rays_ = 0;
   }
 
@@ -403,43 +404,44 @@ class Tracer::Group {
     return a.layer == b.layer && a.record.mask_size == b.record.mask_size &&
            (a.record.mask_size == 0 || a.record.mask_first == b.record.mask_first);
   }
-  const uint32_t* ListOf(const Fan& fan, uint32_t ray) const {
-    return lists_.hits + (size_t{fan.record.first_ray} + ray) * lists_.per_ray;
+
+  /// What the device says of the fan's rays from this one on.
+  const uint32_t* WordsOf(const Fan& fan, uint32_t ray) const {
+    if (lists_.per_ray == 0) return nullptr;
+    return lists_.words + lists_.WordsOf(size_t{fan.record.first_ray} + ray);
   }
 
-  /// Finds out what the rays of a part hit, the first of which is `ray` of the group.
+  /// Finds out what the rays of a part hit, the first of which is `ray` of the group. Where there
+  /// is nothing, they have the fan's range already: it is the length of the only leg.
   void Settle(uint32_t part, uint32_t ray) {
     const Fan& fan = *fans_[part];
-    const uint32_t count = parts_[part].count;
-    counters_->rays += count;
-    counters_->potential_hits += first_.CountHits(ray, count);
-    grid::BodyList known = FirstHits::kNothing;  // what rays hit where these bodies are: that
-    Model* hit = nullptr;
-    for (uint32_t i = 0; i < count; i++, ray++) {
+    const uint32_t first = ray, end = ray + parts_[part].count;
+    counters_->rays += parts_[part].count;
+    while (ray < end) {  // neighbouring rays mostly hit the same
       const grid::BodyList bodies = first_.Bodies(ray);
-      if (bodies != known) {  // neighbouring rays mostly hit the same
-        CellVisit<> visit(tracer_.grid_, fan);
-        if (bodies != FirstHits::kNothing && !visit(bodies)) {
-          GoOn(part, i, ray);
+      const uint32_t from = ray;
+      while (ray < end && first_.Bodies(ray) == bodies) ray++;
+      CellVisit<> visit(tracer_.grid_, fan);
+      if (bodies != FirstHits::kNothing) {
+        counters_->potential_hits += ray - from;
+        if (!visit(bodies)) {
+          for (uint32_t i = from; i < ray; i++) GoOn(part, i - first, i);
           continue;
         }
-        known = bodies;
-        hit = visit.hit();
       }
-      // Where there is nothing, that is the range: it is the length of the only leg.
-      hits_[ray] = RayHit{first_.Middle(ray) * fan.leg_length, hit};
+      std::fill(room_.models + from, room_.models + ray, visit.hit());
     }
   }
 
   /// Ray i of a part, the first potential hit of which is none.
   void GoOn(uint32_t part, uint32_t i, uint32_t ray) {
     const uint32_t per_ray = lists_.per_ray;
-    const HitList list = per_ray > 0 ? HitList{lists_of_[part] + size_t{i} * per_ray, per_ray}
+    const HitList list = per_ray > 0 ? HitList{parts_[part].walked + lists_.WordsOf(i) + 1, per_ray}
                                      : HitList{&first_.Packed(ray), 1};
     const Fan& fan = *fans_[part];
     const uint32_t sample = begins_[part] + i;
     const Bearing bearing{batch_.DirectionsOf(fan)[sample], batch_.TurnsOf(fan)[sample]};
-    hits_[ray] = tracer_.Trace(fan, view_, bearing, mask_, list, counters_);
+    room_.Put(ray, tracer_.Trace(fan, view_, bearing, mask_, list, counters_));
     counters_->resumed -= per_ray == 0;  // it is the lists that count
     counters_->rays--;                   // these have been counted
     counters_->potential_hits--;
@@ -448,7 +450,7 @@ class Tracer::Group {
   const Tracer& tracer_;
   const RayBatch& batch_;
   const HitLists& lists_;
-  RayHit* hits_;
+  Room room_;  // of the rays to come
   TraceCounters* counters_;
   FirstHits first_;
   ray_grid_t view_;
@@ -458,27 +460,26 @@ class Tracer::Group {
   const Fan* fans_[RayGroup::kMost];
   uint32_t begins_[RayGroup::kMost];  // ray of the fan that a part begins with
   FanPart parts_[RayGroup::kMost];
-  const uint32_t* lists_of_[RayGroup::kMost];
 };
 
 /// Rays of several legs, or of the exact model.
-void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists,
-                           RayHit* hits, TraceCounters* counters) const {
+void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists, Room room,
+                           TraceCounters* counters) const {
   const Direction* directions = batch.DirectionsOf(fan);
   const SineCosine* turns = batch.TurnsOf(fan);
   const ray_mask_t mask = batch.SelfMaskOf(fan);
   const ray_grid_t view = grid_.View(fan.layer);
-  const uint32_t per_ray = fan.single_leg() ? lists.per_ray : 0;
-  const uint32_t* list = lists.hits + size_t{fan.record.first_ray} * lists.per_ray;
+  const bool listed = fan.single_leg() && lists.per_ray > 0;
   for (uint32_t i = 0; i < fan.record.samples; i++) {
-    const HitList known{list + size_t{i} * per_ray, per_ray};
-    hits[i] = Trace(fan, view, {directions[i], turns[i]}, mask, known, counters);
+    const HitList known =
+        listed ? HitList{lists.ListOf(size_t{fan.record.first_ray} + i), lists.per_ray} : HitList();
+    room.Put(i, Trace(fan, view, {directions[i], turns[i]}, mask, known, counters));
   }
 }
 
 void Tracer::TraceFans(const RayBatch& batch, const Fan* fans, uint32_t count,
-                       const HitLists& lists, RayHit* hits, TraceCounters* counters) const {
-  Group group(*this, batch, lists, hits, counters);
+                       const HitLists& lists, Room room, TraceCounters* counters) const {
+  Group group(*this, batch, lists, room, counters);
   for (uint32_t i = 0; i < count; i++) {
     if (fans[i].single_leg() && !fans[i].exact)
       group.Add(fans[i]);

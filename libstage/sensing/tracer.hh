@@ -5,6 +5,8 @@
 #ifndef STAGE_SENSING_TRACER_HH
 #define STAGE_SENSING_TRACER_HH
 
+#include <cstddef>
+
 #include "geometry/trigonometry.hh"
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
@@ -30,6 +32,18 @@ class Tracer {
     uint32_t count = 0;              ///< 0: nothing is known
   };
 
+  /// Where the hits of some rays go.
+  struct Room {
+    double* ranges;
+    Model** models;
+
+    Room Behind(std::size_t rays) const { return {ranges + rays, models + rays}; }
+    void Put(std::size_t ray, const RayHit& hit) const {
+      ranges[ray] = hit.range;
+      models[ray] = hit.model;
+    }
+  };
+
   /// One ray of a fan, through `view` of the fan's layer.
   RayHit Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
                const ray_mask_t& mask, const HitList& list, TraceCounters* counters) const;
@@ -39,15 +53,15 @@ class Tracer {
   void Record(const Fan& fan, const Bearing& bearing, const ray_mask_t& mask,
               RayRecord* record) const;
 
-  /// All rays of some fans of the batch, into hits: those of the first fan, then those of the
-  /// next. Fastest if they are of one robot, so that they look at the same cells.
+  /// All rays of some fans of the batch: those of the first fan, then those of the next. Fastest if
+  /// they are of one robot, so that they look at the same cells.
   void TraceFans(const RayBatch& batch, const Fan* fans, uint32_t count, const HitLists& lists,
-                 RayHit* hits, TraceCounters* counters) const;
+                 Room room, TraceCounters* counters) const;
 
  private:
   struct Walk;
   class Group;
-  void TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists, RayHit* hits,
+  void TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists, Room room,
                      TraceCounters* counters) const;
   static void Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y);
   template <typename Visit>

@@ -18,10 +18,10 @@ namespace Stg::internal::sensing {
 
 /// What stands in the way of each ray of a group.
 struct WideHits {
-  uint32_t* hits;          ///< as ray_pack() has it, or RAY_NO_HIT
-  grid::BodyList* bodies;  ///< in the cell of the hit; kNothing if there is none
-  double* middles;  ///< where along its leg it is halfway through that cell: 0 start, 1 end; 1 if
-                    ///< there is no hit
+  uint32_t* hits;          ///< as ray_pack() has it, or RAY_NO_HIT; kRoom of them
+  grid::BodyList* bodies;  ///< in the cell of the hit; kNothing if there is none; kRoom of them
+  double* ranges;          ///< to the middle of that cell; that of the fan if there is no hit
+  static constexpr uint32_t kRoom = RayGroup::kMost + 16;
   static constexpr grid::BodyList kNothing = 0xffffffffu;
 };
 
@@ -29,7 +29,7 @@ struct WideWalk {
   /// Walks the rays. `tables` are the grid's.
   void (*walk)(const RayGroup& rays, const grid::Grid::Tables& tables,
                const WideHits& found) = nullptr;
-  /// The same for rays that a device has walked: their hits are known.
+  /// The same for rays that a device has walked.
   void (*look)(const RayGroup& rays, const grid::Grid::Tables& tables,
                const WideHits& found) = nullptr;
 };

@@ -25,8 +25,17 @@ struct Eight {
 
   static V All(int64_t n) { return _mm512_set1_epi64(n); }
   static V Load(const int64_t* p) { return _mm512_loadu_si512(p); }
+  static V Load(const uint32_t* p) {
+    return _mm512_cvtepu32_epi64(
+        _mm256_loadu_si256(static_cast<const __m256i*>(static_cast<const void*>(p))));
+  }
+  static D Load(const double* p) { return _mm512_loadu_pd(p); }
   static void Store(int64_t* p, V v) { _mm512_storeu_si512(p, v); }
   static void Store(double* p, D d) { _mm512_storeu_pd(p, d); }
+  /// The lower halves.
+  static void Store(uint32_t* p, V v) {
+    _mm256_storeu_si256(static_cast<__m256i*>(static_cast<void*>(p)), _mm512_cvtepi64_epi32(v));
+  }
   /// Up to eight pairs of 32-bit numbers; Multiply() looks at the lower half of a lane only.
   static void LoadPairs(const void* pairs, uint32_t count, V* first, V* second) {
     *first = _mm512_maskz_loadu_epi64(FirstOf(count), pairs);
@@ -111,14 +120,10 @@ struct Eight {
   static void Scatter(M m, uint32_t* p, V i, V a) {
     _mm512_mask_i64scatter_epi32(p, m, i, _mm512_cvtepi64_epi32(a), 4);
   }
-  static void Store(M m, uint32_t* p, V a) { _mm512_mask_cvtepi64_storeu_epi32(p, m, a); }
   static void Store(M m, double* p, D a) { _mm512_mask_storeu_pd(p, m, a); }
   /// The next numbers from p on in these lanes; the others as they were.
   static V Expand(M m, const int64_t* p, V other) {
     return _mm512_mask_expandloadu_epi64(other, m, p);
-  }
-  static V Expand(M m, const uint32_t* p, V other) {
-    return _mm512_cvtepu32_epi64(_mm256_mask_expandloadu_epi32(_mm512_cvtepi64_epi32(other), m, p));
   }
   static D Expand(M m, const double* p, D other) { return _mm512_mask_expandloadu_pd(other, m, p); }
   /// first, first + 1 and so on in these lanes.

@@ -76,6 +76,12 @@ class SuperMap {
   alignas(64) int64_t near_[kSide * kSide];
 };
 
+/// Those near the group.
+template <class Lanes>
+SuperMap<Lanes> SupersNear(const RayGroup& rays) {
+  return {*rays.grid, rays.parts[0].fan->x, rays.parts[0].fan->y};
+}
+
 /// Where the rays begin, and which way they go.
 template <class Lanes>
 class RayStarts {
@@ -83,16 +89,13 @@ class RayStarts {
   using V = typename Lanes::V;
   using M = typename Lanes::M;
 
-  explicit RayStarts(const RayGroup& rays)
-      : grid(*rays.grid),
-        supers(grid, rays.parts[0].fan->x, rays.parts[0].fan->y),
-        count(rays.count) {
+  explicit RayStarts(const RayGroup& rays) : grid(*rays.grid), count(rays.count) {
     uint32_t first = 0;
     for (uint32_t i = 0; i < rays.part_count; i++) {
       const FanPart& part = rays.parts[i];
       // The last lanes may reach into the next part, which comes after them, or into the room.
       for (uint32_t done = 0; done < part.count; done += Lanes::kCount)
-        Prepare(*part.fan, part.directions + done, part.count - done, first + done);
+        Prepare(part, done, first + done);
       first += part.count;
     }
   }
@@ -101,19 +104,22 @@ class RayStarts {
   static constexpr uint32_t kRoom = RayGroup::kMost + Lanes::kCount;
 
   const ray_grid_t& grid;
-  const SuperMap<Lanes> supers;
   const uint32_t count;
 
   alignas(64) int64_t x0[kRoom], y0[kRoom];
   alignas(64) int64_t dx[kRoom], dy[kRoom];
   alignas(64) int64_t ox[kRoom], oy[kRoom];
+  alignas(64) double leg_lengths[kRoom];
 
  private:
   static V All(int64_t number) { return Lanes::All(number); }
 
-  void Prepare(const FanRecord& fan, const Direction* directions, uint32_t left, uint32_t first) {
+  /// The part's rays from `done` on.
+  void Prepare(const FanPart& part, uint32_t done, uint32_t first) {
+    const FanRecord& fan = *part.fan;
     V cosines, sines;
-    Lanes::LoadPairs(directions, left, &cosines, &sines);
+    Lanes::LoadPairs(part.directions + done, part.count - done, &cosines, &sines);
+    Lanes::Store(leg_lengths + first, Lanes::AllOf(part.leg_length));
     const V cosine = All(fan.cosine), sine = All(fan.sine), half = All(int64_t{1} << 29);
     const V x = Lanes::Subtract(Lanes::Multiply(cosine, cosines), Lanes::Multiply(sine, sines));
     const V y = Lanes::Add(Lanes::Multiply(sine, cosines), Lanes::Multiply(cosine, sines));
@@ -183,10 +189,14 @@ class ReadyRays : public RayStarts<Lanes> {
   using RayStarts<Lanes>::kRoom;
 
   explicit ReadyRays(const RayGroup& rays)
-      : RayStarts<Lanes>(rays), mask(*rays.mask), free_(FindFreeBoxes(rays)) {
+      : RayStarts<Lanes>(rays),
+        supers(SupersNear<Lanes>(rays)),
+        mask(*rays.mask),
+        free_(FindFreeBoxes(rays)) {
     for (uint32_t first = 0; first < this->count; first += Lanes::kCount) Prepare(first);
   }
 
+  const SuperMap<Lanes> supers;
   const ray_mask_t& mask;
   uint32_t next = 0;  ///< the ray to be taken up
 
@@ -485,18 +495,39 @@ class HitPlaces {
   HitPlaces(const RayStarts<Lanes>& rays, const grid::Grid::Tables& tables)
       : rays_(rays), tables_(tables) {}
 
-  void Find(const WideHits& found) {
-    for (; first_ < rays_.count; first_ += Lanes::kCount) {
-      const Stop stop = Take(found.hits);
-      Lanes::Store(taken_, found.middles + first_,
-                   Lanes::Select(stop.here, Middles(stop.u, stop.v), Lanes::AllOf(1.0)));
-      Lanes::Store(cells_ + first_, Cells(stop.u, stop.v));
-    }
+  /// The ranges and the bodies of all rays.
+  void Find(const SuperMap<Lanes>& supers, const WideHits& found) {
     for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount) {
-      const M here = Take(found.hits).here;
-      const V bodies = Bodies(here, Lanes::Load(cells_ + first_));
-      Lanes::Store(taken_, found.bodies + first_,
-                   Lanes::Select(here, bodies, All(WideHits::kNothing)));
+      const Stop stop = Take(found.hits);
+      PutRanges(stop, found);
+      Lanes::Store(cells_ + first_, Cells(supers, stop));
+    }
+    for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount)
+      FindBodies(found, Take(found.hits).here, All(WideHits::kNothing));
+  }
+
+  /// The ranges of all rays, and those bodies that are 0.
+  void Complete(const RayGroup& rays, const WideHits& found) {
+    uint32_t unknown = 0;  // vectors with such rays
+    for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount) {
+      const Stop stop = Take(found.hits);
+      PutRanges(stop, found);
+      const V bodies = Lanes::Select(stop.here, Load(found.bodies), All(WideHits::kNothing));
+      Lanes::Store(found.bodies + first_, bodies);
+      firsts_[unknown] = first_;
+      unknown += Lanes::Any(Unknown(bodies));
+    }
+    if (unknown == 0) return;
+    const SuperMap<Lanes> supers = SupersNear<Lanes>(rays);
+    for (uint32_t i = 0; i < unknown; i++) {
+      first_ = firsts_[i];
+      Lanes::Store(cells_ + first_, Cells(supers, Take(found.hits)));
+    }
+    for (uint32_t i = 0; i < unknown; i++) {
+      first_ = firsts_[i];
+      taken_ = Lanes::FirstOf(rays_.count - first_);
+      const V bodies = Load(found.bodies);
+      FindBodies(found, Unknown(bodies), bodies);
     }
   }
 
@@ -508,7 +539,7 @@ class HitPlaces {
   static V All(int64_t number) { return Lanes::All(number); }
   template <typename Number>
   V Load(const Number* numbers) const {
-    return Lanes::Expand(taken_, numbers + first_, All(0));
+    return Lanes::Load(numbers + first_);
   }
 
   struct Stop {
@@ -524,10 +555,25 @@ class HitPlaces {
             Lanes::Select(here, Lanes::template Right<16>(hit), All(0))};
   }
 
-  V Cells(V u, V v) const {
-    const V x = Reached<Lanes>(Load(rays_.x0), u, Lanes::SignOf(Load(rays_.dx)));
-    const V y = Reached<Lanes>(Load(rays_.y0), v, Lanes::SignOf(Load(rays_.dy)));
-    const V super = rays_.supers.Of(taken_, x, y);
+  /// Of the rays that are taken: those of which the bodies are still to be looked up.
+  M Unknown(V bodies) const { return Lanes::And(taken_, Lanes::Equal(bodies, All(0))); }
+
+  void PutRanges(const Stop& stop, const WideHits& found) const {
+    const D middles = Lanes::Select(stop.here, Middles(stop.u, stop.v), Lanes::AllOf(1.0));
+    Lanes::Store(taken_, found.ranges + first_,
+                 Lanes::Times(middles, Lanes::Load(rays_.leg_lengths + first_)));
+  }
+
+  /// Looks up what is in cells_; `others` are the bodies of the rays that are not looked for.
+  void FindBodies(const WideHits& found, M looked_for, V others) const {
+    const V bodies = Bodies(looked_for, Lanes::Load(cells_ + first_));
+    Lanes::Store(found.bodies + first_, Lanes::Select(looked_for, bodies, others));
+  }
+
+  V Cells(const SuperMap<Lanes>& supers, const Stop& stop) const {
+    const V x = Reached<Lanes>(Load(rays_.x0), stop.u, Lanes::SignOf(Load(rays_.dx)));
+    const V y = Reached<Lanes>(Load(rays_.y0), stop.v, Lanes::SignOf(Load(rays_.dy)));
+    const V super = supers.Of(taken_, x, y);
     const V tile = Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, super, x, y)),
                               TileInRegion<Lanes>(x, y));
     const V bit = Lanes::Or(Lanes::And(x, All(7)), Lanes::template Left<3>(Lanes::And(y, All(7))));
@@ -579,6 +625,7 @@ class HitPlaces {
   const RayStarts<Lanes>& rays_;
   const grid::Grid::Tables& tables_;
   alignas(64) int64_t cells_[RayStarts<Lanes>::kRoom];  // of rays with a hit
+  uint32_t firsts_[RayStarts<Lanes>::kRoom / Lanes::kCount];
   M taken_ = Lanes::None();
   uint32_t first_ = 0;
 };
@@ -606,13 +653,38 @@ void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const W
     second.GoOn();
     second.Report();
   }
-  HitPlaces<Lanes>(ready, tables).Find(found);
+  HitPlaces<Lanes>(ready, tables).Find(ready.supers, found);
+}
+
+/// Bodies are 0 where the device knows none.
+template <class Lanes>
+void TakeOver(const RayGroup& rays, const WideHits& found) {
+  uint32_t first = 0;
+  for (uint32_t i = 0; i < rays.part_count; i++) {
+    const auto& [fan, directions, count, leg_length, walked] = rays.parts[i];
+    const uint32_t stride = rays.words_of_a_ray;
+    if (stride == 2) {
+      for (uint32_t done = 0; done < count; done += Lanes::kCount) {
+        typename Lanes::V bodies, hits;
+        Lanes::LoadPairs(walked + 2 * done, count - done, &bodies, &hits);
+        Lanes::Store(found.bodies + first + done, bodies);
+        Lanes::Store(found.hits + first + done, hits);
+      }
+    } else {
+      for (uint32_t k = 0; k < count; k++) {
+        found.bodies[first + k] = walked[k * stride];
+        found.hits[first + k] = walked[k * stride + 1];
+      }
+    }
+    first += count;
+  }
 }
 
 template <class Lanes>
 void LookInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
+  TakeOver<Lanes>(rays, found);
   const RayStarts<Lanes> starts(rays);
-  HitPlaces<Lanes>(starts, tables).Find(found);
+  HitPlaces<Lanes>(starts, tables).Complete(rays, found);
 }
 
 }  // namespace

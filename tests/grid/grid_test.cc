@@ -573,20 +573,29 @@ TEST(GridLayers, ANaNHeightMeetsEverythingAndTakesOneLayer) {
 
 using Tiles = std::set<std::pair<uint32_t, uint32_t>>;  // (region, tile)
 
-Tiles Noted(const Occupancy& layer) {
+Tiles Noted(const ChangedTiles& changed) {
   Tiles tiles;
-  for (uint32_t region = 0; region < layer.changed_tiles().size(); region++) {
-    const uint64_t changed = layer.changed_tiles()[region];
+  for (uint32_t region = 0; region < changed.regions().size(); region++)
     for (uint32_t tile = 0; tile < 64; tile++)
-      if (changed >> tile & 1) tiles.insert({region, tile});
-  }
-  EXPECT_EQ(layer.CountChangedTiles(), tiles.size());
+      if (changed.regions()[region] >> tile & 1) tiles.insert({region, tile});
+  EXPECT_EQ(changed.Count(), tiles.size());
   return tiles;
 }
 
+Tiles Noted(const Occupancy& layer) { return Noted(layer.changed()); }
+
 std::vector<uint64_t> Copy(std::span<const uint64_t> words) { return {words.begin(), words.end()}; }
 
-Tiles Different(std::span<const uint64_t> before, std::span<const uint64_t> after) {
+/// Grid::OnlyBody() of all tiles.
+std::vector<BodyList> OnlyBodies(const Grid& grid) {
+  std::vector<BodyList> bodies;
+  for (uint32_t slot = 0; slot < grid.region_count() * kTilesPerRegion; slot++)
+    bodies.push_back(grid.OnlyBody(slot));
+  return bodies;
+}
+
+template <typename Words>
+Tiles Different(const Words& before, const Words& after) {
   Tiles tiles;
   for (size_t i = 0; i < after.size(); i++)
     if (after[i] != (i < before.size() ? before[i] : 0))
@@ -604,15 +613,18 @@ TEST(GridChanges, ExactlyTheChangedTilesAreListed) {
   for (int step = 0; step < 2000; step++) {
     const std::vector<uint64_t> all = Copy(grid.occupancy(kEverything).tiles());
     const std::vector<uint64_t> seen = Copy(grid.occupancy(height).tiles());
+    const std::vector<BodyList> bodies = OnlyBodies(grid);
     if (random.OneIn(2) || checked.entries().empty())
       checked.Insert({random.Int(-200, 200), random.Int(-200, 200)}, random.Pick(checked.bodies()));
     else
       checked.Remove(static_cast<size_t>(random.Next() % checked.entries().size()));
     ASSERT_EQ(Noted(grid.occupancy(kEverything)),
-              Different(all, grid.occupancy(kEverything).tiles()));
-    ASSERT_EQ(Noted(grid.occupancy(height)), Different(seen, grid.occupancy(height).tiles()));
+              Different(all, Copy(grid.occupancy(kEverything).tiles())));
+    ASSERT_EQ(Noted(grid.occupancy(height)), Different(seen, Copy(grid.occupancy(height).tiles())));
+    ASSERT_EQ(Noted(grid.changed_bodies()), Different(bodies, OnlyBodies(grid)));
     grid.occupancy(kEverything).ForgetChanges();
     grid.occupancy(height).ForgetChanges();
+    grid.ForgetChangedBodies();
     ASSERT_TRUE(Noted(grid.occupancy(height)).empty());
   }
 }

@@ -272,10 +272,20 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
       if (fan.fits)
         rays += fan.record.samples;
       else
-        std::fill_n(lists_.begin() + fan.record.first_ray, fan.record.samples, 0x00030003u);
+        std::fill_n(lists_.begin() + 2 * fan.record.first_ray, 2 * fan.record.samples, 0x00030003u);
     }
     if (least_) *least_ = std::min(*least_, rays);
     return {lists_.data(), 1};
+  }
+  /// From now on lists come fan by fan; after so many of them nothing comes any more.
+  FailingPrefilter& LoseAfterFans(int fans) {
+    fans_left_ = fans;
+    return *this;
+  }
+  std::size_t WaitFor(const Stg::internal::sensing::RayBatch& batch, std::size_t fan) override {
+    if (fans_left_ < 0) return batch.fans().size();
+    if (fans_left_-- == 0) throw Stg::internal::sensing::PrefilterError("the cable was pulled");
+    return fan + 1;
   }
   bool UsesHost() const override { return least_ != nullptr; }
   void SendAhead(Stg::internal::grid::Grid&) override {
@@ -287,7 +297,7 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
   }
 
  private:
-  int steps_left_, ahead_left_;
+  int steps_left_, ahead_left_, fans_left_ = -1;
   uint64_t* least_ = nullptr;
   std::vector<uint32_t> lists_;
   Stg::internal::sensing::PrefilterStatistics statistics_;
@@ -411,6 +421,23 @@ TEST_F(FaultsTest, LooksAtTheDeviceChangeNothing) {
       EXPECT_EQ(least < all, part && steps > 0) << robots << " " << threads;
     }
   });
+}
+
+TEST_F(FaultsTest, DeviceLostBetweenPartsOfABatch) {
+  Write("crowd.world", Crowd(9));
+  const std::string file = Path("crowd.world");
+  for (const unsigned threads : {1u, 2u}) {
+    const Ended without = TenSteps(file, nullptr, threads);
+    for (const int fans : {0, 1, 4, 13, 100000}) {
+      auto prefilter = std::make_unique<FailingPrefilter>(1000);
+      prefilter->LoseAfterFans(fans);
+      const Ended with = TenSteps(file, std::move(prefilter), threads);
+      EXPECT_EQ(with.hash, without.hash) << "after " << fans << " fans";
+      EXPECT_EQ(with.device_steps, fans == 100000 ? 10u : fans < 9 ? 1u : 2u);
+      EXPECT_EQ(CountOf(with.warnings, "the cable was pulled"), fans == 100000 ? 0u : 1u)
+          << with.warnings;
+    }
+  }
 }
 
 TEST_F(FaultsTest, DeviceLostWhileChangesAreSentBesideCallbacks) {

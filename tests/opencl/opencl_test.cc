@@ -21,6 +21,7 @@
 
 #include "sensing/prefilter.hh"
 #include "support/device.hh"
+#include "support/hit_lists.hh"
 #include "support/ray_scene.hh"
 #include "world/prefilter_loader.hh"
 
@@ -64,7 +65,8 @@ class HitLists : public testing::TestWithParam<uint32_t> {
         prefilter_->Walk(scene->grid(), scene->tables(), scene->batch(), &workers_);
     EXPECT_EQ(found.per_ray, per_ray);
     const std::vector<uint32_t> expected = ListsByWalk(*scene, per_ray);
-    EXPECT_EQ(FirstDifference(*scene, per_ray, expected.data(), found.hits), "");
+    EXPECT_EQ(FirstDifference(*scene, expected, found), "");
+    EXPECT_EQ(FirstWrongBody(*scene, found), "");
     return static_cast<size_t>(std::count_if(expected.begin(), expected.end(), [](uint32_t hit) {
       return hit != 0 && hit != RAY_NO_HIT;
     }));
@@ -119,12 +121,56 @@ TEST(PrefilterTest, CountsWhatItDoes) {
   const Stg::internal::sensing::PrefilterStatistics first = prefilter->statistics();
   EXPECT_GT(first.compile_seconds, 0);
   EXPECT_GT(first.walk_seconds, 0);
-  EXPECT_EQ(first.bytes_fetched, uint64_t{scene.batch().ray_count()} * 2 * sizeof(uint32_t));
+  EXPECT_EQ(first.bytes_fetched, uint64_t{scene.batch().ray_count()} * 3 * sizeof(uint32_t));
   // The grid did not change: only the batch is sent again.
   prefilter->Walk(scene.grid(), scene.tables(), scene.batch(), &workers);
   const uint64_t again = prefilter->statistics().bytes_sent - first.bytes_sent;
   EXPECT_LT(again * 10, first.bytes_sent);
-  EXPECT_EQ(scene.grid().occupancy(0).CountChangedTiles(), 0u);
+  EXPECT_EQ(scene.grid().occupancy(0).changed().Count(), 0u);
+}
+
+// A device with memory of its own hands the lists of a large batch over in parts.
+TEST(PrefilterTest, LargeBatchesComeInParts) {
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
+  using Stg::internal::sensing::Fan;
+  setenv("STAGE_CL_MEMORY", "own", 1);
+  const PrefilterPointer prefilter = MakePrefilter(1);
+  unsetenv("STAGE_CL_MEMORY");
+  ASSERT_TRUE(prefilter);
+  RayScene scene(3);
+  scene.grid().TrackChanges(true);
+  Stg::internal::sensing::DirectionTables tables;
+  Stg::threads::WorkerPool workers(2);
+  for (const uint32_t fans : {10u, 900u, 901u, 1500u}) {
+    Stg::internal::sensing::RayBatch batch;
+    for (uint32_t i = 0; i < fans; i++) {
+      const uint32_t samples = i % 7 == 0 ? 100 : 700;  // two groups, one in each part
+      Fan fan;
+      fan.layer = Stg::internal::grid::kEverything;
+      fan.record.first_direction = tables.Find(6, samples);
+      PlaceFan(&fan, Stg::Pose(i * 0.11 - 50, 30 - i * 0.07, 0, i), 90, 1);
+      batch.Add(fan, samples, {});
+    }
+    batch.Close(tables);
+    const auto found = prefilter->Walk(scene.grid(), tables, batch, &workers);
+    const std::vector<uint32_t> expected = Stg::test::ListHits(scene.grid(), batch, 1);
+    size_t there = 0, parts = 0;
+    while (there < fans) {
+      const size_t from = there;
+      there = prefilter->WaitFor(batch, from);
+      ASSERT_GT(there, from);
+      parts++;
+      for (size_t i = from; i < there; i++) {
+        const auto& record = batch.fans()[i].record;
+        for (size_t ray = record.first_ray; ray < record.first_ray + record.samples; ray++) {
+          ASSERT_EQ(found.ListOf(ray)[0], expected[2 * ray + 1]) << "fan " << i;
+          const bool hit = expected[2 * ray + 1] != RAY_NO_HIT;
+          ASSERT_EQ(hit ? found.BodyOf(ray) : 0, hit ? expected[2 * ray] : 0) << "fan " << i;
+        }
+      }
+    }
+    EXPECT_EQ(parts, batch.ray_count() < 500'000 ? 1u : 3u);
+  }
 }
 
 // ---- the choice of a device ---------------------------------------------------------------------

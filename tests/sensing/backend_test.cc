@@ -65,7 +65,8 @@ TEST(BackendTest, ListsHitsLikeTheHostsWalk) {
       const auto found = prefilter->Walk(scene.grid(), scene.tables(), scene.batch(), &workers);
       ASSERT_EQ(found.per_ray, per_ray);
       const std::vector<uint32_t> expected = ListsByWalk(scene, per_ray);
-      EXPECT_EQ(FirstDifference(scene, per_ray, expected.data(), found.hits), "");
+      EXPECT_EQ(FirstDifference(scene, expected, found), "");
+      EXPECT_EQ(FirstWrongBody(scene, found), "");
       scene.Change();
       scene.MakeBatch();
     }
@@ -108,7 +109,7 @@ TEST(BackendTest, ChangesNothingInAnyWorld) {
 // ---- the door -----------------------------------------------------------------------------------
 
 TEST(BackendTest, IsRefusedIfItIsOfAnotherVersion) {
-  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 2");
+  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 3");
 }
 
 TEST(BackendTest, IsRefusedIfObjectsAreLaidOutOtherwise) {

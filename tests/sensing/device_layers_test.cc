@@ -37,8 +37,11 @@ class Copy {
                              words.begin() + place.tile_maps));
       EXPECT_TRUE(
           std::equal(cells.tiles().begin(), cells.tiles().end(), words.begin() + place.tiles));
-      EXPECT_EQ(cells.CountChangedTiles(), 0u);
+      EXPECT_EQ(cells.changed().Count(), 0u);
     }
+    for (uint32_t slot = 0; slot < grid.region_count() * grid::kTilesPerRegion; slot++)
+      EXPECT_EQ(words[slot / 2] >> slot % 2 * 32 & 0xffffffffu, grid.OnlyBody(slot)) << slot;
+    EXPECT_EQ(grid.changed_bodies().Count(), 0u);
   }
 
   DeviceLayers layers;

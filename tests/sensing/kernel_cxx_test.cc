@@ -84,6 +84,7 @@ void Launch(std::size_t items, Kernel kernel) {
   for (opencl_c::global_id = 0; opencl_c::global_id < rounded; opencl_c::global_id++) kernel();
 }
 
+/// The words of HitLists.
 std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
   const sensing::RayBatch& batch = scene.batch();
   std::map<std::pair<uint32_t, uint32_t>, std::vector<sensing::FanRecord>> launches;
@@ -95,14 +96,16 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
   for (const std::vector<sensing::Direction>* part :
        {&scene.tables().all(), &batch.own_directions()})
     for (const sensing::Direction& d : *part) directions.push_back({d.cosine, d.sine});
-  std::vector<uint32_t> hits(std::size_t{batch.ray_count()} * per_ray, 0);
+  std::vector<uint32_t> hits(std::size_t{batch.ray_count()} * (1 + per_ray), 0);
 
   // All groups in one launch, with one without fans between any two, and one more in front: a
   // launch need not begin at the first.
   const std::size_t groups = 2 * launches.size() + 1;
   std::vector<opencl_c::ray_group_record_t> records(groups);
   std::vector<opencl_c::ray_fan_record_t> fan_records(5);  // nor need fans
-  std::vector<uint64_t> words;
+  std::vector<uint64_t> words;                             // the bodies first
+  for (uint32_t slot = 0; slot < 64 * scene.grid().region_count(); slot += 2)
+    words.push_back(scene.grid().OnlyBody(slot) | uint64_t{scene.grid().OnlyBody(slot + 1)} << 32);
   std::size_t items = 0, group = 1;
   const auto number = [](std::size_t n) { return static_cast<uint32_t>(n); };
   for (const auto& [launch, fans] : launches) {
@@ -150,9 +153,10 @@ TEST(KernelCxxTest, FindsWhatTheHostFinds) {
     const uint32_t per_ray = 1 + seed % 4;
     for (int round = 0; round < kRounds; round++) {
       const std::vector<uint32_t> expected = ListsByWalk(scene, per_ray);
-      const std::vector<uint32_t> found = ListsByKernel(scene, per_ray);
-      const std::string difference = FirstDifference(scene, per_ray, expected.data(), found.data());
-      ASSERT_EQ(difference, "") << "scene " << seed << ", round " << round;
+      const std::vector<uint32_t> words = ListsByKernel(scene, per_ray);
+      const sensing::HitLists found{words.data(), per_ray};
+      ASSERT_EQ(FirstDifference(scene, expected, found), "") << seed << ", round " << round;
+      ASSERT_EQ(FirstWrongBody(scene, found), "") << seed << ", round " << round;
       for (const uint32_t hit : expected) listed += hit != 0 && hit != RAY_NO_HIT;
       scene.Change();
       scene.MakeBatch();
@@ -167,9 +171,10 @@ TEST(KernelCxxTest, FindsWhatAPlainWalkFinds) {
     const uint32_t per_ray = 1 + seed % 4;
     for (int round = 0; round < kRounds; round++) {
       const std::vector<uint32_t> expected = ListsCellByCell(scene, per_ray);
-      const std::vector<uint32_t> found = ListsByKernel(scene, per_ray);
-      const std::string difference = FirstDifference(scene, per_ray, expected.data(), found.data());
-      ASSERT_EQ(difference, "") << "scene " << seed << ", round " << round;
+      const std::vector<uint32_t> words = ListsByKernel(scene, per_ray);
+      const sensing::HitLists found{words.data(), per_ray};
+      ASSERT_EQ(FirstDifference(scene, expected, found), "") << seed << ", round " << round;
+      ASSERT_EQ(FirstWrongBody(scene, found), "") << seed << ", round " << round;
       scene.Change();
       scene.MakeBatch();
     }

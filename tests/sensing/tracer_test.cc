@@ -233,10 +233,7 @@ TEST(Tracer, CountsRaysAndHits) {
 
 std::vector<RayHit> TraceAll(const Scene& scene, const RayBatch& batch, const HitLists& lists,
                              TraceCounters* counters) {
-  std::vector<RayHit> hits(batch.ray_count());
-  for (const Fan& fan : batch.fans())
-    Tracer(scene.grid).TraceFans(batch, &fan, 1, lists, &hits[fan.record.first_ray], counters);
-  return hits;
+  return test::TraceBatch(scene.grid, batch, lists, 1, counters);
 }
 
 /// A batch of fans of every kind.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a device would say of a batch, ray by ray.
+// What a device would say of a batch, ray by ray, and what the host makes of it.
 
 #ifndef STAGE_TESTS_SUPPORT_HIT_LISTS_HH
 #define STAGE_TESTS_SUPPORT_HIT_LISTS_HH
@@ -10,14 +10,20 @@
 
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
+#include "sensing/tracer.hh"
 
 namespace Stg::test {
 
-/// The first hits of each ray; the lists of fans that a device doesn't walk are nonsense.
-inline std::vector<uint32_t> ListHits(const internal::grid::Grid& grid,
-                                      const internal::sensing::RayBatch& batch, uint32_t per_ray) {
+/// The words of HitLists with the first hits of each ray, and with their bodies but where
+/// is_unknown() says that they are not known. Those of fans that a device doesn't walk are
+/// nonsense.
+template <typename F>
+std::vector<uint32_t> ListHits(const internal::grid::Grid& grid,
+                               const internal::sensing::RayBatch& batch, uint32_t per_ray,
+                               F is_unknown) {
   using namespace internal::sensing;
-  std::vector<uint32_t> lists(size_t{batch.ray_count()} * per_ray, 0x12345678);
+  const size_t stride = 1 + per_ray;
+  std::vector<uint32_t> words(size_t{batch.ray_count()} * stride, 0x12345678);
   for (const Fan& fan : batch.fans()) {
     if (!fan.single_leg()) continue;
     const FanRecord& r = fan.record;
@@ -30,17 +36,46 @@ inline std::vector<uint32_t> ListHits(const internal::grid::Grid& grid,
                 static_cast<int>(r.fraction >> 16),
                 ray_rotate_x(r.cosine, r.sine, d.cosine, d.sine),
                 ray_rotate_y(r.cosine, r.sine, d.cosine, d.sine));
-      uint32_t* list = &lists[size_t{r.first_ray + i} * per_ray];
+      uint32_t* const body = &words[(r.first_ray + i) * stride];
+      uint32_t* const list = body + 1;
       for (uint32_t n = 0; n < per_ray; n++) {
         if (!ray_next(&view, &mask, &ray)) {
           list[n] = RAY_NO_HIT;
           break;  // what follows stays what it was
         }
         list[n] = ray_pack(ray.u, ray.v);
+        if (n == 0) {
+          const uint32_t slot = ray.region * internal::grid::kTilesPerRegion + ray.tile;
+          *body = is_unknown() ? 0 : grid.OnlyBody(slot);
+        }
       }
     }
   }
-  return lists;
+  return words;
+}
+
+inline std::vector<uint32_t> ListHits(const internal::grid::Grid& grid,
+                                      const internal::sensing::RayBatch& batch, uint32_t per_ray) {
+  return ListHits(grid, batch, per_ray, [] { return false; });
+}
+
+/// The hits of all rays of the batch, the fans of which are traced `at_once` at a time.
+inline std::vector<internal::sensing::RayHit> TraceBatch(
+    const internal::grid::Grid& grid, const internal::sensing::RayBatch& batch,
+    const internal::sensing::HitLists& lists, uint32_t at_once,
+    internal::sensing::TraceCounters* counters) {
+  using namespace internal::sensing;
+  std::vector<double> ranges(batch.ray_count() + 1, -1);
+  std::vector<Model*> models(batch.ray_count() + 1);
+  const auto count = static_cast<uint32_t>(batch.fans().size());
+  for (uint32_t i = 0; i < count; i += at_once) {
+    const Fan& first = batch.fans()[i];
+    const Tracer::Room room{&ranges[first.record.first_ray], &models[first.record.first_ray]};
+    Tracer(grid).TraceFans(batch, &first, std::min(at_once, count - i), lists, room, counters);
+  }
+  std::vector<RayHit> hits;
+  for (size_t i = 0; i < batch.ray_count(); i++) hits.push_back({ranges[i], models[i]});
+  return hits;
 }
 
 }  // namespace Stg::test

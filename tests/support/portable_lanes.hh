@@ -36,6 +36,15 @@ struct PortableLanes {
   static V Load(const int64_t* p) {
     return Make<V>([&](int i) { return p[i]; });
   }
+  static V Load(const uint32_t* p) {
+    return Make<V>([&](int i) { return int64_t{p[i]}; });
+  }
+  static D Load(const double* p) {
+    return Make<D>([&](int i) { return p[i]; });
+  }
+  static void Store(uint32_t* p, V v) {
+    for (int i = 0; i < kLanes; i++) p[i] = static_cast<uint32_t>(Bits(v.n[i]));
+  }
   static void Store(int64_t* p, V v) { std::memcpy(p, v.n, sizeof(v.n)); }
   static void Store(double* p, D d) { std::memcpy(p, d.n, sizeof(d.n)); }
   /// The upper halves are filled with something else: nobody may look at them.
@@ -173,19 +182,12 @@ struct PortableLanes {
     for (int i = 0; i < kLanes; i++)
       if (m.is[i]) p[places.n[i]] = static_cast<uint32_t>(a.n[i]);
   }
-  static void Store(M m, uint32_t* p, V a) {
-    for (int i = 0; i < kLanes; i++)
-      if (m.is[i]) p[i] = static_cast<uint32_t>(a.n[i]);
-  }
   static void Store(M m, double* p, D a) {
     for (int i = 0; i < kLanes; i++)
       if (m.is[i]) p[i] = a.n[i];
   }
   static V Expand(M m, const int64_t* p, V other) {
     return Make<V>([&](int i) { return m.is[i] ? *p++ : other.n[i]; });
-  }
-  static V Expand(M m, const uint32_t* p, V other) {
-    return Make<V>([&](int i) { return m.is[i] ? int64_t{*p++} : other.n[i]; });
   }
   static D Expand(M m, const double* p, D other) {
     return Make<D>([&](int i) { return m.is[i] ? *p++ : other.n[i]; });

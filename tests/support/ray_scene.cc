@@ -270,12 +270,12 @@ std::vector<uint32_t> ListsCellByCell(const RayScene& scene, uint32_t per_ray) {
   return lists;
 }
 
-std::string FirstDifference(const RayScene& scene, uint32_t per_ray, const uint32_t* expected,
-                            const uint32_t* found) {
+std::string FirstDifference(const RayScene& scene, const std::vector<uint32_t>& expected,
+                            const sensing::HitLists& found) {
   std::ostringstream text;
   ForEachRay(scene, [&](const sensing::Fan& fan, const ray_grid_t& view, ray_t* ray, uint32_t n) {
-    for (uint32_t i = 0; i < per_ray && text.tellp() == 0; i++) {
-      const uint32_t e = expected[size_t{n} * per_ray + i], f = found[size_t{n} * per_ray + i];
+    for (uint32_t i = 0; i < found.per_ray && text.tellp() == 0; i++) {
+      const uint32_t e = expected[size_t{n} * found.per_ray + i], f = found.ListOf(n)[i];
       if (e != f)
         text << "ray " << n << ", entry " << i << ": expected " << std::hex << e << ", found " << f
              << std::dec << "; from the cell " << ray->x0 << " " << ray->y0 << ", in it at "
@@ -284,6 +284,21 @@ std::string FirstDifference(const RayScene& scene, uint32_t per_ray, const uint3
              << view.min_y << " " << view.max_x << " " << view.max_y;
       if (e == RAY_NO_HIT) break;
     }
+  });
+  return text.str();
+}
+
+std::string FirstWrongBody(const RayScene& scene, const sensing::HitLists& found) {
+  std::ostringstream text;
+  ForEachRay(scene, [&](const sensing::Fan&, const ray_grid_t&, ray_t* ray, uint32_t n) {
+    const uint32_t hit = found.ListOf(n)[0];
+    if (hit == RAY_NO_HIT || text.tellp() != 0) return;
+    const int32_t x = ray->x0 + ray->sx * Stg::ray_packed_u(hit);
+    const int32_t y = ray->y0 + ray->sy * Stg::ray_packed_v(hit);
+    const uint32_t expected = scene.grid().OnlyBody(scene.grid().FindTileSlot(x, y));
+    if (found.BodyOf(n) != expected)
+      text << "ray " << n << " hits in " << x << " " << y << ": expected body " << expected
+           << ", found " << found.BodyOf(n);
   });
   return text.str();
 }

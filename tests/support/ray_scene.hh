@@ -14,6 +14,7 @@
 #include "geometry/random.hh"
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
+#include "sensing/prefilter.hh"
 
 namespace ray_scene {
 
@@ -66,10 +67,13 @@ class RayScene {
 std::vector<uint32_t> ListsByWalk(const RayScene& scene, uint32_t per_ray);
 std::vector<uint32_t> ListsCellByCell(const RayScene& scene, uint32_t per_ray);
 
-/// Where two sets of lists differ first; empty if nowhere. What stands behind the end of a list
-/// does not count.
-std::string FirstDifference(const RayScene& scene, uint32_t per_ray, const uint32_t* expected,
-                            const uint32_t* found);
+/// Where the lists that were found differ first from such ones; empty if nowhere. What stands
+/// behind the end of a list does not count.
+std::string FirstDifference(const RayScene& scene, const std::vector<uint32_t>& expected,
+                            const Stg::internal::sensing::HitLists& found);
+
+/// The first ray of which `found` tells another body than the grid; empty if there is none.
+std::string FirstWrongBody(const RayScene& scene, const Stg::internal::sensing::HitLists& found);
 
 }  // namespace ray_scene
 

@@ -68,7 +68,7 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
  private:
   void LoadColors();
   void AddFan(internal::sensing::FanList* fans);
-  void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
+  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
   bool Reports(const Color& seen) const;
   Blob MakeBlob(const Color& seen, double mean_range) const;
 

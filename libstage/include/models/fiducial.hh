@@ -84,7 +84,7 @@ class ModelFiducial : public Model, private internal::sensing::RaySink {
   void CollectCandidates();
   bool MakeCandidate(const Pose& own, Model* target, const Pose& there, Fiducial* candidate) const;
   void AddFan(internal::sensing::FanList* fans);
-  void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
+  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   std::vector<Fiducial> fiducials_;
   std::vector<Fiducial> candidates_;  // their rays are on the way; mod is null if it was deleted

@@ -121,7 +121,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   bool HasAngleNoise() const;
   void Prepare(Sensor* sensor, uint32_t index);
   void ExpectHits(uint32_t tag) const override;
-  void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
+  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   std::vector<Sensor> sensors_;
 };

@@ -93,7 +93,7 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
   double Loss(double distance);
   void AddPath(const ModelWifi& other, const Pose& here);
   void AddRay(uint32_t index, const Pose& here, internal::sensing::FanList* fans);
-  void TakeHits(uint32_t tag, const internal::sensing::RayHit* hits, uint32_t count) override;
+  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   std::vector<Neighbor> neighbors_;
   std::vector<Path>

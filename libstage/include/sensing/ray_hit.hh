@@ -23,14 +23,21 @@ struct RayHit {
   Model* model;  ///< null if nothing was hit
 };
 
+/// What the rays of a fan have hit, one after the other.
+struct RayHits {
+  const double* ranges;  ///< as in RayHit
+  Model* const* models;
+  uint32_t count;  ///< of rays: one for each sample
+};
+
 /// Takes the outcome of fans. Different fans may be handed over by different threads at once.
 class RaySink {
  public:
   virtual ~RaySink() = default;
   /// Says that TakeHits() will be called soon: what it writes to may be fetched meanwhile.
   virtual void ExpectHits(uint32_t /*tag*/) const {}
-  /// `tag` is the one that came with the fan; there is one hit for each sample.
-  virtual void TakeHits(uint32_t tag, const RayHit* hits, uint32_t count) = 0;
+  /// `tag` is the one that came with the fan.
+  virtual void TakeHits(uint32_t tag, const RayHits& hits) = 0;
 };
 
 }  // namespace sensing

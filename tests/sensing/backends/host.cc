@@ -25,7 +25,7 @@ class HostPrefilter final : public sensing::Prefilter {
                          const sensing::RayBatch& batch, threads::WorkerPool* workers) override {
     sorted_.Sort(batch, workers);
     // There is no copy of the grid: of a layer's place only its number counts.
-    sorted_.PlanLaunches(1, false, [](grid::LayerIndex layer) {
+    sorted_.PlanLaunches(std::vector{1.0}, 1, false, [](grid::LayerIndex layer) {
       return sensing::DeviceBatch::LayerPlace{layer, 0};
     });
     memory_.resize(sorted_.bytes() / sizeof(Chunk) + 1);
@@ -33,13 +33,14 @@ class HostPrefilter final : public sensing::Prefilter {
     directions_ = tables.all();
     directions_.insert(directions_.end(), batch.own_directions().begin(),
                        batch.own_directions().end());
-    hits_.resize(batch.ray_count() * per_ray_);
+    words_.resize(batch.ray_count() * (1 + per_ray_));
     for (const sensing::DeviceBatch::Launch& launch : sorted_.launches())
       for (std::size_t g = launch.first_group; g < launch.end_group; g++)
         WalkGroup(grid, At<ray_group_record_t>()[g]);
     for (const grid::LayerIndex layer : sorted_.layers()) grid.occupancy(layer).ForgetChanges();
+    grid.ForgetChangedBodies();
     statistics_.bytes_sent += sorted_.bytes();
-    return {hits_.data(), per_ray_};
+    return {words_.data(), per_ray_};
   }
 
   bool UsesHost() const override { return true; }
@@ -59,10 +60,11 @@ class HostPrefilter final : public sensing::Prefilter {
   void WalkGroup(const grid::Grid& grid, const ray_group_record_t& group) {
     const ray_grid_t view = grid.View(group.tile_maps);
     for (uint32_t i = 0; i < group.fans; i++)
-      WalkFan(view, At<ray_fan_record_t>()[group.first_fan + i], group.samples);
+      WalkFan(grid, view, At<ray_fan_record_t>()[group.first_fan + i], group.samples);
   }
 
-  void WalkFan(const ray_grid_t& view, const ray_fan_record_t& fan, uint32_t samples) {
+  void WalkFan(const grid::Grid& grid, const ray_grid_t& view, const ray_fan_record_t& fan,
+               uint32_t samples) {
     ray_mask_t mask;
     mask.tiles = At<uint64_t>() + sorted_.first_mask() + fan.mask_first;
     mask.x = fan.mask_x;
@@ -76,15 +78,17 @@ class HostPrefilter final : public sensing::Prefilter {
                 static_cast<int>(fan.fraction >> 16),
                 ray_rotate_x(fan.cosine, fan.sine, d.cosine, d.sine),
                 ray_rotate_y(fan.cosine, fan.sine, d.cosine, d.sine));
-      ListHits(view, mask, &ray, &hits_[std::size_t{fan.first_ray + i} * per_ray_]);
+      ListHits(grid, view, mask, &ray, &words_[std::size_t{fan.first_ray + i} * (1 + per_ray_)]);
     }
   }
 
-  void ListHits(const ray_grid_t& view, const ray_mask_t& mask, ray_t* ray, uint32_t* list) {
+  void ListHits(const grid::Grid& grid, const ray_grid_t& view, const ray_mask_t& mask, ray_t* ray,
+                uint32_t* words) {
     for (uint32_t n = 0; n < per_ray_; n++) {
       const bool found = ray_next(&view, &mask, ray) != 0;
-      list[n] = found ? ray_pack(ray->u, ray->v) : RAY_NO_HIT;
+      words[1 + n] = found ? ray_pack(ray->u, ray->v) : RAY_NO_HIT;
       if (!found) return;
+      if (n == 0) words[0] = grid.OnlyBody(ray->region * grid::kTilesPerRegion + ray->tile);
     }
   }
 
@@ -92,7 +96,7 @@ class HostPrefilter final : public sensing::Prefilter {
   sensing::DeviceBatch sorted_;
   std::vector<Chunk> memory_;
   std::vector<sensing::Direction> directions_;
-  std::vector<uint32_t> hits_;
+  std::vector<uint32_t> words_;
   sensing::PrefilterStatistics statistics_;
 };
 
