@@ -123,14 +123,12 @@ void TraceScene(benchmark::State& state, Without without) {
   if (without == Without::kWalks) listed = Stg::test::ListHits(scene.grid, batch, 1);
   const Stg::internal::sensing::HitLists known{listed.data(), listed.empty() ? 0u : 1u};
   Stg::internal::sensing::TraceCounters counters;
-  std::vector<double> ranges(batch.ray_count() + 1);
-  std::vector<Stg::Model*> hits(batch.ray_count() + 1);
+  Stg::internal::sensing::Tracer::Hits hits;
   Stg::internal::sensing::FanOrder order;
   const std::vector<Stg::internal::sensing::FanRun>& runs = order.Of(batch);
   for (auto _ : state)
     for (const Stg::internal::sensing::FanRun& run : runs)
-      tracer.TraceFans(batch, batch.fans().data() + run.first, run.count, known,
-                       {ranges.data(), hits.data()}, &counters);
+      tracer.TraceFans(batch, batch.fans().subspan(run.first, run.count), known, &hits, &counters);
   state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
   state.counters["looks_per_ray"] = static_cast<double>(counters.potential_hits) /
                                     static_cast<double>(std::max<uint64_t>(1, counters.rays));

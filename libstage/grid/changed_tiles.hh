@@ -17,7 +17,7 @@ namespace Stg::internal::grid {
 class ChangedTiles {
  public:
   /// Another copy is to be kept of the same tiles: nothing has changed in them yet.
-  ChangedTiles(const ChangedTiles& from) : regions_(from.regions_.size(), 0) {}
+  ChangedTiles(const ChangedTiles& from) { Resize(from.regions_.size()); }
   ChangedTiles() = default;
   ChangedTiles(ChangedTiles&&) = default;
   ChangedTiles& operator=(ChangedTiles&&) = default;
@@ -27,29 +27,51 @@ class ChangedTiles {
     tracking_ = on;
     Forget();
   }
-  void Resize(std::size_t regions) { regions_.resize(regions, 0); }
-  void Forget() { std::fill(regions_.begin(), regions_.end(), 0); }
+  void Resize(std::size_t regions) {
+    marked_.resize((regions + 63) / 64, 0);
+    regions_.resize(regions, 0);
+  }
+  void Forget() {
+    ForEachRegion([this](std::size_t region, uint64_t) { regions_[region] = 0; });
+    std::fill(marked_.begin(), marked_.end(), 0);
+  }
 
   /// By slot: region * 64 + tile. Different threads may note tiles of a region at once.
   void Note(uint32_t slot) {
     if (!tracking_) return;
-    const std::atomic_ref<uint64_t> region(regions_[slot / 64]);
-    const uint64_t tile = uint64_t{1} << slot % 64;
-    if (!(region.load(std::memory_order_relaxed) & tile))
-      region.fetch_or(tile, std::memory_order_relaxed);
+    const uint32_t region = slot / 64;
+    if (Set(&regions_[region], slot % 64) == 0) Set(&marked_[region / 64], region % 64);
   }
 
-  /// One word for each region: its changed tiles.
-  const std::vector<uint64_t>& regions() const { return regions_; }
-  /// How many tiles that are.
+  /// Calls f(region, its changed tiles) for those that have any.
+  template <typename F>
+  void ForEachRegion(F f) const {
+    for (std::size_t i = 0; i < marked_.size(); i++)
+      for (uint64_t left = marked_[i]; left != 0; left &= left - 1) {
+        const std::size_t region = i * 64 + static_cast<std::size_t>(std::countr_zero(left));
+        f(region, regions_[region]);
+      }
+  }
+  /// How many tiles there are in these.
   std::size_t Count() const {
     std::size_t count = 0;
-    for (const uint64_t tiles : regions_) count += static_cast<std::size_t>(std::popcount(tiles));
+    ForEachRegion([&](std::size_t, uint64_t tiles) {
+      count += static_cast<std::size_t>(std::popcount(tiles));
+    });
     return count;
   }
 
  private:
-  std::vector<uint64_t> regions_;
+  /// Returns the word as it was before.
+  static uint64_t Set(uint64_t* word, uint32_t bit) {
+    const std::atomic_ref<uint64_t> shared(*word);
+    const uint64_t seen = shared.load(std::memory_order_relaxed), mark = uint64_t{1} << bit;
+    return seen & mark ? seen : shared.fetch_or(mark, std::memory_order_relaxed);
+  }
+
+  std::vector<uint64_t> regions_;  // a word for each: its changed tiles
+  std::vector<uint64_t> marked_;   // a bit for each region of which the word is not 0: there may be
+                                   // a million of them, of which a thousand change in a step
   bool tracking_ = false;
 };
 

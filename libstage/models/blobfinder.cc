@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "geometry/load_error.hh"
 #include "geometry/trigonometry.hh"
@@ -171,19 +172,25 @@ void ModelBlobfinder::TakeHits(uint32_t, const sensing::RayHits& hits) {
   if (!rays_out_) return;
   rays_out_ = false;
   blobs_.clear();
-  const auto& [ranges, models, count] = hits;
-  // The increment behind a run leaves out the ray that ended it.
-  for (uint32_t i = 0; i < count; i++) {
-    if (!models[i]) continue;
+  const sensing::HitRun* run = hits.runs;
+  for (uint32_t i = 0; i < hits.count;) {
+    if (!run->model) {
+      i = (run++)->end;
+      continue;
+    }
     const uint32_t first = i;
-    const Color seen = models[i]->GetColor();
-    double sum = 0;
-    for (; i < count && models[i] && LooksLike(models[i]->GetColor(), seen); i++) sum += ranges[i];
-    if (!Reports(seen)) continue;
-    Blob blob = MakeBlob(seen, sum / (i - first));
-    blob.left = count - i;  // rays are counted from the right, pixels from the left
-    blob.right = count - first - 1;
-    blobs_.push_back(blob);
+    const Color seen = run->model->GetColor();
+    while (i < hits.count && run->model && LooksLike(run->model->GetColor(), seen))
+      i = (run++)->end;
+    if (Reports(seen)) {
+      const double sum = std::accumulate(hits.ranges + first, hits.ranges + i, 0.0);
+      Blob blob = MakeBlob(seen, sum / (i - first));
+      blob.left = hits.count - i;  // rays are counted from the right, pixels from the left
+      blob.right = hits.count - first - 1;
+      blobs_.push_back(blob);
+    }
+    // The ray that ended it is left out.
+    if (i < hits.count && ++i == run->end) run++;
   }
 }
 

@@ -149,7 +149,7 @@ void ModelBumper::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
   // It may have been shut down since the rays were made.
   if (!samples || tag >= results_.size()) return;
   BumperSample& sample = results_[tag];
-  sample.hit = hits.models[0];
+  sample.hit = hits.runs[0].model;
   if (!sample.hit) return;
   hit_ids_[tag] = sample.hit->GetId();
   const Line& line = lines_[tag];

@@ -152,10 +152,12 @@ void ModelFiducial::AddFan(sensing::FanList* fans) {
 void ModelFiducial::TakeHits(uint32_t, const sensing::RayHits& hits) {
   if (candidates_.size() != hits.count) return;  // nobody has wanted to know for a while
   fiducials_.clear();
+  const sensing::HitRun* run = hits.runs;
   for (uint32_t i = 0; i < hits.count; i++) {
+    if (i == run->end) run++;
     const Fiducial& candidate = candidates_[i];
     if (!candidate.mod) continue;
-    const Model* hit = hits.models[i];
+    const Model* hit = run->model;
     if (hit == candidate.mod || (!hit && ignore_zloc)) fiducials_.push_back(candidate);
   }
   candidates_.clear();

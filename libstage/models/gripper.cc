@@ -325,7 +325,7 @@ void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length, sensin
 }
 
 void ModelGripper::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
-  hits_[tag] = hits.models[0];
+  hits_[tag] = hits.runs[0].model;
   hit_ids_[tag] = hits_[tag] ? hits_[tag]->GetId() : 0;
 }
 

@@ -240,18 +240,9 @@ void BatchTracer::TraceRun(const Tracer& tracer, const FanRun& run, const HitLis
                            ThreadData* mine) const {
   const std::span<const Fan> fans = scene_.batch.fans().subspan(run.first, run.count);
   for (const Fan& fan : fans) fan.sink->ExpectHits(fan.tag);
-  const std::size_t rays = CountRays(run);
-  if (mine->ranges.size() < rays) {
-    mine->models.resize(rays);
-    mine->ranges.resize(rays);
-  }
-  Tracer::Room room{mine->ranges.data(), mine->models.data()};
-  tracer.TraceFans(scene_.batch, fans.data(), run.count, lists, room, &mine->counters);
-  for (const Fan& fan : fans) {
-    const uint32_t count = fan.record.samples;
-    fan.sink->TakeHits(fan.tag, {room.ranges, room.models, count});
-    room = room.Behind(count);
-  }
+  tracer.TraceFans(scene_.batch, fans, lists, &mine->hits, &mine->counters);
+  mine->hits.ForEachFan(
+      fans, [](const Fan& fan, const RayHits& hits) { fan.sink->TakeHits(fan.tag, hits); });
 }
 
 std::size_t BatchTracer::CountRays(const FanRun& run) const {

@@ -61,8 +61,7 @@ class BatchTracer {
 
  private:
   struct alignas(64) ThreadData {  // cache lines of its own, as it is written to all the time
-    std::vector<double> ranges;    // of the rays that are traced together
-    std::vector<Model*> models;
+    Tracer::Hits hits;             // of the rays that are traced together
     TraceCounters counters;
   };
   class Probe;

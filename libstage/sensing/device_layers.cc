@@ -24,20 +24,20 @@ uint64_t BodiesOf(const grid::Grid& grid, std::size_t word) {
 template <typename F>
 void ForEachChangedPair(const grid::Grid& grid, F f) {
   constexpr uint64_t kEvenTiles = 0x5555555555555555u;
-  const std::vector<uint64_t>& changed = grid.changed_bodies().regions();
-  for (std::size_t region = 0; region < changed.size(); region++)
-    grid::ForEachBit((changed[region] | changed[region] >> 1) & kEvenTiles,
+  grid.changed_bodies().ForEachRegion([&](std::size_t region, uint64_t tiles) {
+    grid::ForEachBit((tiles | tiles >> 1) & kEvenTiles,
                      [&](uint32_t tile) { f(region * kBodyWordsPerRegion + tile / 2); });
+  });
 }
 
 /// Calls f(region, tiles) for regions with changed tiles; those from `known` on are new.
 template <typename F>
 void ForEachChangedRegion(const grid::Occupancy& cells, std::size_t known, F f) {
-  const std::vector<uint64_t>& changed = cells.changed().regions();
-  for (std::size_t region = 0; region < changed.size(); region++) {
-    const uint64_t tiles = region < known ? changed[region] : ~uint64_t{0};
-    if (tiles != 0) f(region, tiles);
-  }
+  cells.changed().ForEachRegion([&](std::size_t region, uint64_t tiles) {
+    if (region < known) f(region, tiles);
+  });
+  for (std::size_t region = known; region < cells.tile_maps().size(); region++)
+    f(region, ~uint64_t{0});
 }
 
 std::size_t CountChangesOf(const grid::Occupancy& cells, std::size_t known) {

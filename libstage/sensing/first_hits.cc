@@ -2,6 +2,7 @@
 
 #include "sensing/first_hits.hh"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "sensing/free_box.hh"
@@ -36,22 +37,26 @@ void LeaveBox(const grid::CellBox& box, ray_t* ray) {
 
 void FirstHits::Look(const RayGroup& rays, double* ranges) {
   if (wide_walk_.look && rays.count >= kFewestForLanes) {
-    wide_walk_.look(rays, grid_.tables(), {hits_, lists_, ranges});
+    wide_walk_.look(rays, grid_.tables(), {hits_, lists_, ranges, ends_});
   } else {
     TakeOver(rays);
     LookOneByOne(rays);
     WriteRanges(rays, ranges);
+    FindEnds(rays.count);
   }
+  EndParts(rays);
   FetchBodies(rays.count);
 }
 
 void FirstHits::Walk(const RayGroup& rays, double* ranges) {
   if (wide_walk_.walk && rays.count >= kFewestForLanes) {
-    wide_walk_.walk(rays, grid_.tables(), {hits_, lists_, ranges});
+    wide_walk_.walk(rays, grid_.tables(), {hits_, lists_, ranges, ends_});
   } else {
     WalkOneByOne(rays);
     WriteRanges(rays, ranges);
+    FindEnds(rays.count);
   }
+  EndParts(rays);
   FetchBodies(rays.count);
 }
 
@@ -155,11 +160,21 @@ void FirstHits::FindBodies(uint32_t count) {
 }
 
 void FirstHits::FetchBodies(uint32_t count) const {
-  grid::BodyList fetched = kNothing;  // neighbouring rays mostly hit the same
-  for (uint32_t i = 0; i < count; i++) {
-    if (lists_[i] == fetched || lists_[i] == kNothing) continue;
-    fetched = lists_[i];
-    grid_.PrefetchBody(fetched);
+  for (uint32_t i = 0; i < count; i = EndOfRun(i))
+    if (lists_[i] != kNothing) grid_.PrefetchBody(lists_[i]);
+}
+
+void FirstHits::FindEnds(uint32_t count) {
+  std::fill(ends_, ends_ + WideHits::kEndWords, 0);
+  for (uint32_t i = 0; i + 1 < count; i++)
+    ends_[i / 64] |= uint64_t{lists_[i] != lists_[i + 1]} << i % 64;
+}
+
+void FirstHits::EndParts(const RayGroup& rays) {
+  uint32_t end = 0;
+  for (uint32_t part = 0; part < rays.part_count; part++) {
+    end += rays.parts[part].count;
+    ends_[(end - 1) / 64] |= uint64_t{1} << (end - 1) % 64;
   }
 }
 

@@ -9,6 +9,7 @@
 #ifndef STAGE_SENSING_FIRST_HITS_HH
 #define STAGE_SENSING_FIRST_HITS_HH
 
+#include <bit>
 #include <cstdint>
 
 #include "grid/grid.hh"
@@ -34,6 +35,13 @@ class FirstHits {
   const uint32_t& Packed(uint32_t i) const { return hits_[i]; }
   /// The bodies in the cell of that.
   grid::BodyList Bodies(uint32_t i) const { return lists_[i]; }
+  /// The first ray behind i with other bodies, or of another part.
+  uint32_t EndOfRun(uint32_t i) const {
+    uint32_t word = i / 64;
+    uint64_t ends = ends_[word] >> i % 64 << i % 64;
+    while (ends == 0) ends = ends_[++word];
+    return word * 64 + static_cast<uint32_t>(std::countr_zero(ends)) + 1;
+  }
   /// Stands for these if there is nothing in the way.
   static constexpr grid::BodyList kNothing = WideHits::kNothing;
 
@@ -54,6 +62,8 @@ class FirstHits {
   void TakeOver(const RayGroup& rays);
   void WriteRanges(const RayGroup& rays, double* ranges) const;
   void FetchBodies(uint32_t count) const;
+  void FindEnds(uint32_t count);
+  void EndParts(const RayGroup& rays);
 
   const grid::Grid& grid_;
   const WideWalk wide_walk_;
@@ -62,6 +72,7 @@ class FirstHits {
 
   uint32_t hits_[WideHits::kRoom];
   grid::BodyList lists_[WideHits::kRoom];
+  uint64_t ends_[WideHits::kEndWords];  // of runs of rays with the same bodies
   // Of rays one by one:
   grid::CellRef cells_[kAtOnce];
   alignas(16) double middles_[kAtOnce];  // where along its leg it is halfway through that cell

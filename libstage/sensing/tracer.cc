@@ -346,15 +346,28 @@ RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& tu
   return {std::min(visit.nearest(), fan.range), visit.hit()};
 }
 
+namespace {
+
+/// Rays `begin` to `end` - 1 of a fan have hit the model. If begin is 0, the fan begins.
+void AddRun(uint32_t begin, uint32_t end, Model* model, std::vector<HitRun>* runs) {
+  if (begin > 0 && runs->back().model == model)
+    runs->back().end = end;
+  else
+    runs->push_back({end, model});
+}
+
+}  // namespace
+
 /// Rays that are walked together, as they come.
 class Tracer::Group {
  public:
-  Group(const Tracer& tracer, const RayBatch& batch, const HitLists& lists, Room room,
+  Group(const Tracer& tracer, const RayBatch& batch, const HitLists& lists, Hits* hits,
         TraceCounters* counters)
       : tracer_(tracer),
         batch_(batch),
         lists_(lists),
-        room_(room),
+        ranges_(hits->ranges.data()),
+        runs_(hits->runs),
         counters_(counters),
         first_(tracer.grid_) {}
 
@@ -377,8 +390,8 @@ class Tracer::Group {
   /// A fan whose rays are traced on their own.
   void AddAlone(const Fan& fan) {
     Trace();
-    tracer_.TraceOneByOne(batch_, fan, lists_, room_, counters_);
-    room_ = room_.Behind(fan.record.samples);
+    tracer_.TraceOneByOne(batch_, fan, lists_, ranges_, &runs_, counters_);
+    ranges_ += fan.record.samples;
   }
 
   /// Traces what has been added.
@@ -389,12 +402,12 @@ class Tracer::Group {
     const RayGroup group{&view_,      &mask_, parts_,
                          part_count_, rays_,  static_cast<uint32_t>(lists_.WordsOf(1))};
     if (lists_.per_ray > 0)
-      first_.Look(group, room_.ranges);
+      first_.Look(group, ranges_);
     else
-      first_.Walk(group, room_.ranges);
+      first_.Walk(group, ranges_);
     for (uint32_t part = 0, ray = 0; part < part_count_; ray += parts_[part++].count)
       Settle(part, ray);
-    room_ = room_.Behind(rays_);
+    ranges_ += rays_;
     part_count_ = rays_ = 0;
   }
 
@@ -418,9 +431,9 @@ class Tracer::Group {
     const uint32_t first = ray, end = ray + parts_[part].count;
     counters_->rays += parts_[part].count;
     while (ray < end) {  // neighbouring rays mostly hit the same
-      const grid::BodyList bodies = first_.Bodies(ray);
       const uint32_t from = ray;
-      while (ray < end && first_.Bodies(ray) == bodies) ray++;
+      const grid::BodyList bodies = first_.Bodies(ray);
+      ray = first_.EndOfRun(ray);
       CellVisit<> visit(tracer_.grid_, fan);
       if (bodies != FirstHits::kNothing) {
         counters_->potential_hits += ray - from;
@@ -429,7 +442,7 @@ class Tracer::Group {
           continue;
         }
       }
-      std::fill(room_.models + from, room_.models + ray, visit.hit());
+      AddRun(begins_[part] + from - first, begins_[part] + ray - first, visit.hit(), &runs_);
     }
   }
 
@@ -441,7 +454,9 @@ class Tracer::Group {
     const Fan& fan = *fans_[part];
     const uint32_t sample = begins_[part] + i;
     const Bearing bearing{batch_.DirectionsOf(fan)[sample], batch_.TurnsOf(fan)[sample]};
-    room_.Put(ray, tracer_.Trace(fan, view_, bearing, mask_, list, counters_));
+    const RayHit hit = tracer_.Trace(fan, view_, bearing, mask_, list, counters_);
+    ranges_[ray] = hit.range;
+    AddRun(sample, sample + 1, hit.model, &runs_);
     counters_->resumed -= per_ray == 0;  // it is the lists that count
     counters_->rays--;                   // these have been counted
     counters_->potential_hits--;
@@ -450,7 +465,8 @@ class Tracer::Group {
   const Tracer& tracer_;
   const RayBatch& batch_;
   const HitLists& lists_;
-  Room room_;  // of the rays to come
+  double* ranges_;  // of the rays to come
+  std::vector<HitRun>& runs_;
   TraceCounters* counters_;
   FirstHits first_;
   ray_grid_t view_;
@@ -463,7 +479,8 @@ class Tracer::Group {
 };
 
 /// Rays of several legs, or of the exact model.
-void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists, Room room,
+void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists,
+                           double* ranges, std::vector<HitRun>* runs,
                            TraceCounters* counters) const {
   const Direction* directions = batch.DirectionsOf(fan);
   const SineCosine* turns = batch.TurnsOf(fan);
@@ -473,18 +490,24 @@ void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists
   for (uint32_t i = 0; i < fan.record.samples; i++) {
     const HitList known =
         listed ? HitList{lists.ListOf(size_t{fan.record.first_ray} + i), lists.per_ray} : HitList();
-    room.Put(i, Trace(fan, view, {directions[i], turns[i]}, mask, known, counters));
+    const RayHit hit = Trace(fan, view, {directions[i], turns[i]}, mask, known, counters);
+    ranges[i] = hit.range;
+    AddRun(i, i + 1, hit.model, runs);
   }
 }
 
-void Tracer::TraceFans(const RayBatch& batch, const Fan* fans, uint32_t count,
-                       const HitLists& lists, Room room, TraceCounters* counters) const {
-  Group group(*this, batch, lists, room, counters);
-  for (uint32_t i = 0; i < count; i++) {
-    if (fans[i].single_leg() && !fans[i].exact)
-      group.Add(fans[i]);
+void Tracer::TraceFans(const RayBatch& batch, std::span<const Fan> fans, const HitLists& lists,
+                       Hits* hits, TraceCounters* counters) const {
+  size_t rays = 0;
+  for (const Fan& fan : fans) rays += fan.record.samples;
+  if (hits->ranges.size() <= rays) hits->ranges.resize(rays + 1);
+  hits->runs.clear();
+  Group group(*this, batch, lists, hits, counters);
+  for (const Fan& fan : fans) {
+    if (fan.single_leg() && !fan.exact)
+      group.Add(fan);
     else
-      group.AddAlone(fans[i]);
+      group.AddAlone(fan);
   }
   group.Trace();
 }

@@ -6,6 +6,9 @@
 #define STAGE_SENSING_TRACER_HH
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "geometry/trigonometry.hh"
 #include "grid/grid.hh"
@@ -32,15 +35,24 @@ class Tracer {
     uint32_t count = 0;              ///< 0: nothing is known
   };
 
-  /// Where the hits of some rays go.
-  struct Room {
-    double* ranges;
-    Model** models;
+  /// What some fans have hit, each with runs of its own.
+  struct Hits {
+    std::vector<double> ranges;  ///< of all rays, and some room behind them
+    std::vector<HitRun> runs;
 
-    Room Behind(std::size_t rays) const { return {ranges + rays, models + rays}; }
-    void Put(std::size_t ray, const RayHit& hit) const {
-      ranges[ray] = hit.range;
-      models[ray] = hit.model;
+    /// Calls f(fan, its RayHits) for the fans that these are of.
+    template <typename F>
+    void ForEachFan(std::span<const Fan> fans, F f) const {
+      const double* of_fan = ranges.data();
+      const HitRun* run = runs.data();
+      for (const Fan& fan : fans) {
+        const uint32_t count = fan.record.samples;
+        f(fan, RayHits{of_fan, run, count});
+        of_fan += count;
+        if (count == 0) continue;
+        while (run->end < count) run++;
+        run++;
+      }
     }
   };
 
@@ -55,14 +67,14 @@ class Tracer {
 
   /// All rays of some fans of the batch: those of the first fan, then those of the next. Fastest if
   /// they are of one robot, so that they look at the same cells.
-  void TraceFans(const RayBatch& batch, const Fan* fans, uint32_t count, const HitLists& lists,
-                 Room room, TraceCounters* counters) const;
+  void TraceFans(const RayBatch& batch, std::span<const Fan> fans, const HitLists& lists,
+                 Hits* hits, TraceCounters* counters) const;
 
  private:
   struct Walk;
   class Group;
-  void TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists, Room room,
-                     TraceCounters* counters) const;
+  void TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists, double* ranges,
+                     std::vector<HitRun>* runs, TraceCounters* counters) const;
   static void Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y);
   template <typename Visit>
   void Follow(const Walk& walk, ray_t* ray, Visit* visit) const;

@@ -21,7 +21,10 @@ struct WideHits {
   uint32_t* hits;          ///< as ray_pack() has it, or RAY_NO_HIT; kRoom of them
   grid::BodyList* bodies;  ///< in the cell of the hit; kNothing if there is none; kRoom of them
   double* ranges;          ///< to the middle of that cell; that of the fan if there is no hit
+  uint64_t* ends;  ///< bit i: the bodies of ray i + 1 are others than those of ray i; kEndWords,
+                   ///< those of the last ray may be anything
   static constexpr uint32_t kRoom = RayGroup::kMost + 16;
+  static constexpr uint32_t kEndWords = RayGroup::kMost / 64 + 1;
   static constexpr grid::BodyList kNothing = 0xffffffffu;
 };
 

@@ -88,6 +88,7 @@ struct Eight {
   static M AndNot(M a, M b) { return _kandn_mask8(b, a); }
   static M Not(M a) { return _knot_mask8(a); }
   static bool Any(M m) { return !_kortestz_mask8_u8(m, m); }
+  static uint64_t BitsOf(M m) { return m; }
   static int CountOf(M m) { return __builtin_popcount(m); }
   /// The first `count` lanes.
   static M FirstOf(uint32_t count) {

@@ -630,6 +630,19 @@ class HitPlaces {
   uint32_t first_ = 0;
 };
 
+/// Where runs of rays with the same bodies end.
+template <class Lanes>
+void FindEnds(uint32_t count, const WideHits& found) {
+  static_assert(Lanes::kCount <= 8, "fewer than there is room for behind the bodies");
+  for (uint32_t i = 0; i < WideHits::kEndWords; i++) found.ends[i] = 0;
+  for (uint32_t first = 0; first < count; first += Lanes::kCount) {
+    const uint64_t differ = Lanes::BitsOf(
+        Lanes::Differ(Lanes::Load(found.bodies + first), Lanes::Load(found.bodies + first + 1)));
+    found.ends[first / 64] |= differ << first % 64;
+    if (first % 64 + Lanes::kCount > 64) found.ends[first / 64 + 1] |= differ >> (64 - first % 64);
+  }
+}
+
 /// Two groups in turn: while the numbers of one wait for memory, the other has something to do.
 template <class Lanes>
 void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
@@ -654,6 +667,7 @@ void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const W
     second.Report();
   }
   HitPlaces<Lanes>(ready, tables).Find(ready.supers, found);
+  FindEnds<Lanes>(rays.count, found);
 }
 
 /// Bodies are 0 where the device knows none.
@@ -685,6 +699,7 @@ void LookInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const W
   TakeOver<Lanes>(rays, found);
   const RayStarts<Lanes> starts(rays);
   HitPlaces<Lanes>(starts, tables).Complete(rays, found);
+  FindEnds<Lanes>(rays.count, found);
 }
 
 }  // namespace

@@ -575,9 +575,11 @@ using Tiles = std::set<std::pair<uint32_t, uint32_t>>;  // (region, tile)
 
 Tiles Noted(const ChangedTiles& changed) {
   Tiles tiles;
-  for (uint32_t region = 0; region < changed.regions().size(); region++)
+  changed.ForEachRegion([&](size_t region, uint64_t of_region) {
+    EXPECT_NE(of_region, 0u);
     for (uint32_t tile = 0; tile < 64; tile++)
-      if (changed.regions()[region] >> tile & 1) tiles.insert({region, tile});
+      if (of_region >> tile & 1) tiles.insert({static_cast<uint32_t>(region), tile});
+  });
   EXPECT_EQ(changed.Count(), tiles.size());
   return tiles;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "ranger_testing.hh"
+#include "support/random_source.hh"
 
 namespace Stg {
 namespace {
@@ -58,6 +59,43 @@ TEST(Ranger, NothingHitIsExactlyTheMaximumRange) {
   Scene scene("sensor( range [0 7.123456789] samples 181 fov 180 )", "");
   for (const double r : scene.Ranges()) EXPECT_EQ(r, 7.123456789);
   for (const double i : scene.sensor().intensities) EXPECT_EQ(i, 0);
+}
+
+// Intensities are only written where they change. Whoever may write them too sees the same.
+TEST(Ranger, IntensitiesAreThoseOfWhatIsHitNow) {
+  const char* sensors = "sensor( range [0 9] samples 90 fov 360 ) sensor( samples 7 fov 200 )";
+  std::string boxes;
+  for (const char* number : {"0", "1", "2", "3"})
+    boxes += "model( name \"box" + std::string(number) + "\" size [1 1 1] )\n";
+  Scene scene(sensors, boxes), other(sensors, boxes);
+  Snapshot snapshot;
+  test::RandomSource random(3);
+  for (int step = 0; step < 400; step++) {
+    const std::string name = "box" + std::to_string(random.Int(0, 3));
+    const Pose pose(random.Real(-5, 5), random.Real(-5, 5), 0, random.Real(-3, 3));
+    const double seen_as = random.Pick<double>({0, 0.1, 0.5, 1, 1, -1, 1e300});
+    const bool pauses = random.OneIn(10);
+    for (Scene* each : {&scene, &other}) {
+      Find(*each->world, name.c_str())->SetPose(pose);
+      Find(*each->world, name.c_str())->SetRangerReturn(seen_as);
+      if (pauses) each->ranger->Unsubscribe();
+      Step(*each->world);
+      if (pauses) each->ranger->Subscribe();
+    }
+    if (step == 100) {
+      ASSERT_TRUE(scene.world->Take(&snapshot));
+    }
+    if (step % 40 == 39 && step > 100) {
+      ASSERT_TRUE(scene.world->Restore(snapshot));
+      ASSERT_TRUE(other.world->Restore(snapshot));
+    }
+    if (pauses) continue;
+    for (size_t i = 0; i < 2; i++) {
+      std::vector<double>& written = other.sensor(i).intensities;
+      ASSERT_EQ(scene.ranger->GetSensors()[i].intensities, written) << step;
+      std::fill(written.begin(), written.end(), -5);
+    }
+  }
 }
 
 TEST(Ranger, SeveralSensorsReportOnTheirOwn) {

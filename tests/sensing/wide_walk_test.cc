@@ -210,12 +210,14 @@ class Results {
         bodies_(WideHits::kRoom),
         ranges_(count + kGuards, -7) {}
 
-  WideHits Room() { return {hits_.data(), bodies_.data(), ranges_.data()}; }
+  WideHits Room() { return {hits_.data(), bodies_.data(), ranges_.data(), ends_}; }
   void Expect(const std::vector<Found>& expected) const {
     ASSERT_EQ(expected.size(), count_);
     for (uint32_t i = 0; i < count_; i++)
       ASSERT_EQ((Found{hits_[i], bodies_[i], ranges_[i]}), expected[i]) << i << " of " << count_;
     for (uint32_t i = count_; i < count_ + kGuards; i++) ASSERT_EQ(ranges_[i], -7);
+    for (uint32_t i = 0; i + 1 < count_; i++)
+      ASSERT_EQ(ends_[i / 64] >> i % 64 & 1, bodies_[i] != bodies_[i + 1]) << i;
   }
 
  private:
@@ -223,6 +225,7 @@ class Results {
   const uint32_t count_;
   std::vector<uint32_t> hits_, bodies_;
   std::vector<double> ranges_;
+  uint64_t ends_[WideHits::kEndWords];
 };
 
 /// Walks the group, looks at it as a device has walked it, which knows the bodies of all hits, of

@@ -65,16 +65,19 @@ inline std::vector<internal::sensing::RayHit> TraceBatch(
     const internal::sensing::HitLists& lists, uint32_t at_once,
     internal::sensing::TraceCounters* counters) {
   using namespace internal::sensing;
-  std::vector<double> ranges(batch.ray_count() + 1, -1);
-  std::vector<Model*> models(batch.ray_count() + 1);
-  const auto count = static_cast<uint32_t>(batch.fans().size());
-  for (uint32_t i = 0; i < count; i += at_once) {
-    const Fan& first = batch.fans()[i];
-    const Tracer::Room room{&ranges[first.record.first_ray], &models[first.record.first_ray]};
-    Tracer(grid).TraceFans(batch, &first, std::min(at_once, count - i), lists, room, counters);
-  }
   std::vector<RayHit> hits;
-  for (size_t i = 0; i < batch.ray_count(); i++) hits.push_back({ranges[i], models[i]});
+  Tracer::Hits found;
+  for (size_t i = 0; i < batch.fans().size(); i += at_once) {
+    const size_t count = std::min<size_t>(at_once, batch.fans().size() - i);
+    const std::span<const Fan> fans = batch.fans().subspan(i, count);
+    Tracer(grid).TraceFans(batch, fans, lists, &found, counters);
+    found.ForEachFan(fans, [&](const Fan&, const RayHits& of_fan) {
+      for (uint32_t ray = 0, run = 0; ray < of_fan.count; ray++) {
+        if (ray == of_fan.runs[run].end) run++;
+        hits.push_back({of_fan.ranges[ray], of_fan.runs[run].model});
+      }
+    });
+  }
   return hits;
 }
 

@@ -142,6 +142,11 @@ struct PortableLanes {
     return Mask([&](int i) { return !a.is[i]; });
   }
   static bool Any(M m) { return CountOf(m) != 0; }
+  static uint64_t BitsOf(M m) {
+    uint64_t bits = 0;
+    for (int i = 0; i < kLanes; i++) bits |= uint64_t{m.is[i]} << i;
+    return bits;
+  }
   static int CountOf(M m) {
     int count = 0;
     for (const bool is : m.is) count += is;

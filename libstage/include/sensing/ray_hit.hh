@@ -23,11 +23,17 @@ struct RayHit {
   Model* model;  ///< null if nothing was hit
 };
 
-/// What the rays of a fan have hit, one after the other.
+/// Neighbouring rays that have hit the same model, or nothing.
+struct HitRun {
+  uint32_t end;  ///< the number of the ray behind the last one, in its fan
+  Model* model;  ///< as in RayHit
+};
+
+/// What the rays of a fan have hit.
 struct RayHits {
-  const double* ranges;  ///< as in RayHit
-  Model* const* models;
-  uint32_t count;  ///< of rays: one for each sample
+  const double* ranges;  ///< as in RayHit: one for each sample
+  const HitRun* runs;    ///< one after the other; the last one ends at `count`
+  uint32_t count;        ///< of rays
 };
 
 /// Takes the outcome of fans. Different fans may be handed over by different threads at once.
