@@ -381,7 +381,9 @@ void ModelRanger::Sensor::WriteIntensities(const sensing::RayHits& hits) {
     else
       runs.push_back({begin, rounded});
   }
-  if (!exact) runs.clear();
+  // Of few numbers it takes more than they do themselves.
+  constexpr uint32_t kFewNumbers = 64;
+  if (!exact || hits.count < kFewNumbers) runs.clear();
   intensity_runs_.assign(runs.begin(), runs.end());
 }
 
