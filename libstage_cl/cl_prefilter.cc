@@ -149,7 +149,8 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   throw AsPrefilterError(error);
 }
 
-std::size_t ClPrefilter::WaitFor(const sensing::RayBatch&, std::size_t fan) try {
+std::size_t ClPrefilter::WaitFor(const sensing::RayBatch& batch, std::size_t fan) try {
+  if (!under_way_) return batch.fans().size();
   const double start = Now();
   const std::vector<sensing::DeviceBatch::Part>& parts = sorted_.parts();
   std::size_t part = 0;

@@ -20,6 +20,12 @@ namespace {
 
 constexpr int kLongestSide = 16384;       // pixels
 constexpr int kMostPixels = 4096 * 2304;  // in all
+
+/// Of a picture's sides.
+bool IsPossible(int width, int height) {
+  return width >= 0 && height >= 0 && width <= kLongestSide && height <= kLongestSide &&
+         width * height <= kMostPixels;
+}
 constexpr camera::Rgba kFloor{255, 255, 255, 255};
 
 uint8_t Byte(double share) {
@@ -86,8 +92,7 @@ ModelCamera::~ModelCamera() = default;
 void ModelCamera::Load() {
   if (!LoadCommon()) return;
   wf->ReadTuple(wf_entity, "resolution", 0, 2, "ii", &width_, &height_);
-  if (width_ < 0 || height_ < 0 || width_ > kLongestSide || height_ > kLongestSide ||
-      width_ * height_ > kMostPixels)
+  if (!IsPossible(width_, height_))
     wf->Fail(wf_entity, "resolution",
              "found " + std::to_string(width_) + " by " + std::to_string(height_) +
                  " pixels, expected numbers from 0 to " + std::to_string(kLongestSide) +
@@ -211,6 +216,7 @@ void ModelCamera::ExchangeState(StateExchange& exchange) {
   exchange(width_, height_, pan_, tilt_, camera_, picture_->depth, picture_->color);
   if (picture_->depth.size() != picture_->color.size())
     exchange.Fail("found a camera's picture with half of its pixels");
+  if (!IsPossible(width_, height_)) exchange.Fail("found a camera's picture that is too large");
 }
 
 }  // namespace Stg

@@ -2,7 +2,9 @@
 
 #include "sensing/fan.hh"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "geometry/trigonometry.hh"
 #include "grid/grid.hh"
@@ -46,12 +48,15 @@ double SampleBearing(double fov, uint32_t count, uint32_t i) {
 DirectionTables::DirectionTables() { Find(0.0, 1); }
 
 void DirectionTables::Trim() {
-  constexpr size_t kPlenty = 4000000;  // directions: 32 MB
-  if (all_.size() < kPlenty || first_.size() < 64) return;
+  constexpr size_t kPlenty = 4000000;  // directions: 96 MB
+  // Those that came back in the step after they were forgotten are in use.
+  if (std::exchange(just_forgotten_, false)) most_ = std::max(kPlenty, 4 * all_.size());
+  if (all_.size() < std::max(kPlenty, most_)) return;
   first_.clear();
-  all_.clear();
-  turns_.clear();
+  all_ = {};  // their memory too
+  turns_ = {};
   generation_++;
+  just_forgotten_ = true;
   Find(0.0, 1);
 }
 

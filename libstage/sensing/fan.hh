@@ -43,8 +43,8 @@ class DirectionTables {
   /// Index of the first direction of the table for this kind of sensor; makes it if need be. For
   /// several threads at once, as long as nobody reads tables.
   uint32_t Find(double fov, uint32_t count);
-  /// To be called between steps: if there are very many tables (of sensors that keep changing),
-  /// forgets them all. Indices got before are void if the generation has changed.
+  /// To be called between steps: if there is far more in tables than sensors use (as they keep
+  /// changing), forgets them all. Indices got before are void if the generation has changed.
   void Trim();
   uint64_t generation() const { return generation_; }
   const std::vector<Direction>& all() const { return all_; }
@@ -60,6 +60,8 @@ class DirectionTables {
   std::vector<Direction> all_;
   std::vector<SineCosine> turns_;
   uint64_t generation_ = 0;
+  std::size_t most_ = 0;  // directions before they are forgotten
+  bool just_forgotten_ = false;
 };
 
 /// What a device needs to know of a fan.

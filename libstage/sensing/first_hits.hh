@@ -53,7 +53,6 @@ class FirstHits {
   static Step StepTo(const FanRecord& fan, const Direction& direction);
   void WalkOneByOne(const RayGroup& rays);
   void LookOneByOne(const RayGroup& rays);
-  void SideBySide(const RayGroup& rays, decltype(WideWalk::walk) how);
   grid::CellRef CellAt(int32_t x, int32_t y);
   void SetPassage(uint32_t i, const FanRecord& fan, Step step);
   void SetNoPassage(uint32_t i);

@@ -97,6 +97,7 @@ class World::Restorer {
   void DropReadings(const StateRow& row);
   std::string ReadList(const StateRow& row);
   std::string Check() const;
+  bool AnyBelowItself() const;
   bool Fits(const Listed& listed) const;
   void FindModels();
   void MakeMissing();
@@ -282,12 +283,26 @@ std::string World::Restorer::Check() const {
         (i > 0 && listed.id <= list_[i - 1].id) || !FindCreator(listed.type))
       return "found a list of models that is none";
   }
+  if (AnyBelowItself()) return "found a model below itself";
   if (list_.empty() || list_[0].id != world_.ground->id)
     return "found models that are numbered otherwise: restore into a world that was loaded once, "
            "or reset";
   for (const Listed& listed : list_)
     if (!Fits(listed)) return "found a snapshot of another world file";
   return "";
+}
+
+bool World::Restorer::AnyBelowItself() const {
+  std::vector<size_t> reached_from(list_.size(), 0);  // the first model below it, + 1
+  for (size_t i = 0; i < list_.size(); i++) {
+    size_t place = i + 1;
+    while (place > 0 && reached_from[place - 1] == 0) {
+      reached_from[place - 1] = i + 1;
+      place = list_[place - 1].parent;
+    }
+    if (place > 0 && reached_from[place - 1] == i + 1) return true;
+  }
+  return false;
 }
 
 /// The model may be one of this world: its file has it, if it is from a file, and no other model of
@@ -372,8 +387,7 @@ void World::Restorer::Arrange() {
     if (models_[i]->parent != parent_of(i)) misplaced.push_back(i);
   for (const size_t i : misplaced) models_[i]->MoveTo(nullptr);
   for (const size_t i : misplaced)
-    if (Model* const parent = parent_of(i); parent && !parent->IsDescendent(models_[i]))
-      models_[i]->MoveTo(parent);
+    if (Model* const parent = parent_of(i)) models_[i]->MoveTo(parent);
 }
 
 /// Takes the others' bodies off the grid: they are in nobody's way any more.

@@ -212,5 +212,28 @@ TEST(PlaceFan, TinyRangesAreRays) {
   EXPECT_EQ(Placed(Pose(), 1e-300).record.cosine, 0);
 }
 
+// Sensors that keep changing leave tables behind.
+TEST(DirectionTables, OfSensorsThatKeepChangingAreForgotten) {
+  DirectionTables tables;
+  for (int step = 1; step < 150; step++) {
+    tables.Find(step * 0.01, 100'000);
+    tables.Trim();
+    ASSERT_LE(tables.all().size(), 4'200'000u) << step;
+  }
+  EXPECT_GT(tables.generation(), 1u);
+}
+
+TEST(DirectionTables, InUseStay) {
+  DirectionTables tables;
+  uint64_t generation = 0;
+  for (int step = 0; step < 10; step++) {
+    for (int sensor = 1; sensor <= 50; sensor++) tables.Find(sensor * 0.1, 100'000);
+    if (step == 2) generation = tables.generation();
+    tables.Trim();
+  }
+  EXPECT_EQ(tables.generation(), generation);
+  EXPECT_GE(tables.all().size(), 5'000'000u);
+}
+
 }  // namespace
 }  // namespace Stg::internal::sensing

@@ -23,6 +23,8 @@ struct TraceCounters {
 /// What a prefilter did so far, for --stats.
 struct PrefilterStatistics {
   double compile_seconds = 0;
+  /// Of the host: getting data ready and handing them over, waiting until the rays of the first
+  /// part of a batch were walked, and waiting for lists.
   double send_seconds = 0, walk_seconds = 0, fetch_seconds = 0;
   uint64_t bytes_sent = 0, bytes_fetched = 0;
 };
