@@ -59,14 +59,14 @@ __kernel void walk_fans(__global const ray_super_t* directory, const uint direct
             ray_rotate_x(fan.cosine, fan.sine, direction.cosine, direction.sine),
             ray_rotate_y(fan.cosine, fan.sine, direction.cosine, direction.sine));
 
-  __global uint* list = hits + (size_t)(fan.first_ray + sample) * (1 + per_ray);
+  __global uint* row = hits + (size_t)(fan.first_ray + sample) * (1 + per_ray);
   for (uint i = 0; i < per_ray; i++) {
     if (!ray_next(&grid, &mask, &ray)) {
-      list[1 + i] = RAY_NO_HIT;
+      row[1 + i] = RAY_NO_HIT;
       return;
     }
-    list[1 + i] = ray_pack(ray.u, ray.v);
-    if (i == 0) list[0] = only_body(words, &ray);
+    row[1 + i] = ray_pack(ray.u, ray.v);
+    if (i == 0) row[0] = only_body(words, &ray);
   }
 }
 

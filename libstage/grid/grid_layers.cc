@@ -109,7 +109,6 @@ void Grid::AgeLayers() {
 
 void Grid::TrackChanges(bool on) {
   tracking_ = on;
-  changed_bodies_.Resize(regions_.size());
   changed_bodies_.Track(on);
   for (Layer& layer : layers_) layer.cells.TrackChanges(on);
 }

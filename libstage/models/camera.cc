@@ -20,13 +20,13 @@ namespace {
 
 constexpr int kLongestSide = 16384;       // pixels
 constexpr int kMostPixels = 4096 * 2304;  // in all
+constexpr camera::Rgba kFloor{255, 255, 255, 255};
 
 /// Of a picture's sides.
 bool IsPossible(int width, int height) {
   return width >= 0 && height >= 0 && width <= kLongestSide && height <= kLongestSide &&
          width * height <= kMostPixels;
 }
-constexpr camera::Rgba kFloor{255, 255, 255, 255};
 
 uint8_t Byte(double share) {
   // Not-a-number is 0.

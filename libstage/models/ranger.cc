@@ -114,7 +114,6 @@ meters_t ModelRanger::Sensor::Reach() const { return Magnitude(range.max); }
 
 void ModelRanger::Sensor::Resize() {
   ranges.resize(sample_count);
-  if (intensities.size() != sample_count) intensity_runs_.clear();
   intensities.resize(sample_count);
   const double f = FiniteOr0(fov);
   if (table_fov_ == f && table_count_ == sample_count && bearings.size() == sample_count) return;
@@ -188,7 +187,6 @@ void ModelRanger::Sensor::ExchangeState(StateExchange& exchange) {
            model_of_rays);
   if (!exchange.leaves_readings_out()) exchange(ranges, intensities, bearings);
   exchange(random_, seeded_);
-  if (exchange.restoring()) intensity_runs_.clear();
   const auto is_whole = [this](size_t count) { return count == 0 || count == sample_count; };
   if (!is_whole(ranges.size()) || !is_whole(intensities.size()) || !is_whole(bearings.size()))
     exchange.Fail("found another number of readings than a sensor has");
@@ -210,7 +208,6 @@ void ModelRanger::DropReadings() {
   for (Sensor& sensor : sensors_) {
     sensor.ranges.clear();
     sensor.intensities.clear();
-    sensor.intensity_runs_.clear();
     if (sensor.table_fov_ != sensor.fov) sensor.bearings.clear();
   }
 }
@@ -342,8 +339,9 @@ bool ModelRanger::FillRoom(sensing::BatchShare room, const sensing::FanList& fan
 void ModelRanger::ExpectHits(uint32_t tag) const {
   constexpr size_t kInALine = 64 / sizeof(double);
   if (tag >= sensors_.size()) return;
-  const std::vector<double>& ranges = sensors_[tag].ranges;
-  for (size_t i = 0; i < ranges.size(); i += kInALine) __builtin_prefetch(ranges.data() + i, 1);
+  for (const std::vector<double>* numbers : {&sensors_[tag].ranges, &sensors_[tag].intensities})
+    for (size_t i = 0; i < numbers->size(); i += kInALine)
+      __builtin_prefetch(numbers->data() + i, 1);
 }
 
 void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
@@ -351,40 +349,16 @@ void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
   if (tag >= sensors_.size() || sensors_[tag].ranges.size() != hits.count) return;
   Sensor& sensor = sensors_[tag];
   std::copy(hits.ranges, hits.ranges + hits.count, sensor.ranges.begin());
-  if (sensors_handed_out_) sensor.intensity_runs_.clear();
-  sensor.WriteIntensities(hits);
-  sensor.AddRangeNoise();
-}
-
-void ModelRanger::Sensor::WriteIntensities(const sensing::RayHits& hits) {
-  if (intensities.size() != hits.count) intensity_runs_.clear();
-  intensities.resize(hits.count);
-  static thread_local std::vector<IntensityRun> runs;  // for its memory
-  runs.clear();
-  bool exact = true;
-  auto known = intensity_runs_.begin();
-  uint32_t begin = 0;
-  for (const sensing::HitRun* run = hits.runs; begin < hits.count; run++) {
+  sensor.intensities.resize(hits.count);
+  double* const intensities = sensor.intensities.data();
+  const sensing::HitRun* run = hits.runs;
+  for (uint32_t i = 0; i < hits.count; run++) {
     const double intensity = run->model ? run->model->vis.ranger_return : 0.0;
-    while (begin < run->end) {  // what of it lies in one of the known runs
-      const bool is_known = known != intensity_runs_.end();
-      const uint32_t end = is_known ? std::min(run->end, known->end) : run->end;
-      if (!is_known || double{known->intensity} != intensity)
-        std::fill(&intensities[begin], &intensities[begin] + (end - begin), intensity);
-      if (is_known && known->end == end) ++known;
-      begin = end;
-    }
-    const auto rounded = static_cast<float>(intensity);
-    exact &= double{rounded} == intensity;
-    if (!runs.empty() && runs.back().intensity == rounded)
-      runs.back().end = begin;
-    else
-      runs.push_back({begin, rounded});
+    // Most stay as they are: what isn't written needs no way back to memory.
+    for (; i < run->end; i++)
+      if (intensities[i] != intensity) intensities[i] = intensity;
   }
-  // Of few numbers it takes more than they do themselves.
-  constexpr uint32_t kFewNumbers = 64;
-  if (!exact || hits.count < kFewNumbers) runs.clear();
-  intensity_runs_.assign(runs.begin(), runs.end());
+  sensor.AddRangeNoise();
 }
 
 /// A range that is the maximum stays as it is.

@@ -111,9 +111,7 @@ void BatchTracer::TraceOnDevice() {
   const std::vector<FanRun>& runs = fan_order_.InBatch(scene_.batch);
   for (std::size_t done = 0; done < runs.size();) {
     const double before = WallClock();
-    std::size_t fans_there = scene_.batch.fans().size();
-    if (lists.per_ray > 0 && !WaitFor(runs[done].first + runs[done].count - 1, &fans_there))
-      lists = HitLists();
+    const std::size_t fans_there = WaitFor(runs[done].first + runs[done].count - 1, &lists);
     waited += WallClock() - before;
     const std::size_t first = done;
     while (done < runs.size() && runs[done].first + runs[done].count <= fans_there) done++;
@@ -123,14 +121,18 @@ void BatchTracer::TraceOnDevice() {
   statistics_.trace_seconds += WallClock() - start - waited;
 }
 
-/// For the lists of this fan. False if they don't come.
-bool BatchTracer::WaitFor(std::size_t fan, std::size_t* fans_there) {
+/// For the lists of this fan. Returns how many fans have theirs, or can't expect any: all if there
+/// are no lists, or none any more as the device has been lost.
+std::size_t BatchTracer::WaitFor(std::size_t fan, HitLists* lists) {
+  if (lists->per_ray == 0) return scene_.batch.fans().size();
   try {
-    *fans_there = prefilter_->WaitFor(scene_.batch, fan);
-    return true;
+    const std::size_t fans = prefilter_->WaitFor(scene_.batch, fan);
+    statistics_.prefilter = prefilter_->statistics();
+    return fans;
   } catch (const PrefilterError& error) {
     LoseDevice(error);
-    return false;
+    *lists = HitLists();
+    return scene_.batch.fans().size();
   }
 }
 
@@ -162,9 +164,8 @@ void BatchTracer::TraceProbe(const Probe& probe, bool probe_device) {
   const double sent_before = statistics_.prefilter.send_seconds;
   const double start = WallClock();
   HitLists lists = Prefilter(probe_device ? rays : all);
+  WaitFor(scene_.batch.fans().size() - 1, &lists);
   const HitLists none;
-  std::size_t fans_there = 0;
-  if (lists.per_ray > 0 && !WaitFor(scene_.batch.fans().size() - 1, &fans_there)) lists = none;
   const double walked = WallClock();
   TraceRuns(probe_device ? lists : none, probe.count(), [&](std::size_t i) { return probe[i]; });
   const double probed = WallClock();

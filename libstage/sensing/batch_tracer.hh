@@ -73,7 +73,7 @@ class BatchTracer {
   void KeepOthersFromDevice(const Probe& probe);
   void TraceOnDevice();
   HitLists Prefilter(uint64_t rays);
-  bool WaitFor(std::size_t fan, std::size_t* fans_there);
+  std::size_t WaitFor(std::size_t fan, HitLists* lists);
   void LoseDevice(const PrefilterError& error);
   template <typename At>
   void TraceRuns(const HitLists& lists, std::size_t count, At at);

@@ -48,10 +48,9 @@ double SampleBearing(double fov, uint32_t count, uint32_t i) {
 DirectionTables::DirectionTables() { Find(0.0, 1); }
 
 void DirectionTables::Trim() {
-  constexpr size_t kPlenty = 4000000;  // directions: 96 MB
   // Those that came back in the step after they were forgotten are in use.
   if (std::exchange(just_forgotten_, false)) most_ = std::max(kPlenty, 4 * all_.size());
-  if (all_.size() < std::max(kPlenty, most_)) return;
+  if (all_.size() < most_) return;
   first_.clear();
   all_ = {};  // their memory too
   turns_ = {};

@@ -60,7 +60,8 @@ class DirectionTables {
   std::vector<Direction> all_;
   std::vector<SineCosine> turns_;
   uint64_t generation_ = 0;
-  std::size_t most_ = 0;  // directions before they are forgotten
+  static constexpr std::size_t kPlenty = 4000000;  // directions: 96 MB
+  std::size_t most_ = kPlenty;                     // before they are forgotten
   bool just_forgotten_ = false;
 };
 

@@ -39,7 +39,6 @@ void FirstHits::Look(const RayGroup& rays, double* ranges) {
   if (wide_walk_.look && rays.count >= kFewestForLanes) {
     wide_walk_.look(rays, grid_.tables(), {hits_, lists_, ranges, ends_});
   } else {
-    TakeOver(rays);
     LookOneByOne(rays);
     WriteRanges(rays, ranges);
     FindEnds(rays.count);
@@ -60,18 +59,6 @@ void FirstHits::Walk(const RayGroup& rays, double* ranges) {
   FetchBodies(rays.count);
 }
 
-/// Bodies are 0 where the device knows none.
-void FirstHits::TakeOver(const RayGroup& rays) {
-  uint32_t ray = 0;
-  for (uint32_t i = 0; i < rays.part_count; i++) {
-    const uint32_t* words = rays.parts[i].walked;
-    for (uint32_t k = 0; k < rays.parts[i].count; k++, ray++, words += rays.words_of_a_ray) {
-      lists_[ray] = words[0];
-      hits_[ray] = words[1];
-    }
-  }
-}
-
 void FirstHits::WriteRanges(const RayGroup& rays, double* ranges) const {
   uint32_t ray = 0;
   for (uint32_t i = 0; i < rays.part_count; i++)
@@ -81,8 +68,9 @@ void FirstHits::WriteRanges(const RayGroup& rays, double* ranges) const {
 
 void FirstHits::LookOneByOne(const RayGroup& rays) {
   uint32_t ray = 0;
-  for (uint32_t i = 0; i < rays.part_count; i++) {
-    const auto& [fan, directions, count, leg_length, walked] = rays.parts[i];
+  for (uint32_t part = 0; part < rays.part_count; part++) {
+    TakeOver(rays.parts[part], rays.words_of_a_ray, lists_ + ray, hits_ + ray);
+    const auto& [fan, directions, count, leg_length, walked] = rays.parts[part];
     for (uint32_t k = 0; k < count; k++, ray++) {
       if (HitsNothing(ray)) {
         SetNoPassage(ray);
@@ -98,17 +86,13 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
     }
   }
   FindMiddles(rays.count);
-  for (uint32_t i = 0; i < rays.count; i++) {
-    if (HitsNothing(i))
-      lists_[i] = kNothing;
-    else if (lists_[i] == 0)
-      lists_[i] = grid_.ListIn(cells_[i]);
-  }
+  FindBodies(rays.count);
 }
 
 void FirstHits::WalkOneByOne(const RayGroup& rays) {
   const bool many = rays.count >= kFewestForBoxes;
   const FreeBoxes boxes = many ? FindFreeBoxes(rays) : FreeBoxes();
+  std::fill(lists_, lists_ + rays.count, 0);
   uint32_t i = 0;
   for (uint32_t part = 0; part < rays.part_count; part++) {
     const auto& [fan, directions, count, leg_length, walked] = rays.parts[part];
@@ -153,10 +137,14 @@ void FirstHits::SetPassage(uint32_t i, const FanRecord& fan, Step step) {
 /// Its middle comes out as 1, which is the end of the ray.
 void FirstHits::SetNoPassage(uint32_t i) { in_x_[i] = in_y_[i] = across_[i] = along_[i] = 1; }
 
-/// What is in the cells of the hits, which have been prefetched.
+/// Those that are 0: what is in the cells of the hits, which have been prefetched.
 void FirstHits::FindBodies(uint32_t count) {
-  for (uint32_t i = 0; i < count; i++)
-    lists_[i] = HitsNothing(i) ? kNothing : grid_.ListIn(cells_[i]);
+  for (uint32_t i = 0; i < count; i++) {
+    if (HitsNothing(i))
+      lists_[i] = kNothing;
+    else if (lists_[i] == 0)
+      lists_[i] = grid_.ListIn(cells_[i]);
+  }
 }
 
 void FirstHits::FetchBodies(uint32_t count) const {

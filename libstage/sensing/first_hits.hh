@@ -58,7 +58,6 @@ class FirstHits {
   void SetNoPassage(uint32_t i);
   void FindMiddles(uint32_t count);
   void FindBodies(uint32_t count);
-  void TakeOver(const RayGroup& rays);
   void WriteRanges(const RayGroup& rays, double* ranges) const;
   void FetchBodies(uint32_t count) const;
   void FindEnds(uint32_t count);

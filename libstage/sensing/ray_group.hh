@@ -18,6 +18,17 @@ struct FanPart {
   const uint32_t* walked;  ///< from its first ray on: see HitLists; null if no device walked them
 };
 
+/// What a device says of the part's rays, one after the other: bodies, 0 where it knows none, and
+/// first hits. Static, as wide_walk_lanes.hh says.
+static inline void TakeOver(const FanPart& part, uint32_t words_of_a_ray, uint32_t* bodies,
+                            uint32_t* hits) {
+  const uint32_t* words = part.walked;
+  for (uint32_t i = 0; i < part.count; i++, words += words_of_a_ray) {
+    bodies[i] = words[0];
+    hits[i] = words[1];
+  }
+}
+
 /// Rays that have a layer of the grid and a self-mask in common: those of the parts, one after the
 /// other.
 struct RayGroup {

@@ -72,7 +72,6 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     bool IsNoisy() const;
     void AddRangeNoise();
     void Resize();
-    void WriteIntensities(const internal::sensing::RayHits& hits);
     void LoadRange(Worldfile* wf, int entity);
 
     // What the bearings and the direction table were made for.
@@ -82,13 +81,6 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     uint64_t table_generation_;
     RandomStream random_;  // of its noise, seeded at its first use
     bool seeded_;
-    // What the intensities are, run by run, so that only those are touched that change: most stay
-    // as they are, and there are many. The last run ends with them; none: it is not known.
-    struct IntensityRun {
-      uint32_t end;     // the ray behind the last one
-      float intensity;  // where one is no float, it is not known what they are
-    };
-    std::vector<IntensityRun> intensity_runs_;
   };
 
   ModelRanger(World* world, Model* parent, const std::string& type);
@@ -96,10 +88,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
 
   /// One for each `sensor` section, in file order.
   const std::vector<Sensor>& GetSensors() const { return sensors_; }
-  std::vector<Sensor>& GetSensorsMutable() {
-    sensors_handed_out_ = true;
-    return sensors_;
-  }
+  std::vector<Sensor>& GetSensorsMutable() { return sensors_; }
   /// The rays that a sensor casts when its frame is there (see SensorFrame(); `turn`: its
   /// heading's), all but their directions. Their layer is kNoLayer if the grid has none for them
   /// yet.
@@ -135,7 +124,6 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   std::vector<Sensor> sensors_;
-  bool sensors_handed_out_ = false;  // to who may write to them at any time
 };
 
 }  // namespace Stg

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What lies where rays have ended, in terms of the lanes of a vector: ranges, bodies, and runs of
+// rays with the same bodies; for rays that were walked here (wide_walk_lanes.hh) or by a device.
+// What that file says of code that is compiled for some processors only holds here too.
+
+#ifndef STAGE_SENSING_WIDE_HITS_HH
+#define STAGE_SENSING_WIDE_HITS_HH
+
+#include "grid/grid.hh"
+#include "sensing/wide_rays.hh"
+#include "sensing/wide_walk.hh"
+
+namespace Stg::internal::sensing {
+namespace {
+
+/// Where hits are.
+template <class Lanes>
+class HitPlaces {
+ public:
+  HitPlaces(const RayStarts<Lanes>& rays, const grid::Grid::Tables& tables)
+      : rays_(rays), tables_(tables) {}
+
+  /// The ranges and the bodies of all rays.
+  void Find(const SuperMap<Lanes>& supers, const WideHits& found) {
+    for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount) {
+      const Stop stop = Take(found.hits);
+      PutRanges(stop, found);
+      Lanes::Store(cells_ + first_, Cells(supers, stop));
+    }
+    for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount)
+      FindBodies(found, Take(found.hits).here, All(WideHits::kNothing));
+  }
+
+  /// The ranges of all rays, and those bodies that are 0.
+  void Complete(const RayGroup& rays, const WideHits& found) {
+    uint32_t unknown = 0;  // vectors with such rays
+    for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount) {
+      const Stop stop = Take(found.hits);
+      PutRanges(stop, found);
+      const V bodies = Lanes::Select(stop.here, Load(found.bodies), All(WideHits::kNothing));
+      Lanes::Store(found.bodies + first_, bodies);
+      firsts_[unknown] = first_;
+      unknown += Lanes::Any(Unknown(bodies));
+    }
+    if (unknown == 0) return;
+    const SuperMap<Lanes> supers = SupersNear<Lanes>(rays);
+    for (uint32_t i = 0; i < unknown; i++) {
+      first_ = firsts_[i];
+      Lanes::Store(cells_ + first_, Cells(supers, Take(found.hits)));
+    }
+    for (uint32_t i = 0; i < unknown; i++) {
+      first_ = firsts_[i];
+      taken_ = Lanes::FirstOf(rays_.count - first_);
+      const V bodies = Load(found.bodies);
+      FindBodies(found, Unknown(bodies), bodies);
+    }
+  }
+
+ private:
+  using V = typename Lanes::V;
+  using D = typename Lanes::D;
+  using M = typename Lanes::M;
+
+  static V All(int64_t number) { return Lanes::All(number); }
+  template <typename Number>
+  V Load(const Number* numbers) const {
+    return Lanes::Load(numbers + first_);
+  }
+
+  struct Stop {
+    M here;  // rays that have a hit
+    V u, v;  // of that; of others 0
+  };
+  /// Takes the rays from first_ on.
+  Stop Take(const uint32_t* hits) {
+    taken_ = Lanes::FirstOf(rays_.count - first_);
+    const V hit = Load(hits);
+    const M here = Lanes::And(taken_, Lanes::Differ(hit, All(RAY_NO_HIT)));
+    return {here, Lanes::Select(here, Lanes::And(hit, All(0xffff)), All(0)),
+            Lanes::Select(here, Lanes::template Right<16>(hit), All(0))};
+  }
+
+  /// Of the rays that are taken: those of which the bodies are still to be looked up.
+  M Unknown(V bodies) const { return Lanes::And(taken_, Lanes::Equal(bodies, All(0))); }
+
+  void PutRanges(const Stop& stop, const WideHits& found) const {
+    const D middles = Lanes::Select(stop.here, Middles(stop.u, stop.v), Lanes::AllOf(1.0));
+    Lanes::Store(taken_, found.ranges + first_,
+                 Lanes::Times(middles, Lanes::Load(rays_.leg_lengths + first_)));
+  }
+
+  /// Looks up what is in cells_; `others` are the bodies of the rays that are not looked for.
+  void FindBodies(const WideHits& found, M looked_for, V others) const {
+    const V bodies = Bodies(looked_for, Lanes::Load(cells_ + first_));
+    Lanes::Store(found.bodies + first_, Lanes::Select(looked_for, bodies, others));
+  }
+
+  V Cells(const SuperMap<Lanes>& supers, const Stop& stop) const {
+    const V x = Reached<Lanes>(Load(rays_.x0), stop.u, Lanes::SignOf(Load(rays_.dx)));
+    const V y = Reached<Lanes>(Load(rays_.y0), stop.v, Lanes::SignOf(Load(rays_.dy)));
+    const V super = supers.Of(taken_, x, y);
+    const V tile = Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, super, x, y)),
+                              TileInRegion<Lanes>(x, y));
+    const V bit = Lanes::Or(Lanes::And(x, All(7)), Lanes::template Left<3>(Lanes::And(y, All(7))));
+    return Lanes::Or(Lanes::template Left<6>(tile), bit);
+  }
+
+  /// Grid::ListIn().
+  V Bodies(M looked_for, V cells) const {
+    using Tile = grid::Grid::TileCells;
+    constexpr int64_t kWords = sizeof(Tile) / sizeof(uint64_t), kHalves = 2 * kWords;
+    const V slot = Lanes::template Right<6>(cells), bit = Lanes::And(cells, All(63));
+    const V drawn =
+        Lanes::Gather(looked_for, &tables_.tiles->cells, Lanes::Multiply(slot, All(kWords)));
+    const M occupied = Lanes::Odd(Lanes::BitOf(drawn, bit));
+    const V bodies =
+        Lanes::Gather(occupied, &tables_.tiles->bodies, Lanes::Multiply(slot, All(kHalves)));
+    const M several = Lanes::Odd(Lanes::template Right<31>(bodies));
+    if (!Lanes::Any(several)) return bodies;
+    const V lists = Lanes::template Left<6>(Lanes::Without(bodies, All(grid::Grid::kSeveral)));
+    const V list = Lanes::Gather(several, tables_.lists->data(), Lanes::Or(lists, bit));
+    return Lanes::Select(several, list, bodies);
+  }
+
+  /// The bits of MiddleOf(), see middle.hh.
+  D Middles(V u, V v) const {
+    const V across = Lanes::Absolute(Load(rays_.dx)), along = Lanes::Absolute(Load(rays_.dy));
+    const V in_x = Lanes::Subtract(Lanes::template Left<16>(u), Load(rays_.ox));
+    const V in_y = Lanes::Subtract(Lanes::template Left<16>(v), Load(rays_.oy));
+    const V cell = All(65536), out_x = Lanes::Add(in_x, cell), out_y = Lanes::Add(in_y, cell);
+    const V none = All(0);
+    const M only_x = Lanes::Equal(along, none), only_y = Lanes::Equal(across, none);
+    const auto quotient = [&](M by_x, V x, V y) {
+      const M in_lanes_of_x = Lanes::Or(only_x, Lanes::AndNot(by_x, only_y));
+      return Lanes::Divide(Lanes::ToDouble(Lanes::Select(in_lanes_of_x, x, y)),
+                           Lanes::ToDouble(Lanes::Select(in_lanes_of_x, across, along)));
+    };
+    // The larger and the smaller of two quotients, told by their cross products.
+    const D in = quotient(
+        Lanes::Greater(Lanes::Multiply(in_x, along), Lanes::Multiply(in_y, across)), in_x, in_y);
+    const D out =
+        quotient(Lanes::Greater(Lanes::Multiply(out_y, across), Lanes::Multiply(out_x, along)),
+                 out_x, out_y);
+    const D zero = Lanes::AllOf(0.0), half = Lanes::AllOf(0.5);
+    const D middle = Lanes::Times(
+        half, Lanes::Plus(Lanes::Larger(in, zero), Lanes::Smaller(out, Lanes::AllOf(1.0))));
+    return Lanes::Select(Lanes::And(only_x, only_y), half, middle);
+  }
+
+  const RayStarts<Lanes>& rays_;
+  const grid::Grid::Tables& tables_;
+  alignas(64) int64_t cells_[RayStarts<Lanes>::kRoom];  // of rays with a hit
+  uint32_t firsts_[RayStarts<Lanes>::kRoom / Lanes::kCount];
+  M taken_ = Lanes::None();
+  uint32_t first_ = 0;
+};
+
+/// Where runs of rays with the same bodies end.
+template <class Lanes>
+void FindEnds(uint32_t count, const WideHits& found) {
+  static_assert(Lanes::kCount <= 8, "fewer than there is room for behind the bodies");
+  for (uint32_t i = 0; i < WideHits::kEndWords; i++) found.ends[i] = 0;
+  for (uint32_t first = 0; first < count; first += Lanes::kCount) {
+    const uint64_t differ = Lanes::BitsOf(
+        Lanes::Differ(Lanes::Load(found.bodies + first), Lanes::Load(found.bodies + first + 1)));
+    found.ends[first / 64] |= differ << first % 64;
+    if (first % 64 + Lanes::kCount > 64) found.ends[first / 64 + 1] |= differ >> (64 - first % 64);
+  }
+}
+
+/// TakeOver() of lists of one hit. The last lanes may reach into what comes behind.
+template <class Lanes>
+void TakeOverPairs(const FanPart& part, uint32_t* to_bodies, uint32_t* to_hits) {
+  for (uint32_t done = 0; done < part.count; done += Lanes::kCount) {
+    typename Lanes::V bodies, hits;
+    Lanes::LoadPairs(part.walked + 2 * done, part.count - done, &bodies, &hits);
+    Lanes::Store(to_bodies + done, bodies);
+    Lanes::Store(to_hits + done, hits);
+  }
+}
+
+template <class Lanes>
+void TakeOverAll(const RayGroup& rays, const WideHits& found) {
+  uint32_t first = 0;
+  for (uint32_t i = 0; i < rays.part_count; i++) {
+    const FanPart& part = rays.parts[i];
+    uint32_t* const bodies = found.bodies + first;
+    uint32_t* const hits = found.hits + first;
+    if (rays.words_of_a_ray == 2)
+      TakeOverPairs<Lanes>(part, bodies, hits);
+    else
+      TakeOver(part, rays.words_of_a_ray, bodies, hits);
+    first += part.count;
+  }
+}
+
+template <class Lanes>
+void LookInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
+  TakeOverAll<Lanes>(rays, found);
+  const RayStarts<Lanes> starts(rays);
+  HitPlaces<Lanes>(starts, tables).Complete(rays, found);
+  FindEnds<Lanes>(rays.count, found);
+}
+
+}  // namespace
+}  // namespace Stg::internal::sensing
+
+#endif

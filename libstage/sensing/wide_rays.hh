@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Rays in the lanes of a vector, and where in the grid they are: what the walk (wide_walk_lanes.hh)
+// and what comes after it (wide_hits.hh) have in common. What wide_walk_lanes.hh says of code that
+// is compiled for some processors only holds here too.
+
+#ifndef STAGE_SENSING_WIDE_RAYS_HH
+#define STAGE_SENSING_WIDE_RAYS_HH
+
+#include "grid/grid.hh"
+#include "sensing/ray_group.hh"
+
+namespace Stg::internal::sensing {
+namespace {
+
+/// The superregions at these coordinates, in superregions: ray_find_super(). Mostly they are in the
+/// first slot that is looked at.
+template <class Lanes>
+typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typename Lanes::V y) {
+  using V = typename Lanes::V;
+  const V product = Lanes::Xor(Lanes::Multiply(x, Lanes::All(int32_t(RAY_HASH_X))),
+                               Lanes::Multiply(y, Lanes::All(int32_t(RAY_HASH_Y))));
+  const V low = Lanes::And(product, Lanes::All(0xffffffff));
+  const V hash = Lanes::Xor(low, Lanes::template Right<RAY_HASH_SHIFT>(low));
+  const ray_super_t& first = *grid.directory;
+  constexpr int64_t kWords = sizeof first / sizeof first.index;
+  const V slot =
+      Lanes::Multiply(Lanes::And(hash, Lanes::All(grid.directory_mask)), Lanes::All(kWords));
+  const V index = Lanes::Gather(&first.index, slot);
+  const auto others = Lanes::Or(Lanes::Differ(x, Lanes::Gather(&first.x, slot)),
+                                Lanes::Differ(y, Lanes::Gather(&first.y, slot)));
+  if (!Lanes::Any(Lanes::And(others, Lanes::Differ(index, Lanes::All(0))))) return index;
+
+  alignas(64) int64_t of_x[Lanes::kCount], of_y[Lanes::kCount], super[Lanes::kCount];
+  Lanes::Store(of_x, x);
+  Lanes::Store(of_y, y);
+  for (int i = 0; i < Lanes::kCount; i++)
+    super[i] = ray_find_super(&grid, static_cast<int>(of_x[i]), static_cast<int>(of_y[i]));
+  return Lanes::Load(super);
+}
+
+/// Where the superregions are. Those near a place are known without looking into the directory.
+template <class Lanes>
+class SuperMap {
+ public:
+  using V = typename Lanes::V;
+
+  SuperMap(const ray_grid_t& grid, int32_t x, int32_t y)
+      : grid_(grid), x_(FirstNear(x)), y_(FirstNear(y)) {
+    for (int i = 0; i < kSide * kSide; i++)
+      near_[i] = ray_find_super(&grid, x_ + i % kSide, y_ + i / kSide);
+  }
+
+  /// Those of the cells in these lanes; of others anything.
+  V Of(typename Lanes::M lanes, V x, V y) const {
+    const V super_x = Lanes::template Right<RAY_SUPER_SHIFT>(x);
+    const V super_y = Lanes::template Right<RAY_SUPER_SHIFT>(y);
+    const V i = Lanes::Subtract(super_x, Lanes::All(x_));
+    const V k = Lanes::Subtract(super_y, Lanes::All(y_));
+    const V far = Lanes::template Right<2>(Lanes::Or(i, k));
+    if (Lanes::Any(Lanes::And(lanes, Lanes::Differ(far, Lanes::All(0)))))
+      return FindSupers<Lanes>(grid_, super_x, super_y);
+    return Lanes::OfSixteen(near_, Lanes::Or(i, Lanes::template Left<2>(k)));
+  }
+
+ private:
+  static constexpr int kSide = 4;  // so that a ray may go one and a half to each side
+  static int32_t FirstNear(int32_t cell) { return ((cell >> (RAY_SUPER_SHIFT - 1)) - 3) >> 1; }
+
+  const ray_grid_t& grid_;
+  const int32_t x_, y_;  // of the first of them
+  alignas(64) int64_t near_[kSide * kSide];
+};
+
+/// Those near the group.
+template <class Lanes>
+SuperMap<Lanes> SupersNear(const RayGroup& rays) {
+  return {*rays.grid, rays.parts[0].fan->x, rays.parts[0].fan->y};
+}
+
+/// Where the rays begin, and which way they go.
+template <class Lanes>
+class RayStarts {
+ public:
+  using V = typename Lanes::V;
+  using M = typename Lanes::M;
+
+  explicit RayStarts(const RayGroup& rays) : grid(*rays.grid), count(rays.count) {
+    uint32_t first = 0;
+    for (uint32_t i = 0; i < rays.part_count; i++) {
+      const FanPart& part = rays.parts[i];
+      // The last lanes may reach into the next part, which comes after them, or into the room.
+      for (uint32_t done = 0; done < part.count; done += Lanes::kCount)
+        Prepare(part, done, first + done);
+      first += part.count;
+    }
+  }
+
+  /// Rays are prepared some at a time, up to the last lane.
+  static constexpr uint32_t kRoom = RayGroup::kMost + Lanes::kCount;
+
+  const ray_grid_t& grid;
+  const uint32_t count;
+
+  alignas(64) int64_t x0[kRoom], y0[kRoom];
+  alignas(64) int64_t dx[kRoom], dy[kRoom];
+  alignas(64) int64_t ox[kRoom], oy[kRoom];
+  alignas(64) double leg_lengths[kRoom];
+
+ private:
+  static V All(int64_t number) { return Lanes::All(number); }
+
+  /// The part's rays from `done` on.
+  void Prepare(const FanPart& part, uint32_t done, uint32_t first) {
+    const FanRecord& fan = *part.fan;
+    V cosines, sines;
+    Lanes::LoadPairs(part.directions + done, part.count - done, &cosines, &sines);
+    Lanes::Store(leg_lengths + first, Lanes::AllOf(part.leg_length));
+    const V cosine = All(fan.cosine), sine = All(fan.sine), half = All(int64_t{1} << 29);
+    const V x = Lanes::Subtract(Lanes::Multiply(cosine, cosines), Lanes::Multiply(sine, sines));
+    const V y = Lanes::Add(Lanes::Multiply(sine, cosines), Lanes::Multiply(cosine, sines));
+    const V to_x = Lanes::template Right<30>(Lanes::Add(x, half));
+    const V to_y = Lanes::template Right<30>(Lanes::Add(y, half));
+    Lanes::Store(dx + first, to_x);
+    Lanes::Store(dy + first, to_y);
+    Lanes::Store(x0 + first, All(fan.x));
+    Lanes::Store(y0 + first, All(fan.y));
+    Lanes::Store(ox + first, OffsetOf(fan.fraction & 0xffff, to_x));
+    Lanes::Store(oy + first, OffsetOf(fan.fraction >> 16, to_y));
+  }
+
+  /// The start inside its cell, in the direction of travel.
+  static V OffsetOf(int64_t fraction, V displacement) {
+    const M back = Lanes::Greater(All(0), displacement);
+    return Lanes::Select(back, All(65536 - fraction), All(fraction));
+  }
+};
+
+/// The coordinate that lies so many borders away from the start; `back`: all ones if it goes that
+/// way.
+template <class Lanes>
+typename Lanes::V Reached(typename Lanes::V start, typename Lanes::V borders,
+                          typename Lanes::V back) {
+  return Lanes::Add(start, Lanes::Subtract(Lanes::Xor(borders, back), back));
+}
+
+/// The regions of cells, of which the superregions are known.
+template <class Lanes>
+typename Lanes::V RegionOf(const ray_grid_t& grid, typename Lanes::V super, typename Lanes::V x,
+                           typename Lanes::V y) {
+  const auto row = Lanes::And(Lanes::template Right<2>(y), Lanes::All(0xf0));
+  const auto column = Lanes::And(Lanes::template Right<6>(x), Lanes::All(0x0f));
+  return Lanes::Gather(grid.regions,
+                       Lanes::Add(Lanes::template Left<8>(super), Lanes::Or(row, column)));
+}
+
+/// A cell's tile in its region.
+template <class Lanes>
+typename Lanes::V TileInRegion(typename Lanes::V x, typename Lanes::V y) {
+  const auto row = Lanes::And(y, Lanes::All(0x38));
+  return Lanes::Or(row, Lanes::And(Lanes::template Right<3>(x), Lanes::All(7)));
+}
+
+}  // namespace
+}  // namespace Stg::internal::sensing
+
+#endif
