@@ -80,7 +80,7 @@ TEST(ModelTypes, ComeWithThePluginsOfAWorld) {
   const auto world = EmptyWorld();
   ASSERT_TRUE(world->Load(std::string(source) + "/examples/model/sonar.world"));
   Step(*world, 3);
-  const std::vector<double>& ranges = RangesOf(*world, "robot.ring");
+  const std::vector<double> ranges = RangesOf(*world, "robot.ring");
   ASSERT_EQ(ranges.size(), 12u);
   constexpr double kCell = 0.02;
   EXPECT_NEAR(ranges[0], 2.95, 2 * kCell);
