@@ -19,8 +19,15 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
 # Libraries of others: what the files were linked with. Our own: the component, see below.
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}")
+if(CMAKE_CROSSCOMPILING)
+  # dpkg-shlibdeps knows the packages of this machine alone.
+  set(CPACK_DEBIAN_LIBSTAGE5_PACKAGE_DEPENDS
+      "libc6 (>= 2.34), libgcc-s1, libstdc++6 (>= 12), libpng16-16 | libpng16-16t64")
+  set(CPACK_DEBIAN_STAGE-OPENCL_PACKAGE_DEPENDS "ocl-icd-libopencl1 | libopencl1")
+else()
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}")
+endif()
 
 # stage_package(NAME SECTION SUMMARY [COMPONENT...]): the package NAME, of the component of that
 # name, which needs the other components.

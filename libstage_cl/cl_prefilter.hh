@@ -45,7 +45,10 @@ class ClPrefilter final : public sensing::Prefilter {
                               std::size_t part);
   void Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::Launch& launch,
                ::cl::Event* done);
-  std::size_t BytesOf(std::size_t rays) const { return rays * (1 + per_ray_) * sizeof(uint32_t); }
+  /// Of their lists.
+  std::size_t BytesOf(uint64_t rays) const {
+    return static_cast<std::size_t>(rays) * (1 + per_ray_) * sizeof(uint32_t);
+  }
   void Finish();
   void CountSent(std::size_t bytes) { statistics_.bytes_sent += bytes; }
 

@@ -26,6 +26,17 @@ stage_configure() {
   cmake -S "$root" --preset "$preset" >&2
 }
 
+# stage_jobs: how many compilers may run at once: as many as there are processors, if each finds the
+# memory that the largest files take.
+stage_jobs() {
+  local jobs memory most
+  jobs=$(nproc)
+  memory=$(sed -n 's/^MemAvailable: *\([0-9]*\) kB$/\1/p' /proc/meminfo 2>/dev/null)
+  most=$((${memory:-999999999} / 620000))
+  if [[ $jobs -gt $most ]]; then jobs=$most; fi
+  echo $((jobs < 1 ? 1 : jobs))
+}
+
 # stage_build PRESET TARGET [SETUP OPTION]...
 #
 # Installs what tools/setup with these options finds missing, configures and builds. When the same
@@ -44,7 +55,7 @@ stage_build_alone() {
   if [[ ! $stamp -nt $root/tools/setup || ! -e $folder/CMakeCache.txt ]]; then
     stage_configure "$preset" "$@"
   fi
-  cmake --build "$folder" --target "$target" --parallel "$(nproc)" |
+  cmake --build "$folder" --target "$target" --parallel "$(stage_jobs)" |
     { grep --line-buffered -v -e '^ninja: no work to do' -e 'Re-checking globbed' >&2 || true; }
   if [[ ! $stamp -nt $root/tools/setup ]]; then : >"$stamp"; fi
 }

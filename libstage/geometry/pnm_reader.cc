@@ -29,7 +29,8 @@ class PnmReader {
     if (!plain_) SkipSeparator();
 
     const std::uint64_t bits = bitmap_ ? 1 : channels_ * (largest_ > 255 ? 16 : 8);
-    row_.resize(plain_ || width > kMaxSide ? 0 : (width * bits + 7) / 8);
+    const bool in_rows = !plain_ && width <= kMaxSide;
+    row_.resize(in_rows ? static_cast<std::size_t>((width * bits + 7) / 8) : 0);
     const std::uint64_t row_bytes = plain_ ? std::uint64_t{width} * channels_ : row_.size();
     Bitmap bitmap = MakeBitmap(input_, width, height, bits, row_bytes * height);
     for (unsigned y = 0; y < height; ++y) ReadRow(bitmap.Row(y), width);

@@ -332,7 +332,7 @@ void Grid::RefreshBit(CellRef cell) {
 }
 
 void Grid::Coordinates(CellRef cell, int32_t* x, int32_t* y) const {
-  const Region& region = regions_[cell >> 12];
+  const Region& region = regions_[static_cast<uint32_t>(cell >> 12)];
   const Super& super = supers_[region.super];
   const auto coordinate = [&](int32_t s, uint32_t r, CellRef tile, CellRef bit) {
     return s << RAY_SUPER_SHIFT |

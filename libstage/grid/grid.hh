@@ -194,7 +194,7 @@ class Grid {
     return AnyIn(CellAt(region, tile, bit), f);
   }
   BodyList ListIn(CellRef cell) const {
-    const TileCells& tile = tiles_[cell >> 6];
+    const TileCells& tile = tiles_[static_cast<std::size_t>(cell >> 6)];
     if (!(tile.cells >> (cell & 63) & 1)) return 0;
     return tile.bodies & kSeveral ? lists_[tile.bodies & ~kSeveral][cell & 63] : tile.bodies;
   }
@@ -218,7 +218,7 @@ class Grid {
     return CellOf(region * kTilesPerRegion + tile, bit);
   }
   /// Fetch a cell's list, and then the first body in it, into the cache: they will be needed soon.
-  void PrefetchList(CellRef cell) const { __builtin_prefetch(&tiles_[cell >> 6]); }
+  void PrefetchList(CellRef cell) const { __builtin_prefetch(&tiles_[static_cast<std::size_t>(cell >> 6)]); }
   void PrefetchBody(BodyList list) const {
     if (list == 0) return;
     if (list & kSeveral)

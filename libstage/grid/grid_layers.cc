@@ -57,7 +57,7 @@ bool Grid::HeightsAreFull(bool exact) const {
   const auto heights = std::count_if(layers_.begin(), layers_.end(), [&](const Layer& layer) {
     return layer.kind == Layer::kHeight && layer.exact == exact;
   });
-  return heights >= kMaxHeights;
+  return heights >= static_cast<std::ptrdiff_t>(kMaxHeights);
 }
 
 LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact) const {

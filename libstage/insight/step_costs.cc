@@ -51,7 +51,7 @@ std::vector<M*> Sample(std::vector<M*> models, size_t count) {
   count = std::min(count, models.size());
   RandomStream random(kSampleSeed);
   for (size_t i = 0; i < count; i++)
-    std::swap(models[i], models[i + random.Next() % (models.size() - i)]);
+    std::swap(models[i], models[i + static_cast<size_t>(random.Next() % (models.size() - i))]);
   models.resize(count);
   std::sort(models.begin(), models.end(),
             [](const M* a, const M* b) { return a->GetId() < b->GetId(); });

@@ -26,7 +26,7 @@ bool StopsBumper(Model* candidate, const Model* finder, const void*) {
 }
 
 void Describe(const ModelBumper& bumper, SensorExtent* extent) {
-  extent->parts = extent->rays = bumper.bumper_count;
+  extent->rays = extent->parts = bumper.bumper_count;
 }
 
 [[maybe_unused]] const bool kRegistered =

@@ -58,7 +58,7 @@ Bounds Extent(const Block& block, meters_t point_t::*axis) {
 }
 
 void Describe(const ModelGripper&, SensorExtent* extent) {
-  extent->parts = extent->rays = 4;  // two beams, two contact strips
+  extent->rays = extent->parts = 4;  // two beams, two contact strips
 }
 
 [[maybe_unused]] const bool kRegistered =

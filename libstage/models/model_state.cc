@@ -49,7 +49,7 @@ void Ancestor::ExchangeState(StateExchange& exchange) {
 }
 
 void Ancestor::ExchangeTypeCounts(StateExchange& exchange) {
-  const uint64_t types = exchange.Count(child_type_counts.size());
+  const size_t types = exchange.Count(child_type_counts.size());
   if (exchange.restoring()) {
     child_type_counts.clear();
     for (uint64_t i = 0; i < types && !exchange.failed(); i++) {
@@ -113,7 +113,7 @@ void Model::ExchangeMarks(StateExchange& exchange) {
 void Model::ExchangeEnergy(StateExchange& exchange) {
   exchange.Expect(power_pack ? 1 : 0, "a model has a power pack");
   if (power_pack) exchange(*power_pack);
-  const uint64_t count = exchange.Count(charging_.size());
+  const size_t count = exchange.Count(charging_.size());
   if (exchange.restoring())
     charging_.assign(count, Charged{std::make_shared<bool>(false), kNobody});
   for (Charged& charged : charging_) {
@@ -125,7 +125,7 @@ void Model::ExchangeEnergy(StateExchange& exchange) {
 }
 
 void Model::ExchangeFlags(StateExchange& exchange) {
-  const uint64_t count = exchange.Count(flag_list.size());
+  const size_t count = exchange.Count(flag_list.size());
   if (exchange.restoring() && !exchange.failed()) CarryFlags(count);
   for (Flag* flag : flag_list) {
     Color flag_color = flag->GetColor();

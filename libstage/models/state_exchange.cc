@@ -95,16 +95,17 @@ void StateExchange::Expect(uint64_t value, const char* what) {
     Fail("found " + std::to_string(saved) + ", expected " + std::to_string(value) + ": " + what);
 }
 
-uint64_t StateExchange::Count(uint64_t count) {
-  Exchange(count);
+size_t StateExchange::Count(size_t count) {
+  uint64_t found = count;
+  Exchange(found);
   if (!restoring()) return count;
-  if (count > left()) Fail("found more values than there are bytes");
-  return failed_ ? 0 : count;
+  if (found > left()) Fail("found more values than there are bytes");
+  return failed_ ? 0 : static_cast<size_t>(found);
 }
 
 void StateExchange::Exchange(std::string& text) {
-  const uint64_t size = Count(text.size());
-  if (restoring() && !failed_) text.resize(static_cast<size_t>(size));
+  const size_t size = Count(text.size());
+  if (restoring() && !failed_) text.resize(size);
   Plain(text.data(), text.size());
 }
 

@@ -32,7 +32,7 @@ struct BatchShare {
   uint32_t fans = 0;
   uint32_t words = 0;        ///< of self-masks
   uint32_t turned_fans = 0;  ///< those with directions of their own
-  uint64_t turns = 0;        ///< these directions
+  size_t turns = 0;          ///< these directions
 
   BatchShare& operator+=(const FanList::Entry& o) {
     rays += o.samples;

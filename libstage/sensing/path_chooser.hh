@@ -90,7 +90,7 @@ class PathChooser {
   // Sizes are the same within a factor of two. Sensors that are read at different intervals make
   // batches of different sizes, in turn, and each size may be faster on another path.
   static constexpr size_t kSizes = 33;
-  size_t Size() const { return std::min<size_t>(std::bit_width(rays_), kSizes - 1); }
+  size_t Size() const { return std::min(static_cast<size_t>(std::bit_width(rays_)), kSizes - 1); }
 
   bool always_;
   uint64_t rays_ = 0;  // of the present batch

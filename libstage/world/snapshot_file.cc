@@ -52,7 +52,8 @@ Bytes ReadBytes(std::istream* in, uint64_t size) {
   constexpr uint64_t kPiece = 1 << 16;
   Bytes bytes;
   while (bytes.size() < size && *in) {
-    const size_t before = bytes.size(), piece = std::min(kPiece, size - before);
+    const size_t before = bytes.size();
+    const size_t piece = static_cast<size_t>(std::min(kPiece, size - before));
     bytes.resize(before + piece);
     in->read(reinterpret_cast<char*>(bytes.data()) + before, static_cast<std::streamsize>(piece));
     bytes.resize(before + static_cast<size_t>(in->gcount()));

@@ -105,7 +105,7 @@ void World::ExchangePlans(StateExchange& exchange) {
 /// In the order in which it will happen.
 void World::ExchangeSchedule(StateExchange& exchange) {
   if (!exchange.hashing()) {
-    uint64_t events = 0;
+    size_t events = 0;
     engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
       events += !event.callback && event.model && event.model->ExpectsUpdate(event.chain);
     });

@@ -59,7 +59,7 @@ class StateExchange {
   /// followed.
   void Reference(Model*& model, uint32_t& id);
   /// How many values follow, each of a byte at least: restoring, as many as there were.
-  uint64_t Count(uint64_t count);
+  size_t Count(size_t count);
   /// For what is no variable: it is saved and hashed, and restoring fails if it differs from what
   /// was saved.
   void Expect(uint64_t value, const char* what);
@@ -175,8 +175,8 @@ class StateExchange {
   }
   template <typename T>
   void Exchange(std::vector<T>& values) {
-    const uint64_t size = Count(values.size());
-    if (restoring() && !failed_) values.resize(static_cast<size_t>(size));
+    const size_t size = Count(values.size());
+    if (restoring() && !failed_) values.resize(size);
     for (T& value : values) Exchange(value);
   }
   /// Classes with a list of their own.

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+# shellcheck shell=bash
+# How debootstrap reaches Debian from this machine, shared by tools/fresh and tools/cross, which source
+# this file.
+
+# host_mirror: prints where apt gets Debian from on this machine; nothing if it has another system.
+host_mirror() {
+  command -v apt-get >/dev/null || return 0
+  # shellcheck disable=SC2016 # apt expands it
+  apt-get indextargets --format '$(ORIGIN)|$(LABEL)|$(SITE)' 'Created-By: Packages' 2>/dev/null |
+    sed -n 's/^Debian|Debian|//p' | sed -n 1p
+}
+
+# use_proxies: apt's proxies for debootstrap, which knows the environment alone.
+use_proxies() {
+  command -v apt-config >/dev/null || return 0
+  local http='' https=''
+  eval "$(apt-config shell http Acquire::http::Proxy https Acquire::https::Proxy)"
+  if [[ -n $http && $http != DIRECT ]]; then export http_proxy=$http; fi
+  if [[ -n $https && $https != DIRECT ]]; then export https_proxy=$https; fi
+}
+
+# stage_fetch_tree ARCH: the libraries that programs of that processor are linked with, in
+# build/cross/ARCH, unless they are there. Nothing in it is run.
+stage_fetch_tree() {
+  local arch=$1 tree=$root/build/cross/$1
+  if [[ -e $tree.made ]]; then return; fi
+  "$root/tools/setup" --no-gui --cross="$arch" >&2
+  if [[ $EUID -ne 0 ]]; then
+    echo "fetching libraries for $arch needs root, as debootstrap does: sudo $0 $arch" >&2
+    return 1
+  fi
+  local suite mirror include=libc6-dev,libpng-dev,nlohmann-json3-dev
+  include+=,ocl-icd-opencl-dev,opencl-headers,pocl-opencl-icd,libgtest-dev,libbenchmark-dev
+  suite=$(. /etc/os-release && [[ $ID == debian ]] && echo "${VERSION_CODENAME:-bookworm}") || suite=bookworm
+  mirror=$(host_mirror)
+  use_proxies
+  rm -rf --one-file-system -- "$tree"
+  mkdir -p "$tree"
+  echo "fetching libraries for $arch ($suite) into $tree" >&2
+  debootstrap --foreign --variant=minbase --arch="$arch" --include="$include" "$suite" "$tree" \
+    ${mirror:+"$mirror"} >"$tree.log" 2>&1 || {
+    echo "that failed; see $tree.log" >&2
+    return 1
+  }
+  local package link target
+  for package in "$tree"/var/cache/apt/archives/*.deb; do
+    dpkg --fsys-tarfile "$package" | tar --extract --directory="$tree" --keep-directory-symlink
+  done
+  # Links that begin at the root would lead out of the tree.
+  find "$tree" -type l -lname '/*' -print0 | while IFS= read -r -d '' link; do
+    target=$tree$(readlink "$link")
+    if [[ -e $target ]]; then ln -sfn --relative "$target" "$link"; fi
+  done
+  : >"$tree.made"
+}
+
+# stage_run_foreign_programs ARCH: makes the kernel run programs of that processor, by an emulator where
+# it can't itself.
+stage_run_foreign_programs() {
+  local tree=$root/build/cross/$1 name registry=/proc/sys/fs/binfmt_misc
+  export QEMU_LD_PREFIX=$tree
+  case $1 in
+    arm64) name=qemu-aarch64 ;;
+    armhf) name=qemu-arm ;;
+    *) name='' ;;
+  esac
+  if [[ -n $name && ! -e $registry/$name ]]; then
+    mount -t binfmt_misc binfmt_misc "$registry" 2>/dev/null || true
+    cat "/usr/lib/binfmt.d/$name.conf" >"$registry/register" 2>/dev/null || true
+  fi
+  local loader
+  loader=$(compgen -G "$tree/lib/ld-linux*.so.*" | head -n 1)
+  if "$loader" --version >/dev/null 2>&1; then return; fi
+  echo "programs of $1 can't be run: that needs root once, the package qemu-user-static and binfmt_misc" >&2
+  return 1
+}
