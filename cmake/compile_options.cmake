@@ -12,6 +12,17 @@ endif()
 # The same IEEE arithmetic on every processor: no fused multiply-add, nothing reordered.
 add_compile_options(-ffp-contract=off -fno-fast-math)
 
+# x87 registers round twice, so that results would differ from those of other processors.
+include(CheckCXXSourceCompiles)
+check_cxx_source_compiles("
+  #include <cfloat>
+  static_assert(FLT_EVAL_METHOD == 0, \"\");
+  int main() {}" STAGE_DOUBLES_ARE_PLAIN)
+if(NOT STAGE_DOUBLES_ARE_PLAIN)
+  message(FATAL_ERROR "This compiler keeps doubles in wider registers (x87), which rounds twice: build with "
+                      "CXXFLAGS='-msse2 -mfpmath=sse', as the preset i386 does")
+endif()
+
 # Messages name files from the top of the tree, not of the machine that they were built on.
 add_compile_options("-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=")
 

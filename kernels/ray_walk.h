@@ -24,7 +24,9 @@
 #ifndef STAGE_KERNELS_RAY_WALK_H
 #define STAGE_KERNELS_RAY_WALK_H
 
-#ifdef __OPENCL_VERSION__
+/* Devices define the first; a compiler that makes code for none in particular only the second. */
+#if defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
+#define RAY_IN_OPENCL
 typedef long ray_long;
 typedef ulong ray_ulong;
 typedef uint ray_uint;
@@ -315,7 +317,7 @@ RAY_FUNCTION ray_uint ray_pack(int u, int v) { return (ray_uint)u | ((ray_uint)v
 RAY_FUNCTION int ray_packed_u(ray_uint hit) { return (int)(hit & 0xffffu); }
 RAY_FUNCTION int ray_packed_v(ray_uint hit) { return (int)(hit >> 16); }
 
-#ifndef __OPENCL_VERSION__
+#ifndef RAY_IN_OPENCL
 }  // namespace Stg
 #endif
 #endif

@@ -7,7 +7,7 @@
 #ifndef STAGE_KERNELS_RECORDS_H
 #define STAGE_KERNELS_RECORDS_H
 
-#ifdef __OPENCL_VERSION__
+#ifdef RAY_IN_OPENCL
 /* So that a device may fetch a record in few pieces. */
 #define RAY_ALIGNED(bytes) __attribute__((aligned(bytes)))
 #else
@@ -49,7 +49,7 @@ typedef char ray_direction_has_8_bytes[sizeof(ray_direction_t) == 8 ? 1 : -1];
 typedef char ray_fan_record_has_48_bytes[sizeof(ray_fan_record_t) == 48 ? 1 : -1];
 typedef char ray_group_record_has_32_bytes[sizeof(ray_group_record_t) == 32 ? 1 : -1];
 
-#ifndef __OPENCL_VERSION__
+#ifndef RAY_IN_OPENCL
 }  // namespace Stg
 #endif
 #endif

@@ -77,11 +77,20 @@ std::string RegisteredDriver() {
   return "";
 }
 
+/// What to do if Mesa's driver offers nothing: it has to be told which devices it may use.
+std::string WhyRusticlIsEmpty(const std::string& driver) {
+  if (driver.find("rusticl") == std::string::npos || !FromEnvironment("RUSTICL_ENABLE").empty())
+    return "";
+  return "; it needs RUSTICL_ENABLE in the environment, such as RUSTICL_ENABLE=panfrost, v3d or "
+         "llvmpipe";
+}
+
 /// What to do if there is no driver.
 std::string Advice() {
   if (const std::string driver = RegisteredDriver(); !driver.empty())
     return "the OpenCL driver that " + driver +
-           " names can't be used: its library is missing or broken, or finds no device";
+           " names can't be used: its library is missing or broken, or finds no device" +
+           WhyRusticlIsEmpty(driver);
   for (const char* path :
        {"/usr/lib/x86_64-linux-gnu/libnvidia-opencl.so.1",
         "/usr/lib/aarch64-linux-gnu/libnvidia-opencl.so.1", "/usr/lib64/libnvidia-opencl.so.1",
@@ -108,7 +117,7 @@ void LookForDevices(Search* search) {
     platforms += (platforms.empty() ? "" : ", ") + name;
     for (const ::cl::Device& device : DevicesOf(platform))
       search->found.push_back(Examine(platform, device));
-    if (search->found.empty()) advice = WhyPoclCantWrite(name);
+    if (search->found.empty()) advice = WhyPoclCantWrite(name) + WhyRusticlIsEmpty(name);
   }
   if (!search->found.empty()) return;
   search->reason = platforms.empty()

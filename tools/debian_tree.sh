@@ -55,8 +55,8 @@ stage_fetch_tree() {
   : >"$tree.made"
 }
 
-# stage_run_foreign_programs ARCH: makes the kernel run programs of that processor, by an emulator where
-# it can't itself.
+# stage_run_foreign_programs ARCH: makes the kernel run programs of that processor, in an emulator if it
+# is another one than this machine's.
 stage_run_foreign_programs() {
   local tree=$root/build/cross/$1 name registry=/proc/sys/fs/binfmt_misc
   export QEMU_LD_PREFIX=$tree
@@ -69,9 +69,12 @@ stage_run_foreign_programs() {
     mount -t binfmt_misc binfmt_misc "$registry" 2>/dev/null || true
     cat "/usr/lib/binfmt.d/$name.conf" >"$registry/register" 2>/dev/null || true
   fi
-  local loader
-  loader=$(compgen -G "$tree/lib/ld-linux*.so.*" | head -n 1)
-  if "$loader" --version >/dev/null 2>&1; then return; fi
-  echo "programs of $1 can't be run: that needs root once, the package qemu-user-static and binfmt_misc" >&2
+  if "$tree/bin/true" 2>/dev/null; then return; fi
+  if [[ -n $name ]]; then
+    echo "programs of $1 can't be run: that needs root once, the package qemu-user-static and binfmt_misc" >&2
+  else
+    echo "programs of $1 can't be run: dpkg --add-architecture $1; apt-get update;" \
+      "apt-get install libstdc++6:$1 libpng16-16:$1" >&2
+  fi
   return 1
 }

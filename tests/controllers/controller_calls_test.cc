@@ -44,7 +44,7 @@ class ControllerCalls : public cli_testing::CliTest {
   std::string CopyOf(const std::string& name, uintmax_t size, std::string* bytes = nullptr) {
     std::string all = cli_testing::ReadFile(Unruly());
     if (bytes) *bytes = all;
-    Write(name, all.substr(0, size));
+    Write(name, all.substr(0, static_cast<size_t>(size)));
     return Path(name).string();
   }
 };

@@ -96,7 +96,7 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
   for (const std::vector<sensing::Direction>* part :
        {&scene.tables().all(), &batch.own_directions()})
     for (const sensing::Direction& d : *part) directions.push_back({d.cosine, d.sine});
-  std::vector<uint32_t> hits(std::size_t{batch.ray_count()} * (1 + per_ray), 0);
+  std::vector<uint32_t> hits(static_cast<std::size_t>(batch.ray_count()) * (1 + per_ray), 0);
 
   // All groups in one launch, with one without fans between any two, and one more in front: a
   // launch need not begin at the first.

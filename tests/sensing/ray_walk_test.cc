@@ -259,7 +259,7 @@ TEST(RayWalk, ClutterBesideTheRayChangesNothing) {
 
 TEST(RayParts, RotationRoundsToNearest) {
   RandomSource random(13);
-  const auto rounded = [](test::WideInt product) {
+  const auto rounded = [](int64_t product) {
     return static_cast<int>((product + (1 << 29)) >> 30);
   };
   for (int i = 0; i < 100000; i++) {
@@ -269,9 +269,8 @@ TEST(RayParts, RotationRoundsToNearest) {
     const int sine = static_cast<int>(length * std::sin(heading));
     const int c = static_cast<int>(0x1p30 * std::cos(bearing));
     const int s = static_cast<int>(0x1p30 * std::sin(bearing));
-    using test::WideInt;
-    ASSERT_EQ(ray_rotate_x(cosine, sine, c, s), rounded(WideInt{cosine} * c - WideInt{sine} * s));
-    ASSERT_EQ(ray_rotate_y(cosine, sine, c, s), rounded(WideInt{sine} * c + WideInt{cosine} * s));
+    ASSERT_EQ(ray_rotate_x(cosine, sine, c, s), rounded(int64_t{cosine} * c - int64_t{sine} * s));
+    ASSERT_EQ(ray_rotate_y(cosine, sine, c, s), rounded(int64_t{sine} * c + int64_t{cosine} * s));
   }
   const int one = 1 << 30;
   EXPECT_EQ(ray_rotate_x(123456, -789, one, 0), 123456);

@@ -23,7 +23,7 @@ std::vector<uint32_t> ListHits(const internal::grid::Grid& grid,
                                F is_unknown) {
   using namespace internal::sensing;
   const size_t stride = 1 + per_ray;
-  std::vector<uint32_t> words(size_t{batch.ray_count()} * stride, 0x12345678);
+  std::vector<uint32_t> words(static_cast<size_t>(batch.ray_count()) * stride, 0x12345678);
   for (const Fan& fan : batch.fans()) {
     if (!fan.single_leg()) continue;
     const FanRecord& r = fan.record;

@@ -10,7 +10,21 @@
 
 namespace Stg::test {
 
-__extension__ typedef __int128 WideInt;
+/// a * b < c * d, of products with up to 128 bits, which not every processor has a type for.
+inline bool ProductIsLess(uint64_t a, uint64_t b, uint64_t c, uint64_t d) {
+  struct Product {
+    uint64_t high, low;
+  };
+  const auto multiply = [](uint64_t x, uint64_t y) {
+    constexpr uint64_t kLow = 0xffffffffu;
+    const uint64_t low = (x & kLow) * (y & kLow);
+    const uint64_t one = (x >> 32) * (y & kLow) + (low >> 32);
+    const uint64_t other = (x & kLow) * (y >> 32) + (one & kLow);
+    return Product{(x >> 32) * (y >> 32) + (one >> 32) + (other >> 32), other << 32 | (low & kLow)};
+  };
+  const Product first = multiply(a, b), second = multiply(c, d);
+  return first.high != second.high ? first.high < second.high : first.low < second.low;
+}
 
 /// A ray from the fraction (fx, fy) of the cell (x, y), by (dx, dy); fractions and displacement in
 /// 1/65536 cell.
@@ -26,10 +40,12 @@ void WalkPlainly(const PlainRay& ray, F f) {
   const int64_t ox = ray.dx < 0 ? 65536 - ray.fx : ray.fx;
   const int64_t oy = ray.dy < 0 ? 65536 - ray.fy : ray.fy;
   const int64_t length_x = ray.dx * sx, length_y = ray.dy * sy;
+  const auto unsigned_of = [](int64_t n) { return static_cast<uint64_t>(n); };  // none is negative
   int64_t u = 0, v = 0;
   while (!f(u, v, ray.x + sx * u, ray.y + sy * v)) {
     const int64_t border_x = (u + 1) * 65536 - ox, border_y = (v + 1) * 65536 - oy;
-    if (WideInt{border_x} * length_y < WideInt{border_y} * length_x) {
+    if (ProductIsLess(unsigned_of(border_x), unsigned_of(length_y), unsigned_of(border_y),
+                      unsigned_of(length_x))) {
       if (border_x > length_x) return;
       u++;
     } else {

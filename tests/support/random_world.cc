@@ -295,7 +295,7 @@ int Driver::PushSomebody(Model* model, void* driver) {
   const Driver& self = *static_cast<Driver*>(driver);
   const std::vector<Model*> all = AllModels(self.world_);
   Stg::RandomStream random(HashOf(model->TokenStr()) + self.world_->GetUpdateCount());
-  Model* other = all[random.Next() % all.size()];
+  Model* other = all[static_cast<size_t>(random.Next() % all.size())];
   if (random.Uniform() < 0.1) other->AddToPose(4 * self.cell_, -2 * self.cell_, 0, 0.2);
   return 0;
 }

@@ -234,7 +234,7 @@ bool Hidden(const Stg::ray_mask_t& mask, int32_t x, int32_t y) {
 }  // namespace
 
 std::vector<uint32_t> ListsByWalk(const RayScene& scene, uint32_t per_ray) {
-  std::vector<uint32_t> lists(size_t{scene.batch().ray_count()} * per_ray, 0);
+  std::vector<uint32_t> lists(static_cast<size_t>(scene.batch().ray_count()) * per_ray, 0);
   ForEachRay(scene, [&](const sensing::Fan& fan, const ray_grid_t& view, ray_t* ray, uint32_t n) {
     const Stg::ray_mask_t mask = scene.batch().SelfMaskOf(fan);
     uint32_t* list = &lists[size_t{n} * per_ray];
@@ -248,7 +248,7 @@ std::vector<uint32_t> ListsByWalk(const RayScene& scene, uint32_t per_ray) {
 }
 
 std::vector<uint32_t> ListsCellByCell(const RayScene& scene, uint32_t per_ray) {
-  std::vector<uint32_t> lists(size_t{scene.batch().ray_count()} * per_ray, 0);
+  std::vector<uint32_t> lists(static_cast<size_t>(scene.batch().ray_count()) * per_ray, 0);
   ForEachRay(scene, [&](const sensing::Fan& fan, const ray_grid_t&, ray_t* ray, uint32_t n) {
     const Stg::ray_mask_t mask = scene.batch().SelfMaskOf(fan);
     const CellSet cells(scene.grid(), fan.layer);

@@ -219,7 +219,7 @@ TEST_F(SnapshotTest, FuturesOfOneWorldDoNotMeet) {
   Snapshot now;
   ASSERT_TRUE(world->Take(&now));
   std::vector<std::vector<uint64_t>> alone(kFutures);
-  for (uint64_t future = 0; future < kFutures; future++) {
+  for (size_t future = 0; future < kFutures; future++) {
     const std::unique_ptr<World> own = LoadRobotsOfAllTypes(1);
     for (int round = 0; round < kRounds; round++) {
       Go(own.get(), future, round * kRound, kRound);

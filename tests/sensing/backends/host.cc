@@ -33,7 +33,7 @@ class HostPrefilter final : public sensing::Prefilter {
     directions_ = tables.all();
     directions_.insert(directions_.end(), batch.own_directions().begin(),
                        batch.own_directions().end());
-    words_.resize(batch.ray_count() * (1 + per_ray_));
+    words_.resize(static_cast<std::size_t>(batch.ray_count()) * (1 + per_ray_));
     for (const sensing::DeviceBatch::Launch& launch : sorted_.launches())
       for (std::size_t g = launch.first_group; g < launch.end_group; g++)
         WalkGroup(grid, At<ray_group_record_t>()[g]);

@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The kernels are OpenCL C 1.1, for devices with 32-bit and with 64-bit addresses.
+
+Drivers compile them in whatever way they like; boards have some that know 1.1 alone. So Clang reads them
+here as strictly as it can, for no device in particular.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+KERNELS = Path(__file__).resolve().parents[2] / "kernels"
+PARTS = ("ray_walk.h", "records.h", "prefilter.cl")  # in the order in which drivers get them
+CLANG = next((name for name in ("clang", "clang-19", "clang-16", "clang-14") if shutil.which(name)), None)
+
+
+def compile_kernels(version: str, target: str, tail: str = "") -> str:
+    """What Clang has against it; nothing if it is content."""
+    text = "".join((KERNELS / part).read_text(encoding="utf-8") for part in PARTS) + tail
+    with tempfile.NamedTemporaryFile("w", suffix=".cl") as file:
+        file.write(text)
+        file.flush()
+        done = subprocess.run(
+            [CLANG, "-x", "cl", f"-cl-std={version}", "-target", target, "-Xclang", "-finclude-default-header",
+             "-Wall", "-Wextra", "-pedantic", "-Wconversion", "-Werror", "-fsyntax-only", file.name],
+            capture_output=True, text=True, check=False)
+    return done.stderr if done.returncode != 0 else ""
+
+
+@unittest.skipIf(CLANG is None, "no clang here")
+class KernelLanguageTest(unittest.TestCase):
+    def test_every_version_and_width_of_addresses(self) -> None:
+        for version in ("CL1.1", "CL1.2", "CL2.0", "CL3.0"):
+            for target in ("spir", "spir64"):
+                with self.subTest(version=version, target=target):
+                    self.assertEqual(compile_kernels(version, target), "")
+
+    def test_newer_functions_would_be_noticed(self) -> None:
+        later = "__kernel void later(__global uint* a) { a[0] = popcount(a[0]); }\n"
+        self.assertIn("popcount", compile_kernels("CL1.1", "spir", later))
+        self.assertEqual(compile_kernels("CL1.2", "spir", later), "")
+
+    def test_records_are_the_same_for_all_devices(self) -> None:
+        """The size of size_t and of pointers is the device's own."""
+        text = (KERNELS / "records.h").read_text(encoding="utf-8")
+        records = re.findall(r"typedef struct[^{]*\{(.*?)\}", text, re.DOTALL)
+        self.assertGreaterEqual(len(records), 3)
+        for record in records:
+            members = re.sub(r"/\*.*?\*/", "", record, flags=re.DOTALL)
+            types = {line.split()[0] for line in members.split(";") if line.strip()}
+            self.assertLessEqual(types, {"int", "ray_uint"})
+            self.assertNotIn("*", members)
+
+
+if __name__ == "__main__":
+    unittest.main()
