@@ -7,9 +7,10 @@ import math
 import os
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from benchkit.heat import HeatWatch
 from benchkit.series.energy import Meter, NoMeter, Reading, notes_text
 from benchkit.programs import Outcome, RunError, run_stage
 from benchkit.series.runs import NO_KERNEL_CACHE, Job, Worlds, check_outcome, figures_of
@@ -37,9 +38,21 @@ class Measurer:
     worlds: Worlds
     circumstances: Circumstances
     meter: Meter
+    heat: HeatWatch | None = None
 
     def do(self, job: Job, time_limit: float | None) -> Record:
         """The record of a run; if it failed, its `error` says why."""
+        if self.heat is None:
+            return self._do(job, time_limit)
+        self.heat.cool_down()
+        self.heat.begin()
+        try:
+            record = self._do(job, time_limit)
+        finally:
+            heat = self.heat.end()
+        return replace(record, **heat)  # type: ignore[arg-type]
+
+    def _do(self, job: Job, time_limit: float | None) -> Record:
         load_average = round(os.getloadavg()[0], 2)
         known = {
             **vars(self.circumstances), "date": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
