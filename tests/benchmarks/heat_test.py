@@ -15,6 +15,7 @@ from series_testing import made_up
 from benchkit.heat import Chip, HeatWatch, Look, throttling
 from benchkit.series import records as store
 from benchkit.series.analysis import Series
+from benchkit.series.begun import MOST_ATTEMPTS, Begun
 from benchkit.series.measure import Circumstances, Measurer
 from benchkit.series.energy import NoMeter
 from benchkit.series.report import report_text
@@ -125,9 +126,31 @@ class HeatTest(MeterTestCase):
         self.assertTrue(math.isnan(found["celsius_most"]) and math.isnan(found["clock_least"]))
         self.assertEqual(found["throttled"], "")
 
+    def test_a_run_that_never_ends_is_given_up(self) -> None:
+        def measurer() -> Measurer:
+            """As another start of the machine makes it."""
+            worlds = mock.Mock(**{"path.side_effect": SystemExit})
+            return Measurer(Path("/nowhere/stage"), worlds,
+                            Circumstances("c", "p", "m", "s", "short", 1), NoMeter(), self.watch,
+                            Begun(self.root))
+        first, second = (Job(store.MEASURE, "cave", 10, Backend("host1", ()), repeat, 2.0)
+                         for repeat in (1, 2))
+        for job in (first, second):
+            for attempt in range(MOST_ATTEMPTS):
+                self.assertEqual(Begun(self.root).attempts(job.key), attempt)
+                with mock.patch.object(Begun, "end"), self.assertRaises(SystemExit):
+                    measurer().do(job, None)
+        for job in (first, second):  # neither makes the other one be forgotten
+            self.assertRegex(measurer().do(job, None).error, "begun 3 times and never ended")
+        self.assertEqual(Begun(self.root).attempts(first.key), MOST_ATTEMPTS)
+        (self.root / "begun.json").write_text("\0\0", encoding="utf-8")
+        with self.assertRaises(SystemExit):
+            measurer().do(first, None)
+        self.assertFalse((self.root / "begun.json").exists(), "an end is an end")
+
     def test_records_and_report(self) -> None:
         measurer = Measurer(Path("/nowhere/stage"), mock.Mock(**{"path.return_value": Path("w")}),
-                            Circumstances("c", "p", "m", "s", "short", 1), NoMeter(), self.watch)
+                            Circumstances("c", "p", "m", "s", "short", 1), NoMeter(), self.watch, Begun(self.root))
         job = Job(store.MEASURE, "cave", 10, Backend("host1", ()), 1, 2.0)
         self.write("sys/class/thermal/cooling_device0/cur_state", 1)
         record = measurer.do(job, None)

@@ -15,6 +15,7 @@ from typing import Callable
 from benchkit.heat import Chip, HeatWatch
 from benchkit.series import report
 from benchkit.series.analysis import Series, differences
+from benchkit.series.begun import Begun
 from benchkit.series.energy import EnergyError, open_energy_meter, try_meter
 from benchkit.machine import (ROOT, Machine, commit, list_devices, program_fingerprint,
                              this_machine)
@@ -160,7 +161,8 @@ def run_campaign(options: argparse.Namespace, progress: Progress) -> int:
         if raw.was_cut:
             progress.say("series: the last line of raw.csv was cut off; its run is done again")
         with tempfile.TemporaryDirectory(prefix="stage-worlds-") as worlds:
-            measurer = Measurer(options.stage, Worlds(Path(worlds), SEED), now, meter, heat)
+            measurer = Measurer(options.stage, Worlds(Path(worlds), SEED), now, meter, heat,
+                                Begun(folder))
             finished = Campaign(plan, raw, measurer.do, progress).run(end)
     except KeyboardInterrupt:
         progress.say(f"series: stopped; the same command goes on, {folder} has "
