@@ -124,7 +124,7 @@ class HeatWatch:
             if self._clock.monotonic() - begun + COOL_PERIOD > self._most_cooling:
                 break
             self._clock.sleep(COOL_PERIOD)
-        self._cooling = self._clock.monotonic() - begun
+        self._cooling = round(self._clock.monotonic() - begun, 1)
 
     def begin(self) -> None:
         """Just before a run."""

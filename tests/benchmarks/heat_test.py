@@ -150,7 +150,8 @@ class HeatTest(MeterTestCase):
 
     def test_records_and_report(self) -> None:
         measurer = Measurer(Path("/nowhere/stage"), mock.Mock(**{"path.return_value": Path("w")}),
-                            Circumstances("c", "p", "m", "s", "short", 1), NoMeter(), self.watch, Begun(self.root))
+                            Circumstances("c", "p", "m", "s", "short", 1), NoMeter(), self.watch,
+                            Begun(self.root))
         job = Job(store.MEASURE, "cave", 10, Backend("host1", ()), 1, 2.0)
         self.write("sys/class/thermal/cooling_device0/cur_state", 1)
         record = measurer.do(job, None)
@@ -172,6 +173,8 @@ class HeatTest(MeterTestCase):
         self.assertIn("| cave | 10 | host, 1 thread | 1 | 85.0 | low voltage |", text)
         text = report_text(Series([cool]), [], {}, "")
         self.assertIn("Nothing said that the chip was throttled.", text)
+        text = report_text(Series([made_up(cooling_seconds=0.0)]), [], {}, "")
+        self.assertIn("whether it was throttled is not known", text)
         self.assertNotIn("Heat and clock", report_text(Series([made_up()]), [], {}, ""))
 
 

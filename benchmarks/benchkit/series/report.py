@@ -421,6 +421,9 @@ def heat_section(series: Series) -> list[str]:
                                ("seconds of cooling", span("cooling_seconds")),
                                ("clock, percent of its greatest", span("clock_least", 100))])]
     slowed = [r for r in watched if r.throttled]
+    if all(math.isnan(r.celsius_most) and math.isnan(r.clock_least) for r in watched) and not slowed:
+        return lines + ["This machine shows neither temperature nor clock: whether it was throttled "
+                        "is not known.", ""]
     if not slowed:
         return lines + ["Nothing said that the chip was throttled.", ""]
     return lines + table(("world", "robots", "backend", "repeat", "degrees at most", "why"),
