@@ -134,13 +134,12 @@ def read_text(path: str) -> str:
         return ""
 
 
-def cpu_name(cpuinfo: str) -> str:
-    """The processor's name; boards name themselves in the device tree instead."""
-    for key in ("model name", "Model", "Hardware"):
-        found = re.search(rf"^{key}\s*:\s*(.+)$", cpuinfo, re.MULTILINE)
-        if found:
-            return found[1].strip()
-    return read_text("/proc/device-tree/model") or platform.machine()
+def cpu_name(cpuinfo: str, board: str) -> str:
+    """The processor's name, or that of the board, as the device tree has it: a board's says more
+    than its core's, which is all that ARMv7 calls its model, while aarch64 names none at all."""
+    keys = ("Model", "Hardware", "model name")
+    named = (re.search(rf"^{key}\s*:\s*(.+)$", cpuinfo, re.MULTILINE) for key in keys)
+    return board or next((found[1].strip() for found in named if found), platform.machine())
 
 
 def usable_cores() -> int:
@@ -158,7 +157,7 @@ def this_machine(devices: tuple[Device, ...]) -> Machine:
     cpuinfo = read_text("/proc/cpuinfo")
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     return Machine(
-        cpu=cpu_name(cpuinfo), architecture=platform.machine(), cores=usable_cores(),
+        cpu=cpu_name(cpuinfo, read_text("/proc/device-tree/model")), architecture=platform.machine(), cores=usable_cores(),
         memory_gib=round(memory / 2 ** 30),
         virtual=re.search(r"^flags.*\bhypervisor\b", cpuinfo, re.MULTILINE) is not None,
         system=f"{platform.system()} {platform.release()}", governor=governors(), devices=devices)

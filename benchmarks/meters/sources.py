@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from . import csv_log, fixed, hwmon, ina231, nvml as nvml_source, rapl
+from . import csv_log, fixed, hwmon, ina231, nvml as nvml_source, power_supply, rapl
 from .clock import Clock
 from .nvml import Nvml, NvmlLibrary
 from .reading import SCOPES, Meter, MeterError, MeterInfo
 from .sensors import SensorMeter
 
-SPECS = ("auto, none, rapl[:ZONE], hwmon[:CHIP[/LABEL]], ina231[:RAIL], nvml[:INDEX], csv:FILE, "
-         "constant:WATTS")
+SPECS = ("auto, none, rapl[:ZONE], hwmon[:CHIP[/LABEL]], ina231[:RAIL], nvml[:INDEX], "
+         "power_supply[:BATTERY], csv:FILE, constant:WATTS")
 
 
 def open_meter(spec: str, root: Path = Path("/"), *, clock: Clock | None = None,
@@ -38,6 +38,8 @@ def open_meter(spec: str, root: Path = Path("/"), *, clock: Clock | None = None,
         meter = hwmon.choose(argument, root, clock)
     elif kind == "ina231":
         meter = ina231.choose(argument, root, clock)
+    elif kind == "power_supply":
+        meter = power_supply.choose(argument, root, clock)
     elif kind == "nvml":
         meter = nvml_source.choose(argument, find_nvml(root, nvml), clock)
     elif kind == "csv" and colon:
@@ -61,7 +63,7 @@ def list_sources(root: Path = Path("/"), *, clock: Clock | None = None,
     """The meters that list_meters tells of."""
     clock = clock or Clock()
     return (rapl.find(root, clock) + nvml_source.find(find_nvml(root, nvml), clock)
-            + ina231.find(root, clock) + hwmon.find(root, clock))
+            + ina231.find(root, clock) + hwmon.find(root, clock) + power_supply.find(root, clock))
 
 
 def find_nvml(root: Path, nvml: Nvml | None) -> Nvml | None:

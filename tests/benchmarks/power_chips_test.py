@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tests of the energy meters of boards and cards: hwmon, the Odroid's INA231, NVIDIA's NVML."""
+"""Tests of the energy meters of boards and cards: hwmon, INA231, batteries, NVIDIA's NVML."""
 
 from __future__ import annotations
 
 import shutil
 import subprocess
 import unittest
+from pathlib import Path
 from unittest import mock
 
 from power_testing import ROOT, FalseNvml, MeterTestCase
@@ -193,6 +194,61 @@ class Ina231Test(MeterTestCase):
         with mock.patch("os.access", return_value=False):
             with self.assertRaisesRegex(MeterError, "needs root: .*enable can't be written"):
                 open_meter("ina231:gpu", self.root, clock=self.clock)
+
+
+class PowerSupplyTest(MeterTestCase):
+    """Batteries, and what else stands beside them."""
+
+    def supply(self, name: str, kind: str = "Battery", **values: object) -> Path:
+        for file, value in {"type": kind, **values}.items():
+            self.write(f"sys/class/power_supply/{name}/{file}", value)
+        return self.root / "sys/class/power_supply" / name
+
+    def measure(self, spec: str = "power_supply") -> object:
+        meter = open_meter(spec, self.root, clock=self.clock)
+        meter.start()
+        self.clock.advance(100)
+        return meter.stop()
+
+    def test_power_or_volts_times_amps(self) -> None:
+        folder = self.supply("BAT0", status="Discharging", power_now=8_000_000)
+        self.supply("ADP1", "Mains", online=0)
+        self.supply("mouse", scope="Device", status="Discharging", power_now=9_000_000)
+        reading = self.measure()
+        self.assertAlmostEqual(reading.joules, 800)
+        self.assertEqual((reading.scope, reading.meter), ("system", "power_supply"))
+        (folder / "power_now").unlink()
+        self.supply("BAT0", current_now=-500_000, voltage_now=12_000_000)  # negative: flows out
+        self.assertAlmostEqual(self.measure("power_supply:BAT0").joules, 600)
+
+    def test_several_are_added_and_each_is_a_rail(self) -> None:
+        for name, watts in (("BAT0", 2), ("BAT1", 3)):
+            self.supply(name, status="Discharging", scope="System", power_now=watts * 1_000_000)
+        self.assertAlmostEqual(self.measure().joules, 500)
+        reading = self.measure("power_supply:BAT1")
+        self.assertEqual((round(reading.joules), reading.scope), (300, "rail"))
+        with self.assertRaisesRegex(MeterError, "no such battery, expected one of power_supply, "):
+            open_meter("power_supply:BAT2", self.root)
+
+    def test_a_charger_makes_it_useless(self) -> None:
+        folder = self.supply("BAT0", status="Charging", power_now=8_000_000)
+        with self.assertRaisesRegex(MeterError, "found 'Charging', expected Discharging: unplug"):
+            open_meter("power_supply", self.root)
+        (folder / "status").write_text("Discharging\n")
+        meter = open_meter("power_supply", self.root, clock=self.clock)
+        meter.start()
+        self.clock.advance(5)
+        (folder / "status").write_text("Charging\n")
+        self.clock.advance(5)
+        self.assert_no_figure(meter.stop(), "found 'Charging'.*at the end of the run")
+
+    def test_never_chosen_by_itself_and_missing(self) -> None:
+        with self.assertRaisesRegex(MeterError, "found no battery in"):
+            open_meter("power_supply", self.root)
+        self.supply("BAT0", status="Discharging", power_now=8_000_000)
+        self.assertEqual([info.spec for info in list_meters(self.root)], ["power_supply"])
+        with self.assertRaisesRegex(MeterError, "meter 'auto': found none that is usable"):
+            open_meter("auto", self.root)
 
 
 class NvmlTest(MeterTestCase):

@@ -7,6 +7,7 @@ from __future__ import annotations
 import io
 import itertools
 import math
+import platform
 import random
 import tempfile
 import unittest
@@ -416,7 +417,15 @@ class MachineTest(unittest.TestCase):
         self.assertEqual(board.identity, replace(board, system="Linux 7").identity)
 
     def test_boards_name_themselves(self) -> None:
-        self.assertEqual(machine.cpu_name("processor : 0\nHardware\t: ODROID-XU4\n"), "ODROID-XU4")
+        core = "model name\t: ARMv7 Processor rev 3 (v7l)\n"
+        for cpuinfo, board, name in (
+                ("model name\t: Fast CPU\n", "", "Fast CPU"),
+                (f"{core}Hardware\t: ODROID-XU4\n", "", "ODROID-XU4"),
+                (f"{core}Hardware\t: BCM2835\nModel\t: Pi 4\n", "", "Pi 4"),
+                (core, "Hardkernel Odroid XU4", "Hardkernel Odroid XU4"),
+                ("CPU implementer\t: 0x41\n", "Orange Pi 5", "Orange Pi 5"),
+                ("", "", platform.machine())):
+            self.assertEqual(machine.cpu_name(cpuinfo, board), name)
 
 
 class Terminal(io.StringIO):

@@ -176,6 +176,19 @@ class SeriesTest(unittest.TestCase):
         self.assertEqual(status, 2)
         self.assertIn("another series is writing to it", err)
 
+    def test_board_goes_on_in_its_own_folder_and_heat_is_in_it(self) -> None:
+        zone = self.folder / "sys/class/thermal/thermal_zone0/temp"
+        zone.parent.mkdir(parents=True)
+        zone.write_text("43000\n", encoding="utf-8")
+        with mock.patch.dict(os.environ, {"FAKE_INTERRUPT": "6"}):
+            self.assertEqual(self.series("--board", "--root", self.folder)[0], 130)
+        self.raw.write_bytes(self.raw.read_bytes() + b"abc,def")  # as a power cut leaves it
+        self.assertEqual(self.series("--board", "--root", self.folder)[0], 0)
+        records = read_records(self.raw)[0]
+        self.assertEqual((len(records), {r.celsius_most for r in records}), (11, {43.0}))
+        self.assertIn("## Heat and clock", (self.results / "report.md").read_text(encoding="utf-8"))
+        self.assert_refused("its runs were made with --board; give another folder")
+
     # Refusing.
 
     def assert_refused(self, message: str, *words: object) -> None:

@@ -10,8 +10,10 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <thread>
 
@@ -33,12 +35,21 @@ double Ratio(double a, double b) {
 
 // ---- the process and the machine ----------------------------------------------------------------
 
+/// The board's name from the device tree, where there is one: it says more than that of the core,
+/// which is all that ARMv7 calls its model, while aarch64 names none at all.
+std::string CpuName() {
+  std::ifstream tree("/proc/device-tree/model");
+  std::string board;
+  std::getline(tree, board, '\0');
+  return board.empty() ? FromProc("/proc/cpuinfo", "model name") : board;
+}
+
 Json Machine() {
   utsname system = {};
   uname(&system);
   return {{"system", std::string(system.sysname) + " " + system.release},
           {"architecture", system.machine},
-          {"cpu", FromProc("/proc/cpuinfo", "model name")},
+          {"cpu", CpuName()},
           {"cores", std::thread::hardware_concurrency()}};
 }
 

@@ -12,8 +12,10 @@ from collections import Counter
 from pathlib import Path
 from typing import Callable
 
+from benchkit.heat import Chip, HeatWatch
 from benchkit.series import report
 from benchkit.series.analysis import Series, differences
+from benchkit.series.begun import Begun
 from benchkit.series.energy import EnergyError, open_energy_meter, try_meter
 from benchkit.machine import (ROOT, Machine, commit, list_devices, program_fingerprint,
                              this_machine)
@@ -26,6 +28,7 @@ from benchkit.progress import Progress
 from benchkit.series.runs import Worlds
 from benchkit.series.records import RawFile, Record, check_same, read_records
 from benchkit.store import StoreError
+from meters.clock import Clock
 
 SEED = 1
 RAW_FILE = "raw.csv"
@@ -150,14 +153,16 @@ def run_campaign(options: argparse.Namespace, progress: Progress) -> int:
                         machine.system, options.form, SEED)
     folder = options.output or default_folder(machine)
     folder.mkdir(parents=True, exist_ok=True)
-    raw = RawFile(folder / RAW_FILE)
+    raw = RawFile(folder / RAW_FILE, options.board)
+    heat = HeatWatch(Chip(options.root), Clock(), options.cool) if options.board else None
     try:
         check_same(raw.records, {**vars(now), "meter": meter_name}, options.mix)
         report.add_facts(folder, machine.as_json())
         if raw.was_cut:
             progress.say("series: the last line of raw.csv was cut off; its run is done again")
         with tempfile.TemporaryDirectory(prefix="stage-worlds-") as worlds:
-            measurer = Measurer(options.stage, Worlds(Path(worlds), SEED), now, meter)
+            measurer = Measurer(options.stage, Worlds(Path(worlds), SEED), now, meter, heat,
+                                Begun(folder))
             finished = Campaign(plan, raw, measurer.do, progress).run(end)
     except KeyboardInterrupt:
         progress.say(f"series: stopped; the same command goes on, {folder} has "

@@ -7,9 +7,11 @@ import math
 import os
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from benchkit.heat import HeatWatch
+from benchkit.series.begun import BEGUN_FILE, MOST_ATTEMPTS, Begun
 from benchkit.series.energy import Meter, NoMeter, Reading, notes_text
 from benchkit.programs import Outcome, RunError, run_stage
 from benchkit.series.runs import NO_KERNEL_CACHE, Job, Worlds, check_outcome, figures_of
@@ -37,16 +39,40 @@ class Measurer:
     worlds: Worlds
     circumstances: Circumstances
     meter: Meter
+    heat: HeatWatch | None = None  # both with --board
+    begun: Begun | None = None
 
     def do(self, job: Job, time_limit: float | None) -> Record:
         """The record of a run; if it failed, its `error` says why."""
+        if self.heat is None or self.begun is None:
+            return self._do(job, time_limit)
+        if self.begun.attempts(job.key) >= MOST_ATTEMPTS:
+            return Record(**self._known(job), error=f"begun {MOST_ATTEMPTS} times and never ended: "
+                          f"did the machine restart? Without {BEGUN_FILE} it is tried again")
+        self.begun.begin(job.key)
+        try:
+            self.heat.cool_down()
+            self.heat.begin()
+            try:
+                record = self._do(job, time_limit)
+            finally:
+                heat = self.heat.end()
+        finally:
+            self.begun.end(job.key)
+        return replace(record, **heat)  # type: ignore[arg-type]
+
+    def _known(self, job: Job) -> dict:
+        """The columns of a record that are known before the run."""
         load_average = round(os.getloadavg()[0], 2)
-        known = {
+        return {
             **vars(self.circumstances), "date": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
             "purpose": job.purpose, "world": job.world, "population": job.population,
             "backend": job.backend.label, "repeat": job.repeat, "load_average": load_average,
             "simulated_seconds": job.simulated_seconds,
         }
+
+    def _do(self, job: Job, time_limit: float | None) -> Record:
+        known = self._known(job)
         try:
             world = self.worlds.path(job.world, job.population)
             if job.purpose == COMPILE:

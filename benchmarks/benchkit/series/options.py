@@ -8,6 +8,7 @@ import math
 from pathlib import Path
 from typing import NoReturn
 
+from benchkit.heat import COOL_CELSIUS, MOST_COOLING
 from benchkit.machine import ROOT, Device, usable_cores
 from benchkit.series.plan import LONG_SECONDS
 from benchkit.series.runs import Backend
@@ -47,6 +48,7 @@ resuming
 examples
   benchmarks/series                                 all of it, under 10 minutes with 2 cores
   benchmarks/series --long --worlds cave            figures to be quoted, overnight
+  benchmarks/series --board --long --worlds cave    the same on a board, which may get too hot
   benchmarks/series --populations 100,1000 --backends host1,cl:gpu --repeats 5 -o /tmp/try
   benchmarks/series --populations cave=10,100 --populations hospital=1000
   benchmarks/series --meter constant:12             a power that you know, labelled as assumed
@@ -141,6 +143,15 @@ def read_command_line(words: list[str] | None = None) -> argparse.Namespace:
                         help="runs of each point (default: 3)")
     parser.add_argument("--meter", default="auto", metavar="SPEC", help="energy meter: auto, none, "
                         "rapl, nvml, constant:WATTS, ... (default: auto, the best there is)")
+    parser.add_argument("--board", action="store_true", help="unattended, on a board: let the chip "
+                        "cool down before each run, and record its heat, its clock and whether it "
+                        "was throttled")
+    parser.add_argument("--cool", type=positive("a temperature in degrees Celsius"), metavar="C",
+                        default=COOL_CELSIUS, help="with --board: cool enough for the next run; it "
+                        "also begins when the chip gets no cooler, and after "
+                        f"{MOST_COOLING / 60:g} minutes (default: {COOL_CELSIUS:g})")
+    parser.add_argument("--root", type=Path, default=Path("/"), metavar="FOLDER",
+                        help="with --board: look for sys/ there instead of in / (for tests)")
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER",
                         help="where results are kept (default: benchmarks/results/MACHINE)")
     parser.add_argument("--mix", action="store_true", help="go on in a folder whose runs are of "

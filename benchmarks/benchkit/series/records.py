@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Callable, Iterable
 
-from benchkit.store import StoreError, Table, one_line, read_rows
+from benchkit.store import StoreError, Table, line_of, one_line, read_rows
 
 NAN = math.nan
 
@@ -70,6 +70,13 @@ class Record:
     mb_fetched_per_step: float = NAN
     load_average: float = NAN  # of the machine, just before the run
     state_hash: str = ""
+    # With --board: the chip around the run.
+    celsius_before: float = NAN
+    celsius_after: float = NAN
+    celsius_most: float = NAN
+    cooling_seconds: float = NAN  # waited before the run
+    clock_least: float = NAN  # of the fastest core at each look, relative to its greatest
+    throttled: str = ""  # what slowed the chip down
 
     @property
     def key(self) -> Key:
@@ -85,7 +92,9 @@ class Record:
 
 
 PHASES = ("gather", "prefilter", "trace", "move", "callbacks", "energy")
-COLUMNS = [field.name for field in fields(Record)]
+BOARD_COLUMNS = [field.name for field in fields(Record)]
+# Files of a series without --board, older ones among them, have fewer.
+COLUMNS = BOARD_COLUMNS[:BOARD_COLUMNS.index("celsius_before")]
 READERS: dict[str, Callable[[str], Any]] = {
     "int": int, "str": str, "float": lambda text: float(text) if text else NAN,
 }
@@ -96,12 +105,13 @@ def to_row(record: Record) -> dict[str, object]:
         if isinstance(value, float):
             return "" if math.isnan(value) else f"{value:.9g}"
         return one_line(str(value))
-    return {name: text(getattr(record, name)) for name in COLUMNS}
+    return {name: text(getattr(record, name)) for name in BOARD_COLUMNS}
 
 
 def from_row(row: dict[str, str]) -> Record:
     """Raises ValueError if the row is not one of ours."""
-    return Record(*(READERS[str(field.type)](row[field.name]) for field in fields(Record)))
+    return Record(**{field.name: READERS[str(field.type)](row[field.name])
+                     for field in fields(Record) if field.name in row})
 
 
 def records_of(path: Path, rows: Iterable[dict[str, str]]) -> list[Record]:
@@ -117,15 +127,25 @@ def records_of(path: Path, rows: Iterable[dict[str, str]]) -> list[Record]:
 
 def read_records(path: Path) -> tuple[list[Record], int]:
     """The finished runs, and the length in bytes of what is whole: more than that was cut off."""
-    rows, ends = read_rows(path, COLUMNS)
-    return records_of(path, (dict(zip(COLUMNS, row)) for row in rows)), ends[-1] if ends else 0
+    columns = BOARD_COLUMNS if is_of_board(path) else COLUMNS
+    rows, ends = read_rows(path, columns)
+    return records_of(path, (dict(zip(columns, row)) for row in rows)), ends[-1] if ends else 0
+
+
+def is_of_board(path: Path) -> bool:
+    """Whether a file has the columns that --board adds."""
+    with open(path, encoding="utf-8", errors="replace") as file:
+        return file.readline() == line_of(BOARD_COLUMNS)
 
 
 class RawFile:
     """The file, held by this process alone until it is closed."""
 
-    def __init__(self, path: Path) -> None:
-        self._table = Table(path, COLUMNS, jobs=False)
+    def __init__(self, path: Path, board: bool = False) -> None:
+        if path.exists() and path.stat().st_size and is_of_board(path) != board:
+            other = "without --board" if board else "with --board"
+            raise StoreError(f"{path}: its runs were made {other}; give another folder with -o")
+        self._table = Table(path, BOARD_COLUMNS if board else COLUMNS, jobs=False)
         self.was_cut = self._table.was_cut
         try:
             self.records = records_of(path, self._table.rows)

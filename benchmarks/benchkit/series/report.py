@@ -7,7 +7,7 @@ import json
 import math
 from pathlib import Path
 
-from benchkit.inference import LEVEL, Summary
+from benchkit.inference import LEVEL, Summary, summary
 from benchkit.report import number, picture, spread, table
 from benchkit.series.analysis import LARGE, Series, differences
 from benchkit.series.breakeven import BreakEven
@@ -107,6 +107,10 @@ def warnings(series: Series) -> list[str]:
     if "short" in values(series, "form"):
         found.append("Short form: only as many seconds are simulated as take a second or two. Good "
                      "for trends; figures to be quoted want `--long`.")
+    slowed = [record for record in series.measured if record.throttled]
+    if slowed:
+        found.append(f"**The chip was throttled** in {len(slowed)} of {len(series.measured)} runs; "
+                     "\"Heat and clock\" says in which. Their figures are those of a slower chip.")
     found += too_few_repeats(series)
     return [f"> {text}\n>" for text in found[:-1]] + [f"> {text}" for text in found[-1:]] + [""] \
         if found else []
@@ -399,6 +403,35 @@ def same_results_lines(series: Series) -> list[str]:
     return ["## Same results", "", f"{text} {len(series.good)} runs were compared.", ""]
 
 
+def heat_section(series: Series) -> list[str]:
+    """With --board: how hot the chip got, and what slowed it down."""
+    watched = [r for r in series.measured if not math.isnan(r.cooling_seconds) or r.throttled]
+    if not watched:
+        return []
+
+    def span(column: str, scale: float = 1.0) -> str:
+        return spread(summary(getattr(r, column) * scale for r in watched
+                              if not math.isnan(getattr(r, column)))) or "not known"
+    lines = ["## Heat and clock", "",
+             "Of the measured runs: median (least to greatest). The chip cooled down before each. "
+             "Temperatures are those of the hottest sensor; the clock is that of the fastest core, "
+             "where it was slowest in a run: it is also low where a governor saves power.", "",
+             *table(("", ""), [("degrees Celsius before a run", span("celsius_before")),
+                               ("at most in it", span("celsius_most")),
+                               ("seconds of cooling", span("cooling_seconds")),
+                               ("clock, percent of its greatest", span("clock_least", 100))])]
+    slowed = [r for r in watched if r.throttled]
+    if all(math.isnan(r.celsius_most) and math.isnan(r.clock_least) for r in watched) and not slowed:
+        return lines + ["This machine shows neither temperature nor clock: whether it was throttled "
+                        "is not known.", ""]
+    if not slowed:
+        return lines + ["Nothing said that the chip was throttled.", ""]
+    return lines + table(("world", "robots", "backend", "repeat", "degrees at most", "why"),
+                         [(r.world, r.population, backend_name(series, r.backend), r.repeat,
+                           "" if math.isnan(r.celsius_most) else number(r.celsius_most),
+                           r.throttled) for r in slowed])
+
+
 def report_text(series: Series, facts: list[dict], plots: dict[str, Path],
                 missing_plots: str) -> str:
     """The whole report."""
@@ -409,6 +442,7 @@ def report_text(series: Series, facts: list[dict], plots: dict[str, Path],
     if missing_plots:
         lines += [f"> {missing_plots}", ""]
     lines += [*measured_section(series, facts), *same_results_lines(series),
+              *heat_section(series),
               *speed_section(series, plots), *energy_section(series, plots),
               *relative_section(series, plots), *averages_section(series, plots),
               *break_even_section(series), *phases_section(plots),
