@@ -117,7 +117,7 @@ void LookForDevices(Search* search) {
     platforms += (platforms.empty() ? "" : ", ") + name;
     for (const ::cl::Device& device : DevicesOf(platform))
       search->found.push_back(Examine(platform, device));
-    if (search->found.empty()) advice = WhyPoclCantWrite(name) + WhyRusticlIsEmpty(name);
+    if (search->found.empty()) advice += WhyPoclCantWrite(name) + WhyRusticlIsEmpty(name);
   }
   if (!search->found.empty()) return;
   search->reason = platforms.empty()

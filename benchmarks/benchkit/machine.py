@@ -142,6 +142,11 @@ def cpu_name(cpuinfo: str, board: str) -> str:
     return board or next((found[1].strip() for found in named if found), platform.machine())
 
 
+def this_cpu() -> str:
+    """The name of this machine's."""
+    return cpu_name(read_text("/proc/cpuinfo"), read_text("/proc/device-tree/model"))
+
+
 def usable_cores() -> int:
     """Those that this process may use, which can be fewer than the machine has."""
     return len(os.sched_getaffinity(0))
@@ -157,7 +162,7 @@ def this_machine(devices: tuple[Device, ...]) -> Machine:
     cpuinfo = read_text("/proc/cpuinfo")
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     return Machine(
-        cpu=cpu_name(cpuinfo, read_text("/proc/device-tree/model")), architecture=platform.machine(), cores=usable_cores(),
+        cpu=this_cpu(), architecture=platform.machine(), cores=usable_cores(),
         memory_gib=round(memory / 2 ** 30),
         virtual=re.search(r"^flags.*\bhypervisor\b", cpuinfo, re.MULTILINE) is not None,
         system=f"{platform.system()} {platform.release()}", governor=governors(), devices=devices)

@@ -218,7 +218,9 @@ class Grid {
     return CellOf(region * kTilesPerRegion + tile, bit);
   }
   /// Fetch a cell's list, and then the first body in it, into the cache: they will be needed soon.
-  void PrefetchList(CellRef cell) const { __builtin_prefetch(&tiles_[static_cast<std::size_t>(cell >> 6)]); }
+  void PrefetchList(CellRef cell) const {
+    __builtin_prefetch(&tiles_[static_cast<std::size_t>(cell >> 6)]);
+  }
   void PrefetchBody(BodyList list) const {
     if (list == 0) return;
     if (list & kSeveral)
