@@ -20,6 +20,15 @@ use_proxies() {
   if [[ -n $https && $https != DIRECT ]]; then export https_proxy=$https; fi
 }
 
+# stage_make_links_relative TREE: links that begin at the root would lead out of the tree.
+stage_make_links_relative() {
+  local tree=$1 link target
+  find "$tree" -xdev -type l -lname '/*' -print0 | while IFS= read -r -d '' link; do
+    target=$tree$(readlink "$link")
+    if [[ -e $target ]]; then ln -sfn --relative "$target" "$link"; fi
+  done
+}
+
 # stage_fetch_tree ARCH: the libraries that programs of that processor are linked with, in
 # build/cross/ARCH, unless they are there. Nothing in it is run.
 stage_fetch_tree() {
@@ -43,15 +52,11 @@ stage_fetch_tree() {
     echo "that failed; see $tree.log" >&2
     return 1
   }
-  local package link target
+  local package
   for package in "$tree"/var/cache/apt/archives/*.deb; do
     dpkg --fsys-tarfile "$package" | tar --extract --directory="$tree" --keep-directory-symlink
   done
-  # Links that begin at the root would lead out of the tree.
-  find "$tree" -type l -lname '/*' -print0 | while IFS= read -r -d '' link; do
-    target=$tree$(readlink "$link")
-    if [[ -e $target ]]; then ln -sfn --relative "$target" "$link"; fi
-  done
+  stage_make_links_relative "$tree"
   : >"$tree.made"
 }
 
