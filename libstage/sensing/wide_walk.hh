@@ -3,13 +3,13 @@
 // First potential hits of several rays side by side, one in each lane of the processor's vectors.
 // The walk is that of kernels/ray_walk.h: it finds the very cells that ray_next() finds.
 //
-// For processors whose vectors can fetch from several places at once (gather) and leave out lanes;
-// others walk ray by ray.
+// Other processors than those of the files wide_walk_*.cc walk ray by ray.
 
 #ifndef STAGE_SENSING_WIDE_WALK_HH
 #define STAGE_SENSING_WIDE_WALK_HH
 
 #include <cstdint>
+#include <vector>
 
 #include "grid/grid.hh"
 #include "sensing/ray_group.hh"
@@ -29,6 +29,7 @@ struct WideHits {
 };
 
 struct WideWalk {
+  const char* name = "none";
   /// Walks the rays. `tables` are the grid's.
   void (*walk)(const RayGroup& rays, const grid::Grid::Tables& tables,
                const WideHits& found) = nullptr;
@@ -37,7 +38,10 @@ struct WideWalk {
                const WideHits& found) = nullptr;
 };
 
-/// Null pointers if this processor has no such vectors, or the library was made for others.
+/// Those that the library was made with and this processor can run, the fastest first.
+std::vector<WideWalk> WideWalks();
+/// The fastest of them, or the one that the environment variable STAGE_LANES names. Null pointers
+/// if there is none.
 WideWalk FindWideWalk();
 
 }  // namespace Stg::internal::sensing

@@ -2,7 +2,7 @@
 //
 // Eight lanes: compiled for, and called on, x86-64 processors with AVX-512 (F, DQ, VL).
 
-#ifdef STAGE_WIDE_WALK
+#ifdef STAGE_WALK_AVX512
 
 // GCC 12 takes vectors for uninitialised that its own header leaves open on purpose.
 #if defined(__GNUC__) && !defined(__clang__)
@@ -149,14 +149,8 @@ struct Eight {
 
 }  // namespace
 
-void WalkEightLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
-  WalkInLanes<Eight>(rays, tables, found);
-}
-
-void LookInEightLanes(const RayGroup& rays, const grid::Grid::Tables& tables,
-                      const WideHits& found) {
-  LookInLanes<Eight>(rays, tables, found);
-}
+extern const WideWalk kWalkAvx512;
+const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight>, LookInLanes<Eight>};
 
 }  // namespace Stg::internal::sensing
 

@@ -256,26 +256,21 @@ void Check(const WideWalk& wide, const grid::Grid& grid, Rays* rays, size_t* hit
 
 // ---- kinds of lanes -----------------------------------------------------------------------------
 
-struct Kind {
-  const char* name;
-  WideWalk (*find)();
-};
 template <int kLanes>
-WideWalk PortableWalk() {
+WideWalk PortableWalk(const char* name) {
   using Lanes = test::PortableLanes<kLanes>;
-  return {WalkInLanes<Lanes>, LookInLanes<Lanes>};
+  return {name, WalkInLanes<Lanes>, LookInLanes<Lanes>};
 }
-const Kind kKinds[] = {{"Native", FindWideWalk},
-                       {"Portable8", PortableWalk<8>},
-                       {"Portable3", PortableWalk<3>},
-                       {"Portable1", PortableWalk<1>}};
+/// Those of this processor, and some that any has.
+std::vector<WideWalk> Kinds() {
+  std::vector<WideWalk> kinds = WideWalks();
+  kinds.push_back(PortableWalk<8>("portable8"));
+  kinds.push_back(PortableWalk<3>("portable3"));
+  kinds.push_back(PortableWalk<1>("portable1"));
+  return kinds;
+}
 
-/// Skips if this processor has no such lanes.
-#define GET_WIDE_WALK(wide, kind)      \
-  const WideWalk wide = (kind).find(); \
-  if (!(wide).walk) GTEST_SKIP() << "this processor has no vectors to walk rays side by side with"
-
-class WideWalkAt : public ::testing::TestWithParam<std::tuple<Kind, Place>> {
+class WideWalkAt : public ::testing::TestWithParam<std::tuple<WideWalk, Place>> {
  protected:
   static Terrain MakeTerrain() {
     const auto [x, y] = std::get<Place>(GetParam());
@@ -283,14 +278,14 @@ class WideWalkAt : public ::testing::TestWithParam<std::tuple<Kind, Place>> {
   }
 };
 INSTANTIATE_TEST_SUITE_P(Everywhere, WideWalkAt,
-                         ::testing::Combine(::testing::ValuesIn(kKinds),
+                         ::testing::Combine(::testing::ValuesIn(Kinds()),
                                             ::testing::ValuesIn(test::kBadPlaces)),
                          [](const auto& test) {
-                           return std::get<0>(test.param).name + std::to_string(test.index);
+                           return std::string(std::get<0>(test.param).name) + "_" + std::to_string(test.index);
                          });
 
-class WideWalkOf : public ::testing::TestWithParam<Kind> {};
-INSTANTIATE_TEST_SUITE_P(AnyKind, WideWalkOf, ::testing::ValuesIn(kKinds),
+class WideWalkOf : public ::testing::TestWithParam<WideWalk> {};
+INSTANTIATE_TEST_SUITE_P(AnyKind, WideWalkOf, ::testing::ValuesIn(Kinds()),
                          [](const auto& test) { return std::string(test.param.name); });
 
 void CheckMany(const WideWalk& wide, const Terrain& terrain, uint64_t seed, int groups) {
@@ -307,7 +302,7 @@ void CheckMany(const WideWalk& wide, const Terrain& terrain, uint64_t seed, int 
 }
 
 TEST_P(WideWalkAt, SparseCells) {
-  GET_WIDE_WALK(wide, std::get<Kind>(GetParam()));
+  const WideWalk& wide = std::get<WideWalk>(GetParam());
   Terrain terrain = MakeTerrain();
   RandomSource random(1);
   terrain.AddDust(&random, 40);
@@ -315,7 +310,7 @@ TEST_P(WideWalkAt, SparseCells) {
 }
 
 TEST_P(WideWalkAt, SomeCells) {
-  GET_WIDE_WALK(wide, std::get<Kind>(GetParam()));
+  const WideWalk& wide = std::get<WideWalk>(GetParam());
   Terrain terrain = MakeTerrain();
   RandomSource random(3);
   terrain.AddDust(&random, 1500);
@@ -323,7 +318,7 @@ TEST_P(WideWalkAt, SomeCells) {
 }
 
 TEST_P(WideWalkAt, ManyCells) {
-  GET_WIDE_WALK(wide, std::get<Kind>(GetParam()));
+  const WideWalk& wide = std::get<WideWalk>(GetParam());
   Terrain terrain = MakeTerrain();
   RandomSource random(5);
   terrain.AddDust(&random, Terrain::kSide * Terrain::kSide / 3);
@@ -331,7 +326,7 @@ TEST_P(WideWalkAt, ManyCells) {
 }
 
 TEST_P(WideWalkAt, Frames) {
-  GET_WIDE_WALK(wide, std::get<Kind>(GetParam()));
+  const WideWalk& wide = std::get<WideWalk>(GetParam());
   Terrain terrain = MakeTerrain();
   RandomSource random(7);
   terrain.AddFrames(&random, 30);
@@ -341,7 +336,7 @@ TEST_P(WideWalkAt, Frames) {
 // ---- cases of their own -------------------------------------------------------------------------
 
 TEST_P(WideWalkOf, EveryNumberOfRaysInPartsOfEveryKind) {
-  GET_WIDE_WALK(wide, GetParam());
+  const WideWalk& wide = GetParam();
   Terrain terrain(-160, -160);
   RandomSource random(9);
   terrain.AddDust(&random, 3000);
@@ -358,7 +353,7 @@ TEST_P(WideWalkOf, EveryNumberOfRaysInPartsOfEveryKind) {
 
 // A ray of a few cells beside rays of thousands: lanes come to rest at very different times.
 TEST_P(WideWalkOf, SuperregionsOneAfterTheOther) {
-  GET_WIDE_WALK(wide, GetParam());
+  const WideWalk& wide = GetParam();
   RandomSource random(10);
   for (const int walls : {3, 30, 1000}) {
     grid::Grid grid;
@@ -389,7 +384,7 @@ TEST_P(WideWalkOf, SuperregionsOneAfterTheOther) {
 
 // The starts are in the last occupied rows: hardly a border is worth crossing.
 TEST_P(WideWalkOf, HitsInTheLastRowsOfTheBoxAreFound) {
-  GET_WIDE_WALK(wide, GetParam());
+  const WideWalk& wide = GetParam();
   Terrain terrain(0, 0);
   for (const int x : {0, 63})
     for (const int y : {0, 63}) terrain.Add(x, y);
@@ -407,7 +402,7 @@ TEST_P(WideWalkOf, HitsInTheLastRowsOfTheBoxAreFound) {
 }
 
 TEST_P(WideWalkOf, ABorderReachedExactlyIsCrossed) {
-  GET_WIDE_WALK(wide, GetParam());
+  const WideWalk& wide = GetParam();
   Terrain terrain(0, 0);
   terrain.Add(10, 5);
   Rays rays(terrain.View(Terrain::kOfGrid));
@@ -426,7 +421,7 @@ TEST_P(WideWalkOf, ABorderReachedExactlyIsCrossed) {
 }
 
 TEST_P(WideWalkOf, TheMiddleOfTheWayThroughTheCell) {
-  GET_WIDE_WALK(wide, GetParam());
+  const WideWalk& wide = GetParam();
   Terrain terrain(0, 0);
   terrain.Add(10, 5);
   Rays rays(terrain.View(Terrain::kOfGrid));
@@ -444,7 +439,7 @@ TEST_P(WideWalkOf, TheMiddleOfTheWayThroughTheCell) {
 }
 
 TEST_P(WideWalkOf, NothingOccupied) {
-  GET_WIDE_WALK(wide, GetParam());
+  const WideWalk& wide = GetParam();
   const grid::Grid grid;
   Rays rays(grid.View(grid::kEverything));
   for (const int64_t at : {-5000, -1, 0, 1, 5000})
@@ -456,7 +451,7 @@ TEST_P(WideWalkOf, NothingOccupied) {
 }
 
 TEST_P(WideWalkOf, SelfMasksThatHideAllOrNothing) {
-  GET_WIDE_WALK(wide, GetParam());
+  const WideWalk& wide = GetParam();
   Terrain terrain(-160, -160);
   RandomSource random(11);
   terrain.AddDust(&random, 500);
@@ -480,7 +475,7 @@ TEST_P(WideWalkOf, SelfMasksThatHideAllOrNothing) {
 
 // FirstHits itself, with groups that are too small for lanes among them.
 TEST_P(WideWalkOf, FirstHitsAreTheSame) {
-  GET_WIDE_WALK(wide, GetParam());
+  const WideWalk& wide = GetParam();
   Terrain terrain(-160, -160);
   RandomSource random(12);
   terrain.AddDust(&random, 2000);

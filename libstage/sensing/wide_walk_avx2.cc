@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Four lanes: compiled for, and called on, x86-64 processors with AVX2.
+
+#ifdef STAGE_WALK_AVX2
+
+#include "sensing/four_lanes.hh"
+#include "sensing/wide_walk_lanes.hh"
+
+namespace Stg::internal::sensing {
+
+extern const WideWalk kWalkAvx2;
+const WideWalk kWalkAvx2{"avx2", WalkInLanes<FourLanes>, LookInLanes<FourLanes>};
+
+}  // namespace Stg::internal::sensing
+
+#endif

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Four lanes: for 64-bit Arm processors, all of which have NEON.
+
+#ifdef STAGE_WALK_NEON
+
+#include "sensing/four_lanes.hh"
+#include "sensing/wide_walk_lanes.hh"
+
+namespace Stg::internal::sensing {
+
+extern const WideWalk kWalkNeon;
+const WideWalk kWalkNeon{"neon", WalkInLanes<FourLanes>, LookInLanes<FourLanes>};
+
+}  // namespace Stg::internal::sensing
+
+#endif
