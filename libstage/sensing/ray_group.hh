@@ -9,7 +9,7 @@
 
 namespace Stg::internal::sensing {
 
-/// Some rays of a fan of a single leg, in the cell model.
+/// Some rays of a fan of a single leg.
 struct FanPart {
   const FanRecord* fan;
   const Direction* directions;  ///< one for each of the rays

@@ -134,31 +134,62 @@ class CellVisit {
 template <class Taking>
 class ExactVisit {
  public:
-  ExactVisit(const grid::Grid& grid, const Fan& fan, const Line& line, const Taking& notes)
-      : grid_(grid),
-        fan_(fan),
-        line_(line),
-        nearest_(std::nextafter(fan.range, std::numeric_limits<double>::infinity())),
-        notes_(notes) {}
+  /// `end`: crossings from there on are too far away; see EndOf().
+  ExactVisit(const grid::Grid& grid, const Fan& fan, double end, const Line& line,
+             const Taking& notes = {})
+      : grid_(grid), fan_(fan), line_(line), nearest_(end), notes_(notes) {}
 
-  Model* hit() const { return hit_; }
-  double nearest() const { return nearest_; }
-  void BeginLeg(double leg) { leg_start_ = leg * fan_.leg_length; }
+  /// Just behind the range, which still counts.
+  static double EndOf(const Fan& fan) {
+    return std::nextafter(fan.range, std::numeric_limits<double>::infinity());
+  }
+
+  RayHit hit() const {
+    if (!hit_) return {fan_.range, nullptr};
+    return {std::min(nearest_, fan_.range), hit_};
+  }
+  /// Whether the leg that begins so many metres from the start can change nothing any more.
+  bool IsDoneBefore(double leg_start) const { return hit_ && nearest_ <= leg_start; }
+  void BeginLeg(double leg_start) { leg_start_ = leg_start; }
 
   bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t bit) {
     if (PastLimits(*ray, ray->u, ray->v)) return true;  // a listed cell behind a hit
     notes_.Cell(*ray);
-    bool nearer = false;
-    grid_.AnyAt(region, tile, bit, [&](grid::BodyId id) {
-      nearer |= Offer(grid_.body(id));
-      return false;
-    });
-    if (!nearer) return false;
+    if (!Offer(grid_.ListIn(grid::Grid::CellAt(region, tile, bit)))) return false;
     EndAtNearest(ray);
     return PastLimits(*ray, ray->u + 1, ray->v) && PastLimits(*ray, ray->u, ray->v + 1);
   }
+  /// The same for the first cell (u, v) of a ray of one leg (dx, dy), before it is known whether
+  /// the ray has to be walked any further.
+  bool EndsAtFirst(grid::BodyList bodies, int32_t dx, int32_t dy, int u, int v) {
+    if (!Offer(bodies)) return false;
+    const double share = ShareOfLeg();
+    const auto ends = [share](uint32_t fraction, int32_t displacement, int borders) {
+      const int offset = static_cast<int>(displacement < 0 ? 65536 - fraction : fraction);
+      return ((borders + 1) << 16) - offset > LimitOf(share, std::abs(displacement));
+    };
+    const FanRecord& fan = fan_.record;
+    return ends(fan.fraction & 0xffff, dx, u) && ends(fan.fraction >> 16, dy, v);
+  }
+  /// Cells that the ray enters behind the nearest crossing are of no interest any more.
+  void EndAtNearest(ray_t* ray) const {
+    if (!hit_) return;
+    const double share = ShareOfLeg();
+    ray->limit_x = std::min(ray->limit_x, LimitOf(share, ray->adx));
+    ray->limit_y = std::min(ray->limit_y, LimitOf(share, ray->ady));
+  }
 
  private:
+  /// True if one of them is nearer than what was met before.
+  bool Offer(grid::BodyList bodies) {
+    bool nearer = false;
+    grid_.AnyOf(bodies, [&](grid::BodyId id) {
+      if (WasAsked(id)) return false;
+      nearer |= Offer(grid_.body(id));
+      return false;
+    });
+    return nearer;
+  }
   /// Takes note of the body if the ray meets it first.
   bool Offer(const grid::Body& body) {
     if (!body.exact()) return false;
@@ -178,13 +209,20 @@ class ExactVisit {
     notes_.Body(body, answer, along);
     return false;
   }
-
-  /// Cells that the ray enters behind the nearest crossing are of no interest any more.
-  void EndAtNearest(ray_t* ray) const {
-    const double share = constrain((nearest_ - leg_start_) / fan_.leg_length, 0.0, 1.0);
-    ray->limit_x = std::min(ray->limit_x, static_cast<int>(share * ray->adx) + 1);
-    ray->limit_y = std::min(ray->limit_y, static_cast<int>(share * ray->ady) + 1);
+  /// A ray mostly comes to several cells of a body, one after the other; the answer is the same.
+  bool WasAsked(grid::BodyId id) {
+    if (id == asked_[0] || id == asked_[1]) return true;
+    asked_[1] = asked_[0];
+    asked_[0] = id;
+    return false;
   }
+
+  /// How much of the leg lies before the nearest crossing.
+  double ShareOfLeg() const {
+    return constrain((nearest_ - leg_start_) / fan_.leg_length, 0.0, 1.0);
+  }
+  /// As ray_t has it.
+  static int LimitOf(double share, int size) { return static_cast<int>(share * size) + 1; }
 
   static bool PastLimits(const ray_t& ray, int u, int v) {
     return (u << 16) - ray.ox > ray.limit_x || (v << 16) - ray.oy > ray.limit_y;
@@ -196,6 +234,7 @@ class ExactVisit {
   double leg_start_ = 0;
   double nearest_;
   Model* hit_ = nullptr;
+  grid::BodyId asked_[2] = {grid::BodyId(-1), grid::BodyId(-1)};  // the last ones
   [[no_unique_address]] const Taking notes_;
 };
 
@@ -229,10 +268,10 @@ void Tracer::Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y) {
 }
 
 /// Takes `visit` to the cells in which something is, in their order along the ray: those of the
-/// list, then those that the walk finds behind them.
+/// list but the first ones, then those that the walk finds behind them.
 template <typename Visit>
-void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
-  for (uint32_t i = 0; i < walk.list.count; i++) {
+void Tracer::Follow(const Walk& walk, uint32_t first, ray_t* ray, Visit* visit) const {
+  for (uint32_t i = first; i < walk.list.count; i++) {
     const uint32_t hit = walk.list.hits[i];
     if (hit == RAY_NO_HIT) return;  // the ray ended; there is nothing behind
     ray_resume(ray, ray_packed_u(hit), ray_packed_v(hit));
@@ -311,39 +350,72 @@ RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk, const Taking& notes)
     const int64_t y = start_y + static_cast<int64_t>(k) * walk.dy;
     Begin(&ray, walk, x, y);
     notes.Leg(k, ray);
-    Follow(walk, &ray, &visit);
+    Follow(walk, 0, &ray, &visit);
     if (visit.hit())
       return {(k + MiddleOf(PassageOf(ray), fan.legs - k)) * fan.leg_length, visit.hit()};
   }
   return {fan.range, nullptr};
 }
 
+/// A ray of one leg, of which the first cell of the list is known not to end it.
+RayHit Tracer::TraceCellsFrom(const Fan& fan, const Walk& walk) const {
+  CellVisit<> visit(grid_, fan);
+  ray_t ray;
+  Begin(&ray, walk, StartX(fan), StartY(fan));
+  ray_resume(&ray, ray_packed_u(*walk.list.hits), ray_packed_v(*walk.list.hits));
+  Follow(walk, 1, &ray, &visit);
+  if (!visit.hit()) return {fan.range, nullptr};
+  return {MiddleOf(PassageOf(ray), fan.legs) * fan.leg_length, visit.hit()};
+}
+
+namespace {
+
+Line LineOf(const Fan& fan, const SineCosine& turn) {
+  const SineCosine& heading = fan.heading;
+  return {fan.x,
+          fan.y,
+          {.sine = heading.sine * turn.cosine + heading.cosine * turn.sine,
+           .cosine = heading.cosine * turn.cosine - heading.sine * turn.sine}};
+}
+
+}  // namespace
+
 /// Each leg begins on the true ray, so that the walk stays as near to it as the outlines' margin in
 /// the grid allows for, however far out it gets.
 template <class Taking>
 RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn,
                           const Taking& notes) const {
-  const SineCosine& heading = fan.heading;
-  const Line line{fan.x,
-                  fan.y,
-                  {.sine = heading.sine * turn.cosine + heading.cosine * turn.sine,
-                   .cosine = heading.cosine * turn.cosine - heading.sine * turn.sine}};
+  const Line line = LineOf(fan, turn);
   const int64_t start_x = StartX(fan), start_y = StartY(fan);
   const double leg_x = line.direction.cosine * fan.leg_cells * 65536.0;
   const double leg_y = line.direction.sine * fan.leg_cells * 65536.0;
-  ExactVisit<Taking> visit(grid_, fan, line, notes);
+  ExactVisit<Taking> visit(grid_, fan, ExactVisit<Taking>::EndOf(fan), line, notes);
   ray_t ray;
   const LegRange legs = LegsInBox(fan, walk.view, start_x, start_y, walk.dx, walk.dy);
   for (double k = legs.first; k <= legs.last; k += 1.0) {
-    if (visit.hit() && visit.nearest() <= k * fan.leg_length) break;
-    visit.BeginLeg(k);
+    if (visit.IsDoneBefore(k * fan.leg_length)) break;
+    visit.BeginLeg(k * fan.leg_length);
     Begin(&ray, walk, start_x + static_cast<int64_t>(std::floor(k * leg_x)),
           start_y + static_cast<int64_t>(std::floor(k * leg_y)));
     notes.Leg(k, ray);
-    Follow(walk, &ray, &visit);
+    Follow(walk, 0, &ray, &visit);
   }
-  if (!visit.hit()) return {fan.range, nullptr};
-  return {std::min(visit.nearest(), fan.range), visit.hit()};
+  return visit.hit();
+}
+
+/// A ray of one leg, of which is known what is in the first cell of the list. `end`: as ExactVisit
+/// has it.
+RayHit Tracer::TraceExactFrom(const Fan& fan, double end, const Walk& walk, const SineCosine& turn,
+                              grid::BodyList bodies) const {
+  ExactVisit<NoNotes> visit(grid_, fan, end, LineOf(fan, turn));
+  const int u = ray_packed_u(*walk.list.hits), v = ray_packed_v(*walk.list.hits);
+  if (visit.EndsAtFirst(bodies, walk.dx, walk.dy, u, v)) return visit.hit();
+  ray_t ray;
+  Begin(&ray, walk, StartX(fan), StartY(fan));
+  ray_resume(&ray, u, v);
+  visit.EndAtNearest(&ray);
+  Follow(walk, 1, &ray, &visit);
+  return visit.hit();
 }
 
 namespace {
@@ -390,7 +462,7 @@ class Tracer::Group {
   /// A fan whose rays are traced on their own.
   void AddAlone(const Fan& fan) {
     Trace();
-    tracer_.TraceOneByOne(batch_, fan, lists_, ranges_, &runs_, counters_);
+    tracer_.TraceOneByOne(batch_, fan, ranges_, &runs_, counters_);
     ranges_ += fan.record.samples;
   }
 
@@ -430,6 +502,7 @@ class Tracer::Group {
     const Fan& fan = *fans_[part];
     const uint32_t first = ray, end = ray + parts_[part].count;
     counters_->rays += parts_[part].count;
+    if (fan.exact) end_ = ExactVisit<NoNotes>::EndOf(fan);
     while (ray < end) {  // neighbouring rays mostly hit the same
       const uint32_t from = ray;
       const grid::BodyList bodies = first_.Bodies(ray);
@@ -437,8 +510,8 @@ class Tracer::Group {
       CellVisit<> visit(tracer_.grid_, fan);
       if (bodies != FirstHits::kNothing) {
         counters_->potential_hits += ray - from;
-        if (!visit(bodies)) {
-          for (uint32_t i = from; i < ray; i++) GoOn(part, i - first, i);
+        if (fan.exact || !visit(bodies)) {
+          for (uint32_t i = from; i < ray; i++) GoOn(part, i - first, i, bodies);
           continue;
         }
       }
@@ -446,20 +519,22 @@ class Tracer::Group {
     }
   }
 
-  /// Ray i of a part, the first potential hit of which is none.
-  void GoOn(uint32_t part, uint32_t i, uint32_t ray) {
+  /// Ray i of a part, which its first potential hit does not end, or not for certain. `bodies`:
+  /// what is in the cell of that.
+  void GoOn(uint32_t part, uint32_t i, uint32_t ray, grid::BodyList bodies) {
     const uint32_t per_ray = lists_.per_ray;
     const HitList list = per_ray > 0 ? HitList{parts_[part].walked + lists_.WordsOf(i) + 1, per_ray}
                                      : HitList{&first_.Packed(ray), 1};
     const Fan& fan = *fans_[part];
     const uint32_t sample = begins_[part] + i;
-    const Bearing bearing{batch_.DirectionsOf(fan)[sample], batch_.TurnsOf(fan)[sample]};
-    const RayHit hit = tracer_.Trace(fan, view_, bearing, mask_, list, counters_);
+    const Walk walk = WalkOf(fan, view_, batch_.DirectionsOf(fan)[sample], mask_, list, counters_);
+    const uint64_t resumed = counters_->resumed;
+    const RayHit hit =
+        fan.exact ? tracer_.TraceExactFrom(fan, end_, walk, batch_.TurnsOf(fan)[sample], bodies)
+                  : tracer_.TraceCellsFrom(fan, walk);
+    if (per_ray == 0) counters_->resumed = resumed;  // it is the lists that count
     ranges_[ray] = hit.range;
     AddRun(sample, sample + 1, hit.model, &runs_);
-    counters_->resumed -= per_ray == 0;  // it is the lists that count
-    counters_->rays--;                   // these have been counted
-    counters_->potential_hits--;
   }
 
   const Tracer& tracer_;
@@ -471,6 +546,7 @@ class Tracer::Group {
   FirstHits first_;
   ray_grid_t view_;
   ray_mask_t mask_;
+  double end_ = 0;  // of the part's rays, in the exact model
 
   uint32_t part_count_ = 0, rays_ = 0;
   const Fan* fans_[RayGroup::kMost];
@@ -478,19 +554,15 @@ class Tracer::Group {
   FanPart parts_[RayGroup::kMost];
 };
 
-/// Rays of several legs, or of the exact model.
-void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists,
-                           double* ranges, std::vector<HitRun>* runs,
-                           TraceCounters* counters) const {
+/// Rays of several legs, which no device walks, or of none.
+void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, double* ranges,
+                           std::vector<HitRun>* runs, TraceCounters* counters) const {
   const Direction* directions = batch.DirectionsOf(fan);
   const SineCosine* turns = batch.TurnsOf(fan);
   const ray_mask_t mask = batch.SelfMaskOf(fan);
   const ray_grid_t view = grid_.View(fan.layer);
-  const bool listed = fan.single_leg() && lists.per_ray > 0;
   for (uint32_t i = 0; i < fan.record.samples; i++) {
-    const HitList known =
-        listed ? HitList{lists.ListOf(size_t{fan.record.first_ray} + i), lists.per_ray} : HitList();
-    const RayHit hit = Trace(fan, view, {directions[i], turns[i]}, mask, known, counters);
+    const RayHit hit = Trace(fan, view, {directions[i], turns[i]}, mask, HitList(), counters);
     ranges[i] = hit.range;
     AddRun(i, i + 1, hit.model, runs);
   }
@@ -504,7 +576,7 @@ void Tracer::TraceFans(const RayBatch& batch, std::span<const Fan> fans, const H
   hits->runs.clear();
   Group group(*this, batch, lists, hits, counters);
   for (const Fan& fan : fans) {
-    if (fan.single_leg() && !fan.exact)
+    if (fan.single_leg())
       group.Add(fan);
     else
       group.AddAlone(fan);

@@ -73,11 +73,11 @@ class Tracer {
  private:
   struct Walk;
   class Group;
-  void TraceOneByOne(const RayBatch& batch, const Fan& fan, const HitLists& lists, double* ranges,
+  void TraceOneByOne(const RayBatch& batch, const Fan& fan, double* ranges,
                      std::vector<HitRun>* runs, TraceCounters* counters) const;
   static void Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y);
   template <typename Visit>
-  void Follow(const Walk& walk, ray_t* ray, Visit* visit) const;
+  void Follow(const Walk& walk, uint32_t first, ray_t* ray, Visit* visit) const;
   static Walk WalkOf(const Fan& fan, const ray_grid_t& view, const Direction& direction,
                      const ray_mask_t& mask, const HitList& list, TraceCounters* counters);
   template <class Taking>
@@ -85,6 +85,9 @@ class Tracer {
   template <class Taking>
   RayHit TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn,
                     const Taking& notes) const;
+  RayHit TraceCellsFrom(const Fan& fan, const Walk& walk) const;
+  RayHit TraceExactFrom(const Fan& fan, double end, const Walk& walk, const SineCosine& turn,
+                        grid::BodyList bodies) const;
 
   const grid::Grid& grid_;
 };
