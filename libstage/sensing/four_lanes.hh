@@ -22,6 +22,7 @@ struct FourLanes {
   static constexpr int kCount = 4;
   static constexpr int kBytes = kCount * sizeof(int64_t);
 
+  using Number = int64_t;
   using V [[gnu::vector_size(kBytes)]] = int64_t;
   using D [[gnu::vector_size(kBytes)]] = double;
   /// All ones or none in each lane.
@@ -32,11 +33,14 @@ struct FourLanes {
   static V All(int64_t n) { return V{n, n, n, n}; }
   static V Load(const int64_t* p) { return Get<V>(p); }
   static V Load(const uint32_t* p) { return V{p[0], p[1], p[2], p[3]}; }
+  static V Load(const int32_t* p) { return __builtin_convertvector(Get<Halves>(p), V); }
   static D Load(const double* p) { return Get<D>(p); }
   static void Store(int64_t* p, V v) { Put(p, v); }
   static void Store(double* p, D d) { Put(p, d); }
   /// The lower halves.
   static void Store(uint32_t* p, V v) { Put(p, __builtin_convertvector(v, Halves)); }
+  static void Store(int32_t* p, V v) { Put(p, __builtin_convertvector(v, Halves)); }
+  static void Store(float* p, D d) { Put(p, __builtin_convertvector(d, Floats)); }
   /// Up to four pairs of 32-bit numbers; Multiply() looks at the lower half of a lane only.
   static void LoadPairs(const void* pairs, uint32_t count, V* first, V* second) {
     if (count >= kCount) {
@@ -53,6 +57,7 @@ struct FourLanes {
   static V Subtract(V a, V b) { return Signed(Bits(a) - Bits(b)); }
   /// The number before, but of 0 and less 0.
   static V LessOne(V a) { return And(Add(a, All(-1)), a > All(0)); }
+  static V LowHalf(V a) { return And(a, All(0xffffffff)); }
   static V And(V a, V b) { return a & b; }
   static V Or(V a, V b) { return a | b; }
   static V Xor(V a, V b) { return a ^ b; }
@@ -200,6 +205,7 @@ struct FourLanes {
  private:
   using UnsignedV [[gnu::vector_size(kBytes)]] = uint64_t;
   using Halves [[gnu::vector_size(kBytes / 2)]] = int32_t;
+  using Floats [[gnu::vector_size(kBytes / 2)]] = float;
 
   // The same bits as another type.
   static UnsignedV Bits(V a) { return reinterpret_cast<UnsignedV>(a); }

@@ -20,22 +20,27 @@ typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typena
   using V = typename Lanes::V;
   const V product = Lanes::Xor(Lanes::Multiply(x, Lanes::All(int32_t(RAY_HASH_X))),
                                Lanes::Multiply(y, Lanes::All(int32_t(RAY_HASH_Y))));
-  const V low = Lanes::And(product, Lanes::All(0xffffffff));
-  const V hash = Lanes::Xor(low, Lanes::template Right<RAY_HASH_SHIFT>(low));
+  const V low = Lanes::LowHalf(product);
+  const V above = Lanes::And(Lanes::template Right<RAY_HASH_SHIFT>(low),
+                             Lanes::All((1 << (32 - RAY_HASH_SHIFT)) - 1));
+  const V hash = Lanes::Xor(low, above);
   const ray_super_t& first = *grid.directory;
-  constexpr int64_t kWords = sizeof first / sizeof first.index;
-  const V slot =
-      Lanes::Multiply(Lanes::And(hash, Lanes::All(grid.directory_mask)), Lanes::All(kWords));
+  constexpr int kWords = sizeof first / sizeof first.index;
+  const V slot = Lanes::Multiply(
+      Lanes::And(hash, Lanes::All(static_cast<typename Lanes::Number>(grid.directory_mask))),
+      Lanes::All(kWords));
   const V index = Lanes::Gather(&first.index, slot);
   const auto others = Lanes::Or(Lanes::Differ(x, Lanes::Gather(&first.x, slot)),
                                 Lanes::Differ(y, Lanes::Gather(&first.y, slot)));
   if (!Lanes::Any(Lanes::And(others, Lanes::Differ(index, Lanes::All(0))))) return index;
 
-  alignas(64) int64_t of_x[Lanes::kCount], of_y[Lanes::kCount], super[Lanes::kCount];
+  using Number = typename Lanes::Number;
+  alignas(64) Number of_x[Lanes::kCount], of_y[Lanes::kCount], super[Lanes::kCount];
   Lanes::Store(of_x, x);
   Lanes::Store(of_y, y);
   for (int i = 0; i < Lanes::kCount; i++)
-    super[i] = ray_find_super(&grid, static_cast<int>(of_x[i]), static_cast<int>(of_y[i]));
+    super[i] = static_cast<Number>(
+        ray_find_super(&grid, static_cast<int>(of_x[i]), static_cast<int>(of_y[i])));
   return Lanes::Load(super);
 }
 
@@ -48,7 +53,8 @@ class SuperMap {
   SuperMap(const ray_grid_t& grid, int32_t x, int32_t y)
       : grid_(grid), x_(FirstNear(x)), y_(FirstNear(y)) {
     for (int i = 0; i < kSide * kSide; i++)
-      near_[i] = ray_find_super(&grid, x_ + i % kSide, y_ + i / kSide);
+      near_[i] = static_cast<typename Lanes::Number>(
+          ray_find_super(&grid, x_ + i % kSide, y_ + i / kSide));
   }
 
   /// Those of the cells in these lanes; of others anything.
@@ -69,7 +75,7 @@ class SuperMap {
 
   const ray_grid_t& grid_;
   const int32_t x_, y_;  // of the first of them
-  alignas(64) int64_t near_[kSide * kSide];
+  alignas(64) typename Lanes::Number near_[kSide * kSide];
 };
 
 /// Those near the group.
@@ -97,14 +103,15 @@ class RayStarts {
   }
 
   /// Rays are prepared some at a time, up to the last lane.
-  static constexpr uint32_t kRoom = RayGroup::kMost + Lanes::kCount;
+  static constexpr uint32_t kRoom = RayGroup::kMost + 8;
+  static_assert(Lanes::kCount <= 8);
 
   const ray_grid_t& grid;
   const uint32_t count;
 
-  alignas(64) int64_t x0[kRoom], y0[kRoom];
-  alignas(64) int64_t dx[kRoom], dy[kRoom];
-  alignas(64) int64_t ox[kRoom], oy[kRoom];
+  alignas(64) int32_t x0[kRoom], y0[kRoom];
+  alignas(64) int32_t dx[kRoom], dy[kRoom];
+  alignas(64) int32_t ox[kRoom], oy[kRoom];
   alignas(64) double leg_lengths[kRoom];
 
  private:

@@ -4,13 +4,14 @@
 
 #ifdef STAGE_WALK_AVX2
 
+#include "sensing/eight_lanes.hh"
 #include "sensing/four_lanes.hh"
 #include "sensing/wide_walk_lanes.hh"
 
 namespace Stg::internal::sensing {
 
 extern const WideWalk kWalkAvx2;
-const WideWalk kWalkAvx2{"avx2", WalkInLanes<FourLanes>, LookInLanes<FourLanes>};
+const WideWalk kWalkAvx2{"avx2", WalkInLanes<FourLanes, EightLanes>, LookInLanes<FourLanes>};
 
 }  // namespace Stg::internal::sensing
 

@@ -11,6 +11,7 @@
 #endif
 #include <immintrin.h>
 
+#include "sensing/eight_lanes.hh"
 #include "sensing/wide_walk_lanes.hh"
 
 namespace Stg::internal::sensing {
@@ -18,6 +19,7 @@ namespace Stg::internal::sensing {
 namespace {
 
 struct Eight {
+  using Number = int64_t;
   using V = __m512i;
   using D = __m512d;
   using M = __mmask8;
@@ -29,6 +31,10 @@ struct Eight {
     return _mm512_cvtepu32_epi64(
         _mm256_loadu_si256(static_cast<const __m256i*>(static_cast<const void*>(p))));
   }
+  static V Load(const int32_t* p) {
+    return _mm512_cvtepi32_epi64(
+        _mm256_loadu_si256(static_cast<const __m256i*>(static_cast<const void*>(p))));
+  }
   static D Load(const double* p) { return _mm512_loadu_pd(p); }
   static void Store(int64_t* p, V v) { _mm512_storeu_si512(p, v); }
   static void Store(double* p, D d) { _mm512_storeu_pd(p, d); }
@@ -36,6 +42,10 @@ struct Eight {
   static void Store(uint32_t* p, V v) {
     _mm256_storeu_si256(static_cast<__m256i*>(static_cast<void*>(p)), _mm512_cvtepi64_epi32(v));
   }
+  static void Store(int32_t* p, V v) {
+    _mm256_storeu_si256(static_cast<__m256i*>(static_cast<void*>(p)), _mm512_cvtepi64_epi32(v));
+  }
+  static void Store(float* p, D d) { _mm256_storeu_ps(p, _mm512_cvtpd_ps(d)); }
   /// Up to eight pairs of 32-bit numbers; Multiply() looks at the lower half of a lane only.
   static void LoadPairs(const void* pairs, uint32_t count, V* first, V* second) {
     *first = _mm512_maskz_loadu_epi64(FirstOf(count), pairs);
@@ -51,6 +61,7 @@ struct Eight {
   }
   /// Products of signed 32-bit numbers.
   static V Multiply(V a, V b) { return _mm512_mul_epi32(a, b); }
+  static V LowHalf(V a) { return And(a, All(0xffffffff)); }
   static V And(V a, V b) { return _mm512_and_si512(a, b); }
   static V Or(V a, V b) { return _mm512_or_si512(a, b); }
   static V Xor(V a, V b) { return _mm512_xor_si512(a, b); }
@@ -150,7 +161,7 @@ struct Eight {
 }  // namespace
 
 extern const WideWalk kWalkAvx512;
-const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight>, LookInLanes<Eight>};
+const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight, EightLanes>, LookInLanes<Eight>};
 
 }  // namespace Stg::internal::sensing
 

@@ -19,11 +19,14 @@ namespace Stg::internal::sensing {
 namespace {
 
 /// How rays go: as a ray_t has it.
-template <class Lanes>
+template <class Lanes, typename Slope>
 struct Slant {
   typename Lanes::V ox, oy, adx, ady;
-  typename Lanes::D dy_per_dx, dx_per_dy;
+  Slope dy_per_dx, dx_per_dy;
 };
+
+/// A border that no ray reaches, in Q16: the longest one and a superregion more.
+constexpr float kBeyond = 1.2e9f;
 
 /// How far a border lies from the start inside a cell.
 template <class Lanes>
@@ -34,8 +37,9 @@ typename Lanes::V Offset(typename Lanes::V border, typename Lanes::V start) {
 /// Sets u and v to where the leap lands that crosses the border to_x, if `in_x`, or to_y:
 /// ray_land(). A double tells that place to within one border.
 template <class Lanes>
-void Land(const Slant<Lanes>& ray, typename Lanes::M in_x, typename Lanes::V to_x,
-          typename Lanes::V to_y, typename Lanes::V* u, typename Lanes::V* v) {
+void Land(const Slant<Lanes, typename Lanes::D>& ray, typename Lanes::M in_x,
+          typename Lanes::V to_x, typename Lanes::V to_y, typename Lanes::V* u,
+          typename Lanes::V* v) {
   using V = typename Lanes::V;
   const V to = Lanes::Select(in_x, to_x, to_y);
   const V offset = Lanes::Select(in_x, ray.ox, ray.oy);
@@ -78,15 +82,15 @@ class ReadyRays : public RayStarts<Lanes> {
   const ray_mask_t& mask;
   uint32_t next = 0;  ///< the ray to be taken up
 
-  alignas(64) int64_t limits_x[kRoom], limits_y[kRoom];
-  alignas(64) double dy_per_dx[kRoom], dx_per_dy[kRoom];
-  alignas(64) int64_t u[kRoom], v[kRoom];  ///< where the walk begins
+  alignas(64) int32_t limits_x[kRoom], limits_y[kRoom];
+  alignas(64) float dy_per_dx[kRoom], dx_per_dy[kRoom];
+  alignas(64) int32_t u[kRoom], v[kRoom];  ///< where the walk begins
 
  private:
   static V All(int64_t number) { return Lanes::All(number); }
 
   void Prepare(uint32_t first) {
-    const auto load = [&](const int64_t* numbers) { return Lanes::Load(numbers + first); };
+    const auto load = [&](const int32_t* numbers) { return Lanes::Load(numbers + first); };
     const ray_grid_t& box = this->grid;
     const V to_x = load(this->dx), to_y = load(this->dy);
     const V adx = Lanes::Absolute(to_x), ady = Lanes::Absolute(to_y);
@@ -102,7 +106,7 @@ class ReadyRays : public RayStarts<Lanes> {
   }
 
   /// The walk begins where the ray leaves the box, or at its start if that is outside.
-  void LeaveFreeBox(const Slant<Lanes>& ray, uint32_t first) {
+  void LeaveFreeBox(const Slant<Lanes, D>& ray, uint32_t first) {
     const M back_x = Lanes::Greater(All(0), Lanes::Load(this->dx + first));
     const M back_y = Lanes::Greater(All(0), Lanes::Load(this->dy + first));
     const auto side = [&](int32_t grid::CellBox::*of) {
@@ -144,11 +148,38 @@ class ReadyRays : public RayStarts<Lanes> {
   const FreeBoxes free_;
 };
 
-/// Rays that are walked side by side. A lane whose ray has ended takes up the next one.
+/// The same as Land(), with 32 bits a lane: a float guesses, and tells the place to within a
+/// hundredth of a border. A product of two numbers has 64 bits all the same.
 template <class Lanes>
+void Leap(const Slant<Lanes, typename Lanes::F>& ray, typename Lanes::M in_x,
+          typename Lanes::V to_x, typename Lanes::V to_y, typename Lanes::V* u,
+          typename Lanes::V* v) {
+  using V = typename Lanes::V;
+  const V to = Lanes::Select(in_x, to_x, to_y);
+  const V other_offset = Lanes::Select(in_x, ray.oy, ray.ox);
+  const V across = Lanes::Select(in_x, ray.adx, ray.ady);
+  const V along = Lanes::Select(in_x, ray.ady, ray.adx);
+  const V from = Lanes::Select(in_x, *v, *u), one = Lanes::All(1);
+  const V at = Offset<Lanes>(to, Lanes::Select(in_x, ray.ox, ray.oy));
+  const auto slope = Lanes::Select(in_x, ray.dy_per_dx, ray.dx_per_dy);
+  // Beyond the end of any ray it is enough to know that.
+  const auto guess = Lanes::Smaller(Lanes::Times(Lanes::ToFloat(at), slope), Lanes::AllOf(kBeyond));
+  // Less than that by what a guess may be wrong, twice over: it lies before the place for certain.
+  const V before = Lanes::Add(Lanes::Add(Lanes::ToInteger(guess), other_offset), Lanes::All(-512));
+  V n = Lanes::Larger(Lanes::template Right<16>(before), from);
+  const V next = Offset<Lanes>(Lanes::Add(n, one), other_offset);
+  n = Lanes::AddWhere(Lanes::ProductsBelow(next, across, at, along, in_x), n, one);
+  *u = Lanes::Select(in_x, to, n);
+  *v = Lanes::Select(in_x, n, to);
+}
+
+/// Rays that are walked side by side, with 32 bits a lane. A lane whose ray has ended takes up the
+/// next one.
+template <class Lanes, class Rays>
 class LaneGroup {
  public:
-  LaneGroup(ReadyRays<Lanes>* rays, uint32_t* hits) : rays_(*rays), hits_(hits) {}
+  LaneGroup(Rays* rays, const SuperMap<Lanes>& supers, uint32_t* hits)
+      : rays_(*rays), supers_(supers), hits_(hits) {}
 
   bool AtWork() const { return Lanes::Any(active_); }
 
@@ -168,19 +199,19 @@ class LaneGroup {
   void Look() {
     x_ = Reached<Lanes>(x0_, u_, back_x_);
     y_ = Reached<Lanes>(y0_, v_, back_y_);
-    super_ = rays_.supers.Of(active_, x_, y_);
+    super_ = supers_.Of(active_, x_, y_);
     const V region = RegionOf<Lanes>(rays_.grid, super_, x_, y_);
     const V t = TileInRegion<Lanes>(x_, y_);
     tile_map_ = Lanes::Gather(rays_.grid.tile_maps, region);
-    tile_ = Lanes::Add(Lanes::template Left<6>(region), t);
-    word_ = Visible(Lanes::Odd(Lanes::BitOf(tile_map_, t)), x_, y_);
+    const V tile = Lanes::Add(Lanes::template Left<6>(region), t);
+    word_ = Visible(Lanes::Odd(Lanes::BitOf(tile_map_, t)), tile);
   }
 
   /// One leap, or one walk within a tile or a region, of each ray, after Look().
   void GoOn() {
     const V none = All(0), one = All(1), seven = All(7);
     // What to walk in: the cells of a tile, the tiles of a region, or nothing but a leap.
-    const M in_tile = Lanes::Differ(word_, none), leaps = Lanes::Equal(tile_map_, none);
+    const M leaps = Lanes::Zero(tile_map_), in_tile = Lanes::Not(Lanes::Zero(word_));
     const V leap_shift =
         Lanes::Select(Lanes::Equal(super_, none), All(RAY_SUPER_SHIFT), All(RAY_REGION_SHIFT));
     const V walk_shift = Lanes::Select(in_tile, none, All(RAY_TILE_SHIFT));
@@ -188,9 +219,6 @@ class LaneGroup {
     const V square_x = Lanes::ShiftRight(x_, shift), square_y = Lanes::ShiftRight(y_, shift);
     const V bit = Lanes::Or(Lanes::And(square_x, seven),
                             Lanes::template Left<3>(Lanes::And(square_y, seven)));
-    // The tile that it is in holds nothing that counts, if it walks from tile to tile.
-    const V squares =
-        Lanes::Select(in_tile, word_, Lanes::Without(tile_map_, Lanes::ShiftLeft(one, bit)));
 
     // The next borders of the square. Cells left to its far side: those to its near side, counted
     // from the other end.
@@ -199,23 +227,22 @@ class LaneGroup {
     const V to_y = Lanes::Add(Lanes::Add(v_, one), Lanes::Without(inner, Lanes::Xor(y_, back_y_)));
     const V near_x = Lanes::And(Lanes::Xor(square_x, back_x_), seven);
     const V near_y = Lanes::And(Lanes::Xor(square_y, back_y_), seven);
-    const WordWalk walk{.squares = squares,
-                        .ey = Lanes::ShiftLeft(ey_, shift),
-                        .ex_ey = Lanes::ShiftLeft(ex_ey_, shift),
-                        .e = Lanes::Subtract(Lanes::Multiply(Offset(to_x, ox_), ady_),
-                                             Lanes::Multiply(Offset(to_y, oy_), adx_)),
-                        .at = Lanes::Add(Lanes::Add(bit, All(kInside)),
-                                         Lanes::Add(Lanes::template Left<kFieldX>(near_x),
-                                                    Lanes::template Left<kFieldY>(near_y)))};
+    // Steps change e by whole multiples of 2^16 squares: below that, bits have no say in its sign,
+    // and above it there are no more than 31.
+    const V e = Lanes::ProductsRight(Offset(to_x, ox_), ady_, Offset(to_y, oy_), adx_,
+                                     Lanes::Add(shift, All(16)));
+    const V at = Lanes::Add(
+        Lanes::Add(bit, All(kInside)),
+        Lanes::Add(Lanes::template Left<kFieldX>(near_x), Lanes::template Left<kFieldY>(near_y)));
     const M stands = Lanes::And(in_tile, Lanes::Odd(Lanes::BitOf(word_, bit)));
-    const auto [last_in, last_at] =
-        WalkInWord(walk, Lanes::AndNot(active_, Lanes::Or(leaps, stands)));
+    const auto [last_in, last_at] = WalkInWord({Lanes::Select(in_tile, word_, tile_map_), e, at},
+                                               Lanes::AndNot(active_, Lanes::Or(leaps, stands)));
     in_hit_ = Lanes::And(in_tile, Lanes::Zero(Lanes::And(last_at, All(kOutside))));
     const V far_x = Lanes::And(Lanes::template Right<kFieldX>(last_at), All(15));
     const V far_y = Lanes::And(Lanes::template Right<kFieldY>(last_at), All(15));
     const V steps_x = Lanes::Subtract(far_x, near_x), steps_y = Lanes::Subtract(far_y, near_y);
     const V u_counted = Lanes::Add(u_, steps_x), v_counted = Lanes::Add(v_, steps_y);
-    Land<Lanes>({ox_, oy_, adx_, ady_, dy_per_dx_, dx_per_dy_}, Lanes::MaskOf(last_in),
+    Leap<Lanes>({ox_, oy_, adx_, ady_, dy_per_dx_, dx_per_dy_}, Lanes::MaskOf(last_in),
                 Lanes::Add(to_x, Lanes::template Left<3>(Lanes::LessOne(steps_x))),
                 Lanes::Add(to_y, Lanes::template Left<3>(Lanes::LessOne(steps_y))), &u_, &v_);
     // In a tile it is enough to count.
@@ -230,45 +257,48 @@ class LaneGroup {
     const M ended = Lanes::And(active_, Lanes::Or(in_hit_, beyond));
     if (!Lanes::Any(ended)) return;
     const V hit = Lanes::Or(u_, Lanes::template Left<16>(v_));
-    Lanes::Scatter(ended, hits_, ray_, Lanes::Select(beyond, All(RAY_NO_HIT), hit));
+    Lanes::Scatter(ended, hits_, ray_,
+                   Lanes::Select(beyond, All(static_cast<int32_t>(RAY_NO_HIT)), hit));
     active_ = Lanes::AndNot(active_, ended);
   }
 
  private:
   using V = typename Lanes::V;
-  using D = typename Lanes::D;
+  using F = typename Lanes::F;
   using M = typename Lanes::M;
+  using Words = typename Lanes::Words;
 
   /// Room for fewer rays is not filled while others are at work.
   static constexpr uint32_t kRoom = Lanes::kCount / 2;
 
   /// A walk within a word of 8 x 8 squares, in one number, so that a step is one addition: the
-  /// square's bit, plus 64 so that it can't become negative, and in the two fields above it how far
-  /// the square is from the near side of the word in x and y. These reach 8 outside.
-  static constexpr int kFieldX = 16, kFieldY = 32;
-  static constexpr int64_t kInside = 64;
-  static constexpr int64_t kOutside = int64_t{8} << kFieldX | int64_t{8} << kFieldY;
+  /// square's bit, plus 128 so that it can't become negative, and in the two fields above it how
+  /// far the square is from the near side of the word in x and y. These reach 8 outside.
+  static constexpr int kFieldX = 16, kFieldY = 24;
+  static constexpr int32_t kInside = 128;
+  static constexpr int32_t kOutside = 8 << kFieldX | 8 << kFieldY;
 
   struct WordWalk {
-    V squares;    // the word
-    V ey, ex_ey;  // what a step in y, and one in x instead, changes about e
-    V e, at;      // in the beginning
+    Words squares;
+    V e, at;  // in the beginning
   };
   struct WordEnd {
     V in, at;  // the step that was the last, and where it has led
   };
 
-  static V All(int64_t number) { return Lanes::All(number); }
+  static V All(int32_t number) { return Lanes::All(number); }
   static V Offset(V border, V start) { return sensing::Offset<Lanes>(border, start); }
 
   void Begin(M taken) {
+    const auto places = Lanes::PlacesOf(taken);
     const auto load = [&](const auto* numbers, auto* lanes) {
-      *lanes = Lanes::Expand(taken, numbers + rays_.next, *lanes);
+      *lanes = Lanes::Expand(taken, places, numbers + rays_.next, *lanes);
     };
+    V dx = All(0), dy = All(0);
     load(rays_.x0, &x0_);
     load(rays_.y0, &y0_);
-    load(rays_.dx, &dx_);
-    load(rays_.dy, &dy_);
+    load(rays_.dx, &dx);
+    load(rays_.dy, &dy);
     load(rays_.ox, &ox_);
     load(rays_.oy, &oy_);
     load(rays_.limits_x, &limit_x_);
@@ -277,28 +307,26 @@ class LaneGroup {
     load(rays_.v, &v_);
     load(rays_.dy_per_dx, &dy_per_dx_);
     load(rays_.dx_per_dy, &dx_per_dy_);
-    ray_ = Lanes::Select(taken, Lanes::Rank(taken, rays_.next), ray_);
-    adx_ = Lanes::Absolute(dx_);
-    ady_ = Lanes::Absolute(dy_);
-    back_x_ = Lanes::SignOf(dx_);
-    back_y_ = Lanes::SignOf(dy_);
-    ey_ = Lanes::template Left<16>(adx_);
-    ex_ey_ = Lanes::Add(Lanes::template Left<16>(ady_), ey_);
+    ray_ = Lanes::Select(taken, Lanes::Rank(places, rays_.next), ray_);
+    adx_ = Lanes::Select(taken, Lanes::Absolute(dx), adx_);
+    ady_ = Lanes::Select(taken, Lanes::Absolute(dy), ady_);
+    back_x_ = Lanes::Select(taken, Lanes::SignOf(dx), back_x_);
+    back_y_ = Lanes::Select(taken, Lanes::SignOf(dy), back_y_);
     const V forth_x = Lanes::Or(back_x_, All(1)), forth_y = Lanes::Or(back_y_, All(1));
-    to_next_y_ = Lanes::Add(Lanes::template Left<3>(forth_y), All(int64_t{1} << kFieldY));
-    to_next_x_ = Lanes::Subtract(Lanes::Add(forth_x, All(int64_t{1} << kFieldX)), to_next_y_);
+    to_next_y_ = Lanes::Add(Lanes::template Left<3>(forth_y), All(1 << kFieldY));
+    to_next_x_ = Lanes::Subtract(Lanes::Add(forth_x, All(1 << kFieldX)), to_next_y_);
   }
 
   /// Walks the rays of `go` to an occupied square, or out of the word. All lanes go on until the
   /// last one stops, so that the next step need not wait for who stops where: that is noted beside
   /// it.
   WordEnd WalkInWord(const WordWalk& walk, M go) const {
-    const V outside = All(kOutside);
+    const V outside = All(kOutside), both = Lanes::Add(adx_, ady_);
     V e = walk.e, at = walk.at;
     WordEnd end{Lanes::SignOf(e), at};
     while (Lanes::Any(go)) {
       const V in = Lanes::SignOf(e);
-      e = Lanes::Add(Lanes::Subtract(e, walk.ey), Lanes::And(walk.ex_ey, in));
+      e = Lanes::Add(Lanes::Subtract(e, adx_), Lanes::And(both, in));
       at = Lanes::Add(at, Lanes::Add(to_next_y_, Lanes::And(to_next_x_, in)));
       end.in = Lanes::Select(go, in, end.in);
       end.at = Lanes::Select(go, at, end.at);
@@ -309,43 +337,47 @@ class LaneGroup {
   }
 
   /// The words of the tiles, without what the self-mask hides; 0 in lanes that are not to look.
-  V Visible(M to_look, V x, V y) const {
+  Words Visible(M to_look, V tile) const {
     const ray_mask_t& mask = rays_.mask;
-    const V word = Lanes::Gather(to_look, rays_.grid.tiles, tile_);
-    const V wx = Lanes::Subtract(Lanes::template Right<RAY_TILE_SHIFT>(x), All(mask.x));
-    const V wy = Lanes::Subtract(Lanes::template Right<RAY_TILE_SHIFT>(y), All(mask.y));
-    const M covered = Lanes::And(Lanes::And(to_look, Lanes::Below(wx, All(mask.width))),
-                                 Lanes::Below(wy, All(mask.height)));
+    const Words word = Lanes::Gather(to_look, rays_.grid.tiles, tile);
+    const V width = All(static_cast<int32_t>(mask.width));
+    const V wx = Lanes::Subtract(Lanes::template Right<RAY_TILE_SHIFT>(x_), All(mask.x));
+    const V wy = Lanes::Subtract(Lanes::template Right<RAY_TILE_SHIFT>(y_), All(mask.y));
+    const M covered = Lanes::And(Lanes::And(to_look, Lanes::Below(wx, width)),
+                                 Lanes::Below(wy, All(static_cast<int32_t>(mask.height))));
     if (!Lanes::Any(covered)) return word;
-    const V index = Lanes::Add(Lanes::Multiply(wy, All(mask.width)), wx);
+    const V index = Lanes::Add(Lanes::Multiply(wy, width), wx);
     return Lanes::Without(word, Lanes::Gather(covered, mask.tiles, index));
   }
 
-  ReadyRays<Lanes>& rays_;
+  Rays& rays_;
+  const SuperMap<Lanes>& supers_;
   uint32_t* hits_;
   M active_ = Lanes::None();
 
   // Of the ray.
   V ray_ = All(0);  // its number
-  V x0_ = All(0), y0_ = All(0);
-  V dx_ = All(0), dy_ = All(0), adx_ = All(0), ady_ = All(0);
+  V x0_ = All(0), y0_ = All(0), adx_ = All(0), ady_ = All(0);
   V back_x_ = All(0), back_y_ = All(0);  // all ones if it goes that way
   V ox_ = All(0), oy_ = All(0), limit_x_ = All(0), limit_y_ = All(0);
-  D dy_per_dx_ = Lanes::ToDouble(All(0)), dx_per_dy_ = Lanes::ToDouble(All(0));
-  V ey_ = All(0), ex_ey_ = All(0);
+  F dy_per_dx_ = Lanes::AllOf(0), dx_per_dy_ = Lanes::AllOf(0);
   V to_next_y_ = All(0), to_next_x_ = All(0);  // a step in y, and what is added for one in x
 
   // Where it is, and what Look() found there.
   V u_ = All(0), v_ = All(0), x_ = All(0), y_ = All(0);
-  V super_ = All(0), tile_ = All(0), tile_map_ = All(0), word_ = All(0);
+  V super_ = All(0);
+  Words tile_map_{}, word_{};
   M in_hit_ = Lanes::None();
 };
 
 /// Two groups in turn: while the numbers of one wait for memory, the other has something to do.
-template <class Lanes>
+/// Rays are prepared and hits looked at with 64 bits a lane, and walked with 32.
+template <class Lanes, class Narrow>
 void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
-  ReadyRays<Lanes> ready(rays);
-  LaneGroup<Lanes> first(&ready, found.hits), second(&ready, found.hits);
+  using Ready = ReadyRays<Lanes>;
+  Ready ready(rays);
+  const SuperMap<Narrow> supers = SupersNear<Narrow>(rays);
+  LaneGroup<Narrow, Ready> first(&ready, supers, found.hits), second(&ready, supers, found.hits);
   first.TakeUp();
   second.TakeUp();
   first.Look();

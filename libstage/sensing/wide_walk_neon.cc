@@ -4,13 +4,14 @@
 
 #ifdef STAGE_WALK_NEON
 
+#include "sensing/eight_lanes.hh"
 #include "sensing/four_lanes.hh"
 #include "sensing/wide_walk_lanes.hh"
 
 namespace Stg::internal::sensing {
 
 extern const WideWalk kWalkNeon;
-const WideWalk kWalkNeon{"neon", WalkInLanes<FourLanes>, LookInLanes<FourLanes>};
+const WideWalk kWalkNeon{"neon", WalkInLanes<FourLanes, EightLanes>, LookInLanes<FourLanes>};
 
 }  // namespace Stg::internal::sensing
 

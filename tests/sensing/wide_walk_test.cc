@@ -259,7 +259,7 @@ void Check(const WideWalk& wide, const grid::Grid& grid, Rays* rays, size_t* hit
 template <int kLanes>
 WideWalk PortableWalk(const char* name) {
   using Lanes = test::PortableLanes<kLanes>;
-  return {name, WalkInLanes<Lanes>, LookInLanes<Lanes>};
+  return {name, WalkInLanes<Lanes, test::PortableNarrowLanes<kLanes>>, LookInLanes<Lanes>};
 }
 /// Those of this processor, and some that any has.
 std::vector<WideWalk> Kinds() {
@@ -281,7 +281,8 @@ INSTANTIATE_TEST_SUITE_P(Everywhere, WideWalkAt,
                          ::testing::Combine(::testing::ValuesIn(Kinds()),
                                             ::testing::ValuesIn(test::kBadPlaces)),
                          [](const auto& test) {
-                           return std::string(std::get<0>(test.param).name) + "_" + std::to_string(test.index);
+                           return std::string(std::get<0>(test.param).name) + "_" +
+                                  std::to_string(test.index);
                          });
 
 class WideWalkOf : public ::testing::TestWithParam<WideWalk> {};

@@ -14,30 +14,36 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 namespace Stg::test {
 
-template <int kLanes>
+/// Lanes of 64 bits, or, if so called, of 32.
+template <int kLanes, typename Integer = int64_t>
 struct PortableLanes {
+  using Number = Integer;
+  using Unsigned = std::make_unsigned_t<Number>;
+  static constexpr int kNumberBits = 8 * sizeof(Number);
   struct V {
-    int64_t n[kLanes];
+    Number n[kLanes];
   };
   struct D {
     double n[kLanes];
+  };
+  struct F {
+    float n[kLanes];
   };
   struct M {
     bool is[kLanes];
   };
   static constexpr int kCount = kLanes;
 
-  static V All(int64_t n) {
+  static V All(Number n) {
     return Make<V>([&](int) { return n; });
   }
-  static V Load(const int64_t* p) {
-    return Make<V>([&](int i) { return p[i]; });
-  }
-  static V Load(const uint32_t* p) {
-    return Make<V>([&](int i) { return int64_t{p[i]}; });
+  template <typename Other>
+  static V Load(const Other* p) {
+    return Make<V>([&](int i) { return static_cast<Number>(p[i]); });
   }
   static D Load(const double* p) {
     return Make<D>([&](int i) { return p[i]; });
@@ -45,7 +51,13 @@ struct PortableLanes {
   static void Store(uint32_t* p, V v) {
     for (int i = 0; i < kLanes; i++) p[i] = static_cast<uint32_t>(Bits(v.n[i]));
   }
+  static void Store(int32_t* p, V v) {
+    for (int i = 0; i < kLanes; i++) p[i] = static_cast<int32_t>(v.n[i]);
+  }
   static void Store(int64_t* p, V v) { std::memcpy(p, v.n, sizeof(v.n)); }
+  static void Store(float* p, D d) {
+    for (int i = 0; i < kLanes; i++) p[i] = static_cast<float>(d.n[i]);
+  }
   static void Store(double* p, D d) { std::memcpy(p, d.n, sizeof(d.n)); }
   /// The upper halves are filled with something else: nobody may look at them.
   static void LoadPairs(const void* pairs, uint32_t count, V* first, V* second) {
@@ -68,9 +80,10 @@ struct PortableLanes {
   static V LessOne(V a) { return Larger(Subtract(a, All(1)), All(0)); }
   /// Products of signed 32-bit numbers.
   static V Multiply(V a, V b) {
-    return Make<V>([&](int i) {
-      return int64_t{static_cast<int32_t>(a.n[i])} * static_cast<int32_t>(b.n[i]);
-    });
+    return Make<V>([&](int i) { return static_cast<Number>(Product(a.n[i], b.n[i])); });
+  }
+  static V LowHalf(V a) {
+    return Make<V>([&](int i) { return static_cast<Number>(Bits(a.n[i]) & 0xffffffff); });
   }
   static V And(V a, V b) {
     return Make<V>([&](int i) { return a.n[i] & b.n[i]; });
@@ -94,11 +107,14 @@ struct PortableLanes {
     return ShiftRight(a, All(kBits));
   }
   static V ShiftLeft(V a, V bits) {
-    return Make<V>(
-        [&](int i) { return Bits(bits.n[i]) < 64 ? Signed(Bits(a.n[i]) << bits.n[i]) : 0; });
+    return Make<V>([&](int i) {
+      return Bits(bits.n[i]) < kNumberBits ? Signed(Bits(a.n[i]) << bits.n[i]) : 0;
+    });
   }
   static V ShiftRight(V a, V bits) {
-    return Make<V>([&](int i) { return a.n[i] >> (Bits(bits.n[i]) < 64 ? bits.n[i] : 63); });
+    return Make<V>([&](int i) {
+      return a.n[i] >> (Bits(bits.n[i]) < kNumberBits ? bits.n[i] : kNumberBits - 1);
+    });
   }
   /// The others are all ones or none, by turns: nobody may look at them.
   static V BitOf(V a, V bits) {
@@ -107,7 +123,7 @@ struct PortableLanes {
       return (Bits(a.n[i]) >> (bits.n[i] & 63) & 1) == 1 ? others | 1 : others;
     });
   }
-  static V SignOf(V a) { return Right<63>(a); }
+  static V SignOf(V a) { return Right<kNumberBits - 1>(a); }
   static V Absolute(V a) {
     return Make<V>([&](int i) { return a.n[i] < 0 ? Signed(0 - Bits(a.n[i])) : a.n[i]; });
   }
@@ -165,22 +181,15 @@ struct PortableLanes {
     return Make<D>([&](int i) { return m.is[i] ? a.n[i] : b.n[i]; });
   }
 
-  static V Gather(const int32_t* p, V places) {
-    return Make<V>([&](int i) { return int64_t{p[places.n[i]]}; });
+  template <typename Other>
+  static V Gather(const Other* p, V places) {
+    return Make<V>([&](int i) { return static_cast<Number>(p[places.n[i]]); });
   }
-  static V Gather(const uint32_t* p, V places) {
-    return Make<V>([&](int i) { return int64_t{p[places.n[i]]}; });
+  template <typename Other>
+  static V Gather(M m, const Other* p, V places) {
+    return Make<V>([&](int i) { return m.is[i] ? static_cast<Number>(p[places.n[i]]) : 0; });
   }
-  static V Gather(const uint64_t* p, V places) {
-    return Make<V>([&](int i) { return Signed(p[places.n[i]]); });
-  }
-  static V Gather(M m, const uint32_t* p, V places) {
-    return Make<V>([&](int i) { return m.is[i] ? int64_t{p[places.n[i]]} : 0; });
-  }
-  static V Gather(M m, const uint64_t* p, V places) {
-    return Make<V>([&](int i) { return m.is[i] ? Signed(p[places.n[i]]) : 0; });
-  }
-  static V OfSixteen(const int64_t* table, V i) {
+  static V OfSixteen(const Number* table, V i) {
     return Make<V>([&](int k) { return table[i.n[k] & 15]; });
   }
   static void Scatter(M m, uint32_t* p, V places, V a) {
@@ -191,16 +200,6 @@ struct PortableLanes {
     for (int i = 0; i < kLanes; i++)
       if (m.is[i]) p[i] = a.n[i];
   }
-  static V Expand(M m, const int64_t* p, V other) {
-    return Make<V>([&](int i) { return m.is[i] ? *p++ : other.n[i]; });
-  }
-  static D Expand(M m, const double* p, D other) {
-    return Make<D>([&](int i) { return m.is[i] ? *p++ : other.n[i]; });
-  }
-  static V Rank(M m, uint32_t first) {
-    return Make<V>([&](int i) { return m.is[i] ? int64_t{first++} : -1; });
-  }
-
   static D ToDouble(V a) {
     return Make<D>([&](int i) { return static_cast<double>(a.n[i]); });
   }
@@ -234,8 +233,11 @@ struct PortableLanes {
   }
 
  private:
-  static uint64_t Bits(int64_t n) { return static_cast<uint64_t>(n); }
-  static int64_t Signed(uint64_t bits) { return std::bit_cast<int64_t>(bits); }
+  static Unsigned Bits(Number n) { return static_cast<Unsigned>(n); }
+  static Number Signed(Unsigned bits) { return static_cast<Number>(bits); }
+  static int64_t Product(Number a, Number b) {
+    return int64_t{static_cast<int32_t>(a)} * static_cast<int32_t>(b);
+  }
   /// f(0), f(1) and so on, in this order.
   template <typename Numbers, typename F>
   static Numbers Make(F f) {
@@ -248,6 +250,111 @@ struct PortableLanes {
     M mask;
     for (int i = 0; i < kLanes; i++) mask.is[i] = f(i);
     return mask;
+  }
+};
+
+/// Lanes of 32 bits, with what only these are asked for.
+template <int kLanes>
+struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
+  using Base = PortableLanes<kLanes, int32_t>;
+  using Base::BitOf;
+  using Base::Gather;
+  using Base::Select;
+  using Base::Without;
+  using Base::Zero;
+  using typename Base::F;
+  using typename Base::M;
+  using typename Base::V;
+  struct Words {
+    uint64_t n[kLanes];
+  };
+  /// How many numbers come before that of a lane.
+  struct Places {
+    int n[kLanes];
+  };
+
+  static Words Without(const Words& a, const Words& b) {
+    return Each<Words>([&](int i) { return a.n[i] & ~b.n[i]; });
+  }
+  static M Zero(const Words& a) {
+    M mask;
+    for (int i = 0; i < kLanes; i++) mask.is[i] = a.n[i] == 0;
+    return mask;
+  }
+  static Words Select(M m, const Words& a, const Words& b) {
+    return Each<Words>([&](int i) { return m.is[i] ? a.n[i] : b.n[i]; });
+  }
+  static F Select(M m, F a, F b) {
+    return Each<F>([&](int i) { return m.is[i] ? a.n[i] : b.n[i]; });
+  }
+  /// The others are all ones or none, by turns: nobody may look at them.
+  static V BitOf(const Words& a, V bits) {
+    return Each<V>([&](int i) {
+      const int32_t others = i % 2 == 0 ? ~1 : 0;
+      return (a.n[i] >> (bits.n[i] & 63) & 1) == 1 ? others | 1 : others;
+    });
+  }
+  static Words Gather(const uint64_t* p, V places) {
+    return Each<Words>([&](int i) { return p[static_cast<uint32_t>(places.n[i])]; });
+  }
+  static Words Gather(M m, const uint64_t* p, V places) {
+    return Each<Words>([&](int i) { return m.is[i] ? p[static_cast<uint32_t>(places.n[i])] : 0; });
+  }
+  static Places PlacesOf(M m) {
+    int next = 0;
+    return Each<Places>([&](int i) { return m.is[i] ? next++ : 0; });
+  }
+  static V Expand(M m, const Places& places, const int32_t* p, V other) {
+    return Each<V>([&](int i) { return m.is[i] ? p[places.n[i]] : other.n[i]; });
+  }
+  static F Expand(M m, const Places& places, const float* p, F other) {
+    return Each<F>([&](int i) { return m.is[i] ? p[places.n[i]] : other.n[i]; });
+  }
+  static V Rank(const Places& places, uint32_t first) {
+    return Each<V>([&](int i) { return places.n[i] + static_cast<int32_t>(first); });
+  }
+  /// Wraps, as the vectors do in lanes without a ray.
+  static V ProductsRight(V a, V b, V c, V d, V bits) {
+    return Each<V>([&](int i) {
+      const uint64_t difference = Product(a.n[i], b.n[i]) - Product(c.n[i], d.n[i]);
+      return static_cast<int32_t>(difference >> (bits.n[i] & 63));
+    });
+  }
+  static M ProductsBelow(V a, V b, V c, V d, M ties) {
+    M mask;
+    for (int i = 0; i < kLanes; i++) {
+      const uint64_t behind = Product(a.n[i], b.n[i]) - Product(c.n[i], d.n[i]);
+      mask.is[i] = static_cast<int64_t>(behind) < 0 || (behind == 0 && ties.is[i]);
+    }
+    return mask;
+  }
+  static F ToFloat(V a) {
+    return Each<F>([&](int i) { return static_cast<float>(a.n[i]); });
+  }
+  /// Of what is too large: the smallest number.
+  static V ToInteger(F a) {
+    return Each<V>([&](int i) {
+      const bool fits = a.n[i] > -0x1p31f && a.n[i] < 0x1p31f;
+      return fits ? static_cast<int32_t>(a.n[i]) : std::numeric_limits<int32_t>::min();
+    });
+  }
+  static F AllOf(float f) {
+    return Each<F>([&](int) { return f; });
+  }
+  static F Times(F a, F b) {
+    return Each<F>([&](int i) { return a.n[i] * b.n[i]; });
+  }
+  static F Smaller(F a, F b) {
+    return Each<F>([&](int i) { return a.n[i] < b.n[i] ? a.n[i] : b.n[i]; });
+  }
+
+ private:
+  static uint64_t Product(int32_t a, int32_t b) { return static_cast<uint64_t>(int64_t{a} * b); }
+  template <typename Numbers, typename F1>
+  static Numbers Each(F1 f) {
+    Numbers numbers;
+    for (int i = 0; i < kLanes; i++) numbers.n[i] = f(i);
+    return numbers;
   }
 };
 

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Eight lanes of 32 bits for wide_walk_lanes.hh: one vector of AVX2, or two of NEON. Like
+// four_lanes.hh, which has them with 64 bits.
+
+#ifndef STAGE_SENSING_EIGHT_LANES_HH
+#define STAGE_SENSING_EIGHT_LANES_HH
+
+#include <cstdint>
+#if defined(__AVX2__)
+#include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
+namespace Stg::internal::sensing {
+namespace {
+
+struct EightLanes {
+  static constexpr int kCount = 8;
+  static constexpr int kBytes = kCount * sizeof(int32_t);
+
+  using Number = int32_t;
+  using V [[gnu::vector_size(kBytes)]] = int32_t;
+  using F [[gnu::vector_size(kBytes)]] = float;
+  /// All ones or none in each lane.
+  struct M {
+    V bits;
+  };
+  /// 64 bits a lane: the lower and the upper halves.
+  struct Words {
+    V low, high;
+  };
+  /// Which of the next numbers goes to which lane.
+  using Places = V;
+
+  static V All(int32_t n) { return V{n, n, n, n, n, n, n, n}; }
+  static V Load(const int32_t* p) { return Get<V>(p); }
+  static void Store(int32_t* p, V v) { __builtin_memcpy(p, &v, sizeof v); }
+
+  static V Add(V a, V b) { return Signed(Bits(a) + Bits(b)); }
+  static V AddWhere(M m, V a, V b) { return Add(a, And(m.bits, b)); }
+  static V Subtract(V a, V b) { return Signed(Bits(a) - Bits(b)); }
+  static V Multiply(V a, V b) { return Signed(Bits(a) * Bits(b)); }
+  /// The number before, but of 0 and less 0.
+  static V LessOne(V a) { return And(Add(a, All(-1)), a > All(0)); }
+  static V LowHalf(V a) { return a; }
+  static V And(V a, V b) { return a & b; }
+  static V Or(V a, V b) { return a | b; }
+  static V Xor(V a, V b) { return a ^ b; }
+  /// a & ~b.
+  static V Without(V a, V b) { return a & ~b; }
+  static Words Without(const Words& a, const Words& b) {
+    return {Without(a.low, b.low), Without(a.high, b.high)};
+  }
+  /// a & 1 | b.
+  static V OddOr(V a, V b) { return (a & All(1)) | b; }
+  template <int kBits>
+  static V Left(V a) {
+    return Signed(Bits(a) << kBits);
+  }
+  template <int kBits>
+  static V Right(V a) {
+    return a >> kBits;
+  }
+  static V SignOf(V a) { return a >> 31; }
+  static V Absolute(V a) { return Subtract(Xor(a, SignOf(a)), SignOf(a)); }
+  static V Larger(V a, V b) { return Select(Greater(a, b), a, b); }
+
+  static M Greater(V a, V b) { return {a > b}; }
+  /// As unsigned numbers, of which b is less than 2^31.
+  static M Below(V a, V b) { return {Without(b > a, SignOf(a))}; }
+  static M Equal(V a, V b) { return {a == b}; }
+  static M Differ(V a, V b) { return {a != b}; }
+  static M Odd(V a) { return {And(a, All(1)) == All(1)}; }
+  static M MaskOf(V all_ones_or_none) { return {all_ones_or_none}; }
+  static M Zero(V a) { return {a == All(0)}; }
+  static M Zero(const Words& a) { return Zero(Or(a.low, a.high)); }
+  static M None() { return {All(0)}; }
+  static M And(M a, M b) { return {a.bits & b.bits}; }
+  static M Or(M a, M b) { return {a.bits | b.bits}; }
+  static M AndNot(M a, M b) { return {a.bits & ~b.bits}; }
+  static M Not(M a) { return {~a.bits}; }
+  static int CountOf(M m) { return __builtin_popcount(BitsOf(m)); }
+  /// The first `count` of them.
+  static M First(M m, int count) {
+    for (int i = 0; i < kCount; i++)
+      if (m.bits[i] != 0 && count-- <= 0) m.bits[i] = 0;
+    return m;
+  }
+  static Words Select(M m, const Words& a, const Words& b) {
+    return {Select(m, a.low, b.low), Select(m, a.high, b.high)};
+  }
+
+  /// 0 where not m. The first of the numbers may be read for those.
+  static Words Gather(M m, const uint64_t* p, V i) {
+    const Words words = Gather(p, And(m.bits, i));
+    return {And(m.bits, words.low), And(m.bits, words.high)};
+  }
+  static void Scatter(M m, uint32_t* p, V i, V a) {
+    for (unsigned lanes = BitsOf(m); lanes != 0; lanes &= lanes - 1) {
+      const int lane = __builtin_ctz(lanes);
+      p[i[lane]] = static_cast<uint32_t>(a[lane]);
+    }
+  }
+  /// The next numbers go to the lanes of m, in their order.
+  static Places PlacesOf(M m) {
+    Places places = All(0);
+    int next = 0;
+    for (int i = 0; i < kCount; i++) {
+      places[i] = next;
+      next -= m.bits[i];
+    }
+    return places;
+  }
+  /// first, first + 1 and so on in the lanes that the next numbers go to.
+  static V Rank(const Places& places, uint32_t first) {
+    return Add(places, All(static_cast<int32_t>(first)));
+  }
+
+#if defined(__AVX2__)
+  static V ShiftLeft(V a, V bits) { return ToV(_mm256_sllv_epi32(ToI(a), ToI(bits))); }
+  static V ShiftRight(V a, V bits) { return ToV(_mm256_srav_epi32(ToI(a), ToI(bits))); }
+  static bool Any(M m) { return !_mm256_testz_si256(ToI(m.bits), ToI(m.bits)); }
+  static unsigned BitsOf(M m) {
+    return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(ToI(m.bits))));
+  }
+  static V Select(M m, V a, V b) { return ToV(_mm256_blendv_epi8(ToI(b), ToI(a), ToI(m.bits))); }
+  static F Select(M m, F a, F b) {
+    return _mm256_blendv_ps(b, a, _mm256_castsi256_ps(ToI(m.bits)));
+  }
+  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
+  static V BitOf(const Words& a, V bits) {
+    const __m256 upper = _mm256_castsi256_ps(ToI(Left<26>(bits)));
+    const __m256 half =
+        _mm256_blendv_ps(_mm256_castsi256_ps(ToI(a.low)), _mm256_castsi256_ps(ToI(a.high)), upper);
+    return ToV(_mm256_srlv_epi32(_mm256_castps_si256(half), ToI(And(bits, All(31)))));
+  }
+
+  template <typename Integer>
+  static V Gather(const Integer* p, V i) {
+    return V{Number(p[uint32_t(i[0])]), Number(p[uint32_t(i[1])]), Number(p[uint32_t(i[2])]),
+             Number(p[uint32_t(i[3])]), Number(p[uint32_t(i[4])]), Number(p[uint32_t(i[5])]),
+             Number(p[uint32_t(i[6])]), Number(p[uint32_t(i[7])])};
+  }
+  static Words Gather(const uint64_t* p, V i) {
+    const auto half = [&](int first) {
+      return _mm256_setr_epi64x(int64_t(p[uint32_t(i[first])]), int64_t(p[uint32_t(i[first + 1])]),
+                                int64_t(p[uint32_t(i[first + 4])]),
+                                int64_t(p[uint32_t(i[first + 5])]));
+    };
+    // 0 1 4 5 and 2 3 6 7, so that the two can be shuffled in place.
+    const __m256 even = _mm256_castsi256_ps(half(0)), odd = _mm256_castsi256_ps(half(2));
+    return {ToV(_mm256_castps_si256(_mm256_shuffle_ps(even, odd, 0x88))),
+            ToV(_mm256_castps_si256(_mm256_shuffle_ps(even, odd, 0xdd)))};
+  }
+  /// table[i], i from 0 to 15; its bits above are ignored.
+  static V OfSixteen(const int32_t* table, V i) {
+    const __m256 first = _mm256_permutevar8x32_ps(Get<F>(table), ToI(i));
+    const __m256 second = _mm256_permutevar8x32_ps(Get<F>(table + 8), ToI(i));
+    const __m256 upper = _mm256_castsi256_ps(ToI(Left<28>(i)));
+    return ToV(_mm256_castps_si256(_mm256_blendv_ps(first, second, upper)));
+  }
+  static V Expand(M m, const Places& places, const int32_t* p, V other) {
+    const __m256i next = _mm256_permutevar8x32_epi32(ToI(Get<V>(p)), ToI(places));
+    return Select(m, ToV(next), other);
+  }
+  static F Expand(M m, const Places& places, const float* p, F other) {
+    return Select(m, F(_mm256_permutevar8x32_ps(Get<F>(p), ToI(places))), other);
+  }
+
+  /// The lower halves of (a * b - c * d) >> bits, up to 32.
+  static V ProductsRight(V a, V b, V c, V d, V bits) {
+    const auto halves = [](V of) { return Pair{ToI(of), _mm256_srli_epi64(ToI(of), 32)}; };
+    const Pair first = Difference(halves(a), halves(b), halves(c), halves(d));
+    const __m256i low = _mm256_set1_epi64x(0xffffffff);
+    const __m256i even = _mm256_srlv_epi64(first.even, _mm256_and_si256(ToI(bits), low));
+    const __m256i odd = _mm256_srlv_epi64(first.odd, _mm256_srli_epi64(ToI(bits), 32));
+    return ToV(_mm256_blend_epi32(even, _mm256_slli_epi64(odd, 32), 0xaa));
+  }
+  /// a * b < c * d + ties, with ties 0 or -1 times -1, as a mask has it.
+  static M ProductsBelow(V a, V b, V c, V d, M ties) {
+    const auto halves = [](V of) { return Pair{ToI(of), _mm256_srli_epi64(ToI(of), 32)}; };
+    const Pair behind = Difference(halves(a), halves(b), halves(c), halves(d));
+    const V signs = ToV(_mm256_blend_epi32(_mm256_srli_epi64(behind.even, 32), behind.odd, 0xaa));
+    const V zeros =
+        ToV(_mm256_blend_epi32(_mm256_cmpeq_epi64(behind.even, _mm256_setzero_si256()),
+                               _mm256_cmpeq_epi64(behind.odd, _mm256_setzero_si256()), 0xaa));
+    return {Or(SignOf(signs), And(zeros, ties.bits))};
+  }
+  static F ToFloat(V a) { return _mm256_cvtepi32_ps(ToI(a)); }
+  /// Rounds towards 0.
+  static V ToInteger(F a) { return ToV(_mm256_cvttps_epi32(a)); }
+  static F Smaller(F a, F b) { return _mm256_min_ps(a, b); }
+#else
+  // Vectors of 64 bits a lane, for products.
+  using Wide [[gnu::vector_size(2 * kBytes)]] = int64_t;
+  static Wide Widened(V a) { return __builtin_convertvector(a, Wide); }
+
+  static V ShiftLeft(V a, V bits) { return Signed(Bits(a) << Bits(bits)); }
+  static V ShiftRight(V a, V bits) { return a >> bits; }
+  static bool Any(M m) {
+    int32_t any = 0;
+    for (int i = 0; i < kCount; i++) any |= m.bits[i];
+    return any != 0;
+  }
+  static unsigned BitsOf(M m) {
+    const V bit = And(m.bits, V{1, 2, 4, 8, 16, 32, 64, 128});
+    int32_t bits = 0;
+    for (int i = 0; i < kCount; i++) bits |= bit[i];
+    return static_cast<unsigned>(bits);
+  }
+  static V Select(M m, V a, V b) { return (a & m.bits) | (b & ~m.bits); }
+  static F Select(M m, F a, F b) {
+    return reinterpret_cast<F>(Select(m, reinterpret_cast<V>(a), reinterpret_cast<V>(b)));
+  }
+  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
+  static V BitOf(const Words& a, V bits) {
+    const V half = Select({SignOf(Left<26>(bits))}, a.high, a.low);
+    return half >> And(bits, All(31));
+  }
+  template <typename Integer>
+  static V Gather(const Integer* p, V i) {
+    V all;
+    for (int k = 0; k < kCount; k++) all[k] = static_cast<int32_t>(p[static_cast<uint32_t>(i[k])]);
+    return all;
+  }
+  static Words Gather(const uint64_t* p, V i) {
+    Words words;
+    for (int k = 0; k < kCount; k++) {
+      const uint64_t word = p[static_cast<uint32_t>(i[k])];
+      words.low[k] = static_cast<int32_t>(word & 0xffffffff);
+      words.high[k] = static_cast<int32_t>(word >> 32);
+    }
+    return words;
+  }
+  /// table[i], i from 0 to 15; its bits above are ignored.
+  static V OfSixteen(const int32_t* table, V i) {
+    V all;
+    for (int k = 0; k < kCount; k++) all[k] = table[i[k] & 15];
+    return all;
+  }
+  static V Expand(M m, const Places& places, const int32_t* p, V other) {
+    V next;
+    for (int k = 0; k < kCount; k++) next[k] = p[places[k]];
+    return Select(m, next, other);
+  }
+  static F Expand(M m, const Places& places, const float* p, F other) {
+    F next;
+    for (int k = 0; k < kCount; k++) next[k] = p[places[k]];
+    return Select(m, next, other);
+  }
+  /// The lower halves of (a * b - c * d) >> bits, up to 32.
+  static V ProductsRight(V a, V b, V c, V d, V bits) {
+    const Wide difference = Widened(a) * Widened(b) - Widened(c) * Widened(d);
+    return __builtin_convertvector(difference >> Widened(bits), V);
+  }
+  /// a * b < c * d, or not larger where `ties`.
+  static M ProductsBelow(V a, V b, V c, V d, M ties) {
+    const Wide behind = Widened(a) * Widened(b) - Widened(c) * Widened(d) + Widened(ties.bits);
+    return {SignOf(__builtin_convertvector(behind >> 32, V))};
+  }
+  static F ToFloat(V a) { return __builtin_convertvector(a, F); }
+  /// Rounds towards 0.
+  static V ToInteger(F a) { return __builtin_convertvector(a, V); }
+  static F Smaller(F a, F b) { return Select({a < b}, a, b); }
+#endif
+  static F AllOf(float f) { return F{f, f, f, f, f, f, f, f}; }
+  static F Times(F a, F b) { return a * b; }
+
+ private:
+  using UnsignedV [[gnu::vector_size(kBytes)]] = uint32_t;
+
+  // The same bits as another type.
+  static UnsignedV Bits(V a) { return reinterpret_cast<UnsignedV>(a); }
+  static V Signed(UnsignedV a) { return reinterpret_cast<V>(a); }
+  template <typename Vector>
+  static Vector Get(const void* p) {
+    Vector vector;
+    __builtin_memcpy(&vector, p, sizeof vector);
+    return vector;
+  }
+#if defined(__AVX2__)
+  static __m256i ToI(V a) { return reinterpret_cast<__m256i>(a); }
+  static V ToV(__m256i a) { return reinterpret_cast<V>(a); }
+  /// 64 bits each: of lanes 0, 2, 4, 6 and of lanes 1, 3, 5, 7.
+  struct Pair {
+    __m256i even, odd;
+  };
+  /// a * b - c * d.
+  static Pair Difference(const Pair& a, const Pair& b, const Pair& c, const Pair& d) {
+    return {_mm256_sub_epi64(_mm256_mul_epi32(a.even, b.even), _mm256_mul_epi32(c.even, d.even)),
+            _mm256_sub_epi64(_mm256_mul_epi32(a.odd, b.odd), _mm256_mul_epi32(c.odd, d.odd))};
+  }
+#endif
+};
+
+}  // namespace
+}  // namespace Stg::internal::sensing
+
+#endif
