@@ -189,6 +189,12 @@ RAY_FUNCTION int ray_cells_left(int cell, int direction, int shift) {
   return direction > 0 ? mask - (cell & mask) : (cell & mask);
 }
 
+/* Which of the next borders is nearer: (bx * |dy| - by * |dx|) / 2^bits, rounded down; in x if it is
+ * negative. */
+RAY_FUNCTION int ray_compare(int bx, int ady, int by, int adx, int bits) {
+  return (int)((ray_product(bx, ady) - ray_product(by, adx)) >> bits);
+}
+
 /* Goes on to the next occupied cell that is not hidden by the self-mask. Returns 1 with the cell in
  * (u, v), region, tile and bit, or 0 if there is none before the end of the ray.
  *
@@ -200,8 +206,9 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
   const int sx = ray->sx, sy = ray->sy, ox = ray->ox, oy = ray->oy;
   const int adx = ray->adx, ady = ray->ady;
   const int limit_x = ray->limit_x, limit_y = ray->limit_y;
-  /* One cell on changes the comparison of the next borders by ex in x, by -ey in y. */
-  const ray_long ey = (ray_long)adx << 16, ex_ey = ((ray_long)ady << 16) + ey;
+  /* One cell on changes the comparison of the next borders by ady in x, by -adx in y, both times
+   * 2^16: what is below has no say in its sign, and what is above fits in 32 bits. */
+  const int both = adx + ady;
   /* One square on, in a word of 8 x 8: in y, and what is to be added for x instead. */
   const int to_next_y = sy * 8, to_next_x = sx - to_next_y;
   int u = ray->u, v = ray->v;
@@ -237,7 +244,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
       int t = ray_place(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT, 3);
       int left_x = ray_cells_left(x, sx, RAY_TILE_SHIFT);
       int left_y = ray_cells_left(y, sy, RAY_TILE_SHIFT);
-      ray_long e, in; /* in: in_x in 64 bits, so that e waits for nothing else */
+      int e, in;
 
       if ((tile_map >> t) & 1) {
         const ray_ulong word =
@@ -246,15 +253,15 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
         if (word != 0) {
           /* From cell to cell, to the edge of the tile. */
           int bit = ray_place(x, y, 3);
-          e = ray_product(((u + 1) << 16) - ox, ady) - ray_product(((v + 1) << 16) - oy, adx);
+          e = ray_compare(((u + 1) << 16) - ox, ady, ((v + 1) << 16) - oy, adx, 16);
           u += left_x;
           v += left_y;
           while (((word >> bit) & 1) == 0) {
-            in = e >> 63;
-            e = (e - ey) + (ex_ey & in);
-            bit += to_next_y + ((int)in & to_next_x);
-            left_x += (int)in;
-            left_y -= 1 + (int)in;
+            in = e >> 31;
+            e = (e - adx) + (both & in);
+            bit += to_next_y + (in & to_next_x);
+            left_x += in;
+            left_y -= 1 + in;
             if ((left_x | left_y) < 0) break;
           }
           u -= left_x;
@@ -274,20 +281,20 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
       /* From tile to tile, to one that holds something or to the edge of the region. */
       to_x = u + 1 + left_x;
       to_y = v + 1 + left_y;
-      e = ray_product((to_x << 16) - ox, ady) - ray_product((to_y << 16) - oy, adx);
+      e = ray_compare((to_x << 16) - ox, ady, (to_y << 16) - oy, adx, 16 + RAY_TILE_SHIFT);
       left_x = ray_cells_left(x >> RAY_TILE_SHIFT, sx, 3);
       left_y = ray_cells_left(y >> RAY_TILE_SHIFT, sy, 3);
       to_x += left_x * 8;
       to_y += left_y * 8;
       do {
-        in = e >> 63;
-        e = (e - 8 * ey) + (8 * ex_ey & in);
-        left_x += (int)in;
-        left_y -= 1 + (int)in;
-        t += to_next_y + ((int)in & to_next_x);
+        in = e >> 31;
+        e = (e - adx) + (both & in);
+        left_x += in;
+        left_y -= 1 + in;
+        t += to_next_y + (in & to_next_x);
       } while (!((left_x | left_y) < 0 || ((tile_map >> t) & 1)));
       /* The border that was crossed last. */
-      in_x = (int)in;
+      in_x = in;
       to_x -= left_x * 8 - in_x * 8;
       to_y -= left_y * 8 + 8 + in_x * 8;
     }

@@ -55,16 +55,12 @@ struct FourLanes {
   static V Add(V a, V b) { return Signed(Bits(a) + Bits(b)); }
   static V AddWhere(M m, V a, V b) { return Add(a, And(m.bits, b)); }
   static V Subtract(V a, V b) { return Signed(Bits(a) - Bits(b)); }
-  /// The number before, but of 0 and less 0.
-  static V LessOne(V a) { return And(Add(a, All(-1)), a > All(0)); }
   static V LowHalf(V a) { return And(a, All(0xffffffff)); }
   static V And(V a, V b) { return a & b; }
   static V Or(V a, V b) { return a | b; }
   static V Xor(V a, V b) { return a ^ b; }
   /// a & ~b.
   static V Without(V a, V b) { return a & ~b; }
-  /// a & 1 | b.
-  static V OddOr(V a, V b) { return (a & All(1)) | b; }
   template <int kBits>
   static V Left(V a) {
     return Signed(Bits(a) << kBits);
@@ -79,23 +75,12 @@ struct FourLanes {
   static M Equal(V a, V b) { return {a == b}; }
   static M Differ(V a, V b) { return {a != b}; }
   static M Odd(V a) { return {And(a, All(1)) == All(1)}; }
-  static M MaskOf(V all_ones_or_none) { return {all_ones_or_none}; }
-  static M Zero(V a) { return {a == All(0)}; }
   static M None() { return {All(0)}; }
   static M And(M a, M b) { return {a.bits & b.bits}; }
   static M Or(M a, M b) { return {a.bits | b.bits}; }
   static M AndNot(M a, M b) { return {a.bits & ~b.bits}; }
-  static M Not(M a) { return {~a.bits}; }
-  static int CountOf(M m) { return __builtin_popcount(static_cast<unsigned>(BitsOf(m))); }
   /// The first `count` lanes.
   static M FirstOf(uint32_t count) { return {V{0, 1, 2, 3} < All(count)}; }
-  /// The first `count` of them.
-  static M First(M m, int count) {
-    const V all = m.bits;
-    for (int i = 0; i < kCount; i++)
-      if (all[i] != 0 && count-- <= 0) m.bits[i] = 0;
-    return m;
-  }
 
   static V Gather(const int32_t* p, V i) { return V{p[i[0]], p[i[1]], p[i[2]], p[i[3]]}; }
   static V Gather(const uint32_t* p, V i) { return V{p[i[0]], p[i[1]], p[i[2]], p[i[3]]}; }
@@ -112,28 +97,10 @@ struct FourLanes {
     i &= All(15);
     return V{table[i[0]], table[i[1]], table[i[2]], table[i[3]]};
   }
-  /// The lower halves.
-  static void Scatter(M m, uint32_t* p, V i, V a) {
-    for (uint64_t lanes = BitsOf(m); lanes != 0; lanes &= lanes - 1) {
-      const int lane = __builtin_ctzll(lanes);
-      p[i[lane]] = static_cast<uint32_t>(a[lane]);
-    }
-  }
   static void Store(M m, double* p, D a) {
     for (int i = 0; i < kCount; i++)
       if (m.bits[i] != 0) p[i] = a[i];
   }
-  /// The next numbers from p on in these lanes; the others as they were.
-  static V Expand(M m, const int64_t* p, V other) {
-    const V next = Ranks(m);
-    return Select(m, V{p[next[0]], p[next[1]], p[next[2]], p[next[3]]}, other);
-  }
-  static D Expand(M m, const double* p, D other) {
-    const V next = Ranks(m);
-    return Select(m, D{p[next[0]], p[next[1]], p[next[2]], p[next[3]]}, other);
-  }
-  /// first, first + 1 and so on in these lanes.
-  static V Rank(M m, uint32_t first) { return Add(Ranks(m), All(first)); }
 
   static D AllOf(double d) { return D{d, d, d, d}; }
   static D Plus(D a, D b) { return a + b; }
@@ -149,7 +116,6 @@ struct FourLanes {
     const V sign = All(int64_t{1} << (63 - kBits));
     return Subtract(Xor(Logical<kBits>(a), sign), sign);
   }
-  static V ShiftLeft(V a, V bits) { return ToV(_mm256_sllv_epi64(ToI(a), ToI(bits))); }
   /// Zeros come in from above.
   static V ShiftRight(V a, V bits) { return ToV(_mm256_srlv_epi64(ToI(a), ToI(bits))); }
   static bool Any(M m) { return !_mm256_testz_si256(ToI(m.bits), ToI(m.bits)); }
@@ -182,7 +148,6 @@ struct FourLanes {
   static V Right(V a) {
     return a >> kBits;
   }
-  static V ShiftLeft(V a, V bits) { return Signed(Bits(a) << Bits(bits)); }
   static V ShiftRight(V a, V bits) { return a >> bits; }
   static bool Any(M m) { return (m.bits[0] | m.bits[1] | m.bits[2] | m.bits[3]) != 0; }
   static uint64_t BitsOf(M m) {
@@ -233,12 +198,6 @@ struct FourLanes {
   template <int kBits>
   static V Logical(V a) {
     return Signed(Bits(a) >> kBits);
-  }
-  /// 0, 1 and so on in the lanes of m; in others no more than that.
-  static V Ranks(M m) {
-    const V one = And(m.bits, All(1));
-    const int64_t second = one[0], third = second + one[1], fourth = third + one[2];
-    return V{0, second, third, fourth};
   }
 };
 

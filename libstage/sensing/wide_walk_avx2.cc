@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Four lanes: compiled for, and called on, x86-64 processors with AVX2.
+// For x86-64 processors with AVX2, and called on no others.
 
 #ifdef STAGE_WALK_AVX2
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Eight lanes: compiled for, and called on, x86-64 processors with AVX-512 (F, DQ, VL).
+// For x86-64 processors with AVX-512 (F, DQ, VL), and called on no others.
 
 #ifdef STAGE_WALK_AVX512
 
@@ -11,13 +11,13 @@
 #endif
 #include <immintrin.h>
 
-#include "sensing/eight_lanes.hh"
 #include "sensing/wide_walk_lanes.hh"
 
 namespace Stg::internal::sensing {
 
 namespace {
 
+/// Lanes of 64 bits, for what comes before the walk and after it.
 struct Eight {
   using Number = int64_t;
   using V = __m512i;
@@ -55,10 +55,6 @@ struct Eight {
   static V Add(V a, V b) { return _mm512_add_epi64(a, b); }
   static V AddWhere(M m, V a, V b) { return _mm512_mask_add_epi64(a, m, a, b); }
   static V Subtract(V a, V b) { return _mm512_sub_epi64(a, b); }
-  /// The number before, but of 0 and less 0.
-  static V LessOne(V a) {
-    return _mm512_max_epi64(_mm512_sub_epi64(a, All(1)), _mm512_setzero_si512());
-  }
   /// Products of signed 32-bit numbers.
   static V Multiply(V a, V b) { return _mm512_mul_epi32(a, b); }
   static V LowHalf(V a) { return And(a, All(0xffffffff)); }
@@ -67,8 +63,6 @@ struct Eight {
   static V Xor(V a, V b) { return _mm512_xor_si512(a, b); }
   /// a & ~b.
   static V Without(V a, V b) { return _mm512_andnot_si512(b, a); }
-  /// a & 1 | b.
-  static V OddOr(V a, V b) { return _mm512_ternarylogic_epi64(a, All(1), b, 0xea); }
   template <int kBits>
   static V Left(V a) {
     return _mm512_slli_epi64(a, kBits);
@@ -77,8 +71,6 @@ struct Eight {
   static V Right(V a) {
     return _mm512_srai_epi64(a, kBits);
   }
-  static V ShiftLeft(V a, V bits) { return _mm512_sllv_epi64(a, bits); }
-  static V ShiftRight(V a, V bits) { return _mm512_srav_epi64(a, bits); }
   /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
   static V BitOf(V a, V bits) { return _mm512_rorv_epi64(a, bits); }
   static V SignOf(V a) { return _mm512_srai_epi64(a, 63); }
@@ -91,22 +83,16 @@ struct Eight {
   static M Equal(V a, V b) { return _mm512_cmpeq_epi64_mask(a, b); }
   static M Differ(V a, V b) { return _mm512_cmpneq_epi64_mask(a, b); }
   static M Odd(V a) { return _mm512_test_epi64_mask(a, All(1)); }
-  static M MaskOf(V all_ones_or_none) { return _mm512_movepi64_mask(all_ones_or_none); }
-  static M Zero(V a) { return _mm512_testn_epi64_mask(a, a); }
   static M None() { return 0; }
   static M And(M a, M b) { return _kand_mask8(a, b); }
   static M Or(M a, M b) { return _kor_mask8(a, b); }
   static M AndNot(M a, M b) { return _kandn_mask8(b, a); }
-  static M Not(M a) { return _knot_mask8(a); }
   static bool Any(M m) { return !_kortestz_mask8_u8(m, m); }
   static uint64_t BitsOf(M m) { return m; }
-  static int CountOf(M m) { return __builtin_popcount(m); }
   /// The first `count` lanes.
   static M FirstOf(uint32_t count) {
     return count >= kCount ? M{0xff} : static_cast<M>((1u << count) - 1);
   }
-  /// The first `count` of them.
-  static M First(M m, int count) { return static_cast<M>(_pdep_u32((1u << count) - 1, m)); }
   static V Select(M m, V a, V b) { return _mm512_mask_blend_epi64(m, b, a); }
   static D Select(M m, D a, D b) { return _mm512_mask_blend_pd(m, b, a); }
 
@@ -128,21 +114,7 @@ struct Eight {
   static V OfSixteen(const int64_t* table, V i) {
     return _mm512_permutex2var_epi64(Load(table), i, Load(table + 8));
   }
-  /// The lower halves.
-  static void Scatter(M m, uint32_t* p, V i, V a) {
-    _mm512_mask_i64scatter_epi32(p, m, i, _mm512_cvtepi64_epi32(a), 4);
-  }
   static void Store(M m, double* p, D a) { _mm512_mask_storeu_pd(p, m, a); }
-  /// The next numbers from p on in these lanes; the others as they were.
-  static V Expand(M m, const int64_t* p, V other) {
-    return _mm512_mask_expandloadu_epi64(other, m, p);
-  }
-  static D Expand(M m, const double* p, D other) { return _mm512_mask_expandloadu_pd(other, m, p); }
-  /// first, first + 1 and so on in these lanes.
-  static V Rank(M m, uint32_t first) {
-    const V ranks = _mm512_set_epi64(7, 6, 5, 4, 3, 2, 1, 0);
-    return _mm512_add_epi64(_mm512_maskz_expand_epi64(m, ranks), All(first));
-  }
 
   static D ToDouble(V a) { return _mm512_cvtepi64_pd(a); }
   static V ToInteger(D a) { return _mm512_cvttpd_epi64(a); }
@@ -158,10 +130,164 @@ struct Eight {
   static D Smaller(D a, D b) { return _mm512_min_pd(a, b); }
 };
 
+/// Lanes of 32 bits, to walk with.
+struct Sixteen {
+  using Number = int32_t;
+  using V = __m512i;
+  using F = __m512;
+  using M = __mmask16;
+  static constexpr int kCount = 16;
+  /// 64 bits a lane: the lower and the upper halves.
+  struct Words {
+    V low, high;
+  };
+  /// The next numbers go to these lanes, in their order.
+  using Places = M;
+
+  static V All(int32_t n) { return _mm512_set1_epi32(n); }
+  static V Load(const int32_t* p) { return _mm512_loadu_si512(p); }
+  static void Store(int32_t* p, V v) { _mm512_storeu_si512(p, v); }
+
+  static V Add(V a, V b) { return _mm512_add_epi32(a, b); }
+  static V AddWhere(M m, V a, V b) { return _mm512_mask_add_epi32(a, m, a, b); }
+  static V Subtract(V a, V b) { return _mm512_sub_epi32(a, b); }
+  static V Multiply(V a, V b) { return _mm512_mullo_epi32(a, b); }
+  /// The number before, but of 0 and less 0.
+  static V LessOne(V a) {
+    return _mm512_max_epi32(_mm512_sub_epi32(a, All(1)), _mm512_setzero_si512());
+  }
+  static V LowHalf(V a) { return a; }
+  static V And(V a, V b) { return _mm512_and_si512(a, b); }
+  static V Or(V a, V b) { return _mm512_or_si512(a, b); }
+  static V Xor(V a, V b) { return _mm512_xor_si512(a, b); }
+  /// a & ~b.
+  static V Without(V a, V b) { return _mm512_andnot_si512(b, a); }
+  static Words Without(const Words& a, const Words& b) {
+    return {Without(a.low, b.low), Without(a.high, b.high)};
+  }
+  /// a & 1 | b.
+  static V OddOr(V a, V b) { return _mm512_ternarylogic_epi32(a, All(1), b, 0xea); }
+  template <int kBits>
+  static V Left(V a) {
+    return _mm512_slli_epi32(a, kBits);
+  }
+  template <int kBits>
+  static V Right(V a) {
+    return _mm512_srai_epi32(a, kBits);
+  }
+  static V ShiftLeft(V a, V bits) { return _mm512_sllv_epi32(a, bits); }
+  static V ShiftRight(V a, V bits) { return _mm512_srav_epi32(a, bits); }
+  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
+  static V BitOf(const Words& a, V bits) {
+    const M upper = _mm512_test_epi32_mask(bits, All(32));
+    return _mm512_rorv_epi32(_mm512_mask_blend_epi32(upper, a.low, a.high), bits);
+  }
+  static V SignOf(V a) { return _mm512_srai_epi32(a, 31); }
+  static V Absolute(V a) { return _mm512_abs_epi32(a); }
+  static V Larger(V a, V b) { return _mm512_max_epi32(a, b); }
+
+  static M Greater(V a, V b) { return _mm512_cmpgt_epi32_mask(a, b); }
+  /// As unsigned numbers.
+  static M Below(V a, V b) { return _mm512_cmplt_epu32_mask(a, b); }
+  static M Equal(V a, V b) { return _mm512_cmpeq_epi32_mask(a, b); }
+  static M Differ(V a, V b) { return _mm512_cmpneq_epi32_mask(a, b); }
+  static M Odd(V a) { return _mm512_test_epi32_mask(a, All(1)); }
+  static M MaskOf(V all_ones_or_none) { return _mm512_movepi32_mask(all_ones_or_none); }
+  static M Zero(V a) { return _mm512_testn_epi32_mask(a, a); }
+  static M Zero(const Words& a) { return Zero(Or(a.low, a.high)); }
+  static M None() { return 0; }
+  static M And(M a, M b) { return _kand_mask16(a, b); }
+  static M Or(M a, M b) { return _kor_mask16(a, b); }
+  static M AndNot(M a, M b) { return _kandn_mask16(b, a); }
+  static M Not(M a) { return _knot_mask16(a); }
+  static bool Any(M m) { return !_kortestz_mask16_u8(m, m); }
+  static int CountOf(M m) { return __builtin_popcount(m); }
+  /// The first `count` of them.
+  static M First(M m, int count) { return static_cast<M>(_pdep_u32((1u << count) - 1, m)); }
+  static V Select(M m, V a, V b) { return _mm512_mask_blend_epi32(m, b, a); }
+  static F Select(M m, F a, F b) { return _mm512_mask_blend_ps(m, b, a); }
+  static Words Select(M m, const Words& a, const Words& b) {
+    return {Select(m, a.low, b.low), Select(m, a.high, b.high)};
+  }
+
+  template <typename Integer>
+  static V Gather(const Integer* p, V i) {
+    return _mm512_i32gather_epi32(i, p, 4);
+  }
+  static Words Gather(const uint64_t* p, V i) { return Gather(M{0xffff}, p, i); }
+  /// 0 where not m.
+  static Words Gather(M m, const uint64_t* p, V i) {
+    const auto lanes = [&](int half) {
+      const __m256i places = half ? _mm512_extracti64x4_epi64(i, 1) : _mm512_castsi512_si256(i);
+      const V wide = _mm512_cvtepu32_epi64(places);
+      return _mm512_mask_i64gather_epi64(_mm512_setzero_si512(),
+                                         static_cast<__mmask8>(m >> (8 * half)), wide, p, 8);
+    };
+    const V first = lanes(0), second = lanes(1);
+    const V even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
+    return {_mm512_permutex2var_epi32(first, even, second),
+            _mm512_permutex2var_epi32(first, Add(even, All(1)), second)};
+  }
+  /// table[i], i from 0 to 15.
+  static V OfSixteen(const int32_t* table, V i) { return _mm512_permutexvar_epi32(i, Load(table)); }
+  static void Scatter(M m, uint32_t* p, V i, V a) { _mm512_mask_i32scatter_epi32(p, m, i, a, 4); }
+  static Places PlacesOf(M m) { return m; }
+  /// The next numbers from p on in these lanes; the others as they were.
+  static V Expand(M m, Places, const int32_t* p, V other) {
+    return _mm512_mask_expandloadu_epi32(other, m, p);
+  }
+  static F Expand(M m, Places, const float* p, F other) {
+    return _mm512_mask_expandloadu_ps(other, m, p);
+  }
+  /// first, first + 1 and so on in these lanes.
+  static V Rank(Places places, uint32_t first) {
+    const V ranks = _mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
+    return Add(_mm512_maskz_expand_epi32(places, ranks), All(static_cast<int32_t>(first)));
+  }
+
+  /// The lower halves of (a * b - c * d) >> bits, up to 32.
+  static V ProductsRight(V a, V b, V c, V d, V bits) {
+    const Pair difference = Difference(a, b, c, d);
+    const V even =
+        _mm512_srlv_epi64(difference.even, _mm512_and_si512(bits, _mm512_set1_epi64(0xffffffff)));
+    const V odd = _mm512_srlv_epi64(difference.odd, _mm512_srli_epi64(bits, 32));
+    return _mm512_mask_blend_epi32(kOdd, even, _mm512_slli_epi64(odd, 32));
+  }
+  /// a * b < c * d, or not larger where `ties`.
+  static M ProductsBelow(V a, V b, V c, V d, M ties) {
+    const Pair behind = Difference(a, b, c, d);
+    const V signs = _mm512_mask_blend_epi32(kOdd, _mm512_srli_epi64(behind.even, 32), behind.odd);
+    // A difference is 0 if both of its halves are.
+    const V rest = _mm512_mask_blend_epi32(kOdd, behind.even, _mm512_slli_epi64(behind.odd, 32));
+    const M below = _mm512_movepi32_mask(signs);
+    return static_cast<M>(below |
+                          (ties & _mm512_testn_epi32_mask(Or(signs, rest), Or(signs, rest))));
+  }
+  static F ToFloat(V a) { return _mm512_cvtepi32_ps(a); }
+  /// Rounds towards 0.
+  static V ToInteger(F a) { return _mm512_cvttps_epi32(a); }
+  static F AllOf(float f) { return _mm512_set1_ps(f); }
+  static F Times(F a, F b) { return _mm512_mul_ps(a, b); }
+  static F Smaller(F a, F b) { return _mm512_min_ps(a, b); }
+
+ private:
+  static constexpr M kOdd = 0xaaaa;
+  /// 64 bits each: of lanes 0, 2, 4 and so on, and of the others.
+  struct Pair {
+    V even, odd;
+  };
+  /// a * b - c * d.
+  static Pair Difference(V a, V b, V c, V d) {
+    const auto odd = [](V of) { return _mm512_srli_epi64(of, 32); };
+    return {_mm512_sub_epi64(_mm512_mul_epi32(a, b), _mm512_mul_epi32(c, d)),
+            _mm512_sub_epi64(_mm512_mul_epi32(odd(a), odd(b)), _mm512_mul_epi32(odd(c), odd(d)))};
+  }
+};
+
 }  // namespace
 
 extern const WideWalk kWalkAvx512;
-const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight, EightLanes>, LookInLanes<Eight>};
+const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight, Sixteen>, LookInLanes<Eight>};
 
 }  // namespace Stg::internal::sensing
 

@@ -5,7 +5,8 @@
 // too. Hence the nameless namespace, and no function of the standard library.
 //
 // `Lanes` is a class of static functions on vectors V of 64-bit integers, D of doubles and masks M.
-// What is what, and why, is told in ray_walk.h; names are the same.
+// Those that are walked with have 32 bits a lane, F of floats, and Words of 64 bits. What is what,
+// and why, is told in ray_walk.h; names are the same.
 
 #ifndef STAGE_SENSING_WIDE_WALK_LANES_HH
 #define STAGE_SENSING_WIDE_WALK_LANES_HH

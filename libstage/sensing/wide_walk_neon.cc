@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Four lanes: for 64-bit Arm processors, all of which have NEON.
+// For 64-bit Arm processors, all of which have NEON.
 
 #ifdef STAGE_WALK_NEON
 
