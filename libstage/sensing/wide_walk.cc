@@ -2,9 +2,11 @@
 
 #include "sensing/wide_walk.hh"
 
-#include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <string>
+
+#include "messages/report.hh"
 
 namespace Stg::internal::sensing {
 
@@ -35,14 +37,29 @@ std::vector<WideWalk> WideWalks() {
   return walks;
 }
 
-WideWalk FindWideWalk() {
+namespace {
+
+WideWalk ChooseWideWalk() {
   const std::vector<WideWalk> walks = WideWalks();
-  const char* asked_for = std::getenv("STAGE_LANES");
-  if (!asked_for) return walks.empty() ? WideWalk{} : walks.front();
-  const auto walk = std::find_if(walks.begin(), walks.end(), [&](const WideWalk& known) {
-    return std::strcmp(known.name, asked_for) == 0;
-  });
-  return walk == walks.end() ? WideWalk{} : *walk;
+  const char* name = std::getenv("STAGE_LANES");
+  if (!name) return walks.empty() ? WideWalk{} : walks.front();
+  std::string known;
+  for (const WideWalk& walk : walks) {
+    if (std::strcmp(walk.name, name) == 0) return walk;
+    known += std::string(walk.name) + ", ";
+  }
+  const WideWalk none;
+  if (std::strcmp(none.name, name) != 0)
+    messages::Warn("STAGE_LANES: found \"" + messages::Shortened(name) + "\", expected " + known +
+                   "or none; walking ray by ray");
+  return none;
+}
+
+}  // namespace
+
+const WideWalk& FindWideWalk() {
+  static const WideWalk walk = ChooseWideWalk();
+  return walk;
 }
 
 }  // namespace Stg::internal::sensing

@@ -40,9 +40,9 @@ struct WideWalk {
 
 /// Those that the library was made with and this processor can run, the fastest first.
 std::vector<WideWalk> WideWalks();
-/// The fastest of them, or the one that the environment variable STAGE_LANES names. Null pointers
-/// if there is none.
-WideWalk FindWideWalk();
+/// The fastest of them, or the one that the environment variable STAGE_LANES named when this was
+/// called first. Null pointers if there is none.
+const WideWalk& FindWideWalk();
 
 }  // namespace Stg::internal::sensing
 

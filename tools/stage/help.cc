@@ -110,6 +110,8 @@ Environment
   STAGEPATH            folders, with : between them, for world files and includes that are not found
                        otherwise, and for controllers, before those that come with Stage
   LD_LIBRARY_PATH      further folders for controllers
+  STAGE_LANES          how the host walks rays side by side: avx512, avx2, neon or none; default:
+                       the fastest one of this processor. For measurements
   STAGE_CL_DEVICE      DEVICE for an --opencl that names none
   STAGE_CL_HITS        potential hits that the device lists for each ray, 1 (default) to 16: where
                        none of them is a hit, the host walks on by itself
