@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace Stg::cl {
 
@@ -122,13 +123,13 @@ const void* Buffer::StartReading(std::size_t bytes, std::size_t begin, std::size
 
 void Buffer::Unmap() {
   if (mapped_ == nullptr) return;
-  if (to_send_ > 0)
-    common_.queue.enqueueWriteBuffer(memory_, CL_FALSE, 0, to_send_, mapped_);
+  void* const data = std::exchange(mapped_, nullptr);  // once, even if that fails
+  const std::size_t bytes = std::exchange(to_send_, 0);
+  if (bytes > 0)
+    common_.queue.enqueueWriteBuffer(memory_, CL_FALSE, 0, bytes, data);
   else
-    common_.queue.enqueueUnmapMemObject(memory_, mapped_);
-  common_.counts.bytes_copied += to_send_;
-  mapped_ = nullptr;
-  to_send_ = 0;
+    common_.queue.enqueueUnmapMemObject(memory_, data);
+  common_.counts.bytes_copied += bytes;
 }
 
 }  // namespace Stg::cl
