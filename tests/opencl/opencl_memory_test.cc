@@ -104,12 +104,8 @@ struct Traffic {
   uint64_t sent, fetched, copied, mapped, seen_mapped, seen_transferred;
 
   Traffic operator-(const Traffic& o) const {
-    return {sent - o.sent,
-            fetched - o.fetched,
-            copied - o.copied,
-            mapped - o.mapped,
-            seen_mapped - o.seen_mapped,
-            seen_transferred - o.seen_transferred};
+    return {sent - o.sent,     fetched - o.fetched,         copied - o.copied,
+            mapped - o.mapped, seen_mapped - o.seen_mapped, seen_transferred - o.seen_transferred};
   }
 };
 
@@ -181,7 +177,7 @@ class MistakeTest : public TrafficTest {
   }
 };
 
-// In the midst of the run, in several calls that follow each other: a step maps one after the other.
+// In the midst of the run, in calls that follow each other: a step maps one after the other.
 TEST_F(MistakeTest, TouchingWhatIsNotMapped) {
   for (const char* number : {"40", "41", "42"}) ExpectCrash(std::string("early:") + number);
   ExpectCrash("unseen:40");

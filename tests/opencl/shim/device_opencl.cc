@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// To be preloaded into the program: OpenCL whose devices say of themselves what the environment does,
-// if it has
+// To be preloaded into the program: OpenCL whose devices say of themselves what the environment
+// does, if it has
 //
 //   STAGE_DEVICE_PROFILE, STAGE_DEVICE_EXTENSIONS   texts
 //   STAGE_DEVICE_COMPILER, STAGE_DEVICE_ALIGNMENT   numbers: 0 or 1; bits
@@ -16,11 +16,16 @@ namespace {
 
 const char* Wanted(cl_device_info info) {
   switch (info) {
-    case CL_DEVICE_PROFILE: return std::getenv("STAGE_DEVICE_PROFILE");
-    case CL_DEVICE_EXTENSIONS: return std::getenv("STAGE_DEVICE_EXTENSIONS");
-    case CL_DEVICE_COMPILER_AVAILABLE: return std::getenv("STAGE_DEVICE_COMPILER");
-    case CL_DEVICE_MEM_BASE_ADDR_ALIGN: return std::getenv("STAGE_DEVICE_ALIGNMENT");
-    default: return nullptr;
+    case CL_DEVICE_PROFILE:
+      return std::getenv("STAGE_DEVICE_PROFILE");
+    case CL_DEVICE_EXTENSIONS:
+      return std::getenv("STAGE_DEVICE_EXTENSIONS");
+    case CL_DEVICE_COMPILER_AVAILABLE:
+      return std::getenv("STAGE_DEVICE_COMPILER");
+    case CL_DEVICE_MEM_BASE_ADDR_ALIGN:
+      return std::getenv("STAGE_DEVICE_ALIGNMENT");
+    default:
+      return nullptr;
   }
 }
 

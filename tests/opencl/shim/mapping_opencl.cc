@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// To be preloaded into the program: OpenCL whose mapped ranges are as strict as the standard allows.
-// What it maps is memory of its own, elsewhere each time and with other contents before it is
-// written; it can be touched only while it is mapped, not behind its end, and not written if it is
-// mapped for reading. Whoever does it crashes. What else is wrong fails, with a line in a log:
+// To be preloaded into the program: OpenCL whose mapped ranges are as strict as the standard
+// allows. What it maps is memory of its own, elsewhere each time and with other contents before it
+// is written; it can be touched only while it is mapped, not behind its end, and not written if it
+// is mapped for reading. Whoever does it crashes. What else is wrong fails, with a line in a log:
 //
-//   STAGE_MAPPING_LOG     a file; gets "wrong: TEXT", and when the first process ends, "mapped N" and
+//   STAGE_MAPPING_LOG     a file; gets "wrong: TEXT", and when the first process ends, "mapped N"
+//   and
 //                         "transferred N", both in bytes
 //   STAGE_MAPPING_FAULT   FAULT:NUMBER, to see that it would be caught: the NUMBER-th map (early,
 //                         again) or unmap (kept, twice), or all waits from that one on (unseen), of
@@ -166,9 +167,8 @@ bool MayBeTransferred(cl_mem memory, std::size_t bytes) {
 
 // ---- the calls ----------------------------------------------------------------------------------
 
-STAGE_SHIM_CALL cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags,
-                                                             std::size_t size, void* host,
-                                                             cl_int* error) {
+STAGE_SHIM_CALL cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, std::size_t size,
+                                      void* host, cl_int* error) {
   const std::lock_guard lock(The().mutex);
   Expect(size % kLine == 0, "a buffer with a part of a cache line");
   Expect((flags & (CL_MEM_USE_HOST_PTR | CL_MEM_COPY_HOST_PTR)) == 0, "a buffer that is copied");
@@ -179,8 +179,8 @@ STAGE_SHIM_CALL cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags,
   return memory;
 }
 
-STAGE_SHIM_CALL cl_int clSetKernelArg(cl_kernel kernel, cl_uint index,
-                                                             std::size_t size, const void* value) {
+STAGE_SHIM_CALL cl_int clSetKernelArg(cl_kernel kernel, cl_uint index, std::size_t size,
+                                      const void* value) {
   const std::lock_guard lock(The().mutex);
   cl_mem memory = nullptr;
   if (size == sizeof memory && value) std::memcpy(&memory, value, size);
@@ -188,10 +188,11 @@ STAGE_SHIM_CALL cl_int clSetKernelArg(cl_kernel kernel, cl_uint index,
   return REAL(clSetKernelArg)(kernel, index, size, value);
 }
 
-STAGE_SHIM_CALL cl_int clEnqueueNDRangeKernel(
-    cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const std::size_t* offset,
-    const std::size_t* global, const std::size_t* local, cl_uint count, const cl_event* wait,
-    cl_event* event) {
+STAGE_SHIM_CALL cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel,
+                                              cl_uint dimensions, const std::size_t* offset,
+                                              const std::size_t* global, const std::size_t* local,
+                                              cl_uint count, const cl_event* wait,
+                                              cl_event* event) {
   const std::lock_guard lock(The().mutex);
   for (const auto& [place, memory] : The().arguments)
     if (place.first == kernel && memory &&
@@ -202,9 +203,10 @@ STAGE_SHIM_CALL cl_int clEnqueueNDRangeKernel(
                                       event);
 }
 
-STAGE_SHIM_CALL void* clEnqueueMapBuffer(
-    cl_command_queue queue, cl_mem memory, cl_bool blocking, cl_map_flags flags, std::size_t offset,
-    std::size_t bytes, cl_uint count, const cl_event* wait, cl_event* event, cl_int* error) {
+STAGE_SHIM_CALL void* clEnqueueMapBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking,
+                                         cl_map_flags flags, std::size_t offset, std::size_t bytes,
+                                         cl_uint count, const cl_event* wait, cl_event* event,
+                                         cl_int* error) {
   const bool early = FaultAt("early"), again = FaultAt("again");
   if (again)
     clEnqueueMapBuffer(queue, memory, CL_TRUE, CL_MAP_WRITE, offset, bytes, 0, nullptr, nullptr,
@@ -228,11 +230,9 @@ STAGE_SHIM_CALL void* clEnqueueMapBuffer(
   return range.data();
 }
 
-STAGE_SHIM_CALL cl_int clEnqueueUnmapMemObject(cl_command_queue queue,
-                                                                      cl_mem memory, void* data,
-                                                                      cl_uint count,
-                                                                      const cl_event* wait,
-                                                                      cl_event* event) {
+STAGE_SHIM_CALL cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem memory, void* data,
+                                               cl_uint count, const cl_event* wait,
+                                               cl_event* event) {
   if (FaultAt("kept")) return CL_SUCCESS;
   if (FaultAt("twice")) clEnqueueUnmapMemObject(queue, memory, data, 0, nullptr, nullptr);
   const std::lock_guard lock(The().mutex);
@@ -247,26 +247,25 @@ STAGE_SHIM_CALL cl_int clEnqueueUnmapMemObject(cl_command_queue queue,
   return REAL(clEnqueueUnmapMemObject)(queue, memory, range.real, count, wait, event);
 }
 
-STAGE_SHIM_CALL cl_int clEnqueueWriteBuffer(
-    cl_command_queue queue, cl_mem memory, cl_bool blocking, std::size_t offset, std::size_t bytes,
-    const void* data, cl_uint count, const cl_event* wait, cl_event* event) {
+STAGE_SHIM_CALL cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking,
+                                            std::size_t offset, std::size_t bytes, const void* data,
+                                            cl_uint count, const cl_event* wait, cl_event* event) {
   const std::lock_guard lock(The().mutex);
   if (!MayBeTransferred(memory, bytes)) return CL_INVALID_OPERATION;
   return REAL(clEnqueueWriteBuffer)(queue, memory, blocking, offset, bytes, data, count, wait,
                                     event);
 }
 
-STAGE_SHIM_CALL cl_int clEnqueueReadBuffer(
-    cl_command_queue queue, cl_mem memory, cl_bool blocking, std::size_t offset, std::size_t bytes,
-    void* data, cl_uint count, const cl_event* wait, cl_event* event) {
+STAGE_SHIM_CALL cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking,
+                                           std::size_t offset, std::size_t bytes, void* data,
+                                           cl_uint count, const cl_event* wait, cl_event* event) {
   const std::lock_guard lock(The().mutex);
   if (!MayBeTransferred(memory, bytes)) return CL_INVALID_OPERATION;
   return REAL(clEnqueueReadBuffer)(queue, memory, blocking, offset, bytes, data, count, wait,
                                    event);
 }
 
-STAGE_SHIM_CALL cl_int clWaitForEvents(cl_uint count,
-                                                              const cl_event* events) {
+STAGE_SHIM_CALL cl_int clWaitForEvents(cl_uint count, const cl_event* events) {
   const cl_int result = REAL(clWaitForEvents)(count, events);
   const std::lock_guard lock(The().mutex);
   const std::vector<cl_event> waited(events, events + count);
