@@ -27,11 +27,16 @@
 /* Devices define the first; a compiler that makes code for none in particular only the second. */
 #if defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
 #define RAY_IN_OPENCL
+#ifdef cles_khr_int64 /* in the embedded profile 64-bit integers are an extension */
+#pragma OPENCL EXTENSION cles_khr_int64 : enable
+#endif
 typedef long ray_long;
 typedef ulong ray_ulong;
 typedef uint ray_uint;
 #define RAY_GLOBAL __global
 #define RAY_FUNCTION
+/* So that a device may fetch a record in few pieces, none of them across a cache line. */
+#define RAY_ALIGNED(bytes) __attribute__((aligned(bytes)))
 #else
 #include <cstdint>
 namespace Stg {
@@ -40,6 +45,7 @@ typedef uint64_t ray_ulong;
 typedef uint32_t ray_uint;
 #define RAY_GLOBAL
 #define RAY_FUNCTION static inline
+#define RAY_ALIGNED(bytes)
 #endif
 
 #define RAY_LEG_CELLS 16384 /* longest displacement of one walk; its Q16 value fits in 31 bits */
@@ -50,7 +56,7 @@ typedef uint32_t ray_uint;
 #define RAY_BEHIND (-131072) /* a limit that the start is beyond already */
 
 /* A slot of the directory of superregions: a hash table with linear probing. index 0: free. */
-typedef struct {
+typedef struct RAY_ALIGNED(16) {
   int x, y;
   ray_uint index;
   ray_uint padding;

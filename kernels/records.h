@@ -7,12 +7,8 @@
 #ifndef STAGE_KERNELS_RECORDS_H
 #define STAGE_KERNELS_RECORDS_H
 
-#ifdef RAY_IN_OPENCL
-/* So that a device may fetch a record in few pieces. */
-#define RAY_ALIGNED(bytes) __attribute__((aligned(bytes)))
-#else
+#ifndef RAY_IN_OPENCL
 #include "kernels/ray_walk.h"
-#define RAY_ALIGNED(bytes)
 namespace Stg {
 #endif
 

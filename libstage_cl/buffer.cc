@@ -4,8 +4,19 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace Stg::cl {
+
+namespace {
+
+// Of a cache. Processors that share memory keep it in step by whole lines: a range that ends within
+// one would make them copy the rest of it aside.
+constexpr std::size_t kLine = 64;
+
+std::size_t WholeLines(std::size_t bytes) { return (bytes + kLine - 1) / kLine * kLine; }
+
+}  // namespace
 
 PinnedMemory::~PinnedMemory() {
   try {
@@ -28,9 +39,10 @@ void* PinnedMemory::Take(std::size_t bytes) {
 
 void PinnedMemory::AddBlock(std::size_t bytes) {
   constexpr std::size_t kSmallest = 1 << 16;
-  const std::size_t size = std::max(bytes + bytes / 2, kSmallest);
+  const std::size_t size = WholeLines(std::max(bytes + bytes / 2, kSmallest));
   const ::cl::Buffer buffer(context_, CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, size);
   void* data = queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, size);
+  counts_.bytes_mapped += size;
   blocks_.push_back({buffer, static_cast<char*>(data), size});
   used_ = 0;
 }
@@ -56,10 +68,10 @@ Buffer::~Buffer() {
 }
 
 bool Buffer::Reserve(std::size_t bytes) {
-  bytes = std::max<std::size_t>(bytes, 64);  // an empty buffer is an error in OpenCL
+  bytes = std::max(bytes, kLine);  // an empty buffer is an error in OpenCL
   if (bytes <= capacity_) return false;
   Unmap();
-  const std::size_t roomy = bytes + bytes / 2;
+  const std::size_t roomy = WholeLines(bytes + bytes / 2);
   const cl_mem_flags where = common_.shared ? CL_MEM_ALLOC_HOST_PTR : 0;
   memory_ = ::cl::Buffer(common_.context, CL_MEM_READ_WRITE | where, roomy);
   capacity_ = roomy;
@@ -79,36 +91,45 @@ void* Buffer::MapForWriting(std::size_t bytes) {
   Reserve(bytes);
   Unmap();
   bytes = std::max<std::size_t>(bytes, 1);
-  if (!common_.shared) {
-    to_send_ = bytes;
-    return mapped_ = common_.to_device.Take(bytes);
-  }
+  common_.counts.bytes_copied += bytes;
   // 1.1 has no way to say that the old contents don't matter.
-  return mapped_ = common_.queue.enqueueMapBuffer(memory_, CL_TRUE, CL_MAP_WRITE, 0, bytes);
+  if (common_.shared) return Map(CL_MAP_WRITE, bytes, nullptr);
+  to_send_ = bytes;
+  return mapped_ = common_.to_device.Take(bytes);
+}
+
+/// The beginning of it; at once, or when `done` has happened if that is given.
+void* Buffer::Map(cl_map_flags flags, std::size_t bytes, ::cl::Event* done) {
+  bytes = WholeLines(std::max<std::size_t>(bytes, 1));
+  mapped_ = common_.queue.enqueueMapBuffer(memory_, done ? CL_FALSE : CL_TRUE, flags, 0, bytes,
+                                           nullptr, done);
+  common_.counts.bytes_mapped += bytes;
+  return mapped_;
 }
 
 const void* Buffer::StartReading(std::size_t bytes, std::size_t begin, std::size_t end,
                                  ::cl::Event* done) {
   if (common_.shared) {
     Unmap();
-    return mapped_ = common_.queue.enqueueMapBuffer(memory_, CL_FALSE, CL_MAP_READ, 0,
-                                                    std::max<std::size_t>(bytes, 1), nullptr, done);
+    return Map(CL_MAP_READ, bytes, done);
   }
   if (begin == 0) reading_ = static_cast<char*>(common_.from_device.Take(bytes));
-  if (begin < end)
-    common_.queue.enqueueReadBuffer(memory_, CL_FALSE, begin, end - begin, reading_ + begin,
-                                    nullptr, done);
+  if (begin == end) return reading_;
+  common_.queue.enqueueReadBuffer(memory_, CL_FALSE, begin, end - begin, reading_ + begin, nullptr,
+                                  done);
+  common_.counts.bytes_copied += end - begin;
   return reading_;
 }
 
 void Buffer::Unmap() {
   if (mapped_ == nullptr) return;
-  if (to_send_ > 0)
-    common_.queue.enqueueWriteBuffer(memory_, CL_FALSE, 0, to_send_, mapped_);
+  void* const data = std::exchange(mapped_, nullptr);  // once, even if that fails
+  const std::size_t bytes = std::exchange(to_send_, 0);
+  if (bytes > 0)
+    common_.queue.enqueueWriteBuffer(memory_, CL_FALSE, 0, bytes, data);
   else
-    common_.queue.enqueueUnmapMemObject(memory_, mapped_);
-  mapped_ = nullptr;
-  to_send_ = 0;
+    common_.queue.enqueueUnmapMemObject(memory_, data);
+  common_.counts.bytes_copied += bytes;
 }
 
 }  // namespace Stg::cl

@@ -11,14 +11,16 @@
 #include <vector>
 
 #include "libstage_cl/opencl.hh"
+#include "sensing/prefilter.hh"
 
 namespace Stg::cl {
 
 /// Memory of the host that the device can fetch from by itself.
 class PinnedMemory {
  public:
-  PinnedMemory(const ::cl::Context& context, const ::cl::CommandQueue& queue)
-      : context_(context), queue_(queue) {}
+  PinnedMemory(const ::cl::Context& context, const ::cl::CommandQueue& queue,
+               sensing::PrefilterStatistics* counts)
+      : context_(context), queue_(queue), counts_(*counts) {}
   ~PinnedMemory();
   PinnedMemory(const PinnedMemory&) = delete;
   PinnedMemory& operator=(const PinnedMemory&) = delete;
@@ -40,6 +42,7 @@ class PinnedMemory {
 
   ::cl::Context context_;
   ::cl::CommandQueue queue_;
+  sensing::PrefilterStatistics& counts_;
   std::vector<Block> blocks_;  // room is taken from the last one
   std::size_t used_ = 0;       // of that one
   std::size_t taken_ = 0;      // of all, since Reset()
@@ -47,16 +50,20 @@ class PinnedMemory {
 
 /// What all buffers of a prefilter share.
 struct Memory {
-  Memory(const ::cl::Context& context_, const ::cl::CommandQueue& queue_, bool shared_)
+  /// `counts`: bytes that are mapped or copied are added there.
+  Memory(const ::cl::Context& context_, const ::cl::CommandQueue& queue_, bool shared_,
+         sensing::PrefilterStatistics* counts_)
       : context(context_),
         queue(queue_),
         shared(shared_),
-        to_device(context_, queue_),
-        from_device(context_, queue_) {}
+        counts(*counts_),
+        to_device(context_, queue_, counts_),
+        from_device(context_, queue_, counts_) {}
 
   ::cl::Context context;
   ::cl::CommandQueue queue;
   bool shared;  ///< by host and device
+  sensing::PrefilterStatistics& counts;
   PinnedMemory to_device, from_device;
 };
 
@@ -71,7 +78,7 @@ class Buffer {
   bool Reserve(std::size_t bytes);
   /// Writes to its beginning, after making room.
   void Write(const void* data, std::size_t bytes);
-  /// For the host to write into; Unmap() hands it to the device.
+  /// For the host to write all of; Unmap() hands it to the device. What was in it before is lost.
   void* MapForWriting(std::size_t bytes);
   /// What the device writes, `bytes` in all, for the host to read until Unmap() or until pinned
   /// memory is reset: those from `begin` to `end` - 1 are there as soon as `done` has happened,
@@ -83,6 +90,8 @@ class Buffer {
   const ::cl::Buffer& memory() const { return memory_; }
 
  private:
+  void* Map(cl_map_flags flags, std::size_t bytes, ::cl::Event* done);
+
   Memory& common_;
   ::cl::Buffer memory_;
   std::size_t capacity_ = 0;

@@ -59,7 +59,7 @@ ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits
       is_cpu_(device_->found.kind == "cpu"),
       per_ray_(hits_per_ray),
       queue_(device_->context, device_->found.device),
-      memory_(device_->context, queue_, SharesMemory(device_->found.device)),
+      memory_(device_->context, queue_, SharesMemory(device_->found.device), &statistics_),
       batch_(&memory_),
       directions_(&memory_),
       hits_(&memory_) {
@@ -74,6 +74,7 @@ ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits
   };
   forget_grid();
   statistics_.compile_seconds = device_->compile_seconds;
+  statistics_.shared_memory = memory_.shared;
   WarmUp();
   forget_grid();
 }

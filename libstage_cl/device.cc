@@ -59,6 +59,7 @@ FoundDevice Examine(const ::cl::Platform& platform, const ::cl::Device& device) 
   found.name = Text(device.getInfo<CL_DEVICE_NAME>());
   found.platform = Text(platform.getInfo<CL_PLATFORM_NAME>());
   found.version = Text(device.getInfo<CL_DEVICE_VERSION>());
+  if (IsEmbedded(device)) found.version += ", embedded profile";
   found.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
   found.megabytes = static_cast<unsigned>(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>() >> 20);
   return found;
@@ -175,6 +176,10 @@ std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice>& devices
   if (index == std::string::npos) return matching;
   if (index >= matching.size()) return {};
   return {matching[index]};
+}
+
+bool IsEmbedded(const ::cl::Device& device) {
+  return Text(device.getInfo<CL_DEVICE_PROFILE>()) == "EMBEDDED_PROFILE";
 }
 
 std::string Describe(const FoundDevice& d) {

@@ -31,6 +31,9 @@ const std::vector<FoundDevice>& FindDevices(std::string* reason);
 std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice>& devices,
                                          const std::string& choice);
 
+/// It has OpenCL's embedded profile, a part of the full one.
+bool IsEmbedded(const ::cl::Device& device);
+
 /// One line: "gpu: NAME (PLATFORM, VERSION, N compute units, M MiB)".
 std::string Describe(const FoundDevice& device);
 /// A line for each, indented.

@@ -24,6 +24,22 @@ std::string Shortened(std::string log) {
   return log.size() > kLongest ? log.substr(0, kLongest) + "..." : log;
 }
 
+/// What the kernels need that not every device has. Of the embedded profile's lower limits none
+/// matters: floats only guess, there are no images, and arguments take some 100 bytes.
+void CheckDevice(const ::cl::Device& device) {
+  constexpr unsigned kBits = 8 * 16;  // of the most aligned record
+  if (device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>() == CL_FALSE)
+    throw sensing::PrefilterError("its driver has no compiler for the kernels");
+  if (IsEmbedded(device) &&
+      device.getInfo<CL_DEVICE_EXTENSIONS>().find("cles_khr_int64") == std::string::npos)
+    throw sensing::PrefilterError(
+        "it has the embedded profile without 64-bit integers (cles_khr_int64), which the kernels "
+        "need");
+  if (const unsigned bits = device.getInfo<CL_DEVICE_MEM_BASE_ADDR_ALIGN>(); bits < kBits)
+    throw sensing::PrefilterError("its buffers are aligned to " + std::to_string(bits) +
+                                  " bits, the kernels need " + std::to_string(kBits));
+}
+
 std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
   try {
     return Shortened(program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device));
@@ -51,6 +67,7 @@ std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
 OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch_)
     : watch(std::move(watch_)), found(device) {
   calls::SetDriver(found.platform);
+  CheckDevice(found.device);
   context = ::cl::Context(found.device);
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();

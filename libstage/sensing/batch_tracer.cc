@@ -41,6 +41,7 @@ void BatchTracer::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bo
   chooser_ = PathChooser(always);
   scene_.grid.TrackChanges(prefilter_ != nullptr);
   statistics_.device = prefilter_ ? prefilter_->DeviceName() : "";
+  if (prefilter_) statistics_.prefilter = prefilter_->statistics();  // it may never get a batch
 }
 
 void BatchTracer::SharePrefilterOf(const BatchTracer& other, bool always) {

@@ -54,7 +54,9 @@ void DeviceLayers::MakeRoom(const grid::Grid& grid, const std::vector<grid::Laye
   for (const grid::LayerIndex index : wanted)
     if (Find(index) == layers_.size()) layers_.push_back({index, 0, 0});
   if (grid.region_count() <= room_) return;
-  room_ = grid.region_count() + grid.region_count() / 4;
+  // A multiple of eight: each layer then begins with a cache line of the device, and a row of a
+  // region's tiles, eight words, is one.
+  room_ = (grid.region_count() + grid.region_count() / 4 + 7) / 8 * 8;
   Lose();  // all places change
 }
 

@@ -20,16 +20,22 @@ PARTS = ("ray_walk.h", "records.h", "prefilter.cl")  # in the order in which dri
 CLANG = next((name for name in ("clang", "clang-19", "clang-16", "clang-14") if shutil.which(name)), None)
 
 
-def compile_kernels(version: str, target: str, tail: str = "") -> str:
-    """What Clang has against it; nothing if it is content."""
-    text = "".join((KERNELS / part).read_text(encoding="utf-8") for part in PARTS) + tail
+def read_kernels() -> str:
+    return "".join((KERNELS / part).read_text(encoding="utf-8") for part in PARTS)
+
+
+def run_clang(text: str, *options: str) -> subprocess.CompletedProcess:
     with tempfile.NamedTemporaryFile("w", suffix=".cl") as file:
         file.write(text)
         file.flush()
-        done = subprocess.run(
-            [CLANG, "-x", "cl", f"-cl-std={version}", "-target", target, "-Xclang", "-finclude-default-header",
-             "-Wall", "-Wextra", "-pedantic", "-Wconversion", "-Werror", "-fsyntax-only", file.name],
-            capture_output=True, text=True, check=False)
+        return subprocess.run([CLANG, "-x", "cl", "-Xclang", "-finclude-default-header", *options, file.name],
+                              capture_output=True, text=True, check=False)
+
+
+def compile_kernels(version: str, target: str, tail: str = "") -> str:
+    """What Clang has against it; nothing if it is content."""
+    done = run_clang(read_kernels() + tail, f"-cl-std={version}", "-target", target, "-Wall", "-Wextra", "-pedantic",
+                     "-Wconversion", "-Werror", "-fsyntax-only")
     return done.stderr if done.returncode != 0 else ""
 
 
@@ -45,6 +51,30 @@ class KernelLanguageTest(unittest.TestCase):
         later = "__kernel void later(__global uint* a) { a[0] = popcount(a[0]); }\n"
         self.assertIn("popcount", compile_kernels("CL1.1", "spir", later))
         self.assertEqual(compile_kernels("CL1.2", "spir", later), "")
+
+    def test_no_load_of_a_record_straddles_cache_lines(self) -> None:
+        """A record is read in pieces of 16 bytes at most, each where one of its size belongs."""
+        for record, alignment in (("ray_super_t", 16), ("ray_fan_record_t", 16), ("ray_group_record_t", 16),
+                                  ("ray_direction_t", 8)):
+            def check(size: int, record: str = record) -> str:
+                return (f"struct behind_{record} {{ char c; {record} r; }};\n"
+                        f"typedef char of_{record}[sizeof(struct behind_{record}) - sizeof({record}) == {size} "
+                        "? 1 : -1];\n")
+            for target in ("spir", "spir64"):
+                self.assertEqual(compile_kernels("CL1.1", target, check(alignment)), "", record)
+            self.assertNotEqual(compile_kernels("CL1.1", "spir", check(alignment // 2)), "")
+
+    def test_registers(self) -> None:
+        """Of a walk, as a GPU with registers for 32 bits has it: docs/boards.md says what follows from that."""
+        item = "(__builtin_amdgcn_workgroup_id_x() * 64 + __builtin_amdgcn_workitem_id_x())"
+        done = run_clang(f"#define get_global_id(dimension) {item}\n" + read_kernels(), "-cl-std=CL1.1", "-target",
+                         "amdgcn-amd-amdhsa", "-mcpu=gfx900", "-nogpulib", "-fvisibility=hidden", "-O2", "-S", "-o", "-")
+        if done.returncode != 0 and "target" in done.stderr:
+            self.skipTest("this clang makes no code for AMD's GPUs")
+        kernel = done.stdout[done.stdout.index("\nwalk_fans:"):]
+        found = {name: int(re.search(rf"; {name}: (\d+)", kernel)[1]) for name in ("NumVgprs", "ScratchSize")}
+        self.assertEqual(found["ScratchSize"], 0, "values are kept in memory")
+        self.assertLessEqual(found["NumVgprs"], 80)
 
     def test_records_are_the_same_for_all_devices(self) -> None:
         """The size of size_t and of pointers is the device's own."""

@@ -33,6 +33,8 @@ class Copy {
     for (const LayerIndex index : wanted) {
       const grid::Occupancy& cells = grid.occupancy(index);
       const DeviceBatch::LayerPlace place = layers.PlaceOf(index);
+      EXPECT_EQ(place.tile_maps % 8, 0u) << "in the middle of a cache line";
+      EXPECT_EQ(place.tiles % 8, 0u);
       EXPECT_TRUE(std::equal(cells.tile_maps().begin(), cells.tile_maps().end(),
                              words.begin() + place.tile_maps));
       EXPECT_TRUE(

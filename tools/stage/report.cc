@@ -79,6 +79,9 @@ Json OpenCl(const RunStatistics& run) {
           {"compile_seconds", run.prefilter.compile_seconds},
           {"bytes_sent", run.prefilter.bytes_sent},
           {"bytes_fetched", run.prefilter.bytes_fetched},
+          {"memory", run.prefilter.shared_memory ? "shared" : "own"},
+          {"bytes_copied", run.prefilter.bytes_copied},
+          {"bytes_mapped", run.prefilter.bytes_mapped},
           {"send_ms", run.prefilter.send_seconds * 1e3},
           {"walk_ms", run.prefilter.walk_seconds * 1e3},
           {"fetch_ms", run.prefilter.fetch_seconds * 1e3}};

@@ -27,6 +27,11 @@ struct PrefilterStatistics {
   /// part of a batch were walked, and waiting for lists.
   double send_seconds = 0, walk_seconds = 0, fetch_seconds = 0;
   uint64_t bytes_sent = 0, bytes_fetched = 0;
+  /// What that cost: bytes that the host wrote into memory which the device sees, plus those that
+  /// were then sent or fetched by a transfer; and bytes of the ranges that it mapped. Lists that
+  /// the host reads where the device wrote them are mapped, not copied.
+  uint64_t bytes_copied = 0, bytes_mapped = 0;
+  bool shared_memory = false;  ///< of host and device, as far as the prefilter knows
 };
 
 /// What became of batches so far.

@@ -7,7 +7,6 @@
 //                     clFinish in that process (child: one that was forked) goes wrong
 //   STAGE_FAULT_LOG   a file; gets a line "PROCESS CALL" for each call
 
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
@@ -19,9 +18,7 @@
 #include <string>
 #include <type_traits>
 
-#define CL_TARGET_OPENCL_VERSION 120
-#define CL_USE_DEPRECATED_OPENCL_1_1_APIS
-#include <CL/cl.h>
+#include "real_opencl.hh"
 
 namespace {
 
@@ -74,11 +71,6 @@ void SetLastToError(First, Others... others) {
   SetLastToError(others...);
 }
 
-void* Library() {
-  static void* const library = dlopen("libOpenCL.so.1", RTLD_NOW);
-  return library ? library : (abort(), nullptr);
-}
-
 template <typename Function>
 struct Faulty;
 template <typename Result, typename... Arguments>
@@ -93,7 +85,7 @@ struct Faulty<Result(Arguments...)> {
       else
         return CL_OUT_OF_RESOURCES;
     }
-    static const auto next = reinterpret_cast<Result (*)(Arguments...)>(dlsym(Library(), name));
+    static const auto next = Real<Result(Arguments...)>(name);
     return next(arguments...);
   }
 };
