@@ -195,10 +195,15 @@ RAY_FUNCTION int ray_cells_left(int cell, int direction, int shift) {
   return direction > 0 ? mask - (cell & mask) : (cell & mask);
 }
 
-/* Which of the next borders is nearer: (bx * |dy| - by * |dx|) / 2^bits, rounded down; in x if it is
- * negative. */
+/* Which of the next borders is nearer: (bx * |dy| - by * |dx|) / 2^bits, rounded down; in x if it
+ * is negative. */
 RAY_FUNCTION int ray_compare(int bx, int ady, int by, int adx, int bits) {
   return (int)((ray_product(bx, ady) - ray_product(by, adx)) >> bits);
+}
+
+/* What that is behind the border in y, or in x if `in_x`, all ones then; `both` is |dx| + |dy|. */
+RAY_FUNCTION int ray_step(int e, int adx, ray_uint both, int in_x) {
+  return (int)((ray_uint)e - (ray_uint)adx + (both & (ray_uint)in_x));
 }
 
 /* Goes on to the next occupied cell that is not hidden by the self-mask. Returns 1 with the cell in
@@ -214,7 +219,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
   const int limit_x = ray->limit_x, limit_y = ray->limit_y;
   /* One cell on changes the comparison of the next borders by ady in x, by -adx in y, both times
    * 2^16: what is below has no say in its sign, and what is above fits in 32 bits. */
-  const int both = adx + ady;
+  const ray_uint both = (ray_uint)adx + (ray_uint)ady;
   /* One square on, in a word of 8 x 8: in y, and what is to be added for x instead. */
   const int to_next_y = sy * 8, to_next_x = sx - to_next_y;
   int u = ray->u, v = ray->v;
@@ -264,7 +269,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
           v += left_y;
           while (((word >> bit) & 1) == 0) {
             in = e >> 31;
-            e = (e - adx) + (both & in);
+            e = ray_step(e, adx, both, in);
             bit += to_next_y + (in & to_next_x);
             left_x += in;
             left_y -= 1 + in;
@@ -294,7 +299,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
       to_y += left_y * 8;
       do {
         in = e >> 31;
-        e = (e - adx) + (both & in);
+        e = ray_step(e, adx, both, in);
         left_x += in;
         left_y -= 1 + in;
         t += to_next_y + (in & to_next_x);
