@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// stagesim._core: what Python has of libstage. The classes that people use are in stagesim/*.py.
+
+#include <nanobind/nanobind.h>
+
+#include "bindings.hh"
+#include "failure.hh"
+#include "stage.hh"
+
+NB_MODULE(_core, module) {
+  using namespace Stg::python;
+  Stg::Init(nullptr, nullptr);
+  BindFailures(module);
+  module.def("version", &Stg::Version, "The version of the simulator.");
+}
