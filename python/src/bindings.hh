@@ -9,6 +9,10 @@
 
 namespace Stg::python {
 
+void BindModel(nanobind::module_& module);
+void BindCrowd(nanobind::module_& module);
+void BindWorld(nanobind::module_& module);
+
 }  // namespace Stg::python
 
 #endif

@@ -12,5 +12,8 @@ NB_MODULE(_core, module) {
   using namespace Stg::python;
   Stg::Init(nullptr, nullptr);
   BindFailures(module);
+  BindModel(module);
+  BindCrowd(module);
+  BindWorld(module);
   module.def("version", &Stg::Version, "The version of the simulator.");
 }

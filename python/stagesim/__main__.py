@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import os
 import sys
-from pathlib import Path
+
+from . import _paths
 
 
 def main() -> None:
-    """Becomes the program; shipped worlds may be given by their names alone."""
-    program = Path(__file__).resolve().parent / "bin" / "stage"
-    os.execv(program, [str(program), *sys.argv[1:]])
+    """Becomes the program. Shipped worlds may be given by their names alone."""
+    arguments = [_paths.resolve(text) if text.endswith(".world") else text for text in sys.argv[1:]]
+    os.execv(_paths.PROGRAM, [_paths.PROGRAM, *arguments])
 
 
 if __name__ == "__main__":

@@ -28,6 +28,15 @@ class WorldError(StageError):
         self.column: int | None = int(place.group(3)) if place else None
         self.message: str = text[place.end():] if place else text
 
+    def about(self, path: str, name: str) -> WorldError:
+        """The same of a file that is called otherwise, and known even where no line is at fault."""
+        if not str(self).startswith(path + ":"):
+            return self
+        error = WorldError(name + str(self)[len(path):])
+        if error.file is None:
+            error.file, error.message = name, str(error)[len(name) + 2:]
+        return error
+
 
 class GoneError(StageError, LookupError):
     """A model, or a world, that does not exist any more, or never did."""
