@@ -48,7 +48,7 @@ auto Setter(Set set) {
 /// The error of what refuses a value with a message.
 template <typename F>
 void OrComplain(F f) {
-  const Complaints complaints;
+  const Complaints complaints(true);
   f();
   if (!complaints.lines.empty()) throw Failure{Kind::kStage, complaints.lines.back()};
 }

@@ -20,15 +20,6 @@ namespace Stg::python {
 
 namespace {
 
-/// Calls f, and logs what was said meanwhile, whatever f throws.
-template <typename F>
-auto Logged(F f) {
-  struct AtEnd {
-    ~AtEnd() { LogMessages(); }
-  } at_end;
-  return f();
-}
-
 std::shared_ptr<Simulation> Make(uint64_t seed, int threads, bool opencl, bool opencl_always,
                                  const std::string& device, const std::string& ray_model,
                                  bool controllers) {
@@ -159,7 +150,7 @@ void BindState(nb::class_<Simulation>& world) {
       .def_prop_ro("wants_to_quit", of_world([](World& w) { return w.TestQuit(); }))
       .def_prop_ro("quit_time", &Simulation::quit_time)
       .def("cancel_quit", of_world([](World& w) { w.CancelQuit(); }))
-      .def_prop_ro("is_open", [](const Simulation& s) { return s.WorldAt(0) != nullptr; });
+      .def_prop_ro("is_open", &Simulation::is_open);
 }
 
 nb::bytes BytesOf(const Snapshot& snapshot) {

@@ -124,7 +124,8 @@ T& Crowd::PartOf(const std::string& name, Arguments... arguments) {
 class Crowd::Hold {
  public:
   explicit Hold(const Crowd& crowd) : source_(crowd.source_.lock()) {
-    if (!source_) throw Failure{Kind::kGone, "the world of these robots is gone"};
+    if (!source_ || !source_->is_open())
+      throw Failure{Kind::kGone, "the world of these robots is gone"};
     use_.emplace(source_.get());
   }
 

@@ -2,6 +2,8 @@
 
 #include "failure.hh"
 
+#include <nanobind/stl/string.h>
+
 #include <atomic>
 #include <exception>
 #include <mutex>
@@ -31,7 +33,8 @@ constexpr size_t kMost = 1000;
 
 void TakeMessage(LogLevel level, const std::string& line) {
   if (level == LogLevel::kProgress) return;
-  if (level == LogLevel::kError && innermost) return innermost->lines.push_back(line);
+  if (innermost && (level == LogLevel::kError || innermost->warnings))
+    return innermost->lines.push_back(line);
   const std::lock_guard<std::mutex> lock(mutex);
   if (Waiting().size() < kMost) Waiting().push_back({level, line});
   any_waiting = true;
@@ -60,7 +63,8 @@ void Translate(const std::exception_ptr& thrown, void*) {
 
 }  // namespace
 
-Complaints::Complaints() : outer_(std::exchange(innermost, this)) {}
+Complaints::Complaints(bool with_warnings)
+    : warnings(with_warnings), outer_(std::exchange(innermost, this)) {}
 Complaints::~Complaints() { innermost = outer_; }
 
 void LogMessages() {

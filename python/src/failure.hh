@@ -9,6 +9,7 @@
 #include <nanobind/nanobind.h>
 
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace Stg::python {
@@ -31,7 +32,8 @@ void BindFailures(nb::module_& module);
 /// exception. The innermost one gets them.
 class Complaints {
  public:
-  Complaints();
+  /// `warnings`: these too.
+  explicit Complaints(bool warnings = false);
   ~Complaints();
   Complaints(const Complaints&) = delete;
   Complaints& operator=(const Complaints&) = delete;
@@ -41,6 +43,7 @@ class Complaints {
     return lines.empty() ? otherwise : lines.back();
   }
   std::vector<std::string> lines;
+  const bool warnings;
 
  private:
   Complaints* outer_;
@@ -48,6 +51,27 @@ class Complaints {
 
 /// Logs what was said since. With the GIL.
 void LogMessages();
+
+/// Calls f, and logs what was said meanwhile, whatever f throws.
+template <typename F>
+auto Logged(F f) {
+  try {
+    if constexpr (std::is_void_v<decltype(f())>) {
+      f();
+      LogMessages();
+    } else {
+      auto result = f();
+      LogMessages();
+      return result;
+    }
+  } catch (...) {
+    try {
+      LogMessages();
+    } catch (...) {  // what f has thrown matters more
+    }
+    throw;
+  }
+}
 
 /// What is being thrown, in a handler of it.
 std::string DescribeThrown();

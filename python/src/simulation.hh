@@ -56,7 +56,7 @@ class Simulation : public Source, public std::enable_shared_from_this<Simulation
   /// That the world file gives; 0: none. Steps go on past it.
   usec_t quit_time() const { return quit_time_; }
 
-  size_t world_count() const override { return 1; }
+  bool is_open() const override { return WorldAt(0) != nullptr; }
   World* WorldAt(size_t index) const override;
   Model* Find(size_t index, const ModelKey& key) const override;
 

@@ -24,7 +24,8 @@ struct ModelKey {
 class Source {
  public:
   virtual ~Source() = default;
-  virtual size_t world_count() const = 0;
+  /// There still are worlds.
+  virtual bool is_open() const = 0;
   /// Null if it is gone.
   virtual World* WorldAt(size_t index) const = 0;
   /// Null if it is gone.
