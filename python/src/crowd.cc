@@ -37,6 +37,12 @@ void FillEnergy(const ModelPosition* robot, double* row) {
   *row = pack ? pack->GetStored() : kUnknown;
 }
 
+void FillTime(World* world, double* time) {
+  *time = world ? static_cast<double>(world->SimTimeNow()) / 1e6 : kUnknown;
+}
+
+void FillEnded(World* world, bool* ended) { *ended = !world || world->TestQuit(); }
+
 }  // namespace
 
 Crowd::Crowd(std::weak_ptr<Source> source, std::vector<ModelKey> robots, size_t worlds, bool single)
@@ -82,6 +88,10 @@ void Crowd::ClearCommands(size_t world) {
   if (!commands_.exists()) return;
   double* const rows = commands_.Row<double>(world, 0);
   std::fill(rows, rows + 3 * size(), 0.0);
+}
+
+void Crowd::SetCommands(size_t world, const double* rows) {
+  std::copy(rows, rows + 3 * size(), commands_.Row<double>(world, 0));
 }
 
 void Crowd::Teleport(size_t world, const double* poses, const bool* which) {
@@ -145,6 +155,16 @@ nb::object Crowd::PoseArray() { return BodyArray("pose", 3, FillPose); }
 nb::object Crowd::VelocityArray() { return BodyArray("velocity", 3, FillVelocity); }
 nb::object Crowd::StalledArray() { return BodyArray("stalled", 0, FillStalled); }
 nb::object Crowd::EnergyArray() { return BodyArray("energy", 0, FillEnergy); }
+
+nb::object Crowd::TimeArray() {
+  const Hold hold(*this);
+  return View(PartOf<WorldPart<double>>("time", FillTime).array);
+}
+
+nb::object Crowd::EndedArray() {
+  const Hold hold(*this);
+  return View(PartOf<WorldPart<bool>>("ended", FillEnded).array);
+}
 
 nb::object Crowd::CommandArray() {
   const Hold hold(*this);

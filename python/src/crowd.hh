@@ -62,13 +62,20 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   nb::object FiducialArray(size_t finder, size_t most, const std::string& what);
   nb::object BlobArray(size_t finder, size_t most, const std::string& what);
   nb::object BumperArray(size_t bumper);
+  /// One number for each world: its time in seconds, or whether it has ended.
+  nb::object TimeArray();
+  nb::object EndedArray();
 
+  /// To be called when a world is another one: it may lie where the former one lay.
+  void Forget(size_t world) { members_[world].world = nullptr; }
   /// Brings the arrays of a world up to date. No GIL is needed, nor the world.
   void Gather(size_t world);
   /// Gives the robots the commands that stand in the array, before a step.
   void Command(size_t world);
   /// Moves the robots to these poses: x, y, heading for each.
   void Teleport(size_t world, const double* poses, const bool* which);
+  /// Three numbers for each robot.
+  void SetCommands(size_t world, const double* rows);
   /// Forgets the commands: all are 0.
   void ClearCommands(size_t world);
 

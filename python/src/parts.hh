@@ -48,6 +48,26 @@ class BodyPart : public Part {
   const Fill fill_;
 };
 
+/// A number of each world.
+template <typename T>
+class WorldPart : public Part {
+ public:
+  /// `world` is null if it is gone.
+  using Fill = void (*)(World* world, T* number);
+
+  WorldPart(const std::vector<Members>& members, Fill fill) : fill_(fill) {
+    array.Make<T>({members.size()});
+  }
+  void Gather(size_t world, const Members& members) override {
+    fill_(members.world, static_cast<T*>(array.data()) + world);
+  }
+
+  Array array;
+
+ private:
+  const Fill fill_;
+};
+
 /// The model of that type that is number `n` in the tree, which becomes less by those that come
 /// before; null if there are too few.
 template <typename T>

@@ -160,21 +160,25 @@ void Simulation::Restore(const Snapshot& from) {
 
 std::shared_ptr<Simulation> Simulation::Fork() {
   const Use use(this);
-  const World& own = world();
+  const std::shared_ptr<Simulation> fork = CopyOf(world());
+  fork->quit_time_ = quit_time_;
+  return fork;
+}
+
+std::shared_ptr<Simulation> Simulation::CopyOf(const World& world) {
   const nb::gil_scoped_release no_gil;
   const Complaints complaints;
-  RunOptions options = own.options();
+  RunOptions options = world.options();
   options.opencl = false;  // it shares the device
-  const auto fork = std::make_shared<Simulation>(options);
-  fork->world_->UseDeviceOf(own);
+  const auto copy = std::make_shared<Simulation>(options);
+  copy->world_->UseDeviceOf(world);
   Snapshot now;
-  if (!own.Take(&now) || !fork->world_->LoadCopy(own))
+  if (!world.Take(&now) || !copy->world_->LoadCopy(world))
     throw Failure{Kind::kStage, complaints.Last("the world can't be copied")};
-  fork->Settle();
-  fork->quit_time_ = quit_time_;
-  if (!fork->world_->Restore(now))
+  copy->Settle();
+  if (!copy->world_->Restore(now))
     throw Failure{Kind::kStage, complaints.Last("the copy can't take the state")};
-  return fork;
+  return copy;
 }
 
 uint64_t Simulation::StateHash() {

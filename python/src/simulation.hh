@@ -35,8 +35,9 @@ class Simulation : public Source, public std::enable_shared_from_this<Simulation
   void Reset(uint64_t seed);
   Snapshot Take(bool lean);
   void Restore(const Snapshot& from);
-  /// Another world in the same state, with these threads.
+  /// Another world in the same state.
   std::shared_ptr<Simulation> Fork();
+  static std::shared_ptr<Simulation> CopyOf(const World& world);
   uint64_t StateHash();
 
   /// From now on the crowd's arrays follow this world.

@@ -12,12 +12,13 @@ import numpy as _numpy  # noqa: F401  (the compiled part makes arrays of it)
 from . import _core
 from ._core import Model, Snapshot
 from ._paths import shipped_worlds
+from .batch import Batch
 from .errors import GoneError, StageError, WorldError
 from .fleet import Blobs, Fiducials, Fleet, Ranger
 from .world import World
 
 __version__: str = _core.version()
 __all__ = [
-    "Blobs", "Fiducials", "Fleet", "GoneError", "Model", "Ranger", "Snapshot", "StageError", "World",
+    "Batch", "Blobs", "Fiducials", "Fleet", "GoneError", "Model", "Ranger", "Snapshot", "StageError", "World",
     "WorldError", "shipped_worlds",
 ]

@@ -15,13 +15,15 @@ from .fleet import Fleet
 MOST_SEED = 2**64 - 1
 
 
-def _checked_seed(seed: int) -> int:
+def checked_seed(seed: int) -> int:
+    """The seed; ValueError if it can't be one."""
     if not 0 <= seed <= MOST_SEED:
         raise ValueError(f"found the seed {seed}, expected 0 to 2**64 - 1")
     return int(seed)
 
 
-def _steps_of(steps: int) -> int:
+def checked_steps(steps: int) -> int:
+    """The number of steps; ValueError if it can't be one."""
     if steps < 0:
         raise ValueError(f"found {steps} steps, expected 0 or more")
     return int(steps)
@@ -91,7 +93,7 @@ class World:
         if ray_model not in (None, "cell", "exact"):
             raise ValueError(f"found the ray model {ray_model!r}, expected 'cell' or 'exact'")
         return _core.Simulation(
-            seed=_checked_seed(seed), threads=threads or 0, opencl=bool(opencl) or opencl_always,
+            seed=checked_seed(seed), threads=threads or 0, opencl=bool(opencl) or opencl_always,
             opencl_always=opencl_always, device=opencl if isinstance(opencl, str) else "",
             ray_model=ray_model or "", controllers=controllers)
 
@@ -110,7 +112,7 @@ class World:
             StageError: a controller has thrown something. The step is given up, the world can go on.
             GoneError: the world was closed, or a controller has deleted it.
         """
-        return self._core.step(_steps_of(n))
+        return self._core.step(checked_steps(n))
 
     def run(self, seconds: float | None = None) -> int:
         """Moves the world on by so many seconds of simulated time, rounded up to whole steps.
@@ -134,7 +136,7 @@ class World:
         Models of the file keep their numbers, so `Model` objects and fleets of them stay good. Commands of
         fleets become 0.
         """
-        self._core.reset(self.seed if seed is None else _checked_seed(seed))
+        self._core.reset(self.seed if seed is None else checked_seed(seed))
 
     def close(self) -> None:
         """Frees the world. Arrays of its fleets keep what they have; all else raises GoneError."""
@@ -265,6 +267,11 @@ class World:
         Raises:
             GoneError: there are none.
         """
+        ids, names = self.choose(robots)
+        return Fleet(self, self._core.crowd(ids), names)
+
+    def choose(self, robots: str | Iterable[Model] | None) -> tuple[list[int], tuple[str, ...]]:
+        """The numbers and names of the robots that fleet() would take."""
         known = {id_: (name, type_, top) for id_, name, type_, top in self._core.robots()}
         if robots is None:
             ids = [id_ for id_, (_, _, top) in known.items() if top]
@@ -278,7 +285,7 @@ class World:
                     raise GoneError(f"the model number {id_} is gone, or doesn't drive")
         if not ids:
             raise GoneError("there are no such robots")
-        return Fleet(self, self._core.crowd(ids), tuple(known[id_][0] for id_ in ids))
+        return ids, tuple(known[id_][0] for id_ in ids)
 
     def __repr__(self) -> str:
         if not self._core.is_open:
