@@ -117,30 +117,42 @@ bool Batch::StepWorld(size_t index, uint64_t steps) {
   return true;
 }
 
-/// All worlds are as far as each other when Ctrl-C ends it.
+/// A round takes about as long as somebody who presses Ctrl-C waits without noticing. All worlds are
+/// then as far as each other. Rounds of few steps would cost: a world's memory is in no cache when its
+/// turn comes.
 template <typename F>
-void Batch::InRounds(const Indices& which, uint64_t count, F work) {
-  constexpr double kShort = 0.005, kLong = 0.02;  // seconds of a round
+void Batch::InRounds(const Indices& which, uint64_t count, uint64_t steps, F work) {
+  constexpr double kSeconds = 0.05;
+  constexpr uint64_t kMost = 1000;  // if there is nothing to go by
   SignalChecks signals;
-  uint64_t at_once = 1;
   for (uint64_t done = 0; done < count;) {
-    const uint64_t now = std::min(at_once, count - done);
+    const double steps_of_all = static_cast<double>(CountGoing(which) * steps);
+    const double fit = steps_of_all == 0 ? kMost
+                       : step_seconds_ > 0 ? kSeconds / (step_seconds_ * steps_of_all)
+                                           : 1;
+    const uint64_t now = std::min(static_cast<uint64_t>(std::clamp(fit, 1.0, 1e9)), count - done);
     const double start = threads::WallClock();
     ForEach(which, [&](size_t index) {
       if (failures_[index].empty() && WorldAt(index)) work(index, done, now);
     });
     done += now;
-    const double took = threads::WallClock() - start;
-    if (took < kShort) at_once *= 2;
-    if (took > kLong && at_once > 1) at_once /= 2;
+    if (steps_of_all > 0)
+      step_seconds_ = (threads::WallClock() - start) / (steps_of_all * static_cast<double>(now));
     if (done < count) signals.Look();
   }
+}
+
+size_t Batch::CountGoing(const Indices& which) const {
+  return static_cast<size_t>(std::ranges::count_if(which, [&](size_t index) {
+    const World* const world = WorldAt(index);
+    return failures_[index].empty() && world && !world->TestQuit();
+  }));
 }
 
 void Batch::Step(const Indices& which, uint64_t steps) {
   const Use use(this);
   const nb::gil_scoped_release no_gil;
-  InRounds(which, steps, [&](size_t index, uint64_t, uint64_t now) {
+  InRounds(which, steps, 1, [&](size_t index, uint64_t, uint64_t now) {
     StepWorld(index, now);
     crowd_->Gather(index);
   });
@@ -150,7 +162,7 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
                     const std::vector<Record>& records) {
   const Use use(this);
   const nb::gil_scoped_release no_gil;
-  InRounds(All(), moments, [&](size_t index, uint64_t first, uint64_t now) {
+  InRounds(All(), moments, steps, [&](size_t index, uint64_t first, uint64_t now) {
     const size_t row = 3 * crowd_->size();
     for (uint64_t moment = first; moment < first + now; moment++) {
       if (commands) crowd_->SetCommands(index, commands + (moment * size() + index) * row);

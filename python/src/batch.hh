@@ -74,9 +74,11 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   template <typename F>
   void ForEach(const Indices& which, F f);
   /// Goes through rounds of work(index, first, count) for these worlds until `count` things are
-  /// done.
+  /// done, each of so many steps.
   template <typename F>
-  void InRounds(const Indices& which, uint64_t count, F work);
+  void InRounds(const Indices& which, uint64_t count, uint64_t steps, F work);
+  /// Of these worlds, those that still make steps.
+  size_t CountGoing(const Indices& which) const;
   Indices All() const;
   World& WorldOf(uint32_t index) const;
 
@@ -88,6 +90,7 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   std::vector<std::string> failures_;
   threads::WorkerPool pool_;
   std::shared_ptr<Crowd> crowd_;
+  double step_seconds_ = 0;  // that a step of a world has taken lately, all threads together; 0: unknown
 };
 
 }  // namespace Stg::python
