@@ -9,6 +9,9 @@
 
 namespace Stg::python {
 
+class Simulation;
+
+void BindCast(nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
 void BindCrowd(nanobind::module_& module);
 void BindWorld(nanobind::module_& module);

@@ -7,10 +7,13 @@ import fnmatch
 import os
 from typing import Any, Iterable
 
+import numpy as np
+import numpy.typing as npt
+
 from . import _core, _paths
 from ._core import Model, Snapshot
 from .errors import GoneError, WorldError
-from .fleet import Fleet
+from .fleet import Fleet, Floats
 
 MOST_SEED = 2**64 - 1
 
@@ -286,6 +289,54 @@ class World:
         if not ids:
             raise GoneError("there are no such robots")
         return ids, tuple(known[id_][0] for id_ in ids)
+
+    # ---- rays ----
+
+    def cast(self, poses: npt.ArrayLike, bearings: npt.ArrayLike, max_range: float, *,
+             z: float | None = None, robots: bool = False, ignore: Model | None = None,
+             ray_model: str | None = None, out: Floats | None = None) -> Floats:
+        """Casts rays from anywhere, millions in one call: what a ranger would read there.
+
+        They are walked as one batch, on the threads of the world, and on its OpenCL device where that is
+        faster. The world stays as it is.
+
+        Args:
+            poses: x, y (metres) and heading (radians): shape (..., 3).
+            bearings: of the rays, relative to the heading, radians: shape (k,) or a number.
+            max_range: metres, more than 0; may be infinite.
+            z: height of the rays, metres; None: they meet what is at any height.
+            robots: whether they meet robots, that is models that drive, and all that stands on them;
+                False: only the rest, the map.
+            ignore: a model that rays go through, with all that belongs to its tree.
+            ray_model: "cell" or "exact"; None: the world's.
+            out: where to put the ranges, float64, C-contiguous, of the right shape; None: a new array.
+
+        Returns:
+            Metres, shape (..., k): max_range where nothing is hit, or where a pose is not finite.
+
+        Raises:
+            ValueError: an argument has another shape, or is out of range.
+        """
+        from_ = np.ascontiguousarray(poses, np.float64)
+        if from_.ndim == 0 or from_.shape[-1] != 3:
+            raise ValueError(f"found poses of shape {from_.shape}, expected (..., 3)")
+        angles = np.atleast_1d(np.asarray(bearings, np.float64))
+        if angles.ndim != 1:
+            raise ValueError(f"found bearings of shape {angles.shape}, expected (k,)")
+        if not max_range > 0:
+            raise ValueError(f"found the range {max_range}, expected more than 0")
+        if ray_model not in (None, "cell", "exact"):
+            raise ValueError(f"found the ray model {ray_model!r}, expected 'cell' or 'exact'")
+        shape = (*from_.shape[:-1], len(angles))
+        if out is None:
+            out = np.empty(shape)
+        elif out.shape != shape or out.dtype != np.float64 or not out.flags.c_contiguous:
+            raise ValueError(f"found an array to be filled of shape {out.shape}, {out.dtype}; "
+                             f"expected {shape}, float64, contiguous")
+        count = from_.size // 3
+        self._core.cast(from_.reshape(count, 3), angles.tolist(), max_range, z, robots, ignore,
+                        ray_model or "", out.reshape(count, len(angles)))
+        return out
 
     def __repr__(self) -> str:
         if not self._core.is_open:
