@@ -5,7 +5,8 @@
 # python_package_FOUND, STAGE_NANOBIND_DIR and what find_package(Python) sets.
 
 set(python_package_FOUND OFF)
-if(CMAKE_CROSSCOMPILING)
+# A Python that is no program of ours can't load what a sanitizer has gone over.
+if(CMAKE_CROSSCOMPILING OR STAGE_SANITIZE OR STAGE_FUZZ)
   return()
 endif()
 if(NOT Python_EXECUTABLE AND EXISTS "${PROJECT_SOURCE_DIR}/build/venv/bin/python")
@@ -15,13 +16,8 @@ find_package(Python 3.10 QUIET COMPONENTS Interpreter Development.Module)
 if(NOT Python_FOUND)
   return()
 endif()
-# Building a wheel, only the former is there: pip installs the backend beside the wheel.
-set(imports "import nanobind, numpy, nanobind_backend")
-if(SKBUILD)
-  set(imports "import nanobind")
-endif()
 execute_process(
-  COMMAND "${Python_EXECUTABLE}" -c "${imports}; print(nanobind.cmake_dir())"
+  COMMAND "${Python_EXECUTABLE}" -c "import nanobind, nanobind_backend, numpy; print(nanobind.cmake_dir())"
   OUTPUT_VARIABLE STAGE_NANOBIND_DIR
   OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET
   RESULT_VARIABLE result)
