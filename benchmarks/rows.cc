@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Steps of branches whose robots are driven anew before each call: what a batch of worlds in Python is
-// compared with (benchmarks/python_speed.py).
+// Steps of branches whose robots are driven anew before each call: what a batch of worlds in Python
+// is compared with (benchmarks/python_speed.py).
 //
 //   rows WORLD BRANCHES STEPS THREADS SECONDS   prints the steps of all branches in a second
 

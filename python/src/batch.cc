@@ -81,7 +81,8 @@ void Batch::ForEach(const Indices& which, F f) {
         Fail(which[i], failure.text);
       } catch (...) {
         const std::string thrown = DescribeThrown();
-        Fail(which[i], (*Thrower() ? Thrower() : "something") + std::string(" has thrown: ") + thrown);
+        Fail(which[i],
+             (*Thrower() ? Thrower() : "something") + std::string(" has thrown: ") + thrown);
       }
     }
   });
@@ -117,9 +118,9 @@ bool Batch::StepWorld(size_t index, uint64_t steps) {
   return true;
 }
 
-/// A round takes about as long as somebody who presses Ctrl-C waits without noticing. All worlds are
-/// then as far as each other. Rounds of few steps would cost: a world's memory is in no cache when its
-/// turn comes.
+/// A round takes about as long as somebody who presses Ctrl-C waits without noticing. All worlds
+/// are then as far as each other. Rounds of few steps would cost: a world's memory is in no cache
+/// when its turn comes.
 template <typename F>
 void Batch::InRounds(const Indices& which, uint64_t count, uint64_t steps, F work) {
   constexpr double kSeconds = 0.05;
@@ -127,7 +128,7 @@ void Batch::InRounds(const Indices& which, uint64_t count, uint64_t steps, F wor
   SignalChecks signals;
   for (uint64_t done = 0; done < count;) {
     const double steps_of_all = static_cast<double>(CountGoing(which) * steps);
-    const double fit = steps_of_all == 0 ? kMost
+    const double fit = steps_of_all == 0   ? kMost
                        : step_seconds_ > 0 ? kSeconds / (step_seconds_ * steps_of_all)
                                            : 1;
     const uint64_t now = std::min(static_cast<uint64_t>(std::clamp(fit, 1.0, 1e9)), count - done);

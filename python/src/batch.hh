@@ -2,10 +2,10 @@
 //
 // Many worlds of the same file, with arrays of all their robots.
 //
-// Each is a world of its own that stays what it is between two calls. The rows of Branches take less
-// memory, but each call would bring every row into a world and take it out again, which costs about as
-// much as a step or two does, and robots learn by calls of few steps. Copies of a world share its scenery,
-// so they are small, too.
+// Each is a world of its own that stays what it is between two calls. The rows of Branches take
+// less memory, but each call would bring every row into a world and take it out again, which costs
+// about as much as a step or two does, and robots learn by calls of few steps. Copies of a world
+// share its scenery, so they are small, too.
 
 #ifndef STAGE_PYTHON_BATCH_HH
 #define STAGE_PYTHON_BATCH_HH
@@ -90,7 +90,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   std::vector<std::string> failures_;
   threads::WorkerPool pool_;
   std::shared_ptr<Crowd> crowd_;
-  double step_seconds_ = 0;  // that a step of a world has taken lately, all threads together; 0: unknown
+  double step_seconds_ =
+      0;  // that a step of a world has taken lately, all threads together; 0: unknown
 };
 
 }  // namespace Stg::python

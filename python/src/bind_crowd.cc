@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "bindings.hh"
 #include "batch.hh"
+#include "bindings.hh"
 #include "crowd.hh"
 
 namespace Stg::python {

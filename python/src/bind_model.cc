@@ -27,8 +27,8 @@ Triple InPlane(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
 template <typename T>
 T& As(Model& model, const char* type) {
   if (T* const found = dynamic_cast<T*>(&model)) return *found;
-  throw nb::type_error(("found a model of the type " + model.GetModelType() + ", expected a " + type)
-                           .c_str());
+  throw nb::type_error(
+      ("found a model of the type " + model.GetModelType() + ", expected a " + type).c_str());
 }
 
 ModelPosition& AsPosition(Model& model) { return As<ModelPosition>(model, "position"); }
@@ -109,15 +109,15 @@ void BindTree(nb::class_<ModelHandle>& model) {
 
 void BindPlace(nb::class_<ModelHandle>& model) {
   model
-      .def_prop_rw("pose", Getter([](Model& m) { return InPlane(m.GetPose()); }),
-                   Setter<const Triple&>([](Model& m, const Triple& to) {
-                     OrComplain([&] {
-                       m.SetPose(Pose(std::get<0>(to), std::get<1>(to), m.GetPose().z,
-                                      std::get<2>(to)));
-                     });
-                   }),
-                   "x, y (metres) and heading (radians), relative to the parent. Setting it tests "
-                   "for no collision.")
+      .def_prop_rw(
+          "pose", Getter([](Model& m) { return InPlane(m.GetPose()); }),
+          Setter<const Triple&>([](Model& m, const Triple& to) {
+            OrComplain([&] {
+              m.SetPose(Pose(std::get<0>(to), std::get<1>(to), m.GetPose().z, std::get<2>(to)));
+            });
+          }),
+          "x, y (metres) and heading (radians), relative to the parent. Setting it tests "
+          "for no collision.")
       .def_prop_rw("global_pose", Getter([](Model& m) { return InPlane(m.GetGlobalPose()); }),
                    Setter<const Triple&>([](Model& m, const Triple& to) {
                      OrComplain([&] {
@@ -151,15 +151,15 @@ void BindPlace(nb::class_<ModelHandle>& model) {
 
 void BindLooks(nb::class_<ModelHandle>& model) {
   model
-      .def_prop_rw("color", Getter([](Model& m) {
-                     const Color c = m.GetColor();
-                     return Quadruple(c.r, c.g, c.b, c.a);
-                   }),
-                   Setter<const Quadruple&>([](Model& m, const Quadruple& c) {
-                     m.SetColor(Color(std::get<0>(c), std::get<1>(c), std::get<2>(c),
-                                      std::get<3>(c)));
-                   }),
-                   "Red, green, blue and opacity, 0 to 1.")
+      .def_prop_rw(
+          "color", Getter([](Model& m) {
+            const Color c = m.GetColor();
+            return Quadruple(c.r, c.g, c.b, c.a);
+          }),
+          Setter<const Quadruple&>([](Model& m, const Quadruple& c) {
+            m.SetColor(Color(std::get<0>(c), std::get<1>(c), std::get<2>(c), std::get<3>(c)));
+          }),
+          "Red, green, blue and opacity, 0 to 1.")
       .def_prop_rw("obstacle_return", Getter([](Model& m) { return m.vis.obstacle_return; }),
                    Setter<bool>([](Model& m, bool value) { m.SetObstacleReturn(value); }),
                    "Whether robots collide with it.")
@@ -181,15 +181,16 @@ void BindLooks(nb::class_<ModelHandle>& model) {
       .def_prop_rw("gripper_return", Getter([](Model& m) { return m.vis.gripper_return; }),
                    Setter<bool>([](Model& m, bool value) { m.SetGripperReturn(value); }),
                    "Whether grippers can grip it.")
-      .def_prop_rw("speech", Getter([](Model& m) { return m.GetSayString(); }),
-                   Setter<const std::string&>(
-                       [](Model& m, const std::string& text) { m.Say(text); }),
-                   "What the window shows beside it.");
+      .def_prop_rw(
+          "speech", Getter([](Model& m) { return m.GetSayString(); }),
+          Setter<const std::string&>([](Model& m, const std::string& text) { m.Say(text); }),
+          "What the window shows beside it.");
 }
 
 void BindEnergy(nb::class_<ModelHandle>& model) {
   model
-      .def_prop_rw("mass", Getter([](Model& m) { return m.GetTotalMass() - m.GetMassOfChildren(); }),
+      .def_prop_rw("mass",
+                   Getter([](Model& m) { return m.GetTotalMass() - m.GetMassOfChildren(); }),
                    Setter<double>([](Model& m, double kg) { OrComplain([&] { m.SetMass(kg); }); }),
                    "Its own, kilograms, not negative.")
       .def_prop_ro("energy", Getter([](Model& m) -> std::optional<double> {
@@ -208,9 +209,8 @@ void BindEnergy(nb::class_<ModelHandle>& model) {
 
 void BindDriving(nb::class_<ModelHandle>& model) {
   model
-      .def_prop_ro("velocity", Getter([](Model& m) {
-                     return InPlane(AsPosition(m).GetVelocity());
-                   }),
+      .def_prop_ro("velocity",
+                   Getter([](Model& m) { return InPlane(AsPosition(m).GetVelocity()); }),
                    "Of a position: forwards, to the left (m/s) and turning (rad/s), in force now.")
       .def(
           "drive",

@@ -183,9 +183,8 @@ void BindSnapshot(nb::module_& module) {
                   "Reads what to_bytes() made. Raises StageError if it is something else. Read "
                   "data of your own only.")
       .def("__getstate__", &BytesOf)
-      .def("__setstate__", [](Snapshot& s, const nb::bytes& bytes) {
-        new (&s) Snapshot(SnapshotOf(bytes));
-      });
+      .def("__setstate__",
+           [](Snapshot& s, const nb::bytes& bytes) { new (&s) Snapshot(SnapshotOf(bytes)); });
 }
 
 }  // namespace

@@ -61,8 +61,8 @@ const Members& Crowd::Renew(size_t index) {
   members.family_changes = changes;
   members.robots.clear();
   for (const ModelKey& key : robots_)
-    members.robots.push_back(
-        world ? dynamic_cast<ModelPosition*>(source->Find(index, key)) : nullptr);
+    members.robots.push_back(world ? dynamic_cast<ModelPosition*>(source->Find(index, key))
+                                   : nullptr);
   for (const Named& named : parts_) named.part->Find(index, members);
   return members;
 }
@@ -107,8 +107,9 @@ void Crowd::Teleport(size_t world, const double* poses, const bool* which) {
 // ---- views --------------------------------------------------------------------------------------
 
 nb::object Crowd::View(const Array& array, bool writable) {
-  const nb::capsule owner(new std::shared_ptr<Crowd>(shared_from_this()),
-                          [](void* held) noexcept { delete static_cast<std::shared_ptr<Crowd>*>(held); });
+  const nb::capsule owner(new std::shared_ptr<Crowd>(shared_from_this()), [](void* held) noexcept {
+    delete static_cast<std::shared_ptr<Crowd>*>(held);
+  });
   const std::vector<size_t> shape(array.shape().begin() + (single_ ? 1 : 0), array.shape().end());
   if (writable)
     return nb::cast(nb::ndarray<nb::numpy>(array.data(), shape.size(), shape.data(), owner, nullptr,
@@ -176,7 +177,8 @@ namespace {
 
 /// The member of that name.
 template <typename T, size_t n>
-Array& Choose(T* part, const std::string& what, const std::pair<const char*, Array T::*> (&all)[n]) {
+Array& Choose(T* part, const std::string& what,
+              const std::pair<const char*, Array T::*> (&all)[n]) {
   for (const auto& [name, member] : all)
     if (what == name) return part->*member;
   throw Failure{Kind::kStage, "there is no array " + what};

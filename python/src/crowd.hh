@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Arrays of what the robots of one or several worlds do and sense. They are filled in once after each
-// step, and only those that somebody has asked for. Memory belongs to the arrays: who still has one
-// may look at it whatever has become of the robots and their world.
+// Arrays of what the robots of one or several worlds do and sense. They are filled in once after
+// each step, and only those that somebody has asked for. Memory belongs to the arrays: who still
+// has one may look at it whatever has become of the robots and their world.
 
 #ifndef STAGE_PYTHON_CROWD_HH
 #define STAGE_PYTHON_CROWD_HH

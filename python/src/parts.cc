@@ -70,9 +70,9 @@ void RangerPart::FillDirections(size_t world, size_t robot, const ModelRanger& r
     const Pose origin = ModelRanger::OriginOf(sensor, frame, turn);
     for (uint32_t i = 0; i < sensor.sample_count && ray < samples; i++, ray++) {
       if (bearings.exists())
-        bearings.Row<double>(world, robot)[ray] = normalize(
-            origin.a + sensing::SampleBearing(std::isfinite(sensor.fov) ? sensor.fov : 0,
-                                              sensor.sample_count, i));
+        bearings.Row<double>(world, robot)[ray] =
+            normalize(origin.a + sensing::SampleBearing(std::isfinite(sensor.fov) ? sensor.fov : 0,
+                                                        sensor.sample_count, i));
       if (!origins.exists()) continue;
       double* const point = origins.Row<double>(world, robot) + 2 * ray;
       point[0] = origin.x;

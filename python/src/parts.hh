@@ -18,8 +18,8 @@ namespace Stg::python {
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// Whoever reads a model's data subscribes to it, as a controller does, unless somebody has done so:
-/// then the world goes on as if nobody read them. It may have lost its subscribers meanwhile.
+/// Whoever reads a model's data subscribes to it, as a controller does, unless somebody has done
+/// so: then the world goes on as if nobody read them. It may have lost its subscribers meanwhile.
 inline void KeepRunning(Model* model) {
   if (!model->HasSubscribers()) model->Subscribe();
 }

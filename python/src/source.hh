@@ -37,7 +37,8 @@ class Source {
    public:
     explicit Use(Source* source) : source_(*source) {
       if (source_.in_use_.exchange(true))
-        throw Failure{Kind::kStage, "found the world in use by another thread, or by this very call"};
+        throw Failure{Kind::kStage,
+                      "found the world in use by another thread, or by this very call"};
     }
     ~Use() { source_.in_use_ = false; }
     Use(const Use&) = delete;

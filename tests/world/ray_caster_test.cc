@@ -192,8 +192,7 @@ TEST(RayCaster, LeavesTheWorldAsItIs) {
   for (int i = 0; i < 30; i++) {
     std::vector<double> bearings(i % 3 == 0 ? 500000 : 3);
     for (double& bearing : bearings) bearing = random.Real(-3, 3);
-    ASSERT_TRUE(
-        RayCaster(world.get()).Cast(poses.data(), i % 3 + 1u, bearings, 0.3, found.data()));
+    ASSERT_TRUE(RayCaster(world.get()).Cast(poses.data(), i % 3 + 1u, bearings, 0.3, found.data()));
     world->Update();
     other->Update();
   }
