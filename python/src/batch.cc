@@ -7,7 +7,6 @@
 #include <numeric>
 #include <utility>
 
-#include "models/thrown.hh"
 #include "signals.hh"
 
 namespace Stg::python {
@@ -80,9 +79,7 @@ void Batch::ForEach(const Indices& which, F f) {
       } catch (const Failure& failure) {
         Fail(which[i], failure.text);
       } catch (...) {
-        const std::string thrown = DescribeThrown();
-        Fail(which[i],
-             (*Thrower() ? Thrower() : "something") + std::string(" has thrown: ") + thrown);
+        Fail(which[i], DescribeThrown());
       }
     }
   });

@@ -11,6 +11,7 @@
 
 #include "messages/log.hh"
 #include "messages/report.hh"
+#include "models/thrown.hh"
 
 namespace Stg::python {
 
@@ -81,13 +82,8 @@ void LogMessages() {
 }
 
 std::string DescribeThrown() {
-  try {
-    throw;
-  } catch (const std::exception& error) {
-    return messages::Shortened(error.what(), messages::kLongestDetail);
-  } catch (...) {
-    return "something that is no exception";
-  }
+  const std::string what = messages::Shortened(DescribeException(), messages::kLongestDetail);
+  return std::string(*Thrower() ? Thrower() : "something") + " has thrown " + what;
 }
 
 void BindFailures(nb::module_&) {

@@ -73,7 +73,7 @@ auto Logged(F f) {
   }
 }
 
-/// What is being thrown, in a handler of it.
+/// Who has thrown what, in a handler of it.
 std::string DescribeThrown();
 
 }  // namespace Stg::python

@@ -7,7 +7,6 @@
 
 #include "crowd.hh"
 #include "models/host.hh"
-#include "models/thrown.hh"
 #include "signals.hh"
 
 namespace Stg::python {
@@ -113,9 +112,8 @@ uint64_t Simulation::Step(uint64_t steps) {
       throw;
     } catch (...) {
       const std::string thrown = DescribeThrown();
-      const std::string thrower = *Thrower() ? Thrower() : "something";
       refresh_at_end();
-      throw Failure{Kind::kStage, thrower + " has thrown: " + thrown};
+      throw Failure{Kind::kStage, thrown};
     }
     refresh_at_end();
   }

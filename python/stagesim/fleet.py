@@ -69,17 +69,13 @@ class Ranger(_Views):
         return self._array("origins")
 
 
-class Fiducials(_Views):
-    """What the same fiducial finder of each robot sees, the first `most` in the order of creation.
+class _Sights(_Views):
+    """What a sensor of each robot has found: a few of them, and how many there are."""
 
-    Arrays are live, of shape (n, most), or (worlds, n, most) for a batch; NaN, and the id 0, beyond what
-    was seen.
-    """
-
-    def __init__(self, crowd: _core.Crowd, index: int, most: int) -> None:
+    def __init__(self, make: Callable[[str], npt.NDArray[Any]]) -> None:
         super().__init__()
-        self._make = lambda what: crowd.fiducials(index, most, what)
-        self._array("count")  # raises GoneError if there is none
+        self._make = make
+        self._array("count")  # raises GoneError if there is no such sensor
 
     def _array(self, what: str) -> Any:
         return self._view(what, lambda: self._make(what))
@@ -90,14 +86,22 @@ class Fiducials(_Views):
         return self._array("count")
 
     @property
+    def range(self) -> Floats:
+        """Metres: between the origins of finder and target, or the mean over a blob."""
+        return self._array("range")
+
+
+class Fiducials(_Sights):
+    """What the same fiducial finder of each robot sees, the first `most` in the order of creation.
+
+    Arrays are live, of shape (n, most), or (worlds, n, most) for a batch; NaN, and the id 0, beyond what
+    was seen.
+    """
+
+    @property
     def id(self) -> Integers:
         """Their fiducial_return; 0 where it is too far away to be read."""
         return self._array("id")
-
-    @property
-    def range(self) -> Floats:
-        """Metres between the origins of finder and target."""
-        return self._array("range")
 
     @property
     def bearing(self) -> Floats:
@@ -110,25 +114,12 @@ class Fiducials(_Views):
         return self._array("heading")
 
 
-class Blobs(_Views):
+class Blobs(_Sights):
     """What the same blobfinder of each robot sees, the first `most` from the right of the image.
 
     Arrays are live, of shape (n, most, ...), or (worlds, n, most, ...) for a batch; NaN and 0 beyond what
     was seen.
     """
-
-    def __init__(self, crowd: _core.Crowd, index: int, most: int) -> None:
-        super().__init__()
-        self._make = lambda what: crowd.blobs(index, most, what)
-        self._array("count")  # raises GoneError if there is none
-
-    def _array(self, what: str) -> Any:
-        return self._view(what, lambda: self._make(what))
-
-    @property
-    def count(self) -> Integers:
-        """How many each robot sees, shape (n,): perhaps more than `most`."""
-        return self._array("count")
 
     @property
     def color(self) -> Floats:
@@ -139,11 +130,6 @@ class Blobs(_Views):
     def box(self) -> Integers:
         """Left, top, right, bottom, pixels from the top left corner: shape (n, most, 4)."""
         return self._array("box")
-
-    @property
-    def range(self) -> Floats:
-        """Metres, the mean over the blob."""
-        return self._array("range")
 
 
 class Crowd(_Views):
@@ -201,11 +187,13 @@ class Crowd(_Views):
 
     def fiducials(self, index: int = 0, most: int = 8) -> Fiducials:
         """The fiducial finder that is number `index` of each robot; raises GoneError if none has one."""
-        return self._sensor("fiducials", index, most, lambda: Fiducials(self._crowd, index, most))
+        return self._sensor("fiducials", index, most, lambda: Fiducials(
+            lambda what: self._crowd.fiducials(index, most, what)))
 
     def blobs(self, index: int = 0, most: int = 8) -> Blobs:
         """The blobfinder that is number `index` of each robot; raises GoneError if none has one."""
-        return self._sensor("blobs", index, most, lambda: Blobs(self._crowd, index, most))
+        return self._sensor("blobs", index, most, lambda: Blobs(
+            lambda what: self._crowd.blobs(index, most, what)))
 
     def bumper(self, index: int = 0) -> Bools:
         """Whether anything touches each line of bumper number `index`: shape (n, lines), live.
