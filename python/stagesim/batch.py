@@ -67,7 +67,7 @@ class Batch(Crowd):
             raise ValueError(f"found {threads} threads, expected 1 to 1024")
         self._prototype = prototype
         self.n = n  #: how many worlds
-        ids, self.names = prototype.choose(robots)  #: names: of each world's robots
+        ids, self.names = prototype._choose(robots)  #: names: of each world's robots
         self._core = _core.Batch(prototype._core, _seeds_for(range(n) if seeds is None else seeds, n),
                                  threads, ids)
         super().__init__(self._core.crowd)

@@ -28,7 +28,7 @@ class WorldError(StageError):
         self.column: int | None = int(place.group(3)) if place else None
         self.message: str = text[place.end():] if place else text
 
-    def about(self, path: str, name: str) -> WorldError:
+    def _about(self, path: str, name: str) -> WorldError:
         """The same of a file that is called otherwise, and known even where no line is at fault."""
         if not str(self).startswith(path + ":"):
             return self

@@ -64,7 +64,7 @@ class World:
         try:
             self._core.load_file(path)
         except WorldError as error:
-            raise error.about(path, path) from None
+            raise error._about(path, path) from None
 
     @classmethod
     def from_text(cls, text: str, folder: str | os.PathLike[str] = "", *, seed: int = 1,
@@ -85,7 +85,7 @@ class World:
         try:
             world._core.load_text(text, path)
         except WorldError as error:
-            raise error.about(path, "<text>") from None
+            raise error._about(path, "<text>") from None
         return world
 
     @staticmethod
@@ -270,10 +270,10 @@ class World:
         Raises:
             GoneError: there are none.
         """
-        ids, names = self.choose(robots)
+        ids, names = self._choose(robots)
         return Fleet(self, self._core.crowd(ids), names)
 
-    def choose(self, robots: str | Iterable[Model] | None) -> tuple[list[int], tuple[str, ...]]:
+    def _choose(self, robots: str | Iterable[Model] | None) -> tuple[list[int], tuple[str, ...]]:
         """The numbers and names of the robots that fleet() would take."""
         known = {id_: (name, type_, top) for id_, name, type_, top in self._core.robots()}
         if robots is None:
