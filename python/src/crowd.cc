@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "models/host.hh"
 #include "parts.hh"
+#include "world/engine.hh"
 
 namespace Stg::python {
 
@@ -69,7 +69,18 @@ const Members& Crowd::Renew(size_t index) {
 
 void Crowd::Gather(size_t world) {
   const Members& members = Renew(world);
-  for (const Named& named : parts_) named.part->Gather(world, members);
+  for (const Named& named : parts_) GatherPart(named.part.get(), world, members);
+}
+
+/// The threads of the world share it: each then reads what it has just written.
+void Crowd::GatherPart(Part* part, size_t world, const Members& members) {
+  constexpr size_t kTooFew = 200, kGrain = 32;
+  part->GetReady(world);
+  const size_t count = members.robots.size();
+  if (!members.world || count < kTooFew) return part->Fill(world, members, 0, count);
+  members.world->engine().workers()->Run(
+      count, kGrain,
+      [&](size_t begin, size_t end, unsigned) { part->Fill(world, members, begin, end); });
 }
 
 void Crowd::Command(size_t world) {
@@ -127,7 +138,7 @@ T& Crowd::PartOf(const std::string& name, Arguments... arguments) {
   auto part = std::make_unique<T>(members_, arguments...);
   T& made = *part;
   parts_.push_back({name, std::move(part)});
-  for (size_t world = 0; world < worlds(); world++) made.Gather(world, members_[world]);
+  for (size_t world = 0; world < worlds(); world++) GatherPart(&made, world, members_[world]);
   return made;
 }
 
@@ -202,7 +213,7 @@ nb::object Crowd::RangerArray(size_t ranger, const std::string& what) {
     std::vector<size_t> shape = part.Shape(part.samples);
     if (&array == &part.origins) shape.push_back(2);
     array.Make<double>(shape);
-    for (size_t world = 0; world < worlds(); world++) part.Gather(world, Renew(world));
+    for (size_t world = 0; world < worlds(); world++) GatherPart(&part, world, Renew(world));
   }
   return View(array);
 }

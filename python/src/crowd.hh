@@ -37,9 +37,11 @@ class Part {
   virtual ~Part() = default;
   /// What it reads of these members is to be found anew.
   virtual void Find(size_t /*world*/, const Members&) {}
-  /// Fills in the arrays of that world. Different worlds' may be filled in by different threads at
-  /// once.
-  virtual void Gather(size_t world, const Members& members) = 0;
+  /// Before a world's arrays are filled in; may change the world.
+  virtual void GetReady(size_t /*world*/) {}
+  /// Fills in the rows of the robots from `begin` to `end` - 1 of that world. Different ones may be
+  /// filled in by different threads at once.
+  virtual void Fill(size_t world, const Members& members, size_t begin, size_t end) = 0;
 };
 
 class Crowd : public std::enable_shared_from_this<Crowd> {
@@ -89,6 +91,7 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   template <typename T, typename... Arguments>
   T& PartOf(const std::string& name, Arguments... arguments);
   const Members& Renew(size_t world);
+  static void GatherPart(Part* part, size_t world, const Members& members);
 
   struct Named {
     std::string name;

@@ -46,7 +46,7 @@ Pose FrameOf(const ModelRanger& ranger) {
 RangerPart::RangerPart(const std::vector<Members>& members, size_t index)
     : SensorPart(members, index), samples(Widest("ranger", SamplesOf)) {}
 
-void RangerPart::Fill(size_t world, size_t robot, ModelRanger* ranger) {
+void RangerPart::FillRow(size_t world, size_t robot, ModelRanger* ranger) {
   if (ranges.exists())
     Collect(ranger, &ModelRanger::Sensor::ranges, ranges.Row<double>(world, robot), samples);
   if (intensities.exists())
@@ -91,7 +91,7 @@ FiducialPart::FiducialPart(const std::vector<Members>& members, size_t index, si
   for (Array* array : {&range, &bearing, &heading}) array->Make<double>(Shape(most));
 }
 
-void FiducialPart::Fill(size_t world, size_t robot, ModelFiducial* finder) {
+void FiducialPart::FillRow(size_t world, size_t robot, ModelFiducial* finder) {
   static const std::vector<ModelFiducial::Fiducial> kNone;
   const std::vector<ModelFiducial::Fiducial>& seen = finder ? finder->GetFiducials() : kNone;
   *count.Row<int32_t>(world, robot) = static_cast<int32_t>(seen.size());
@@ -115,7 +115,7 @@ BlobPart::BlobPart(const std::vector<Members>& members, size_t index, size_t mos
   range.Make<double>(Shape(most));
 }
 
-void BlobPart::Fill(size_t world, size_t robot, ModelBlobfinder* finder) {
+void BlobPart::FillRow(size_t world, size_t robot, ModelBlobfinder* finder) {
   static const std::vector<ModelBlobfinder::Blob> kNone;
   static const ModelBlobfinder::Blob kNoBlob;
   const std::vector<ModelBlobfinder::Blob>& seen = finder ? finder->GetBlobs() : kNone;
@@ -140,7 +140,7 @@ BumperPart::BumperPart(const std::vector<Members>& members, size_t index)
   hit.Make<bool>(Shape(Widest("bumper", [](const ModelBumper& b) { return b.bumper_count; })));
 }
 
-void BumperPart::Fill(size_t world, size_t robot, ModelBumper* bumper) {
+void BumperPart::FillRow(size_t world, size_t robot, ModelBumper* bumper) {
   bool* const row = hit.Row<bool>(world, robot);
   for (size_t i = 0; i < hit.row(); i++)
     row[i] = bumper && bumper->samples && i < bumper->bumper_count && bumper->samples[i].hit;

@@ -29,23 +29,23 @@ template <typename T>
 class BodyPart : public Part {
  public:
   /// `robot` is null if it is gone.
-  using Fill = void (*)(const ModelPosition* robot, T* row);
+  using FillRow = void (*)(const ModelPosition* robot, T* row);
 
   /// `width`: how many numbers; 0: one, without an axis of its own.
-  BodyPart(const std::vector<Members>& members, size_t width, Fill fill) : fill_(fill) {
+  BodyPart(const std::vector<Members>& members, size_t width, FillRow fill) : fill_(fill) {
     std::vector<size_t> shape{members.size(), members[0].robots.size()};
     if (width > 0) shape.push_back(width);
     array.Make<T>(shape);
   }
-  void Gather(size_t world, const Members& members) override {
-    for (size_t i = 0; i < members.robots.size(); i++)
+  void Fill(size_t world, const Members& members, size_t begin, size_t end) override {
+    for (size_t i = begin; i < end; i++)
       fill_(members.robots[i], array.Row<T>(world, i));
   }
 
   Array array;
 
  private:
-  const Fill fill_;
+  const FillRow fill_;
 };
 
 /// A number of each world.
@@ -53,19 +53,20 @@ template <typename T>
 class WorldPart : public Part {
  public:
   /// `world` is null if it is gone.
-  using Fill = void (*)(World* world, T* number);
+  using FillNumber = void (*)(World* world, T* number);
 
-  WorldPart(const std::vector<Members>& members, Fill fill) : fill_(fill) {
+  WorldPart(const std::vector<Members>& members, FillNumber fill) : fill_(fill) {
     array.Make<T>({members.size()});
   }
-  void Gather(size_t world, const Members& members) override {
+  void Fill(size_t world, const Members& members, size_t begin, size_t) override {
+    if (begin > 0) return;
     fill_(members.world, static_cast<T*>(array.data()) + world);
   }
 
   Array array;
 
  private:
-  const Fill fill_;
+  const FillNumber fill_;
 };
 
 /// The model of that type that is number `n` in the tree, which becomes less by those that come
@@ -111,14 +112,15 @@ class SensorPart : public Part {
     return widest;
   }
   std::vector<size_t> Shape(size_t width) const { return {found.size(), found[0].size(), width}; }
-  void Gather(size_t world, const Members&) final {
-    for (size_t i = 0; i < found[world].size(); i++) {
-      if (found[world][i]) KeepRunning(found[world][i]);
-      Fill(world, i, found[world][i]);
-    }
+  void GetReady(size_t world) final {
+    for (T* sensor : found[world])
+      if (sensor) KeepRunning(sensor);
+  }
+  void Fill(size_t world, const Members&, size_t begin, size_t end) final {
+    for (size_t i = begin; i < end; i++) FillRow(world, i, found[world][i]);
   }
   /// `sensor` is null if it is gone.
-  virtual void Fill(size_t world, size_t robot, T* sensor) = 0;
+  virtual void FillRow(size_t world, size_t robot, T* sensor) = 0;
 
   std::vector<std::vector<T*>> found;  ///< of each world's robots
 
@@ -130,7 +132,7 @@ class SensorPart : public Part {
 class RangerPart : public SensorPart<ModelRanger> {
  public:
   RangerPart(const std::vector<Members>& members, size_t index);
-  void Fill(size_t world, size_t robot, ModelRanger* ranger) override;
+  void FillRow(size_t world, size_t robot, ModelRanger* ranger) override;
   const size_t samples;
   Array ranges, intensities, bearings, origins;
 
@@ -142,7 +144,7 @@ class RangerPart : public SensorPart<ModelRanger> {
 class FiducialPart : public SensorPart<ModelFiducial> {
  public:
   FiducialPart(const std::vector<Members>& members, size_t index, size_t most);
-  void Fill(size_t world, size_t robot, ModelFiducial* finder) override;
+  void FillRow(size_t world, size_t robot, ModelFiducial* finder) override;
   const size_t most;
   Array count, id, range, bearing, heading;
 };
@@ -150,7 +152,7 @@ class FiducialPart : public SensorPart<ModelFiducial> {
 class BlobPart : public SensorPart<ModelBlobfinder> {
  public:
   BlobPart(const std::vector<Members>& members, size_t index, size_t most);
-  void Fill(size_t world, size_t robot, ModelBlobfinder* finder) override;
+  void FillRow(size_t world, size_t robot, ModelBlobfinder* finder) override;
   const size_t most;
   Array count, color, box, range;
 };
@@ -158,7 +160,7 @@ class BlobPart : public SensorPart<ModelBlobfinder> {
 class BumperPart : public SensorPart<ModelBumper> {
  public:
   BumperPart(const std::vector<Members>& members, size_t index);
-  void Fill(size_t world, size_t robot, ModelBumper* bumper) override;
+  void FillRow(size_t world, size_t robot, ModelBumper* bumper) override;
   Array hit;
 };
 
