@@ -52,6 +52,7 @@ void DirectionTables::Trim() {
   if (std::exchange(just_forgotten_, false)) most_ = std::max(kPlenty, 4 * all_.size());
   if (all_.size() < most_) return;
   first_.clear();
+  first_of_bearings_.clear();
   all_ = {};  // their memory too
   turns_ = {};
   generation_++;
@@ -63,15 +64,31 @@ uint32_t DirectionTables::Find(double fov, uint32_t count) {
   if (count == 1) fov = 0.0;  // all single samples look ahead
   const std::lock_guard<std::mutex> lock(mutex_);
   if (const auto known = first_.find({fov, count}); known != first_.end()) return known->second;
+  const uint32_t first = Append(count, [&](uint32_t i) { return SampleBearing(fov, count, i); });
+  // Last, as there may be too little memory for any of it.
+  return first_[{fov, count}] = first;
+}
+
+uint32_t DirectionTables::Find(const std::vector<double>& bearings) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (const auto known = first_of_bearings_.find(bearings); known != first_of_bearings_.end())
+    return known->second;
+  const uint32_t first =
+      Append(static_cast<uint32_t>(bearings.size()), [&](uint32_t i) { return bearings[i]; });
+  return first_of_bearings_[bearings] = first;
+}
+
+/// Returns the index of the first one.
+template <typename BearingOf>
+uint32_t DirectionTables::Append(uint32_t count, BearingOf bearing_of) {
   const size_t first = all_.size();
   turns_.resize(first + count);
   all_.resize(first + count);
   for (uint32_t i = 0; i < count; i++) {
-    turns_[first + i] = TurnOf(SampleBearing(fov, count, i));
+    turns_[first + i] = TurnOf(bearing_of(i));
     all_[first + i] = MakeDirection(turns_[first + i]);
   }
-  // Last, as there may be too little memory for any of it.
-  return first_[{fov, count}] = static_cast<uint32_t>(first);
+  return static_cast<uint32_t>(first);
 }
 
 void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre) {

@@ -43,6 +43,8 @@ class DirectionTables {
   /// Index of the first direction of the table for this kind of sensor; makes it if need be. For
   /// several threads at once, as long as nobody reads tables.
   uint32_t Find(double fov, uint32_t count);
+  /// The same for any bearings, in radians.
+  uint32_t Find(const std::vector<double>& bearings);
   /// To be called between steps: if there is far more in tables than sensors use (as they keep
   /// changing), forgets them all. Indices got before are void if the generation has changed.
   void Trim();
@@ -55,8 +57,12 @@ class DirectionTables {
   static constexpr uint32_t kAhead = 0;
 
  private:
+  template <typename BearingOf>
+  uint32_t Append(uint32_t count, BearingOf bearing_of);
+
   std::mutex mutex_;
   std::map<std::pair<double, uint32_t>, uint32_t> first_;
+  std::map<std::vector<double>, uint32_t> first_of_bearings_;
   std::vector<Direction> all_;
   std::vector<SineCosine> turns_;
   uint64_t generation_ = 0;

@@ -20,15 +20,15 @@ uint64_t Spread(uint32_t number) {
   return (bits | bits << 1) & 0x5555555555555555;
 }
 
-/// The place of a fan's tile along the Z-order curve (G. M. Morton, 1966).
-uint64_t KeyOf(const Fan& fan) {
+}  // namespace
+
+/// The place of the cell's tile along the Z-order curve (G. M. Morton, 1966).
+uint64_t PlaceKeyOf(int32_t cell_x, int32_t cell_y) {
   constexpr uint32_t kSign = 0x80000000u;
-  const uint32_t x = static_cast<uint32_t>(fan.record.x) ^ kSign;
-  const uint32_t y = static_cast<uint32_t>(fan.record.y) ^ kSign;
+  const uint32_t x = static_cast<uint32_t>(cell_x) ^ kSign;
+  const uint32_t y = static_cast<uint32_t>(cell_y) ^ kSign;
   return Spread(x >> RAY_TILE_SHIFT) | Spread(y >> RAY_TILE_SHIFT) << 1;
 }
-
-}  // namespace
 
 const std::vector<FanRun>& FanOrder::Of(const RayBatch& batch) {
   Renew(batch);
@@ -68,7 +68,10 @@ void FanOrder::MakeRuns(std::span<const Fan> fans) {
 
 void FanOrder::Sort(std::span<const Fan> fans) {
   keyed_.clear();
-  for (const FanRun& run : in_batch_) keyed_.push_back({KeyOf(fans[run.first]), run});
+  for (const FanRun& run : in_batch_) {
+    const FanRecord& first = fans[run.first].record;
+    keyed_.push_back({PlaceKeyOf(first.x, first.y), run});
+  }
   std::sort(keyed_.begin(), keyed_.end(), [](const Keyed& a, const Keyed& b) {
     return a.key != b.key ? a.key < b.key : a.run.first < b.run.first;
   });

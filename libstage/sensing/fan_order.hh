@@ -20,6 +20,9 @@ struct FanRun {
   uint32_t first, count;
 };
 
+/// Fans that begin in cells with keys next to each other begin near each other.
+uint64_t PlaceKeyOf(int32_t cell_x, int32_t cell_y);
+
 class FanOrder {
  public:
   /// All fans of the batch. As sensors don't move far in a step, an old order serves for a while.

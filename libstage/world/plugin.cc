@@ -49,7 +49,7 @@ std::vector<std::string> FoldersOf(const char* variable) {
 std::vector<std::string> PluginFolders() {
   std::vector<std::string> folders = FoldersOf("STAGEPATH");
   folders.push_back(FolderBesideLibrary());
-  folders.push_back(kPluginDir);
+  if (*kPluginDir) folders.push_back(kPluginDir);
   return folders;
 }
 

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Steps of branches whose robots are driven anew before each call: what a batch of worlds in Python
+// is compared with (benchmarks/python_speed.py).
+//
+//   rows WORLD BRANCHES STEPS THREADS SECONDS   prints the steps of all branches in a second
+
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "stage.hh"
+
+namespace {
+
+double Now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// The commands of benchmarks/python_speed.py: each branch's robots have others.
+class Driving : public Stg::Scenario {
+ public:
+  explicit Driving(Stg::World* world) {
+    for (Stg::Model* model : world->GetChildren())
+      if (auto* robot = dynamic_cast<Stg::ModelPosition*>(model)) {
+        robots_.push_back(robot->GetId());
+        robot->Subscribe();
+        for (Stg::Model* sensor : robot->GetChildren()) sensor->Subscribe();
+      }
+  }
+  void BeforeStep(Stg::World& world, uint32_t branch) override {
+    for (uint32_t i = 0; i < robots_.size(); i++) {
+      const int turn = static_cast<int>((branch * 7 + i * 3) % 11) - 5;
+      static_cast<Stg::ModelPosition*>(world.FindModel(robots_[i]))->SetSpeed(0.3, 0, turn * 0.1);
+    }
+  }
+
+ private:
+  std::vector<uint32_t> robots_;
+};
+
+}  // namespace
+
+int main(int argc, char* argv[]) {
+  if (argc != 6) {
+    std::fputs("usage: rows WORLD BRANCHES STEPS THREADS SECONDS\n", stderr);
+    return 2;
+  }
+  Stg::Init(nullptr, nullptr);
+  const uint32_t count = static_cast<uint32_t>(std::atoi(argv[2]));
+  const uint64_t steps = static_cast<uint64_t>(std::atoi(argv[3]));
+  const double seconds = std::atof(argv[5]);
+  Stg::World world;
+  if (!world.Load(argv[1])) return 1;
+  Driving driving(&world);
+  Stg::Snapshot start;
+  if (!world.Take(&start)) return 1;
+  Stg::BranchOptions options;
+  options.threads = static_cast<unsigned>(std::atoi(argv[4]));
+  Stg::Branches branches(world, count, options);
+  for (uint32_t i = 0; i < count; i++) branches.Restore(i, start, i);
+  branches.Step(20, &driving);
+  uint64_t made = 0;
+  const double begin = Now();
+  double now = begin;
+  for (; now - begin < seconds; now = Now()) {
+    branches.Step(steps, &driving);
+    made += steps;
+  }
+  std::printf("%.1f\n", static_cast<double>(made * count) / (now - begin));
+}

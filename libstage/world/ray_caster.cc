@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "world/ray_caster.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "messages/report.hh"
+#include "models/position.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+
+namespace Stg {
+
+namespace {
+
+bool StopsCast(Model* candidate, const Model*, const void* seen) {
+  return static_cast<const char*>(seen)[candidate->GetId()];
+}
+
+}  // namespace
+
+RayCaster::RayCaster(World* world, const CastOptions& options)
+    : world_(*world), options_(options), ranges_(nullptr) {}
+
+RayCaster::~RayCaster() = default;
+
+/// Asked here once for each model, not once for each ray that comes to it.
+void RayCaster::FindSeen() {
+  const std::vector<Model*>& models = world_.engine().models;
+  seen_.assign(models.empty() ? 0 : models.back()->GetId() + 1, false);
+  for (const Model* model : models)
+    seen_[model->GetId()] =
+        !(model->vis.ranger_return < 0) &&
+        (options_.robots || !dynamic_cast<const ModelPosition*>(model->Root())) &&
+        !(options_.from && model->IsRelated(options_.from));
+}
+
+bool RayCaster::Cast(const Pose* poses, size_t count, const std::vector<double>& bearings,
+                     meters_t range, double* ranges) {
+  WorldEngine& engine = world_.engine();
+  if (!engine.IsIdle() || engine.loading) {
+    messages::Report(LogLevel::kError, "stage: rays can't be cast by a callback");
+    return false;
+  }
+  std::fill(ranges, ranges + count * bearings.size(), range);
+  if (count == 0 || bearings.empty()) return true;
+  if (world_.IsExact(options_.ray_model)) world_.DrawForExactRays();
+  engine.TraceBatch();  // what was asked for before
+  engine.scene.tables.Trim();
+  FindSeen();
+  ranges_ = ranges;
+  PlaceFans(poses, count, range, static_cast<uint32_t>(bearings.size()),
+            engine.scene.tables.Find(bearings));
+  engine.TraceBatch();
+  return true;
+}
+
+/// Calls a copy of f for numbers below `count`, on all threads.
+template <typename F>
+void RayCaster::ForEachShare(size_t count, F f) {
+  constexpr size_t kGrain = 256;
+  world_.engine().workers()->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
+    F own = f;
+    for (size_t i = begin; i < end; i++) own(i);
+  });
+}
+
+/// Puts them into the batch of the world.
+void RayCaster::PlaceFans(const Pose* poses, size_t count, meters_t range, uint32_t samples,
+                          uint32_t first_direction) {
+  WorldEngine& engine = world_.engine();
+  sensing::Scene& scene = engine.scene;
+  sensing::Fan fan;
+  fan.predicate = StopsCast;
+  fan.arg = seen_.data();
+  fan.sink = this;
+  fan.record.first_direction = first_direction;
+  fan.exact = world_.IsExact(options_.ray_model);
+  fan.z_test = !std::isnan(options_.z);
+  const double z = fan.z_test ? options_.z : 0;
+  fan.layer = scene.grid.RangerLayer(z, fan.z_test, fan.exact);
+  OrderByPlace(poses, count);
+  scene.batch.AddRoom({.rays = count * samples, .fans = static_cast<uint32_t>(count)});
+  ForEachShare(count, [&, fan](size_t i) mutable {
+    fan.tag = order_[i].pose;
+    const Pose& pose = poses[fan.tag];
+    sensing::PlaceFan(&fan, Pose(pose.x, pose.y, z, pose.a), range, scene.cells_per_metre);
+    scene.batch.Put(static_cast<uint32_t>(i), fan, i * samples, samples, sensing::SelfMask());
+  });
+}
+
+/// Neighbours come one after the other, and so are walked together.
+void RayCaster::OrderByPlace(const Pose* poses, size_t count) {
+  const double cells_per_metre = world_.Resolution();
+  order_.resize(count);
+  ForEachShare(count, [&](size_t i) {
+    int32_t x = 0, y = 0;
+    uint32_t fraction;
+    sensing::SplitCell(poses[i].x * cells_per_metre, &x, &fraction);
+    sensing::SplitCell(poses[i].y * cells_per_metre, &y, &fraction);
+    order_[i] = {sensing::PlaceKeyOf(x, y), static_cast<uint32_t>(i)};
+  });
+  std::sort(order_.begin(), order_.end(), [](const Place& a, const Place& b) {
+    return a.key != b.key ? a.key < b.key : a.pose < b.pose;
+  });
+}
+
+void RayCaster::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
+  std::copy(hits.ranges, hits.ranges + hits.count, ranges_ + size_t{tag} * hits.count);
+}
+
+}  // namespace Stg

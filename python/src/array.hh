@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Memory of an array that NumPy sees.
+
+#ifndef STAGE_PYTHON_ARRAY_HH
+#define STAGE_PYTHON_ARRAY_HH
+
+#include <nanobind/ndarray.h>
+
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <vector>
+
+namespace Stg::python {
+
+/// Dense, in the order of C: [world][robot]... Zeros at first; no memory at all until it is made.
+class Array {
+ public:
+  template <typename T>
+  void Make(std::vector<size_t> shape) {
+    shape_ = std::move(shape);
+    dtype_ = nanobind::dtype<T>();
+    size_t count = 1;
+    for (const size_t length : shape_) count *= length;
+    bytes_.reset(std::calloc(count > 0 ? count : 1, sizeof(T)));
+    if (!bytes_) throw std::bad_alloc();
+    row_ = shape_.size() > 2 ? count / std::max<size_t>(1, shape_[0] * shape_[1]) : 1;
+  }
+  bool exists() const { return bytes_ != nullptr; }
+  /// The numbers of a robot.
+  template <typename T>
+  T* Row(size_t world, size_t robot) const {
+    return static_cast<T*>(bytes_.get()) + (world * shape_[1] + robot) * row_;
+  }
+  size_t row() const { return row_; }
+  void* data() const { return bytes_.get(); }
+  const std::vector<size_t>& shape() const { return shape_; }
+  nanobind::dlpack::dtype dtype() const { return dtype_; }
+
+ private:
+  struct Free {
+    void operator()(void* bytes) const { std::free(bytes); }
+  };
+  std::unique_ptr<void, Free> bytes_;
+  std::vector<size_t> shape_;
+  nanobind::dlpack::dtype dtype_{};
+  size_t row_ = 0;  // numbers for each robot
+};
+
+}  // namespace Stg::python
+
+#endif

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "batch.hh"
+#include "bindings.hh"
+#include "crowd.hh"
+
+namespace Stg::python {
+
+namespace {
+
+using Poses = nb::ndarray<const double, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
+using Mask = nb::ndarray<const bool, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
+using Commands = nb::ndarray<const double, nb::shape<-1, -1, -1, 3>, nb::c_contig, nb::device::cpu>;
+using Live = nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu>;
+using Written = nb::ndarray<nb::c_contig, nb::device::cpu>;
+
+std::shared_ptr<Batch> Make(std::shared_ptr<Simulation> prototype,
+                            const std::vector<uint64_t>& seeds, unsigned threads,
+                            const std::vector<uint32_t>& robots) {
+  return Logged([&] {
+    const auto batch = std::make_shared<Batch>(prototype, seeds, threads);
+    batch->MakeCrowd(robots);
+    return batch;
+  });
+}
+
+/// The caller has made sure that all arrays have the right shapes.
+void Rollout(Batch& batch, size_t moments, uint64_t steps, const std::optional<Commands>& commands,
+             const std::vector<Live>& live, const std::vector<Written>& to) {
+  std::vector<Batch::Record> records;
+  for (size_t i = 0; i < live.size(); i++) {
+    if (to[i].nbytes() != moments * live[i].nbytes())
+      throw nb::value_error("found an array of another size than is to be recorded");
+    records.push_back({static_cast<const char*>(live[i].data()), static_cast<char*>(to[i].data()),
+                       live[i].nbytes() / batch.size()});
+  }
+  if (commands && commands->size() != moments * batch.size() * batch.crowd()->size() * 3)
+    throw nb::value_error("found another number of commands than there are robots");
+  Logged([&] { batch.Rollout(commands ? commands->data() : nullptr, moments, steps, records); });
+}
+
+void Teleport(Batch& batch, const Poses& poses, const Mask& which) {
+  if (poses.shape(0) != batch.size() || poses.shape(1) != batch.crowd()->size() ||
+      which.size() * 3 != poses.size())
+    throw nb::value_error("found another number of poses than there are robots");
+  batch.Teleport(poses.data(), which.data());
+}
+
+std::vector<std::string> FailuresOf(const Batch& batch) {
+  std::vector<std::string> failures;
+  for (size_t i = 0; i < batch.size(); i++) failures.push_back(batch.failure(i));
+  return failures;
+}
+
+void BindBatch(nb::module_& module) {
+  nb::class_<Batch>(module, "Batch", "Many worlds; see stagesim.Batch.")
+      .def(nb::new_(&Make), nb::arg("prototype"), nb::arg("seeds"), nb::arg("threads"),
+           nb::arg("robots"))
+      .def_prop_ro("crowd", &Batch::crowd)
+      .def_prop_ro("threads", &Batch::threads)
+      .def("failures", &FailuresOf)
+      .def("seeds", &Batch::seeds)
+      .def(
+          "step",
+          [](Batch& b, const Batch::Indices& which, uint64_t steps) {
+            Logged([&] { b.Step(which, steps); });
+          },
+          nb::arg("which"), nb::arg("steps"))
+      .def("rollout", &Rollout, nb::arg("moments"), nb::arg("steps"), nb::arg("commands").none(),
+           nb::arg("live"), nb::arg("to"))
+      .def(
+          "reset",
+          [](Batch& b, const Batch::Indices& which, const std::vector<uint64_t>& seeds) {
+            Logged([&] { b.Reset(which, seeds); });
+          },
+          nb::arg("which"), nb::arg("seeds"))
+      .def(
+          "restore",
+          [](Batch& b, const Batch::Indices& which, const Snapshot& from) {
+            Logged([&] { b.Restore(which, from); });
+          },
+          nb::arg("which"), nb::arg("snapshot"))
+      .def("take", &Batch::Take, nb::arg("index"))
+      .def("state_hashes", &Batch::StateHashes)
+      .def("fork", &Batch::Fork, nb::arg("index"))
+      .def("teleport", &Teleport, nb::arg("poses"), nb::arg("which"));
+}
+
+}  // namespace
+
+void BindCrowd(nb::module_& module) {
+  nb::class_<Crowd>(module, "Crowd",
+                    "Arrays of the robots of one or several worlds; see stagesim.Fleet.")
+      .def_prop_ro("size", &Crowd::size)
+      .def("pose", &Crowd::PoseArray)
+      .def("velocity", &Crowd::VelocityArray)
+      .def("stalled", &Crowd::StalledArray)
+      .def("energy", &Crowd::EnergyArray)
+      .def("commands", &Crowd::CommandArray)
+      .def("ranger", &Crowd::RangerArray, nb::arg("index"), nb::arg("what"))
+      .def("fiducials", &Crowd::FiducialArray, nb::arg("index"), nb::arg("most"), nb::arg("what"))
+      .def("blobs", &Crowd::BlobArray, nb::arg("index"), nb::arg("most"), nb::arg("what"))
+      .def("bumper", &Crowd::BumperArray, nb::arg("index"))
+      .def("time", &Crowd::TimeArray)
+      .def("ended", &Crowd::EndedArray);
+  BindBatch(module);
+}
+
+}  // namespace Stg::python

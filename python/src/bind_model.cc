@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include <nanobind/operators.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <optional>
+#include <tuple>
+#include <vector>
+
+#include "bindings.hh"
+#include "model_handle.hh"
+#include "parts.hh"
+
+namespace Stg::python {
+
+namespace {
+
+using Triple = std::tuple<double, double, double>;
+using Quadruple = std::tuple<double, double, double, double>;
+
+Triple InPlane(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
+
+/// Throws nb::type_error if it is of another type.
+template <typename T>
+T& As(Model& model, const char* type) {
+  if (T* const found = dynamic_cast<T*>(&model)) return *found;
+  throw nb::type_error(
+      ("found a model of the type " + model.GetModelType() + ", expected a " + type).c_str());
+}
+
+ModelPosition& AsPosition(Model& model) { return As<ModelPosition>(model, "position"); }
+
+template <typename Get>
+auto Getter(Get get) {
+  return [get](const ModelHandle& handle) { return handle.With(get); };
+}
+
+template <typename Value, typename Set>
+auto Setter(Set set) {
+  return [set](const ModelHandle& handle, Value value) {
+    handle.Change([&](Model& model) { set(model, value); });
+  };
+}
+
+/// The error of what refuses a value with a message.
+template <typename F>
+void OrComplain(F f) {
+  const Complaints complaints(true);
+  f();
+  if (!complaints.lines.empty()) throw Failure{Kind::kStage, complaints.lines.back()};
+}
+
+void AddSensor(const ModelHandle& handle, double range, double fov, uint32_t samples,
+               const Triple& pose) {
+  handle.Change([&](Model& model) {
+    ModelRanger::Sensor sensor;
+    sensor.range = Bounds(0, range);
+    sensor.fov = fov;
+    sensor.sample_count = samples;
+    sensor.pose = Pose(std::get<0>(pose), std::get<1>(pose), 0, std::get<2>(pose));
+    As<ModelRanger>(model, "ranger").GetSensorsMutable().push_back(sensor);
+  });
+}
+
+std::vector<ModelHandle> ChildrenOf(const ModelHandle& handle) {
+  return handle.With([&](Model& model) {
+    std::vector<ModelHandle> children;
+    for (const Model* child : model.GetChildren())
+      children.emplace_back(handle.simulation(), *child);
+    return children;
+  });
+}
+
+std::optional<ModelHandle> ParentOf(const ModelHandle& handle) {
+  return handle.With([&](Model& model) -> std::optional<ModelHandle> {
+    if (!model.Parent()) return std::nullopt;
+    return ModelHandle(handle.simulation(), *model.Parent());
+  });
+}
+
+void Delete(const ModelHandle& handle) {
+  handle.Change([](Model& model) {
+    if (&model == model.GetWorld()->GetGround())
+      throw Failure{Kind::kStage, "the ground of a world can't be deleted"};
+    delete &model;
+  });
+}
+
+void BindTree(nb::class_<ModelHandle>& model) {
+  model.def(nb::self == nb::self)
+      .def("__hash__", [](const ModelHandle& handle) { return handle.id(); })
+      .def_prop_ro("id", &ModelHandle::id,
+                   "Its number: models of the file have theirs in the order of the file.")
+      .def_prop_ro("exists", &ModelHandle::exists, "Whether it is there now.")
+      .def_prop_rw("name", Getter([](Model& m) { return m.TokenStr(); }),
+                   Setter<const std::string&>([](Model& m, const std::string& name) {
+                     OrComplain([&] { m.SetToken(name); });
+                   }),
+                   "Its full name. Names that it had before still find it.")
+      .def_prop_ro("type", Getter([](Model& m) { return m.GetModelType(); }),
+                   "Its type, such as 'position'.")
+      .def_prop_ro("parent", &ParentOf, "What it stands on, or None.")
+      .def_prop_ro("children", &ChildrenOf, "What stands on it, in the order of creation.")
+      .def("delete", &Delete, "Deletes it, and all that stands on it.");
+}
+
+void BindPlace(nb::class_<ModelHandle>& model) {
+  model
+      .def_prop_rw(
+          "pose", Getter([](Model& m) { return InPlane(m.GetPose()); }),
+          Setter<const Triple&>([](Model& m, const Triple& to) {
+            OrComplain([&] {
+              m.SetPose(Pose(std::get<0>(to), std::get<1>(to), m.GetPose().z, std::get<2>(to)));
+            });
+          }),
+          "x, y (metres) and heading (radians), relative to the parent. Setting it tests "
+          "for no collision.")
+      .def_prop_rw("global_pose", Getter([](Model& m) { return InPlane(m.GetGlobalPose()); }),
+                   Setter<const Triple&>([](Model& m, const Triple& to) {
+                     OrComplain([&] {
+                       m.SetGlobalPose(Pose(std::get<0>(to), std::get<1>(to), m.GetGlobalPose().z,
+                                            std::get<2>(to)));
+                     });
+                   }),
+                   "The same in the frame of the world.")
+      .def_prop_rw("z", Getter([](Model& m) { return m.GetPose().z; }),
+                   Setter<double>([](Model& m, double z) {
+                     Pose pose = m.GetPose();
+                     pose.z = z;
+                     OrComplain([&] { m.SetPose(pose); });
+                   }),
+                   "Height above what it stands on, metres.")
+      .def_prop_rw("size", Getter([](Model& m) {
+                     const Size size = m.GetGeom().size;
+                     return Triple(size.x, size.y, size.z);
+                   }),
+                   Setter<const Triple&>([](Model& m, const Triple& to) {
+                     Geom geom = m.GetGeom();
+                     geom.size = Size(std::get<0>(to), std::get<1>(to), std::get<2>(to));
+                     OrComplain([&] { m.SetGeom(geom); });
+                   }),
+                   "Of its body along x, y and z, metres.")
+      .def_prop_ro("stalled", Getter([](Model& m) { return m.Stalled(); }),
+                   "Blocked at its last attempt to move.")
+      .def("has_collision", Getter([](Model& m) { return m.HasCollision(); }),
+           "Whether its body overlaps an obstacle now.");
+}
+
+void BindLooks(nb::class_<ModelHandle>& model) {
+  model
+      .def_prop_rw(
+          "color", Getter([](Model& m) {
+            const Color c = m.GetColor();
+            return Quadruple(c.r, c.g, c.b, c.a);
+          }),
+          Setter<const Quadruple&>([](Model& m, const Quadruple& c) {
+            m.SetColor(Color(std::get<0>(c), std::get<1>(c), std::get<2>(c), std::get<3>(c)));
+          }),
+          "Red, green, blue and opacity, 0 to 1.")
+      .def_prop_rw("obstacle_return", Getter([](Model& m) { return m.vis.obstacle_return; }),
+                   Setter<bool>([](Model& m, bool value) { m.SetObstacleReturn(value); }),
+                   "Whether robots collide with it.")
+      .def_prop_rw("ranger_return", Getter([](Model& m) { return m.vis.ranger_return; }),
+                   Setter<double>([](Model& m, double value) {
+                     OrComplain([&] { m.SetRangerReturn(value); });
+                   }),
+                   "The intensity that rangers read of it; they look through it if that is "
+                   "negative.")
+      .def_prop_rw("fiducial_return", Getter([](Model& m) { return m.vis.fiducial_return; }),
+                   Setter<int>([](Model& m, int value) { m.SetFiducialReturn(value); }),
+                   "The number that fiducial finders read of it; 0: they don't find it.")
+      .def_prop_rw("fiducial_key", Getter([](Model& m) { return m.vis.fiducial_key; }),
+                   Setter<int>([](Model& m, int value) { m.SetFiducialKey(value); }),
+                   "Finders with another key don't find it.")
+      .def_prop_rw("blob_return", Getter([](Model& m) { return m.vis.blob_return; }),
+                   Setter<bool>([](Model& m, bool value) { m.SetBlobReturn(value); }),
+                   "Whether blobfinders see it.")
+      .def_prop_rw("gripper_return", Getter([](Model& m) { return m.vis.gripper_return; }),
+                   Setter<bool>([](Model& m, bool value) { m.SetGripperReturn(value); }),
+                   "Whether grippers can grip it.")
+      .def_prop_rw(
+          "speech", Getter([](Model& m) { return m.GetSayString(); }),
+          Setter<const std::string&>([](Model& m, const std::string& text) { m.Say(text); }),
+          "What the window shows beside it.");
+}
+
+void BindEnergy(nb::class_<ModelHandle>& model) {
+  model
+      .def_prop_rw("mass",
+                   Getter([](Model& m) { return m.GetTotalMass() - m.GetMassOfChildren(); }),
+                   Setter<double>([](Model& m, double kg) { OrComplain([&] { m.SetMass(kg); }); }),
+                   "Its own, kilograms, not negative.")
+      .def_prop_ro("energy", Getter([](Model& m) -> std::optional<double> {
+                     const PowerPack* const pack = m.FindPowerPack();
+                     if (!pack) return std::nullopt;
+                     return pack->GetStored();
+                   }),
+                   "Joules in its power pack, or in that of what carries it; None: there is none.")
+      .def_prop_ro("subscribers", Getter([](Model& m) { return m.GetSubscriptionCount(); }),
+                   "How many want it to update. A model without any does nothing.")
+      .def(
+          "subscribe",
+          [](const ModelHandle& handle) { handle.Change([](Model& m) { m.Subscribe(); }); },
+          "Makes it update from now on.");
+}
+
+void BindDriving(nb::class_<ModelHandle>& model) {
+  model
+      .def_prop_ro("velocity",
+                   Getter([](Model& m) { return InPlane(AsPosition(m).GetVelocity()); }),
+                   "Of a position: forwards, to the left (m/s) and turning (rad/s), in force now.")
+      .def(
+          "drive",
+          [](const ModelHandle& handle, double x, double y, double a) {
+            handle.Change([&](Model& m) {
+              KeepRunning(&AsPosition(m));
+              AsPosition(m).SetSpeed(x, y, a);
+            });
+          },
+          nb::arg("x"), nb::arg("y") = 0.0, nb::arg("a") = 0.0,
+          "A position's speed from the next step on: forwards, to the left (m/s), turning (rad/s).")
+      .def(
+          "go_to",
+          [](const ModelHandle& handle, double x, double y, double a) {
+            handle.Change([&](Model& m) {
+              KeepRunning(&AsPosition(m));
+              AsPosition(m).GoTo(x, y, a);
+            });
+          },
+          nb::arg("x"), nb::arg("y"), nb::arg("a") = 0.0,
+          "Lets a position drive to that pose, in the frame of its odometry.")
+      .def("add_sensor", &AddSensor, nb::arg("range"), nb::arg("fov"), nb::arg("samples"),
+           nb::arg("pose") = Triple(0, 0, 0),
+           "Adds a sensor to a ranger: how far it sees (metres), its field of view (radians), its "
+           "rays, and its pose on the ranger.");
+}
+
+}  // namespace
+
+void BindModel(nb::module_& module) {
+  nb::class_<ModelHandle> model(
+      module, "Model",
+      "A model in a world. It refers to the model by its number: using it raises GoneError once "
+      "the model is deleted, and works again if World.restore() brings the model back.");
+  BindTree(model);
+  BindPlace(model);
+  BindLooks(model);
+  BindEnergy(model);
+  BindDriving(model);
+}
+
+}  // namespace Stg::python

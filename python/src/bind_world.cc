@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <sstream>
+#include <tuple>
+
+#include "bindings.hh"
+#include "crowd.hh"
+#include "model_handle.hh"
+#include "models/host.hh"
+
+namespace Stg::python {
+
+namespace {
+
+std::shared_ptr<Simulation> Make(uint64_t seed, int threads, bool opencl, bool opencl_always,
+                                 const std::string& device, const std::string& ray_model,
+                                 bool controllers) {
+  RunOptions options;
+  options.seed = seed;
+  options.threads = threads;
+  options.opencl = opencl;
+  options.always_on_device = opencl_always;
+  options.device = device;
+  options.ray_model = ray_model == "cell"    ? RayModel::kCell
+                      : ray_model == "exact" ? RayModel::kExact
+                                             : RayModel::kDefault;
+  options.controllers = controllers;
+  return std::make_shared<Simulation>(options);
+}
+
+std::vector<ModelHandle> ModelsOf(Simulation& simulation) {
+  return simulation.With([&](World& world) {
+    std::vector<ModelHandle> models;
+    for (const Model* model : world.host().models)
+      if (model != world.GetGround()) models.emplace_back(simulation.shared_from_this(), *model);
+    return models;
+  });
+}
+
+std::optional<ModelHandle> FindByName(Simulation& simulation, const std::string& name) {
+  return simulation.With([&](World& world) -> std::optional<ModelHandle> {
+    const Model* const found = world.host().names.Find(name, world.host());
+    if (!found) return std::nullopt;
+    return ModelHandle(simulation.shared_from_this(), *found);
+  });
+}
+
+ModelHandle Create(Simulation& simulation, const std::string& type,
+                   const std::optional<ModelHandle>& parent) {
+  return Logged([&] {
+    return simulation.With([&](World& world) {
+      Model* above = nullptr;
+      if (parent) {
+        above = simulation.Find(0, parent->key());
+        if (!above || parent->simulation().get() != &simulation)
+          throw Failure{Kind::kGone, "the parent is gone, or is in another world"};
+      }
+      Model* const made = world.CreateModel(above, type);
+      if (!made) throw Failure{Kind::kStage, "no model of the type " + type + " can be made here"};
+      return ModelHandle(simulation.shared_from_this(), *made);
+    });
+  });
+}
+
+/// Of all models that drive: number, name, type and whether it stands on nothing.
+using Robot = std::tuple<uint32_t, std::string, std::string, bool>;
+std::vector<Robot> RobotsOf(Simulation& simulation) {
+  return simulation.With([](World& world) {
+    std::vector<Robot> robots;
+    for (const Model* model : world.host().models)
+      if (dynamic_cast<const ModelPosition*>(model))
+        robots.emplace_back(model->GetId(), model->TokenStr(), model->GetModelType(),
+                            model->Parent() == nullptr);
+    return robots;
+  });
+}
+
+std::shared_ptr<Crowd> MakeCrowd(Simulation& simulation, const std::vector<uint32_t>& ids) {
+  return simulation.With([&](World& world) {
+    std::vector<ModelKey> keys;
+    for (const uint32_t id : ids)
+      if (const Model* const model = world.FindModel(id)) keys.push_back(simulation.KeyOf(*model));
+    auto crowd = std::make_shared<Crowd>(simulation.weak_from_this(), keys, 1, true);
+    simulation.Follow(crowd);
+    return crowd;
+  });
+}
+
+using Poses = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Mask = nb::ndarray<const bool, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+
+void Teleport(Simulation& simulation, Crowd& crowd, const Poses& poses, const Mask& which) {
+  if (poses.shape(0) != crowd.size() || which.shape(0) != crowd.size())
+    throw nb::value_error("found another number of poses than there are robots");
+  simulation.With([&](World&) {
+    crowd.Teleport(0, poses.data(), which.data());
+    simulation.Refresh();
+  });
+}
+
+void BindRunning(nb::class_<Simulation>& world) {
+  world
+      .def(
+          "load_file",
+          [](Simulation& s, const std::string& path) { Logged([&] { s.LoadFile(path); }); },
+          nb::arg("path"))
+      .def(
+          "load_text",
+          [](Simulation& s, const std::string& text, const std::string& path) {
+            Logged([&] { s.LoadText(text, path); });
+          },
+          nb::arg("text"), nb::arg("path"))
+      .def("close", &Simulation::Close)
+      .def(
+          "step",
+          [](Simulation& s, uint64_t steps) { return Logged([&] { return s.Step(steps); }); },
+          nb::arg("steps"))
+      .def(
+          "reset", [](Simulation& s, uint64_t seed) { Logged([&] { s.Reset(seed); }); },
+          nb::arg("seed"))
+      .def(
+          "take", [](Simulation& s, bool lean) { return Logged([&] { return s.Take(lean); }); },
+          nb::arg("lean"))
+      .def(
+          "restore", [](Simulation& s, const Snapshot& from) { Logged([&] { s.Restore(from); }); },
+          nb::arg("snapshot"))
+      .def("fork", [](Simulation& s) { return Logged([&] { return s.Fork(); }); })
+      .def("state_hash", &Simulation::StateHash);
+}
+
+void BindState(nb::class_<Simulation>& world) {
+  const auto of_world = [](auto f) {
+    return [f](Simulation& s) { return s.With([&](World& w) { return f(w); }); };
+  };
+  world.def_prop_ro("microseconds", of_world([](World& w) { return w.SimTimeNow(); }))
+      .def_prop_ro("interval", of_world([](World& w) { return w.sim_interval; }))
+      .def_prop_ro("updates", of_world([](World& w) { return w.GetUpdateCount(); }))
+      .def_prop_ro("seed", of_world([](World& w) { return w.seed(); }))
+      .def_prop_ro("threads", of_world([](World& w) { return w.options().threads; }))
+      .def_prop_ro("device", of_world([](World& w) { return w.statistics().device; }))
+      .def_prop_ro("name", of_world([](World& w) { return w.TokenStr(); }))
+      .def_prop_ro("wants_to_quit", of_world([](World& w) { return w.TestQuit(); }))
+      .def_prop_ro("quit_time", &Simulation::quit_time)
+      .def("cancel_quit", of_world([](World& w) { w.CancelQuit(); }))
+      .def_prop_ro("is_open", &Simulation::is_open);
+}
+
+nb::bytes BytesOf(const Snapshot& snapshot) {
+  std::ostringstream out;
+  if (!snapshot.Write(out)) throw Failure{Kind::kStage, "the snapshot can't be written"};
+  const std::string bytes = out.str();
+  return nb::bytes(bytes.data(), bytes.size());
+}
+
+Snapshot SnapshotOf(const nb::bytes& bytes) {
+  std::istringstream in(std::string(bytes.c_str(), bytes.size()));
+  const Complaints complaints;
+  Snapshot snapshot;
+  if (!snapshot.Read(in)) throw Failure{Kind::kStage, complaints.Last("this is no snapshot")};
+  return snapshot;
+}
+
+void BindSnapshot(nb::module_& module) {
+  nb::class_<Snapshot>(module, "Snapshot",
+                       "The state of a world at one moment. It never changes; it can be pickled, "
+                       "and restored in another process.")
+      .def_prop_ro(
+          "time", [](const Snapshot& s) { return static_cast<double>(s.time()) / 1e6; },
+          "Simulated, when it was taken, seconds.")
+      .def_prop_ro("size", &Snapshot::size, "Bytes that it takes.")
+      .def_prop_ro("hash", &Snapshot::hash,
+                   "A number of the state: equal for snapshots of the same kind and state.")
+      .def("to_bytes", &BytesOf, "What `stage --save-snapshot` writes into a file.")
+      .def_static("from_bytes", &SnapshotOf, nb::arg("data"),
+                  "Reads what to_bytes() made. Raises StageError if it is something else. Read "
+                  "data of your own only.")
+      .def("__getstate__", &BytesOf)
+      .def("__setstate__",
+           [](Snapshot& s, const nb::bytes& bytes) { new (&s) Snapshot(SnapshotOf(bytes)); });
+}
+
+}  // namespace
+
+void BindWorld(nb::module_& module) {
+  BindSnapshot(module);
+  nb::class_<Simulation> world(module, "Simulation", "A world; see stagesim.World.");
+  world.def(nb::new_(&Make), nb::arg("seed"), nb::arg("threads"), nb::arg("opencl"),
+            nb::arg("opencl_always"), nb::arg("device"), nb::arg("ray_model"),
+            nb::arg("controllers"));
+  BindRunning(world);
+  BindState(world);
+  BindCast(world);
+  world.def("models", &ModelsOf)
+      .def("find", &FindByName, nb::arg("name"))
+      .def("create", &Create, nb::arg("type"), nb::arg("parent").none())
+      .def("robots", &RobotsOf)
+      .def("crowd", &MakeCrowd, nb::arg("ids"))
+      .def("teleport", &Teleport, nb::arg("crowd"), nb::arg("poses"), nb::arg("which"));
+}
+
+}  // namespace Stg::python

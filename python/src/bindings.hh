@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The parts that the module is put together from.
+
+#ifndef STAGE_PYTHON_BINDINGS_HH
+#define STAGE_PYTHON_BINDINGS_HH
+
+#include <nanobind/nanobind.h>
+
+namespace Stg::python {
+
+class Simulation;
+
+void BindCast(nanobind::class_<Simulation>& world);
+void BindModel(nanobind::module_& module);
+void BindCrowd(nanobind::module_& module);
+void BindWorld(nanobind::module_& module);
+
+}  // namespace Stg::python
+
+#endif

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "crowd.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "parts.hh"
+#include "world/engine.hh"
+
+namespace Stg::python {
+
+namespace {
+
+void FillPlane(const Pose& pose, double* row) {
+  row[0] = pose.x;
+  row[1] = pose.y;
+  row[2] = pose.a;
+}
+
+void FillPose(const ModelPosition* robot, double* row) {
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  FillPlane(robot->GetGlobalPose(), row);
+}
+
+void FillVelocity(const ModelPosition* robot, double* row) {
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  FillPlane(robot->GetVelocity(), row);
+}
+
+void FillStalled(const ModelPosition* robot, bool* row) { *row = robot && robot->Stalled(); }
+
+void FillEnergy(const ModelPosition* robot, double* row) {
+  const PowerPack* const pack = robot ? robot->FindPowerPack() : nullptr;
+  *row = pack ? pack->GetStored() : kUnknown;
+}
+
+void FillTime(World* world, double* time) {
+  *time = world ? static_cast<double>(world->SimTimeNow()) / 1e6 : kUnknown;
+}
+
+void FillEnded(World* world, bool* ended) { *ended = !world || world->TestQuit(); }
+
+}  // namespace
+
+Crowd::Crowd(std::weak_ptr<Source> source, std::vector<ModelKey> robots, size_t worlds, bool single)
+    : source_(std::move(source)), robots_(std::move(robots)), single_(single), members_(worlds) {
+  for (size_t world = 0; world < worlds; world++) Renew(world);
+}
+
+/// Looks for the robots again if they may be others now.
+const Members& Crowd::Renew(size_t index) {
+  Members& members = members_[index];
+  const std::shared_ptr<Source> source = source_.lock();
+  World* const world = source ? source->WorldAt(index) : nullptr;
+  const uint64_t changes = world ? world->host().family_changes : 0;
+  if (world && world == members.world && changes == members.family_changes) return members;
+  members.world = world;
+  members.family_changes = changes;
+  members.robots.clear();
+  for (const ModelKey& key : robots_)
+    members.robots.push_back(world ? dynamic_cast<ModelPosition*>(source->Find(index, key))
+                                   : nullptr);
+  for (const Named& named : parts_) named.part->Find(index, members);
+  return members;
+}
+
+void Crowd::Gather(size_t world) {
+  const Members& members = Renew(world);
+  for (const Named& named : parts_) GatherPart(named.part.get(), world, members);
+}
+
+/// The threads of the world share it: each then reads what it has just written.
+void Crowd::GatherPart(Part* part, size_t world, const Members& members) {
+  constexpr size_t kTooFew = 200, kGrain = 32;
+  part->GetReady(world);
+  const size_t count = members.robots.size();
+  if (!members.world || count < kTooFew) return part->Fill(world, members, 0, count);
+  members.world->engine().workers()->Run(
+      count, kGrain,
+      [&](size_t begin, size_t end, unsigned) { part->Fill(world, members, begin, end); });
+}
+
+void Crowd::Command(size_t world) {
+  if (!commands_.exists()) return;
+  const Members& members = Renew(world);
+  for (size_t i = 0; i < members.robots.size(); i++) {
+    ModelPosition* const robot = members.robots[i];
+    const double* const row = commands_.Row<double>(world, i);
+    if (!robot || std::isnan(row[0]) || std::isnan(row[1]) || std::isnan(row[2])) continue;
+    KeepRunning(robot);
+    robot->SetSpeed(row[0], row[1], row[2]);
+  }
+}
+
+void Crowd::ClearCommands(size_t world) {
+  if (!commands_.exists()) return;
+  double* const rows = commands_.Row<double>(world, 0);
+  std::fill(rows, rows + 3 * size(), 0.0);
+}
+
+void Crowd::SetCommands(size_t world, const double* rows) {
+  std::copy(rows, rows + 3 * size(), commands_.Row<double>(world, 0));
+}
+
+void Crowd::Teleport(size_t world, const double* poses, const bool* which) {
+  const Members& members = Renew(world);
+  for (size_t i = 0; i < members.robots.size(); i++) {
+    ModelPosition* const robot = members.robots[i];
+    if (!robot || (which && !which[i])) continue;
+    const double* const to = poses + 3 * i;
+    robot->SetGlobalPose(Pose(to[0], to[1], robot->GetGlobalPose().z, to[2]));
+  }
+}
+
+// ---- views --------------------------------------------------------------------------------------
+
+nb::object Crowd::View(const Array& array, bool writable) {
+  const nb::capsule owner(new std::shared_ptr<Crowd>(shared_from_this()), [](void* held) noexcept {
+    delete static_cast<std::shared_ptr<Crowd>*>(held);
+  });
+  const std::vector<size_t> shape(array.shape().begin() + (single_ ? 1 : 0), array.shape().end());
+  if (writable)
+    return nb::cast(nb::ndarray<nb::numpy>(array.data(), shape.size(), shape.data(), owner, nullptr,
+                                           array.dtype()));
+  return nb::cast(nb::ndarray<nb::numpy, nb::ro>(array.data(), shape.size(), shape.data(), owner,
+                                                 nullptr, array.dtype()));
+}
+
+/// The part of that name; makes it if there is none yet.
+template <typename T, typename... Arguments>
+T& Crowd::PartOf(const std::string& name, Arguments... arguments) {
+  for (const Named& named : parts_)
+    if (named.name == name) return static_cast<T&>(*named.part);
+  for (size_t world = 0; world < worlds(); world++) Renew(world);
+  auto part = std::make_unique<T>(members_, arguments...);
+  T& made = *part;
+  parts_.push_back({name, std::move(part)});
+  for (size_t world = 0; world < worlds(); world++) GatherPart(&made, world, members_[world]);
+  return made;
+}
+
+/// Holds the worlds meanwhile.
+class Crowd::Hold {
+ public:
+  explicit Hold(const Crowd& crowd) : source_(crowd.source_.lock()) {
+    if (!source_ || !source_->is_open())
+      throw Failure{Kind::kGone, "the world of these robots is gone"};
+    use_.emplace(source_.get());
+  }
+
+ private:
+  const std::shared_ptr<Source> source_;
+  std::optional<Source::Use> use_;
+};
+
+template <typename T>
+nb::object Crowd::BodyArray(const char* name, size_t width,
+                            void (*fill)(const ModelPosition* robot, T* row)) {
+  const Hold hold(*this);
+  return View(PartOf<BodyPart<T>>(name, width, fill).array);
+}
+
+nb::object Crowd::PoseArray() { return BodyArray("pose", 3, FillPose); }
+nb::object Crowd::VelocityArray() { return BodyArray("velocity", 3, FillVelocity); }
+nb::object Crowd::StalledArray() { return BodyArray("stalled", 0, FillStalled); }
+nb::object Crowd::EnergyArray() { return BodyArray("energy", 0, FillEnergy); }
+
+nb::object Crowd::TimeArray() {
+  const Hold hold(*this);
+  return View(PartOf<WorldPart<double>>("time", FillTime).array);
+}
+
+nb::object Crowd::EndedArray() {
+  const Hold hold(*this);
+  return View(PartOf<WorldPart<bool>>("ended", FillEnded).array);
+}
+
+nb::object Crowd::CommandArray() {
+  const Hold hold(*this);
+  if (!commands_.exists()) commands_.Make<double>({worlds(), size(), 3});
+  return View(commands_, true);
+}
+
+namespace {
+
+/// The member of that name.
+template <typename T, size_t n>
+Array& Choose(T* part, const std::string& what,
+              const std::pair<const char*, Array T::*> (&all)[n]) {
+  for (const auto& [name, member] : all)
+    if (what == name) return part->*member;
+  throw Failure{Kind::kStage, "there is no array " + what};
+}
+
+std::string Numbered(const char* type, size_t index, size_t most = 0) {
+  return std::string(type) + " " + std::to_string(index) + " " + std::to_string(most);
+}
+
+}  // namespace
+
+nb::object Crowd::RangerArray(size_t ranger, const std::string& what) {
+  const Hold hold(*this);
+  RangerPart& part = PartOf<RangerPart>(Numbered("ranger", ranger), ranger);
+  Array& array = Choose(&part, what,
+                        {{"ranges", &RangerPart::ranges},
+                         {"intensities", &RangerPart::intensities},
+                         {"bearings", &RangerPart::bearings},
+                         {"origins", &RangerPart::origins}});
+  if (!array.exists()) {
+    std::vector<size_t> shape = part.Shape(part.samples);
+    if (&array == &part.origins) shape.push_back(2);
+    array.Make<double>(shape);
+    for (size_t world = 0; world < worlds(); world++) GatherPart(&part, world, Renew(world));
+  }
+  return View(array);
+}
+
+nb::object Crowd::FiducialArray(size_t finder, size_t most, const std::string& what) {
+  const Hold hold(*this);
+  FiducialPart& part = PartOf<FiducialPart>(Numbered("fiducial", finder, most), finder, most);
+  return View(Choose(&part, what,
+                     {{"count", &FiducialPart::count},
+                      {"id", &FiducialPart::id},
+                      {"range", &FiducialPart::range},
+                      {"bearing", &FiducialPart::bearing},
+                      {"heading", &FiducialPart::heading}}));
+}
+
+nb::object Crowd::BlobArray(size_t finder, size_t most, const std::string& what) {
+  const Hold hold(*this);
+  BlobPart& part = PartOf<BlobPart>(Numbered("blobfinder", finder, most), finder, most);
+  return View(Choose(&part, what,
+                     {{"count", &BlobPart::count},
+                      {"color", &BlobPart::color},
+                      {"box", &BlobPart::box},
+                      {"range", &BlobPart::range}}));
+}
+
+nb::object Crowd::BumperArray(size_t bumper) {
+  const Hold hold(*this);
+  return View(PartOf<BumperPart>(Numbered("bumper", bumper), bumper).hit);
+}
+
+}  // namespace Stg::python

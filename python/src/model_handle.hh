@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// A model, as Python has it: by its number, so that it may be deleted at any time.
+
+#ifndef STAGE_PYTHON_MODEL_HANDLE_HH
+#define STAGE_PYTHON_MODEL_HANDLE_HH
+
+#include <memory>
+
+#include "simulation.hh"
+
+namespace Stg::python {
+
+class ModelHandle {
+ public:
+  ModelHandle(std::shared_ptr<Simulation> simulation, const Model& model)
+      : simulation_(std::move(simulation)), key_(simulation_->KeyOf(model)) {}
+
+  /// Calls f(model) while nobody else uses the world. Throws Failure if the model is gone.
+  template <typename F>
+  auto With(F f) const {
+    return simulation_->With([&](World&) { return f(Get()); });
+  }
+  /// The same of what may change the world.
+  template <typename F>
+  auto Change(F f) const {
+    return simulation_->With([&](World&) {
+      f(Get());
+      simulation_->Refresh();
+    });
+  }
+  bool exists() const { return simulation_->Find(0, key_) != nullptr; }
+  bool operator==(const ModelHandle& o) const {
+    return simulation_ == o.simulation_ && key_.id == o.key_.id;
+  }
+  uint32_t id() const { return key_.id; }
+  const ModelKey& key() const { return key_; }
+  const std::shared_ptr<Simulation>& simulation() const { return simulation_; }
+
+ private:
+  Model& Get() const {
+    Model* const model = simulation_->Find(0, key_);
+    if (!model)
+      throw Failure{Kind::kGone, "the model number " + std::to_string(key_.id) + " is gone"};
+    return *model;
+  }
+
+  std::shared_ptr<Simulation> simulation_;
+  ModelKey key_;
+};
+
+}  // namespace Stg::python
+
+#endif

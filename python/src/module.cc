@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// stagesim._core: what Python has of libstage. The classes that people use are in stagesim/*.py.
+
+#include <nanobind/nanobind.h>
+
+#include "bindings.hh"
+#include "failure.hh"
+#include "stage.hh"
+
+NB_MODULE(_core, module) {
+  using namespace Stg::python;
+  Stg::Init(nullptr, nullptr);
+  BindFailures(module);
+  BindModel(module);
+  BindCrowd(module);
+  BindWorld(module);
+  module.def("version", &Stg::Version, "The version of the simulator.");
+}

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The parts of a crowd: what is read of robots and of their sensors.
+
+#ifndef STAGE_PYTHON_PARTS_HH
+#define STAGE_PYTHON_PARTS_HH
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "crowd.hh"
+#include "stage.hh"
+
+namespace Stg::python {
+
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// Whoever reads a model's data subscribes to it, as a controller does, unless somebody has done
+/// so: then the world goes on as if nobody read them. It may have lost its subscribers meanwhile.
+inline void KeepRunning(Model* model) {
+  if (!model->HasSubscribers()) model->Subscribe();
+}
+
+/// Some numbers of each robot's body.
+template <typename T>
+class BodyPart : public Part {
+ public:
+  /// `robot` is null if it is gone.
+  using FillRow = void (*)(const ModelPosition* robot, T* row);
+
+  /// `width`: how many numbers; 0: one, without an axis of its own.
+  BodyPart(const std::vector<Members>& members, size_t width, FillRow fill) : fill_(fill) {
+    std::vector<size_t> shape{members.size(), members[0].robots.size()};
+    if (width > 0) shape.push_back(width);
+    array.Make<T>(shape);
+  }
+  void Fill(size_t world, const Members& members, size_t begin, size_t end) override {
+    for (size_t i = begin; i < end; i++)
+      fill_(members.robots[i], array.Row<T>(world, i));
+  }
+
+  Array array;
+
+ private:
+  const FillRow fill_;
+};
+
+/// A number of each world.
+template <typename T>
+class WorldPart : public Part {
+ public:
+  /// `world` is null if it is gone.
+  using FillNumber = void (*)(World* world, T* number);
+
+  WorldPart(const std::vector<Members>& members, FillNumber fill) : fill_(fill) {
+    array.Make<T>({members.size()});
+  }
+  void Fill(size_t world, const Members& members, size_t begin, size_t) override {
+    if (begin > 0) return;
+    fill_(members.world, static_cast<T*>(array.data()) + world);
+  }
+
+  Array array;
+
+ private:
+  const FillNumber fill_;
+};
+
+/// The model of that type that is number `n` in the tree, which becomes less by those that come
+/// before; null if there are too few.
+template <typename T>
+T* FindInTree(Model* tree, size_t* n) {
+  if (T* const found = dynamic_cast<T*>(tree))
+    if ((*n)-- == 0) return found;
+  for (Model* child : tree->GetChildren())
+    if (T* const found = FindInTree<T>(child, n)) return found;
+  return nullptr;
+}
+
+/// A sensor of each robot: that of its type that comes as the `index`th in the robot's tree.
+template <typename T>
+class SensorPart : public Part {
+ public:
+  SensorPart(const std::vector<Members>& members, size_t index)
+      : found(members.size()), index_(index) {
+    for (size_t world = 0; world < members.size(); world++) Find(world, members[world]);
+  }
+  void Find(size_t world, const Members& members) final {
+    found[world].clear();
+    for (ModelPosition* robot : members.robots) {
+      size_t n = index_;
+      found[world].push_back(robot ? FindInTree<T>(robot, &n) : nullptr);
+    }
+  }
+  /// The largest of width(sensor). Throws Failure if there is no sensor at all.
+  template <typename F>
+  size_t Widest(const char* type, F width) const {
+    size_t widest = 0;
+    bool any = false;
+    for (const std::vector<T*>& sensors : found)
+      for (T* sensor : sensors) {
+        if (!sensor) continue;
+        any = true;
+        widest = std::max<size_t>(widest, width(*sensor));
+      }
+    if (!any)
+      throw Failure{Kind::kGone,
+                    "no robot has a " + std::string(type) + " number " + std::to_string(index_)};
+    return widest;
+  }
+  std::vector<size_t> Shape(size_t width) const { return {found.size(), found[0].size(), width}; }
+  void GetReady(size_t world) final {
+    for (T* sensor : found[world])
+      if (sensor) KeepRunning(sensor);
+  }
+  void Fill(size_t world, const Members&, size_t begin, size_t end) final {
+    for (size_t i = begin; i < end; i++) FillRow(world, i, found[world][i]);
+  }
+  /// `sensor` is null if it is gone.
+  virtual void FillRow(size_t world, size_t robot, T* sensor) = 0;
+
+  std::vector<std::vector<T*>> found;  ///< of each world's robots
+
+ private:
+  const size_t index_;
+};
+
+/// All rays of a ranger, sensor by sensor; NaN where nothing is known.
+class RangerPart : public SensorPart<ModelRanger> {
+ public:
+  RangerPart(const std::vector<Members>& members, size_t index);
+  void FillRow(size_t world, size_t robot, ModelRanger* ranger) override;
+  const size_t samples;
+  Array ranges, intensities, bearings, origins;
+
+ private:
+  void FillDirections(size_t world, size_t robot, const ModelRanger& ranger) const;
+};
+
+/// What a fiducial finder has found, nearest in the order of creation; `count` may be more.
+class FiducialPart : public SensorPart<ModelFiducial> {
+ public:
+  FiducialPart(const std::vector<Members>& members, size_t index, size_t most);
+  void FillRow(size_t world, size_t robot, ModelFiducial* finder) override;
+  const size_t most;
+  Array count, id, range, bearing, heading;
+};
+
+class BlobPart : public SensorPart<ModelBlobfinder> {
+ public:
+  BlobPart(const std::vector<Members>& members, size_t index, size_t most);
+  void FillRow(size_t world, size_t robot, ModelBlobfinder* finder) override;
+  const size_t most;
+  Array count, color, box, range;
+};
+
+class BumperPart : public SensorPart<ModelBumper> {
+ public:
+  BumperPart(const std::vector<Members>& members, size_t index);
+  void FillRow(size_t world, size_t robot, ModelBumper* bumper) override;
+  Array hit;
+};
+
+}  // namespace Stg::python
+
+#endif

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "simulation.hh"
+
+#include <sstream>
+#include <utility>
+
+#include "crowd.hh"
+#include "models/host.hh"
+#include "signals.hh"
+
+namespace Stg::python {
+
+namespace {
+
+RunOptions Unlisted(RunOptions options) {
+  options.listed = false;
+  return options;
+}
+
+}  // namespace
+
+Simulation::Simulation(const RunOptions& options) : world_(new World(Unlisted(options))) {}
+
+Simulation::~Simulation() {
+  if (World* const world = WorldAt(0)) delete world;
+}
+
+World* Simulation::WorldAt(size_t) const {
+  return world_ && World::Exists(world_) ? world_ : nullptr;
+}
+
+World& Simulation::world() const {
+  World* const world = WorldAt(0);
+  if (!world)
+    throw Failure{Kind::kGone, world_ ? "the world is gone: a controller has deleted it"
+                                      : "the world is gone: it has been closed"};
+  return *world;
+}
+
+Model* Simulation::Find(size_t, const ModelKey& key) const {
+  if (key.resets != resets_ && key.id >= loaded_models_) return nullptr;
+  World* const world = WorldAt(0);
+  return world ? world->FindModel(key.id) : nullptr;
+}
+
+void Simulation::LoadFile(const std::string& path) {
+  Load([&](World& world) { return world.Load(path); }, path);
+}
+
+void Simulation::LoadText(const std::string& text, const std::string& path) {
+  Load(
+      [&](World& world) {
+        std::istringstream stream(text);
+        return world.Load(stream, path);
+      },
+      "the text");
+}
+
+void Simulation::Load(const std::function<bool(World&)>& load, const std::string& what) {
+  const Use use(this);
+  World& own = world();
+  const nb::gil_scoped_release no_gil;
+  const Complaints complaints;
+  try {
+    if (!load(own)) throw Failure{Kind::kWorld, complaints.Last(what + " can't be loaded")};
+  } catch (const Failure&) {
+    throw;
+  } catch (...) {
+    throw Failure{Kind::kWorld, what + " can't be loaded: " + DescribeThrown()};
+  }
+  Settle();
+}
+
+/// Python decides how long a world runs.
+void Simulation::Settle() {
+  World& own = world();
+  quit_time_ = own.GetQuitTime();
+  own.SetQuitTime(0);
+  loaded_models_ = own.host().next_model_id;
+}
+
+void Simulation::Close() {
+  const Use use(this);
+  World* const world = WorldAt(0);
+  world_ = nullptr;
+  const nb::gil_scoped_release no_gil;
+  delete world;
+}
+
+/// False if it has asked to quit, or is gone.
+bool Simulation::StepOnce() {
+  Command();
+  return !world_->Update();
+}
+
+uint64_t Simulation::Step(uint64_t steps) {
+  const Use use(this);
+  world();
+  uint64_t made = 0;
+  const auto refresh_at_end = [this] { Refresh(); };
+  {
+    const nb::gil_scoped_release no_gil;
+    SignalChecks signals;
+    try {
+      for (; made < steps; made++) {
+        if (!StepOnce()) break;
+        if (made + 1 < steps) signals.Look();
+      }
+    } catch (const nb::python_error&) {
+      refresh_at_end();
+      throw;
+    } catch (...) {
+      const std::string thrown = DescribeThrown();
+      refresh_at_end();
+      throw Failure{Kind::kStage, thrown};
+    }
+    refresh_at_end();
+  }
+  world();  // a controller may have deleted it
+  return made;
+}
+
+void Simulation::Reset(uint64_t seed) {
+  const Use use(this);
+  World& own = world();
+  const nb::gil_scoped_release no_gil;
+  const Complaints complaints;
+  resets_++;
+  if (!own.Reset(seed))
+    throw Failure{Kind::kWorld, complaints.Last("the world can't be loaded again")};
+  Settle();
+  for (const std::weak_ptr<Crowd>& known : crowds_)
+    if (const std::shared_ptr<Crowd> crowd = known.lock()) crowd->ClearCommands(0);
+  Refresh();
+}
+
+Snapshot Simulation::Take(bool lean) {
+  const Use use(this);
+  const World& own = world();
+  const nb::gil_scoped_release no_gil;
+  const Complaints complaints;
+  Snapshot snapshot;
+  if (!own.Take(&snapshot, lean ? Snapshot::kLean : Snapshot::kFull))
+    throw Failure{Kind::kStage, complaints.Last("no snapshot can be taken")};
+  return snapshot;
+}
+
+void Simulation::Restore(const Snapshot& from) {
+  const Use use(this);
+  World& own = world();
+  const nb::gil_scoped_release no_gil;
+  const Complaints complaints;
+  if (!own.Restore(from))
+    throw Failure{Kind::kStage, complaints.Last("the snapshot doesn't fit this world")};
+  Refresh();
+}
+
+std::shared_ptr<Simulation> Simulation::Fork() {
+  const Use use(this);
+  const std::shared_ptr<Simulation> fork = CopyOf(world());
+  fork->quit_time_ = quit_time_;
+  return fork;
+}
+
+std::shared_ptr<Simulation> Simulation::CopyOf(const World& world) {
+  const nb::gil_scoped_release no_gil;
+  const Complaints complaints;
+  RunOptions options = world.options();
+  options.opencl = false;  // it shares the device
+  const auto copy = std::make_shared<Simulation>(options);
+  copy->world_->UseDeviceOf(world);
+  Snapshot now;
+  if (!world.Take(&now) || !copy->world_->LoadCopy(world))
+    throw Failure{Kind::kStage, complaints.Last("the world can't be copied")};
+  copy->Settle();
+  if (!copy->world_->Restore(now))
+    throw Failure{Kind::kStage, complaints.Last("the copy can't take the state")};
+  return copy;
+}
+
+uint64_t Simulation::StateHash() {
+  const Use use(this);
+  const World& own = world();
+  const nb::gil_scoped_release no_gil;
+  return own.StateHash();
+}
+
+void Simulation::Follow(const std::shared_ptr<Crowd>& crowd) {
+  std::erase_if(crowds_, [](const std::weak_ptr<Crowd>& known) { return known.expired(); });
+  crowds_.push_back(crowd);
+}
+
+void Simulation::Command() {
+  for (const std::weak_ptr<Crowd>& known : crowds_)
+    if (const std::shared_ptr<Crowd> crowd = known.lock()) crowd->Command(0);
+}
+
+void Simulation::Refresh() {
+  for (const std::weak_ptr<Crowd>& known : crowds_)
+    if (const std::shared_ptr<Crowd> crowd = known.lock()) crowd->Gather(0);
+}
+
+}  // namespace Stg::python

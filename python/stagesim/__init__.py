@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Stage 5, the 2D multi-robot simulator: worlds, fleets of robots as arrays, batches of worlds.
+
+Lengths are metres, angles radians counter-clockwise, times seconds of simulated time, unless something
+else is said.
+"""
+
+from __future__ import annotations
+
+import numpy as _numpy  # noqa: F401  (the compiled part makes arrays of it)
+
+from . import _core
+from ._core import Model, Snapshot
+from ._paths import shipped_worlds
+from .batch import Batch
+from .errors import GoneError, StageError, WorldError
+from .fleet import Blobs, Fiducials, Fleet, Ranger
+from .world import World
+
+__version__: str = _core.version()
+__all__ = [
+    "Batch", "Blobs", "Fiducials", "Fleet", "GoneError", "Model", "Ranger", "Snapshot", "StageError", "World",
+    "WorldError", "shipped_worlds",
+]

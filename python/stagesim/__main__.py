@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""`python -m stagesim` is the program `stage`."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from . import _paths
+
+
+def main() -> None:
+    """Becomes the program. Shipped worlds may be given by their names alone."""
+    arguments = [_paths.resolve(text) if text.endswith(".world") else text for text in sys.argv[1:]]
+    os.execv(_paths.PROGRAM, [_paths.PROGRAM, *arguments])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Arrays of all robots at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Callable
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from . import _core
+    from .world import World
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int32]
+Bools = npt.NDArray[np.bool_]
+
+
+class _Views:
+    """Arrays that are made when they are asked for first, and are the same objects ever after."""
+
+    def __init__(self) -> None:
+        self._views: dict[str, npt.NDArray[Any]] = {}
+
+    def _view(self, name: str, make: Callable[[], npt.NDArray[Any]]) -> Any:
+        view = self._views.get(name)
+        if view is None:
+            view = self._views[name] = make()
+        return view
+
+
+class Ranger(_Views):
+    """The same ranger of each robot: all rays of all its sensors, one sensor after the other.
+
+    Arrays are live, like those of the fleet: shape (n, samples) for the n robots of a fleet, and
+    (worlds, n, samples) for a batch. `samples` is that of the ranger that has most; others' rows end in
+    NaN. Reading them subscribes to the rangers, so they work from then on; NaN stands where nothing has
+    been measured yet, and in the rows of robots that are gone or have no such ranger.
+    """
+
+    def __init__(self, crowd: _core.Crowd, index: int) -> None:
+        super().__init__()
+        self._crowd = crowd
+        self._index = index
+        self._array("ranges")  # raises GoneError if there is none
+
+    def _array(self, what: str) -> Floats:
+        return self._view(what, lambda: self._crowd.ranger(self._index, what))
+
+    @property
+    def ranges(self) -> Floats:
+        """Metres; the sensor's maximum where nothing was hit. Sample 0 is the right-hand one."""
+        return self._array("ranges")
+
+    @property
+    def intensities(self) -> Floats:
+        """The ranger_return of what was hit; 0 for nothing."""
+        return self._array("intensities")
+
+    @property
+    def bearings(self) -> Floats:
+        """Radians, -pi to pi, counter-clockwise: where each ray points, relative to the robot's heading."""
+        return self._array("bearings")
+
+    @property
+    def origins(self) -> Floats:
+        """Metres, shape (..., samples, 2): where each ray begins, x and y in the robot's frame."""
+        return self._array("origins")
+
+
+class _Sights(_Views):
+    """What a sensor of each robot has found: a few of them, and how many there are."""
+
+    def __init__(self, make: Callable[[str], npt.NDArray[Any]]) -> None:
+        super().__init__()
+        self._make = make
+        self._array("count")  # raises GoneError if there is no such sensor
+
+    def _array(self, what: str) -> Any:
+        return self._view(what, lambda: self._make(what))
+
+    @property
+    def count(self) -> Integers:
+        """How many each robot sees, shape (n,): perhaps more than `most`."""
+        return self._array("count")
+
+    @property
+    def range(self) -> Floats:
+        """Metres: between the origins of finder and target, or the mean over a blob."""
+        return self._array("range")
+
+
+class Fiducials(_Sights):
+    """What the same fiducial finder of each robot sees, the first `most` in the order of creation.
+
+    Arrays are live, of shape (n, most), or (worlds, n, most) for a batch; NaN, and the id 0, beyond what
+    was seen.
+    """
+
+    @property
+    def id(self) -> Integers:
+        """Their fiducial_return; 0 where it is too far away to be read."""
+        return self._array("id")
+
+    @property
+    def bearing(self) -> Floats:
+        """Radians, relative to the finder."""
+        return self._array("bearing")
+
+    @property
+    def heading(self) -> Floats:
+        """Radians: the target's heading relative to the finder's."""
+        return self._array("heading")
+
+
+class Blobs(_Sights):
+    """What the same blobfinder of each robot sees, the first `most` from the right of the image.
+
+    Arrays are live, of shape (n, most, ...), or (worlds, n, most, ...) for a batch; NaN and 0 beyond what
+    was seen.
+    """
+
+    @property
+    def color(self) -> Floats:
+        """Red, green, blue, opacity, 0 to 1: shape (n, most, 4)."""
+        return self._array("color")
+
+    @property
+    def box(self) -> Integers:
+        """Left, top, right, bottom, pixels from the top left corner: shape (n, most, 4)."""
+        return self._array("box")
+
+
+class Crowd(_Views):
+    """What fleets and batches have in common."""
+
+    def __init__(self, crowd: _core.Crowd) -> None:
+        super().__init__()
+        self._crowd = crowd
+        self._sensors: dict[tuple[str, int, int], Any] = {}
+
+    def __len__(self) -> int:
+        return self._crowd.size
+
+    @property
+    def pose(self) -> Floats:
+        """x, y (metres) and heading (radians) in the frame of the world: shape (n, 3). NaN: gone."""
+        return self._view("pose", self._crowd.pose)
+
+    @property
+    def velocity(self) -> Floats:
+        """Forwards, to the left (m/s) and turning (rad/s), in force now: shape (n, 3).
+
+        A stall does not reset it. NaN: gone.
+        """
+        return self._view("velocity", self._crowd.velocity)
+
+    @property
+    def cmd(self) -> Floats:
+        """Speeds that the robots are told before each step: forwards, to the left, turning; shape (n, 3).
+
+        To be written. Metres and radians per second; the third number is the steering angle of a car.
+        They are told from the first time on that somebody asks for this array; all are 0 at first. A row
+        with a NaN in it is not told: such a robot is left to its own controller, or to the last command.
+        A command overrides what a controller said in the step before.
+        """
+        return self._view("cmd", self._crowd.commands)
+
+    @property
+    def stalled(self) -> Bools:
+        """Blocked at the last attempt to move: shape (n,)."""
+        return self._view("stalled", self._crowd.stalled)
+
+    @property
+    def energy(self) -> Floats:
+        """Joules in the power pack: shape (n,). NaN: there is none."""
+        return self._view("energy", self._crowd.energy)
+
+    def ranger(self, index: int = 0) -> Ranger:
+        """The ranger that is number `index` of each robot, in the order of creation.
+
+        Raises:
+            GoneError: no robot has so many.
+        """
+        return self._sensor("ranger", index, 0, lambda: Ranger(self._crowd, index))
+
+    def fiducials(self, index: int = 0, most: int = 8) -> Fiducials:
+        """The fiducial finder that is number `index` of each robot; raises GoneError if none has one."""
+        return self._sensor("fiducials", index, most, lambda: Fiducials(
+            lambda what: self._crowd.fiducials(index, most, what)))
+
+    def blobs(self, index: int = 0, most: int = 8) -> Blobs:
+        """The blobfinder that is number `index` of each robot; raises GoneError if none has one."""
+        return self._sensor("blobs", index, most, lambda: Blobs(
+            lambda what: self._crowd.blobs(index, most, what)))
+
+    def bumper(self, index: int = 0) -> Bools:
+        """Whether anything touches each line of bumper number `index`: shape (n, lines), live.
+
+        Raises:
+            GoneError: no robot has so many.
+        """
+        return self._view(f"bumper {index}", lambda: self._crowd.bumper(index))
+
+    def _sensor(self, kind: str, index: int, most: int, make: Callable[[], Any]) -> Any:
+        if index < 0 or most < 0:
+            raise ValueError(f"found {kind} number {index}, at most {most} of them; expected 0 or more")
+        sensor = self._sensors.get((kind, index, most))
+        if sensor is None:
+            sensor = self._sensors[kind, index, most] = make()
+        return sensor
+
+
+class Fleet(Crowd):
+    """Robots of a world, in a fixed order, and live arrays of what they do and sense.
+
+    Arrays have a row for each of the n robots. They are filled in once after each call that changes the
+    world, without a copy for each robot, and only those that have been asked for. All but `cmd` are
+    read-only. They stay what they are when models are made or deleted, and when the world is reset or
+    restored: rows of robots that are gone read NaN, and those of robots that come back go on. When the
+    world is closed, they keep what they had.
+    """
+
+    def __init__(self, world: World, crowd: _core.Crowd, names: tuple[str, ...]) -> None:
+        super().__init__(crowd)
+        self.world = world  #: whose robots these are
+        self.names = names  #: of the robots, when the fleet was made
+
+    def teleport(self, pose: npt.ArrayLike, which: npt.ArrayLike | None = None) -> None:
+        """Puts robots somewhere else, without a test for collisions.
+
+        Args:
+            pose: x, y, heading: shape (n, 3), or (3,) for all.
+            which: a mask of shape (n,), or indices: these robots alone; then one row for each.
+        """
+        chosen = np.arange(len(self)) if which is None else np.arange(len(self))[np.asarray(which)]
+        poses = np.full((len(self), 3), np.nan)
+        poses[chosen] = pose
+        mask = np.zeros(len(self), bool)
+        mask[chosen] = True
+        if not np.isfinite(poses[chosen]).all():
+            raise ValueError("found a pose that is not finite")
+        self.world._core.teleport(self._crowd, poses, mask)
+
+    def __repr__(self) -> str:
+        return f"<Fleet of {len(self)} robots>"

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What the tests of the Python package share.
+
+They test whatever `import stagesim` finds: the build tree (PYTHONPATH=build/release/python) or an
+installed wheel.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """The top of the source tree."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def hashes(root: Path) -> dict[tuple[str, int], str]:
+    """The fixed state hashes, with seed 5: by world and simulated seconds."""
+    lines = (root / "tests" / "data" / "state_hashes.txt").read_text().splitlines()
+    rows = [line.split() for line in lines if not line.startswith("#")]
+    return {(world, int(seconds)): digits for world, seconds, digits in rows}
+
+
+ROOM = """
+resolution 0.02
+model( name "wall" pose [3 0 0 0] size [0.1 8 1] )
+define eye ranger( size [0.1 0.1 0.1]
+  sensor( range [0 5] fov 90 samples 5 ) )
+define bot position( size [0.4 0.4 0.4] drive "diff" localization "gps" eye() )
+bot( name "a" pose [0 0 0 0] )
+bot( name "b" pose [0 2 0 90] )
+bot( name "c" pose [0 -2 0 180] )
+"""
+
+
+@pytest.fixture
+def room() -> str:
+    """A world file: three robots without controllers, a wall in front of the first."""
+    return ROOM

@@ -1,0 +1,273 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Batches: many worlds, each to the last bit as it is alone."""
+
+from __future__ import annotations
+
+import gc
+import signal
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+import stagesim as st
+
+
+@pytest.mark.parametrize("file", st.shipped_worlds())
+def test_each_world_is_as_alone(file: str) -> None:
+    """Whatever the number of worlds and threads."""
+    alone = []
+    for seed in range(4):
+        world = st.World(file, seed=seed)
+        world.step(25)
+        alone.append(world.state_hash())
+    for n, threads in ((1, 1), (4, 1), (4, 2), (3, 5)):
+        batch = st.Batch(file, n, threads=threads)
+        batch.step(n=5)
+        for _ in range(4):
+            batch.step(n=5)
+        assert batch.state_hashes() == alone[:n]
+        assert batch.failed == [None] * n
+
+
+def test_commands_and_readings_are_as_alone() -> None:
+    batch = st.Batch("arena.world", n=6, seeds=range(10, 16), threads=2)
+    assert (len(batch), batch.n, batch.seeds) == (5, 6, list(range(10, 16)))
+    assert batch.names == ("r0", "r1", "r2", "r3", "r4")
+    random = np.random.default_rng(1)
+    told = random.uniform(-0.5, 0.5, (20, 6, 5, 3))
+    worlds = [st.World("arena.world", seed=seed) for seed in range(10, 16)]
+    fleets = [world.fleet() for world in worlds]
+    scans = [fleet.ranger().ranges for fleet in fleets]
+    assert batch.ranges.shape == (6, 5, 32)
+    for moment in told:
+        batch.cmd[...] = moment
+        batch.step(n=3)
+        for i, (world, fleet) in enumerate(zip(worlds, fleets)):
+            fleet.cmd[...] = moment[i]
+            world.step(3)
+            assert (batch.pose[i] == fleet.pose).all()
+            assert np.array_equal(batch.ranges[i], scans[i], equal_nan=True)
+            assert (batch.stalled[i] == fleet.stalled).all()
+    assert batch.state_hashes() == [world.state_hash() for world in worlds]
+    assert batch.time.tolist() == pytest.approx([6.0] * 6)
+
+
+def test_some_worlds_only() -> None:
+    batch = st.Batch("arena.world", n=5, threads=2)
+    batch.step([0, 3], n=4)
+    batch.step(batch.time > 0.1)
+    batch.step(1)
+    assert batch.time.tolist() == pytest.approx([0.5, 0.1, 0, 0.5, 0])
+    batch.step([])
+    batch.step(np.zeros(5, bool))
+    assert batch.time.tolist() == pytest.approx([0.5, 0.1, 0, 0.5, 0])
+    for wrong in (5, [0, 0], [True, False], [-6]):
+        with pytest.raises(IndexError):
+            batch.step(wrong)
+    with pytest.raises(ValueError, match="steps"):
+        batch.step(n=-1)
+
+
+def test_reset() -> None:
+    batch = st.Batch("simple.world", n=4, threads=2)
+    pose, time = batch.pose, batch.time
+    first = batch.state_hashes()
+    batch.step(n=30)
+    batch.reset([1, 3], seeds=[7, 8])
+    assert time.tolist() == pytest.approx([3, 0, 3, 0])
+    batch.step([1, 3], n=30)
+    for index, seed in enumerate((0, 7, 2, 8)):
+        world = st.World("simple.world", seed=seed)
+        world.step(30)
+        assert batch.state_hash(index) == world.state_hash()
+        assert (pose[index] == world.fleet().pose).all()
+    assert len(set(batch.state_hashes())) == 4
+    batch.reset(seeds=range(4))
+    assert batch.state_hashes() == first
+    batch.step(n=30)
+    batch.reset(time > 1)
+    assert batch.state_hashes() == first
+    batch.reset(seeds=5)
+    assert batch.seeds == [5] * 4
+    batch.step(n=20)
+    assert len(set(batch.state_hashes())) == 1
+
+
+def test_rollout_is_what_steps_are() -> None:
+    told = np.random.default_rng(2).uniform(-0.5, 0.5, (12, 4, 5, 3))
+    batch, other = (st.Batch("arena.world", n=4, threads=t) for t in (2, 1))
+    record = batch.rollout(told, n=2, record=("pose", "ranges", "stalled", "time"))
+    assert record["pose"].shape == (12, 4, 5, 3)
+    assert record["ranges"].shape == (12, 4, 5, 32)
+    assert other.ranges.shape == (4, 5, 32)  # from now on rangers work here too
+    for i, moment in enumerate(told):
+        other.cmd[...] = moment
+        other.step(n=2)
+        assert (record["pose"][i] == other.pose).all()
+        assert (record["ranges"][i] == other.ranges).all()
+        assert (record["stalled"][i] == other.stalled).all()
+        assert (record["time"][i] == other.time).all()
+    assert batch.state_hashes() == other.state_hashes()
+    same_for_all = batch.rollout(np.array([0.1, 0, 0]), moments=3)
+    assert same_for_all["pose"].shape == (3, 4, 5, 3)
+    assert (batch.cmd == [0.1, 0, 0]).all()
+    assert batch.rollout(moments=2, record=())  == {}
+    for wrong in ({}, {"moments": -1}, {"moments": 1, "n": 0}, {"moments": 1, "record": ("poses",)}):
+        with pytest.raises(ValueError, match="found"):
+            batch.rollout(**wrong)  # type: ignore[arg-type]
+
+
+def test_snapshots_and_forks() -> None:
+    batch = st.Batch("cave.world", n=3, threads=2)
+    batch.step(n=10)
+    now = batch.snapshot(1)
+    fork = batch.fork(1)
+    batch.step(n=10)
+    fork.step(10)
+    assert fork.state_hash() == batch.state_hash(1)
+    batch.restore(now, [0, 2])
+    batch.step([0, 2], n=10)
+    assert len(set(batch.state_hashes())) == 1
+    assert batch.time.tolist() == pytest.approx([2, 2, 2])
+    other = st.World("cave.world")
+    other.restore(now)
+    other.step(10)
+    assert other.state_hash() == batch.state_hash(0)
+
+
+def test_of_a_world_from_a_text(room: str) -> None:
+    world = st.World.from_text(room, seed=1)
+    world.step(5)
+    batch = st.Batch.of(world, 3, seeds=[4, 5, 6], robots="[ab]")
+    assert batch.pose.shape == (3, 2, 3)
+    world.close()
+    batch.cmd[:, :, 0] = 0.2
+    batch.step(n=10)
+    assert batch.pose[:, 0, 0] == pytest.approx([0.2] * 3)
+    batch.reset()
+    assert batch.pose[:, 0, 0] == pytest.approx([0] * 3)
+
+
+def test_teleport() -> None:
+    batch = st.Batch("arena.world", n=3)
+    x = np.linspace(-1, 1, 15).reshape(3, 5)
+    batch.teleport(np.stack([x, 0 * x, 0 * x], axis=-1))
+    assert batch.pose[..., 0] == pytest.approx(x)
+    batch.teleport([3, 3, 0], np.arange(5) == 2)
+    assert (batch.pose[:, 2] == [3, 3, 0]).all()
+    assert batch.pose[:, 1, 0] == pytest.approx(x[:, 1])
+    with pytest.raises(ValueError, match="not finite"):
+        batch.teleport([np.nan, 0, 0])
+
+
+THROWER = """
+#include <stdexcept>
+#include "stage.hh"
+namespace {
+int Update(Stg::Model* model, void*) {
+  if (model->GetWorld()->SimTimeNow() >= 500000 && model->GetWorld()->seed() % 2 == 1)
+    throw std::runtime_error("an odd seed");
+  if (model->GetWorld()->SimTimeNow() >= 800000 && model->GetWorld()->seed() == 4)
+    model->GetWorld()->Quit();
+  return 0;
+}
+}
+extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
+  model->KeepsNoState("thrower");
+  model->AddCallback(Stg::Model::CB_UPDATE, Update, nullptr);
+  model->Subscribe();
+  return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def thrower(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
+    """A controller that throws in worlds with an odd seed, and ends the one with seed 4."""
+    import shutil
+    import subprocess
+
+    compiler = shutil.which("c++")
+    if not compiler:
+        pytest.skip("needs a C++ compiler")
+    folder = tmp_path_factory.mktemp("thrower")
+    (folder / "thrower.cc").write_text(THROWER)
+    library = Path(st.__file__).parent / "lib" / f"libstage.so.{st.__version__}"
+    subprocess.run([compiler, "-std=c++17", "-shared", "-fPIC", f"-I{root}/libstage/include",
+                    f"-I{root}/libstage", f"-I{root}", "-o", str(folder / "thrower.so"),
+                    str(folder / "thrower.cc"), str(library)], check=True)
+    (folder / "thrower.world").write_text(f'position( ctrl "{folder}/thrower.so" )\n')
+    return folder / "thrower.world"
+
+
+def test_failures(thrower: Path) -> None:
+    batch = st.Batch(thrower, n=5, threads=2)
+    batch.step(n=20)
+    assert [text is None for text in batch.failed] == [True, False, True, False, True]
+    assert "an odd seed" in str(batch.failed[1])
+    assert batch.ended.tolist() == [False, False, False, False, True]
+    assert batch.time[[0, 2, 4]].tolist() == pytest.approx([2, 2, 0.8])
+    record = batch.rollout(moments=3, record=("time",))["time"]
+    assert record[:, 0].tolist() == pytest.approx([2.1, 2.2, 2.3])
+    assert record[:, 4].tolist() == pytest.approx([0.8, 0.8, 0.8])
+    batch.reset([1, 4], seeds=[6, 8])
+    assert [text is None for text in batch.failed] == [True, True, True, False, True]
+    batch.step(n=3)
+    assert batch.time[[1, 4]].tolist() == pytest.approx([0.3, 0.3])
+    batch.restore(batch.snapshot(0), [3])
+    assert batch.failed == [None] * 5
+    assert not batch.ended.any()
+
+
+def test_world_whose_controller_throws(thrower: Path) -> None:
+    """The world can go on."""
+    world = st.World(thrower, seed=1)
+    with pytest.raises(st.StageError, match="an odd seed"):
+        world.step(20)
+    assert world.time == pytest.approx(0.5)
+    ending = st.World(thrower, seed=4)
+    assert ending.step(20) == 8
+    assert ending.ended
+    assert ending.step() == 0
+    ending.reset()
+    assert not ending.ended
+
+
+def test_interrupt_leaves_all_worlds_alike() -> None:
+    batch = st.Batch("cave.world", n=4, threads=2)
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        batch.step(n=10**9)
+    timer.join()
+    assert len(set(batch.time.tolist())) == 1
+    batch.step(n=5)
+    world = st.World("cave.world", seed=3)
+    world.step(round(batch.time[3] * 10))
+    assert world.state_hash() == batch.state_hash(3)
+
+
+def test_views_outlive_the_batch() -> None:
+    batch = st.Batch("arena.world", n=3)
+    pose, scan = batch.pose, batch.ranger()
+    ranges = scan.ranges
+    batch.step()
+    kept = pose.copy(), ranges.copy()
+    del batch
+    gc.collect()
+    assert (pose == kept[0]).all()
+    assert (ranges == kept[1]).all()
+    with pytest.raises(st.GoneError):
+        _ = scan.bearings
+
+
+def test_arguments_are_checked() -> None:
+    for arguments in ({"n": 0}, {"n": 2, "seeds": [1]}, {"n": 1, "threads": 0},
+                      {"n": 1, "seeds": [-1]}):
+        with pytest.raises(ValueError, match="found"):
+            st.Batch("arena.world", **arguments)  # type: ignore[arg-type]
+    with pytest.raises(st.WorldError):
+        st.Batch("none.world", 2)
+    with pytest.raises(st.GoneError):
+        st.Batch("arena.world", 2, robots="z*")

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What is in the package, and what importing it takes."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import stagesim as st
+
+FOLDER = Path(st.__file__).parent
+
+
+def python(code: str) -> str:
+    """What it prints."""
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                          check=True).stdout
+
+
+def test_import_pulls_in_numpy_and_nothing_else_heavy() -> None:
+    code = ("import sys, numpy; before = set(sys.modules); import stagesim;"
+            "print(*sorted(set(sys.modules) - before))")
+    allowed = ("stagesim", "nanobind_backend", "numpy.typing", "numpy._typing")
+    small = {"__future__", "atexit", "fnmatch"}
+    for name in python(code).split():
+        assert name.startswith(allowed) or name in small, name
+
+
+def test_import_is_quick() -> None:
+    """What it takes beside NumPy, which takes some 0.1 s: processor time, the best of some."""
+    code = ("import time, numpy; start = time.process_time(); import stagesim;"
+            "print(time.process_time() - start)")
+    assert min(float(python(code)) for _ in range(5)) < 0.05
+
+
+def test_everything_is_there() -> None:
+    assert (FOLDER / "py.typed").exists()
+    assert "class Simulation" in (FOLDER / "_core.pyi").read_text()
+    assert os.access(FOLDER / "bin" / "stage", os.X_OK)
+    plugins = {path.stem for path in (FOLDER / "lib" / "stage-5.0").glob("*.so")}
+    assert {"wander", "fasr2", "sink", "what_if"} <= plugins
+    assert {"cave.world", "hospital.world", "simple.world", "arena.world"} <= set(st.shipped_worlds())
+
+
+def test_library_and_program_are_the_package_s_own() -> None:
+    maps = python("import stagesim; print(open('/proc/self/maps').read())")
+    libraries = {line.split()[-1] for line in maps.splitlines() if "libstage.so" in line}
+    own = os.path.realpath(FOLDER / "lib" / f"libstage.so.{st.__version__}")
+    assert libraries == {own}
+
+
+def test_docstrings() -> None:
+    """Everything that people use says what it is."""
+    for name in st.__all__:
+        thing = getattr(st, name)
+        assert thing.__doc__, name
+        for member, value in vars(thing).items() if inspect.isclass(thing) else ():
+            if not member.startswith("_"):
+                assert inspect.getdoc(getattr(thing, member)) or not callable(value), (name, member)

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// RayCaster: what it says is what rangers read and what World::Raytrace() says.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "raytrace_testing.hh"
+#include "sensing/fan.hh"
+#include "stage.hh"
+#include "support/random_source.hh"
+#include "support/shipped_worlds.hh"
+#include "world/engine.hh"
+
+namespace Stg {
+namespace {
+
+using test::RandomSource;
+
+std::unique_ptr<World> LoadShipped(const char* name, const RunOptions& options = RunOptions()) {
+  InitLibrary();
+  auto world = std::make_unique<World>(options);
+  EXPECT_TRUE(world->Load(SourceFile(std::string("worlds/") + name)));
+  return world;
+}
+
+std::vector<Pose> RandomPoses(RandomSource* random, size_t count, double reach) {
+  std::vector<Pose> poses;
+  for (size_t i = 0; i < count; i++)
+    poses.emplace_back(random->Real(-reach, reach), random->Real(-reach, reach), 0,
+                       random->Real(-4, 4));
+  return poses;
+}
+
+bool IsScenery(Model* candidate, const Model*, const void*) {
+  return !dynamic_cast<ModelPosition*>(candidate->Root()) && !(candidate->vis.ranger_return < 0);
+}
+
+/// Sensors of robots that see no other robot read what is cast from there.
+void CompareWithRangers(const char* file, RayModel ray_model) {
+  RunOptions options;
+  options.ray_model = ray_model;
+  const std::unique_ptr<World> world = LoadShipped(file, options);
+  for (int i = 0; i < 20; i++) world->Update();
+  size_t compared = 0;
+  for (Model* model : world->GetAllModels()) {
+    auto* const ranger = dynamic_cast<ModelRanger*>(model);
+    if (!ranger) continue;
+    // The readings are those of where the robot was before the last move.
+    Snapshot now;
+    ASSERT_TRUE(world->Take(&now));
+    const Pose frame = ranger->SensorFrame(ranger->GetGlobalPose());
+    world->Update();
+    ASSERT_EQ(ranger->GetInterval(), world->sim_interval);
+    for (const ModelRanger::Sensor& sensor : ranger->GetSensors()) {
+      const std::vector<meters_t> ranges = sensor.ranges;
+      const Pose origin = ModelRanger::OriginOf(sensor, frame, SinCos(frame.a));
+      const std::vector<double> bearings = sensor.bearings;
+      ASSERT_TRUE(world->Restore(now));
+      CastOptions cast;
+      cast.z = origin.z;
+      cast.robots = true;
+      cast.from = ranger;
+      std::vector<double> found(bearings.size());
+      ASSERT_TRUE(
+          RayCaster(world.get(), cast).Cast(&origin, 1, bearings, sensor.Reach(), found.data()));
+      EXPECT_EQ(found, ranges) << ranger->TokenStr();
+      compared += found.size();
+      break;
+    }
+    ASSERT_TRUE(world->Restore(now));
+    if (compared > 5000) break;
+  }
+  EXPECT_GT(compared, 500u);
+}
+
+TEST(RayCaster, ReadsWhatRangersRead) {
+  CompareWithRangers("cave.world", RayModel::kCell);
+  CompareWithRangers("hospital.world", RayModel::kCell);
+}
+
+TEST(RayCaster, ReadsWhatRangersReadInTheExactModel) {
+  CompareWithRangers("cave.world", RayModel::kExact);
+}
+
+/// From anywhere, on any number of threads.
+TEST(RayCaster, SaysWhatRaytraceSays) {
+  RandomSource random(7);
+  const std::vector<Pose> poses = RandomPoses(&random, 3000, 9);
+  std::vector<double> bearings;
+  for (int i = 0; i < 7; i++) bearings.push_back(random.Real(-3, 3));
+  for (const double range : {2.0, 500.0, kInfinity})
+    for (const int threads : {1, 3}) {
+      RunOptions options;
+      options.threads = threads;
+      const std::unique_ptr<World> world = LoadShipped("cave.world", options);
+      std::vector<double> found(poses.size() * bearings.size());
+      ASSERT_TRUE(
+          RayCaster(world.get()).Cast(poses.data(), poses.size(), bearings, range, found.data()));
+      for (size_t i = 0; i < poses.size(); i++)
+        for (size_t k = 0; k < bearings.size(); k++) {
+          Pose pose = poses[i];
+          pose.a = normalize(pose.a + bearings[k]);
+          const double expected =
+              world->Raytrace(pose, range, IsScenery, nullptr, nullptr, false).range;
+          // A heading and a bearing are not rounded like their sum.
+          if (std::isinf(expected))
+            EXPECT_TRUE(std::isinf(found[i * bearings.size() + k]));
+          else
+            EXPECT_NEAR(found[i * bearings.size() + k], expected, 0.15) << i << " " << k;
+        }
+    }
+}
+
+TEST(RayCaster, MeetsWhatItIsTold) {
+  const std::unique_ptr<World> world = EmptyWorld();
+  AddBox(world.get(), Size(0.2, 4, 1), Pose(5, 0, 0, 0));
+  Model* const low = AddBox(world.get(), Size(0.2, 4, 0.3), Pose(4, 0, 0, 0));
+  Model* const robot = world->CreateModel(nullptr, "position");
+  robot->SetPose(Pose(2, 0, 0, 0));
+  robot->SetGeom(Geom(Pose(), Size(0.4, 0.4, 1)));
+  const Pose here;
+  const auto range = [&](const CastOptions& options) {
+    double found = -1;
+    EXPECT_TRUE(RayCaster(world.get(), options).Cast(&here, 1, {0.0}, 8, &found));
+    return found;
+  };
+  CastOptions options;
+  EXPECT_NEAR(range(options), 3.9, 0.03);  // any height, no robots
+  options.z = 0.5;
+  EXPECT_NEAR(range(options), 4.9, 0.03);
+  options.robots = true;
+  EXPECT_NEAR(range(options), 1.8, 0.03);
+  options.from = robot;
+  EXPECT_NEAR(range(options), 4.9, 0.03);
+  options.z = 0.2;
+  EXPECT_NEAR(range(options), 3.9, 0.03);
+  low->SetRangerReturn(-1);
+  EXPECT_NEAR(range(options), 4.9, 0.03);
+}
+
+TEST(RayCaster, OddArguments) {
+  const std::unique_ptr<World> world = EmptyWorld();
+  AddBox(world.get(), Size(0.2, 4, 1), Pose(5, 0, 0, 0));
+  RayCaster caster(world.get());
+  EXPECT_TRUE(caster.Cast(nullptr, 0, {0.0}, 8, nullptr));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Pose poses[] = {Pose(), Pose(nan, 0, 0, 0), Pose(0, kInfinity, 0, 0), Pose(0, 0, 0, nan),
+                        Pose(1e300, 0, 0, 0)};
+  EXPECT_TRUE(caster.Cast(poses, 5, {}, 8, nullptr));
+  std::vector<double> found(5);
+  EXPECT_TRUE(caster.Cast(poses, 5, {0.0}, 8, found.data()));
+  EXPECT_NEAR(found[0], 4.9, 0.03);
+  for (size_t i = 1; i < 5; i++) EXPECT_EQ(found[i], 8);
+  EXPECT_TRUE(caster.Cast(poses, 1, {nan}, 8, found.data()));  // straight ahead
+  EXPECT_NEAR(found[0], 4.9, 0.03);
+  EXPECT_TRUE(caster.Cast(poses, 1, {0.0}, -1, found.data()));
+  EXPECT_EQ(found[0], -1);
+}
+
+int CastInCallback(Model* model, void* told) {
+  double range;
+  const Pose pose;
+  *static_cast<bool*>(told) = RayCaster(model->GetWorld()).Cast(&pose, 1, {0.0}, 8, &range);
+  return 0;
+}
+
+TEST(RayCaster, IsRefusedInCallbacks) {
+  const std::unique_ptr<World> world = EmptyWorld();
+  Model* const model = world->CreateModel(nullptr, "position");
+  bool told = true;
+  model->AddCallback(Model::CB_UPDATE, CastInCallback, &told);
+  model->Subscribe();
+  testing::internal::CaptureStderr();
+  world->Update();
+  EXPECT_NE(testing::internal::GetCapturedStderr().find("rays can't be cast"), std::string::npos);
+  EXPECT_FALSE(told);
+}
+
+/// Nothing of the world is changed, and what is thrown away meanwhile comes back.
+TEST(RayCaster, LeavesTheWorldAsItIs) {
+  const std::unique_ptr<World> world = LoadShipped("cave.world");
+  const std::unique_ptr<World> other = LoadShipped("cave.world");
+  RandomSource random(3);
+  const std::vector<Pose> poses = RandomPoses(&random, 10, 8);
+  std::vector<double> found(poses.size() * 500000);
+  for (int i = 0; i < 30; i++) {
+    std::vector<double> bearings(i % 3 == 0 ? 500000 : 3);
+    for (double& bearing : bearings) bearing = random.Real(-3, 3);
+    ASSERT_TRUE(RayCaster(world.get()).Cast(poses.data(), i % 3 + 1u, bearings, 0.3, found.data()));
+    world->Update();
+    other->Update();
+  }
+  EXPECT_GT(world->engine().scene.tables.generation(), 0u);
+  EXPECT_EQ(world->StateHash(), other->StateHash());
+}
+
+}  // namespace
+}  // namespace Stg
