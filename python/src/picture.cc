@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "picture.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "geometry/trigonometry.hh"
+#include "models/block.hh"
+#include "models/host.hh"
+#include "models/position.hh"
+#include "models/ranger.hh"
+#include "world/world.hh"
+
+namespace Stg::python {
+
+namespace {
+
+using Ink = Canvas::Ink;
+
+constexpr Ink kFloor = {250, 250, 252, 255}, kStalled = {255, 0, 0, 255};
+constexpr double kScanOpacity = 0.12;
+
+/// From a frame to the plane.
+class Frame {
+ public:
+  explicit Frame(const Pose& pose) : pose_(pose), turn_(SinCos(pose.a)) {}
+  point_t Place(double x, double y) const {
+    return {pose_.x + x * turn_.cosine - y * turn_.sine,
+            pose_.y + x * turn_.sine + y * turn_.cosine};
+  }
+  std::vector<point_t> Place(const std::vector<point_t>& points) const {
+    std::vector<point_t> placed;
+    placed.reserve(points.size());
+    for (const point_t& p : points) placed.push_back(Place(p.x, p.y));
+    return placed;
+  }
+  const SineCosine& turn() const { return turn_; }
+
+ private:
+  Pose pose_;
+  SineCosine turn_;
+};
+
+Pose BodyFrame(const Model& model) { return model.GetGlobalPose() + model.GetGeom().pose; }
+
+/// Blocks of one model and one height, a heading, or the scan of a sensor: what hides what is
+/// lower.
+struct Item {
+  double z;
+  const Model* model;
+  const ModelRanger::Sensor* sensor;  // null: a body, or a heading
+  Bounds blocks;                      // their heights; max below min: a heading
+};
+
+void AddBody(const Model& model, std::vector<Item>* items) {
+  const double z = BodyFrame(model).z;
+  std::vector<Bounds> known;
+  for (const auto& block : model.body().blocks()) {
+    const Bounds& range = block->z_range();
+    const auto same = [&](const Bounds& b) { return b.min == range.min && b.max == range.max; };
+    if (std::any_of(known.begin(), known.end(), same)) continue;
+    known.push_back(range);
+    items->push_back({z + range.max, &model, nullptr, range});
+  }
+}
+
+double TopOf(const Model& model) {
+  double top = BodyFrame(model).z + model.GetGeom().size.z;
+  for (const Model* child : model.GetChildren()) top = std::max(top, TopOf(*child));
+  return top;
+}
+
+void AddScans(const ModelRanger& ranger, std::vector<Item>* items) {
+  const double z = BodyFrame(ranger).z;
+  for (const ModelRanger::Sensor& sensor : ranger.GetSensors())
+    if (!sensor.ranges.empty() && sensor.bearings.size() == sensor.ranges.size())
+      items->push_back({z + sensor.pose.z, &ranger, &sensor, Bounds(0, 0)});
+}
+
+/// From the lowest to the highest.
+std::vector<Item> ItemsOf(World& world, bool data) {
+  std::vector<Item> items;
+  for (const Model* model : world.host().models) {
+    AddBody(*model, &items);
+    const auto* const ranger = dynamic_cast<const ModelRanger*>(model);
+    if (data && ranger) AddScans(*ranger, &items);
+    if (dynamic_cast<const ModelPosition*>(model) && !model->body().empty())
+      items.push_back({TopOf(*model), model, nullptr, Bounds(1, 0)});
+  }
+  const auto lower = [](const Item& a, const Item& b) { return a.z < b.z; };
+  std::stable_sort(items.begin(), items.end(), lower);
+  return items;
+}
+
+class Drawing {
+ public:
+  Drawing(const View& view, uint8_t* pixels) : view_(view), canvas_(view, pixels) {
+    canvas_.Clear(kFloor);
+  }
+
+  void Draw(const Item& item) {
+    if (item.sensor) return DrawScan(static_cast<const ModelRanger&>(*item.model), *item.sensor);
+    if (!IsSeen(*item.model)) return;
+    if (item.blocks.max < item.blocks.min) return DrawHeading(*item.model);
+    DrawBlocks(*item.model, item.blocks);
+  }
+
+ private:
+  bool IsInside(const Pose& pose, double radius) const {
+    const double x = 0.5 * view_.width / view_.scale, y = 0.5 * view_.height / view_.scale;
+    return std::fabs(pose.x - view_.x) <= x + radius && std::fabs(pose.y - view_.y) <= y + radius;
+  }
+  bool IsSeen(const Model& model) const {
+    return IsInside(BodyFrame(model), model.body().radius() + 1 / view_.scale);
+  }
+  /// Where its heading, or a darker edge, would hide it.
+  bool IsSmall(const Model& model) const { return model.body().radius() * view_.scale < 2.5; }
+
+  /// Outlines in outlines are holes.
+  void DrawBlocks(const Model& model, const Bounds& heights) {
+    const Ink ink = Ink::Of(model.GetShownColor());
+    if (ink.opacity == 0) return;
+    const Frame frame(BodyFrame(model));
+    std::vector<std::vector<point_t>> outlines;
+    for (const auto& block : model.body().blocks())
+      if (block->z_range().min == heights.min && block->z_range().max == heights.max)
+        outlines.push_back(frame.Place(block->points()));
+    for (const auto& outline : outlines) canvas_.AddOutline(outline);
+    canvas_.Fill(ink);
+    const Ink edge = model.Stalled() ? kStalled : IsSmall(model) ? ink : ink.Darker();
+    for (const auto& outline : outlines) canvas_.DrawOutline(outline, edge);
+  }
+
+  void DrawHeading(const Model& model) {
+    const Ink ink = Ink::Of(model.GetShownColor());
+    if (ink.opacity == 0 || IsSmall(model)) return;
+    const Frame frame(BodyFrame(model));
+    canvas_.DrawLine(frame.Place(0, 0), frame.Place(model.GetGeom().size.x / 2, 0), ink.Contrast());
+  }
+
+  void DrawScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor) {
+    const Pose base = ranger.SensorFrame(ranger.GetGlobalPose());
+    const Pose origin = ModelRanger::OriginOf(sensor, base, SinCos(base.a));
+    // Endless rays, too, end beyond the picture.
+    const double longest = 2 * (view_.width + view_.height) / view_.scale +
+                           std::max(std::fabs(origin.x - view_.x), std::fabs(origin.y - view_.y));
+    const double reach = std::min(sensor.Reach(), longest);
+    if (!IsInside(origin, reach)) return;
+    const Frame frame(origin);
+    Ink ink = Ink::Of(sensor.color);
+    ink.opacity = Ink::Of(Color(0, 0, 0, kScanOpacity)).opacity;
+    const auto tip = [&](double range, double bearing) {
+      const SineCosine turn = SinCos(bearing);
+      const double length = std::min(range, reach);
+      return frame.Place(length * turn.cosine, length * turn.sine);
+    };
+    std::vector<point_t> outline = {frame.Place(0, 0)};
+    if (sensor.ranges.size() == 1) {  // as wide as its transducer looks
+      const double half = std::min(std::fabs(sensor.fov), 3.0) / 2;
+      outline.push_back(tip(sensor.ranges[0], sensor.bearings[0] - half));
+      outline.push_back(tip(sensor.ranges[0], sensor.bearings[0] + half));
+    } else
+      for (size_t i = 0; i < sensor.ranges.size(); i++)
+        outline.push_back(tip(sensor.ranges[i], sensor.bearings[i]));
+    canvas_.AddOutline(outline);
+    canvas_.Fill(ink);
+  }
+
+  const View view_;
+  Canvas canvas_;
+};
+
+}  // namespace
+
+void DrawWorld(World& world, const View& view, bool data, uint8_t* pixels) {
+  Drawing drawing(view, pixels);
+  for (const Item& item : ItemsOf(world, data)) drawing.Draw(item);
+}
+
+View FittedView(World& world, int width, int height) {
+  constexpr double kMargin = 1.04, kLeast = 0.1;  // the latter: metres
+  Bounds x(HUGE_VAL, -HUGE_VAL), y = x;
+  for (const Model* model : world.host().models) {
+    const Frame frame(BodyFrame(*model));
+    for (const auto& block : model->body().blocks())
+      for (const point_t& p : frame.Place(block->points())) {
+        x = Bounds(std::min(x.min, p.x), std::max(x.max, p.x));
+        y = Bounds(std::min(y.min, p.y), std::max(y.max, p.y));
+      }
+  }
+  if (x.max < x.min) x = y = Bounds(-1, 1);
+  return {width, height, (x.min + x.max) / 2, (y.min + y.max) / 2,
+          std::min(width / std::max(kMargin * (x.max - x.min), kLeast),
+                   height / std::max(kMargin * (y.max - y.min), kLeast))};
+}
+
+}  // namespace Stg::python
