@@ -20,7 +20,7 @@ namespace {
 using Ink = Canvas::Ink;
 
 constexpr Ink kFloor = {250, 250, 252, 255}, kStalled = {255, 0, 0, 255};
-constexpr double kScanOpacity = 0.12;
+constexpr uint8_t kScanOpacity = 30;
 
 /// From a frame to the plane.
 class Frame {
@@ -36,7 +36,6 @@ class Frame {
     for (const point_t& p : points) placed.push_back(Place(p.x, p.y));
     return placed;
   }
-  const SineCosine& turn() const { return turn_; }
 
  private:
   Pose pose_;
@@ -45,10 +44,17 @@ class Frame {
 
 Pose BodyFrame(const Model& model) { return model.GetGlobalPose() + model.GetGeom().pose; }
 
-/// Blocks of one model and one height, a heading, or the scan of a sensor: what hides what is
-/// lower.
+/// Robots, with all that they carry, are neither hidden by what stands nor tinted by scans.
+enum class Layer { kScenery, kRobots };
+
+Layer LayerOf(const Model& model) {
+  return dynamic_cast<const ModelPosition*>(model.Root()) ? Layer::kRobots : Layer::kScenery;
+}
+
+/// Blocks of one model and one height, a heading, or the scan of a sensor.
 struct Item {
-  double z;
+  Layer layer;
+  double z;  // its top
   const Model* model;
   const ModelRanger::Sensor* sensor;  // null: a body, or a heading
   Bounds blocks;                      // their heights; max below min: a heading
@@ -62,7 +68,7 @@ void AddBody(const Model& model, std::vector<Item>* items) {
     const auto same = [&](const Bounds& b) { return b.min == range.min && b.max == range.max; };
     if (std::any_of(known.begin(), known.end(), same)) continue;
     known.push_back(range);
-    items->push_back({z + range.max, &model, nullptr, range});
+    items->push_back({LayerOf(model), z + range.max, &model, nullptr, range});
   }
 }
 
@@ -76,10 +82,10 @@ void AddScans(const ModelRanger& ranger, std::vector<Item>* items) {
   const double z = BodyFrame(ranger).z;
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors())
     if (!sensor.ranges.empty() && sensor.bearings.size() == sensor.ranges.size())
-      items->push_back({z + sensor.pose.z, &ranger, &sensor, Bounds(0, 0)});
+      items->push_back({Layer::kScenery, z + sensor.pose.z, &ranger, &sensor, Bounds(0, 0)});
 }
 
-/// From the lowest to the highest.
+/// In the order of drawing: of a layer, the lowest first.
 std::vector<Item> ItemsOf(World& world, bool data) {
   std::vector<Item> items;
   for (const Model* model : world.host().models) {
@@ -87,9 +93,11 @@ std::vector<Item> ItemsOf(World& world, bool data) {
     const auto* const ranger = dynamic_cast<const ModelRanger*>(model);
     if (data && ranger) AddScans(*ranger, &items);
     if (dynamic_cast<const ModelPosition*>(model) && !model->body().empty())
-      items.push_back({TopOf(*model), model, nullptr, Bounds(1, 0)});
+      items.push_back({LayerOf(*model), TopOf(*model), model, nullptr, Bounds(1, 0)});
   }
-  const auto lower = [](const Item& a, const Item& b) { return a.z < b.z; };
+  const auto lower = [](const Item& a, const Item& b) {
+    return a.layer != b.layer ? a.layer < b.layer : a.z < b.z;
+  };
   std::stable_sort(items.begin(), items.end(), lower);
   return items;
 }
@@ -148,24 +156,28 @@ class Drawing {
                            std::max(std::fabs(origin.x - view_.x), std::fabs(origin.y - view_.y));
     const double reach = std::min(sensor.Reach(), longest);
     if (!IsInside(origin, reach)) return;
-    const Frame frame(origin);
     Ink ink = Ink::Of(sensor.color);
-    ink.opacity = Ink::Of(Color(0, 0, 0, kScanOpacity)).opacity;
-    const auto tip = [&](double range, double bearing) {
-      const SineCosine turn = SinCos(bearing);
-      const double length = std::min(range, reach);
-      return frame.Place(length * turn.cosine, length * turn.sine);
-    };
-    std::vector<point_t> outline = {frame.Place(0, 0)};
-    if (sensor.ranges.size() == 1) {  // as wide as its transducer looks
-      const double half = std::min(std::fabs(sensor.fov), 3.0) / 2;
-      outline.push_back(tip(sensor.ranges[0], sensor.bearings[0] - half));
-      outline.push_back(tip(sensor.ranges[0], sensor.bearings[0] + half));
-    } else
-      for (size_t i = 0; i < sensor.ranges.size(); i++)
-        outline.push_back(tip(sensor.ranges[i], sensor.bearings[i]));
-    canvas_.AddOutline(outline);
+    ink.opacity = kScanOpacity;
+    canvas_.AddOutline(ScanOutline(sensor, Frame(origin), reach));
     canvas_.Fill(ink);
+  }
+
+  /// What its rays have swept; of a single one, as wide as its transducer looks.
+  static std::vector<point_t> ScanOutline(const ModelRanger::Sensor& sensor, const Frame& frame,
+                                          double reach) {
+    std::vector<point_t> outline = {frame.Place(0, 0)};
+    const auto add_tip = [&](size_t i, double aside) {
+      const SineCosine turn = SinCos(sensor.bearings[i] + aside);
+      const double length = std::min(sensor.ranges[i], reach);
+      outline.push_back(frame.Place(length * turn.cosine, length * turn.sine));
+    };
+    if (sensor.ranges.size() == 1) {
+      const double half = std::min(std::fabs(sensor.fov), 3.0) / 2;
+      for (const double aside : {-half, half}) add_tip(0, aside);
+    } else {
+      for (size_t i = 0; i < sensor.ranges.size(); i++) add_tip(i, 0);
+    }
+    return outline;
   }
 
   const View view_;

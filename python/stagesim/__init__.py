@@ -20,6 +20,6 @@ from .world import World
 
 __version__: str = _core.version()
 __all__ = [
-    "Batch", "Blobs", "Fiducials", "Film", "Fleet", "GoneError", "Model", "Ranger", "Snapshot", "StageError", "World",
-    "WorldError", "save_png", "shipped_worlds",
+    "Batch", "Blobs", "Fiducials", "Film", "Fleet", "GoneError", "Model", "Ranger", "Snapshot", "StageError",
+    "World", "WorldError", "save_png", "shipped_worlds",
 ]

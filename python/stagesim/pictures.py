@@ -77,7 +77,7 @@ class _Gif:
     def close(self) -> None:
         with self._out as out:
             if not self._frames:
-                return
+                return os.unlink(out.name)
             images = (self._image(index) for index in range(len(self._frames)))
             # In hundredths of a second, by the whole film, so that the mean rate is right.
             ends = [round(100 * (i + 1) / self._fps) for i in range(len(self._frames))]
@@ -128,7 +128,8 @@ class _Video:
             [self._program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24",
              "-s", f"{width}x{height}", "-r", f"{self._fps:.6f}", "-i", "-",
              "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", self._path()],
-            stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+            # Ctrl-C is for Python, which then finishes the film.
+            stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
     def _path(self) -> str:
         """Never taken for an option, nor for an address."""
@@ -186,7 +187,7 @@ class Film:
         self.world = world  #: whose pictures are taken
         self.count = 0  #: pictures taken so far
         self._every = every
-        self._next = -float("inf")  # simulated, seconds
+        self._last = -1  # number of the moment, in units of `every`, that has a picture
         self._view: dict[str, Any] = dict(width=width, height=height, center=center, scale=scale,
                                           data=data)
         self._file: _Gif | _Video | None = _Gif(path, rate) if is_gif else _Video(path, rate)
@@ -199,16 +200,22 @@ class Film:
         """
         if self._file is None:
             raise StageError("the film is finished")
-        now = self.world.time
-        if self._every is not None:
-            if now < self._next - 1e-9 and now >= self._next - 2 * self._every:
-                return False
-            # By the grid of moments, so that the mean rate is right whatever the length of the steps.
-            self._next = (now // self._every + 1) * self._every
+        if not self._is_due(self.world.time):
+            return False
         if self.count == 0:
             self._fix_view()
         self._file.add(self.world.render(**self._view))
         self.count += 1
+        return True
+
+    def _is_due(self, now: float) -> bool:
+        """By the grid of moments, so that the mean rate is right whatever the length of the steps."""
+        if self._every is None:
+            return True
+        number = int(now / self._every + 1e-6)
+        if number == self._last:
+            return False
+        self._last = number
         return True
 
     def _fix_view(self) -> None:

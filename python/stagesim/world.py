@@ -345,9 +345,9 @@ class World:
                scale: float | None = None, data: bool = True) -> Pixels:
         """A picture of the world from above, as it is now.
 
-        Bodies in their colours, the higher above the lower; a line towards the front of each robot; red
-        edges of those that are stalled; and what the rays of rangers have swept. It is drawn without
-        OpenGL and a display, and has the same bits on every machine.
+        Bodies in their colours and what the rays of rangers have swept, the higher above the lower; over
+        that the robots, each with a line towards its front, and with red edges if it is stalled. It is
+        drawn without OpenGL and a display, and has the same bits on every machine.
 
         Args:
             width, height: pixels, 1 to 16384.
