@@ -75,10 +75,11 @@ def main(arguments: list[str] | None = None) -> dict[str, float]:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--short", action="store_true", help="8 generations of 8 trials of 10 seconds")
     options = parser.parse_args(arguments)
-    size = (8, 8, 10.0) if options.short else (options.generations, options.population, options.seconds)
+    if options.short:
+        options.generations, options.population, options.seconds = 8, 8, 10.0
     kind = ThreadPoolExecutor if options.executor == "threads" else ProcessPoolExecutor
     with kind(options.workers) as executor:
-        figures = evolve(executor, *size, options.seed)
+        figures = evolve(executor, options.generations, options.population, options.seconds, options.seed)
     print("{tried} trials: from {first:.2f} m, the mean at first, to {best:.2f} m, the best"
           .format(**figures))
     return figures

@@ -112,8 +112,9 @@ def main(arguments: list[str] | None = None) -> dict[str, float]:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--short", action="store_true", help="16 worlds, 20 episodes, 20 actions")
     options = parser.parse_args(arguments)
-    size = (16, 20, 20) if options.short else (options.worlds, options.episodes, options.actions)
-    figures = train(*size, options.seed)
+    if options.short:
+        options.worlds, options.episodes, options.actions = 16, 20, 20
+    figures = train(options.worlds, options.episodes, options.actions, options.seed)
     print("{steps} steps of worlds: the reward rose from {before:.2f} m to {after:.2f} m".format(**figures))
     return figures
 

@@ -143,9 +143,20 @@ class Drawing {
 
   void DrawHeading(const Model& model) {
     const Ink ink = Ink::Of(model.GetShownColor());
-    if (ink.opacity == 0 || IsSmall(model)) return;
+    if (ink.opacity == 0) return;
+    if (IsSmall(model)) return DrawDot(BodyFrame(model), model.Stalled() ? kStalled : ink);
     const Frame frame(BodyFrame(model));
     canvas_.DrawLine(frame.Place(0, 0), frame.Place(model.GetGeom().size.x / 2, 0), ink.Contrast());
+  }
+
+  /// What would hardly be seen: three pixels wide.
+  void DrawDot(const Pose& place, const Ink& ink) {
+    const double half = 1.5 / view_.scale;
+    canvas_.AddOutline({{place.x - half, place.y - half},
+                        {place.x + half, place.y - half},
+                        {place.x + half, place.y + half},
+                        {place.x - half, place.y + half}});
+    canvas_.Fill(ink);
   }
 
   void DrawScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor) {

@@ -142,7 +142,7 @@ def test_far_views_and_endless_rays() -> None:
     """Nothing overflows: what is drawn there is drawn, or left out."""
     world = st.World.from_text("""resolution 0.02
 model( pose [3 0 0 0] size [0.1 8 1] )
-position( localization "gps" ranger( sensor( range [0 inf] fov 300 samples 9 ) ) )""")
+position( localization "gps" ranger( sensor( range [0 "inf"] fov 300 samples 9 ) ) )""")
     world.fleet().ranger(0)
     world.step(2)
     for center in ((0, 0), (1e9, -1e9), (-4, 1e300)):
@@ -189,7 +189,8 @@ def test_png(tmp_path: Path) -> None:
 def test_gif(tmp_path: Path) -> None:
     image = pytest.importorskip("PIL.Image")
     world = st.World("arena.world")
-    world.fleet().cmd[:] = (0.3, 0, 0.5)
+    fleet = world.fleet()
+    fleet.cmd[:] = (0.3, 0, 0.5)
     with st.Film(tmp_path / "a.gif", world, every=0.3, width=80, height=60) as film:
         taken = [film.take() for _ in range(10) if world.step() or True]
         assert film.count == sum(taken) == 4
