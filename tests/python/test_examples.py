@@ -67,7 +67,8 @@ def test_evolution(root: Path) -> None:
 
 
 def test_training(root: Path) -> None:
-    """The reward rises."""
+    """The reward rises, to more than going straight gets."""
     found = figures(root, "training")
     assert found["after"] > found["before"] + 2
+    assert found["after"] > found["straight"] + 1
     assert found["steps"] == 16 * 20 * 20 * 5

@@ -39,6 +39,14 @@ def count(pixels: np.ndarray, color: tuple[int, int, int]) -> int:
     return int((pixels == color).all(axis=2).sum())
 
 
+def check_golden(pixels: np.ndarray, golden: Path) -> None:
+    if os.environ.get("STAGE_NEW_PICTURES"):
+        st.save_png(golden, pixels)
+    expected = decoded(golden.read_bytes())
+    assert pixels.shape == expected.shape
+    assert (pixels == expected).all(), f"{(pixels != expected).any(axis=2).sum()} pixels differ"
+
+
 @pytest.mark.parametrize(("file", "size"), [("arena", (200, 200)), ("zoo", (320, 256)), ("cave", (240, 240)),
                                             ("hospital", (400, 164))])
 def test_golden(file: str, size: tuple[int, int], root: Path) -> None:
@@ -46,12 +54,20 @@ def test_golden(file: str, size: tuple[int, int], root: Path) -> None:
     world.fleet().ranger(0)
     world.step(20)
     pixels = world.render(*size)
-    golden = root / "tests" / "python" / "pictures" / f"{file}.png"
-    if os.environ.get("STAGE_NEW_PICTURES"):
-        st.save_png(golden, pixels)
-    expected = decoded(golden.read_bytes())
-    assert pixels.shape == expected.shape == (size[1], size[0], 3)
-    assert (pixels == expected).all(), f"{(pixels != expected).any(axis=2).sum()} pixels differ"
+    assert pixels.shape == (size[1], size[0], 3) and pixels.dtype == np.uint8
+    check_golden(pixels, root / "tests" / "python" / "pictures" / f"{file}.png")
+
+
+def test_picture_of_the_page(root: Path) -> None:
+    """That of docs/python.md."""
+    golden = root / "docs" / "pictures" / "python.png"
+    if not golden.parent.exists():
+        pytest.skip("there is no docs")
+    world = st.World("cave.world", seed=5)
+    scan = world.fleet().ranger(1)
+    world.step(20)
+    check_golden(world.render(720, 360, center=(-14, 14), scale=24), golden)
+    assert scan.ranges.shape == (100, 180)
 
 
 ONE = """
