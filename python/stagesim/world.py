@@ -363,15 +363,15 @@ class World:
         """
         if not (1 <= width <= 16384 and 1 <= height <= 16384):
             raise ValueError(f"found {width} x {height} pixels, expected 1 to 16384 each way")
-        x, y, fitted = self._core.fit(width, height)
-        if center is not None:
-            x, y = center
-        chosen = fitted if scale is None else scale
-        if not (np.isfinite([x, y, chosen]).all() and chosen > 0):
-            raise ValueError(f"found the centre {center} and the scale {scale}, expected finite numbers, "
+        if center is None or scale is None:
+            x, y, fitted = self._core.fit(width, height)
+            center = (x, y) if center is None else center
+            scale = fitted if scale is None else scale
+        if not (np.isfinite([*center, scale]).all() and scale > 0):
+            raise ValueError(f"found the center {center} and the scale {scale}, expected finite numbers, "
                              "the latter more than 0")
         pixels = np.empty((height, width, 3), np.uint8)
-        self._core.render(x, y, chosen, data, pixels)
+        self._core.render(*center, scale, data, pixels)
         return pixels
 
     def _repr_png_(self) -> bytes | None:

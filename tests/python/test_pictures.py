@@ -190,6 +190,15 @@ def test_rendering_changes_nothing() -> None:
     assert world.state_hash() == other.state_hash()
 
 
+def test_worlds_of_a_batch() -> None:
+    world, batch = st.World("arena.world", seed=1), st.Batch("arena.world", 2, seeds=[0, 1])
+    world.fleet().ranger(0)
+    batch.ranger(0)
+    world.step(3)
+    batch.step(n=3)
+    assert (batch.fork(1).render(90, 90) == world.render(90, 90)).all()
+
+
 def test_png(tmp_path: Path) -> None:
     world = st.World("arena.world")
     data = world._repr_png_()
