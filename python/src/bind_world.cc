@@ -198,6 +198,7 @@ void BindWorld(nb::module_& module) {
   BindRunning(world);
   BindState(world);
   BindCast(world);
+  BindPicture(world);
   world.def("models", &ModelsOf)
       .def("find", &FindByName, nb::arg("name"))
       .def("create", &Create, nb::arg("type"), nb::arg("parent").none())

@@ -13,6 +13,7 @@ class Simulation;
 
 void BindCast(nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
+void BindPicture(nanobind::class_<Simulation>& world);
 void BindCrowd(nanobind::module_& module);
 void BindWorld(nanobind::module_& module);
 

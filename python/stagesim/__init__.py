@@ -15,10 +15,11 @@ from ._paths import shipped_worlds
 from .batch import Batch
 from .errors import GoneError, StageError, WorldError
 from .fleet import Blobs, Fiducials, Fleet, Ranger
+from .pictures import Film, save_png
 from .world import World
 
 __version__: str = _core.version()
 __all__ = [
-    "Batch", "Blobs", "Fiducials", "Fleet", "GoneError", "Model", "Ranger", "Snapshot", "StageError", "World",
-    "WorldError", "shipped_worlds",
+    "Batch", "Blobs", "Fiducials", "Film", "Fleet", "GoneError", "Model", "Ranger", "Snapshot", "StageError",
+    "World", "WorldError", "save_png", "shipped_worlds",
 ]

@@ -14,6 +14,7 @@ from . import _core, _paths
 from ._core import Model, Snapshot
 from .errors import GoneError, WorldError
 from .fleet import Fleet, Floats
+from .pictures import Pixels, png_of
 
 MOST_SEED = 2**64 - 1
 
@@ -337,6 +338,45 @@ class World:
         self._core.cast(from_.reshape(count, 3), angles.tolist(), max_range, z, robots, ignore,
                         ray_model or "", out.reshape(count, len(angles)))
         return out
+
+    # ---- pictures ----
+
+    def render(self, width: int = 640, height: int = 480, *, center: tuple[float, float] | None = None,
+               scale: float | None = None, data: bool = True) -> Pixels:
+        """A picture of the world from above, as it is now.
+
+        Bodies in their colours and what the rays of rangers have swept, the higher above the lower; over
+        that the robots, each with a line towards its front, and with red edges if it is stalled. It is
+        drawn without OpenGL and a display, and has the same bits on every machine.
+
+        Args:
+            width, height: pixels, 1 to 16384.
+            center: x and y of the middle, metres; None: of all bodies.
+            scale: pixels per metre; None: as many as let all bodies be seen.
+            data: whether scans are drawn. Only rangers that somebody reads have any.
+
+        Returns:
+            Red, green and blue: uint8 of shape (height, width, 3), the top row first.
+
+        Raises:
+            ValueError: an argument is out of range.
+        """
+        if not (1 <= width <= 16384 and 1 <= height <= 16384):
+            raise ValueError(f"found {width} x {height} pixels, expected 1 to 16384 each way")
+        if center is None or scale is None:
+            x, y, fitted = self._core.fit(width, height)
+            center = (x, y) if center is None else center
+            scale = fitted if scale is None else scale
+        if not (np.isfinite([*center, scale]).all() and scale > 0):
+            raise ValueError(f"found the center {center} and the scale {scale}, expected finite numbers, "
+                             "the latter more than 0")
+        pixels = np.empty((height, width, 3), np.uint8)
+        self._core.render(*center, scale, data, pixels)
+        return pixels
+
+    def _repr_png_(self) -> bytes | None:
+        """What a notebook shows of it."""
+        return png_of(self.render()) if self._core.is_open else None
 
     def __repr__(self) -> str:
         if not self._core.is_open:

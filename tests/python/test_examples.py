@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The programs of examples/python do what they say."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+NAMES = ("crowd", "evolution", "particle_filter", "training")
+
+
+def figures(root: Path, name: str, *arguments: str) -> dict[str, Any]:
+    """What its main() returns."""
+    spec = importlib.util.spec_from_file_location(name, root / "examples" / "python" / f"{name}.py")
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.main(["--short", *arguments])
+
+
+def test_all_are_tested(root: Path) -> None:
+    assert sorted(path.stem for path in (root / "examples" / "python").glob("*.py")) == sorted(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help(root: Path, name: str) -> None:
+    if name == "evolution":
+        pytest.importorskip("cma")
+    said = subprocess.run([sys.executable, str(root / "examples" / "python" / f"{name}.py"), "--help"],
+                          capture_output=True, text=True, check=True).stdout
+    assert "--short" in said and len(said) > 300
+
+
+def test_crowd(root: Path, tmp_path: Path) -> None:
+    """Most drive, few get stuck."""
+    pytest.importorskip("PIL.Image")
+    found = figures(root, "crowd", "--film", str(tmp_path / "crowd.gif"))
+    assert found["robots"] == 100
+    assert found["metres"] > 3  # of 5 that are possible
+    assert found["stalled"] < 0.05
+    assert (tmp_path / "crowd.gif").read_bytes().startswith(b"GIF89a")
+
+
+def test_particle_filter(root: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The error falls."""
+    found = figures(root, "particle_filter")
+    assert found["first"] > 1.5
+    assert found["last"] < 0.3
+    assert "the error fell from" in capsys.readouterr().out.splitlines()[-1]
+
+
+def test_evolution(root: Path) -> None:
+    """Controllers get better, and whether threads or processes try them makes no difference."""
+    pytest.importorskip("cma")
+    found = figures(root, "evolution", "--executor", "threads")
+    assert found["tried"] == 64
+    assert found["best"] > found["first"] + 2
+    program = str(root / "examples" / "python" / "evolution.py")
+    by_processes = subprocess.run([sys.executable, program, "--short", "--executor", "processes"],
+                                  capture_output=True, text=True, check=True).stdout.splitlines()[-1]
+    assert f"from {found['first']:.2f} m" in by_processes and f"to {found['best']:.2f} m" in by_processes
+
+
+def test_training(root: Path) -> None:
+    """The reward rises, to more than going straight gets."""
+    found = figures(root, "training")
+    assert found["after"] > found["before"] + 2
+    assert found["after"] > found["straight"] + 1
+    assert found["steps"] == 16 * 20 * 20 * 5
