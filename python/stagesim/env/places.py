@@ -8,48 +8,51 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ..fleet import Bools, Floats
+from ..fleet import Floats
 
 if TYPE_CHECKING:
     from ..world import World
 
 Cells = npt.NDArray[np.int64]
 SIDES = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+QUARTERS = np.arange(4) * (np.pi / 2)
 ALL_AROUND = np.linspace(-np.pi, np.pi, 16, endpoint=False)
 
 
-def reachable_places(world: World, starts: Floats, spacing: float = 0.25, clearance: float = 0.3,
+def reachable_places(world: World, start: npt.ArrayLike, spacing: float = 0.25, clearance: float = 0.3,
                      most: int = 20000) -> Floats:
     """Places on a grid to which a way leads along its lines, without coming near to anything but robots.
 
     Args:
         world: whose map counts.
-        starts: x, y, where ways begin: shape (k, 2).
+        start: x, y, where ways begin, a place in any case: shape (2,).
         spacing: of the grid's lines, metres.
-        clearance: how much is free around each place, metres.
+        clearance: how much is free around each other place, metres.
         most: when there are so many, those further off are left out.
 
     Returns:
         x, y, metres: shape (m, 2), those at the end of shorter ways first.
     """
-    front = _new_ones(np.rint(starts / spacing).astype(np.int64), set())
-    front = front[_free(world, front, spacing, clearance)]
-    seen = {(int(x), int(y)) for x, y in front}
-    found = [front]
-    count = len(front)
+    origin = np.asarray(start, np.float64)
+    front = np.zeros((1, 2), np.int64)
+    seen = {(0, 0)}
+    found, count = [front], 1
     while len(front) and count < most:
-        front = _new_ones(_next(world, front, spacing), seen)
-        front = front[_free(world, front, spacing, clearance)]
+        front = _new_ones(_next(world, front, origin, spacing), seen)
+        clear = world.cast(_poses(front, origin, spacing), ALL_AROUND, clearance) >= clearance
+        front = front[clear.all(1)]
         found.append(front)
         count += len(front)
-    return np.concatenate(found)[:most] * spacing
+    return origin + np.concatenate(found)[:most] * spacing
 
 
-def _next(world: World, cells: Cells, spacing: float) -> Cells:
+def _poses(cells: Cells, origin: Floats, spacing: float) -> Floats:
+    return np.column_stack([origin + cells * spacing, np.zeros(len(cells))])
+
+
+def _next(world: World, cells: Cells, origin: Floats, spacing: float) -> Cells:
     """The neighbours that nothing separates from these cells."""
-    poses = np.column_stack([cells * spacing, np.zeros(len(cells))])
-    bearings = np.arange(4) * (np.pi / 2)
-    open_sides = world.cast(poses, bearings, spacing) >= spacing
+    open_sides = world.cast(_poses(cells, origin, spacing), QUARTERS, spacing) >= spacing
     return (cells[:, None] + SIDES)[open_sides]
 
 
@@ -61,9 +64,3 @@ def _new_ones(cells: Cells, seen: set[tuple[int, int]]) -> Cells:
             seen.add((x, y))
             fresh.append((x, y))
     return np.array(fresh, np.int64).reshape(-1, 2)
-
-
-def _free(world: World, cells: Cells, spacing: float, clearance: float) -> Bools:
-    """Whether nothing is near to them."""
-    poses = np.column_stack([cells * spacing, np.zeros(len(cells))])
-    return np.all(world.cast(poses, ALL_AROUND, clearance) >= clearance, axis=1)

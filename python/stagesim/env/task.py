@@ -39,6 +39,7 @@ class Scene:
         self.actions = np.zeros(self.n, np.int64)
         self.live = np.zeros((self.n, self.robots), bool)
         self.notes: dict[str, npt.NDArray[Any]] = {}
+        self._start = batch.pose[0, 0, :2].copy()
         self._places: Floats | None = None
 
     @property
@@ -63,10 +64,12 @@ class Scene:
 
     @property
     def places(self) -> Floats:
-        """Where robots can get to from where the file puts them, on a grid of 0.25 m, with 0.3 m around each
-        place free: x, y, shape (m, 2), the nearest first."""
+        """Where the first of the robots can get to from where the file puts it: x, y, shape (m, 2).
+
+        On a grid of 0.25 m, with 0.3 m around each place free; the nearest come first.
+        """
         if self._places is None:
-            self._places = reachable_places(self.world, self.world.fleet().pose[:, :2])
+            self._places = reachable_places(self.world, self._start)
         return self._places
 
     def scatter(self, random: np.random.Generator, count: int, gap: float = 0.7,
