@@ -127,8 +127,8 @@ def test_vector_is_single_ones(case: str, mode: AutoresetMode) -> None:
 
 def test_number_of_worlds_and_threads_change_nothing() -> None:
     """Also where NumPy works on several numbers at once."""
-    many = stage_env.StageVectorEnv(33, "arena.world", "Disperse", threads=3)
-    few = stage_env.StageVectorEnv(4, "arena.world", "Disperse", threads=1)
+    many = stage_env.StageVectorEnv(33, task="Disperse", threads=3)
+    few = stage_env.StageVectorEnv(4, task="Disperse", threads=1)
     assert_same(many.reset(seed=1)[0][:4].copy(), few.reset(seed=1)[0])
     actions = np.random.default_rng(1).uniform(-1, 1, (30, *many.action_space.shape))
     for action in actions:
@@ -378,12 +378,14 @@ BEARINGS = np.radians(np.linspace(-174.375, 174.375, 32))
 
 
 def drive_to_goal(observations: Any) -> Any:
-    """For all robots: where it is free and not far from the goal's direction."""
+    """For all robots: where it is free and not far from the goal's direction; back from what is too near."""
     goal, ranges = observations[..., -36:-34], 4 * observations[..., -32:]
     around = np.stack([np.roll(ranges, shift, -1) for shift in range(-2, 3)])
     likes = np.cos(BEARINGS - np.arctan2(goal[..., 1:], goal[..., :1])) + 2 * np.minimum(around.min(0), 0.8)
     turn = BEARINGS[likes.argmax(-1)]
-    return np.stack([np.where(np.abs(turn) < 0.6, 1, 0), np.clip(2 * turn, -1, 1)], -1)
+    blocked = ranges[..., np.abs(BEARINGS) < 1].min(-1) < 0.35
+    speed = np.where(blocked, -0.6, np.where(np.abs(turn) < 0.6, 1, 0))
+    return np.stack([speed, np.where(blocked, 0, np.clip(2 * turn, -1, 1))], -1)
 
 
 def play(name: str, policy: Callable[[Any], Any]) -> tuple[float, dict[str, Any]]:
@@ -468,7 +470,7 @@ def test_places(room: str) -> None:
     outside = st.env.reachable_places(st.World.from_text(closed), [0, 2], most=300)
     assert len(outside) == 300
     assert np.abs(outside).max(1).min() > 0.9
-    env = stage_env.StageEnv(st.World.from_text(closed), robots="a")
+    env = stage_env.StageEnv(st.World.from_text(closed))
     with pytest.raises(st.StageError, match="room for"):
         env.reset()
 

@@ -102,7 +102,7 @@ class Disperse(Task):
     steps: int = 2
     limit: int = 300
     top_speed: tuple[float, float, float] = (0.5, 0.0, 1.5)
-    world = "arena.world"
+    world = "disperse.world"
 
     def prepare(self, scene: Scene) -> None:
         if scene.robots < 2:
