@@ -88,13 +88,13 @@ class Episodes:
         Returns:
             What robots of all worlds observe: (n, robots, size), a new array.
         """
-        scene, chosen = self.scene, np.flatnonzero(which)
+        scene, chosen = self.scene, np.flatnonzero(which).tolist()
         # Below 2**63: some learners keep seeds as signed numbers.
         self.batch.reset(chosen, [int(randoms[i].integers(2**63)) for i in chosen])
         self._check(chosen)
         poses, moved = np.zeros((scene.n, scene.robots, 3)), np.zeros(scene.n, bool)
         for i in chosen:
-            starts = self.task.begin(scene, int(i), randoms[i])
+            starts = self.task.begin(scene, i, randoms[i])
             if starts is not None:
                 poses[i], moved[i] = starts, True
         if moved.any():
@@ -119,11 +119,11 @@ class Episodes:
             StageError: a world has failed.
         """
         scene = self.scene
-        if not scene.live.any(1)[which].all():
+        if not scene.live[which].any(1).all():
             raise ResetNeeded("an episode is over, or has not begun: call reset()")
         self._command(actions, which)
         self.batch.step(which, n=self.task.steps)
-        self._check(np.flatnonzero(which))
+        self._check(np.flatnonzero(which).tolist())
         scene.actions[which] += 1
         outcome = self.task.judge(scene)
         live = scene.live & which[:, None]
@@ -159,7 +159,7 @@ class Episodes:
         seen[np.isnan(seen)] = 0
         return np.clip(seen, *self.task.bounds, out=seen)
 
-    def _check(self, chosen: npt.NDArray[np.intp]) -> None:
+    def _check(self, chosen: list[int]) -> None:
         failed = self.batch.failed
         for i in chosen:
             if failed[i] is not None:

@@ -30,14 +30,14 @@ class StageParallelEnv(ParallelEnv[str, Observations, npt.NDArray[np.float32]]):
     Seeds are as in StageEnv. step() takes actions of exactly the agents that are left, and returns
     dictionaries of exactly these, copies all.
 
-    Args: as in StageEnv().
+    The arguments are those of StageEnv().
 
     Raises:
         WorldError: the file can't be loaded.
         GoneError: there are no such robots, or they lack what the task needs.
         ValueError: an argument is out of range, two robots have the same name, actions are not those of the
             agents that are left, are not finite or have another shape.
-        gymnasium.error.ResetNeeded: step() before reset().
+        ResetNeeded: of gymnasium.error: step() before reset().
     """
 
     metadata: dict[str, Any] = {"name": "stage_v0", "render_modes": []}

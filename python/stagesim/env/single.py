@@ -39,7 +39,7 @@ class StageEnv(gymnasium.Env[Observations, npt.NDArray[np.float32]]):
         WorldError: the file can't be loaded.
         GoneError: there are no such robots, or they lack what the task needs.
         ValueError: an argument is out of range, or an action is not finite or has another shape.
-        gymnasium.error.ResetNeeded: step() after the end of an episode.
+        ResetNeeded: of gymnasium.error: step() before reset(), or after the end of an episode.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}

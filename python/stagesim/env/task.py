@@ -181,12 +181,20 @@ def seen_from(pose: Floats, point: Floats) -> tuple[Floats, Floats]:
         The distance (metres, shape (...)), and the cosine and sine of the bearing, relative to the
         heading: shape (..., 2). A point right where the robot is lies ahead.
     """
-    # Arrays without gaps: NumPy takes the same way through all of them, and so rounds alike.
-    away = np.ascontiguousarray(np.moveaxis(point - pose[..., :2], -1, 0))
+    # New arrays, without gaps: NumPy takes the same way through all of them, and so rounds alike.
+    away_x, away_y = point[..., 0] - pose[..., 0], point[..., 1] - pose[..., 1]
     heading = np.array(pose[..., 2])
-    distance = np.sqrt(away[0] * away[0] + away[1] * away[1])
     cosine, sine = np.cos(heading), np.sin(heading)
-    ahead = away[0] * cosine + away[1] * sine
-    left = away[1] * cosine - away[0] * sine
+    distance = np.sqrt(away_x * away_x + away_y * away_y)
     here = distance == 0
-    return distance, np.stack([np.where(here, 1, ahead), left], -1) / np.where(here, 1, distance)[..., None]
+    unit = np.where(here, 1, distance)
+    bearing = np.empty((*distance.shape, 2))
+    bearing[..., 0] = np.where(here, 1, away_x * cosine + away_y * sine) / unit
+    bearing[..., 1] = (away_y * cosine - away_x * sine) / unit
+    return distance, bearing
+
+
+def distance_to(pose: Floats, point: Floats) -> Floats:
+    """The first half of what seen_from() returns."""
+    away_x, away_y = point[..., 0] - pose[..., 0], point[..., 1] - pose[..., 1]
+    return np.sqrt(away_x * away_x + away_y * away_y)

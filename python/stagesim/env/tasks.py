@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..fleet import Floats
-from .task import Outcome, Scene, Task, seen_from
+from .task import Outcome, Scene, Task, distance_to, seen_from
 
 STALL_PENALTY = 0.05  # for each action that ends against something
 
@@ -22,10 +22,10 @@ def _senses(scene: Scene, reach: float, top_speed: tuple[float, float, float]) -
     return [speeds, np.where(np.isnan(ranges), 1, np.minimum(ranges, 1))]
 
 
-def _towards(scene: Scene, points: Floats, far: float) -> tuple[Floats, list[Floats]]:
-    """The distance to points, and what is observed of it: how far (0 to 1), cosine and sine of the bearing."""
+def _towards(scene: Scene, points: Floats, far: float) -> list[Floats]:
+    """What is observed of points: how far they are (0 to 1), cosine and sine of their bearing."""
     distance, bearing = seen_from(scene.pose, points)
-    return distance, [np.minimum(distance / far, 1)[..., None], bearing]
+    return [np.minimum(distance / far, 1)[..., None], bearing]
 
 
 def _with_headings(places: Floats, random: np.random.Generator) -> Floats:
@@ -67,15 +67,15 @@ class Navigate(Task):
         places = scene.scatter(random, 2 * scene.robots)
         starts, goals = _with_headings(places[::2], random), places[1::2]
         scene.notes["goal"][index] = goals
-        scene.notes["distance"][index] = seen_from(starts, goals)[0]
+        scene.notes["distance"][index] = distance_to(starts, goals)
         return starts
 
     def observe(self, scene: Scene) -> Floats:
-        _, goal = _towards(scene, scene.notes["goal"], self.far)
+        goal = _towards(scene, scene.notes["goal"], self.far)
         return np.concatenate([*goal, *_senses(scene, self.reach, self.top_speed)], -1)
 
     def judge(self, scene: Scene) -> Outcome:
-        distance, _ = seen_from(scene.pose, scene.notes["goal"])
+        distance = distance_to(scene.pose, scene.notes["goal"])
         there = distance <= self.goal_radius
         reward = scene.notes["distance"] - distance + there - STALL_PENALTY * scene.stalled
         scene.notes["distance"][...] = distance
@@ -121,9 +121,9 @@ class Disperse(Task):
         return starts
 
     def observe(self, scene: Scene) -> Floats:
-        distance, which = _nearest(scene.pose)
+        _, which = _nearest(scene.pose)
         other = np.take_along_axis(scene.pose, which[..., None], 1)[..., :2]
-        _, neighbour = _towards(scene, other, self.spread)
+        neighbour = _towards(scene, other, self.spread)
         return np.concatenate([*neighbour, *_senses(scene, self.reach, self.top_speed)], -1)
 
     def judge(self, scene: Scene) -> Outcome:
@@ -183,7 +183,7 @@ class Forage(Task):
         starts = _with_headings(scene.scatter(random, scene.robots), random)
         scene.notes["carries"][index] = 0
         scene.notes["brought"][index] = 0
-        scene.notes["distance"][index] = seen_from(starts, scene.notes["zones"][index, 0])[0]
+        scene.notes["distance"][index] = distance_to(starts, scene.notes["zones"][index, 0])
         return starts
 
     def _next_zone(self, scene: Scene) -> Floats:
@@ -192,17 +192,17 @@ class Forage(Task):
 
     def observe(self, scene: Scene) -> Floats:
         carries = 2.0 * scene.notes["carries"][..., None] - 1
-        _, zone = _towards(scene, self._next_zone(scene), self.far)
+        zone = _towards(scene, self._next_zone(scene), self.far)
         return np.concatenate([carries, *zone, *_senses(scene, self.reach, self.top_speed)], -1)
 
     def judge(self, scene: Scene) -> Outcome:
         notes = scene.notes
-        distance, _ = seen_from(scene.pose, self._next_zone(scene))
+        distance = distance_to(scene.pose, self._next_zone(scene))
         there = distance <= self.zone_radius
         reward = 0.1 * (notes["distance"] - distance) + there - STALL_PENALTY * scene.stalled
         notes["brought"] += there & (notes["carries"] == 1)
         notes["carries"] ^= there
-        notes["distance"][...] = seen_from(scene.pose, self._next_zone(scene))[0]
+        notes["distance"][...] = distance_to(scene.pose, self._next_zone(scene))
         return Outcome(reward, np.zeros(there.shape, bool), {"brought": notes["brought"]})
 
 

@@ -45,7 +45,7 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
 
     def __init__(self, num_envs: int = 1, world: str | os.PathLike[str] | World | None = None,
                  task: AnyTask = "Navigate", *, robots: str | None = None, threads: int | None = None,
-                 autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP, **options: Any) -> None:
+                 autoreset_mode: AutoresetMode | str = "NextStep", **options: Any) -> None:
         self.autoreset_mode = AutoresetMode(autoreset_mode)  #: which of the three
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self._episodes: Episodes | None = Episodes(world, task, num_envs, robots, threads, options)
@@ -57,10 +57,10 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._randoms = [np_random() for _ in range(num_envs)]
-        self._last = np.zeros(self.observation_space.shape, np.float32)
+        self._last = np.zeros((num_envs, len(self.agents) * self._episodes.size), np.float32)
         self._over = np.zeros(num_envs, bool)  # the next step begins an episode there
 
-    @property
+    @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """Of each world."""
         return tuple(random for random, _ in self._randoms)
@@ -70,7 +70,7 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         """What each world was seeded with last."""
         return tuple(seed for _, seed in self._randoms)
 
-    def reset(self, *, seed: int | Iterable[int | None] | None = None,  # type: ignore[override]
+    def reset(self, *, seed: int | Iterable[int | None] | None = None,
               options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
         """Begins episodes: see the class."""
         which = self._mask((options or {}).get("reset_mask"))
