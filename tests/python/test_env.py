@@ -248,7 +248,8 @@ def test_nothing_is_shared(name: str) -> None:
         for _ in range(3):
             told = actions if actions is not None else {agent: np.zeros(2) for agent in parallel.agents}
             kept += arrays_in(env.step(told))
-        live = [batch.pose, batch.velocity, batch.ranges, batch.stalled, *env._episodes.scene.notes.values()]  # noqa: SLF001
+        notes = env._episodes.scene.notes  # noqa: SLF001
+        live = [batch.pose, batch.velocity, batch.ranges, batch.stalled, *notes.values()]
         assert len(kept) >= 4
         for one, other in itertools.combinations([*kept, *live], 2):
             assert not np.shares_memory(one, other) or (one is not other and one.dtype == object)
@@ -357,18 +358,54 @@ def test_actions_are_clipped_and_told() -> None:
     assert env._episodes.batch.velocity[0].tolist() == [[0.5, 0, -0.75]]  # noqa: SLF001
 
 
-def test_robots_that_are_deleted_come_to_their_end(room: str) -> None:
-    """By a controller, say; what they observe is in the space then."""
-    env = st.env.parallel_env(st.World.from_text(room), stage_env.Navigate(limit=50))
+class Decimated(st.env.Scene):
+    """As if a controller had deleted the second robot."""
+
+    @property
+    def pose(self) -> Any:
+        pose = self.batch.pose.copy()
+        pose[:, 1] = np.nan
+        return pose
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_robots_that_are_deleted_come_to_their_end(name: str) -> None:
+    """What they observe is in the space then."""
+    env = st.env.parallel_env("forage.world", name)
     env.reset(seed=2)
-    episodes = env._episodes  # noqa: SLF001
-    poses = episodes.batch.pose.copy()
-    poses[0, 1] = np.nan
-    episodes._pose = poses  # noqa: SLF001
+    env._episodes.scene.__class__ = Decimated  # noqa: SLF001
     observations, rewards, terminated, _, _ = env.step({agent: np.zeros(2) for agent in env.agents})
-    assert terminated == {"a": False, "b": True, "c": False}
+    assert terminated == {"r0": False, "r1": True, "r2": False, "r3": False}
     assert all(observations[agent] in env.observation_space(agent) for agent in observations)
-    assert env.agents == ["a", "c"]
+    assert np.isfinite(list(rewards.values())).all()
+    assert env.agents == ["r0", "r2", "r3"]
+    for found in env.step({agent: np.zeros(2) for agent in env.agents}):
+        assert list(found) == env.agents
+
+
+def test_worlds_that_quit_or_fail() -> None:
+    """A controller that wants to quit cuts the episode off; a world that has failed is an error, until reset."""
+    class Batch:
+        """In place of one whose worlds misbehave."""
+        failed = [None, "somebody threw"]
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(batch, name)
+
+    env = stage_env.StageVectorEnv(2, threads=1)
+    env.reset(seed=1)
+    episodes = env._episodes  # noqa: SLF001
+    batch = episodes.batch
+    episodes._ended = np.array([False, True])  # noqa: SLF001
+    assert env.step(np.zeros((2, 2)))[3].tolist() == [False, True]
+    episodes._ended = np.zeros(2, bool)  # noqa: SLF001
+    env.reset()
+    episodes.batch = Batch()
+    with pytest.raises(st.StageError, match="world number 1 has failed: somebody threw"):
+        env.step(np.zeros((2, 2)))
+    episodes.batch = batch
+    env.reset()
+    assert not env.step(np.zeros((2, 2)))[3].any()
 
 
 # ---- tasks --------------------------------------------------------------------------------------

@@ -67,7 +67,6 @@ class Episodes:
         self.batch = Batch.of(prototype, n, threads=threads, robots=robots)
         self.scene = Scene(self.batch, prototype)
         self._commands = self.batch.cmd
-        self._pose = self.batch.pose
         self._ended = self.batch.ended
         self.task.prepare(self.scene)
         self.size = self.task.size(self.scene)
@@ -127,7 +126,7 @@ class Episodes:
         scene.actions[which] += 1
         outcome = self.task.judge(scene)
         live = scene.live & which[:, None]
-        terminated = live & (outcome.terminated | np.isnan(self._pose[..., 0]))
+        terminated = live & (outcome.terminated | np.isnan(scene.pose[..., 0]))
         over = (scene.actions >= self.task.limit) | self._ended
         truncated = live & ~terminated & over[:, None]
         rewards = np.where(live & ~np.isnan(outcome.reward), outcome.reward, 0.0)
