@@ -250,6 +250,8 @@ def test_nothing_is_shared(name: str) -> None:
             kept += arrays_in(env.step(told))
         notes = env._episodes.scene.notes  # noqa: SLF001
         live = [batch.pose, batch.velocity, batch.ranges, batch.stalled, *notes.values()]
+        if env is not single:
+            live.append(env._last)  # noqa: SLF001
         assert len(kept) >= 4
         for one, other in itertools.combinations([*kept, *live], 2):
             assert not np.shares_memory(one, other) or (one is not other and one.dtype == object)
@@ -303,7 +305,10 @@ def test_agents_come_to_their_end_one_by_one() -> None:
 def test_a_team_is_over_when_all_are() -> None:
     single = stage_env.StageEnv("arena.world", Countdown())
     single.reset(seed=1)
-    record = [single.step(np.zeros(10)) for _ in range(4)]
+    record = [single.step(np.zeros(10)) for _ in range(3)]
+    batch = single._episodes.batch  # noqa: SLF001
+    record.append(single.step(np.ones(10)))
+    assert batch.cmd.any(2).tolist() == [[False, False, False, True, True]]
     assert [step[1] for step in record] == [15, 14, 12, 9]
     assert [(step[2], step[3]) for step in record] == [(False, False)] * 3 + [(False, True)]
     assert record[1][4]["rewards"].tolist() == [0, 2, 3, 4, 5]

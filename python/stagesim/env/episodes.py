@@ -98,7 +98,6 @@ class Episodes:
                 poses[i], moved[i] = starts, True
         if moved.any():
             self.batch.teleport(poses, moved[:, None])
-        self._commands[chosen] = 0
         self.batch.step(chosen)
         self._check(chosen)
         scene.actions[chosen] = 0
