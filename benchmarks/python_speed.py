@@ -20,10 +20,11 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Callable
+from typing import Any, Callable
 
 import numpy as np
 import stagesim as st
+from stagesim.env import StageVectorEnv
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release")
@@ -114,6 +115,44 @@ def batch_steps(worlds: int, steps: int, threads: int, seconds: float, repeats: 
             f"ratio {span(ratios, '')}")
 
 
+def env_steps(task: str, worlds: int, threads: int, seconds: float, repeats: int) -> Row:
+    """Steps of agents a second in the vector environment, and what it takes beside its batch."""
+    rates, shares = [], []
+    for _ in range(repeats):
+        env = StageVectorEnv(worlds, task=task, threads=threads)
+        in_batch = seconds_in_batch(env)
+        env.reset(seed=1)
+        actions = np.random.default_rng(1).uniform(-1, 1, (50, *env.action_space.shape)).astype(np.float32)
+        for action in actions:
+            env.step(action)
+        made, before, start = 0, sum(in_batch), time.perf_counter()
+        while time.perf_counter() - start < seconds:
+            env.step(actions[made % 50])
+            made += 1
+        whole = time.perf_counter() - start
+        rates.append(made * worlds * len(env.agents) / whole)
+        shares.append(100 * (1 - (sum(in_batch) - before) / whole))
+    return (f"environment {task}, {worlds} worlds of {len(env.agents)} agents, {env.task.steps} steps an action, "
+            f"{threads} threads", span(rates, "agent steps/s"), f"beside the batch {span(shares, '%')} of the time")
+
+
+def seconds_in_batch(env: StageVectorEnv) -> list[float]:
+    """A list that grows by the time that each call of the batch takes."""
+    batch = env._episodes.batch
+    taken: list[float] = []
+
+    def timed(call: Callable[..., None]) -> Callable[..., None]:
+        def wrapper(*arguments: Any, **named: Any) -> None:
+            start = time.perf_counter()
+            call(*arguments, **named)
+            taken.append(time.perf_counter() - start)
+        return wrapper
+
+    for name in ("step", "reset", "teleport"):
+        setattr(batch, name, timed(getattr(batch, name)))
+    return taken
+
+
 def cast_rays(spread: float | None, poses: int, rays: int, max_range: float, repeats: int) -> Row:
     """Millions of rays a second on one thread: around a robot, or anywhere in the building."""
     world = st.World("hospital.world", threads=1)
@@ -159,6 +198,9 @@ def main() -> None:
     for steps in (1, 5, 50):
         for threads in (1, 2):
             rows.append(batch_steps(64, steps, threads, seconds, repeats))
+    for task in ("Navigate", "Disperse"):
+        for threads in (1, 2):
+            rows.append(env_steps(task, 64, threads, seconds, repeats))
     for spread, poses, rays, reach in ((0.5, 4000, 60, 30), (5, 4000, 60, 30),
                                        (None, 4000, 60, 8), (None, 600, 360, 8),
                                        (None, 100000, 1, 8)):

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Episodes of a task in a batch of worlds: what all environments are made of."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.error import ResetNeeded
+from gymnasium.spaces import Box
+
+from ..batch import Batch
+from ..errors import StageError
+from ..fleet import Bools, Floats
+from ..world import World
+from .task import Scene, Task
+from .tasks import TASKS
+
+Observations = npt.NDArray[np.float32]
+#: A task, its class, or the name of a shipped one.
+AnyTask = Union[Task, "type[Task]", str]
+
+
+def task_of(task: AnyTask) -> Task:
+    """The task that is meant; ValueError if there is none of that name."""
+    if isinstance(task, str):
+        if task not in TASKS:
+            raise ValueError(f"found the task {task!r}, expected one of {', '.join(sorted(TASKS))}")
+        return TASKS[task]()
+    return task() if isinstance(task, type) else task
+
+
+@dataclass
+class Moment:
+    """What has come of an action in each of n worlds.
+
+    Robots that had come to their end before, and worlds that were not stepped, have no reward, and don't end.
+    """
+
+    observations: Observations  # (n, robots, size), a new array
+    rewards: Floats             # (n, robots)
+    terminated: Bools           # (n, robots)
+    truncated: Bools            # (n, robots)
+    info: dict[str, npt.NDArray[Any]]  # (n, robots): bools, int64 or float64
+
+    @property
+    def worlds_truncated(self) -> Bools:
+        """Whose episode was cut off: shape (n,)."""
+        return self.truncated.any(1)
+
+
+class Episodes:
+    """Worlds in which a task goes on: everything about environments but the shape that users see."""
+
+    def __init__(self, world: str | os.PathLike[str] | World | None, task: AnyTask, n: int,
+                 robots: str | None, threads: int | None, options: dict[str, Any]) -> None:
+        self.task = task_of(task)
+        if isinstance(world, World):
+            if options:
+                raise ValueError(f"found {sorted(options)} for a world that has been loaded")
+            prototype = world
+        else:
+            prototype = World(self.task.world if world is None else world, threads=1, **options)
+        self.batch = Batch.of(prototype, n, threads=threads, robots=robots)
+        self.scene = Scene(self.batch, prototype)
+        self._commands = self.batch.cmd
+        self._ended = self.batch.ended
+        self.task.prepare(self.scene)
+        self.size = self.task.size(self.scene)
+        self.action_size = int(np.count_nonzero(self.task.top_speed))
+
+    def observation_space(self, robots: int = 1) -> Box:
+        """That of so many robots, one after the other."""
+        low, high = self.task.bounds
+        return Box(low, high, (robots * self.size,), np.float32)
+
+    def action_space(self, robots: int = 1) -> Box:
+        """That of so many robots, one after the other."""
+        return Box(-1, 1, (robots * self.action_size,), np.float32)
+
+    def begin(self, which: Bools, randoms: Sequence[np.random.Generator]) -> Observations:
+        """Episodes begin in these worlds; `randoms` has a generator for each of all n worlds.
+
+        Returns:
+            What robots of all worlds observe: (n, robots, size), a new array.
+        """
+        scene, chosen = self.scene, np.flatnonzero(which).tolist()
+        # Below 2**63: some learners keep seeds as signed numbers.
+        self.batch.reset(chosen, [int(randoms[i].integers(2**63)) for i in chosen])
+        self._check(chosen)
+        poses, moved = np.zeros((scene.n, scene.robots, 3)), np.zeros(scene.n, bool)
+        for i in chosen:
+            starts = self.task.begin(scene, i, randoms[i])
+            if starts is not None:
+                poses[i], moved[i] = starts, True
+        if moved.any():
+            self.batch.teleport(poses, moved[:, None])
+        self.batch.step(chosen)
+        self._check(chosen)
+        scene.actions[chosen] = 0
+        scene.live[chosen] = True
+        return self._observe()
+
+    def step(self, actions: npt.ArrayLike, which: Bools) -> Moment:
+        """One action in these worlds.
+
+        Args:
+            actions: numbers, n * robots * action_size of them.
+            which: a mask of shape (n,).
+
+        Raises:
+            ResetNeeded: an episode among them is over, or has not begun.
+            ValueError: actions have another shape, or are not finite.
+            StageError: a world has failed.
+        """
+        scene = self.scene
+        if not scene.live[which].any(1).all():
+            raise ResetNeeded("an episode is over, or has not begun: call reset()")
+        self._command(actions, which)
+        self.batch.step(which, n=self.task.steps)
+        self._check(np.flatnonzero(which).tolist())
+        scene.actions[which] += 1
+        outcome = self.task.judge(scene)
+        live = scene.live & which[:, None]
+        terminated = live & (outcome.terminated | np.isnan(scene.pose[..., 0]))
+        over = (scene.actions >= self.task.limit) | self._ended
+        truncated = live & ~terminated & over[:, None]
+        rewards = np.where(live & ~np.isnan(outcome.reward), outcome.reward, 0.0)
+        scene.live &= ~(terminated | truncated)
+        info = {name: _wide(values) for name, values in outcome.info.items()}
+        return Moment(self._observe(), rewards, terminated, truncated, info)
+
+    def all_terminated(self, moment: Moment) -> Bools:
+        """Worlds whose robots have all come to their end, the last of them now: shape (n,)."""
+        return moment.terminated.any(1) & ~self.scene.live.any(1) & ~moment.worlds_truncated
+
+    def _command(self, actions: npt.ArrayLike, which: Bools) -> None:
+        scene = self.scene
+        given = np.asarray(actions, np.float64)
+        shape = (scene.n, scene.robots, self.action_size)
+        if given.size != np.prod(shape):
+            raise ValueError(f"found actions of shape {given.shape}, expected {shape} or as many numbers")
+        given = given.reshape(shape)
+        if not np.isfinite(given[which]).all():
+            raise ValueError("found an action that is not finite")
+        speeds = self.task.command(scene, np.clip(given, -1, 1))
+        self._commands[which] = np.where(scene.live[..., None], speeds, 0)[which]
+
+    def _observe(self) -> Observations:
+        seen = np.array(self.task.observe(self.scene), np.float32)
+        shape = (self.scene.n, self.scene.robots, self.size)
+        if seen.shape != shape:
+            raise ValueError(f"found observations of shape {seen.shape}, expected {shape}")
+        seen[np.isnan(seen)] = 0
+        return np.clip(seen, *self.task.bounds, out=seen)
+
+    def _check(self, chosen: list[int]) -> None:
+        failed = self.batch.failed
+        for i in chosen:
+            if failed[i] is not None:
+                raise StageError(f"world number {i} has failed: {failed[i]}")
+
+
+def _wide(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Bools, int64 or float64: what single numbers become in Python."""
+    kind = values.dtype.kind
+    return np.array(values, np.bool_ if kind == "b" else np.int64 if kind in "iu" else np.float64)
