@@ -72,7 +72,7 @@ void Batch::Fail(size_t index, const std::string& why) { failures_[index] = why;
 
 template <typename F>
 void Batch::ForEach(const Indices& which, F f) {
-  pool_.Run(which.size(), pool_.Grain(which.size(), 4), [&](size_t begin, size_t end, unsigned) {
+  pool_.Run(which.size(), 1, [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++) {
       try {
         f(which[i]);

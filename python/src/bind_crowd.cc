@@ -78,7 +78,10 @@ void BindBatch(nb::module_& module) {
           },
           nb::arg("which"), nb::arg("steps"))
       .def("rollout", &Rollout, nb::arg("moments"), nb::arg("steps"), nb::arg("commands").none(),
-           nb::arg("live"), nb::arg("to"))
+           nb::arg("live"), nb::arg("to"),
+           nb::sig("def rollout(self, moments: int, steps: int, commands: object, "
+                   "live: collections.abc.Sequence[object], "
+                   "to: collections.abc.Sequence[object]) -> None"))
       .def(
           "reset",
           [](Batch& b, const Batch::Indices& which, const std::vector<uint64_t>& seeds) {

@@ -90,7 +90,7 @@ void Delete(const ModelHandle& handle) {
 }
 
 void BindTree(nb::class_<ModelHandle>& model) {
-  model.def(nb::self == nb::self)
+  model.def(nb::self == nb::self, nb::sig("def __eq__(self, other: object, /) -> bool"))
       .def("__hash__", [](const ModelHandle& handle) { return handle.id(); })
       .def_prop_ro("id", &ModelHandle::id,
                    "Its number: models of the file have theirs in the order of the file.")

@@ -78,9 +78,9 @@ void Crowd::GatherPart(Part* part, size_t world, const Members& members) {
   part->GetReady(world);
   const size_t count = members.robots.size();
   if (!members.world || count < kTooFew) return part->Fill(world, members, 0, count);
-  members.world->engine().workers()->Run(
-      count, kGrain,
-      [&](size_t begin, size_t end, unsigned) { part->Fill(world, members, begin, end); });
+  members.world->engine().workers()->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
+    part->Fill(world, members, begin, end);
+  });
 }
 
 void Crowd::Command(size_t world) {

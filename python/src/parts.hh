@@ -38,8 +38,7 @@ class BodyPart : public Part {
     array.Make<T>(shape);
   }
   void Fill(size_t world, const Members& members, size_t begin, size_t end) override {
-    for (size_t i = begin; i < end; i++)
-      fill_(members.robots[i], array.Row<T>(world, i));
+    for (size_t i = begin; i < end; i++) fill_(members.robots[i], array.Row<T>(world, i));
   }
 
   Array array;

@@ -159,9 +159,11 @@ class Batch(Crowd):
 
     def _recorded(self, name: str) -> npt.NDArray[Any]:
         if name in ("pose", "velocity", "stalled", "energy", "time", "ended"):
-            return getattr(self, name)
+            view: npt.NDArray[Any] = getattr(self, name)
+            return view
         if name in ("ranges", "intensities"):
-            return getattr(self.ranger(0), name)
+            view = getattr(self.ranger(0), name)
+            return view
         raise ValueError(f"found {name!r}, expected the name of an array")
 
     def snapshot(self, index: int) -> Snapshot:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Callable
+from typing import TYPE_CHECKING, Any, Callable, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int32]
 Bools = npt.NDArray[np.bool_]
+Sensor = TypeVar("Sensor")
 
 
 class _Views:
@@ -23,7 +24,7 @@ class _Views:
     def __init__(self) -> None:
         self._views: dict[str, npt.NDArray[Any]] = {}
 
-    def _view(self, name: str, make: Callable[[], npt.NDArray[Any]]) -> Any:
+    def _view(self, name: str, make: Callable[[], Any]) -> npt.NDArray[Any]:
         view = self._views.get(name)
         if view is None:
             view = self._views[name] = make()
@@ -72,12 +73,12 @@ class Ranger(_Views):
 class _Sights(_Views):
     """What a sensor of each robot has found: a few of them, and how many there are."""
 
-    def __init__(self, make: Callable[[str], npt.NDArray[Any]]) -> None:
+    def __init__(self, make: Callable[[str], object]) -> None:
         super().__init__()
         self._make = make
         self._array("count")  # raises GoneError if there is no such sensor
 
-    def _array(self, what: str) -> Any:
+    def _array(self, what: str) -> npt.NDArray[Any]:
         return self._view(what, lambda: self._make(what))
 
     @property
@@ -203,13 +204,13 @@ class Crowd(_Views):
         """
         return self._view(f"bumper {index}", lambda: self._crowd.bumper(index))
 
-    def _sensor(self, kind: str, index: int, most: int, make: Callable[[], Any]) -> Any:
+    def _sensor(self, kind: str, index: int, most: int, make: Callable[[], Sensor]) -> Sensor:
         if index < 0 or most < 0:
             raise ValueError(f"found {kind} number {index}, at most {most} of them; expected 0 or more")
-        sensor = self._sensors.get((kind, index, most))
-        if sensor is None:
-            sensor = self._sensors[kind, index, most] = make()
-        return sensor
+        known: Sensor | None = self._sensors.get((kind, index, most))
+        if known is None:
+            known = self._sensors[kind, index, most] = make()
+        return known
 
 
 class Fleet(Crowd):
