@@ -1,32 +1,19 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Eight lanes of 32 bits for wide_walk_lanes.hh: one vector of AVX2, or two of NEON. Like
-// four_lanes.hh, which has them with 64 bits.
+// Eight lanes of 32 bits for wide_walk_lanes.hh; see vector_lanes.hh.
 
 #ifndef STAGE_SENSING_EIGHT_LANES_HH
 #define STAGE_SENSING_EIGHT_LANES_HH
 
 #include <cstdint>
-#if defined(__AVX2__)
-#include <immintrin.h>
-#elif defined(__aarch64__)
-#include <arm_neon.h>
-#endif
+
+#include "sensing/vector_lanes.hh"
 
 namespace Stg::internal::sensing {
 namespace {
 
-struct EightLanes {
-  static constexpr int kCount = 8;
-  static constexpr int kBytes = kCount * sizeof(int32_t);
-
-  using Number = int32_t;
-  using V [[gnu::vector_size(kBytes)]] = int32_t;
+struct EightLanes : VectorLanes<int32_t> {
   using F [[gnu::vector_size(kBytes)]] = float;
-  /// All ones or none in each lane.
-  struct M {
-    V bits;
-  };
   /// 64 bits a lane: the lower and the upper halves.
   struct Words {
     V low, high;
@@ -34,52 +21,30 @@ struct EightLanes {
   /// Which of the next numbers goes to which lane.
   using Places = V;
 
-  static V All(int32_t n) { return V{n, n, n, n, n, n, n, n}; }
   static V Load(const int32_t* p) { return Get<V>(p); }
-  static void Store(int32_t* p, V v) { __builtin_memcpy(p, &v, sizeof v); }
+  static F Load(const float* p) { return Get<F>(p); }
+  static void Store(int32_t* p, V v) { Put(p, v); }
 
-  static V Add(V a, V b) { return Signed(Bits(a) + Bits(b)); }
   static V AddWhere(M m, V a, V b) { return Add(a, And(m.bits, b)); }
-  static V Subtract(V a, V b) { return Signed(Bits(a) - Bits(b)); }
   static V Multiply(V a, V b) { return Signed(Bits(a) * Bits(b)); }
   /// The number before, but of 0 and less 0.
   static V LessOne(V a) { return And(Add(a, All(-1)), a > All(0)); }
   static V LowHalf(V a) { return a; }
-  static V And(V a, V b) { return a & b; }
-  static V Or(V a, V b) { return a | b; }
-  static V Xor(V a, V b) { return a ^ b; }
-  /// a & ~b.
-  static V Without(V a, V b) { return a & ~b; }
+  using VectorLanes::Without;
   static Words Without(const Words& a, const Words& b) {
     return {Without(a.low, b.low), Without(a.high, b.high)};
   }
   /// a & 1 | b.
   static V OddOr(V a, V b) { return (a & All(1)) | b; }
   template <int kBits>
-  static V Left(V a) {
-    return Signed(Bits(a) << kBits);
-  }
-  template <int kBits>
   static V Right(V a) {
     return a >> kBits;
   }
-  static V SignOf(V a) { return a >> 31; }
-  static V Absolute(V a) { return Subtract(Xor(a, SignOf(a)), SignOf(a)); }
   static V Larger(V a, V b) { return Select(Greater(a, b), a, b); }
 
-  static M Greater(V a, V b) { return {a > b}; }
-  /// As unsigned numbers, of which b is less than 2^31.
-  static M Below(V a, V b) { return {Without(b > a, SignOf(a))}; }
-  static M Equal(V a, V b) { return {a == b}; }
-  static M Differ(V a, V b) { return {a != b}; }
-  static M Odd(V a) { return {And(a, All(1)) == All(1)}; }
   static M MaskOf(V all_ones_or_none) { return {all_ones_or_none}; }
   static M Zero(V a) { return {a == All(0)}; }
   static M Zero(const Words& a) { return Zero(Or(a.low, a.high)); }
-  static M None() { return {All(0)}; }
-  static M And(M a, M b) { return {a.bits & b.bits}; }
-  static M Or(M a, M b) { return {a.bits | b.bits}; }
-  static M AndNot(M a, M b) { return {a.bits & ~b.bits}; }
   static M Not(M a) { return {~a.bits}; }
   static int CountOf(M m) { return __builtin_popcount(BitsOf(m)); }
   /// The first `count` of them.
@@ -88,10 +53,17 @@ struct EightLanes {
       if (m.bits[i] != 0 && count-- <= 0) m.bits[i] = 0;
     return m;
   }
+  using VectorLanes::Select;
   static Words Select(M m, const Words& a, const Words& b) {
     return {Select(m, a.low, b.low), Select(m, a.high, b.high)};
   }
 
+  template <typename Integer>
+  static V Gather(const Integer* p, V i) {
+    return V{Number(p[uint32_t(i[0])]), Number(p[uint32_t(i[1])]), Number(p[uint32_t(i[2])]),
+             Number(p[uint32_t(i[3])]), Number(p[uint32_t(i[4])]), Number(p[uint32_t(i[5])]),
+             Number(p[uint32_t(i[6])]), Number(p[uint32_t(i[7])])};
+  }
   /// 0 where not m. The first of the numbers may be read for those.
   static Words Gather(M m, const uint64_t* p, V i) {
     const Words words = Gather(p, And(m.bits, i));
@@ -118,14 +90,12 @@ struct EightLanes {
     return Add(places, All(static_cast<int32_t>(first)));
   }
 
-#if defined(__AVX2__)
+#ifdef __AVX2__
   static V ShiftLeft(V a, V bits) { return ToV(_mm256_sllv_epi32(ToI(a), ToI(bits))); }
   static V ShiftRight(V a, V bits) { return ToV(_mm256_srav_epi32(ToI(a), ToI(bits))); }
-  static bool Any(M m) { return !_mm256_testz_si256(ToI(m.bits), ToI(m.bits)); }
   static unsigned BitsOf(M m) {
     return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(ToI(m.bits))));
   }
-  static V Select(M m, V a, V b) { return ToV(_mm256_blendv_epi8(ToI(b), ToI(a), ToI(m.bits))); }
   static F Select(M m, F a, F b) {
     return _mm256_blendv_ps(b, a, _mm256_castsi256_ps(ToI(m.bits)));
   }
@@ -137,12 +107,6 @@ struct EightLanes {
     return ToV(_mm256_srlv_epi32(_mm256_castps_si256(half), ToI(And(bits, All(31)))));
   }
 
-  template <typename Integer>
-  static V Gather(const Integer* p, V i) {
-    return V{Number(p[uint32_t(i[0])]), Number(p[uint32_t(i[1])]), Number(p[uint32_t(i[2])]),
-             Number(p[uint32_t(i[3])]), Number(p[uint32_t(i[4])]), Number(p[uint32_t(i[5])]),
-             Number(p[uint32_t(i[6])]), Number(p[uint32_t(i[7])])};
-  }
   static Words Gather(const uint64_t* p, V i) {
     const auto half = [&](int first) {
       return _mm256_setr_epi64x(int64_t(p[uint32_t(i[first])]), int64_t(p[uint32_t(i[first + 1])]),
@@ -171,17 +135,15 @@ struct EightLanes {
 
   /// The lower halves of (a * b - c * d) >> bits, up to 32.
   static V ProductsRight(V a, V b, V c, V d, V bits) {
-    const auto halves = [](V of) { return Pair{ToI(of), _mm256_srli_epi64(ToI(of), 32)}; };
-    const Pair first = Difference(halves(a), halves(b), halves(c), halves(d));
+    const Pair difference = Difference(a, b, c, d);
     const __m256i low = _mm256_set1_epi64x(0xffffffff);
-    const __m256i even = _mm256_srlv_epi64(first.even, _mm256_and_si256(ToI(bits), low));
-    const __m256i odd = _mm256_srlv_epi64(first.odd, _mm256_srli_epi64(ToI(bits), 32));
+    const __m256i even = _mm256_srlv_epi64(difference.even, _mm256_and_si256(ToI(bits), low));
+    const __m256i odd = _mm256_srlv_epi64(difference.odd, _mm256_srli_epi64(ToI(bits), 32));
     return ToV(_mm256_blend_epi32(even, _mm256_slli_epi64(odd, 32), 0xaa));
   }
-  /// a * b < c * d + ties, with ties 0 or -1 times -1, as a mask has it.
+  /// a * b < c * d, or not larger where `ties`.
   static M ProductsBelow(V a, V b, V c, V d, M ties) {
-    const auto halves = [](V of) { return Pair{ToI(of), _mm256_srli_epi64(ToI(of), 32)}; };
-    const Pair behind = Difference(halves(a), halves(b), halves(c), halves(d));
+    const Pair behind = Difference(a, b, c, d);
     const V signs = ToV(_mm256_blend_epi32(_mm256_srli_epi64(behind.even, 32), behind.odd, 0xaa));
     const V zeros =
         ToV(_mm256_blend_epi32(_mm256_cmpeq_epi64(behind.even, _mm256_setzero_si256()),
@@ -199,18 +161,12 @@ struct EightLanes {
 
   static V ShiftLeft(V a, V bits) { return Signed(Bits(a) << Bits(bits)); }
   static V ShiftRight(V a, V bits) { return a >> bits; }
-  static bool Any(M m) {
-    int32_t any = 0;
-    for (int i = 0; i < kCount; i++) any |= m.bits[i];
-    return any != 0;
-  }
   static unsigned BitsOf(M m) {
     const V bit = And(m.bits, V{1, 2, 4, 8, 16, 32, 64, 128});
     int32_t bits = 0;
     for (int i = 0; i < kCount; i++) bits |= bit[i];
     return static_cast<unsigned>(bits);
   }
-  static V Select(M m, V a, V b) { return (a & m.bits) | (b & ~m.bits); }
   static F Select(M m, F a, F b) {
     return reinterpret_cast<F>(Select(m, reinterpret_cast<V>(a), reinterpret_cast<V>(b)));
   }
@@ -218,12 +174,6 @@ struct EightLanes {
   static V BitOf(const Words& a, V bits) {
     const V half = Select({SignOf(Left<26>(bits))}, a.high, a.low);
     return half >> And(bits, All(31));
-  }
-  template <typename Integer>
-  static V Gather(const Integer* p, V i) {
-    V all;
-    for (int k = 0; k < kCount; k++) all[k] = static_cast<int32_t>(p[static_cast<uint32_t>(i[k])]);
-    return all;
   }
   static Words Gather(const uint64_t* p, V i) {
     Words words;
@@ -269,28 +219,18 @@ struct EightLanes {
   static F Times(F a, F b) { return a * b; }
 
  private:
-  using UnsignedV [[gnu::vector_size(kBytes)]] = uint32_t;
-
-  // The same bits as another type.
-  static UnsignedV Bits(V a) { return reinterpret_cast<UnsignedV>(a); }
-  static V Signed(UnsignedV a) { return reinterpret_cast<V>(a); }
-  template <typename Vector>
-  static Vector Get(const void* p) {
-    Vector vector;
-    __builtin_memcpy(&vector, p, sizeof vector);
-    return vector;
-  }
-#if defined(__AVX2__)
-  static __m256i ToI(V a) { return reinterpret_cast<__m256i>(a); }
-  static V ToV(__m256i a) { return reinterpret_cast<V>(a); }
+#ifdef __AVX2__
   /// 64 bits each: of lanes 0, 2, 4, 6 and of lanes 1, 3, 5, 7.
   struct Pair {
     __m256i even, odd;
   };
   /// a * b - c * d.
-  static Pair Difference(const Pair& a, const Pair& b, const Pair& c, const Pair& d) {
-    return {_mm256_sub_epi64(_mm256_mul_epi32(a.even, b.even), _mm256_mul_epi32(c.even, d.even)),
-            _mm256_sub_epi64(_mm256_mul_epi32(a.odd, b.odd), _mm256_mul_epi32(c.odd, d.odd))};
+  static Pair Difference(V a, V b, V c, V d) {
+    const auto even = [](V x, V y) { return _mm256_mul_epi32(ToI(x), ToI(y)); };
+    const auto odd = [](V x, V y) {
+      return _mm256_mul_epi32(_mm256_srli_epi64(ToI(x), 32), _mm256_srli_epi64(ToI(y), 32));
+    };
+    return {_mm256_sub_epi64(even(a, b), even(c, d)), _mm256_sub_epi64(odd(a, b), odd(c, d))};
   }
 #endif
 };

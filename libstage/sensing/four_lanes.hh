@@ -1,36 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Four lanes of 64 bits for wide_walk_lanes.hh: one vector of AVX2, or two of NEON. Written with
-// the vectors of GCC and Clang, which any processor has; what these say badly or can't say is said
-// in the processor's own words. What wide_walk_lanes.hh says of code that is compiled for some
-// processors only holds here too.
+// Four lanes of 64 bits for wide_walk_lanes.hh; see vector_lanes.hh.
 
 #ifndef STAGE_SENSING_FOUR_LANES_HH
 #define STAGE_SENSING_FOUR_LANES_HH
 
 #include <cstdint>
-#if defined(__AVX2__)
-#include <immintrin.h>
-#elif defined(__aarch64__)
-#include <arm_neon.h>
-#endif
+
+#include "sensing/vector_lanes.hh"
 
 namespace Stg::internal::sensing {
 namespace {
 
-struct FourLanes {
-  static constexpr int kCount = 4;
-  static constexpr int kBytes = kCount * sizeof(int64_t);
-
-  using Number = int64_t;
-  using V [[gnu::vector_size(kBytes)]] = int64_t;
+struct FourLanes : VectorLanes<int64_t> {
   using D [[gnu::vector_size(kBytes)]] = double;
-  /// All ones or none in each lane.
-  struct M {
-    V bits;
-  };
 
-  static V All(int64_t n) { return V{n, n, n, n}; }
   static V Load(const int64_t* p) { return Get<V>(p); }
   static V Load(const uint32_t* p) { return V{p[0], p[1], p[2], p[3]}; }
   static V Load(const int32_t* p) { return __builtin_convertvector(Get<Halves>(p), V); }
@@ -52,33 +36,7 @@ struct FourLanes {
     *second = Logical<32>(*first);
   }
 
-  static V Add(V a, V b) { return Signed(Bits(a) + Bits(b)); }
-  static V AddWhere(M m, V a, V b) { return Add(a, And(m.bits, b)); }
-  static V Subtract(V a, V b) { return Signed(Bits(a) - Bits(b)); }
   static V LowHalf(V a) { return And(a, All(0xffffffff)); }
-  static V And(V a, V b) { return a & b; }
-  static V Or(V a, V b) { return a | b; }
-  static V Xor(V a, V b) { return a ^ b; }
-  /// a & ~b.
-  static V Without(V a, V b) { return a & ~b; }
-  template <int kBits>
-  static V Left(V a) {
-    return Signed(Bits(a) << kBits);
-  }
-  static V SignOf(V a) { return a < All(0); }
-  static V Absolute(V a) { return Subtract(Xor(a, SignOf(a)), SignOf(a)); }
-  static V Larger(V a, V b) { return Select(Greater(a, b), a, b); }
-
-  static M Greater(V a, V b) { return {a > b}; }
-  /// As unsigned numbers, of which b is less than 2^63.
-  static M Below(V a, V b) { return {Without(b > a, SignOf(a))}; }
-  static M Equal(V a, V b) { return {a == b}; }
-  static M Differ(V a, V b) { return {a != b}; }
-  static M Odd(V a) { return {And(a, All(1)) == All(1)}; }
-  static M None() { return {All(0)}; }
-  static M And(M a, M b) { return {a.bits & b.bits}; }
-  static M Or(M a, M b) { return {a.bits | b.bits}; }
-  static M AndNot(M a, M b) { return {a.bits & ~b.bits}; }
   /// The first `count` lanes.
   static M FirstOf(uint32_t count) { return {V{0, 1, 2, 3} < All(count)}; }
 
@@ -108,7 +66,8 @@ struct FourLanes {
   static D Divide(D a, D b) { return a / b; }
   static D DivideOr0(D a, D b) { return AsD(And(AsV(a / b), b != AllOf(0))); }
 
-#if defined(__AVX2__)
+  using VectorLanes::Select;
+#ifdef __AVX2__
   /// Products of signed 32-bit numbers.
   static V Multiply(V a, V b) { return ToV(_mm256_mul_epi32(ToI(a), ToI(b))); }
   template <int kBits>
@@ -116,24 +75,14 @@ struct FourLanes {
     const V sign = All(int64_t{1} << (63 - kBits));
     return Subtract(Xor(Logical<kBits>(a), sign), sign);
   }
-  /// Zeros come in from above.
-  static V ShiftRight(V a, V bits) { return ToV(_mm256_srlv_epi64(ToI(a), ToI(bits))); }
-  static bool Any(M m) { return !_mm256_testz_si256(ToI(m.bits), ToI(m.bits)); }
   static uint64_t BitsOf(M m) {
     return static_cast<uint64_t>(_mm256_movemask_pd(_mm256_castsi256_pd(ToI(m.bits))));
   }
-  static V Select(M m, V a, V b) { return ToV(_mm256_blendv_epi8(ToI(b), ToI(a), ToI(m.bits))); }
   static D Select(M m, D a, D b) {
     return _mm256_blendv_pd(b, a, _mm256_castsi256_pd(ToI(m.bits)));
   }
   /// Of numbers within 2^51 of 0.
   static D ToDouble(V a) { return AsD(Add(a, AsV(AllOf(kToBits)))) - AllOf(kToBits); }
-  /// Rounds towards 0. Of numbers within 2^50 of 0; of larger ones that.
-  static V ToInteger(D a) {
-    const D most = _mm256_min_pd(a, AllOf(0x1p50));
-    const D whole = _mm256_round_pd(most, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC);
-    return Subtract(AsV(whole + AllOf(kToBits)), AsV(AllOf(kToBits)));
-  }
   /// Of two zeros, b.
   static D Larger(D a, D b) { return _mm256_max_pd(a, b); }
   static D Smaller(D a, D b) { return _mm256_min_pd(a, b); }
@@ -148,52 +97,32 @@ struct FourLanes {
   static V Right(V a) {
     return a >> kBits;
   }
-  static V ShiftRight(V a, V bits) { return a >> bits; }
-  static bool Any(M m) { return (m.bits[0] | m.bits[1] | m.bits[2] | m.bits[3]) != 0; }
   static uint64_t BitsOf(M m) {
     const V bit = And(m.bits, V{1, 2, 4, 8});
     return static_cast<uint64_t>(bit[0] | bit[1] | bit[2] | bit[3]);
   }
-  static V Select(M m, V a, V b) { return (a & m.bits) | (b & ~m.bits); }
   static D Select(M m, D a, D b) { return AsD(Select(m, AsV(a), AsV(b))); }
   static D ToDouble(V a) { return __builtin_convertvector(a, D); }
-  /// Rounds towards 0.
-  static V ToInteger(D a) { return __builtin_convertvector(a, V); }
   /// Of two zeros, b.
   static D Larger(D a, D b) { return Select({a > b}, a, b); }
   static D Smaller(D a, D b) { return Select({a < b}, a, b); }
 #endif
 
   /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
-  static V BitOf(V a, V bits) { return ShiftRight(a, And(bits, All(63))); }
+  static V BitOf(V a, V bits) { return Signed(Bits(a) >> Bits(And(bits, All(63)))); }
 
  private:
-  using UnsignedV [[gnu::vector_size(kBytes)]] = uint64_t;
   using Halves [[gnu::vector_size(kBytes / 2)]] = int32_t;
   using Floats [[gnu::vector_size(kBytes / 2)]] = float;
 
   // The same bits as another type.
-  static UnsignedV Bits(V a) { return reinterpret_cast<UnsignedV>(a); }
-  static V Signed(UnsignedV a) { return reinterpret_cast<V>(a); }
   static V AsV(D a) { return reinterpret_cast<V>(a); }
   static D AsD(V a) { return reinterpret_cast<D>(a); }
-#if defined(__AVX2__)
-  static __m256i ToI(V a) { return reinterpret_cast<__m256i>(a); }
-  static V ToV(__m256i a) { return reinterpret_cast<V>(a); }
+#ifdef __AVX2__
   /// Of a whole number that is added to it, the lower bits of the sum are the bits.
   static constexpr double kToBits = 0x1p52 + 0x1p51;
 #endif
 
-  template <typename Vector>
-  static Vector Get(const void* p) {
-    Vector vector;
-    __builtin_memcpy(&vector, p, sizeof vector);
-    return vector;
-  }
-  template <typename Vector>
-  static void Put(void* p, Vector vector) {
-    __builtin_memcpy(p, &vector, sizeof vector);
-  }
   /// Zeros come in from above.
   template <int kBits>
   static V Logical(V a) {

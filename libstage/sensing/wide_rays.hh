@@ -103,8 +103,8 @@ class RayStarts {
   }
 
   /// Rays are prepared some at a time, up to the last lane.
-  static constexpr uint32_t kRoom = RayGroup::kMost + 8;
-  static_assert(Lanes::kCount <= 8);
+  static constexpr uint32_t kRoom = RayGroup::kMost + 16;
+  static_assert(Lanes::kCount <= 16);
 
   const ray_grid_t& grid;
   const uint32_t count;

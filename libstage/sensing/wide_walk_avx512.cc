@@ -53,7 +53,6 @@ struct Eight {
   }
 
   static V Add(V a, V b) { return _mm512_add_epi64(a, b); }
-  static V AddWhere(M m, V a, V b) { return _mm512_mask_add_epi64(a, m, a, b); }
   static V Subtract(V a, V b) { return _mm512_sub_epi64(a, b); }
   /// Products of signed 32-bit numbers.
   static V Multiply(V a, V b) { return _mm512_mul_epi32(a, b); }
@@ -75,7 +74,6 @@ struct Eight {
   static V BitOf(V a, V bits) { return _mm512_rorv_epi64(a, bits); }
   static V SignOf(V a) { return _mm512_srai_epi64(a, 63); }
   static V Absolute(V a) { return _mm512_abs_epi64(a); }
-  static V Larger(V a, V b) { return _mm512_max_epi64(a, b); }
 
   static M Greater(V a, V b) { return _mm512_cmpgt_epi64_mask(a, b); }
   /// As unsigned numbers.
@@ -117,7 +115,6 @@ struct Eight {
   static void Store(M m, double* p, D a) { _mm512_mask_storeu_pd(p, m, a); }
 
   static D ToDouble(V a) { return _mm512_cvtepi64_pd(a); }
-  static V ToInteger(D a) { return _mm512_cvttpd_epi64(a); }
   static D AllOf(double d) { return _mm512_set1_pd(d); }
   static D Plus(D a, D b) { return _mm512_add_pd(a, b); }
   static D Times(D a, D b) { return _mm512_mul_pd(a, b); }
@@ -146,6 +143,7 @@ struct Sixteen {
 
   static V All(int32_t n) { return _mm512_set1_epi32(n); }
   static V Load(const int32_t* p) { return _mm512_loadu_si512(p); }
+  static F Load(const float* p) { return _mm512_loadu_ps(p); }
   static void Store(int32_t* p, V v) { _mm512_storeu_si512(p, v); }
 
   static V Add(V a, V b) { return _mm512_add_epi32(a, b); }
@@ -259,9 +257,8 @@ struct Sixteen {
     const V signs = _mm512_mask_blend_epi32(kOdd, _mm512_srli_epi64(behind.even, 32), behind.odd);
     // A difference is 0 if both of its halves are.
     const V rest = _mm512_mask_blend_epi32(kOdd, behind.even, _mm512_slli_epi64(behind.odd, 32));
-    const M below = _mm512_movepi32_mask(signs);
-    return static_cast<M>(below |
-                          (ties & _mm512_testn_epi32_mask(Or(signs, rest), Or(signs, rest))));
+    const V any = Or(signs, rest);
+    return static_cast<M>(_mm512_movepi32_mask(signs) | (ties & Zero(any)));
   }
   static F ToFloat(V a) { return _mm512_cvtepi32_ps(a); }
   /// Rounds towards 0.

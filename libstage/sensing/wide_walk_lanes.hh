@@ -20,10 +20,10 @@ namespace Stg::internal::sensing {
 namespace {
 
 /// How rays go: as a ray_t has it.
-template <class Lanes, typename Slope>
+template <class Lanes>
 struct Slant {
   typename Lanes::V ox, oy, adx, ady;
-  Slope dy_per_dx, dx_per_dy;
+  typename Lanes::F dy_per_dx, dx_per_dy;
 };
 
 /// A border that no ray reaches, in Q16: the longest one and a superregion more.
@@ -36,34 +36,31 @@ typename Lanes::V Offset(typename Lanes::V border, typename Lanes::V start) {
 }
 
 /// Sets u and v to where the leap lands that crosses the border to_x, if `in_x`, or to_y:
-/// ray_land(). A double tells that place to within one border.
+/// ray_land(). A float tells that place to within a hundredth of a border.
 template <class Lanes>
-void Land(const Slant<Lanes, typename Lanes::D>& ray, typename Lanes::M in_x,
-          typename Lanes::V to_x, typename Lanes::V to_y, typename Lanes::V* u,
-          typename Lanes::V* v) {
+void Leap(const Slant<Lanes>& ray, typename Lanes::M in_x, typename Lanes::V to_x,
+          typename Lanes::V to_y, typename Lanes::V* u, typename Lanes::V* v) {
   using V = typename Lanes::V;
   const V to = Lanes::Select(in_x, to_x, to_y);
-  const V offset = Lanes::Select(in_x, ray.ox, ray.oy);
   const V other_offset = Lanes::Select(in_x, ray.oy, ray.ox);
   const V across = Lanes::Select(in_x, ray.adx, ray.ady);
   const V along = Lanes::Select(in_x, ray.ady, ray.adx);
   const V from = Lanes::Select(in_x, *v, *u), one = Lanes::All(1);
-  const V at = Offset<Lanes>(to, offset);
-  const V ties = Lanes::Select(in_x, one, Lanes::All(0));
-  const V target = Lanes::Add(Lanes::Multiply(at, along), ties);
+  const V at = Offset<Lanes>(to, Lanes::Select(in_x, ray.ox, ray.oy));
   const auto slope = Lanes::Select(in_x, ray.dy_per_dx, ray.dx_per_dy);
-  const V guess = Lanes::ToInteger(Lanes::Times(Lanes::ToDouble(at), slope));
-  // One less than the guess lies before that place for certain, and by less than a border.
-  const V before = Lanes::Add(Lanes::Add(guess, other_offset), Lanes::All(-1));
+  // Beyond the end of any ray it is enough to know that.
+  const auto guess = Lanes::Smaller(Lanes::Times(Lanes::ToFloat(at), slope), Lanes::AllOf(kBeyond));
+  // Less than that by what a guess may be wrong, twice over: it lies before the place for certain.
+  const V before = Lanes::Add(Lanes::Add(Lanes::ToInteger(guess), other_offset), Lanes::All(-512));
   V n = Lanes::Larger(Lanes::template Right<16>(before), from);
-  const V ahead = Lanes::Multiply(Offset<Lanes>(Lanes::Add(n, one), other_offset), across);
-  n = Lanes::AddWhere(Lanes::Greater(target, ahead), n, one);
+  const V next = Offset<Lanes>(Lanes::Add(n, one), other_offset);
+  n = Lanes::AddWhere(Lanes::ProductsBelow(next, across, at, along, in_x), n, one);
   *u = Lanes::Select(in_x, to, n);
   *v = Lanes::Select(in_x, n, to);
 }
 
 /// The rays, ready to be walked: what ray_begin() prepares, for each of them.
-template <class Lanes>
+template <class Lanes, class Narrow>
 class ReadyRays : public RayStarts<Lanes> {
  public:
   using V = typename Lanes::V;
@@ -77,6 +74,7 @@ class ReadyRays : public RayStarts<Lanes> {
         mask(*rays.mask),
         free_(FindFreeBoxes(rays)) {
     for (uint32_t first = 0; first < this->count; first += Lanes::kCount) Prepare(first);
+    for (uint32_t first = 0; first < this->count; first += Narrow::kCount) LeaveFreeBox(first);
   }
 
   const SuperMap<Lanes> supers;
@@ -100,37 +98,44 @@ class ReadyRays : public RayStarts<Lanes> {
     Lanes::Store(limits_y + first,
                  Limit(to_y, ady, load(this->oy), load(this->y0), box.min_y, box.max_y));
     const D across = Lanes::ToDouble(adx), along = Lanes::ToDouble(ady);
-    const D dy_per = Lanes::DivideOr0(along, across), dx_per = Lanes::DivideOr0(across, along);
-    Lanes::Store(dy_per_dx + first, dy_per);
-    Lanes::Store(dx_per_dy + first, dx_per);
-    LeaveFreeBox({load(this->ox), load(this->oy), adx, ady, dy_per, dx_per}, first);
+    Lanes::Store(dy_per_dx + first, Lanes::DivideOr0(along, across));
+    Lanes::Store(dx_per_dy + first, Lanes::DivideOr0(across, along));
   }
 
   /// The walk begins where the ray leaves the box, or at its start if that is outside.
-  void LeaveFreeBox(const Slant<Lanes, D>& ray, uint32_t first) {
-    const M back_x = Lanes::Greater(All(0), Lanes::Load(this->dx + first));
-    const M back_y = Lanes::Greater(All(0), Lanes::Load(this->dy + first));
+  void LeaveFreeBox(uint32_t first) {
+    using N = typename Narrow::V;
+    const auto load = [&](const auto* numbers) { return Narrow::Load(numbers + first); };
+    const N to_x = load(this->dx), to_y = load(this->dy);
+    const N none = Narrow::All(0), one = Narrow::All(1);
+    const auto back_x = Narrow::Greater(none, to_x), back_y = Narrow::Greater(none, to_y);
     const auto side = [&](int32_t grid::CellBox::*of) {
       const auto row = [&](const grid::CellBox(&boxes)[2]) {
-        return Lanes::Select(back_x, All(boxes[1].*of), All(boxes[0].*of));
+        return Narrow::Select(back_x, Narrow::All(boxes[1].*of), Narrow::All(boxes[0].*of));
       };
-      return Lanes::Select(back_y, row(free_.towards[1]), row(free_.towards[0]));
+      return Narrow::Select(back_y, row(free_.towards[1]), row(free_.towards[0]));
     };
-    const V x = Lanes::Load(this->x0 + first), y = Lanes::Load(this->y0 + first), one = All(1);
-    const V left = Lanes::Subtract(x, side(&grid::CellBox::min_x));
-    const V right = Lanes::Subtract(side(&grid::CellBox::max_x), x);
-    const V below = Lanes::Subtract(y, side(&grid::CellBox::min_y));
-    const V above = Lanes::Subtract(side(&grid::CellBox::max_y), y);
-    const V to_x = Lanes::Add(Lanes::Select(back_x, left, right), one);
-    const V to_y = Lanes::Add(Lanes::Select(back_y, below, above), one);
-    const M in_x = Lanes::Greater(Lanes::Multiply(Offset<Lanes>(to_y, ray.oy), ray.adx),
-                                  Lanes::Multiply(Offset<Lanes>(to_x, ray.ox), ray.ady));
-    V over_x = All(0), over_y = All(0);
-    Land<Lanes>(ray, in_x, to_x, to_y, &over_x, &over_y);
-    const M outside = Lanes::Differ(
-        Lanes::SignOf(Lanes::Or(Lanes::Or(left, right), Lanes::Or(below, above))), All(0));
-    Lanes::Store(u + first, Lanes::Select(outside, All(0), over_x));
-    Lanes::Store(v + first, Lanes::Select(outside, All(0), over_y));
+    const N x = load(this->x0), y = load(this->y0);
+    const N min_x = side(&grid::CellBox::min_x), max_x = side(&grid::CellBox::max_x);
+    const N min_y = side(&grid::CellBox::min_y), max_y = side(&grid::CellBox::max_y);
+    // Compared, as the distance to a box that is far away may not fit.
+    const auto outside =
+        Narrow::Or(Narrow::Or(Narrow::Greater(min_x, x), Narrow::Greater(x, max_x)),
+                   Narrow::Or(Narrow::Greater(min_y, y), Narrow::Greater(y, max_y)));
+    const auto border = [&](auto back, N start, N min, N max) {
+      return Narrow::Add(
+          Narrow::Select(back, Narrow::Subtract(start, min), Narrow::Subtract(max, start)), one);
+    };
+    const N border_x = border(back_x, x, min_x, max_x), border_y = border(back_y, y, min_y, max_y);
+    const Slant<Narrow> ray{load(this->ox),         load(this->oy),  Narrow::Absolute(to_x),
+                            Narrow::Absolute(to_y), load(dy_per_dx), load(dx_per_dy)};
+    const auto in_x =
+        Narrow::ProductsBelow(Offset<Narrow>(border_x, ray.ox), ray.ady,
+                              Offset<Narrow>(border_y, ray.oy), ray.adx, Narrow::None());
+    N over_x = none, over_y = none;
+    Leap<Narrow>(ray, in_x, border_x, border_y, &over_x, &over_y);
+    Narrow::Store(u + first, Narrow::Select(outside, none, over_x));
+    Narrow::Store(v + first, Narrow::Select(outside, none, over_y));
   }
 
   /// ray_limit().
@@ -148,31 +153,6 @@ class ReadyRays : public RayStarts<Lanes> {
 
   const FreeBoxes free_;
 };
-
-/// The same as Land(), with 32 bits a lane: a float guesses, and tells the place to within a
-/// hundredth of a border. A product of two numbers has 64 bits all the same.
-template <class Lanes>
-void Leap(const Slant<Lanes, typename Lanes::F>& ray, typename Lanes::M in_x,
-          typename Lanes::V to_x, typename Lanes::V to_y, typename Lanes::V* u,
-          typename Lanes::V* v) {
-  using V = typename Lanes::V;
-  const V to = Lanes::Select(in_x, to_x, to_y);
-  const V other_offset = Lanes::Select(in_x, ray.oy, ray.ox);
-  const V across = Lanes::Select(in_x, ray.adx, ray.ady);
-  const V along = Lanes::Select(in_x, ray.ady, ray.adx);
-  const V from = Lanes::Select(in_x, *v, *u), one = Lanes::All(1);
-  const V at = Offset<Lanes>(to, Lanes::Select(in_x, ray.ox, ray.oy));
-  const auto slope = Lanes::Select(in_x, ray.dy_per_dx, ray.dx_per_dy);
-  // Beyond the end of any ray it is enough to know that.
-  const auto guess = Lanes::Smaller(Lanes::Times(Lanes::ToFloat(at), slope), Lanes::AllOf(kBeyond));
-  // Less than that by what a guess may be wrong, twice over: it lies before the place for certain.
-  const V before = Lanes::Add(Lanes::Add(Lanes::ToInteger(guess), other_offset), Lanes::All(-512));
-  V n = Lanes::Larger(Lanes::template Right<16>(before), from);
-  const V next = Offset<Lanes>(Lanes::Add(n, one), other_offset);
-  n = Lanes::AddWhere(Lanes::ProductsBelow(next, across, at, along, in_x), n, one);
-  *u = Lanes::Select(in_x, to, n);
-  *v = Lanes::Select(in_x, n, to);
-}
 
 /// Rays that are walked side by side, with 32 bits a lane. A lane whose ray has ended takes up the
 /// next one.
@@ -375,7 +355,7 @@ class LaneGroup {
 /// Rays are prepared and hits looked at with 64 bits a lane, and walked with 32.
 template <class Lanes, class Narrow>
 void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
-  using Ready = ReadyRays<Lanes>;
+  using Ready = ReadyRays<Lanes, Narrow>;
   Ready ready(rays);
   const SuperMap<Narrow> supers = SupersNear<Narrow>(rays);
   LaneGroup<Narrow, Ready> first(&ready, supers, found.hits), second(&ready, supers, found.hits);

@@ -259,6 +259,7 @@ struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
   using Base = PortableLanes<kLanes, int32_t>;
   using Base::BitOf;
   using Base::Gather;
+  using Base::Load;
   using Base::Select;
   using Base::Without;
   using Base::Zero;
@@ -273,6 +274,9 @@ struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
     int n[kLanes];
   };
 
+  static F Load(const float* p) {
+    return Each<F>([&](int i) { return p[i]; });
+  }
   static Words Without(const Words& a, const Words& b) {
     return Each<Words>([&](int i) { return a.n[i] & ~b.n[i]; });
   }
