@@ -64,7 +64,7 @@ void TraceRays(benchmark::State& state, const char* name, double width, double d
     for (uint32_t i = 0; i < 360; i++)
       benchmark::DoNotOptimize(
           tracer.Trace(fan, view, {scene.tables.all()[first + i], scene.tables.turns()[first + i]},
-                       no_mask, {}, &counters));
+                       no_mask, &counters));
   }
   state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
 }

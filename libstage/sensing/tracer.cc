@@ -244,7 +244,7 @@ class ExactVisit {
 struct Tracer::Walk {
   const ray_grid_t& view;
   const ray_mask_t& mask;
-  const HitList& list;
+  HitList list;
   int32_t dx, dy;  // displacement of a leg, Q16 cells
   TraceCounters* counters;
 };
@@ -267,11 +267,17 @@ void Tracer::Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y) {
             static_cast<int>(x & 0xffff), static_cast<int>(y & 0xffff), walk.dx, walk.dy);
 }
 
+/// A ray of one leg, in the first cell of the list.
+void Tracer::BeginAtFirst(ray_t* ray, const Fan& fan, const Walk& walk) {
+  Begin(ray, walk, StartX(fan), StartY(fan));
+  ray_resume(ray, ray_packed_u(*walk.list.hits), ray_packed_v(*walk.list.hits));
+}
+
 /// Takes `visit` to the cells in which something is, in their order along the ray: those of the
-/// list but the first ones, then those that the walk finds behind them.
+/// list but the first, where it has been, then those that the walk finds behind them.
 template <typename Visit>
-void Tracer::Follow(const Walk& walk, uint32_t first, ray_t* ray, Visit* visit) const {
-  for (uint32_t i = first; i < walk.list.count; i++) {
+void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
+  for (uint32_t i = 1; i < walk.list.count; i++) {
     const uint32_t hit = walk.list.hits[i];
     if (hit == RAY_NO_HIT) return;  // the ray ended; there is nothing behind
     ray_resume(ray, ray_packed_u(hit), ray_packed_v(hit));
@@ -288,10 +294,10 @@ void Tracer::Follow(const Walk& walk, uint32_t first, ray_t* ray, Visit* visit) 
 }
 
 RayHit Tracer::Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
-                     const ray_mask_t& mask, const HitList& list, TraceCounters* counters) const {
+                     const ray_mask_t& mask, TraceCounters* counters) const {
   counters->rays++;
   if (fan.nothing) return {fan.range, nullptr};
-  const Walk walk = WalkOf(fan, view, bearing.direction, mask, list, counters);
+  const Walk walk = WalkOf(fan, view, bearing.direction, mask, HitList(), counters);
   return fan.exact ? TraceExact(fan, walk, bearing.turn, NoNotes())
                    : TraceCells(fan, walk, NoNotes());
 }
@@ -327,8 +333,7 @@ void Tracer::Record(const Fan& fan, const Bearing& bearing, const ray_mask_t& ma
   if (fan.nothing) return;
   const ray_grid_t view = grid_.View(fan.layer);
   TraceCounters counters;
-  const HitList none;
-  const Walk walk = WalkOf(fan, view, bearing.direction, mask, none, &counters);
+  const Walk walk = WalkOf(fan, view, bearing.direction, mask, HitList(), &counters);
   record->dx = walk.dx;
   record->dy = walk.dy;
   record->mask_tiles = mask.width * mask.height;
@@ -350,7 +355,7 @@ RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk, const Taking& notes)
     const int64_t y = start_y + static_cast<int64_t>(k) * walk.dy;
     Begin(&ray, walk, x, y);
     notes.Leg(k, ray);
-    Follow(walk, 0, &ray, &visit);
+    Follow(walk, &ray, &visit);
     if (visit.hit())
       return {(k + MiddleOf(PassageOf(ray), fan.legs - k)) * fan.leg_length, visit.hit()};
   }
@@ -361,9 +366,8 @@ RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk, const Taking& notes)
 RayHit Tracer::TraceCellsFrom(const Fan& fan, const Walk& walk) const {
   CellVisit<> visit(grid_, fan);
   ray_t ray;
-  Begin(&ray, walk, StartX(fan), StartY(fan));
-  ray_resume(&ray, ray_packed_u(*walk.list.hits), ray_packed_v(*walk.list.hits));
-  Follow(walk, 1, &ray, &visit);
+  BeginAtFirst(&ray, fan, walk);
+  Follow(walk, &ray, &visit);
   if (!visit.hit()) return {fan.range, nullptr};
   return {MiddleOf(PassageOf(ray), fan.legs) * fan.leg_length, visit.hit()};
 }
@@ -398,7 +402,7 @@ RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& tu
     Begin(&ray, walk, start_x + static_cast<int64_t>(std::floor(k * leg_x)),
           start_y + static_cast<int64_t>(std::floor(k * leg_y)));
     notes.Leg(k, ray);
-    Follow(walk, 0, &ray, &visit);
+    Follow(walk, &ray, &visit);
   }
   return visit.hit();
 }
@@ -411,10 +415,9 @@ RayHit Tracer::TraceExactFrom(const Fan& fan, double end, const Walk& walk, cons
   const int u = ray_packed_u(*walk.list.hits), v = ray_packed_v(*walk.list.hits);
   if (visit.EndsAtFirst(bodies, walk.dx, walk.dy, u, v)) return visit.hit();
   ray_t ray;
-  Begin(&ray, walk, StartX(fan), StartY(fan));
-  ray_resume(&ray, u, v);
+  BeginAtFirst(&ray, fan, walk);
   visit.EndAtNearest(&ray);
-  Follow(walk, 1, &ray, &visit);
+  Follow(walk, &ray, &visit);
   return visit.hit();
 }
 
@@ -562,7 +565,7 @@ void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, double* ranges
   const ray_mask_t mask = batch.SelfMaskOf(fan);
   const ray_grid_t view = grid_.View(fan.layer);
   for (uint32_t i = 0; i < fan.record.samples; i++) {
-    const RayHit hit = Trace(fan, view, {directions[i], turns[i]}, mask, HitList(), counters);
+    const RayHit hit = Trace(fan, view, {directions[i], turns[i]}, mask, counters);
     ranges[i] = hit.range;
     AddRun(i, i + 1, hit.model, runs);
   }

@@ -29,12 +29,6 @@ class Tracer {
     Direction direction;
     SineCosine turn;
   };
-  /// What is known beforehand of where a ray may stop.
-  struct HitList {
-    const uint32_t* hits = nullptr;  ///< as HitLists has them
-    uint32_t count = 0;              ///< 0: nothing is known
-  };
-
   /// What some fans have hit, each with runs of its own.
   struct Hits {
     std::vector<double> ranges;  ///< of all rays, and some room behind them
@@ -58,7 +52,7 @@ class Tracer {
 
   /// One ray of a fan, through `view` of the fan's layer.
   RayHit Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
-               const ray_mask_t& mask, const HitList& list, TraceCounters* counters) const;
+               const ray_mask_t& mask, TraceCounters* counters) const;
 
   /// The same, with notes of how it came to that: fills in all of *record but `sample`. The hit is
   /// that of Trace(), of which each step is taken here too.
@@ -71,13 +65,19 @@ class Tracer {
                  Hits* hits, TraceCounters* counters) const;
 
  private:
+  /// What is known beforehand of where a ray may stop.
+  struct HitList {
+    const uint32_t* hits = nullptr;  // as HitLists has them
+    uint32_t count = 0;              // 0: nothing is known
+  };
   struct Walk;
   class Group;
   void TraceOneByOne(const RayBatch& batch, const Fan& fan, double* ranges,
                      std::vector<HitRun>* runs, TraceCounters* counters) const;
   static void Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y);
+  static void BeginAtFirst(ray_t* ray, const Fan& fan, const Walk& walk);
   template <typename Visit>
-  void Follow(const Walk& walk, uint32_t first, ray_t* ray, Visit* visit) const;
+  void Follow(const Walk& walk, ray_t* ray, Visit* visit) const;
   static Walk WalkOf(const Fan& fan, const ray_grid_t& view, const Direction& direction,
                      const ray_mask_t& mask, const HitList& list, TraceCounters* counters);
   template <class Taking>

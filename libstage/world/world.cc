@@ -355,7 +355,7 @@ void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fo
   for (uint32_t i = 0; i < count; i++) {
     const SineCosine turn = sensing::TurnOf(sensing::SampleBearing(fov, count, i));
     const sensing::RayHit hit =
-        tracer.Trace(fan, view, {sensing::MakeDirection(turn), turn}, no_mask, {}, &counters);
+        tracer.Trace(fan, view, {sensing::MakeDirection(turn), turn}, no_mask, &counters);
     results[i] = ResultOf(gpose, hit.range, hit.model);
   }
 }

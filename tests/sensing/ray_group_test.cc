@@ -140,7 +140,7 @@ Outcome RayByRay(const Scene& scene) {
       outcome.hits.push_back(Tracer(scene.grid)
                                  .Trace(fan, view,
                                         {batch.DirectionsOf(fan)[i], batch.TurnsOf(fan)[i]},
-                                        batch.SelfMaskOf(fan), {}, &outcome.counters));
+                                        batch.SelfMaskOf(fan), &outcome.counters));
   }
   return outcome;
 }

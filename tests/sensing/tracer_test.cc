@@ -142,7 +142,7 @@ constexpr Tracer::Bearing kAhead{{1 << 30, 0}, {.sine = 0, .cosine = 1}};
 
 RayHit TraceOne(const Scene& scene, const Fan& fan, const Tracer::Bearing& bearing = kAhead) {
   TraceCounters counters;
-  return Tracer(scene.grid).Trace(fan, scene.grid.View(fan.layer), bearing, kNoMask, {}, &counters);
+  return Tracer(scene.grid).Trace(fan, scene.grid.View(fan.layer), bearing, kNoMask, &counters);
 }
 
 TEST(Tracer, TheNearestAcceptedBody) {
@@ -223,7 +223,7 @@ TEST(Tracer, CountsRaysAndHits) {
   scene.refused = 3;
   TraceCounters counters;
   const Fan fan = scene.MakeFan(Pose(0.5, 0.5, 0, 0), 20);
-  Tracer(scene.grid).Trace(fan, scene.grid.View(0), kAhead, kNoMask, {}, &counters);
+  Tracer(scene.grid).Trace(fan, scene.grid.View(0), kAhead, kNoMask, &counters);
   EXPECT_EQ(counters.rays, 1u);
   EXPECT_EQ(counters.potential_hits, 3u);
   EXPECT_EQ(counters.resumed, 0u);
@@ -317,11 +317,14 @@ TEST(TracerLists, ShortListsAreTrusted) {
   Scene scene;
   for (int i = 0; i < 3; i++) scene.Draw(scene.AddBody(0, 1), 10 * (i + 1), 0);
   const Fan fan = scene.MakeFan(Pose(0.5, 0.5, 0, 0), 50);
+  DirectionTables tables;
+  RayBatch batch;
+  batch.Add(fan, 1, SelfMask());
+  batch.Close(tables);
   const auto trace = [&](std::vector<uint32_t> list, TraceCounters* counters) {
-    return Tracer(scene.grid)
-        .Trace(fan, scene.grid.View(0), kAhead, kNoMask,
-               {list.data(), static_cast<uint32_t>(list.size())}, counters)
-        .model;
+    const auto per_ray = static_cast<uint32_t>(list.size());
+    list.insert(list.begin(), 0);  // no body is known
+    return TraceAll(scene, batch, HitLists{list.data(), per_ray}, counters)[0].model;
   };
   TraceCounters counters;
   // An end says that there is nothing more, and the host does not look.
