@@ -164,6 +164,13 @@ class Episodes:
                 raise StageError(f"world number {i} has failed: {failed[i]}")
 
 
+def opened(episodes: Episodes | None) -> Episodes:
+    """Those of an environment; ResetNeeded if it has been closed, and has none any more."""
+    if episodes is None:
+        raise ResetNeeded("the environment is closed: make another one")
+    return episodes
+
+
 def _wide(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Bools, int64 or float64: what single numbers become in Python."""
     kind = values.dtype.kind

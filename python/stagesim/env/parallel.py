@@ -14,7 +14,7 @@ from gymnasium.utils.seeding import np_random
 from pettingzoo import ParallelEnv
 
 from ..world import World
-from .episodes import AnyTask, Episodes, Observations
+from .episodes import AnyTask, Episodes, Observations, opened
 
 Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool],
              dict[str, dict[str, Any]]]
@@ -71,13 +71,13 @@ class StageParallelEnv(ParallelEnv[str, Observations, npt.NDArray[np.float32]]):
         """Begins an episode: observations and infos. `options` are ignored."""
         if seed is not None or self._random is None:
             self._random, _ = np_random(seed)
-        self._last = self._open().begin(self._all, [self._random])[0]
+        self._last = opened(self._episodes).begin(self._all, [self._random])[0]
         self.agents = list(self.possible_agents)
         return self._observed(self.agents), {agent: {} for agent in self.agents}
 
     def step(self, actions: dict[str, npt.ArrayLike]) -> Step:
         """One action of each agent: observations, rewards, terminations, truncations and infos of each."""
-        episodes, agents = self._open(), self.agents
+        episodes, agents = opened(self._episodes), self.agents
         if self._last is None:
             raise ResetNeeded("no episode has begun: call reset()")
         if set(actions) != set(agents):
@@ -113,8 +113,3 @@ class StageParallelEnv(ParallelEnv[str, Observations, npt.NDArray[np.float32]]):
     def _observed(self, agents: list[str]) -> dict[str, Observations]:
         assert self._last is not None
         return {agent: self._last[self._rows[agent]].copy() for agent in agents}
-
-    def _open(self) -> Episodes:
-        if self._episodes is None:
-            raise ResetNeeded("the environment is closed: make another one")
-        return self._episodes

@@ -9,10 +9,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium.error import ResetNeeded
 
 from ..world import World
-from .episodes import AnyTask, Episodes, Observations
+from .episodes import AnyTask, Episodes, Observations, opened
 
 
 class StageEnv(gymnasium.Env[Observations, npt.NDArray[np.float32]]):
@@ -57,11 +56,11 @@ class StageEnv(gymnasium.Env[Observations, npt.NDArray[np.float32]]):
               options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
         """Begins an episode: see the class. `options` are ignored."""
         super().reset(seed=seed)
-        return self._open().begin(self._all, [self.np_random]).reshape(-1), {}
+        return opened(self._episodes).begin(self._all, [self.np_random]).reshape(-1), {}
 
     def step(self, action: npt.ArrayLike) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
         """One action: observation, reward, terminated, truncated, info."""
-        episodes = self._open()
+        episodes = opened(self._episodes)
         moment = episodes.step(action, self._all)
         info = {name: values[0] if values.shape[1] > 1 else values[0, 0].item()
                 for name, values in moment.info.items()}
@@ -73,8 +72,3 @@ class StageEnv(gymnasium.Env[Observations, npt.NDArray[np.float32]]):
     def close(self) -> None:
         """Gives the world back."""
         self._episodes = None
-
-    def _open(self) -> Episodes:
-        if self._episodes is None:
-            raise ResetNeeded("the environment is closed: make another one")
-        return self._episodes

@@ -15,7 +15,7 @@ from gymnasium.vector.utils import batch_space
 
 from ..fleet import Bools, Floats
 from ..world import World
-from .episodes import AnyTask, Episodes, Moment, Observations
+from .episodes import AnyTask, Episodes, Moment, Observations, opened
 
 Step = tuple[Observations, Floats, Bools, Bools, dict[str, Any]]
 
@@ -85,7 +85,7 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         """One action in each world: observations, rewards, terminations, truncations, infos."""
         if self.autoreset_mode is AutoresetMode.DISABLED and self._over.any():
             raise ResetNeeded(f"the episodes {np.flatnonzero(self._over).tolist()} are over: call reset()")
-        episodes, going, waiting = self._open(), ~self._over, self._over
+        episodes, going, waiting = opened(self._episodes), ~self._over, self._over
         moment = episodes.step(actions, going)
         terminations, truncations = episodes.all_terminated(moment), moment.worlds_truncated
         self._last = moment.observations.reshape(self._last.shape)
@@ -104,7 +104,7 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         self._episodes = None
 
     def _begin(self, which: Bools) -> None:
-        seen = self._open().begin(which, self.np_random).reshape(self._last.shape)
+        seen = opened(self._episodes).begin(which, self.np_random).reshape(self._last.shape)
         self._last[which] = seen[which]
 
     def _infos(self, moment: Moment, which: Bools) -> dict[str, Any]:
@@ -149,8 +149,3 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         if mask.shape != (self.num_envs,) or not mask.any():
             raise ValueError(f"found the reset_mask {mask}, expected {self.num_envs} bools, not all False")
         return mask
-
-    def _open(self) -> Episodes:
-        if self._episodes is None:
-            raise ResetNeeded("the environment is closed: make another one")
-        return self._episodes
