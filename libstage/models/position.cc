@@ -187,7 +187,10 @@ void ModelPosition::Load() {
   read_bounds("velocity_bounds", velocity_bounds);
   read_bounds("acceleration_bounds", acceleration_bounds);
 
-  // The estimate starts as the true pose, seen from the origin.
+  StartOdometry();
+}
+
+void ModelPosition::StartOdometry() {
   est_origin = GetGlobalPose();
   const Pose global = est_origin;
   est_origin.Load(wf, wf_entity, "localization_origin");

@@ -18,6 +18,7 @@
 #include "sensing/batch_tracer.hh"
 #include "threads/wall_clock.hh"
 #include "threads/worker_pool.hh"
+#include "world/metric_list.hh"
 #include "world/phases/callback_phase.hh"
 #include "world/phases/gather_phase.hh"
 #include "world/phases/move_phase.hh"
@@ -57,6 +58,7 @@ class WorldEngine : public Host {
   grid::CellBox extent_of_loading;          ///< of the grid, when the world had been loaded
   std::shared_ptr<const WorldImage> image;  ///< for copies of the world; once one was made
   std::unique_ptr<SnapshotRoom> snapshot_room;
+  MetricList metrics;
   std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
 
   // What models ask for, see Host.

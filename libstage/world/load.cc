@@ -18,6 +18,7 @@
 #include "models/thrown.hh"
 #include "world/engine.hh"
 #include "world/plugin.hh"
+#include "world/populate.hh"
 #include "world/prefilter_loader.hh"
 #include "world/window_properties.hh"
 #include "world/world.hh"
@@ -201,6 +202,7 @@ void World::LoadContent(Source source) {
   path_ = source.path;
   const bool is_read = source.read != nullptr;
   wf = is_read ? std::move(source.read) : std::make_unique<Worldfile>();
+  if (!is_read) wf->Set(options_.settings);
   if (source.content)
     wf->Load(*source.content, path_);
   else if (!is_read)
@@ -211,6 +213,7 @@ void World::LoadContent(Source source) {
   engine_->plugins_left_out = LoadPlugins(wf.get(), options_.controllers);
   if (source.image) engine_->outlines_of_pictures = source.image->outlines;
   if (!LoadEntities()) return;
+  engine_->metrics.Load(this, wf.get(), engine_->made);
   // What an image is of has been looked at before.
   if (!source.image) CheckOutlines(engine_->made);
   engine_->made.clear();
@@ -225,6 +228,7 @@ void World::LoadContent(Source source) {
   for (Model* model : engine_->models)
     if (model->wf_entity > 0) model->blockgroup->NoteLoaded();
   InitControllers();
+  if (wf) wf->CheckSettings();
 }
 
 void World::DrawAll() {
@@ -363,6 +367,8 @@ bool World::LoadEntities() {
   if (engine->life != life) return false;
   // The models' own frames are final only now.
   for (Model* model : engine->models) model->blockgroup->Fit(model->geom.size);
+  PlacePopulations(engine->models, engine->made, wf.get(), 1 / engine->scene.cells_per_metre,
+                   options_.seed);
   return true;
 }
 
@@ -410,7 +416,9 @@ void World::LoadEntity(int entity) {
     return;  // a callback has deleted the model that it would be a part of
   CheckNotNested(entity, parent_model);
 
-  if (type == "window") {
+  if (type == "population" || type == "metric") {
+    // Members of a population are entities of their own; metrics want all models to be there.
+  } else if (type == "window") {
     for (const std::string_view property : kWindowProperties)
       wf->ReadString(entity, property.data(), "");
   } else if (type == "block" && parent_model) {

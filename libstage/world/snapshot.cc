@@ -471,6 +471,7 @@ bool World::Restore(const Snapshot& from) {
   }
   if (wrong.empty()) {
     if (from.difference_) room.shared = from.row_;
+    engine_->metrics.Start(*this);
     return true;
   }
   Restorer(this).PutBack(room.before);

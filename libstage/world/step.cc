@@ -107,6 +107,7 @@ void World::Step(WorldEngine& engine, uint64_t life) {
   if (engine.life != life) return;
   const double called = WallClock();
   UpdateEnergy();
+  engine.metrics.Step(*this);
 
   const double traced = engine.tracer.seconds() - traced_before;
   engine.sharing.Report(called - start - traced);

@@ -156,6 +156,7 @@ void World::ForgetAll() {
   engine_->due.clear();
   engine_->calls_after_step.clear();
   engine_->energy.clear();
+  engine_->metrics.Clear();
   // Struck out, not erased: this may be called from one of them.
   for (WorldEngine::UpdateCallback& entry : engine_->update_callbacks) entry.function = nullptr;
 }
@@ -250,6 +251,10 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
 }
 
 std::shared_ptr<Host> World::ShareHost() const { return engine_; }
+
+std::vector<NamedMetric> World::Metrics() const { return engine_->metrics.Values(); }
+
+void World::SetMetric(const std::string& name, double value) { engine_->metrics.Set(name, value); }
 
 Model* World::FindModel(uint32_t id) const { return engine_->FindModel(id); }
 

@@ -25,6 +25,7 @@ Document::Document() {
   bodies.emplace_back();
   chains.push_back({{}, names.Intern("")});
   entities.push_back({0, 0, kNone, -1});
+  name_of_models = names.Intern("name");
 }
 
 std::string_view Document::Text(const Token& token) const {
@@ -61,6 +62,25 @@ std::uint32_t Document::FindIn(std::uint32_t body, std::uint32_t name) const {
 }
 
 std::uint32_t Document::Find(std::uint32_t entity, std::uint32_t name) const {
+  for (std::size_t i = overrides.size(); i-- > 0;) {
+    if (overrides[i].name == name && IsCalled(entity, overrides[i].selector))
+      return overrides[i].property;
+  }
+  return FindInFile(entity, name);
+}
+
+bool Document::IsCalled(std::uint32_t entity, std::uint32_t selector) const {
+  if (entity == 0) return names.Text(selector) == "world";
+  const Chain& chain = chains[entities[entity].chain];
+  if (chain.type == selector) return true;
+  for (const std::uint32_t macro : chain.macros) {
+    if (macros[macro].name == selector) return true;
+  }
+  const std::uint32_t own = FindInFile(entity, name_of_models);
+  return own != kNone && Text(tokens[properties[own].first_value]) == names.Text(selector);
+}
+
+std::uint32_t Document::FindInFile(std::uint32_t entity, std::uint32_t name) const {
   const Entity& of = entities[entity];
   const std::uint32_t own = FindIn(of.body, name);
   if (own != kNone) return own;

@@ -35,6 +35,7 @@ inline constexpr std::size_t kMaxNesting = 100;            // entities within en
 inline constexpr std::size_t kMaxMacroChain = 30;          // macros based on macros
 inline constexpr std::size_t kMaxIncludeDepth = 100;       // files within files
 inline constexpr std::size_t kMaxIncludes = 1000;          // include lines, each time they are read
+inline constexpr std::size_t kMaxSources = 1023;           // texts; what Token has room for
 inline constexpr std::size_t kMaxWarnings = 1000;
 
 inline constexpr std::uint32_t kNone = 0xffffffffU;
@@ -131,6 +132,14 @@ struct Entity {
   std::int32_t parent;
 };
 
+/// A property that is given from outside the file, for all entities that are called so: see
+/// settings.hh.
+struct OverridingProperty {
+  std::uint32_t selector;  // name
+  std::uint32_t name;
+  std::uint32_t property;
+};
+
 /// Text of the world file that a saved copy leaves out.
 struct DroppedText {
   std::uint32_t offset;
@@ -147,7 +156,9 @@ struct Document {
   std::vector<Macro> macros;
   std::vector<Chain> chains;
   std::deque<Entity> entities;       // the first is the world
+  std::uint32_t name_of_models = 0;  // the name of the property "name"
   std::size_t written_entities = 0;  // in the text, macros' bodies included
+  std::vector<OverridingProperty> overrides;  // of those that fit an entity, the last holds
   std::vector<DroppedText> dropped;
   std::vector<std::string> warnings;
   std::unordered_set<std::string> warnings_seen;
@@ -169,9 +180,14 @@ struct Document {
   /// The property of that name in a body, or kNone.
   std::uint32_t FindIn(std::uint32_t body, std::uint32_t name) const;
 
-  /// The property of that name that holds for an entity (its own, or the one of the most derived
-  /// macro that has it), or kNone.
+  /// The property of that name that holds for an entity (one from outside, its own, or the one of
+  /// the most derived macro that has it), or kNone.
   std::uint32_t Find(std::uint32_t entity, std::uint32_t name) const;
+  /// The same of what the file says.
+  std::uint32_t FindInFile(std::uint32_t entity, std::uint32_t name) const;
+
+  /// Whether that is its type, one of its macros, or its name; "world": of the first entity.
+  bool IsCalled(std::uint32_t entity, std::uint32_t selector) const;
 };
 
 using messages::Quoted;

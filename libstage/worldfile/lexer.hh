@@ -25,6 +25,8 @@ class Lexer {
   Lexer(Document& document, std::string base_directory);
 
   void Run();
+  /// Adds the tokens of another source, without a kEnd.
+  void LexText(std::uint16_t source) { LexSource(source); }
 
  private:
   struct Cursor {

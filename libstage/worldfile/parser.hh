@@ -28,6 +28,9 @@ class Parser {
 
   void ParseFile();
 
+  /// Knows the macros of the file.
+  Expander& expander() { return expander_; }
+
  private:
   const Token& Peek() const { return document_.tokens[next_]; }
   const Token& Previous() const { return document_.tokens[next_ - 1]; }

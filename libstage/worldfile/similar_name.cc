@@ -38,6 +38,18 @@ std::string Stem(const std::string& name) { return name.substr(0, name.find('[')
 
 }  // namespace
 
+std::string MostSimilar(const std::string& name, const std::vector<std::string>& candidates) {
+  std::size_t best = MostMistakes(name) + 1;
+  std::string similar;
+  for (const std::string& candidate : candidates) {
+    const std::size_t distance = EditDistance(name, candidate);
+    if (distance >= best) continue;
+    best = distance;
+    similar = candidate;
+  }
+  return similar;
+}
+
 NameAdviser::NameAdviser(const Document& document, const std::vector<bool>& asked)
     : document_(document), asked_(asked) {
   for (std::uint32_t name = 0; name < asked.size(); ++name) {

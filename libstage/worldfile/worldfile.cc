@@ -13,6 +13,7 @@
 #include "worldfile/find_file.hh"
 #include "worldfile/lexer.hh"
 #include "worldfile/parser.hh"
+#include "worldfile/settings.hh"
 #include "worldfile/worldfile_impl.hh"
 
 namespace Stg {
@@ -88,8 +89,11 @@ bool Worldfile::Load(std::istream& world_content, const std::string& file) {
 void Worldfile::Parse() {
   try {
     worldfile::Lexer(impl_->document, impl_->base_directory).Run();
-    worldfile::Parser(impl_->document).ParseFile();
+    worldfile::Parser parser(impl_->document);
+    parser.ParseFile();
+    ApplySettings();
     ReadUnits();
+    AddPopulations(&parser.expander());
   } catch (const LoadError&) {
     Reset();
     throw;
@@ -116,6 +120,10 @@ void Worldfile::ReadUnits() {
   }
 }
 
+void Worldfile::Set(const std::vector<std::string>& settings) { settings_ = settings; }
+
+void Worldfile::CheckSettings() const { worldfile::CheckOverridesAreRead(impl_->document); }
+
 void Worldfile::ForgetWritten() { impl_->written.clear(); }
 
 std::unique_ptr<Worldfile> Worldfile::Copy() const {
@@ -126,12 +134,20 @@ std::unique_ptr<Worldfile> Worldfile::Copy() const {
   copy->impl_->document = impl_->document;
   copy->impl_->base_directory = impl_->base_directory;
   copy->impl_->asked = impl_->asked;
+  copy->impl_->populations = impl_->populations;
+  copy->settings_ = settings_;
   return copy;
 }
 
 // ---- entities ----
 
 int Worldfile::GetEntityCount() { return static_cast<int>(impl_->document.entities.size()); }
+
+bool Worldfile::IsCalled(int entity, const std::string& selector) {
+  worldfile::Document& document = impl_->document;
+  return entity >= 0 && entity < GetEntityCount() &&
+         document.IsCalled(static_cast<std::uint32_t>(entity), document.names.Intern(selector));
+}
 
 const char* Worldfile::GetEntityType(int entity) {
   if (entity < 0 || entity >= GetEntityCount()) return "";
@@ -185,11 +201,19 @@ int Worldfile::Fetch(int entity, const char* name) {
   if (number < 0) return -1;
   worldfile::Property& property = impl_->document.properties[static_cast<std::size_t>(number)];
   property.used = 1;
+  if (!impl_->document.overrides.empty()) NoteOverridden(entity, property.name);
   if (!impl_->handles.empty()) {
     const auto handle = impl_->handles.find({static_cast<std::uint32_t>(entity), property.name});
     if (handle != impl_->handles.end()) handle->second->used = true;
   }
   return number;
+}
+
+// What a setting stands for counts as read.
+void Worldfile::NoteOverridden(int entity, unsigned name) {
+  worldfile::Document& document = impl_->document;
+  const std::uint32_t property = document.FindInFile(static_cast<std::uint32_t>(entity), name);
+  if (property != kNone) document.properties[property].used = 1;
 }
 
 bool Worldfile::PropertyExists(int entity, const char* name) { return Find(entity, name) >= 0; }

@@ -29,6 +29,9 @@ using Written = std::vector<std::optional<std::string>>;
 /// warning for what cannot be expressed.
 std::string SavedText(Document& document, const std::map<Slot, Written>& written);
 
+/// The candidate that the name may have been meant to be, or "".
+std::string MostSimilar(const std::string& name, const std::vector<std::string>& candidates);
+
 /// Tells what names may have been meant.
 class NameAdviser {
  public:
@@ -64,6 +67,7 @@ struct Worldfile::Impl {
   std::vector<bool> asked;  // by name: somebody looked for a property of that name
   std::map<worldfile::Slot, std::unique_ptr<CProperty>> handles;
   std::unordered_set<std::string> kept_strings;  // what const char* results point to
+  std::vector<Population> populations;
   std::size_t warnings_printed = 0;
 
   std::uint32_t AskedName(const char* name);

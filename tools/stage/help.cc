@@ -20,6 +20,12 @@ How long, and what comes out
                        what the world says: cell, the grid cell that was hit (right to about a
                        cell), or exact, the outline itself, whatever the size of the cells
   -a, --args STR       hand STR to every controller
+  --set NAME.PROPERTY=VALUE
+                       use VALUE in place of what the world file says; NAME is "world", a type such
+                       as ranger, a macro such as robot, or the name of one model; may be given
+                       several times: --set world.resolution=0.05 --set robot.ctrl=wander
+  --set NAME=COUNT     so many models of the population of that name or, without one, of that type,
+                       in place of those of the file; at random on free ground: --set robots=100
   --no-controllers     load no controllers: a world file is a program, as its controllers are any
                        plug-ins; without them it can be looked at before it is trusted
 

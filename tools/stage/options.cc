@@ -50,7 +50,8 @@ enum Id : int {
   kFromSnapshot,
   kSaveSnapshot,
   kBudget,
-  kHorizon
+  kHorizon,
+  kSet
 };
 
 // The colon in front: getopt keeps quiet and tells a missing value from an unknown option.
@@ -79,6 +80,7 @@ constexpr option kLongOptions[] = {
     {"save-snapshot", required_argument, nullptr, kSaveSnapshot},
     {"screenshot", required_argument, nullptr, kScreenshot},
     {"seed", required_argument, nullptr, kSeed},
+    {"set", required_argument, nullptr, kSet},
     {"size", required_argument, nullptr, kSize},
     {"state-hash", no_argument, nullptr, kStateHash},
     {"stats", required_argument, nullptr, kStats},
@@ -288,6 +290,9 @@ class Parser {
       case kHorizon:
         options_.horizon =
             ParseWithin(kHorizon, 1e-6, 86400, "simulated seconds, from 0.000001 to 86400", value);
+        break;
+      case kSet:
+        options_.run.settings.push_back(value);
         break;
       case kSize:
         ParseSize(value, &options_.pictures);

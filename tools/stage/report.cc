@@ -96,6 +96,13 @@ Json PhasesPerStep(const RunStatistics& run) {
           {"callbacks", ms(run.seconds.callbacks)}, {"energy", ms(run.seconds.energy)}};
 }
 
+Json MetricsOf(const World& world) {
+  Json metrics = Json::object();
+  for (const NamedMetric& metric : world.Metrics())
+    metrics[metric.name] = std::isfinite(metric.value) ? Json(metric.value) : Json();
+  return metrics;
+}
+
 Json Describe(const LoadedWorld& loaded) {
   World* world = loaded.world;
   const RunStatistics& run = world->statistics();
@@ -120,6 +127,7 @@ Json Describe(const LoadedWorld& loaded) {
           {"potential_hits_per_ray", Ratio(static_cast<double>(run.trace.potential_hits), rays)},
           {"resumed_rays", run.trace.resumed},
           {"threads", run.threads},
+          {"metrics", MetricsOf(*world)},
           {"phases_ms_per_step", PhasesPerStep(run)},
           {"opencl", OpenCl(run)}};
 }

@@ -55,6 +55,8 @@ class ModelPosition : public Model {
   /// not finite is refused with a message.
   void SetOdom(Pose odom);
 
+  /// The estimate starts anew as the true pose, seen from the origin that the world file gives.
+  void StartOdometry();
   /// Where the robot believes that it is. Refreshed at each update, before the move of the step: in
   /// a callback it is one step behind the true pose. In gps mode in world coordinates.
   Pose est_pose;

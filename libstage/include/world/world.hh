@@ -21,6 +21,7 @@
 #include "models/model.hh"
 #include "models/power_pack.hh"
 #include "sensing/ray_hit.hh"
+#include "world/metric.hh"
 #include "world/snapshot.hh"
 
 namespace Stg {
@@ -88,6 +89,7 @@ struct RunOptions {
   bool clock;        ///< print the simulated time, whatever the file says
   bool branch;       ///< the world is one that Branches try something in; see World::IsBranch()
   bool controllers;  ///< false: `ctrl` and `plugins` load nothing, so that files run no code
+  std::vector<std::string> settings;  ///< in place of what world files say: see Worldfile::Set()
   bool
       listed;  ///< the world is one of those of the program: World::UpdateAll(), Run() and
                ///< QuitAll() concern it, Model::LookupId() looks into it, and LogEntry::log and the
@@ -255,6 +257,12 @@ class World : public Ancestor {
   void Log(Model* mod);
   /// What Log() has written down since the world was loaded.
   const std::vector<LogEntry>& log() const { return log_; }
+
+  /// What the metrics of the world file come to so far, and what SetMetric() was told. They begin
+  /// anew when the world is loaded, reset, or taken back to a snapshot.
+  std::vector<NamedMetric> Metrics() const;
+  /// For controllers and others that measure something of their own.
+  void SetMetric(const std::string& name, double value);
 
   /// Of the packs of this world: see PowerPack.
   const EnergyTotals& energy_totals() const { return energy_totals_; }

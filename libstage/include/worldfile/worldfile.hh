@@ -13,6 +13,10 @@
 
 namespace Stg {
 
+namespace worldfile {
+class Expander;
+}
+
 /// A property of one entity, for code that walks properties itself. Owned by the Worldfile.
 class CProperty {
  public:
@@ -37,6 +41,14 @@ struct UnusedProperty {
   std::string suggestion;  ///< a similar name that was asked for; empty if there is none
 };
 
+/// Models that a section `population ( model "TYPE" count N )` of the world asks for, or a setting
+/// TYPE=N. They are entities like those that are written out.
+struct Population {
+  std::string name;          ///< what messages call it
+  int entity;                ///< of the section; -1: a setting asked for it
+  std::vector<int> members;  ///< entities
+};
+
 /// A world file: a tree of numbered entities with properties. Entity 0 is the world; -1 means "no
 /// entity". Values are text; whoever reads one decides its type. The readers give the default when
 /// the property is absent, take the first element of a tuple, and mark the property as used.
@@ -52,6 +64,18 @@ class Worldfile {
   ~Worldfile();
   Worldfile(const Worldfile&) = delete;
   Worldfile& operator=(const Worldfile&) = delete;
+
+  /// Values in place of those that are written in the files that are loaded from now on. Each is
+  ///   NAME.PROPERTY=VALUE  where NAME is "world", a type or a macro, or the name that a section has;
+  ///   NAME=COUNT           so many models of the population of that name. Without one: of the type
+  ///                        of that name (an s at its end is ignored), in place of those of the
+  ///                        type that stand outside of all others.
+  /// A value that is no number and no tuple in brackets is a text; quotes around it may be left out.
+  /// The last one that fits holds. Load() throws LoadError for one that is none of these.
+  void Set(const std::vector<std::string>& settings);
+  /// Throws LoadError if there is one that nobody has read so far.
+  void CheckSettings() const;
+  const std::vector<Population>& populations() const;
 
   /// Reads a file, which is looked for as given, then in STAGEPATH. Always returns true: what goes
   /// wrong throws LoadError, and then there are no entities but the world.
@@ -109,6 +133,8 @@ class Worldfile {
   std::size_t TupleLength(int entity, const char* name);
 
   int GetEntityCount();
+  /// Whether that is the entity's type, one of its macros, or its name.
+  bool IsCalled(int entity, const std::string& selector);
   /// The type at the bottom of the entity's macros; "" for the world.
   const char* GetEntityType(int entity);
   /// -1 for the world.
@@ -141,6 +167,11 @@ class Worldfile {
   void Reset();
   void Parse();
   void ReadUnits();
+  void ApplySettings();
+  bool HasPopulation(const std::string& name);
+  void AddPopulations(worldfile::Expander* expander);
+  void AddPopulation(int entity, worldfile::Expander* expander);
+  void NoteOverridden(int entity, unsigned name);
   int Find(int entity, const char* name) const;
   int Fetch(int entity, const char* name);
   int FetchScalar(int entity, const char* name);
@@ -152,6 +183,7 @@ class Worldfile {
   void WarnAt(int property, std::size_t index, const std::string& message);
 
   std::unique_ptr<Impl> impl_;
+  std::vector<std::string> settings_;
 };
 
 }  // namespace Stg

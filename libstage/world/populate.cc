@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Populations stand at random on free ground, spread evenly, clear of other bodies and of one
+// another. The same seed gives the same places everywhere; the first members of a larger population
+// stand where those of a smaller one do.
+
+#include "world/populate.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "geometry/free_floor.hh"
+#include "geometry/load_error.hh"
+#include "models/block.hh"
+#include "models/position.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+/// After that many misses in a row the floor counts as full: the share of it where one more would
+/// fit is then most likely below 0.02 %.
+constexpr int kMostMisses = 20'000;
+constexpr double kSmallestGap = 0.05;  // metres
+/// Bodies that are nearer than a cell's diagonal might share a cell, which is a collision.
+constexpr double kCellsApart = 1.5;
+
+struct Plan {
+  const Population* population;
+  std::vector<Model*> members;
+  std::vector<double> radii;
+  bounds3d_t area;
+  double gap = 0;
+  uint64_t seed = 0;
+};
+
+std::vector<std::vector<point_t>> OutlinesOf(const Model& model) {
+  std::vector<std::vector<point_t>> outlines;
+  for (const auto& block : model.body().blocks()) {
+    outlines.emplace_back();
+    for (const point_t& corner : block->points())
+      outlines.back().push_back(model.LocalToGlobal(corner));
+  }
+  return outlines;
+}
+
+template <typename F>
+void ForEachOf(Model* model, F f) {
+  f(*model);
+  for (Model* child : model->GetChildren()) ForEachOf(child, f);
+}
+
+/// Of a circle about the model's place that it lies in with all that it carries.
+double RadiusOf(Model* model) {
+  const Pose at = model->GetGlobalPose();
+  double radius2 = 0;
+  ForEachOf(model, [&](const Model& part) {
+    for (const std::vector<point_t>& outline : OutlinesOf(part))
+      for (const point_t& corner : outline)
+        radius2 = std::max(radius2, (corner.x - at.x) * (corner.x - at.x) +
+                                        (corner.y - at.y) * (corner.y - at.y));
+  });
+  return std::sqrt(radius2);
+}
+
+uint64_t HashOf(const std::string& text) {
+  uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return hash;
+}
+
+[[noreturn]] void Fail(const Worldfile& file, const Plan& plan, const char* property,
+                       const std::string& message) {
+  if (plan.population->entity >= 0) file.Fail(plan.population->entity, property, message);
+  throw LoadError("--set " + plan.population->name + ": " + message);
+}
+
+void ReadArea(Worldfile* file, const geometry::FreeFloor& floor, Plan* plan) {
+  const int entity = plan->population->entity;
+  if (!floor.empty()) plan->area = floor.Bounds();
+  bounds3d_t& area = plan->area;
+  const int read = file->ReadTuple(entity, "area", 0, 4, "llll", &area.x.min, &area.y.min,
+                                   &area.x.max, &area.y.max);
+  if (read == 0 && floor.empty() && !plan->members.empty())
+    Fail(*file, *plan, "area",
+         "found no body around the ground, expected one, or area [XMIN YMIN XMAX YMAX]");
+  if (read > 0 && !(area.x.min <= area.x.max && area.y.min <= area.y.max))
+    file->Fail(entity, "area", "found an area without extent, expected [XMIN YMIN XMAX YMAX]");
+}
+
+Plan MakePlan(const Population& population, Worldfile* file, const std::vector<Model*>& made,
+              const geometry::FreeFloor& floor, double cell, uint64_t seed) {
+  Plan plan{&population, {}, {}, {}, std::max(kSmallestGap, kCellsApart * cell), seed};
+  for (const int entity : population.members) {
+    if (Model* const model = made[static_cast<size_t>(entity)]) plan.members.push_back(model);
+  }
+  for (Model* const model : plan.members) plan.radii.push_back(RadiusOf(model));
+  ReadArea(file, floor, &plan);
+  plan.gap = file->ReadLength(population.entity, "gap", plan.gap);
+  if (plan.gap < 0) file->Fail(population.entity, "gap", "found less than 0, expected a length");
+  if (file->PropertyExists(population.entity, "seed"))
+    plan.seed = static_cast<uint64_t>(file->ReadInt(population.entity, "seed", 0));
+  return plan;
+}
+
+/// Everything that stands in the way, but for the members of populations.
+geometry::FreeFloor FloorOf(const std::vector<Model*>& models, const Worldfile& file,
+                            const std::vector<Model*>& made) {
+  std::set<const Model*> members;
+  for (const Population& population : file.populations())
+    for (const int entity : population.members) members.insert(made[static_cast<size_t>(entity)]);
+  geometry::FreeFloor floor;
+  for (const Model* model : models) {
+    const Model* top = model;
+    while (top->Parent()) top = top->Parent();
+    if (members.count(top) == 0 && model->vis.obstacle_return && !model->body().empty())
+      floor.AddBody(OutlinesOf(*model));
+  }
+  return floor;
+}
+
+/// Changes with the models' places what is worked out from them when they are loaded.
+void PutAt(Model* model, const point_t& place, double heading) {
+  model->SetPose(Pose(place.x, place.y, model->GetPose().z, heading));
+  ForEachOf(model, [](Model& part) {
+    if (auto* const position = dynamic_cast<ModelPosition*>(&part)) position->StartOdometry();
+  });
+}
+
+void Place(const Worldfile& file, const Plan& plan, const geometry::FreeFloor& floor,
+           geometry::Discs* discs) {
+  RandomStream random(MixSeeds(plan.seed, HashOf(plan.population->name)));
+  for (size_t i = 0; i < plan.members.size(); i++) {
+    point_t place;
+    int misses = 0;
+    do {
+      if (++misses > kMostMisses)
+        Fail(file, plan, "count",
+             "found room for " + std::to_string(i) + " of " + std::to_string(plan.members.size()) +
+                 " models, expected fewer models, a larger area or a smaller gap");
+      place.x = random.Uniform(plan.area.x.min, plan.area.x.max);
+      place.y = random.Uniform(plan.area.y.min, plan.area.y.max);
+    } while (!floor.IsFree(place, plan.radii[i] + plan.gap) ||
+             !discs->AddIfClear(place, plan.radii[i]));
+    PutAt(plan.members[i], place, random.Uniform(-M_PI, M_PI));
+  }
+}
+
+}  // namespace
+
+void PlacePopulations(const std::vector<Model*>& models, const std::vector<Model*>& made,
+                      Worldfile* file, double cell, uint64_t seed) {
+  if (file->populations().empty()) return;
+  geometry::FreeFloor floor = FloorOf(models, *file, made);
+  std::vector<Plan> plans;
+  double largest = 0, gap = 0;
+  for (const Population& population : file->populations()) {
+    plans.push_back(MakePlan(population, file, made, floor, cell, seed));
+    gap = std::max(gap, plans.back().gap);
+    for (const double radius : plans.back().radii) largest = std::max(largest, radius);
+  }
+  floor.Finish(std::max(largest + gap, cell));
+  geometry::Discs discs(largest, gap);
+  for (const Plan& plan : plans) Place(*file, plan, floor, &discs);
+}
+
+}  // namespace Stg
