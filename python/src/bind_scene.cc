@@ -56,6 +56,7 @@ void BindScene(nb::module_& module, nb::class_<Simulation>& world) {
       .def_ro("type", &Thing::type)
       .def_ro("robot", &Thing::robot)
       .def_ro("movable", &Thing::movable)
+      .def_ro("ground", &Thing::ground)
       .def_ro("top", &Thing::top)
       .def_prop_ro("shape", [](const Thing& thing) { return BytesOf(thing.shape); });
   world.def("things", [](Simulation& s) { return s.With([](World& w) { return ThingsOf(w); }); })

@@ -101,6 +101,7 @@ Thing Describe(const Model& model) {
   thing.type = model.GetModelType();
   thing.robot = IsRobot(model);
   thing.movable = model.IsMovable();
+  thing.ground = static_cast<float>(ground);
   thing.top = static_cast<float>(ground + (areas.empty() ? 0 : areas.back().z.max));
   thing.shape = std::move(words.bytes());
   return thing;

@@ -25,7 +25,8 @@ struct Thing {
   std::string name, type;
   bool robot = false;
   bool movable = false;  ///< by the mouse
-  float top = 0;         ///< metres above the ground when it is described
+  float ground = 0;      ///< metres: what it stands on, when it is described
+  float top = 0;         ///< metres above the ground, then
   /// Words of 32 bits, in the frame of the thing. For each area, the lowest first: red, green, blue
   /// and opacity as bytes; the lowest and the highest z, floats; how many outlines it has. For each
   /// of these: how many corners; x and y of each, floats. An outline within another one is a hole.

@@ -110,7 +110,7 @@ class Browser:
 
     def mouse(self, kind: str, x: float, y: float, modifiers: int = 0) -> None:
         """`kind`: Pressed, Moved or Released."""
-        self.call("Input.dispatchMouseEvent", type=f"mouse{kind}", x=x, y=y, button="left", buttons=kind != "Released",
+        self.call("Input.dispatchMouseEvent", type=f"mouse{kind}", x=x, y=y, button="left", buttons=int(kind != "Released"),
                   clickCount=1, modifiers=modifiers)
 
     def click(self, x: float, y: float) -> None:

@@ -54,7 +54,7 @@ def places_words(frame: Frame) -> bytes:
 
 def frame_message(frame: Frame, places: bytes, wish: Wish) -> bytes:
     """Places, then the scans that are wished for. `places` is what places_words() makes."""
-    wanted = frame.scene.robot_ids.tolist() if wish.all_scans else []
+    wanted = frame.scene.robot_ids if wish.all_scans else []
     scans = [frame.scans[thing] for thing in dict.fromkeys([*wanted, *wish.scans]) if thing in frame.scans]
     details = None if wish.chosen is None else frame.details.get(wish.chosen)
     header = {"type": "frame", "scene": frame.scene.number, "things": len(frame.places),

@@ -23,7 +23,6 @@ from .scene import Frame, Scene, State, Wish, details_of, model_of, places_of, r
 MOST_SPEED = 1e6
 _SLICE = 0.012  # seconds of steps before orders are looked at
 _LAG = 0.25  # seconds that it makes up for; what is lost beyond is lost
-_HOLD = 0.6  # seconds for which a command to drive holds
 _WINDOW = 1.0  # seconds that rates are measured over
 _SHARE = 0.1  # of the time may go into frames
 
@@ -146,13 +145,15 @@ class Run:
             raise ValueError(f"{self._thing(thing).name!r} is not to be moved")
         self._model(thing).global_pose = _finite(pose)
 
-    def drive(self, owner: Hashable, thing: int, velocity: tuple[float, float, float]) -> None:
+    def drive(self, owner: Hashable, thing: int, velocity: tuple[float, float, float],
+              hold: float = 0.6) -> None:
         """Drives a robot for a short while, over what its controller says; to be repeated until it is let go.
 
         Args:
             owner: who does it.
             thing: the robot.
             velocity: forwards, to the left (m/s), turning (rad/s). All 0 lets it go.
+            hold: seconds of real time.
         """
         if not self._thing(thing).robot:
             raise ValueError(f"{self._thing(thing).name!r} can't drive")
@@ -164,7 +165,7 @@ class Run:
             return
         if driven is None:
             driven = self._driven[thing] = _Driven(owner, self.world.fleet([self._model(thing)]), 0)
-        driven.owner, driven.until = owner, time.monotonic() + _HOLD
+        driven.owner, driven.until = owner, time.monotonic() + hold
         driven.fleet.cmd[:] = velocity
 
     def sense(self, thing: int) -> None:
@@ -172,10 +173,6 @@ class Run:
         for ranger in rangers_of(self._model(thing)):
             if not ranger.subscribers:
                 ranger.subscribe()
-
-    def refresh(self) -> None:
-        """Makes a new frame, even if nothing has changed."""
-        self._changed, self._next_frame = True, 0.0
 
     # ---- the thread ----
 
@@ -330,11 +327,12 @@ class Run:
         wishes = list(self._wishes.values())
         details = {wish.chosen: details_of(self.world, self.scene, wish.chosen) for wish in wishes
                    if wish.chosen is not None and wish.chosen in self.scene.index}
-        return Frame(self.scene, self._state(now), places, stalled,
+        return Frame(self.scene, self.state(), places, stalled,
                      scans_of(self.world, self.scene, wishes), details)
 
-    def _state(self, now: float) -> State:
-        world = self.world
+    def state(self) -> State:
+        """How it goes on now."""
+        now, world = time.monotonic(), self.world
         self._marks.append((now, world.time, self._busy))
         while len(self._marks) > 2 and now - self._marks[1][0] >= _WINDOW:
             self._marks.popleft()

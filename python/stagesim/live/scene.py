@@ -31,16 +31,12 @@ class Scene:
         self.key = key  #: of the world's state that it shows
         self.things = world._core.things()
         self.ids = np.array([thing.id for thing in self.things], np.uint32)
-        self.robots = np.array([thing.robot for thing in self.things], bool)
         table: dict[bytes, int] = {}
         self.shape_of = [table.setdefault(thing.shape, len(table)) for thing in self.things]
         self.shapes = list(table)
         self.index = {thing.id: at for at, thing in enumerate(self.things)}
+        self.robot_ids = [thing.id for thing in self.things if thing.robot]
 
-    @property
-    def robot_ids(self) -> npt.NDArray[np.uint32]:
-        """Numbers of the robots, in the order of the things."""
-        return self.ids[self.robots]
 
 
 @dataclass(frozen=True)
@@ -72,7 +68,7 @@ class Frame:
     @property
     def r_acc(self) -> float:
         """Robots times simulated seconds for each real second."""
-        return float(self.scene.robots.sum()) * self.state.rate
+        return len(self.scene.robot_ids) * self.state.rate
 
 
 @dataclass(frozen=True)
@@ -95,8 +91,8 @@ def places_of(world: World, scene: Scene) -> tuple[npt.NDArray[np.float32], npt.
 def scans_of(world: World, scene: Scene, wishes: list[Wish]) -> dict[int, bytes]:
     """The readings that somebody wants to see, by things."""
     wanted = {thing for wish in wishes for thing in wish.scans if thing in scene.index}
-    if any(wish.all_scans for wish in wishes) and scene.robots.sum() <= FEW_ROBOTS:
-        wanted.update(scene.robot_ids.tolist())
+    if any(wish.all_scans for wish in wishes) and len(scene.robot_ids) <= FEW_ROBOTS:
+        wanted.update(scene.robot_ids)
     scans, room = {}, MOST_SAMPLES
     for thing in sorted(wanted):
         data = world._core.scans(np.array([thing], np.uint32), room)

@@ -165,7 +165,7 @@ class Web:
         client = Client(connection)
         self._clients.add(client)
         sender = asyncio.create_task(client.send_frames(self._world, self._dt))
-        self._run.order(lambda run: (run.wish(client, client.wish), run.refresh()))
+        self._run.order(lambda run: run.wish(client, client.wish))
         try:
             async for message in connection:
                 await self._obey(client, message)

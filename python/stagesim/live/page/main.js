@@ -95,11 +95,14 @@ function tellChosen(facts) {
   }));
   $("sense").hidden = facts.rangers === 0;
   $("sense").disabled = facts.sensing === facts.rangers;
-  $("sense").textContent = $("sense").disabled ? "Sensors are on" : "Sensors on";
+  $("sense").textContent = $("sense").disabled ? "Sensing" : "Sensors on";
   $("chosen-hint").hidden = !facts.velocity;
 }
 
+/** What the page shows of the plane: for people, and for programs that use the page. */
 function tellScale() {
+  const [left, top] = view.camera.toWorld(0, 0);
+  Object.assign(document.body.dataset, { scale: view.camera.scale, left, top });
   const metres = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 5000];
   const length = metres.find((m) => m * view.camera.scale > 50) ?? metres.at(-1);
   $("scale-text").textContent = length < 1 ? `${length * 100} cm` : `${length} m`;
