@@ -22,7 +22,8 @@ class Client:
     def __init__(self, server: Server, **options: Any) -> None:
         address = server.url.replace("http", "ws", 1)
         path, _, query = address.partition("?")
-        connecting = connect(f"{path}live" + (f"?{query}" if query else ""), max_size=None, **options)
+        connecting = connect(f"{path}live" + (f"?{query}" if query else ""), max_size=None, close_timeout=1,
+                             **options)
         self.socket: ClientConnection = connecting.__enter__()
         self.scene: dict[str, Any] = {}
         self.shapes = b""

@@ -31,7 +31,7 @@ class Viewer:
 
     def __init__(self, server: Server) -> None:
         self.socket = connect(server.foxglove_url, subprotocols=["foxglove.sdk.v1"],  # type: ignore[list-item]
-                              max_size=None).__enter__()
+                              max_size=None, close_timeout=1).__enter__()
         self.channels: dict[str, dict[str, Any]] = {}
         self.topics: dict[int, str] = {}
         self.classes: dict[str, Any] = {}
