@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The page of stagesim.live in Chromium without a window.
 
-Screenshots lie in the folder live_pages of the build tree (or of the working folder): to be looked at.
+Screenshots lie in the folder live_pages of the build tree (or of the folder for temporary files): to be looked at.
 """
 
 from __future__ import annotations
 
 import os
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,7 +21,7 @@ from stagesim.live import Server  # noqa: E402
 
 pytestmark = pytest.mark.skipif(find_browser() is None, reason="Chromium is not installed: tools/setup --browser")
 
-PICTURES = Path(os.environ.get("STAGE_BUILD_DIR") or ".") / "live_pages"
+PICTURES = Path(os.environ.get("STAGE_BINARY_DIR") or tempfile.gettempdir()) / "live_pages"
 # A number of what is drawn.
 PIXELS = """(() => {
   const canvas = document.getElementById("view");
