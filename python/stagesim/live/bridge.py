@@ -70,7 +70,7 @@ class Bridge:
                 supported_encodings=["json"], services=self._services(), message_backlog_size=64)
         except Exception as error:
             raise StageError(f"can't serve Foxglove at {host}:{port}: {error}") from None
-        run.order(lambda run: run.listen(self.show))
+        run.order(lambda run: run.listen(self.show, lambda: bool(self._listener.topics)))
         run.order(lambda run: run.wish(self, Wish(all_scans=True)))
 
     @property
@@ -86,8 +86,6 @@ class Bridge:
 
     def show(self, frame: Frame) -> None:
         """Called by the run."""
-        if not self._listener.topics:
-            return
         now = round(frame.state.time * 1e9)
         if frame.state.time < self._last_time:
             self._server.clear_session()

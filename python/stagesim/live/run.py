@@ -56,7 +56,7 @@ class Run:
         self._speed = checked_speed(speed)
         self._paused, self._note = paused, ""
         self._orders: queue.SimpleQueue[tuple[Callable[[Run], Any], Future[Any]]] = queue.SimpleQueue()
-        self._listeners: list[Callable[[Frame], None]] = []
+        self._listeners: list[tuple[Callable[[Frame], None], Callable[[], bool]]] = []
         self._wishes: dict[Hashable, Wish] = {}
         self._driven: dict[int, _Driven] = {}
         self._steps_asked = 0
@@ -93,9 +93,9 @@ class Run:
 
     # ---- in orders ----
 
-    def listen(self, listener: Callable[[Frame], None]) -> None:
-        """From now on calls it, in this thread, with each frame."""
-        self._listeners.append(listener)
+    def listen(self, listener: Callable[[Frame], None], is_wanted: Callable[[], bool]) -> None:
+        """From now on calls it, in this thread, with each frame that is_wanted() asks for."""
+        self._listeners.append((listener, is_wanted))
 
     def wish(self, owner: Hashable, wish: Wish | None) -> Wish | None:
         """What the owner wants to see; None: it has gone, and drives no robot any more. Returns it."""
@@ -310,16 +310,19 @@ class Run:
 
     def _show(self) -> None:
         now = time.monotonic()
-        if not self._changed or now < self._next_frame or not self._listeners:
+        if not self._changed or now < self._next_frame:
             return
         self._changed = False
-        frame = self._frame(now)
-        for listener in self._listeners:
+        listeners = [listener for listener, is_wanted in self._listeners if is_wanted()]
+        if not listeners:
+            return
+        frame = self._frame()
+        for listener in listeners:
             listener(frame)
         took = time.monotonic() - now
         self._next_frame = now + max(self._period, took / _SHARE)
 
-    def _frame(self, now: float) -> Frame:
+    def _frame(self) -> Frame:
         key = self.world._core.scene_key()
         if key != self.scene.key:
             self.scene = Scene(self.world, self.scene.number + 1, key)

@@ -96,6 +96,8 @@ class Server:
         self._thread.start()
         ready.wait()
         if self._error is not None:
+            self._thread.join()
+            self._thread = None
             raise StageError(f"can't serve at {_at(self._host, self._port or 0)}: {self._error.strerror}")
 
     async def _serve(self, ready: threading.Event) -> None:

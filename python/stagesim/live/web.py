@@ -123,12 +123,12 @@ class Web:
         logger.setLevel(logging.CRITICAL)  # what clients do wrong is nobody's business here
         server = await serve(self._serve, host, port, process_request=self._request, logger=logger,
                              max_size=LONGEST_ORDER, max_queue=8, compression=None, server_header=None)
-        self._run.order(lambda run: run.listen(self.show))
+        self._run.order(lambda run: run.listen(self.show, lambda: bool(self._clients)))
         return server
 
     def show(self, frame: Frame) -> None:
         """Called by the run."""
-        if self._clients and self._loop is not None:
+        if self._loop is not None:
             try:
                 self._loop.call_soon_threadsafe(self._hand_out, frame)
             except RuntimeError:  # the loop has just been closed

@@ -157,7 +157,7 @@ function fit() {
   if (!view.frame) return;
   follow(false);
   const aside = innerWidth > 760 ? document.querySelector("aside").offsetWidth + 14 : 0;
-  view.camera.fit(view.box(), aside, $("transport").offsetHeight + 16);
+  view.camera.fit(view.box(), aside, $("transport").offsetHeight + 16, $("title").offsetWidth + 14);
   isFitted = isDirty = true;
 }
 

@@ -24,12 +24,14 @@ export class Camera {
     this.x = x - (px - this.width / 2) / this.scale;
     this.y = y + (py - this.height / 2) / this.scale;
   }
-  /** Shows a box between what else is on the page: so many pixels at the right and at the bottom. */
-  fit([left, bottom, right, top], aside, below) {
+  /** Shows a box between what else is on the page: so many pixels at the right and at the bottom, and,
+   *  if there is room for it, at the left. */
+  fit([left, bottom, right, top], aside, below, before) {
     if (!(right >= left)) [left, bottom, right, top] = [-5, -5, 5, 5];
     const width = Math.max(50, this.width - aside - 2 * MARGIN), height = Math.max(50, this.height - below - 2 * MARGIN);
     this.scale = Math.min(width / Math.max(right - left, 0.5), height / Math.max(top - bottom, 0.5));
-    this.x = (left + right) / 2 + aside / 2 / this.scale;
+    const spare = width - (right - left) * this.scale;
+    this.x = (left + right) / 2 + (aside - Math.min(Math.max(spare, 0), before)) / 2 / this.scale;
     this.y = (bottom + top) / 2 - below / 2 / this.scale;
   }
   get key() { return [this.x, this.y, this.scale, this.width, this.height].join(); }
