@@ -6,6 +6,7 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -449,3 +450,66 @@ def test_command_that_fails(arguments: list[str], status: int, text: str) -> Non
     process = command(*arguments)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == status and text in errors and "Traceback" not in errors
+
+
+# ---- the program ----
+
+PROGRAM = Path(st.__file__).parent / "bin" / "stage"
+
+
+def stage(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([str(PROGRAM), *arguments], capture_output=True, text=True, check=False, timeout=60,
+                          env={**os.environ, "DISPLAY": "", "WAYLAND_DISPLAY": "", **environment})
+
+
+def test_program(tmp_path: Path) -> None:
+    """`stage --live` is the module, with its options; what lies in the working folder is not imported."""
+    (tmp_path / "stagesim.py").write_text("raise SystemExit('a file of the working folder was imported')")
+    (tmp_path / "w.world").write_text('position( name "r" )')
+    process = subprocess.Popen(
+        [str(PROGRAM), "--live=0", "w.world", "--seed", "7", "--no-controllers", "--ray-model", "exact"], cwd=tmp_path,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, "DISPLAY": "", "WAYLAND_DISPLAY": "", "STAGE_PYTHON": sys.executable})
+    assert process.stdout is not None
+    address = process.stdout.readline().strip()
+    assert address.startswith("http://127.0.0.1:")
+
+    class Served:
+        url = address
+
+    with Client(Served()) as client:  # type: ignore[arg-type]
+        client.until(lambda: client.frame["time"] > 0.2)
+        assert (client.frame["seed"], client.frame["speed"], client.scene["world"]) == ("7", 1, "w.world")
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=20) == ("", "") and process.returncode == 0
+
+
+@pytest.mark.parametrize(("arguments", "status", "text"), [
+    (["--live"], 2, "found no world file"),
+    (["--live", "a.world", "b.world"], 2, "--live: found 2 world files, expected one"),
+    (["--live=x", "a.world"], 2, "--live: found 'x', expected nothing, or a port"),
+    (["--foxglove=65536", "a.world"], 2, "--foxglove: found '65536'"),
+    (["--live", "--stats", "s.json", "a.world"], 2, "--stats does not go with --live"),
+    (["--live", "--screenshot", "s.png", "a.world"], 2, "--screenshot does not go with --live"),
+    (["--live=0", "nothing.world"], 1, "stage: nothing.world: ")])
+def test_program_that_fails(arguments: list[str], status: int, text: str, tmp_path: Path,
+                            monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = stage(*arguments, STAGE_PYTHON=sys.executable)
+    assert done.returncode == status and text in done.stderr and done.stderr.count("\n") == 1, done
+
+
+def test_program_without_python(tmp_path: Path) -> None:
+    """One line says what is missing: the interpreter, or the package."""
+    (tmp_path / "w.world").touch()
+    done = stage("--live", str(tmp_path / "w.world"), STAGE_PYTHON="/nowhere/python3")
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1) and "'/nowhere/python3' (STAGE_PYTHON)" in done.stderr
+    (tmp_path / "bin").mkdir()
+    alone = shutil.copy(os.path.realpath(PROGRAM), tmp_path / "bin" / "stage")
+    libraries = os.path.dirname(os.path.realpath(PROGRAM.parent.parent / "lib" / f"libstage.so.{st.__version__}"))
+    done = subprocess.run([alone, "--live", str(tmp_path / "w.world")], capture_output=True, text=True, check=False,
+                          env={"PATH": os.environ["PATH"], "LD_LIBRARY_PATH": libraries,
+                               "STAGE_PYTHON": sys.executable, "PYTHONNOUSERSITE": "1"})
+    if done.returncode == 1:  # it is not installed for this interpreter
+        assert done.stderr.startswith("stage: can't load the Python package stagesim: ")
+        assert done.stderr.count("\n") == 1

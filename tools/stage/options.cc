@@ -50,7 +50,9 @@ enum Id : int {
   kFromSnapshot,
   kSaveSnapshot,
   kBudget,
-  kHorizon
+  kHorizon,
+  kLive,
+  kFoxglove
 };
 
 // The colon in front: getopt keeps quiet and tells a missing value from an unknown option.
@@ -65,9 +67,11 @@ constexpr option kLongOptions[] = {
     {"duration", required_argument, nullptr, kDuration},
     {"explain", optional_argument, nullptr, kExplain},
     {"explain-ray", required_argument, nullptr, kExplainRay},
+    {"foxglove", optional_argument, nullptr, kFoxglove},
     {"from-snapshot", required_argument, nullptr, kFromSnapshot},
     {"gui", optional_argument, nullptr, kGui},
     {"help", optional_argument, nullptr, kHelp},
+    {"live", optional_argument, nullptr, kLive},
     {"no-batch", no_argument, nullptr, kNoBatch},
     {"no-controllers", no_argument, nullptr, kNoControllers},
     {"no-progress", no_argument, nullptr, kNoProgress},
@@ -289,6 +293,10 @@ class Parser {
         options_.horizon =
             ParseWithin(kHorizon, 1e-6, 86400, "simulated seconds, from 0.000001 to 86400", value);
         break;
+      case kLive:
+      case kFoxglove:
+        SetLive(id, value);
+        break;
       case kSize:
         ParseSize(value, &options_.pictures);
         break;
@@ -319,6 +327,15 @@ class Parser {
     options_.explained_ray = value;
   }
 
+  void SetLive(int id, const std::string& port) {
+    const std::optional<int> number = ParseNumber<int>(port);
+    if (!port.empty() && !(number && *number >= 0 && *number <= 65535))
+      Refuse(id, "nothing, or a port, from 0 to 65535", port);
+    if (options_.action == Options::Action::kRun) options_.action = Options::Action::kLive;
+    if (id == kFoxglove) options_.foxglove = true;
+    (id == kLive ? options_.live_port : options_.foxglove_port) = port;
+  }
+
   void SetDevice(const std::string& value) {
     options_.run.opencl = true;
     options_.run.device = value;
@@ -344,7 +361,7 @@ class Parser {
 
 bool LoadsWorlds(const Options& options) {
   return options.action == Options::Action::kRun || options.action == Options::Action::kExplain ||
-         options.action == Options::Action::kBudget;
+         options.action == Options::Action::kBudget || options.action == Options::Action::kLive;
 }
 
 /// For the option of that name.
@@ -441,6 +458,8 @@ Options ParseOptions(int argc, char* argv[]) {
   CheckOutputs(options);
   CheckWorlds(options);
   if (options.action == Options::Action::kBudget) RequireOneWorld(options, NameOf(kBudget));
+  if (options.action == Options::Action::kLive)
+    RequireOneWorld(options, NameOf(options.foxglove ? kFoxglove : kLive));
   SettleSnapshots(&options);
   SettlePictures(&options);
   return options;

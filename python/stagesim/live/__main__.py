@@ -44,6 +44,7 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--threads", type=int, metavar="N", help="that work on a step")
     parser.add_argument("--opencl", nargs="?", const=True, default=False, metavar="DEVICE",
                         help="use an OpenCL device where that is faster")
+    parser.add_argument("--opencl-always", action="store_true", help="use it for every step: for measurements")
     parser.add_argument("--ray-model", choices=("cell", "exact"), help="what ranges go to")
     parser.add_argument("--no-controllers", action="store_true", help="load no controllers")
     return parser
@@ -52,7 +53,8 @@ def arguments() -> argparse.ArgumentParser:
 def server_of(options: argparse.Namespace) -> Server:
     """What the options ask for, not started yet."""
     world = World(options.world, seed=options.seed, threads=options.threads, opencl=options.opencl,
-                  ray_model=options.ray_model, controllers=not options.no_controllers)
+                  opencl_always=options.opencl_always, ray_model=options.ray_model,
+                  controllers=not options.no_controllers)
     return Server(world, host=options.host, port=options.port, foxglove=options.foxglove,
                   speed=options.speed, paused=options.paused)
 
@@ -80,6 +82,8 @@ def main() -> int:
     except (StageError, ValueError) as error:
         print(f"stage: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:  # while the world is loaded
+        return 130
     return 0
 
 
