@@ -6,6 +6,7 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -22,6 +23,7 @@ import stagesim as st
 
 pytest.importorskip("websockets", reason="the package websockets is not installed: tools/setup --live")
 from stagesim.live import Run, Server  # noqa: E402
+from stagesim.live.__main__ import arguments  # noqa: E402
 from stagesim.live.messages import order_of  # noqa: E402
 from websockets.exceptions import InvalidStatus  # noqa: E402
 from live_client import Client  # noqa: E402
@@ -417,8 +419,21 @@ def test_orders_are_what_the_docstring_says() -> None:
         assert f'"{name}"' in str(order_of.__doc__)
 
 
-def command(*arguments: str) -> subprocess.Popen[str]:
-    return subprocess.Popen([sys.executable, "-m", "stagesim.live", *arguments], stdout=subprocess.PIPE,
+def test_page_of_the_documentation(root: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """docs/live.md does what it says, and names all options."""
+    page = root / "docs" / "live.md"
+    if not page.exists():
+        pytest.skip("there is no docs/live.md")
+    for code in re.findall(r"```python\n(.*?)```", page.read_text(), re.S):
+        exec(compile(code, str(page), "exec"), {})  # noqa: S102
+    printed = capsys.readouterr().out
+    assert printed.startswith("http://127.0.0.1:") and printed.count("\n") == 2
+    for option in arguments()._option_string_actions:
+        assert option in ("-h", "--help", "--opencl-always") or f"`{option}" in page.read_text(), option
+
+
+def command(*words: str) -> subprocess.Popen[str]:
+    return subprocess.Popen([sys.executable, "-m", "stagesim.live", *words], stdout=subprocess.PIPE,
                             stderr=subprocess.PIPE, text=True, env=dict(os.environ, DISPLAY="", WAYLAND_DISPLAY=""))
 
 
@@ -439,15 +454,15 @@ def test_command(number: int) -> None:
     assert time.monotonic() - began < 3
 
 
-@pytest.mark.parametrize(("arguments", "status", "text"), [
+@pytest.mark.parametrize(("words", "status", "text"), [
     (["nothing.world"], 1, "stage: nothing.world: "),
     (["cave.world", "--port", "70000"], 2, "found '70000', expected a port"),
     (["cave.world", "--speed", "-1"], 1, "stage: found the speed -1.0"),
     (["cave.world", "--threads", "0"], 1, "stage: found 0 threads"),
     (["cave.world", "--host", "203.0.113.7"], 1, "stage: can't serve at 203.0.113.7"),
     ([], 2, "WORLD")])
-def test_command_that_fails(arguments: list[str], status: int, text: str) -> None:
-    process = command(*arguments)
+def test_command_that_fails(words: list[str], status: int, text: str) -> None:
+    process = command(*words)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == status and text in errors and "Traceback" not in errors
 
@@ -457,8 +472,8 @@ def test_command_that_fails(arguments: list[str], status: int, text: str) -> Non
 PROGRAM = Path(st.__file__).parent / "bin" / "stage"
 
 
-def stage(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([str(PROGRAM), *arguments], capture_output=True, text=True, check=False, timeout=60,
+def stage(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([str(PROGRAM), *words], capture_output=True, text=True, check=False, timeout=60,
                           env={**os.environ, "DISPLAY": "", "WAYLAND_DISPLAY": "", **environment})
 
 
@@ -484,7 +499,7 @@ def test_program(tmp_path: Path) -> None:
     assert process.communicate(timeout=20) == ("", "") and process.returncode == 0
 
 
-@pytest.mark.parametrize(("arguments", "status", "text"), [
+@pytest.mark.parametrize(("words", "status", "text"), [
     (["--live"], 2, "found no world file"),
     (["--live", "a.world", "b.world"], 2, "--live: found 2 world files, expected one"),
     (["--live=x", "a.world"], 2, "--live: found 'x', expected nothing, or a port"),
@@ -492,10 +507,10 @@ def test_program(tmp_path: Path) -> None:
     (["--live", "--stats", "s.json", "a.world"], 2, "--stats does not go with --live"),
     (["--live", "--screenshot", "s.png", "a.world"], 2, "--screenshot does not go with --live"),
     (["--live=0", "nothing.world"], 1, "stage: nothing.world: ")])
-def test_program_that_fails(arguments: list[str], status: int, text: str, tmp_path: Path,
+def test_program_that_fails(words: list[str], status: int, text: str, tmp_path: Path,
                             monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    done = stage(*arguments, STAGE_PYTHON=sys.executable)
+    done = stage(*words, STAGE_PYTHON=sys.executable)
     assert done.returncode == status and text in done.stderr and done.stderr.count("\n") == 1, done
 
 

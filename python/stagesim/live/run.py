@@ -39,8 +39,8 @@ class _Driven:
 class Run:
     """A world in a thread of its own. Nobody else may use the world while it runs.
 
-    Methods may be called in orders only: `order(lambda run: run.reset(5))`. An order is carried out
-    between two steps.
+    All methods but start(), stop() and order() are for orders, which are carried out between two steps:
+    `order(lambda run: run.reset(5))`, or `order(lambda run: run.world.model("r0").pose).result()`.
 
     Args:
         world: what runs.

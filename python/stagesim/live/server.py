@@ -19,11 +19,8 @@ if TYPE_CHECKING:
 class Server:
     """Runs a world in a thread of its own, and shows it to browsers.
 
-    Until stop(), nobody else may use the world; what is to be done with it goes through `run`:
-
-        with Server(World("cave.world")) as server:
-            print(server.url)
-            server.run.order(lambda run: run.world.model("r0").pose).result()
+    It begins with start(), or in a `with`, and ends with stop(). Until then nobody else may use the world;
+    what is to be done with it goes through `run`: see `Run.order`.
 
     Args:
         world: what runs.
