@@ -26,7 +26,7 @@ class Client:
                              **options)
         self.socket: ClientConnection = connecting.__enter__()
         self.scene: dict[str, Any] = {}
-        self.shapes = b""
+        self.shapes: list[bytes] = []
         self.frame: dict[str, Any] = {}
         self.words = b""
 
@@ -45,7 +45,9 @@ class Client:
         assert isinstance(message, bytes)
         header, words = unpacked(message)
         if header["type"] == "scene":
-            self.scene, self.shapes = header, words
+            self.scene = header
+            ends = 4 * np.cumsum([0, *header["lengths"]])
+            self.shapes[header["first"]:] = [words[a:b] for a, b in zip(ends, ends[1:])]
         elif header["type"] == "frame":
             self.frame, self.words = header, words
         else:

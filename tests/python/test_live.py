@@ -25,6 +25,7 @@ pytest.importorskip("websockets", reason="the package websockets is not installe
 from stagesim.live import Run, Server  # noqa: E402
 from stagesim.live.__main__ import arguments  # noqa: E402
 from stagesim.live.messages import order_of  # noqa: E402
+from stagesim.live.scene import Shapes  # noqa: E402
 from websockets.exceptions import InvalidStatus  # noqa: E402
 from live_client import Client  # noqa: E402
 
@@ -63,8 +64,8 @@ def test_every_shipped_world(file: str) -> None:
         places = client.places[[robots[name] for name in fleet.names]]
         assert (places == fleet.pose.astype(np.float32)).all()
         assert (client.stalled[[robots[name] for name in fleet.names]] == fleet.stalled).all()
-        assert sum(client.scene["lengths"]) * 4 == len(client.shapes)
-        assert max(thing["shape"] for thing in client.scene["things"]) == len(client.scene["lengths"]) - 1
+        shapes = do(server, lambda run: {thing.name: thing.shape for thing in run.world._core.things()})
+        assert {thing["name"]: client.shapes[thing["shape"]] for thing in client.scene["things"]} == shapes
 
 
 def test_scans_are_the_readings(server: Server) -> None:
@@ -118,9 +119,26 @@ def test_scene_follows_what_is_made_and_deleted(server: Server) -> None:
         do(server, lambda run: run.world.model("a").delete())
         client.until(lambda: client.frame["things"] == 4)
         assert "a" not in [thing["name"] for thing in client.scene["things"]]
-        number = client.scene["scene"]
+        number, known = client.scene["scene"], len(client.shapes)
         do(server, lambda run: setattr(run.world.model("b"), "color", (0, 1, 0, 1)))
         client.until(lambda: client.scene["scene"] > number)
+        assert (client.scene["first"], len(client.scene["lengths"])) == (known, 1)  # only what is new
+        do(server, lambda run: setattr(run.world.model("b"), "color", (1, 0, 0, 1)))
+        client.until(lambda: client.scene["scene"] > number + 1)
+        assert client.scene["lengths"] == []
+
+
+def test_shapes_without_end(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that are not there any more are forgotten some time."""
+    monkeypatch.setattr(Shapes, "MOST", 10)
+    with Client(server) as client:
+        client.until(lambda: True)
+        for i in range(30):
+            number = client.scene["scene"]
+            do(server, lambda run: setattr(run.world.model("b"), "color", (i / 255, 0, 0, 1)))  # noqa: B023
+            client.until(lambda: client.scene["scene"] > number)  # noqa: B023
+            assert client.shapes[client.scene["things"][2]["shape"]][:4] == bytes([i, 0, 0, 255])
+            assert len(client.shapes) <= 12
 
 
 def test_alike_robots_share_a_shape() -> None:
@@ -373,7 +391,8 @@ def test_own_origin_is_not(server: Server) -> None:
 def test_others_need_the_token(room: str) -> None:
     """Where other machines can come."""
     with Server(st.World.from_text(room), host="0.0.0.0", paused=True) as server:  # noqa: S104
-        assert "?token=" in server.url
+        assert f"//{socket.gethostname()}:" in server.url and "?token=" in server.url
+        server.url = server.url.replace(socket.gethostname(), "127.0.0.1")
         with Client(server) as client:
             client.until(lambda: True)
         for query in ("", "?token=", "?token=guessed", "?token=%ff"):
@@ -399,6 +418,15 @@ def test_the_world_is_free_again(room: str) -> None:
             time.sleep(0.05)
         steps = world.steps
         assert world.step(2) == 2 and world.steps == steps + 2
+
+
+def test_a_world_that_is_closed(server: Server) -> None:
+    with Client(server) as client:
+        client.until(lambda: True)
+        do(server, lambda run: run.world.close())
+        client.send("step", count=1)
+        assert client.until_error()
+    assert get(server, "/").status == 200
 
 
 def test_orders_after_the_end(room: str) -> None:

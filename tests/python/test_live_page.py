@@ -89,7 +89,7 @@ def test_moves_and_pauses(look: Look) -> None:
     server, browser = look(st.World("simple.world"), speed=5)
     assert browser.value("document.title").startswith("simple.world")
     assert browser.value(text("world")) == "simple.world"
-    assert browser.value(COLOURS) > 10
+    browser.wait(f"{COLOURS} > 10")
     before = browser.value(PIXELS)
     browser.wait(f"{PIXELS} !== {before}")
     press(browser, "pause")
@@ -189,4 +189,4 @@ def test_small_screens(look: Look, width: int) -> None:
 @pytest.mark.parametrize("file", st.shipped_worlds())
 def test_every_shipped_world_is_drawn(look: Look, file: str) -> None:
     _, browser = look(st.World(file), paused=True)
-    assert browser.value(COLOURS) > 4
+    browser.wait(f"{COLOURS} > 4")

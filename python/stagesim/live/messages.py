@@ -38,12 +38,16 @@ def unpacked(message: bytes) -> tuple[dict[str, Any], bytes]:
     return json.loads(message[4:4 + length]), message[4 + length:]
 
 
-def scene_message(scene: Scene, world: str, dt: float) -> bytes:
-    """All shapes, one after the other; `lengths` says how many words each has. See scene.hh."""
+def scene_message(scene: Scene, known: int, world: str, dt: float) -> bytes:
+    """Things, and the shapes beyond those that are known, one after the other.
+
+    `first` is the number of the first of these; `lengths` says how many words each has. See scene.hh.
+    """
     things = [{"id": t.id, "name": t.name, "type": t.type, "robot": t.robot, "movable": t.movable,
                "shape": shape} for t, shape in zip(scene.things, scene.shape_of)]
+    shapes = scene.shapes.after(known)
     return packed({"type": "scene", "scene": scene.number, "world": world, "dt": dt, "things": things,
-                   "lengths": [len(shape) // 4 for shape in scene.shapes]}, *scene.shapes)
+                   "first": known, "lengths": [len(shape) // 4 for shape in shapes]}, *shapes)
 
 
 def places_words(frame: Frame) -> bytes:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import queue
 import threading
@@ -52,7 +53,7 @@ class Run:
     def __init__(self, world: World, *, speed: float = 1.0, paused: bool = False,
                  frames: float = 30.0) -> None:
         self.world = world
-        self.scene = Scene(world, 1, world._core.scene_key())
+        self.scene = Scene(world)
         self._speed = checked_speed(speed)
         self._paused, self._note = paused, ""
         self._orders: queue.SimpleQueue[tuple[Callable[[Run], Any], Future[Any]]] = queue.SimpleQueue()
@@ -177,12 +178,17 @@ class Run:
     # ---- the thread ----
 
     def _work(self) -> None:
-        while not self._stopping.is_set():
-            self._take_orders()
-            if not self._stopping.is_set():
-                self._advance()
-                self._show()
-        self._refuse_orders()
+        try:
+            while not self._stopping.is_set():
+                self._take_orders()
+                if not self._stopping.is_set():
+                    self._advance()
+                    self._show()
+        except GoneError as error:  # somebody has closed the world, or a controller has deleted it
+            logging.getLogger("stagesim").error("%s", error)
+        finally:
+            self._stopping.set()
+            self._refuse_orders()
 
     def _take_orders(self) -> None:
         """Waits for the first one no longer than until there is something to do."""
@@ -247,6 +253,8 @@ class Run:
     def _step(self, count: int) -> int:
         try:
             return self.world.step(count)
+        except GoneError:
+            raise
         except StageError as error:
             self._stop_with(str(error))
             return 0
@@ -323,9 +331,8 @@ class Run:
         self._next_frame = now + max(self._period, took / _SHARE)
 
     def _frame(self) -> Frame:
-        key = self.world._core.scene_key()
-        if key != self.scene.key:
-            self.scene = Scene(self.world, self.scene.number + 1, key)
+        if self.world._core.scene_key() != self.scene.key:
+            self.scene = Scene(self.world, self.scene)
         places, stalled = places_of(self.world, self.scene)
         wishes = list(self._wishes.values())
         details = {wish.chosen: details_of(self.world, self.scene, wish.chosen) for wish in wishes

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -20,23 +21,46 @@ FEW_ROBOTS = 64
 MOST_SAMPLES = 120_000
 
 
+class Shapes:
+    """All shapes that things of a run have had: whoever looks gets each of them once.
+
+    When they have become too many, another table takes over, which counts from 0.
+    """
+
+    MOST = 4096
+
+    def __init__(self) -> None:
+        self.table: dict[bytes, int] = {}
+
+    def next(self) -> Shapes:
+        """This one, or another if this is full."""
+        return self if len(self.table) < self.MOST else Shapes()
+
+    def number(self, shape: bytes) -> int:
+        """Of a shape, as it is in the table."""
+        return self.table.setdefault(shape, len(self.table))
+
+    def after(self, known: int) -> list[bytes]:
+        """Those beyond the first ones that somebody has already."""
+        return list(itertools.islice(self.table, known, None))
+
+
 class Scene:
     """The things of a world and their shapes. Robots are often alike: they share a shape.
 
     A thing is what moves as a whole: a robot, or a model on the ground with all that it carries.
     """
 
-    def __init__(self, world: World, number: int, key: int) -> None:
-        self.number = number  #: of scenes of this run: 1, 2, ...
-        self.key = key  #: of the world's state that it shows
+    def __init__(self, world: World, before: Scene | None = None) -> None:
+        self.number: int = before.number + 1 if before else 1  #: of scenes of this run
+        self.key = world._core.scene_key()  #: of the state that it shows
         self.things = world._core.things()
         self.ids = np.array([thing.id for thing in self.things], np.uint32)
-        table: dict[bytes, int] = {}
-        self.shape_of = [table.setdefault(thing.shape, len(table)) for thing in self.things]
-        self.shapes = list(table)
+        self.shapes: Shapes = before.shapes.next() if before else Shapes()
+        self.shape_of = [self.shapes.number(thing.shape) for thing in self.things]
+        self.shape_count = len(self.shapes.table)
         self.index = {thing.id: at for at, thing in enumerate(self.things)}
         self.robot_ids = [thing.id for thing in self.things if thing.robot]
-
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import threading
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -103,7 +104,7 @@ class Server:
             server = await self._web.open(self._host, self._port or 0)
             port = next(iter(server.sockets)).getsockname()[1]
             token = self._web.door.token
-            self.url = f"http://{_at(self._host, port)}/" + (f"?token={token}" if token else "")
+            self.url = f"http://{_at(_shown(self._host), port)}/" + (f"?token={token}" if token else "")
         except OSError as error:
             self._error = error
             return
@@ -122,7 +123,12 @@ class Server:
             raise StageError(
                 f"there is no package {error.name!r}; try pip install \"stagesim[foxglove]\"") from None
         self._bridge = Bridge(self.run, self._host, self._foxglove_port or 0)
-        self.foxglove_url = f"ws://{_at(self._host, self._bridge.port)}"
+        self.foxglove_url = f"ws://{_at(_shown(self._host), self._bridge.port)}"
+
+
+def _shown(host: str) -> str:
+    """The name of this machine for all of its addresses."""
+    return socket.gethostname() if host in ("0.0.0.0", "::", "") else host
 
 
 def _at(host: str, port: int) -> str:

@@ -22,7 +22,7 @@ from websockets.http11 import Request, Response
 from ..errors import StageError
 from .messages import LONGEST_ORDER, error_message, frame_message, order_of, places_words, scene_message
 from .run import Run
-from .scene import Frame, Wish
+from .scene import Frame, Scene, Wish
 
 MOST_CLIENTS = 32
 _PAGE = Path(__file__).parent / "page"
@@ -89,7 +89,7 @@ class Client:
         self.wish = Wish(all_scans=True)
         self.latest: tuple[Frame, bytes] | None = None
         self.news = asyncio.Event()
-        self.scene = 0  # the number of the one that was sent
+        self.scene: Scene | None = None  # that was sent last
 
     async def send_frames(self, world: str, dt: float) -> None:
         """Until the connection ends."""
@@ -98,10 +98,14 @@ class Client:
             self.news.clear()
             assert self.latest is not None
             frame, places = self.latest
-            if frame.scene.number != self.scene:
-                self.scene = frame.scene.number
-                await self.connection.send(scene_message(frame.scene, world, dt))
+            if frame.scene is not self.scene:
+                await self.connection.send(scene_message(frame.scene, self._shapes(frame.scene), world, dt))
+                self.scene = frame.scene
             await self.connection.send(frame_message(frame, places, self.wish))
+
+    def _shapes(self, scene: Scene) -> int:
+        """How many of the scene's table it has already."""
+        return self.scene.shape_count if self.scene and self.scene.shapes is scene.shapes else 0
 
 
 class Web:

@@ -20,17 +20,18 @@ const whole = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
 
 const charts = { r_acc: new Chart($("r_acc")), rate: new Chart($("rate")), busy: new Chart($("busy"), { most: 1 }) };
 const view = new View($("view"));
-let state = null, isFitted = false, isFollowing = false, isDirty = true, nextPoint = 0;
+let latest = null, state = null, isFitted = false, isFollowing = false, isDirty = true, nextPoint = 0;
 
 const link = new Link({
   scene(message) {
-    view.setScene(new Scene(message));
+    latest = new Scene(message, latest);
+    view.setScene(latest);
     document.title = `${message.world} – Stage`;
     $("world").textContent = message.world;
-    if (!view.scene.index.has(view.chosen)) choose(null);
   },
   frame(frame) {
     view.setFrame(frame);
+    if (!view.scene.index.has(view.chosen)) choose(null);
     if (!isFitted) fit();
     if (isFollowing) centre();
     tell(frame);
@@ -42,6 +43,7 @@ const link = new Link({
     $("note").textContent = connected ? "" : "no connection";
     watch.last = "";
     if (connected) watch();
+    else latest = null;
   },
 });
 
@@ -213,7 +215,7 @@ new Pointer(view, {
   changed: () => { isDirty = true; },
 });
 new Keys({
-  " ": pause, ".": step, f: fit, r: reset, c: () => follow(!isFollowing), d: () => showScans(!view.showScans),
+  " ": pause, ".": step, f: fit, r: reset, c: () => follow(!isFollowing), v: () => showScans(!view.showScans),
   "+": () => zoom(1.25), "=": () => zoom(1.25), "-": () => zoom(0.8), "?": () => $("keys").showModal(),
   Escape: () => choose(null),
 }, {
@@ -229,7 +231,7 @@ new ResizeObserver(() => {
   view.resize();
   isDirty = true;
 }).observe($("view"));
-watchColours(() => view.scene, restyle);
+watchColours(() => latest, restyle);
 restyle();
 setInterval(watch, LOOK);
 

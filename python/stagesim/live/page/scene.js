@@ -4,14 +4,16 @@
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
-/** What there is: things, each with a shape, of which robots that are alike share one. */
+/** What there is: things, each with a shape, of which robots that are alike share one. `before`: the
+ *  scene before, for the shapes that the server doesn't tell again. */
 export class Scene {
-  constructor(message) {
+  constructor(message, before) {
     this.number = message.scene;
     this.world = message.world;
     this.things = message.things;
     this.index = new Map(this.things.map((thing, i) => [thing.id, i]));
-    this.shapes = message.lengths.map((length) => shapeOf(message.words, length));
+    this.shapes = [...(before?.shapes.slice(0, message.first) ?? []),
+      ...message.lengths.map((length) => shapeOf(message.words, length))];
     this.robots = this.things.filter((thing) => thing.robot).length;
   }
   shape(i) { return this.shapes[this.things[i].shape]; }

@@ -66,26 +66,40 @@ export class View {
     this.stillKey = "";
   }
 
+  /** The scene of the next frame. */
   setScene(scene) {
-    this.scene = scene;
-    this.frame = null;
-    this.moves = scene.things.map((thing) => thing.robot);
-    this.stillKey = "";
+    this.next = scene;
   }
 
   setFrame(frame) {
-    const before = this.frame?.places, now = frame.places;
-    for (let i = 0; before && i < this.moves.length; i++) {
-      if (this.moves[i]) continue;
-      for (let k = 3 * i; k < 3 * i + 3; k++)
-        if (before[k] !== now[k] && !(Number.isNaN(before[k]) && Number.isNaN(now[k]))) {
-          this.moves[i] = true;
-          this.stillKey = "";
-        }
-    }
+    if (this.next) this.showScene();
+    else if (this.frame) this.noteMoves(this.frame.places, frame.places);
     if (this.frame && frame.steps < this.frame.steps) this.trail = [];
     this.frame = frame;
     this.noteTrail();
+  }
+
+  showScene() {
+    const moved = new Set(this.scene?.things.filter((_, i) => this.moves[i]).map((thing) => thing.id));
+    this.scene = this.next;
+    this.next = null;
+    this.moves = this.scene.things.map((thing) => thing.robot || moved.has(thing.id));
+    this.listStill();
+  }
+
+  noteMoves(before, now) {
+    let some = false;
+    for (let i = 0; i < this.moves.length; i++) {
+      if (this.moves[i]) continue;
+      for (let k = 3 * i; k < 3 * i + 3; k++)
+        if (before[k] !== now[k] && !(Number.isNaN(before[k]) && Number.isNaN(now[k]))) this.moves[i] = some = true;
+    }
+    if (some) this.listStill();
+  }
+
+  /** What is drawn of things that have not moved yet. */
+  listStill() {
+    this.stillThings = this.scene.things.filter((_, i) => !this.moves[i]).map((thing) => `${thing.id}:${thing.shape}`).join();
   }
 
   noteTrail() {
@@ -154,7 +168,7 @@ export class View {
   // ---- layers ----
 
   drawStill() {
-    const key = `${this.camera.key} ${this.scene.number}`;
+    const key = `${this.camera.key} ${this.stillThings}`;
     if (key === this.stillKey) return;
     this.stillKey = key;
     const context = this.still.getContext("2d");
