@@ -22,7 +22,7 @@ from foxglove.websocket import (
 
 from ..errors import StageError
 from .run import Run
-from .scene import Frame, State, Wish
+from .scene import Frame, Scene, State, Wish
 from .solids import entity_of
 
 WORLD = "world"  # the frame that everything is in
@@ -58,7 +58,8 @@ class Bridge:
         self._state = Channel("/state", schema=_schema("stage.State", _STATE), message_encoding="json",
                               context=self._context)
         self._scans: dict[tuple[int, int], LaserScanChannel] = {}
-        self._shown = 0  # the number of the scene that viewers have
+        self._shown_scene: Scene | None = None  # that viewers have
+        self._shown: dict[int, tuple[str, int]] = {}  # name and shape of each thing in it
         self._last_time = 0.0
         self._told: tuple[Any, ...] = ()
         self._listener = _Listener(run)
@@ -91,20 +92,31 @@ class Bridge:
             self._server.clear_session()
         self._last_time = frame.state.time
         self._server.broadcast_time(now)
-        if self._listener.wants_scene.is_set() or self._shown != frame.scene.number:
+        if self._listener.wants_scene.is_set():  # somebody has nothing of it yet
             self._listener.wants_scene.clear()
-            self._show_scene(frame, now)
+            self._shown = {}
+        if self._shown_scene is not frame.scene or not self._shown:
+            self._show_scene(frame.scene, now)
         if "/tf" in self._listener.topics:
             self._transforms.log(_transforms(frame, now), log_time=now)
         for thing, words in frame.scans.items():
             self._show_scans(frame, thing, words, now)
         self._tell(frame, now)
 
-    def _show_scene(self, frame: Frame, now: int) -> None:
-        self._shown = frame.scene.number
-        everything = SceneEntityDeletion(type=SceneEntityDeletionType.All)
-        entities = [entity_of(thing, thing.name) for thing in frame.scene.things]
-        self._scene.log(SceneUpdate(deletions=[everything], entities=entities), log_time=now)
+    def _show_scene(self, scene: Scene, now: int) -> None:
+        """What is new; everything, if nothing has been shown."""
+        looks = {thing.id: (thing.name, shape) for thing, shape in zip(scene.things, scene.shape_of)}
+        if scene.shapes is not (self._shown_scene and self._shown_scene.shapes):
+            self._shown = {}  # numbers of shapes mean something else now
+        if self._shown:
+            deletions = [SceneEntityDeletion(id=str(thing), type=SceneEntityDeletionType.MatchingId)
+                         for thing in self._shown if thing not in looks]
+        else:
+            deletions = [SceneEntityDeletion(type=SceneEntityDeletionType.All)]
+        entities = [entity_of(thing, thing.name) for thing in scene.things
+                    if self._shown.get(thing.id) != looks[thing.id]]
+        self._shown, self._shown_scene = looks, scene
+        self._scene.log(SceneUpdate(deletions=deletions, entities=entities), log_time=now)
 
     def _show_scans(self, frame: Frame, thing: int, words: bytes, now: int) -> None:
         name = frame.scene.things[frame.scene.index[thing]].name
@@ -160,7 +172,8 @@ class _Listener(ServerListener):
         with self._lock:
             self._subscribers.setdefault(channel.topic, set()).add(client.id)
             self.topics = frozenset(self._subscribers)
-        self.wants_scene.set()
+        if channel.topic == "/scene":
+            self.wants_scene.set()
         self._run.order(lambda run: None)  # a frame, even if it stands still
 
     def on_unsubscribe(self, client: Client, channel: ChannelView) -> None:
