@@ -106,12 +106,13 @@ class Browser:
         text = {"text": key} if len(key) == 1 else {}
         for wanted, kind in ((down, "keyDown"), (up, "keyUp")):
             if wanted:
-                self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, **(text if kind == "keyDown" else {}))
+                self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code,
+                          **(text if kind == "keyDown" else {}))
 
     def mouse(self, kind: str, x: float, y: float, modifiers: int = 0) -> None:
         """`kind`: Pressed, Moved or Released."""
-        self.call("Input.dispatchMouseEvent", type=f"mouse{kind}", x=x, y=y, button="left", buttons=int(kind != "Released"),
-                  clickCount=1, modifiers=modifiers)
+        self.call("Input.dispatchMouseEvent", type=f"mouse{kind}", x=x, y=y, button="left",
+                  buttons=int(kind != "Released"), clickCount=1, modifiers=modifiers)
 
     def click(self, x: float, y: float) -> None:
         self.mouse("Pressed", x, y)

@@ -9,11 +9,16 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from stagesim.live import Server
+from stagesim.live import Run, Server
 from stagesim.live.messages import unpacked
 from websockets.sync.client import ClientConnection, connect
 
 Message = tuple[dict[str, Any], bytes]
+
+
+def do(server: Server, what: Callable[[Run], Any]) -> Any:
+    """What an order returns."""
+    return server.run.order(what).result(20)
 
 
 class Client:

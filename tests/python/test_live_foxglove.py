@@ -22,6 +22,7 @@ pytest.importorskip("websockets", reason="the package websockets is not installe
 pytest.importorskip("foxglove", reason="the package foxglove-sdk is not installed: tools/setup --live")
 pytest.importorskip("google.protobuf", reason="the package protobuf is not installed: tools/setup --live")
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory  # noqa: E402
+from live_client import Client, do  # noqa: E402
 from stagesim.live import Server  # noqa: E402
 from websockets.sync.client import connect  # noqa: E402
 
@@ -116,13 +117,10 @@ def server(room: str) -> Iterator[Server]:
         yield made
 
 
-def do(server: Server, what: Any) -> Any:
-    return server.run.order(what).result(20)
-
-
 def test_greeting(server: Server) -> None:
     with Viewer(server) as viewer:
-        viewer.until(lambda: {"/scene", "/tf", "/state"} <= set(viewer.channels) and "advertiseServices" in viewer.heard)
+        viewer.until(lambda: {"/scene", "/tf", "/state"} <= set(viewer.channels)
+                     and "advertiseServices" in viewer.heard)
         greeting = viewer.heard["serverInfo"]
         assert greeting["name"] == "Stage"
         assert {"clientPublish", "parameters", "services", "time"} <= set(greeting["capabilities"])
@@ -259,8 +257,6 @@ def test_two_viewers_one_killed(server: Server) -> None:
 
 
 def test_beside_the_page(room: str) -> None:
-    from live_client import Client
-
     with Server(st.World.from_text(room), foxglove=0, paused=True) as server:
         with Viewer(server) as viewer, Client(server) as client:
             viewer.subscribe("/state")

@@ -151,6 +151,21 @@ def test_choose_drag_and_drive(look: Look, room: str) -> None:
     browser.wait("document.getElementById('chosen').hidden")
 
 
+def test_what_can_be_chosen(look: Look) -> None:
+    """Robots, before what they stand on; of other things, their bodies alone; nothing that can't be moved."""
+    server, browser = look(st.World.from_text("""
+model( name "ring" size [6 6 1] block( points 4 point[0] [0 0] point[1] [6 0] point[2] [6 6] point[3] [0 6] z [0 1] )
+       block( points 4 point[0] [1 1] point[1] [5 1] point[2] [5 5] point[3] [1 5] z [0 1] ) )
+model( name "wall" pose [5 0 0 0] size [1 1 1] gui_move 0 )
+position( name "r" pose [-2.5 0 1 0] size [0.5 0.5 0.5] )
+"""), paused=True)
+    scale, left, top = (browser.value(f"Number(document.body.dataset.{part})") for part in ("scale", "left", "top"))
+    for x, y, name in ((2.5, 1, "ring"), (0, 0, None), (-2.5, 0.1, "r"), (5, 0, None), (-2.5, 2, "ring")):
+        browser.click((x - left) * scale, (top - y) * scale)
+        browser.wait("document.getElementById('chosen').hidden" if name is None else
+                     f"{text('chosen-name')} === '{name}' && !document.getElementById('chosen').hidden")
+
+
 def test_zoom_and_fit(look: Look) -> None:
     _, browser = look(st.World("hospital.world"), paused=True, dark=True)
     fitted = browser.value("Number(document.body.dataset.scale)")

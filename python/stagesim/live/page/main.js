@@ -82,7 +82,8 @@ function tellChosen(facts) {
   if (!facts) return;
   $("chosen-name").textContent = facts.name;
   const degrees = facts.pose[2] === null ? null : facts.pose[2] * 180 / Math.PI;
-  const rows = [["Place", `${number(facts.pose[0])}, ${number(facts.pose[1])} m`], ["Heading", `${number(degrees, 0)}°`]];
+  const rows = [["Place", `${number(facts.pose[0])}, ${number(facts.pose[1])} m`],
+    ["Heading", `${number(degrees, 0)}°`]];
   if (facts.velocity) {
     rows.push(["Speed", `${number(Math.hypot(facts.velocity[0], facts.velocity[1]))} m/s`],
       ["Turning", `${number(facts.velocity[2])} rad/s`]);

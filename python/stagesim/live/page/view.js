@@ -5,6 +5,7 @@
 const FEW_PIXELS = 2.5; // a robot of a smaller radius is a dot
 const PLAIN_PIXELS = 5; // a smaller one has no edges and no nose
 const MARGIN = 16; // pixels
+const NEAR = 9; // pixels: a click that is so near to a robot is meant for it
 const MANY = 1000; // robots: their dots are smaller
 const SHORT_TRAIL = 900; // points
 
@@ -28,7 +29,8 @@ export class Camera {
    *  if there is room for it, at the left. */
   fit([left, bottom, right, top], aside, below, before) {
     if (!(right >= left)) [left, bottom, right, top] = [-5, -5, 5, 5];
-    const width = Math.max(50, this.width - aside - 2 * MARGIN), height = Math.max(50, this.height - below - 2 * MARGIN);
+    const width = Math.max(50, this.width - aside - 2 * MARGIN);
+    const height = Math.max(50, this.height - below - 2 * MARGIN);
     this.scale = Math.min(width / Math.max(right - left, 0.5), height / Math.max(top - bottom, 0.5));
     const spare = width - (right - left) * this.scale;
     this.x = (left + right) / 2 + (aside - Math.min(Math.max(spare, 0), before)) / 2 / this.scale;
@@ -99,7 +101,8 @@ export class View {
 
   /** What is drawn of things that have not moved yet. */
   listStill() {
-    this.stillThings = this.scene.things.filter((_, i) => !this.moves[i]).map((thing) => `${thing.id}:${thing.shape}`).join();
+    const still = this.scene.things.filter((_, i) => !this.moves[i]);
+    this.stillThings = still.map((thing) => `${thing.id}:${thing.shape}`).join();
   }
 
   noteTrail() {
@@ -131,19 +134,28 @@ export class View {
     return box;
   }
 
-  /** The number of the movable thing there, robots first; undefined: none. */
+  /** The number of the robot there, or else of the movable thing; undefined: none. */
   find(px, py) {
     if (!this.frame) return undefined;
     const [x, y] = this.camera.toWorld(px, py);
     let best, nearest = Infinity;
     this.scene.things.forEach((thing, i) => {
-      if (!thing.robot && !thing.movable) return;
-      const [tx, ty] = this.place(i);
-      const reach = Math.max(this.scene.shape(i).radius, 9 / this.camera.scale);
-      const distance = Math.hypot(tx - x, ty - y) / reach + (thing.robot ? 0 : 1);
-      if (distance < nearest && Math.hypot(tx - x, ty - y) <= reach) [best, nearest] = [thing.id, distance];
+      const [tx, ty] = this.place(i), away = Math.hypot(tx - x, ty - y), { radius } = this.scene.shape(i);
+      const isHit = thing.robot ? away <= Math.max(radius, NEAR / this.camera.scale)
+        : thing.movable && away <= radius && this.isIn(i, x, y);
+      const distance = thing.robot ? away : 1e9 + away; // robots first
+      if (isHit && distance < nearest) [best, nearest] = [thing.id, distance];
     });
     return best;
+  }
+
+  /** Whether a point lies in the body of a thing. */
+  isIn(i, x, y) {
+    const [tx, ty, a] = this.place(i), dx = x - tx, dy = y - ty;
+    const own = [dx * Math.cos(a) + dy * Math.sin(a), dy * Math.cos(a) - dx * Math.sin(a)];
+    const context = this.still.getContext("2d");
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    return this.scene.shape(i).areas.some((area) => context.isPointInPath(area.path, ...own, "evenodd"));
   }
 
   /** Numbers of the robots that are large enough to be seen with their scans. */
