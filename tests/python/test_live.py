@@ -232,6 +232,44 @@ def test_quit_time_pauses_once(room: str) -> None:
         client.until(lambda: client.frame["time"] > 2)
 
 
+# ---- a controller in Python ----
+
+def test_control(room: str) -> None:
+    """Called before each step, also of those that are asked for one by one; the page may override it."""
+    world = st.World.from_text(room)
+    fleet, times = world.fleet(), []
+
+    def control(given: st.World) -> None:
+        times.append(given.time)
+        fleet.cmd[:] = (0.1, 0, 0)
+
+    with Server(world, paused=True, control=control) as server, Client(server) as client:
+        client.send("step", count=4)
+        client.until(lambda: client.frame["steps"] == 4)
+        assert times == pytest.approx([0, 0.1, 0.2, 0.3])
+    other = st.World.from_text(room)
+    driven = other.fleet()
+    driven.cmd[:] = (0.1, 0, 0)
+    other.step(4)
+    assert world.state_hash() == other.state_hash()
+
+
+def test_control_that_fails(room: str) -> None:
+    """The run pauses and says why; it can go on."""
+    calls = []
+
+    def control(world: st.World) -> None:
+        calls.append(world.steps)
+        if len(calls) == 3:
+            raise KeyError("what is missing")
+
+    with Server(st.World.from_text(room), speed=0, control=control) as server, Client(server) as client:
+        client.until(lambda: client.frame["paused"])
+        assert client.frame["note"] == "KeyError: 'what is missing'" and client.frame["steps"] == 2
+        client.send("pause", on=False)
+        client.until(lambda: client.frame["steps"] > 5)
+
+
 # ---- clients ----
 
 def test_two_clients(server: Server) -> None:

@@ -47,12 +47,14 @@ class Run:
         world: what runs.
         speed: simulated seconds for each real one, 0: as many as can be.
         paused: wait for somebody to let it run.
+        control: called before each step, with the world: a controller of all robots, say.
         frames: that are shown in a second, at most.
     """
 
     def __init__(self, world: World, *, speed: float = 1.0, paused: bool = False,
-                 frames: float = 30.0) -> None:
+                 control: Callable[[World], object] | None = None, frames: float = 30.0) -> None:
         self.world = world
+        self._control = control
         self.scene = Scene(world)
         self._speed = checked_speed(speed)
         self._paused, self._note = paused, ""
@@ -251,13 +253,23 @@ class Run:
             self._stop_with("the quit time of the world file has come")
 
     def _step(self, count: int) -> int:
+        """Returns how many were made."""
+        made = 0
         try:
-            return self.world.step(count)
-        except GoneError:
-            raise
-        except StageError as error:
-            self._stop_with(str(error))
-            return 0
+            if self._control is None:
+                return self.world.step(count)
+            while made < count:
+                self._control(self.world)
+                if self.world.step() == 0:
+                    break
+                made += 1
+        except Exception as error:  # of a controller, or of control()
+            if not self.world._core.is_open:
+                raise
+            if not isinstance(error, StageError):
+                logging.getLogger("stagesim").exception("a controller in Python has failed")
+            self._stop_with(f"{type(error).__name__}: {error}")
+        return made
 
     def _steps_due(self) -> int:
         if self._steps_asked or self._paused:

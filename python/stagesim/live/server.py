@@ -6,6 +6,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import threading
+from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -31,16 +32,18 @@ class Server:
         speed: simulated seconds for each real one, 0: as many as can be; None: what the world file says,
             or else 1.
         paused: wait for somebody to let it run.
+        control: called before each step, with the world: a controller of all robots, say.
 
     Raises:
         StageError: a port can't be had, or a package is missing.
     """
 
     def __init__(self, world: World, *, host: str = "127.0.0.1", port: int | None = 0,
-                 foxglove: int | None = None, speed: float | None = None, paused: bool = False) -> None:
+                 foxglove: int | None = None, speed: float | None = None, paused: bool = False,
+                 control: Callable[[World], object] | None = None) -> None:
         if speed is None:
             speed = world._core.speedup if world._core.speedup > 0 else 1.0
-        self.run = Run(world, speed=speed, paused=paused)
+        self.run = Run(world, speed=speed, paused=paused, control=control)
         self.url = ""  #: of the page
         self.foxglove_url = ""  #: what Foxglove is told
         self._host, self._port, self._foxglove_port = host, port, foxglove
