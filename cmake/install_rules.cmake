@@ -85,5 +85,10 @@ install(
         "${PROJECT_BINARY_DIR}/stage-config-version.cmake"
   DESTINATION "${package_dir}"
   COMPONENT libstage-dev)
+# Where ROS looks for it.
+install(
+  FILES package.xml
+  DESTINATION "${CMAKE_INSTALL_DATADIR}/Stage"
+  COMPONENT libstage-dev)
 
 include(packages)

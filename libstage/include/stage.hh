@@ -6,7 +6,7 @@
 // Stg::World::Run(). A controller: a shared library that exports
 // extern "C" int Init(Stg::Model *, Stg::CtrlArgs *), named by a `ctrl` property of a model.
 //
-// Needs C++17 at least, in C++20 it is tested.
+// Compiles as C++11 and later; tested as C++11 to C++20.
 
 #ifndef STG_H
 #define STG_H

@@ -142,6 +142,7 @@ void BindState(nb::class_<Simulation>& world) {
   };
   world.def_prop_ro("microseconds", of_world([](World& w) { return w.SimTimeNow(); }))
       .def_prop_ro("interval", of_world([](World& w) { return w.sim_interval; }))
+      .def_prop_ro("speedup", of_world([](World& w) { return w.speedup; }))
       .def_prop_ro("updates", of_world([](World& w) { return w.GetUpdateCount(); }))
       .def_prop_ro("seed", of_world([](World& w) { return w.seed(); }))
       .def_prop_ro("threads", of_world([](World& w) { return w.options().threads; }))
@@ -199,6 +200,7 @@ void BindWorld(nb::module_& module) {
   BindState(world);
   BindCast(world);
   BindPicture(world);
+  BindScene(module, world);
   world.def("models", &ModelsOf)
       .def("find", &FindByName, nb::arg("name"))
       .def("create", &Create, nb::arg("type"), nb::arg("parent").none())

@@ -15,6 +15,7 @@ void BindCast(nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
 void BindPicture(nanobind::class_<Simulation>& world);
 void BindCrowd(nanobind::module_& module);
+void BindScene(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindWorld(nanobind::module_& module);
 
 }  // namespace Stg::python

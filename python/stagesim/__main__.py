@@ -12,6 +12,7 @@ from . import _paths
 def main() -> None:
     """Becomes the program. Shipped worlds may be given by their names alone."""
     arguments = [_paths.resolve(text) if text.endswith(".world") else text for text in sys.argv[1:]]
+    os.environ.setdefault("STAGE_PYTHON", sys.executable)
     os.execv(_paths.PROGRAM, [_paths.PROGRAM, *arguments])
 
 

@@ -26,6 +26,7 @@ TEST_F(CliTest, VersionAndHelpRunNothing) {
   const std::string help = Stage({"--help"}).out;
   EXPECT_EQ(help.substr(0, 12), "Usage: stage");
   for (const char* name : {"--budget-ms",      "--budget-horizon", "--args",
+                           "--live",           "--foxglove",       "STAGE_PYTHON",
                            "--clock",          "--duration",       "--gui",
                            "--no-batch",       "--no-controllers", "--no-progress",
                            "--opencl",         "--opencl-always",  "--progress",

@@ -38,7 +38,7 @@ CMAKE = cache_entry("CMAKE_COMMAND")
 COMPILER = cache_entry("CMAKE_CXX_COMPILER")
 # A library with a sanitizer only runs in programs that have it too.
 SANITIZE = [f"-fsanitize={cache_entry('STAGE_SANITIZE')}"] if cache_entry("STAGE_SANITIZE") else []
-# The least that stage.hh needs. Warnings that clients would get from our headers are errors.
+# Warnings that clients would get from our headers are errors.
 COMPILE = [COMPILER, "-std=c++17", "-Wall", "-Wextra", "-Werror", *SANITIZE]
 
 

@@ -8,7 +8,9 @@ installed wheel.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -45,3 +47,13 @@ bot( name "c" pose [0 -2 0 180] )
 def room() -> str:
     """A world file: three robots without controllers, a wall in front of the first."""
     return ROOM
+
+
+@pytest.fixture
+def server(room: str) -> Iterator[Any]:
+    """That world, shown by stagesim.live, paused."""
+    from stagesim import World
+    from stagesim.live import Server
+
+    with Server(World.from_text(room), paused=True) as made:
+        yield made

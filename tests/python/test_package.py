@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 import stagesim as st
 
 FOLDER = Path(st.__file__).parent
@@ -50,6 +51,16 @@ def test_library_and_program_are_the_package_s_own() -> None:
     libraries = {line.split()[-1] for line in maps.splitlines() if "libstage.so" in line}
     own = os.path.realpath(FOLDER / "lib" / f"libstage.so.{st.__version__}")
     assert libraries == {own}
+
+
+def test_extras(root: Path) -> None:
+    """What `pip install "stagesim[...]"` knows."""
+    file = root / "python" / "pyproject.toml"
+    if not file.exists():
+        pytest.skip("there is no python/pyproject.toml")
+    extras = pytest.importorskip("tomllib").loads(file.read_text())["project"]["optional-dependencies"]
+    assert {"env", "pictures", "live", "foxglove"} <= set(extras)
+    assert set(extras["live"]) < set(extras["foxglove"])
 
 
 def test_docstrings() -> None:

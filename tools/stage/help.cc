@@ -81,6 +81,11 @@ What you see
                        what the window section of the world file says
   --record DIR         make a film: pictures stage-000000.png and so on in DIR, in which there are
                        none yet, one for each step, 25 in a simulated second at most
+  --live[=PORT]        serve a page at 127.0.0.1 that shows the running world in a browser, and print
+                       its address: pause, step, speed, drag and drive robots. Needs Python with the
+                       package stagesim[live]; python3 -m stagesim.live --help has more options
+  --foxglove[=PORT]    the same, and serve Foxglove, at port 8765 unless another one is given; needs
+                       stagesim[foxglove]
   --size WxH           pixels of these pictures; default: those of the world file's window
   -g, --gui            no window. (The name has historical reasons.) Without it, with a display and
                        a single world file, the world runs in a window, and pauses at its quit_time
@@ -118,6 +123,7 @@ Environment
   LD_LIBRARY_PATH      further folders for controllers
   STAGE_LANES          how the host walks rays side by side: avx512, avx2, neon or none; default:
                        the fastest one of this processor. For measurements
+  STAGE_PYTHON         the Python interpreter of --live and --foxglove; default: python3
   STAGE_CL_DEVICE      DEVICE for an --opencl that names none
   STAGE_CL_HITS        potential hits that the device lists for each ray, 1 (default) to 16: where
                        none of them is a hit, the host walks on by itself

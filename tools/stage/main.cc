@@ -20,6 +20,7 @@
 #include "stage/explain_ray.hh"
 #include "stage/help.hh"
 #include "stage/interrupt.hh"
+#include "stage/live.hh"
 #include "stage/options.hh"
 #include "stage/pictures.hh"
 #include "stage/process.hh"
@@ -82,6 +83,8 @@ int Main(int argc, char* argv[]) {
     case Options::Action::kListDevices:
       PrintWhole(messages::PrintableLines(ListDevices(kOpenClPlugin)));
       return 0;
+    case Options::Action::kLive:
+      ShowLive(options);
     case Options::Action::kExplain:
     case Options::Action::kExplainRay:
     case Options::Action::kBudget:

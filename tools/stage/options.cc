@@ -51,7 +51,9 @@ enum Id : int {
   kSaveSnapshot,
   kBudget,
   kHorizon,
-  kSet
+  kSet,
+  kLive,
+  kFoxglove
 };
 
 // The colon in front: getopt keeps quiet and tells a missing value from an unknown option.
@@ -66,9 +68,11 @@ constexpr option kLongOptions[] = {
     {"duration", required_argument, nullptr, kDuration},
     {"explain", optional_argument, nullptr, kExplain},
     {"explain-ray", required_argument, nullptr, kExplainRay},
+    {"foxglove", optional_argument, nullptr, kFoxglove},
     {"from-snapshot", required_argument, nullptr, kFromSnapshot},
     {"gui", optional_argument, nullptr, kGui},
     {"help", optional_argument, nullptr, kHelp},
+    {"live", optional_argument, nullptr, kLive},
     {"no-batch", no_argument, nullptr, kNoBatch},
     {"no-controllers", no_argument, nullptr, kNoControllers},
     {"no-progress", no_argument, nullptr, kNoProgress},
@@ -294,6 +298,10 @@ class Parser {
       case kSet:
         options_.run.settings.push_back(value);
         break;
+      case kLive:
+      case kFoxglove:
+        SetLive(id, value);
+        break;
       case kSize:
         ParseSize(value, &options_.pictures);
         break;
@@ -324,6 +332,15 @@ class Parser {
     options_.explained_ray = value;
   }
 
+  void SetLive(int id, const std::string& port) {
+    const std::optional<int> number = ParseNumber<int>(port);
+    if (!port.empty() && !(number && *number >= 0 && *number <= 65535))
+      Refuse(id, "nothing, or a port, from 0 to 65535", port);
+    if (options_.action == Options::Action::kRun) options_.action = Options::Action::kLive;
+    if (id == kFoxglove) options_.foxglove = true;
+    (id == kLive ? options_.live_port : options_.foxglove_port) = port;
+  }
+
   void SetDevice(const std::string& value) {
     options_.run.opencl = true;
     options_.run.device = value;
@@ -349,7 +366,7 @@ class Parser {
 
 bool LoadsWorlds(const Options& options) {
   return options.action == Options::Action::kRun || options.action == Options::Action::kExplain ||
-         options.action == Options::Action::kBudget;
+         options.action == Options::Action::kBudget || options.action == Options::Action::kLive;
 }
 
 /// For the option of that name.
@@ -446,6 +463,8 @@ Options ParseOptions(int argc, char* argv[]) {
   CheckOutputs(options);
   CheckWorlds(options);
   if (options.action == Options::Action::kBudget) RequireOneWorld(options, NameOf(kBudget));
+  if (options.action == Options::Action::kLive)
+    RequireOneWorld(options, NameOf(options.foxglove ? kFoxglove : kLive));
   SettleSnapshots(&options);
   SettlePictures(&options);
   return options;

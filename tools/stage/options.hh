@@ -16,7 +16,7 @@
 namespace Stg::program {
 
 struct Options {
-  enum class Action { kRun, kExplain, kExplainRay, kBudget, kHelp, kVersion, kListDevices };
+  enum class Action { kRun, kExplain, kExplainRay, kBudget, kLive, kHelp, kVersion, kListDevices };
 
   Action action = Action::kRun;
   bool no_gui = false;
@@ -25,9 +25,11 @@ struct Options {
   RunOptions run;
   std::string stats_file;  ///< empty: none; "-": standard output
   bool state_hash = false;
-  std::string explained_ray;          ///< with kExplainRay: see RayChoice
-  double budget_ms = 0, horizon = 5;  ///< with kBudget: wall clock, simulated seconds
-  std::string first_snapshot;         ///< the file of --from-snapshot; empty: none
+  std::string explained_ray;             ///< with kExplainRay: see RayChoice
+  double budget_ms = 0, horizon = 5;     ///< with kBudget: wall clock, simulated seconds
+  bool foxglove = false;                 ///< with kLive
+  std::string live_port, foxglove_port;  ///< with kLive; empty: the usual ones
+  std::string first_snapshot;            ///< the file of --from-snapshot; empty: none
   struct SnapshotOrder {
     std::string file;
     usec_t time;

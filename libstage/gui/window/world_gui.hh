@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// WorldGui: a world with a window. Part of <stage.hh> where the window is built; C++17.
+// WorldGui: a world with a window. Part of <stage.hh> where the window is built.
 //
 // Steps, pictures and input all take their turns in FLTK's event loop, in one thread: World::Run(),
 // or a loop of the client's own around Fl::wait().

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "scene.hh"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "canvas.hh"
+#include "geometry/random.hh"
+#include "geometry/trigonometry.hh"
+#include "models/block.hh"
+#include "models/host.hh"
+#include "models/position.hh"
+#include "models/ranger.hh"
+#include "world/world.hh"
+
+namespace Stg::python {
+
+namespace {
+
+class Words {
+ public:
+  void Add(uint32_t word) { bytes_.append(reinterpret_cast<const char*>(&word), sizeof word); }
+  void Add(double value) { Add(std::bit_cast<uint32_t>(static_cast<float>(value))); }
+  void Add(const Canvas::Ink& ink) {
+    const uint8_t parts[] = {ink.red, ink.green, ink.blue, ink.opacity};
+    bytes_.append(reinterpret_cast<const char*>(parts), sizeof parts);
+  }
+  std::string& bytes() { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+bool IsRobot(const Model& model) { return dynamic_cast<const ModelPosition*>(&model) != nullptr; }
+
+bool IsThing(const Model& model) { return !model.Parent() || IsRobot(model); }
+
+/// Blocks of one model and one height.
+struct Area {
+  const Model* model;
+  Pose frame;  // of the model's body, seen from the thing
+  Bounds z;
+  Bounds blocks;  // their heights
+};
+
+void AddAreas(const Model& model, const Pose& pose, double ground, std::vector<Area>* areas) {
+  Pose frame = pose + model.GetGeom().pose;
+  frame.z = model.GetGlobalPose().z + model.GetGeom().pose.z - ground;
+  std::vector<Bounds> known;
+  for (const auto& block : model.body().blocks()) {
+    const Bounds& range = block->z_range();
+    const auto same = [&](const Bounds& b) { return b.min == range.min && b.max == range.max; };
+    if (std::any_of(known.begin(), known.end(), same)) continue;
+    known.push_back(range);
+    areas->push_back({&model, frame, Bounds(frame.z + range.min, frame.z + range.max), range});
+  }
+  for (const Model* child : model.GetChildren())
+    if (!IsThing(*child)) AddAreas(*child, pose + child->GetPose(), ground, areas);
+}
+
+void AddOutlines(const Area& area, Words* words) {
+  const SineCosine turn = SinCos(area.frame.a);
+  const auto belongs = [&](const Block& block) {
+    return block.z_range().min == area.blocks.min && block.z_range().max == area.blocks.max;
+  };
+  const auto& blocks = area.model->body().blocks();
+  words->Add(static_cast<uint32_t>(
+      std::count_if(blocks.begin(), blocks.end(), [&](const auto& b) { return belongs(*b); })));
+  for (const auto& block : blocks) {
+    if (!belongs(*block)) continue;
+    words->Add(static_cast<uint32_t>(block->points().size()));
+    for (const point_t& p : block->points()) {
+      words->Add(area.frame.x + p.x * turn.cosine - p.y * turn.sine);
+      words->Add(area.frame.y + p.x * turn.sine + p.y * turn.cosine);
+    }
+  }
+}
+
+Thing Describe(const Model& model) {
+  const double ground = model.GetGlobalPose().z;
+  std::vector<Area> areas;
+  AddAreas(model, Pose(), ground, &areas);
+  std::stable_sort(areas.begin(), areas.end(),
+                   [](const Area& a, const Area& b) { return a.z.max < b.z.max; });
+  Words words;
+  for (const Area& area : areas) {
+    const Canvas::Ink ink = Canvas::Ink::Of(area.model->GetShownColor());
+    if (ink.opacity == 0) continue;
+    words.Add(ink);
+    words.Add(area.z.min);
+    words.Add(area.z.max);
+    AddOutlines(area, &words);
+  }
+  Thing thing;
+  thing.id = model.GetId();
+  thing.name = model.TokenStr();
+  thing.type = model.GetModelType();
+  thing.robot = IsRobot(model);
+  thing.movable = model.IsMovable();
+  thing.ground = static_cast<float>(ground);
+  thing.top = static_cast<float>(ground + (areas.empty() ? 0 : areas.back().z.max));
+  thing.shape = std::move(words.bytes());
+  return thing;
+}
+
+uint64_t Bits(double value) { return std::bit_cast<uint64_t>(value); }
+
+uint64_t KeyOf(const Model& model) {
+  uint64_t key = model.GetId();
+  const auto mix = [&](uint64_t part) { key = MixSeeds(key, part); };
+  const Model* const parent = model.Parent();
+  mix(parent ? parent->GetId() + uint64_t{1} : 0);
+  mix(model.body().version());
+  mix(std::bit_cast<uint32_t>(Canvas::Ink::Of(model.GetShownColor())));
+  const Pose local = model.GetGeom().pose;
+  for (const double part : {local.x, local.y, local.z, local.a}) mix(Bits(part));
+  mix(Bits(model.GetPose().z));
+  if (IsThing(model)) return key;
+  const Pose pose = model.GetPose();
+  for (const double part : {pose.x, pose.y, pose.a}) mix(Bits(part));
+  return key;
+}
+
+/// Returns false where there is no room for it.
+bool AddScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor, uint32_t thing,
+             size_t* room, Words* words) {
+  const size_t count = sensor.ranges.size();
+  if (count == 0 || sensor.bearings.size() != count) return true;
+  if (count > *room) return false;
+  *room -= count;
+  const Pose frame = ranger.SensorFrame(ranger.GetGlobalPose());
+  const Pose origin = ModelRanger::OriginOf(sensor, frame, SinCos(frame.a));
+  words->Add(thing);
+  words->Add(static_cast<uint32_t>(count));
+  for (const double part : {origin.x, origin.y, origin.a, sensor.fov, sensor.Reach()})
+    words->Add(part);
+  for (const double range : sensor.ranges) words->Add(range);
+  for (const double bearing : sensor.bearings) words->Add(bearing);
+  return true;
+}
+
+bool AddScans(const Model& model, uint32_t thing, size_t* room, Words* words) {
+  if (const auto* const ranger = dynamic_cast<const ModelRanger*>(&model))
+    for (const ModelRanger::Sensor& sensor : ranger->GetSensors())
+      if (!AddScan(*ranger, sensor, thing, room, words)) return false;
+  for (const Model* child : model.GetChildren())
+    if (!IsThing(*child) && !AddScans(*child, thing, room, words)) return false;
+  return true;
+}
+
+}  // namespace
+
+std::vector<Thing> ThingsOf(World& world) {
+  std::vector<Thing> things;
+  for (const Model* model : world.host().models)
+    if (model != world.GetGround() && IsThing(*model)) things.push_back(Describe(*model));
+  std::stable_sort(things.begin(), things.end(), [](const Thing& a, const Thing& b) {
+    return a.robot != b.robot ? b.robot : !a.robot && a.top < b.top;
+  });
+  return things;
+}
+
+uint64_t SceneKey(World& world) {
+  uint64_t key = world.host().models.size();
+  for (const Model* model : world.host().models) key = MixSeeds(key, KeyOf(*model));
+  return key;
+}
+
+void PlacesOf(World& world, const uint32_t* ids, size_t count, float* places, bool* stalled) {
+  for (size_t i = 0; i < count; i++, places += 3) {
+    const Model* const model = world.FindModel(ids[i]);
+    stalled[i] = model && model->Stalled();
+    if (model) {
+      const Pose pose = model->GetGlobalPose();
+      places[0] = static_cast<float>(pose.x);
+      places[1] = static_cast<float>(pose.y);
+      places[2] = static_cast<float>(pose.a);
+    } else {
+      std::fill(places, places + 3, std::numeric_limits<float>::quiet_NaN());
+    }
+  }
+}
+
+std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t most) {
+  Words words;
+  for (size_t i = 0; i < count; i++)
+    if (const Model* const model = world.FindModel(ids[i]))
+      if (!AddScans(*model, ids[i], &most, &words)) break;
+  return std::move(words.bytes());
+}
+
+}  // namespace Stg::python

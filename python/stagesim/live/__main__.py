@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""`python -m stagesim.live WORLD`: a running world in a browser."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import threading
+import webbrowser
+
+from ..errors import StageError
+from ..world import World
+from .server import Server
+
+PORT, FOXGLOVE_PORT = 8642, 8765
+
+
+def port_of(text: str) -> int:
+    """A port; 0: any that is free."""
+    if not text.isdecimal() or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a port, from 0 to 65535")
+    return int(text)
+
+
+def arguments() -> argparse.ArgumentParser:
+    """What the command line may say."""
+    parser = argparse.ArgumentParser(
+        prog="python -m stagesim.live", description="Runs a world and shows it in a browser.", allow_abbrev=False)
+    parser.add_argument("world", metavar="WORLD", help="a world file, or the name of a shipped world")
+    parser.add_argument("--port", type=port_of, default=PORT, metavar="N",
+                        help=f"of the page (default {PORT}); 0: any that is free")
+    parser.add_argument("--host", default="127.0.0.1", metavar="ADDRESS",
+                        help="where to serve (default: only programs of this machine come there)")
+    parser.add_argument("--foxglove", type=port_of, nargs="?", const=FOXGLOVE_PORT, metavar="PORT",
+                        help=f"also serve Foxglove (default port {FOXGLOVE_PORT})")
+    parser.add_argument("--no-browser", action="store_true", help="don't open the page")
+    parser.add_argument("--speed", type=float, metavar="X",
+                        help="simulated seconds for each real one, 0: as many as can be (default: what the"
+                             " world file says, or else 1)")
+    parser.add_argument("--paused", action="store_true", help="wait for somebody to let it run")
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of all random numbers (default 1)")
+    parser.add_argument("--threads", type=int, metavar="N", help="that work on a step")
+    parser.add_argument("--opencl", nargs="?", const=True, default=False, metavar="DEVICE",
+                        help="use an OpenCL device where that is faster")
+    parser.add_argument("--opencl-always", action="store_true", help="use it for every step: for measurements")
+    parser.add_argument("--ray-model", choices=("cell", "exact"), help="what ranges go to")
+    parser.add_argument("--no-controllers", action="store_true", help="load no controllers")
+    return parser
+
+
+def server_of(options: argparse.Namespace) -> Server:
+    """What the options ask for, not started yet."""
+    world = World(options.world, seed=options.seed, threads=options.threads, opencl=options.opencl,
+                  opencl_always=options.opencl_always, ray_model=options.ray_model,
+                  controllers=not options.no_controllers)
+    return Server(world, host=options.host, port=options.port, foxglove=options.foxglove,
+                  speed=options.speed, paused=options.paused)
+
+
+def show(server: Server, browser: bool) -> None:
+    """Until Ctrl-C."""
+    over = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: over.set())
+    with server:
+        line = server.url
+        if server.foxglove_url:
+            line += f"  Foxglove: {server.foxglove_url}"
+        print(line, flush=True)
+        if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+            webbrowser.open(server.url)
+        over.wait()
+
+
+def main() -> int:
+    """Returns the exit status: 1 if the world or a port can't be had."""
+    options = arguments().parse_args()
+    try:
+        show(server_of(options), not options.no_browser)
+    except (StageError, ValueError) as error:
+        print(f"stage: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:  # while the world is loaded
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A run as Foxglove sees it: a WebSocket server of the subprotocol foxglove.sdk.v1."""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+import struct
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import foxglove
+from foxglove import Channel, Context, Parameter, Schema, Service, ServiceRequest, ServiceSchema
+from foxglove.channels import FrameTransformsChannel, LaserScanChannel, SceneUpdateChannel
+from foxglove.messages import (
+    FrameTransform, FrameTransforms, LaserScan, Pose, Quaternion, SceneEntityDeletion,
+    SceneEntityDeletionType, SceneUpdate, Timestamp, Vector3)
+from foxglove.websocket import (
+    Capability, ChannelView, Client, ClientChannel, MessageSchema, ServerListener)
+
+from ..errors import StageError
+from .run import Run
+from .scene import Frame, Scene, State, Wish
+from .solids import entity_of
+
+WORLD = "world"  # the frame that everything is in
+HOLD = 1.5  # seconds for which a cmd_vel holds: Foxglove's panel sends one a second
+WAIT = 10.0  # seconds that an order may take
+_STATE = {"type": "object", "properties": {
+    name: {"type": kind} for name, kind in (
+        ("time", "number"), ("steps", "integer"), ("seed", "string"), ("paused", "boolean"),
+        ("speed", "number"), ("rate", "number"), ("busy", "number"), ("r_acc", "number"), ("note", "string"))}}
+
+
+class Bridge:
+    """Serves Foxglove.
+
+    Topics: /scene, /tf, /state, and ROBOT/scan, ROBOT/scan_1, ... of each sensor of robots, if these are
+    few. From viewers: geometry_msgs/Twist as JSON on ROBOT/cmd_vel, or /cmd_vel for the first robot.
+    Parameters: speed, paused, seed; setting the seed begins anew. Services: /step, /reset, /pause.
+
+    Args:
+        run: what is shown.
+        host: the address to serve at.
+        port: 0: any that is free.
+
+    Raises:
+        StageError: the port can't be had.
+    """
+
+    def __init__(self, run: Run, host: str, port: int) -> None:
+        self._run = run
+        self._context = Context()
+        self._scene = SceneUpdateChannel("/scene", context=self._context)
+        self._transforms = FrameTransformsChannel("/tf", context=self._context)
+        self._state = Channel("/state", schema=_schema("stage.State", _STATE), message_encoding="json",
+                              context=self._context)
+        self._scans: dict[tuple[int, int], LaserScanChannel] = {}
+        self._shown_scene: Scene | None = None  # that viewers have
+        self._shown: dict[int, tuple[str, int]] = {}  # name and shape of each thing in it
+        self._last_time = 0.0
+        self._told: tuple[Any, ...] = ()
+        self._listener = _Listener(run)
+        logging.getLogger("foxglove").setLevel(logging.CRITICAL)
+        try:
+            self._server = foxglove.start_server(
+                name="Stage", host=host, port=port, context=self._context, server_listener=self._listener,
+                capabilities=[Capability.ClientPublish, Capability.Parameters, Capability.Services, Capability.Time],
+                supported_encodings=["json"], services=self._services(), message_backlog_size=64)
+        except Exception as error:
+            raise StageError(f"can't serve Foxglove at {host}:{port}: {error}") from None
+        run.order(lambda run: run.listen(self.show, lambda: bool(self._listener.topics)))
+        run.order(lambda run: run.wish(self, Wish(all_scans=True)))
+
+    @property
+    def port(self) -> int:
+        """That is served."""
+        return self._server.port
+
+    def close(self) -> None:
+        """Ends the server."""
+        self._server.stop()
+
+    # ---- frames ----
+
+    def show(self, frame: Frame) -> None:
+        """Called by the run."""
+        now = round(frame.state.time * 1e9)
+        if frame.state.time < self._last_time:
+            self._server.clear_session()
+        self._last_time = frame.state.time
+        self._server.broadcast_time(now)
+        if self._listener.wants_scene.is_set():  # somebody has nothing of it yet
+            self._listener.wants_scene.clear()
+            self._shown = {}
+        if self._shown_scene is not frame.scene or not self._shown:
+            self._show_scene(frame.scene, now)
+        if "/tf" in self._listener.topics:
+            self._transforms.log(_transforms(frame, now), log_time=now)
+        for thing, words in frame.scans.items():
+            self._show_scans(frame, thing, words, now)
+        self._tell(frame, now)
+
+    def _show_scene(self, scene: Scene, now: int) -> None:
+        """What is new; everything, if nothing has been shown."""
+        looks = {thing.id: (thing.name, shape) for thing, shape in zip(scene.things, scene.shape_of)}
+        if scene.shapes is not (self._shown_scene and self._shown_scene.shapes):
+            self._shown = {}  # numbers of shapes mean something else now
+        if self._shown:
+            deletions = [SceneEntityDeletion(id=str(thing), type=SceneEntityDeletionType.MatchingId)
+                         for thing in self._shown if thing not in looks]
+        else:
+            deletions = [SceneEntityDeletion(type=SceneEntityDeletionType.All)]
+        entities = [entity_of(thing, thing.name) for thing in scene.things
+                    if self._shown.get(thing.id) != looks[thing.id]]
+        self._shown, self._shown_scene = looks, scene
+        self._scene.log(SceneUpdate(deletions=deletions, entities=entities), log_time=now)
+
+    def _show_scans(self, frame: Frame, thing: int, words: bytes, now: int) -> None:
+        name = frame.scene.things[frame.scene.index[thing]].name
+        for number, scan in enumerate(_scans(words, now)):
+            channel = self._scans.get((thing, number))
+            if channel is None:
+                topic = f"/{name}/scan" + (f"_{number}" if number else "")
+                channel = self._scans[thing, number] = LaserScanChannel(topic, context=self._context)
+            channel.log(scan, log_time=now)
+
+    def _tell(self, frame: Frame, now: int) -> None:
+        state = {**vars(frame.state), "seed": str(frame.state.seed), "r_acc": frame.r_acc}
+        self._state.log(state, log_time=now)
+        values = (frame.state.speed, frame.state.paused, frame.state.seed)
+        if values != self._told:
+            self._told = values
+            self._server.publish_parameter_values(_parameters(frame.state))
+
+    # ---- services ----
+
+    def _services(self) -> list[Service]:
+        return [self._service("/step", {"count": {"type": "integer", "default": 1}},
+                              lambda run, request: run.make_steps(int(request.get("count", 1)))),
+                self._service("/reset", {"seed": {"type": "integer"}},
+                              lambda run, request: run.reset(request.get("seed"))),
+                self._service("/pause", {"on": {"type": "boolean", "default": True}},
+                              lambda run, request: run.pause(bool(request.get("on", True))))]
+
+    def _service(self, name: str, properties: dict[str, Any], do: Callable[[Run, dict[str, Any]], None]) -> Service:
+        def handle(request: ServiceRequest) -> bytes:
+            given = _object(request.payload or b"{}")
+            self._run.order(lambda run: do(run, given)).result(WAIT)
+            return b"{}"
+
+        asked = MessageSchema(encoding="json", schema=_schema(f"stage{name}", {"type": "object",
+                                                                              "properties": properties}))
+        answer = MessageSchema(encoding="json", schema=_schema("stage/Empty", {"type": "object"}))
+        return Service(name, schema=ServiceSchema(f"stage{name}", request=asked, response=answer), handler=handle)
+
+
+class _Listener(ServerListener):
+    """What viewers want; called by threads of the server."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._lock = threading.Lock()
+        self._subscribers: dict[str, set[int]] = {}
+        self._published: dict[tuple[int, int], str] = {}
+        self.topics: frozenset[str] = frozenset()  #: that anybody reads
+        self.wants_scene = threading.Event()
+
+    def on_subscribe(self, client: Client, channel: ChannelView) -> None:
+        with self._lock:
+            self._subscribers.setdefault(channel.topic, set()).add(client.id)
+            self.topics = frozenset(self._subscribers)
+        if channel.topic == "/scene":
+            self.wants_scene.set()
+        self._run.order(lambda run: None)  # a frame, even if it stands still
+
+    def on_unsubscribe(self, client: Client, channel: ChannelView) -> None:
+        with self._lock:
+            readers = self._subscribers.get(channel.topic, set())
+            readers.discard(client.id)
+            if not readers:
+                self._subscribers.pop(channel.topic, None)
+            self.topics = frozenset(self._subscribers)
+
+    def on_client_advertise(self, client: Client, channel: ClientChannel) -> None:
+        if channel.encoding == "json":
+            self._published[client.id, channel.id] = channel.topic
+
+    def on_client_unadvertise(self, client: Client, client_channel_id: int) -> None:
+        self._published.pop((client.id, client_channel_id), None)
+
+    def on_message_data(self, client: Client, client_channel_id: int, data: bytes) -> None:
+        topic = self._published.get((client.id, client_channel_id), "")
+        if not topic.endswith("/cmd_vel"):
+            return
+        try:
+            velocity = _velocity(_object(data))
+        except ValueError:
+            return
+        robot = topic.removesuffix("/cmd_vel").removeprefix("/")
+        self._run.order(lambda run: _drive(run, ("foxglove", client.id), robot, velocity))
+
+    def on_get_parameters(self, client: Client, param_names: list[str],
+                          request_id: str | None = None) -> list[Parameter]:
+        known: list[Parameter] = self._run.order(lambda run: _parameters(run.state())).result(WAIT)
+        return [parameter for parameter in known if not param_names or parameter.name in param_names]
+
+    def on_set_parameters(self, client: Client, parameters: list[Parameter],
+                          request_id: str | None = None) -> list[Parameter]:
+        for parameter in parameters:
+            try:
+                _set(self._run, parameter.name, parameter.get_value())
+            except (ValueError, TypeError, StageError):
+                pass  # the answer says what the value is
+        return self.on_get_parameters(client, [parameter.name for parameter in parameters])
+
+
+def _set(run: Run, name: str, value: Any) -> None:
+    orders: dict[str, Callable[[Run], None]] = {
+        "speed": lambda run: run.set_speed(float(value)), "paused": lambda run: run.pause(bool(value)),
+        "seed": lambda run: run.reset(int(value))}
+    if name in orders:
+        run.order(orders[name]).result(WAIT)
+
+
+def _parameters(state: State) -> list[Parameter]:
+    return [Parameter("speed", value=state.speed, type=foxglove.ParameterType.Float64),
+            Parameter("paused", value=state.paused), Parameter("seed", value=str(state.seed))]
+
+
+def _drive(run: Run, owner: Any, robot: str, velocity: tuple[float, float, float]) -> None:
+    for thing in run.scene.things:
+        if thing.robot and robot in ("", thing.name):
+            run.drive(owner, thing.id, velocity, HOLD)
+            return
+
+
+def _object(data: bytes) -> dict[str, Any]:
+    try:
+        found = json.loads(data)
+    except (ValueError, RecursionError):
+        raise ValueError("found something that is not JSON") from None
+    if not isinstance(found, dict):
+        raise ValueError("found no object")
+    return found
+
+
+def _velocity(twist: dict[str, Any]) -> tuple[float, float, float]:
+    """Of a Twist or a TwistStamped. ValueError if it is neither."""
+    twist = twist.get("twist", twist)
+    try:
+        return (float(twist["linear"].get("x", 0)), float(twist["linear"].get("y", 0)),
+                float(twist["angular"].get("z", 0)))
+    except (KeyError, TypeError, AttributeError):
+        raise ValueError("found no Twist") from None
+
+
+def _schema(name: str, content: dict[str, Any]) -> Schema:
+    return Schema(name=name, encoding="jsonschema", data=json.dumps(content).encode())
+
+
+def _stamp(now: int) -> Timestamp:
+    return Timestamp(sec=now // 10**9, nsec=now % 10**9)
+
+
+def _turn(angle: float) -> Quaternion:
+    return Quaternion(x=0, y=0, z=math.sin(angle / 2), w=math.cos(angle / 2))
+
+
+def _transforms(frame: Frame, now: int) -> FrameTransforms:
+    stamp = _stamp(now)
+    return FrameTransforms(transforms=[
+        FrameTransform(timestamp=stamp, parent_frame_id=WORLD, child_frame_id=thing.name,
+                       translation=Vector3(x=x, y=y, z=thing.ground), rotation=_turn(a))
+        for thing, (x, y, a) in zip(frame.scene.things, frame.places.tolist()) if x == x])
+
+
+def _scans(words: bytes, now: int) -> list[LaserScan]:
+    """Of each sensor of a thing, see scene.hh; in the frame of the world, as rays begin there."""
+    scans, at, stamp = [], 0, _stamp(now)
+    while at < len(words):
+        _, count, x, y, a, _, _ = struct.unpack_from("<II5f", words, at)
+        values = struct.unpack_from(f"<{2 * count}f", words, at + 28)
+        at += 28 + 8 * count
+        scans.append(LaserScan(
+            timestamp=stamp, frame_id=WORLD, start_angle=values[count], end_angle=values[-1],
+            pose=Pose(position=Vector3(x=x, y=y, z=0), orientation=_turn(a)), ranges=list(values[:count])))
+    return scans

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The shapes of things, ready to be drawn.
+
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+/** What there is: things, each with a shape, of which robots that are alike share one. `before`: the
+ *  scene before, for the shapes that the server doesn't tell again. */
+export class Scene {
+  constructor(message, before) {
+    this.number = message.scene;
+    this.world = message.world;
+    this.things = message.things;
+    this.index = new Map(this.things.map((thing, i) => [thing.id, i]));
+    this.shapes = [...(before?.shapes.slice(0, message.first) ?? []),
+      ...message.lengths.map((length) => shapeOf(message.words, length))];
+    this.robots = this.things.filter((thing) => thing.robot).length;
+  }
+  shape(i) { return this.shapes[this.things[i].shape]; }
+}
+
+/** Areas, the lowest first, each a path in metres; and how far they reach from the origin. */
+function shapeOf(words, length) {
+  const end = words.at + length;
+  const shape = { areas: [], radius: 0, front: 0, box: [Infinity, Infinity, -Infinity, -Infinity] };
+  while (words.at < end) {
+    const [red, green, blue, opacity] = words.color();
+    words.at += 2; // heights
+    const path = new Path2D();
+    for (let outlines = words.integer(); outlines > 0; outlines--) addOutline(words, path, shape);
+    const area = { path, rgb: [red, green, blue], opacity: opacity / 255 };
+    paint(area);
+    shape.areas.push(area);
+  }
+  return shape;
+}
+
+function addOutline(words, path, shape) {
+  const corners = words.take(2 * words.integer());
+  const box = shape.box;
+  for (let i = 0; i < corners.length; i += 2) {
+    const x = corners[i], y = corners[i + 1];
+    if (i === 0) path.moveTo(x, y);
+    else path.lineTo(x, y);
+    shape.radius = Math.max(shape.radius, Math.hypot(x, y));
+    shape.front = Math.max(shape.front, x);
+    box[0] = Math.min(box[0], x);
+    box[1] = Math.min(box[1], y);
+    box[2] = Math.max(box[2], x);
+    box[3] = Math.max(box[3], y);
+  }
+  path.closePath();
+}
+
+/** Colours of world files are meant for a light floor: dark ones are made lighter on a dark one. */
+function paint(area) {
+  let rgb = area.rgb;
+  const light = (0.3 * rgb[0] + 0.59 * rgb[1] + 0.11 * rgb[2]) / 255;
+  if (dark.matches && light < 0.4) {
+    const more = (0.4 - light) * 0.8;
+    rgb = rgb.map((part) => Math.round(part + (255 - part) * more));
+  }
+  const line = rgb.map((part) => Math.round(dark.matches ? part + (255 - part) * 0.3 : part * 0.6));
+  area.fill = `rgb(${rgb.join(" ")} / ${area.opacity})`;
+  area.line = `rgb(${line.join(" ")} / ${area.opacity})`;
+  area.nose = light > 0.55 ? "#000" : "#fff";
+}
+
+/** Calls back after the colours of the scene that `get` returns have been made anew. */
+export function watchColours(get, callback) {
+  dark.addEventListener("change", () => {
+    for (const shape of get()?.shapes ?? []) shape.areas.forEach(paint);
+    callback();
+  });
+}

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Runs a world and lets people look at it."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import threading
+from collections.abc import Callable
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from ..errors import StageError
+from ..world import World
+from .run import Run
+
+if TYPE_CHECKING:
+    from .bridge import Bridge
+
+
+class Server:
+    """Runs a world in a thread of its own, and shows it to browsers.
+
+    It begins with start(), or in a `with`, and ends with stop(). Until then nobody else may use the world;
+    what is to be done with it goes through `run`: see `Run.order`.
+
+    Args:
+        world: what runs.
+        host: the address to serve at. Only programs of this machine reach the usual one.
+        port: 0: any that is free; None: no page.
+        foxglove: the port of a server for Foxglove, 0: any that is free; None: none.
+        speed: simulated seconds for each real one, 0: as many as can be; None: what the world file says,
+            or else 1.
+        paused: wait for somebody to let it run.
+        control: called before each step, with the world: a controller of all robots, say.
+
+    Raises:
+        StageError: a port can't be had, or a package is missing.
+    """
+
+    def __init__(self, world: World, *, host: str = "127.0.0.1", port: int | None = 0,
+                 foxglove: int | None = None, speed: float | None = None, paused: bool = False,
+                 control: Callable[[World], object] | None = None) -> None:
+        if speed is None:
+            speed = world._core.speedup if world._core.speedup > 0 else 1.0
+        self.run = Run(world, speed=speed, paused=paused, control=control)
+        self.url = ""  #: of the page
+        self.foxglove_url = ""  #: what Foxglove is told
+        self._host, self._port, self._foxglove_port = host, port, foxglove
+        self._bridge: Bridge | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> Server:
+        """Begins to serve and to run."""
+        try:
+            if self._port is not None:
+                self._start_page()
+            if self._foxglove_port is not None:
+                self._start_bridge()
+        except BaseException:
+            self.stop()
+            raise
+        self.run.start()
+        return self
+
+    def stop(self) -> None:
+        """Ends both. The world is as after its last step."""
+        self.run.stop()
+        if self._bridge is not None:
+            self._bridge.close()
+            self._bridge = None
+        if self._thread is not None and self._loop is not None:
+            self._loop.call_soon_threadsafe(self._done.set)
+            self._thread.join()
+            self._thread = None
+
+    def __enter__(self) -> Server:
+        return self.start()
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.stop()
+
+    # ---- the page ----
+
+    def _start_page(self) -> None:
+        try:
+            from .web import Web
+        except ModuleNotFoundError as error:
+            raise StageError(f"there is no package {error.name!r}; try pip install \"stagesim[live]\"") from None
+        self._web = Web(self.run, self._host)
+        ready = threading.Event()
+        self._error: OSError | None = None
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._serve(ready)), daemon=True,
+                                        name="stagesim.live page")
+        self._thread.start()
+        ready.wait()
+        if self._error is not None:
+            self._thread.join()
+            self._thread = None
+            raise StageError(f"can't serve at {_at(self._host, self._port or 0)}: {self._error.strerror}")
+
+    async def _serve(self, ready: threading.Event) -> None:
+        self._loop, self._done = asyncio.get_running_loop(), asyncio.Event()
+        try:
+            server = await self._web.open(self._host, self._port or 0)
+            port = next(iter(server.sockets)).getsockname()[1]
+            token = self._web.door.token
+            self.url = f"http://{_at(_shown(self._host), port)}/" + (f"?token={token}" if token else "")
+        except OSError as error:
+            self._error = error
+            return
+        finally:
+            ready.set()
+        await self._done.wait()
+        server.close()
+        await server.wait_closed()
+
+    # ---- Foxglove ----
+
+    def _start_bridge(self) -> None:
+        try:
+            from .bridge import Bridge
+        except ModuleNotFoundError as error:
+            raise StageError(
+                f"there is no package {error.name!r}; try pip install \"stagesim[foxglove]\"") from None
+        self._bridge = Bridge(self.run, self._host, self._foxglove_port or 0)
+        self.foxglove_url = f"ws://{_at(_shown(self._host), self._bridge.port)}"
+
+
+def _shown(host: str) -> str:
+    """The name of this machine for all of its addresses."""
+    return socket.gethostname() if host in ("0.0.0.0", "::", "") else host
+
+
+def _at(host: str, port: int) -> str:
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

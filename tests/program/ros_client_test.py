@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What nodes for ROS use of Stage: package.xml, by which ROS's tools find the package, and a program
+(ros_client/node.cc) that compiles as C++11 to C++20, with GCC and Clang, against an installation,
+and runs without a window and in one."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+from xml.etree import ElementTree
+
+BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
+SOURCE_DIR = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
+NODE = SOURCE_DIR / "tests" / "program" / "ros_client" / "node.cc"
+PKG_CONFIG, XVFB_RUN = shutil.which("pkg-config"), shutil.which("xvfb-run")
+HAS_WINDOW = (BINARY_DIR / "lib" / "libstagegui.so").exists()
+STANDARDS = ("c++11", "c++14", "c++17", "c++20")
+WORLD = """
+interval_sim 100
+speedup -1
+window( size [500 400] )
+model( pose [3 0 0 0] size [0.2 8 1] )
+define robot position( size [0.4 0.4 0.4] localization "gps"
+  ranger( pose [0.1 0 0 0] sensor( range [0 5] fov 180 samples 19 ) sensor( range [0 2] fov 30 samples 3 ) )
+  camera( resolution [40 30] range [0.2 8] fov [70 40] ) )
+robot( name "one" pose [0 0 0 0] )
+robot( name "two" pose [0 2 0 0] )
+"""
+
+
+def cache_entry(name: str) -> str:
+    text = (BINARY_DIR / "CMakeCache.txt").read_text(encoding="utf-8")
+    found = re.search(rf"^{name}:\w+=(.*)$", text, re.MULTILINE)
+    return found[1] if found else ""
+
+
+SANITIZE = [f"-fsanitize={cache_entry('STAGE_SANITIZE')}"] if cache_entry("STAGE_SANITIZE") else []
+
+
+def run(*command: object, **environment: object) -> str:
+    """The output of a command that has to succeed."""
+    variables = {name: value for name, value in os.environ.items() if name != "PKG_CONFIG_PATH"}
+    variables.update({name: str(value) for name, value in environment.items()})
+    done = subprocess.run([str(word) for word in command], env=variables, text=True, check=False,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=110)
+    if done.returncode != 0:
+        words = " ".join(str(word) for word in command)
+        raise AssertionError(f"{words}\nended with {done.returncode}:\n{done.stdout}")
+    return done.stdout
+
+
+class ManifestTest(unittest.TestCase):
+    def setUp(self) -> None:
+        self.root = ElementTree.parse(SOURCE_DIR / "package.xml").getroot()
+
+    def text(self, name: str) -> str:
+        return (self.root.findtext(name) or "").strip()
+
+    def test_says_what_cmake_says(self) -> None:
+        cmake = (SOURCE_DIR / "CMakeLists.txt").read_text(encoding="utf-8")
+        project = re.search(r"^project\((\w+) VERSION ([\d.]+)", cmake, re.MULTILINE)
+        assert project is not None
+        self.assertEqual((self.text("name"), self.text("version")), project.groups())
+        self.assertEqual(self.text("export/build_type"), "cmake")
+        self.assertEqual(self.text("license"), "GPL-2.0-or-later")
+
+    def test_has_what_the_format_asks_for(self) -> None:
+        self.assertEqual((self.root.tag, self.root.get("format")), ("package", "3"))
+        self.assertTrue(self.text("description"))
+        maintainer = self.root.find("maintainer")
+        assert maintainer is not None and maintainer.text
+        self.assertRegex(maintainer.get("email", ""), r"^[-\w.%+]+@[-\w.]+\.[a-zA-Z]{2,}$")
+        known = {"name", "version", "description", "maintainer", "license", "buildtool_depend", "depend",
+                 "build_depend", "test_depend", "export"}
+        self.assertLessEqual({part.tag for part in self.root}, known)
+        names = [part.text for part in self.root if part.tag.endswith("depend")]
+        self.assertEqual(len(names), len(set(names)))
+
+
+@unittest.skipUnless(PKG_CONFIG, "pkg-config is not installed")
+class NodeTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls) -> None:
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = Path(folder.name).resolve()
+        cls.prefix = cls.folder / "stage"
+        components = ["libstage5", "libstage-dev", *(["libstagegui5"] if HAS_WINDOW else [])]
+        for component in components:
+            run(cache_entry("CMAKE_COMMAND"), "--install", BINARY_DIR, "--prefix", cls.prefix,
+                "--component", component)
+        cls.flags = run(PKG_CONFIG, "--cflags", "--libs", "stage",
+                        PKG_CONFIG_PATH=cls.prefix / "lib" / "pkgconfig").split()
+        cls.world = cls.folder / "node.world"
+        cls.world.write_text(WORLD, encoding="utf-8")
+
+    def compile(self, compiler: str, standard: str, *options: object) -> None:
+        window = ["-DWITH_WINDOW"] if HAS_WINDOW else []
+        run(compiler, f"-std={standard}", "-Wall", "-Wextra", "-Werror", *window, NODE, *self.flags, *options)
+
+    def test_manifest_is_installed(self) -> None:
+        self.assertEqual((self.prefix / "share" / "Stage" / "package.xml").read_bytes(),
+                         (SOURCE_DIR / "package.xml").read_bytes())
+
+    def test_compiles_in_each_standard(self) -> None:
+        compilers = {cache_entry("CMAKE_CXX_COMPILER"), *filter(None, map(shutil.which, ("g++", "clang++")))}
+        for compiler in sorted(compilers):
+            for standard in STANDARDS:
+                with self.subTest(compiler=compiler, standard=standard):
+                    self.compile(compiler, standard, "-fsyntax-only", "-Wno-unused-command-line-argument")
+
+    def build(self) -> Path:
+        program = self.folder / "node"
+        if not program.exists():
+            self.compile(cache_entry("CMAKE_CXX_COMPILER"), "c++11", *SANITIZE, "-o", program)
+        return program
+
+    def check(self, output: str) -> None:
+        """10 steps, back to the beginning, and 10 more: both robots and all that they carry work."""
+        robots = re.findall(r"robot (\w+) (\w+) rangers 1 cameras 1 at (\S+) (\S+) estimated (\S+) "
+                            r"speed 0.200 mount 0.100 height 0.400\n", output)
+        self.assertEqual([robot[:2] for robot in robots], 2 * [("one", "one"), ("two", "two")], output)
+        for _, _, x, y, estimate in robots:
+            self.assertTrue(0.15 < float(x) < 0.21, output)
+            self.assertLess(abs(float(x) - float(estimate)), 0.03)
+            self.assertLess(min(abs(float(y)), abs(float(y) - 2)), 0.03)
+        self.assertIn("updates 10 time 1.0 back 0 samples 44 nearest 2.00\n", output)
+        self.assertIn("updates 20 time 2.0 back 0 samples 44 nearest 2.00\n", output)
+        self.assertEqual(output.count("camera sees\n"), 2)
+        self.assertTrue(output.endswith("over\n"), output)
+        self.assertNotIn("bad", output)
+
+    def test_without_a_window(self) -> None:
+        self.check(run(self.build(), self.world, LD_LIBRARY_PATH=self.prefix / "lib", DISPLAY=""))
+
+    @unittest.skipUnless(HAS_WINDOW and XVFB_RUN, "built without the window, or Xvfb is not installed")
+    def test_in_a_window(self) -> None:
+        self.check(run(XVFB_RUN, "-a", self.build(), self.world, "--window",
+                       LD_LIBRARY_PATH=self.prefix / "lib"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Somebody who looks at a world through stagesim.live, for tests."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from stagesim.live import Run, Server
+from stagesim.live.messages import unpacked
+from websockets.sync.client import ClientConnection, connect
+
+Message = tuple[dict[str, Any], bytes]
+
+
+def do(server: Server, what: Callable[[Run], Any]) -> Any:
+    """What an order returns."""
+    return server.run.order(what).result(20)
+
+
+class Client:
+    """Has the last scene and frame."""
+
+    def __init__(self, server: Server, **options: Any) -> None:
+        address = server.url.replace("http", "ws", 1)
+        path, _, query = address.partition("?")
+        connecting = connect(f"{path}live" + (f"?{query}" if query else ""), max_size=None, close_timeout=1,
+                             **options)
+        self.socket: ClientConnection = connecting.__enter__()
+        self.scene: dict[str, Any] = {}
+        self.shapes: list[bytes] = []
+        self.frame: dict[str, Any] = {}
+        self.words = b""
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.socket.close()
+
+    def send(self, what: str, **parts: Any) -> None:
+        self.socket.send(json.dumps({"do": what, **parts}))
+
+    def next(self) -> str:
+        """Takes one message; returns its type."""
+        message = self.socket.recv(timeout=20)
+        assert isinstance(message, bytes)
+        header, words = unpacked(message)
+        if header["type"] == "scene":
+            self.scene = header
+            ends = 4 * np.cumsum([0, *header["lengths"]])
+            self.shapes[header["first"]:] = [words[a:b] for a, b in zip(ends, ends[1:])]
+        elif header["type"] == "frame":
+            self.frame, self.words = header, words
+        else:
+            self.error = header["text"]
+        return str(header["type"])
+
+    def until(self, holds: Callable[[], Any], seconds: float = 20) -> None:
+        """Takes messages until that holds after a frame."""
+        end = time.monotonic() + seconds
+        while True:
+            if self.next() == "frame" and holds():
+                return
+            assert time.monotonic() < end, "it never came to that"
+
+    def until_error(self) -> str:
+        while self.next() != "error":
+            pass
+        return self.error
+
+    # ---- of the last frame ----
+
+    @property
+    def places(self) -> np.ndarray:
+        return np.frombuffer(self.words, "<f4", 3 * self.frame["things"]).reshape(-1, 3)
+
+    @property
+    def stalled(self) -> np.ndarray:
+        count = self.frame["things"]
+        bits = np.frombuffer(self.words, np.uint8, -(-count // 8), 12 * count)
+        return np.unpackbits(bits, count=count, bitorder="little").astype(bool)
+
+    @property
+    def scans(self) -> list[dict[str, Any]]:
+        count = self.frame["things"]
+        at, found = 12 * count + 4 * -(-count // 32), []
+        while at < len(self.words):
+            thing, samples = np.frombuffer(self.words, "<u4", 2, at)
+            pose = np.frombuffer(self.words, "<f4", 5, at + 8)
+            ranges, bearings = np.frombuffer(self.words, "<f4", 2 * samples, at + 28).reshape(2, -1)
+            found.append({"thing": int(thing), "pose": pose[:3], "fov": pose[3], "reach": pose[4],
+                          "ranges": ranges, "bearings": bearings})
+            at += 28 + 8 * int(samples)
+        return found
+
+    def thing(self, name: str) -> int:
+        """The number of the thing of that name."""
+        return int(next(thing["id"] for thing in self.scene["things"] if thing["name"] == name))
+
+    def place(self, name: str) -> np.ndarray:
+        """Where it is."""
+        return self.places[[thing["name"] for thing in self.scene["things"]].index(name)]
