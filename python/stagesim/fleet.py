@@ -267,9 +267,11 @@ class Fleet(Crowd):
     world is closed, they keep what they had.
     """
 
-    def __init__(self, world: World, crowd: _core.Crowd, names: tuple[str, ...]) -> None:
+    def __init__(self, world: World, crowd: _core.Crowd, ids: tuple[int, ...],
+                 names: tuple[str, ...]) -> None:
         super().__init__(crowd)
         self.world = world  #: whose robots these are
+        self.ids = ids  #: their numbers: those of their models
         self.names = names  #: of the robots, when the fleet was made
 
     def teleport(self, pose: npt.ArrayLike, which: npt.ArrayLike | None = None) -> None:

@@ -35,7 +35,11 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--stats", action="store_true", help="in the end print what took how long, as JSON")
     parser.add_argument("--gui", action="store_true",
                         help="not there yet: the package has no window; look at it with RViz or Foxglove")
-    return parser.parse_args(remove_ros_args(list(argv))[1:])
+    try:
+        own = remove_ros_args(list(argv))[1:]
+    except RuntimeError as error:
+        parser.exit(1, f"stagesim.ros: {str(error).splitlines()[0]}\n")
+    return parser.parse_args(own)
 
 
 def world_file(given: str | None) -> str:
@@ -84,8 +88,10 @@ def _run(chosen: argparse.Namespace) -> int | str:
         node = StageNode(world)
         node.get_logger().info(f"{file}: {len(node.robots)} robots, {node.topics} topics")
         start = time.perf_counter()
-        node.run(chosen.duration)
-        if chosen.stats:
-            print(statistics(node, time.perf_counter() - start), flush=True)
-        node.close()
+        try:
+            node.run(chosen.duration)
+            if chosen.stats:
+                print(statistics(node, time.perf_counter() - start), flush=True)
+        finally:
+            node.close()
     return 0

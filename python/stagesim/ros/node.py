@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, Mapping
 
 import numpy as np
 import rclpy
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, TwistStamped
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
@@ -48,6 +49,7 @@ class StageNode(Node):
     Args:
         world: the world.
         name: of the node.
+        parameters: values of parameters by their names; what the command line gives goes before.
 
     Attributes:
         times: seconds of real time so far: in steps of the world, in publishing, in answering to ROS.
@@ -57,11 +59,23 @@ class StageNode(Node):
         GoneError: the world has no robot.
     """
 
-    def __init__(self, world: World, name: str = "stage") -> None:
-        super().__init__(name, automatically_declare_parameters_from_overrides=False)
-        declare(self)
+    def __init__(self, world: World, name: str = "stage",
+                 parameters: Mapping[str, Any] | None = None) -> None:
+        super().__init__(name, parameter_overrides=[Parameter(key, value=value)
+                                                    for key, value in (parameters or {}).items()])
         self.world = world
         self.times = {"step": 0.0, "publish": 0.0, "answer": 0.0}
+        self._executor = Executor(self)
+        try:
+            declare(self)
+            self._begin()
+        except BaseException:
+            self.close()
+            raise
+
+    def _begin(self) -> None:
+        """Makes all that the parameters ask for."""
+        world = self.world
         self.paused = self._value("paused")
         self._fleet = world.fleet()
         self._home = self._fleet.pose.copy()
@@ -75,7 +89,6 @@ class StageNode(Node):
         self._names = [robot.prefix or robot.model.name for robot in self.robots]
         self._feeds = [feed for robot in self.robots for feed in robot.feeds]
         self._snapshot: Snapshot | None = None
-        self._executor = Executor(self)
         self._last_look = 0.0
         self._begun = time.monotonic()
         self._make_publishers()
@@ -192,10 +205,9 @@ class StageNode(Node):
                                       "finite numbers", throttle_duration_sec=5)
             return
         name = self._names[robot]
-        if name in self._lockstep.names:
-            if not self._is_now(message.header.stamp):
-                return
-            self._lockstep.answer(name)
+        if name in self._lockstep.names and not (self._is_now(message.header.stamp) and
+                                                 self._lockstep.answer(name)):
+            return
         self._cmd[robot] = speeds
         self._told[robot] = self.now
 
@@ -307,22 +319,27 @@ class StageNode(Node):
             for feed in self._feeds:
                 feed.attach(self.now)
         self._bodies.forget()
-        self._lockstep.begin()
+        self._lockstep.begin(self.now, round(self.world.dt * 1e6))
         self._begun = time.monotonic()
         self.publish(everything=True)
 
     # ---- time ----
 
     def _set_lockstep(self) -> None:
-        """Takes over the parameter."""
-        self._lockstep_text = self._value("lockstep")
-        names = set(split(self._lockstep_text))
-        if "*" in names:
-            names = names - {"*"} | set(self._names)
+        """Takes over the parameters."""
+        self._lockstep_taken = self._lockstep_parameters()
+        text, interval = self._lockstep_taken
+        names = set(split(text))
+        if "all" in names:
+            names = names - {"all"} | set(self._names)
         if names & set(self._names) and not self._value("stamped_cmd_vel"):
             raise ValueError("found robots in lockstep, whose commands carry no time; "
                              "expected stamped_cmd_vel:=true")
-        self._lockstep = Lockstep(names)
+        self._lockstep = Lockstep(names, round(interval * 1e6))
+        self._lockstep.begin(self.now, round(self.world.dt * 1e6))
+
+    def _lockstep_parameters(self) -> tuple[str, float]:
+        return self._value("lockstep"), self._value("lockstep_interval")
 
     def advance(self) -> int:
         """Makes a step and publishes what has become of it; how many steps were made: 0 if the world ended."""
@@ -332,7 +349,7 @@ class StageNode(Node):
         self.times["step"] += time.perf_counter() - start
         self._bodies.forget()
         if made:
-            self._lockstep.begin()
+            self._lockstep.begin(self.now, round(self.world.dt * 1e6))
             self.publish()
         return made
 
@@ -343,7 +360,7 @@ class StageNode(Node):
             ValueError: a parameter that was changed doesn't fit the others.
         """
         while rclpy.ok() and self.world.time < duration and not self.world.ended:
-            if self._value("lockstep") != self._lockstep_text:
+            if self._lockstep_parameters() != self._lockstep_taken:
                 self._set_lockstep()
             if self.paused:
                 self._answer(0.05)

@@ -51,7 +51,7 @@ PARAMETERS = {
     "publish_map_tf": Parameter(False, "publish the true transform from the map to each odometry",
                                 fixed=True),
     "single_beams": Parameter("scan", "what sensors of one ray are published as",
-                              **_one_of("scan", "range", "off")),
+                              **_one_of("scan", "range", "none")),
     "sensor_qos": Parameter("best_effort", "reliability of sensors' topics",
                             **_one_of("best_effort", "reliable")),
     "stamped_cmd_vel": Parameter(False, "cmd_vel is a TwistStamped", fixed=True),
@@ -65,8 +65,10 @@ PARAMETERS = {
     "steps": Parameter(1, "how many steps the service step makes", **_at_least(1)),
     "seed": Parameter(-1, "that the service reset takes; -1: the one before", **_at_least(-1)),
     "snapshot_file": Parameter("", "where snapshot and restore have the state; empty: in memory"),
-    "lockstep": Parameter("", "who is waited for: robots, other clients, or * for all robots; "
+    "lockstep": Parameter("", "who is waited for: robots, other clients, or \"all\" robots; "
                               "with commas between them"),
+    "lockstep_interval": Parameter(0.0, "seconds of simulated time between answers; 0: after each step",
+                                   **_at_least(0)),
 }
 
 

@@ -24,7 +24,7 @@ class Look:
         scheme: how things are called.
         enforce_prefixes: a single robot has a prefix, too.
         odom, base, footprint, map: names of frames.
-        single_beams: sensors of one ray are published as "scan", "range" or not at all: "off".
+        single_beams: sensors of one ray are published as "scan", "range" or not at all: "none".
     """
 
     scheme: Scheme = SCHEMES["stage_ros2"]
@@ -56,7 +56,9 @@ class Robot:
 def make_robots(world: World, fleet: Fleet, bodies: Bodies, look: Look) -> list[Robot]:
     """All robots of the fleet, with their feeds and frames."""
     names = prefixes(look.scheme, fleet.names, look.enforce_prefixes)
-    return [_Maker(world, fleet, bodies, look, i, names[i]).robot for i in range(len(fleet))]
+    models = {model.id: model for model in world.models}  # several may have the same name
+    return [_Maker(world, fleet, bodies, look, i, Robot(models[fleet.ids[i]], names[i])).robot
+            for i in range(len(fleet))]
 
 
 def tree(model: Model) -> Iterator[Model]:
@@ -78,10 +80,10 @@ class _Maker:
     """Makes one robot."""
 
     def __init__(self, world: World, fleet: Fleet, bodies: Bodies, look: Look, number: int,
-                 prefix: str) -> None:
+                 robot: Robot) -> None:
         self._fleet, self._look, self._number = fleet, look, number
         self._step = round(world.dt * 1e6)
-        self.robot = Robot(world.model(fleet.names[number]), prefix)
+        self.robot = robot
         self._add_odometry(bodies)
         kinds: dict[str, list[Model]] = {}
         for model in tree(self.robot.model):
@@ -144,7 +146,7 @@ class _Maker:
         first = 0
         for i, sensor in enumerate(model.sensors):
             single = sensor.samples == 1
-            if not (single and look.single_beams == "off"):
+            if not (single and look.single_beams == "none"):
                 make = RangeFeed if single and look.single_beams == "range" else ScanFeed
                 mount = self._mount(part_of(frame, i), composed(place, sensor.pose))
                 self._feed(make(
