@@ -6,6 +6,8 @@ from __future__ import annotations
 import itertools
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any, Callable
@@ -255,6 +257,23 @@ def test_errors_in_one_line(start: Callable[..., Process], arguments: list[str],
 def test_the_world_may_be_a_parameter(start: Callable[..., Process], client: Client, one: str) -> None:
     start("--stats", world_file=one)
     client.until(lambda: client.node.count_publishers("/odom"))
+
+
+def test_keyboard(start: Callable[..., Process], client: Client, two: str) -> None:
+    start(two)
+    truth = client.listen(Odometry, "/b/ground_truth")
+    client.until(lambda: truth)
+    terminal, inner = os.openpty()
+    process = subprocess.Popen([sys.executable, "-m", "stagesim.ros.keyboard", "b", "--speed", "0.3"],
+                               stdin=inner, stdout=inner, stderr=inner)
+    for key, speeds in (("i", (0.3, 0)), ("o", (0.3, -0.8)), ("x", (0, 0)), ("m", (-0.3, -0.8)), ("k", (0, 0))):
+        client.until(lambda: client.node.count_publishers("/b/cmd_vel"))
+        client.spin(0.2)
+        os.write(terminal, key.encode())
+        client.until(lambda: (truth[-1].twist.twist.linear.x, truth[-1].twist.twist.angular.z) == speeds)
+    os.write(terminal, b"q")
+    assert process.wait(10) == 0
+    os.close(terminal), os.close(inner)
 
 
 def test_resets_do_not_leak(ros: None) -> None:
