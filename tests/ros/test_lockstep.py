@@ -58,11 +58,11 @@ def without_ros() -> str:
     """The same controller between the same steps, in one process. It begins after the first step."""
     with st.World(WORLD) as world:
         fleet = world.fleet()
-        for model in world.models:  # before sensors are: the order is part of the state
-            if model.type == "position" and model.subscribers == 0:
-                model.subscribe()
         cmd, ranges = fleet.cmd, fleet.ranger().ranges
         cmd[:] = np.nan
+        for model in world.models:  # after the sensors: the order is part of the state
+            if model.type == "position" and model.subscribers == 0:
+                model.subscribe()
         while world.time < SECONDS:
             if world.steps > 0:
                 for robot, row in enumerate(ranges.astype(np.float32)):

@@ -156,27 +156,40 @@ class StageNode(Node):
         """Publishes what is new at this time, or all there is, to those who listen; the time comes last."""
         start = time.perf_counter()
         now = self.now
-        stamp = stamp_of(now)
         self._look_for_listeners(now)
-        for feed in self._feeds:
-            if feed.active and (everything or feed.due(now)):
-                feed.send(stamp)
+        self._send([feed for feed in self._feeds if feed.active and (everything or feed.due(now))])
+        self.times["publish"] += time.perf_counter() - start
+
+    def _send(self, feeds: list[Feed]) -> None:
+        stamp = stamp_of(self.now)
+        for feed in feeds:
+            feed.send(stamp)
         if self._tf_active:
             self._tf.publish(self._transforms.bytes(stamp, self._poses_of_frames()))
         clock = Clock()
         clock.clock.sec, clock.clock.nanosec = int(stamp[0]), int(stamp[1])
         self._clock_publisher.publish(clock)
-        self.times["publish"] += time.perf_counter() - start
 
-    def _look_for_listeners(self, now: int) -> None:
+    def _look_for_listeners(self, now: int) -> list[Feed]:
+        """Sees who listens to what, from time to time; returns what somebody has begun to listen to."""
         if time.monotonic() - self._last_look < LISTENERS_PERIOD:
-            return
+            return []
         self._last_look = time.monotonic()
         self._tf_active = self._tf is not None and self._tf.get_subscription_count() > 0
+        found = []
         for feed in self._feeds:
-            feed.active = feed.publisher.get_subscription_count() > 0
-            if feed.active:
+            listened = feed.publisher.get_subscription_count() > 0
+            if listened and not feed.active:
                 feed.attach(now)
+                found.append(feed)
+            feed.active = listened
+        return found
+
+    def _greet(self) -> None:
+        """In a pause: who has come to listen gets what there is."""
+        found = self._look_for_listeners(self.now)
+        if found:
+            self._send(found)
 
     # ---- what robots are told ----
 
@@ -312,12 +325,13 @@ class StageNode(Node):
     def _world_is_new(self) -> None:
         """After loading, a reset or a restore."""
         self._cmd[self._told < 0] = np.nan  # left to the robots' own controllers
-        for robot in self.robots:
-            if robot.model.subscribers == 0:
-                robot.model.subscribe()  # its odometry works from the beginning
+        # Sensors first, as after a reset: the order is part of the state.
         if self._value("always_on") or self._lockstep.names:
             for feed in self._feeds:
                 feed.attach(self.now)
+        for robot in self.robots:
+            if robot.model.subscribers == 0:
+                robot.model.subscribe()  # its odometry works from the beginning
         self._bodies.forget()
         self._lockstep.begin(self.now, round(self.world.dt * 1e6))
         self._begun = time.monotonic()
@@ -364,6 +378,7 @@ class StageNode(Node):
                 self._set_lockstep()
             if self.paused:
                 self._answer(0.05)
+                self._greet()
                 self._begun = time.monotonic()
             elif self._lockstep.missing():
                 self._wait_for_clients()
