@@ -67,9 +67,8 @@ def test_all_parameters_are_documented() -> None:
 
 
 def test_the_list_of_packages_names_what_the_extra_does() -> None:
-    project = (ROOT / "python" / "pyproject.toml").read_text()
-    extra = re.search(r"^ros = \[(.*?)^\]", project, re.MULTILINE | re.DOTALL)
-    assert extra
+    tomllib = pytest.importorskip("tomllib")  # since Python 3.11
+    project = tomllib.loads((ROOT / "python" / "pyproject.toml").read_text())["project"]
     pinned = (ROOT / "python" / "ros_requirements.txt").read_text()
-    for name in re.findall(r'"([a-z0-9-]+)', extra[1]):
-        assert f"\n{name}==" in pinned, name
+    for name in project["optional-dependencies"]["ros"]:
+        assert f"\n{name.split('>')[0]}==" in pinned, name

@@ -78,6 +78,8 @@ def main() -> int | str:
         return 0
     if sys.prefix == sys.base_prefix:
         return "make_tf2_msgs: this is no virtual environment; a ROS 2 installation has tf2_msgs"
+    if not importlib.util.find_spec("rosidl_adapter"):
+        return "make_tf2_msgs: there is no Python module rosidl_adapter: pip install 'stagesim[ros]'"
     with tempfile.TemporaryDirectory() as folder:
         try:
             make(Path(folder))
