@@ -4,15 +4,19 @@
 from __future__ import annotations
 
 import time
+from typing import Callable
 
 from rclpy.executors import Executor as RosExecutor
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
+make_executor: Callable[[], RosExecutor] = SingleThreadedExecutor
 try:  # since ROS 2 Kilted; it takes a twentieth of the time where there are hundreds of topics
     from rclpy.experimental.events_executor import EventsExecutor
 except ModuleNotFoundError:
-    EventsExecutor = None
+    pass
+else:
+    make_executor = EventsExecutor
 
 
 class Executor:
@@ -24,7 +28,7 @@ class Executor:
 
     def __init__(self, node: Node) -> None:
         self.calls = 0
-        self._executor: RosExecutor = EventsExecutor() if EventsExecutor else SingleThreadedExecutor()
+        self._executor = make_executor()
         self._executor.add_node(node)
 
     def spin(self, seconds: float) -> float:
