@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 from typing import Any, Callable, Iterator
 
 import numpy as np
 import pytest
 import stagesim as st
-from conftest import SENSOR, Client, Process, node_here
+from conftest import SENSOR, TWO, Client, Process, node_here
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -359,3 +360,39 @@ def test_sensors_of_whom_nobody_listens_do_not_work(start: Callable[..., Process
 def stepped(world: st.World) -> str:
     world.step()
     return world.state_hash()
+
+
+def test_scans_come_when_the_sensor_has_measured(start: Callable[..., Process], client: Client,
+                                                 tmp_path: Path) -> None:
+    """Steps of 20 ms, updates of 100 ms, which count from when somebody begins to listen."""
+    file = tmp_path / "fine.world"
+    file.write_text("interval_sim 20\n" + TWO)
+    start(str(file), paused=True, base_watchdog_timeout=0.0)
+    talk = client.talk(Twist, "/a/cmd_vel")
+    command = Twist()
+    command.linear.x = 0.5
+    talk.publish(command)
+    client.spin(0.3)
+    client.set(steps=13)
+    client.step()
+    scans = client.listen(LaserScan, "/a/base_scan", SENSOR)
+    client.until(lambda: client.node.count_publishers("/a/base_scan"))
+    client.spin(0.5)
+    client.set(steps=1)
+    world = st.World(file)
+    cmd = world.fleet().cmd
+    cmd[:] = np.nan
+    for name in "ab":
+        world.model(name).subscribe()
+    cmd[0] = 0.5, 0, 0
+    world.step(13)
+    ranges = world.fleet().ranger().ranges
+    expected = []
+    for _ in range(20):
+        client.step()
+        world.step()
+        if round(world.time * 1000) % 100 == 60 and world.time > 0.3:
+            expected.append((round(world.time * 1000), ranges[0, :5].astype(np.float32).tolist()))
+    client.until(lambda: len(scans) == len(expected) == 4)
+    assert [(round(stamp_of(scan) * 1000), list(scan.ranges)) for scan in scans] == expected
+    assert len({tuple(row) for _, row in expected}) == 4
