@@ -101,8 +101,9 @@ void BindSensors(nb::module_& module, nb::class_<ModelHandle>& model) {
   BindRangeSensor(module);
   BindView(module);
   model
-      .def_prop_ro("interval",
-                   Getter([](Model& m) { return static_cast<double>(m.GetUpdateInterval()) / 1e6; }),
+      .def_prop_ro("interval", Getter([](Model& m) {
+                     return static_cast<double>(m.GetUpdateInterval()) / 1e6;
+                   }),
                    "Seconds of simulated time between its updates; 0: in each step.")
       .def_prop_ro("pose_in_tree", Getter([](Model& m) { return PoseInTree(m); }),
                    "x, y, z (metres) and heading (radians) in the frame of the model that its tree "

@@ -248,7 +248,8 @@ nb::object Crowd::BlobArray(size_t finder, size_t most, const std::string& what)
 nb::object Crowd::CameraArray(size_t camera, const std::string& what) {
   const Hold hold(*this);
   CameraPart& part = PartOf<CameraPart>(Numbered("camera", camera), camera);
-  Array& array = Choose(&part, what, {{"color", &CameraPart::color}, {"depth", &CameraPart::depth}});
+  Array& array =
+      Choose(&part, what, {{"color", &CameraPart::color}, {"depth", &CameraPart::depth}});
   if (!array.exists()) {
     part.Make(&array);
     for (size_t world = 0; world < worlds(); world++) GatherPart(&part, world, Renew(world));

@@ -156,7 +156,8 @@ class BlobPart : public SensorPart<ModelBlobfinder> {
   Array count, color, box, range;
 };
 
-/// Pictures of a camera, the top row first; smaller ones than the largest lie in its top left corner.
+/// Pictures of a camera, the top row first; smaller ones than the largest lie in its top left
+/// corner.
 class CameraPart : public SensorPart<ModelCamera> {
  public:
   CameraPart(const std::vector<Members>& members, size_t index);

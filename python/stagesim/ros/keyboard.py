@@ -52,8 +52,8 @@ class Keyboard(Node):
 def main() -> None:
     """Reads keys until q is pressed."""
     parser = argparse.ArgumentParser(prog="python -m stagesim.ros.keyboard",
-                                     description="Drives a robot: i , ahead and back, j l turn, u o m . both; "
-                                                 "other keys stop it, q ends.")
+                                     description="Drives a robot: i , ahead and back, j l turn, u o m . both; other "
+                                                 "keys stop it, q ends.")
     parser.add_argument("robot", nargs="?", default="", help="its prefix; none if it is the only one")
     parser.add_argument("--stamped", action="store_true", help="cmd_vel is a TwistStamped")
     parser.add_argument("--speed", type=float, default=0.4, help="metres a second")

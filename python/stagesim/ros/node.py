@@ -30,7 +30,7 @@ from .lockstep import Lockstep, split
 from .messages import Array, Transforms, heading_of, planar, stamp_of
 from .names import SCHEMES, joined
 from .parameters import declare
-from .robots import Look, Robot, make_robots
+from .robots import Look, make_robots
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -356,7 +356,7 @@ class StageNode(Node):
         return self._value("lockstep"), self._value("lockstep_interval")
 
     def advance(self) -> int:
-        """Makes a step and publishes what has become of it; how many steps were made: 0 if the world ended."""
+        """Makes a step and publishes what has become of it; the number of steps made: 0 if the world ended."""
         self._stop_the_silent()
         start = time.perf_counter()
         made = self.world.step()
