@@ -15,9 +15,9 @@ from typing import Any, Callable
 import numpy as np
 import pytest
 import stagesim as st
-from conftest import SENSOR, Client, Process, node_here
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
+from ros_testing import SENSOR, Client, Process, node_here
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty, SetBool

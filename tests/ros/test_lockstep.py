@@ -9,8 +9,8 @@ from typing import Any, Callable
 import numpy as np
 import pytest
 import stagesim as st
-from conftest import SENSOR, Client, Process
 from geometry_msgs.msg import TwistStamped
+from ros_testing import SENSOR, Client, Process
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header

@@ -10,10 +10,10 @@ from typing import Any, Callable, Iterator
 import numpy as np
 import pytest
 import stagesim as st
-from conftest import SENSOR, TWO, Client, Process, node_here
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros_testing import SENSOR, TWO, Client, Process, node_here
 from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan, Range
 from std_msgs.msg import UInt8MultiArray
 from visualization_msgs.msg import MarkerArray
