@@ -108,6 +108,7 @@ void BindCrowd(nb::module_& module) {
       .def_prop_ro("size", &Crowd::size)
       .def("pose", &Crowd::PoseArray)
       .def("velocity", &Crowd::VelocityArray)
+      .def("estimate", &Crowd::EstimateArray)
       .def("stalled", &Crowd::StalledArray)
       .def("energy", &Crowd::EnergyArray)
       .def("commands", &Crowd::CommandArray)
@@ -115,6 +116,7 @@ void BindCrowd(nb::module_& module) {
       .def("fiducials", &Crowd::FiducialArray, nb::arg("index"), nb::arg("most"), nb::arg("what"))
       .def("blobs", &Crowd::BlobArray, nb::arg("index"), nb::arg("most"), nb::arg("what"))
       .def("bumper", &Crowd::BumperArray, nb::arg("index"))
+      .def("camera", &Crowd::CameraArray, nb::arg("index"), nb::arg("what"))
       .def("time", &Crowd::TimeArray)
       .def("ended", &Crowd::EndedArray);
   BindBatch(module);

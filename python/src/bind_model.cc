@@ -23,20 +23,7 @@ using Quadruple = std::tuple<double, double, double, double>;
 
 Triple InPlane(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
 
-/// Throws nb::type_error if it is of another type.
-template <typename T>
-T& As(Model& model, const char* type) {
-  if (T* const found = dynamic_cast<T*>(&model)) return *found;
-  throw nb::type_error(
-      ("found a model of the type " + model.GetModelType() + ", expected a " + type).c_str());
-}
-
 ModelPosition& AsPosition(Model& model) { return As<ModelPosition>(model, "position"); }
-
-template <typename Get>
-auto Getter(Get get) {
-  return [get](const ModelHandle& handle) { return handle.With(get); };
-}
 
 template <typename Value, typename Set>
 auto Setter(Set set) {
@@ -199,6 +186,12 @@ void BindEnergy(nb::class_<ModelHandle>& model) {
                      return pack->GetStored();
                    }),
                    "Joules in its power pack, or in that of what carries it; None: there is none.")
+      .def_prop_ro("energy_capacity", Getter([](Model& m) -> std::optional<double> {
+                     const PowerPack* const pack = m.FindPowerPack();
+                     if (!pack) return std::nullopt;
+                     return pack->GetCapacity();
+                   }),
+                   "Joules that there is room for in that power pack; None: there is none.")
       .def_prop_ro("subscribers", Getter([](Model& m) { return m.GetSubscriptionCount(); }),
                    "How many want it to update. A model without any does nothing.")
       .def(
@@ -250,6 +243,7 @@ void BindModel(nb::module_& module) {
   BindLooks(model);
   BindEnergy(model);
   BindDriving(model);
+  BindSensors(module, model);
 }
 
 }  // namespace Stg::python

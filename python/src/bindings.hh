@@ -9,10 +9,12 @@
 
 namespace Stg::python {
 
+class ModelHandle;
 class Simulation;
 
 void BindCast(nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
+void BindSensors(nanobind::module_& module, nanobind::class_<ModelHandle>& model);
 void BindPicture(nanobind::class_<Simulation>& world);
 void BindCrowd(nanobind::module_& module);
 void BindScene(nanobind::module_& module, nanobind::class_<Simulation>& world);

@@ -30,6 +30,11 @@ void FillVelocity(const ModelPosition* robot, double* row) {
   FillPlane(robot->GetVelocity(), row);
 }
 
+void FillEstimate(const ModelPosition* robot, double* row) {
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  FillPlane(robot->est_pose, row);
+}
+
 void FillStalled(const ModelPosition* robot, bool* row) { *row = robot && robot->Stalled(); }
 
 void FillEnergy(const ModelPosition* robot, double* row) {
@@ -165,6 +170,7 @@ nb::object Crowd::BodyArray(const char* name, size_t width,
 
 nb::object Crowd::PoseArray() { return BodyArray("pose", 3, FillPose); }
 nb::object Crowd::VelocityArray() { return BodyArray("velocity", 3, FillVelocity); }
+nb::object Crowd::EstimateArray() { return BodyArray("estimate", 3, FillEstimate); }
 nb::object Crowd::StalledArray() { return BodyArray("stalled", 0, FillStalled); }
 nb::object Crowd::EnergyArray() { return BodyArray("energy", 0, FillEnergy); }
 
@@ -237,6 +243,18 @@ nb::object Crowd::BlobArray(size_t finder, size_t most, const std::string& what)
                       {"color", &BlobPart::color},
                       {"box", &BlobPart::box},
                       {"range", &BlobPart::range}}));
+}
+
+nb::object Crowd::CameraArray(size_t camera, const std::string& what) {
+  const Hold hold(*this);
+  CameraPart& part = PartOf<CameraPart>(Numbered("camera", camera), camera);
+  Array& array =
+      Choose(&part, what, {{"color", &CameraPart::color}, {"depth", &CameraPart::depth}});
+  if (!array.exists()) {
+    part.Make(&array);
+    for (size_t world = 0; world < worlds(); world++) GatherPart(&part, world, Renew(world));
+  }
+  return View(array);
 }
 
 nb::object Crowd::BumperArray(size_t bumper) {

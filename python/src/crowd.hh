@@ -57,6 +57,7 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
 
   nb::object PoseArray();
   nb::object VelocityArray();
+  nb::object EstimateArray();
   nb::object StalledArray();
   nb::object EnergyArray();
   nb::object CommandArray();  ///< may be written
@@ -64,6 +65,7 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   nb::object FiducialArray(size_t finder, size_t most, const std::string& what);
   nb::object BlobArray(size_t finder, size_t most, const std::string& what);
   nb::object BumperArray(size_t bumper);
+  nb::object CameraArray(size_t camera, const std::string& what);
   /// One number for each world: its time in seconds, or whether it has ended.
   nb::object TimeArray();
   nb::object EndedArray();

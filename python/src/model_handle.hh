@@ -49,6 +49,20 @@ class ModelHandle {
   ModelKey key_;
 };
 
+/// A property that is read by get(model).
+template <typename Get>
+auto Getter(Get get) {
+  return [get](const ModelHandle& handle) { return handle.With(get); };
+}
+
+/// Throws nb::type_error if it is of another type.
+template <typename T>
+T& As(Model& model, const char* type) {
+  if (T* const found = dynamic_cast<T*>(&model)) return *found;
+  throw nb::type_error(
+      ("found a model of the type " + model.GetModelType() + ", expected a " + type).c_str());
+}
+
 }  // namespace Stg::python
 
 #endif

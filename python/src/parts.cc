@@ -133,6 +133,45 @@ void BlobPart::FillRow(size_t world, size_t robot, ModelBlobfinder* finder) {
   }
 }
 
+// ---- cameras ------------------------------------------------------------------------------------
+
+CameraPart::CameraPart(const std::vector<Members>& members, size_t index)
+    : SensorPart(members, index),
+      width_(Widest("camera", [](const ModelCamera& c) { return c.getWidth(); })),
+      height_(Widest("camera", [](const ModelCamera& c) { return c.getHeight(); })) {}
+
+void CameraPart::Make(Array* array) const {
+  std::vector<size_t> shape{found.size(), found[0].size(), height_, width_};
+  if (array == &depth) return array->Make<float>(shape);
+  shape.push_back(3);
+  array->Make<uint8_t>(shape);
+}
+
+void CameraPart::FillRow(size_t world, size_t robot, ModelCamera* camera) {
+  const size_t width = camera ? std::min<size_t>(camera->getWidth(), width_) : 0;
+  const size_t height = camera ? std::min<size_t>(camera->getHeight(), height_) : 0;
+  const auto from = [&](size_t row) {  // where it begins in the camera's picture
+    return (static_cast<size_t>(camera->getHeight()) - 1 - row) *
+           static_cast<size_t>(camera->getWidth());
+  };
+  if (depth.exists()) {
+    float* const to = depth.Row<float>(world, robot);
+    std::fill(to, to + depth.row(), std::numeric_limits<float>::quiet_NaN());
+    if (camera && camera->FrameDepth())
+      for (size_t row = 0; row < height; row++)
+        std::copy_n(camera->FrameDepth() + from(row), width, to + row * width_);
+  }
+  if (!color.exists()) return;
+  uint8_t* const to = color.Row<uint8_t>(world, robot);
+  std::fill(to, to + color.row(), uint8_t{0});
+  if (!camera || !camera->FrameColor()) return;
+  for (size_t row = 0; row < height; row++) {
+    const GLubyte* pixel = camera->FrameColor() + 4 * from(row);
+    uint8_t* out = to + 3 * row * width_;
+    for (size_t i = 0; i < width; i++, pixel += 4, out += 3) std::copy_n(pixel, 3, out);
+  }
+}
+
 // ---- bumpers ------------------------------------------------------------------------------------
 
 BumperPart::BumperPart(const std::vector<Members>& members, size_t index)

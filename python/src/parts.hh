@@ -156,6 +156,20 @@ class BlobPart : public SensorPart<ModelBlobfinder> {
   Array count, color, box, range;
 };
 
+/// Pictures of a camera, the top row first; smaller ones than the largest lie in its top left
+/// corner.
+class CameraPart : public SensorPart<ModelCamera> {
+ public:
+  CameraPart(const std::vector<Members>& members, size_t index);
+  /// One of its arrays.
+  void Make(Array* array) const;
+  void FillRow(size_t world, size_t robot, ModelCamera* camera) override;
+  Array color, depth;
+
+ private:
+  size_t width_, height_;
+};
+
 class BumperPart : public SensorPart<ModelBumper> {
  public:
   BumperPart(const std::vector<Members>& members, size_t index);

@@ -10,16 +10,16 @@ from __future__ import annotations
 import numpy as _numpy  # noqa: F401  (the compiled part makes arrays of it)
 
 from . import _core
-from ._core import Model, Snapshot
+from ._core import Model, RangeSensor, Snapshot, View
 from ._paths import shipped_worlds
 from .batch import Batch
 from .errors import GoneError, StageError, WorldError
-from .fleet import Blobs, Fiducials, Fleet, Ranger
+from .fleet import Blobs, Camera, Fiducials, Fleet, Ranger
 from .pictures import Film, save_png
 from .world import World
 
 __version__: str = _core.version()
 __all__ = [
-    "Batch", "Blobs", "Fiducials", "Film", "Fleet", "GoneError", "Model", "Ranger", "Snapshot", "StageError",
-    "World", "WorldError", "save_png", "shipped_worlds",
+    "Batch", "Blobs", "Camera", "Fiducials", "Film", "Fleet", "GoneError", "Model", "RangeSensor", "Ranger",
+    "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "shipped_worlds",
 ]

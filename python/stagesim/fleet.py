@@ -133,6 +133,37 @@ class Blobs(_Sights):
         return self._array("box")
 
 
+class Camera(_Views):
+    """The same camera of each robot.
+
+    Arrays are live: the top row first, of shape (n, height, width, ...), or (worlds, n, height, width, ...)
+    for a batch. Width and height are those of the largest pictures; smaller ones lie in the top left
+    corner. Reading them subscribes to the cameras, so they work from then on.
+    """
+
+    def __init__(self, crowd: _core.Crowd, index: int) -> None:
+        super().__init__()
+        self._crowd = crowd
+        self._index = index
+        self._array("depth")  # raises GoneError if there is none
+
+    def _array(self, what: str) -> npt.NDArray[Any]:
+        return self._view(what, lambda: self._crowd.camera(self._index, what))
+
+    @property
+    def color(self) -> npt.NDArray[np.uint8]:
+        """Red, green and blue, 0 to 255: shape (n, height, width, 3). 0: no picture has been taken yet."""
+        return self._array("color")
+
+    @property
+    def depth(self) -> npt.NDArray[np.float32]:
+        """Metres along the direction of view; the far clipping distance where there is nothing.
+
+        Shape (n, height, width). NaN: no picture has been taken yet.
+        """
+        return self._array("depth")
+
+
 class Crowd(_Views):
     """What fleets and batches have in common."""
 
@@ -156,6 +187,15 @@ class Crowd(_Views):
         A stall does not reset it. NaN: gone.
         """
         return self._view("velocity", self._crowd.velocity)
+
+    @property
+    def estimate(self) -> Floats:
+        """x, y (metres) and heading (radians) where the robots believe that they are: shape (n, 3).
+
+        In the frame of their odometry, or that of the world with "gps". It is as the robot's last update
+        left it, before the move of that step. NaN: gone.
+        """
+        return self._view("estimate", self._crowd.estimate)
 
     @property
     def cmd(self) -> Floats:
@@ -196,6 +236,10 @@ class Crowd(_Views):
         return self._sensor("blobs", index, most, lambda: Blobs(
             lambda what: self._crowd.blobs(index, most, what)))
 
+    def camera(self, index: int = 0) -> Camera:
+        """The camera that is number `index` of each robot; raises GoneError if none has one."""
+        return self._sensor("camera", index, 0, lambda: Camera(self._crowd, index))
+
     def bumper(self, index: int = 0) -> Bools:
         """Whether anything touches each line of bumper number `index`: shape (n, lines), live.
 
@@ -223,9 +267,11 @@ class Fleet(Crowd):
     world is closed, they keep what they had.
     """
 
-    def __init__(self, world: World, crowd: _core.Crowd, names: tuple[str, ...]) -> None:
+    def __init__(self, world: World, crowd: _core.Crowd, ids: tuple[int, ...],
+                 names: tuple[str, ...]) -> None:
         super().__init__(crowd)
         self.world = world  #: whose robots these are
+        self.ids = ids  #: their numbers: those of their models
         self.names = names  #: of the robots, when the fleet was made
 
     def teleport(self, pose: npt.ArrayLike, which: npt.ArrayLike | None = None) -> None:

@@ -272,7 +272,7 @@ class World:
             GoneError: there are none.
         """
         ids, names = self._choose(robots)
-        return Fleet(self, self._core.crowd(ids), names)
+        return Fleet(self, self._core.crowd(ids), tuple(ids), names)
 
     def _choose(self, robots: str | Iterable[Model] | None) -> tuple[list[int], tuple[str, ...]]:
         """The numbers and names of the robots that fleet() would take."""

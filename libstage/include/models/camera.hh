@@ -46,6 +46,8 @@ class ModelCamera : public Model {
   /// How the camera is mounted, degrees: down, and to the right.
   void setPitch(double pitch) { tilt_ = pitch; }
   void setYaw(double yaw) { pan_ = yaw; }
+  double getTilt() const { return tilt_; }
+  double getPan() const { return pan_; }
 
  protected:
   void ExchangeState(StateExchange& exchange) override;

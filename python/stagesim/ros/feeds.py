@@ -1,0 +1,377 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What is published of the robots: a feed for each topic.
+
+A feed takes nothing from the world before somebody listens: reading a sensor makes it work.
+"""
+
+from __future__ import annotations
+
+import sys
+from array import array
+from typing import Any, Callable
+
+import numpy as np
+from geometry_msgs.msg import Point
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan, Range
+from std_msgs.msg import UInt8MultiArray
+from visualization_msgs.msg import Marker, MarkerArray
+
+from .._core import RangeSensor, View
+from ..fleet import Fleet
+from .messages import FLOAT_MARK, MARK, Array, Template, planar
+
+#: What a finder reports at most.
+MOST_SIGHTS = 32
+
+
+class Feed:
+    """What goes to one topic.
+
+    Attributes:
+        message: the type of its messages.
+        topic: with the robot's prefix.
+        sensor: it is a sensor's: best effort, unless the node's parameter says otherwise.
+        interval: microseconds of simulated time between messages; 0: in each step.
+        attached: it has asked the world for its data.
+        active: somebody listens.
+    """
+
+    message: type = object
+    sensor = True
+
+    def __init__(self, topic: str, interval: int = 0) -> None:
+        self.topic = topic
+        self.interval = interval
+        self.since = 0
+        self.attached = False
+        self.active = False
+        self.publisher: Any = None
+
+    def attach(self, now: int) -> None:
+        """Asks the world for the data, from that time on (microseconds)."""
+        if not self.attached:
+            self.attached = True
+            self.since = now
+            self.connect()
+
+    def connect(self) -> None:
+        """Makes the arrays that the feed reads."""
+
+    def due(self, now: int) -> bool:
+        """Whether there are new data at that time (microseconds)."""
+        return self.interval == 0 or (now - self.since) % self.interval == 0
+
+    def make(self, stamp: Array) -> Any:
+        """A message, or its bytes, for that time; None if there is nothing to say yet."""
+        raise NotImplementedError
+
+    def send(self, stamp: Array) -> None:
+        """Publishes what there is."""
+        message = self.make(stamp)
+        if message is not None:
+            self.publisher.publish(message)
+
+
+class Bodies:
+    """Poses and speeds of all robots as messages have them, worked out once a step and only if asked for."""
+
+    def __init__(self, fleet: Fleet) -> None:
+        self._fleet = fleet
+        self._known: dict[str, Array] = {}
+
+    def forget(self) -> None:
+        """The world has changed."""
+        self._known.clear()
+
+    def estimate(self) -> Array:
+        """Where the robots believe that they are: shape (n, 7)."""
+        return self._once("estimate", lambda: planar(self._fleet.estimate))
+
+    def truth(self) -> Array:
+        """Where they are: shape (n, 7)."""
+        return self._once("truth", lambda: planar(self._fleet.pose))
+
+    def _once(self, name: str, make: Callable[[], Array]) -> Array:
+        known = self._known.get(name)
+        if known is None:
+            known = self._known[name] = make()
+        return known
+
+
+class OdometryFeed(Feed):
+    """A pose and a speed."""
+
+    message = Odometry
+    sensor = False
+
+    def __init__(self, topic: str, robot: int, fleet: Fleet, poses: Callable[[], Array], frame: str,
+                 child: str) -> None:
+        super().__init__(topic)
+        self._robot, self._fleet, self._poses = robot, fleet, poses
+        message = Odometry(child_frame_id=child)
+        message.header.frame_id = frame
+        message.pose.pose.position.x = MARK
+        message.twist.twist.linear.x = 2 * MARK
+        self._template = Template(message)
+        self._pose = self._template.doubles(MARK, 7)
+        self._twist = self._template.doubles(2 * MARK, 6)
+        self._twist[0] = 0
+
+    def make(self, stamp: Array) -> bytes:
+        self._template.stamp(stamp)
+        self._pose[:] = self._poses()[self._robot]
+        x, y, turn = self._fleet.velocity[self._robot]
+        self._twist[0], self._twist[1], self._twist[5] = x, y, turn
+        return self._template.bytes()
+
+
+class Beams(Feed):
+    """A sensor of a ranger: samples `first` to `first` + sensor.samples - 1 of those of the ranger.
+
+    `sources` gives the ranger's rows of this robot when it is asked first: ranges and intensities.
+    """
+
+    def __init__(self, topic: str, interval: int, sources: Callable[[], tuple[Array, Array]],
+                 first: int, sensor: RangeSensor) -> None:
+        super().__init__(topic, interval)
+        self._sources = sources
+        self._part = slice(first, first + sensor.samples)
+        self._source = self._brightness = np.empty(0)
+
+    def connect(self) -> None:
+        ranges, intensities = self._sources()
+        self._source, self._brightness = ranges[self._part], intensities[self._part]
+
+    def nothing_yet(self) -> bool:
+        """The sensor has not measured."""
+        return len(self._source) > 0 and np.isnan(self._source[0])
+
+
+class ScanFeed(Beams):
+    """A fan of rays."""
+
+    message = LaserScan
+
+    def __init__(self, topic: str, interval: int, sources: Callable[[], tuple[Array, Array]],
+                 first: int, sensor: RangeSensor, frame: str) -> None:
+        super().__init__(topic, interval, sources, first, sensor)
+        count = sensor.samples
+        half = sensor.fov / 2 if count > 1 else 0.0
+        message = LaserScan(
+            angle_min=-half, angle_max=half, angle_increment=2 * half / max(1, count - 1),
+            scan_time=interval / 1e6, range_min=sensor.min_range, range_max=sensor.range,
+            ranges=array("f", [FLOAT_MARK] * count), intensities=array("f", [2 * FLOAT_MARK] * count))
+        message.header.frame_id = frame
+        self._template = Template(message)
+        self._ranges = self._template.floats(FLOAT_MARK, count)
+        self._intensities = self._template.floats(2 * FLOAT_MARK, count)
+
+    def make(self, stamp: Array) -> bytes | None:
+        if self.nothing_yet():
+            return None
+        self._template.stamp(stamp)
+        self._ranges[:] = self._source
+        self._intensities[:] = self._brightness
+        return self._template.bytes()
+
+
+class RangeFeed(Beams):
+    """A single ray, such as a sonar's."""
+
+    message = Range
+
+    def __init__(self, topic: str, interval: int, sources: Callable[[], tuple[Array, Array]],
+                 first: int, sensor: RangeSensor, frame: str) -> None:
+        super().__init__(topic, interval, sources, first, sensor)
+        message = Range(radiation_type=Range.ULTRASOUND, field_of_view=sensor.fov,
+                        min_range=sensor.min_range, max_range=sensor.range, range=FLOAT_MARK)
+        message.header.frame_id = frame
+        self._template = Template(message)
+        self._range = self._template.floats(FLOAT_MARK, 1)
+
+    def make(self, stamp: Array) -> bytes | None:
+        if self.nothing_yet():
+            return None
+        self._template.stamp(stamp)
+        self._range[:] = self._source
+        return self._template.bytes()
+
+
+class ImageFeed(Feed):
+    """Pictures of a camera, in colour or in depth. `source` gives them: shape (height, width, ...)."""
+
+    message = Image
+
+    def __init__(self, topic: str, interval: int, view: View, frame: str, encoding: str,
+                 source: Callable[[], Array]) -> None:
+        super().__init__(topic, interval)
+        self._get = source
+        self._source = np.empty(0)
+        bytes_each = {"rgb8": 3, "32FC1": 4}[encoding]
+        size = view.width * view.height * bytes_each
+        message = Image(height=view.height, width=view.width, encoding=encoding,
+                        is_bigendian=int(sys.byteorder == "big"), step=view.width * bytes_each,
+                        data=array("B", bytes(size)))
+        message.header.frame_id = frame
+        self._template = Template(message)
+        shape = (view.height, view.width) + ((3,) if encoding == "rgb8" else ())
+        self._corner = (slice(view.height), slice(view.width))
+        self._kind = np.dtype(np.uint8 if encoding == "rgb8" else np.float32)
+        self._pixels = self._template.tail(self._kind, size // self._kind.itemsize).reshape(shape)
+
+    def connect(self) -> None:
+        self._source = self._get()[self._corner]
+
+    def make(self, stamp: Array) -> bytes:
+        self._template.stamp(stamp)
+        self._pixels[...] = self._source
+        return self._template.bytes()
+
+
+class CameraInfoFeed(Feed):
+    """The lens of a camera, without distortion."""
+
+    message = CameraInfo
+
+    def __init__(self, topic: str, interval: int, view: View, frame: str) -> None:
+        super().__init__(topic, interval)
+        x, y = view.width / 2, view.height / 2
+        fx, fy = x / np.tan(view.fov / 2), y / np.tan(view.vertical_fov / 2)
+        message = CameraInfo(
+            height=view.height, width=view.width, distortion_model="plumb_bob", d=[0.0] * 5,
+            k=[fx, 0.0, x, 0.0, fy, y, 0.0, 0.0, 1.0], r=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            p=[fx, 0.0, x, 0.0, 0.0, fy, y, 0.0, 0.0, 0.0, 1.0, 0.0])
+        message.header.frame_id = frame
+        self._template = Template(message)
+
+    def make(self, stamp: Array) -> bytes:
+        self._template.stamp(stamp)
+        return self._template.bytes()
+
+
+class SightsFeed(Feed):
+    """What a finder sees, as markers: the first one takes away those of the message before."""
+
+    message = MarkerArray
+
+    def __init__(self, topic: str, interval: int, robot: int, sights: Callable[[], Any],
+                 frame: str) -> None:
+        super().__init__(topic, interval)
+        self._robot, self._get, self._frame = robot, sights, frame
+        self._sights: Any = None
+
+    def connect(self) -> None:
+        self._sights = self._get()
+
+    def make(self, stamp: Array) -> MarkerArray:
+        count = min(int(self._sights.count[self._robot]), MOST_SIGHTS)
+        return MarkerArray(markers=[self._marker(stamp, -1, Marker.DELETEALL)] +
+                           [self._seen(stamp, i) for i in range(count)])
+
+    def _marker(self, stamp: Array, number: int, action: int = Marker.ADD) -> Marker:
+        marker = Marker(ns=self.topic, id=max(0, number), action=action)
+        marker.header.frame_id = self._frame
+        marker.header.stamp.sec, marker.header.stamp.nanosec = int(stamp[0]), int(stamp[1])
+        marker.pose.orientation.w = 1.0
+        marker.color.a = 1.0
+        return marker
+
+    def _seen(self, stamp: Array, number: int) -> Marker:
+        raise NotImplementedError
+
+
+class FiducialsFeed(SightsFeed):
+    """An arrow for each fiducial, from it along its heading; its id is the text."""
+
+    def _seen(self, stamp: Array, number: int) -> Marker:
+        seen, at = self._sights, (self._robot, number)
+        marker = self._marker(stamp, number)
+        marker.type = Marker.ARROW
+        marker.text = str(seen.id[at])
+        marker.pose.position.x = float(seen.range[at] * np.cos(seen.bearing[at]))
+        marker.pose.position.y = float(seen.range[at] * np.sin(seen.bearing[at]))
+        marker.pose.orientation.z = float(np.sin(seen.heading[at] / 2))
+        marker.pose.orientation.w = float(np.cos(seen.heading[at] / 2))
+        marker.scale.x, marker.scale.y, marker.scale.z = 0.4, 0.06, 0.06
+        marker.color.g = 1.0
+        return marker
+
+
+class BlobsFeed(SightsFeed):
+    """A ball in its colour for each blob; `points` are the left top and right bottom of its box in pixels."""
+
+    def __init__(self, topic: str, interval: int, robot: int, sights: Callable[[], Any], frame: str,
+                 view: View) -> None:
+        super().__init__(topic, interval, robot, sights, frame)
+        self._view = view
+
+    def _seen(self, stamp: Array, number: int) -> Marker:
+        seen, at, view = self._sights, (self._robot, number), self._view
+        left, top, right, bottom = (float(side) for side in seen.box[at])
+        bearing = view.pan + view.fov * (0.5 - (left + right) / 2 / max(1, view.width - 1))
+        distance = float(seen.range[at])
+        marker = self._marker(stamp, number)
+        marker.type = Marker.SPHERE
+        marker.points = [Point(x=left, y=top), Point(x=right, y=bottom)]
+        marker.pose.position.x = float(distance * np.cos(bearing))
+        marker.pose.position.y = float(distance * np.sin(bearing))
+        width = max(0.05, distance * view.fov * (right - left + 1) / max(1, view.width))
+        marker.scale.x = marker.scale.y = marker.scale.z = width
+        color = marker.color
+        color.r, color.g, color.b, color.a = (float(share) for share in seen.color[at])
+        return marker
+
+
+class BumperFeed(Feed):
+    """1 for each line of a bumper that something touches, or else 0."""
+
+    message = UInt8MultiArray
+
+    def __init__(self, topic: str, interval: int, source: Callable[[], Array], lines: int) -> None:
+        super().__init__(topic, interval)
+        self._get, self._lines = source, lines
+        self._source = np.empty(0, bool)
+
+    def connect(self) -> None:
+        self._source = self._get()[:self._lines]
+
+    def make(self, stamp: Array) -> UInt8MultiArray:
+        return UInt8MultiArray(data=array("B", self._source.tobytes()))
+
+
+class BatteryFeed(Feed):
+    """How full the power pack of a robot is. Stage counts joules and knows no volts: those are NaN."""
+
+    message = BatteryState
+    sensor = False
+
+    def __init__(self, topic: str, robot: int, fleet: Fleet, capacity: float) -> None:
+        super().__init__(topic)
+        self._robot, self._fleet, self._capacity = robot, fleet, capacity
+        self._before = np.nan
+        nan = float("nan")
+        self._message = BatteryState(
+            voltage=nan, temperature=nan, current=nan, charge=nan, capacity=nan, design_capacity=nan,
+            present=True, power_supply_status=BatteryState.POWER_SUPPLY_STATUS_UNKNOWN)
+
+    def make(self, stamp: Array) -> BatteryState:
+        stored = float(self._fleet.energy[self._robot])
+        message = self._message
+        message.header.stamp.sec, message.header.stamp.nanosec = int(stamp[0]), int(stamp[1])
+        # An infinite supply, which Stage writes as a negative amount, is always full.
+        infinite = stored < 0 or not np.isfinite(stored)
+        message.percentage = 1.0 if infinite else stored / self._capacity if self._capacity > 0 else 0.0
+        message.power_supply_status = self._status(stored, infinite)
+        self._before = stored
+        return message
+
+    def _status(self, stored: float, infinite: bool) -> int:
+        """By what has become of it since the message before."""
+        if infinite or stored >= self._capacity:
+            return BatteryState.POWER_SUPPLY_STATUS_FULL
+        if stored > self._before:
+            return BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        if stored < self._before:
+            return BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+        return BatteryState.POWER_SUPPLY_STATUS_NOT_CHARGING

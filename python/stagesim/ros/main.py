@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The node's command line."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import time
+from typing import Sequence
+
+import rclpy
+from rclpy.exceptions import InvalidParameterTypeException, ParameterUninitializedException
+from rclpy.node import Node
+from rclpy.utilities import remove_ros_args
+
+from ..errors import StageError, WorldError
+from ..world import World
+from .node import StageNode
+
+
+def options(argv: Sequence[str]) -> argparse.Namespace:
+    """What the command line says beside ROS's own arguments."""
+    parser = argparse.ArgumentParser(
+        prog="python -m stagesim.ros", description="The robots of a world as ROS 2 robots.",
+        epilog="ROS's arguments follow, such as: --ros-args -p naming:=stage_ros -p speed:=2.0")
+    parser.add_argument("world", nargs="?", help="world file, or a shipped one's name; "
+                        "else that of the parameter world_file")
+    parser.add_argument("--seed", type=int, default=1, help="of all random numbers")
+    parser.add_argument("--threads", type=int, help="that work on a step")
+    parser.add_argument("--opencl", action="store_true", help="use an OpenCL device where that is faster")
+    parser.add_argument("--no-controllers", action="store_true", help="leave the world's controllers out")
+    parser.add_argument("--duration", type=float, default=float("inf"), metavar="SECONDS",
+                        help="of simulated time, after which it ends")
+    parser.add_argument("--stats", action="store_true", help="in the end print what took how long, as JSON")
+    parser.add_argument("--gui", action="store_true",
+                        help="not there yet: the package has no window; look at it with RViz or Foxglove")
+    try:
+        own = remove_ros_args(list(argv))[1:]
+    except RuntimeError as error:
+        parser.exit(1, f"stagesim.ros: {str(error).splitlines()[0]}\n")
+    return parser.parse_args(own)
+
+
+def world_file(given: str | None) -> str:
+    """The world's file: from the command line, or else from the parameter; empty if there is neither."""
+    if given:
+        return given
+    # The node itself needs the world, so this one only asks.
+    asker = Node("stage", start_parameter_services=False, enable_rosout=False)
+    try:
+        return str(asker.declare_parameter("world_file", "").value)
+    finally:
+        asker.destroy_node()
+
+
+def statistics(node: StageNode, seconds: float) -> str:
+    """What took how long since the node began to run, as JSON."""
+    world = node.world
+    return json.dumps({"robots": len(node.robots), "steps": world.steps, "simulated": world.time,
+                       "real": seconds, "state": world.state_hash(), **node.times})
+
+
+def run(argv: Sequence[str]) -> int | str:
+    """Runs the node; what the program exits with: 0, or one line that says what is wrong."""
+    chosen = options(argv)
+    if chosen.gui:
+        return "stagesim.ros: found --gui, but the Python package has no window; use RViz or Foxglove"
+    logging.basicConfig(format="%(message)s")  # what worlds warn about
+    rclpy.init(args=list(argv))
+    try:
+        return _run(chosen)
+    except (WorldError, StageError, ValueError, InvalidParameterTypeException,
+            ParameterUninitializedException) as error:
+        return f"stagesim.ros: {error}"
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        rclpy.try_shutdown()
+
+
+def _run(chosen: argparse.Namespace) -> int | str:
+    file = world_file(chosen.world)
+    if not file:
+        return "stagesim.ros: found no world, expected one on the command line or in the parameter world_file"
+    with World(file, seed=chosen.seed, threads=chosen.threads, opencl=chosen.opencl,
+               controllers=not chosen.no_controllers) as world:
+        node = StageNode(world)
+        node.get_logger().info(f"{file}: {len(node.robots)} robots, {node.topics} topics")
+        start = time.perf_counter()
+        try:
+            node.run(chosen.duration)
+            if chosen.stats:
+                print(statistics(node, time.perf_counter() - start), flush=True)
+        finally:
+            node.close()
+    return 0

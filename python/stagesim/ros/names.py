@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What topics, frames and robots are called: as stage_ros2 or as stage_ros has it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Sequence
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """A way to name things.
+
+    Attributes:
+        ground_truth: the topic of the true pose.
+        separator: between a name and its number, where a robot has several of a kind.
+        numbered_robots: robots are robot_0, robot_1 and so on; False: as in the world file.
+        scan_frame, camera_frame: frames of rangers and cameras, without their numbers.
+    """
+
+    ground_truth: str
+    separator: str
+    numbered_robots: bool
+    scan_frame: str
+    camera_frame: str
+
+
+SCHEMES = {
+    "stage_ros2": Scheme("ground_truth", "", False, "base_scan_link", "camera_link"),
+    "stage_ros": Scheme("base_pose_ground_truth", "_", True, "base_laser_link", "camera"),
+}
+
+
+def numbered(scheme: Scheme, base: str, number: int, count: int) -> str:
+    """The name of number `number` of `count` things of one kind: plain if it is the only one."""
+    return base if count == 1 else f"{base}{scheme.separator}{number}"
+
+
+def part_of(name: str, number: int) -> str:
+    """The name of sensor number `number` of a ranger: the first one has the ranger's own."""
+    return name if number == 0 else f"{name}_sensor_{number}"
+
+
+def prefixes(scheme: Scheme, robots: Sequence[str], always: bool) -> list[str]:
+    """What goes before the topics and frames of each robot; empty for the only one, unless `always`."""
+    if len(robots) == 1 and not always:
+        return [""]
+    if scheme.numbered_robots:
+        return [f"robot_{i}" for i in range(len(robots))]
+    taken: set[str] = set()
+    found = []
+    for robot in robots:
+        plain = name = ros_name(robot)
+        number = 2
+        while name in taken:
+            name, number = f"{plain}_{number}", number + 1
+        taken.add(name)
+        found.append(name)
+    return found
+
+
+def ros_name(name: str) -> str:
+    """The name with what ROS allows in names: letters, digits and underscores, no digit first."""
+    plain = re.sub("_+", "_", re.sub("[^A-Za-z0-9_]", "_", name)).strip("_") or "robot"
+    return f"_{plain}" if plain[0].isdigit() else plain
+
+
+def joined(prefix: str, name: str) -> str:
+    """prefix/name; the name alone if there is no prefix."""
+    return f"{prefix}/{name}" if prefix else name

@@ -1,0 +1,423 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The node: a world, its robots' topics, and services to reset, pause, step and the like.
+
+One thread does all of it. Between two steps it takes what has arrived; then it moves the world on, and
+publishes what somebody listens to. So commands take effect in the order in which they came, between steps.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any, Mapping
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, TwistStamped
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Header
+from std_srvs.srv import Empty, SetBool, Trigger
+
+from .._core import Snapshot
+from ..errors import StageError
+from ..world import World
+from .executor import Executor
+from .feeds import Bodies, Feed
+from .lockstep import Lockstep, split
+from .messages import Array, Transforms, heading_of, planar, stamp_of
+from .names import SCHEMES, joined
+from .parameters import declare
+from .robots import Look, make_robots
+
+try:
+    from tf2_msgs.msg import TFMessage
+except ModuleNotFoundError:  # not among PyPI's wheels
+    TFMessage = None
+
+#: Seconds of real time between looks at who listens, and between repeats while clients are waited for.
+LISTENERS_PERIOD, REPEAT_PERIOD = 0.1, 0.5
+#: Seconds of real time that a step may come late without the world becoming slower for it.
+MOST_DELAY = 0.05
+
+
+class StageNode(Node):
+    """The robots of a world on ROS 2.
+
+    Args:
+        world: the world.
+        name: of the node.
+        parameters: values of parameters by their names; what the command line gives goes before.
+
+    Attributes:
+        times: seconds of real time so far: in steps of the world, in publishing, in answering to ROS.
+
+    Raises:
+        ValueError: a parameter can't be what it was given as.
+        GoneError: the world has no robot.
+    """
+
+    def __init__(self, world: World, name: str = "stage",
+                 parameters: Mapping[str, Any] | None = None) -> None:
+        super().__init__(name, parameter_overrides=[Parameter(key, value=value)
+                                                    for key, value in (parameters or {}).items()])
+        self.world = world
+        self.times = {"step": 0.0, "publish": 0.0, "answer": 0.0}
+        self._executor = Executor(self)
+        try:
+            declare(self)
+            self._begin()
+        except BaseException:
+            self.close()
+            raise
+
+    def _begin(self) -> None:
+        """Makes all that the parameters ask for."""
+        world = self.world
+        self.paused = self._value("paused")
+        self._fleet = world.fleet()
+        self._home = self._fleet.pose.copy()
+        self._bodies = Bodies(self._fleet)
+        look = Look(SCHEMES[self._value("naming")], self._value("enforce_prefixes"),
+                    self._value("odom_frame_id"), self._value("base_link_frame_id"),
+                    self._value("base_footprint_frame_id"), self._value("map_frame_id"),
+                    self._value("single_beams"))
+        self.robots = make_robots(world, self._fleet, self._bodies, look)
+        self._look = look
+        self._names = [robot.prefix or robot.model.name for robot in self.robots]
+        self._feeds = [feed for robot in self.robots for feed in robot.feeds]
+        self._snapshot: Snapshot | None = None
+        self._last_look = 0.0
+        self._begun = time.monotonic()
+        self._make_publishers()
+        self._make_frames()
+        self._make_commands()
+        self._make_services()
+        self._set_lockstep()
+        self._world_is_new()
+
+    def _value(self, name: str) -> Any:
+        return self.get_parameter(name).value
+
+    # ---- what is published ----
+
+    def _make_publishers(self) -> None:
+        effort = (ReliabilityPolicy.RELIABLE if self._value("sensor_qos") == "reliable"
+                  else ReliabilityPolicy.BEST_EFFORT)
+        sensor = QoSProfile(depth=5, reliability=effort)
+        for feed in self._feeds:
+            feed.publisher = self.create_publisher(feed.message, feed.topic, sensor if feed.sensor else 10)
+        self._clock_publisher = self.create_publisher(Clock, "/clock", 10)
+
+    def _make_frames(self) -> None:
+        self._tf: Any = None
+        self._tf_active = False
+        if not self._value("publish_tf"):
+            return
+        if TFMessage is None:
+            self.get_logger().warning("no /tf: there is no Python module tf2_msgs; docs/ros.md says how to "
+                                      "make it (python -m stagesim.ros.make_tf2_msgs)")
+            return
+        make = (TFMessage, TransformStamped)
+        look = self._look
+        frames = [(joined(robot.prefix, look.odom), joined(robot.prefix, look.footprint))
+                  for robot in self.robots]
+        if self._value("publish_map_tf"):
+            frames += [(look.map, joined(robot.prefix, look.odom)) for robot in self.robots]
+        self._tf = self.create_publisher(TFMessage, "/tf", 100)
+        self._transforms = Transforms(make, frames)
+        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        static = self.create_publisher(TFMessage, "/tf_static", kept)
+        mounts = [mount for robot in self.robots for mount in robot.mounts]
+        poses = np.array([pose for _, _, pose in mounts])
+        static.publish(Transforms(make, [mount[:2] for mount in mounts]).bytes(stamp_of(0), poses))
+
+    def _poses_of_frames(self) -> Array:
+        poses = self._bodies.estimate()
+        if not self._value("publish_map_tf"):
+            return poses
+        # From the map to the odometry: there the robot is where it truly is.
+        true, guess = self._fleet.pose, self._fleet.estimate
+        origin = np.empty_like(true)
+        origin[:, 2] = true[:, 2] - guess[:, 2]
+        c, s = np.cos(origin[:, 2]), np.sin(origin[:, 2])
+        origin[:, 0] = true[:, 0] - c * guess[:, 0] + s * guess[:, 1]
+        origin[:, 1] = true[:, 1] - s * guess[:, 0] - c * guess[:, 1]
+        return np.concatenate([poses, planar(origin)])
+
+    @property
+    def now(self) -> int:
+        """Microseconds of simulated time."""
+        return round(self.world.time * 1e6)
+
+    def publish(self, everything: bool = False) -> None:
+        """Publishes what is new at this time, or all there is, to those who listen; the time comes last."""
+        start = time.perf_counter()
+        now = self.now
+        self._look_for_listeners(now)
+        self._send([feed for feed in self._feeds if feed.active and (everything or feed.due(now))])
+        self.times["publish"] += time.perf_counter() - start
+
+    def _send(self, feeds: list[Feed]) -> None:
+        stamp = stamp_of(self.now)
+        for feed in feeds:
+            feed.send(stamp)
+        if self._tf_active:
+            self._tf.publish(self._transforms.bytes(stamp, self._poses_of_frames()))
+        clock = Clock()
+        clock.clock.sec, clock.clock.nanosec = int(stamp[0]), int(stamp[1])
+        self._clock_publisher.publish(clock)
+
+    def _look_for_listeners(self, now: int) -> list[Feed]:
+        """Sees who listens to what, from time to time; returns what somebody has begun to listen to."""
+        if time.monotonic() - self._last_look < LISTENERS_PERIOD:
+            return []
+        self._last_look = time.monotonic()
+        self._tf_active = self._tf is not None and self._tf.get_subscription_count() > 0
+        found = []
+        for feed in self._feeds:
+            listened = feed.publisher.get_subscription_count() > 0
+            if listened and not feed.active:
+                feed.attach(now)
+                found.append(feed)
+            feed.active = listened
+        return found
+
+    def _greet(self) -> None:
+        """In a pause: who has come to listen gets what there is."""
+        found = self._look_for_listeners(self.now)
+        if found:
+            self._send(found)
+
+    # ---- what robots are told ----
+
+    def _make_commands(self) -> None:
+        self._cmd = self._fleet.cmd
+        self._told = np.full(len(self._fleet), -1, np.int64)  # when, in microseconds; -1: never
+        stamped = self._value("stamped_cmd_vel")
+        for i, robot in enumerate(self.robots):
+            def command(message: Any, robot: int = i) -> None:
+                self._command(robot, message)
+
+            def teleport(message: PoseStamped, robot: int = i) -> None:
+                self._teleport(robot, message)
+
+            self.create_subscription(TwistStamped if stamped else Twist,
+                                     joined(robot.prefix, "cmd_vel"), command, 10)
+            self.create_subscription(PoseStamped, joined(robot.prefix, "teleport"), teleport, 10)
+        self.create_subscription(Header, "~/done", self._done, 10)
+
+    def _command(self, robot: int, message: Twist | TwistStamped) -> None:
+        self._executor.calls += 1
+        twist = message.twist if isinstance(message, TwistStamped) else message
+        speeds = (twist.linear.x, twist.linear.y, twist.angular.z)
+        if not np.isfinite(speeds).all():
+            self.get_logger().warning(f"{self.robots[robot].model.name}: found the speeds {speeds}, expected "
+                                      "finite numbers", throttle_duration_sec=5)
+            return
+        name = self._names[robot]
+        if name in self._lockstep.names and not (self._is_now(message.header.stamp) and
+                                                 self._lockstep.answer(name)):
+            return
+        self._cmd[robot] = speeds
+        self._told[robot] = self.now
+
+    def _is_now(self, stamp: Any) -> bool:
+        return stamp.sec * 1_000_000_000 + stamp.nanosec == self.now * 1000
+
+    def _done(self, message: Header) -> None:
+        self._executor.calls += 1
+        if self._is_now(message.stamp):
+            self._lockstep.answer(message.frame_id)
+
+    def _stop_the_silent(self) -> None:
+        """The watchdog."""
+        patience = self._value("base_watchdog_timeout")
+        if patience > 0:
+            silent = (self._told >= 0) & (self.now - self._told > patience * 1e6)
+            if silent.any():
+                self._cmd[silent] = 0.0
+
+    def _teleport(self, robot: int, message: PoseStamped) -> None:
+        place = message.pose.position
+        pose = (place.x, place.y, heading_of(message.pose.orientation))
+        if not np.isfinite(pose).all():
+            self.get_logger().warning(f"{self.robots[robot].model.name}: found the pose {pose}, expected "
+                                      "finite numbers")
+            return
+        self._fleet.teleport(pose, [robot])
+        self._bodies.forget()
+        if self.paused:
+            self.publish(everything=True)
+
+    # ---- services ----
+
+    def _make_services(self) -> None:
+        self.create_service(Empty, "/reset_positions", self._reset_positions)
+        self.create_service(SetBool, "~/pause", self._pause)
+        for name, does in (("reset", self._reset), ("step", self._step), ("snapshot", self._take),
+                           ("restore", self._restore)):
+            self.create_service(Trigger, f"~/{name}", self._answering(does))
+
+    def _answering(self, does: Any) -> Any:
+        """A handler that reports what goes wrong instead of ending the node."""
+        def handle(_: Any, response: Trigger.Response) -> Trigger.Response:
+            try:
+                response.message = does()
+                response.success = True
+            except (StageError, OSError, ValueError) as error:
+                response.success = False
+                response.message = str(error)
+            return response
+
+        return handle
+
+    def _reset_positions(self, _: Any, response: Empty.Response) -> Empty.Response:
+        """As stage_ros: robots go back to where they began, and stand still; time goes on."""
+        self._fleet.teleport(self._home)
+        self._cmd[self._told >= 0] = 0.0
+        self._bodies.forget()
+        if self.paused:
+            self.publish(everything=True)
+        return response
+
+    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self.paused = request.data
+        response.success = True
+        response.message = "paused" if self.paused else "running"
+        return response
+
+    def _reset(self) -> str:
+        seed = self._value("seed")
+        self.world.reset(None if seed < 0 else seed)
+        self._told[:] = -1
+        for feed in self._feeds:
+            feed.since = 0
+        self._world_is_new()
+        return f"began anew with the seed {self.world.seed}"
+
+    def _step(self) -> str:
+        self.paused = True
+        made = sum(self.advance() for _ in range(self._value("steps")))
+        return f"made {made} steps: time {self.world.time:g}, state {self.world.state_hash()}"
+
+    def _take(self) -> str:
+        self._snapshot = self.world.snapshot()
+        file = self._value("snapshot_file")
+        if file:
+            Path(file).write_bytes(self._snapshot.to_bytes())
+        return f"state at {self._snapshot.time:g} s, {self._snapshot.size} bytes"
+
+    def _restore(self) -> str:
+        file = self._value("snapshot_file")
+        snapshot = Snapshot.from_bytes(Path(file).read_bytes()) if file else self._snapshot
+        if snapshot is None:
+            raise StageError("found no snapshot, expected the service snapshot to be called before")
+        self.world.restore(snapshot)
+        for feed in self._feeds:
+            feed.since = min(feed.since, round(snapshot.time * 1e6))
+        self._told[self._told >= 0] = self.now
+        self._world_is_new()
+        return f"went back to {self.world.time:g} s"
+
+    def _world_is_new(self) -> None:
+        """After loading, a reset or a restore."""
+        self._cmd[self._told < 0] = np.nan  # left to the robots' own controllers
+        # Sensors first, as after a reset: the order is part of the state.
+        if self._value("always_on") or self._lockstep.names:
+            for feed in self._feeds:
+                feed.attach(self.now)
+        for robot in self.robots:
+            if robot.model.subscribers == 0:
+                robot.model.subscribe()  # its odometry works from the beginning
+        self._bodies.forget()
+        self._lockstep.begin(self.now, round(self.world.dt * 1e6))
+        self._begun = time.monotonic()
+        self.publish(everything=True)
+
+    # ---- time ----
+
+    def _set_lockstep(self) -> None:
+        """Takes over the parameters."""
+        self._lockstep_taken = self._lockstep_parameters()
+        text, interval = self._lockstep_taken
+        names = set(split(text))
+        if "all" in names:
+            names = names - {"all"} | set(self._names)
+        if names & set(self._names) and not self._value("stamped_cmd_vel"):
+            raise ValueError("found robots in lockstep, whose commands carry no time; "
+                             "expected stamped_cmd_vel:=true")
+        self._lockstep = Lockstep(names, round(interval * 1e6))
+        self._lockstep.begin(self.now, round(self.world.dt * 1e6))
+
+    def _lockstep_parameters(self) -> tuple[str, float]:
+        return self._value("lockstep"), self._value("lockstep_interval")
+
+    def advance(self) -> int:
+        """Makes a step and publishes what has become of it; the number of steps made: 0 if the world ended."""
+        self._stop_the_silent()
+        start = time.perf_counter()
+        made = self.world.step()
+        self.times["step"] += time.perf_counter() - start
+        self._bodies.forget()
+        if made:
+            self._lockstep.begin(self.now, round(self.world.dt * 1e6))
+            self.publish()
+        return made
+
+    def run(self, duration: float = float("inf")) -> None:
+        """Runs until the context is shut down, or until that time of the world (seconds).
+
+        Raises:
+            ValueError: a parameter that was changed doesn't fit the others.
+        """
+        while rclpy.ok() and self.world.time < duration and not self.world.ended:
+            if self._lockstep_parameters() != self._lockstep_taken:
+                self._set_lockstep()
+            if self.paused:
+                self._answer(0.05)
+                self._greet()
+                self._begun = time.monotonic()
+            elif self._lockstep.missing():
+                self._wait_for_clients()
+            else:
+                self.advance()
+                self._pace()
+
+    def _wait_for_clients(self) -> None:
+        self._answer(0.02)
+        missing = ", ".join(self._lockstep.missing())
+        if missing and self._lockstep.is_late(REPEAT_PERIOD):
+            # Who came late, or has missed something, gets it now.
+            self.get_logger().info(f"waiting for {missing}", throttle_duration_sec=10)
+            self._last_look = 0.0
+            self.publish(everything=True)
+
+    def _pace(self) -> None:
+        """Answers to ROS until the next step is due."""
+        self._answer(0.0)
+        while rclpy.ok() and not self.paused:
+            speed = self._value("speed")
+            due = self._begun + self.world.dt / speed if speed > 0 else 0.0
+            left = due - time.monotonic()
+            if left <= 0:
+                # Small delays are made up for; with larger ones the world is slower than it should be.
+                self._begun = due if -left < MOST_DELAY else time.monotonic()
+                return
+            self._answer(min(left, 0.1))
+
+    def _answer(self, seconds: float) -> None:
+        """Lets ROS in: what has arrived, and what arrives within that time."""
+        self.times["answer"] += self._executor.spin(seconds)
+
+    @property
+    def topics(self) -> int:
+        """How many topics the robots have."""
+        return len(self._feeds)
+
+    def close(self) -> None:
+        """Takes the node off ROS. The world stays."""
+        self._executor.close()
+        self.destroy_node()

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The node's parameters: their defaults, what they may be, and what they mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Callable
+
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+
+from .names import SCHEMES
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One of them.
+
+    Attributes:
+        default: its value unless one is given.
+        text: what it means.
+        expected: what it may be, in words.
+        fits: whether a value of the right type may be taken.
+        fixed: it can't be changed while the node runs.
+    """
+
+    default: Any
+    text: str
+    expected: str = ""
+    fits: Callable[[Any], bool] = lambda _: True
+    fixed: bool = False
+
+
+def _one_of(*values: str) -> dict[str, Any]:
+    return {"expected": " or ".join(values), "fits": lambda value: value in values, "fixed": True}
+
+
+def _at_least(least: float) -> dict[str, Any]:
+    return {"expected": f"a number, {least:g} or more", "fits": lambda value: value >= least}
+
+
+PARAMETERS = {
+    "world_file": Parameter("", "the world, if it is not on the command line", fixed=True),
+    "naming": Parameter("stage_ros2", "whose names topics and frames have", **_one_of(*SCHEMES)),
+    "enforce_prefixes": Parameter(False, "a single robot has a prefix, too", fixed=True),
+    "odom_frame_id": Parameter("odom", "frame of the odometry", fixed=True),
+    "base_link_frame_id": Parameter("base_link", "frame of a robot's body", fixed=True),
+    "base_footprint_frame_id": Parameter("base_footprint", "frame of a robot on the floor", fixed=True),
+    "map_frame_id": Parameter("map", "frame of the world", fixed=True),
+    "publish_tf": Parameter(True, "publish /tf and /tf_static", fixed=True),
+    "publish_map_tf": Parameter(False, "publish the true transform from the map to each odometry",
+                                fixed=True),
+    "single_beams": Parameter("scan", "what sensors of one ray are published as",
+                              **_one_of("scan", "range", "none")),
+    "sensor_qos": Parameter("best_effort", "reliability of sensors' topics",
+                            **_one_of("best_effort", "reliable")),
+    "stamped_cmd_vel": Parameter(False, "cmd_vel is a TwistStamped", fixed=True),
+    "always_on": Parameter(False, "sensors work from the beginning, whether somebody listens or not",
+                           fixed=True),
+    "base_watchdog_timeout": Parameter(
+        0.2, "seconds of simulated time after which a robot without a command stops; 0: never",
+        **_at_least(0)),
+    "speed": Parameter(1.0, "simulated seconds in a second; 0: as many as possible", **_at_least(0)),
+    "paused": Parameter(False, "begin paused", fixed=True),
+    "steps": Parameter(1, "how many steps the service step makes", **_at_least(1)),
+    "seed": Parameter(-1, "that the service reset takes; -1: the one before", **_at_least(-1)),
+    "snapshot_file": Parameter("", "where snapshot and restore have the state; empty: in memory"),
+    "lockstep": Parameter("", "who is waited for: robots, other clients, or \"all\" robots; "
+                              "with commas between them"),
+    "lockstep_interval": Parameter(0.0, "seconds of simulated time between answers; 0: after each step",
+                                   **_at_least(0)),
+}
+
+
+def declare(node: Node) -> None:
+    """Declares all of them; ValueError if one that was given can't be."""
+    for name, parameter in PARAMETERS.items():
+        number = isinstance(parameter.default, (int, float)) and not isinstance(parameter.default, bool)
+        # 2 is as good as 2.0, so a number's type is looked at here and not by rclpy.
+        node.declare_parameter(name, parameter.default, ParameterDescriptor(
+            description=parameter.text, read_only=parameter.fixed, dynamic_typing=number))
+        complaint = complaint_about(name, node.get_parameter(name).value)
+        if complaint:
+            raise ValueError(complaint)
+    node.add_on_set_parameters_callback(_check)
+
+
+def complaint_about(name: str, value: Any) -> str:
+    """Why it can't be the value of that parameter; empty if it can."""
+    known = PARAMETERS.get(name)
+    if known is None:
+        return ""
+    plain = known.default
+    if isinstance(plain, bool) or isinstance(plain, str):
+        good = isinstance(value, type(plain))
+    else:
+        good = isinstance(value, (int, float) if isinstance(plain, float) else int)
+        good = good and not isinstance(value, bool)
+    if good and known.fits(value):
+        return ""
+    expected = known.expected or {bool: "true or false", str: "a text"}[type(plain)]
+    return f"parameter {name}: found {value!r}, expected {expected}"
+
+
+def _check(changes: list[Any]) -> SetParametersResult:
+    for change in changes:
+        complaint = complaint_about(change.name, change.value)
+        if complaint:
+            return SetParametersResult(successful=False, reason=complaint)
+    return SetParametersResult(successful=True)

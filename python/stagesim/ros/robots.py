@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What each robot of a world publishes, and where its sensors are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Callable, Iterator
+
+import numpy as np
+
+from .._core import Model, RangeSensor
+from ..fleet import Fleet
+from ..world import World
+from .feeds import (MOST_SIGHTS, BatteryFeed, BlobsFeed, Bodies, BumperFeed, CameraInfoFeed, Feed,
+                    FiducialsFeed, ImageFeed, OdometryFeed, RangeFeed, ScanFeed)
+from .names import SCHEMES, Scheme, joined, numbered, part_of, prefixes
+
+
+@dataclass(frozen=True)
+class Look:
+    """How topics and frames look: parameters of the node.
+
+    Attributes:
+        scheme: how things are called.
+        enforce_prefixes: a single robot has a prefix, too.
+        odom, base, footprint, map: names of frames.
+        single_beams: sensors of one ray are published as "scan", "range" or not at all: "none".
+    """
+
+    scheme: Scheme = SCHEMES["stage_ros2"]
+    enforce_prefixes: bool = False
+    odom: str = "odom"
+    base: str = "base_link"
+    footprint: str = "base_footprint"
+    map: str = "map"
+    single_beams: str = "scan"
+
+
+@dataclass
+class Robot:
+    """A robot, as ROS sees it.
+
+    Attributes:
+        model: in the world.
+        prefix: of its topics and frames; may be empty.
+        feeds: its topics.
+        mounts: frames that don't move: parent, child, and position and quaternion, shape (7,).
+    """
+
+    model: Model
+    prefix: str
+    feeds: list[Feed] = field(default_factory=list)
+    mounts: list[tuple[str, str, np.ndarray]] = field(default_factory=list)
+
+
+def make_robots(world: World, fleet: Fleet, bodies: Bodies, look: Look) -> list[Robot]:
+    """All robots of the fleet, with their feeds and frames."""
+    names = prefixes(look.scheme, fleet.names, look.enforce_prefixes)
+    models = {model.id: model for model in world.models}  # several may have the same name
+    return [_Maker(world, fleet, bodies, look, i, Robot(models[fleet.ids[i]], names[i])).robot
+            for i in range(len(fleet))]
+
+
+def tree(model: Model) -> Iterator[Model]:
+    """The model and all that stands on it, in the order in which fleets count sensors."""
+    yield model
+    for child in model.children:
+        yield from tree(child)
+
+
+def sensors_of(model: Model) -> list[RangeSensor] | None:
+    """Of a ranger, whatever plug-in its type may come from; None: it is none."""
+    try:
+        return model.sensors
+    except TypeError:
+        return None
+
+
+class _Maker:
+    """Makes one robot."""
+
+    def __init__(self, world: World, fleet: Fleet, bodies: Bodies, look: Look, number: int,
+                 robot: Robot) -> None:
+        self._fleet, self._look, self._number = fleet, look, number
+        self._step = round(world.dt * 1e6)
+        self.robot = robot
+        self._add_odometry(bodies)
+        kinds: dict[str, list[Model]] = {}
+        for model in tree(self.robot.model):
+            kind = "ranger" if sensors_of(model) is not None else model.type
+            kinds.setdefault(kind, []).append(model)
+        add: dict[str, Callable[[Model, int, int], None]] = {
+            "ranger": self._add_ranger, "camera": self._add_camera, "fiducial": self._add_fiducials,
+            "blobfinder": self._add_blobs, "bumper": self._add_bumper}
+        for kind, models in kinds.items():
+            for i, model in enumerate(models if kind in add else ()):
+                add[kind](model, i, len(models))
+        capacity = self.robot.model.energy_capacity
+        if capacity is not None:
+            self._feed(BatteryFeed(self._topic("battery"), number, fleet, capacity))
+
+    # ---- names and times ----
+
+    def _topic(self, name: str) -> str:
+        return joined(self.robot.prefix, name)
+
+    def _frame(self, name: str) -> str:
+        return joined(self.robot.prefix, name)
+
+    def _interval(self, model: Model) -> int:
+        """Microseconds between updates, which come with steps."""
+        steps = max(1, -(-round(model.interval * 1e6) // self._step))
+        return steps * self._step
+
+    def _feed(self, feed: Feed) -> None:
+        self.robot.feeds.append(feed)
+
+    def _mount(self, frame: str, pose: tuple[float, float, float, float], pan: float = 0.0,
+               tilt: float = 0.0, parent: str | None = None) -> str:
+        """A frame on the robot; returns its name."""
+        x, y, z, heading = pose
+        half, down = (heading + pan) / 2, tilt / 2
+        turn = (-np.sin(half) * np.sin(down), np.cos(half) * np.sin(down),
+                np.sin(half) * np.cos(down), np.cos(half) * np.cos(down))
+        name = self._frame(frame)
+        self.robot.mounts.append((parent or self._frame(self._look.base), name,
+                                  np.array([x, y, z, *turn])))
+        return name
+
+    # ---- what there is ----
+
+    def _add_odometry(self, bodies: Bodies) -> None:
+        look = self._look
+        footprint = self._frame(look.footprint)
+        self.robot.mounts.append((footprint, self._frame(look.base), np.array([0, 0, 0, 0, 0, 0, 1.0])))
+        self._feed(OdometryFeed(self._topic("odom"), self._number, self._fleet, bodies.estimate,
+                                self._frame(look.odom), footprint))
+        self._feed(OdometryFeed(self._topic(look.scheme.ground_truth), self._number, self._fleet,
+                                bodies.truth, look.map, footprint))
+
+    def _add_ranger(self, model: Model, index: int, count: int) -> None:
+        look, row, fleet = self._look, self._number, self._fleet
+        topic = numbered(look.scheme, "base_scan", index, count)
+        frame = numbered(look.scheme, look.scheme.scan_frame, index, count)
+        place = model.pose_in_tree
+        first = 0
+        for i, sensor in enumerate(model.sensors):
+            single = sensor.samples == 1
+            if not (single and look.single_beams == "none"):
+                make = RangeFeed if single and look.single_beams == "range" else ScanFeed
+                mount = self._mount(part_of(frame, i), composed(place, sensor.pose))
+                self._feed(make(
+                    self._topic(part_of(topic, i)), self._interval(model),
+                    lambda: (fleet.ranger(index).ranges[row], fleet.ranger(index).intensities[row]),
+                    first, sensor, mount))
+            first += sensor.samples
+
+    def _add_camera(self, model: Model, index: int, count: int) -> None:
+        scheme, row, fleet, view = self._look.scheme, self._number, self._fleet, model.view
+        frame = self._mount(numbered(scheme, scheme.camera_frame, index, count), model.pose_in_tree,
+                            view.pan, view.tilt)
+        # Pictures have z ahead, x to the right and y down.
+        eye = f"{frame}_optical"
+        self.robot.mounts.append((frame, eye, np.array([0, 0, 0, -0.5, 0.5, -0.5, 0.5])))
+        interval = self._interval(model)
+
+        def topic(name: str) -> str:
+            return self._topic(numbered(scheme, name, index, count))
+
+        self._feed(ImageFeed(topic("image"), interval, view, eye, "rgb8",
+                             lambda: fleet.camera(index).color[row]))
+        self._feed(ImageFeed(topic("depth"), interval, view, eye, "32FC1",
+                             lambda: fleet.camera(index).depth[row]))
+        self._feed(CameraInfoFeed(topic("camera_info"), interval, view, eye))
+
+    def _add_fiducials(self, model: Model, index: int, count: int) -> None:
+        name = numbered(self._look.scheme, "fiducials", index, count)
+        frame = self._mount(f"{name}_link", model.pose_in_tree)
+        self._feed(FiducialsFeed(self._topic(name), self._interval(model), self._number,
+                                 lambda: self._fleet.fiducials(index, MOST_SIGHTS), frame))
+
+    def _add_blobs(self, model: Model, index: int, count: int) -> None:
+        name = numbered(self._look.scheme, "blobs", index, count)
+        frame = self._mount(f"{name}_link", model.pose_in_tree)
+        self._feed(BlobsFeed(self._topic(name), self._interval(model), self._number,
+                             lambda: self._fleet.blobs(index, MOST_SIGHTS), frame, model.view))
+
+    def _add_bumper(self, model: Model, index: int, count: int) -> None:
+        name = numbered(self._look.scheme, "bumper", index, count)
+
+        def source() -> Any:
+            return self._fleet.bumper(index)[self._number]
+
+        self._feed(BumperFeed(self._topic(name), self._interval(model), source, model.lines))
+
+
+def composed(place: tuple[float, float, float, float],
+             inner: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """The pose `inner`, which is in the frame of `place`, in the frame that that one is in."""
+    x, y, z, a = place
+    c, s = float(np.cos(a)), float(np.sin(a))
+    return (x + inner[0] * c - inner[1] * s, y + inner[0] * s + inner[1] * c, z + inner[2], a + inner[3])

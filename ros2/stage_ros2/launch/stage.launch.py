@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""ros2 launch stage_ros2 stage.launch.py world:=simple.world [naming:=stage_ros] [speed:=2.0] ...
+
+Starts the node; with rviz:=true RViz as well, on simulated time.
+"""
+
+from pathlib import Path
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+# Argument: its default, the type of the node's parameter of that name, and what it means.
+ARGUMENTS = {
+    "naming": ("stage_ros2", str, "names of topics and frames: stage_ros2 or stage_ros"),
+    "enforce_prefixes": ("false", bool, "a single robot has a prefix, too"),
+    "publish_tf": ("true", bool, "publish /tf and /tf_static"),
+    "publish_map_tf": ("false", bool, "publish the true transform from the map to the odometry"),
+    "single_beams": ("scan", str, "sensors of one ray: scan, range or none"),
+    "sensor_qos": ("best_effort", str, "best_effort or reliable"),
+    "stamped_cmd_vel": ("false", bool, "cmd_vel is a TwistStamped"),
+    "speed": ("1.0", float, "simulated seconds in a second; 0.0: as many as possible"),
+    "paused": ("false", bool, "begin paused"),
+    "lockstep": ("", str, "who is waited for"),
+}
+
+
+def generate_launch_description() -> LaunchDescription:
+    """The node, and RViz on request."""
+    view = str(Path(__file__).resolve().parent.parent / "rviz" / "stage.rviz")
+    parameters = {name: ParameterValue(LaunchConfiguration(name), value_type=kind)
+                  for name, (_, kind, _) in ARGUMENTS.items()}
+    return LaunchDescription([
+        DeclareLaunchArgument("world", default_value="simple.world",
+                              description="world file, or a shipped one's name"),
+        DeclareLaunchArgument("rviz", default_value="false", description="start RViz"),
+        *(DeclareLaunchArgument(name, default_value=default, description=text)
+          for name, (default, _, text) in ARGUMENTS.items()),
+        Node(package="stage_ros2", executable="stage_ros2", name="stage", output="screen",
+             arguments=[LaunchConfiguration("world")], parameters=[parameters]),
+        Node(package="rviz2", executable="rviz2", arguments=["-d", view],
+             parameters=[{"use_sim_time": True}], condition=IfCondition(LaunchConfiguration("rviz"))),
+    ])

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What the tests of stagesim.ros share.
+
+They are skipped where rclpy is not installed (tools/setup --ros). Everything stays on this machine, in a
+domain of its own.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from typing import Any, Callable, Iterator
+
+import pytest
+
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)
+
+try:
+    import rclpy
+except ModuleNotFoundError:
+    rclpy = None
+    collect_ignore_glob = ["test_*.py"]
+else:
+    from ros_testing import TWO, Client, Process
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    if rclpy is None:
+        terminalreporter.write_line("skipped: rclpy is not installed; try tools/setup --ros")
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if rclpy is None and session.testscollected == 0:
+        session.exitstatus = 0
+
+
+@pytest.fixture(scope="session")
+def ros() -> Iterator[None]:
+    rclpy.init()
+    yield
+    rclpy.try_shutdown()
+
+
+@pytest.fixture
+def client(ros: None) -> Iterator[Client]:
+    made = Client()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def start() -> Iterator[Callable[..., Process]]:
+    """Starts nodes, which are ended when the test is over."""
+    started: list[Process] = []
+
+    def begin(world: str, *options: str, **parameters: Any) -> Process:
+        started.append(Process(world, *options, **parameters))
+        return started[-1]
+
+    yield begin
+    for process in started:
+        process.end(signal.SIGKILL)
+
+
+@pytest.fixture
+def two(tmp_path: Any) -> str:
+    """A world file: two robots without controllers, with batteries, and with errors in their odometry."""
+    file = tmp_path / "two.world"
+    file.write_text(TWO)
+    return str(file)
+
+
+@pytest.fixture
+def one(tmp_path: Any) -> str:
+    """The same with one robot."""
+    file = tmp_path / "one.world"
+    file.write_text(TWO.replace('bot( name "b" pose [0 2 0 90] )\n', ""))
+    return str(file)

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Nodes in processes of their own, and a client that talks to them."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from typing import Any, Callable, Iterator
+
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_srvs.srv import Trigger
+
+#: As sensors' topics have it, but nothing is lost because a test is slow.
+SENSOR = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class Client:
+    """Another node, as a user's program has it."""
+
+    def __init__(self) -> None:
+        self.node = Node("client")
+        self._executor = rclpy.executors.SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+
+    def close(self) -> None:
+        self._executor.shutdown()
+        self.node.destroy_node()
+
+    def listen(self, kind: type, topic: str, qos: Any = 1000) -> list[Any]:
+        """The messages of a topic: a list that grows."""
+        got: list[Any] = []
+        self.node.create_subscription(kind, topic, got.append, qos)
+        return got
+
+    def talk(self, kind: type, topic: str) -> Any:
+        """A publisher that somebody listens to."""
+        publisher = self.node.create_publisher(kind, topic, 10)
+        self.until(lambda: publisher.get_subscription_count() > 0)
+        return publisher
+
+    def spin(self, seconds: float = 0.0) -> None:
+        """Takes what arrives within that time."""
+        end = time.monotonic() + seconds
+        while True:
+            self._executor.spin_once(timeout_sec=max(0.0, min(0.05, end - time.monotonic())))
+            if time.monotonic() >= end:
+                return
+
+    def until(self, condition: Callable[[], Any], seconds: float = 20.0) -> None:
+        """Takes what arrives until something holds."""
+        end = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < end, "nothing happened in time"
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def call(self, name: str, kind: Any = None, **request: Any) -> Any:
+        """The answer of a service; of a Trigger, which is what they are unless another kind is given."""
+        kind = kind or Trigger
+        client = self.node.create_client(kind, name)
+        assert client.wait_for_service(20), name
+        future = client.call_async(kind.Request(**request))
+        self.until(future.done)
+        self.node.destroy_client(client)
+        return future.result()
+
+    def step(self, count: int = 1) -> tuple[float, str]:
+        """Lets the node make that many steps: its time, and the hash of its state."""
+        for _ in range(count):
+            answer = self.call("/stage/step")
+        assert answer.success, answer.message
+        found = re.search(r"time (\S+), state (\S+)", answer.message)
+        assert found
+        return float(found[1]), found[2]
+
+    def set(self, **parameters: Any) -> None:
+        """Sets parameters of the node."""
+        from rcl_interfaces.srv import SetParameters
+        from rclpy.parameter import Parameter
+
+        messages = [Parameter(name, value=value).to_parameter_msg() for name, value in parameters.items()]
+        answer = self.call("/stage/set_parameters", SetParameters, parameters=messages)
+        assert all(result.successful for result in answer.results), answer.results
+
+
+class Process:
+    """A node in a process of its own."""
+
+    def __init__(self, world: str, *options: str, **parameters: Any) -> None:
+        command = [sys.executable, "-m", "stagesim.ros", world, *options, "--ros-args"]
+        for name, value in parameters.items():
+            text = str(value).lower() if isinstance(value, bool) else value
+            command += ["-p", f"{name}:={text}"]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def end(self, sign: int = signal.SIGINT) -> tuple[int, str]:
+        """Its exit status, and what it has printed."""
+        if self.process.poll() is None:
+            self.process.send_signal(sign)
+        return self.wait()
+
+    def wait(self) -> tuple[int, str]:
+        """The same when it has come to its end."""
+        out, err = self.process.communicate(timeout=30)
+        return self.process.returncode, out + err
+
+    def statistics(self) -> dict[str, Any]:
+        """What --stats prints when it has come to its end."""
+        status, text = self.wait()
+        assert status == 0, text
+        return json.loads(next(line for line in text.splitlines() if line.startswith("{")))
+
+
+@contextmanager
+def node_here(world: Any, **parameters: Any) -> Iterator[Any]:
+    """A node in this process."""
+    from stagesim.ros.node import StageNode
+
+    made = StageNode(world, parameters=parameters)
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+TWO = """
+resolution 0.02
+model( name "wall" pose [3 0 0 0] size [0.1 8 1] )
+define eye ranger( size [0.1 0.1 0.1]
+  sensor( range [0 5] fov 90 samples 5 pose [0.1 0 0 0] )
+  sensor( range [0 4] fov 15 samples 1 pose [0 0.1 0 90] ) )
+define bot position( size [0.4 0.4 0.4] drive "omni" localization "odom" localization_origin [0 0 0 0]
+  odom_error [0.02 0.02 0 0.05] joules 1000 eye() )
+bot( name "a" pose [0 0 0 0] )
+bot( name "b" pose [0 2 0 90] )
+"""
