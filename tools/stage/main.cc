@@ -53,10 +53,19 @@ int Finish(const Options& options, const std::optional<ReportFile>& report,
   return CaughtSignal() != 0 ? DieOf(CaughtSignal()) : 0;
 }
 
+/// Of --log. Throws UsageError.
+std::unique_ptr<recording::Recorder> OpenLog(const Options& options) try {
+  if (options.log.file.empty()) return nullptr;
+  return std::make_unique<recording::Recorder>(options.log);
+} catch (const std::runtime_error& error) {
+  throw UsageError(error.what());
+}
+
 int Run(const Options& options) {
   const std::optional<ReportFile> report = OpenReport(options);
   std::optional<SnapshotSaver> saver = OpenSaver(options);
   const std::unique_ptr<PictureRun> pictures = PictureRun::Open(options);
+  const std::unique_ptr<recording::Recorder> log = OpenLog(options);
   PrintBanner(options);
   World* const special = pictures ? pictures->MakeWorld() : OpenWindow(options);
   // Never deleted, like the worlds in it: nothing is torn down at the end.
@@ -64,7 +73,9 @@ int Run(const Options& options) {
   if (const int status = LoadWorlds(options, &worlds, special); status != 0) return status;
   if (!StartFromSnapshot(options, worlds)) return kFailure;
   CatchSignals();  // not before: while loading there is nothing to be finished
+  if (log) log->Attach(worlds.front().world);
   RunWorlds(options, &worlds, pictures.get(), saver ? &*saver : nullptr);
+  if (log) log->Finish();
   if (saver && CaughtSignal() == 0 && !saver->IsDone()) return saver->TellTooEarlyAnEnd(worlds);
   return Finish(options, report, worlds);
 }

@@ -47,6 +47,10 @@ enum Id : int {
   kScreenshot,
   kRecord,
   kSize,
+  kLog,
+  kLogEvery,
+  kLogModels,
+  kLogCompression,
   kFromSnapshot,
   kSaveSnapshot,
   kBudget,
@@ -68,6 +72,10 @@ constexpr option kLongOptions[] = {
     {"from-snapshot", required_argument, nullptr, kFromSnapshot},
     {"gui", optional_argument, nullptr, kGui},
     {"help", optional_argument, nullptr, kHelp},
+    {"log", required_argument, nullptr, kLog},
+    {"log-compression", required_argument, nullptr, kLogCompression},
+    {"log-every", required_argument, nullptr, kLogEvery},
+    {"log-models", required_argument, nullptr, kLogModels},
     {"no-batch", no_argument, nullptr, kNoBatch},
     {"no-controllers", no_argument, nullptr, kNoControllers},
     {"no-progress", no_argument, nullptr, kNoProgress},
@@ -158,6 +166,37 @@ void ParseSize(const std::string& text, offscreen::Orders* orders) {
   orders->height = *height;
 }
 
+recording::Compression ParseCompression(const std::string& text) {
+  using recording::Compression;
+  for (const Compression compression :
+       {Compression::kNone, Compression::kLz4, Compression::kZstd}) {
+    const bool none = compression == Compression::kNone;
+    if (text != (none ? "none" : recording::NameOf(compression))) continue;
+    if (!recording::IsAvailable(compression))
+      throw UsageError("--log-compression: this program was built without " + text);
+    return compression;
+  }
+  Refuse(kLogCompression, "none, lz4 or zstd", text);
+}
+
+usec_t ParseLogInterval(const std::string& text) {
+  const double seconds = ParseWithin(kLogEvery, 1e-6, kLongestDuration,
+                                     "simulated seconds, from 0.000001 to 1e12", text);
+  return static_cast<usec_t>(std::llround(seconds * 1e6));
+}
+
+/// NAME,NAME
+std::vector<std::string> ParseNames(int id, const std::string& text) {
+  std::vector<std::string> names;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    if (end == begin) Refuse(id, "names with a comma between them", text);
+    names.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return names;
+}
+
 uint64_t ParseSeed(const std::string& text) {
   const std::optional<uint64_t> seed = ParseNumber<uint64_t>(text);
   if (!seed) Refuse(kSeed, "a whole number, from 0 to 18446744073709551615", text);
@@ -202,6 +241,8 @@ class Parser {
     }
     for (int i = optind; i < count; i++)
       options_.worldfiles.push_back(arguments_[static_cast<size_t>(i)]);
+    if (log_option_ != 0 && options_.log.file.empty())
+      throw UsageError(NameOf(log_option_) + " is for --log");
     return options_;
   }
 
@@ -273,6 +314,22 @@ class Parser {
         if (value.empty()) Refuse(kRecord, "the name of a folder", value);
         options_.pictures.folder = value;
         break;
+      case kLog:
+        if (value.empty()) Refuse(kLog, "the name of a file", value);
+        options_.log.file = value;
+        break;
+      case kLogEvery:
+        options_.log.every = ParseLogInterval(value);
+        log_option_ = id;
+        break;
+      case kLogModels:
+        options_.log.robots = ParseNames(id, value);
+        log_option_ = id;
+        break;
+      case kLogCompression:
+        options_.log.compression = ParseCompression(value);
+        log_option_ = id;
+        break;
       case kFromSnapshot:
         if (value.empty()) Refuse(kFromSnapshot, "the name of a file", value);
         options_.first_snapshot = value;
@@ -340,6 +397,7 @@ class Parser {
 
   std::vector<char*> arguments_;  // a copy: getopt sorts it
   Options options_;
+  int log_option_ = 0;  // one that says how to log
 };
 
 bool LoadsWorlds(const Options& options) {
@@ -413,6 +471,7 @@ void CheckOutputs(const Options& options) {
   std::vector<std::pair<int, std::string>> outputs;
   if (!options.stats_file.empty() && options.stats_file != "-")
     outputs.emplace_back(kStats, options.stats_file);
+  if (!options.log.file.empty()) outputs.emplace_back(kLog, options.log.file);
   if (!options.pictures.folder.empty()) outputs.emplace_back(kRecord, options.pictures.folder);
   for (const offscreen::Orders::Shot& shot : options.pictures.shots)
     outputs.emplace_back(kScreenshot, shot.file);
@@ -440,6 +499,7 @@ Options ParseOptions(int argc, char* argv[]) {
     return options;
   CheckOutputs(options);
   CheckWorlds(options);
+  if (!options.log.file.empty()) RequireOneWorld(options, NameOf(kLog));
   if (options.action == Options::Action::kBudget) RequireOneWorld(options, NameOf(kBudget));
   SettleSnapshots(&options);
   SettlePictures(&options);

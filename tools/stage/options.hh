@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gui/offscreen/pictures.hh"
+#include "recording/recorder.hh"
 #include "stage.hh"
 
 namespace Stg::program {
@@ -33,6 +34,7 @@ struct Options {
     usec_t time;
   };
   std::optional<SnapshotOrder> snapshot;  ///< of --save-snapshot
+  recording::LogOptions log;              ///< its file empty: none
   bool explain_as_json = false;           ///< with kExplain; otherwise as a text
   std::optional<bool> progress;           ///< unset: shown where somebody is likely to look
   offscreen::Orders pictures;             ///< their times are known once all options are
