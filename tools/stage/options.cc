@@ -228,7 +228,11 @@ std::string UnknownLongOption(const std::string& given) {
 
 class Parser {
  public:
-  Parser(int argc, char* argv[]) : arguments_(argv, argv + argc) { arguments_.push_back(nullptr); }
+  Parser(int argc, char* argv[]) : arguments_(argv, argv + argc) {
+    options_.replay = argc > 1 && std::string_view(argv[1]) == "replay";
+    if (options_.replay) arguments_.erase(arguments_.begin() + 1);
+    arguments_.push_back(nullptr);
+  }
 
   Options Parse() {
     const int count = static_cast<int>(arguments_.size()) - 1;
@@ -484,6 +488,17 @@ void CheckOutputs(const Options& options) {
   }
 }
 
+/// A replay shows one log, and nothing that a run would do.
+void CheckReplay(const Options& options) {
+  if (!options.replay) return;
+  if (options.worldfiles.size() != 1)
+    throw UsageError("replay: found " + std::to_string(options.worldfiles.size()) +
+                     " files, expected one: a log that --log has written");
+  if (options.action != Options::Action::kRun || !options.log.file.empty() ||
+      !options.first_snapshot.empty() || options.snapshot)
+    throw UsageError("replay: found an option of runs, expected those of what you see alone");
+}
+
 /// Worlds are what a run is about; other actions need none.
 void CheckWorlds(const Options& options) {
   if (LoadsWorlds(options) && options.worldfiles.empty())
@@ -498,6 +513,7 @@ Options ParseOptions(int argc, char* argv[]) {
   if (options.action == Options::Action::kHelp || options.action == Options::Action::kVersion)
     return options;
   CheckOutputs(options);
+  CheckReplay(options);
   CheckWorlds(options);
   if (!options.log.file.empty()) RequireOneWorld(options, NameOf(kLog));
   if (options.action == Options::Action::kBudget) RequireOneWorld(options, NameOf(kBudget));

@@ -20,6 +20,7 @@ struct Options {
   enum class Action { kRun, kExplain, kExplainRay, kBudget, kHelp, kVersion, kListDevices };
 
   Action action = Action::kRun;
+  bool replay = false;  ///< the only file is no world but a log
   bool no_gui = false;
   std::string tags;             ///< of the options before: "[GUI disabled]", in their order
   std::string controller_args;  ///< the text of --args

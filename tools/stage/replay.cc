@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/replay.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+#include "messages/report.hh"
+
+namespace Stg::program {
+
+std::unique_ptr<ReplayRun> ReplayRun::Open(Options* options) {
+  if (!options->replay) return nullptr;
+  const std::string log = options->worldfiles.front();
+  std::unique_ptr<ReplayRun> run(new ReplayRun(log));
+  if (run->replay_.ends_early())
+    messages::Warn(messages::Quoted(log) + " ends early, at " +
+                   std::to_string(static_cast<double>(run->replay_.end()) / 1e6) +
+                   " s: what came later was not written whole");
+  options->worldfiles = {run->files_->world_file()};
+  options->run.controllers = false;
+  // What lay in other folders is found as what lies in STAGEPATH is.
+  const char* before = std::getenv("STAGEPATH");
+  const std::string path = run->files_->folders() + (before ? std::string(":") + before : "");
+  setenv("STAGEPATH", path.c_str(), 1);
+  return run;
+}
+
+void ReplayRun::Attach(World* world) {
+  files_.reset();
+  const usec_t end = replay_.end(), wanted = world->GetQuitTime();
+  world->SetQuitTime(wanted > 0 ? std::min(wanted, end) : end);
+  replay_.Attach(world);
+}
+
+void ReplayRun::Skip(World* world, double seconds) {
+  const double now = static_cast<double>(world->SimTimeNow()) + seconds * 1e6;
+  replay_.GoTo(static_cast<usec_t>(std::llround(std::max(now, 0.0))));
+}
+
+}  // namespace Stg::program

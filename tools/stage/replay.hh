@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// `stage replay LOG`: a run that shows what --log has recorded. Its world is loaded from the files
+// that are in the log.
+
+#ifndef STAGE_TOOLS_STAGE_REPLAY_HH
+#define STAGE_TOOLS_STAGE_REPLAY_HH
+
+#include <memory>
+#include <optional>
+
+#include "recording/replay.hh"
+#include "recording/world_files.hh"
+#include "stage.hh"
+#include "stage/options.hh"
+
+namespace Stg::program {
+
+class ReplayRun {
+ public:
+  /// Null if the options ask for no replay. Otherwise they are made those of a run of the world in
+  /// the log. Throws std::runtime_error if that can't be read.
+  static std::unique_ptr<ReplayRun> Open(Options* options);
+
+  /// To be called when the world is loaded.
+  void Attach(World* world);
+  /// So many simulated seconds on, or back if they are negative.
+  void Skip(World* world, double seconds);
+
+ private:
+  explicit ReplayRun(const std::string& file) : replay_(file), files_(replay_.files()) {}
+
+  recording::Replay replay_;
+  std::optional<recording::UnpackedFiles> files_;  // until the world is loaded
+};
+
+}  // namespace Stg::program
+
+#endif
