@@ -47,6 +47,8 @@ class McapWriter {
   std::string problem() const { return writer_.problem(); }
 
   uint64_t message_count() const;
+  /// To be asked when all is written.
+  uint64_t file_size() const { return writer_.size(); }
 
  private:
   struct Schema {
