@@ -52,16 +52,19 @@ Result Log(const std::vector<Step>& steps, recording::Compression compression,
   const std::clock_t start = std::clock();
   recording::LogWriter log(file, compression);
   std::vector<recording::ScanMaker> makers;
-  for (const Scan& scan : steps[0]) makers.emplace_back(scan.frame, 100000);
+  std::vector<uint16_t> channels;
+  for (const Scan& scan : steps[0]) {
+    makers.emplace_back(scan.frame, 100000);
+    channels.push_back(log.Channel(scan.topic, recording::LaserScanType));
+  }
   usec_t time = 0;
   for (int round = 0; round < kRounds; round++)
     for (const Step& step : steps) {
       time += 100000;
       for (size_t i = 0; i < step.size(); i++) {
-        const uint16_t channel = log.Channel(step[i].topic, recording::LaserScanType);
         const size_t size = makers[i].Prepare(step[i].sensor);
         makers[i].Write(step[i].sensor, time,
-                        log.mcap().AddMessage(channel, recording::Nanoseconds(time), size));
+                        log.mcap().AddMessage(channels[i], recording::Nanoseconds(time), size));
         result.bytes += static_cast<double>(size);
       }
       log.mcap().EndStep();

@@ -18,9 +18,9 @@ namespace {
 
 bool IsLog(std::string_view beginning) { return beginning.starts_with(kMagic); }
 
-uint32_t Crc(uint32_t before, std::string_view bytes) {
+uint32_t Crc(std::string_view bytes) {
   return static_cast<uint32_t>(
-      crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+      crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 std::string WhyNotWritten(const std::string& name, int error) {
@@ -119,8 +119,7 @@ void ChunkWriter::Work() {
 
 void ChunkWriter::Append(std::string_view part) {
   if (!problem().empty()) return;
-  if (const int error = file_.Append(part); error != 0) return Fail(WhyNotWritten(name_, error));
-  crc_ = Crc(crc_, part);
+  if (const int error = file_.Append(part); error != 0) Fail(WhyNotWritten(name_, error));
 }
 
 void ChunkWriter::Close() {
@@ -138,7 +137,7 @@ void ChunkWriter::Write(const Chunk& chunk) {
   part_.Put(chunk.start);
   part_.Put(chunk.end);
   part_.Put(uint64_t{plain.size()});
-  part_.Put(Crc(0, plain));
+  part_.Put(Crc(plain));
   part_.PutText(name);
   const size_t length_place = part_.size();
   part_.Put(uint64_t{0});

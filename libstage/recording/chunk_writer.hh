@@ -66,12 +66,11 @@ class ChunkWriter {
   void Append(std::string_view part);
   uint64_t size() const { return file_.size(); }
   Compression compression() const { return compression_; }
-  uint32_t crc() const { return crc_; }  ///< of all that was written
   const std::vector<ChunkPlace>& places() const { return places_; }
   void Close();
 
  private:
-  static constexpr size_t kMostWaiting = 2;
+  static constexpr size_t kMostWaiting = 4;
 
   void Work();
   void Write(const Chunk& chunk);
@@ -82,7 +81,6 @@ class ChunkWriter {
   const Compression compression_;
   Compressor compressor_;
   files::GrowingFile file_;
-  uint32_t crc_ = 0;
   std::vector<ChunkPlace> places_;
   Buffer part_;                      // of the file, in the making
   std::vector<uint32_t> places_of_;  // of each channel, in the list below; then where its end is

@@ -38,8 +38,8 @@ class McapWriter {
                       const Texts& metadata);
   /// A message of so many bytes, which are to be filled in before anything else is written.
   uint8_t* AddMessage(uint16_t channel, uint64_t time, size_t size);
-  /// Hands the chunk over if it is large enough, or old enough: a crash shall not cost much. To be
-  /// called when all of a step is in it.
+  /// To be called when all of a step is written: hands over a chunk that is old, so that a crash
+  /// doesn't cost much.
   void EndStep();
   /// Writes the rest and the summary.
   void Finish();

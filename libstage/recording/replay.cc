@@ -116,12 +116,13 @@ void Replay::GoTo(usec_t time) {
   if (!IsThere()) return;
   time = std::clamp(time, start_, end_);
   world_->ShowTime(time);
-  // From the chunk before the one that has this time: in it are the last readings of slow sensors.
+  // From a while before: the last readings of slow sensors are there.
+  constexpr usec_t kWhile = 2'000'000;
   const auto& chunks = log_.chunks();
-  const auto later = std::ranges::find_if(
-      chunks, [&](const McapReader::Chunk& chunk) { return Microseconds(chunk.start) > time; });
-  const auto index = static_cast<size_t>(later - chunks.begin());
-  next_chunk_ = index > 2 ? index - 2 : 0;
+  const auto first = std::ranges::find_if(chunks, [&](const McapReader::Chunk& chunk) {
+    return Microseconds(chunk.end) + kWhile >= time;
+  });
+  next_chunk_ = static_cast<size_t>(first - chunks.begin());
   records_.Clear();
   at_ = 0;
   ClearScans();
