@@ -33,11 +33,19 @@ struct LoggedScan {
   usec_t written = 0;  // the update that was written last
 };
 
+/// Updates come with steps.
+usec_t TimeBetweenUpdates(const Model& model) {
+  const usec_t step = model.GetWorld()->sim_interval;
+  return std::max<usec_t>(1, (model.GetUpdateInterval() + step - 1) / step) * step;
+}
+
 struct LoggedRobot {
   explicit LoggedRobot(const Robot& of)
-      : robot(of), odometry(of.odom_frame, of.base_frame), truth(kMapFrame, of.base_frame) {
+      : robot(of),
+        odometry(of.odom_frame, of.footprint_frame),
+        truth(kMapFrame, of.footprint_frame) {
     for (const ScanSource& scan : of.scans)
-      scans.emplace_back(scan, scan.ranger->GetUpdateInterval());
+      scans.emplace_back(scan, TimeBetweenUpdates(*scan.ranger));
   }
   Robot robot;
   OdometryMaker odometry, truth;
@@ -108,8 +116,8 @@ void Recorder::Impl::Attach(World* world) {
   next_ = now_ + options_.every;
   AddFiles();
   FindRobots();
-  AddMap();
   WriteAll();
+  AddMap();
   Arm();
 }
 
@@ -204,6 +212,7 @@ void Recorder::Impl::WriteAll() {
   message_.Clear();
   PutClock(now_, &message_);
   log_.Add(log_.Channel("/clock", ClockType), now_, message_);
+  WritePoses();
   ChooseDueRobots();
   if (fixed_changed_) WriteFixedTransforms();
   WriteTransforms();
@@ -211,7 +220,6 @@ void Recorder::Impl::WriteAll() {
     if (robot.is_due) WriteOdometry(&robot);
     WriteScans(&robot);
   }
-  WritePoses();
   log_.mcap().EndStep();
 }
 
@@ -246,7 +254,7 @@ void Recorder::Impl::WriteTransforms() {
     const Robot& names = robot.robot;
     if (robot.is_due)
       transforms_.push_back(
-          {&names.odom_frame, &names.base_frame, names.position->est_pose, robot.updated});
+          {&names.odom_frame, &names.footprint_frame, names.position->est_pose, robot.updated});
     for (const LoggedScan& scan : robot.scans)
       if (scan.source.moves && IsDue(scan))
         transforms_.push_back({&names.base_frame, &scan.source.frame,
@@ -267,7 +275,9 @@ void Recorder::Impl::WriteFixedTransforms() {
     if (names.position)
       transforms_.push_back({&kMapFrame, &names.odom_frame, robot.origin, now_});
     else
-      transforms_.push_back({&kMapFrame, &names.base_frame, names.model->GetGlobalPose(), now_});
+      transforms_.push_back(
+          {&kMapFrame, &names.footprint_frame, names.model->GetGlobalPose(), now_});
+    transforms_.push_back({&names.footprint_frame, &names.base_frame, Pose(), now_});
     for (const LoggedScan& scan : robot.scans)
       if (!scan.source.moves)
         transforms_.push_back(

@@ -58,8 +58,9 @@ void Replay::Fail(const std::string& what) const {
 /// Of all models: what comes later tells of those alone that have moved since.
 void Replay::FindFirstPoses() {
   bool found = false, good = true;
-  if (!log_.chunks().empty()) {
-    log_.Read(log_.chunks().front(), &records_);
+  for (const McapReader::Chunk& chunk : log_.chunks()) {
+    if (found) break;
+    log_.Read(chunk, &records_);
     ForEachRecord(records_.view(), [&](Op op, std::string_view record) {
       if (found || op != Op::kMessage) return;
       const Message message = MessageOf(record);

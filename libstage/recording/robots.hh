@@ -18,8 +18,8 @@ namespace Stg::recording {
 struct ScanSource {
   ModelRanger* ranger;
   uint32_t sensor;    // its number
-  std::string topic;  // "/base_scan", "/r0/base_scan1"
-  std::string frame;  // "laser", "r0/laser1"
+  std::string topic;  // "/base_scan", "/r0/base_scan1_sensor_2"
+  std::string frame;  // "base_scan_link", "r0/base_scan_link1_sensor_2"
   bool moves;         // an actuator moves it, relative to the robot
 };
 
@@ -29,12 +29,12 @@ struct Robot {
   Model* model;
   ModelPosition* position;  // null: it has none
   std::string topics;       // what its topics begin with: "/", "/r0/"
-  std::string odom_frame, base_frame;
+  std::string odom_frame, footprint_frame, base_frame;
   std::vector<ScanSource> scans;
 };
 
-/// In the order of creation. If there is more than one, names of topics and frames begin with the
-/// robot's, in signs that ROS allows.
+/// In the order of creation. Names are those of stage_ros2: if there are several robots, topics and
+/// frames begin with the robot's name, in signs that ROS allows.
 std::vector<Robot> RobotsOf(const std::vector<Model*>& models);
 
 /// Where the rays of a sensor begin, in the frame of its robot.
