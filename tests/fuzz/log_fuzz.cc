@@ -38,6 +38,7 @@ std::string TemporaryFile() {
 
 /// The records as they would be in a log.
 void WriteAround(std::string_view records, const std::string& file) {
+  unlink(file.c_str());  // it may hold something else
   recording::McapWriter log(file, recording::Compression::kNone, "ros2", "");
   log.AddMetadata("stage", {{"world", "w"}});
   log.AddAttachment("w", "", kWorld);
