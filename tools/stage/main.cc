@@ -71,7 +71,10 @@ int Run(const Options& options, ReplayRun* replay) {
   World* const special = pictures ? pictures->MakeWorld() : OpenWindow(options, replay);
   // Never deleted, like the worlds in it: nothing is torn down at the end.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
-  if (const int status = LoadWorlds(options, &worlds, special); status != 0) return status;
+  if (replay) replay->BeginLoading();
+  const int status = LoadWorlds(options, &worlds, special);
+  if (replay) replay->EndLoading();
+  if (status != 0) return status;
   if (!StartFromSnapshot(options, worlds)) return kFailure;
   CatchSignals();  // not before: while loading there is nothing to be finished
   if (replay) replay->Attach(worlds.front().world);

@@ -21,15 +21,25 @@ std::unique_ptr<ReplayRun> ReplayRun::Open(Options* options) {
                    " s: what came later was not written whole");
   options->worldfiles = {run->files_->world_file()};
   options->run.controllers = false;
-  // What lay in other folders is found as what lies in STAGEPATH is.
-  const char* before = std::getenv("STAGEPATH");
-  const std::string path = run->files_->folders() + (before ? std::string(":") + before : "");
-  setenv("STAGEPATH", path.c_str(), 1);
+  options->run.opencl = false;  // there is nothing to trace
   return run;
 }
 
-void ReplayRun::Attach(World* world) {
+void ReplayRun::BeginLoading() {
+  if (const char* path = std::getenv("STAGEPATH")) path_before_ = path;
+  const std::string before = path_before_ ? ":" + *path_before_ : "";
+  setenv("STAGEPATH", (files_->folders() + before).c_str(), 1);
+}
+
+void ReplayRun::EndLoading() {
+  if (path_before_)
+    setenv("STAGEPATH", path_before_->c_str(), 1);
+  else
+    unsetenv("STAGEPATH");
   files_.reset();
+}
+
+void ReplayRun::Attach(World* world) {
   const usec_t end = replay_.end(), wanted = world->GetQuitTime();
   world->SetQuitTime(wanted > 0 ? std::min(wanted, end) : end);
   replay_.Attach(world);

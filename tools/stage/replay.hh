@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "recording/replay.hh"
 #include "recording/world_files.hh"
@@ -22,6 +23,11 @@ class ReplayRun {
   /// the log. Throws std::runtime_error if that can't be read.
   static std::unique_ptr<ReplayRun> Open(Options* options);
 
+  /// To be called before and after the world is loaded. In between, what lay in other folders is
+  /// found as what lies in STAGEPATH is; not longer, as plug-ins are looked for there too, and a
+  /// log is nobody to trust.
+  void BeginLoading();
+  void EndLoading();
   /// To be called when the world is loaded.
   void Attach(World* world);
   /// So many simulated seconds on, or back if they are negative.
@@ -32,6 +38,7 @@ class ReplayRun {
 
   recording::Replay replay_;
   std::optional<recording::UnpackedFiles> files_;  // until the world is loaded
+  std::optional<std::string> path_before_;         // STAGEPATH
 };
 
 }  // namespace Stg::program
