@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <string>
+#include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "messages/report.hh"
 #include "recording/log_writer.hh"
@@ -47,6 +50,15 @@ struct LoggedRobot {
     for (const ScanSource& scan : of.scans)
       scans.emplace_back(scan, TimeBetweenUpdates(*scan.ranger));
   }
+  /// What was written of it is written.
+  void GoOnLike(const LoggedRobot& before) {
+    is_new = before.is_new;
+    updated = before.updated;
+    last_pose = before.last_pose;
+    for (size_t i = 0; i < std::min(scans.size(), before.scans.size()); i++)
+      if (scans[i].source.topic == before.scans[i].source.topic)
+        scans[i].written = before.scans[i].written;
+  }
   Robot robot;
   OdometryMaker odometry, truth;
   std::vector<LoggedScan> scans;
@@ -83,6 +95,7 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   void AddFiles();
   void AddMap();
   void FindRobots();
+  void CheckRobots() const;
   bool IsWanted(const Robot& robot) const;
   void WriteAll();
   void ChooseDueRobots();
@@ -116,6 +129,7 @@ void Recorder::Impl::Attach(World* world) {
   next_ = now_ + options_.every;
   AddFiles();
   FindRobots();
+  CheckRobots();
   WriteAll();
   AddMap();
   Arm();
@@ -187,23 +201,23 @@ void Recorder::Impl::FindRobots() {
   WorldEngine& engine = world_->engine();
   family_ = engine.family_changes;
   fixed_changed_ = true;
-  std::vector<LoggedRobot> before = std::exchange(robots_, {});
+  const std::vector<LoggedRobot> before = std::exchange(robots_, {});
+  std::unordered_map<std::string, const LoggedRobot*> known;
+  for (const LoggedRobot& robot : before) known[robot.robot.base_frame] = &robot;
   for (const Robot& robot : RobotsOf(engine.models)) {
     if (!IsWanted(robot)) continue;
     LoggedRobot& found = robots_.emplace_back(robot);
-    const auto same = std::ranges::find_if(
-        before, [&](const LoggedRobot& old) { return old.robot.base_frame == robot.base_frame; });
-    if (same == before.end() || same->robot.model != robot.model) continue;
-    found.is_new = same->is_new;
-    found.updated = same->updated;
-    found.last_pose = same->last_pose;
-    for (size_t i = 0; i < std::min(found.scans.size(), same->scans.size()); i++)
-      found.scans[i].written = same->scans[i].written;
+    const auto same = known.find(robot.base_frame);
+    if (same != known.end() && same->second->robot.model == robot.model)
+      found.GoOnLike(*same->second);
   }
-  if (robots_.empty() && before.empty() && !options_.robots.empty())
-    throw std::runtime_error("--log-models: found no robot called " +
-                             messages::Quoted(options_.robots[0]) +
-                             (options_.robots.size() > 1 ? " or like the others" : ""));
+}
+
+void Recorder::Impl::CheckRobots() const {
+  if (!robots_.empty() || options_.robots.empty()) return;
+  throw std::runtime_error("--log-models: found no robot called " +
+                           messages::Quoted(options_.robots[0]) +
+                           (options_.robots.size() > 1 ? " or like the others" : ""));
 }
 
 // ---- what a step has changed --------------------------------------------------------------------
