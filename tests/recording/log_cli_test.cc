@@ -89,6 +89,8 @@ TEST_F(LogCli, AReplayEndsWithItsLog) {
   const Result result = Stage({"replay", "run.mcap", "-g", "--stats", "s.json"});
   EXPECT_EQ(result.status, 0) << result.err;
   EXPECT_EQ(Stats("s.json")["simulated_seconds"], 2);
+  EXPECT_EQ(Stage({"replay", "run.mcap", "-g", "--duration", "1", "--stats", "s.json"}).status, 0);
+  EXPECT_EQ(Stats("s.json")["simulated_seconds"], 1);
 }
 
 TEST_F(LogCli, ABadLogIsRefusedInOneLine) {

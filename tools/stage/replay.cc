@@ -14,7 +14,7 @@ namespace Stg::program {
 std::unique_ptr<ReplayRun> ReplayRun::Open(Options* options) {
   if (!options->replay) return nullptr;
   const std::string log = options->worldfiles.front();
-  std::unique_ptr<ReplayRun> run(new ReplayRun(log));
+  std::unique_ptr<ReplayRun> run(new ReplayRun(log, options->run.duration));
   if (run->replay_.ends_early())
     messages::Warn(messages::Quoted(log) + " ends early, at " +
                    std::to_string(static_cast<double>(run->replay_.end()) / 1e6) +
@@ -40,8 +40,7 @@ void ReplayRun::EndLoading() {
 }
 
 void ReplayRun::Attach(World* world) {
-  const usec_t end = replay_.end(), wanted = world->GetQuitTime();
-  world->SetQuitTime(wanted > 0 ? std::min(wanted, end) : end);
+  world->SetQuitTime(duration_ > 0 ? std::min(duration_, replay_.end()) : replay_.end());
   replay_.Attach(world);
 }
 

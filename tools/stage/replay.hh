@@ -34,9 +34,11 @@ class ReplayRun {
   void Skip(World* world, double seconds);
 
  private:
-  explicit ReplayRun(const std::string& file) : replay_(file), files_(replay_.files()) {}
+  ReplayRun(const std::string& file, usec_t duration)
+      : replay_(file), duration_(duration), files_(replay_.files()) {}
 
   recording::Replay replay_;
+  const usec_t duration_;                          // wanted; 0: all of it
   std::optional<recording::UnpackedFiles> files_;  // until the world is loaded
   std::optional<std::string> path_before_;         // STAGEPATH
 };
