@@ -4,8 +4,10 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -38,7 +40,10 @@ void Chunk::Clear() {
 }
 
 ChunkWriter::ChunkWriter(const std::string& name, Compression compression)
-    : name_(name), compression_(compression), compressor_(compression) {
+    : name_(name),
+      compression_(compression),
+      compressor_(compression),
+      chunk_indexes_(std::filesystem::path(files::PlaceOf(name)).parent_path().string()) {
   if (const int error = file_.Open(name, IsLog); error != 0)
     throw std::runtime_error(WhyNotWritten(name, error));
   try {
@@ -147,16 +152,18 @@ void ChunkWriter::Write(const Chunk& chunk) {
   part_.Set(length_place, packed_size);
   part_.Set(1, uint64_t{part_.size() - kRecordHead});
 
-  ChunkPlace place = {chunk.start, chunk.end,   file_.size(), part_.size(),
-                      0,           packed_size, plain.size(), {}};
-  PutIndexes(chunk, &place);
-  place.index_length = part_.size() - place.length;
+  const uint64_t length = part_.size();
+  PutMessageIndexes(chunk);
+  KeepChunkIndex(chunk, length, packed_size);
   Append(part_.view());
-  places_.push_back(std::move(place));
+  totals_.count++;
+  totals_.start = std::min(totals_.start, chunk.start);
+  totals_.end = std::max(totals_.end, chunk.end);
 }
 
 /// One for each channel that has messages in the chunk; sorted by counting.
-void ChunkWriter::PutIndexes(const Chunk& chunk, ChunkPlace* place) {
+void ChunkWriter::PutMessageIndexes(const Chunk& chunk) {
+  index_places_.clear();
   places_of_.assign(kMostChannels + 1, 0);
   for (const Chunk::Entry& entry : chunk.messages) places_of_[entry.channel]++;
   uint32_t begin = 0;
@@ -169,7 +176,7 @@ void ChunkWriter::PutIndexes(const Chunk& chunk, ChunkPlace* place) {
   for (size_t i = 0; i < sorted_.size();) {
     const uint16_t channel = sorted_[i].channel;
     const uint32_t count = ends[channel] - static_cast<uint32_t>(i);
-    place->indexes.emplace_back(channel, place->offset + part_.size());
+    index_places_.emplace_back(channel, file_.size() + part_.size());
     part_.Put(static_cast<uint8_t>(Op::kMessageIndex));
     part_.Put(uint64_t{2 + 4 + kEntrySize * count});
     part_.Put(channel);
@@ -179,6 +186,32 @@ void ChunkWriter::PutIndexes(const Chunk& chunk, ChunkPlace* place) {
       part_.Put(sorted_[i].offset);
     }
   }
+}
+
+/// For the summary. The chunk and its message indexes are ready to be written.
+void ChunkWriter::KeepChunkIndex(const Chunk& chunk, uint64_t length, uint64_t packed_size) {
+  constexpr uint32_t kPlaceSize = 10;
+  Buffer& to = chunk_index_;
+  to.Clear();
+  to.Put(static_cast<uint8_t>(Op::kChunkIndex));
+  to.Put(uint64_t{0});
+  for (const uint64_t number : {chunk.start, chunk.end, file_.size(), length}) to.Put(number);
+  to.Put(kPlaceSize * static_cast<uint32_t>(index_places_.size()));
+  for (const auto& [channel, offset] : index_places_) {
+    to.Put(channel);
+    to.Put(offset);
+  }
+  to.Put(uint64_t{part_.size() - length});
+  to.PutText(NameOf(compression_));
+  to.Put(packed_size);
+  to.Put(uint64_t{chunk.records.size()});
+  to.Set(1, uint64_t{to.size() - kRecordHead});
+  chunk_indexes_.Add(to.view());
+}
+
+void ChunkWriter::ReadChunkIndexes(const std::function<void(std::string_view)>& take) {
+  if (const int error = chunk_indexes_.ReadBack(take); error != 0)
+    Fail(WhyNotWritten(name_, error));
 }
 
 }  // namespace Stg::recording

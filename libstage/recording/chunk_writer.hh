@@ -9,13 +9,17 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "files/growing_file.hh"
+#include "files/scratch_file.hh"
 #include "recording/buffer.hh"
 #include "recording/compression.hh"
 #include "recording/mcap_format.hh"
@@ -35,13 +39,10 @@ struct Chunk {
   void Clear();
 };
 
-/// Where a chunk lies, for the summary.
-struct ChunkPlace {
-  uint64_t start, end;      // of its messages' times
-  uint64_t offset, length;  // of its record
-  uint64_t index_length;    // of the message indexes behind it
-  uint64_t packed_size, plain_size;
-  std::vector<std::pair<uint16_t, uint64_t>> indexes;  // of a channel: where it lies
+/// Of all chunks that are written.
+struct ChunkTotals {
+  uint32_t count = 0;
+  uint64_t start = ~uint64_t{0}, end = 0;
 };
 
 class ChunkWriter {
@@ -65,8 +66,9 @@ class ChunkWriter {
 
   void Append(std::string_view part);
   uint64_t size() const { return file_.size(); }
-  Compression compression() const { return compression_; }
-  const std::vector<ChunkPlace>& places() const { return places_; }
+  const ChunkTotals& totals() const { return totals_; }
+  /// Calls take(part) for the records that say where chunks lie, one after the other.
+  void ReadChunkIndexes(const std::function<void(std::string_view)>& take);
   void Close();
 
  private:
@@ -74,16 +76,20 @@ class ChunkWriter {
 
   void Work();
   void Write(const Chunk& chunk);
-  void PutIndexes(const Chunk& chunk, ChunkPlace* place);
+  using Places = std::vector<std::pair<uint16_t, uint64_t>>;  // of a channel: where its index lies
+  void PutMessageIndexes(const Chunk& chunk);
+  void KeepChunkIndex(const Chunk& chunk, uint64_t length, uint64_t packed_size);
   void Fail(const std::string& what);
 
   const std::string name_;
   const Compression compression_;
   Compressor compressor_;
   files::GrowingFile file_;
-  std::vector<ChunkPlace> places_;
-  Buffer part_;                      // of the file, in the making
-  std::vector<uint32_t> places_of_;  // of each channel, in the list below; then where its end is
+  ChunkTotals totals_;
+  files::ScratchFile chunk_indexes_;  // in a crowd, a tenth of the log: too much for memory
+  Places index_places_;               // of the chunk in the making
+  Buffer part_, chunk_index_;         // of the file, in the making
+  std::vector<uint32_t> places_of_;   // of each channel, in the list below; then where its end is
   std::vector<Chunk::Entry> sorted_;
 
   mutable std::mutex mutex_;

@@ -5,6 +5,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <functional>
 #include <stdexcept>
 
 namespace Stg::recording {
@@ -169,9 +170,9 @@ void McapWriter::Finish() {
     const Record record(Op::kDataEnd, &end);
     end.Put(uint32_t{0});  // no checksum of all: chunks and the summary have their own
   }
-  PutSummary(&end);
-  end.PutBytes(kMagic.data(), kMagic.size());
   writer_.Append(end.view());
+  WriteSummary();
+  writer_.Append(kMagic);
   writer_.Close();
 }
 
@@ -202,20 +203,16 @@ void McapWriter::PutChannel(size_t index, Buffer* to) const {
 }
 
 void McapWriter::PutStatistics(Buffer* to) const {
-  uint64_t start = ~uint64_t{0}, end = 0;
-  for (const ChunkPlace& place : writer_.places()) {
-    start = std::min(start, place.start);
-    end = std::max(end, place.end);
-  }
+  const ChunkTotals& chunks = writer_.totals();
   const Record record(Op::kStatistics, to);
   to->Put(message_count());
   to->Put(static_cast<uint16_t>(schemas_.size()));
   to->Put(static_cast<uint32_t>(channels_.size()));
   to->Put(attachments_);
   to->Put(metadata_);
-  to->Put(static_cast<uint32_t>(writer_.places().size()));
-  to->Put(writer_.places().empty() ? 0 : start);
-  to->Put(end);
+  to->Put(chunks.count);
+  to->Put(chunks.count == 0 ? 0 : chunks.start);
+  to->Put(chunks.end);
   const Sized counts(to);
   for (size_t i = 0; i < channels_.size(); i++) {
     to->Put(static_cast<uint16_t>(i));
@@ -223,64 +220,76 @@ void McapWriter::PutStatistics(Buffer* to) const {
   }
 }
 
-void McapWriter::PutChunkIndexes(Buffer* to) const {
-  for (const ChunkPlace& place : writer_.places()) {
-    const Record record(Op::kChunkIndex, to);
-    for (const uint64_t number : {place.start, place.end, place.offset, place.length})
-      to->Put(number);
-    {
-      const Sized offsets(to);
-      for (const auto& [channel, offset] : place.indexes) {
-        to->Put(channel);
-        to->Put(offset);
-      }
-    }
-    to->Put(place.index_length);
-    to->PutText(NameOf(writer_.compression()));
-    to->Put(place.packed_size);
-    to->Put(place.plain_size);
-  }
-}
+/// Groups of records of one kind, and then where each lies.
+class McapWriter::Summary {
+ public:
+  explicit Summary(ChunkWriter* to) : to_(*to), start_(to->size()) {}
 
-void McapWriter::PutSummary(Buffer* to) const {
-  const uint64_t base = writer_.size(), start = base + to->size();
-  std::vector<Group> groups;
-  const auto put_group = [&](Op op, const auto& put) {
-    const uint64_t group_start = base + to->size();
-    put();
-    if (const uint64_t length = base + to->size() - group_start; length > 0)
-      groups.push_back({op, group_start, length});
-  };
-  put_group(Op::kSchema, [&] {
+  void Add(std::string_view part) {
+    crc_ = static_cast<uint32_t>(
+        crc32_z(crc_, reinterpret_cast<const Bytef*>(part.data()), part.size()));
+    to_.Append(part);
+  }
+  void AddGroup(Op op, const std::function<void(Buffer*)>& put) {
+    Buffer group;
+    put(&group);
+    const uint64_t begin = to_.size();
+    Add(group.view());
+    NoteGroup(op, begin);
+  }
+  void AddChunkIndexes() {
+    const uint64_t begin = to_.size();
+    to_.ReadChunkIndexes([this](std::string_view part) { Add(part); });
+    NoteGroup(Op::kChunkIndex, begin);
+  }
+  /// The footer has the checksum of all before that.
+  void End() {
+    const uint64_t offsets = to_.size();
+    Add(group_offsets_.view());
+    constexpr uint64_t kFooterLength = 8 + 8 + 4;
+    Buffer footer;
+    footer.Put(static_cast<uint8_t>(Op::kFooter));
+    footer.Put(kFooterLength);
+    footer.Put(start_);
+    footer.Put(offsets);
+    Add(footer.view());
+    footer.Clear();
+    footer.Put(crc_);
+    to_.Append(footer.view());
+  }
+
+ private:
+  void NoteGroup(Op op, uint64_t begin) {
+    if (to_.size() == begin) return;
+    const Record record(Op::kSummaryOffset, &group_offsets_);
+    group_offsets_.Put(static_cast<uint8_t>(op));
+    group_offsets_.Put(begin);
+    group_offsets_.Put(to_.size() - begin);
+  }
+
+  ChunkWriter& to_;
+  const uint64_t start_;
+  uint32_t crc_ = 0;
+  Buffer group_offsets_;
+};
+
+void McapWriter::WriteSummary() {
+  Summary summary(&writer_);
+  summary.AddGroup(Op::kSchema, [this](Buffer* to) {
     for (size_t i = 0; i < schemas_.size(); i++) PutSchema(i, to);
   });
-  put_group(Op::kChannel, [&] {
+  summary.AddGroup(Op::kChannel, [this](Buffer* to) {
     for (size_t i = 0; i < channels_.size(); i++) PutChannel(i, to);
   });
-  put_group(Op::kStatistics, [&] { PutStatistics(to); });
-  put_group(Op::kChunkIndex, [&] { PutChunkIndexes(to); });
-  put_group(Op::kAttachmentIndex,
-            [&] { to->PutBytes(attachment_indexes_.data(), attachment_indexes_.size()); });
-  put_group(Op::kMetadataIndex,
-            [&] { to->PutBytes(metadata_indexes_.data(), metadata_indexes_.size()); });
-  PutSummaryEnd(groups, start, to);
-}
-
-/// Where the groups lie, and the footer, whose checksum is that of all from `start` on.
-void McapWriter::PutSummaryEnd(const std::vector<Group>& groups, uint64_t start, Buffer* to) const {
-  const uint64_t base = writer_.size(), offsets = base + to->size();
-  for (const Group& group : groups) {
-    const Record record(Op::kSummaryOffset, to);
-    to->Put(static_cast<uint8_t>(group.op));
-    to->Put(group.start);
-    to->Put(group.length);
-  }
-  constexpr uint64_t kFooterLength = 8 + 8 + 4;
-  to->Put(static_cast<uint8_t>(Op::kFooter));
-  to->Put(kFooterLength);
-  to->Put(start);
-  to->Put(offsets);
-  to->Put(Crc(to->view().substr(start - base)));
+  summary.AddGroup(Op::kStatistics, [this](Buffer* to) { PutStatistics(to); });
+  summary.AddChunkIndexes();
+  summary.AddGroup(Op::kAttachmentIndex, [this](Buffer* to) {
+    to->PutBytes(attachment_indexes_.data(), attachment_indexes_.size());
+  });
+  summary.AddGroup(Op::kMetadataIndex, [this](Buffer* to) {
+    to->PutBytes(metadata_indexes_.data(), metadata_indexes_.size());
+  });
+  summary.End();
 }
 
 }  // namespace Stg::recording

@@ -60,18 +60,13 @@ class McapWriter {
     Texts metadata;
     uint64_t messages = 0;
   };
-  struct Group {
-    Op op;
-    uint64_t start, length;
-  };
+  class Summary;
 
   void HandChunk();
   void PutSchema(size_t index, Buffer* to) const;
   void PutChannel(size_t index, Buffer* to) const;
   void PutStatistics(Buffer* to) const;
-  void PutChunkIndexes(Buffer* to) const;
-  void PutSummary(Buffer* to) const;
-  void PutSummaryEnd(const std::vector<Group>& groups, uint64_t start, Buffer* to) const;
+  void WriteSummary();
 
   ChunkWriter writer_;
   std::unique_ptr<Chunk> chunk_;
