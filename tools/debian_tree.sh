@@ -39,7 +39,7 @@ stage_fetch_tree() {
     echo "fetching libraries for $arch needs root, as debootstrap does: sudo $0 $arch" >&2
     return 1
   fi
-  local suite mirror include=libc6-dev,libpng-dev,nlohmann-json3-dev
+  local suite mirror include=libc6-dev,libpng-dev,nlohmann-json3-dev,liblz4-dev,libzstd-dev
   include+=,ocl-icd-opencl-dev,opencl-headers,pocl-opencl-icd,libgtest-dev,libbenchmark-dev
   suite=$(. /etc/os-release && [[ $ID == debian ]] && echo "${VERSION_CODENAME:-bookworm}") || suite=bookworm
   mirror=$(host_mirror)
@@ -79,7 +79,7 @@ stage_run_foreign_programs() {
     echo "programs of $1 can't be run: that needs root once, the package qemu-user-static and binfmt_misc" >&2
   else
     echo "programs of $1 can't be run: dpkg --add-architecture $1; apt-get update;" \
-      "apt-get install libstdc++6:$1 libpng16-16:$1" >&2
+      "apt-get install libstdc++6:$1 libpng16-16:$1 liblz4-1:$1 libzstd1:$1" >&2
   fi
   return 1
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Files that are written whole or not at all. All that Stage writes goes through here.
+// Files that are written whole or not at all. All that Stage writes goes through here, but for what
+// grows while a world runs: see files/growing_file.hh.
 //
 // A file is written beside its place first, under a name that nobody can guess and that nothing
 // has, so that no link can be put in its way; then it is renamed. A symbolic link stays one: what

@@ -178,6 +178,11 @@ void World::Enqueue(unsigned int, usec_t delay, Model* mod, model_callback_t cb,
                          {mod, cb, arg, mod ? UpdateChain::First(mod->GetId()) : 0});
 }
 
+void World::ShowTime(usec_t time) {
+  engine_->scheduler.Clear();
+  sim_time = time;
+}
+
 std::string World::ClockString(void) const {
   const uint64_t milliseconds = sim_time / 1000;
   const uint64_t hours = milliseconds / 3600000;

@@ -86,6 +86,14 @@ bool Worldfile::Load(std::istream& world_content, const std::string& file) {
   return true;
 }
 
+std::vector<Worldfile::Text> Worldfile::Texts() const {
+  const worldfile::SourceSet& sources = impl_->document.sources;
+  std::vector<Text> texts;
+  for (std::uint32_t i = 0; i < sources.Count(); ++i)
+    texts.push_back({sources.Name(i), std::string(sources.Text(i))});
+  return texts;
+}
+
 void Worldfile::Parse() {
   try {
     worldfile::Lexer(impl_->document, impl_->base_directory).Run();

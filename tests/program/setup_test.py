@@ -81,7 +81,7 @@ class Setup(unittest.TestCase):
         done = setup("--no-opencl", "--no-gui")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(installed(done), ["g++", "cmake", "ninja-build", "libpng-dev",
-                                           "nlohmann-json3-dev"])
+                                           "nlohmann-json3-dev", "liblz4-dev", "libzstd-dev"])
 
 
 class Fresh(unittest.TestCase):

@@ -33,13 +33,14 @@ ALLOWED = {
     "world": "config messages threads geometry worldfile grid sensing models",
     "insight": "geometry models sensing world",
     "whatif": "messages threads geometry models world",
+    "recording": "config messages files geometry worldfile grid models world",
     "face": "config messages geometry worldfile models world insight whatif",
     "libstage_cl": "grid sensing",
     "gui/view": "geometry worldfile models world",
     "gui/draw": "messages geometry sensing models world gui/view",
     "gui/offscreen": "files geometry worldfile models world gui/draw",
     "gui/window": "messages geometry worldfile models world face gui/view gui/draw gui/offscreen",
-    "tools": "messages files geometry worldfile models world insight whatif face gui/offscreen gui/window",
+    "tools": "messages files geometry worldfile models world insight whatif recording face gui/offscreen gui/window",
 }
 
 # The arrows that point back: (room, header): who follows it, and why it is still there.

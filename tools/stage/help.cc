@@ -6,10 +6,12 @@ namespace Stg::program {
 
 const char kHelpText[] =
     R"(Usage: stage [OPTION]... WORLDFILE...
+       stage replay [OPTION]... LOG
 
 Simulates crowds of robots in the plane. A WORLDFILE describes what there is: surroundings, robots,
 their sensors, and the controllers (plug-ins) that drive them. Several worlds run side by side, one
-step each in turn, in the order given.
+step each in turn, in the order given. A LOG is what --log has recorded: replay shows it again, in
+the window, where < and > go back and on, or by --screenshot and --record; no controllers run.
 
 How long, and what comes out
   --duration S         end after S simulated seconds, whatever the worlds' quit_time says;
@@ -74,6 +76,14 @@ What you see
   --from-snapshot FILE begin with that state of the same world file instead of its beginning: the run
                        goes on to the bit as the one that FILE is from, with its seed. --duration
                        counts from the beginning of the world
+  --log FILE.mcap      record what robots sense, believe and do, as messages of ROS 2 in an MCAP file,
+                       for its tools, Foxglove and replay; changes no result. One world only. Killed
+                       runs leave a file that is good up to its last whole chunk
+  --log-every SECONDS  record every so many simulated seconds (default: whenever something updates)
+  --log-models NAMES   record these robots alone: names with a comma between them, or patterns with
+                       * and ?
+  --log-compression HOW
+                       lz4 (default), zstd (smaller) or none
   --screenshot FILE.png[@SECONDS]
                        make a picture at that simulated time, without a window or a display (default:
                        at the end of --duration, or at 1 s); may be given several times. Without a
@@ -109,6 +119,8 @@ Examples
 
   stage --screenshot flat.png@20 --size 640x480 worlds/simple.world
       where the robots are after 20 s, as a picture
+  stage -g --duration 60 --log run.mcap worlds/simple.world; stage replay run.mcap
+      one minute, recorded, and shown again
   stage --record film --duration 10 worlds/simple.world
       then for example: ffmpeg -framerate 10 -i film/stage-%06d.png film.mp4
 

@@ -24,6 +24,7 @@
 #include "stage/options.hh"
 #include "stage/pictures.hh"
 #include "stage/process.hh"
+#include "stage/replay.hh"
 #include "stage/report.hh"
 #include "stage/run.hh"
 #include "stage/snapshots.hh"
@@ -54,25 +55,40 @@ int Finish(const Options& options, const std::optional<ReportFile>& report,
   return CaughtSignal() != 0 ? DieOf(CaughtSignal()) : 0;
 }
 
-int Run(const Options& options) {
+/// Of --log. Throws UsageError.
+std::unique_ptr<recording::Recorder> OpenLog(const Options& options) try {
+  if (options.log.file.empty()) return nullptr;
+  return std::make_unique<recording::Recorder>(options.log);
+} catch (const std::runtime_error& error) {
+  throw UsageError(error.what());
+}
+
+int Run(const Options& options, ReplayRun* replay) {
   const std::optional<ReportFile> report = OpenReport(options);
   std::optional<SnapshotSaver> saver = OpenSaver(options);
   const std::unique_ptr<PictureRun> pictures = PictureRun::Open(options);
+  const std::unique_ptr<recording::Recorder> log = OpenLog(options);
   PrintBanner(options);
-  World* const special = pictures ? pictures->MakeWorld() : OpenWindow(options);
+  World* const special = pictures ? pictures->MakeWorld() : OpenWindow(options, replay);
   // Never deleted, like the worlds in it: nothing is torn down at the end.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
-  if (const int status = LoadWorlds(options, &worlds, special); status != 0) return status;
+  if (replay) replay->BeginLoading();
+  const int status = LoadWorlds(options, &worlds, special);
+  if (replay) replay->EndLoading();
+  if (status != 0) return status;
   if (!StartFromSnapshot(options, worlds)) return kFailure;
   CatchSignals();  // not before: while loading there is nothing to be finished
+  if (replay) replay->Attach(worlds.front().world);
+  if (log) log->Attach(worlds.front().world);
   RunWorlds(options, &worlds, pictures.get(), saver ? &*saver : nullptr);
+  if (log) log->Finish();
   if (saver && CaughtSignal() == 0 && !saver->IsDone()) return saver->TellTooEarlyAnEnd(worlds);
   return Finish(options, report, worlds);
 }
 
 int Main(int argc, char* argv[]) {
   KeepStandardFiles();
-  const Options options = ParseOptions(argc, argv);
+  Options options = ParseOptions(argc, argv);
   switch (options.action) {
     case Options::Action::kHelp:
       PrintWhole(kHelpText);
@@ -91,17 +107,18 @@ int Main(int argc, char* argv[]) {
     case Options::Action::kRun:
       break;
   }
+  ShowMessages();
+  const std::unique_ptr<ReplayRun> replay = ReplayRun::Open(&options);
   World::run_options = options.run;  // before Init(), which seeds the random numbers
   // The library leaves the C library's generators alone; controllers of old use them.
   srand48(static_cast<long>(options.run.seed));
   srandom(static_cast<unsigned>(options.run.seed));
   World::ctrlargs = options.controller_args;
-  ShowMessages();
   Init(&argc, &argv);
   if (options.action == Options::Action::kExplain) return Explain(options);
   if (options.action == Options::Action::kExplainRay) return ExplainRay(options);
   if (options.action == Options::Action::kBudget) return TellBudget(options);
-  return Run(options);
+  return Run(options, replay.get());
 }
 
 void Complain(const std::string& text, const char* advice = "") {

@@ -47,6 +47,10 @@ enum Id : int {
   kScreenshot,
   kRecord,
   kSize,
+  kLog,
+  kLogEvery,
+  kLogModels,
+  kLogCompression,
   kFromSnapshot,
   kSaveSnapshot,
   kBudget,
@@ -73,6 +77,10 @@ constexpr option kLongOptions[] = {
     {"gui", optional_argument, nullptr, kGui},
     {"help", optional_argument, nullptr, kHelp},
     {"live", optional_argument, nullptr, kLive},
+    {"log", required_argument, nullptr, kLog},
+    {"log-compression", required_argument, nullptr, kLogCompression},
+    {"log-every", required_argument, nullptr, kLogEvery},
+    {"log-models", required_argument, nullptr, kLogModels},
     {"no-batch", no_argument, nullptr, kNoBatch},
     {"no-controllers", no_argument, nullptr, kNoControllers},
     {"no-progress", no_argument, nullptr, kNoProgress},
@@ -164,6 +172,37 @@ void ParseSize(const std::string& text, offscreen::Orders* orders) {
   orders->height = *height;
 }
 
+recording::Compression ParseCompression(const std::string& text) {
+  using recording::Compression;
+  for (const Compression compression :
+       {Compression::kNone, Compression::kLz4, Compression::kZstd}) {
+    const bool none = compression == Compression::kNone;
+    if (text != (none ? "none" : recording::NameOf(compression))) continue;
+    if (!recording::IsAvailable(compression))
+      throw UsageError("--log-compression: this program was built without " + text);
+    return compression;
+  }
+  Refuse(kLogCompression, "none, lz4 or zstd", text);
+}
+
+usec_t ParseLogInterval(const std::string& text) {
+  const double seconds = ParseWithin(kLogEvery, 1e-6, kLongestDuration,
+                                     "simulated seconds, from 0.000001 to 1e12", text);
+  return static_cast<usec_t>(std::llround(seconds * 1e6));
+}
+
+/// NAME,NAME
+std::vector<std::string> ParseNames(int id, const std::string& text) {
+  std::vector<std::string> names;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    if (end == begin) Refuse(id, "names with a comma between them", text);
+    names.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return names;
+}
+
 uint64_t ParseSeed(const std::string& text) {
   const std::optional<uint64_t> seed = ParseNumber<uint64_t>(text);
   if (!seed) Refuse(kSeed, "a whole number, from 0 to 18446744073709551615", text);
@@ -195,7 +234,11 @@ std::string UnknownLongOption(const std::string& given) {
 
 class Parser {
  public:
-  Parser(int argc, char* argv[]) : arguments_(argv, argv + argc) { arguments_.push_back(nullptr); }
+  Parser(int argc, char* argv[]) : arguments_(argv, argv + argc) {
+    options_.replay = argc > 1 && std::string_view(argv[1]) == "replay";
+    if (options_.replay) arguments_.erase(arguments_.begin() + 1);
+    arguments_.push_back(nullptr);
+  }
 
   Options Parse() {
     const int count = static_cast<int>(arguments_.size()) - 1;
@@ -208,6 +251,8 @@ class Parser {
     }
     for (int i = optind; i < count; i++)
       options_.worldfiles.push_back(arguments_[static_cast<size_t>(i)]);
+    if (log_option_ != 0 && options_.log.file.empty())
+      throw UsageError(NameOf(log_option_) + " is for --log");
     return options_;
   }
 
@@ -278,6 +323,22 @@ class Parser {
       case kRecord:
         if (value.empty()) Refuse(kRecord, "the name of a folder", value);
         options_.pictures.folder = value;
+        break;
+      case kLog:
+        if (value.empty()) Refuse(kLog, "the name of a file", value);
+        options_.log.file = value;
+        break;
+      case kLogEvery:
+        options_.log.every = ParseLogInterval(value);
+        log_option_ = id;
+        break;
+      case kLogModels:
+        options_.log.robots = ParseNames(id, value);
+        log_option_ = id;
+        break;
+      case kLogCompression:
+        options_.log.compression = ParseCompression(value);
+        log_option_ = id;
         break;
       case kFromSnapshot:
         if (value.empty()) Refuse(kFromSnapshot, "the name of a file", value);
@@ -362,6 +423,7 @@ class Parser {
 
   std::vector<char*> arguments_;  // a copy: getopt sorts it
   Options options_;
+  int log_option_ = 0;  // one that says how to log
 };
 
 bool LoadsWorlds(const Options& options) {
@@ -435,6 +497,7 @@ void CheckOutputs(const Options& options) {
   std::vector<std::pair<int, std::string>> outputs;
   if (!options.stats_file.empty() && options.stats_file != "-")
     outputs.emplace_back(kStats, options.stats_file);
+  if (!options.log.file.empty()) outputs.emplace_back(kLog, options.log.file);
   if (!options.pictures.folder.empty()) outputs.emplace_back(kRecord, options.pictures.folder);
   for (const offscreen::Orders::Shot& shot : options.pictures.shots)
     outputs.emplace_back(kScreenshot, shot.file);
@@ -445,6 +508,17 @@ void CheckOutputs(const Options& options) {
     if (!places.insert(files::PlaceOf(name)).second)
       Refuse(id, "a name that no other output has", name);
   }
+}
+
+/// A replay shows one log, and nothing that a run would do.
+void CheckReplay(const Options& options) {
+  if (!options.replay) return;
+  if (options.worldfiles.size() != 1)
+    throw UsageError("replay: found " + std::to_string(options.worldfiles.size()) +
+                     " files, expected one: a log that --log has written");
+  if (options.action != Options::Action::kRun || !options.log.file.empty() ||
+      !options.first_snapshot.empty() || options.snapshot)
+    throw UsageError("replay: found an option of runs, expected those of what you see alone");
 }
 
 /// Worlds are what a run is about; other actions need none.
@@ -461,7 +535,9 @@ Options ParseOptions(int argc, char* argv[]) {
   if (options.action == Options::Action::kHelp || options.action == Options::Action::kVersion)
     return options;
   CheckOutputs(options);
+  CheckReplay(options);
   CheckWorlds(options);
+  if (!options.log.file.empty()) RequireOneWorld(options, NameOf(kLog));
   if (options.action == Options::Action::kBudget) RequireOneWorld(options, NameOf(kBudget));
   if (options.action == Options::Action::kLive)
     RequireOneWorld(options, NameOf(options.foxglove ? kFoxglove : kLive));

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gui/offscreen/pictures.hh"
+#include "recording/recorder.hh"
 #include "stage.hh"
 
 namespace Stg::program {
@@ -19,6 +20,7 @@ struct Options {
   enum class Action { kRun, kExplain, kExplainRay, kBudget, kLive, kHelp, kVersion, kListDevices };
 
   Action action = Action::kRun;
+  bool replay = false;  ///< the only file is no world but a log
   bool no_gui = false;
   std::string tags;             ///< of the options before: "[GUI disabled]", in their order
   std::string controller_args;  ///< the text of --args
@@ -35,6 +37,7 @@ struct Options {
     usec_t time;
   };
   std::optional<SnapshotOrder> snapshot;  ///< of --save-snapshot
+  recording::LogOptions log;              ///< its file empty: none
   bool explain_as_json = false;           ///< with kExplain; otherwise as a text
   std::optional<bool> progress;           ///< unset: shown where somebody is likely to look
   offscreen::Orders pictures;             ///< their times are known once all options are

@@ -30,7 +30,7 @@ World* WithoutWindow(const std::string& reason) {
 
 }  // namespace
 
-World* OpenWindow(const Options& options) {
+World* OpenWindow(const Options& options, ReplayRun* replay) {
   if (options.no_gui || options.worldfiles.empty()) return nullptr;
   std::string message;
   if (!HasDisplay()) return WithoutWindow("no display for a window");
@@ -44,6 +44,8 @@ World* OpenWindow(const Options& options) {
   WindowRequest request;
   request.caption = "Stage";
   request.ends_at_quit_time = options.run.duration > 0;
+  if (replay)
+    request.skip = [replay](World& world, double seconds) { replay->Skip(&world, seconds); };
   World* world = make(&request, &message);
   if (!world) throw WindowError(message, kFailure);
   return world;

@@ -10,6 +10,7 @@
 
 #include "stage.hh"
 #include "stage/options.hh"
+#include "stage/replay.hh"
 
 namespace Stg::program {
 
@@ -24,7 +25,8 @@ class WindowError : public std::runtime_error {
 
 /// A world with a window, if the options and the machine are for one. Null otherwise, with a line
 /// on standard error if it was wanted: then the run goes on without. Throws WindowError.
-World* OpenWindow(const Options& options);
+/// `replay`: what the window shows, or null.
+World* OpenWindow(const Options& options, ReplayRun* replay);
 
 /// Runs the world until its window is closed, all is to end, or a signal comes.
 void RunWindow(World* world);

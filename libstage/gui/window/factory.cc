@@ -9,5 +9,8 @@ extern "C" Stg::World* stage_make_window(const Stg::WindowRequest* request, std:
   if (!message->empty()) return nullptr;
   auto* world = new Stg::WorldGui(request->width, request->height, request->caption);
   world->parts().ends_at_quit_time = request->ends_at_quit_time;
+  if (request->skip)
+    world->parts().menu.AddSkips(
+        [world, skip = request->skip](double seconds) { skip(*world, seconds); });
   return world;
 }

@@ -5,6 +5,7 @@
 #ifndef STAGE_GUI_WINDOW_FACTORY_HH
 #define STAGE_GUI_WINDOW_FACTORY_HH
 
+#include <functional>
 #include <string>
 
 namespace Stg {
@@ -15,6 +16,8 @@ struct WindowRequest {
   int width = 400, height = 300;  ///< pixels, menu bar included
   const char* caption = nullptr;
   bool ends_at_quit_time = false;  ///< otherwise the world pauses there
+  /// Goes so many simulated seconds on, or back; empty: the world can't.
+  std::function<void(World&, double seconds)> skip;
 };
 
 }  // namespace Stg

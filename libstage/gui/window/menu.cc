@@ -92,6 +92,12 @@ void Menu::AddRunMenu() {
   Add("Run/Fast", "}", [this] { parts_.SetSpeed(-1); });
 }
 
+void Menu::AddSkips(const std::function<void(double)>& skip) {
+  constexpr double kSeconds = 10;
+  Add("Run/Back 10 s", "<", [skip] { skip(-kSeconds); });
+  Add("Run/On 10 s", ">", [skip] { skip(kSeconds); });
+}
+
 void Menu::AddHelpMenu() {
   Add(
       "&Help/Getting help...", "", [] { ShowHelp(); }, FL_MENU_DIVIDER);

@@ -31,6 +31,9 @@ class Menu {
   /// Whether the key just pressed was one of its shortcuts; then what it stands for is done.
   bool HandleShortcut();
 
+  /// For worlds that can go to another time: `skip` takes simulated seconds, negative ones back.
+  void AddSkips(const std::function<void(double)>& skip);
+
  private:
   void Add(const char* path, const char* shortcut, std::function<void()> action, int flags = 0);
   void AddFileMenu();

@@ -47,6 +47,7 @@ class ModelPosition : public Model {
   /// At once and unclipped; overwritten at the next update.
   void SetVelocity(const Velocity& val);
   Velocity GetGlobalVelocity() const;
+  LocalizationMode GetLocalizationMode() const { return localization_mode; }
   void SetGlobalVelocity(const Velocity& gvel);
 
   /// Relative errors of the odometry along x, y and about z; z is not used.

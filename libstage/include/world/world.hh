@@ -315,6 +315,9 @@ class World : public Ancestor {
   /// as they are. False, with a message, and the world as it was, if the models or their callbacks
   /// don't fit.
   bool Restore(const Snapshot& from);
+  /// Sets the clock, for those who show what another run has recorded: nothing that was planned
+  /// happens any more, so models no longer update by themselves. Between steps.
+  void ShowTime(usec_t time);
   /// From now on random numbers are others: what they are follows from this seed and from the
   /// state. The world's seed is this one then. Between steps.
   void Reseed(uint64_t seed);

@@ -156,6 +156,13 @@ class Worldfile {
   /// As it was when it was read, without reading it again.
   std::unique_ptr<Worldfile> Copy() const;
 
+  /// The texts that it was read from: the world file's first, then those of what it includes. The
+  /// name is the path that was opened.
+  struct Text {
+    std::string name, text;
+  };
+  std::vector<Text> Texts() const;
+
   /// As given to Load; if the file came from STAGEPATH, the path where it was found.
   std::string filename;
   double unit_length;  ///< metres in one unit of length of the file

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "recording/chunk_writer.hh"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "messages/report.hh"
+
+namespace Stg::recording {
+
+namespace {
+
+bool IsLog(std::string_view beginning) { return beginning.starts_with(kMagic); }
+
+uint32_t Crc(std::string_view bytes) {
+  return static_cast<uint32_t>(
+      crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+std::string WhyNotWritten(const std::string& name, int error) {
+  return "--log: " + messages::Quoted(name) + " can't be written: " +
+         (error == EEXIST ? "it is there, and no MCAP file" : std::strerror(error));
+}
+
+}  // namespace
+
+void Chunk::Clear() {
+  records.Clear();
+  messages.clear();
+  start = ~uint64_t{0};
+  end = 0;
+}
+
+ChunkWriter::ChunkWriter(const std::string& name, Compression compression)
+    : name_(name),
+      compression_(compression),
+      compressor_(compression),
+      chunk_indexes_(std::filesystem::path(files::PlaceOf(name)).parent_path().string()) {
+  if (const int error = file_.Open(name, IsLog); error != 0)
+    throw std::runtime_error(WhyNotWritten(name, error));
+  try {
+    thread_ = std::thread(&ChunkWriter::Work, this);
+  } catch (const std::system_error&) {
+    // Then whoever hands over a chunk does the work.
+  }
+}
+
+ChunkWriter::~ChunkWriter() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stop_ = true;
+  }
+  work_.notify_one();
+  thread_.join();
+}
+
+std::unique_ptr<Chunk> ChunkWriter::Spare() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (spare_.empty()) return std::make_unique<Chunk>();
+  std::unique_ptr<Chunk> chunk = std::move(spare_.back());
+  spare_.pop_back();
+  chunk->Clear();
+  return chunk;
+}
+
+void ChunkWriter::Hand(std::unique_ptr<Chunk> chunk) {
+  if (!thread_.joinable()) {
+    Write(*chunk);
+    spare_.push_back(std::move(chunk));
+    return;
+  }
+  std::unique_lock<std::mutex> lock(mutex_);
+  done_.wait(lock, [this] { return waiting_.size() < kMostWaiting; });
+  waiting_.push_back(std::move(chunk));
+  work_.notify_one();
+}
+
+void ChunkWriter::Finish() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  done_.wait(lock, [this] { return waiting_.empty() && !busy_; });
+}
+
+std::string ChunkWriter::problem() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return problem_;
+}
+
+void ChunkWriter::Fail(const std::string& what) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (problem_.empty()) problem_ = what;
+}
+
+void ChunkWriter::Work() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  for (;;) {
+    work_.wait(lock, [this] { return stop_ || !waiting_.empty(); });
+    if (waiting_.empty()) return;
+    std::unique_ptr<Chunk> chunk = std::move(waiting_.front());
+    waiting_.pop_front();
+    busy_ = true;
+    const bool good = problem_.empty();
+    lock.unlock();
+    done_.notify_one();
+    try {
+      if (good) Write(*chunk);
+    } catch (const std::exception& error) {  // out of memory
+      Fail("--log: " + messages::Quoted(name_) + ": " + error.what());
+    }
+    lock.lock();
+    spare_.push_back(std::move(chunk));
+    busy_ = false;
+    done_.notify_one();
+  }
+}
+
+void ChunkWriter::Append(std::string_view part) {
+  if (!problem().empty()) return;
+  if (const int error = file_.Append(part); error != 0) Fail(WhyNotWritten(name_, error));
+}
+
+void ChunkWriter::Close() {
+  if (const int error = file_.Close(); error != 0) Fail(WhyNotWritten(name_, error));
+}
+
+/// The chunk and its indexes in one go, so that a file that can't grow any more ends with whole
+/// ones.
+void ChunkWriter::Write(const Chunk& chunk) {
+  const std::string_view plain = chunk.records.view();
+  const std::string_view name = NameOf(compression_);
+  part_.Clear();
+  part_.Put(static_cast<uint8_t>(Op::kChunk));
+  part_.Put(uint64_t{0});
+  part_.Put(chunk.start);
+  part_.Put(chunk.end);
+  part_.Put(uint64_t{plain.size()});
+  part_.Put(Crc(plain));
+  part_.PutText(name);
+  const size_t length_place = part_.size();
+  part_.Put(uint64_t{0});
+  const size_t packed_start = part_.size();
+  compressor_.Pack(plain, &part_);
+  const uint64_t packed_size = part_.size() - packed_start;
+  part_.Set(length_place, packed_size);
+  part_.Set(1, uint64_t{part_.size() - kRecordHead});
+
+  const uint64_t length = part_.size();
+  PutMessageIndexes(chunk);
+  KeepChunkIndex(chunk, length, packed_size);
+  Append(part_.view());
+  totals_.count++;
+  totals_.start = std::min(totals_.start, chunk.start);
+  totals_.end = std::max(totals_.end, chunk.end);
+}
+
+/// One for each channel that has messages in the chunk; sorted by counting.
+void ChunkWriter::PutMessageIndexes(const Chunk& chunk) {
+  index_places_.clear();
+  places_of_.assign(kMostChannels + 1, 0);
+  for (const Chunk::Entry& entry : chunk.messages) places_of_[entry.channel]++;
+  uint32_t begin = 0;
+  std::vector<uint32_t>& ends = places_of_;
+  for (uint32_t& count : ends) begin += std::exchange(count, begin);
+  sorted_.resize(chunk.messages.size());
+  for (const Chunk::Entry& entry : chunk.messages) sorted_[ends[entry.channel]++] = entry;
+
+  constexpr uint32_t kEntrySize = 16;
+  for (size_t i = 0; i < sorted_.size();) {
+    const uint16_t channel = sorted_[i].channel;
+    const uint32_t count = ends[channel] - static_cast<uint32_t>(i);
+    index_places_.emplace_back(channel, file_.size() + part_.size());
+    part_.Put(static_cast<uint8_t>(Op::kMessageIndex));
+    part_.Put(uint64_t{2 + 4 + kEntrySize * count});
+    part_.Put(channel);
+    part_.Put(kEntrySize * count);
+    for (; i < ends[channel]; i++) {
+      part_.Put(sorted_[i].time);
+      part_.Put(sorted_[i].offset);
+    }
+  }
+}
+
+/// For the summary. The chunk and its message indexes are ready to be written.
+void ChunkWriter::KeepChunkIndex(const Chunk& chunk, uint64_t length, uint64_t packed_size) {
+  constexpr uint32_t kPlaceSize = 10;
+  Buffer& to = chunk_index_;
+  to.Clear();
+  to.Put(static_cast<uint8_t>(Op::kChunkIndex));
+  to.Put(uint64_t{0});
+  for (const uint64_t number : {chunk.start, chunk.end, file_.size(), length}) to.Put(number);
+  to.Put(kPlaceSize * static_cast<uint32_t>(index_places_.size()));
+  for (const auto& [channel, offset] : index_places_) {
+    to.Put(channel);
+    to.Put(offset);
+  }
+  to.Put(uint64_t{part_.size() - length});
+  to.PutText(NameOf(compression_));
+  to.Put(packed_size);
+  to.Put(uint64_t{chunk.records.size()});
+  to.Set(1, uint64_t{to.size() - kRecordHead});
+  chunk_indexes_.Add(to.view());
+}
+
+void ChunkWriter::ReadChunkIndexes(const std::function<void(std::string_view)>& take) {
+  if (const int error = chunk_indexes_.ReadBack(take); error != 0)
+    Fail(WhyNotWritten(name_, error));
+}
+
+}  // namespace Stg::recording

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Topics of ROS 2 in an MCAP file.
+
+#ifndef STAGE_RECORDING_LOG_WRITER_HH
+#define STAGE_RECORDING_LOG_WRITER_HH
+
+#include <map>
+#include <string>
+#include <unordered_map>
+
+#include "recording/mcap_writer.hh"
+#include "recording/ros_messages.hh"
+
+namespace Stg::recording {
+
+class LogWriter {
+ public:
+  LogWriter(const std::string& file, Compression compression);
+
+  /// Each topic is written down once. `latched`: who subscribes later gets the last message too.
+  uint16_t Channel(const std::string& topic, MessageType (*type)(), bool latched = false);
+  /// A message that was put into bytes already.
+  void Add(uint16_t channel, usec_t time, const Buffer& message);
+  McapWriter& mcap() { return mcap_; }
+
+ private:
+  McapWriter mcap_;
+  std::map<std::string, uint16_t> schemas_;
+  std::unordered_map<std::string, uint16_t> channels_;
+};
+
+}  // namespace Stg::recording
+
+#endif

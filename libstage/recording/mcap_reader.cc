@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "recording/mcap_reader.hh"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "messages/report.hh"
+#include "recording/compression.hh"
+
+namespace Stg::recording {
+
+namespace {
+
+constexpr uint64_t kLargestChunk = 1 << 30;  // unpacked
+
+uint32_t Crc(std::string_view bytes) {
+  return static_cast<uint32_t>(
+      crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+}  // namespace
+
+Message MessageOf(std::string_view fields) {
+  FieldReader from(fields);
+  Message message = {};
+  message.channel = from.Get<uint16_t>();
+  from.Get<uint32_t>();
+  message.time = from.Get<uint64_t>();
+  from.Get<uint64_t>();
+  if (from.is_good()) message.data = from.left();
+  return message;
+}
+
+McapReader::McapReader(const std::string& file) : name_(file) {
+  file_ = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat about = {};
+  if (file_ < 0 || fstat(file_, &about) != 0) Fail(std::strerror(errno));
+  try {
+    if (!S_ISREG(about.st_mode)) Fail("found a special file, expected an MCAP file");
+    size_ = static_cast<uint64_t>(about.st_size);
+    Scan();
+  } catch (...) {
+    close(file_);
+    throw;
+  }
+}
+
+McapReader::~McapReader() { close(file_); }
+
+void McapReader::Fail(const std::string& what) const {
+  throw std::runtime_error(messages::Shortened(name_, messages::kLongestDetail) + ": " + what);
+}
+
+const std::map<std::string, std::string>& McapReader::metadata(const std::string& name) const {
+  static const std::map<std::string, std::string> none;
+  const auto found = metadata_.find(name);
+  return found == metadata_.end() ? none : found->second;
+}
+
+void McapReader::ReadBytes(uint64_t offset, uint64_t size, Buffer* to) const {
+  to->Clear();
+  uint8_t* room = to->Extend(static_cast<size_t>(size));
+  while (size > 0) {
+    const ssize_t count = pread(file_, room, static_cast<size_t>(size), static_cast<off_t>(offset));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) Fail(std::strerror(errno));
+    if (count == 0) Fail("the file has become shorter while it was read");
+    room += count;
+    offset += static_cast<uint64_t>(count);
+    size -= static_cast<uint64_t>(count);
+  }
+}
+
+void McapReader::Scan() {
+  Buffer head;
+  ReadBytes(0, std::min<uint64_t>(size_, kMagic.size()), &head);
+  if (head.view() != kMagic) Fail("found something else, expected an MCAP file");
+  for (uint64_t at = kMagic.size(); ends_early_ && size_ - at >= kRecordHead;) {
+    ReadBytes(at, kRecordHead, &head);
+    FieldReader fields(head.view());
+    const auto op = static_cast<Op>(fields.Get<uint8_t>());
+    const auto length = fields.Get<uint64_t>();
+    at += kRecordHead;
+    if (length > size_ - at) return;
+    Take(op, at, length);
+    at += length;
+  }
+}
+
+void McapReader::Take(Op op, uint64_t offset, uint64_t length) {
+  if (op == Op::kDataEnd) ends_early_ = false;
+  if (op == Op::kChunk) return TakeChunk(offset, length);
+  const bool wanted =
+      op == Op::kAttachment || op == Op::kMetadata || op == Op::kSchema || op == Op::kChannel;
+  if (!wanted) return;
+  Buffer fields;
+  ReadBytes(offset, length, &fields);
+  if (op == Op::kAttachment)
+    TakeAttachment(fields.view());
+  else if (op == Op::kMetadata)
+    TakeMetadata(fields.view());
+  else
+    TakeNames(op, fields.view());
+}
+
+void McapReader::TakeAttachment(std::string_view fields) {
+  FieldReader from(fields);
+  from.Get<uint64_t>();
+  from.Get<uint64_t>();
+  const std::string name(from.GetText());
+  from.GetText();
+  const std::string content(from.GetLongText());
+  const size_t checked = fields.size() - from.left().size();
+  const auto crc = from.Get<uint32_t>();
+  if (!from.is_good() || (crc != 0 && crc != Crc(fields.substr(0, checked))))
+    Fail("the attachment " + messages::Quoted(name) + " is damaged");
+  attachments_.emplace_back(name, content);
+}
+
+void McapReader::TakeMetadata(std::string_view fields) {
+  FieldReader from(fields);
+  std::map<std::string, std::string>& texts = metadata_[std::string(from.GetText())];
+  FieldReader map(from.GetText());
+  while (map.is_good() && !map.left().empty()) {
+    const std::string key(map.GetText());
+    texts[key] = std::string(map.GetText());
+  }
+  if (!from.is_good() || !map.is_good()) Fail("a record of metadata is damaged");
+}
+
+void McapReader::TakeNames(Op op, std::string_view fields) {
+  FieldReader from(fields);
+  const auto id = from.Get<uint16_t>();
+  if (op == Op::kSchema) {
+    types_[id] = std::string(from.GetText());
+  } else {
+    const auto schema = from.Get<uint16_t>();
+    channels_[id] = {std::string(from.GetText()), types_[schema]};
+  }
+  if (!from.is_good()) Fail("a schema or a channel is damaged");
+}
+
+void McapReader::TakeChunk(uint64_t offset, uint64_t length) {
+  Buffer fields, records;
+  ReadBytes(offset, length, &fields);
+  Unpack(fields.view(), offset, &records);
+  bool good = true;
+  const bool whole = ForEachRecord(records.view(), [&](Op op, std::string_view record) {
+    if (op == Op::kSchema || op == Op::kChannel) TakeNames(op, record);
+    if (op == Op::kMessage) good = good && MessageOf(record).data.data() != nullptr;
+  });
+  if (!whole || !good)
+    Fail("the chunk at byte " + std::to_string(offset) + " is damaged: its records are not whole");
+  FieldReader from(fields.view());
+  const auto start = from.Get<uint64_t>(), end = from.Get<uint64_t>();
+  chunks_.push_back({start, end, offset, length});
+}
+
+void McapReader::Unpack(std::string_view fields, uint64_t offset, Buffer* records) const {
+  FieldReader from(fields);
+  from.Get<uint64_t>();
+  from.Get<uint64_t>();
+  const auto size = from.Get<uint64_t>();
+  const auto crc = from.Get<uint32_t>();
+  const std::string_view compression = from.GetText();
+  const std::string_view packed = from.GetLongText();
+  std::string problem;
+  if (!from.is_good())
+    problem = "its head is not whole";
+  else if (size > kLargestChunk)
+    problem = "found " + std::to_string(size) + " bytes in it, expected a gigabyte at most";
+  else
+    problem = recording::Unpack(packed, compression, static_cast<size_t>(size), records);
+  if (problem.empty() && crc != 0 && crc != Crc(records->view())) problem = "its checksum is wrong";
+  if (!problem.empty())
+    Fail("the chunk at byte " + std::to_string(offset) + " is damaged: " + problem);
+}
+
+void McapReader::Read(const Chunk& chunk, Buffer* records) const {
+  Buffer fields;
+  ReadBytes(chunk.offset, chunk.length, &fields);
+  records->Clear();
+  Unpack(fields.view(), chunk.offset, records);
+}
+
+}  // namespace Stg::recording

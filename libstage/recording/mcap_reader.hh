@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Reads MCAP files, such as are not whole too. All is checked when the file is opened; then chunks
+// are read again as they are wanted.
+
+#ifndef STAGE_RECORDING_MCAP_READER_HH
+#define STAGE_RECORDING_MCAP_READER_HH
+
+#include <cstdint>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recording/buffer.hh"
+#include "recording/mcap_format.hh"
+
+namespace Stg::recording {
+
+/// Takes fields from the front of a record. What is not there is 0 or empty, and is_good() is false
+/// from then on.
+class FieldReader {
+ public:
+  explicit FieldReader(std::string_view fields) : left_(fields) {}
+
+  template <typename T>
+  T Get() {
+    T value = 0;
+    const std::string_view bytes = Take(sizeof value);
+    if (good_) std::memcpy(&value, bytes.data(), sizeof value);
+    return value;
+  }
+  std::string_view GetText() { return Take(Get<uint32_t>()); }
+  std::string_view GetLongText() { return Take(Get<uint64_t>()); }
+  std::string_view left() const { return left_; }
+  bool is_good() const { return good_; }
+
+ private:
+  std::string_view Take(uint64_t size) {
+    good_ = good_ && size <= left_.size();
+    if (!good_) return {};
+    const std::string_view bytes = left_.substr(0, static_cast<size_t>(size));
+    left_.remove_prefix(bytes.size());
+    return bytes;
+  }
+
+  std::string_view left_;
+  bool good_ = true;
+};
+
+struct Message {
+  uint16_t channel;
+  uint64_t time;  // ns
+  std::string_view data;
+};
+
+/// Calls f(Op, std::string_view fields) for each record; false if the last one is not whole.
+template <typename F>
+bool ForEachRecord(std::string_view records, F f) {
+  while (!records.empty()) {
+    FieldReader head(records);
+    const auto op = static_cast<Op>(head.Get<uint8_t>());
+    const std::string_view fields = head.GetLongText();
+    if (!head.is_good()) return false;
+    f(op, fields);
+    records = head.left();
+  }
+  return true;
+}
+
+/// Null data if the record is none.
+Message MessageOf(std::string_view fields);
+
+class McapReader {
+ public:
+  struct Channel {
+    std::string topic, type;
+  };
+  struct Chunk {
+    uint64_t start, end;      // ns
+    uint64_t offset, length;  // of its fields in the file
+  };
+
+  /// Throws std::runtime_error, one line that names the file, if it is none or is damaged. One that
+  /// ends early is good up to its last whole record.
+  explicit McapReader(const std::string& file);
+  ~McapReader();
+  McapReader(const McapReader&) = delete;
+  McapReader& operator=(const McapReader&) = delete;
+
+  bool ends_early() const { return ends_early_; }
+  const std::map<uint16_t, Channel>& channels() const { return channels_; }
+  const std::vector<Chunk>& chunks() const { return chunks_; }
+  /// In the order of the file.
+  const std::vector<std::pair<std::string, std::string>>& attachments() const {
+    return attachments_;
+  }
+  /// Empty if there is none of that name.
+  const std::map<std::string, std::string>& metadata(const std::string& name) const;
+  /// The records of a chunk, unpacked.
+  void Read(const Chunk& chunk, Buffer* records) const;
+
+ private:
+  [[noreturn]] void Fail(const std::string& what) const;
+  void ReadBytes(uint64_t offset, uint64_t size, Buffer* to) const;
+  void Scan();
+  void Take(Op op, uint64_t offset, uint64_t length);
+  void TakeChunk(uint64_t offset, uint64_t length);
+  void TakeAttachment(std::string_view fields);
+  void TakeMetadata(std::string_view fields);
+  void TakeNames(Op op, std::string_view fields);
+  void Unpack(std::string_view fields, uint64_t offset, Buffer* records) const;
+
+  const std::string name_;
+  int file_ = -1;
+  uint64_t size_ = 0;
+  bool ends_early_ = true;
+  std::map<uint16_t, std::string> types_;
+  std::map<uint16_t, Channel> channels_;
+  std::vector<Chunk> chunks_;
+  std::vector<std::pair<std::string, std::string>> attachments_;
+  std::map<std::string, std::map<std::string, std::string>> metadata_;
+};
+
+}  // namespace Stg::recording
+
+#endif

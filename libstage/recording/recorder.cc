@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "recording/recorder.hh"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "messages/report.hh"
+#include "recording/log_writer.hh"
+#include "recording/occupancy_map.hh"
+#include "recording/pose_watch.hh"
+#include "recording/robots.hh"
+#include "recording/update_watch.hh"
+#include "recording/world_files.hh"
+#include "stage_config.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+
+namespace Stg::recording {
+
+namespace {
+
+const std::string kMapFrame = "map";
+
+struct LoggedScan {
+  LoggedScan(const ScanSource& of, usec_t interval) : source(of), maker(of.frame, interval) {}
+  ScanSource source;
+  ScanMaker maker;
+  int channel = -1;
+  usec_t written = 0;  // the update that was written last
+};
+
+/// Updates come with steps.
+usec_t TimeBetweenUpdates(const Model& model) {
+  const usec_t step = model.GetWorld()->sim_interval;
+  return std::max<usec_t>(1, (model.GetUpdateInterval() + step - 1) / step) * step;
+}
+
+struct LoggedRobot {
+  explicit LoggedRobot(const Robot& of)
+      : robot(of),
+        odometry(of.odom_frame, of.footprint_frame),
+        truth(kMapFrame, of.footprint_frame) {
+    for (const ScanSource& scan : of.scans)
+      scans.emplace_back(scan, TimeBetweenUpdates(*scan.ranger));
+  }
+  /// What was written of it is written.
+  void GoOnLike(const LoggedRobot& before) {
+    is_new = before.is_new;
+    updated = before.updated;
+    last_pose = before.last_pose;
+    for (size_t i = 0; i < std::min(scans.size(), before.scans.size()); i++)
+      if (scans[i].source.topic == before.scans[i].source.topic)
+        scans[i].written = before.scans[i].written;
+  }
+  Robot robot;
+  OdometryMaker odometry, truth;
+  std::vector<LoggedScan> scans;
+  int odometry_channel = -1, truth_channel = -1;
+  usec_t updated = 0;      // when its odometry was made that is to be written, or was last
+  bool is_new = true;      // nothing of it is written yet
+  bool is_due = false;     // it is to be written in this step
+  Pose last_pose, origin;  // global; of its odometry's frame
+};
+
+/// The origin of the frame of its odometry: that of the world, if a GPS says where it is.
+Pose OriginOf(const ModelPosition& position) {
+  return position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS ? Pose()
+                                                                           : position.est_origin;
+}
+
+Velocity TrueVelocity(const ModelPosition& position) {
+  return position.Stalled() || !position.IsEnabled() ? Velocity() : position.GetVelocity();
+}
+
+}  // namespace
+
+class Recorder::Impl : public std::enable_shared_from_this<Impl> {
+ public:
+  explicit Impl(const LogOptions& options)
+      : options_(options), log_(options.file, options.compression) {}
+
+  void Attach(World* world);
+  void Finish();
+
+ private:
+  void Arm();
+  void AfterStep();
+  void AddFiles();
+  void AddMap();
+  void FindRobots();
+  void CheckRobots() const;
+  bool IsWanted(const Robot& robot) const;
+  void WriteAll();
+  void ChooseDueRobots();
+  void WriteTransforms();
+  void WriteFixedTransforms();
+  void WriteOdometry(LoggedRobot* robot);
+  void WriteScans(LoggedRobot* robot);
+  bool IsDue(const LoggedScan& scan) const;
+  void WritePoses();
+
+  LogOptions options_;
+  LogWriter log_;
+  World* world_ = nullptr;
+  uint64_t life_ = 0, family_ = 0;
+  usec_t now_ = 0, next_ = 0;
+  bool ended_ = false;
+  std::vector<LoggedRobot> robots_;
+  bool fixed_changed_ = true;  // transforms of /tf_static
+  UpdateWatch updates_;
+  PoseWatch poses_;
+  std::vector<Transform> transforms_;
+  Buffer message_;
+};
+
+// ---- the run ------------------------------------------------------------------------------------
+
+void Recorder::Impl::Attach(World* world) {
+  world_ = world;
+  life_ = world->engine().life;
+  now_ = world->SimTimeNow();
+  next_ = now_ + options_.every;
+  AddFiles();
+  FindRobots();
+  CheckRobots();
+  WriteAll();
+  AddMap();
+  Arm();
+}
+
+/// A callback that is asked for anew after each step is none of the world's state.
+void Recorder::Impl::Arm() {
+  world_->CallAfterStep([weak = weak_from_this()](World&) {
+    if (const std::shared_ptr<Impl> self = weak.lock()) self->AfterStep();
+  });
+}
+
+void Recorder::Impl::AfterStep() {
+  if (ended_) return;
+  WorldEngine& engine = world_->engine();
+  now_ = world_->SimTimeNow();
+  updates_.Look(&engine.scheduler, now_);
+  if (now_ >= next_) {
+    if (engine.family_changes != family_) FindRobots();
+    WriteAll();
+    while (options_.every > 0 && next_ <= now_) next_ += options_.every;
+  }
+  if (log_.mcap().problem().empty())
+    Arm();
+  else
+    world_->Quit();
+}
+
+void Recorder::Impl::Finish() {
+  if (world_ && (!World::Exists(world_) || world_->engine().life != life_))
+    messages::Warn("the log ends at " + std::to_string(static_cast<double>(now_) / 1e6) +
+                   " s, as its world was unloaded");
+  ended_ = true;
+  log_.mcap().Finish();
+  if (const std::string problem = log_.mcap().problem(); !problem.empty())
+    throw std::runtime_error(problem);
+}
+
+// ---- what is written once -----------------------------------------------------------------------
+
+void Recorder::Impl::AddFiles() {
+  const std::vector<WorldFile> files = FilesOf(world_);
+  McapWriter::Texts about = {{"version", kVersion},
+                             {"seed", std::to_string(world_->seed())},
+                             {"interval_us", std::to_string(world_->sim_interval)}};
+  if (!files.empty()) about["world"] = files[0].name;
+  log_.mcap().AddMetadata("stage", about);
+  for (const WorldFile& file : files)
+    log_.mcap().AddAttachment(file.name, "application/octet-stream", file.content);
+}
+
+void Recorder::Impl::AddMap() {
+  const OccupancyMap map = MapOf(world_->engine().models, 1 / world_->Resolution());
+  if (map.cells.empty()) return;
+  message_.Clear();
+  PutOccupancyGrid(map, now_, &message_);
+  log_.Add(log_.Channel("/map", OccupancyGridType, true), now_, message_);
+}
+
+bool Recorder::Impl::IsWanted(const Robot& robot) const {
+  const std::vector<std::string>& wanted = options_.robots;
+  return wanted.empty() || std::ranges::any_of(wanted, [&](const std::string& pattern) {
+           return fnmatch(pattern.c_str(), robot.model->Token(), 0) == 0;
+         });
+}
+
+/// Again after models have come or gone: what was written of those that are still there is kept.
+void Recorder::Impl::FindRobots() {
+  WorldEngine& engine = world_->engine();
+  family_ = engine.family_changes;
+  fixed_changed_ = true;
+  const std::vector<LoggedRobot> before = std::exchange(robots_, {});
+  std::unordered_map<std::string, const LoggedRobot*> known;
+  for (const LoggedRobot& robot : before) known[robot.robot.base_frame] = &robot;
+  for (const Robot& robot : RobotsOf(engine.models)) {
+    if (!IsWanted(robot)) continue;
+    LoggedRobot& found = robots_.emplace_back(robot);
+    const auto same = known.find(robot.base_frame);
+    if (same != known.end() && same->second->robot.model == robot.model)
+      found.GoOnLike(*same->second);
+  }
+}
+
+void Recorder::Impl::CheckRobots() const {
+  if (!robots_.empty() || options_.robots.empty()) return;
+  throw std::runtime_error("--log-models: found no robot called " +
+                           messages::Quoted(options_.robots[0]) +
+                           (options_.robots.size() > 1 ? " or like the others" : ""));
+}
+
+// ---- what a step has changed --------------------------------------------------------------------
+
+void Recorder::Impl::WriteAll() {
+  message_.Clear();
+  PutClock(now_, &message_);
+  log_.Add(log_.Channel("/clock", ClockType), now_, message_);
+  WritePoses();
+  ChooseDueRobots();
+  if (fixed_changed_) WriteFixedTransforms();
+  WriteTransforms();
+  for (LoggedRobot& robot : robots_) {
+    if (robot.is_due) WriteOdometry(&robot);
+    WriteScans(&robot);
+  }
+  log_.mcap().EndStep();
+}
+
+void Recorder::Impl::ChooseDueRobots() {
+  for (LoggedRobot& robot : robots_) {
+    robot.is_due = false;
+    const ModelPosition* position = robot.robot.position;
+    if (!position) continue;
+    const usec_t updated = updates_.LastUpdate(*position);
+    const Pose pose = position->GetGlobalPose();
+    robot.is_due = robot.is_new || updated > robot.updated || pose != robot.last_pose;
+    if (!robot.is_due) continue;
+    // One that doesn't update, but was put elsewhere, has no time of its own.
+    robot.updated = updated > robot.updated ? updated : now_;
+    robot.last_pose = pose;
+    robot.is_new = false;
+    const Pose origin = OriginOf(*position);
+    fixed_changed_ = fixed_changed_ || origin != robot.origin;
+    robot.origin = origin;
+  }
+}
+
+bool Recorder::Impl::IsDue(const LoggedScan& scan) const {
+  return updates_.LastUpdate(*scan.source.ranger) > scan.written &&
+         scan.source.sensor < scan.source.ranger->GetSensors().size() &&
+         !scan.source.ranger->GetSensors()[scan.source.sensor].ranges.empty();
+}
+
+void Recorder::Impl::WriteTransforms() {
+  transforms_.clear();
+  for (const LoggedRobot& robot : robots_) {
+    const Robot& names = robot.robot;
+    if (robot.is_due)
+      transforms_.push_back(
+          {&names.odom_frame, &names.footprint_frame, names.position->est_pose, robot.updated});
+    for (const LoggedScan& scan : robot.scans)
+      if (scan.source.moves && IsDue(scan))
+        transforms_.push_back({&names.base_frame, &scan.source.frame,
+                               MountOf(scan.source, *names.model),
+                               updates_.LastUpdate(*scan.source.ranger)});
+  }
+  if (transforms_.empty()) return;
+  message_.Clear();
+  PutTransforms(transforms_, &message_);
+  log_.Add(log_.Channel("/tf", TransformsType), now_, message_);
+}
+
+void Recorder::Impl::WriteFixedTransforms() {
+  fixed_changed_ = false;
+  transforms_.clear();
+  for (const LoggedRobot& robot : robots_) {
+    const Robot& names = robot.robot;
+    if (names.position)
+      transforms_.push_back({&kMapFrame, &names.odom_frame, robot.origin, now_});
+    else
+      transforms_.push_back(
+          {&kMapFrame, &names.footprint_frame, names.model->GetGlobalPose(), now_});
+    transforms_.push_back({&names.footprint_frame, &names.base_frame, Pose(), now_});
+    for (const LoggedScan& scan : robot.scans)
+      if (!scan.source.moves)
+        transforms_.push_back(
+            {&names.base_frame, &scan.source.frame, MountOf(scan.source, *names.model), now_});
+  }
+  message_.Clear();
+  PutTransforms(transforms_, &message_);
+  log_.Add(log_.Channel("/tf_static", TransformsType, true), now_, message_);
+}
+
+void Recorder::Impl::WriteOdometry(LoggedRobot* robot) {
+  const auto write = [&](const char* name, int* channel, OdometryMaker* maker, const Pose& pose,
+                         const Velocity& velocity, usec_t time) {
+    if (*channel < 0) *channel = log_.Channel(robot->robot.topics + name, OdometryType);
+    uint8_t* room =
+        log_.mcap().AddMessage(static_cast<uint16_t>(*channel), Nanoseconds(now_), maker->size());
+    maker->Write(pose, velocity, time, room);
+  };
+  const ModelPosition& position = *robot->robot.position;
+  write("odom", &robot->odometry_channel, &robot->odometry, position.est_pose,
+        position.GetVelocity(), robot->updated);
+  write("ground_truth", &robot->truth_channel, &robot->truth, robot->last_pose,
+        TrueVelocity(position), now_);
+}
+
+void Recorder::Impl::WriteScans(LoggedRobot* robot) {
+  for (LoggedScan& scan : robot->scans) {
+    if (!IsDue(scan)) continue;
+    if (scan.channel < 0) scan.channel = log_.Channel(scan.source.topic, LaserScanType);
+    scan.written = updates_.LastUpdate(*scan.source.ranger);
+    const ModelRanger::Sensor& sensor = scan.source.ranger->GetSensors()[scan.source.sensor];
+    const size_t size = scan.maker.Prepare(sensor);
+    uint8_t* room =
+        log_.mcap().AddMessage(static_cast<uint16_t>(scan.channel), Nanoseconds(now_), size);
+    scan.maker.Write(sensor, scan.written, room);
+  }
+}
+
+void Recorder::Impl::WritePoses() {
+  const std::vector<ModelPose>& poses = poses_.Look(world_->engine().models);
+  message_.Clear();
+  PutModelPoses(poses, now_, &message_);
+  log_.Add(log_.Channel("/stage/poses", ModelPosesType), now_, message_);
+}
+
+// ---- the face -----------------------------------------------------------------------------------
+
+Recorder::Recorder(const LogOptions& options) : impl_(std::make_shared<Impl>(options)) {}
+Recorder::~Recorder() = default;
+void Recorder::Attach(World* world) { impl_->Attach(world); }
+void Recorder::Finish() { impl_->Finish(); }
+
+}  // namespace Stg::recording

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "recording/replay.hh"
+
+#include <algorithm>
+#include <stdexcept>
+#include <unordered_map>
+
+#include "messages/report.hh"
+#include "recording/robots.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+
+namespace Stg::recording {
+
+namespace {
+
+usec_t Microseconds(uint64_t nanoseconds) { return nanoseconds / 1000; }
+
+/// As a ranger of that many samples has them.
+void SetBearings(ModelRanger::Sensor* sensor) {
+  const size_t count = sensor->ranges.size();
+  sensor->bearings.assign(count, 0);
+  for (size_t i = 0; count > 1 && i < count; i++)
+    sensor->bearings[i] =
+        sensor->fov * (static_cast<double>(i) / static_cast<double>(count - 1) - 0.5);
+}
+
+}  // namespace
+
+struct Replay::Target {
+  ModelRanger* ranger;
+  uint32_t sensor;
+};
+
+Replay::Replay(const std::string& file)
+    : name_(file), log_(file), self_(std::make_shared<Replay*>(this)) {
+  const auto& about = log_.metadata("stage");
+  const auto world = about.find("world");
+  if (world == about.end() || log_.attachments().empty() ||
+      log_.attachments()[0].first != world->second)
+    Fail("found no world file in it, expected a log that stage --log has written");
+  for (const auto& [name, content] : log_.attachments()) files_.push_back({name, content});
+  for (const auto& [id, channel] : log_.channels())
+    if (channel.topic == "/stage/poses") poses_channel_ = id;
+  FindFirstPoses();
+  start_ = Microseconds(log_.chunks().front().start);
+  for (const McapReader::Chunk& chunk : log_.chunks())
+    end_ = std::max(end_, Microseconds(chunk.end));
+}
+
+Replay::~Replay() = default;
+
+void Replay::Fail(const std::string& what) const {
+  throw std::runtime_error(messages::Shortened(name_, messages::kLongestDetail) + ": " + what);
+}
+
+/// Of all models: what comes later tells of those alone that have moved since.
+void Replay::FindFirstPoses() {
+  bool found = false, good = true;
+  for (const McapReader::Chunk& chunk : log_.chunks()) {
+    if (found) break;
+    log_.Read(chunk, &records_);
+    ForEachRecord(records_.view(), [&](Op op, std::string_view record) {
+      if (found || op != Op::kMessage) return;
+      const Message message = MessageOf(record);
+      found = message.channel == poses_channel_;
+      if (found) good = GetModelPoses(message.data, &first_poses_);
+    });
+  }
+  if (!found) Fail("found no poses in it: the run has ended too early, or a topic is missing");
+  if (!good) Fail("a message of the topic /stage/poses is damaged");
+}
+
+bool Replay::IsThere() const {
+  return world_ && World::Exists(world_) && world_->engine().life == life_;
+}
+
+void Replay::FindTargets() {
+  std::unordered_map<std::string, Target> sources;
+  for (const Robot& robot : RobotsOf(world_->engine().models))
+    for (const ScanSource& scan : robot.scans) sources[scan.topic] = {scan.ranger, scan.sensor};
+  for (const auto& [id, channel] : log_.channels()) {
+    const auto source = sources.find(channel.topic);
+    if (source != sources.end() && channel.type == LaserScanType().name)
+      targets_[id] = source->second;
+  }
+}
+
+void Replay::Attach(World* world) {
+  world_ = world;
+  life_ = world->engine().life;
+  FindTargets();
+  // Windows show data of models that somebody has subscribed to.
+  for (const auto& [id, target] : targets_) target.ranger->Subscribe();
+  for (Model* model : world->engine().models)
+    if (auto* position = dynamic_cast<ModelPosition*>(model)) {
+      position->Subscribe();
+      position->SetVelocity(Velocity());
+    }
+  GoTo(start_);
+  Arm();
+}
+
+void Replay::Arm() {
+  world_->CallAfterStep([weak = std::weak_ptr<Replay*>(self_)](World&) {
+    if (const std::shared_ptr<Replay*> self = weak.lock()) (*self)->AfterStep();
+  });
+}
+
+void Replay::AfterStep() {
+  ShowUntil(world_->SimTimeNow());
+  Arm();
+}
+
+void Replay::GoTo(usec_t time) {
+  if (!IsThere()) return;
+  time = std::clamp(time, start_, end_);
+  world_->ShowTime(time);
+  // From a while before: the last readings of slow sensors are there.
+  constexpr usec_t kWhile = 2'000'000;
+  const auto& chunks = log_.chunks();
+  const auto first = std::ranges::find_if(chunks, [&](const McapReader::Chunk& chunk) {
+    return Microseconds(chunk.end) + kWhile >= time;
+  });
+  next_chunk_ = static_cast<size_t>(first - chunks.begin());
+  records_.Clear();
+  at_ = 0;
+  ClearScans();
+  poses_.clear();
+  ShowUntil(time);
+  world_->NeedRedraw();
+  world_->Redraw();
+}
+
+void Replay::ClearScans() {
+  for (const auto& [id, target] : targets_)
+    for (ModelRanger::Sensor& sensor : target.ranger->GetSensorsMutable()) {
+      sensor.ranges.clear();
+      sensor.intensities.clear();
+      sensor.bearings.clear();
+    }
+}
+
+void Replay::ShowUntil(usec_t time) {
+  ReadOn(time);
+  ShowPoses();
+}
+
+/// Takes what was logged up to that time. A damaged message is passed over: the file is whole, so
+/// somebody else has written it.
+void Replay::ReadOn(usec_t time) {
+  for (;;) {
+    if (at_ >= records_.size()) {
+      if (next_chunk_ >= log_.chunks().size()) return;
+      log_.Read(log_.chunks()[next_chunk_++], &records_);
+      at_ = 0;
+      continue;
+    }
+    FieldReader head(records_.view().substr(at_));
+    const auto op = static_cast<Op>(head.Get<uint8_t>());
+    const std::string_view record = head.GetLongText();
+    if (op == Op::kMessage) {
+      const Message message = MessageOf(record);
+      if (Microseconds(message.time) > time) return;
+      if (message.channel == poses_channel_) GetModelPoses(message.data, &poses_);
+      const auto target = targets_.find(message.channel);
+      if (target != targets_.end()) {
+        ModelRanger::Sensor& sensor =
+            target->second.ranger->GetSensorsMutable()[target->second.sensor];
+        GetScan(message.data, &sensor.ranges, &sensor.intensities);
+        if (sensor.bearings.size() != sensor.ranges.size()) SetBearings(&sensor);
+      }
+    }
+    at_ += kRecordHead + record.size();
+  }
+}
+
+void Replay::ShowPoses() {
+  // Most models have never moved: the few that have are placed once.
+  std::unordered_map<uint32_t, const ModelPose*> now;
+  for (const ModelPose& pose : poses_) now[pose.model] = &pose;
+  for (const ModelPose& first : first_poses_) {
+    const auto moved = now.find(first.model);
+    Place(moved == now.end() ? first : *moved->second);
+  }
+}
+
+/// Models that controllers had made are not there.
+void Replay::Place(const ModelPose& pose) {
+  Model* model = world_->FindModel(pose.model);
+  if (!model) return;
+  Model* parent = pose.parent == 0 ? nullptr : world_->FindModel(pose.parent);
+  if (model->Parent() != parent) model->SetParent(parent);
+  if (model->GetPose() != pose.pose) model->SetPose(pose.pose);
+}
+
+}  // namespace Stg::recording

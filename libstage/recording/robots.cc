@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "recording/robots.hh"
+
+#include <cctype>
+#include <set>
+#include <unordered_map>
+
+#include "geometry/trigonometry.hh"
+#include "models/actuator.hh"
+
+namespace Stg::recording {
+
+namespace {
+
+/// The uppermost position that carries it, or else the top of its tree.
+Model* CarrierOf(Model* model) {
+  Model *carrier = nullptr, *top = model;
+  for (Model* m = model; m; m = m->Parent()) {
+    if (dynamic_cast<ModelPosition*>(m)) carrier = m;
+    top = m;
+  }
+  return carrier ? carrier : top;
+}
+
+bool IsMoved(const Model* sensor, const Model* robot) {
+  for (const Model* m = sensor; m && m != robot; m = m->Parent())
+    if (dynamic_cast<const ModelActuator*>(m)) return true;
+  return false;
+}
+
+/// Letters, digits and single underscores, no digit first.
+std::string RosName(const std::string& token) {
+  std::string name;
+  for (const char c : token) {
+    const bool allowed = std::isalnum(static_cast<unsigned char>(c)) != 0;
+    if (allowed || (!name.empty() && name.back() != '_')) name += allowed ? c : '_';
+  }
+  if (!name.empty() && name.back() == '_') name.pop_back();
+  if (name.empty()) return "robot";
+  return std::isdigit(static_cast<unsigned char>(name[0])) ? "_" + name : name;
+}
+
+/// One that nothing has yet.
+std::string FreeName(const std::string& token, std::set<std::string>* taken) {
+  const std::string name = RosName(token);
+  std::string free = name;
+  for (int i = 2; !taken->insert(free).second; i++) free = name + "_" + std::to_string(i);
+  return free;
+}
+
+/// Rangers are numbered if there are several; of one with several sensors, the first has its name.
+void NameScans(const std::string& prefix, std::vector<ScanSource>* scans) {
+  std::vector<const ModelRanger*> rangers;
+  for (const ScanSource& scan : *scans)
+    if (rangers.empty() || rangers.back() != scan.ranger) rangers.push_back(scan.ranger);
+  size_t index = 0;
+  for (ScanSource& scan : *scans) {
+    while (rangers[index] != scan.ranger) index++;
+    const std::string number = rangers.size() > 1 ? std::to_string(index) : "";
+    const std::string part = scan.sensor > 0 ? "_sensor_" + std::to_string(scan.sensor) : "";
+    scan.topic = "/" + prefix + "base_scan" + number + part;
+    scan.frame = prefix + "base_scan_link" + number + part;
+  }
+}
+
+void NameRobot(const std::string& prefix, Robot* robot) {
+  robot->topics = "/" + prefix;
+  robot->odom_frame = prefix + "odom";
+  robot->footprint_frame = prefix + "base_footprint";
+  robot->base_frame = prefix + "base_link";
+  NameScans(prefix, &robot->scans);
+}
+
+/// What is no robot has a prefix in any case, and comes last: it takes no name from one.
+void NameAll(std::vector<Robot>* robots) {
+  size_t count = 0;
+  for (const Robot& robot : *robots) count += robot.position != nullptr;
+  std::set<std::string> taken;
+  for (const bool drives : {true, false})
+    for (Robot& robot : *robots) {
+      if (drives != (robot.position != nullptr)) continue;
+      const bool only = drives && count == 1;
+      NameRobot(only ? "" : FreeName(robot.model->TokenStr(), &taken) + "/", &robot);
+    }
+}
+
+}  // namespace
+
+std::vector<Robot> RobotsOf(const std::vector<Model*>& models) {
+  std::vector<Robot> robots;
+  std::unordered_map<const Model*, size_t> places;
+  for (Model* model : models) {
+    auto* ranger = dynamic_cast<ModelRanger*>(model);
+    if (!ranger && !dynamic_cast<ModelPosition*>(model)) continue;
+    Model* carrier = CarrierOf(model);
+    const auto [place, is_new] = places.try_emplace(carrier, robots.size());
+    if (is_new)
+      robots.push_back({carrier, dynamic_cast<ModelPosition*>(carrier), "", "", "", "", {}});
+    if (!ranger) continue;
+    for (uint32_t i = 0; i < ranger->GetSensors().size(); i++)
+      robots[place->second].scans.push_back({ranger, i, "", "", IsMoved(ranger, carrier)});
+  }
+  NameAll(&robots);
+  return robots;
+}
+
+Pose MountOf(const ScanSource& source, const Model& robot) {
+  // Headings and places in the plane from link to link: so they don't depend on where the robot is.
+  // A top-level ranger is its own robot.
+  Pose below;
+  for (const Model* m = source.ranger; m != &robot; m = m->Parent()) below = m->GetPose() + below;
+  const Pose frame = source.ranger->SensorFrame(below);
+  const ModelRanger::Sensor& sensor = source.ranger->GetSensors()[source.sensor];
+  Pose mount = ModelRanger::OriginOf(sensor, frame, SinCos(frame.a));
+  // Heights depend on what stands on what.
+  mount.z += source.ranger->GetGlobalPose().z - robot.GetGlobalPose().z - below.z;
+  return mount;
+}
+
+}  // namespace Stg::recording

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "recording/ros_messages.hh"
+
+#include <algorithm>
+
+#include "geometry/trigonometry.hh"
+#include "recording/cdr.hh"
+
+namespace Stg::recording {
+
+namespace {
+
+// ---- definitions --------------------------------------------------------------------------------
+
+constexpr char kTime[] = "builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
+constexpr char kHeader[] = "std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
+constexpr char kPoint[] = "geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n";
+constexpr char kVector3[] = "geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
+constexpr char kQuaternion[] =
+    "geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n";
+constexpr char kPose[] =
+    "geometry_msgs/Pose\ngeometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n";
+constexpr char kTwist[] =
+    "geometry_msgs/Twist\ngeometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n";
+constexpr char kPoseWithCovariance[] =
+    "geometry_msgs/PoseWithCovariance\ngeometry_msgs/Pose pose\nfloat64[36] covariance\n";
+constexpr char kTwistWithCovariance[] =
+    "geometry_msgs/TwistWithCovariance\ngeometry_msgs/Twist twist\nfloat64[36] covariance\n";
+constexpr char kTransform[] =
+    "geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\n"
+    "geometry_msgs/Quaternion rotation\n";
+constexpr char kTransformStamped[] =
+    "geometry_msgs/TransformStamped\nstd_msgs/Header header\nstring child_frame_id\n"
+    "geometry_msgs/Transform transform\n";
+constexpr char kMapMetaData[] =
+    "nav_msgs/MapMetaData\nbuiltin_interfaces/Time map_load_time\nfloat32 resolution\n"
+    "uint32 width\nuint32 height\ngeometry_msgs/Pose origin\n";
+
+/// The types that a message's has in it come behind a line of 80 signs each.
+std::string WithTypes(std::string definition, std::initializer_list<const char*> types) {
+  for (const char* type : types) definition += std::string(80, '=') + "\nMSG: " + type;
+  return definition;
+}
+
+// ---- parts of messages --------------------------------------------------------------------------
+
+constexpr size_t kStampPlace = kCdrHead;  // each message begins with its time
+
+void SetStamp(usec_t time, uint8_t* place) {
+  const auto seconds = static_cast<int32_t>(time / 1'000'000);
+  const auto nanoseconds = static_cast<uint32_t>(time % 1'000'000 * 1000);
+  std::memcpy(place, &seconds, 4);
+  std::memcpy(place + 4, &nanoseconds, 4);
+}
+
+void PutStamp(usec_t time, CdrWriter* to) {
+  to->Put(static_cast<int32_t>(time / 1'000'000));
+  to->Put(static_cast<uint32_t>(time % 1'000'000 * 1000));
+}
+
+void PutHeader(usec_t time, std::string_view frame, CdrWriter* to) {
+  PutStamp(time, to);
+  to->PutText(frame);
+}
+
+/// Position and orientation of a pose: the same in Pose and in Transform.
+struct PlaceInSpace {
+  explicit PlaceInSpace(const Pose& pose) {
+    const SineCosine half = SinCos(pose.a / 2);
+    const double all[7] = {pose.x, pose.y, pose.z, 0, 0, half.sine, half.cosine};
+    std::memcpy(numbers, all, sizeof all);
+  }
+  double numbers[7];
+};
+
+void PutPlace(const Pose& pose, CdrWriter* to) {
+  for (const double number : PlaceInSpace(pose).numbers) to->Put(number);
+}
+
+/// Doubles as floats, behind their count.
+void WriteFloats(const std::vector<double>& from, size_t count, uint8_t* to) {
+  const auto size = static_cast<uint32_t>(count);
+  std::memcpy(to, &size, 4);
+  to += 4;
+  for (size_t i = 0; i < count; i++) {
+    const auto value = static_cast<float>(from[i]);
+    std::memcpy(to + 4 * i, &value, 4);
+  }
+}
+
+template <typename T>
+std::vector<T> Elements(std::string_view bytes) {
+  std::vector<T> elements(bytes.size() / sizeof(T));
+  if (!elements.empty()) std::memcpy(elements.data(), bytes.data(), elements.size() * sizeof(T));
+  return elements;
+}
+
+void GetFloats(std::string_view bytes, std::vector<double>* to) {
+  const std::vector<float> floats = Elements<float>(bytes);
+  to->assign(floats.begin(), floats.end());
+}
+
+}  // namespace
+
+MessageType LaserScanType() {
+  return {"sensor_msgs/msg/LaserScan",
+          WithTypes("std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\n"
+                    "float32 angle_increment\nfloat32 time_increment\nfloat32 scan_time\n"
+                    "float32 range_min\nfloat32 range_max\nfloat32[] ranges\n"
+                    "float32[] intensities\n",
+                    {kHeader, kTime})};
+}
+
+MessageType OdometryType() {
+  return {"nav_msgs/msg/Odometry",
+          WithTypes("std_msgs/Header header\nstring child_frame_id\n"
+                    "geometry_msgs/PoseWithCovariance pose\n"
+                    "geometry_msgs/TwistWithCovariance twist\n",
+                    {kHeader, kTime, kPoseWithCovariance, kPose, kPoint, kQuaternion,
+                     kTwistWithCovariance, kTwist, kVector3})};
+}
+
+MessageType TransformsType() {
+  return {"tf2_msgs/msg/TFMessage",
+          WithTypes("geometry_msgs/TransformStamped[] transforms\n",
+                    {kTransformStamped, kHeader, kTime, kTransform, kVector3, kQuaternion})};
+}
+
+MessageType ClockType() {
+  return {"rosgraph_msgs/msg/Clock", WithTypes("builtin_interfaces/Time clock\n", {kTime})};
+}
+
+MessageType OccupancyGridType() {
+  return {"nav_msgs/msg/OccupancyGrid",
+          WithTypes("std_msgs/Header header\nnav_msgs/MapMetaData info\nint8[] data\n",
+                    {kHeader, kTime, kMapMetaData, kPose, kPoint, kQuaternion})};
+}
+
+MessageType ModelPosesType() {
+  return {"stage_msgs/msg/ModelPoses",
+          WithTypes("std_msgs/Header header\nuint32[] models\nuint32[] parents\nfloat64[] x\n"
+                    "float64[] y\nfloat64[] z\nfloat64[] a\n",
+                    {kHeader, kTime})};
+}
+
+// ---- scans --------------------------------------------------------------------------------------
+
+namespace {
+size_t SamplesOf(const ModelRanger::Sensor& sensor) {
+  return std::min(sensor.ranges.size(), sensor.intensities.size());
+}
+}  // namespace
+
+bool ScanMaker::IsLike(const ModelRanger::Sensor& sensor) const {
+  return head_.size() > 0 && count_ == SamplesOf(sensor) && fov_ == sensor.fov &&
+         range_.min == sensor.range.min && range_.max == sensor.range.max;
+}
+
+size_t ScanMaker::Prepare(const ModelRanger::Sensor& sensor) {
+  if (!IsLike(sensor)) {
+    count_ = SamplesOf(sensor);
+    fov_ = sensor.fov;
+    range_ = sensor.range;
+    const bool one = count_ < 2;  // it looks straight ahead
+    head_.Clear();
+    CdrWriter to(&head_);
+    PutHeader(0, frame_, &to);
+    to.Put(static_cast<float>(one ? 0 : -fov_ / 2));
+    to.Put(static_cast<float>(one ? 0 : fov_ / 2));
+    to.Put(static_cast<float>(one ? 0 : fov_ / static_cast<double>(count_ - 1)));
+    to.Put(0.0f);
+    to.Put(static_cast<float>(static_cast<double>(interval_) / 1e6));
+    to.Put(static_cast<float>(range_.min));
+    to.Put(static_cast<float>(range_.max));
+  }
+  return head_.size() + 2 * (4 + 4 * count_);
+}
+
+void ScanMaker::Write(const ModelRanger::Sensor& sensor, usec_t time, uint8_t* to) const {
+  std::memcpy(to, head_.data(), head_.size());
+  SetStamp(time, to + kStampPlace);
+  to += head_.size();
+  WriteFloats(sensor.ranges, count_, to);
+  WriteFloats(sensor.intensities, count_, to + 4 + 4 * count_);
+}
+
+bool GetScan(std::string_view message, std::vector<double>* ranges,
+             std::vector<double>* intensities) {
+  CdrReader from(message);
+  from.Get<int32_t>();
+  from.Get<uint32_t>();
+  from.GetText();
+  for (int i = 0; i < 7; i++) from.Get<float>();
+  GetFloats(from.GetSequence<float>(), ranges);
+  GetFloats(from.GetSequence<float>(), intensities);
+  return from.is_good();
+}
+
+// ---- odometry and transforms --------------------------------------------------------------------
+
+OdometryMaker::OdometryMaker(const std::string& frame, const std::string& child_frame) {
+  constexpr size_t kCovariance = 36;  // zeros: not known
+  CdrWriter to(&bytes_);
+  PutHeader(0, frame, &to);
+  to.PutText(child_frame);
+  to.Align(sizeof(double));
+  pose_ = to.size();
+  to.PutDoubles(7 + kCovariance, 0);
+  twist_ = to.size();
+  to.PutDoubles(6 + kCovariance, 0);
+}
+
+void OdometryMaker::Write(const Pose& pose, const Velocity& velocity, usec_t time, uint8_t* to) {
+  const PlaceInSpace place(pose);
+  const double twist[6] = {velocity.x, velocity.y, velocity.z, 0, 0, velocity.a};
+  std::memcpy(to, bytes_.data(), bytes_.size());
+  SetStamp(time, to + kStampPlace);
+  std::memcpy(to + pose_, place.numbers, sizeof place.numbers);
+  std::memcpy(to + twist_, twist, sizeof twist);
+}
+
+void PutTransforms(const std::vector<Transform>& transforms, Buffer* message) {
+  CdrWriter to(message);
+  to.Put(static_cast<uint32_t>(transforms.size()));
+  for (const Transform& transform : transforms) {
+    to.Align(sizeof(int32_t));
+    PutHeader(transform.time, *transform.frame, &to);
+    to.PutText(*transform.child_frame);
+    PutPlace(transform.pose, &to);
+  }
+}
+
+void PutClock(usec_t time, Buffer* message) {
+  CdrWriter to(message);
+  PutStamp(time, &to);
+}
+
+void PutOccupancyGrid(const OccupancyMap& map, usec_t time, Buffer* message) {
+  CdrWriter to(message);
+  PutHeader(time, "map", &to);
+  PutStamp(time, &to);
+  to.Put(static_cast<float>(map.resolution));
+  to.Put(map.width);
+  to.Put(map.height);
+  PutPlace(map.origin, &to);
+  to.Put(static_cast<uint32_t>(map.cells.size()));
+  message->PutBytes(map.cells.data(), map.cells.size());
+}
+
+// ---- poses of models ----------------------------------------------------------------------------
+
+void PutModelPoses(const std::vector<ModelPose>& poses, usec_t time, Buffer* message) {
+  CdrWriter to(message);
+  PutHeader(time, "map", &to);
+  const auto count = static_cast<uint32_t>(poses.size());
+  const auto put_all = [&](const auto& value_of) {
+    to.Put(count);
+    for (const ModelPose& pose : poses) to.Put(value_of(pose));
+  };
+  put_all([](const ModelPose& p) { return p.model; });
+  put_all([](const ModelPose& p) { return p.parent; });
+  put_all([](const ModelPose& p) { return p.pose.x; });
+  put_all([](const ModelPose& p) { return p.pose.y; });
+  put_all([](const ModelPose& p) { return p.pose.z; });
+  put_all([](const ModelPose& p) { return p.pose.a; });
+}
+
+bool GetModelPoses(std::string_view message, std::vector<ModelPose>* poses) {
+  CdrReader from(message);
+  from.Get<int32_t>();
+  from.Get<uint32_t>();
+  from.GetText();
+  const auto models = Elements<uint32_t>(from.GetSequence<uint32_t>());
+  const auto parents = Elements<uint32_t>(from.GetSequence<uint32_t>());
+  std::vector<double> numbers[4];
+  for (std::vector<double>& list : numbers) list = Elements<double>(from.GetSequence<double>());
+  bool good = from.is_good() && parents.size() == models.size();
+  for (const std::vector<double>& list : numbers) good = good && list.size() == models.size();
+  if (!good) return false;
+  poses->clear();
+  for (size_t i = 0; i < models.size(); i++)
+    poses->push_back(
+        {models[i], parents[i], Pose(numbers[0][i], numbers[1][i], numbers[2][i], numbers[3][i])});
+  return true;
+}
+
+}  // namespace Stg::recording

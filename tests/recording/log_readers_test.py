@@ -1,0 +1,181 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Logs are read by other people's readers: the Python packages mcap, mcap-ros2-support and rosbags, from
+build/venv (tools/setup --python). Without them these tests are skipped."""
+
+from __future__ import annotations
+
+import io
+import os
+import random
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
+BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release")
+STAGE = BINARY_DIR / "bin" / "stage"
+VERSION = f"python{sys.version_info.major}.{sys.version_info.minor}"
+# Behind the system's own: what is needed, and no other NumPy.
+sys.path.append(str(ROOT / "build" / "venv" / "lib" / VERSION / "site-packages"))
+
+try:
+    from mcap.exceptions import McapError
+    from mcap.reader import NonSeekingReader, SeekingReader
+    from mcap_ros2.decoder import DecoderFactory
+except ImportError as missing:
+    WITHOUT = f"skipped: {missing}; try tools/setup --python"
+else:
+    WITHOUT = ""
+
+WORLDS = sorted((ROOT / "worlds").glob("*.world")) + sorted((ROOT / "tests/data/controllers").glob("*.world"))
+SECONDS = 2
+
+
+def stage(*arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([STAGE, *map(str, arguments)], capture_output=True, text=True, check=False)
+
+
+def state_hash(done: subprocess.CompletedProcess[str]) -> str:
+    found = re.search(r"^state-hash (\w+)$", done.stdout, re.MULTILINE)
+    return found[1] if found else done.stderr
+
+
+def readable(data: bytes) -> list[tuple[str, int, bytes]]:
+    """What a reader that starts at the beginning gets, until it comes to the end or gives up."""
+    found = []
+    try:
+        for _, channel, message in NonSeekingReader(io.BytesIO(data), validate_crcs=True).iter_messages(
+                log_time_order=False):
+            found.append((channel.topic, message.log_time, message.data))
+    except (McapError, struct.error, EOFError):
+        pass
+    return found
+
+
+def chunk_ends(data: bytes) -> list[int]:
+    """Where each chunk's record ends."""
+    at, ends = 8, []
+    while at + 9 <= len(data) - 8:
+        op, length = data[at], struct.unpack_from("<Q", data, at + 1)[0]
+        at += 9 + length
+        if op == 6:
+            ends.append(at)
+    return ends
+
+
+class LogReadersTest(unittest.TestCase):
+    def setUp(self) -> None:
+        if WITHOUT:
+            self.skipTest(WITHOUT)
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.log = Path(self.folder.name) / "run.mcap"
+
+    def record(self, world: Path, *options: object) -> str:
+        done = stage("-g", "--duration", SECONDS, "--state-hash", "--log", self.log, *options, world)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return state_hash(done)
+
+    def test_every_shipped_world(self) -> None:
+        for world in WORLDS:
+            with self.subTest(world=world.name):
+                plain = stage("-g", "--duration", SECONDS, "--state-hash", world)
+                self.assertEqual(self.record(world), state_hash(plain))
+                self.check_summary()
+
+    def check_summary(self) -> None:
+        """The summary says what is there, and all that is there can be decoded."""
+        with self.log.open("rb") as file:
+            reader = SeekingReader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+            self.assertEqual(reader.get_header().profile, "ros2")
+            summary = reader.get_summary()
+            counts: Counter[int] = Counter()
+            clocks = []
+            for schema, channel, message, decoded in reader.iter_decoded_messages():
+                counts[channel.id] += 1
+                self.check_message(schema.name, decoded, message.log_time)
+                if channel.topic == "/clock":
+                    clocks.append(decoded.clock.sec * 10**9 + decoded.clock.nanosec)
+            self.assertEqual(counts, Counter(summary.statistics.channel_message_counts))
+            self.assertEqual(sum(counts.values()), summary.statistics.message_count)
+            self.assertEqual(clocks, sorted(set(clocks)))
+            self.assertEqual((clocks[0], clocks[-1]), (0, SECONDS * 10**9))
+            names = [attachment.name for attachment in reader.iter_attachments()]
+            self.assertIn(next(iter(reader.iter_metadata())).metadata["world"], names)
+
+    def check_message(self, kind: str, decoded: object, log_time: int) -> None:
+        if kind == "sensor_msgs/msg/LaserScan":
+            self.assertEqual(decoded.header.stamp.sec * 10**9 + decoded.header.stamp.nanosec, log_time)
+            self.assertEqual(len(decoded.ranges), len(decoded.intensities))
+            self.assertGreater(decoded.range_max, decoded.range_min)
+        elif kind == "nav_msgs/msg/OccupancyGrid":
+            self.assertEqual(len(decoded.data), decoded.info.width * decoded.info.height)
+            self.assertEqual(set(decoded.data), {0, 100})
+        elif kind == "tf2_msgs/msg/TFMessage":
+            for transform in decoded.transforms:
+                rotation = transform.transform.rotation
+                self.assertAlmostEqual(rotation.z**2 + rotation.w**2, 1)
+
+    def test_rosbags(self) -> None:
+        try:
+            from rosbags.highlevel import AnyReader
+            from rosbags.typesys import Stores, get_typestore
+        except ImportError as missing:
+            self.skipTest(f"skipped: {missing}; try tools/setup --python")
+        self.record(ROOT / "worlds/simple.world")
+        store = get_typestore(Stores.ROS2_HUMBLE)
+        with AnyReader([self.log], default_typestore=store) as reader:
+            types = {connection.topic: connection.msgtype for connection in reader.connections}
+            self.assertEqual(types["/r0/base_scan1"], "sensor_msgs/msg/LaserScan")
+            for connection, time, data in reader.messages():
+                message = reader.deserialize(data, connection.msgtype)
+                if connection.msgtype == "sensor_msgs/msg/LaserScan":
+                    self.assertEqual(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec, time)
+                    self.assertEqual(len(message.ranges), 180 if connection.topic.endswith("scan1") else 1)
+
+    def test_equal_runs_have_equal_logs(self) -> None:
+        world = ROOT / "worlds/cave.world"
+        self.record(world, "--threads", 1)
+        first = self.log.read_bytes()
+        for options in (["--threads", 2], ["--threads", 3, "--no-batch"], ["--opencl"], ["--opencl-always"]):
+            self.record(world, *options)
+            self.assertTrue(self.log.read_bytes() == first, options)
+
+    def test_cut_off_anywhere_it_is_good_to_the_last_whole_chunk(self) -> None:
+        for compression in ("none", "lz4", "zstd"):
+            done = stage("-g", "--duration", 40, "--log", self.log, "--log-compression", compression,
+                         ROOT / "worlds/simple.world")
+            if "was built without" in done.stderr:
+                continue
+            data = self.log.read_bytes()
+            whole, ends = readable(data), chunk_ends(data)
+            self.assertGreater(len(ends), 2)
+            counts = [len(readable(data[:end])) for end in ends]
+            self.assertEqual(counts[-1], len(whole))
+            chance = random.Random(5)
+            cuts = [chance.randrange(len(data)) for _ in range(20)] + [end + d for end in ends for d in (-1, 0, 1)]
+            for cut in cuts:
+                expected = max([count for end, count in zip(ends, counts) if end <= cut], default=0)
+                self.assertEqual(readable(data[:cut]), whole[:expected], (compression, cut))
+
+    def test_a_killed_run_can_be_replayed(self) -> None:
+        done = subprocess.Popen([STAGE, "-g", "--log", self.log, ROOT / "worlds/cave.world"],
+                                stdout=subprocess.DEVNULL)
+        while not self.log.exists() or self.log.stat().st_size < 4_000_000:
+            self.assertIsNone(done.poll())
+        done.kill()
+        done.wait()
+        self.assertGreater(len(readable(self.log.read_bytes())), 100)
+        shown = stage("replay", "-g", "--state-hash", self.log)
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        self.assertIn("ends early", shown.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

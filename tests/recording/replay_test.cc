@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Replays show what was, from logs that are cut off too; damaged ones are refused in one line.
+
+#include "recording/replay.hh"
+
+#include "recording/log_testing.hh"
+#include "recording/mcap_writer.hh"
+#include "support/random_source.hh"
+#include "support/sanitized.hh"
+#include "support/shipped_worlds.hh"
+#include "world/engine.hh"
+
+namespace log_testing {
+
+namespace {
+
+constexpr int kSteps = kSanitized ? 10 : 40;
+
+/// The time; and pose and readings of each model.
+struct Shown {
+  usec_t time;
+  std::map<uint32_t, std::string> models;
+};
+
+Shown SceneOf(World* world) {
+  Shown scene = {world->SimTimeNow(), {}};
+  for (Model* model : world->engine().models) {
+    const Pose pose = model->GetGlobalPose();
+    std::ostringstream line;
+    line << model->Token() << ' ' << std::hexfloat << pose.x << ' ' << pose.y << ' ' << pose.a;
+    if (auto* ranger = dynamic_cast<ModelRanger*>(model))
+      for (const ModelRanger::Sensor& sensor : ranger->GetSensors()) {
+        for (const double range : sensor.ranges) line << ' ' << static_cast<float>(range);
+        line << " of " << sensor.bearings.size();
+      }
+    scene.models[model->GetId()] = line.str();
+  }
+  return scene;
+}
+
+/// As the world was; but for the models that controllers have made.
+void ExpectShown(World* replay, const Shown& was) {
+  const Shown now = SceneOf(replay);
+  EXPECT_EQ(now.time, was.time);
+  for (const auto& [id, line] : now.models) ASSERT_EQ(line, was.models.at(id)) << was.time;
+}
+
+class ReplayTest : public LogTest {
+ protected:
+  static std::unique_ptr<World> LoadFrom(const recording::Replay& replay) {
+    const recording::UnpackedFiles files(replay.files());
+    RunOptions options = OptionsOf(1);
+    options.controllers = false;
+    auto world = std::make_unique<World>(options);
+    EXPECT_TRUE(world->Load(files.world_file()));
+    return world;
+  }
+  /// What reading the file says: empty if it can be replayed.
+  std::string ProblemOf(const std::string& bytes) const {
+    WriteBytes(Path("damaged.mcap"), bytes);
+    try {
+      const recording::Replay replay(Path("damaged.mcap"));
+      return "";
+    } catch (const std::runtime_error& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+      return error.what();
+    }
+  }
+  /// A log of several chunks.
+  std::string LargeLog() {
+    const std::unique_ptr<World> world = LoadFile(SourceFile("worlds/cave.world"), 1);
+    Log(world.get(), 10, "large.mcap");
+    EXPECT_GT(McapReader(Path("large.mcap")).chunks().size(), 1u);
+    return BytesOf(Path("large.mcap"));
+  }
+};
+
+TEST_F(ReplayTest, ShowsEveryShippedWorldAsItWasAndGoesBack) {
+  for (const std::string& file : ShippedWorlds()) {
+    SCOPED_TRACE(file);
+    const std::unique_ptr<World> original = LoadFile(file, 2);
+    std::vector<Shown> scenes;
+    Log(original.get(), kSteps, "run.mcap", {}, [&] { scenes.push_back(SceneOf(original.get())); });
+    recording::Replay replay(Path("run.mcap"));
+    const std::unique_ptr<World> world = LoadFrom(replay);
+    replay.Attach(world.get());
+    const usec_t step = world->sim_interval;
+    EXPECT_EQ(replay.end(), step * kSteps);
+    for (int i = 0; i <= kSteps; i++) {
+      ExpectShown(world.get(), scenes[static_cast<size_t>(i)]);
+      world->Update();
+    }
+    for (const int i : {kSteps / 2, 1, kSteps, 0}) {
+      replay.GoTo(step * static_cast<usec_t>(i));
+      ExpectShown(world.get(), scenes[static_cast<size_t>(i)]);
+    }
+    world->Update();
+    ExpectShown(world.get(), scenes[1]);
+  }
+}
+
+TEST_F(ReplayTest, OfALogCutOffAnywhereEndsWithItsLastWholeChunk) {
+  const std::string whole = LargeLog();
+  const McapReader log(Path("large.mcap"));
+  const auto& chunks = log.chunks();
+  test::RandomSource random(7);
+  std::vector<size_t> cuts = {0, 1, 8, 9, 30, whole.size() - 1, whole.size() - 8};
+  for (const McapReader::Chunk& chunk : chunks)
+    for (const size_t cut : {chunk.offset - 9, chunk.offset, chunk.offset + chunk.length - 1,
+                             chunk.offset + chunk.length})
+      cuts.push_back(cut);
+  for (int i = 0; i < (kSanitized ? 10 : 40); i++) cuts.push_back(random.Next() % whole.size());
+  for (const size_t cut : cuts) {
+    size_t expected = 0;
+    for (const McapReader::Chunk& chunk : chunks) expected += chunk.offset + chunk.length <= cut;
+    const std::string problem = ProblemOf(whole.substr(0, cut));
+    if (expected == 0) {
+      EXPECT_NE(problem, "") << cut;
+      continue;
+    }
+    EXPECT_EQ(problem, "") << cut;
+    EXPECT_EQ(McapReader(Path("damaged.mcap")).chunks().size(), expected) << cut;
+  }
+}
+
+TEST_F(ReplayTest, OfADamagedLogIsRefused) {
+  const std::string whole = LargeLog();
+  const McapReader log(Path("large.mcap"));
+  for (const McapReader::Chunk& chunk : log.chunks()) {
+    std::string bytes = whole;
+    bytes[chunk.offset + chunk.length / 2] ^= 0x10;
+    EXPECT_NE(ProblemOf(bytes).find("is damaged"), std::string::npos);
+    bytes = whole;
+    bytes[chunk.offset + 24] ^= 1;  // the checksum
+    EXPECT_NE(ProblemOf(bytes).find("is damaged"), std::string::npos);
+  }
+  test::RandomSource random(11);
+  for (int i = 0; i < (kSanitized ? 20 : 100); i++) {
+    std::string bytes = whole;
+    for (int k = 0; k < 3; k++)
+      bytes[random.Next() % (i % 2 == 0 ? bytes.size() / 100 : bytes.size())] =
+          static_cast<char>(random.Next() % 256);
+    ProblemOf(bytes);  // whatever it says: no crash
+  }
+}
+
+TEST_F(ReplayTest, OfSomethingElseIsRefused) {
+  EXPECT_NE(ProblemOf("").find("expected an MCAP file"), std::string::npos);
+  EXPECT_NE(ProblemOf("world( )").find("expected an MCAP file"), std::string::npos);
+  {
+    recording::McapWriter foreign(Path("foreign.mcap"), recording::Compression::kNone, "ros2", "x");
+    foreign.Finish();
+  }
+  EXPECT_NE(ProblemOf(BytesOf(Path("foreign.mcap"))).find("found no world file"),
+            std::string::npos);
+  EXPECT_THROW(recording::Replay("/"), std::runtime_error);
+  for (const char* name : {"../x", "/x", "a/../../x", ""}) {
+    const std::vector<recording::WorldFile> files = {{name, "y"}};
+    EXPECT_THROW(recording::UnpackedFiles{files}, std::runtime_error) << name;
+  }
+}
+
+TEST_F(ReplayTest, FindsFilesOfOtherFolders) {
+  std::filesystem::create_directories(folder_ / "w");
+  std::filesystem::create_directories(folder_ / "i");
+  WriteBytes(Path("i/a.inc"), "define post model( size [0.1 0.1 1] )\n");
+  WriteBytes(Path("w/a.world"), "include \"../i/a.inc\"\npost( name \"p\" )\n");
+  {
+    const std::unique_ptr<World> world = LoadFile(Path("w/a.world"), 1);
+    Log(world.get(), 3, "run.mcap");
+  }
+  std::filesystem::remove_all(folder_ / "i");
+  std::filesystem::remove_all(folder_ / "w");
+  recording::Replay replay(Path("run.mcap"));
+  EXPECT_NE(LoadFrom(replay)->GetModel("p"), nullptr);
+}
+
+}  // namespace
+
+}  // namespace log_testing

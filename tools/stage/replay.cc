@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/replay.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+#include "messages/report.hh"
+
+namespace Stg::program {
+
+std::unique_ptr<ReplayRun> ReplayRun::Open(Options* options) {
+  if (!options->replay) return nullptr;
+  const std::string log = options->worldfiles.front();
+  std::unique_ptr<ReplayRun> run(new ReplayRun(log, options->run.duration));
+  if (run->replay_.ends_early())
+    messages::Warn(messages::Quoted(log) + " ends early, at " +
+                   std::to_string(static_cast<double>(run->replay_.end()) / 1e6) +
+                   " s: what came later was not written whole");
+  options->worldfiles = {run->files_->world_file()};
+  options->run.controllers = false;
+  options->run.opencl = false;  // there is nothing to trace
+  return run;
+}
+
+void ReplayRun::BeginLoading() {
+  if (const char* path = std::getenv("STAGEPATH")) path_before_ = path;
+  const std::string before = path_before_ ? ":" + *path_before_ : "";
+  setenv("STAGEPATH", (files_->folders() + before).c_str(), 1);
+}
+
+void ReplayRun::EndLoading() {
+  if (path_before_)
+    setenv("STAGEPATH", path_before_->c_str(), 1);
+  else
+    unsetenv("STAGEPATH");
+  files_.reset();
+}
+
+void ReplayRun::Attach(World* world) {
+  world->SetQuitTime(duration_ > 0 ? std::min(duration_, replay_.end()) : replay_.end());
+  replay_.Attach(world);
+}
+
+void ReplayRun::Skip(World* world, double seconds) {
+  const double now = static_cast<double>(world->SimTimeNow()) + seconds * 1e6;
+  replay_.GoTo(static_cast<usec_t>(std::llround(std::max(now, 0.0))));
+}
+
+}  // namespace Stg::program
