@@ -2,6 +2,7 @@
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <sstream>
 #include <tuple>
+#include <utility>
 
 #include "bindings.hh"
 #include "crowd.hh"
@@ -22,7 +24,7 @@ namespace {
 
 std::shared_ptr<Simulation> Make(uint64_t seed, int threads, bool opencl, bool opencl_always,
                                  const std::string& device, const std::string& ray_model,
-                                 bool controllers) {
+                                 bool controllers, const std::vector<std::string>& settings) {
   RunOptions options;
   options.seed = seed;
   options.threads = threads;
@@ -33,6 +35,7 @@ std::shared_ptr<Simulation> Make(uint64_t seed, int threads, bool opencl, bool o
                       : ray_model == "exact" ? RayModel::kExact
                                              : RayModel::kDefault;
   options.controllers = controllers;
+  options.settings = settings;
   return std::make_shared<Simulation>(options);
 }
 
@@ -104,6 +107,20 @@ void Teleport(Simulation& simulation, Crowd& crowd, const Poses& poses, const Ma
     crowd.Teleport(0, poses.data(), which.data());
     simulation.Refresh();
   });
+}
+
+/// Not a number: there is none.
+std::vector<std::pair<std::string, double>> MetricsOf(Simulation& simulation) {
+  return simulation.With([](World& world) {
+    std::vector<std::pair<std::string, double>> metrics;
+    for (const NamedMetric& metric : world.Metrics())
+      metrics.emplace_back(metric.name, metric.value);
+    return metrics;
+  });
+}
+
+void SetMetric(Simulation& simulation, const std::string& name, double value) {
+  simulation.With([&](World& world) { world.SetMetric(name, value); });
 }
 
 void BindRunning(nb::class_<Simulation>& world) {
@@ -195,13 +212,15 @@ void BindWorld(nb::module_& module) {
   nb::class_<Simulation> world(module, "Simulation", "A world; see stagesim.World.");
   world.def(nb::new_(&Make), nb::arg("seed"), nb::arg("threads"), nb::arg("opencl"),
             nb::arg("opencl_always"), nb::arg("device"), nb::arg("ray_model"),
-            nb::arg("controllers"));
+            nb::arg("controllers"), nb::arg("settings"));
   BindRunning(world);
   BindState(world);
   BindCast(world);
   BindPicture(world);
   BindScene(module, world);
-  world.def("models", &ModelsOf)
+  world.def("metrics", &MetricsOf)
+      .def("set_metric", &SetMetric, nb::arg("name"), nb::arg("value"))
+      .def("models", &ModelsOf)
       .def("find", &FindByName, nb::arg("name"))
       .def("create", &Create, nb::arg("type"), nb::arg("parent").none())
       .def("robots", &RobotsOf)

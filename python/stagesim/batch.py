@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _core
 from ._core import Snapshot
 from .fleet import Bools, Crowd, Floats
-from .world import World, checked_seed, checked_steps
+from .world import Settings, World, checked_seed, checked_steps
 
 #: Which worlds: None for all, numbers, or a mask of shape (n,).
 Which = Union[None, int, Sequence[int], npt.NDArray[Any]]
@@ -35,7 +35,7 @@ class Batch(Crowd):
         seeds: one for each world; None: 0 to n - 1.
         threads: that work on them, each on other worlds; None: one for each processor.
         robots: a pattern of names or types, as in World.fleet(); None: all that drive on the ground.
-        opencl, ray_model, controllers: as in World().
+        opencl, ray_model, controllers, settings: as in World().
 
     Raises:
         WorldError: the file can't be loaded.
@@ -45,9 +45,9 @@ class Batch(Crowd):
 
     def __init__(self, file: str | os.PathLike[str], n: int, *, seeds: Iterable[int] | None = None,
                  threads: int | None = None, robots: str | None = None, opencl: bool | str = False,
-                 ray_model: str | None = None, controllers: bool = True) -> None:
+                 ray_model: str | None = None, controllers: bool = True, settings: Settings = ()) -> None:
         self._begin(World(file, threads=1, opencl=opencl, ray_model=ray_model,
-                          controllers=controllers), n, seeds, threads, robots)
+                          controllers=controllers, settings=settings), n, seeds, threads, robots)
 
     @classmethod
     def of(cls, world: World, n: int, *, seeds: Iterable[int] | None = None,

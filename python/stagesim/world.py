@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import fnmatch
+import math
 import os
-from typing import Any, Iterable
+from typing import Any, Iterable, Mapping, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,27 @@ from .fleet import Fleet, Floats
 from .pictures import Pixels, png_of
 
 MOST_SEED = 2**64 - 1
+
+#: Values in place of those of a world file: texts "NAME=VALUE", or a mapping of names to values.
+Settings = Union[Iterable[str], Mapping[str, Any]]
+
+
+def setting_text(value: Any) -> str:
+    """A value as world files have it: tuples in brackets, truth as 1 or 0."""
+    if isinstance(value, (bool, np.bool_)):
+        return str(int(value))
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return f"[{' '.join(map(setting_text, value))}]"
+    return str(value)
+
+
+def settings_list(settings: Settings) -> list[str]:
+    """As texts "NAME=VALUE"; TypeError for a single text."""
+    if isinstance(settings, str):
+        raise TypeError(f"found the text {settings!r} as settings, expected a list of texts or a mapping")
+    if isinstance(settings, Mapping):
+        return [f"{name}={setting_text(value)}" for name, value in settings.items()]
+    return list(settings)
 
 
 def checked_seed(seed: int) -> int:
@@ -51,16 +73,19 @@ class World:
         opencl_always: use it for every step, even where it is slower: for measurements.
         ray_model: "cell" or "exact", whatever the file says: changes what ranges go to.
         controllers: False leaves controllers and plug-ins of the file out, so that it runs no code.
+        settings: in place of what the file says, as `stage --set` has them: texts such as "robots=10" or
+            "world.resolution=0.05", or a mapping such as {"robots": 10, "world.resolution": 0.05}.
 
     Raises:
-        WorldError: the file can't be loaded; it carries the place in the file.
+        WorldError: the file can't be loaded, or a setting fits nothing in it; it carries the place in the
+            file.
         ValueError: an argument is out of range.
     """
 
     def __init__(self, file: str | os.PathLike[str], *, seed: int = 1, threads: int | None = None,
                  opencl: bool | str = False, opencl_always: bool = False,
-                 ray_model: str | None = None, controllers: bool = True) -> None:
-        self._core = self._make(seed, threads, opencl, opencl_always, ray_model, controllers)
+                 ray_model: str | None = None, controllers: bool = True, settings: Settings = ()) -> None:
+        self._core = self._make(seed, threads, opencl, opencl_always, ray_model, controllers, settings)
         path = _paths.resolve(file)
         try:
             self._core.load_file(path)
@@ -71,7 +96,7 @@ class World:
     def from_text(cls, text: str, folder: str | os.PathLike[str] = "", *, seed: int = 1,
                   threads: int | None = None, opencl: bool | str = False,
                   opencl_always: bool = False, ray_model: str | None = None,
-                  controllers: bool = True) -> World:
+                  controllers: bool = True, settings: Settings = ()) -> World:
         """A world from the text of a world file.
 
         Args:
@@ -81,7 +106,7 @@ class World:
         The others are those of World().
         """
         world = cls.__new__(cls)
-        world._core = cls._make(seed, threads, opencl, opencl_always, ray_model, controllers)
+        world._core = cls._make(seed, threads, opencl, opencl_always, ray_model, controllers, settings)
         path = os.path.join(os.fspath(folder) or _paths.WORLDS[0], "<text>")
         try:
             world._core.load_text(text, path)
@@ -91,7 +116,7 @@ class World:
 
     @staticmethod
     def _make(seed: int, threads: int | None, opencl: bool | str, opencl_always: bool,
-              ray_model: str | None, controllers: bool) -> _core.Simulation:
+              ray_model: str | None, controllers: bool, settings: Settings) -> _core.Simulation:
         if threads is not None and not 1 <= threads <= 1024:
             raise ValueError(f"found {threads} threads, expected 1 to 1024")
         if ray_model not in (None, "cell", "exact"):
@@ -99,7 +124,7 @@ class World:
         return _core.Simulation(
             seed=checked_seed(seed), threads=threads or 0, opencl=bool(opencl) or opencl_always,
             opencl_always=opencl_always, device=opencl if isinstance(opencl, str) else "",
-            ray_model=ray_model or "", controllers=controllers)
+            ray_model=ray_model or "", controllers=controllers, settings=settings_list(settings))
 
     # ---- running ----
 
@@ -217,6 +242,19 @@ class World:
     def ended(self) -> bool:
         """A controller wants the world to quit. step() makes no step then; reset() begins anew."""
         return self._core.wants_to_quit
+
+    @property
+    def metrics(self) -> dict[str, float | None]:
+        """What the metrics of the world file come to so far, and what set_metric() was told, by name.
+
+        None: there is nothing to tell yet, such as the time to a goal that nobody has reached. They begin
+        anew with reset() and restore().
+        """
+        return {name: value if math.isfinite(value) else None for name, value in self._core.metrics()}
+
+    def set_metric(self, name: str, value: float | None) -> None:
+        """A metric of your own, until the next reset() or restore(); None: there is no value."""
+        self._core.set_metric(name, math.nan if value is None else value)
 
     @property
     def device(self) -> str | None:

@@ -32,7 +32,7 @@ class StageEnv(gymnasium.Env[Observations, npt.NDArray[np.float32]]):
         robots: a pattern of names or types: who takes part, as in World.fleet(); others are left to their
             controllers.
         threads: that work on it.
-        options: `opencl`, `ray_model`, `controllers` as in World().
+        options: `opencl`, `ray_model`, `controllers`, `settings` as in World().
 
     Raises:
         WorldError: the file can't be loaded.
