@@ -17,15 +17,20 @@ class PlotsMissing(Exception):
     """Why there can be no plots, in one line."""
 
 
-def load_pyplot(style: dict[str, object] | None = None) -> Any:
-    """matplotlib, without a window. Boards that only measure may lack it. `style`: rcParams."""
+ADVICE = "`tools/setup --tests` installs it, `benchmarks/series --report-only` makes them then"
+
+
+def load_pyplot(style: dict[str, object] | None = None, advice: str = ADVICE) -> Any:
+    """matplotlib, without a window. Boards that only measure may lack it.
+
+    `style`: rcParams. `advice`: what to do where it is missing.
+    """
     try:
         import matplotlib  # pylint: disable=import-outside-toplevel
         matplotlib.use("Agg")
         from matplotlib import pyplot  # pylint: disable=import-outside-toplevel
     except ImportError:
-        raise PlotsMissing("no plots: matplotlib is missing; `tools/setup --tests` installs it, "
-                           "`benchmarks/series --report-only` makes them then") from None
+        raise PlotsMissing(f"no plots: matplotlib is missing; {advice}") from None
     pyplot.rcParams.update(style or {})
     return pyplot
 

@@ -7,7 +7,7 @@ import csv
 from pathlib import Path
 from typing import Iterable, Sequence
 
-from benchkit.inference import Summary
+from .inference import Summary
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> list[str]:

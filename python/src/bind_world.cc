@@ -218,6 +218,7 @@ void BindWorld(nb::module_& module) {
   BindCast(world);
   BindPicture(world);
   BindScene(module, world);
+  BindSweep(module, world);
   world.def("metrics", &MetricsOf)
       .def("set_metric", &SetMetric, nb::arg("name"), nb::arg("value"))
       .def("models", &ModelsOf)

@@ -18,6 +18,7 @@ void BindSensors(nanobind::module_& module, nanobind::class_<ModelHandle>& model
 void BindPicture(nanobind::class_<Simulation>& world);
 void BindCrowd(nanobind::module_& module);
 void BindScene(nanobind::module_& module, nanobind::class_<Simulation>& world);
+void BindSweep(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindWorld(nanobind::module_& module);
 
 }  // namespace Stg::python

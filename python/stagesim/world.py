@@ -155,9 +155,13 @@ class World:
             if self.quit_time is None:
                 raise ValueError("the world file gives no quit_time: say how long to run")
             seconds = max(0.0, self.quit_time - self.time)
+        return self.step(self._steps_in(seconds))
+
+    def _steps_in(self, seconds: float) -> int:
+        """How many steps so many seconds of simulated time take; ValueError if there can't be so many."""
         if not 0 <= seconds < float("inf"):
             raise ValueError(f"found {seconds} seconds, expected 0 or more")
-        return self.step(-(-round(seconds * 1e6) // self._core.interval))
+        return -(-round(seconds * 1e6) // self._core.interval)
 
     def reset(self, seed: int | None = None) -> None:
         """Begins anew, as if the file had just been loaded with that seed; None: with the same one.

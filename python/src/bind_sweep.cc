@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What a worker of a sweep needs of a world, so that its records are those of the program.
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bindings.hh"
+#include "models/host.hh"
+#include "recording/recorder.hh"
+#include "simulation.hh"
+#include "world/statistics.hh"
+
+namespace Stg::python {
+
+namespace {
+
+/// Robots: positions that somebody drives.
+nb::dict FiguresOf(Simulation& simulation) {
+  return simulation.With([](World& world) {
+    const RunStatistics run = world.statistics();
+    const EnergyTotals& totals = world.energy_totals();
+    const auto is_robot = [](const Model* model) {
+      return dynamic_cast<const ModelPosition*>(model) && model->HasSubscribers();
+    };
+    const std::vector<Model*>& models = world.host().models;
+    nb::dict energy, figures;
+    energy["stored"] = totals.stored;
+    energy["dissipated"] = totals.dissipated;
+    energy["input"] = totals.input;
+    figures["steps"] = run.steps;
+    figures["rays"] = run.trace.rays;
+    figures["robots"] = std::count_if(models.begin(), models.end(), is_robot);
+    figures["energy"] = energy;
+    figures["load_seconds"] = run.load_seconds;
+    return figures;
+  });
+}
+
+/// Throws Failure.
+template <typename F>
+void Recording(F f) {
+  try {
+    f();
+  } catch (const std::runtime_error& error) {
+    throw Failure{Kind::kStage, error.what()};
+  }
+}
+
+recording::Compression CompressionCalled(const std::string& name) {
+  using recording::Compression;
+  for (const Compression compression : {Compression::kLz4, Compression::kZstd})
+    if (name == recording::NameOf(compression) && recording::IsAvailable(compression))
+      return compression;
+  if (name == "none") return Compression::kNone;
+  throw Failure{Kind::kStage, "found the compression '" + name +
+                                  "', expected none, lz4 or zstd, and one that was built in"};
+}
+
+/// `every`: simulated seconds; none: whenever something has updated.
+std::shared_ptr<recording::Recorder> Record(Simulation& simulation, const std::string& file,
+                                            std::optional<double> every,
+                                            const std::vector<std::string>& robots,
+                                            const std::string& compression) {
+  return simulation.With([&](World& world) {
+    recording::LogOptions options;
+    options.file = file;
+    options.every = static_cast<usec_t>(every.value_or(0) * 1e6 + 0.5);
+    options.robots = robots;
+    options.compression = CompressionCalled(compression);
+    std::shared_ptr<recording::Recorder> recorder;
+    Recording([&] {
+      recorder = std::make_shared<recording::Recorder>(options);
+      recorder->Attach(&world);
+    });
+    return recorder;
+  });
+}
+
+}  // namespace
+
+void BindSweep(nb::module_& module, nb::class_<Simulation>& world) {
+  module.def("mix_seeds", &MixSeeds, nb::arg("seed"), nb::arg("part"));
+  module.def(
+      "set_controller_arguments", [](const std::string& text) { World::ctrlargs = text; },
+      nb::arg("text"));
+  nb::class_<recording::Recorder>(module, "Recorder", "A log of a world, as stage --log has it.")
+      .def("finish", [](recording::Recorder& recorder) { Recording([&] { recorder.Finish(); }); });
+  world.def("figures", &FiguresOf)
+      .def("record", &Record, nb::arg("file"), nb::arg("every").none(), nb::arg("robots"),
+           nb::arg("compression"));
+}
+
+}  // namespace Stg::python

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Sweeps: a world with many settings and seeds, on one machine or by the workers of an executor.
+
+`run()` does an experiment and gives its `Results`. The runs themselves are done by the program `stage sweep`;
+what is finished is in a folder, so that whatever is killed goes on with the same call.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from . import program
+from .executors import run_with
+from .experiment import Experiment
+from .plan import Axis, Plan, SweepError
+from .progress import Progress, shown
+from .results import Results
+
+__all__ = ["Axis", "Experiment", "Plan", "Results", "SweepError", "run"]
+
+
+def run(experiment: Experiment, executor: Any = None, *, out: str | os.PathLike[str], jobs: int | None = None,
+        chunk: int | None = None, progress: bool | Progress = False) -> Results:
+    """Does all runs of an experiment that are not finished yet.
+
+    Called again with the same experiment and folder, it goes on where it was, wherever it was killed. Runs
+    that fail three times have a record that says so, see `Results.failed`; they raise nothing.
+
+    Args:
+        experiment: what is to be tried.
+        executor: whose workers do it: anything with the submit() of concurrent.futures, or a function that
+            makes one, which is called again when a killed worker has broken the first. All workers need this
+            package and the same folder. None: processes of this machine.
+        out: the folder of the sweep; it is made.
+        jobs: how many runs at a time; None: one for each processor of this machine. With an executor: how
+            many workers it has.
+        chunk: with an executor, how many runs a task has; None: a quarter of each worker's share, 1000 at most.
+        progress: whether it is shown; with an executor, also a function of how many runs are finished and
+            how many there are.
+
+    Raises:
+        SweepError: the experiment can't be begun, the folder has another one's runs, or runs are still
+            missing and nobody gets on with them.
+    """
+    folder = Path(out).resolve()
+    folders = program.metric_folders(experiment)
+    plan = program.make_plan(experiment, folder)
+    if executor is not None:
+        with shown(progress) as show:
+            run_with(executor, folder, plan, experiment.metrics, folders, jobs, chunk, show)
+        return Results(folder)
+    words = [f"--jobs={jobs or os.cpu_count() or 1}"] + ["--no-progress"] * (not progress)
+    status, said = program.resume(str(folder), experiment.metrics, folders, words, bool(progress))
+    results = Results(folder)
+    if results.missing:
+        raise SweepError(f"{folder}: {len(results.missing)} of {plan.count} runs are missing: {said} "
+                         f"(status {status}). What is there is kept: call run() again")
+    return results

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""`python -m stagesim.sweep merge|report`: what `stage merge` and `stage report` call."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from ..benchkit.plots import PlotsMissing
+from ..errors import StageError
+from .merge import merge
+
+
+def arguments() -> argparse.ArgumentParser:
+    """What the command line may say."""
+    parser = argparse.ArgumentParser(prog="python -m stagesim.sweep", allow_abbrev=False,
+                                     description="Merges the runs of a sweep into one file, or makes a report.")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="merge|report")
+    merging = commands.add_parser("merge", help="all runs as one file", allow_abbrev=False)
+    merging.add_argument("folder", type=Path, metavar="FOLDER", help="of the sweep")
+    merging.add_argument("-o", "--out", type=Path, required=True, metavar="FILE",
+                         help="ends with .csv, .parquet (needs pyarrow) or .h5 (needs h5py)")
+    merging.add_argument("--timings", action="store_true", help="also what differs from time to time")
+    merging.add_argument("--partial", action="store_true", help="some runs may be missing")
+    reporting = commands.add_parser("report", help="a page with pictures, in FOLDER/report", allow_abbrev=False)
+    reporting.add_argument("folder", type=Path, metavar="FOLDER", help="of the sweep")
+    return parser
+
+
+def main() -> int:
+    """The exit status."""
+    options = arguments().parse_args()
+    try:
+        if options.command == "merge":
+            merge(options.folder, options.out, timings=options.timings, partial=options.partial)
+        else:
+            from .report import write_report  # pylint: disable=import-outside-toplevel
+
+            print(write_report(options.folder))
+        return 0
+    except (StageError, PlotsMissing, OSError) as error:
+        print(f"stage {options.command}: {error}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

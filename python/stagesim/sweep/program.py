@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Calls of the program `stage sweep`, which does the runs."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import tempfile
+from collections import deque
+from pathlib import Path
+from typing import Sequence
+
+from .. import _paths
+from .experiment import Experiment, folder_of
+from .plan import Plan, SweepError, plan_file
+
+PACKAGES = str(Path(_paths.FOLDER).parent)
+BAD_USAGE = 2  # the program's status for words that it doesn't take
+PR_SET_PDEATHSIG = 1
+LIBC = ctypes.CDLL(None)
+
+
+def worker_words(metrics: str | None) -> list[str]:
+    """The options that let a Python worker do the runs, if it has something to measure."""
+    if metrics is None:
+        return []
+    return [f"--worker={shlex.join([sys.executable, '-m', 'stagesim.sweep.worker', '--metrics', metrics])}"]
+
+
+def environment(folders: Sequence[str]) -> dict[str, str]:
+    """Of the program: its Python is this one, which finds this package, and modules in these folders."""
+    paths = [PACKAGES, *folders, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
+    return {**os.environ, "STAGE_PYTHON": sys.executable, "PYTHONPATH": os.pathsep.join(dict.fromkeys(paths))}
+
+
+def end_with_parent() -> None:
+    """In the child: no runs go on for a worker that was killed, while others do them again."""
+    LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def call(words: Sequence[str], folders: Sequence[str] = (), shown: bool = False) -> tuple[int, str]:
+    """Runs `stage` with these words: its exit status, and the last line that it wrote as an error.
+
+    Args:
+        folders: where else Python finds modules.
+        shown: what it writes as errors, which its progress is, is also seen here.
+    """
+    with tempfile.TemporaryFile() as errors, subprocess.Popen(
+            [_paths.PROGRAM, *words], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=None if shown else errors, env=environment(folders), preexec_fn=end_with_parent) as child:
+        try:
+            status = child.wait()
+        except BaseException:
+            child.terminate()
+            child.wait()
+            raise
+        errors.seek(0)
+        lines = deque((line for line in errors if line.strip()), maxlen=1)
+    return status, lines[0].decode(errors="replace").strip() if lines else f"stage ended with status {status}"
+
+
+def make_plan(experiment: Experiment, folder: Path) -> Plan:
+    """The plan of the experiment in that folder: a new one, or that of its earlier runs.
+
+    Raises:
+        SweepError: the folder has another sweep, or there can't be such a one.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".plan-") as new:
+        status, said = call(["sweep", *experiment.arguments(), "--plan-only", "-o", new])
+        if status != 0:
+            raise SweepError(said)
+        plan = Plan.read(new)
+        if plan_file(folder).exists():
+            if Plan.read(folder).text != plan.text:
+                raise SweepError(f"{folder}: found the runs of another experiment, or of an earlier state of the "
+                                 "world file; expected a new folder, or the same experiment")
+        else:
+            os.rename(plan_file(new), plan_file(folder))
+    return plan
+
+
+def resume(folder: str, metrics: str | None, folders: Sequence[str], words: Sequence[str] = (),
+           shown: bool = False) -> tuple[int, str]:
+    """Does what the sweep lacks, as far as the words say: see call()."""
+    return call(["sweep", "--resume", folder, *worker_words(metrics), *words], folders, shown)
+
+
+def metric_folders(experiment: Experiment) -> list[str]:
+    """Where Python finds the module of its metrics."""
+    return [] if experiment.metrics is None else [folder_of(experiment.metrics)]

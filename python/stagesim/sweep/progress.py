@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""How far a sweep is."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import Callable, Iterator
+
+from ..benchkit.progress import Progress as Bar
+
+#: Gets how many runs are finished, and how many there are.
+Progress = Callable[[int, int], object]
+
+
+@contextmanager
+def shown(progress: bool | Progress) -> Iterator[Progress]:
+    """A function to be told of it: the caller's own, one that draws a bar, or one that is silent."""
+    if callable(progress):
+        yield progress
+    elif not progress:
+        yield lambda done, total: None
+    else:
+        bar: list[Bar] = []
+        last = 0
+
+        def draw(done: int, total: int) -> None:
+            nonlocal last
+            if not bar:
+                bar.append(Bar(total=total - done))
+            else:
+                bar[0].advance(max(0, done - last), f"{done} of {total} runs")
+            last = done
+
+        try:
+            yield draw
+        finally:
+            for made in bar:
+                made.clear()

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The finished runs of a sweep as columns: those that `stage merge` gives them."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Callable, Iterable
+
+from . import program
+from .plan import Plan, SweepError, record_file
+
+TEXTS = ("status", "state_hash")
+KEYS = ("index", "run", "seed")
+COUNTS = ("steps", "rays", "robots")
+TYPES: dict[str, Callable[[str], Any]] = {"key": int, "count": int, "figure": float, "text": str}
+
+
+@dataclass
+class Column:
+    """A figure of all finished runs; None where a run has none.
+
+    `kind`: "key" (a whole number that all have), "count" (a whole number), "figure" or "text".
+    """
+
+    name: str
+    kind: str
+    values: list[Any]
+
+
+def axis_kind(values: Iterable[str]) -> str:
+    """What an axis with these values is: "key", "figure" or "text"."""
+    for kind in ("key", "figure"):
+        try:
+            for value in values:
+                TYPES[kind](value)
+            return kind
+        except ValueError:
+            pass
+    return "text"
+
+
+def read_columns(folder: str | os.PathLike[str], plan: Plan, timings: bool = False) -> list[Column]:
+    """All finished runs, by index.
+
+    Raises:
+        SweepError: a record is not whole.
+    """
+    with tempfile.TemporaryDirectory() as place:
+        file = Path(place) / "all.csv"
+        merge_csv(Path(folder), file, timings, partial=True)
+        with open(file, newline="", encoding="utf-8") as lines:
+            names, *rows = csv.reader(lines)
+    kinds = {**dict.fromkeys(TEXTS, "text"), **dict.fromkeys(KEYS, "key"), **dict.fromkeys(COUNTS, "count"),
+             **{axis.name: axis_kind(axis.values) for axis in plan.axes}}
+    columns = []
+    for at, name in enumerate(names):
+        kind = kinds.get(name, "figure")
+        columns.append(Column(name, kind, [TYPES[kind](row[at]) if row[at] else None for row in rows]))
+    return columns
+
+
+def merge_csv(folder: Path, file: Path, timings: bool, partial: bool) -> None:
+    """Lets the program do it."""
+    words = ["--timings"] * timings + ["--partial"] * partial
+    status, said = program.call(["merge", str(folder), "-o", str(file), *words])
+    if status != 0:
+        raise SweepError(said)
+
+
+def failed_records(folder: str | os.PathLike[str], columns: Iterable[Column]) -> list[dict[str, Any]]:
+    """Those of the runs that failed, by index."""
+    known = {column.name: column.values for column in columns}
+    return [json.loads(record_file(folder, index).read_text(encoding="utf-8"))
+            for index, status in zip(known["index"], known["status"]) if status == "failed"]
