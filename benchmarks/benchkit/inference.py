@@ -114,3 +114,65 @@ def holm(probabilities: Sequence[float]) -> list[float]:
         greatest = max(greatest, min(1.0, probabilities[i] * (len(order) - rank)))
         corrected[i] = greatest
     return corrected
+
+
+# ---- means of runs that differ by their seed alone -----------------------------------------------
+
+FEWEST = 5  # values of which a test says something
+TEST_DRAWS = 10_000
+
+
+def mean_bounds(values: np.ndarray) -> tuple[float, float]:
+    """Between which the mean of so many values would lie, as resampling them says; NaN of less than two."""
+    if len(values) < 2:
+        return math.nan, math.nan
+    random = np.random.default_rng(SEED)
+    return bounds(values[random.integers(0, len(values), (DRAWS, len(values)))].mean(axis=1))
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """How far the means of two groups are apart."""
+
+    difference: float
+    low: float  # of the interval: NaN if there are too few values
+    high: float
+    probability: float  # of a difference so large if there is none: NaN as well
+    count: int  # of the values
+
+
+def contrast(more: Sequence[np.ndarray], less: Sequence[np.ndarray] = ()) -> Contrast:
+    """The mean of the means of the groups `more` minus that of `less`, with a studentised bootstrap.
+
+    For pairs give their differences as `more` alone. Each group is resampled on its own, so groups may
+    differ in whatever they like. That it is studentised keeps it honest with few values.
+    """
+    weights = [1 / len(more)] * len(more) + [-1 / len(less) for _ in less]
+    groups = [*more, *less]
+    count = sum(map(len, groups))
+    difference = sum(weight * float(group.mean()) for weight, group in zip(weights, groups))
+    if min(map(len, groups)) < FEWEST:
+        return Contrast(difference, math.nan, math.nan, math.nan, count)
+    error = math.sqrt(sum(weight**2 * float(group.var(ddof=1)) / len(group)
+                          for weight, group in zip(weights, groups)))
+    rounding = 1e-12 * max(float(np.abs(group).max()) for group in groups)
+    if error <= rounding:  # the same in all runs
+        return Contrast(difference, difference, difference,
+                        1.0 if abs(difference) <= rounding else 1 / TEST_DRAWS, count)
+    sizes = studentised(groups, weights, difference)
+    reach = float(np.quantile(sizes, LEVEL)) * error
+    probability = (1 + np.count_nonzero(sizes >= abs(difference) / error)) / (TEST_DRAWS + 1)
+    return Contrast(difference, difference - reach, difference + reach, float(probability), count)
+
+
+def studentised(groups: Sequence[np.ndarray], weights: Sequence[float], difference: float) -> np.ndarray:
+    """How many standard errors the differences of resampled groups are off, sorted."""
+    random = np.random.default_rng(SEED)
+    drawn, variance = np.zeros(TEST_DRAWS), np.zeros(TEST_DRAWS)
+    for weight, group in zip(weights, groups):
+        sample = group[random.integers(0, len(group), (TEST_DRAWS, len(group)))]
+        drawn += weight * sample.mean(axis=1)
+        variance += weight**2 * sample.var(axis=1, ddof=1) / len(group)
+    off = np.abs(drawn - difference)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.sort(np.where(off > 0, off / np.sqrt(variance), 0.0))

@@ -26,8 +26,9 @@ from ..errors import WorldError
 from ..world import World
 from .plan import Plan, SweepError, record_file
 
-#: In the environment: the numbers of the files.
-COMMANDS, REPLIES = "STAGE_SWEEP_COMMANDS", "STAGE_SWEEP_REPLIES"
+#: The numbers of the files.
+COMMANDS = int(os.environ.get("STAGE_SWEEP_COMMANDS", "3"))
+REPLIES = int(os.environ.get("STAGE_SWEEP_REPLIES", "4"))
 LIBC = ctypes.CDLL(None)
 
 #: As Experiment.metrics says.
@@ -213,14 +214,14 @@ def main() -> None:
     parser.add_argument("--metrics", metavar="MODULE:NAME", help="what to measure besides: see docs/sweeps.md")
     parser.add_argument("folder", metavar="FOLDER", help="of the sweep")
     options = parser.parse_args()
-    if not os.environ.get(COMMANDS):
+    try:
+        # Controllers must not write where replies go, nor programs that they start hold it open.
+        for file in (COMMANDS, REPLIES):
+            os.set_inheritable(file, False)
+    except OSError:
         parser.error("found no commands, expected to be started by stage sweep --worker")
-    # Controllers must not write where replies go, nor programs that they start hold it open.
-    files = [int(os.environ[name]) for name in (COMMANDS, REPLIES)]
-    for file in files:
-        os.set_inheritable(file, False)
     worker = None
-    with os.fdopen(files[0], encoding="utf-8") as commands, os.fdopen(files[1], "w", encoding="utf-8") as replies:
+    with os.fdopen(COMMANDS, encoding="utf-8") as commands, os.fdopen(REPLIES, "w", encoding="utf-8") as replies:
         for line in commands:
             try:
                 if worker is None:

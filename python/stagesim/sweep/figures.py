@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The pictures of a report of a sweep."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Callable, Sequence
+
+import numpy as np
+
+from ..benchkit import plots
+from ..benchkit.report import number
+from .study import Axis, Metric, Study
+
+STYLE: dict[str, object] = {
+    "font.size": 10, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
+    "grid.color": "#dddddd", "grid.linewidth": 0.6, "axes.axisbelow": True, "legend.frameon": False,
+    "savefig.dpi": 130, "figure.constrained_layout.use": True}
+ADVICE = 'pip install "stagesim[report]" installs it'
+LINES = [(plots.BLUE, "o", "-"), (plots.RED, "s", "--"), (plots.GREEN, "^", "-."), (plots.PURPLE, "D", ":"),
+         (plots.ORANGE, "v", "-"), (plots.SKY, "P", "--"), (plots.BLACK, "X", "-.")]
+MOST_PANELS = 6
+MOST_LABELLED = 100  # cells of a heat map with their numbers in them
+LOGARITHMIC = 20.0  # the greatest value, in least ones, from which on an axis is logarithmic
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One that was drawn: its file, and what it shows."""
+
+    file: Path
+    caption: str
+    metric: Metric
+
+
+def some(count: int, most: int) -> list[int]:
+    """Of 0 to count - 1, at most so many, spread evenly, both ends among them."""
+    return sorted({round(at) for at in np.linspace(0, count - 1, min(count, most))})
+
+
+def draw_all(study: Study, folder: Path) -> list[Picture]:
+    """All pictures of a study, in this folder.
+
+    Raises:
+        PlotsMissing: matplotlib is not there.
+    """
+    pyplot = plots.load_pyplot(STYLE, ADVICE)
+    made = []
+    for metric in study.metrics:
+        for axis in study.axes:
+            made.append(draw_curves(pyplot, study, metric, axis, folder))
+        for x, y in itertools.combinations(study.numeric_axes, 2):
+            if max(len(x.values), len(y.values)) > 2:
+                made.append(draw_heat_map(pyplot, study, metric, x, y, folder))
+    return made
+
+
+def file_name(*parts: str) -> str:
+    """Of a picture."""
+    return "-".join(re.sub(r"[^A-Za-z0-9_.]+", "_", part) for part in parts) + ".png"
+
+
+class Panels:
+    """Small multiples: one panel for each value of an axis, or a single one."""
+
+    def __init__(self, pyplot: Any, over: Axis | None, size: tuple[float, float], share: bool = True) -> None:
+        self.over = over
+        self.codes = some(len(over.values), MOST_PANELS) if over else [0]
+        columns = min(len(self.codes), 3)
+        rows = -(-len(self.codes) // columns)
+        self.figure, grid = pyplot.subplots(rows, columns, squeeze=False, sharex=share, sharey=share,
+                                            figsize=(size[0] * (1 if columns == 1 else 0.72 * columns), size[1] * rows))
+        self.axes = list(grid.flat)
+        for unused in self.axes[len(self.codes):]:
+            unused.set_visible(False)
+
+    def each(self) -> list[tuple[Any, list[tuple[Axis, int]]]]:
+        """Each panel with what its runs have in common; it has got its title."""
+        found = []
+        for panel, code in zip(self.axes, self.codes):
+            if self.over:
+                panel.set_title(f"{self.over.name} = {self.over.text(code)}")
+            found.append((panel, [(self.over, code)] if self.over else []))
+        return found
+
+    def save(self, pyplot: Any, file: Path) -> None:
+        self.figure.savefig(file, metadata={"Software": None})
+        pyplot.close(self.figure)
+
+
+def positions(axis: Axis) -> tuple[list[float], bool]:
+    """Where the values of an axis stand, and whether on a logarithmic scale; texts stand side by side."""
+    if not axis.numeric:
+        return list(range(len(axis.values))), False
+    values = [float(value) for value in axis.values]
+    return values, min(values) > 0 and max(values) / min(values) >= LOGARITHMIC
+
+
+def set_values(panel: Any, axis: Axis) -> None:
+    """Ticks where there are values, as far as there is room."""
+    from matplotlib import ticker  # pylint: disable=import-outside-toplevel
+
+    places, logarithmic = positions(axis)
+    if logarithmic:
+        panel.set_xscale("log")
+    shown = some(len(places), 8)
+    panel.set_xticks([places[at] for at in shown], [axis.text(at) for at in shown])
+    panel.xaxis.set_minor_locator(ticker.NullLocator())
+    if not axis.numeric:
+        panel.set_xlim(-0.5, len(places) - 0.5)
+    panel.tick_params(axis="x", labelrotation=30 if max(len(axis.text(at)) for at in shown) > 7 else 0)
+
+
+def draw_curves(pyplot: Any, study: Study, metric: Metric, axis: Axis, folder: Path) -> Picture:
+    """The metric over the axis: a line for each value of a second axis, a panel for each of a third."""
+    others = [other for other in study.axes if other is not axis]
+    lines, over = (others + [None, None])[:2]
+    panels = Panels(pyplot, over, (6.4, 4.0))
+    codes = some(len(lines.values), len(LINES)) if lines else [0]
+    for panel, common in panels.each():
+        for code, look in zip(codes, LINES):
+            chosen = [*common, (lines, code)] if lines else common
+            draw_line(panel, study, metric, axis, chosen, look, lines.text(code) if lines else None)
+        set_values(panel, axis)
+        if metric.name.endswith("_share"):
+            panel.set_ylim(-0.03, 1.03)
+    for panel in panels.axes[:len(panels.codes)]:
+        panel.set_xlabel(axis.label)
+    panels.axes[0].set_ylabel(metric.label)
+    if lines:
+        panels.axes[0].legend(title=lines.label, ncols=2 if len(codes) > 4 else 1)
+    file = folder / file_name(metric.name, "over", axis.name)
+    panels.save(pyplot, file)
+    pooled = [other.name for other in others[2:]]
+    caption = f"{metric.label} over {axis.name}" + (f", a line for each {lines.name}" if lines else "") + \
+        (f", a panel for each {over.name}" if over else "") + (f", all {', '.join(pooled)} together" if pooled else "")
+    return Picture(file, caption + ". Means over seeds, 95 % bootstrap intervals.", metric)
+
+
+def draw_line(panel: Any, study: Study, metric: Metric, axis: Axis, chosen: Sequence[tuple[Axis, int]],
+              look: tuple[str, str, str], label: str | None) -> None:
+    """Means and intervals of one line."""
+    places, _ = positions(axis)
+    means = [study.mean(metric, study.at([*chosen, (axis, code)])) for code in range(len(places))]
+    colour, marker, dashes = look
+    middle = np.array([mean.mean for mean in means])
+    low, high = (np.array([value if math.isfinite(value) else mean.mean for value, mean in zip(ends, means)])
+                 for ends in ([mean.low for mean in means], [mean.high for mean in means]))
+    panel.errorbar(places, middle, yerr=[np.maximum(0, middle - low), np.maximum(0, high - middle)], color=colour,
+                   marker=marker, linestyle=dashes if axis.numeric else "none", markersize=5.5, linewidth=1.5,
+                   capsize=3, elinewidth=1, label=label)
+
+
+def draw_heat_map(pyplot: Any, study: Study, metric: Metric, x: Axis, y: Axis, folder: Path) -> Picture:
+    """The metric's mean over two axes: a panel for each value of a third."""
+    others = [other for other in study.axes if other is not x and other is not y]
+    over = others[0] if others else None
+    panels = Panels(pyplot, over, (1.8 + max(0.62 * len(x.values), 3.4), 1.2 + max(0.42 * len(y.values), 2.0)))
+    drawn = panels.each()
+    means = [np.array([[study.mean(metric, study.at([*common, (x, i), (y, j)])).mean for i in range(len(x.values))]
+                       for j in range(len(y.values))]) for _, common in drawn]
+    limits = {"vmin": np.nanmin(means), "vmax": np.nanmax(means)}
+    for (panel, _), cells in zip(drawn, means):
+        image = panel.imshow(cells, origin="lower", aspect="auto", cmap="cividis", **limits)
+        panel.grid(False)
+        set_cells(panel.set_xticks, x)
+        set_cells(panel.set_yticks, y)
+        panel.set_xlabel(x.label)
+        if cells.size <= MOST_LABELLED:
+            write_cells(panel, cells, **limits)
+    panels.axes[0].set_ylabel(y.label)
+    panels.figure.colorbar(image, ax=panels.axes[:len(drawn)], label=metric.label)
+    file = folder / file_name(metric.name, "over", x.name, y.name)
+    panels.save(pyplot, file)
+    caption = f"{metric.label}: means over {x.name} and {y.name}" + (f", a panel for each {over.name}" if over else "")
+    return Picture(file, caption + ".", metric)
+
+
+def set_cells(set_ticks: Callable[..., object], axis: Axis) -> None:
+    """Of a heat map: values at the middles of cells, as far as there is room."""
+    shown = some(len(axis.values), 10)
+    set_ticks(shown, [axis.text(at) for at in shown])
+
+
+def write_cells(panel: Any, cells: Any, vmin: float, vmax: float) -> None:
+    """The numbers, dark on bright cells."""
+    for (j, i), value in np.ndenumerate(cells):
+        if np.isfinite(value):
+            bright = vmax > vmin and (value - vmin) / (vmax - vmin) > 0.55
+            panel.text(i, j, number(value) if value >= 0 else f"-{number(-value)}", ha="center", va="center",
+                       fontsize=8, color="black" if bright else "white")

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What the runs of a sweep say: means over seeds with intervals, and what differs. No pictures."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ..benchkit.inference import Contrast, contrast, holm, mean_bounds
+from .plan import Plan
+from .table import Column
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+#: Columns that every sweep has, which are no results.
+FIXED = {"index", "run", "seed", "status", "state_hash", "steps", "simulated_seconds", "rays", "robots"}
+SPEED = "timing_r_acc"
+#: Of the kinds of metrics that come with Stage.
+KIND_UNITS = {"distance": "m", "coverage": "m²", "time_to_goal": "s", "nearest": "m", "collisions": ""}
+#: Of properties that are often varied.
+PROPERTY_UNITS = {"resolution": "m", "radius": "m", "interval_sim": "ms", "update_interval": "ms", "fov": "°",
+                  "joules": "J", "watts": "W"}
+#: An axis with more values is compared from each value to the next alone.
+MOST_FOR_ALL_PAIRS = 4
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What was varied.
+
+    Attributes:
+        name: of the setting.
+        label: with its unit, if that is known.
+        values: numbers, or texts.
+        codes: for each run, which of the values it had.
+    """
+
+    name: str
+    label: str
+    values: tuple[Any, ...]
+    codes: npt.NDArray[np.int64]
+
+    @property
+    def numeric(self) -> bool:
+        """Whether it can be an axis of a curve."""
+        return not isinstance(self.values[0], str)
+
+    def text(self, at: int) -> str:
+        """A value as people read it."""
+        value = self.values[at]
+        return value if isinstance(value, str) else f"{value:g}"
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A result of each run; NaN where a run has none."""
+
+    name: str
+    label: str
+    values: Floats
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Of some runs that differ by their seeds alone: the interval is one of 95 %."""
+
+    mean: float
+    low: float
+    high: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Of two values of an axis: `probability` is corrected for the number of comparisons."""
+
+    metric: Metric
+    axis: Axis
+    first: int
+    second: int
+    means: tuple[float, float]
+    found: Contrast
+    paired: bool
+    probability: float
+
+
+def units_of_metrics(world: str) -> dict[str, str]:
+    """By name, those of the metrics that a world file asks for, as far as it says so itself."""
+    try:
+        text = Path(world).read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return {}
+    units = {}
+    for section in re.findall(r"^\s*metric\s*\((.*?)\)", text, re.MULTILINE | re.DOTALL):
+        words = dict(re.findall(r'\b(name|kind)\s+"([^"]*)"', section))
+        units[words.get("name", words.get("kind", ""))] = KIND_UNITS.get(words.get("kind", ""), "")
+    return units
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A label."""
+    return f"{name} ({unit})" if unit else name
+
+
+class Study:
+    """The finished runs of a sweep.
+
+    Args:
+        plan: of the sweep.
+        columns: of its runs, with timings.
+    """
+
+    def __init__(self, plan: Plan, columns: Sequence[Column]) -> None:
+        self.plan = plan
+        known = {column.name: column for column in columns}
+        self.done: Mask = np.array([status == "done" for status in known["status"].values], bool)
+        self.run = np.array(known["run"].values, np.int64)
+        self.axes = [self._axis(known[axis.name]) for axis in plan.axes if len(axis.values) > 1]
+        self.metrics, self.same = self._metrics(columns)
+
+    def _axis(self, column: Column) -> Axis:
+        values = tuple(sorted(set(column.values)) if column.kind != "text" else dict.fromkeys(column.values))
+        place = {value: at for at, value in enumerate(values)}
+        unit = PROPERTY_UNITS.get(column.name.rpartition(".")[2], "") if "." in column.name else ""
+        return Axis(column.name, with_unit(column.name, unit), values,
+                    np.array([place[value] for value in column.values], np.int64))
+
+    def _metrics(self, columns: Sequence[Column]) -> tuple[list[Metric], dict[str, float]]:
+        """Those whose values differ, speed last; and those that are the same in all runs."""
+        units = {"energy_dissipated": "J", **units_of_metrics(self.plan.world)}
+        left_out = FIXED | {axis.name for axis in self.plan.axes}
+        metrics, same = [], {}
+        for column in columns:
+            speed = column.name == SPEED
+            if column.name in left_out or (column.name.startswith("timing_") and not speed):
+                continue
+            if column.name.startswith("energy_") and column.name != "energy_dissipated":
+                continue
+            values = np.array([np.nan if value is None else value for value in column.values], np.float64)
+            name = "r_ACC" if speed else column.name
+            metric = Metric(name, "speed: r_ACC (robot s / s)" if speed else
+                            with_unit(name.replace("_", " "), units.get(name, "")), values)
+            there = ~np.isnan(values[self.done])
+            if 0 < there.sum() < there.size:
+                share = np.where(self.done, ~np.isnan(values), np.nan).astype(np.float64)
+                metrics.append(Metric(f"{name}_share", f"share of runs with {name}", share))
+            found = np.unique(values[self.done][there])
+            if found.size > 1:
+                metrics.append(metric)
+            elif found.size == 1 and not column.name.startswith("energy_"):
+                same[name] = float(found[0])
+        return metrics, same
+
+    @property
+    def numeric_axes(self) -> list[Axis]:
+        """Those that can be axes of curves."""
+        return [axis for axis in self.axes if axis.numeric]
+
+    def mean(self, metric: Metric, which: Mask) -> Mean:
+        """Of these runs, as far as they have a value."""
+        values = metric.values[which & ~np.isnan(metric.values)]
+        if values.size == 0:
+            return Mean(np.nan, np.nan, np.nan, 0)
+        return Mean(float(values.mean()), *mean_bounds(values), values.size)
+
+    def at(self, chosen: Sequence[tuple[Axis, int]]) -> Mask:
+        """The runs that are done with these values, see Axis.codes."""
+        mask = self.done.copy()
+        for axis, code in chosen:
+            mask &= axis.codes == code
+        return mask
+
+    def sets(self, without: Sequence[Axis] = ()) -> Iterator[list[tuple[Axis, int]]]:
+        """Every combination of values of the axes, those aside."""
+        axes = [axis for axis in self.axes if all(axis is not other for other in without)]
+        for codes in itertools.product(*(range(len(axis.values)) for axis in axes)):
+            yield list(zip(axes, codes))
+
+    def comparisons(self) -> list[Comparison]:
+        """Of all metrics but speed, between values of each axis; the surest first."""
+        made = [self._compare(metric, axis, first, second)
+                for metric in self.metrics if metric.name != "r_ACC"
+                for axis in self.axes for first, second in pairs(len(axis.values))]
+        found = [comparison for comparison in made if comparison is not None]
+        tested = [comparison for comparison in found if not np.isnan(comparison.probability)]
+        corrected = iter(holm([comparison.probability for comparison in tested]))
+        found = [comparison if np.isnan(comparison.probability) else
+                 replace(comparison, probability=next(corrected)) for comparison in found]
+        return sorted(found, key=lambda comparison: (np.isnan(comparison.probability), comparison.probability))
+
+    def _compare(self, metric: Metric, axis: Axis, first: int, second: int) -> Comparison | None:
+        """Each combination of the other axes' values is a group; None if there is none with both."""
+        paired = self.plan.common_seeds
+        more, less = [], []
+        for others in self.sets([axis]):
+            groups = [self._by_run(metric, [*others, (axis, code)]) for code in (first, second)]
+            if paired:
+                runs = sorted(groups[0].keys() & groups[1].keys())
+                groups = [{run: group[run] for run in runs} for group in groups]
+            if all(groups):
+                less.append(np.array(list(groups[0].values())))
+                more.append(np.array(list(groups[1].values())))
+        if not more:
+            return None
+        found = contrast([b - a for a, b in zip(less, more)]) if paired else contrast(more, less)
+        means = tuple(float(np.mean([group.mean() for group in groups])) for groups in (less, more))
+        return Comparison(metric, axis, first, second, (means[0], means[1]), found, paired, found.probability)
+
+    def _by_run(self, metric: Metric, chosen: Sequence[tuple[Axis, int]]) -> dict[int, float]:
+        which = self.at(chosen) & ~np.isnan(metric.values)
+        return dict(zip(self.run[which].tolist(), metric.values[which].tolist()))
+
+
+def pairs(count: int) -> list[tuple[int, int]]:
+    """Which values are compared: all with all others, or of many each with the next, and the ends."""
+    if count <= MOST_FOR_ALL_PAIRS:
+        return list(itertools.combinations(range(count), 2))
+    return [(at, at + 1) for at in range(count - 1)] + [(0, count - 1)]
