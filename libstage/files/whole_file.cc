@@ -150,12 +150,12 @@ int WriteToDevice(const std::string& path, std::string_view content) {
 
 bool AnyFile(std::string_view) { return true; }
 
-int ReplaceFile(const std::string& name, std::string_view content, IsOurs ours) {
+int ReplaceFile(const std::string& name, std::string_view content, IsOurs ours, Lasts lasts) {
   Target target;
   if (const int error = Inspect(name, ours, &target); error != 0) return error;
   if (!target.regular) return WriteToDevice(target.path, content);
   Draft draft(target);
-  draft.Write(content, true);
+  draft.Write(content, lasts == Lasts::kAtOnce);
   return draft.Replace();
 }
 

@@ -23,8 +23,14 @@ namespace Stg::files {
 using IsOurs = bool (*)(std::string_view beginning);
 bool AnyFile(std::string_view beginning);
 
+/// When a file that was written is safe from a crash of the system, not of the program alone.
+enum class Lasts {
+  kAtOnce,  ///< when the function returns
+  kSoon     ///< when the system has written out what it holds; until then it may be empty
+};
 /// Makes the file or replaces it. EEXIST: there is one that is not ours.
-int ReplaceFile(const std::string& name, std::string_view content, IsOurs ours);
+int ReplaceFile(const std::string& name, std::string_view content, IsOurs ours,
+                Lasts lasts = Lasts::kAtOnce);
 /// What ReplaceFile() would say; leaves no trace. For those who would learn it too late.
 int TryReplaceFile(const std::string& name, IsOurs ours);
 /// Makes the file. EEXIST: there is one, or something else of that name.

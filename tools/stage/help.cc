@@ -7,6 +7,9 @@ namespace Stg::program {
 const char kHelpText[] =
     R"(Usage: stage [OPTION]... WORLDFILE...
        stage replay [OPTION]... LOG
+       stage sweep [OPTION]... WORLDFILE -o FOLDER
+       stage merge FOLDER -o FILE
+       stage report FOLDER
 
 Simulates crowds of robots in the plane. A WORLDFILE describes what there is: surroundings, robots,
 their sensors, and the controllers (plug-ins) that drive them. Several worlds run side by side, one
@@ -91,12 +94,12 @@ What you see
                        what the window section of the world file says
   --record DIR         make a film: pictures stage-000000.png and so on in DIR, in which there are
                        none yet, one for each step, 25 in a simulated second at most
+  --size WxH           pixels of these pictures; default: those of the world file's window
   --live[=PORT]        serve a page at 127.0.0.1 that shows the running world in a browser, and print
                        its address: pause, step, speed, drag and drive robots. Needs Python with the
                        package stagesim[live]; python3 -m stagesim.live --help has more options
   --foxglove[=PORT]    the same, and serve Foxglove, at port 8765 unless another one is given; needs
                        stagesim[foxglove]
-  --size WxH           pixels of these pictures; default: those of the world file's window
   -g, --gui            no window. (The name has historical reasons.) Without it, with a display and
                        a single world file, the world runs in a window, and pauses at its quit_time
   -h, -?, --help       print this and end

@@ -10,6 +10,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "messages/report.hh"
 #include "models/thrown.hh"
@@ -28,6 +29,7 @@
 #include "stage/report.hh"
 #include "stage/run.hh"
 #include "stage/snapshots.hh"
+#include "stage/sweep/commands.hh"
 #include "stage/window.hh"
 #include "world/prefilter_loader.hh"
 
@@ -88,6 +90,7 @@ int Run(const Options& options, ReplayRun* replay) {
 
 int Main(int argc, char* argv[]) {
   KeepStandardFiles();
+  if (const std::optional<int> status = ObeySweepCommand(argc, argv)) return *status;
   Options options = ParseOptions(argc, argv);
   switch (options.action) {
     case Options::Action::kHelp:
@@ -121,6 +124,13 @@ int Main(int argc, char* argv[]) {
   return Run(options, replay.get());
 }
 
+const char* AdviceFor(int argc, char* argv[]) {
+  const std::string_view command = argc > 1 ? argv[1] : "";
+  if (command == "sweep") return "; 'stage sweep --help' explains the options";
+  if (command == "merge") return "; 'stage merge --help' explains the options";
+  return "; 'stage --help' explains the options";
+}
+
 void Complain(const std::string& text, const char* advice = "") {
   constexpr std::size_t kLongest = 250;  // bytes: it may quote anything
   const std::string shown = messages::Shortened(text, kLongest);
@@ -143,7 +153,7 @@ int main(int argc, char* argv[]) {
   try {
     return Stg::program::Main(argc, argv);
   } catch (const Stg::program::UsageError& error) {
-    Stg::program::Complain(error.what(), "; 'stage --help' explains the options");
+    Stg::program::Complain(error.what(), Stg::program::AdviceFor(argc, argv));
     return Stg::program::kBadUsage;
   } catch (const Stg::program::WindowError& error) {
     Stg::program::Complain(error.what());

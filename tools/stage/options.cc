@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "files/whole_file.hh"
+#include "stage/option_values.hh"
 #include "stage/parse_number.hh"
 
 namespace Stg::program {
@@ -28,8 +29,7 @@ enum Id : int {
   kGui = 'g',
   kHelp = 'h',
   kQuestion = '?',
-  kMissingValue = ':',
-  kVersion = 256,
+  kVersion = kFirstLongOption,
   kDuration,
   kSeed,
   kThreads,
@@ -101,8 +101,6 @@ constexpr option kLongOptions[] = {
     {nullptr, 0, nullptr, 0},
 };
 
-constexpr double kLongestDuration = 1e12;  // seconds; keeps microseconds well inside usec_t
-constexpr int kMostThreads = 1024;
 constexpr int kMostPixels = 16384;  // a side of a picture
 constexpr usec_t kAtTheEnd = std::numeric_limits<usec_t>::max();
 constexpr usec_t kShotTime = 1000000;  // of a run without an end
@@ -114,22 +112,7 @@ std::string NameOf(int id) {
 }
 
 [[noreturn]] void Refuse(int id, const std::string& expected, const std::string& found) {
-  throw UsageError(NameOf(id) + ": found '" + found + "', expected " + expected);
-}
-
-/// Of that option; `expected` says what the limits are.
-double ParseWithin(int id, double least, double most, const char* expected,
-                   const std::string& text) {
-  const std::optional<double> value = ParseNumber<double>(text);
-  // The comparisons are false for what is not a number.
-  if (!value || !(*value >= least && *value <= most)) Refuse(id, expected, text);
-  return *value;
-}
-
-usec_t ParseDuration(const std::string& text) {
-  const double seconds = ParseWithin(kDuration, 1e-6, kLongestDuration,
-                                     "simulated seconds, from 0.000001 to 1e12", text);
-  return static_cast<usec_t>(std::llround(seconds * 1e6));
+  RefuseValue(NameOf(id), expected, found);
 }
 
 /// FILE@SECONDS
@@ -170,66 +153,6 @@ void ParseSize(const std::string& text, offscreen::Orders* orders) {
     Refuse(kSize, "WIDTHxHEIGHT, each from 1 to " + std::to_string(kMostPixels), text);
   orders->width = *width;
   orders->height = *height;
-}
-
-recording::Compression ParseCompression(const std::string& text) {
-  using recording::Compression;
-  for (const Compression compression :
-       {Compression::kNone, Compression::kLz4, Compression::kZstd}) {
-    const bool none = compression == Compression::kNone;
-    if (text != (none ? "none" : recording::NameOf(compression))) continue;
-    if (!recording::IsAvailable(compression))
-      throw UsageError("--log-compression: this program was built without " + text);
-    return compression;
-  }
-  Refuse(kLogCompression, "none, lz4 or zstd", text);
-}
-
-usec_t ParseLogInterval(const std::string& text) {
-  const double seconds = ParseWithin(kLogEvery, 1e-6, kLongestDuration,
-                                     "simulated seconds, from 0.000001 to 1e12", text);
-  return static_cast<usec_t>(std::llround(seconds * 1e6));
-}
-
-/// NAME,NAME
-std::vector<std::string> ParseNames(int id, const std::string& text) {
-  std::vector<std::string> names;
-  for (size_t begin = 0; begin <= text.size();) {
-    const size_t end = std::min(text.find(',', begin), text.size());
-    if (end == begin) Refuse(id, "names with a comma between them", text);
-    names.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return names;
-}
-
-uint64_t ParseSeed(const std::string& text) {
-  const std::optional<uint64_t> seed = ParseNumber<uint64_t>(text);
-  if (!seed) Refuse(kSeed, "a whole number, from 0 to 18446744073709551615", text);
-  return *seed;
-}
-
-int ParseThreads(const std::string& text) {
-  const std::optional<int> threads = ParseNumber<int>(text);
-  if (!threads || *threads < 1 || *threads > kMostThreads)
-    Refuse(kThreads, "a whole number, from 1 to " + std::to_string(kMostThreads), text);
-  return *threads;
-}
-
-RayModel ParseRayModel(const std::string& text) {
-  if (text != "cell" && text != "exact") Refuse(kRayModel, "cell or exact", text);
-  return text == "cell" ? RayModel::kCell : RayModel::kExact;
-}
-
-/// Why getopt did not find a long option: there is none, or more than one begins like that.
-std::string UnknownLongOption(const std::string& given) {
-  const std::string prefix = given.substr(2, given.find('=') - 2);
-  std::string candidates;
-  for (const option* o = kLongOptions; o->name; o++)
-    if (std::string_view(o->name).starts_with(prefix))
-      candidates += (candidates.empty() ? "--" : ", --") + std::string(o->name);
-  if (candidates.empty()) return "there is no option '" + given + "'";
-  return "'" + given + "' may mean any of " + candidates;
 }
 
 class Parser {
@@ -276,16 +199,16 @@ class Parser {
         options_.action = Options::Action::kVersion;
         break;
       case kDuration:
-        options_.run.duration = ParseDuration(value);
+        options_.run.duration = ParseDuration(NameOf(id), value);
         break;
       case kSeed:
-        options_.run.seed = ParseSeed(value);
+        options_.run.seed = ParseSeed(NameOf(id), value);
         break;
       case kThreads:
-        options_.run.threads = ParseThreads(value);
+        options_.run.threads = ParseThreads(NameOf(id), value);
         break;
       case kRayModel:
-        options_.run.ray_model = ParseRayModel(value);
+        options_.run.ray_model = ParseRayModel(NameOf(id), value);
         break;
       case kStats:
         SetStatsFile(value);
@@ -329,15 +252,15 @@ class Parser {
         options_.log.file = value;
         break;
       case kLogEvery:
-        options_.log.every = ParseLogInterval(value);
+        options_.log.every = ParseDuration(NameOf(id), value);
         log_option_ = id;
         break;
       case kLogModels:
-        options_.log.robots = ParseNames(id, value);
+        options_.log.robots = ParseNames(NameOf(id), value);
         log_option_ = id;
         break;
       case kLogCompression:
-        options_.log.compression = ParseCompression(value);
+        options_.log.compression = ParseCompression(NameOf(id), value);
         log_option_ = id;
         break;
       case kFromSnapshot:
@@ -350,11 +273,11 @@ class Parser {
       case kBudget:
         if (options_.action == Options::Action::kRun) options_.action = Options::Action::kBudget;
         options_.budget_ms =
-            ParseWithin(kBudget, 0.001, 60000, "milliseconds, from 0.001 to 60000", value);
+            ParseWithin(NameOf(id), 0.001, 60000, "milliseconds, from 0.001 to 60000", value);
         break;
       case kHorizon:
         options_.horizon =
-            ParseWithin(kHorizon, 1e-6, 86400, "simulated seconds, from 0.000001 to 86400", value);
+            ParseWithin(NameOf(id), 1e-6, 86400, "simulated seconds, from 0.000001 to 86400", value);
         break;
       case kSet:
         options_.run.settings.push_back(value);
@@ -414,11 +337,7 @@ class Parser {
       options_.action = Options::Action::kHelp;
       return;
     }
-    if (id == kMissingValue) throw UsageError(NameOf(optopt) + " needs a value");
-    if (optopt >= kVersion) throw UsageError(NameOf(optopt) + " takes no value");
-    if (optopt != 0)
-      throw UsageError(std::string("there is no option '-") + static_cast<char>(optopt) + "'");
-    throw UsageError(UnknownLongOption(arguments_[static_cast<size_t>(optind - 1)]));
+    RefuseOption(id, kLongOptions, arguments_[static_cast<size_t>(optind - 1)]);
   }
 
   std::vector<char*> arguments_;  // a copy: getopt sorts it

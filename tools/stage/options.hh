@@ -6,13 +6,13 @@
 #define STAGE_TOOLS_STAGE_OPTIONS_HH
 
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "gui/offscreen/pictures.hh"
 #include "recording/recorder.hh"
 #include "stage.hh"
+#include "stage/option_values.hh"
 
 namespace Stg::program {
 
@@ -42,12 +42,6 @@ struct Options {
   std::optional<bool> progress;           ///< unset: shown where somebody is likely to look
   offscreen::Orders pictures;             ///< their times are known once all options are
   std::vector<std::string> worldfiles;
-};
-
-/// what() is one line that says what is wrong with the command line.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
 };
 
 /// Throws UsageError. Call it once: getopt has a state of its own.

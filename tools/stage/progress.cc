@@ -25,20 +25,6 @@ double StepsLeft(const World* world) {
 
 double Seconds(usec_t time) { return static_cast<double>(time) / 1e6; }
 
-/// "9 s", "4 min 5 s", "2 h 10 min"
-std::string Duration(double seconds) {
-  if (!(seconds < 1e7)) return "months";
-  const long s = std::lround(seconds);
-  char text[64];
-  if (s < 100)
-    std::snprintf(text, sizeof text, "%ld s", s);
-  else if (s < 6000)
-    std::snprintf(text, sizeof text, "%ld min %ld s", s / 60, s % 60);
-  else
-    std::snprintf(text, sizeof text, "%ld h %ld min", s / 3600, s / 60 % 60);
-  return text;
-}
-
 }  // namespace
 
 Progress::Progress(std::optional<bool> wanted, const std::vector<LoadedWorld>& worlds)
@@ -58,25 +44,12 @@ Progress::Progress(std::optional<bool> wanted, const std::vector<LoadedWorld>& w
   samples_.push_back({Now(), Seconds(last->SimTimeNow())});
 }
 
-Progress::~Progress() {
-  if (length_ == 0) return;
-  Print("");
-  std::fputc('\r', stderr);
-}
-
 void Progress::Tick() {
   if (!last_) return;
   const double now = Now();
   if (now < next_) return;
   next_ = now + kPeriod;
-  Print(Text(now));
-}
-
-void Progress::Print(const std::string& text) {
-  // Blanks wipe out what is left of a longer line before.
-  std::fprintf(stderr, "\r%-*s", static_cast<int>(length_), text.c_str());
-  std::fflush(stderr);
-  length_ = text.size();
+  line_.Print(Text(now));
 }
 
 std::string Progress::Text(double now) {
@@ -98,7 +71,7 @@ std::string Progress::Text(double now) {
                             ", %.*f x real time", speed < 100 ? 1 : 0, speed);
   std::string line(text, static_cast<size_t>(length));
   if (speed > 0 && end > 0)
-    line += ", " + Duration(std::max(0.0, end - simulated) / speed) + " left";
+    line += ", " + DurationText(std::max(0.0, end - simulated) / speed) + " left";
   return line;
 }
 

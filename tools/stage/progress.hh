@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "stage/run.hh"
+#include "stage/status_line.hh"
 
 namespace Stg::program {
 
@@ -18,10 +19,6 @@ class Progress {
  public:
   /// `wanted` unset: only if standard error is a terminal, the end is known and no clock is shown.
   Progress(std::optional<bool> wanted, const std::vector<LoadedWorld>& worlds);
-  /// Erases the line.
-  ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
 
   /// To be called after each round. Prints a few times a second.
   void Tick();
@@ -31,13 +28,12 @@ class Progress {
     double wall, simulated;
   };
 
-  void Print(const std::string& text);
   std::string Text(double now);
 
   World* last_ = nullptr;  // the world that will be done last; null: nothing is shown
   double next_;
   std::deque<Sample> samples_;  // of the last seconds
-  size_t length_ = 0;           // of what is on the line
+  StatusLine line_;
 };
 
 }  // namespace Stg::program

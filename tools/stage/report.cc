@@ -19,6 +19,7 @@
 
 #include "files/whole_file.hh"
 #include "stage/process.hh"
+#include "stage/world_figures.hh"
 #include "world/statistics.hh"
 
 namespace Stg::program {
@@ -55,22 +56,6 @@ Json Machine() {
 
 // ---- a world ------------------------------------------------------------------------------------
 
-struct Population {
-  size_t models = 0, positions = 0, robots = 0;  // robots: positions that somebody drives
-};
-
-void Count(const Ancestor& parent, const Model* ground, Population* population) {
-  for (const Model* model : parent.GetChildren()) {
-    if (model == ground) continue;
-    const bool driven = model->HasSubscribers();
-    const bool position = dynamic_cast<const ModelPosition*>(model) != nullptr;
-    population->models++;
-    population->positions += position;
-    population->robots += position && driven;
-    Count(*model, ground, population);
-  }
-}
-
 Json OpenCl(const RunStatistics& run) {
   if (run.device.empty() && run.device_steps == 0) return nullptr;
   return {{"device", run.device},  // empty: it failed in mid-run
@@ -96,32 +81,24 @@ Json PhasesPerStep(const RunStatistics& run) {
           {"callbacks", ms(run.seconds.callbacks)}, {"energy", ms(run.seconds.energy)}};
 }
 
-Json MetricsOf(const World& world) {
-  Json metrics = Json::object();
-  for (const NamedMetric& metric : world.Metrics())
-    metrics[metric.name] = std::isfinite(metric.value) ? Json(metric.value) : Json();
-  return metrics;
-}
-
 Json Describe(const LoadedWorld& loaded) {
   World* world = loaded.world;
   const RunStatistics& run = world->statistics();
-  Population population;
-  Count(*world, world->GetGround(), &population);
+  const ModelCounts counts = CountModels(*world);
   const double simulated = static_cast<double>(world->SimTimeNow()) / 1e6;
   const double rays = static_cast<double>(run.trace.rays);
 
   return {{"worldfile", loaded.file},
           {"seed", world->seed()},
-          {"robots", population.robots},
-          {"position_models", population.positions},
-          {"models", population.models},
+          {"robots", counts.robots},
+          {"position_models", counts.positions},
+          {"models", counts.models},
           {"ray_model", world->GetRayModel() == RayModel::kExact ? "exact" : "cell"},
           {"steps", run.steps},
           {"simulated_seconds", simulated},
           {"load_seconds", run.load_seconds},
           {"wall_seconds", loaded.wall_seconds},
-          {"r_acc", Ratio(static_cast<double>(population.robots) * simulated, loaded.wall_seconds)},
+          {"r_acc", Ratio(static_cast<double>(counts.robots) * simulated, loaded.wall_seconds)},
           {"rays", run.trace.rays},
           {"rays_per_second", Ratio(rays, loaded.wall_seconds)},
           {"potential_hits_per_ray", Ratio(static_cast<double>(run.trace.potential_hits), rays)},

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The program's commands for sweeps.
+
+#ifndef STAGE_TOOLS_STAGE_SWEEP_COMMANDS_HH
+#define STAGE_TOOLS_STAGE_SWEEP_COMMANDS_HH
+
+#include <optional>
+
+namespace Stg::program {
+
+/// The status to exit with if argv[1] is one of these commands. Throws UsageError and
+/// std::runtime_error, in one line.
+std::optional<int> ObeySweepCommand(int argc, char* argv[]);
+
+int Sweep(int argc, char* argv[]);
+int Merge(int argc, char* argv[]);
+
+}  // namespace Stg::program
+
+#endif

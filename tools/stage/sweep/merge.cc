@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// stage merge: the records of a sweep as one table. The same records give the same bytes.
+
+#include <getopt.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "files/whole_file.hh"
+#include "messages/report.hh"
+#include "stage/option_values.hh"
+#include "stage/process.hh"
+#include "stage/python_module.hh"
+#include "stage/sweep/commands.hh"
+#include "stage/sweep/folder.hh"
+#include "stage/sweep/help.hh"
+
+namespace Stg::program {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct MergeOptions {
+  std::string folder, file;
+  bool partial = false, timings = false, help = false;
+};
+
+enum Id : int { kHelp = 'h', kOut = 'o', kPartial = kFirstLongOption, kTimings };
+
+constexpr option kLongOptions[] = {
+    {"help", no_argument, nullptr, kHelp},
+    {"out", required_argument, nullptr, kOut},
+    {"partial", no_argument, nullptr, kPartial},
+    {"timings", no_argument, nullptr, kTimings},
+    {nullptr, 0, nullptr, 0},
+};
+
+MergeOptions ParseMergeOptions(int argc, char* argv[]) {
+  std::vector<char*> arguments(argv, argv + argc);
+  arguments.erase(arguments.begin() + 1);
+  const int count = static_cast<int>(arguments.size());
+  arguments.push_back(nullptr);
+  MergeOptions options;
+  int id;
+  while ((id = getopt_long(count, arguments.data(), ":ho:", kLongOptions, nullptr)) != -1) {
+    if (id == kOut)
+      options.file = optarg;
+    else if (id == kPartial)
+      options.partial = true;
+    else if (id == kTimings)
+      options.timings = true;
+    else if (id == kHelp)
+      options.help = true;
+    else
+      RefuseOption(id, kLongOptions, arguments[static_cast<size_t>(optind - 1)]);
+  }
+  if (options.help) return options;
+  if (count - optind != 1)
+    throw UsageError("merge: found " + std::to_string(count - optind) +
+                     " folders, expected one: that of a sweep");
+  options.folder = arguments[static_cast<size_t>(optind)];
+  for (const char* ending : {".csv", ".parquet", ".h5"})
+    if (options.file.size() > std::strlen(ending) && options.file.ends_with(ending)) return options;
+  RefuseValue("--out", "a name that ends in .csv, .parquet or .h5", options.file);
+}
+
+/// The table: rows are runs, in their order.
+class Table {
+ public:
+  explicit Table(const MergeOptions& options) : options_(options) {}
+
+  void Add(const Json& record) {
+    Row row;
+    for (const char* name : {"index", "run", "seed"}) Put(&row, name, record.at(name));
+    PutAll(&row, "", record.at("set"));
+    for (const char* name : {"status", "state_hash", "steps", "simulated_seconds", "rays"})
+      Put(&row, name, record.value(name, Json()));
+    PutAll(&row, "energy_", record.value("energy", Json::object()));
+    if (fixed_ == 0 && record.at("status") == "done") fixed_ = names_.size();
+    PutMetrics(&row, record.value("metrics", Json::object()));
+    if (options_.timings) PutAll(&row, "timing_", record.value("timing", Json::object()));
+    rows_.push_back(std::move(row));
+  }
+
+  std::string ToCsv() const {
+    std::string text;
+    for (const std::string& name : names_) text += (&name == names_.data() ? "" : ",") + Cell(name);
+    text += '\n';
+    for (const Row& row : rows_) {
+      for (size_t i = 0; i < names_.size(); i++) {
+        if (i > 0) text += ',';
+        if (i < row.size()) text += row[i];
+      }
+      text += '\n';
+    }
+    return text;
+  }
+
+ private:
+  using Row = std::vector<std::string>;  // by column; shorter where the rest is empty
+
+  static std::string Cell(const std::string& text) {
+    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+    return quoted + "\"";
+  }
+
+  void Put(Row* row, const std::string& name, const Json& value) {
+    const auto [column, is_new] = columns_.try_emplace(name, names_.size());
+    if (is_new) names_.push_back(name);
+    if (row->size() <= column->second) row->resize(column->second + 1);
+    if (value.is_null()) return;
+    (*row)[column->second] = Cell(value.is_string() ? value.get<std::string>() : value.dump());
+  }
+
+  void PutAll(Row* row, const std::string& prefix, const Json& values) {
+    for (const auto& [name, value] : values.items()) Put(row, prefix + name, value);
+  }
+
+  /// One that has the name of another column becomes metric_NAME.
+  void PutMetrics(Row* row, const Json& metrics) {
+    for (const auto& [name, value] : metrics.items()) {
+      const auto column = columns_.find(name);
+      const bool taken = column != columns_.end() && column->second < fixed_;
+      Put(row, taken ? "metric_" + name : name, value);
+    }
+  }
+
+  const MergeOptions& options_;
+  size_t fixed_ = 0;                // columns that every finished run has, in front of metrics
+  std::vector<std::string> names_;  // in the order in which they were seen
+  std::map<std::string, size_t> columns_;
+  std::vector<Row> rows_;
+};
+
+void CheckWhole(const SweepFolder& folder, const std::vector<bool>& finished, bool partial) {
+  const auto missing = std::ranges::count(finished, false);
+  if (missing == 0) return;
+  const std::string text = folder.path() + ": " + std::to_string(missing) + " of " +
+                           std::to_string(finished.size()) + " runs are not finished";
+  if (!partial)
+    throw std::runtime_error(text + "; stage sweep --resume " + folder.path() +
+                             " does them, --partial merges what there is");
+  messages::Warn(text);
+}
+
+std::string TableOf(const SweepFolder& folder, const MergeOptions& options) {
+  const Plan plan = folder.Read();
+  const std::vector<bool> finished = folder.Finished(plan.Count());
+  CheckWhole(folder, finished, options.partial);
+  Table table(options);
+  for (uint64_t index = 0; index < finished.size(); index++) {
+    if (!finished[index]) continue;
+    try {
+      table.Add(Json::parse(folder.ReadRecord(index)));
+    } catch (const Json::exception&) {
+      throw std::runtime_error(folder.RecordFile(index) +
+                               ": not a record of a run; remove it, and stage sweep --resume " +
+                               folder.path() + " does the run again");
+    }
+  }
+  return table.ToCsv();
+}
+
+}  // namespace
+
+int Merge(int argc, char* argv[]) {
+  const MergeOptions options = ParseMergeOptions(argc, argv);
+  if (options.help) {
+    PrintWhole(kMergeHelpText);
+    return 0;
+  }
+  if (!options.file.ends_with(".csv")) {
+    std::vector<std::string> arguments = {"merge", options.folder, "-o", options.file};
+    if (options.partial) arguments.emplace_back("--partial");
+    if (options.timings) arguments.emplace_back("--timings");
+    BecomePythonModule("stagesim.sweep", arguments);
+  }
+  const std::string table = TableOf(SweepFolder(options.folder), options);
+  const auto is_table = [](std::string_view beginning) {
+    return beginning.starts_with("index,run,seed,");
+  };
+  if (const int error = files::ReplaceFile(options.file, table, is_table); error != 0)
+    throw std::runtime_error("can't write '" + options.file + "': " +
+                             (error == EEXIST ? "it holds something else" : std::strerror(error)));
+  return 0;
+}
+
+}  // namespace Stg::program

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/sweep/plan.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "geometry/random.hh"
+#include "stage/option_values.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg::program {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormat = 1;
+
+uint64_t HashOf(std::string_view text) {
+  uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return hash;
+}
+
+/// Depends on what is varied and how, not on the order of --set.
+uint64_t SeedOf(const Plan& plan, const RunSpec& spec) {
+  std::vector<std::pair<std::string, std::string>> sorted;
+  if (!plan.common_seeds) sorted = spec.set;
+  std::ranges::sort(sorted);
+  std::string canonical;
+  for (const auto& [name, value] : sorted) canonical += name + "=" + value + "\n";
+  return MixSeeds(MixSeeds(plan.seed, HashOf(canonical)), spec.run) >> 11;
+}
+
+/// In single quotes where a shell would see more than a word in it.
+std::string ShellWord(const std::string& text) {
+  constexpr char kPlain[] =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,@%+";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+/// So that it reads as the same number.
+std::string SecondsText(usec_t time) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", static_cast<double>(time) / 1e6);
+  return text;
+}
+
+const char* NameOf(RayModel model) {
+  if (model == RayModel::kDefault) return "default";
+  return model == RayModel::kCell ? "cell" : "exact";
+}
+
+RayModel RayModelOf(const std::string& name) {
+  for (const RayModel model : {RayModel::kDefault, RayModel::kCell, RayModel::kExact})
+    if (name == NameOf(model)) return model;
+  throw std::runtime_error("found the ray model '" + name + "'");
+}
+
+const char* NameOfCompression(recording::Compression compression) {
+  return compression == recording::Compression::kNone ? "none" : recording::NameOf(compression);
+}
+
+Json LogToJson(const recording::LogOptions& log) {
+  return {{"every", log.every == 0 ? Json() : Json(static_cast<double>(log.every) / 1e6)},
+          {"models", log.robots},
+          {"compression", NameOfCompression(log.compression)}};
+}
+
+usec_t TimeOf(const Json& seconds) {
+  return seconds.is_null() ? 0 : static_cast<usec_t>(std::llround(seconds.get<double>() * 1e6));
+}
+
+recording::LogOptions LogOf(const Json& json) {
+  recording::LogOptions log;
+  log.every = TimeOf(json.at("every"));
+  log.robots = json.at("models").get<std::vector<std::string>>();
+  log.compression = ParseCompression("the sweep's log", json.at("compression"));
+  return log;
+}
+
+void ReadOptions(const Json& options, Plan* plan) {
+  plan->controller_args = options.at("args");
+  plan->run.threads = options.at("threads");
+  plan->run.ray_model = RayModelOf(options.at("ray_model"));
+  plan->run.opencl = !options.at("opencl").is_null();
+  if (plan->run.opencl) plan->run.device = options.at("opencl");
+  plan->run.controllers = options.at("controllers");
+  if (!options.at("log").is_null()) plan->log = LogOf(options.at("log"));
+}
+
+/// Where the value that begins there ends: at the next comma outside of quotes and brackets.
+size_t EndOfValue(const std::string& text, size_t begin) {
+  int brackets = 0;
+  bool quoted = false;
+  size_t end = begin;
+  for (; end < text.size(); end++) {
+    const char c = text[end];
+    if (c == '"') quoted = !quoted;
+    if (quoted) continue;
+    brackets += c == '[' ? 1 : c == ']' ? -1 : 0;
+    if (c == ',' && brackets <= 0) break;
+  }
+  return end;
+}
+
+}  // namespace
+
+uint64_t Plan::Count() const {
+  uint64_t count = RunsEach();
+  for (const Axis& axis : axes) {
+    if (count > kMostRuns) break;  // too many anyway, and still far from an overflow
+    count *= axis.values.size();
+  }
+  return count;
+}
+
+Axis ParseAxis(const std::string& text) {
+  const size_t equals = text.find('=');
+  if (equals == 0 || equals == std::string::npos)
+    RefuseValue("--set", "NAME=VALUE,VALUE, as in robots=10,100", text);
+  Axis axis{text.substr(0, equals), {}};
+  for (size_t begin = equals + 1; begin <= text.size();) {
+    const size_t end = EndOfValue(text, begin);
+    if (end == begin) RefuseValue("--set", "a value before and after each comma", text);
+    const std::string value = text.substr(begin, end - begin);
+    if (std::ranges::find(axis.values, value) != axis.values.end())
+      RefuseValue("--set", "each value once", text);
+    axis.values.push_back(value);
+    begin = end + 1;
+  }
+  return axis;
+}
+
+RunSpec RunAt(const Plan& plan, uint64_t index) {
+  RunSpec spec;
+  spec.index = index;
+  spec.run = plan.first + index % plan.RunsEach();
+  uint64_t combination = index / plan.RunsEach();
+  for (size_t i = plan.axes.size(); i-- > 0;) {
+    const Axis& axis = plan.axes[i];
+    spec.set.emplace_back(axis.name, axis.values[combination % axis.values.size()]);
+    combination /= axis.values.size();
+  }
+  std::ranges::reverse(spec.set);
+  spec.seed = SeedOf(plan, spec);
+  return spec;
+}
+
+std::vector<std::string> SettingsOf(const RunSpec& spec) {
+  std::vector<std::string> settings;
+  for (const auto& [name, value] : spec.set) {
+    settings.push_back(name);
+    settings.back() += '=' + value;
+  }
+  return settings;
+}
+
+RunOptions RunOptionsOf(const Plan& plan, const RunSpec& spec) {
+  RunOptions options = plan.run;
+  options.seed = spec.seed;
+  options.settings = SettingsOf(spec);
+  options.duration = plan.duration;
+  return options;
+}
+
+std::string ReplayCommand(const Plan& plan, const RunSpec& spec) {
+  std::string command = "stage -g --seed " + std::to_string(spec.seed);
+  for (const std::string& setting : SettingsOf(spec)) command += " --set " + ShellWord(setting);
+  if (plan.duration > 0) command += " --duration " + SecondsText(plan.duration);
+  if (!plan.controller_args.empty()) command += " --args " + ShellWord(plan.controller_args);
+  if (plan.run.ray_model != RayModel::kDefault)
+    command += std::string(" --ray-model ") + NameOf(plan.run.ray_model);
+  if (!plan.run.controllers) command += " --no-controllers";
+  return command + " --state-hash " + ShellWord(plan.world);
+}
+
+std::string DigestOf(const std::string& world) {
+  Worldfile file;
+  file.Load(world);
+  uint64_t hash = 0;
+  for (const Worldfile::Text& text : file.Texts()) hash = MixSeeds(hash, HashOf(text.text));
+  char digits[20];
+  std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
+  return digits;
+}
+
+std::string ToJson(const Plan& plan) {
+  Json axes = Json::array();
+  for (const Axis& axis : plan.axes) axes.push_back({{"name", axis.name}, {"values", axis.values}});
+  const Json options = {{"args", plan.controller_args},
+                        {"threads", plan.run.threads},
+                        {"ray_model", NameOf(plan.run.ray_model)},
+                        {"opencl", plan.run.opencl ? Json(plan.run.device) : Json()},
+                        {"controllers", plan.run.controllers},
+                        {"log", plan.log ? LogToJson(*plan.log) : Json()}};
+  const Json json = {
+      {"program", "stage sweep"},
+      {"format", kFormat},
+      {"version", Version()},
+      {"world", plan.world},
+      {"world_digest", plan.digest},
+      {"axes", axes},
+      {"runs", {plan.first, plan.last}},
+      {"seed", plan.seed},
+      {"common_seeds", plan.common_seeds},
+      {"duration", plan.duration == 0 ? Json() : Json(static_cast<double>(plan.duration) / 1e6)},
+      {"options", options},
+      {"count", plan.Count()}};
+  return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
+}
+
+Plan ReadPlan(const std::string& text) try {
+  const Json json = Json::parse(text);
+  if (json.at("program") != "stage sweep" || json.at("format") != kFormat)
+    throw std::runtime_error("found another format");
+  Plan plan;
+  plan.world = json.at("world");
+  plan.digest = json.at("world_digest");
+  for (const Json& axis : json.at("axes"))
+    plan.axes.push_back({axis.at("name"), axis.at("values").get<std::vector<std::string>>()});
+  plan.first = json.at("runs").at(0);
+  plan.last = json.at("runs").at(1);
+  plan.seed = json.at("seed");
+  plan.common_seeds = json.at("common_seeds");
+  plan.duration = TimeOf(json.at("duration"));
+  ReadOptions(json.at("options"), &plan);
+  const bool empty = plan.last <= plan.first || std::ranges::any_of(plan.axes, [](const Axis& axis) {
+                       return axis.values.empty();
+                     });
+  if (empty || plan.Count() > kMostRuns) throw std::runtime_error("found no runs, or too many");
+  return plan;
+} catch (const std::exception& error) {
+  throw std::runtime_error(std::string("not the plan of a sweep of this version: ") + error.what());
+}
+
+}  // namespace Stg::program

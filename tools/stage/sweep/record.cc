@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/sweep/record.hh"
+
+#include <sys/wait.h>
+
+#include <cinttypes>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "stage/world_figures.hh"
+#include "world/statistics.hh"
+
+namespace Stg::program {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json Begin(const RunSpec& spec, const char* status) {
+  Json set = Json::object();
+  for (const auto& [name, value] : spec.set) set[name] = value;
+  return {{"index", spec.index},
+          {"set", set},
+          {"run", spec.run},
+          {"seed", spec.seed},
+          {"status", status}};
+}
+
+std::string Line(Json* record, const Plan& plan, const RunSpec& spec, int attempts) {
+  (*record)["attempts"] = attempts;
+  (*record)["replay"] = ReplayCommand(plan, spec);
+  return record->dump(-1, ' ', true, Json::error_handler_t::replace) + "\n";
+}
+
+std::string SignalName(int signal) {
+  const char* const name = sigabbrev_np(signal);
+  return name ? std::string("SIG") + name : "signal " + std::to_string(signal);
+}
+
+}  // namespace
+
+std::string RecordOf(const Plan& plan, const RunSpec& spec, World* world, double wall_seconds,
+                     int attempt) {
+  const RunStatistics& run = world->statistics();
+  const EnergyTotals& energy = world->energy_totals();
+  const double simulated = static_cast<double>(world->SimTimeNow()) / 1e6;
+  const size_t robots = CountModels(*world).robots;
+  char hash[20];
+  std::snprintf(hash, sizeof hash, "%016" PRIx64, world->StateHash());
+
+  Json record = Begin(spec, "done");
+  record["state_hash"] = hash;
+  record["steps"] = run.steps;
+  record["simulated_seconds"] = simulated;
+  record["rays"] = run.trace.rays;
+  record["robots"] = robots;
+  record["energy"] = {
+      {"stored", energy.stored}, {"dissipated", energy.dissipated}, {"input", energy.input}};
+  record["metrics"] = MetricsOf(*world);
+  const double r_acc =
+      wall_seconds > 0 ? static_cast<double>(robots) * simulated / wall_seconds : 0;
+  record["timing"] = {{"load_seconds", run.load_seconds},
+                      {"wall_seconds", wall_seconds},
+                      {"r_acc", r_acc}};
+  return Line(&record, plan, spec, attempt);
+}
+
+std::string FailureRecordOf(const Plan& plan, const RunSpec& spec, const Death& death,
+                            int attempts) {
+  Json record = Begin(spec, "failed");
+  record["reason"] = Describe(death);
+  if (WIFSIGNALED(death.wait_status))
+    record["signal"] = SignalName(WTERMSIG(death.wait_status));
+  else
+    record["exit_status"] = WEXITSTATUS(death.wait_status);
+  record["lines"] = death.lines;
+  return Line(&record, plan, spec, attempts);
+}
+
+std::string Describe(const Death& death) {
+  if (!death.reason.empty()) return death.reason;
+  if (WIFSIGNALED(death.wait_status)) return SignalName(WTERMSIG(death.wait_status));
+  return "exit status " + std::to_string(WEXITSTATUS(death.wait_status));
+}
+
+}  // namespace Stg::program

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "stage/sweep/worker.hh"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include "messages/report.hh"
+#include "recording/recorder.hh"
+#include "stage/interrupt.hh"
+#include "stage/sweep/folder.hh"
+#include "stage/sweep/lines.hh"
+#include "stage/sweep/record.hh"
+
+namespace Stg::program {
+
+namespace {
+
+/// A run that can't be done, however often it is tried.
+class BadRun : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+class Worker {
+ public:
+  explicit Worker(const std::string& folder) : folder_(folder), plan_(folder_.Read()) {
+    World::ctrlargs = plan_.controller_args;
+  }
+
+  /// Throws BadRun.
+  void Check(uint64_t index) {
+    Load(SpecOf(index));
+    if (world_->GetQuitTime() == 0)
+      throw BadRun("found a world without a quit_time, expected a --duration, or runs never end");
+  }
+
+  /// Throws BadRun.
+  void Run(uint64_t index, int attempt) {
+    const RunSpec spec = SpecOf(index);
+    Load(spec);
+    const std::unique_ptr<recording::Recorder> log = OpenLog(index);
+    const double start = Now();
+    while (!world_->PastQuitTime() && !world_->TestQuit()) world_->Update();
+    const double wall_seconds = Now() - start;
+    if (log) KeepLog(log.get(), index);
+    folder_.WriteRecord(index, RecordOf(plan_, spec, world_.get(), wall_seconds, attempt));
+  }
+
+ private:
+  RunSpec SpecOf(uint64_t index) const {
+    if (index >= plan_.Count()) throw std::runtime_error("found a run that the sweep lacks");
+    return RunAt(plan_, index);
+  }
+
+  /// As a process of its own would begin that run.
+  void Load(const RunSpec& spec) {
+    // The library leaves the C library's generators alone; controllers of old use them.
+    srand48(static_cast<long>(spec.seed));
+    srandom(static_cast<unsigned>(spec.seed));
+    messages::Collector collector;
+    const RunOptions options = RunOptionsOf(plan_, spec);
+    const bool same = world_ && world_->options().settings == options.settings;
+    if (!same) {
+      world_.reset();
+      world_ = std::make_unique<World>(options);
+    }
+    const bool loaded = same ? world_->Reset(spec.seed) : world_->Load(plan_.world);
+    if (loaded) return;
+    world_.reset();
+    throw BadRun(collector.lines.empty() ? "the world was not loaded" : collector.lines.back());
+  }
+
+  std::unique_ptr<recording::Recorder> OpenLog(uint64_t index) {
+    if (!plan_.log) return nullptr;
+    folder_.MakeFolderOf(index);
+    recording::LogOptions options = *plan_.log;
+    options.file = folder_.LogFile(index) + ".part";
+    auto log = std::make_unique<recording::Recorder>(options);
+    log->Attach(world_.get());
+    return log;
+  }
+
+  void KeepLog(recording::Recorder* log, uint64_t index) {
+    log->Finish();
+    std::filesystem::rename(folder_.LogFile(index) + ".part", folder_.LogFile(index));
+  }
+
+  SweepFolder folder_;
+  Plan plan_;
+  std::unique_ptr<World> world_;
+};
+
+/// What to answer.
+std::string Obey(Worker* worker, const std::string& line) try {
+  std::istringstream words(line);
+  std::string command;
+  uint64_t index = 0;
+  int attempt = 1;
+  words >> command >> index;
+  if (command == "run") words >> attempt;
+  if (!words || (command != "run" && command != "check"))
+    throw std::runtime_error("found the command '" + line + "', expected run or check");
+  if (command == "check") {
+    worker->Check(index);
+    return "ok";
+  }
+  worker->Run(index, attempt);
+  return "done " + std::to_string(index);
+} catch (const BadRun& error) {
+  return std::string("error ") + messages::Shortened(error.what(), messages::kLongestDetail * 4);
+}
+
+}  // namespace
+
+int RunWorker(const std::string& folder) {
+  Worker worker(folder);
+  LineReader commands(kCommandsFile);
+  while (const std::optional<std::string> line = commands.Next()) {
+    const std::string answer = Obey(&worker, *line) + "\n";
+    std::fflush(stdout);
+    if (!WriteWhole(kAnswersFile, answer)) return 1;  // nobody listens any more
+  }
+  // Controllers may hold on to models until the very end.
+  std::_Exit(0);
+}
+
+}  // namespace Stg::program
