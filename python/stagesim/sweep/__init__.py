@@ -14,7 +14,7 @@ from typing import Any
 from . import program
 from .executors import run_with
 from .experiment import Experiment
-from .plan import Axis, Plan, SweepError
+from .plan import Axis, Plan, SweepError, record_file
 from .progress import Progress, shown
 from .results import Results
 
@@ -22,7 +22,7 @@ __all__ = ["Axis", "Experiment", "Plan", "Results", "SweepError", "run"]
 
 
 def run(experiment: Experiment, executor: Any = None, *, out: str | os.PathLike[str], jobs: int | None = None,
-        chunk: int | None = None, progress: bool | Progress = False) -> Results:
+        chunk: int | None = None, retry_failed: bool = False, progress: bool | Progress = False) -> Results:
     """Does all runs of an experiment that are not finished yet.
 
     Called again with the same experiment and folder, it goes on where it was, wherever it was killed. Runs
@@ -37,6 +37,7 @@ def run(experiment: Experiment, executor: Any = None, *, out: str | os.PathLike[
         jobs: how many runs at a time; None: one for each processor of this machine. With an executor: how
             many workers it has.
         chunk: with an executor, how many runs a task has; None: a quarter of each worker's share, 1000 at most.
+        retry_failed: runs that have failed are tried again.
         progress: whether it is shown; with an executor, also a function of how many runs are finished and
             how many there are.
 
@@ -45,15 +46,16 @@ def run(experiment: Experiment, executor: Any = None, *, out: str | os.PathLike[
             missing and nobody gets on with them.
     """
     folder = Path(out).resolve()
-    folders = program.metric_folders(experiment)
     plan = program.make_plan(experiment, folder)
+    job, results = program.Job.of(experiment, folder), Results(folder)
+    for record in results.failed if retry_failed else ():
+        record_file(folder, record["index"]).unlink()
     if executor is not None:
         with shown(progress) as show:
-            run_with(executor, folder, plan, experiment.metrics, folders, jobs, chunk, show)
-        return Results(folder)
-    words = [f"--jobs={jobs or os.cpu_count() or 1}"] + ["--no-progress"] * (not progress)
-    status, said = program.resume(str(folder), experiment.metrics, folders, words, bool(progress))
-    results = Results(folder)
+            run_with(executor, job, plan, jobs, chunk, show)
+        return results
+    words = [f"--jobs={jobs or os.cpu_count() or 1}", "--progress" if progress else "--no-progress"]
+    status, said = job.resume(words, bool(progress))
     if results.missing:
         raise SweepError(f"{folder}: {len(results.missing)} of {plan.count} runs are missing: {said} "
                          f"(status {status}). What is there is kept: call run() again")

@@ -11,7 +11,6 @@ from __future__ import annotations
 import os
 import queue
 from concurrent.futures import BrokenExecutor
-from pathlib import Path
 from typing import Any, Callable, Sequence
 
 from . import program
@@ -28,13 +27,13 @@ class BadUsage(SweepError):
     """The program doesn't take its words, and won't in another try."""
 
 
-def run_chunk(folder: str, first: int, last: int, metrics: str | None, folders: Sequence[str]) -> str:
+def run_chunk(job: program.Job, first: int, last: int) -> str:
     """The task of a worker: the runs from `first` to before `last` that have no record yet.
 
     Returns:
         What the program said last; of interest only if there are still some that have none.
     """
-    status, said = program.resume(folder, metrics, folders, [f"--only={first}:{last}", "--jobs=1", "--no-progress"])
+    status, said = job.resume([f"--only={first}:{last}", "--jobs=1", "--no-progress"])
     if status == program.BAD_USAGE:
         raise BadUsage(said)
     return said
@@ -49,25 +48,20 @@ def shortened(indices: Sequence[int]) -> str:
 class Round:
     """Submits tasks, a few at a time, and forgets each when it is done."""
 
-    def __init__(self, executor: Any, most: int) -> None:
+    def __init__(self, executor: Any, job: program.Job, most: int) -> None:
         self._executor = executor
+        self._job = job
         self._most = most
         self._done: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._pending: dict[Any, int] = {}  # how many runs each has
         self.said = ""  #: by the last task
         self.broken = False  #: the executor takes nothing any more
 
-    def run(self, parts: Sequence[Sequence[int]], task: Callable[[int, int], tuple[Any, ...]],
-            after_each: Callable[[int], None]) -> None:
-        """A task for each part of the runs, as long as the executor takes any.
-
-        Args:
-            task: the arguments of run_chunk() for the runs from the first to before the last.
-            after_each: gets how many runs a task had that is done.
-        """
+    def run(self, parts: Sequence[Sequence[int]], after_each: Callable[[int], None]) -> None:
+        """A task for each part of the runs, as long as the executor takes any; tells how many runs each had."""
         try:
             for part in parts:
-                if self.broken or not self._submit(task(part[0], part[-1] + 1), len(part)):
+                if self.broken or not self._submit(part):
                     break
                 while len(self._pending) >= self._most:
                     after_each(self._collect())
@@ -77,13 +71,13 @@ class Round:
             for future in self._pending:
                 future.cancel()
 
-    def _submit(self, arguments: tuple[Any, ...], runs: int) -> bool:
+    def _submit(self, part: Sequence[int]) -> bool:
         try:
-            future = self._executor.submit(run_chunk, *arguments)
+            future = self._executor.submit(run_chunk, self._job, part[0], part[-1] + 1)
         except (BrokenExecutor, RuntimeError) as error:  # the latter: it was shut down
             self.broken, self.said = True, str(error)
             return False
-        self._pending[future] = runs
+        self._pending[future] = len(part)
         future.add_done_callback(self._done.put)
         return True
 
@@ -116,8 +110,8 @@ class Count:
         self._progress(self._done, self._total)
 
 
-def run_with(executor: Any, folder: Path, plan: Plan, metrics: str | None, folders: Sequence[str],
-             jobs: int | None, chunk: int | None, progress: Progress) -> None:
+def run_with(executor: Any, job: program.Job, plan: Plan, jobs: int | None, chunk: int | None,
+             progress: Progress) -> None:
     """Lets the executor's workers do what the sweep lacks.
 
     Args:
@@ -132,21 +126,20 @@ def run_with(executor: Any, folder: Path, plan: Plan, metrics: str | None, folde
     """
     makes = None if hasattr(executor, "submit") else executor
     jobs = jobs or os.cpu_count() or 1
-    left, idle = missing(folder, plan), 0
+    left, idle = missing(job.folder, plan), 0
     while left:
         size = chunk or min(LARGEST_CHUNK, -(-len(left) // (TASKS_PER_JOB * jobs)))
         current = makes() if makes else executor
-        work = Round(current, 2 * jobs)
+        work = Round(current, job, 2 * jobs)
         count = Count(plan.count - len(left), plan.count, progress)
         try:
-            work.run([left[at:at + size] for at in range(0, len(left), size)],
-                     lambda first, last: (str(folder), first, last, metrics, tuple(folders)), count.add)
+            work.run([left[at:at + size] for at in range(0, len(left), size)], count.add)
         finally:
             if makes:
                 current.shutdown(wait=not work.broken)
-        before, left = len(left), missing(folder, plan)
+        before, left = len(left), missing(job.folder, plan)
         idle = idle + 1 if len(left) == before else 0
         if left and (idle == MOST_IDLE_ROUNDS or (work.broken and not makes)):
             raise SweepError(
-                f"{folder}: {len(left)} of {plan.count} runs are missing: {shortened(left)}; the last that was said: "
+                f"{job.folder}: {len(left)} of {plan.count} runs are missing: {shortened(left)}; the last that was said: "
                 f"{work.said!r}. What is there is kept: call run() again, with a new executor if this one is broken")

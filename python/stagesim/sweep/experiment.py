@@ -7,7 +7,7 @@ import importlib.util
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Mapping, Union
+from typing import Any, Callable, Mapping, Union
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from .plan import SweepError
 
 #: How many, a range, or the first one and the one after the last.
 Runs = Union[int, range, "tuple[int, int]"]
+#: Options of `stage sweep` that are no part of a sweep's plan.
+EFFORT = {"fresh", "limit-mb", "limit-seconds", "tries"}
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,8 @@ class Experiment:
             of a run and returns a dict of numbers; or of a class that is made with the World before the
             first step, whose step() is called after each step, and whose result() returns the dict. Whoever
             runs it has to be able to import the module.
-        options: of `stage sweep` by their names, such as {"threads": 2, "ray-model": "exact"}. True: an option
-            without a value.
+        options: of `stage sweep` by their names, such as {"ray-model": "exact", "limit-seconds": 60}. True: an
+            option without a value.
     """
 
     world: str | os.PathLike[str]
@@ -65,7 +67,11 @@ class Experiment:
             words.append("--common-seeds")
         if self.duration is not None:
             words.append(f"--duration={self.duration!r}")
-        return words + option_words(self.options)
+        return words + option_words(self.options, lambda name: name not in EFFORT)
+
+    def effort(self) -> list[str]:
+        """Of its options those that say how runs are done, not which."""
+        return option_words(self.options, lambda name: name in EFFORT)
 
 
 def bounds_of(runs: Runs) -> tuple[int, int]:
@@ -88,10 +94,12 @@ def values_of(values: Any) -> list[Any]:
     return [values]
 
 
-def option_words(options: Mapping[str, Any]) -> list[str]:
+def option_words(options: Mapping[str, Any], wanted: Callable[[str], bool]) -> list[str]:
     """Options of a program as words of a command line; None and False leave one out."""
     words = []
     for name, value in options.items():
+        if not wanted(name):
+            continue
         if value is True:
             words.append(f"--{name}")
         elif value is not None and value is not False:

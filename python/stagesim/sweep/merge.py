@@ -23,8 +23,11 @@ def merge(folder: Path, file: Path, *, timings: bool = False, partial: bool = Fa
     if file.suffix == ".csv":
         merge_csv(folder, file, timings, partial)
         return
-    if file.suffix not in WRITERS:
-        raise SweepError(f"{file}: found the ending {file.suffix!r}, expected .csv, {' or '.join(WRITERS)}")
+    if file.suffix not in FORMATS:
+        raise SweepError(f"{file}: found the ending {file.suffix!r}, expected .csv, {' or '.join(FORMATS)}")
+    begins, write = FORMATS[file.suffix]
+    if file.exists() and not beginning(file).startswith(begins):
+        raise SweepError(f"{file}: it holds something else, expected a new name or an earlier {file.suffix} file")
     plan = Plan.read(folder)
     lacking = [] if partial else missing(folder, plan)
     if lacking:
@@ -34,12 +37,18 @@ def merge(folder: Path, file: Path, *, timings: bool = False, partial: bool = Fa
     handle, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
     os.close(handle)
     try:
-        WRITERS[file.suffix](Path(name), columns, plan)
+        write(Path(name), columns, plan)
         os.chmod(name, 0o666 & ~current_umask())
         os.replace(name, file)
     except BaseException:
         os.unlink(name)
         raise
+
+
+def beginning(file: Path) -> bytes:
+    """A few bytes."""
+    with open(file, "rb") as begun:
+        return begun.read(8)
 
 
 def current_umask() -> int:
@@ -89,5 +98,6 @@ def hdf5_array(column: Column, h5py: Any) -> Any:
     return np.array([-1 if value is None else value for value in column.values], np.int64)
 
 
-#: By the ending of a file's name.
-WRITERS: dict[str, Callable[[Path, Sequence[Column], Plan], None]] = {".parquet": write_parquet, ".h5": write_hdf5}
+#: By the ending of a file's name: how such files begin, and who writes them.
+FORMATS: dict[str, tuple[bytes, Callable[[Path, Sequence[Column], Plan], None]]] = {
+    ".parquet": (b"PAR1", write_parquet), ".h5": (b"\x89HDF", write_hdf5)}

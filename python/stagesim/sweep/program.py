@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections import deque
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Sequence
 
@@ -70,8 +71,10 @@ def make_plan(experiment: Experiment, folder: Path) -> Plan:
         SweepError: the folder has another sweep, or there can't be such a one.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".plan-") as new:
-        status, said = call(["sweep", *experiment.arguments(), "--plan-only", "-o", new])
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".plan-") as place:
+        new = os.path.join(place, "new")
+        words = [*worker_words(experiment.metrics), "--plan-only", "-o", new]
+        status, said = call(["sweep", *experiment.arguments(), *words], metric_folders(experiment))
         if status != 0:
             raise SweepError(said)
         plan = Plan.read(new)
@@ -84,10 +87,30 @@ def make_plan(experiment: Experiment, folder: Path) -> Plan:
     return plan
 
 
-def resume(folder: str, metrics: str | None, folders: Sequence[str], words: Sequence[str] = (),
-           shown: bool = False) -> tuple[int, str]:
-    """Does what the sweep lacks, as far as the words say: see call()."""
-    return call(["sweep", "--resume", folder, *worker_words(metrics), *words], folders, shown)
+@dataclass(frozen=True)
+class Job:
+    """How any part of a sweep is done, wherever that is.
+
+    Attributes:
+        folder: of the sweep.
+        metrics: as Experiment.metrics; `folders`: where their module is.
+        words: options of the program.
+    """
+
+    folder: str
+    metrics: str | None = None
+    folders: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, experiment: Experiment, folder: Path) -> Job:
+        """Of an experiment."""
+        return cls(str(folder), experiment.metrics, tuple(metric_folders(experiment)), tuple(experiment.effort()))
+
+    def resume(self, words: Sequence[str], shown: bool = False) -> tuple[int, str]:
+        """Does what the sweep lacks, as far as the words say: see call()."""
+        return call(["sweep", "--resume", self.folder, *worker_words(self.metrics), *self.words, *words],
+                    self.folders, shown)
 
 
 def metric_folders(experiment: Experiment) -> list[str]:

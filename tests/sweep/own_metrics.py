@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Metrics that the tests measure with."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+import numpy as np
+import stagesim as st
+
+
+def spread(world: st.World) -> dict[str, Any]:
+    """At the end: how far apart robots are, and something that has no value."""
+    return {"spread": np.std(world.fleet().pose[:, :2]), "nothing": None, "not_finite": float("nan")}
+
+
+class Nearest:
+    """After each step: how near to the middle a robot was, and how many steps there were."""
+
+    def __init__(self, world: st.World) -> None:
+        self.fleet = world.fleet()
+        self.least = np.inf
+        self.steps = 0
+
+    def step(self) -> None:
+        self.least = min(self.least, np.hypot(*self.fleet.pose[:, :2].T).min())
+        self.steps += 1
+
+    def result(self) -> dict[str, Any]:
+        return {"nearest": self.least, "steps_seen": self.steps}
+
+
+def fails_with_six(world: st.World) -> dict[str, Any]:
+    """Throws, dies by a signal, or gives no number, with six robots."""
+    if len(world.fleet()) == 6:
+        if world.seed % 3 == 0:
+            os.abort()
+        if world.seed % 3 == 1:
+            return {"bad": "text"}
+        sys.exit("found six robots")
+    return {"fine": 1}
+
+
+NUMBER = 5

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Runs by Python workers: the same as by the program's, and metrics of one's own."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from stagesim.sweep import Experiment, program, run
+from test_run import merged
+
+WORKER = shlex.join([sys.executable, "-m", "stagesim.sweep.worker"])
+
+
+def stage(*words: object) -> subprocess.CompletedProcess[str]:
+    """The program, with a Python that finds this package."""
+    return subprocess.run([program._paths.PROGRAM, *map(str, words)], capture_output=True, text=True, check=False,
+                          env=program.environment([]))
+
+
+def records(folder: Path) -> list[dict[str, Any]]:
+    """Of all runs, but for what differs from time to time."""
+    found = [json.loads(file.read_text()) for file in sorted((folder / "runs").glob("*/*.json"))]
+    for record in found:
+        record.pop("timing", None)
+    return found
+
+
+@pytest.mark.parametrize("options", [
+    {}, {"common-seeds": True}, {"duration": 2.05, "ray-model": "exact", "no-controllers": True},
+    {"args": "it's \"one\"", "log": True, "log-every": 1, "log-models": "bot1"}, {"opencl": True}])
+def test_records_are_those_of_the_program_s_worker(world: Path, tmp_path: Path, options: dict[str, Any]) -> None:
+    """Also seeds, replay commands, logs."""
+    words = Experiment(world, {"bots": [2, 3], "world.resolution": [.02, .1], "bot.color": ["red", "it's blue"]},
+                       runs=2, seed=2**63, options=options).arguments()
+    by_program, by_python = tmp_path / "program", tmp_path / "python"
+    for out, worker in ((by_program, []), (by_python, ["--worker", WORKER])):
+        done = stage("sweep", *words, *worker, "--jobs", 2, "-o", out)
+        assert done.returncode == 0, done.stderr
+    assert records(by_program) == records(by_python)
+    files = [sorted(file.relative_to(out) for file in out.rglob("*") if file.suffix in (".json", ".mcap"))
+             for out in (by_program, by_python)]
+    assert files[0] == files[1]
+    for out in (by_program, by_python):
+        assert stage("merge", out, "-o", f"{out}.csv").returncode == 0
+    assert (tmp_path / "program.csv").read_bytes() == (tmp_path / "python.csv").read_bytes()
+    for log in by_program.rglob("*.mcap"):
+        assert log.read_bytes() == (by_python / log.relative_to(by_program)).read_bytes()
+
+
+def test_metrics_at_the_end(experiment: Experiment, tmp_path: Path, own_metrics: None) -> None:
+    plain = run(experiment, out=tmp_path / "plain", jobs=2).table()
+    table = run(replace(experiment, metrics="own_metrics:spread"), out=tmp_path / "out", jobs=2).table()
+    assert list(table)[-6:] == ["driven", "swept", "goal", "spread", "nothing", "not_finite"]
+    assert (table["spread"] > 0).all()
+    assert table["state_hash"].tolist() == plain["state_hash"].tolist()
+    import numpy as np
+
+    assert np.isnan(table["nothing"]).all() and np.isnan(table["not_finite"]).all()
+
+
+def test_metrics_after_each_step(experiment: Experiment, tmp_path: Path, own_metrics: None) -> None:
+    plain = run(experiment, out=tmp_path / "plain", jobs=2).table()
+    table = run(replace(experiment, metrics="own_metrics:Nearest"), out=tmp_path / "out", jobs=2).table()
+    assert (table["steps_seen"] == table["steps"]).all() and (table["nearest"] < 5).all()
+    assert table["state_hash"].tolist() == plain["state_hash"].tolist()
+
+
+def test_metrics_that_fail(experiment: Experiment, tmp_path: Path, own_metrics: None) -> None:
+    results = run(replace(experiment, metrics="own_metrics:fails_with_six", options={"tries": 2}),
+                  out=tmp_path / "out", jobs=2)
+    failed = results.failed
+    assert [record["index"] for record in failed] == list(range(10, 20))
+    ends = {record.get("signal") or record["lines"][-1] for record in failed}
+    assert ends == {"SIGABRT", "found six robots",
+                    "TypeError: found 'text' as the metric 'bad', expected a number or None"}
+    assert all(record["attempts"] == 2 and record["replay"].startswith("stage -g --seed ") for record in failed)
+    table = results.table()
+    assert (table["fine"][:10] == 1).all() and set(table["status"][10:]) == {"failed"}
+    assert merged(results)
+
+
+def test_by_hand_it_says_what_it_is_for(tmp_path: Path) -> None:
+    done = subprocess.run([*shlex.split(WORKER), str(tmp_path)], capture_output=True, text=True, check=False,
+                          env=program.environment([]))
+    assert done.returncode == 2 and "expected to be started by stage sweep --worker" in done.stderr
