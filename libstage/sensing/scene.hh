@@ -22,12 +22,17 @@ struct Scene {
   DirectionTables tables;
   RayBatch batch;
   FanList fans;  ///< of the model that is updating, if it does so alone; for its memory
-  /// The world is being deleted: nothing is seen any more, and no body taken off the grid, which
+  /// The world is being deleted or reset: nothing is seen any more, and no body taken off the grid, which
   /// goes as a whole.
   bool going = false;
   void Go() {
     going = true;
     grid.Hide();
+  }
+  /// All is gone; another world begins here.
+  void Return() {
+    going = false;
+    grid.Become(grid::Grid());
   }
   uint64_t body_changes = 0;  ///< counts changes of the shapes of bodies
   uint64_t batch_number = 1;  ///< counts batches: tells what is left over from an earlier one

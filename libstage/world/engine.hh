@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/free_floor.hh"
 #include "models/host.hh"
 #include "models/position.hh"
 #include "sensing/batch_tracer.hh"
@@ -59,6 +60,7 @@ class WorldEngine : public Host {
   std::shared_ptr<const WorldImage> image;  ///< for copies of the world; once one was made
   std::unique_ptr<SnapshotRoom> snapshot_room;
   MetricList metrics;
+  std::shared_ptr<const geometry::FreeFloor> floor;  ///< of populations; null without them
   std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
 
   // What models ask for, see Host.

@@ -124,9 +124,12 @@ bool World::Reset(uint64_t seed) {
                                           : "stage: a world can't be reset before it is loaded");
     return false;
   }
-  Source source{path_, nullptr, std::move(wf)};
+  std::shared_ptr<const WorldImage> image = Image();
+  Source source{path_, nullptr, std::move(wf), std::move(image)};
   source.read->ForgetWritten();
+  engine_->scene.Go();
   DeleteAll();
+  engine_->scene.Return();
   options_.seed = seed;
   random_.Restart(seed);
   simulated_before_ = 0;
@@ -211,7 +214,10 @@ void World::LoadContent(Source source) {
   LoadWorldProperties();
   UsePrefilter();
   engine_->plugins_left_out = LoadPlugins(wf.get(), options_.controllers);
-  if (source.image) engine_->outlines_of_pictures = source.image->outlines;
+  if (source.image) {
+    engine_->outlines_of_pictures = source.image->outlines;
+    engine_->floor = source.image->floor;
+  }
   if (!LoadEntities()) return;
   engine_->metrics.Load(this, wf.get(), engine_->made);
   // What an image is of has been looked at before.
@@ -368,7 +374,7 @@ bool World::LoadEntities() {
   // The models' own frames are final only now.
   for (Model* model : engine->models) model->blockgroup->Fit(model->geom.size);
   PlacePopulations(engine->models, engine->made, wf.get(), 1 / engine->scene.cells_per_metre,
-                   options_.seed);
+                   options_.seed, &engine->floor);
   return true;
 }
 

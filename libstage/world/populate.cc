@@ -93,13 +93,12 @@ void ReadArea(Worldfile* file, const geometry::FreeFloor& floor, Plan* plan) {
 }
 
 Plan MakePlan(const Population& population, Worldfile* file, const std::vector<Model*>& made,
-              const geometry::FreeFloor& floor, double cell, uint64_t seed) {
+              double cell, uint64_t seed) {
   Plan plan{&population, {}, {}, {}, std::max(kSmallestGap, kCellsApart * cell), seed};
   for (const int entity : population.members) {
     if (Model* const model = made[static_cast<size_t>(entity)]) plan.members.push_back(model);
   }
   for (Model* const model : plan.members) plan.radii.push_back(RadiusOf(model));
-  ReadArea(file, floor, &plan);
   plan.gap = file->ReadLength(population.entity, "gap", plan.gap);
   if (plan.gap < 0) file->Fail(population.entity, "gap", "found less than 0, expected a length");
   if (file->PropertyExists(population.entity, "seed"))
@@ -107,9 +106,9 @@ Plan MakePlan(const Population& population, Worldfile* file, const std::vector<M
   return plan;
 }
 
-/// Everything that stands in the way, but for the members of populations.
+/// Everything that stands in the way, but for the members of populations. `reach`: see Finish().
 geometry::FreeFloor FloorOf(const std::vector<Model*>& models, const Worldfile& file,
-                            const std::vector<Model*>& made) {
+                            const std::vector<Model*>& made, double reach) {
   std::set<const Model*> members;
   for (const Population& population : file.populations())
     for (const int entity : population.members) members.insert(made[static_cast<size_t>(entity)]);
@@ -120,6 +119,7 @@ geometry::FreeFloor FloorOf(const std::vector<Model*>& models, const Worldfile& 
     if (members.count(top) == 0 && model->vis.obstacle_return && !model->body().empty())
       floor.AddBody(OutlinesOf(*model));
   }
+  floor.Finish(reach);
   return floor;
 }
 
@@ -153,19 +153,24 @@ void Place(const Worldfile& file, const Plan& plan, const geometry::FreeFloor& f
 }  // namespace
 
 void PlacePopulations(const std::vector<Model*>& models, const std::vector<Model*>& made,
-                      Worldfile* file, double cell, uint64_t seed) {
+                      Worldfile* file, double cell, uint64_t seed,
+                      std::shared_ptr<const geometry::FreeFloor>* floor) {
   if (file->populations().empty()) return;
-  geometry::FreeFloor floor = FloorOf(models, *file, made);
   std::vector<Plan> plans;
   double largest = 0, gap = 0;
   for (const Population& population : file->populations()) {
-    plans.push_back(MakePlan(population, file, made, floor, cell, seed));
+    plans.push_back(MakePlan(population, file, made, cell, seed));
     gap = std::max(gap, plans.back().gap);
     for (const double radius : plans.back().radii) largest = std::max(largest, radius);
   }
-  floor.Finish(std::max(largest + gap, cell));
+  if (!*floor)
+    *floor = std::make_shared<const geometry::FreeFloor>(
+        FloorOf(models, *file, made, std::max(largest + gap, cell)));
   geometry::Discs discs(largest, gap);
-  for (const Plan& plan : plans) Place(*file, plan, floor, &discs);
+  for (Plan& plan : plans) {
+    ReadArea(file, **floor, &plan);
+    Place(*file, plan, **floor, &discs);
+  }
 }
 
 }  // namespace Stg

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/free_floor.hh"
 #include "grid/grid.hh"
 #include "models/block.hh"
 #include "models/host.hh"
@@ -22,6 +23,7 @@ struct WorldImage {
   std::string path;
   std::unique_ptr<const Worldfile> file;
   Host::Outlines outlines;
+  std::shared_ptr<const geometry::FreeFloor> floor;  ///< null without populations
   /// Bodies of models of the file that are as they were loaded, wherever they lay at that moment.
   grid::Grid grid;
   std::vector<std::vector<BlockGroup::Drawing>> drawings;  ///< by entity of the file
