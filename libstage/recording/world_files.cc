@@ -23,10 +23,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Without links and dots, as far as the file is there.
+/// Absolute, without links and dots, as far as the file is there.
 fs::path PlaceOf(const std::string& name) {
   std::error_code unknown;
-  const fs::path place = fs::weakly_canonical(name, unknown);
+  const fs::path place = fs::weakly_canonical(fs::absolute(name, unknown), unknown);
   return unknown ? fs::path("/") / fs::path(name).filename() : place;
 }
 

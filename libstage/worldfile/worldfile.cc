@@ -90,7 +90,8 @@ std::vector<Worldfile::Text> Worldfile::Texts() const {
   const worldfile::SourceSet& sources = impl_->document.sources;
   std::vector<Text> texts;
   for (std::uint32_t i = 0; i < sources.Count(); ++i)
-    texts.push_back({sources.Name(i), std::string(sources.Text(i))});
+    if (i == 0 || sources.IsFile(i))  // not what populations and settings have made up
+      texts.push_back({sources.Name(i), std::string(sources.Text(i))});
   return texts;
 }
 

@@ -24,6 +24,7 @@ ADVICE = 'pip install "stagesim[report]" installs it'
 LINES = [(plots.BLUE, "o", "-"), (plots.RED, "s", "--"), (plots.GREEN, "^", "-."), (plots.PURPLE, "D", ":"),
          (plots.ORANGE, "v", "-"), (plots.SKY, "P", "--"), (plots.BLACK, "X", "-.")]
 MOST_PANELS = 6
+APART = 0.012  # between lines, of the width of a panel
 MOST_LABELLED = 100  # cells of a heat map with their numbers in them
 LOGARITHMIC = 20.0  # the greatest value, in least ones, from which on an axis is logarithmic
 
@@ -100,6 +101,14 @@ def positions(axis: Axis) -> tuple[list[float], bool]:
     return values, min(values) > 0 and max(values) / min(values) >= LOGARITHMIC
 
 
+def moved(axis: Axis, aside: float) -> list[float]:
+    """Where its values stand, to the right by such a share of the whole."""
+    places, logarithmic = positions(axis)
+    if logarithmic:
+        return [place * (max(places) / min(places)) ** aside for place in places]
+    return [place + aside * (max(places) - min(places) if axis.numeric else len(places)) for place in places]
+
+
 def set_values(panel: Any, axis: Axis) -> None:
     """Ticks where there are values, as far as there is room."""
     from matplotlib import ticker  # pylint: disable=import-outside-toplevel
@@ -122,9 +131,10 @@ def draw_curves(pyplot: Any, study: Study, metric: Metric, axis: Axis, folder: P
     panels = Panels(pyplot, over, (6.4, 4.0))
     codes = some(len(lines.values), len(LINES)) if lines else [0]
     for panel, common in panels.each():
-        for code, look in zip(codes, LINES):
+        for at, (code, look) in enumerate(zip(codes, LINES)):
             chosen = [*common, (lines, code)] if lines else common
-            draw_line(panel, study, metric, axis, chosen, look, lines.text(code) if lines else None)
+            draw_line(panel, study, metric, axis, chosen, look, lines.text(code) if lines else None,
+                      APART * (at - (len(codes) - 1) / 2))
         set_values(panel, axis)
         if metric.name.endswith("_share"):
             panel.set_ylim(-0.03, 1.03)
@@ -132,7 +142,7 @@ def draw_curves(pyplot: Any, study: Study, metric: Metric, axis: Axis, folder: P
         panel.set_xlabel(axis.label)
     panels.axes[0].set_ylabel(metric.label)
     if lines:
-        panels.axes[0].legend(title=lines.label, ncols=2 if len(codes) > 4 else 1)
+        panels.figure.legend(*panels.axes[0].get_legend_handles_labels(), title=lines.label, loc="outside right upper")
     file = folder / file_name(metric.name, "over", axis.name)
     panels.save(pyplot, file)
     pooled = [other.name for other in others[2:]]
@@ -142,9 +152,9 @@ def draw_curves(pyplot: Any, study: Study, metric: Metric, axis: Axis, folder: P
 
 
 def draw_line(panel: Any, study: Study, metric: Metric, axis: Axis, chosen: Sequence[tuple[Axis, int]],
-              look: tuple[str, str, str], label: str | None) -> None:
-    """Means and intervals of one line."""
-    places, _ = positions(axis)
+              look: tuple[str, str, str], label: str | None, aside: float) -> None:
+    """Means and intervals of one line, moved aside, so that intervals don't hide each other."""
+    places = moved(axis, aside)
     means = [study.mean(metric, study.at([*chosen, (axis, code)])) for code in range(len(places))]
     colour, marker, dashes = look
     middle = np.array([mean.mean for mean in means])
