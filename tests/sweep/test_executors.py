@@ -161,7 +161,7 @@ def started() -> Iterator[list[subprocess.Popen[str]]]:
 def test_dask_with_a_worker_killed(example: Path, tmp_path: Path, expected: bytes,
                                    started: list[subprocess.Popen[str]]) -> None:
     """In mid-run; the cluster starts another one, and nobody notices."""
-    pytest.importorskip("distributed", reason="Dask is not installed; try tools/setup --sweep")
+    pytest.importorskip("distributed", reason="skipped: Dask is not installed; try tools/setup --sweep")
     out = tmp_path / "out"
     sweep = subprocess.Popen([sys.executable, str(example), str(out), "--by", "dask", *SIZE], text=True,
                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
@@ -180,10 +180,10 @@ def test_dask_with_a_worker_killed(example: Path, tmp_path: Path, expected: byte
 def test_mpi_killed_and_resumed(example: Path, tmp_path: Path, expected: bytes,
                                 started: list[subprocess.Popen[str]]) -> None:
     """One of its processes is killed in mid-run, which ends all of them."""
-    pytest.importorskip("mpi4py", reason="mpi4py is not installed; try tools/setup --sweep")
+    pytest.importorskip("mpi4py", reason="skipped: mpi4py is not installed; try tools/setup --sweep")
     mpiexec = Path(sys.executable).with_name("mpiexec")
     if not mpiexec.exists():
-        pytest.skip("mpiexec is not installed; try tools/setup --sweep")
+        pytest.skip("skipped: mpiexec is not installed; try tools/setup --sweep")
     out = tmp_path / "out"
     words = [str(mpiexec), "-n", "3", sys.executable, "-m", "mpi4py.futures", str(example), str(out), "--by", "mpi",
              *SIZE]
