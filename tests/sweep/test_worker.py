@@ -34,7 +34,7 @@ def records(folder: Path) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize("options", [
     {}, {"common-seeds": True}, {"duration": 2.05, "ray-model": "exact", "no-controllers": True},
-    {"args": "it's \"one\"", "log": True, "log-every": 1, "log-models": "bot1"}, {"opencl": True}])
+    {"args": "it's \"one\"", "log": True, "log-every": 1, "log-models": "bot1"}])
 def test_records_are_those_of_the_program_s_worker(world: Path, tmp_path: Path, options: dict[str, Any]) -> None:
     """Also seeds, replay commands, logs."""
     words = Experiment(world, {"bots": [2, 3], "world.resolution": [.02, .1], "bot.color": ["red", "it's blue"]},
@@ -73,17 +73,18 @@ def test_metrics_after_each_step(experiment: Experiment, tmp_path: Path, own_met
 
 
 def test_metrics_that_fail(experiment: Experiment, tmp_path: Path, own_metrics: None) -> None:
-    results = run(replace(experiment, metrics="own_metrics:fails_with_six", options={"tries": 2}),
-                  out=tmp_path / "out", jobs=2)
+    results = run(replace(experiment, metrics="own_metrics:fails_with_six", set={"bots": [2, 6]},
+                          options={"tries": 2}), out=tmp_path / "out", jobs=2)
     failed = results.failed
-    assert [record["index"] for record in failed] == list(range(10, 20))
+    assert [record["index"] for record in failed] == list(range(5, 10))
     ends = {record.get("signal") or record["lines"][-1] for record in failed}
     assert ends == {"SIGABRT", "found six robots",
                     "TypeError: found 'text' as the metric 'bad', expected a number or None"}
     assert all(record["attempts"] == 2 and record["replay"].startswith("stage -g --seed ") for record in failed)
     table = results.table()
-    assert (table["fine"][:10] == 1).all() and set(table["status"][10:]) == {"failed"}
-    assert merged(results)
+    assert (table["fine"][:5] == 1).all() and set(table["status"][5:]) == {"failed"}
+    again = run(replace(experiment, set={"bots": [2, 6]}), out=tmp_path / "out", jobs=2, retry_failed=True)
+    assert again.failed == [] and (again.table()["driven"] > 0).all()
 
 
 def test_by_hand_it_says_what_it_is_for(tmp_path: Path) -> None:

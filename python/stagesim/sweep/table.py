@@ -57,6 +57,7 @@ def read_columns(folder: str | os.PathLike[str], plan: Plan, timings: bool = Fal
             names, *rows = csv.reader(lines)
     kinds = {**dict.fromkeys(TEXTS, "text"), **dict.fromkeys(KEYS, "key"), **dict.fromkeys(COUNTS, "count"),
              **{axis.name: axis_kind(axis.values) for axis in plan.axes}}
+    names = names or [*KEYS, *(axis.name for axis in plan.axes), *TEXTS]  # no run is finished
     columns = []
     for at, name in enumerate(names):
         kind = kinds.get(name, "figure")

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Reports: what they find in made-up runs, and the page of a real sweep."""
+
+from __future__ import annotations
+
+import base64
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import stagesim as st
+from stagesim.sweep import Experiment, Plan, run
+from stagesim.sweep.plan import Axis
+from stagesim.sweep.study import Study, pairs, units_of_metrics
+from stagesim.sweep.table import Column
+
+
+def made_up(common_seeds: bool, effect: float, runs: int = 20) -> Study:
+    """A sweep of 3 x 2 sets: `m` grows by `effect` for each value of a, b does nothing; seeds do a lot."""
+    plan = Plan("", (Axis("a", ("1", "2", "10")), Axis("b", ("x", "y"))), 0, runs, 1, common_seeds, None, {},
+                6 * runs, "")
+    random = np.random.default_rng(3)
+    of_seed = random.normal(0, 1, runs)
+    rows = []
+    for index in range(plan.count):
+        values, number = plan.values_of(index), plan.run_of(index)
+        luck = of_seed[number] if common_seeds else random.normal(0, 1)
+        m = effect * ("1", "2", "10").index(values["a"]) + luck + random.normal(0, 0.1)
+        rows.append((index, number, int(values["a"]), values["b"], "done", m, m if m > 0 else None, 7.0))
+    names = ("index", "run", "a", "b", "status", "m", "sometimes", "same")
+    kinds = ("key", "key", "key", "text", "text", "figure", "figure", "figure")
+    return Study(plan, [Column(name, kind, [row[at] for row in rows])
+                        for at, (name, kind) in enumerate(zip(names, kinds))])
+
+
+def sure(study: Study) -> set[tuple[str, str, int, int]]:
+    """The comparisons that count as significant."""
+    return {(one.metric.name, one.axis.name, one.first, one.second)
+            for one in study.comparisons() if one.probability < 0.05}
+
+
+def test_what_differs_is_found_and_nothing_else() -> None:
+    found = sure(made_up(False, 2.0))
+    assert {("m", "a", 0, 1), ("m", "a", 0, 2), ("m", "a", 1, 2)} <= found
+    assert not any(axis == "b" for _, axis, _, _ in found)
+    assert sure(made_up(False, 0.0)) == set()
+
+
+def test_pairs_find_what_seeds_hide() -> None:
+    assert not any(name == "m" for name, *_ in sure(made_up(False, 0.1)))
+    paired = made_up(True, 0.1)
+    assert {(name, axis) for name, axis, *_ in sure(paired) if name == "m"} == {("m", "a")}
+    assert all(one.paired for one in paired.comparisons())
+
+
+def test_metrics_of_a_study() -> None:
+    """One that lacks values also has the share that has some; one that never changes is told apart."""
+    study = made_up(False, 1.0)
+    assert [metric.name for metric in study.metrics] == ["m", "sometimes_share", "sometimes"]
+    assert study.same == {"same": 7.0}
+    assert [axis.numeric for axis in study.axes] == [True, False]
+    mean = study.mean(study.metrics[0], study.at([(study.axes[0], 2), (study.axes[1], 0)]))
+    assert mean.count == 20 and mean.low < mean.mean < mean.high
+    assert abs(mean.mean - 2) < 1
+
+
+def test_too_few_runs_are_said_to_be() -> None:
+    comparisons = made_up(False, 5.0, runs=4).comparisons()
+    assert comparisons and all(np.isnan(one.probability) for one in comparisons)
+
+
+def test_pairs_of_values() -> None:
+    assert pairs(3) == [(0, 1), (0, 2), (1, 2)]
+    assert pairs(6) == [(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (0, 5)]
+
+
+def test_units(world: Path) -> None:
+    assert units_of_metrics(str(world)) == {"driven": "m", "swept": "m²", "goal": "s"}
+    assert units_of_metrics("there is none") == {}
+
+
+def test_page(experiment: Experiment, tmp_path: Path, own_metrics: None) -> None:
+    """It needs no other file, has all pictures, and names what has failed."""
+    pytest.importorskip("matplotlib", reason="skipped: matplotlib is not installed; try tools/setup --sweep")
+    results = run(replace(experiment, set={"bots": [2, 6], "world.resolution": [.02, .05, .1]}, runs=2,
+                          metrics="own_metrics:fails_once", options={"tries": 1}), out=tmp_path / "out", jobs=2)
+    page = results.report()
+    text = page.read_text()
+    pictures = sorted(page.parent.glob("*.png"))
+    assert {f"{metric}-over-{axes}.png" for metric in ("driven", "swept", "r_ACC")
+            for axes in ("bots", "world.resolution", "bots-world.resolution")} <= {file.name for file in pictures}
+    embedded = [base64.b64decode(data) for data in re.findall(r"src='data:image/png;base64,([^']*)'", text)]
+    assert sorted(embedded) == sorted(picture.read_bytes() for picture in pictures)
+    assert not re.search(r"(src|href)=['\"](?!data:|#)", text)
+    [failed] = results.failed
+    assert failed["replay"].replace("'", "&#x27;") in text and "found that seed" in text
+    assert "11 of 12 runs are done" in text and "1 failed" in text
+
+
+def test_program_makes_the_same_page(experiment: Experiment, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="skipped: matplotlib is not installed; try tools/setup --sweep")
+    results = run(experiment, out=tmp_path / "out", jobs=2)
+    first = results.report().read_bytes()
+    done = subprocess.run([st._paths.PROGRAM, "report", str(results.folder)], capture_output=True, text=True,
+                          check=True, env={**os.environ, "STAGE_PYTHON": sys.executable})
+    page = Path(done.stdout.strip())
+    assert page == results.folder / "report/index.html" and page.read_bytes() == first
+
+
+def test_nothing_to_report(experiment: Experiment, tmp_path: Path) -> None:
+    from stagesim.sweep.program import make_plan
+
+    make_plan(experiment, tmp_path / "out")
+    done = subprocess.run([sys.executable, "-m", "stagesim.sweep", "report", str(tmp_path / "out")],
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "found no run that is done" in done.stderr and done.stderr.count("\n") == 1
