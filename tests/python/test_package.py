@@ -59,7 +59,7 @@ def test_extras(root: Path) -> None:
     if not file.exists():
         pytest.skip("there is no python/pyproject.toml")
     extras = pytest.importorskip("tomllib").loads(file.read_text())["project"]["optional-dependencies"]
-    assert {"env", "pictures", "live", "foxglove"} <= set(extras)
+    assert {"env", "pictures", "live", "foxglove", "sweep", "report"} <= set(extras)
     assert set(extras["live"]) < set(extras["foxglove"])
 
 

@@ -7,6 +7,7 @@ import csv
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -63,10 +64,12 @@ def test_a_second_call_goes_on(experiment: Experiment, tmp_path: Path) -> None:
     assert merged(again) == before and kept.stat().st_mtime_ns == stamp
 
 
-def test_another_experiment_is_refused(experiment: Experiment, tmp_path: Path) -> None:
+def test_another_experiment_is_refused(experiment: Experiment, tmp_path: Path, own_metrics: None) -> None:
     run(experiment, out=tmp_path / "out", jobs=2)
     with pytest.raises(SweepError, match="another experiment"):
         run(Experiment(experiment.world, {"bots": [2, 7]}), out=tmp_path / "out")
+    with pytest.raises(SweepError, match="another experiment"):
+        run(replace(experiment, metrics="own_metrics:spread"), out=tmp_path / "out")
 
 
 def test_common_seeds(experiment: Experiment, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import os
 import shlex
 import signal
@@ -23,6 +24,7 @@ PACKAGES = str(Path(_paths.FOLDER).parent)
 BAD_USAGE = 2  # the program's status for words that it doesn't take
 PR_SET_PDEATHSIG = 1
 LIBC = ctypes.CDLL(None)
+OWN_METRICS = "python.json"  # in a sweep's folder, beside the plan, which knows nothing of them
 
 
 def worker_words(metrics: str | None) -> list[str]:
@@ -78,13 +80,21 @@ def make_plan(experiment: Experiment, folder: Path) -> Plan:
         if status != 0:
             raise SweepError(said)
         plan = Plan.read(new)
+        own = json.dumps({"metrics": experiment.metrics}) + "\n"
         if plan_file(folder).exists():
-            if Plan.read(folder).text != plan.text:
+            if Plan.read(folder).text != plan.text or metrics_text(folder) != own:
                 raise SweepError(f"{folder}: found the runs of another experiment, or of an earlier state of the "
                                  "world file; expected a new folder, or the same experiment")
         else:
+            (folder / OWN_METRICS).write_text(own, encoding="utf-8")
             os.rename(plan_file(new), plan_file(folder))
     return plan
+
+
+def metrics_text(folder: Path) -> str:
+    """What the folder knows of metrics in Python: nothing if `stage sweep` has begun it."""
+    file = folder / OWN_METRICS
+    return file.read_text(encoding="utf-8") if file.exists() else json.dumps({"metrics": None}) + "\n"
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,8 @@ class Results:
         """All finished runs, a row for each, in the order of their indices.
 
         Args:
-            timings: also load_seconds, wall_seconds and r_acc, which differ from time to time.
+            timings: also what differs from time to time: `timing_load_seconds`, `timing_wall_seconds` and
+                `timing_r_acc`, robots times simulated seconds for each real one.
             pandas: as a DataFrame of pandas, which has to be installed.
 
         Returns:
