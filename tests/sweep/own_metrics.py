@@ -34,7 +34,7 @@ class Nearest:
 
 def fails_with_six(world: st.World) -> dict[str, Any]:
     """Throws, dies by a signal, or gives no number, with six robots."""
-    if len(world.fleet()) == 6:
+    if len(world.fleet()) == 6 and "SIX_ARE_FINE" not in os.environ:
         if world.seed % 3 == 0:
             os.abort()
         if world.seed % 3 == 1:
