@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -139,11 +140,9 @@ def test_a_world_that_has_changed_is_told(experiment: Experiment, tmp_path: Path
 
 
 def test_metrics_in_python(experiment: Experiment, tmp_path: Path, own_metrics: None) -> None:
-    from dataclasses import replace
-
-    own = replace(experiment, metrics="own_metrics:Nearest")
+    own = replace(experiment, set={"bots": [2, 6]}, metrics="own_metrics:Nearest")
     with ProcessPoolExecutor(2) as pool:
-        results = run(own, pool, out=tmp_path / "pool", jobs=2)
+        results = run(own, pool, out=tmp_path / "pool", jobs=2, chunk=5)
     assert merged(results) == merged(run(own, out=tmp_path / "alone", jobs=2))
 
 

@@ -104,7 +104,7 @@ def test_page(experiment: Experiment, tmp_path: Path, own_metrics: None) -> None
 
 def test_program_makes_the_same_page(experiment: Experiment, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="skipped: matplotlib is not installed; try tools/setup --sweep")
-    results = run(experiment, out=tmp_path / "out", jobs=2)
+    results = run(replace(experiment, set={"bots": [2, 6]}), out=tmp_path / "out", jobs=2)
     first = results.report().read_bytes()
     done = subprocess.run([st._paths.PROGRAM, "report", str(results.folder)], capture_output=True, text=True,
                           check=True, env={**os.environ, "STAGE_PYTHON": sys.executable})
