@@ -30,6 +30,11 @@ def test_import_pulls_in_numpy_and_nothing_else_heavy() -> None:
         assert name.startswith(allowed) or name in small, name
 
 
+def test_sweeps_pull_in_what_they_need_when_they_need_it() -> None:
+    code = "import sys, stagesim.sweep; print(*sys.modules)"
+    assert not {"matplotlib", "pyarrow", "h5py", "pandas", "dask"} & set(python(code).split())
+
+
 def test_import_is_quick() -> None:
     """What it takes beside NumPy, which takes some 0.1 s: processor time, the best of some."""
     code = ("import time, numpy; start = time.process_time(); import stagesim;"
@@ -41,6 +46,7 @@ def test_everything_is_there() -> None:
     assert (FOLDER / "py.typed").exists()
     assert "class Simulation" in (FOLDER / "_core.pyi").read_text()
     assert os.access(FOLDER / "bin" / "stage", os.X_OK)
+    assert (FOLDER / "benchkit" / "inference.py").exists()
     plugins = {path.stem for path in (FOLDER / "lib" / "stage-5.0").glob("*.so")}
     assert {"wander", "fasr2", "sink", "what_if"} <= plugins
     assert {"cave.world", "hospital.world", "simple.world", "arena.world"} <= set(st.shipped_worlds())
