@@ -89,7 +89,7 @@ bool Worldfile::Load(std::istream& world_content, const std::string& file) {
 std::vector<Worldfile::Text> Worldfile::Texts() const {
   const worldfile::SourceSet& sources = impl_->document.sources;
   std::vector<Text> texts;
-  for (std::uint32_t i = 0; i < sources.Count(); ++i)
+  for (std::uint32_t i = 0; i < impl_->files; ++i)
     texts.push_back({sources.Name(i), std::string(sources.Text(i))});
   return texts;
 }
@@ -97,6 +97,7 @@ std::vector<Worldfile::Text> Worldfile::Texts() const {
 void Worldfile::Parse() {
   try {
     worldfile::Lexer(impl_->document, impl_->base_directory).Run();
+    impl_->files = static_cast<std::uint32_t>(impl_->document.sources.Count());
     worldfile::Parser parser(impl_->document);
     parser.ParseFile();
     ApplySettings();
@@ -143,6 +144,7 @@ std::unique_ptr<Worldfile> Worldfile::Copy() const {
   copy->impl_->base_directory = impl_->base_directory;
   copy->impl_->asked = impl_->asked;
   copy->impl_->populations = impl_->populations;
+  copy->impl_->files = impl_->files;
   copy->settings_ = settings_;
   return copy;
 }

@@ -66,7 +66,6 @@ class Worker {
     // The library leaves the C library's generators alone; controllers of old use them.
     srand48(static_cast<long>(spec.seed));
     srandom(static_cast<unsigned>(spec.seed));
-    messages::Collector collector;
     const RunOptions options = RunOptionsOf(plan_, spec);
     const bool same = world_ && world_->options().settings == options.settings;
     if (!same) {
@@ -75,8 +74,9 @@ class Worker {
     }
     const bool loaded = same ? world_->Reset(spec.seed) : world_->Load(plan_.world);
     if (loaded) return;
+    const std::vector<std::string> messages = world_->LoadMessages();
     world_.reset();
-    throw BadRun(collector.lines.empty() ? "the world was not loaded" : collector.lines.back());
+    throw BadRun(messages.empty() ? "the world was not loaded" : messages.back());
   }
 
   std::unique_ptr<recording::Recorder> OpenLog(uint64_t index) {
