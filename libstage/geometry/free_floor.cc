@@ -81,8 +81,7 @@ bool FreeFloor::IsNear(const Edge& edge, const point_t& point, double clearance)
   const double dx = edge.to.x - edge.from.x, dy = edge.to.y - edge.from.y;
   const double length2 = dx * dx + dy * dy;
   double along = 0;
-  if (length2 > 0)
-    along = ((point.x - edge.from.x) * dx + (point.y - edge.from.y) * dy) / length2;
+  if (length2 > 0) along = ((point.x - edge.from.x) * dx + (point.y - edge.from.y) * dy) / length2;
   along = std::clamp(along, 0.0, 1.0);
   return Squared(edge.from.x + along * dx - point.x) + Squared(edge.from.y + along * dy - point.y) <
          Squared(clearance);
@@ -116,8 +115,7 @@ bool Discs::AddIfClear(const point_t& centre, double radius) {
       const auto found = discs_.find(KeyOf(x, y));
       if (found == discs_.end()) continue;
       for (const Disc& disc : found->second) {
-        const double apart2 =
-            Squared(disc.centre.x - centre.x) + Squared(disc.centre.y - centre.y);
+        const double apart2 = Squared(disc.centre.x - centre.x) + Squared(disc.centre.y - centre.y);
         if (apart2 < Squared(disc.radius + radius + gap_)) return false;
       }
     }

@@ -413,6 +413,13 @@ void Grid::AddFreeRegion() {
   free_regions_.push_back(static_cast<uint32_t>(count - 1));
 }
 
+void Grid::WidenExtent(std::span<const TilePart> parts) {
+  constexpr int kTilesPerSuper = RAY_SUPER_SHIFT - RAY_TILE_SHIFT;
+  for (const TilePart& part : parts)
+    Include(&extent_,
+            SquareBox(part.x >> kTilesPerSuper, part.y >> kTilesPerSuper, RAY_SUPER_SHIFT));
+}
+
 uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
   const ray_grid_t view = View(kEverything);
   uint32_t super = ray_find_super(&view, x, y);

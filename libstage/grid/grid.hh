@@ -296,6 +296,8 @@ class Grid {
   CellBox extent() const { return extent_; }
   /// Goes back to an extent that everything drawn lies in.
   void SetExtent(const CellBox& extent) { extent_ = extent; }
+  /// As if the superregions that the parts lie in had just been made.
+  void WidenExtent(std::span<const TilePart> parts);
   /// To be called when nothing is drawn any more: what is drawn then begins a new extent.
   void ForgetExtent() {
     DropEmptyRegions();

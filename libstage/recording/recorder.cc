@@ -176,6 +176,8 @@ void Recorder::Impl::AddFiles() {
                              {"seed", std::to_string(world_->seed())},
                              {"interval_us", std::to_string(world_->sim_interval)}};
   if (!files.empty()) about["world"] = files[0].name;
+  for (const std::string& setting : world_->options().settings)
+    about["settings"] += setting + "\n";  // which has no line ends in it
   log_.mcap().AddMetadata("stage", about);
   for (const WorldFile& file : files)
     log_.mcap().AddAttachment(file.name, "application/octet-stream", file.content);

@@ -3,6 +3,8 @@
 #include "recording/replay.hh"
 
 #include <algorithm>
+#include <cstdlib>
+#include <sstream>
 #include <stdexcept>
 #include <unordered_map>
 
@@ -41,6 +43,12 @@ Replay::Replay(const std::string& file)
       log_.attachments()[0].first != world->second)
     Fail("found no world file in it, expected a log that stage --log has written");
   for (const auto& [name, content] : log_.attachments()) files_.push_back({name, content});
+  if (const auto seed = about.find("seed"); seed != about.end())
+    seed_ = std::strtoull(seed->second.c_str(), nullptr, 10);
+  if (const auto settings = about.find("settings"); settings != about.end()) {
+    std::istringstream lines(settings->second);
+    for (std::string line; std::getline(lines, line);) settings_.push_back(line);
+  }
   for (const auto& [id, channel] : log_.channels())
     if (channel.topic == "/stage/poses") poses_channel_ = id;
   FindFirstPoses();

@@ -32,8 +32,10 @@ class Replay {
   Replay& operator=(const Replay&) = delete;
 
   bool ends_early() const { return log_.ends_early(); }
-  /// To be loaded, without controllers.
+  /// To be loaded, without controllers, with these settings and that seed.
   const std::vector<WorldFile>& files() const { return files_; }
+  const std::vector<std::string>& settings() const { return settings_; }
+  uint64_t seed() const { return seed_; }
   usec_t start() const { return start_; }
   usec_t end() const { return end_; }
 
@@ -61,6 +63,8 @@ class Replay {
   const std::string name_;
   McapReader log_;
   std::vector<WorldFile> files_;
+  std::vector<std::string> settings_;
+  uint64_t seed_ = 1;
   usec_t start_ = 0, end_ = 0;
   int poses_channel_ = -1;
   std::vector<ModelPose> first_poses_, poses_;

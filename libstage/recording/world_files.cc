@@ -62,6 +62,7 @@ std::vector<WorldFile> FilesOf(World* world) {
     else
       files.push_back({path, std::move(content)});
   }
+  if (files.empty()) return files;
   std::vector<fs::path> places;
   for (const WorldFile& file : files) places.push_back(PlaceOf(file.name));
   const fs::path common = CommonFolder(places);

@@ -180,11 +180,10 @@ std::unique_ptr<Metric> Make(const MetricOrder& order) {
   return std::unique_ptr<Metric>(new Kind(order));
 }
 
-const bool registered = RegisterMetric("distance", Make<DistanceDriven>) &&
-                        RegisterMetric("collisions", Make<Collisions>) &&
-                        RegisterMetric("coverage", Make<Coverage>) &&
-                        RegisterMetric("time_to_goal", Make<TimeToGoal>) &&
-                        RegisterMetric("nearest", Make<Nearest>);
+const bool registered =
+    RegisterMetric("distance", Make<DistanceDriven>) &&
+    RegisterMetric("collisions", Make<Collisions>) && RegisterMetric("coverage", Make<Coverage>) &&
+    RegisterMetric("time_to_goal", Make<TimeToGoal>) && RegisterMetric("nearest", Make<Nearest>);
 
 }  // namespace
 

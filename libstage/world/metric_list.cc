@@ -2,6 +2,7 @@
 
 #include "world/metric_list.hh"
 
+#include <algorithm>
 #include <mutex>
 #include <set>
 #include <utility>
@@ -35,20 +36,28 @@ MetricMaker FindMaker(const Worldfile& file, int entity, const std::string& kind
   file.Fail(entity, "kind", "found " + messages::Quoted(kind) + ", expected one of " + known);
 }
 
-/// Those that the section's `model` names; without it, all that can drive.
+bool IsMember(const Worldfile& file, const std::string& population, int entity) {
+  return std::ranges::any_of(file.populations(), [&](const Population& other) {
+    return other.name == population && std::ranges::count(other.members, entity) > 0;
+  });
+}
+
+/// Those that the section's `model` names: a type, a model, or a population. Without it, all that
+/// can drive.
 std::vector<uint32_t> ModelsOf(Worldfile* file, int entity, const std::vector<Model*>& made) {
   const std::string selector = file->ReadString(entity, "model", "");
   std::vector<uint32_t> models;
-  for (size_t other = 1; other < made.size(); other++) {
-    const bool meant = made[other] && (selector.empty()
-                                           ? dynamic_cast<ModelPosition*>(made[other]) != nullptr
-                                           : file->IsCalled(static_cast<int>(other), selector));
-    if (meant) models.push_back(made[other]->GetId());
-  }
+  const auto is_meant = [&](int other, Model* model) {
+    if (selector.empty()) return dynamic_cast<ModelPosition*>(model) != nullptr;
+    return file->IsCalled(other, selector) || IsMember(*file, selector, other);
+  };
+  for (size_t other = 1; other < made.size(); other++)
+    if (made[other] && is_meant(static_cast<int>(other), made[other]))
+      models.push_back(made[other]->GetId());
   if (models.empty() && !selector.empty())
     file->Fail(entity, "model",
                "found no model that is called " + messages::Quoted(selector) +
-                   ", expected a type or the name of a model");
+                   ", expected a type, or the name of a model or of a population");
   return models;
 }
 

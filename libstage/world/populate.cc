@@ -61,8 +61,8 @@ double RadiusOf(Model* model) {
   ForEachOf(model, [&](const Model& part) {
     for (const std::vector<point_t>& outline : OutlinesOf(part))
       for (const point_t& corner : outline)
-        radius2 = std::max(radius2, (corner.x - at.x) * (corner.x - at.x) +
-                                        (corner.y - at.y) * (corner.y - at.y));
+        radius2 = std::max(
+            radius2, (corner.x - at.x) * (corner.x - at.x) + (corner.y - at.y) * (corner.y - at.y));
   });
   return std::sqrt(radius2);
 }

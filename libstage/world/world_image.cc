@@ -70,6 +70,12 @@ void World::DrawLike(const WorldImage& image) {
     if (!drawings.empty()) model->blockgroup->AdoptDrawings(drawings);
   }
   for (Model* child : children) child->Map();
+  if (!wf->populations().empty()) {  // with another seed their members lie elsewhere
+    grid.SetExtent(grid::CellBox());
+    for (const Model* model : engine_->models)
+      model->body().ForEachBody(
+          [&](grid::BodyId, const std::vector<grid::TilePart>& cells) { grid.WidenExtent(cells); });
+  }
   NoteAllDrawnSince(image.last_stamp_of_loading);
 }
 

@@ -155,9 +155,9 @@ struct Document {
   std::vector<Body> bodies;  // the first is the world's
   std::vector<Macro> macros;
   std::vector<Chain> chains;
-  std::deque<Entity> entities;       // the first is the world
-  std::uint32_t name_of_models = 0;  // the name of the property "name"
-  std::size_t written_entities = 0;  // in the text, macros' bodies included
+  std::deque<Entity> entities;                // the first is the world
+  std::uint32_t name_of_models = 0;           // the name of the property "name"
+  std::size_t written_entities = 0;           // in the text, macros' bodies included
   std::vector<OverridingProperty> overrides;  // of those that fit an entity, the last holds
   std::vector<DroppedText> dropped;
   std::vector<std::string> warnings;

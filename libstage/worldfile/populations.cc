@@ -164,10 +164,9 @@ void Worldfile::AddPopulations(worldfile::Expander* expander) {
   }
   const int written = GetEntityCount();
   for (const auto& [name, order] : orders)
-    impl_->populations.push_back(
-        {name, -1,
-         worldfile::MakeMembers(impl_->document, expander, order.type, order.type, order.count,
-                                order.at)});
+    impl_->populations.push_back({name, -1,
+                                  worldfile::MakeMembers(impl_->document, expander, order.type,
+                                                         order.type, order.count, order.at)});
   for (int entity = 1; entity < written; ++entity) {
     if (GetEntityType(entity) == std::string(worldfile::kSection)) AddPopulation(entity, expander);
   }

@@ -44,8 +44,7 @@ bool IsValue(const Token& token) {
 Property MakeProperty(Document& document, std::uint32_t first) {
   const std::uint32_t last = LastToken(document);
   std::uint32_t from = first + 1, to = last;
-  const bool tuple =
-      from <= last && document.tokens[from].kind == TokenKind::kOpenBracket;
+  const bool tuple = from <= last && document.tokens[from].kind == TokenKind::kOpenBracket;
   if (tuple) {
     if (document.tokens[last].kind != TokenKind::kCloseBracket)
       document.Fail(document.tokens[last], "found a tuple without an end, expected ']'");
@@ -58,9 +57,11 @@ Property MakeProperty(Document& document, std::uint32_t first) {
                                             "', expected a number or a text");
   }
   if (!tuple && from != to)
-    document.Fail(document.tokens[first], "found no single value, expected a number, a text or "
-                                          "values in square brackets");
-  Property property{document.names.Intern(document.Text(document.tokens[first])), first, from, 0, 0};
+    document.Fail(document.tokens[first],
+                  "found no single value, expected a number, a text or "
+                  "values in square brackets");
+  Property property{document.names.Intern(document.Text(document.tokens[first])), first, from, 0,
+                    0};
   property.value_count = (to + 1 - from) & 0x3fffffffU;
   return property;
 }
@@ -109,8 +110,8 @@ void Override(Document& document, const Setting& setting) {
   Lexer(document, "").LexText(static_cast<std::uint16_t>(source));
   document.properties.push_back(MakeProperty(document, first));
   const auto property = static_cast<std::uint32_t>(document.properties.size() - 1);
-  document.overrides.push_back({document.names.Intern(setting.selector),
-                                document.properties.back().name, property});
+  document.overrides.push_back(
+      {document.names.Intern(setting.selector), document.properties.back().name, property});
 }
 
 void CheckOverridesAreRead(const Document& document) {

@@ -30,7 +30,6 @@ class SourceSet {
   /// Adds a text. `name` is what messages call it, `key` tells files apart.
   std::uint32_t Add(std::string name, std::string key, std::string text);
 
-  bool IsFile(std::uint32_t source) const { return !sources_[source].key.empty(); }
   /// The number of the source with this key, or -1.
   int Find(std::string_view key) const;
 

@@ -89,15 +89,15 @@ bool Worldfile::Load(std::istream& world_content, const std::string& file) {
 std::vector<Worldfile::Text> Worldfile::Texts() const {
   const worldfile::SourceSet& sources = impl_->document.sources;
   std::vector<Text> texts;
-  for (std::uint32_t i = 0; i < sources.Count(); ++i)
-    if (i == 0 || sources.IsFile(i))  // not what populations and settings have made up
-      texts.push_back({sources.Name(i), std::string(sources.Text(i))});
+  for (std::uint32_t i = 0; i < impl_->files; ++i)
+    texts.push_back({sources.Name(i), std::string(sources.Text(i))});
   return texts;
 }
 
 void Worldfile::Parse() {
   try {
     worldfile::Lexer(impl_->document, impl_->base_directory).Run();
+    impl_->files = static_cast<std::uint32_t>(impl_->document.sources.Count());
     worldfile::Parser parser(impl_->document);
     parser.ParseFile();
     ApplySettings();
@@ -144,6 +144,7 @@ std::unique_ptr<Worldfile> Worldfile::Copy() const {
   copy->impl_->base_directory = impl_->base_directory;
   copy->impl_->asked = impl_->asked;
   copy->impl_->populations = impl_->populations;
+  copy->impl_->files = impl_->files;
   copy->settings_ = settings_;
   return copy;
 }

@@ -68,6 +68,7 @@ struct Worldfile::Impl {
   std::map<worldfile::Slot, std::unique_ptr<CProperty>> handles;
   std::unordered_set<std::string> kept_strings;  // what const char* results point to
   std::vector<Population> populations;
+  std::uint32_t files = 0;  // of the document's sources; the rest are settings and the like
   std::size_t warnings_printed = 0;
 
   std::uint32_t AskedName(const char* name);

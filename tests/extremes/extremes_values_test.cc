@@ -57,6 +57,7 @@ std::vector<Property> NumericProperties() {
       if (IsNumeric(property)) numeric.push_back(property);
   };
   add(properties::kWorld);
+  add(properties::kOrders);
   add(properties::kEveryModel);
   add(properties::kTypes);
   add(properties::kWindow);

@@ -76,6 +76,7 @@ void ExpectOneLine(const LoadOutcome& outcome, const std::string& text) {
 template <typename F>
 void ForEachProperty(F f) {
   for (const Property& property : properties::kWorld) f(property);
+  for (const Property& property : properties::kOrders) f(property);
   for (const Property& property : properties::kEveryModel) f(property);
   for (const Property& property : properties::kTypes) f(property);
 }

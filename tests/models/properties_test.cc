@@ -59,6 +59,7 @@ TEST_P(Properties, IsReportedIfMisspelt) {
 }
 
 INSTANTIATE_TEST_SUITE_P(World, Properties, testing::ValuesIn(kWorld), TestName);
+INSTANTIATE_TEST_SUITE_P(Orders, Properties, testing::ValuesIn(kOrders), TestName);
 INSTANTIATE_TEST_SUITE_P(Window, Properties, testing::ValuesIn(kWindow), TestName);
 INSTANTIATE_TEST_SUITE_P(EveryModel, Properties, testing::ValuesIn(kEveryModel), TestName);
 INSTANTIATE_TEST_SUITE_P(Types, Properties, testing::ValuesIn(kTypes), TestName);
@@ -95,6 +96,7 @@ TEST(PropertiesTable, HasAllThatReadersAskFor) {
       asked.insert(WithoutIndex(name));
   };
   for (const Property& property : kWorld) add(property);
+  for (const Property& property : kOrders) add(property);
   for (const Property& property : kWindow) add(property);
   for (const Property& property : kEveryModel) add(property);
   for (const Property& property : kTypes) add(property);

@@ -43,6 +43,23 @@ inline constexpr Property kWorld[] = {
     {"world", "confirm_on_quit", "0"},
 };
 
+/// Sections that are no models. Each property with those without which there is an error.
+inline constexpr Property kOrders[] = {
+    {"population", "name", "\"crowd\"", "model \"position\" area [0 0 9 9]"},
+    {"population", "model", "\"position\"", "area [0 0 9 9]"},
+    {"population", "count", "3", "model \"position\" area [0 0 9 9]"},
+    {"population", "area", "[0 0 9 9]", "model \"position\""},
+    {"population", "gap", "0.5", "model \"position\" area [0 0 9 9]"},
+    {"population", "seed", "4", "model \"position\" area [0 0 9 9]"},
+    {"metric", "name", "\"driven\"", "kind \"distance\""},
+    {"metric", "kind", "\"distance\""},
+    {"metric", "model", "\"metric\"", "kind \"distance\""},
+    {"metric", "cell", "0.5", "kind \"coverage\""},
+    {"metric", "goal", "[1 2]", "kind \"time_to_goal\""},
+    {"metric", "radius", "1", "kind \"time_to_goal\" goal [1 2]"},
+    {"metric", "first", "1", "kind \"time_to_goal\" goal [1 2]"},
+};
+
 inline constexpr Property kWindow[] = {
     {"window", "size", "[400 300]"},
     {"window", "center", "[1 2]"},

@@ -55,8 +55,8 @@ double ParseWithin(const std::string& option, double least, double most, const c
 }
 
 usec_t ParseDuration(const std::string& option, const std::string& text) {
-  const double seconds = ParseWithin(option, 1e-6, kLongestDuration,
-                                     "simulated seconds, from 0.000001 to 1e12", text);
+  const double seconds =
+      ParseWithin(option, 1e-6, kLongestDuration, "simulated seconds, from 0.000001 to 1e12", text);
   return static_cast<usec_t>(std::llround(seconds * 1e6));
 }
 

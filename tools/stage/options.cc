@@ -276,8 +276,8 @@ class Parser {
             ParseWithin(NameOf(id), 0.001, 60000, "milliseconds, from 0.001 to 60000", value);
         break;
       case kHorizon:
-        options_.horizon =
-            ParseWithin(NameOf(id), 1e-6, 86400, "simulated seconds, from 0.000001 to 86400", value);
+        options_.horizon = ParseWithin(NameOf(id), 1e-6, 86400,
+                                       "simulated seconds, from 0.000001 to 86400", value);
         break;
       case kSet:
         options_.run.settings.push_back(value);

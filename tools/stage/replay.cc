@@ -20,6 +20,8 @@ std::unique_ptr<ReplayRun> ReplayRun::Open(Options* options) {
                    std::to_string(static_cast<double>(run->replay_.end()) / 1e6) +
                    " s: what came later was not written whole");
   options->worldfiles = {run->files_->world_file()};
+  options->run.settings = run->replay_.settings();
+  options->run.seed = run->replay_.seed();
   options->run.controllers = false;
   options->run.opencl = false;  // there is nothing to trace
   return run;

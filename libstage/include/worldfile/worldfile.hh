@@ -66,12 +66,13 @@ class Worldfile {
   Worldfile& operator=(const Worldfile&) = delete;
 
   /// Values in place of those that are written in the files that are loaded from now on. Each is
-  ///   NAME.PROPERTY=VALUE  where NAME is "world", a type or a macro, or the name that a section has;
-  ///   NAME=COUNT           so many models of the population of that name. Without one: of the type
+  ///   NAME.PROPERTY=VALUE  where NAME is "world", a type or a macro, or the name that a section
+  ///   has; NAME=COUNT           so many models of the population of that name. Without one: of the
+  ///   type
   ///                        of that name (an s at its end is ignored), in place of those of the
   ///                        type that stand outside of all others.
-  /// A value that is no number and no tuple in brackets is a text; quotes around it may be left out.
-  /// The last one that fits holds. Load() throws LoadError for one that is none of these.
+  /// A value that is no number and no tuple in brackets is a text; quotes around it may be left
+  /// out. The last one that fits holds. Load() throws LoadError for one that is none of these.
   void Set(const std::vector<std::string>& settings);
   /// Throws LoadError if there is one that nobody has read so far.
   void CheckSettings() const;

@@ -170,8 +170,8 @@ void Coordinator::Fail(uint64_t index, const Death& death) {
   folder_.WriteRecord(index, FailureRecordOf(plan_, spec, death,
                                              attempts == attempts_.end() ? 1 : attempts->second));
   line_.Erase();
-  messages::Report(LogLevel::kWarning, "stage: " + Describe(spec) + " has failed: " +
-                                           Describe(death) + LastOf(death));
+  messages::Report(LogLevel::kWarning,
+                   "stage: " + Describe(spec) + " has failed: " + Describe(death) + LastOf(death));
   done_++;
   failed_++;
 }
@@ -204,8 +204,8 @@ std::string Coordinator::ProgressText(double now) const {
   int length = std::snprintf(text, sizeof text, " %llu of %zu runs",
                              static_cast<unsigned long long>(done_), todo_.size());
   const auto add = [&](const char* format, auto... values) {
-    length += std::snprintf(text + length, sizeof text - static_cast<size_t>(length), format,
-                            values...);
+    length +=
+        std::snprintf(text + length, sizeof text - static_cast<size_t>(length), format, values...);
   };
   if (failed_ > 0) add(", %llu failed", static_cast<unsigned long long>(failed_));
   if (done_ == 0 || elapsed <= 0) return text;

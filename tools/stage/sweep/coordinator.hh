@@ -21,13 +21,13 @@ namespace Stg::program {
 
 /// How a sweep is done, which is no part of what it is.
 struct Effort {
-  unsigned jobs = 0;           ///< workers; at least 1 once it is settled
-  bool fresh = false;          ///< a process of its own for each run
-  double limit_seconds = 0;    ///< wall clock, of one run; 0: none
-  double limit_mb = 0;         ///< of a worker's memory, in 2^20 bytes; 0: none
-  int tries = 3;               ///< a run whose workers die so often has failed
+  unsigned jobs = 0;                ///< workers; at least 1 once it is settled
+  bool fresh = false;               ///< a process of its own for each run
+  double limit_seconds = 0;         ///< wall clock, of one run; 0: none
+  double limit_mb = 0;              ///< of a worker's memory, in 2^20 bytes; 0: none
+  int tries = 3;                    ///< a run whose workers die so often has failed
   std::vector<std::string> worker;  ///< the command that is a worker
-  bool progress = false;       ///< a line on standard error
+  bool progress = false;            ///< a line on standard error
 };
 
 class Coordinator {
@@ -42,7 +42,7 @@ class Coordinator {
   /// Until all is done, or a signal comes. Throws std::runtime_error, in one line.
   void Run();
 
-  uint64_t done() const { return done_; }      ///< with a record, failed ones too
+  uint64_t done() const { return done_; }  ///< with a record, failed ones too
   uint64_t failed() const { return failed_; }
 
  private:
@@ -69,9 +69,9 @@ class Coordinator {
   const Plan& plan_;
   const Effort& effort_;
   std::vector<uint64_t> todo_;
-  size_t next_ = 0;                  // in todo_
-  std::deque<uint64_t> again_;       // whose worker has died
-  std::map<uint64_t, int> attempts_; // of runs that a worker has died of
+  size_t next_ = 0;                   // in todo_
+  std::deque<uint64_t> again_;        // whose worker has died
+  std::map<uint64_t, int> attempts_;  // of runs that a worker has died of
   std::vector<Slot> slots_;
   uint64_t done_ = 0, failed_ = 0;
   double begun_ = 0, next_housekeeping_ = 0, next_sync_ = 0;

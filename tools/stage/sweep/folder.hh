@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A sweep's folder: the plan, sweep.json, and a record of each finished run, in runs/000/000017.json.
-// It is all that a sweep knows of itself: whatever is killed, what is there is whole, and the rest
-// can be run by anybody who sees the folder.
+// A sweep's folder: the plan, sweep.json, and a record of each finished run, in
+// runs/000/000017.json. It is all that a sweep knows of itself: whatever is killed, what is there
+// is whole, and the rest can be run by anybody who sees the folder.
 
 #ifndef STAGE_TOOLS_STAGE_SWEEP_FOLDER_HH
 #define STAGE_TOOLS_STAGE_SWEEP_FOLDER_HH

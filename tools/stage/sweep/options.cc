@@ -95,10 +95,10 @@ constexpr option kLongOptions[] = {
 };
 
 // Those that say what a sweep is. A folder's plan has said it already.
-constexpr int kOfThePlan[] = {kArgs,       kCommonSeeds, kDuration, kLog,  kLogCompression,
-                              kLogEvery,   kLogModels,   kOut,      kRuns, kNoControllers,
-                              kOpencl,     kRayModel,    kSeed,     kSet,  kThreads,
-                              kPlanOnly,   kDryRun};
+constexpr int kOfThePlan[] = {kArgs,     kCommonSeeds, kDuration, kLog,  kLogCompression,
+                              kLogEvery, kLogModels,   kOut,      kRuns, kNoControllers,
+                              kOpencl,   kRayModel,    kSeed,     kSet,  kThreads,
+                              kPlanOnly, kDryRun};
 
 std::string NameOf(int id) {
   for (const option* o = kLongOptions; o->name; o++)

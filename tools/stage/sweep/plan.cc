@@ -232,9 +232,9 @@ Plan ReadPlan(const std::string& text) try {
   plan.common_seeds = json.at("common_seeds");
   plan.duration = TimeOf(json.at("duration"));
   ReadOptions(json.at("options"), &plan);
-  const bool empty = plan.last <= plan.first || std::ranges::any_of(plan.axes, [](const Axis& axis) {
-                       return axis.values.empty();
-                     });
+  const bool empty =
+      plan.last <= plan.first ||
+      std::ranges::any_of(plan.axes, [](const Axis& axis) { return axis.values.empty(); });
   if (empty || plan.Count() > kMostRuns) throw std::runtime_error("found no runs, or too many");
   return plan;
 } catch (const std::exception& error) {

@@ -23,15 +23,15 @@ struct Axis {
 };
 
 struct Plan {
-  std::string world;            ///< an absolute path
-  std::string digest;           ///< of the texts that the world is read from
-  std::vector<Axis> axes;       ///< the last one varies fastest
-  uint64_t first = 0, last = 1; ///< runs of each combination: numbers first..last-1
-  uint64_t seed = 1;            ///< of the sweep
-  bool common_seeds = false;    ///< run n has the same seed in every combination
-  usec_t duration = 0;          ///< 0: the world's quit_time
+  std::string world;             ///< an absolute path
+  std::string digest;            ///< of the texts that the world is read from
+  std::vector<Axis> axes;        ///< the last one varies fastest
+  uint64_t first = 0, last = 1;  ///< runs of each combination: numbers first..last-1
+  uint64_t seed = 1;             ///< of the sweep
+  bool common_seeds = false;     ///< run n has the same seed in every combination
+  usec_t duration = 0;           ///< 0: the world's quit_time
   std::string controller_args;
-  RunOptions run;               ///< threads, device, ray model, controllers; the rest is not used
+  RunOptions run;  ///< threads, device, ray model, controllers; the rest is not used
   std::optional<recording::LogOptions> log;  ///< its file is not used
 
   uint64_t RunsEach() const { return last - first; }

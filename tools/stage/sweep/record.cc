@@ -62,9 +62,8 @@ std::string RecordOf(const Plan& plan, const RunSpec& spec, World* world, double
   record["metrics"] = MetricsOf(*world);
   const double r_acc =
       wall_seconds > 0 ? static_cast<double>(robots) * simulated / wall_seconds : 0;
-  record["timing"] = {{"load_seconds", run.load_seconds},
-                      {"wall_seconds", wall_seconds},
-                      {"r_acc", r_acc}};
+  record["timing"] = {
+      {"load_seconds", run.load_seconds}, {"wall_seconds", wall_seconds}, {"r_acc", r_acc}};
   return Line(&record, plan, spec, attempt);
 }
 

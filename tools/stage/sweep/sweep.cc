@@ -96,8 +96,10 @@ int TellStatus(const SweepFolder& folder) {
   for (size_t i = 0; i < std::min<size_t>(failed.size(), kMostShown); i++)
     text += DescribeFailure(RecordAt(folder, failed[i]));
   if (failed.size() > kMostShown) text += "  ...\n";
-  if (done < plan.Count()) text += "next: stage sweep --resume " + folder.path() + "\n";
-  else text += "next: stage merge " + folder.path() + " -o all.csv\n";
+  if (done < plan.Count())
+    text += "next: stage sweep --resume " + folder.path() + "\n";
+  else
+    text += "next: stage merge " + folder.path() + " -o all.csv\n";
   PrintWhole(text);
   return 0;
 }
@@ -126,8 +128,8 @@ std::vector<uint64_t> ToDo(const SweepFolder& folder, const Plan& plan,
 int TellResult(const SweepFolder& folder, const Coordinator& coordinator, size_t todo,
                double seconds) {
   const uint64_t done = coordinator.done();
-  std::string text = std::to_string(done) + " of " + Number(todo, "run") + " done in " +
-                     DurationText(seconds);
+  std::string text =
+      std::to_string(done) + " of " + Number(todo, "run") + " done in " + DurationText(seconds);
   if (coordinator.failed() > 0)
     text += ", " + std::to_string(coordinator.failed()) + " failed: stage sweep --status " +
             folder.path() + " names them";

@@ -12,8 +12,6 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "messages/report.hh"
 #include "recording/recorder.hh"
@@ -76,9 +74,9 @@ class Worker {
     }
     const bool loaded = same ? world_->Reset(spec.seed) : world_->Load(plan_.world);
     if (loaded) return;
-    const std::vector<std::string> said = world_->LoadMessages();
+    const std::vector<std::string> messages = world_->LoadMessages();
     world_.reset();
-    throw BadRun(said.empty() ? "the world was not loaded" : said.back());
+    throw BadRun(messages.empty() ? "the world was not loaded" : messages.back());
   }
 
   std::unique_ptr<recording::Recorder> OpenLog(uint64_t index) {

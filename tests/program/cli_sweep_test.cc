@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// stage sweep and stage merge: what they run, what survives kills, what is refused.
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "support/cli_testing.hh"
+#include "support/sanitized.hh"
+#include "support/shipped_worlds.hh"
+
+namespace cli_testing {
+namespace {
+
+using Json = nlohmann::json;
+
+/// The words of a line that a shell would take apart.
+Strings WordsOf(const std::string& line) {
+  Strings words(1);
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '\'')
+      quoted = !quoted;
+    else if (c == ' ' && !quoted)
+      words.emplace_back();
+    else
+      words.back() += c;
+  }
+  return words;
+}
+
+class SweepTest : public CliTest {
+ protected:
+  void SetUp() override {
+    CliTest::SetUp();
+    Write("w.world",
+          "quit_time 1\nresolution 0.1\n"
+          "define robot position( size [0.3 0.3 0.3] alwayson 1\n"
+          "  ranger( alwayson 1 sensor( range [0 3] samples 5 noise [0.1 0 0] ) ) )\n"
+          "population( name \"robots\" model \"robot\" count 3 area [-4 -4 4 4] )\n"
+          "metric( kind \"coverage\" )\n");
+  }
+
+  Json Record(const std::string& folder, int index) const {
+    char name[60];
+    std::snprintf(name, sizeof name, "/runs/%03d/%06d.json", index / 1000, index);
+    return Json::parse(ReadFile(Path(folder + name)));
+  }
+  std::string Merged(const std::string& folder) const {
+    const std::string file = folder + ".csv";
+    ExpectStatus(0, {"merge", folder, "-o", file});
+    return ReadFile(Path(file));
+  }
+  Result Sweep(Strings arguments) const {
+    arguments.insert(arguments.begin(), "sweep");
+    return Stage(arguments);
+  }
+  /// The state hash that the record's command gives.
+  std::string Replay(const Json& record) const {
+    Strings words = WordsOf(record["replay"]);
+    words.erase(words.begin());
+    const Result r = Stage(words);
+    const std::string before = "state-hash ";
+    const size_t at = r.out.find(before);
+    return at == std::string::npos ? r.out + r.err : r.out.substr(at + before.size(), 16);
+  }
+};
+
+TEST_F(SweepTest, RunsAllCombinations) {
+  const Result r = Sweep({"w.world", "--set", "robots=2,4", "--set", "world.resolution=0.1,0.2",
+                          "--runs", "3:6", "--jobs", "2", "-o", "sw"});
+  EXPECT_EQ(r.status, 0) << r.err;
+  EXPECT_EQ(r.err, "");
+  std::set<uint64_t> seeds;
+  for (int i = 0; i < 12; i++) {
+    const Json record = Record("sw", i);
+    EXPECT_EQ(record["status"], "done");
+    EXPECT_EQ(record["set"]["robots"], i < 6 ? "2" : "4");
+    EXPECT_EQ(record["set"]["world.resolution"], i / 3 % 2 == 0 ? "0.1" : "0.2");
+    EXPECT_EQ(record["run"], 3 + i % 3);
+    EXPECT_EQ(record["robots"], i < 6 ? 2 : 4);
+    EXPECT_EQ(record["steps"], 10);
+    EXPECT_GT(record["metrics"]["coverage"], 0);
+    seeds.insert(record["seed"].get<uint64_t>());
+    EXPECT_EQ(Replay(record), record["state_hash"]) << i;
+  }
+  EXPECT_EQ(seeds.size(), 12u);
+  const std::string table = Merged("sw");
+  EXPECT_EQ(table.rfind("index,run,seed,robots,world.resolution,status,state_hash,steps,", 0), 0u);
+  EXPECT_EQ(CountOf(table, "\n"), 13u);
+}
+
+/// Of one sweep, whatever it is done with.
+TEST_F(SweepTest, GivesTheSameTable) {
+  const Strings sweep = {"w.world", "--set", "robots=1,3", "--runs", "0:4", "-o"};
+  const auto with = [&](const std::string& folder, const Strings& more) {
+    Strings words = sweep;
+    words.push_back(folder);
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(Sweep(words).status, 0) << folder;
+  };
+  with("a", {"--jobs", "1"});
+  with("b", {"--jobs", "3", "--fresh"});
+  with("c", {"--shard", "2/3"});
+  with("c", {"--shard", "1/3"});
+  with("c", {"--shard", "3/3"});
+  with("d", {"--plan-only"});
+  EXPECT_EQ(Sweep({"--resume", "d", "--only", "5:8"}).status, 0);
+  EXPECT_EQ(Sweep({"--resume", "d", "--only", "0:5"}).status, 0);
+  with("e", {"--threads", "2"});
+  const std::string table = Merged("a");
+  for (const char* folder : {"b", "c", "d"}) EXPECT_EQ(Merged(folder), table) << folder;
+  EXPECT_EQ(Merged("e"), table) << "threads change nothing";
+}
+
+TEST_F(SweepTest, SeedsDependOnTheValuesAlone) {
+  EXPECT_EQ(Sweep({"w.world", "--set", "robots=1,2", "--set", "robot.size=[.1 .1 .1],[.2 .2 .2]",
+                   "--runs", "0:2", "-o", "a"})
+                .status,
+            0);
+  EXPECT_EQ(Sweep({"w.world", "--set", "robot.size=[.2 .2 .2]", "--set", "robots=3,2", "--runs",
+                   "1:2", "-o", "b"})
+                .status,
+            0);
+  EXPECT_EQ(Record("a", 7)["seed"], Record("b", 1)["seed"]);
+  EXPECT_EQ(Record("a", 7)["state_hash"], Record("b", 1)["state_hash"]);
+  EXPECT_EQ(Sweep({"w.world", "--set", "robots=1,2", "--runs", "0:2", "--common-seeds", "-o", "c"})
+                .status,
+            0);
+  EXPECT_EQ(Record("c", 1)["seed"], Record("c", 3)["seed"]);
+  EXPECT_NE(Record("c", 0)["seed"], Record("c", 1)["seed"]);
+}
+
+/// A controller that crashes, prints, waits or ends, as its argument says.
+TEST_F(SweepTest, FailedRunsAreNamed) {
+  Write("f.world", "quit_time 0.2\nposition( name \"a\" )\n");
+  const std::string fails =
+      std::string(std::getenv("STAGE_BINARY_DIR")) + "/tests/plugins/fails.so ";
+  const Result r =
+      Sweep({"f.world", "--set",
+             "a.ctrl=" + fails + "not," + fails + "crash," + fails + "exit," + fails + "hang",
+             "--jobs", "2", "--limit-seconds", "1", "-o", "sw"});
+  EXPECT_EQ(r.status, 1) << r.err;
+  EXPECT_EQ(Record("sw", 0)["status"], "done");
+  const Json crashed = Record("sw", 1), ended = Record("sw", 2), hung = Record("sw", 3);
+  EXPECT_EQ(crashed["signal"], "SIGSEGV");
+  EXPECT_EQ(crashed["attempts"], 3);
+  EXPECT_EQ(crashed["lines"].back(), "about to crash");
+  EXPECT_EQ(ended["exit_status"], 7);
+  EXPECT_EQ(hung["reason"], "took more than 1 s");
+  EXPECT_EQ(hung["attempts"], 1);
+  EXPECT_TRUE(Contains(r.err, "fails.so crash has failed: SIGSEGV: about to crash")) << r.err;
+  const Result status = Stage({"sweep", "--status", "sw"});
+  EXPECT_TRUE(Contains(status.out, "4 of 4 runs finished, 3 of them failed")) << status.out;
+  EXPECT_TRUE(Contains(status.out, "stage -g --seed ")) << status.out;
+  EXPECT_TRUE(Contains(Merged("sw"), "fails.so crash,failed,")) << "a failed run has its row";
+  EXPECT_EQ(
+      Sweep({"--resume", "--retry-failed", "--tries", "1", "--limit-seconds", "1", "sw"}).status,
+      1);
+  EXPECT_EQ(Record("sw", 1)["attempts"], 1);
+}
+
+/// Killed again and again, it loses nothing that was finished, and ends as if it never had been.
+TEST_F(SweepTest, SurvivesKills) {
+  const Strings sweep = {"sweep",  "w.world", "--set", "robots=1,2,3", "--runs", "0:100",
+                         "--jobs", "2",       "-o"};
+  Strings whole = sweep, killed = sweep;
+  whole.emplace_back("whole");
+  killed.emplace_back("killed");
+  ExpectStatus(0, whole);
+  Strings words = killed;
+  int kills = 0;
+  for (int round = 0; round < 60; round++) {
+    Process process(Path(""), words, {});
+    for (int i = 0; i < 4 + 7 * round; i++) Nap();
+    process.Send(round % 3 == 0 ? SIGINT : SIGKILL);
+    const int status = process.Finish().status;
+    if (fs::exists(Path("killed/sweep.json"))) words = {"sweep", "--resume", "killed"};
+    if (status == 0) break;
+    EXPECT_EQ(status, round % 3 == 0 ? 128 + SIGINT : 128 + SIGKILL);
+    kills++;
+  }
+  EXPECT_GT(kills, 2);
+  EXPECT_EQ(Stage(words).status, 0);
+  EXPECT_EQ(Merged("killed"), Merged("whole"));
+  for (const auto& file : fs::recursive_directory_iterator(Path("killed")))
+    if (file.path().filename().string().rfind(".stage", 0) == 0) fs::remove(file.path());
+}
+
+TEST_F(SweepTest, TwoOnOneFolderAreRefused) {
+  Write("long.world", "quit_time 1e6\nposition( alwayson 1 )\n");
+  Process first(Path(""), {"sweep", "long.world", "--jobs", "1", "-o", "sw"}, {});
+  while (!fs::exists(Path("sw/lock.all"))) Nap();
+  for (int i = 0; i < 20; i++) Nap();
+  fs::create_directory(Path("elsewhere"));
+  const Result second = Process(Path("elsewhere"), {"sweep", "--resume", "../sw"}, {}).Finish();
+  EXPECT_EQ(second.status, 1);
+  EXPECT_TRUE(Contains(second.err, "another stage sweep works on")) << second.err;
+  first.Send(SIGINT);
+  const Result r = first.Finish();
+  EXPECT_EQ(r.status, 128 + SIGINT);
+  EXPECT_TRUE(Contains(r.out, "stage sweep --resume sw")) << r.out;
+}
+
+TEST_F(SweepTest, WhatIsWrongIsSaidBeforeAnythingRuns) {
+  for (const Strings& words : std::vector<Strings>{
+           {"sweep"},
+           {"sweep", "w.world"},
+           {"sweep", "w.world", "w.world", "-o", "x"},
+           {"sweep", "w.world", "-o", "x", "--runs", "5:5"},
+           {"sweep", "w.world", "-o", "x", "--runs", "5"},
+           {"sweep", "w.world", "-o", "x", "--set", "robots"},
+           {"sweep", "w.world", "-o", "x", "--set", "robots=1,,2"},
+           {"sweep", "w.world", "-o", "x", "--set", "robots=1,1"},
+           {"sweep", "w.world", "-o", "x", "--set", "robots=1", "--set", "robots=2"},
+           {"sweep", "w.world", "-o", "x", "--shard", "0/3"},
+           {"sweep", "w.world", "-o", "x", "--jobs", "0"},
+           {"sweep", "w.world", "-o", "x", "--nonsense"},
+           {"sweep", "w.world", "-o", "x", "--runs", "0:100000000", "--set", "robots=1,2"},
+           {"sweep", "--resume", "--seed", "3", "x"},
+           {"sweep", "--resume", "--status", "x"},
+           {"merge"},
+           {"merge", "x"},
+           {"merge", "x", "-o", "a.txt"}})
+    ExpectRefused(words, "'stage ");
+  const auto fails = [&](const Strings& words, const std::string& part) {
+    const Result r = Stage(words);
+    EXPECT_EQ(r.status, 1) << testing::PrintToString(words);
+    EXPECT_EQ(CountOf(r.err, "\n"), 1u) << r.err;
+    EXPECT_TRUE(Contains(r.err, part)) << r.err;
+    EXPECT_FALSE(fs::exists(Path("x"))) << testing::PrintToString(words);
+  };
+  fails({"sweep", "none.world", "-o", "x"}, "none.world");
+  fails({"sweep", "w.world", "--set", "robots=1,many", "-o", "x"},
+        "run 1 robots=many: --set robots");
+  fails({"sweep", "w.world", "--set", "robt.size=1", "-o", "x"}, "did you mean \"robot\"?");
+  WriteWorld("endless.world", "");
+  fails({"sweep", "endless.world", "-o", "x"}, "expected a --duration");
+  fails({"sweep", "--resume", "x"}, "found no sweep in 'x'");
+  fails({"merge", "x", "-o", "a.csv"}, "found no sweep in 'x'");
+}
+
+TEST_F(SweepTest, FoldersKeepTheirSweep) {
+  EXPECT_EQ(Sweep({"w.world", "--runs", "0:2", "-o", "sw"}).status, 0);
+  ExpectRefused({"sweep", "w.world", "--runs", "0:3", "-o", "sw"}, "stage sweep --resume sw");
+  fs::remove(Path("sw/runs/000/000001.json"));
+  Write("sw/runs/000/000000.json", "");
+  EXPECT_TRUE(Contains(Stage({"merge", "sw", "-o", "a.csv"}).err, "2 of 2 runs are not finished"));
+  Result r = Sweep({"--resume", "sw"});
+  EXPECT_TRUE(Contains(r.out, "2 of 2 runs done")) << r.out << r.err;
+  Write("w.world", ReadFile(Path("w.world")) + "\n");
+  r = Sweep({"--resume", "sw"});
+  EXPECT_EQ(r.status, 1);
+  EXPECT_TRUE(Contains(r.err, "has changed since the sweep began")) << r.err;
+  Write("sw/sweep.json", "{}");
+  EXPECT_TRUE(Contains(Sweep({"--status", "sw"}).err, "not the plan of a sweep"));
+}
+
+TEST_F(SweepTest, LogsLieBesideTheRecords) {
+  EXPECT_EQ(Sweep({"w.world", "--runs", "0:3", "--log-every", "0.5", "-o", "sw"}).status, 0);
+  for (int i = 0; i < 3; i++)
+    EXPECT_EQ(ReadFile(Path("sw/runs/000/00000" + std::to_string(i) + ".mcap")).substr(1, 4),
+              "MCAP");
+}
+
+/// In one worker, in their order, and each alone: every shipped world with its own controllers.
+TEST_F(SweepTest, RunsOfShippedWorldsCanBeReplayed) {
+  for (const std::string& file : ShippedWorlds()) {
+    SCOPED_TRACE(file);
+    fs::remove_all(Path("sw"));
+    const std::string duration = kSanitized ? "0.5" : "1.5";
+    ASSERT_EQ(
+        Sweep({file, "--runs", "0:2", "--jobs", "1", "--duration", duration, "-o", "sw"}).status,
+        0);
+    for (int i = 0; i < 2; i++)
+      EXPECT_EQ(Replay(Record("sw", i)), Record("sw", i)["state_hash"]) << i;
+  }
+}
+
+}  // namespace
+}  // namespace cli_testing
