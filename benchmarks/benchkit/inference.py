@@ -120,14 +120,27 @@ def holm(probabilities: Sequence[float]) -> list[float]:
 
 FEWEST = 5  # values of which a test says something
 TEST_DRAWS = 10_000
+MOST_DRAWN = 1_000_000  # values at a time
 
 
 def mean_bounds(values: np.ndarray) -> tuple[float, float]:
-    """Between which the mean of so many values would lie, as resampling them says; NaN of less than two."""
+    """Between which the mean lies, as resampling the values says; NaN of less than two."""
     if len(values) < 2:
         return math.nan, math.nan
-    random = np.random.default_rng(SEED)
-    return bounds(values[random.integers(0, len(values), (DRAWS, len(values)))].mean(axis=1))
+    return bounds(moments_of_samples(values, DRAWS, np.random.default_rng(SEED))[0])
+
+
+def moments_of_samples(values: np.ndarray, draws: int,
+                       random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Means and variances of so many samples of the values, as large as these; in little memory."""
+    means, variances = np.empty(draws), np.empty(draws)
+    at_once = max(1, MOST_DRAWN // len(values))
+    for at in range(0, draws, at_once):
+        count = min(at_once, draws - at)
+        sample = values[random.integers(0, len(values), (count, len(values)))]
+        means[at:at + count] = sample.mean(axis=1)
+        variances[at:at + count] = sample.var(axis=1, ddof=1)
+    return means, variances
 
 
 @dataclass(frozen=True)
@@ -142,10 +155,10 @@ class Contrast:
 
 
 def contrast(more: Sequence[np.ndarray], less: Sequence[np.ndarray] = ()) -> Contrast:
-    """The mean of the means of the groups `more` minus that of `less`, with a studentised bootstrap.
+    """The mean of the means of the groups `more` minus that of `less`, by a studentised bootstrap.
 
-    For pairs give their differences as `more` alone. Each group is resampled on its own, so groups may
-    differ in whatever they like. That it is studentised keeps it honest with few values.
+    For pairs give their differences as `more` alone. Each group is resampled on its own, so groups
+    may differ in whatever they like. That it is studentised keeps it honest with few values.
     """
     weights = [1 / len(more)] * len(more) + [-1 / len(less) for _ in less]
     groups = [*more, *less]
@@ -165,14 +178,15 @@ def contrast(more: Sequence[np.ndarray], less: Sequence[np.ndarray] = ()) -> Con
     return Contrast(difference, difference - reach, difference + reach, float(probability), count)
 
 
-def studentised(groups: Sequence[np.ndarray], weights: Sequence[float], difference: float) -> np.ndarray:
+def studentised(groups: Sequence[np.ndarray], weights: Sequence[float],
+                difference: float) -> np.ndarray:
     """How many standard errors the differences of resampled groups are off, sorted."""
     random = np.random.default_rng(SEED)
     drawn, variance = np.zeros(TEST_DRAWS), np.zeros(TEST_DRAWS)
     for weight, group in zip(weights, groups):
-        sample = group[random.integers(0, len(group), (TEST_DRAWS, len(group)))]
-        drawn += weight * sample.mean(axis=1)
-        variance += weight**2 * sample.var(axis=1, ddof=1) / len(group)
+        means, variances = moments_of_samples(group, TEST_DRAWS, random)
+        drawn += weight * means
+        variance += weight**2 * variances / len(group)
     off = np.abs(drawn - difference)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.sort(np.where(off > 0, off / np.sqrt(variance), 0.0))

@@ -12,11 +12,15 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "bindings.hh"
 #include "models/host.hh"
+#include "recording/mcap_reader.hh"
 #include "recording/recorder.hh"
+#include "recording/ros_messages.hh"
 #include "simulation.hh"
 #include "world/statistics.hh"
 
@@ -86,6 +90,30 @@ std::shared_ptr<recording::Recorder> Record(Simulation& simulation, const std::s
   });
 }
 
+/// Where models that had moved were, at all moments of a log: x and y in metres, as doubles.
+nb::bytes PlacesInLog(const std::string& file) {
+  std::vector<double> places;
+  Recording([&] {
+    const recording::McapReader log(file);
+    recording::Buffer records;
+    std::vector<recording::ModelPose> poses;
+    bool first = true;  // the first message has all models, those that never move among them
+    for (const recording::McapReader::Chunk& chunk : log.chunks()) {
+      log.Read(chunk, &records);
+      recording::ForEachRecord(records.view(), [&](recording::Op op, std::string_view record) {
+        if (op != recording::Op::kMessage) return;
+        const recording::Message message = recording::MessageOf(record);
+        const auto channel = log.channels().find(message.channel);
+        if (channel == log.channels().end() || channel->second.topic != "/stage/poses") return;
+        if (!recording::GetModelPoses(message.data, &poses) || std::exchange(first, false)) return;
+        for (const recording::ModelPose& pose : poses)
+          if (pose.parent == 0) places.insert(places.end(), {pose.pose.x, pose.pose.y});
+      });
+    }
+  });
+  return nb::bytes(reinterpret_cast<const char*>(places.data()), places.size() * sizeof(double));
+}
+
 }  // namespace
 
 void BindSweep(nb::module_& module, nb::class_<Simulation>& world) {
@@ -93,6 +121,7 @@ void BindSweep(nb::module_& module, nb::class_<Simulation>& world) {
   module.def(
       "set_controller_arguments", [](const std::string& text) { World::ctrlargs = text; },
       nb::arg("text"));
+  module.def("places_in_log", &PlacesInLog, nb::arg("file"));
   nb::class_<recording::Recorder>(module, "Recorder", "A log of a world, as stage --log has it.")
       .def("finish", [](recording::Recorder& recorder) { Recording([&] { recorder.Finish(); }); });
   world.def("figures", &FiguresOf)

@@ -112,6 +112,17 @@ def test_program_makes_the_same_page(experiment: Experiment, tmp_path: Path) -> 
     assert page == results.folder / "report/index.html" and page.read_bytes() == first
 
 
+@pytest.mark.parametrize("options, there", [({"log": True}, True), ({}, False),
+                                            ({"log": True, "no-controllers": True}, False)])
+def test_places_of_robots(experiment: Experiment, tmp_path: Path, options: dict[str, bool], there: bool) -> None:
+    """From logs, where there are any, and something has moved in them."""
+    pytest.importorskip("matplotlib", reason="skipped: matplotlib is not installed; try tools/setup --sweep")
+    results = run(replace(experiment, set={}, runs=2, options=options), out=tmp_path / "out", jobs=2)
+    page = results.report()
+    assert (page.parent / "where-robots-were.png").exists() == there
+    assert ("Where robots spent their time" in page.read_text()) == there
+
+
 def test_nothing_to_report(experiment: Experiment, tmp_path: Path) -> None:
     from stagesim.sweep.program import make_plan
 

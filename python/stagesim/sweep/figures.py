@@ -8,10 +8,11 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 
+from .. import _core
 from ..benchkit import plots
 from ..benchkit.report import number
 from .study import Axis, Metric, Study
@@ -24,6 +25,8 @@ ADVICE = 'pip install "stagesim[report]" installs it'
 LINES = [(plots.BLUE, "o", "-"), (plots.RED, "s", "--"), (plots.GREEN, "^", "-."), (plots.PURPLE, "D", ":"),
          (plots.ORANGE, "v", "-"), (plots.SKY, "P", "--"), (plots.BLACK, "X", "-.")]
 MOST_PANELS = 6
+LOGS_EACH = 20  # that a picture of places is made from
+CELLS_ACROSS = 60
 APART = 0.012  # between lines, of the width of a panel
 MOST_LABELLED = 100  # cells of a heat map with their numbers in them
 LOGARITHMIC = 20.0  # the greatest value, in least ones, from which on an axis is logarithmic
@@ -58,6 +61,43 @@ def draw_all(study: Study, folder: Path) -> list[Picture]:
             if max(len(x.values), len(y.values)) > 2:
                 made.append(draw_heat_map(pyplot, study, metric, x, y, folder))
     return made
+
+
+def draw_traces(study: Study, logs: Mapping[int, Path], folder: Path) -> Picture | None:
+    """Where robots have been, from the logs of runs: a panel for each value of the first axis, or for all runs.
+
+    A cell has the share of the robots' time that was spent there. The first logs of each panel count, LOGS_EACH
+    of them at most. None if nothing has moved in them.
+    """
+    pyplot = plots.load_pyplot(STYLE, ADVICE)
+    over = study.axes[0] if study.axes else None
+    panels = Panels(pyplot, over, (5.0, 4.2))
+    drawn = panels.each()
+    places = []
+    for _, common in drawn:
+        runs = [at for at in np.flatnonzero(study.at(common)) if int(study.index[at]) in logs][:LOGS_EACH]
+        read = [np.frombuffer(_core.places_in_log(str(logs[int(study.index[at])]))).reshape(-1, 2) for at in runs]
+        places.append(np.concatenate([np.empty((0, 2)), *read]))
+    together = np.concatenate(places)
+    if len(together) == 0:
+        pyplot.close(panels.figure)
+        return None
+    low, high = together.min(0), together.max(0)
+    side = max(high - low) / CELLS_ACROSS or 1.0
+    edges = [np.arange(start, end + 2 * side, side) for start, end in zip(low, high)]
+    shares = [np.histogram2d(*found.T, bins=edges)[0].T / max(1, len(found)) for found in places]
+    most = 100 * float(np.quantile(np.concatenate([share[share > 0] for share in shares]), 0.99))
+    for (panel, _), share in zip(drawn, shares):
+        image = panel.pcolormesh(*edges, np.where(share > 0, 100 * share, np.nan), cmap="cividis_r", vmin=0, vmax=most)
+        panel.set_aspect("equal")
+        panel.set_xlabel("x (m)")
+    panels.axes[0].set_ylabel("y (m)")
+    panels.figure.colorbar(image, ax=panels.axes[:len(drawn)], label="share of the time (%)", extend="max")
+    file = folder / file_name("where", "robots", "were")
+    panels.save(pyplot, file)
+    caption = f"Where robots spent their time, in squares of {number(side)} m; white: never. From the logs of " \
+        f"{LOGS_EACH} runs at most" + (f" for each {over.name}." if over else ".")
+    return Picture(file, caption, Metric("where robots were", "where robots were", np.empty(0)))
 
 
 def file_name(*parts: str) -> str:

@@ -8,11 +8,13 @@ import json
 import os
 import shlex
 import signal
+import site
 import subprocess
 import sys
 import tempfile
 from collections import deque
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Sequence
 
@@ -36,13 +38,16 @@ def worker_words(metrics: str | None) -> list[str]:
 
 def environment(folders: Sequence[str]) -> dict[str, str]:
     """Of the program: its Python is this one, which finds this package, and modules in these folders."""
-    paths = [PACKAGES, *folders, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
+    own = [] if PACKAGES in site.getsitepackages() else [PACKAGES]
+    paths = [*own, *folders, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
     return {**os.environ, "STAGE_PYTHON": sys.executable, "PYTHONPATH": os.pathsep.join(dict.fromkeys(paths))}
 
 
-def end_with_parent() -> None:
+def end_with_parent(parent: int) -> None:
     """In the child: no runs go on for a worker that was killed, while others do them again."""
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:
+        os._exit(1)  # it was too quick
 
 
 def call(words: Sequence[str], folders: Sequence[str] = (), shown: bool = False) -> tuple[int, str]:
@@ -54,7 +59,8 @@ def call(words: Sequence[str], folders: Sequence[str] = (), shown: bool = False)
     """
     with tempfile.TemporaryFile() as errors, subprocess.Popen(
             [_paths.PROGRAM, *words], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            stderr=None if shown else errors, env=environment(folders), preexec_fn=end_with_parent) as child:
+            stderr=None if shown else errors, env=environment(folders),
+            preexec_fn=partial(end_with_parent, os.getpid())) as child:
         try:
             status = child.wait()
         except BaseException:

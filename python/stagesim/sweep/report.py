@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Iterable, Sequence
 
 from ..benchkit.report import number
-from .figures import Picture, draw_all
-from .plan import Plan, SweepError, missing
+from .figures import Picture, draw_all, draw_traces
+from .plan import Plan, SweepError, missing, record_file
 from .study import Comparison, Mean, Study
 from .table import failed_records, read_columns
 
@@ -50,6 +50,10 @@ def write_report(folder: Path) -> Path:
         shutil.rmtree(out)
     out.mkdir()
     pictures = draw_all(study, out)
+    logs = {index: record_file(folder, index).with_suffix(".mcap") for index in study.index.tolist()}
+    logs = {index: log for index, log in logs.items() if log.exists()}
+    traces = draw_traces(study, logs, out) if logs else None
+    pictures += [traces] if traces else []
     failed = failed_records(folder, columns)
     page = out / "index.html"
     page.write_text(page_text(study, pictures, failed, len(missing(folder, plan))), encoding="utf-8")
@@ -112,7 +116,7 @@ def summary_text(study: Study, failed: int, lacking: int) -> str:
     rows = [(axis.name, ", ".join(axis.values)) for axis in plan.axes]
     text = "".join(f"<p>{line}</p>" for line in lines) + (table(("varied", "values"), rows, 2) if rows else "")
     if study.same:
-        same = ", ".join(f"{escaped(name)} = {number(value)}" for name, value in study.same.items())
+        same = ", ".join(f"{escaped(name)} = {shown(value)}" for name, value in study.same.items())
         text += f"<p class=note>The same in all runs: {same}.</p>"
     return text
 

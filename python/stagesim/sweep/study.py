@@ -122,6 +122,7 @@ class Study:
         known = {column.name: column for column in columns}
         self.done: Mask = np.array([status == "done" for status in known["status"].values], bool)
         self.run = np.array(known["run"].values, np.int64)
+        self.index = np.array(known["index"].values, np.int64)
         self.axes = [self._axis(known[axis.name]) for axis in plan.axes if len(axis.values) > 1]
         self.metrics, self.same = self._metrics(columns)
 
@@ -133,7 +134,7 @@ class Study:
                     np.array([place[value] for value in column.values], np.int64))
 
     def _metrics(self, columns: Sequence[Column]) -> tuple[list[Metric], dict[str, float]]:
-        """Those whose values differ, speed last; and those that are the same in all runs."""
+        """Those whose values differ, speed last; and those that are the same in all runs, or nowhere there."""
         units = {"energy_dissipated": "J", **units_of_metrics(self.plan.world)}
         left_out = FIXED | {axis.name for axis in self.plan.axes}
         metrics, same = [], {}
@@ -154,8 +155,8 @@ class Study:
             found = np.unique(values[self.done][there])
             if found.size > 1:
                 metrics.append(metric)
-            elif found.size == 1 and not column.name.startswith("energy_"):
-                same[name] = float(found[0])
+            elif not column.name.startswith("energy_"):
+                same[name] = float(found[0]) if found.size else np.nan
         return metrics, same
 
     @property
