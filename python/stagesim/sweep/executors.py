@@ -142,4 +142,5 @@ def run_with(executor: Any, job: program.Job, plan: Plan, jobs: int | None, chun
         if left and (idle == MOST_IDLE_ROUNDS or (work.broken and not makes)):
             raise SweepError(
                 f"{job.folder}: {len(left)} of {plan.count} runs are missing: {shortened(left)}; the last that was "
-                f"said: {work.said!r}. What is there is kept: call run() again, with a new executor if this one is broken")
+                f"said: {work.said!r}. What is there is kept: call run() again, with a new executor if this one is "
+                "broken")

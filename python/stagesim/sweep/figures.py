@@ -73,31 +73,40 @@ def draw_traces(study: Study, logs: Mapping[int, Path], folder: Path) -> Picture
     over = study.axes[0] if study.axes else None
     panels = Panels(pyplot, over, (5.0, 4.2))
     drawn = panels.each()
-    places = []
-    for _, common in drawn:
-        runs = [at for at in np.flatnonzero(study.at(common)) if int(study.index[at]) in logs][:LOGS_EACH]
-        read = [np.frombuffer(_core.places_in_log(str(logs[int(study.index[at])]))).reshape(-1, 2) for at in runs]
-        places.append(np.concatenate([np.empty((0, 2)), *read]))
-    together = np.concatenate(places)
-    if len(together) == 0:
+    places = [places_of(study, common, logs) for _, common in drawn]
+    if not any(map(len, places)):
         pyplot.close(panels.figure)
         return None
-    low, high = together.min(0), together.max(0)
-    side = max(high - low) / CELLS_ACROSS or 1.0
-    edges = [np.arange(start, end + 2 * side, side) for start, end in zip(low, high)]
-    shares = [np.histogram2d(*found.T, bins=edges)[0].T / max(1, len(found)) for found in places]
-    most = 100 * float(np.quantile(np.concatenate([share[share > 0] for share in shares]), 0.99))
+    edges, shares = shares_of_time(places)
+    most = float(np.quantile(np.concatenate([share[share > 0] for share in shares]), 0.99))
     for (panel, _), share in zip(drawn, shares):
-        image = panel.pcolormesh(*edges, np.where(share > 0, 100 * share, np.nan), cmap="cividis_r", vmin=0, vmax=most)
+        image = panel.pcolormesh(*edges, np.where(share > 0, share, np.nan), cmap="cividis_r", vmin=0, vmax=most)
         panel.set_aspect("equal")
         panel.set_xlabel("x (m)")
     panels.axes[0].set_ylabel("y (m)")
     panels.figure.colorbar(image, ax=panels.axes[:len(drawn)], label="share of the time (%)", extend="max")
     file = folder / file_name("where", "robots", "were")
     panels.save(pyplot, file)
-    caption = f"Where robots spent their time, in squares of {number(side)} m; white: never. From the logs of " \
-        f"{LOGS_EACH} runs at most" + (f" for each {over.name}." if over else ".")
+    caption = f"Where robots spent their time, in squares of {number(edges[0][1] - edges[0][0])} m; white: never. " \
+        f"From the logs of {LOGS_EACH} runs at most" + (f" for each {over.name}." if over else ".")
     return Picture(file, caption, Metric("where robots were", "where robots were", np.empty(0)))
+
+
+def places_of(study: Study, common: Sequence[tuple[Axis, int]], logs: Mapping[int, Path]) -> Any:
+    """Of robots that had moved, at all moments of some logs: x, y in metres, shape (n, 2)."""
+    runs = [int(index) for index in study.index[study.at(common)] if int(index) in logs][:LOGS_EACH]
+    read = [np.frombuffer(_core.places_in_log(str(logs[index]))).reshape(-1, 2) for index in runs]
+    return np.concatenate([np.empty((0, 2)), *read])
+
+
+def shares_of_time(places: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+    """The edges of square cells that have all of the places, along x and y; and for each group per cent in cells."""
+    together = np.concatenate(places)
+    low, high = together.min(0), together.max(0)
+    side = max(high - low) / CELLS_ACROSS or 1.0
+    edges = [np.arange(start, end + 2 * side, side) for start, end in zip(low, high)]
+    return edges, [100 / max(1, len(found)) * np.histogram2d(found[:, 0], found[:, 1], bins=edges)[0].T
+                   for found in places]
 
 
 def file_name(*parts: str) -> str:

@@ -70,7 +70,8 @@ class Plan:
                 raise SweepError(f"{file}: found format {known['format']}, expected {FORMAT}: the sweep was "
                                  "begun by another version of stage")
             axes = tuple(Axis(axis["name"], tuple(axis["values"])) for axis in known["axes"])
-            return cls(known["world"], axes, *known["runs"], known["seed"], known["common_seeds"],
+            first, last = known["runs"]
+            return cls(known["world"], axes, first, last, known["seed"], known["common_seeds"],
                        known["duration"], known["options"], known["count"], text)
         except OSError as error:
             raise SweepError(f"{file}: {error.strerror}, expected the plan of a sweep; "

@@ -97,10 +97,11 @@ def units_of_metrics(world: str) -> dict[str, str]:
         text = Path(world).read_text(encoding="utf-8", errors="replace")
     except OSError:
         return {}
-    units = {}
+    units: dict[str, str] = {}
     for section in re.findall(r"^\s*metric\s*\((.*?)\)", text, re.MULTILINE | re.DOTALL):
-        words = dict(re.findall(r'\b(name|kind)\s+"([^"]*)"', section))
-        units[words.get("name", words.get("kind", ""))] = KIND_UNITS.get(words.get("kind", ""), "")
+        words: dict[str, str] = dict(re.findall(r'\b(name|kind)\s+"([^"]*)"', section))
+        kind = words.get("kind", "")
+        units[words.get("name", kind)] = KIND_UNITS.get(kind, "")
     return units
 
 

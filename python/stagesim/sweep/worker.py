@@ -51,15 +51,16 @@ def load_metrics(name: str) -> Metrics:
                          "class") from None
     if not callable(found):
         raise SweepError(f"found the metrics {name!r}, a {type(found).__name__}, expected a function or a class")
-    return found
+    metrics: Metrics = found
+    return metrics
 
 
 def measured(metrics: Metrics | None, world: World, go: Callable[[int], int], steps: int) -> Mapping[str, Any]:
     """Makes the steps; returns what the metrics say at the end."""
-    if not inspect.isclass(metrics):
+    if metrics is None or not inspect.isclass(metrics):
         go(steps)
         return metrics(world) if metrics else {}
-    meter = metrics(world)
+    meter: Any = metrics(world)
     for _ in range(steps):
         if go(1) == 0:
             break
