@@ -117,13 +117,14 @@ def file_name(*parts: str) -> str:
 class Panels:
     """Small multiples: one panel for each value of an axis, or a single one."""
 
-    def __init__(self, pyplot: Any, over: Axis | None, size: tuple[float, float], share: bool = True) -> None:
+    def __init__(self, pyplot: Any, over: Axis | None, size: tuple[float, float]) -> None:
         self.over = over
         self.codes = some(len(over.values), MOST_PANELS) if over else [0]
         columns = min(len(self.codes), 3)
         rows = -(-len(self.codes) // columns)
-        self.figure, grid = pyplot.subplots(rows, columns, squeeze=False, sharex=share, sharey=share,
-                                            figsize=(size[0] * (1 if columns == 1 else 0.72 * columns), size[1] * rows))
+        width = size[0] * (1 if columns == 1 else 0.72 * columns)
+        self.figure, grid = pyplot.subplots(rows, columns, squeeze=False, sharex=True, sharey=True,
+                                            figsize=(width, size[1] * rows))
         self.axes = list(grid.flat)
         for unused in self.axes[len(self.codes):]:
             unused.set_visible(False)

@@ -60,7 +60,8 @@ def measured(metrics: Metrics | None, world: World, go: Callable[[int], int], st
     if metrics is None or not inspect.isclass(metrics):
         go(steps)
         return metrics(world) if metrics else {}
-    meter: Any = metrics(world)
+    kind: Any = metrics
+    meter = kind(world)
     for _ in range(steps):
         if go(1) == 0:
             break
