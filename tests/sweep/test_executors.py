@@ -79,7 +79,7 @@ def test_a_broken_pool_is_made_anew(slow: Experiment, tmp_path: Path) -> None:
         return pool
 
     results = run(slow, make, out=out, jobs=2, chunk=3)
-    assert len(pools) == 2
+    assert len(pools) in (2, 3)  # three if the first one's runs were not ended yet when the second began
     assert merged(results) == merged(run(slow, out=tmp_path / "alone", jobs=2))
     assert not runs_of(out), "a worker that was killed has left runs behind that go on"
 

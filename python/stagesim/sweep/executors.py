@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import queue
+import time
 from concurrent.futures import BrokenExecutor
 from typing import Any, Callable, Sequence
 
@@ -19,6 +20,7 @@ from .progress import Progress
 
 #: Rounds through what is left that may come to nothing.
 MOST_IDLE_ROUNDS = 3
+PAUSE = 0.25  # seconds, after the first of them; longer after others
 LARGEST_CHUNK = 1000
 TASKS_PER_JOB = 4
 
@@ -139,6 +141,7 @@ def run_with(executor: Any, job: program.Job, plan: Plan, jobs: int | None, chun
                 current.shutdown(wait=not work.broken)
         before, left = len(left), missing(job.folder, plan)
         idle = idle + 1 if len(left) == before else 0
+        time.sleep(PAUSE * idle)  # what a killed worker has started may not have noticed yet
         if left and (idle == MOST_IDLE_ROUNDS or (work.broken and not makes)):
             raise SweepError(
                 f"{job.folder}: {len(left)} of {plan.count} runs are missing: {shortened(left)}; the last that was "

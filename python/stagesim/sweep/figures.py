@@ -196,9 +196,16 @@ def draw_curves(pyplot: Any, study: Study, metric: Metric, axis: Axis, folder: P
     file = folder / file_name(metric.name, "over", axis.name)
     panels.save(pyplot, file)
     pooled = [other.name for other in others[2:]]
-    caption = f"{metric.label} over {axis.name}" + (f", a line for each {lines.name}" if lines else "") + \
-        (f", a panel for each {over.name}" if over else "") + (f", all {', '.join(pooled)} together" if pooled else "")
+    caption = f"{metric.label} over {axis.name}" + each_of("line", lines, len(LINES)) + \
+        each_of("panel", over, MOST_PANELS) + (f", all {', '.join(pooled)} together" if pooled else "")
     return Picture(file, caption + ". Means over seeds, 95 % bootstrap intervals.", metric)
+
+
+def each_of(thing: str, axis: Axis | None, most: int) -> str:
+    """Of a caption."""
+    if axis is None:
+        return ""
+    return f", a {thing} for {'each' if len(axis.values) <= most else f'{most} values of'} {axis.name}"
 
 
 def draw_line(panel: Any, study: Study, metric: Metric, axis: Axis, chosen: Sequence[tuple[Axis, int]],
@@ -236,7 +243,7 @@ def draw_heat_map(pyplot: Any, study: Study, metric: Metric, x: Axis, y: Axis, f
     panels.figure.colorbar(image, ax=panels.axes[:len(drawn)], label=metric.label)
     file = folder / file_name(metric.name, "over", x.name, y.name)
     panels.save(pyplot, file)
-    caption = f"{metric.label}: means over {x.name} and {y.name}" + (f", a panel for each {over.name}" if over else "")
+    caption = f"{metric.label}: means over {x.name} and {y.name}" + each_of("panel", over, MOST_PANELS)
     return Picture(file, caption + ".", metric)
 
 
