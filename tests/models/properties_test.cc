@@ -15,6 +15,7 @@ namespace {
 
 using properties::kEveryModel;
 using properties::kTypes;
+using properties::kOrders;
 using properties::kWindow;
 using properties::kWorld;
 using properties::Property;

@@ -1,0 +1,190 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What sweeps cost: overhead for each run, against xargs, resuming, and what kills lose.
+
+  tools/test -R cli_sweep && benchmarks/sweep_cost.py            # all of it: some minutes
+  benchmarks/sweep_cost.py --runs 5000 kills                     # one part
+
+Parts:
+  empty    runs without anything in them: seconds for each
+  xargs    the same runs by `stage sweep` and by `xargs -P`, in turn
+  kills    empty runs whose workers, and now and then the whole sweep, are killed at random: what has to be
+           done again, and whether the table is that of an undisturbed sweep
+  resume   --resume where everything is done; the merged table
+Prints a table in Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import shlex
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILD = Path(os.environ.get("STAGE_BINARY_DIR", ROOT / "build" / "release"))
+STAGE = BUILD / "bin" / "stage"
+COUNTS = BUILD / "tests" / "plugins" / "counts.so"
+JOBS = 2
+REPEATS = 5
+
+
+def stage(*words: object) -> None:
+    """Runs the program; ends with what it says if it fails."""
+    done = subprocess.run([STAGE, *map(str, words)], capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(done.stderr)
+
+
+def seconds(do: Callable[[], None]) -> float:
+    """That it takes."""
+    start = time.perf_counter()
+    do()
+    return time.perf_counter() - start
+
+
+def row(figure: str, value: str) -> None:
+    """Prints it."""
+    print(f"| {figure} | {value} |", flush=True)
+
+
+def median(values: list[float], unit: str) -> str:
+    """With the smallest and the largest."""
+    return f"{statistics.median(values):.3g} {unit} ({min(values):.3g} to {max(values):.3g})"
+
+
+def empty_world(folder: Path) -> Path:
+    """One step of nothing."""
+    world = folder / "empty.world"
+    world.write_text("quit_time 0.1\n")
+    return world
+
+
+def empty(folder: Path, runs: int) -> None:
+    """Overhead for each run."""
+    cases = [("nothing in it", empty_world(folder), ()),
+             ("the cave, 10 robots, one step", ROOT / "worlds" / "cave.world",
+              ("--set", "robots=10", "--duration", "0.1"))]
+    for name, world, options in cases:
+        for jobs in (1, JOBS):
+            count = runs if not options else max(200, runs // 50)
+            took = [seconds(lambda: stage("sweep", world, *options, "--runs", f"0:{count}", "--jobs", jobs,
+                                          "-o", folder / f"empty-{name[:4]}-{jobs}-{i}")) / count
+                    for i in range(REPEATS)]
+            row(f"a run with {name}, --jobs {jobs}", median([t * 1e3 for t in took], "ms"))
+
+
+def commands(folder: Path, count: int) -> Iterator[str]:
+    """Those that the records say do the runs again, each with its figures in a file."""
+    import json
+    for index in range(count):
+        record = json.loads((folder / "runs" / f"{index // 1000:03}" / f"{index:06}.json").read_text())
+        words = shlex.split(record["replay"])[1:]
+        yield shlex.join([str(STAGE), *words, "--stats", str(folder / f"{index}.stats")])
+
+
+def xargs(folder: Path, _: int) -> None:
+    """Against processes of their own."""
+    cave = ROOT / "worlds" / "cave.world"
+    for duration, count in ((0.5, 300), (4, 200), (40, 60)):
+        ratios, runs = [], []
+        for i in range(REPEATS):
+            out = folder / f"xargs-{duration}-{i}"
+            ours = seconds(lambda: stage("sweep", cave, "--set", "robots=20", "--duration", duration,
+                                         "--runs", f"0:{count}", "--jobs", JOBS, "-o", out))
+            lines = "\n".join(commands(out, count))
+            theirs = seconds(lambda: subprocess.run(
+                ["xargs", "-P", str(JOBS), "-d", "\n", "-I", "{}", "sh", "-c", "{} >/dev/null 2>&1"],
+                input=lines, text=True, check=True))
+            ratios.append(theirs / ours)
+            runs.append(ours * JOBS / count * 1e3)
+        row(f"xargs -P {JOBS} takes, for runs of {statistics.median(runs):.0f} ms in a sweep",
+            median(ratios, "times as long"))
+
+
+def children(pid: int) -> list[int]:
+    """Of a process."""
+    try:
+        return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    except OSError:
+        return []
+
+
+def disturb(process: subprocess.Popen[bytes], chance: random.Random) -> int:
+    """Kills workers, and the sweep itself one time in five, until it has ended; how many were killed."""
+    killed = 0
+    while process.poll() is None:
+        time.sleep(chance.uniform(0.05, 0.6))
+        workers = children(process.pid)
+        if not workers or process.poll() is not None:
+            continue
+        if chance.random() < 0.2:
+            killed += len(workers)
+            process.kill()
+        else:
+            killed += 1
+            os.kill(chance.choice(workers), signal.SIGKILL)
+    return killed
+
+
+def kills(folder: Path, runs: int) -> None:
+    """Workers that are killed."""
+    world, starts, out = folder / "counted.world", folder / "starts", folder / "killed"
+    world.write_text(f'quit_time 0.1\nmodel( ctrl "{COUNTS} {starts}" )\n')
+    stage("sweep", world, "--runs", f"0:{runs}", "--jobs", JOBS, "-o", folder / "whole")
+    starts.unlink()
+    stage("sweep", world, "--runs", f"0:{runs}", "-o", out, "--plan-only")
+    before, killed, sessions, chance = starts.stat().st_size, 0, 0, random.Random(1)
+    while True:
+        process = subprocess.Popen([STAGE, "sweep", "--resume", out, "--jobs", str(JOBS)],
+                                   stdout=subprocess.DEVNULL)
+        killed += disturb(process, chance)
+        sessions += 1
+        if process.wait() == 0:
+            break
+    again = starts.stat().st_size - before - runs
+    for name in ("whole", "killed"):
+        stage("merge", folder / name, "-o", folder / f"{name}.csv")
+    same = (folder / "whole.csv").read_bytes() == (folder / "killed.csv").read_bytes()
+    row(f"{runs} runs, {killed} workers killed in {sessions} sessions: runs done again", f"{again}")
+    row("the table is that of an undisturbed sweep", "yes" if same else "NO")
+
+
+def resume(folder: Path, runs: int) -> None:
+    """Where nothing is left to do."""
+    out = folder / "resume"
+    stage("sweep", empty_world(folder), "--runs", f"0:{runs}", "--jobs", JOBS, "-o", out)
+    bytes_each = sum(file.stat().st_size for file in out.rglob("*.json")) / runs
+    row(f"--resume of {runs} finished runs",
+        median([seconds(lambda: stage("sweep", "--resume", out)) for _ in range(REPEATS)], "s"))
+    row(f"--status of {runs} finished runs", f"{seconds(lambda: stage('sweep', '--status', out)):.3g} s")
+    row(f"merge of {runs} runs",
+        median([seconds(lambda: stage("merge", out, "-o", folder / "all.csv")) for _ in range(REPEATS)], "s"))
+    row("bytes of a record", f"{bytes_each:.0f}")
+
+
+PARTS = {"empty": empty, "xargs": xargs, "kills": kills, "resume": resume}
+
+
+def main() -> None:
+    """Runs the parts that are asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("parts", nargs="*", metavar="PART", choices=[*PARTS, []], help="(default: all)")
+    parser.add_argument("--runs", type=int, default=100_000, help="of the parts that count them")
+    chosen = parser.parse_args()
+    print("| figure | value |\n|---|---|")
+    for name in chosen.parts or PARTS:
+        with tempfile.TemporaryDirectory(prefix="stage-sweep-cost-") as folder:
+            PARTS[name](Path(folder), min(chosen.runs, 10_000) if name == "empty" else chosen.runs)
+
+
+if __name__ == "__main__":
+    main()
