@@ -27,18 +27,26 @@ from std_msgs.msg import Header  # noqa: E402
 from std_srvs.srv import SetBool  # noqa: E402
 
 
+Meet = Callable[..., tuple[Process, Page, Client]]
+
+
 @pytest.fixture
-def look() -> Iterator[Callable[[Process], Page]]:
-    """Connects to the page of a node; the connection is closed when the test is over."""
+def meet(ros: None, start: Callable[..., Process]) -> Iterator[Meet]:
+    """Starts a node with a page; connects to the page and to ROS, until the test is over."""
     pages: list[Page] = []
+    clients: list[Client] = []
 
-    def connected(process: Process) -> Page:
+    def begin(world: str, *options: str, **parameters: Any) -> tuple[Process, Page, Client]:
+        process = start(world, *options, **parameters)
         pages.append(Page(process))  # type: ignore[arg-type]
-        return pages[-1]
+        clients.append(Client())  # after the node: the other way round it takes seconds until they know each other
+        return process, pages[-1], clients[-1]
 
-    yield connected
+    yield begin
     for page in pages:
         page.socket.close()
+    for client in clients:
+        client.close()
 
 
 def microseconds(stamp: Any) -> int:
@@ -50,9 +58,8 @@ def place_of(odometry: Odometry) -> list[float]:
     return [pose.position.x, pose.position.y, 2 * np.arctan2(pose.orientation.z, pose.orientation.w)]
 
 
-def test_it_shows_what_ros_is_told(start: Callable[..., Process], client: Client, two: str,
-                                   look: Callable[[Process], Page]) -> None:
-    page = look(start(two, "--gui", base_watchdog_timeout=0.0, speed=2))
+def test_it_shows_what_ros_is_told(meet: Meet, two: str) -> None:
+    _, page, client = meet(two, "--gui", base_watchdog_timeout=0.0, speed=2)
     truth = {name: client.listen(Odometry, f"/{name}/ground_truth") for name in "ab"}
     for name, turn in (("a", 0.7), ("b", -0.4)):
         twist = Twist()
@@ -77,9 +84,8 @@ def test_it_shows_what_ros_is_told(start: Callable[..., Process], client: Client
     assert len(set(places)) == len(places)
 
 
-def test_page_and_ros_see_each_others_pauses_and_speeds(start: Callable[..., Process], client: Client, two: str,
-                                                        look: Callable[[Process], Page]) -> None:
-    page = look(start(two, gui=True))
+def test_page_and_ros_see_each_others_pauses_and_speeds(meet: Meet, two: str) -> None:
+    _, page, client = meet(two, gui=True)
     clock = client.listen(Clock, "/clock")
     client.until(lambda: len(clock) > 2)
     page.until(lambda: not page.frame["paused"])
@@ -109,14 +115,14 @@ def test_page_and_ros_see_each_others_pauses_and_speeds(start: Callable[..., Pro
     assert "expected 0 or 0.001 to 1000000" in page.until_error()
 
 
-def test_reset_by_the_page(start: Callable[..., Process], client: Client, look: Callable[[Process], Page]) -> None:
-    page = look(start("simple.world", "--gui", "--seed", "3", speed=5.0))
+def test_reset_by_the_page(meet: Meet) -> None:
+    _, page, client = meet("simple.world", "--gui", "--seed", "3", speed=5.0)
     clock = client.listen(Clock, "/clock")
+    client.until(lambda: clock)
     page.until(lambda: page.frame["steps"] > 5)
     for seed, number in (("9", 9), (None, 9), ("3", 3)):
-        page.send("drive", thing=page.thing("r0"), velocity=[0.1, 0, 0])  # which ends with the reset
-        page.send("reset", seed=seed)
         page.send("pause", on=True)
+        page.send("drive", thing=page.thing("r0"), velocity=[0.1, 0, 0])  # which ends with the reset
         page.send("reset", seed=seed)
         page.until(lambda: page.frame["steps"] == 0 and page.frame["paused"])
         assert page.frame["seed"] == str(number)
@@ -129,11 +135,10 @@ def test_reset_by_the_page(start: Callable[..., Process], client: Client, look: 
         page.send("pause", on=False)
 
 
-def test_drag_and_drive(start: Callable[..., Process], client: Client, two: str, tmp_path: Path,
-                        look: Callable[[Process], Page]) -> None:
+def test_drag_and_drive(meet: Meet, two: str, tmp_path: Path) -> None:
     world = tmp_path / "gps.world"
     world.write_text(Path(two).read_text().replace('localization "odom"', 'localization "gps"'))
-    page = look(start(str(world), "--gui", paused=True, base_watchdog_timeout=0.0, speed=4))
+    _, page, client = meet(str(world), "--gui", paused=True, base_watchdog_timeout=0.0, speed=4)
     truth, odometry = (client.listen(Odometry, f"/b/{name}") for name in ("ground_truth", "odom"))
     client.until(lambda: truth and odometry)
     page.until(lambda: True)
@@ -164,9 +169,8 @@ def test_drag_and_drive(start: Callable[..., Process], client: Client, two: str,
     page.until(lambda: (page.place("b") == np.array([0, 1, 0], np.float32)).all())
 
 
-def test_lockstep_waits_while_the_page_answers(start: Callable[..., Process], client: Client, two: str,
-                                               look: Callable[[Process], Page]) -> None:
-    page = look(start(two, "--gui", lockstep="logger", speed=0))
+def test_lockstep_waits_while_the_page_answers(meet: Meet, two: str) -> None:
+    _, page, client = meet(two, "--gui", lockstep="logger", speed=0)
     clock = client.listen(Clock, "/clock")
     done = client.talk(Header, "/stage/done")
     page.until(lambda: page.frame["note"] == "waiting for logger")
@@ -183,15 +187,13 @@ def test_lockstep_waits_while_the_page_answers(start: Callable[..., Process], cl
     page.until(lambda: page.frame["steps"] == 5)
 
 
-def test_it_ends_politely_with_a_browser_connected(start: Callable[..., Process], tmp_path: Path,
-                                                   look: Callable[[Process], Page]) -> None:
+def test_it_ends_politely_with_a_browser_connected(meet: Meet, tmp_path: Path) -> None:
     """Where there is a display, the page is opened; here a script says what it was given."""
     opened = tmp_path / "opened"
     browser = tmp_path / "browser"
     browser.write_text(f'#!/bin/sh\necho "$1" > {opened}\n')
     browser.chmod(0o755)
-    process = start("simple.world", "--gui", environment={"DISPLAY": ":77", "BROWSER": str(browser)})
-    page = look(process)
+    process, page, _ = meet("simple.world", "--gui", environment={"DISPLAY": ":77", "BROWSER": str(browser)})
     page.until(lambda: page.frame["steps"] > 0)
     assert opened.read_text() == f"{process.url}\n"
     page.send("drive", thing=page.thing("r0"), velocity=[0.1, 0, 0])
