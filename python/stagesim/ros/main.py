@@ -96,12 +96,12 @@ def _run(chosen: argparse.Namespace) -> int | str:
                controllers=not chosen.no_controllers) as world:
         node = StageNode(world, gui=chosen.gui)
         node.get_logger().info(f"{file}: {len(node.robots)} robots, {node.topics} topics")
-        if node.url:
-            from ..live.command_line import open_page
-
-            open_page(node.url)
-        start = time.perf_counter()
         try:
+            if node.url:
+                from ..live.command_line import open_page
+
+                open_page(node.url)
+            start = time.perf_counter()
             node.run(chosen.duration)
             if chosen.stats:
                 print(statistics(node, time.perf_counter() - start), flush=True)

@@ -54,8 +54,8 @@ class StageNode(Node):
         world: the world.
         name: of the node.
         parameters: values of parameters by their names; what the command line gives goes before.
-        gui: the port of the page that shows the world, 0: any that is free; None: what the parameter `gui`
-            says, with any port.
+        gui: the port of the page that shows the world while run() runs, 0: any that is free; None: what the
+            parameter `gui` says, with any port.
 
     Attributes:
         times: seconds of real time so far: in steps of the world, in publishing, in answering to ROS.
@@ -91,7 +91,7 @@ class StageNode(Node):
     def _begin(self) -> None:
         """Makes all that the parameters ask for."""
         world = self.world
-        self.paused, self.steps_asked = self._value("paused"), 0
+        self.paused = self._value("paused")
         self._fleet = world.fleet()
         self._home = self._fleet.pose.copy()
         self._bodies = Bodies(self._fleet)
@@ -331,7 +331,6 @@ class StageNode(Node):
     def reset(self, seed: int | None) -> None:
         """Begins anew; None: with the same seed."""
         self.world.reset(seed)
-        self.steps_asked = 0
         self._told[:] = -1
         for feed in self._feeds:
             feed.since = 0
@@ -363,6 +362,7 @@ class StageNode(Node):
 
     def _world_is_new(self) -> None:
         """After loading, a reset or a restore."""
+        self.steps_asked = 0
         self._cmd[self._told < 0] = np.nan  # left to the robots' own controllers
         # Sensors first, as after a reset: the order is part of the state.
         if self._value("always_on") or self._lockstep.names:

@@ -28,7 +28,7 @@ class NodeRun(Show):
 
     Args:
         node: whose world it is.
-        wake: called by any thread; then the node's thread soon calls take_orders().
+        wake: has the node's thread call soon what it is given; any thread may call it.
     """
 
     def __init__(self, node: StageNode, wake: Callable[[Callable[[], None]], None]) -> None:
