@@ -165,7 +165,10 @@ def test_drag_and_drive(meet: Meet, two: str, tmp_path: Path) -> None:
     message = PoseStamped()
     message.pose.position.y = 1.0
     client.call("/stage/pause", SetBool, data=True)
-    client.talk(PoseStamped, "/b/teleport").publish(message)
+    page.until(lambda: page.frame["paused"])
+    teleport = client.talk(PoseStamped, "/b/teleport")
+    client.spin(0.2)  # the pause has been shown, and now nothing else is new
+    teleport.publish(message)
     page.until(lambda: (page.place("b") == np.array([0, 1, 0], np.float32)).all())
 
 
