@@ -179,6 +179,7 @@ def test_command(number: int) -> None:
     (["nothing.world"], 1, "stage: nothing.world: "),
     (["cave.world", "--port", "70000"], 2, "found '70000', expected a port"),
     (["cave.world", "--speed", "-1"], 1, "stage: found the speed -1.0"),
+    (["--foxglove", "nothing.world"], 1, "stage: nothing.world: "),
     (["cave.world", "--threads", "0"], 1, "stage: found 0 threads"),
     (["cave.world", "--host", "203.0.113.7"], 1, "stage: can't serve at 203.0.113.7"),
     ([], 2, "WORLD")])

@@ -4,13 +4,15 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import signal
 import subprocess
 import sys
 import time
 from contextlib import contextmanager
-from typing import Any, Callable, Iterator
+from functools import cached_property
+from typing import Any, Callable, Iterator, Mapping
 
 import rclpy
 from rclpy.node import Node
@@ -90,14 +92,26 @@ class Client:
 
 
 class Process:
-    """A node in a process of its own."""
+    """A node in a process of its own. No browser is opened, unless the environment is changed."""
 
-    def __init__(self, world: str, *options: str, **parameters: Any) -> None:
+    def __init__(self, world: str, *options: str, environment: Mapping[str, str] | None = None,
+                 **parameters: Any) -> None:
         command = [sys.executable, "-m", "stagesim.ros", world, *options, "--ros-args"]
         for name, value in parameters.items():
             text = str(value).lower() if isinstance(value, bool) else value
             command += ["-p", f"{name}:={text}"]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={
+            **os.environ, "DISPLAY": "", "WAYLAND_DISPLAY": "", **(environment or {})})
+
+    @cached_property
+    def url(self) -> str:
+        """Of its page: it waits for the line that says it."""
+        assert self.process.stderr is not None
+        for line in self.process.stderr:
+            found = re.search(r"the window is the page (http://127\.0\.0\.1:\d+/)\n", line)
+            if found:
+                return found[1]
+        raise AssertionError("there is no page")
 
     def end(self, sign: int = signal.SIGINT) -> tuple[int, str]:
         """Its exit status, and what it has printed."""

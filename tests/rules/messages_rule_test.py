@@ -36,8 +36,11 @@ ALLOWED = {
     "tools/stage/main.cc": (4, "what options ask for; and there is no memory for a message of that"),
     "tools/stage/process.cc": (8, "PrintWhole, for what options ask for; OutputToError, what --explain prints "
                                "while it loads"),
-    "tools/stage/progress.cc": (3, "the line of --progress, which is written over again and again"),
+    "tools/stage/progress.cc": (1, "whether standard error is a terminal"),
     "tools/stage/report.cc": (1, "--stats"),
+    "tools/stage/status_line.cc": (2, "the line of --progress, which is written over again and again"),
+    "tools/stage/sweep/options.cc": (1, "whether standard error is a terminal"),
+    "tools/stage/sweep/worker_process.cc": (3, "between fork() and exec()"),
 }
 
 

@@ -25,8 +25,8 @@ constexpr int kSteps = 300;
 
 /// The worlds in which random numbers are drawn that change the state hash.
 const std::set<std::string> kRandom = {
-    "corridor",         "dynamic", "fasr",   "fasr2",        "foraging", "lasernoise",
-    "pioneer_flocking", "simple",  "wander", "wander_accel", "what_if",  "zoo"};
+    "corridor", "dynamic", "fasr",   "fasr2",        "foraging", "lasernoise", "pioneer_flocking",
+    "simple",   "swarm",   "wander", "wander_accel", "what_if",  "zoo"};
 
 fs::path Source() {
   const char* folder = std::getenv("STAGE_SOURCE_DIR");

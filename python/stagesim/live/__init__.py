@@ -10,5 +10,6 @@ from __future__ import annotations
 from .run import Run
 from .scene import Frame, Scene, State, Wish
 from .server import Server
+from .show import Show
 
-__all__ = ["Frame", "Run", "Scene", "Server", "State", "Wish"]
+__all__ = ["Frame", "Run", "Scene", "Server", "Show", "State", "Wish"]

@@ -4,24 +4,16 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import sys
 import threading
-import webbrowser
 
 from ..errors import StageError
 from ..world import World
+from .command_line import open_page, port_of, with_port
 from .server import Server
 
 PORT, FOXGLOVE_PORT = 8642, 8765
-
-
-def port_of(text: str) -> int:
-    """A port; 0: any that is free."""
-    if not text.isdecimal() or int(text) > 65535:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a port, from 0 to 65535")
-    return int(text)
 
 
 def arguments() -> argparse.ArgumentParser:
@@ -69,14 +61,14 @@ def show(server: Server, browser: bool) -> None:
         if server.foxglove_url:
             line += f"  Foxglove: {server.foxglove_url}"
         print(line, flush=True)
-        if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-            webbrowser.open(server.url)
+        if browser:
+            open_page(server.url)
         over.wait()
 
 
 def main() -> int:
     """Returns the exit status: 1 if the world or a port can't be had."""
-    options = arguments().parse_args()
+    options = arguments().parse_args(with_port(sys.argv[1:], "--foxglove", FOXGLOVE_PORT))
     try:
         show(server_of(options), not options.no_browser)
     except (StageError, ValueError) as error:

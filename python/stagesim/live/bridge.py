@@ -21,8 +21,8 @@ from foxglove.websocket import (
     Capability, ChannelView, Client, ClientChannel, MessageSchema, ServerListener)
 
 from ..errors import StageError
-from .run import Run
 from .scene import Frame, Scene, State, Wish
+from .show import Show
 from .solids import entity_of
 
 WORLD = "world"  # the frame that everything is in
@@ -50,7 +50,7 @@ class Bridge:
         StageError: the port can't be had.
     """
 
-    def __init__(self, run: Run, host: str, port: int) -> None:
+    def __init__(self, run: Show, host: str, port: int) -> None:
         self._run = run
         self._context = Context()
         self._scene = SceneUpdateChannel("/scene", context=self._context)
@@ -145,7 +145,7 @@ class Bridge:
                 self._service("/pause", {"on": {"type": "boolean", "default": True}},
                               lambda run, request: run.pause(bool(request.get("on", True))))]
 
-    def _service(self, name: str, properties: dict[str, Any], do: Callable[[Run, dict[str, Any]], None]) -> Service:
+    def _service(self, name: str, properties: dict[str, Any], do: Callable[[Show, dict[str, Any]], None]) -> Service:
         def handle(request: ServiceRequest) -> bytes:
             given = _object(request.payload or b"{}")
             self._run.order(lambda run: do(run, given)).result(WAIT)
@@ -160,7 +160,7 @@ class Bridge:
 class _Listener(ServerListener):
     """What viewers want; called by threads of the server."""
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: Show) -> None:
         self._run = run
         self._lock = threading.Lock()
         self._subscribers: dict[str, set[int]] = {}
@@ -217,8 +217,8 @@ class _Listener(ServerListener):
         return self.on_get_parameters(client, [parameter.name for parameter in parameters])
 
 
-def _set(run: Run, name: str, value: Any) -> None:
-    orders: dict[str, Callable[[Run], None]] = {
+def _set(run: Show, name: str, value: Any) -> None:
+    orders: dict[str, Callable[[Show], None]] = {
         "speed": lambda run: run.set_speed(float(value)), "paused": lambda run: run.pause(bool(value)),
         "seed": lambda run: run.reset(int(value))}
     if name in orders:
@@ -230,7 +230,7 @@ def _parameters(state: State) -> list[Parameter]:
             Parameter("paused", value=state.paused), Parameter("seed", value=str(state.seed))]
 
 
-def _drive(run: Run, owner: Any, robot: str, velocity: tuple[float, float, float]) -> None:
+def _drive(run: Show, owner: Any, robot: str, velocity: tuple[float, float, float]) -> None:
     for thing in run.scene.things:
         if thing.robot and robot in ("", thing.name):
             run.drive(owner, thing.id, velocity, HOLD)

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from .run import Run
 from .scene import Frame, Scene, State, Wish
+from .show import Show
 
 #: Bytes of a message from the page.
 LONGEST_ORDER = 16_384
 MOST_SCANS = 256
 
-Order = Callable[[Run], Any]
+Order = Callable[[Show], Any]
 
 
 def packed(header: dict[str, Any], *words: bytes) -> bytes:

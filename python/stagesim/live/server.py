@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING
 from ..errors import StageError
 from ..world import World
 from .run import Run
+from .show import Show
 
 if TYPE_CHECKING:
     from .bridge import Bridge
 
 
 class Server:
-    """Runs a world in a thread of its own, and shows it to browsers.
+    """Runs a world, in a thread of its own unless `run` is given, and shows it to browsers.
 
     It begins with start(), or in a `with`, and ends with stop(). Until then nobody else may use the world;
     what is to be done with it goes through `run`: see `Run.order`.
@@ -33,6 +34,8 @@ class Server:
             or else 1.
         paused: wait for somebody to let it run.
         control: called before each step, with the world: a controller of all robots, say.
+        run: what makes the steps of that world, if it is not a thread of this server's; speed, paused and
+            control are its business then.
 
     Raises:
         StageError: a port can't be had, or a package is missing.
@@ -40,10 +43,10 @@ class Server:
 
     def __init__(self, world: World, *, host: str = "127.0.0.1", port: int | None = 0,
                  foxglove: int | None = None, speed: float | None = None, paused: bool = False,
-                 control: Callable[[World], object] | None = None) -> None:
+                 control: Callable[[World], object] | None = None, run: Show | None = None) -> None:
         if speed is None:
             speed = world._core.speedup if world._core.speedup > 0 else 1.0
-        self.run = Run(world, speed=speed, paused=paused, control=control)
+        self.run: Show = run or Run(world, speed=speed, paused=paused, control=control)
         self.url = ""  #: of the page
         self.foxglove_url = ""  #: what Foxglove is told
         self._host, self._port, self._foxglove_port = host, port, foxglove

@@ -21,8 +21,8 @@ from websockets.http11 import Request, Response
 
 from ..errors import StageError
 from .messages import LONGEST_ORDER, error_message, frame_message, order_of, places_words, scene_message
-from .run import Run
 from .scene import Frame, Scene, Wish
+from .show import Show
 
 MOST_CLIENTS = 32
 _PAGE = Path(__file__).parent / "page"
@@ -111,7 +111,7 @@ class Client:
 class Web:
     """Serves the page and shows it a run. All but show() belongs to the event loop."""
 
-    def __init__(self, run: Run, host: str) -> None:
+    def __init__(self, run: Show, host: str) -> None:
         self.door = Door(host)
         self._run = run
         self._world, self._dt = os.path.basename(run.world._core.name), run.world.dt

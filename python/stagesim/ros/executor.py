@@ -48,6 +48,14 @@ class Executor:
             pass  # the node sees it by rclpy.ok()
         return time.thread_time() - start
 
+    def wake(self, do: Callable[[], None]) -> None:
+        """May be called by any thread: spin() ends its wait and calls do()."""
+        def task() -> None:
+            self.calls += 1
+            do()
+
+        self._executor.create_task(task)
+
     def close(self) -> None:
         """Forgets the node."""
         self._executor.shutdown()

@@ -33,13 +33,24 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--duration", type=float, default=float("inf"), metavar="SECONDS",
                         help="of simulated time, after which it ends")
     parser.add_argument("--stats", action="store_true", help="in the end print what took how long, as JSON")
-    parser.add_argument("--gui", action="store_true",
-                        help="not there yet: the package has no window; look at it with RViz or Foxglove")
+    parser.add_argument("--gui", type=_port_of, nargs="?", const=0, metavar="PORT",
+                        help="show the world in a page for browsers of this machine, which takes the place of a "
+                             "window: --gui=PORT, or --gui for any port that is free")
     try:
         own = remove_ros_args(list(argv))[1:]
     except RuntimeError as error:
         parser.exit(1, f"stagesim.ros: {str(error).splitlines()[0]}\n")
+    if "--gui" in own:
+        from ..live.command_line import with_port
+
+        own = with_port(own, "--gui", 0)
     return parser.parse_args(own)
+
+
+def _port_of(text: str) -> int:
+    from ..live.command_line import port_of
+
+    return port_of(text)
 
 
 def world_file(given: str | None) -> str:
@@ -64,8 +75,6 @@ def statistics(node: StageNode, seconds: float) -> str:
 def run(argv: Sequence[str]) -> int | str:
     """Runs the node; what the program exits with: 0, or one line that says what is wrong."""
     chosen = options(argv)
-    if chosen.gui:
-        return "stagesim.ros: found --gui, but the Python package has no window; use RViz or Foxglove"
     logging.basicConfig(format="%(message)s")  # what worlds warn about
     rclpy.init(args=list(argv))
     try:
@@ -85,10 +94,14 @@ def _run(chosen: argparse.Namespace) -> int | str:
         return "stagesim.ros: found no world, expected one on the command line or in the parameter world_file"
     with World(file, seed=chosen.seed, threads=chosen.threads, opencl=chosen.opencl,
                controllers=not chosen.no_controllers) as world:
-        node = StageNode(world)
+        node = StageNode(world, gui=chosen.gui)
         node.get_logger().info(f"{file}: {len(node.robots)} robots, {node.topics} topics")
-        start = time.perf_counter()
         try:
+            if node.url:
+                from ..live.command_line import open_page
+
+                open_page(node.url)
+            start = time.perf_counter()
             node.run(chosen.duration)
             if chosen.stats:
                 print(statistics(node, time.perf_counter() - start), flush=True)

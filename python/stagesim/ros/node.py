@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any, Mapping
+from typing import TYPE_CHECKING, Any, Mapping
 
 import numpy as np
 import rclpy
@@ -37,6 +37,10 @@ try:
 except ModuleNotFoundError:  # not among PyPI's wheels
     TFMessage = None
 
+if TYPE_CHECKING:
+    from ..live.server import Server
+    from .window import NodeRun
+
 #: Seconds of real time between looks at who listens, and between repeats while clients are waited for.
 LISTENERS_PERIOD, REPEAT_PERIOD = 0.1, 0.5
 #: Seconds of real time that a step may come late without the world becoming slower for it.
@@ -50,25 +54,36 @@ class StageNode(Node):
         world: the world.
         name: of the node.
         parameters: values of parameters by their names; what the command line gives goes before.
+        gui: the port of the page that shows the world while run() runs, 0: any that is free; None: what the
+            parameter `gui` says, with any port.
 
     Attributes:
         times: seconds of real time so far: in steps of the world, in publishing, in answering to ROS.
+        paused: the world stands still.
+        steps_asked: so many steps are made nevertheless, one in each turn.
+        url: of the page; empty if there is none.
 
     Raises:
         ValueError: a parameter can't be what it was given as.
         GoneError: the world has no robot.
+        StageError: the page can't be served.
     """
 
     def __init__(self, world: World, name: str = "stage",
-                 parameters: Mapping[str, Any] | None = None) -> None:
+                 parameters: Mapping[str, Any] | None = None, gui: int | None = None) -> None:
         super().__init__(name, parameter_overrides=[Parameter(key, value=value)
                                                     for key, value in (parameters or {}).items()])
         self.world = world
         self.times = {"step": 0.0, "publish": 0.0, "answer": 0.0}
+        self.url = ""
+        self._window: NodeRun | None = None
+        self._server: Server | None = None
         self._executor = Executor(self)
         try:
             declare(self)
             self._begin()
+            if gui is not None or self._value("gui"):
+                self._open_window(gui or 0)
         except BaseException:
             self.close()
             raise
@@ -97,6 +112,13 @@ class StageNode(Node):
         self._make_services()
         self._set_lockstep()
         self._world_is_new()
+
+    def _open_window(self, port: int) -> None:
+        from .window import open_window  # which needs more packages
+
+        self._window, self._server = open_window(self, self._executor.wake, port)
+        self.url = self._server.url
+        self.get_logger().info(f"the window is the page {self.url}")
 
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value
@@ -248,7 +270,13 @@ class StageNode(Node):
                                       "finite numbers")
             return
         self._fleet.teleport(pose, [robot])
+        self.moved()
+
+    def moved(self) -> None:
+        """Somebody has put things somewhere else. In a pause, who listens hears of it at once."""
         self._bodies.forget()
+        if self._window is not None:
+            self._window.has_changed()
         if self.paused:
             self.publish(everything=True)
 
@@ -278,28 +306,38 @@ class StageNode(Node):
         """As stage_ros: robots go back to where they began, and stand still; time goes on."""
         self._fleet.teleport(self._home)
         self._cmd[self._told >= 0] = 0.0
-        self._bodies.forget()
-        if self.paused:
-            self.publish(everything=True)
+        self.moved()
         return response
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self.paused = request.data
+        self.pause(request.data)
         response.success = True
         response.message = "paused" if self.paused else "running"
         return response
 
+    def pause(self, on: bool) -> None:
+        """The world stands still, or goes on."""
+        self.paused, self.steps_asked = on, 0
+
+    def ask_steps(self, count: int) -> None:
+        """Pauses after so many steps, which run() makes."""
+        self.paused, self.steps_asked = True, self.steps_asked + count
+
     def _reset(self) -> str:
         seed = self._value("seed")
-        self.world.reset(None if seed < 0 else seed)
+        self.reset(None if seed < 0 else seed)
+        return f"began anew with the seed {self.world.seed}"
+
+    def reset(self, seed: int | None) -> None:
+        """Begins anew; None: with the same seed."""
+        self.world.reset(seed)
         self._told[:] = -1
         for feed in self._feeds:
             feed.since = 0
         self._world_is_new()
-        return f"began anew with the seed {self.world.seed}"
 
     def _step(self) -> str:
-        self.paused = True
+        self.pause(True)
         made = sum(self.advance() for _ in range(self._value("steps")))
         return f"made {made} steps: time {self.world.time:g}, state {self.world.state_hash()}"
 
@@ -324,6 +362,7 @@ class StageNode(Node):
 
     def _world_is_new(self) -> None:
         """After loading, a reset or a restore."""
+        self.steps_asked = 0
         self._cmd[self._told < 0] = np.nan  # left to the robots' own controllers
         # Sensors first, as after a reset: the order is part of the state.
         if self._value("always_on") or self._lockstep.names:
@@ -335,6 +374,8 @@ class StageNode(Node):
         self._bodies.forget()
         self._lockstep.begin(self.now, round(self.world.dt * 1e6))
         self._begun = time.monotonic()
+        if self._window is not None:
+            self._window.world_is_new()
         self.publish(everything=True)
 
     # ---- time ----
@@ -362,6 +403,8 @@ class StageNode(Node):
         made = self.world.step()
         self.times["step"] += time.perf_counter() - start
         self._bodies.forget()
+        if self._window is not None:
+            self._window.has_changed(note="")
         if made:
             self._lockstep.begin(self.now, round(self.world.dt * 1e6))
             self.publish()
@@ -374,17 +417,25 @@ class StageNode(Node):
             ValueError: a parameter that was changed doesn't fit the others.
         """
         while rclpy.ok() and self.world.time < duration and not self.world.ended:
-            if self._lockstep_parameters() != self._lockstep_taken:
-                self._set_lockstep()
-            if self.paused:
-                self._answer(0.05)
-                self._greet()
-                self._begun = time.monotonic()
-            elif self._lockstep.missing():
-                self._wait_for_clients()
-            else:
-                self.advance()
-                self._pace()
+            self._turn()
+
+    def _turn(self) -> None:
+        """Makes a step, if one is due, and answers to ROS."""
+        if self._lockstep_parameters() != self._lockstep_taken:
+            self._set_lockstep()
+        if self.steps_asked:
+            self.steps_asked -= 1
+            self.advance()
+            self._answer(0.0)
+        elif self.paused:
+            self._answer(0.05)
+            self._greet()
+            self._begun = time.monotonic()
+        elif self._lockstep.missing():
+            self._wait_for_clients()
+        else:
+            self.advance()
+            self._pace()
 
     def _wait_for_clients(self) -> None:
         self._answer(0.02)
@@ -394,12 +445,14 @@ class StageNode(Node):
             self.get_logger().info(f"waiting for {missing}", throttle_duration_sec=10)
             self._last_look = 0.0
             self.publish(everything=True)
+            if self._window is not None:
+                self._window.has_changed(note=f"waiting for {missing}")
 
     def _pace(self) -> None:
         """Answers to ROS until the next step is due."""
         self._answer(0.0)
         while rclpy.ok() and not self.paused:
-            speed = self._value("speed")
+            speed = self.speed
             due = self._begun + self.world.dt / speed if speed > 0 else 0.0
             left = due - time.monotonic()
             if left <= 0:
@@ -408,8 +461,15 @@ class StageNode(Node):
                 return
             self._answer(min(left, 0.1))
 
+    @property
+    def speed(self) -> float:
+        """Simulated seconds in a second; 0: as many as possible."""
+        return float(self._value("speed"))
+
     def _answer(self, seconds: float) -> None:
-        """Lets ROS in: what has arrived, and what arrives within that time."""
+        """Lets ROS and the page in: what has arrived, and what arrives within that time."""
+        if self._window is not None:
+            seconds = min(seconds, self._window.turn())
         self.times["answer"] += self._executor.spin(seconds)
 
     @property
@@ -418,6 +478,8 @@ class StageNode(Node):
         return len(self._feeds)
 
     def close(self) -> None:
-        """Takes the node off ROS. The world stays."""
+        """Takes the node off ROS, and its page away. The world stays."""
+        if self._server is not None:
+            self._server.stop()
         self._executor.close()
         self.destroy_node()

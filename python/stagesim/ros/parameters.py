@@ -62,6 +62,7 @@ PARAMETERS = {
         **_at_least(0)),
     "speed": Parameter(1.0, "simulated seconds in a second; 0: as many as possible", **_at_least(0)),
     "paused": Parameter(False, "begin paused", fixed=True),
+    "gui": Parameter(False, "serve the page that shows the world, at any free port", fixed=True),
     "steps": Parameter(1, "how many steps the service step makes", **_at_least(1)),
     "seed": Parameter(-1, "that the service reset takes; -1: the one before", **_at_least(-1)),
     "snapshot_file": Parameter("", "where snapshot and restore have the state; empty: in memory"),

@@ -24,6 +24,7 @@ ARGUMENTS = {
     "stamped_cmd_vel": ("false", bool, "cmd_vel is a TwistStamped"),
     "speed": ("1.0", float, "simulated seconds in a second; 0.0: as many as possible"),
     "paused": ("false", bool, "begin paused"),
+    "gui": ("false", bool, "open the page that shows the world"),
     "lockstep": ("", str, "who is waited for"),
 }
 
