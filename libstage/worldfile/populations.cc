@@ -38,24 +38,35 @@ std::string CountError(const std::string& found) {
          std::to_string(kMostMembers);
 }
 
-/// A body for each, with nothing in it but a name.
+Token MakeToken(std::uint32_t source, TokenKind kind, const std::string& part, std::string* text) {
+  Token token{static_cast<std::uint32_t>(text->size()), 0, 0, kind, false};
+  token.length = part.size() & 0x3ffffU;
+  token.source = source & 0x3ffU;
+  *text += part;
+  return token;
+}
+
+/// A body for each: a name, and behind it a pose, which does not count unless it is asked for.
 std::vector<std::uint32_t> NamedBodies(Document& document, const std::string& name, int count) {
   std::string text;
   std::vector<std::uint32_t> bodies;
   const auto source = static_cast<std::uint32_t>(document.sources.Count());
   if (source >= kMaxSources) throw LoadError("found too many populations, expected fewer");
+  const std::uint32_t pose = document.names.Intern("pose");
   for (int i = 0; i < count; ++i) {
-    const std::string quoted = '"' + name + std::to_string(i) + '"';
-    Token token{static_cast<std::uint32_t>(text.size()), 0, 0, TokenKind::kString, false};
-    token.length = quoted.size() & 0x3ffffU;
-    token.source = source & 0x3ffU;
-    text += quoted;
     const auto at = static_cast<std::uint32_t>(document.tokens.size());
-    document.tokens.push_back(token);
+    const auto add = [&](TokenKind kind, const std::string& part) {
+      document.tokens.push_back(MakeToken(source, kind, part, &text));
+    };
+    add(TokenKind::kString, '"' + name + std::to_string(i) + '"');
+    add(TokenKind::kOpenBracket, "[");
+    for (int k = 0; k < 4; ++k) add(TokenKind::kNumber, "0");
+    add(TokenKind::kCloseBracket, "]");
     Body body;
     body.first_property = static_cast<std::uint32_t>(document.properties.size());
     body.property_count = 1;
     document.properties.push_back({document.name_of_models, at, at, 1, 0});
+    document.properties.push_back({pose, at, at + 2, 4, 0});
     bodies.push_back(static_cast<std::uint32_t>(document.bodies.size()));
     document.bodies.push_back(body);
   }
@@ -67,11 +78,14 @@ std::vector<std::uint32_t> NamedBodies(Document& document, const std::string& na
 std::vector<int> MakeMembers(Document& document, Expander* expander, const std::string& model,
                              const std::string& name, int count, std::uint32_t at) {
   std::vector<int> members;
-  const std::uint32_t type = document.names.Intern(model);
+  const std::uint32_t type = document.names.Intern(model), pose = document.names.Intern("pose");
   document.written_entities += static_cast<std::size_t>(count);
   for (const std::uint32_t body : NamedBodies(document, name, count)) {
-    members.push_back(static_cast<int>(document.entities.size()));
+    const auto member = static_cast<std::uint32_t>(document.entities.size());
+    members.push_back(static_cast<int>(member));
     expander->Expand({type, at, body});
+    // So that there is a pose to be written.
+    if (document.FindInFile(member, pose) == kNone) document.bodies[body].property_count = 2;
   }
   return members;
 }
@@ -182,6 +196,7 @@ void Worldfile::AddPopulation(int entity, worldfile::Expander* expander) {
     Fail(entity, "model", "found a population without a model, expected model \"TYPE\"");
   if (model == worldfile::kSection)
     Fail(entity, "model", "found a population of populations, expected the type of a model");
+  ReadFloat(entity, "count", 1);  // says so if it is not finite
   const std::string count = ReadString(entity, "count", "1");
   if (worldfile::ReadCount(count) < 0) Fail(entity, "count", worldfile::CountError(count));
   const std::uint32_t at = document.entities[static_cast<std::size_t>(entity)].name_token;

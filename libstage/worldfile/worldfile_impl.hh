@@ -27,7 +27,8 @@ using Written = std::vector<std::optional<std::string>>;
 
 /// The text of the world file with what was written in its place (see Worldfile::Save). Adds a
 /// warning for what cannot be expressed.
-std::string SavedText(Document& document, const std::map<Slot, Written>& written);
+std::string SavedText(Document& document, const std::vector<Population>& populations,
+                      const std::map<Slot, Written>& written);
 
 /// The candidate that the name may have been meant to be, or "".
 std::string MostSimilar(const std::string& name, const std::vector<std::string>& candidates);

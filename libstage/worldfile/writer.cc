@@ -5,9 +5,11 @@
 //   - into the value's own place, if the value belongs to this entity alone;
 //   - into a new property of the instance, if the value is a macro's;
 //   - into the macro, if the entity is a child that a macro makes and all such children agree.
+// A population becomes models that are written out one by one, as they stand somewhere else now.
 
 #include <algorithm>
 #include <cerrno>
+#include <set>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -30,8 +32,9 @@ struct Edit {
 // Gathers the changes to the text of the world file.
 class SavePlan {
  public:
-  SavePlan(Document& document, const std::map<Slot, Written>& written)
-      : document_(document), written_(written) {}
+  SavePlan(Document& document, const std::vector<Population>& populations,
+           const std::map<Slot, Written>& written)
+      : document_(document), populations_(populations), written_(written) {}
 
   std::string Text();
 
@@ -45,6 +48,8 @@ class SavePlan {
     Written values;
   };
 
+  void PlanPopulation(const Population& population);
+  std::string MemberText(const std::string& model, std::uint32_t member) const;
   void Plan(const Slot& slot, const Written& values);
   void PlanShared(const Slot& slot, std::uint32_t property, const Written& values);
   void FinishShared();
@@ -57,18 +62,63 @@ class SavePlan {
   std::string Apply();
 
   Document& document_;
+  const std::vector<Population>& populations_;
   const std::map<Slot, Written>& written_;
   std::map<Slot, Shared> shared_;  // by body and name
   std::vector<Edit> edits_;
 };
 
 std::string SavePlan::Text() {
-  for (const auto& [slot, values] : written_) Plan(slot, values);
+  std::set<std::uint32_t> members;
+  for (const Population& population : populations_) {
+    PlanPopulation(population);
+    members.insert(population.members.begin(), population.members.end());
+  }
+  for (const auto& [slot, values] : written_) {
+    if (members.count(slot.first) == 0) Plan(slot, values);
+  }
   FinishShared();
   for (const DroppedText& dropped : document_.dropped) {
     edits_.push_back({dropped.offset, dropped.length, ""});
   }
   return Apply();
+}
+
+// The section makes room for its members.
+void SavePlan::PlanPopulation(const Population& population) {
+  if (population.entity < 0) {
+    document_.Warn(document_.tokens[0], "what --set has asked for is not saved");
+    return;
+  }
+  const Entity& section = document_.entities[static_cast<std::size_t>(population.entity)];
+  const Token& begin = document_.tokens[section.name_token];
+  const std::uint32_t close = document_.bodies[section.body].close_token;
+  if (begin.source != 0 || close == kNone) {
+    document_.Warn(begin, "population " + Quoted(population.name) +
+                              " is not saved as it is: it belongs to a file that is included");
+    return;
+  }
+  const std::uint32_t model = document_.Find(static_cast<std::uint32_t>(population.entity),
+                                             document_.names.Intern("model"));
+  std::string text;
+  for (const int member : population.members)
+    text +=
+        (text.empty() ? "" : "\n") + MemberText(std::string(document_.Text(ValueToken(model, 0))),
+                                                static_cast<std::uint32_t>(member));
+  edits_.push_back({begin.offset, document_.tokens[close].offset + 1 - begin.offset, text});
+}
+
+std::string SavePlan::MemberText(const std::string& model, std::uint32_t member) const {
+  const Property& name = document_.properties[document_.Find(member, document_.name_of_models)];
+  std::string text =
+      model + "( name \"" + std::string(document_.Text(document_.tokens[name.first_value])) + "\"";
+  for (auto slot = written_.lower_bound({member, 0});
+       slot != written_.end() && slot->first.first == member; ++slot) {
+    if (slot->first.second == document_.name_of_models) continue;
+    const std::uint32_t property = document_.Find(member, slot->first.second);
+    if (Changed(property, slot->second)) text += " " + PropertyText(property, slot->second);
+  }
+  return text + " )";
 }
 
 void SavePlan::Plan(const Slot& slot, const Written& values) {
@@ -196,8 +246,9 @@ std::string SavePlan::Apply() {
 
 }  // namespace
 
-std::string SavedText(Document& document, const std::map<Slot, Written>& written) {
-  return SavePlan(document, written).Text();
+std::string SavedText(Document& document, const std::vector<Population>& populations,
+                      const std::map<Slot, Written>& written) {
+  return SavePlan(document, populations, written).Text();
 }
 
 }  // namespace worldfile
@@ -206,8 +257,9 @@ bool Worldfile::Save(const std::string& file) {
   const std::string name = file.empty() ? filename : file;
   int error = ENOENT;
   if (!name.empty() && impl_->document.sources.Count() > 0) {
-    error = files::ReplaceFile(name, worldfile::SavedText(impl_->document, impl_->written),
-                               files::AnyFile);
+    error = files::ReplaceFile(
+        name, worldfile::SavedText(impl_->document, impl_->populations, impl_->written),
+        files::AnyFile);
   }
   if (error == 0) return true;
   messages::Report(LogLevel::kError, "unable to save world file " +

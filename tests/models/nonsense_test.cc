@@ -23,14 +23,14 @@ using properties::WorldWith;
 const std::set<std::string> kMayBeNegative = {
     // places, headings and directions
     "pose", "origin", "point[0]", "point[2]", "localization_origin", "odom", "bpose[0]", "pan",
-    "pantilt", "axis",
+    "pantilt", "axis", "area", "goal",
     // intervals: see the pairs below
     "velocity_bounds", "acceleration_bounds", "z", "min_position", "max_position", "start_position",
     // speeds, errors, levels
     "velocity", "odom_error", "power", "sensitivity", "range_db",
     // identities, and what means something else if negative
-    "fiducial_key", "fiducial_return", "ranger_return", "joules", "joules_capacity", "kjoules",
-    "kjoules_capacity", "quit_time", "speedup", "color_rgba",
+    "seed", "fiducial_key", "fiducial_return", "ranger_return", "joules", "joules_capacity",
+    "kjoules", "kjoules_capacity", "quit_time", "speedup", "color_rgba",
     // mirrored
     "size",
     // read, no effect
@@ -41,7 +41,7 @@ const std::set<std::string> kFlags = {
     "show_clock",      "test",        "paused",         "confirm_on_quit", "debug",
     "noblocks",        "boundary",    "stack_children", "blob_return",     "gripper_return",
     "obstacle_return", "gui_nose",    "gui_outline",    "gui_grid",        "gui_move",
-    "alwayson",        "ignore_zloc", "autosnatch",     "enabled"};
+    "alwayson",        "ignore_zloc", "autosnatch",     "enabled",         "first"};
 
 bool MayBeNegative(const Property& property) {
   const std::string name = property.name, entity = property.entity;

@@ -53,7 +53,7 @@ inline constexpr Property kOrders[] = {
     {"population", "seed", "4", "model \"position\" area [0 0 9 9]"},
     {"metric", "name", "\"driven\"", "kind \"distance\""},
     {"metric", "kind", "\"distance\""},
-    {"metric", "model", "\"metric\"", "kind \"distance\""},
+    {"metric", "model", "\"position\"", "kind \"distance\""},
     {"metric", "cell", "0.5", "kind \"coverage\""},
     {"metric", "goal", "[1 2]", "kind \"time_to_goal\""},
     {"metric", "radius", "1", "kind \"time_to_goal\" goal [1 2]"},
@@ -246,7 +246,8 @@ inline std::string WorldWith(const Property& property, const std::string& name) 
   if (entity == "world") return body;
   if (entity == "sensor") return "ranger( sensor( " + body + " ) )\n";
   if (entity == "block") return "model( block( " + body + " ) )\n";
-  return entity + "( " + body + " )\n";
+  const std::string others = entity == "metric" ? "position( )\n" : "";  // that it is about
+  return entity + "( " + body + " )\n" + others;
 }
 
 /// The elements of a value: one, or those of a tuple.
