@@ -26,6 +26,9 @@ endif()
 # Messages name files from the top of the tree, not of the machine that they were built on.
 add_compile_options("-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=")
 
+# Lines for debuggers and profilers, but not all they could know: a quarter less to compile.
+add_compile_options("$<$<CONFIG:RelWithDebInfo>:-g1>")
+
 add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wconversion)
 if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
   add_compile_options(-Wno-sign-conversion) # part of GCC's -Wconversion for C only

@@ -22,8 +22,8 @@ struct Scene {
   DirectionTables tables;
   RayBatch batch;
   FanList fans;  ///< of the model that is updating, if it does so alone; for its memory
-  /// The world is being deleted or reset: nothing is seen any more, and no body taken off the grid, which
-  /// goes as a whole.
+  /// The world is being deleted or reset: nothing is seen any more, and no body taken off the grid,
+  /// which goes as a whole.
   bool going = false;
   void Go() {
     going = true;
