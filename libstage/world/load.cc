@@ -170,6 +170,7 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
   ForgetThrower();
   try {
     LoadContent(std::move(source));
+    if (!engine.deserted && engine.life == life) wf->CheckSettings();
   } catch (const LoadError& error) {
     return FailToLoad(engine, error.what(), error.exit_status());
   } catch (const std::bad_alloc&) {
@@ -233,8 +234,7 @@ void World::LoadContent(Source source) {
   engine_->image = source.image;
   for (Model* model : engine_->models)
     if (model->wf_entity > 0) model->blockgroup->NoteLoaded();
-  InitControllers();
-  if (wf) wf->CheckSettings();
+  InitControllers();  // which may delete the world
 }
 
 void World::DrawAll() {

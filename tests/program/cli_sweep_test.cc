@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "support/cli_testing.hh"
+#include "support/device.hh"
 #include "support/sanitized.hh"
 #include "support/shipped_worlds.hh"
 
@@ -116,6 +117,57 @@ TEST_F(SweepTest, GivesTheSameTable) {
   const std::string table = Merged("a");
   for (const char* folder : {"b", "c", "d"}) EXPECT_EQ(Merged(folder), table) << folder;
   EXPECT_EQ(Merged("e"), table) << "threads change nothing";
+  for (const char* folder : {"a", "b", "c", "d", "e"})
+    for (const auto& file : fs::directory_iterator(Path(folder)))
+      EXPECT_NE(file.path().stem(), "lock") << file;
+  if (!device::WhyNone().empty()) GTEST_SKIP() << "but for a device: " << device::WhyNone();
+  with("f", {"--opencl"});
+  EXPECT_EQ(Merged("f"), table) << "devices change nothing";
+}
+
+/// Machines that share no folder.
+TEST_F(SweepTest, PartsInSeveralFoldersAreMerged) {
+  const auto sweep = [&](const std::string& folder, const Strings& more) {
+    Strings words = {"w.world", "--set", "robots=1,3", "--runs", "0:4", "-o", folder};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(Sweep(words).status, 0) << folder;
+  };
+  sweep("whole", {});
+  for (const char* part : {"1", "2", "3"}) sweep(part, {"--shard", std::string(part) + "/3"});
+  ExpectStatus(0, {"merge", "3", "1", "2", "-o", "all.csv"});
+  EXPECT_EQ(ReadFile(Path("all.csv")), Merged("whole"));
+  EXPECT_TRUE(
+      Contains(Stage({"merge", "1", "2", "-o", "two.csv"}).err, "2 of 8 runs are not finished"));
+  ExpectStatus(0, {"merge", "1", "2", "--partial", "-o", "two.csv"});
+  EXPECT_EQ(CountOf(ReadFile(Path("two.csv")), "\n"), 7u);
+  EXPECT_EQ(Sweep({"w.world", "--runs", "0:8", "--plan-only", "-o", "other"}).status, 0);
+  EXPECT_TRUE(Contains(Stage({"merge", "1", "other", "-o", "x.csv"}).err, "different sweeps"));
+  ExpectStatus(0, {"merge", "other", "--partial", "-o", "none.csv"});
+  EXPECT_EQ(ReadFile(Path("none.csv")),
+            "index,run,seed,status,state_hash,steps,simulated_seconds,rays\n");
+}
+
+/// One record for each run, or an error: never a thousand failures for a command that is not there.
+TEST_F(SweepTest, AWorkerThatIsNoneIsAnError) {
+  const auto fails = [&](const Strings& words, const std::string& part) {
+    const Result r = Sweep(words);
+    EXPECT_EQ(r.status, 1) << testing::PrintToString(words);
+    EXPECT_TRUE(Contains(r.err, part)) << r.err;
+    EXPECT_EQ(CountOf(r.err, "\n"), 1u) << r.err;
+  };
+  fails({"w.world", "--worker", "no-such-program", "-o", "x"}, "no-such-program");
+  EXPECT_FALSE(fs::exists(Path("x")));
+  Write("worker.sh", "#!/bin/sh\nexec \"$STAGE\" sweep-worker \"$@\"\n");
+  fs::permissions(Path("worker.sh"), fs::perms::owner_all);
+  const std::string worker = Path("worker.sh");
+  ASSERT_EQ(setenv("STAGE", Program().c_str(), 1), 0);
+  EXPECT_EQ(
+      Sweep({"w.world", "--runs", "0:3", "--worker", worker, "--plan-only", "-o", "y"}).status, 0);
+  fs::remove(worker);
+  fails({"--resume", "y"}, "worker.sh");
+  EXPECT_FALSE(fs::exists(Path("y/runs/000/000000.json")));
+  EXPECT_EQ(Sweep({"--resume", "y", "--worker", Program() + " sweep-worker"}).status, 0);
+  EXPECT_EQ(Record("y", 2)["status"], "done");
 }
 
 TEST_F(SweepTest, SeedsDependOnTheValuesAlone) {

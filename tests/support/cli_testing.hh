@@ -71,6 +71,12 @@ inline Strings Clocks(const std::string& out) {
   return found;
 }
 
+/// The one that is tested.
+inline std::string Program() {
+  const char* build = std::getenv("STAGE_BINARY_DIR");
+  return std::string(build ? build : ".") + "/bin/stage";
+}
+
 struct Result {
   int status = -1;  ///< 128 + n: ended by signal n
   bool hung = false;
@@ -83,8 +89,7 @@ class Process {
  public:
   Process(const fs::path& directory, const Strings& arguments, const Environment& environment)
       : directory_(directory), start_(Now()) {
-    const char* build = std::getenv("STAGE_BINARY_DIR");
-    Strings words = {std::string(build ? build : ".") + "/bin/stage"};
+    Strings words = {Program()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());

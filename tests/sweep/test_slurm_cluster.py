@@ -57,7 +57,7 @@ def free_ports(count: int) -> list[int]:
 def cluster(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Of one node with two processors."""
     if os.geteuid() != 0 or not all(map(shutil.which, ("slurmctld", "slurmd", "sbatch"))):
-        pytest.skip("skipped: Slurm is not installed, or this is not root; try apt-get install slurm-wlm")
+        pytest.skip("skipped: Slurm is not installed, or this is not root; try tools/setup --slurm")
     folder = tmp_path / "slurm"
     for name in ("state", "spool"):
         (folder / name).mkdir(parents=True)

@@ -89,6 +89,19 @@ def test_metrics_that_fail(experiment: Experiment, tmp_path: Path, own_metrics: 
     assert again.failed == [] and (again.table()["driven"] > 0).all()
 
 
+def test_resumed_by_hand(experiment: Experiment, tmp_path: Path, own_metrics: None,
+                         monkeypatch: pytest.MonkeyPatch) -> None:
+    """The plan knows which worker measures; without its module there is an error, and no run has failed."""
+    own, out = replace(experiment, metrics="own_metrics:spread"), tmp_path / "out"
+    whole = run(own, out=tmp_path / "whole", jobs=2)
+    program.make_plan(own, out)
+    done = stage("sweep", "--resume", out)
+    assert done.returncode == 1 and "own_metrics" in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    assert stage("sweep", "--resume", out).returncode == 0
+    assert records(out) == records(whole.folder)
+
+
 def test_by_hand_it_says_what_it_is_for(tmp_path: Path) -> None:
     done = subprocess.run([*shlex.split(WORKER), str(tmp_path)], capture_output=True, text=True, check=False,
                           env=program.environment([]))

@@ -18,7 +18,8 @@ def arguments() -> argparse.ArgumentParser:
                                      description="Merges the runs of a sweep into one file, or makes a report.")
     commands = parser.add_subparsers(dest="command", required=True, metavar="merge|report")
     merging = commands.add_parser("merge", help="all runs as one file", allow_abbrev=False)
-    merging.add_argument("folder", type=Path, metavar="FOLDER", help="of the sweep")
+    merging.add_argument("folders", type=Path, nargs="+", metavar="FOLDER",
+                         help="of the sweep; several if each has a part of it")
     merging.add_argument("-o", "--out", type=Path, required=True, metavar="FILE",
                          help="ends with .csv, .parquet (needs pyarrow) or .h5 (needs h5py)")
     merging.add_argument("--timings", action="store_true", help="also what differs from time to time")
@@ -33,7 +34,7 @@ def main() -> int:
     options = arguments().parse_args()
     try:
         if options.command == "merge":
-            merge(options.folder, options.out, timings=options.timings, partial=options.partial)
+            merge(options.folders, options.out, timings=options.timings, partial=options.partial)
         else:
             from .report import write_report  # pylint: disable=import-outside-toplevel
 

@@ -14,26 +14,22 @@ from typing import Any, Callable, Sequence
 
 import numpy as np
 
-from .plan import Plan, SweepError, missing
+from .plan import Plan, SweepError
 from .table import Column, merge_csv, read_columns
 
 
-def merge(folder: Path, file: Path, *, timings: bool = False, partial: bool = False) -> None:
-    """Writes the file, whole or not at all: see Results.merge()."""
+def merge(folders: Sequence[Path], file: Path, *, timings: bool = False, partial: bool = False) -> None:
+    """Writes the file, whole or not at all: see Results.merge(). Each folder has a part of the same sweep."""
     if file.suffix == ".csv":
-        merge_csv(folder, file, timings, partial)
+        merge_csv(folders, file, timings, partial)
         return
     if file.suffix not in FORMATS:
         raise SweepError(f"{file}: found the ending {file.suffix!r}, expected .csv, {' or '.join(FORMATS)}")
     begins, write = FORMATS[file.suffix]
     if file.exists() and not beginning(file).startswith(begins):
         raise SweepError(f"{file}: it holds something else, expected a new name or an earlier {file.suffix} file")
-    plan = Plan.read(folder)
-    lacking = [] if partial else missing(folder, plan)
-    if lacking:
-        raise SweepError(f"{folder}: {len(lacking)} of {plan.count} runs are missing; resume the sweep, or merge "
-                         "what there is with --partial")
-    columns = read_columns(folder, plan, timings)
+    plan = Plan.read(folders[0])
+    columns = read_columns(folders, plan, timings, partial)
     handle, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
     os.close(handle)
     try:

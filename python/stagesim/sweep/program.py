@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import ctypes
-import json
 import os
 import shlex
 import signal
@@ -26,21 +25,22 @@ PACKAGES = str(Path(_paths.FOLDER).parent)
 BAD_USAGE = 2  # the program's status for words that it doesn't take
 PR_SET_PDEATHSIG = 1
 LIBC = ctypes.CDLL(None)
-OWN_METRICS = "python.json"  # in a sweep's folder, beside the plan, which knows nothing of them
 
 
 def worker_words(metrics: str | None) -> list[str]:
-    """The options that let a Python worker do the runs, if it has something to measure."""
+    """The options that let a Python worker do the runs, if it has something to measure. The plan keeps them."""
     if metrics is None:
         return []
-    return [f"--worker={shlex.join([sys.executable, '-m', 'stagesim.sweep.worker', '--metrics', metrics])}"]
+    return [f"--worker={shlex.join(['python3', '-m', 'stagesim.sweep.worker', '--metrics', metrics])}"]
 
 
 def environment(folders: Sequence[str]) -> dict[str, str]:
-    """Of the program: its Python is this one, which finds this package, and modules in these folders."""
+    """Of the program: its Python, and `python3`, is this one, and finds this package, and modules in these folders."""
     own = [] if PACKAGES in site.getsitepackages() else [PACKAGES]
     paths = [*own, *folders, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
-    return {**os.environ, "STAGE_PYTHON": sys.executable, "PYTHONPATH": os.pathsep.join(dict.fromkeys(paths))}
+    programs = [os.path.dirname(sys.executable), os.environ.get("PATH", os.defpath)]
+    return {**os.environ, "STAGE_PYTHON": sys.executable, "PATH": os.pathsep.join(programs),
+            "PYTHONPATH": os.pathsep.join(dict.fromkeys(paths))}
 
 
 def end_with_parent(parent: int) -> None:
@@ -86,21 +86,13 @@ def make_plan(experiment: Experiment, folder: Path) -> Plan:
         if status != 0:
             raise SweepError(said)
         plan = Plan.read(new)
-        own = json.dumps({"metrics": experiment.metrics}) + "\n"
         if plan_file(folder).exists():
-            if Plan.read(folder).text != plan.text or metrics_text(folder) != own:
+            if Plan.read(folder).text != plan.text:
                 raise SweepError(f"{folder}: found the runs of another experiment, or of an earlier state of the "
                                  "world file; expected a new folder, or the same experiment")
         else:
-            (folder / OWN_METRICS).write_text(own, encoding="utf-8")
             os.rename(plan_file(new), plan_file(folder))
     return plan
-
-
-def metrics_text(folder: Path) -> str:
-    """What the folder knows of metrics in Python: nothing if `stage sweep` has begun it."""
-    file = folder / OWN_METRICS
-    return file.read_text(encoding="utf-8") if file.exists() else json.dumps({"metrics": None}) + "\n"
 
 
 @dataclass(frozen=True)
@@ -109,24 +101,22 @@ class Job:
 
     Attributes:
         folder: of the sweep.
-        metrics: as Experiment.metrics; `folders`: where their module is.
+        folders: where the module of its metrics is.
         words: options of the program.
     """
 
     folder: str
-    metrics: str | None = None
     folders: tuple[str, ...] = ()
     words: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, experiment: Experiment, folder: Path) -> Job:
         """Of an experiment."""
-        return cls(str(folder), experiment.metrics, tuple(metric_folders(experiment)), tuple(experiment.effort()))
+        return cls(str(folder), tuple(metric_folders(experiment)), tuple(experiment.effort()))
 
     def resume(self, words: Sequence[str], shown: bool = False) -> tuple[int, str]:
         """Does what the sweep lacks, as far as the words say: see call()."""
-        return call(["sweep", "--resume", self.folder, *worker_words(self.metrics), *self.words, *words],
-                    self.folders, shown)
+        return call(["sweep", "--resume", self.folder, *self.words, *words], self.folders, shown)
 
 
 def metric_folders(experiment: Experiment) -> list[str]:

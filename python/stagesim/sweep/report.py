@@ -40,7 +40,7 @@ def write_report(folder: Path) -> Path:
         PlotsMissing: matplotlib is not there.
     """
     plan = Plan.read(folder)
-    columns = read_columns(folder, plan, timings=True)
+    columns = read_columns([folder], plan, timings=True)
     study = Study(plan, columns)
     if not study.done.any():
         raise SweepError(f"{folder}: found no run that is done, expected some; go on with "

@@ -43,7 +43,7 @@ class Results:
             `simulated_seconds`, `rays`, `robots`, energies (joules), metrics. NaN, and an empty text, stand
             where there is no value, as in runs that failed.
         """
-        columns = {column.name: array_of(column) for column in read_columns(self.folder, self.plan, timings)}
+        columns = {column.name: array_of(column) for column in read_columns([self.folder], self.plan, timings)}
         if not pandas:
             return columns
         import pandas as frames  # pylint: disable=import-outside-toplevel
@@ -61,7 +61,7 @@ class Results:
         Raises:
             SweepError: runs are missing, the ending is another one, or a package is.
         """
-        merge(self.folder, Path(file), timings=timings, partial=partial)
+        merge([self.folder], Path(file), timings=timings, partial=partial)
 
     def report(self) -> Path:
         """Makes a page and pictures of it, in the folder `report`; returns the page's path. Needs matplotlib."""
@@ -72,7 +72,7 @@ class Results:
     @property
     def failed(self) -> list[dict[str, Any]]:
         """The records of runs that failed three times: `index`, `set`, `run`, `lines`, `replay` and the like."""
-        return failed_records(self.folder, read_columns(self.folder, self.plan))
+        return failed_records(self.folder, read_columns([self.folder], self.plan))
 
     @property
     def missing(self) -> list[int]:

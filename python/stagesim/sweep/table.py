@@ -9,7 +9,7 @@ import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, Iterable
+from typing import Any, Callable, Iterable, Sequence
 
 from . import program
 from .plan import Plan, SweepError, record_file
@@ -44,20 +44,20 @@ def axis_kind(values: Iterable[str]) -> str:
     return "text"
 
 
-def read_columns(folder: str | os.PathLike[str], plan: Plan, timings: bool = False) -> list[Column]:
-    """All finished runs, by index.
+def read_columns(folders: Sequence[Path], plan: Plan, timings: bool = False, partial: bool = True) -> list[Column]:
+    """All finished runs, by index; each folder has some of them.
 
     Raises:
-        SweepError: a record is not whole.
+        SweepError: a record is not whole, the folders are of different sweeps, or runs are missing and `partial`
+            does not allow that.
     """
     with tempfile.TemporaryDirectory() as place:
         file = Path(place) / "all.csv"
-        merge_csv(Path(folder), file, timings, partial=True)
+        merge_csv(folders, file, timings, partial)
         with open(file, newline="", encoding="utf-8") as lines:
             names, *rows = csv.reader(lines)
     kinds = {**dict.fromkeys(TEXTS, "text"), **dict.fromkeys(KEYS, "key"), **dict.fromkeys(COUNTS, "count"),
              **{axis.name: axis_kind(axis.values) for axis in plan.axes}}
-    names = names or [*KEYS, *(axis.name for axis in plan.axes), *TEXTS]  # no run is finished
     columns = []
     for at, name in enumerate(names):
         kind = kinds.get(name, "figure")
@@ -65,10 +65,10 @@ def read_columns(folder: str | os.PathLike[str], plan: Plan, timings: bool = Fal
     return columns
 
 
-def merge_csv(folder: Path, file: Path, timings: bool, partial: bool) -> None:
+def merge_csv(folders: Sequence[Path], file: Path, timings: bool, partial: bool) -> None:
     """Lets the program do it."""
     words = ["--timings"] * timings + ["--partial"] * partial
-    status, said = program.call(["merge", str(folder), "-o", str(file), *words])
+    status, said = program.call(["merge", *map(str, folders), "-o", str(file), *words])
     if status != 0:
         raise SweepError(said)
 

@@ -13,6 +13,7 @@
 
 #include "messages/report.hh"
 #include "stage/interrupt.hh"
+#include "stage/sweep/worker.hh"
 
 namespace Stg::program {
 
@@ -43,16 +44,33 @@ std::set<uint64_t> RunsToCheck(const Plan& plan) {
   return runs;
 }
 
+/// The command of a worker; empty: this program's own.
+std::vector<std::string> WordsOf(const std::string& command) {
+  // The shell is replaced, so that what is killed is the worker.
+  if (!command.empty()) return {"/bin/sh", "-c", "exec " + command + " \"$1\"", "sh"};
+  std::error_code failed;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", failed);
+  return {failed ? "stage" : program.string(), kWorkerCommand};
+}
+
 }  // namespace
 
 Coordinator::Coordinator(const SweepFolder& folder, const Plan& plan, const Effort& effort,
                          std::vector<uint64_t> todo)
-    : folder_(folder), plan_(plan), effort_(effort), todo_(std::move(todo)) {}
+    : folder_(folder),
+      plan_(plan),
+      effort_(effort),
+      foreign_worker_(effort.worker.empty() ? plan.worker : effort.worker),
+      todo_(std::move(todo)) {}
+
+std::unique_ptr<WorkerProcess> Coordinator::Hire() const {
+  return std::make_unique<WorkerProcess>(WordsOf(foreign_worker_), folder_.path());
+}
 
 void Coordinator::Check() {
-  WorkerProcess worker(effort_.worker, folder_.path());
+  const std::unique_ptr<WorkerProcess> worker = Hire();
   for (const uint64_t index : RunsToCheck(plan_)) {
-    CheckOne(&worker, index);
+    CheckOne(worker.get(), index);
     if (CaughtSignal() != 0) return;
   }
 }
@@ -81,6 +99,7 @@ void Coordinator::CheckOne(WorkerProcess* worker, uint64_t index) {
 void Coordinator::Run() {
   slots_.resize(std::min<size_t>(effort_.jobs, todo_.size()));
   begun_ = next_sync_ = Now();
+  if (!foreign_worker_.empty() && !todo_.empty()) TryForeignWorker();
   while (done_ < todo_.size() && CaughtSignal() == 0) {
     for (Slot& slot : slots_)
       if (slot.index == kNone && HasWork()) Employ(&slot);
@@ -94,9 +113,14 @@ void Coordinator::Run() {
   line_.Erase();
 }
 
+/// A command that is no worker, or not on this machine, is an error, not a failure of every run.
+void Coordinator::TryForeignWorker() {
+  slots_[0].process = Hire();
+  CheckOne(slots_[0].process.get(), todo_[0]);
+}
+
 void Coordinator::Employ(Slot* slot) {
-  if (!slot->process)
-    slot->process = std::make_unique<WorkerProcess>(effort_.worker, folder_.path());
+  if (!slot->process) slot->process = Hire();
   if (!again_.empty()) {
     slot->index = again_.front();
     again_.pop_front();

@@ -21,13 +21,13 @@ namespace Stg::program {
 
 /// How a sweep is done, which is no part of what it is.
 struct Effort {
-  unsigned jobs = 0;                ///< workers; at least 1 once it is settled
-  bool fresh = false;               ///< a process of its own for each run
-  double limit_seconds = 0;         ///< wall clock, of one run; 0: none
-  double limit_mb = 0;              ///< of a worker's memory, in 2^20 bytes; 0: none
-  int tries = 3;                    ///< a run whose workers die so often has failed
-  std::vector<std::string> worker;  ///< the command that is a worker
-  bool progress = false;            ///< a line on standard error
+  unsigned jobs = 0;         ///< workers; at least 1 once it is settled
+  bool fresh = false;        ///< a process of its own for each run
+  double limit_seconds = 0;  ///< wall clock, of one run; 0: none
+  double limit_mb = 0;       ///< of a worker's memory, in 2^20 bytes; 0: none
+  int tries = 3;             ///< a run whose workers die so often has failed
+  std::string worker;        ///< a command instead of the plan's; empty: the plan's
+  bool progress = false;     ///< a line on standard error
 };
 
 class Coordinator {
@@ -54,6 +54,8 @@ class Coordinator {
   };
 
   void CheckOne(WorkerProcess* worker, uint64_t index);
+  std::unique_ptr<WorkerProcess> Hire() const;
+  void TryForeignWorker();
   bool HasWork() const { return !again_.empty() || next_ < todo_.size(); }
   void Employ(Slot* slot);
   void Wait();
@@ -68,6 +70,7 @@ class Coordinator {
   const SweepFolder& folder_;
   const Plan& plan_;
   const Effort& effort_;
+  const std::string foreign_worker_;  // a command; empty: this program
   std::vector<uint64_t> todo_;
   size_t next_ = 0;                   // in todo_
   std::deque<uint64_t> again_;        // whose worker has died

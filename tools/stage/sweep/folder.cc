@@ -136,19 +136,33 @@ void SweepFolder::Sync() const {
   close(folder);
 }
 
-SweepLock::SweepLock(const SweepFolder& folder, const std::string& part) {
-  const std::string name = folder.path() + "/lock." + part;
-  file_ = open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (file_ < 0) Fail("write", name, errno);
-  if (flock(file_, LOCK_EX | LOCK_NB) == 0) return;
-  const int error = errno;
-  close(file_);
-  if (error == EWOULDBLOCK)
-    throw std::runtime_error("another stage sweep works on '" + folder.path() +
-                             "' now; --status says how far it is");
-  Fail("lock", name, error);
+SweepLock::SweepLock(const SweepFolder& folder, const std::string& part)
+    : name_(folder.path() + "/lock." + part) {
+  do {  // until the file that is locked is the one of that name: the last owner removes it
+    file_ = open(name_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (file_ < 0) Fail("write", name_, errno);
+    if (flock(file_, LOCK_EX | LOCK_NB) == 0) continue;
+    const int error = errno;
+    close(file_);
+    if (error == EWOULDBLOCK)
+      throw std::runtime_error("another stage sweep works on '" + folder.path() +
+                               "' now; --status says how far it is");
+    Fail("lock", name_, error);
+  } while (!IsInPlace());
 }
 
-SweepLock::~SweepLock() { close(file_); }
+/// Closes the file otherwise.
+bool SweepLock::IsInPlace() {
+  struct stat held = {}, named = {};
+  if (fstat(file_, &held) == 0 && stat(name_.c_str(), &named) == 0 && held.st_ino == named.st_ino)
+    return true;
+  close(file_);
+  return false;
+}
+
+SweepLock::~SweepLock() {
+  unlink(name_.c_str());
+  close(file_);
+}
 
 }  // namespace Stg::program

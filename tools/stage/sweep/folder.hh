@@ -56,6 +56,9 @@ class SweepLock {
   SweepLock& operator=(const SweepLock&) = delete;
 
  private:
+  bool IsInPlace();
+
+  std::string name_;
   int file_;
 };
 

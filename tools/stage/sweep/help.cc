@@ -43,7 +43,8 @@ How to run it
   --limit-seconds S    a run that takes longer has failed; --limit-mb MB: one that takes more memory
   --tries N            a run whose process has died so often has failed (default 3)
   --plan-only          write the plan, run nothing
-  --worker COMMAND     have the runs done by other workers than this program; see docs/sweeps.md
+  --worker COMMAND     have the runs done by other workers than this program; see docs/sweeps.md.
+                       The plan keeps it; --resume can be given another
   --progress, --no-progress
                        say how far it is; default: if standard error is a terminal
   -h, --help           print this and end
@@ -61,10 +62,11 @@ Examples
 )";
 
 const char kMergeHelpText[] =
-    R"(Usage: stage merge [OPTION]... FOLDER -o FILE
+    R"(Usage: stage merge [OPTION]... FOLDER... -o FILE
 
 Writes the records of a sweep as one table, a row for each run in the order of their numbers. The
-same sweep gives the same bytes, whoever has run it and however often it was interrupted.
+same sweep gives the same bytes, whoever has run it and however often it was interrupted. With
+several FOLDERs, each has a part of the same sweep, perhaps done by another machine.
 
   -o, --out FILE   ends in .csv; in .parquet or .h5, which needs Python with stagesim[sweep]
   --partial        merge what there is, though runs are missing

@@ -29,7 +29,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct MergeOptions {
-  std::string folder, file;
+  std::vector<std::string> folders;  // of one sweep, parts of which were done in each
+  std::string file;
   bool partial = false, timings = false, help = false;
 };
 
@@ -63,10 +64,8 @@ MergeOptions ParseMergeOptions(int argc, char* argv[]) {
       RefuseOption(id, kLongOptions, arguments[static_cast<size_t>(optind - 1)]);
   }
   if (options.help) return options;
-  if (count - optind != 1)
-    throw UsageError("merge: found " + std::to_string(count - optind) +
-                     " folders, expected one: that of a sweep");
-  options.folder = arguments[static_cast<size_t>(optind)];
+  if (count == optind) throw UsageError("merge: expected a folder, that of a sweep");
+  options.folders.assign(arguments.begin() + optind, arguments.end() - 1);
   for (const char* ending : {".csv", ".parquet", ".h5"})
     if (options.file.size() > std::strlen(ending) && options.file.ends_with(ending)) return options;
   RefuseValue("--out", "a name that ends in .csv, .parquet or .h5", options.file);
@@ -75,14 +74,17 @@ MergeOptions ParseMergeOptions(int argc, char* argv[]) {
 /// The table: rows are runs, in their order.
 class Table {
  public:
-  explicit Table(const MergeOptions& options) : options_(options) {}
+  Table(const MergeOptions& options, const Plan& plan) : options_(options) {
+    for (const char* name : kNames) ColumnOf(name);
+    for (const Axis& axis : plan.axes) ColumnOf(axis.name);
+    for (const char* name : kResults) ColumnOf(name);
+  }
 
   void Add(const Json& record) {
     Row row;
-    for (const char* name : {"index", "run", "seed"}) Put(&row, name, record.at(name));
+    for (const char* name : kNames) Put(&row, name, record.at(name));
     PutAll(&row, "", record.at("set"));
-    for (const char* name : {"status", "state_hash", "steps", "simulated_seconds", "rays"})
-      Put(&row, name, record.value(name, Json()));
+    for (const char* name : kResults) Put(&row, name, record.value(name, Json()));
     PutAll(&row, "energy_", record.value("energy", Json::object()));
     if (fixed_ == 0 && record.at("status") == "done") fixed_ = names_.size();
     PutMetrics(&row, record.value("metrics", Json::object()));
@@ -105,6 +107,10 @@ class Table {
   }
 
  private:
+  // What every record has, in front of and behind the values of the sweep's axes.
+  static constexpr const char* kNames[] = {"index", "run", "seed"};
+  static constexpr const char* kResults[] = {"status", "state_hash", "steps", "simulated_seconds",
+                                             "rays"};
   using Row = std::vector<std::string>;  // by column; shorter where the rest is empty
 
   static std::string Cell(const std::string& text) {
@@ -114,12 +120,17 @@ class Table {
     return quoted + "\"";
   }
 
-  void Put(Row* row, const std::string& name, const Json& value) {
+  size_t ColumnOf(const std::string& name) {
     const auto [column, is_new] = columns_.try_emplace(name, names_.size());
     if (is_new) names_.push_back(name);
-    if (row->size() <= column->second) row->resize(column->second + 1);
+    return column->second;
+  }
+
+  void Put(Row* row, const std::string& name, const Json& value) {
+    const size_t column = ColumnOf(name);
+    if (row->size() <= column) row->resize(column + 1);
     if (value.is_null()) return;
-    (*row)[column->second] = Cell(value.is_string() ? value.get<std::string>() : value.dump());
+    (*row)[column] = Cell(value.is_string() ? value.get<std::string>() : value.dump());
   }
 
   void PutAll(Row* row, const std::string& prefix, const Json& values) {
@@ -142,24 +153,49 @@ class Table {
   std::vector<Row> rows_;
 };
 
-void CheckWhole(const SweepFolder& folder, const std::vector<bool>& finished, bool partial) {
-  const auto missing = std::ranges::count(finished, false);
+constexpr size_t kNowhere = SIZE_MAX;
+
+/// By index: the folder that has its record; kNowhere if it is not finished.
+std::vector<size_t> FindRecords(const std::vector<SweepFolder>& folders, uint64_t count) {
+  std::vector<size_t> places(count, kNowhere);
+  for (size_t i = folders.size(); i-- > 0;) {
+    const std::vector<bool> finished = folders[i].Finished(count);
+    for (uint64_t index = 0; index < count; index++)
+      if (finished[index]) places[index] = i;
+  }
+  return places;
+}
+
+void CheckWhole(const SweepFolder& folder, const std::vector<size_t>& places, bool partial) {
+  const auto missing = std::ranges::count(places, kNowhere);
   if (missing == 0) return;
   const std::string text = folder.path() + ": " + std::to_string(missing) + " of " +
-                           std::to_string(finished.size()) + " runs are not finished";
+                           std::to_string(places.size()) + " runs are not finished";
   if (!partial)
     throw std::runtime_error(text + "; stage sweep --resume " + folder.path() +
                              " does them, --partial merges what there is");
   messages::Warn(text);
 }
 
-std::string TableOf(const SweepFolder& folder, const MergeOptions& options) {
-  const Plan plan = folder.Read();
-  const std::vector<bool> finished = folder.Finished(plan.Count());
-  CheckWhole(folder, finished, options.partial);
-  Table table(options);
-  for (uint64_t index = 0; index < finished.size(); index++) {
-    if (!finished[index]) continue;
+/// That of the first; the others' has to be the same.
+Plan PlanOf(const std::vector<SweepFolder>& folders) {
+  Plan plan = folders[0].Read();
+  for (const SweepFolder& folder : folders)
+    if (ToJson(folder.Read()) != ToJson(plan))
+      throw std::runtime_error("found different sweeps in '" + folders[0].path() + "' and '" +
+                               folder.path() + "', expected parts of one");
+  return plan;
+}
+
+std::string TableOf(const MergeOptions& options) {
+  const std::vector<SweepFolder> folders(options.folders.begin(), options.folders.end());
+  const Plan plan = PlanOf(folders);
+  const std::vector<size_t> places = FindRecords(folders, plan.Count());
+  CheckWhole(folders[0], places, options.partial);
+  Table table(options, plan);
+  for (uint64_t index = 0; index < places.size(); index++) {
+    if (places[index] == kNowhere) continue;
+    const SweepFolder& folder = folders[places[index]];
     try {
       table.Add(Json::parse(folder.ReadRecord(index)));
     } catch (const Json::exception&) {
@@ -180,12 +216,13 @@ int Merge(int argc, char* argv[]) {
     return 0;
   }
   if (!options.file.ends_with(".csv")) {
-    std::vector<std::string> arguments = {"merge", options.folder, "-o", options.file};
+    std::vector<std::string> arguments = {"merge", "-o", options.file};
     if (options.partial) arguments.emplace_back("--partial");
     if (options.timings) arguments.emplace_back("--timings");
+    arguments.insert(arguments.end(), options.folders.begin(), options.folders.end());
     BecomePythonModule("stagesim.sweep", arguments);
   }
-  const std::string table = TableOf(SweepFolder(options.folder), options);
+  const std::string table = TableOf(options);
   const auto is_table = [](std::string_view beginning) {
     return beginning.starts_with("index,run,seed,");
   };

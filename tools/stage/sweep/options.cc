@@ -14,7 +14,6 @@
 
 #include "stage/option_values.hh"
 #include "stage/parse_number.hh"
-#include "stage/sweep/worker.hh"
 
 namespace Stg::program {
 
@@ -129,18 +128,11 @@ Range ParseShard(const std::string& text) {
   return *shard;
 }
 
-std::string OwnProgram() {
-  std::error_code failed;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", failed);
-  return failed ? "stage" : program.string();
-}
-
 class Parser {
  public:
   Parser(int argc, char* argv[]) : arguments_(argv, argv + argc) {
     arguments_.erase(arguments_.begin() + 1);
     arguments_.push_back(nullptr);
-    options_.effort.worker = {OwnProgram(), kWorkerCommand};
     options_.effort.progress = isatty(STDERR_FILENO) != 0;
     options_.plan.run.threads = 1;  // the cores are for workers
   }
@@ -238,8 +230,8 @@ class Parser {
             static_cast<int>(ParseWithin(NameOf(id), 1, 100, "a number from 1 to 100", value));
         break;
       case kWorker:
-        // The shell is replaced, so that what is killed is the worker.
-        effort.worker = {"/bin/sh", "-c", "exec " + value + " \"$1\"", "sh"};
+        if (value.empty()) RefuseValue("--worker", "a command", value);
+        effort.worker = value;
         break;
       case kProgress:
       case kNoProgress:
@@ -312,6 +304,7 @@ class Parser {
                        " world files, expected one");
     if (options_.folder.empty() && options_.action != Action::kDryRun)
       throw UsageError("sweep: expected -o FOLDER, where the results go");
+    options_.plan.worker = options_.effort.worker;
     options_.plan.world = std::filesystem::absolute(words[0]).lexically_normal().string();
     std::set<std::string> names;
     for (const Axis& axis : options_.plan.axes)

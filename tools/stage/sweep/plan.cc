@@ -93,6 +93,7 @@ void ReadOptions(const Json& options, Plan* plan) {
   plan->run.opencl = !options.at("opencl").is_null();
   if (plan->run.opencl) plan->run.device = options.at("opencl");
   plan->run.controllers = options.at("controllers");
+  if (!options.at("worker").is_null()) plan->worker = options.at("worker");
   if (!options.at("log").is_null()) plan->log = LogOf(options.at("log"));
 }
 
@@ -200,6 +201,7 @@ std::string ToJson(const Plan& plan) {
                         {"ray_model", NameOf(plan.run.ray_model)},
                         {"opencl", plan.run.opencl ? Json(plan.run.device) : Json()},
                         {"controllers", plan.run.controllers},
+                        {"worker", plan.worker.empty() ? Json() : Json(plan.worker)},
                         {"log", plan.log ? LogToJson(*plan.log) : Json()}};
   const Json json = {
       {"program", "stage sweep"},

@@ -31,7 +31,8 @@ struct Plan {
   bool common_seeds = false;     ///< run n has the same seed in every combination
   usec_t duration = 0;           ///< 0: the world's quit_time
   std::string controller_args;
-  RunOptions run;  ///< threads, device, ray model, controllers; the rest is not used
+  std::string worker;  ///< a command, for a shell, whose processes do the runs; empty: this program
+  RunOptions run;      ///< threads, device, ray model, controllers; the rest is not used
   std::optional<recording::LogOptions> log;  ///< its file is not used
 
   uint64_t RunsEach() const { return last - first; }
