@@ -93,12 +93,13 @@ def commands(folder: Path, count: int) -> Iterator[str]:
 
 def xargs(folder: Path, _: int) -> None:
     """Against processes of their own."""
-    cave = ROOT / "worlds" / "cave.world"
-    for duration, count in ((0.5, 300), (4, 200), (40, 60)):
-        ratios, runs = [], []
+    cases = [("cave", 0.5, 300), ("cave", 1.5, 300), ("cave", 4, 200), ("cave", 40, 60),
+             ("hospital", 0.5, 300), ("hospital", 1.5, 200), ("hospital", 40, 60)]
+    for name, duration, count in cases:
+        world, ratios, runs = ROOT / "worlds" / f"{name}.world", [], []
         for i in range(REPEATS):
-            out = folder / f"xargs-{duration}-{i}"
-            ours = seconds(lambda: stage("sweep", cave, "--set", "robots=20", "--duration", duration,
+            out = folder / f"xargs-{name}-{duration}-{i}"
+            ours = seconds(lambda: stage("sweep", world, "--set", "robots=20", "--duration", duration,
                                          "--runs", f"0:{count}", "--jobs", JOBS, "-o", out))
             lines = "\n".join(commands(out, count))
             theirs = seconds(lambda: subprocess.run(
@@ -106,7 +107,7 @@ def xargs(folder: Path, _: int) -> None:
                 input=lines, text=True, check=True))
             ratios.append(theirs / ours)
             runs.append(ours * JOBS / count * 1e3)
-        row(f"xargs -P {JOBS} takes, for runs of {statistics.median(runs):.0f} ms in a sweep",
+        row(f"xargs -P {JOBS} takes, for runs of {statistics.median(runs):.0f} ms of the {name} in a sweep",
             median(ratios, "times as long"))
 
 
