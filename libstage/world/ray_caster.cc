@@ -43,7 +43,6 @@ bool RayCaster::Cast(const Pose* poses, size_t count, const std::vector<double>&
     messages::Report(LogLevel::kError, "stage: rays can't be cast by a callback");
     return false;
   }
-  std::fill(ranges, ranges + count * bearings.size(), range);
   if (count == 0 || bearings.empty()) return true;
   if (world_.IsExact(options_.ray_model)) world_.DrawForExactRays();
   engine.TraceBatch();  // what was asked for before
@@ -101,9 +100,30 @@ void RayCaster::OrderByPlace(const Pose* poses, size_t count) {
     sensing::SplitCell(poses[i].y * cells_per_metre, &y, &fraction);
     order_[i] = {sensing::PlaceKeyOf(x, y), static_cast<uint32_t>(i)};
   });
-  std::sort(order_.begin(), order_.end(), [](const Place& a, const Place& b) {
+  SortOrder();
+}
+
+/// Stretches on all threads; then two and two of them become one, until one is left.
+void RayCaster::SortOrder() {
+  constexpr size_t kStretch = 4096;
+  const size_t count = order_.size();
+  const auto is_before = [](const Place& a, const Place& b) {
     return a.key != b.key ? a.key < b.key : a.pose < b.pose;
-  });
+  };
+  const auto at = [this, count](size_t i) {
+    return order_.begin() + static_cast<std::ptrdiff_t>(std::min(i, count));
+  };
+  const auto for_each = [this, count](size_t length, auto f) {
+    world_.engine().workers()->Run((count + length - 1) / length, 1,
+                                   [&](size_t begin, size_t end, unsigned) {
+                                     for (size_t i = begin; i < end; i++) f(i * length);
+                                   });
+  };
+  for_each(kStretch, [&](size_t begin) { std::sort(at(begin), at(begin + kStretch), is_before); });
+  for (size_t length = kStretch; length < count; length *= 2)
+    for_each(2 * length, [&](size_t begin) {
+      std::inplace_merge(at(begin), at(begin + length), at(begin + 2 * length), is_before);
+    });
 }
 
 void RayCaster::TakeHits(uint32_t tag, const sensing::RayHits& hits) {

@@ -60,6 +60,7 @@ class RayCaster : private internal::sensing::RaySink {
   void PlaceFans(const Pose* poses, size_t count, meters_t range, uint32_t samples,
                  uint32_t first_direction);
   void OrderByPlace(const Pose* poses, size_t count);
+  void SortOrder();
   template <typename F>
   void ForEachShare(size_t count, F f);
   void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
