@@ -23,15 +23,16 @@ using Ranges = nb::ndarray<double, nb::shape<-1, -1>, nb::c_contig, nb::device::
 
 /// So many of each in one call of RayCaster::Cast(): what they take there fits the caches of a
 /// processor, but for the ranges, and a device has enough to do.
-constexpr size_t kMostPoses = 1 << 15, kMostRays = 1 << 20;
+constexpr size_t kMostPoses = 1 << 15, kMostRays = 1 << 20, kMostRaysOnDevice = 1 << 23;
 
 void CastAll(World* world, const CastOptions& options, const Poses& poses,
              const std::vector<double>& bearings, double range, double* ranges) {
   const Complaints complaints;
   RayCaster caster(world, options);
   SignalChecks signals;
+  const size_t most = world->statistics().device.empty() ? kMostRays : kMostRaysOnDevice;
   const size_t at_once =
-      std::clamp<size_t>(kMostRays / std::max<size_t>(1, bearings.size()), 1, kMostPoses);
+      std::clamp<size_t>(most / std::max<size_t>(1, bearings.size()), 1, kMostPoses);
   std::vector<Pose> part;
   for (size_t begin = 0; begin < poses.shape(0); begin += at_once) {
     const size_t end = std::min(begin + at_once, poses.shape(0));
