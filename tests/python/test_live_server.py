@@ -22,7 +22,7 @@ import stagesim as st
 pytest.importorskip("websockets", reason="the package websockets is not installed: tools/setup --live")
 from live_client import Client, do  # noqa: E402
 from stagesim.live import Run, Server  # noqa: E402
-from stagesim.live.__main__ import arguments  # noqa: E402
+from stagesim.live.__main__ import arguments, parsed  # noqa: E402
 from stagesim.live.messages import order_of  # noqa: E402
 from websockets.exceptions import InvalidStatus  # noqa: E402
 
@@ -151,6 +151,16 @@ def test_page_of_the_documentation(root: Path, capsys: pytest.CaptureFixture[str
     assert printed.startswith("http://127.0.0.1:") and printed.count("\n") == 2
     for option in arguments()._option_string_actions:
         assert option in ("-h", "--help", "--opencl-always") or f"`{option}" in page.read_text(), option
+
+
+@pytest.mark.parametrize(("words", "device", "foxglove"), [
+    ([], False, None), (["--opencl"], True, None), (["--opencl=gpu"], "gpu", None),
+    (["--foxglove"], False, 8765), (["--opencl", "--foxglove"], True, 8765), (["--foxglove", "9"], False, 9)])
+def test_options_without_a_value_leave_the_world_alone(words: list[str], device: bool | str,
+                                                       foxglove: int | None) -> None:
+    for line in ([*words, "cave.world"], ["cave.world", *words]):
+        options = parsed(line)
+        assert (options.world, options.opencl, options.foxglove) == ("cave.world", device, foxglove)
 
 
 def command(*words: str) -> subprocess.Popen[str]:

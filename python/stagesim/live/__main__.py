@@ -7,10 +7,11 @@ import argparse
 import signal
 import sys
 import threading
+from collections.abc import Sequence
 
 from ..errors import StageError
 from ..world import World
-from .command_line import open_page, port_of, with_port
+from .command_line import open_page, port_of, with_device, with_port
 from .server import Server
 
 PORT, FOXGLOVE_PORT = 8642, 8765
@@ -34,7 +35,7 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--paused", action="store_true", help="wait for somebody to let it run")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of all random numbers (default 1)")
     parser.add_argument("--threads", type=int, metavar="N", help="that work on a step")
-    parser.add_argument("--opencl", nargs="?", const=True, default=False, metavar="DEVICE",
+    parser.add_argument("--opencl", type=lambda device: device or True, nargs="?", default=False, metavar="DEVICE",
                         help="use an OpenCL device where that is faster")
     parser.add_argument("--opencl-always", action="store_true", help="use it for every step: for measurements")
     parser.add_argument("--ray-model", choices=("cell", "exact"), help="what ranges go to")
@@ -66,9 +67,14 @@ def show(server: Server, browser: bool) -> None:
         over.wait()
 
 
+def parsed(words: Sequence[str]) -> argparse.Namespace:
+    """The options. What may go without a value takes none but behind a =, or it would be the world's name."""
+    return arguments().parse_args(with_port(with_device(words), "--foxglove", FOXGLOVE_PORT))
+
+
 def main() -> int:
     """Returns the exit status: 1 if the world or a port can't be had."""
-    options = arguments().parse_args(with_port(sys.argv[1:], "--foxglove", FOXGLOVE_PORT))
+    options = parsed(sys.argv[1:])
     try:
         show(server_of(options), not options.no_browser)
     except (StageError, ValueError) as error:

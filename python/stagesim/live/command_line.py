@@ -23,6 +23,11 @@ def with_port(words: Sequence[str], option: str, default: int) -> list[str]:
             for word, next_ in zip(words, after)]
 
 
+def with_device(words: Sequence[str]) -> list[str]:
+    """The words, where --opencl names its device after a = alone, as it does with `stage`."""
+    return ["--opencl=" if word == "--opencl" else word for word in words]
+
+
 def open_page(url: str) -> None:
     """Opens it in a browser, where there is a display."""
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
