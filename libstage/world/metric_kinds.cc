@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "models/model.hh"
+#include "models/position.hh"
 #include "world/metric.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
@@ -49,25 +50,42 @@ class OfModels : public Metric {
   std::vector<uint32_t> models_;
 };
 
-/// Metres that a model has driven, on average.
+/// In metres a second; of what something else carries, anything.
+double TopSpeedOf(const Model& model) {
+  const auto* const driven = dynamic_cast<const ModelPosition*>(&model);
+  if (!driven || model.Parent()) return std::numeric_limits<double>::infinity();
+  const Velocity velocity = driven->GetVelocity();
+  return std::sqrt(velocity.x * velocity.x + velocity.y * velocity.y);
+}
+
+/// Metres that a model has driven, on average. Where somebody puts it elsewhere, it has not driven.
 class DistanceDriven : public OfModels {
  public:
   explicit DistanceDriven(const MetricOrder& order) : OfModels(order), last_(count()) {}
   void Start(World& world) override {
     sum_ = 0;
-    ForEach(world, [&](size_t i, const Model& model) { last_[i] = model.GetGlobalPose(); });
+    ForEach(world, [&](size_t i, const Model& model) {
+      last_[i] = {model.GetGlobalPose(), TopSpeedOf(model)};
+    });
   }
   void Step(World& world) override {
+    const double seconds = static_cast<double>(world.sim_interval) / 1e6;
     ForEach(world, [&](size_t i, const Model& model) {
-      const Pose now = model.GetGlobalPose();
-      sum_ += Distance(last_[i], now);
+      const Moment now = {model.GetGlobalPose(), TopSpeedOf(model)};
+      const double moved = Distance(last_[i].pose, now.pose);
+      // The speed may have changed before the move or behind it; a little for rounding.
+      if (moved <= std::max(last_[i].speed, now.speed) * seconds * (1 + 1e-6)) sum_ += moved;
       last_[i] = now;
     });
   }
   double Value() const override { return count() > 0 ? sum_ / static_cast<double>(count()) : 0; }
 
  private:
-  std::vector<Pose> last_;
+  struct Moment {
+    Pose pose;
+    double speed;
+  };
+  std::vector<Moment> last_;
   double sum_ = 0;
 };
 

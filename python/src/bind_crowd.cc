@@ -2,13 +2,17 @@
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "batch.hh"
@@ -63,6 +67,26 @@ std::vector<std::string> FailuresOf(const Batch& batch) {
   return failures;
 }
 
+/// By name, of each world; not a number where there is none. In the order in which they are met.
+std::vector<std::pair<std::string, std::vector<double>>> MetricsOf(const Batch& batch) {
+  std::vector<std::pair<std::string, std::vector<double>>> metrics;
+  for (size_t i = 0; i < batch.size(); i++) {
+    const World* const world = batch.WorldAt(i);
+    if (!world) continue;
+    for (const NamedMetric& metric : world->Metrics()) {
+      const auto is_it = [&](const auto& known) { return known.first == metric.name; };
+      auto known = std::find_if(metrics.begin(), metrics.end(), is_it);
+      if (known == metrics.end()) {
+        const double none = std::numeric_limits<double>::quiet_NaN();
+        metrics.emplace_back(metric.name, std::vector<double>(batch.size(), none));
+        known = metrics.end() - 1;
+      }
+      known->second[i] = metric.value;
+    }
+  }
+  return metrics;
+}
+
 void BindBatch(nb::module_& module) {
   nb::class_<Batch>(module, "Batch", "Many worlds; see stagesim.Batch.")
       .def(nb::new_(&Make), nb::arg("prototype"), nb::arg("seeds"), nb::arg("threads"),
@@ -70,6 +94,7 @@ void BindBatch(nb::module_& module) {
       .def_prop_ro("crowd", &Batch::crowd)
       .def_prop_ro("threads", &Batch::threads)
       .def("failures", &FailuresOf)
+      .def("metrics", &MetricsOf)
       .def("seeds", &Batch::seeds)
       .def(
           "step",

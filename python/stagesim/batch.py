@@ -88,6 +88,11 @@ class Batch(Crowd):
         return [text or None for text in self._core.failures()]
 
     @property
+    def metrics(self) -> dict[str, Floats]:
+        """World.metrics of each: a new array of shape (n,) for each name; NaN where there is no value."""
+        return {name: np.array(values) for name, values in self._core.metrics()}
+
+    @property
     def ranges(self) -> Floats:
         """`ranger(0).ranges`: metres, shape (n, robots, samples)."""
         return self.ranger(0).ranges

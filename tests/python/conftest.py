@@ -8,11 +8,14 @@ installed wheel.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+import stagesim as st
 
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
 
@@ -21,6 +24,24 @@ ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().paren
 def root() -> Path:
     """The top of the source tree."""
     return ROOT
+
+
+@pytest.fixture(scope="session")
+def plugin_of(root: Path) -> Callable[[str, Path], Path]:
+    """Compiles a plug-in, such as a controller, from its text into that file."""
+    compiler = shutil.which("c++")
+    if not compiler:
+        pytest.skip("needs a C++ compiler")
+
+    def compiled(text: str, file: Path) -> Path:
+        source = file.with_suffix(".cc")
+        source.write_text(text)
+        library = Path(st.__file__).parent / "lib" / f"libstage.so.{st.__version__}"
+        subprocess.run([str(compiler), "-std=c++17", "-shared", "-fPIC", f"-I{root}/libstage/include",
+                        f"-I{root}/libstage", f"-I{root}", "-o", str(file), str(source), str(library)], check=True)
+        return file
+
+    return compiled
 
 
 @pytest.fixture(scope="session")

@@ -6,6 +6,7 @@ from __future__ import annotations
 import gc
 import signal
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -183,20 +184,10 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
 
 
 @pytest.fixture(scope="module")
-def thrower(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
+def thrower(tmp_path_factory: pytest.TempPathFactory, plugin_of: Callable[[str, Path], Path]) -> Path:
     """A controller that throws in worlds with an odd seed, and ends the one with seed 4."""
-    import shutil
-    import subprocess
-
-    compiler = shutil.which("c++")
-    if not compiler:
-        pytest.skip("needs a C++ compiler")
     folder = tmp_path_factory.mktemp("thrower")
-    (folder / "thrower.cc").write_text(THROWER)
-    library = Path(st.__file__).parent / "lib" / f"libstage.so.{st.__version__}"
-    subprocess.run([compiler, "-std=c++17", "-shared", "-fPIC", f"-I{root}/libstage/include",
-                    f"-I{root}/libstage", f"-I{root}", "-o", str(folder / "thrower.so"),
-                    str(folder / "thrower.cc"), str(library)], check=True)
+    plugin_of(THROWER, folder / "thrower.so")
     (folder / "thrower.world").write_text(f'position( ctrl "{folder}/thrower.so" )\n')
     return folder / "thrower.world"
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import itertools
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any, Callable
 
 import numpy as np
@@ -88,6 +89,7 @@ CASES: dict[str, Callable[[], tuple[str | None, Any]]] = {
     "Navigate by five": lambda: ("arena.world", stage_env.Navigate(goal_radius=0.65, limit=40)),
     "Disperse": lambda: (None, stage_env.Disperse(spread=0.7, limit=19)),
     "Forage": lambda: (None, stage_env.Forage(limit=31, zone_radius=2)),
+    "Measured": lambda: (None, stage_env.Measured(limit=37, end="driven", end_at=1.8)),
 }
 
 
@@ -376,7 +378,7 @@ class Decimated(st.env.Scene):
 @pytest.mark.parametrize("name", TASKS)
 def test_robots_that_are_deleted_come_to_their_end(name: str) -> None:
     """What they observe is in the space then."""
-    env = st.env.parallel_env("forage.world", name)
+    env = st.env.parallel_env(None if name == "Measured" else "forage.world", name)
     env.reset(seed=2)
     env._episodes.scene.__class__ = Decimated  # noqa: SLF001
     observations, rewards, terminated, _, _ = env.step({agent: np.zeros(2) for agent in env.agents})
@@ -467,6 +469,72 @@ def test_tasks_can_be_done() -> None:
     reward, info = play("Forage", drive_to_goal)
     assert info["brought"].sum(1).mean() >= 4
     assert reward > play("Forage", chance)[0] + 4
+
+
+def test_rewards_are_what_metrics_gain() -> None:
+    task = stage_env.Measured({"covered": 2.0, "collisions": -0.5}, limit=50)
+    env = stage_env.StageVectorEnv(5, task=task, threads=2, autoreset_mode=AutoresetMode.DISABLED)
+    env.reset(seed=3)
+    assert env._episodes
+    start = env._episodes.batch.metrics
+    random, total = np.random.default_rng(1), np.zeros(5)
+    for _ in range(50):
+        total += env.step(random.uniform(-1, 1, env.action_space.shape).astype(np.float32))[1]
+    now = env._episodes.batch.metrics
+    gained = 2 * (now["covered"] - start["covered"]) - 0.5 * (now["collisions"] - start["collisions"])
+    assert total == pytest.approx(4 * gained, rel=1e-5) and (now["covered"] > start["covered"]).all()
+    with pytest.raises(ValueError, match="found the metric 'laps', expected one of the world file: collisions"):
+        stage_env.StageEnv(task=stage_env.Measured({"laps": 1}))
+    with pytest.raises(ValueError, match="it has none"):
+        stage_env.StageEnv("navigate.world", task=stage_env.Measured())
+
+
+PLUGIN = """
+#include "stage.hh"
+
+/// How far east the robot is, in metres.
+class East : public Stg::Metric {
+ public:
+  void Start(Stg::World& world) override { Step(world); }
+  void Step(Stg::World& world) override { x_ = world.GetModel("r")->GetPose().x; }
+  double Value() const override { return x_; }
+
+ private:
+  double x_ = 0;
+};
+
+std::unique_ptr<Stg::Metric> MakeEast(const Stg::MetricOrder&) {
+  return std::unique_ptr<Stg::Metric>(new East);
+}
+
+static const bool registered = Stg::RegisterMetric("east", MakeEast);
+
+extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
+  model->KeepsNoState("east");
+  return 0;
+}
+"""
+
+
+def test_rewards_and_ends_in_c_plus_plus(tmp_path: Path, plugin_of: Callable[[str, Path], Path]) -> None:
+    plugin = plugin_of(PLUGIN, tmp_path / "east.so")
+    room = (Path(st.__file__).parent / "worlds" / "explore.world").read_text()
+    file = tmp_path / "east.world"
+    file.write_text(room[:room.index('robot( name "r0"')] + f'robot( name "r" ctrl "{plugin}" )\n'
+                    'metric( name "progress" kind "east" )\n')
+    task = stage_env.Measured({"progress": 10}, end="progress", end_at=3, limit=200)
+    env = stage_env.StageEnv(str(file), task)
+    env.reset(seed=1)
+    scene, total = env._episodes.scene, 0.0
+    start = scene.pose[0, 0, 0]
+    while True:
+        turn = np.clip(-2 * scene.pose[0, 0, 2], -1, 1)
+        _, reward, terminated, truncated, _ = env.step(np.array([1, turn], np.float32))
+        total += float(reward)
+        if terminated or truncated:
+            break
+    assert terminated and scene.pose[0, 0, 0] >= 3
+    assert total == pytest.approx(10 * (scene.pose[0, 0, 0] - start), rel=1e-5)
 
 
 def test_rewards_of_navigate_are_metres() -> None:

@@ -109,6 +109,20 @@ TEST_F(MetricsTest, BeginAnewWithAResetAndWithASnapshot) {
   EXPECT_EQ(MetricsOf(*world_)["distance"], before);
 }
 
+TEST_F(MetricsTest, APlaceThatARobotIsPutAtIsNotDrivenTo) {
+  Load("metric( kind \"distance\" model \"a\" )\n");
+  Step(5);
+  Model* const a = world_->GetModel("a");
+  const double before = MetricsOf(*world_)["distance"];
+  Pose pose = a->GetPose();
+  pose.y += 3;
+  a->SetPose(pose);
+  Step(1);
+  EXPECT_LE(MetricsOf(*world_)["distance"], before + 0.1 + 1e-6);
+  Step(5);
+  EXPECT_NEAR(MetricsOf(*world_)["distance"], before + 0.55, 0.06);
+}
+
 TEST_F(MetricsTest, OutliveTheirModels) {
   Load("metric( kind \"distance\" )\nmetric( kind \"nearest\" )\nmetric( kind \"collisions\" )\n");
   Step(10);

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Environments for reinforcement learning, from a world file and a task.
 
-Importing this registers "Stage/Navigate-v0", "Stage/Disperse-v0" and "Stage/Forage-v0" with Gymnasium.
+Importing this registers "Stage/Navigate-v0", "Stage/Disperse-v0", "Stage/Forage-v0" and
+"Stage/Measured-v0" with Gymnasium.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ from .parallel import StageParallelEnv
 from .places import reachable_places
 from .single import StageEnv
 from .task import Outcome, Scene, Task, seen_from
-from .tasks import TASKS, Disperse, Forage, Navigate
+from .tasks import TASKS, Disperse, Forage, Measured, Navigate
 from .vector import StageVectorEnv
 
 #: As PettingZoo's environments call it.
 parallel_env = StageParallelEnv
 
 __all__ = [
-    "TASKS", "Disperse", "Forage", "Navigate", "Outcome", "Scene", "StageEnv", "StageParallelEnv", "StageVectorEnv",
+    "TASKS", "Disperse", "Forage", "Measured", "Navigate", "Outcome", "Scene", "StageEnv", "StageParallelEnv", "StageVectorEnv",
     "Task", "parallel_env", "reachable_places", "seen_from",
 ]
 

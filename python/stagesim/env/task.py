@@ -63,6 +63,12 @@ class Scene:
         return self.batch.ranges
 
     @property
+    def metrics(self) -> dict[str, Floats]:
+        """What the metrics of the world file come to since the episode began: by name, shape (n,), new arrays. NaN where
+        there is no value."""
+        return self.batch.metrics
+
+    @property
     def places(self) -> Floats:
         """Where the first of the robots can get to from where the file puts it: x, y, shape (m, 2).
 

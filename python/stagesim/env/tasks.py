@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -206,5 +207,65 @@ class Forage(Task):
         return Outcome(reward, np.zeros(there.shape, bool), {"brought": notes["brought"]})
 
 
+@dataclass
+class Measured(Task):
+    """Robots together get what the metrics of the world file gain: rewards, and the end, that are worked out in C++.
+
+    Those that come with Stage will do (`docs/properties.md`), such as the area that was swept, and those that a
+    plug-in of your own registers. The shipped world has a room to be swept. Robots begin at places by chance.
+    Reward of each robot: the sum over `reward` of the weight times what the metric of that name has grown by in the
+    action; no value counts as 0. All come to their end when the metric `end` has a value of at least `end_at`.
+    Observed: speeds, ranges, as in Navigate. Info: each metric of `reward`, by name.
+
+    Args:
+        reward: weights of metrics, by name.
+        end: the name of a metric; None: it never ends by itself.
+        end_at: what it has to come to.
+        reach: metres: ranges beyond it look alike.
+        steps, limit, top_speed: see Task.
+    """
+
+    reward: Mapping[str, float] = field(default_factory=lambda: {"covered": 1.0, "collisions": -0.05})
+    end: str | None = None
+    end_at: float = 0.0
+    reach: float = 4.0
+    steps: int = 2
+    limit: int = 300
+    top_speed: tuple[float, float, float] = (0.5, 0.0, 1.5)
+    world = "explore.world"
+
+    def prepare(self, scene: Scene) -> None:
+        known = scene.metrics
+        for name in [*self.reward, *([] if self.end is None else [self.end])]:
+            if name not in known:
+                raise ValueError(f"found the metric {name!r}, expected one of the world file: "
+                                 f"{', '.join(sorted(known)) or 'it has none'}")
+        scene.notes["measured"] = np.zeros((scene.n, len(self.reward)))
+
+    def size(self, scene: Scene) -> int:
+        return 2 + scene.ranges.shape[-1]
+
+    def begin(self, scene: Scene, index: int, random: np.random.Generator) -> npt.ArrayLike | None:
+        return _with_headings(scene.scatter(random, scene.robots), random)
+
+    def _measured(self, scene: Scene) -> Floats:
+        """What the metrics come to now: shape (n, metrics)."""
+        known = scene.metrics
+        return np.nan_to_num(np.stack([known[name] for name in self.reward], -1), posinf=0, neginf=0)
+
+    def observe(self, scene: Scene) -> Floats:
+        scene.notes["measured"][...] = self._measured(scene)
+        return np.concatenate(_senses(scene, self.reach, self.top_speed), -1)
+
+    def judge(self, scene: Scene) -> Outcome:
+        robots = np.ones((1, scene.robots))
+        now = self._measured(scene)
+        gained = ((now - scene.notes["measured"]) * np.array(list(self.reward.values()))).sum(1)
+        ended = np.zeros(scene.n, bool) if self.end is None else scene.metrics[self.end] >= self.end_at
+        info = {name: now[:, i, None] * robots for i, name in enumerate(self.reward)}
+        return Outcome(gained[:, None] * robots, ended[:, None] & (robots > 0), info)
+
+
 #: By the names that gymnasium.make() knows.
-TASKS: dict[str, type[Task]] = {"Navigate": Navigate, "Disperse": Disperse, "Forage": Forage}
+TASKS: dict[str, type[Task]] = {"Navigate": Navigate, "Disperse": Disperse, "Forage": Forage,
+                               "Measured": Measured}
