@@ -55,6 +55,12 @@ Crowd::Crowd(std::weak_ptr<Source> source, std::vector<ModelKey> robots, size_t 
   for (size_t world = 0; world < worlds; world++) Renew(world);
 }
 
+/// What was commanded by an array that nobody keeps holds as if somebody did.
+Crowd::~Crowd() {
+  if (!commands_.exists()) return;
+  if (const std::shared_ptr<Source> source = source_.lock()) source->LetGo(this);
+}
+
 /// Looks for the robots again if they may be others now.
 const Members& Crowd::Renew(size_t index) {
   Members& members = members_[index];

@@ -48,6 +48,7 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
  public:
   /// `single`: arrays have no axis for the worlds.
   Crowd(std::weak_ptr<Source> source, std::vector<ModelKey> robots, size_t worlds, bool single);
+  ~Crowd();
 
   size_t size() const { return robots_.size(); }
   const std::vector<ModelKey>& robots() const { return robots_; }

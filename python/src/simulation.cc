@@ -191,6 +191,11 @@ void Simulation::Follow(const std::shared_ptr<Crowd>& crowd) {
   crowds_.push_back(crowd);
 }
 
+void Simulation::LetGo(Crowd* crowd) noexcept try {
+  With([crowd](World&) { crowd->Command(0); });
+} catch (...) {  // the world is closed, or in use by another thread
+}
+
 void Simulation::Command() {
   for (const std::weak_ptr<Crowd>& known : crowds_)
     if (const std::shared_ptr<Crowd> crowd = known.lock()) crowd->Command(0);

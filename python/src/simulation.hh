@@ -60,6 +60,7 @@ class Simulation : public Source, public std::enable_shared_from_this<Simulation
   bool is_open() const override { return WorldAt(0) != nullptr; }
   World* WorldAt(size_t index) const override;
   Model* Find(size_t index, const ModelKey& key) const override;
+  void LetGo(Crowd* crowd) noexcept override;
 
  private:
   void Load(const std::function<bool(World&)>& load, const std::string& what);

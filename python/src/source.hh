@@ -21,6 +21,8 @@ struct ModelKey {
   uint32_t resets;
 };
 
+class Crowd;
+
 class Source {
  public:
   virtual ~Source() = default;
@@ -30,6 +32,9 @@ class Source {
   virtual World* WorldAt(size_t index) const = 0;
   /// Null if it is gone.
   virtual Model* Find(size_t index, const ModelKey& key) const = 0;
+
+  /// The crowd is about to be gone: its commands are given now.
+  virtual void LetGo(Crowd*) noexcept {}
 
   /// Who calls something that uses the worlds holds one: several threads of Python may try at once,
   /// as the GIL is released meanwhile.

@@ -303,3 +303,20 @@ def test_no_memory_is_lost() -> None:
     for _ in range(10):
         use()
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20000
+
+
+def test_commands_of_a_fleet_that_nobody_keeps_hold() -> None:
+    kept, dropped = (st.World("simple.world", controllers=False) for _ in range(2))
+    fleet = kept.fleet()
+    for moment in range(3):
+        fleet.cmd[:] = (0.1 * moment, 0, 0.3)
+        dropped.fleet().cmd[:] = (0.1 * moment, 0, 0.3)
+        gc.collect()
+        for world in (kept, dropped):
+            world.step(5)
+        assert dropped.state_hash() == kept.state_hash()
+    last = dropped.fleet().cmd
+    del dropped
+    last[:] = 1
+    del last
+    gc.collect()

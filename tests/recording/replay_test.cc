@@ -107,10 +107,11 @@ TEST_F(ReplayTest, OfALogCutOffAnywhereEndsWithItsLastWholeChunk) {
   test::RandomSource random(7);
   std::vector<size_t> cuts = {0, 1, 8, 9, 30, whole.size() - 1, whole.size() - 8};
   for (const McapReader::Chunk& chunk : chunks)
-    for (const size_t cut : {chunk.offset - 9, chunk.offset, chunk.offset + chunk.length - 1,
-                             chunk.offset + chunk.length})
-      cuts.push_back(cut);
-  for (int i = 0; i < (kSanitized ? 10 : 40); i++) cuts.push_back(random.Next() % whole.size());
+    for (const uint64_t cut : {chunk.offset - 9, chunk.offset, chunk.offset + chunk.length - 1,
+                               chunk.offset + chunk.length})
+      cuts.push_back(static_cast<size_t>(cut));
+  for (int i = 0; i < (kSanitized ? 10 : 40); i++)
+    cuts.push_back(static_cast<size_t>(random.Next() % whole.size()));
   for (const size_t cut : cuts) {
     size_t expected = 0;
     for (const McapReader::Chunk& chunk : chunks) expected += chunk.offset + chunk.length <= cut;
@@ -129,18 +130,18 @@ TEST_F(ReplayTest, OfADamagedLogIsRefused) {
   const McapReader log(Path("large.mcap"));
   for (const McapReader::Chunk& chunk : log.chunks()) {
     std::string bytes = whole;
-    bytes[chunk.offset + chunk.length / 2] ^= 0x10;
+    bytes[static_cast<size_t>(chunk.offset + chunk.length / 2)] ^= 0x10;
     EXPECT_NE(ProblemOf(bytes).find("is damaged"), std::string::npos);
     bytes = whole;
-    bytes[chunk.offset + 24] ^= 1;  // the checksum
+    bytes[static_cast<size_t>(chunk.offset + 24)] ^= 1;  // the checksum
     EXPECT_NE(ProblemOf(bytes).find("is damaged"), std::string::npos);
   }
   test::RandomSource random(11);
   for (int i = 0; i < (kSanitized ? 20 : 100); i++) {
     std::string bytes = whole;
+    const size_t most = i % 2 == 0 ? bytes.size() / 100 : bytes.size();
     for (int k = 0; k < 3; k++)
-      bytes[random.Next() % (i % 2 == 0 ? bytes.size() / 100 : bytes.size())] =
-          static_cast<char>(random.Next() % 256);
+      bytes[static_cast<size_t>(random.Next() % most)] = static_cast<char>(random.Next() % 256);
     ProblemOf(bytes);  // whatever it says: no crash
   }
 }

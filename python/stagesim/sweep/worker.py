@@ -27,8 +27,7 @@ from ..world import World
 from .plan import Plan, SweepError, record_file
 
 #: The numbers of the files.
-COMMANDS = int(os.environ.get("STAGE_SWEEP_COMMANDS", "3"))
-REPLIES = int(os.environ.get("STAGE_SWEEP_REPLIES", "4"))
+COMMANDS, REPLIES = 3, 4
 LIBC = ctypes.CDLL(None)
 
 #: As Experiment.metrics says.

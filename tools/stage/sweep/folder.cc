@@ -68,7 +68,7 @@ void MarkFinished(const std::string& folder, std::vector<bool>* finished) {
   while (const dirent* const file = readdir(files.get())) {
     const std::string_view name = file->d_name;
     if (!name.ends_with(".json")) continue;
-    const auto index = ParseNumber<uint64_t>(name.substr(0, name.size() - 5));
+    const auto index = ParseNumber<size_t>(name.substr(0, name.size() - 5));
     struct stat about = {};
     if (!index || *index >= finished->size()) continue;
     // A crash of the system may leave one that was not written out yet.
@@ -108,9 +108,9 @@ void SweepFolder::Write(const Plan& plan) const {
   if (error != 0) Fail("write", PlanFile(), error);
 }
 
-std::vector<bool> SweepFolder::Finished(uint64_t count) const {
-  std::vector<bool> finished(count);
-  for (uint64_t first = 0; first < count; first += kRunsInAFolder)
+std::vector<bool> SweepFolder::Finished(const Plan& plan) const {
+  std::vector<bool> finished(static_cast<size_t>(plan.Count()));  // kMostRuns at most
+  for (uint64_t first = 0; first < finished.size(); first += kRunsInAFolder)
     MarkFinished(FolderOf(path_, first), &finished);
   return finished;
 }

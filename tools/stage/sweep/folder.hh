@@ -32,7 +32,7 @@ class SweepFolder {
   void Write(const Plan& plan) const;
 
   /// By index: whether that run has a record.
-  std::vector<bool> Finished(uint64_t count) const;
+  std::vector<bool> Finished(const Plan& plan) const;
   std::string ReadRecord(uint64_t index) const;
   /// Whole or not at all; safe from a crash of the system after the next Sync().
   void WriteRecord(uint64_t index, const std::string& record) const;

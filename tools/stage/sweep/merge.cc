@@ -156,11 +156,11 @@ class Table {
 constexpr size_t kNowhere = SIZE_MAX;
 
 /// By index: the folder that has its record; kNowhere if it is not finished.
-std::vector<size_t> FindRecords(const std::vector<SweepFolder>& folders, uint64_t count) {
-  std::vector<size_t> places(count, kNowhere);
+std::vector<size_t> FindRecords(const std::vector<SweepFolder>& folders, const Plan& plan) {
+  std::vector<size_t> places(static_cast<size_t>(plan.Count()), kNowhere);
   for (size_t i = folders.size(); i-- > 0;) {
-    const std::vector<bool> finished = folders[i].Finished(count);
-    for (uint64_t index = 0; index < count; index++)
+    const std::vector<bool> finished = folders[i].Finished(plan);
+    for (size_t index = 0; index < places.size(); index++)
       if (finished[index]) places[index] = i;
   }
   return places;
@@ -190,10 +190,10 @@ Plan PlanOf(const std::vector<SweepFolder>& folders) {
 std::string TableOf(const MergeOptions& options) {
   const std::vector<SweepFolder> folders(options.folders.begin(), options.folders.end());
   const Plan plan = PlanOf(folders);
-  const std::vector<size_t> places = FindRecords(folders, plan.Count());
+  const std::vector<size_t> places = FindRecords(folders, plan);
   CheckWhole(folders[0], places, options.partial);
   Table table(options, plan);
-  for (uint64_t index = 0; index < places.size(); index++) {
+  for (size_t index = 0; index < places.size(); index++) {
     if (places[index] == kNowhere) continue;
     const SweepFolder& folder = folders[places[index]];
     try {

@@ -147,7 +147,8 @@ RunSpec RunAt(const Plan& plan, uint64_t index) {
   uint64_t combination = index / plan.RunsEach();
   for (size_t i = plan.axes.size(); i-- > 0;) {
     const Axis& axis = plan.axes[i];
-    spec.set.emplace_back(axis.name, axis.values[combination % axis.values.size()]);
+    spec.set.emplace_back(axis.name,
+                          axis.values[static_cast<size_t>(combination % axis.values.size())]);
     combination /= axis.values.size();
   }
   std::ranges::reverse(spec.set);

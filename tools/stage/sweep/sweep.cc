@@ -76,9 +76,9 @@ Json RecordAt(const SweepFolder& folder, uint64_t index) {
 }
 
 /// Failed records are short and say so near their beginning, but each file has to be opened.
-std::vector<uint64_t> FailedOf(const SweepFolder& folder, const std::vector<bool>& finished) {
-  std::vector<uint64_t> failed;
-  for (uint64_t index = 0; index < finished.size(); index++)
+std::vector<size_t> FailedOf(const SweepFolder& folder, const std::vector<bool>& finished) {
+  std::vector<size_t> failed;
+  for (size_t index = 0; index < finished.size(); index++)
     if (finished[index] && folder.ReadRecord(index).find("\"status\":\"failed\"") < 4096 &&
         HasFailed(RecordAt(folder, index)))
       failed.push_back(index);
@@ -87,9 +87,9 @@ std::vector<uint64_t> FailedOf(const SweepFolder& folder, const std::vector<bool
 
 int TellStatus(const SweepFolder& folder) {
   const Plan plan = folder.Read();
-  const std::vector<bool> finished = folder.Finished(plan.Count());
+  const std::vector<bool> finished = folder.Finished(plan);
   const auto done = static_cast<uint64_t>(std::ranges::count(finished, true));
-  const std::vector<uint64_t> failed = FailedOf(folder, finished);
+  const std::vector<size_t> failed = FailedOf(folder, finished);
   std::string text = folder.path() + ": " + Describe(plan) + "\n" + std::to_string(done) + " of " +
                      Number(plan.Count(), "run") + " finished, " + std::to_string(failed.size()) +
                      " of them failed\n";
@@ -111,16 +111,16 @@ bool IsMine(const SweepOptions& options, uint64_t index) {
 
 std::vector<uint64_t> ToDo(const SweepFolder& folder, const Plan& plan,
                            const SweepOptions& options) {
-  std::vector<bool> finished = folder.Finished(plan.Count());
+  std::vector<bool> finished = folder.Finished(plan);
   if (options.retry_failed) {
-    for (const uint64_t index : FailedOf(folder, finished)) {
+    for (const size_t index : FailedOf(folder, finished)) {
       if (!IsMine(options, index)) continue;
       std::filesystem::remove(folder.RecordFile(index));
       finished[index] = false;
     }
   }
   std::vector<uint64_t> todo;
-  for (uint64_t index = 0; index < finished.size(); index++)
+  for (size_t index = 0; index < finished.size(); index++)
     if (!finished[index] && IsMine(options, index)) todo.push_back(index);
   return todo;
 }
