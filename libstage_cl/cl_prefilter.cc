@@ -185,7 +185,7 @@ void ClPrefilter::SendAhead(grid::Grid& grid) try {
 
 /// A process that was forked has none of the driver's threads, and would wait for them.
 void ClPrefilter::CheckProcess() const {
-  if (getpid() != process_) throw sensing::PrefilterError("this process has been forked");
+  if (IsFromAnotherProcess()) throw sensing::PrefilterError("this process has been forked");
 }
 
 /// What the walks need of it.

@@ -32,6 +32,7 @@ class ClPrefilter final : public sensing::Prefilter {
   void SendAhead(grid::Grid& grid) override;
   std::unique_ptr<sensing::Prefilter> ForAnotherWorld() const override;
   bool UsesHost() const override { return is_cpu_; }
+  bool IsFromAnotherProcess() const override { return getpid() != process_; }
   std::string DeviceName() const override;
   const sensing::PrefilterStatistics& statistics() const override { return statistics_; }
 

@@ -68,7 +68,11 @@ stage_run_foreign_programs() {
   case $1 in
     arm64) name=qemu-aarch64 ;;
     armhf) name=qemu-arm ;;
-    *) name='' ;;
+    *)
+      name=''
+      # This processor's own, with the tree's libraries. The loader passes over those of the other kind.
+      export LD_LIBRARY_PATH=$tree/usr/lib/i386-linux-gnu:$tree/lib/i386-linux-gnu${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+      ;;
   esac
   if [[ -n $name && ! -e $registry/$name ]]; then
     mount -t binfmt_misc binfmt_misc "$registry" 2>/dev/null || true
@@ -78,8 +82,7 @@ stage_run_foreign_programs() {
   if [[ -n $name ]]; then
     echo "programs of $1 can't be run: that needs root once, the package qemu-user-static and binfmt_misc" >&2
   else
-    echo "programs of $1 can't be run: dpkg --add-architecture $1; apt-get update;" \
-      "apt-get install libstdc++6:$1 libpng16-16:$1 liblz4-1:$1 libzstd1:$1" >&2
+    echo "programs of $1 can't be run: apt-get install libc6-i386" >&2
   fi
   return 1
 }

@@ -6,13 +6,15 @@
 #   stage_architecture          Debian's name of it
 #   stage_triplet               that its compilers begin with
 #   stage_triplet_of_libraries  of the folders with libraries
-#   stage_emulator              what runs its programs
+#   stage_emulator              what runs its programs; nothing if this machine can
 
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_CXX_COMPILER ${stage_triplet}-g++)
 set(CMAKE_LIBRARY_ARCHITECTURE ${stage_triplet_of_libraries})
 get_filename_component(CMAKE_SYSROOT "${CMAKE_CURRENT_LIST_DIR}/../../build/cross/${stage_architecture}" ABSOLUTE)
-set(CMAKE_CROSSCOMPILING_EMULATOR "${stage_emulator};-L;${CMAKE_SYSROOT}")
+if(stage_emulator)
+  set(CMAKE_CROSSCOMPILING_EMULATOR "${stage_emulator};-L;${CMAKE_SYSROOT}")
+endif()
 
 set(CMAKE_FIND_ROOT_PATH "${CMAKE_SYSROOT}")
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)

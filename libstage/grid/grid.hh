@@ -165,7 +165,7 @@ class Grid {
   void MakeSlots(std::span<TilePart> parts);
 
   /// What is drawn in a tile: mostly a single body.
-  struct TileCells {
+  struct alignas(uint64_t) TileCells {
     uint64_t cells;    ///< that something is drawn in
     uint64_t crowded;  ///< those with several bodies
     uint32_t bodies;   ///< 0, id + 1 of the only one, or kSeveral | number of its CellLists

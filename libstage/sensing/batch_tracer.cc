@@ -36,7 +36,15 @@ void BatchTracer::SetWorkers(threads::WorkerPool* workers) {
   workers_ = workers;
 }
 
+BatchTracer::~BatchTracer() { LetDeviceGo(); }
+
+void BatchTracer::LetDeviceGo() {
+  if (prefilter_ && prefilter_->IsFromAnotherProcess()) static_cast<void>(prefilter_.release());
+  prefilter_ = nullptr;
+}
+
 void BatchTracer::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {
+  LetDeviceGo();
   prefilter_ = std::move(prefilter);
   chooser_ = PathChooser(always);
   scene_.grid.TrackChanges(prefilter_ != nullptr);

@@ -26,6 +26,7 @@ class BatchTracer {
  public:
   /// Of this scene's batches; the scene outlives it.
   explicit BatchTracer(Scene* scene) : scene_(*scene) {}
+  ~BatchTracer();
 
   /// These share the work, until it is told otherwise; before that nothing can be traced.
   void SetWorkers(threads::WorkerPool* workers);
@@ -82,6 +83,7 @@ class BatchTracer {
   void SumCounters();
   std::size_t CountRays(const FanRun& run) const;
   uint64_t CountRays(const Probe& probe) const;
+  void LetDeviceGo();
 
   Scene& scene_;
   threads::WorkerPool* workers_ = nullptr;

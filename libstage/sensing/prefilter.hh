@@ -67,6 +67,10 @@ class Prefilter {
   /// once more.
   virtual std::unique_ptr<Prefilter> ForAnotherWorld() const { return nullptr; }
 
+  /// This process has been forked: the driver's threads are not there, and who lets go of the
+  /// device may wait for them without end. It has to be left as it is.
+  virtual bool IsFromAnotherProcess() const { return false; }
+
   /// It walks on the host's own processors, which are not to be kept from it meanwhile.
   virtual bool UsesHost() const { return false; }
 

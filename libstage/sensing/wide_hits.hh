@@ -110,6 +110,7 @@ class HitPlaces {
   V Bodies(M looked_for, V cells) const {
     using Tile = grid::Grid::TileCells;
     constexpr int64_t kWords = sizeof(Tile) / sizeof(uint64_t), kHalves = 2 * kWords;
+    static_assert(sizeof(Tile) == kWords * sizeof(uint64_t));
     const V slot = Lanes::template Right<6>(cells), bit = Lanes::And(cells, All(63));
     const V drawn =
         Lanes::Gather(looked_for, &tables_.tiles->cells, Lanes::Multiply(slot, All(kWords)));

@@ -226,7 +226,7 @@ def test_it_ends_politely(start: Callable[..., Process], client: Client) -> None
         client.until(lambda: client.node.count_publishers("/r0/odom"))
         client.spin(0.3)
         status, text = process.end(sign)
-        assert status == 0 and "Traceback" not in text
+        assert status == 0 and "Traceback" not in text, text
         client.until(lambda: not client.node.count_publishers("/r0/odom"))
 
 

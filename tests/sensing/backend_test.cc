@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "sensing/backend.hh"
 #include "sensing/prefilter.hh"
 #include "stage.hh"
 #include "support/random_world.hh"
@@ -109,7 +110,8 @@ TEST(BackendTest, ChangesNothingInAnyWorld) {
 // ---- the door -----------------------------------------------------------------------------------
 
 TEST(BackendTest, IsRefusedIfItIsOfAnotherVersion) {
-  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 3");
+  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version " +
+                                     std::to_string(Stg::sensing::kBackendVersion));
 }
 
 TEST(BackendTest, IsRefusedIfObjectsAreLaidOutOtherwise) {

@@ -84,6 +84,10 @@ def run(argv: Sequence[str]) -> int | str:
         return f"stagesim.ros: {error}"
     except KeyboardInterrupt:
         return 0
+    except RuntimeError:  # of rclpy, where a signal has shut it down while the node was at work
+        if rclpy.ok():
+            raise
+        return 0
     finally:
         rclpy.try_shutdown()
 
