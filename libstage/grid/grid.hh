@@ -164,8 +164,9 @@ class Grid {
   /// The same, and makes the regions that are missing.
   void MakeSlots(std::span<TilePart> parts);
 
-  /// What is drawn in a tile: mostly a single body.
-  struct alignas(uint64_t) TileCells {
+  /// What is drawn in a tile: mostly a single body. The same size everywhere: i386 would put
+  /// numbers of 64 bits at any multiple of 4.
+  struct alignas(8) TileCells {
     uint64_t cells;    ///< that something is drawn in
     uint64_t crowded;  ///< those with several bodies
     uint32_t bodies;   ///< 0, id + 1 of the only one, or kSeveral | number of its CellLists
