@@ -3,6 +3,8 @@
 // The door of backends: one that walks on the host (backends/host.cc) changes nothing in any
 // world, and one that was built for something else is refused.
 
+#include "sensing/backend.hh"
+
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -12,7 +14,6 @@
 #include <string>
 #include <vector>
 
-#include "sensing/backend.hh"
 #include "sensing/prefilter.hh"
 #include "stage.hh"
 #include "support/random_world.hh"
