@@ -89,8 +89,11 @@ WorkerProcess::~WorkerProcess() {
   for (const int file : {commands_, answers_, output_}) close(file);
 }
 
+/// To a worker that is gone, too: then its answers end.
 void WorkerProcess::Order(const std::string& command) {
-  WriteWhole(commands_, command + "\n");  // if it is gone, its answers end
+  const auto action = std::signal(SIGPIPE, SIG_IGN);
+  WriteWhole(commands_, command + "\n");
+  std::signal(SIGPIPE, action);
 }
 
 std::optional<std::string> WorkerProcess::Answer() {
