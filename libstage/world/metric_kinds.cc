@@ -51,7 +51,7 @@ class OfModels : public Metric {
 };
 
 /// In metres a second; of what something else carries, anything.
-double TopSpeedOf(const Model& model) {
+double SpeedOf(const Model& model) {
   const auto* const driven = dynamic_cast<const ModelPosition*>(&model);
   if (!driven || model.Parent()) return std::numeric_limits<double>::infinity();
   const Velocity velocity = driven->GetVelocity();
@@ -65,13 +65,13 @@ class DistanceDriven : public OfModels {
   void Start(World& world) override {
     sum_ = 0;
     ForEach(world, [&](size_t i, const Model& model) {
-      last_[i] = {model.GetGlobalPose(), TopSpeedOf(model)};
+      last_[i] = {model.GetGlobalPose(), SpeedOf(model)};
     });
   }
   void Step(World& world) override {
     const double seconds = static_cast<double>(world.sim_interval) / 1e6;
     ForEach(world, [&](size_t i, const Model& model) {
-      const Moment now = {model.GetGlobalPose(), TopSpeedOf(model)};
+      const Moment now = {model.GetGlobalPose(), SpeedOf(model)};
       const double moved = Distance(last_[i].pose, now.pose);
       // The speed may have changed before the move or behind it; a little for rounding.
       if (moved <= std::max(last_[i].speed, now.speed) * seconds * (1 + 1e-6)) sum_ += moved;

@@ -66,6 +66,7 @@ def test_it_shows_what_ros_is_told(meet: Meet, two: str) -> None:
         twist.linear.x, twist.angular.z = 0.3, turn
         client.talk(Twist, f"/{name}/cmd_vel").publish(twist)
     client.until(lambda: all(got and got[-1].twist.twist.linear.x for got in truth.values()))
+    page.until(lambda: page.place("a")[0] > 0)  # a frame may have been under way when it started
     shown: dict[int, dict[str, Any]] = {}
     common: set[int] = set()
 
@@ -81,8 +82,7 @@ def test_it_shows_what_ros_is_told(meet: Meet, two: str) -> None:
 
     page.until(compare)
     places = [shown[moment]["a"][0] for moment in sorted(common)]
-    moving = [place for place in places if place != 0.0]
-    assert len(moving) >= len(places) // 2 and len(set(moving)) == len(moving)
+    assert len(set(places)) == len(places)
 
 
 def test_page_and_ros_see_each_others_pauses_and_speeds(meet: Meet, two: str) -> None:

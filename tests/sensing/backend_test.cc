@@ -3,8 +3,6 @@
 // The door of backends: one that walks on the host (backends/host.cc) changes nothing in any
 // world, and one that was built for something else is refused.
 
-#include "sensing/backend.hh"
-
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -111,8 +109,7 @@ TEST(BackendTest, ChangesNothingInAnyWorld) {
 // ---- the door -----------------------------------------------------------------------------------
 
 TEST(BackendTest, IsRefusedIfItIsOfAnotherVersion) {
-  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version " +
-                                     std::to_string(Stg::sensing::kBackendVersion));
+  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 4");
 }
 
 TEST(BackendTest, IsRefusedIfObjectsAreLaidOutOtherwise) {

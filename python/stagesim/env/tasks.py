@@ -248,20 +248,20 @@ class Measured(Task):
     def begin(self, scene: Scene, index: int, random: np.random.Generator) -> npt.ArrayLike | None:
         return _with_headings(scene.scatter(random, scene.robots), random)
 
-    def _measured(self, scene: Scene) -> Floats:
-        """What the metrics come to now: shape (n, metrics)."""
-        known = scene.metrics
+    def _measured(self, known: Mapping[str, Floats]) -> Floats:
+        """What the metrics of the reward come to: shape (n, metrics)."""
         return np.nan_to_num(np.stack([known[name] for name in self.reward], -1), posinf=0, neginf=0)
 
     def observe(self, scene: Scene) -> Floats:
-        scene.notes["measured"][...] = self._measured(scene)
+        scene.notes["measured"][...] = self._measured(scene.metrics)
         return np.concatenate(_senses(scene, self.reach, self.top_speed), -1)
 
     def judge(self, scene: Scene) -> Outcome:
         robots = np.ones((1, scene.robots))
-        now = self._measured(scene)
+        known = scene.metrics
+        now = self._measured(known)
         gained = ((now - scene.notes["measured"]) * np.array(list(self.reward.values()))).sum(1)
-        ended = np.zeros(scene.n, bool) if self.end is None else scene.metrics[self.end] >= self.end_at
+        ended = np.zeros(scene.n, bool) if self.end is None else known[self.end] >= self.end_at
         info = {name: now[:, i, None] * robots for i, name in enumerate(self.reward)}
         return Outcome(gained[:, None] * robots, ended[:, None] & (robots > 0), info)
 

@@ -180,10 +180,11 @@ void CheckWhole(const SweepFolder& folder, const std::vector<size_t>& places, bo
 /// That of the first; the others' has to be the same.
 Plan PlanOf(const std::vector<SweepFolder>& folders) {
   Plan plan = folders[0].Read();
-  for (const SweepFolder& folder : folders)
-    if (ToJson(folder.Read()) != ToJson(plan))
+  const std::string text = ToJson(plan);
+  for (size_t i = 1; i < folders.size(); i++)
+    if (ToJson(folders[i].Read()) != text)
       throw std::runtime_error("found different sweeps in '" + folders[0].path() + "' and '" +
-                               folder.path() + "', expected parts of one");
+                               folders[i].path() + "', expected parts of one");
   return plan;
 }
 
