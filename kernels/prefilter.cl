@@ -13,7 +13,7 @@ uint only_body(__global const ulong* words, const ray_t* ray) {
 
 /* Walks the rays of some groups of fans, one work-item for a ray.
  *
- * words: the bodies in tiles, then the tile maps and the tiles of all layers.
+ * words: the bodies in tiles and the region maps, then the tile maps and the tiles of all layers.
  * groups, fans: only those from first_group to end_group - 1, and the fans that these name.
  * self-masks: those of the fans, from first_mask on.
  * hits: for each ray of the batch its body and per_ray words of its list, see HitLists in
@@ -40,6 +40,7 @@ __kernel void walk_fans(__global const ray_super_t* directory, const uint direct
   grid.directory = directory;
   grid.directory_mask = directory_mask;
   grid.regions = regions;
+  grid.region_maps = words + group.region_maps;
   grid.tile_maps = words + group.tile_maps;
   grid.tiles = words + group.tiles;
   grid.min_x = box.x;

@@ -51,7 +51,8 @@ typedef uint32_t ray_uint;
 #define RAY_LEG_CELLS 16384 /* longest displacement of one walk; its Q16 value fits in 31 bits */
 #define RAY_TILE_SHIFT 3    /* a tile: 8 x 8 cells, one bit each in a 64-bit word */
 #define RAY_REGION_SHIFT 6  /* a region: 8 x 8 tiles, one bit each in its tile map */
-#define RAY_SUPER_SHIFT 10  /* a superregion: 16 x 16 regions */
+#define RAY_BLOCK_SHIFT 9   /* a block: 8 x 8 regions, one bit each in its region map */
+#define RAY_SUPER_SHIFT 10  /* a superregion: 2 x 2 blocks */
 #define RAY_NO_HIT 0xffffffffu
 #define RAY_BEHIND (-131072) /* a limit that the start is beyond already */
 
@@ -65,7 +66,10 @@ typedef struct RAY_ALIGNED(16) {
 /* What is occupied. Region 0 and superregion 0 do not exist: "nothing here". */
 typedef struct {
   RAY_GLOBAL const ray_super_t* directory;
-  RAY_GLOBAL const ray_uint* regions;    /* 256 for each superregion, row by row */
+  RAY_GLOBAL const ray_uint* regions; /* 256 for each superregion, row by row */
+  /* Four words for each superregion, one for each block: its regions in which there is something.
+   * One for all layers: a layer may have nothing there. */
+  RAY_GLOBAL const ray_ulong* region_maps;
   RAY_GLOBAL const ray_ulong* tile_maps; /* one word for each region: its occupied tiles */
   RAY_GLOBAL const ray_ulong* tiles;     /* 64 words for each region, row by row */
   ray_uint directory_mask;               /* slots - 1; the number of slots is a power of two */
@@ -96,7 +100,8 @@ typedef struct {
 RAY_FUNCTION ray_long ray_product(int a, int b) { return (ray_long)a * (ray_long)b; }
 
 /* Where (x, y) lies in its square of 2^shift by 2^shift, row by row. A cell in its tile, which is
- * the bit of it, and a tile in its region: 3; a region in its superregion: 4. */
+ * the bit of it, a tile in its region and a region in its block: 3; a block in its superregion: 1;
+ * a region in its superregion: 4. */
 RAY_FUNCTION int ray_place(int x, int y, int shift) {
   const int mask = (1 << shift) - 1;
   return (x & mask) | ((y & mask) << shift);
@@ -209,10 +214,11 @@ RAY_FUNCTION int ray_step(int e, int adx, ray_uint both, int in_x) {
 /* Goes on to the next occupied cell that is not hidden by the self-mask. Returns 1 with the cell in
  * (u, v), region, tile and bit, or 0 if there is none before the end of the ray.
  *
- * Empty regions and superregions are leapt over; in a region that holds something the walk goes
- * from tile to tile, and in a tile that does from cell to cell. Which border comes next is as good
- * as random, so the steps select by arithmetic instead of branching: on a CPU a wrong guess costs
- * more than the work. in_x is all ones if the border in x is next, else 0. */
+ * Empty blocks and superregions are leapt over; in a block that holds something the walk goes from
+ * region to region, in a region that does from tile to tile, and in such a tile from cell to cell:
+ * each time in a word of 8 x 8 squares. Which border comes next is as good as random, so the steps
+ * select by arithmetic instead of branching: on a CPU a wrong guess costs more than the work. in_x
+ * is all ones if the border in x is next, else 0. */
 RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t* ray) {
   const int sx = ray->sx, sy = ray->sy, ox = ray->ox, oy = ray->oy;
   const int adx = ray->adx, ady = ray->ady;
@@ -246,29 +252,25 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
       first = 0;
     }
 
-    if (tile_map == 0) {
-      const int shift = super ? RAY_REGION_SHIFT : RAY_SUPER_SHIFT;
-      to_x = u + 1 + ray_cells_left(x, sx, shift);
-      to_y = v + 1 + ray_cells_left(y, sy, shift);
-      in_x = ray_product((to_x << 16) - ox, ady) < ray_product((to_y << 16) - oy, adx) ? -1 : 0;
-    } else {
-      int t = ray_place(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT, 3);
-      int left_x = ray_cells_left(x, sx, RAY_TILE_SHIFT);
-      int left_y = ray_cells_left(y, sy, RAY_TILE_SHIFT);
-      int e, in;
-
+    /* The squares to walk in, and their size. */
+    ray_ulong squares = tile_map;
+    int shift = RAY_TILE_SHIFT;
+    if (tile_map != 0) {
+      const int t = ray_place(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT, 3);
       if ((tile_map >> t) & 1) {
         const ray_ulong word =
             ray_visible(mask, grid->tiles[region * 64 + (ray_uint)t], x, y) & ~seen;
         seen = 0;
         if (word != 0) {
           /* From cell to cell, to the edge of the tile. */
+          int left_x = ray_cells_left(x, sx, RAY_TILE_SHIFT);
+          int left_y = ray_cells_left(y, sy, RAY_TILE_SHIFT);
           int bit = ray_place(x, y, 3);
-          e = ray_compare(((u + 1) << 16) - ox, ady, ((v + 1) << 16) - oy, adx, 16);
+          int e = ray_compare(((u + 1) << 16) - ox, ady, ((v + 1) << 16) - oy, adx, 16);
           u += left_x;
           v += left_y;
           while (((word >> bit) & 1) == 0) {
-            in = e >> 31;
+            const int in = e >> 31;
             e = ray_step(e, adx, both, in);
             bit += to_next_y + (in & to_next_x);
             left_x += in;
@@ -288,26 +290,32 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
           return 1;
         }
       }
+    } else {
+      squares = super ? grid->region_maps[super * 4 + (ray_uint)ray_place(rx >> 3, ry >> 3, 1)] : 0;
+      shift = squares != 0 ? RAY_REGION_SHIFT : super ? RAY_BLOCK_SHIFT : RAY_SUPER_SHIFT;
+    }
 
-      /* From tile to tile, to one that holds something or to the edge of the region. */
-      to_x = u + 1 + left_x;
-      to_y = v + 1 + left_y;
-      e = ray_compare((to_x << 16) - ox, ady, (to_y << 16) - oy, adx, 16 + RAY_TILE_SHIFT);
-      left_x = ray_cells_left(x >> RAY_TILE_SHIFT, sx, 3);
-      left_y = ray_cells_left(y >> RAY_TILE_SHIFT, sy, 3);
-      to_x += left_x * 8;
-      to_y += left_y * 8;
+    to_x = u + 1 + ray_cells_left(x, sx, shift);
+    to_y = v + 1 + ray_cells_left(y, sy, shift);
+    if (squares == 0) {
+      in_x = ray_product((to_x << 16) - ox, ady) < ray_product((to_y << 16) - oy, adx) ? -1 : 0;
+    } else {
+      /* From square to square, to one that holds something or to the edge of the word. */
+      int e = ray_compare((to_x << 16) - ox, ady, (to_y << 16) - oy, adx, 16 + shift);
+      int left_x = ray_cells_left(x >> shift, sx, 3), left_y = ray_cells_left(y >> shift, sy, 3);
+      int square = ray_place(x >> shift, y >> shift, 3);
+      to_x += left_x << shift;
+      to_y += left_y << shift;
       do {
-        in = e >> 31;
-        e = ray_step(e, adx, both, in);
-        left_x += in;
-        left_y -= 1 + in;
-        t += to_next_y + (in & to_next_x);
-      } while (!((left_x | left_y) < 0 || ((tile_map >> t) & 1)));
+        in_x = e >> 31;
+        e = ray_step(e, adx, both, in_x);
+        left_x += in_x;
+        left_y -= 1 + in_x;
+        square += to_next_y + (in_x & to_next_x);
+      } while (!((left_x | left_y) < 0 || ((squares >> square) & 1)));
       /* The border that was crossed last. */
-      in_x = in;
-      to_x -= left_x * 8 - in_x * 8;
-      to_y -= left_y * 8 + 8 + in_x * 8;
+      to_x -= (left_x - in_x) << shift;
+      to_y -= (left_y + 1 + in_x) << shift;
     }
 
     /* Land in the very cell that stepping would have reached. At a tie the border in y is first, so

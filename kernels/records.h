@@ -36,8 +36,9 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint fans;             /* how many */
   ray_uint samples;          /* rays of each */
   ray_uint first_fan;        /* of the fans' records */
-  ray_uint tile_maps, tiles; /* where those of the layer begin, among all layers' words */
-  ray_uint unused[2];
+  ray_uint region_maps;      /* where they begin, among all words */
+  ray_uint tile_maps, tiles; /* where those of the layer do */
+  ray_uint unused;
 } ray_group_record_t;
 
 /* 1.1 has no static assertions. */

@@ -42,6 +42,7 @@ void ReserveFor(size_t count, std::vector<uint32_t>* numbers) {
 
 Grid::Grid() : tiles_(kTilesPerRegion), regions_(1), supers_(1) {
   region_tables_.resize(kRegionsPerSuper, 0);
+  region_maps_.resize(kMapsPerSuper, 0);
   MakeLayer(Layer::kAll, 0, false);
   RebuildDirectory(0);
 }
@@ -441,18 +442,37 @@ void Grid::AddFreeSuper() {
   const size_t count = supers_.size() + 1;
   ReserveFor(count, &free_supers_);  // for DropEmptyRegions()
   region_tables_.resize(count * kRegionsPerSuper, 0);
+  region_maps_.resize(count * kMapsPerSuper, 0);
   supers_.emplace_back();
   free_supers_.push_back(static_cast<uint32_t>(count - 1));
 }
 
+/// Notes that something is drawn in the region now, or nothing any more.
+void Grid::MarkRegion(const Region& region, bool filled) {
+  const std::atomic_ref<uint64_t> map(region_maps_[MapOf(region.super, region.place)]);
+  const uint64_t bit = uint64_t{1} << ((region.place & 7) | (region.place >> 4 & 7) << 3);
+  if (filled)
+    map.fetch_or(bit, std::memory_order_acq_rel);
+  else
+    map.fetch_and(~bit, std::memory_order_acq_rel);
+}
+
 // Other threads may count tiles of the same region.
 void Grid::CountFilledTile(uint32_t slot, Edit* edit) {
-  const std::atomic_ref<uint32_t> tiles(regions_[slot / kTilesPerRegion].tiles);
-  if (tiles.fetch_add(1, std::memory_order_relaxed) == 0) edit->empty_regions--;
+  Region& region = regions_[slot / kTilesPerRegion];
+  const std::atomic_ref<uint32_t> tiles(region.tiles);
+  if (tiles.fetch_add(1, std::memory_order_relaxed) != 0) return;
+  edit->empty_regions--;
+  MarkRegion(region, true);
 }
 void Grid::CountEmptiedTile(uint32_t slot, Edit* edit) {
-  const std::atomic_ref<uint32_t> tiles(regions_[slot / kTilesPerRegion].tiles);
-  if (tiles.fetch_sub(1, std::memory_order_relaxed) == 1) edit->empty_regions++;
+  Region& region = regions_[slot / kTilesPerRegion];
+  const std::atomic_ref<uint32_t> tiles(region.tiles);
+  if (tiles.fetch_sub(1, std::memory_order_relaxed) != 1) return;
+  edit->empty_regions++;
+  MarkRegion(region, false);
+  // Another thread may have drawn in it, and marked it before this one took the mark away.
+  if (tiles.load(std::memory_order_relaxed) != 0) MarkRegion(region, true);
 }
 
 /// Robots leave regions and come back all the time, so empty ones are kept until there are many.
@@ -522,7 +542,7 @@ Grid::Statistics Grid::statistics() const {
   for (const Region& region : regions_) s.tiles += region.tiles;
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
   s.bytes = bytes(bodies_) + bytes(tiles_) + lists_.bytes() + nodes_.bytes() + bytes(regions_) +
-            bytes(region_tables_) + bytes(directory_);
+            bytes(region_tables_) + bytes(region_maps_) + bytes(directory_);
   for (const Layer& layer : layers_) s.bytes += layer.cells.bytes();
   return s;
 }

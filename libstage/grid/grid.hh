@@ -282,6 +282,12 @@ class Grid {
   /// They stay the same as long as structure_version() does.
   const std::vector<ray_super_t>& directory() const { return directory_; }
   const std::vector<uint32_t>& region_tables() const { return region_tables_; }
+  /// kMapsPerSuper words for each superregion: in which of its regions something is drawn.
+  const std::vector<uint64_t>& region_maps() const { return region_maps_; }
+  /// The word of those that has the region.
+  std::size_t RegionMapOf(std::size_t region) const {
+    return MapOf(regions_[region].super, regions_[region].place);
+  }
   uint64_t structure_version() const { return structure_version_; }
 
   /// The number of cells of all bodies added up, without the exact drawing: a cell with two bodies
@@ -364,6 +370,11 @@ class Grid {
   void RefreshBit(CellRef cell);
   size_t CountSupers() const { return supers_.size() - 1 - free_supers_.size(); }
   size_t CountRegions() const { return regions_.size() - 1 - free_regions_.size(); }
+  static std::size_t MapOf(uint32_t super, uint32_t place) {
+    const uint32_t quarter = (place >> 3 & 1) | (place >> 7) << 1;
+    return std::size_t{super} * kMapsPerSuper + quarter;
+  }
+  void MarkRegion(const Region& region, bool filled);
   void CountFilledTile(uint32_t slot, Edit* edit);
   void CountEmptiedTile(uint32_t slot, Edit* edit);
   void DropRegionsIfManyAreEmpty();
@@ -387,6 +398,7 @@ class Grid {
   std::vector<Super> supers_;     // [0]: none
   std::vector<uint32_t> free_supers_;
   std::vector<uint32_t> region_tables_;
+  std::vector<uint64_t> region_maps_;
   std::vector<ray_super_t> directory_;
   uint64_t structure_version_ = 1;
   uint64_t entered_ = 0;  // see Statistics

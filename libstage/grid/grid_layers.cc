@@ -117,6 +117,7 @@ ray_grid_t Grid::View(LayerIndex layer) const {
   ray_grid_t view;
   view.directory = directory_.data();
   view.regions = region_tables_.data();
+  view.region_maps = region_maps_.data();
   view.tile_maps = layers_[layer].cells.tile_maps().data();
   view.tiles = layers_[layer].cells.tiles().data();
   view.directory_mask = static_cast<uint32_t>(directory_.size() - 1);

@@ -17,7 +17,7 @@
 
 namespace Stg::internal::grid {
 
-inline constexpr uint32_t kTilesPerRegion = 64;
+inline constexpr uint32_t kTilesPerRegion = 64, kMapsPerSuper = 4;
 
 class Occupancy {
  public:

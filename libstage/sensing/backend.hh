@@ -24,7 +24,7 @@
 namespace Stg::internal::sensing {
 
 /// To be raised whenever what a plug-in may call, or is called for, changes its meaning.
-inline constexpr uint32_t kBackendVersion = 4;
+inline constexpr uint32_t kBackendVersion = 5;
 
 /// A number that differs where objects that pass the door are laid out differently.
 constexpr uint64_t BackendLayout() {

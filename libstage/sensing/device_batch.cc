@@ -146,9 +146,10 @@ void DeviceBatch::PlanGroup(std::size_t group, std::size_t part, std::size_t wor
                             .fans = fans,
                             .samples = samples,
                             .first_fan = static_cast<uint32_t>(first_fan_record()) + first_fan,
+                            .region_maps = place.region_maps,
                             .tile_maps = place.tile_maps,
                             .tiles = place.tiles,
-                            .unused = {}});
+                            .unused = 0});
   launch.items += room;
   launch.end_group = g + 1;
 }

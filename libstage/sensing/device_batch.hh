@@ -34,7 +34,7 @@ class DeviceBatch {
   };
   /// Where a layer begins in the device's copy of the grid.
   struct LayerPlace {
-    uint32_t tile_maps, tiles;
+    uint32_t region_maps, tile_maps, tiles;
   };
 
   /// Sorts the fans that a device can walk. First of all.

@@ -53,17 +53,21 @@ std::size_t CountChangesOf(const grid::Occupancy& cells, std::size_t known) {
 void DeviceLayers::MakeRoom(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) {
   for (const grid::LayerIndex index : wanted)
     if (Find(index) == layers_.size()) layers_.push_back({index, 0, 0});
-  if (grid.region_count() <= room_) return;
+  if (grid.region_count() <= room_ && grid.region_maps().size() <= map_room_) return;
   // A multiple of eight: each layer then begins with a cache line of the device, and a row of a
   // region's tiles, eight words, is one.
-  room_ = (grid.region_count() + grid.region_count() / 4 + 7) / 8 * 8;
+  const auto room_for = [](std::size_t count) { return (count + count / 4 + 7) / 8 * 8; };
+  room_ = room_for(grid.region_count());
+  map_room_ = room_for(grid.region_maps().size());
   Lose();  // all places change
 }
 
 std::size_t DeviceLayers::words() const { return FirstWord(layers_.size()); }
 
+std::size_t DeviceLayers::FirstRegionMap() const { return room_ * kBodyWordsPerRegion; }
+
 std::size_t DeviceLayers::FirstWord(std::size_t layer) const {
-  return room_ * (kBodyWordsPerRegion + layer * kWordsPerRegion);
+  return FirstRegionMap() + map_room_ + layer * room_ * kWordsPerRegion;
 }
 
 void DeviceLayers::Lose() {
@@ -78,8 +82,9 @@ std::size_t DeviceLayers::Find(grid::LayerIndex index) const {
 }
 
 DeviceBatch::LayerPlace DeviceLayers::PlaceOf(grid::LayerIndex index) const {
+  const auto number = [](std::size_t place) { return static_cast<uint32_t>(place); };
   const std::size_t first = FirstWord(Find(index));
-  return {static_cast<uint32_t>(first), static_cast<uint32_t>(first + room_)};
+  return {number(FirstRegionMap()), number(first), number(first + room_)};
 }
 
 bool DeviceLayers::LacksAll(const grid::Grid& grid,
@@ -95,13 +100,15 @@ bool DeviceLayers::LacksAll(const grid::Grid& grid,
 void DeviceLayers::WriteAll(const grid::Grid& grid, uint64_t* words) {
   const std::size_t known = grid.region_count() * kBodyWordsPerRegion;
   for (std::size_t i = 0; i < known; i++) words[i] = BodiesOf(grid, i);
-  std::fill(words + known, words + FirstWord(0), 0);
-  words += FirstWord(0);
+  std::fill(words + known, words + FirstRegionMap(), 0);
+  words += FirstRegionMap();
   grid.ForgetChangedBodies();
   const auto put = [&](std::span<const uint64_t> from, std::size_t room) {
     std::fill(std::copy(from.begin(), from.end(), words), words + room, 0);
     words += room;
   };
+  put(grid.region_maps(), map_room_);
+  structure_version_ = grid.structure_version();
   for (Layer& layer : layers_) {
     const grid::Occupancy& cells = grid.occupancy(layer.index);
     put(cells.tile_maps(), room_);
@@ -116,10 +123,23 @@ void DeviceLayers::NoteSent(const grid::Occupancy& cells, Layer* layer) {
   cells.ForgetChanges();
 }
 
+/// Calls f(map) for the region maps that may have changed: where a region gets its first body, or
+/// loses its last, the only body of one of its tiles changes; where regions have come or gone, all.
+template <typename F>
+void DeviceLayers::ForEachChangedMap(const grid::Grid& grid, F f) const {
+  if (grid.structure_version() == structure_version_)
+    grid.changed_bodies().ForEachRegion(
+        [&](std::size_t region, uint64_t) { f(grid.RegionMapOf(region)); });
+  else
+    for (std::size_t map = 0; map < grid.region_maps().size(); map++) f(map);
+}
+
 std::size_t DeviceLayers::CountChanges(const grid::Grid& grid,
                                        const std::vector<grid::LayerIndex>& wanted) const {
   std::size_t count = 0;
-  ForEachChangedPair(grid, [&](std::size_t) { count++; });
+  const auto add_one = [&](std::size_t) { count++; };
+  ForEachChangedMap(grid, add_one);
+  ForEachChangedPair(grid, add_one);
   for (const grid::LayerIndex index : wanted)
     count += CountChangesOf(grid.occupancy(index), layers_[Find(index)].regions);
   return count;
@@ -127,23 +147,24 @@ std::size_t DeviceLayers::CountChanges(const grid::Grid& grid,
 
 void DeviceLayers::WriteChanges(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted,
                                 uint64_t* values, uint32_t* places) {
-  ForEachChangedPair(grid, [&](std::size_t word) {
-    *places++ = static_cast<uint32_t>(word);
-    *values++ = BodiesOf(grid, word);
-  });
+  const auto put = [&](std::size_t place, uint64_t value) {
+    *places++ = static_cast<uint32_t>(place);
+    *values++ = value;
+  };
+  ForEachChangedMap(grid,
+                    [&](std::size_t map) { put(FirstRegionMap() + map, grid.region_maps()[map]); });
+  structure_version_ = grid.structure_version();
+  ForEachChangedPair(grid, [&](std::size_t word) { put(word, BodiesOf(grid, word)); });
   grid.ForgetChangedBodies();
   for (const grid::LayerIndex index : wanted) {
     const grid::Occupancy& cells = grid.occupancy(index);
     const DeviceBatch::LayerPlace first = PlaceOf(index);
     Layer& layer = layers_[Find(index)];
     ForEachChangedRegion(cells, layer.regions, [&](std::size_t region, uint64_t tiles) {
-      *places++ = first.tile_maps + static_cast<uint32_t>(region);
-      *values++ = cells.tile_maps()[region];
+      put(first.tile_maps + region, cells.tile_maps()[region]);
       const std::size_t tile = region * grid::kTilesPerRegion;
-      grid::ForEachBit(tiles, [&](uint32_t bit) {
-        *places++ = first.tiles + static_cast<uint32_t>(tile) + bit;
-        *values++ = cells.tiles()[tile + bit];
-      });
+      grid::ForEachBit(
+          tiles, [&](uint32_t bit) { put(first.tiles + tile + bit, cells.tiles()[tile + bit]); });
     });
     NoteSent(cells, &layer);
   }

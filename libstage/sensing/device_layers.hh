@@ -2,7 +2,7 @@
 //
 // What a device's copy of the grid lacks, whatever the device. It is one piece of memory of 64-bit
 // words: Grid::OnlyBody() of all tiles, two in a word, the one with the even slot in its lower
-// half; then for each layer room for its tile maps and room for its tiles.
+// half; the region maps; then for each layer room for its tile maps and room for its tiles.
 
 #ifndef STAGE_SENSING_DEVICE_LAYERS_HH
 #define STAGE_SENSING_DEVICE_LAYERS_HH
@@ -50,8 +50,14 @@ class DeviceLayers {
   std::size_t FirstWord(std::size_t layer) const;
   static void NoteSent(const grid::Occupancy& cells, Layer* layer);
 
-  std::size_t room_ = 0;       // regions that a layer has room for
-  std::vector<Layer> layers_;  // in the order of their places
+  std::size_t FirstRegionMap() const;
+  template <typename F>
+  void ForEachChangedMap(const grid::Grid& grid, F f) const;
+
+  std::size_t room_ = 0;            // regions that a layer has room for
+  std::size_t map_room_ = 0;        // region maps that there is room for
+  std::vector<Layer> layers_;       // in the order of their places
+  uint64_t structure_version_ = 0;  // of the region maps that the device knows
 };
 
 }  // namespace Stg::internal::sensing

@@ -215,6 +215,10 @@ struct EightLanes : VectorLanes<int32_t> {
   static V ToInteger(F a) { return __builtin_convertvector(a, V); }
   static F Smaller(F a, F b) { return Select({a < b}, a, b); }
 #endif
+  /// Numbers of 64 bits, of which the tables have the lower and the upper halves.
+  static Words OfSixteen(const int32_t* low, const int32_t* high, V i) {
+    return {OfSixteen(low, i), OfSixteen(high, i)};
+  }
   static F AllOf(float f) { return F{f, f, f, f, f, f, f, f}; }
   static F Times(F a, F b) { return a * b; }
 

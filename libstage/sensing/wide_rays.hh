@@ -69,6 +69,11 @@ class SuperMap {
     return Lanes::OfSixteen(near_, Lanes::Or(i, Lanes::template Left<2>(k)));
   }
 
+  /// One of those near the place.
+  uint32_t At(int super_x, int super_y) const {
+    return static_cast<uint32_t>(near_[super_x - x_ + (super_y - y_) * kSide]);
+  }
+
  private:
   static constexpr int kSide = 4;  // so that a ray may go one and a half to each side
   static int32_t FirstNear(int32_t cell) { return ((cell >> (RAY_SUPER_SHIFT - 1)) - 3) >> 1; }

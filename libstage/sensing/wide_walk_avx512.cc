@@ -228,14 +228,18 @@ struct Sixteen {
   }
   /// table[i], i from 0 to 15.
   static V OfSixteen(const int32_t* table, V i) { return _mm512_permutexvar_epi32(i, Load(table)); }
+  /// Numbers of 64 bits, of which the tables have the lower and the upper halves.
+  static Words OfSixteen(const int32_t* low, const int32_t* high, V i) {
+    return {OfSixteen(low, i), OfSixteen(high, i)};
+  }
   static void Scatter(M m, uint32_t* p, V i, V a) { _mm512_mask_i32scatter_epi32(p, m, i, a, 4); }
   static Places PlacesOf(M m) { return m; }
   /// The next numbers from p on in these lanes; the others as they were.
   static V Expand(M m, Places, const int32_t* p, V other) {
-    return _mm512_mask_expandloadu_epi32(other, m, p);
+    return _mm512_mask_expand_epi32(other, m, Load(p));
   }
   static F Expand(M m, Places, const float* p, F other) {
-    return _mm512_mask_expandloadu_ps(other, m, p);
+    return _mm512_mask_expand_ps(other, m, Load(p));
   }
   /// first, first + 1 and so on in these lanes.
   static V Rank(Places places, uint32_t first) {

@@ -11,6 +11,7 @@
 #ifndef STAGE_SENSING_WIDE_WALK_LANES_HH
 #define STAGE_SENSING_WIDE_WALK_LANES_HH
 
+#include "sensing/block_map.hh"
 #include "sensing/free_box.hh"
 #include "sensing/wide_hits.hh"
 #include "sensing/wide_rays.hh"
@@ -159,8 +160,9 @@ class ReadyRays : public RayStarts<Lanes> {
 template <class Lanes, class Rays>
 class LaneGroup {
  public:
-  LaneGroup(Rays* rays, const SuperMap<Lanes>& supers, uint32_t* hits)
-      : rays_(*rays), supers_(supers), hits_(hits) {}
+  LaneGroup(Rays* rays, const SuperMap<Lanes>& supers, const BlockMap<Lanes>& blocks,
+            uint32_t* hits)
+      : rays_(*rays), supers_(supers), blocks_(blocks), hits_(hits) {}
 
   bool AtWork() const { return Lanes::Any(active_); }
 
@@ -183,19 +185,24 @@ class LaneGroup {
     super_ = supers_.Of(active_, x_, y_);
     const V region = RegionOf<Lanes>(rays_.grid, super_, x_, y_);
     const V t = TileInRegion<Lanes>(x_, y_);
-    tile_map_ = Lanes::Gather(rays_.grid.tile_maps, region);
+    squares_ = Lanes::Gather(rays_.grid.tile_maps, region);
     const V tile = Lanes::Add(Lanes::template Left<6>(region), t);
-    word_ = Visible(Lanes::Odd(Lanes::BitOf(tile_map_, t)), tile);
+    word_ = Visible(Lanes::Odd(Lanes::BitOf(squares_, t)), tile);
+    in_block_ = Lanes::Zero(squares_);
+    squares_ = Lanes::Select(in_block_, blocks_.Of(Lanes::And(active_, in_block_), super_, x_, y_),
+                             squares_);
   }
 
   /// One leap, or one walk within a tile or a region, of each ray, after Look().
   void GoOn() {
     const V none = All(0), one = All(1), seven = All(7);
-    // What to walk in: the cells of a tile, the tiles of a region, or nothing but a leap.
-    const M leaps = Lanes::Zero(tile_map_), in_tile = Lanes::Not(Lanes::Zero(word_));
+    // What to walk in: the cells of a tile, the tiles of a region, the regions of a block, or
+    // nothing but a leap.
+    const M leaps = Lanes::Zero(squares_), in_tile = Lanes::Not(Lanes::Zero(word_));
     const V leap_shift =
-        Lanes::Select(Lanes::Equal(super_, none), All(RAY_SUPER_SHIFT), All(RAY_REGION_SHIFT));
-    const V walk_shift = Lanes::Select(in_tile, none, All(RAY_TILE_SHIFT));
+        Lanes::Select(Lanes::Equal(super_, none), All(RAY_SUPER_SHIFT), All(RAY_BLOCK_SHIFT));
+    const V walk_shift = Lanes::Select(in_block_, All(RAY_REGION_SHIFT),
+                                       Lanes::Select(in_tile, none, All(RAY_TILE_SHIFT)));
     const V shift = Lanes::Select(leaps, leap_shift, walk_shift);
     const V square_x = Lanes::ShiftRight(x_, shift), square_y = Lanes::ShiftRight(y_, shift);
     const V bit = Lanes::Or(Lanes::And(square_x, seven),
@@ -216,7 +223,7 @@ class LaneGroup {
         Lanes::Add(bit, All(kInside)),
         Lanes::Add(Lanes::template Left<kFieldX>(near_x), Lanes::template Left<kFieldY>(near_y)));
     const M stands = Lanes::And(in_tile, Lanes::Odd(Lanes::BitOf(word_, bit)));
-    const auto [last_in, last_at] = WalkInWord({Lanes::Select(in_tile, word_, tile_map_), e, at},
+    const auto [last_in, last_at] = WalkInWord({Lanes::Select(in_tile, word_, squares_), e, at},
                                                Lanes::AndNot(active_, Lanes::Or(leaps, stands)));
     in_hit_ = Lanes::And(in_tile, Lanes::Zero(Lanes::And(last_at, All(kOutside))));
     const V far_x = Lanes::And(Lanes::template Right<kFieldX>(last_at), All(15));
@@ -224,8 +231,8 @@ class LaneGroup {
     const V steps_x = Lanes::Subtract(far_x, near_x), steps_y = Lanes::Subtract(far_y, near_y);
     const V u_counted = Lanes::Add(u_, steps_x), v_counted = Lanes::Add(v_, steps_y);
     Leap<Lanes>({ox_, oy_, adx_, ady_, dy_per_dx_, dx_per_dy_}, Lanes::MaskOf(last_in),
-                Lanes::Add(to_x, Lanes::template Left<3>(Lanes::LessOne(steps_x))),
-                Lanes::Add(to_y, Lanes::template Left<3>(Lanes::LessOne(steps_y))), &u_, &v_);
+                Lanes::Add(to_x, Lanes::ShiftLeft(Lanes::LessOne(steps_x), shift)),
+                Lanes::Add(to_y, Lanes::ShiftLeft(Lanes::LessOne(steps_y), shift)), &u_, &v_);
     // In a tile it is enough to count.
     u_ = Lanes::Select(in_tile, u_counted, u_);
     v_ = Lanes::Select(in_tile, v_counted, v_);
@@ -250,7 +257,7 @@ class LaneGroup {
   using Words = typename Lanes::Words;
 
   /// Room for fewer rays is not filled while others are at work.
-  static constexpr uint32_t kRoom = Lanes::kCount / 2;
+  static constexpr uint32_t kRoom = Lanes::kCount / 4;
 
   /// A walk within a word of 8 x 8 squares, in one number, so that a step is one addition: the
   /// square's bit, plus 128 so that it can't become negative, and in the two fields above it how
@@ -333,6 +340,7 @@ class LaneGroup {
 
   Rays& rays_;
   const SuperMap<Lanes>& supers_;
+  const BlockMap<Lanes>& blocks_;
   uint32_t* hits_;
   M active_ = Lanes::None();
 
@@ -347,7 +355,8 @@ class LaneGroup {
   // Where it is, and what Look() found there.
   V u_ = All(0), v_ = All(0), x_ = All(0), y_ = All(0);
   V super_ = All(0);
-  Words tile_map_{}, word_{};
+  Words squares_{}, word_{};  // of the region or the block, and of the tile
+  M in_block_ = Lanes::None();
   M in_hit_ = Lanes::None();
 };
 
@@ -358,7 +367,9 @@ void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const W
   using Ready = ReadyRays<Lanes, Narrow>;
   Ready ready(rays);
   const SuperMap<Narrow> supers = SupersNear<Narrow>(rays);
-  LaneGroup<Narrow, Ready> first(&ready, supers, found.hits), second(&ready, supers, found.hits);
+  const BlockMap<Narrow> blocks(*rays.grid, supers, rays.parts[0].fan->x, rays.parts[0].fan->y);
+  LaneGroup<Narrow, Ready> first(&ready, supers, blocks, found.hits);
+  LaneGroup<Narrow, Ready> second(&ready, supers, blocks, found.hits);
   first.TakeUp();
   second.TakeUp();
   first.Look();

@@ -130,6 +130,7 @@ class Checked {
     }
     ASSERT_EQ(grid_.statistics().tiles, tiles.size());
     ASSERT_GE(grid_.statistics().regions, regions.size());
+    VerifyRegionMaps(regions);
   }
 
  private:
@@ -151,6 +152,19 @@ class Checked {
         return false;
       });
       ASSERT_EQ(found, lists_[entry.cell]);
+    }
+  }
+
+  /// Exactly the regions in which there is something.
+  void VerifyRegionMaps(const std::set<Cell>& regions) {
+    const ray_grid_t view = grid_.View(kEverything);
+    size_t bits = 0;
+    for (const uint64_t map : grid_.region_maps()) bits += static_cast<size_t>(std::popcount(map));
+    ASSERT_EQ(bits, regions.size());
+    for (const auto& [x, y] : regions) {
+      const ray_uint super = ray_find_super(&view, x >> 4, y >> 4);
+      const ray_uint map = super * 4 + static_cast<ray_uint>(ray_place(x >> 3, y >> 3, 1));
+      ASSERT_NE(view.region_maps[map] >> ray_place(x, y, 3) & 1, 0u) << x << " " << y;
     }
   }
 

@@ -109,7 +109,7 @@ TEST(BackendTest, ChangesNothingInAnyWorld) {
 // ---- the door -----------------------------------------------------------------------------------
 
 TEST(BackendTest, IsRefusedIfItIsOfAnotherVersion) {
-  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 4");
+  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 5");
 }
 
 TEST(BackendTest, IsRefusedIfObjectsAreLaidOutOtherwise) {

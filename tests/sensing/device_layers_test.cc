@@ -44,6 +44,9 @@ class Copy {
     for (uint32_t slot = 0; slot < grid.region_count() * grid::kTilesPerRegion; slot++)
       EXPECT_EQ(words[slot / 2] >> slot % 2 * 32 & 0xffffffffu, grid.OnlyBody(slot)) << slot;
     EXPECT_EQ(grid.changed_bodies().Count(), 0u);
+    const auto& maps = grid.region_maps();
+    EXPECT_TRUE(std::equal(maps.begin(), maps.end(),
+                           words.begin() + layers.PlaceOf(wanted.front()).region_maps));
   }
 
   DeviceLayers layers;

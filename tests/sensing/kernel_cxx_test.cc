@@ -106,6 +106,8 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
   std::vector<uint64_t> words;                             // the bodies first
   for (uint32_t slot = 0; slot < 64 * scene.grid().region_count(); slot += 2)
     words.push_back(scene.grid().OnlyBody(slot) | uint64_t{scene.grid().OnlyBody(slot + 1)} << 32);
+  const auto region_maps = static_cast<uint32_t>(words.size());
+  words.insert(words.end(), scene.grid().region_maps().begin(), scene.grid().region_maps().end());
   std::size_t items = 0, group = 1;
   const auto number = [](std::size_t n) { return static_cast<uint32_t>(n); };
   for (const auto& [launch, fans] : launches) {
@@ -115,9 +117,10 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
                       .fans = number(fans.size()),
                       .samples = samples,
                       .first_fan = number(fan_records.size()),
+                      .region_maps = region_maps,
                       .tile_maps = number(words.size()),
                       .tiles = number(words.size() + cells.tile_maps().size()),
-                      .unused = {}};
+                      .unused = 0};
     words.insert(words.end(), cells.tile_maps().begin(), cells.tile_maps().end());
     words.insert(words.end(), cells.tiles().begin(), cells.tiles().end());
     for (const sensing::FanRecord& fan : fans) {

@@ -260,6 +260,7 @@ struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
   using Base::BitOf;
   using Base::Gather;
   using Base::Load;
+  using Base::OfSixteen;
   using Base::Select;
   using Base::Without;
   using Base::Zero;
@@ -296,6 +297,14 @@ struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
     return Each<V>([&](int i) {
       const int32_t others = i % 2 == 0 ? ~1 : 0;
       return (a.n[i] >> (bits.n[i] & 63) & 1) == 1 ? others | 1 : others;
+    });
+  }
+  /// table[i] with 64 bits, of which `low` and `high` have the halves, i from 0 to 15.
+  static Words OfSixteen(const int32_t* low, const int32_t* high, V places) {
+    return Each<Words>([&](int i) {
+      const int place = places.n[i] & 15;
+      return uint64_t{static_cast<uint32_t>(low[place])} |
+             uint64_t{static_cast<uint32_t>(high[place])} << 32;
     });
   }
   static Words Gather(const uint64_t* p, V places) {

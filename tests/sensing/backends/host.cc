@@ -26,7 +26,7 @@ class HostPrefilter final : public sensing::Prefilter {
     sorted_.Sort(batch, workers);
     // There is no copy of the grid: of a layer's place only its number counts.
     sorted_.PlanLaunches(std::vector{1.0}, 1, false, [](grid::LayerIndex layer) {
-      return sensing::DeviceBatch::LayerPlace{layer, 0};
+      return sensing::DeviceBatch::LayerPlace{0, layer, 0};
     });
     memory_.resize(sorted_.bytes() / sizeof(Chunk) + 1);
     sorted_.Write(batch, memory_.data(), workers);

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Where there is something in the blocks around a robot, for the lanes of a vector. What
+// wide_walk_lanes.hh says of code that is compiled for some processors only holds here too.
+
+#ifndef STAGE_SENSING_BLOCK_MAP_HH
+#define STAGE_SENSING_BLOCK_MAP_HH
+
+#include "sensing/wide_rays.hh"
+
+namespace Stg::internal::sensing {
+namespace {
+
+/// The region maps of blocks. Those near a place are looked up once for all rays.
+template <class Lanes>
+class BlockMap {
+ public:
+  using V = typename Lanes::V;
+  using M = typename Lanes::M;
+  using Words = typename Lanes::Words;
+
+  /// `supers`: those near the same place.
+  BlockMap(const ray_grid_t& grid, const SuperMap<Lanes>& supers, int32_t x, int32_t y)
+      : maps_(grid.region_maps), x_(FirstNear(x)), y_(FirstNear(y)) {
+    for (int i = 0; i < kSide * kSide; i++) {
+      const int block_x = x_ + i % kSide, block_y = y_ + i / kSide;
+      const uint32_t super = supers.At(block_x >> 1, block_y >> 1);
+      const uint64_t map = maps_[super * 4 + static_cast<uint32_t>(ray_place(block_x, block_y, 1))];
+      low_[i] = static_cast<int32_t>(map & 0xffffffff);
+      high_[i] = static_cast<int32_t>(map >> 32);
+    }
+  }
+
+  /// Those of the cells in these lanes, whose superregions are known; in others anything.
+  Words Of(M lanes, V super, V x, V y) const {
+    const V block_x = Lanes::template Right<RAY_BLOCK_SHIFT>(x);
+    const V block_y = Lanes::template Right<RAY_BLOCK_SHIFT>(y);
+    const V i = Lanes::Subtract(block_x, Lanes::All(x_));
+    const V k = Lanes::Subtract(block_y, Lanes::All(y_));
+    const V far = Lanes::template Right<2>(Lanes::Or(i, k));
+    if (Lanes::Any(Lanes::And(lanes, Lanes::Differ(far, Lanes::All(0))))) {
+      const V row = Lanes::template Left<1>(Lanes::And(block_y, Lanes::All(1)));
+      const V place = Lanes::Or(row, Lanes::And(block_x, Lanes::All(1)));
+      return Lanes::Gather(lanes, maps_, Lanes::Or(Lanes::template Left<2>(super), place));
+    }
+    const V place = Lanes::Or(i, Lanes::template Left<2>(k));
+    return Lanes::OfSixteen(low_, high_, place);
+  }
+
+ private:
+  static constexpr int kSide = 4;  // so that a ray may go one and a half to each side
+  static int32_t FirstNear(int32_t cell) { return ((cell >> (RAY_BLOCK_SHIFT - 1)) - 3) >> 1; }
+
+  const uint64_t* const maps_;
+  const int32_t x_, y_;  // of the first of them
+  alignas(64) int32_t low_[kSide * kSide], high_[kSide * kSide];
+};
+
+}  // namespace
+}  // namespace Stg::internal::sensing
+
+#endif
