@@ -29,6 +29,19 @@ stage_make_links_relative() {
   done
 }
 
+# stage_merge_usr TREE: what packages have unpacked into /lib64 and the like goes into /usr, as it does where
+# apt installs them; the tree can't be set up otherwise.
+stage_merge_usr() {
+  local tree=$1 name
+  for name in lib32 lib64 libo32 libx32; do
+    if [[ ! -d $tree/$name || -L $tree/$name ]]; then continue; fi
+    mkdir -p "$tree/usr/$name"
+    cp -a "$tree/$name/." "$tree/usr/$name/"
+    rm -r -- "${tree:?}/$name"
+    ln -s "usr/$name" "$tree/$name"
+  done
+}
+
 # stage_fetch_tree ARCH: the libraries that programs of that processor are linked with, in
 # build/cross/ARCH, unless they are there. Nothing in it is run.
 stage_fetch_tree() {
@@ -56,6 +69,7 @@ stage_fetch_tree() {
   for package in "$tree"/var/cache/apt/archives/*.deb; do
     dpkg --fsys-tarfile "$package" | tar --extract --directory="$tree" --keep-directory-symlink
   done
+  stage_merge_usr "$tree"
   stage_make_links_relative "$tree"
   : >"$tree.made"
 }
