@@ -14,7 +14,10 @@ uint64_t KeyOf(int64_t column, int64_t row) {
   return static_cast<uint64_t>(column) * 0x9e3779b97f4a7c15u + static_cast<uint64_t>(row);
 }
 
-int64_t IndexOf(double x, double cell) { return static_cast<int64_t>(std::floor(x / cell)); }
+/// Those beyond all numbers of an index are in the last cells that have neighbours.
+int64_t IndexOf(double x, double cell) {
+  return static_cast<int64_t>(std::clamp(std::floor(x / cell), -0x1p62, 0x1p62));
+}
 
 double Squared(double x) { return x * x; }
 

@@ -232,11 +232,7 @@ void BatchTracer::TraceRuns(const HitLists& lists, std::size_t count, At at) {
       scene_.batch.ray_count() < kTooFewRays ? count : workers_->Grain(count, 32);
   const Tracer tracer(scene_.grid);
   workers_->Run(count, grain, [&](std::size_t begin, std::size_t end, unsigned thread) {
-    ExpectHits(at(begin));
-    for (std::size_t i = begin; i < end; i++) {
-      if (i + 1 < end) ExpectHits(at(i + 1));
-      TraceRun(tracer, at(i), lists, &thread_data_[thread]);
-    }
+    for (std::size_t i = begin; i < end; i++) TraceRun(tracer, at(i), lists, &thread_data_[thread]);
   });
   SumCounters();
 }
@@ -250,15 +246,10 @@ void BatchTracer::SumCounters() {
   }
 }
 
-/// Has fetched what the run's hits will be written to.
-void BatchTracer::ExpectHits(const FanRun& run) const {
-  for (const Fan& fan : scene_.batch.fans().subspan(run.first, run.count))
-    fan.sink->ExpectHits(fan.tag);
-}
-
 void BatchTracer::TraceRun(const Tracer& tracer, const FanRun& run, const HitLists& lists,
                            ThreadData* mine) const {
   const std::span<const Fan> fans = scene_.batch.fans().subspan(run.first, run.count);
+  for (const Fan& fan : fans) fan.sink->ExpectHits(fan.tag);
   tracer.TraceFans(scene_.batch, fans, lists, &mine->hits, &mine->counters);
   mine->hits.ForEachFan(
       fans, [](const Fan& fan, const RayHits& hits) { fan.sink->TakeHits(fan.tag, hits); });

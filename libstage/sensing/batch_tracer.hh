@@ -78,7 +78,6 @@ class BatchTracer {
   void LoseDevice(const PrefilterError& error);
   template <typename At>
   void TraceRuns(const HitLists& lists, std::size_t count, At at);
-  void ExpectHits(const FanRun& run) const;
   void TraceRun(const Tracer& tracer, const FanRun& run, const HitLists& lists,
                 ThreadData* mine) const;
   void SumCounters();

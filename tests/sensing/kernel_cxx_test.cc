@@ -50,6 +50,9 @@ class Guess {
   double value_;
 };
 
+#ifdef __clang__
+#pragma clang diagnostic ignored "-Wkeyword-macro"
+#endif
 // NOLINTBEGIN(bugprone-reserved-identifier,clang-diagnostic-keyword-macro)
 #define __OPENCL_VERSION__ 110
 #define __kernel

@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "support/emulated.hh"
 #include "support/random_source.hh"
 
 namespace Stg::threads {
@@ -247,6 +248,7 @@ TEST(WorkerPool, GoesOnWithTheThreadsThatThereAre) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";
 #endif
+  if (test::IsEmulated()) GTEST_SKIP() << "the emulator takes more memory than the limit leaves";
   const auto work_with_little_memory = [] {
     rlimit limit{};
     getrlimit(RLIMIT_AS, &limit);

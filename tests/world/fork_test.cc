@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "models/host.hh"
+#include "support/emulated.hh"
 #include "support/model_testing.hh"
 #include "threads/worker_pool.hh"
 
@@ -69,6 +70,7 @@ TEST(Fork, TheChildStepsAsTheParentDoes) {
 
 TEST(Fork, TheChildHasThreadsOfItsOwn) {
   SKIP_WITH_THREAD_SANITIZER();
+  if (test::IsEmulated()) GTEST_SKIP() << "the emulator has one more";
   const auto world = CrowdedWorld();
   EXPECT_TRUE(InChild([&] {
     world->Update();

@@ -21,6 +21,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <string>
@@ -152,10 +153,12 @@ bool MayBeMapped(const Buffer& buffer, cl_map_flags flags, std::size_t offset, s
         return ((flags | other.flags) & CL_MAP_WRITE) && offset < other.offset + other.bytes &&
                other.offset < offset + bytes;
       });
-  return Expect(!overlaps, "mapped where it is mapped for writing already") &
-         Expect(buffer.flags & CL_MEM_ALLOC_HOST_PTR, "mapped without CL_MEM_ALLOC_HOST_PTR") &
-         Expect(offset % kLine == 0 && bytes % kLine == 0, "mapped in parts of cache lines") &
-         Expect(offset + bytes <= buffer.size, "mapped beyond its end");
+  const bool good[] = {
+      Expect(!overlaps, "mapped where it is mapped for writing already"),
+      Expect(buffer.flags & CL_MEM_ALLOC_HOST_PTR, "mapped without CL_MEM_ALLOC_HOST_PTR"),
+      Expect(offset % kLine == 0 && bytes % kLine == 0, "mapped in parts of cache lines"),
+      Expect(offset + bytes <= buffer.size, "mapped beyond its end")};
+  return std::find(std::begin(good), std::end(good), false) == std::end(good);
 }
 
 bool MayBeTransferred(cl_mem memory, std::size_t bytes) {

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#ifndef STAGE_TESTS_SUPPORT_EMULATED_HH
+#define STAGE_TESTS_SUPPORT_EMULATED_HH
+
+#include <cstdlib>
+
+namespace Stg::test {
+
+/// Whether an emulator runs this test, as ctest says: its own memory and threads then count as the
+/// test's, and limits of memory hold for it.
+inline bool IsEmulated() { return std::getenv("STAGE_EMULATED") != nullptr; }
+
+}  // namespace Stg::test
+
+#endif
