@@ -23,6 +23,9 @@ if(NOT STAGE_DOUBLES_ARE_PLAIN)
                       "CXXFLAGS='-msse2 -mfpmath=sse', as the preset i386 does")
 endif()
 
+# On 32-bit processors too, files may have more than 2 GB, and file systems more than 2^32 files.
+add_compile_definitions(_FILE_OFFSET_BITS=64)
+
 # Messages name files from the top of the tree, not of the machine that they were built on.
 add_compile_options("-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=")
 

@@ -12,6 +12,7 @@
 
 #include "support/all_models.hh"
 #include "support/crowd.hh"
+#include "support/emulated.hh"
 #include "support/model_testing.hh"
 #include "support/sanitized.hh"
 #include "world/engine.hh"
@@ -201,9 +202,9 @@ std::string Robots(int count, const std::vector<std::string>& parts) {
 }
 
 constexpr int kMany = 1500;
-// In a step. What is worth waking threads for is measured: with sanitizers everything takes longer,
-// so that more is.
-constexpr double kMostJobs = kSanitized ? 600 : 150;
+// In a step. What is worth waking threads for is measured: with sanitizers, and emulated,
+// everything takes longer, so that more is.
+const double kMostJobs = kSanitized || Stg::test::IsEmulated() ? 600 : 150;
 const std::string kRanger = "ranger( sensor( range [0 4] fov 270 samples 4 ) )";
 const std::string kFinder = "fiducial( range_max 2 )";
 const std::string kArm = kParts[10];

@@ -65,7 +65,11 @@ void MarkFinished(const std::string& folder, std::vector<bool>* finished) {
     if (errno == ENOENT) return;
     Fail("read", folder, errno);
   }
-  while (const dirent* const file = readdir(files.get())) {
+  for (;;) {
+    errno = 0;
+    const dirent* const file = readdir(files.get());
+    if (!file && errno != 0) Fail("read", folder, errno);
+    if (!file) return;
     const std::string_view name = file->d_name;
     if (!name.ends_with(".json")) continue;
     const auto index = ParseNumber<size_t>(name.substr(0, name.size() - 5));
