@@ -21,9 +21,9 @@ class BlockMap {
 
   /// `supers`: those near the same place.
   BlockMap(const ray_grid_t& grid, const SuperMap<Lanes>& supers, int32_t x, int32_t y)
-      : maps_(grid.region_maps), x_(FirstNear(x)), y_(FirstNear(y)) {
-    for (int i = 0; i < kSide * kSide; i++) {
-      const int block_x = x_ + i % kSide, block_y = y_ + i / kSide;
+      : maps_(grid.region_maps), near_(x, y) {
+    for (int i = 0; i < near_.kCount; i++) {
+      const int block_x = near_.XOf(i), block_y = near_.YOf(i);
       const uint32_t super = supers.At(block_x >> 1, block_y >> 1);
       const uint64_t map = maps_[super * 4 + static_cast<uint32_t>(ray_place(block_x, block_y, 1))];
       low_[i] = static_cast<int32_t>(map & 0xffffffff);
@@ -35,25 +35,19 @@ class BlockMap {
   Words Of(M lanes, V super, V x, V y) const {
     const V block_x = Lanes::template Right<RAY_BLOCK_SHIFT>(x);
     const V block_y = Lanes::template Right<RAY_BLOCK_SHIFT>(y);
-    const V i = Lanes::Subtract(block_x, Lanes::All(x_));
-    const V k = Lanes::Subtract(block_y, Lanes::All(y_));
-    const V far = Lanes::template Right<2>(Lanes::Or(i, k));
-    if (Lanes::Any(Lanes::And(lanes, Lanes::Differ(far, Lanes::All(0))))) {
-      const V row = Lanes::template Left<1>(Lanes::And(block_y, Lanes::All(1)));
-      const V place = Lanes::Or(row, Lanes::And(block_x, Lanes::All(1)));
-      return Lanes::Gather(lanes, maps_, Lanes::Or(Lanes::template Left<2>(super), place));
-    }
-    const V place = Lanes::Or(i, Lanes::template Left<2>(k));
-    return Lanes::OfSixteen(low_, high_, place);
+    V numbers;
+    if (near_.Find(lanes, block_x, block_y, &numbers))
+      return Lanes::OfSixteen(low_, high_, numbers);
+    const V row = Lanes::template Left<1>(Lanes::And(block_y, Lanes::All(1)));
+    const V place = Lanes::Or(row, Lanes::And(block_x, Lanes::All(1)));
+    return Lanes::Gather(lanes, maps_, Lanes::Or(Lanes::template Left<2>(super), place));
   }
 
  private:
-  static constexpr int kSide = 4;  // so that a ray may go one and a half to each side
-  static int32_t FirstNear(int32_t cell) { return ((cell >> (RAY_BLOCK_SHIFT - 1)) - 3) >> 1; }
-
   const uint64_t* const maps_;
-  const int32_t x_, y_;  // of the first of them
-  alignas(64) int32_t low_[kSide * kSide], high_[kSide * kSide];
+  const SquaresNear<Lanes, RAY_BLOCK_SHIFT> near_;
+  alignas(64) int32_t low_[SquaresNear<Lanes, RAY_BLOCK_SHIFT>::kCount];
+  alignas(64) int32_t high_[SquaresNear<Lanes, RAY_BLOCK_SHIFT>::kCount];
 };
 
 }  // namespace

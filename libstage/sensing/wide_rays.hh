@@ -44,43 +44,68 @@ typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typena
   return Lanes::Load(super);
 }
 
+/// The 4 x 4 squares of 2^kShift cells around a cell, so that a ray may go one and a half of them
+/// to each side.
+template <class Lanes, int kShift>
+class SquaresNear {
+ public:
+  using V = typename Lanes::V;
+
+  SquaresNear(int32_t x, int32_t y) : x_(First(x)), y_(First(y)) {}
+
+  static constexpr int kCount = 16;
+  /// Coordinates of square i, in squares.
+  int XOf(int i) const { return x_ + i % kSide; }
+  int YOf(int i) const { return y_ + i / kSide; }
+  /// The number of a square.
+  int NumberOf(int x, int y) const { return x - x_ + (y - y_) * kSide; }
+
+  /// Sets *numbers to those of the squares in these lanes, unless one of them is not near.
+  bool Find(typename Lanes::M lanes, V x, V y, V* numbers) const {
+    const V i = Lanes::Subtract(x, Lanes::All(x_));
+    const V k = Lanes::Subtract(y, Lanes::All(y_));
+    *numbers = Lanes::Or(i, Lanes::template Left<2>(k));
+    const V far = Lanes::template Right<2>(Lanes::Or(i, k));
+    return !Lanes::Any(Lanes::And(lanes, Lanes::Differ(far, Lanes::All(0))));
+  }
+
+ private:
+  static constexpr int kSide = 4;
+  static int32_t First(int32_t cell) { return ((cell >> (kShift - 1)) - 3) >> 1; }
+
+  const int32_t x_, y_;
+};
+
 /// Where the superregions are. Those near a place are known without looking into the directory.
 template <class Lanes>
 class SuperMap {
  public:
   using V = typename Lanes::V;
 
-  SuperMap(const ray_grid_t& grid, int32_t x, int32_t y)
-      : grid_(grid), x_(FirstNear(x)), y_(FirstNear(y)) {
-    for (int i = 0; i < kSide * kSide; i++)
-      near_[i] = static_cast<typename Lanes::Number>(
-          ray_find_super(&grid, x_ + i % kSide, y_ + i / kSide));
+  SuperMap(const ray_grid_t& grid, int32_t x, int32_t y) : grid_(grid), near_(x, y) {
+    for (int i = 0; i < near_.kCount; i++)
+      supers_[i] =
+          static_cast<typename Lanes::Number>(ray_find_super(&grid, near_.XOf(i), near_.YOf(i)));
   }
 
   /// Those of the cells in these lanes; of others anything.
   V Of(typename Lanes::M lanes, V x, V y) const {
     const V super_x = Lanes::template Right<RAY_SUPER_SHIFT>(x);
     const V super_y = Lanes::template Right<RAY_SUPER_SHIFT>(y);
-    const V i = Lanes::Subtract(super_x, Lanes::All(x_));
-    const V k = Lanes::Subtract(super_y, Lanes::All(y_));
-    const V far = Lanes::template Right<2>(Lanes::Or(i, k));
-    if (Lanes::Any(Lanes::And(lanes, Lanes::Differ(far, Lanes::All(0)))))
+    V numbers;
+    if (!near_.Find(lanes, super_x, super_y, &numbers))
       return FindSupers<Lanes>(grid_, super_x, super_y);
-    return Lanes::OfSixteen(near_, Lanes::Or(i, Lanes::template Left<2>(k)));
+    return Lanes::OfSixteen(supers_, numbers);
   }
-
   /// One of those near the place.
   uint32_t At(int super_x, int super_y) const {
-    return static_cast<uint32_t>(near_[super_x - x_ + (super_y - y_) * kSide]);
+    return static_cast<uint32_t>(supers_[near_.NumberOf(super_x, super_y)]);
   }
 
  private:
-  static constexpr int kSide = 4;  // so that a ray may go one and a half to each side
-  static int32_t FirstNear(int32_t cell) { return ((cell >> (RAY_SUPER_SHIFT - 1)) - 3) >> 1; }
-
   const ray_grid_t& grid_;
-  const int32_t x_, y_;  // of the first of them
-  alignas(64) typename Lanes::Number near_[kSide * kSide];
+  const SquaresNear<Lanes, RAY_SUPER_SHIFT> near_;
+  alignas(64) typename Lanes::Number supers_[SquaresNear<Lanes, RAY_SUPER_SHIFT>::kCount];
 };
 
 /// Those near the group.

@@ -33,7 +33,7 @@ class MemoryTest : public CliTest {
 int RowOf(int i) { return i / 64; }
 
 TEST_F(MemoryTest, ThreadsEndInOneLineToo) {
-  if (Stg::test::IsEmulated()) GTEST_SKIP() << "emulated programs may map more than the limit";
+  if (Stg::test::IsEmulated()) GTEST_SKIP() << "the emulator keeps no limit of memory";
   if (kSanitized) GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";
   Write("crowd.world",
         "resolution 0.05\n" + crowd::Repeat(4000, [](int i) {

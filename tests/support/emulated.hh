@@ -8,7 +8,7 @@
 namespace Stg::test {
 
 /// Whether an emulator runs this test, as ctest says: its own memory and threads then count as the
-/// test's, and limits of memory hold for it.
+/// test's, and it keeps no limit of memory.
 inline bool IsEmulated() { return std::getenv("STAGE_EMULATED") != nullptr; }
 
 }  // namespace Stg::test

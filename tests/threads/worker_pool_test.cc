@@ -248,7 +248,7 @@ TEST(WorkerPool, GoesOnWithTheThreadsThatThereAre) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";
 #endif
-  if (test::IsEmulated()) GTEST_SKIP() << "the emulator takes more memory than the limit leaves";
+  if (test::IsEmulated()) GTEST_SKIP() << "the emulator keeps no limit of memory";
   const auto work_with_little_memory = [] {
     rlimit limit{};
     getrlimit(RLIMIT_AS, &limit);

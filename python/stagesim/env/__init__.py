@@ -25,8 +25,8 @@ from .vector import StageVectorEnv
 parallel_env = StageParallelEnv
 
 __all__ = [
-    "TASKS", "Disperse", "Forage", "Measured", "Navigate", "Outcome", "Scene", "StageEnv", "StageParallelEnv", "StageVectorEnv",
-    "Task", "parallel_env", "reachable_places", "seen_from",
+    "TASKS", "Disperse", "Forage", "Measured", "Navigate", "Outcome", "Scene", "StageEnv", "StageParallelEnv",
+    "StageVectorEnv", "Task", "parallel_env", "reachable_places", "seen_from",
 ]
 
 for _name in TASKS:
