@@ -51,6 +51,8 @@ void Grid::MakeShareable() {
   tiles_.MakeShareable(tiles_.size());
   lists_.MakeShareable();
   nodes_.MakeShareable();
+  outlines_.MakeShareable(outlines_.size());
+  outline_parts_.MakeShareable();
   for (Layer& layer : layers_) layer.cells.MakeShareable();
 }
 
@@ -63,6 +65,11 @@ void Grid::Become(const Grid& other) {
 }
 
 BodyId Grid::AddBody(const Body& body) {
+  if (body.exact() && outlines_.size() == 0) {
+    outline_parts_.PrepareToTake(1);
+    outlines_.resize(tiles_.size());
+    outline_parts_.Take();  // 0 stands for none
+  }
   BodyId id = static_cast<BodyId>(bodies_.size());
   if (!free_bodies_.empty()) {
     id = free_bodies_.back();
@@ -82,7 +89,12 @@ void Grid::ChangeBody(BodyId id, const Body& body, std::span<const TilePart> dra
   bodies_[id] = body;
   bodies_[id].layers = LayersOf(body);
   if (bodies_[id].layers == before) return;
-  for (const TilePart& part : drawn) ForEachCell(part, [&](CellRef cell) { RefreshBit(cell); });
+  for (const TilePart& part : drawn) {
+    if (body.exact())
+      RefreshOutlines(part.slot);
+    else
+      ForEachCell(part, [&](CellRef cell) { RefreshBit(cell); });
+  }
 }
 
 void Grid::RemoveBody(BodyId id) {
@@ -93,6 +105,10 @@ void Grid::RemoveBody(BodyId id) {
 // ---- cells --------------------------------------------------------------------------------------
 
 void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to, Edit* edit) {
+  if (bodies_[id].exact()) {
+    RedrawOutline(id, from, to);
+    return;
+  }
   if (edit == nullptr) edit = &own_edit_;
   if (!edit->shared) PrepareToDraw(to);
   if (!to.empty()) stamps_[id] = ++edit->drawings;
@@ -127,9 +143,8 @@ void Grid::PrepareToDraw(std::span<TilePart> parts) {
 void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
   TileCells& tile = tiles_[slot];
-  const Body& body = bodies_[id];
-  if (!body.exact()) edit->drawn_cells += std::popcount(bits);
-  if (tile.cells == 0) CountFilledTile(slot, edit);
+  edit->drawn_cells += std::popcount(bits);
+  if (IsEmpty(slot)) CountFilledTile(slot, edit);
   if (tile.cells == 0 || (tile.bodies == id + 1 && (tile.cells & bits) == 0)) {
     SetBodies(slot, id + 1);
   } else {
@@ -139,17 +154,17 @@ void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
     tile.crowded |= bits & tile.cells;
   }
   tile.cells |= bits;
-  SetBits(body.layers, slot, bits);
+  SetBits(bodies_[id].layers, slot, bits);
 }
 
 void Grid::EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
   TileCells& tile = tiles_[slot];
   const Body& body = bodies_[id];
-  if (!body.exact()) edit->drawn_cells -= std::popcount(bits);
+  edit->drawn_cells -= std::popcount(bits);
   const uint64_t crowded = bits & tile.crowded, alone = bits & ~crowded;
   tile.cells &= ~alone;
-  if (tile.cells == 0) CountEmptiedTile(slot, edit);
+  if (IsEmpty(slot)) CountEmptiedTile(slot, edit);
   ClearBits(body.layers, slot, alone);
   if (!(tile.bodies & kSeveral)) {
     if (tile.cells == 0) SetBodies(slot, 0);
@@ -292,6 +307,7 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
 
 void Grid::Restamp(BodyId id, uint64_t stamp, std::span<const TilePart> parts) {
   stamps_[id] = stamp;
+  if (bodies_[id].exact()) return;  // their lists have no order
   for (const TilePart& part : parts)
     ForEachBit(Crowded(part), [&](uint32_t bit) {
       SortIn(&lists_[tiles_[part.slot].bodies & ~kSeveral][bit], id);
@@ -327,9 +343,8 @@ void Grid::RefreshBit(CellRef cell) {
   });
   const auto slot = static_cast<uint32_t>(cell >> 6);
   const uint64_t bit = uint64_t{1} << (cell & 63);
-  const uint32_t all = static_cast<uint32_t>((uint64_t{1} << layers_.size()) - 1);
   SetBits(occupied_in, slot, bit);
-  ClearBits(all & ~occupied_in, slot, bit);
+  ClearBits(LayersOfDrawing(false) & ~occupied_in, slot, bit);
 }
 
 void Grid::Coordinates(CellRef cell, int32_t* x, int32_t* y) const {
@@ -408,6 +423,7 @@ void Grid::AddFreeRegion() {
   const size_t count = regions_.size() + 1;
   ReserveFor(count, &free_regions_);  // for DropEmptyRegions()
   tiles_.resize(count * kTilesPerRegion);
+  if (outlines_.size() > 0) outlines_.resize(count * kTilesPerRegion);
   changed_bodies_.Resize(count);
   for (Layer& layer : layers_) layer.cells.Resize(static_cast<uint32_t>(count));
   regions_.emplace_back();
@@ -541,8 +557,9 @@ Grid::Statistics Grid::statistics() const {
   s.tiles = 0;
   for (const Region& region : regions_) s.tiles += region.tiles;
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  s.bytes = bytes(bodies_) + bytes(tiles_) + lists_.bytes() + nodes_.bytes() + bytes(regions_) +
-            bytes(region_tables_) + bytes(region_maps_) + bytes(directory_);
+  s.bytes = bytes(bodies_) + bytes(tiles_) + lists_.bytes() + nodes_.bytes() + bytes(outlines_) +
+            outline_parts_.bytes() + bytes(regions_) + bytes(region_tables_) + bytes(region_maps_) +
+            bytes(directory_);
   for (const Layer& layer : layers_) s.bytes += layer.cells.bytes();
   return s;
 }

@@ -36,7 +36,8 @@ inline constexpr int32_t kMaxCell = 1 << 30;
 /// Which cells are occupied is kept in layers, so that a ray meets only what it may stop at:
 /// everything; and, as they are asked for, what rangers can see at any height or at one height.
 /// Bodies may be drawn twice: by thin outlines, and for the exact ray model in every cell that
-/// their outline touches. Each layer shows one of these drawings.
+/// their outline touches. Each layer shows one of these drawings. Of thin outlines is known which
+/// bodies lie in each cell, of the others which lie in each tile (grid_outlines.cc).
 using LayerIndex = uint32_t;
 inline constexpr LayerIndex kEverything = 0;  ///< of the thin outlines
 inline constexpr LayerIndex kNoLayer = 0xffffffffu;
@@ -52,13 +53,25 @@ struct Body {
   bool ranger_visible = true;  ///< false: no ranger can see it, leave it out of their layers
   /// Exact drawing: edges + 1 corners, global, metres; they stay where they are. Else null.
   const point_t* corners = nullptr;
-  uint32_t edges = 0;
+  uint32_t edges = 0;   ///< at most kMaxEdges
+  uint32_t number = 0;  ///< of those that a ray meets at the same place, it stops at the smallest
   double x = 0, y = 0, radius = 0;  ///< a circle that holds them
   uint32_t layers = 0;              ///< bit i: it is drawn in layer i. Kept by the grid
 
   bool exact() const { return corners != nullptr; }
+  static constexpr uint32_t kMaxEdges = 32;
 };
 using BodyId = uint32_t;
+
+/// What is drawn of an exact outline in a tile.
+struct OutlinePart {
+  uint64_t cells;  ///< as TilePart has them
+  BodyId id;
+  uint32_t edges;  ///< as TilePart has them
+  uint32_t next;   ///< the next part in the same tile, 0: it is the last
+};
+/// The parts in a tile: the number of the first, 0 if there is none. Valid until the grid changes.
+using OutlineList = uint32_t;
 
 /// A cell that something is drawn in: a handle that is valid as long as that is so.
 using CellRef = uint64_t;
@@ -134,6 +147,7 @@ class Grid {
   /// Takes a body out of the cells of `from`, which it is drawn in, and draws it in those of `to`.
   /// It becomes the last in the lists of these cells. Either may be empty; both are in order, with
   /// each tile once. Fills in the slots of `to`, except in a shared edit, where they must be there.
+  /// Exact drawings can't be changed in a shared edit.
   void Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to,
               Edit* edit = nullptr);
 
@@ -164,7 +178,7 @@ class Grid {
   /// The same, and makes the regions that are missing.
   void MakeSlots(std::span<TilePart> parts);
 
-  /// What is drawn in a tile: mostly a single body. The same size everywhere: i386 would put
+  /// What is drawn in a tile with thin outlines: mostly a single body. The same size everywhere: i386 would put
   /// numbers of 64 bits at any multiple of 4.
   struct alignas(8) TileCells {
     uint64_t cells;    ///< that something is drawn in
@@ -181,8 +195,20 @@ class Grid {
   struct Tables {
     const TileCells* tiles;  ///< by slot: region * 64 + tile in the region
     const CellLists* lists;
+    const OutlineList* outlines;  ///< by slot; null if nothing was ever drawn exactly
   };
-  Tables tables() const { return {tiles_.data(), lists_.data()}; }
+  Tables tables() const { return {tiles_.data(), lists_.data(), outlines_.data()}; }
+
+  /// The exact outlines in a tile, in no particular order.
+  OutlineList OutlinesIn(uint32_t slot) const { return outlines_.size() > 0 ? outlines_[slot] : 0; }
+  const OutlinePart& outline(OutlineList list) const { return outline_parts_[list]; }
+  /// Fetches the first part into the cache.
+  void PrefetchOutline(OutlineList list) const { __builtin_prefetch(&outline_parts_[list]); }
+  /// Calls f(const OutlinePart&) for the parts in a tile.
+  template <typename F>
+  void ForEachOutline(OutlineList list, F f) const {
+    for (; list != 0; list = outline_parts_[list].next) f(outline_parts_[list]);
+  }
 
   /// Calls f(BodyId) for the bodies in a cell, in the order of drawing, until f returns true.
   /// Returns whether it did.
@@ -350,6 +376,14 @@ class Grid {
   void AddFreeRegion();
   void AddFreeSuper();
   uint32_t MakeNode(BodyId id, Edit* edit);
+  void RedrawOutline(BodyId id, std::span<const TilePart> from, std::span<TilePart> to);
+  void DrawOutline(const TilePart& part, BodyId id);
+  void ChangeOutline(const TilePart& from, const TilePart& to, BodyId id);
+  void EraseOutline(const TilePart& part, BodyId id);
+  void HideOutline(uint32_t slot, uint64_t cells, BodyId id);
+  OutlineList* FindOutline(uint32_t slot, BodyId id);
+  void RefreshOutlines(uint32_t slot);
+  bool IsEmpty(uint32_t slot) const { return tiles_[slot].cells == 0 && OutlinesIn(slot) == 0; }
   void DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
   void EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
   CellLists& ListsOf(uint32_t slot, Edit* edit);
@@ -367,6 +401,7 @@ class Grid {
   bool HeightsAreFull(bool exact) const;
   LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);
   void SortIn(BodyList* list, BodyId id);
+  uint32_t LayersOfDrawing(bool exact) const;
   void RefreshBit(CellRef cell);
   size_t CountSupers() const { return supers_.size() - 1 - free_supers_.size(); }
   size_t CountRegions() const { return regions_.size() - 1 - free_regions_.size(); }
@@ -390,6 +425,8 @@ class Grid {
   PagedArray<TileCells> tiles_;  // 64 for each region, those of region 0 are empty
   Pool<CellLists> lists_;
   Pool<Node> nodes_;
+  PagedArray<OutlineList> outlines_;  // as many as tiles, once something is drawn exactly
+  Pool<OutlinePart> outline_parts_;   // [0]: none
 
   std::vector<Region> regions_;  // [0]: none
   std::vector<uint32_t> free_regions_;

@@ -89,9 +89,21 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
   layer.cells = std::move(cells);
   for (Body& body : bodies_)
     if (body.model) body.layers = LayersOf(body);
-  for (uint32_t slot = 0; slot < tiles_.size(); slot++)
-    ForEachBit(tiles_[slot].cells, [&](uint32_t bit) { RefreshBit(CellOf(slot, bit)); });
+  for (uint32_t slot = 0; slot < tiles_.size(); slot++) {
+    if (exact)
+      RefreshOutlines(slot);
+    else
+      ForEachBit(tiles_[slot].cells, [&](uint32_t bit) { RefreshBit(CellOf(slot, bit)); });
+  }
   return index;
+}
+
+/// Those that show this drawing.
+uint32_t Grid::LayersOfDrawing(bool exact) const {
+  uint32_t layers = 0;
+  for (LayerIndex i = 0; i < layers_.size(); i++)
+    if (layers_[i].exact == exact) layers |= 1u << i;
+  return layers;
 }
 
 void Grid::AgeLayers() {

@@ -21,10 +21,12 @@ void PartsMaker::Finish() {
             [](const TilePart& a, const TilePart& b) { return a.ComesBefore(b); });
   auto last = begin;
   for (auto part = begin + 1; part != parts_.end(); ++part) {
-    if (part->SameTile(*last))
-      last->cells |= part->cells;
-    else
+    if (!part->SameTile(*last)) {
       *++last = *part;
+      continue;
+    }
+    last->cells |= part->cells;
+    last->edges |= part->edges;
   }
   parts_.erase(last + 1, parts_.end());
 }

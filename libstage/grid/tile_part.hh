@@ -20,6 +20,7 @@ namespace Stg::internal::grid {
 struct TilePart {
   int32_t x = 0, y = 0;  ///< of the tile, in tiles
   uint32_t slot = 0;     ///< the tile's place in the grid: region * 64 + tile; 0: no such region
+  uint32_t edges = 0;    ///< exact drawing: bit i: edge i of the body is near a cell of the tile
   uint64_t cells = 0;    ///< bits, see BitOf()
 
   /// A cell's bit in its tile.
@@ -44,12 +45,13 @@ class PartsMaker {
   explicit PartsMaker(std::vector<TilePart>* parts) : parts_(*parts), first_(parts->size()) {}
   /// Cells may come in any order, and several times. It is faster if cells of the same tile come
   /// one after the other.
-  void Add(int32_t x, int32_t y) {
+  void Add(int32_t x, int32_t y, uint32_t edges = 0) {
     const int32_t tile_x = x >> RAY_TILE_SHIFT, tile_y = y >> RAY_TILE_SHIFT;
     if (last_.x != tile_x || last_.y != tile_y) {
       AppendLast();
-      last_ = {tile_x, tile_y, 0, 0};
+      last_ = {.x = tile_x, .y = tile_y};
     }
+    last_.edges |= edges;
     last_.cells |= uint64_t{1} << TilePart::BitOf(x, y);
   }
   /// To be called when all cells are in.

@@ -361,7 +361,7 @@ class World::Gauge {
   bool IsAlone(const Model& model) const {
     const grid::Grid& grid = engine_.scene.grid;
     grid::Drawings drawings;
-    for (const bool exact : {false, true}) model.CollectDrawings(&drawings, exact);
+    model.CollectDrawings(&drawings, false);
     const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != model.Root(); };
     bool alone = true;
     drawings.ForEachCell([&](grid::CellRef cell) { alone = alone && !grid.AnyIn(cell, is_other); });

@@ -439,7 +439,7 @@ Model* Placement::CollisionOf(const Item& item) const {
   Model* hit = nullptr;
   const auto runs_into = [&](grid::BodyId id) {
     const grid::Body& other = grid.body(id);
-    if (other.exact() || other.tree == tree || !other.model->vis.obstacle_return) return false;
+    if (other.tree == tree || !other.model->vis.obstacle_return) return false;
     if (other.z_min > item.z.max || other.z_max < item.z.min) return false;
     hit = other.model;
     return true;
@@ -544,7 +544,8 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
                         .z_max = item.z.max,
                         .model = item.model,
                         .tree = item.model->Root(),
-                        .ranger_visible = !(item.model->vis.ranger_return < 0)};
+                        .ranger_visible = !(item.model->vis.ranger_return < 0),
+                        .number = item.model->GetId()};
   const sensing::Scene& scene = item.model->scene();
   const std::span<const point_int_t> corners = CornersOf(item);
   if (scene.exact_drawing) {

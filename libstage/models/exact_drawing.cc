@@ -84,7 +84,8 @@ void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metr
   for (size_t i = first; i < last; i++) {
     const point_t from(corners_[i].x * cells_per_metre, corners_[i].y * cells_per_metre);
     const point_t to(corners_[i + 1].x * cells_per_metre, corners_[i + 1].y * cells_per_metre);
-    grid::ForEachCellNear(from, to, [&](int32_t x, int32_t y) { maker.Add(x, y); });
+    const uint32_t edge = 1u << (i - first);
+    grid::ForEachCellNear(from, to, [&](int32_t x, int32_t y) { maker.Add(x, y, edge); });
   }
   maker.Finish();
   run.cells.reserve(cells.size());  // before: the run has to know what is drawn of it

@@ -37,6 +37,7 @@ class ExactDrawing {
     std::vector<grid::TilePart> cells;
   };
   static constexpr size_t kRunEdges = 8;
+  static_assert(kRunEdges <= grid::Body::kMaxEdges);
 
   grid::Body BodyOf(const grid::Body& body, size_t run) const;
   void DrawRun(grid::Grid* grid, size_t run, double cells_per_metre);

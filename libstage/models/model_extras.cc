@@ -63,7 +63,7 @@ void Model::AppendTouchingModels(std::vector<Model*>* touching) const {
     grid.AnyIn(cell, [&](grid::BodyId other) {
       if (std::exchange(last_look[other], look) == look) return false;
       const grid::Body& body = grid.body(other);
-      if (!body.exact() && !IsRelated(body.model)) touching->push_back(body.model);
+      if (!IsRelated(body.model)) touching->push_back(body.model);
       return false;
     });
   });

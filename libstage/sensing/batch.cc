@@ -113,20 +113,38 @@ SelfMask RayBatch::PlanSelfMask(const grid::Drawings& own) {
   return {box.min_x, box.min_y, static_cast<uint32_t>(width), static_cast<uint32_t>(height), 0};
 }
 
+namespace {
+
+/// The cells of the part that have bodies of other trees too.
+uint64_t CellsOfOthers(const grid::Grid& grid, const grid::TilePart& part, const void* tree) {
+  const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != tree; };
+  uint64_t cells = 0;
+  grid::TilePart crowded = part;
+  crowded.cells = grid.Crowded(part);
+  grid::ForEachCell(crowded, [&](grid::CellRef cell) {
+    if (grid.AnyIn(cell, is_other)) cells |= uint64_t{1} << (cell & 63);
+  });
+  return cells;
+}
+
+/// The cells in the part's tile that are drawn exactly for bodies of other trees.
+uint64_t OutlinesOfOthers(const grid::Grid& grid, const grid::TilePart& part, const void* tree) {
+  uint64_t cells = 0;
+  grid.ForEachOutline(grid.OutlinesIn(part.slot), [&](const grid::OutlinePart& outline) {
+    if (grid.body(outline.id).tree != tree) cells |= outline.cells;
+  });
+  return cells;
+}
+
+}  // namespace
+
 void RayBatch::FillSelfMask(const SelfMask& mask, const grid::Grid& grid, const grid::Drawings& own,
                             const void* tree, bool exact) {
   if (mask.words() == 0) return;
   uint64_t* words = &mask_words_[mask.first];
-  const auto is_other = [&](grid::BodyId id) {
-    return grid.body(id).tree != tree && grid.body(id).exact() == exact;
-  };
   own.ForEachPart([&](const grid::TilePart& part) {
-    uint64_t hidden = part.cells;
-    grid::TilePart crowded = part;
-    crowded.cells = grid.Crowded(part);
-    grid::ForEachCell(crowded, [&](grid::CellRef cell) {
-      if (grid.AnyIn(cell, is_other)) hidden &= ~(uint64_t{1} << (cell & 63));
-    });
+    const uint64_t hidden = part.cells & ~(exact ? OutlinesOfOthers(grid, part, tree)
+                                                 : CellsOfOthers(grid, part, tree));
     const uint32_t x = static_cast<uint32_t>(part.x - mask.x);
     words[static_cast<uint32_t>(part.y - mask.y) * mask.width + x] |= hidden;
   });

@@ -3,6 +3,7 @@
 #include "sensing/crossing.hh"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -20,13 +21,9 @@ struct Seen {
 };
 
 Seen See(const Line& line, const point_t& p) {
-  // Eight units in the last place of the coordinates: what turning a body, and the two products
-  // here, may amount to.
-  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const double dx = p.x - line.x, dy = p.y - line.y;
   const double side = line.direction.cosine * dy - line.direction.sine * dx;
-  const double unsure =
-      kRounding * (std::fabs(p.x) + std::fabs(p.y) + std::fabs(line.x) + std::fabs(line.y));
+  const double unsure = RoundingAt(p, line.x, line.y);
   return {line.direction.cosine * dx + line.direction.sine * dy,
           std::fabs(side) <= unsure ? 0.0 : side, unsure};
 }
@@ -54,11 +51,14 @@ double Crossing(const Seen& a, const Seen& b) {
 
 double FirstCrossing(const Line& line, const point_t* points, uint32_t edges) {
   double nearest = kNone;
-  Seen from = See(line, points[0]);
-  for (uint32_t i = 0; i < edges; i++) {
-    const Seen to = See(line, points[i + 1]);
+  Seen to{};
+  uint32_t seen = 0;  // the last corner
+  for (; edges != 0; edges &= edges - 1) {
+    const auto i = static_cast<uint32_t>(std::countr_zero(edges));
+    const Seen from = i == seen && i != 0 ? to : See(line, points[i]);
+    seen = i + 1;
+    to = See(line, points[seen]);
     nearest = std::min(nearest, Crossing(from, to));
-    from = to;
   }
   return nearest;
 }

@@ -45,7 +45,6 @@ struct EightLanes : VectorLanes<int32_t> {
   static M MaskOf(V all_ones_or_none) { return {all_ones_or_none}; }
   static M Zero(V a) { return {a == All(0)}; }
   static M Zero(const Words& a) { return Zero(Or(a.low, a.high)); }
-  static M Not(M a) { return {~a.bits}; }
   static int CountOf(M m) { return __builtin_popcount(BitsOf(m)); }
   /// The first `count` of them.
   static M First(M m, int count) {

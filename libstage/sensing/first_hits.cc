@@ -12,8 +12,6 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-/// Fewer rays are taken faster one by one.
-constexpr uint32_t kFewestForLanes = 4;
 /// Looking around first takes as long as some ten rays.
 constexpr uint32_t kFewestForBoxes = 16;
 
@@ -44,7 +42,7 @@ void FirstHits::Look(const RayGroup& rays, double* ranges) {
     FindEnds(rays.count);
   }
   EndParts(rays);
-  FetchBodies(rays.count);
+  FetchBodies(rays);
 }
 
 void FirstHits::Walk(const RayGroup& rays, double* ranges) {
@@ -56,7 +54,7 @@ void FirstHits::Walk(const RayGroup& rays, double* ranges) {
     FindEnds(rays.count);
   }
   EndParts(rays);
-  FetchBodies(rays.count);
+  FetchBodies(rays);
 }
 
 void FirstHits::WriteRanges(const RayGroup& rays, double* ranges) const {
@@ -70,6 +68,7 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
   uint32_t ray = 0;
   for (uint32_t part = 0; part < rays.part_count; part++) {
     TakeOver(rays.parts[part], rays.words_of_a_ray, lists_ + ray, hits_ + ray);
+    if (rays.exact) ForgetBodies(rays.parts[part].count, lists_ + ray);
     const auto& [fan, directions, count, leg_length, walked] = rays.parts[part];
     for (uint32_t k = 0; k < count; k++, ray++) {
       if (HitsNothing(ray)) {
@@ -86,7 +85,7 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
     }
   }
   FindMiddles(rays.count);
-  FindBodies(rays.count);
+  FindBodies(rays);
 }
 
 void FirstHits::WalkOneByOne(const RayGroup& rays) {
@@ -114,7 +113,7 @@ void FirstHits::WalkOneByOne(const RayGroup& rays) {
     }
   }
   FindMiddles(rays.count);
-  FindBodies(rays.count);
+  FindBodies(rays);
 }
 
 FirstHits::Step FirstHits::StepTo(const FanRecord& fan, const Direction& d) {
@@ -138,18 +137,24 @@ void FirstHits::SetPassage(uint32_t i, const FanRecord& fan, Step step) {
 void FirstHits::SetNoPassage(uint32_t i) { in_x_[i] = in_y_[i] = across_[i] = along_[i] = 1; }
 
 /// Those that are 0: what is in the cells of the hits, which have been prefetched.
-void FirstHits::FindBodies(uint32_t count) {
-  for (uint32_t i = 0; i < count; i++) {
+void FirstHits::FindBodies(const RayGroup& rays) {
+  for (uint32_t i = 0; i < rays.count; i++) {
     if (HitsNothing(i))
       lists_[i] = kNothing;
     else if (lists_[i] == 0)
-      lists_[i] = grid_.ListIn(cells_[i]);
+      lists_[i] = rays.exact ? grid_.OutlinesIn(static_cast<uint32_t>(cells_[i] >> 6))
+                             : grid_.ListIn(cells_[i]);
   }
 }
 
-void FirstHits::FetchBodies(uint32_t count) const {
-  for (uint32_t i = 0; i < count; i = EndOfRun(i))
-    if (lists_[i] != kNothing) grid_.PrefetchBody(lists_[i]);
+void FirstHits::FetchBodies(const RayGroup& rays) const {
+  for (uint32_t i = 0; i < rays.count; i = EndOfRun(i)) {
+    if (lists_[i] == kNothing) continue;
+    if (rays.exact)
+      grid_.PrefetchOutline(lists_[i]);
+    else
+      grid_.PrefetchBody(lists_[i]);
+  }
 }
 
 void FirstHits::FindEnds(uint32_t count) {

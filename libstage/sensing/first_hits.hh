@@ -33,8 +33,21 @@ class FirstHits {
 
   /// The first potential hit of ray i of them, as lists have it.
   const uint32_t& Packed(uint32_t i) const { return hits_[i]; }
-  /// The bodies in the cell of that.
+  /// The bodies in the cell of that; of exact rays the OutlineList of its tile.
   grid::BodyList Bodies(uint32_t i) const { return lists_[i]; }
+  /// MeetOneByOne() and SettleOneByOne(), for rays of these and room for them.
+  void Meet(const OutlineRays& rays, const OutlineEdges& edges, double* ranges) const {
+    if (wide_walk_.meet && rays.count >= kFewestForLanes)
+      wide_walk_.meet(rays, edges, ranges);
+    else
+      MeetOneByOne(rays, edges, ranges);
+  }
+  void Settle(const OutlineRays& rays, const double* ranges, SettledRays* settled) const {
+    if (wide_walk_.settle && rays.count >= kFewestForLanes)
+      wide_walk_.settle(rays, ranges, settled);
+    else
+      SettleOneByOne(rays, ranges, settled);
+  }
   /// The first ray behind i with other bodies, or of another part.
   uint32_t EndOfRun(uint32_t i) const {
     uint32_t word = i / 64;
@@ -46,6 +59,9 @@ class FirstHits {
   static constexpr grid::BodyList kNothing = WideHits::kNothing;
 
  private:
+  /// Fewer rays are taken faster one by one.
+  static constexpr uint32_t kFewestForLanes = 4;
+
   bool HitsNothing(uint32_t i) const { return hits_[i] == RAY_NO_HIT; }
   struct Step {
     int dx, dy;  // Q16 cells
@@ -57,9 +73,9 @@ class FirstHits {
   void SetPassage(uint32_t i, const FanRecord& fan, Step step);
   void SetNoPassage(uint32_t i);
   void FindMiddles(uint32_t count);
-  void FindBodies(uint32_t count);
+  void FindBodies(const RayGroup& rays);
   void WriteRanges(const RayGroup& rays, double* ranges) const;
-  void FetchBodies(uint32_t count) const;
+  void FetchBodies(const RayGroup& rays) const;
   void FindEnds(uint32_t count);
   void EndParts(const RayGroup& rays);
 

@@ -35,6 +35,13 @@ struct FourLanes : VectorLanes<int64_t> {
     }
     *second = Logical<32>(*first);
   }
+  /// The same of doubles.
+  static void LoadPairs(const void* pairs, uint32_t count, D* first, D* second) {
+    D halves[2] = {};
+    __builtin_memcpy(halves, pairs, (count < kCount ? count : kCount) * 2 * sizeof(double));
+    *first = D{halves[0][0], halves[0][2], halves[1][0], halves[1][2]};
+    *second = D{halves[0][1], halves[0][3], halves[1][1], halves[1][3]};
+  }
 
   static V LowHalf(V a) { return And(a, All(0xffffffff)); }
   /// The first `count` lanes.
@@ -62,9 +69,19 @@ struct FourLanes : VectorLanes<int64_t> {
 
   static D AllOf(double d) { return D{d, d, d, d}; }
   static D Plus(D a, D b) { return a + b; }
+  static D Minus(D a, D b) { return a - b; }
   static D Times(D a, D b) { return a * b; }
   static D Divide(D a, D b) { return a / b; }
   static D DivideOr0(D a, D b) { return AsD(And(AsV(a / b), b != AllOf(0))); }
+
+  /// Rounds towards 0. Of numbers of 32 bits.
+  static V ToInteger(D a) {
+    return __builtin_convertvector(__builtin_convertvector(a, Halves), V);
+  }
+  static D Magnitude(D a) { return AsD(And(AsV(a), All(INT64_MAX))); }
+  using VectorLanes::Below;
+  static M Below(D a, D b) { return {a < b}; }
+  static M Zero(D a) { return {a == AllOf(0)}; }
 
   using VectorLanes::Select;
 #ifdef __AVX2__

@@ -29,6 +29,11 @@ static inline void TakeOver(const FanPart& part, uint32_t words_of_a_ray, uint32
   }
 }
 
+/// Of rays of the exact model a device says nothing but where their hits are.
+static inline void ForgetBodies(uint32_t count, uint32_t* bodies) {
+  for (uint32_t i = 0; i < count; i++) bodies[i] = 0;
+}
+
 /// Rays that have a layer of the grid and a self-mask in common: those of the parts, one after the
 /// other.
 struct RayGroup {
@@ -40,6 +45,7 @@ struct RayGroup {
   uint32_t part_count;
   uint32_t count;           ///< of rays, at most kMost
   uint32_t words_of_a_ray;  ///< of those that a device walked
+  bool exact = false;       ///< of the exact model
 };
 
 }  // namespace Stg::internal::sensing

@@ -56,6 +56,15 @@ bool PassesAboveOrBelow(const Fan& fan, const grid::Body& body) {
   return fan.z_test && (fan.z < body.z_min || fan.z > body.z_max);
 }
 
+/// Of bodies that a ray meets at the same place, it stops at that with the smallest number, in
+/// whatever order it gets to know them.
+bool IsNearer(double along, const grid::Body& body, double nearest, const grid::Body& other) {
+  return along < nearest || (along == nearest && body.number < other.number);
+}
+
+/// The range itself still counts.
+bool IsWithin(double along, double range) { return along <= range && std::isfinite(along); }
+
 /// Takes no notes of how a ray is traced: nothing is left of it in the code.
 struct NoNotes {
   void Leg(double, const ray_t&) const {}
@@ -129,101 +138,71 @@ class CellVisit {
   [[no_unique_address]] const Taking notes_;
 };
 
-/// Visits the cells that a ray reaches and intersects it with the outlines that touch them, until
-/// no cell to come can hold a nearer crossing: the exact model.
+/// Visits the cells that a ray reaches and intersects it with the outlines in their tiles, until no
+/// cell to come can hold a nearer crossing: the exact model.
 template <class Taking>
 class ExactVisit {
  public:
-  /// `end`: crossings from there on are too far away; see EndOf().
-  ExactVisit(const grid::Grid& grid, const Fan& fan, double end, const Line& line,
-             const Taking& notes = {})
-      : grid_(grid), fan_(fan), line_(line), nearest_(end), notes_(notes) {}
+  ExactVisit(const grid::Grid& grid, const Fan& fan, const Line& line, const Taking& notes = {})
+      : grid_(grid), fan_(fan), line_(line), nearest_(fan.range), notes_(notes) {}
 
-  /// Just behind the range, which still counts.
-  static double EndOf(const Fan& fan) {
-    return std::nextafter(fan.range, std::numeric_limits<double>::infinity());
-  }
-
-  RayHit hit() const {
-    if (!hit_) return {fan_.range, nullptr};
-    return {std::min(nearest_, fan_.range), hit_};
-  }
+  RayHit hit() const { return {nearest_, hit_ ? hit_->model : nullptr}; }
   /// Whether the leg that begins so many metres from the start can change nothing any more.
   bool IsDoneBefore(double leg_start) const { return hit_ && nearest_ <= leg_start; }
   void BeginLeg(double leg_start) { leg_start_ = leg_start; }
 
-  bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t bit) {
+  bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t) {
     if (PastLimits(*ray, ray->u, ray->v)) return true;  // a listed cell behind a hit
+    const auto slot = static_cast<uint32_t>(grid::Grid::CellAt(region, tile, 0) >> 6);
+    if (slot == asked_) return false;
+    asked_ = slot;
     notes_.Cell(*ray);
-    if (!Offer(grid_.ListIn(grid::Grid::CellAt(region, tile, bit)))) return false;
+    bool nearer = false;
+    grid_.ForEachOutline(grid_.OutlinesIn(slot),
+                         [&](const grid::OutlinePart& part) { nearer |= Offer(part); });
+    if (!nearer) return false;
     EndAtNearest(ray);
     return PastLimits(*ray, ray->u + 1, ray->v) && PastLimits(*ray, ray->u, ray->v + 1);
   }
-  /// The same for the first cell (u, v) of a ray of one leg (dx, dy), before it is known whether
-  /// the ray has to be walked any further.
-  bool EndsAtFirst(grid::BodyList bodies, int32_t dx, int32_t dy, int u, int v) {
-    if (!Offer(bodies)) return false;
-    const double share = ShareOfLeg();
-    const auto ends = [share](uint32_t fraction, int32_t displacement, int borders) {
-      const int offset = static_cast<int>(displacement < 0 ? 65536 - fraction : fraction);
-      return ((borders + 1) << 16) - offset > LimitOf(share, std::abs(displacement));
-    };
-    const FanRecord& fan = fan_.record;
-    return ends(fan.fraction & 0xffff, dx, u) && ends(fan.fraction >> 16, dy, v);
+  /// Of the outlines in a tile is known that the ray meets none of them, or this one first.
+  void Know(uint32_t slot, const grid::Body* met, double along) {
+    asked_ = slot;
+    if (met) StopAt(*met, along);
   }
   /// Cells that the ray enters behind the nearest crossing are of no interest any more.
   void EndAtNearest(ray_t* ray) const {
     if (!hit_) return;
-    const double share = ShareOfLeg();
+    const double share = ShareOfLeg(nearest_ - leg_start_, fan_.leg_length);
     ray->limit_x = std::min(ray->limit_x, LimitOf(share, ray->adx));
     ray->limit_y = std::min(ray->limit_y, LimitOf(share, ray->ady));
   }
 
  private:
-  /// True if one of them is nearer than what was met before.
-  bool Offer(grid::BodyList bodies) {
-    bool nearer = false;
-    grid_.AnyOf(bodies, [&](grid::BodyId id) {
-      if (WasAsked(id)) return false;
-      nearer |= Offer(grid_.body(id));
-      return false;
-    });
-    return nearer;
-  }
-  /// Takes note of the body if the ray meets it first.
-  bool Offer(const grid::Body& body) {
-    if (!body.exact()) return false;
+  /// Takes note of the body if the ray meets this part of it first.
+  bool Offer(const grid::OutlinePart& part) {
+    const grid::Body& body = grid_.body(part.id);
     if (PassesAboveOrBelow(fan_, body)) return Decline(body, Answer::kOtherHeight);
     if (PassesBy(line_, point_t(body.x, body.y), body.radius, nearest_))
       return Decline(body, Answer::kMissed);
-    const double along = FirstCrossing(line_, body.corners, body.edges);
-    if (!(along < nearest_)) return Decline(body, Answer::kMissed);
+    const double along = FirstCrossing(line_, body.corners, part.edges);
+    if (!IsNearer(body, along)) return Decline(body, Answer::kMissed);
     if (!fan_.predicate(body.model, fan_.finder, fan_.arg))
       return Decline(body, Answer::kRefused, along);
     notes_.Body(body, Answer::kAccepted, along);
-    nearest_ = along;
-    hit_ = body.model;
+    StopAt(body, along);
     return true;
+  }
+  void StopAt(const grid::Body& body, double along) {
+    nearest_ = along;
+    hit_ = &body;
+  }
+  bool IsNearer(const grid::Body& body, double along) const {
+    return hit_ ? sensing::IsNearer(along, body, nearest_, *hit_) : IsWithin(along, nearest_);
   }
   bool Decline(const grid::Body& body, Answer answer, double along = 0) const {
     notes_.Body(body, answer, along);
     return false;
   }
-  /// A ray mostly comes to several cells of a body, one after the other; the answer is the same.
-  bool WasAsked(grid::BodyId id) {
-    if (id == asked_[0] || id == asked_[1]) return true;
-    asked_[1] = asked_[0];
-    asked_[0] = id;
-    return false;
-  }
-
-  /// How much of the leg lies before the nearest crossing.
-  double ShareOfLeg() const {
-    return constrain((nearest_ - leg_start_) / fan_.leg_length, 0.0, 1.0);
-  }
-  /// As ray_t has it.
-  static int LimitOf(double share, int size) { return static_cast<int>(share * size) + 1; }
-
   static bool PastLimits(const ray_t& ray, int u, int v) {
     return (u << 16) - ray.ox > ray.limit_x || (v << 16) - ray.oy > ray.limit_y;
   }
@@ -233,8 +212,8 @@ class ExactVisit {
   const Line line_;
   double leg_start_ = 0;
   double nearest_;
-  Model* hit_ = nullptr;
-  grid::BodyId asked_[2] = {grid::BodyId(-1), grid::BodyId(-1)};  // the last ones
+  const grid::Body* hit_ = nullptr;
+  uint32_t asked_ = 0;  // the tile whose outlines were the last to be asked
   [[no_unique_address]] const Taking notes_;
 };
 
@@ -273,6 +252,14 @@ void Tracer::BeginAtFirst(ray_t* ray, const Fan& fan, const Walk& walk) {
   ray_resume(ray, ray_packed_u(*walk.list.hits), ray_packed_v(*walk.list.hits));
 }
 
+/// Takes `visit` to the cell that the ray is in. True if it ends there.
+template <typename Visit>
+bool Tracer::VisitCell(ray_t* ray, Visit* visit) const {
+  const int32_t x = ray->x0 + ray->sx * ray->u, y = ray->y0 + ray->sy * ray->v;
+  const uint32_t region = grid_.FindRegion(x, y);
+  return (*visit)(ray, region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y));
+}
+
 /// Takes `visit` to the cells in which something is, in their order along the ray: those of the
 /// list but the first, where it has been, then those that the walk finds behind them.
 template <typename Visit>
@@ -281,12 +268,10 @@ void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
     const uint32_t hit = walk.list.hits[i];
     if (hit == RAY_NO_HIT) return;  // the ray ended; there is nothing behind
     ray_resume(ray, ray_packed_u(hit), ray_packed_v(hit));
-    const int32_t x = ray->x0 + ray->sx * ray->u, y = ray->y0 + ray->sy * ray->v;
     walk.counters->potential_hits++;
-    const uint32_t region = grid_.FindRegion(x, y);
-    if ((*visit)(ray, region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y))) return;
+    if (VisitCell(ray, visit)) return;
   }
-  if (walk.list.count != 0) walk.counters->resumed++;
+  if (walk.list.of_device) walk.counters->resumed++;
   while (ray_next(&walk.view, &walk.mask, ray)) {
     walk.counters->potential_hits++;
     if ((*visit)(ray, ray->region, ray->tile, ray->bit)) return;
@@ -372,18 +357,6 @@ RayHit Tracer::TraceCellsFrom(const Fan& fan, const Walk& walk) const {
   return {MiddleOf(PassageOf(ray), fan.legs) * fan.leg_length, visit.hit()};
 }
 
-namespace {
-
-Line LineOf(const Fan& fan, const SineCosine& turn) {
-  const SineCosine& heading = fan.heading;
-  return {fan.x,
-          fan.y,
-          {.sine = heading.sine * turn.cosine + heading.cosine * turn.sine,
-           .cosine = heading.cosine * turn.cosine - heading.sine * turn.sine}};
-}
-
-}  // namespace
-
 /// Each leg begins on the true ray, so that the walk stays as near to it as the outlines' margin in
 /// the grid allows for, however far out it gets.
 template <class Taking>
@@ -393,7 +366,7 @@ RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& tu
   const int64_t start_x = StartX(fan), start_y = StartY(fan);
   const double leg_x = line.direction.cosine * fan.leg_cells * 65536.0;
   const double leg_y = line.direction.sine * fan.leg_cells * 65536.0;
-  ExactVisit<Taking> visit(grid_, fan, ExactVisit<Taking>::EndOf(fan), line, notes);
+  ExactVisit<Taking> visit(grid_, fan, line, notes);
   ray_t ray;
   const LegRange legs = LegsInBox(fan, walk.view, start_x, start_y, walk.dx, walk.dy);
   for (double k = legs.first; k <= legs.last; k += 1.0) {
@@ -407,15 +380,13 @@ RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& tu
   return visit.hit();
 }
 
-/// A ray of one leg, of which is known what is in the first cell of the list. `end`: as ExactVisit
-/// has it.
-RayHit Tracer::TraceExactFrom(const Fan& fan, double end, const Walk& walk, const SineCosine& turn,
-                              grid::BodyList bodies) const {
-  ExactVisit<NoNotes> visit(grid_, fan, end, LineOf(fan, turn));
-  const int u = ray_packed_u(*walk.list.hits), v = ray_packed_v(*walk.list.hits);
-  if (visit.EndsAtFirst(bodies, walk.dx, walk.dy, u, v)) return visit.hit();
+/// A ray of one leg, of which is known what it meets in the tile of the first cell of the list.
+RayHit Tracer::TraceExactFrom(const Fan& fan, const Walk& walk, const SineCosine& turn,
+                              const grid::Body* met, double range) const {
+  ExactVisit<NoNotes> visit(grid_, fan, LineOf(fan, turn));
   ray_t ray;
   BeginAtFirst(&ray, fan, walk);
+  visit.Know(grid_.FindTileSlot(ray.x0 + ray.sx * ray.u, ray.y0 + ray.sy * ray.v), met, range);
   visit.EndAtNearest(&ray);
   Follow(walk, &ray, &visit);
   return visit.hit();
@@ -474,8 +445,13 @@ class Tracer::Group {
     if (part_count_ == 0) return;
     view_ = tracer_.grid_.View(fans_[0]->layer);
     mask_ = batch_.SelfMaskOf(*fans_[0]);
-    const RayGroup group{&view_,      &mask_, parts_,
-                         part_count_, rays_,  static_cast<uint32_t>(lists_.WordsOf(1))};
+    const RayGroup group{.grid = &view_,
+                         .mask = &mask_,
+                         .parts = parts_,
+                         .part_count = part_count_,
+                         .count = rays_,
+                         .words_of_a_ray = static_cast<uint32_t>(lists_.WordsOf(1)),
+                         .exact = fans_[0]->exact};
     if (lists_.per_ray > 0)
       first_.Look(group, ranges_);
     else
@@ -502,42 +478,146 @@ class Tracer::Group {
   /// Finds out what the rays of a part hit, the first of which is `ray` of the group. Where there
   /// is nothing, they have the fan's range already: it is the length of the only leg.
   void Settle(uint32_t part, uint32_t ray) {
-    const Fan& fan = *fans_[part];
-    const uint32_t first = ray, end = ray + parts_[part].count;
     counters_->rays += parts_[part].count;
-    if (fan.exact) end_ = ExactVisit<NoNotes>::EndOf(fan);
-    while (ray < end) {  // neighbouring rays mostly hit the same
-      const uint32_t from = ray;
-      const grid::BodyList bodies = first_.Bodies(ray);
-      ray = first_.EndOfRun(ray);
-      CellVisit<> visit(tracer_.grid_, fan);
-      if (bodies != FirstHits::kNothing) {
-        counters_->potential_hits += ray - from;
-        if (fan.exact || !visit(bodies)) {
-          for (uint32_t i = from; i < ray; i++) GoOn(part, i - first, i, bodies);
-          continue;
-        }
+    const uint32_t end = ray + parts_[part].count;
+    Run run{part, ray, ray, ray};
+    while (run.end < end) {  // neighbouring rays mostly hit the same
+      run.from = run.end;
+      run.end = first_.EndOfRun(run.from);
+      const grid::BodyList bodies = first_.Bodies(run.from);
+      if (bodies == FirstHits::kNothing) {
+        End(run, nullptr);
+        continue;
       }
-      AddRun(begins_[part] + from - first, begins_[part] + ray - first, visit.hit(), &runs_);
+      if (fans_[part]->exact)
+        SettleExact(&run, end, bodies);
+      else
+        SettleCells(run, bodies);
     }
   }
 
-  /// Ray i of a part, which its first potential hit does not end, or not for certain. `bodies`:
-  /// what is in the cell of that.
-  void GoOn(uint32_t part, uint32_t i, uint32_t ray, grid::BodyList bodies) {
-    const uint32_t per_ray = lists_.per_ray;
-    const HitList list = per_ray > 0 ? HitList{parts_[part].walked + lists_.WordsOf(i) + 1, per_ray}
-                                     : HitList{&first_.Packed(ray), 1};
-    const Fan& fan = *fans_[part];
-    const uint32_t sample = begins_[part] + i;
-    const Walk walk = WalkOf(fan, view_, batch_.DirectionsOf(fan)[sample], mask_, list, counters_);
-    const uint64_t resumed = counters_->resumed;
-    const RayHit hit =
-        fan.exact ? tracer_.TraceExactFrom(fan, end_, walk, batch_.TurnsOf(fan)[sample], bodies)
-                  : tracer_.TraceCellsFrom(fan, walk);
-    if (per_ray == 0) counters_->resumed = resumed;  // it is the lists that count
+  /// Neighbouring rays of a part.
+  struct Run {
+    uint32_t part, first;  // the first ray of that
+    uint32_t from, end;    // the rays, in the group
+
+    Run Some(uint32_t some_from, uint32_t some_end) const {
+      return {part, first, some_from, some_end};
+    }
+  };
+  /// Of a ray, in its fan.
+  uint32_t SampleOf(const Run& run, uint32_t ray) const {
+    return begins_[run.part] + ray - run.first;
+  }
+  /// The rays have hit the model, and their ranges are known.
+  void End(const Run& run, Model* hit) {
+    AddRun(SampleOf(run, run.from), SampleOf(run, run.end), hit, &runs_);
+  }
+
+  /// Of rays with potential hits in cells that have these bodies.
+  void SettleCells(const Run& run, grid::BodyList bodies) {
+    counters_->potential_hits += run.end - run.from;
+    const Fan& fan = *fans_[run.part];
+    CellVisit<> visit(tracer_.grid_, fan);
+    if (visit(bodies)) return End(run, visit.hit());
+    for (uint32_t ray = run.from; ray < run.end; ray++)
+      EndAt(run, ray, tracer_.TraceCellsFrom(fan, WalkOn(run, ray)));
+  }
+
+  /// Of rays with potential hits in tiles that have these outlines. The run gets longer, up to
+  /// `end`, if the next tiles have the same.
+  void SettleExact(Run* run, uint32_t end, grid::OutlineList outlines) {
+    while (run->end < end && HaveSameOutlines(outlines, first_.Bodies(run->end)))
+      run->end = first_.EndOfRun(run->end);
+    counters_->potential_hits += run->end - run->from;
+    Meet(*run, outlines);
+    SettledRays settled;
+    first_.Settle(RaysOf(*run), ranges_ + run->from, &settled);
+    for (uint32_t ray = run->from; ray < run->end;) {
+      const uint32_t from = ray;
+      while (ray < run->end && settled.Has(ray - run->from)) ray++;
+      EndAtOutlines(run->Some(from, ray));
+      if (ray == run->end) return;
+      GoOnExactly(*run, ray++);
+    }
+  }
+
+  /// True if a ray meets the same in both tiles.
+  bool HaveSameOutlines(grid::OutlineList a, grid::OutlineList b) const {
+    if (b == FirstHits::kNothing) return false;
+    const grid::OutlinePart &of_a = tracer_.grid_.outline(a), &of_b = tracer_.grid_.outline(b);
+    return of_a.next == 0 && of_b.next == 0 && of_a.id == of_b.id && of_a.edges == of_b.edges;
+  }
+
+  OutlineRays RaysOf(const Run& run) const {
+    const Fan& fan = *fans_[run.part];
+    const uint32_t sample = SampleOf(run, run.from);
+    return {&fan, batch_.DirectionsOf(fan) + sample, batch_.TurnsOf(fan) + sample,
+            &first_.Packed(run.from), run.end - run.from};
+  }
+
+  /// Finds out which outlines the rays meet, and where.
+  void Meet(const Run& run, grid::OutlineList outlines) {
+    const Fan& fan = *fans_[run.part];
+    const OutlineRays rays = RaysOf(run);
+    double* const ranges = ranges_ + run.from;
+    bool is_first = true;
+    tracer_.grid_.ForEachOutline(outlines, [&](const grid::OutlinePart& part) {
+      const grid::Body& body = tracer_.grid_.body(part.id);
+      if (PassesAboveOrBelow(fan, body)) return;
+      if (!fan.predicate(body.model, fan.finder, fan.arg)) return;
+      const OutlineEdges edges{body.corners, part.edges};
+      if (is_first) {
+        first_.Meet(rays, edges, ranges);
+        std::fill(met_ + run.from, met_ + run.end, &body);
+      } else {
+        first_.Meet(rays, edges, others_);
+        for (uint32_t i = 0; i < rays.count; i++) {
+          const grid::Body*& met = met_[run.from + i];
+          if (!IsNearer(others_[i], body, ranges[i], *met)) continue;
+          ranges[i] = others_[i];
+          met = &body;
+        }
+      }
+      is_first = false;
+    });
+    if (is_first)
+      std::fill(ranges, ranges + rays.count, std::numeric_limits<double>::infinity());
+  }
+
+  /// The rays have met outlines, and nothing else before.
+  void EndAtOutlines(Run run) {
+    const uint32_t end = run.end;
+    while (run.from < end) {
+      Model* const hit = met_[run.from]->model;
+      run.end = run.from + 1;
+      while (run.end < end && met_[run.end]->model == hit) run.end++;
+      End(run, hit);
+      run.from = run.end;
+    }
+  }
+
+  /// A ray that may meet something nearer, outside the tile of its potential hit.
+  void GoOnExactly(const Run& run, uint32_t ray) {
+    const Fan& fan = *fans_[run.part];
+    const SineCosine& turn = batch_.TurnsOf(fan)[SampleOf(run, ray)];
+    const bool has_met = IsWithin(ranges_[ray], fan.range);
+    const grid::Body* const met = has_met ? met_[ray] : nullptr;
+    EndAt(run, ray, tracer_.TraceExactFrom(fan, WalkOn(run, ray), turn, met, ranges_[ray]));
+  }
+
+  /// How a ray is walked on from its first potential hit.
+  Walk WalkOn(const Run& run, uint32_t ray) const {
+    HitList list{&first_.Packed(ray), 1, false};
+    if (lists_.per_ray > 0)
+      list = {parts_[run.part].walked + lists_.WordsOf(ray - run.first) + 1, lists_.per_ray, true};
+    const Fan& fan = *fans_[run.part];
+    return WalkOf(fan, view_, batch_.DirectionsOf(fan)[SampleOf(run, ray)], mask_, list, counters_);
+  }
+  /// A single ray of the run has hit this.
+  void EndAt(const Run& run, uint32_t ray, const RayHit& hit) {
     ranges_[ray] = hit.range;
-    AddRun(sample, sample + 1, hit.model, &runs_);
+    End(run.Some(ray, ray + 1), hit.model);
   }
 
   const Tracer& tracer_;
@@ -549,12 +629,14 @@ class Tracer::Group {
   FirstHits first_;
   ray_grid_t view_;
   ray_mask_t mask_;
-  double end_ = 0;  // of the part's rays, in the exact model
 
   uint32_t part_count_ = 0, rays_ = 0;
   const Fan* fans_[RayGroup::kMost];
   uint32_t begins_[RayGroup::kMost];  // ray of the fan that a part begins with
   FanPart parts_[RayGroup::kMost];
+  // Of rays of the exact model:
+  const grid::Body* met_[RayGroup::kMost];  // the outlines that they meet first
+  double others_[RayGroup::kMost];          // where they meet another one
 };
 
 /// Rays of several legs, which no device walks, or of none.
@@ -575,7 +657,7 @@ void Tracer::TraceFans(const RayBatch& batch, std::span<const Fan> fans, const H
                        Hits* hits, TraceCounters* counters) const {
   size_t rays = 0;
   for (const Fan& fan : fans) rays += fan.record.samples;
-  if (hits->ranges.size() <= rays) hits->ranges.resize(rays + 1);
+  if (hits->ranges.size() < rays + Hits::kRoom) hits->ranges.resize(rays + Hits::kRoom);
   hits->runs.clear();
   Group group(*this, batch, lists, hits, counters);
   for (const Fan& fan : fans) {

@@ -31,7 +31,8 @@ class Tracer {
   };
   /// What some fans have hit, each with runs of its own.
   struct Hits {
-    std::vector<double> ranges;  ///< of all rays, and some room behind them
+    static constexpr size_t kRoom = 16;  ///< for the last lanes
+    std::vector<double> ranges;          ///< of all rays, and kRoom behind them
     std::vector<HitRun> runs;
 
     /// Calls f(fan, its RayHits) for the fans that these are of.
@@ -69,6 +70,7 @@ class Tracer {
   struct HitList {
     const uint32_t* hits = nullptr;  // as HitLists has them
     uint32_t count = 0;              // 0: nothing is known
+    bool of_device = false;
   };
   struct Walk;
   class Group;
@@ -76,6 +78,8 @@ class Tracer {
                      std::vector<HitRun>* runs, TraceCounters* counters) const;
   static void Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y);
   static void BeginAtFirst(ray_t* ray, const Fan& fan, const Walk& walk);
+  template <typename Visit>
+  bool VisitCell(ray_t* ray, Visit* visit) const;
   template <typename Visit>
   void Follow(const Walk& walk, ray_t* ray, Visit* visit) const;
   static Walk WalkOf(const Fan& fan, const ray_grid_t& view, const Direction& direction,
@@ -86,8 +90,8 @@ class Tracer {
   RayHit TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn,
                     const Taking& notes) const;
   RayHit TraceCellsFrom(const Fan& fan, const Walk& walk) const;
-  RayHit TraceExactFrom(const Fan& fan, double end, const Walk& walk, const SineCosine& turn,
-                        grid::BodyList bodies) const;
+  RayHit TraceExactFrom(const Fan& fan, const Walk& walk, const SineCosine& turn,
+                        const grid::Body* met, double range) const;
 
   const grid::Grid& grid_;
 };

@@ -56,6 +56,7 @@ struct VectorLanes {
   static M And(M a, M b) { return {a.bits & b.bits}; }
   static M Or(M a, M b) { return {a.bits | b.bits}; }
   static M AndNot(M a, M b) { return {a.bits & ~b.bits}; }
+  static M Not(M a) { return {~a.bits}; }
 
 #ifdef __AVX2__
   static bool Any(M m) { return !_mm256_testz_si256(ToI(m.bits), ToI(m.bits)); }

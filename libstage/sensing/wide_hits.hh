@@ -18,8 +18,8 @@ namespace {
 template <class Lanes>
 class HitPlaces {
  public:
-  HitPlaces(const RayStarts<Lanes>& rays, const grid::Grid::Tables& tables)
-      : rays_(rays), tables_(tables) {}
+  HitPlaces(const RayStarts<Lanes>& rays, const grid::Grid::Tables& tables, bool exact)
+      : rays_(rays), tables_(tables), exact_(exact) {}
 
   /// The ranges and the bodies of all rays.
   void Find(const SuperMap<Lanes>& supers, const WideHits& found) {
@@ -106,8 +106,17 @@ class HitPlaces {
     return Lanes::Or(Lanes::template Left<6>(tile), bit);
   }
 
-  /// Grid::ListIn().
   V Bodies(M looked_for, V cells) const {
+    return exact_ ? Outlines(looked_for, cells) : Lists(looked_for, cells);
+  }
+
+  /// Grid::OutlinesIn().
+  V Outlines(M looked_for, V cells) const {
+    return Lanes::Gather(looked_for, tables_.outlines, Lanes::template Right<6>(cells));
+  }
+
+  /// Grid::ListIn().
+  V Lists(M looked_for, V cells) const {
     using Tile = grid::Grid::TileCells;
     constexpr int64_t kWords = sizeof(Tile) / sizeof(uint64_t), kHalves = 2 * kWords;
     static_assert(sizeof(Tile) == kWords * sizeof(uint64_t));
@@ -151,6 +160,7 @@ class HitPlaces {
 
   const RayStarts<Lanes>& rays_;
   const grid::Grid::Tables& tables_;
+  const bool exact_;
   alignas(64) int64_t cells_[RayStarts<Lanes>::kRoom];  // of rays with a hit
   uint32_t firsts_[RayStarts<Lanes>::kRoom / Lanes::kCount];
   M taken_ = Lanes::None();
@@ -194,13 +204,14 @@ void TakeOverAll(const RayGroup& rays, const WideHits& found) {
       TakeOver(part, rays.words_of_a_ray, bodies, hits);
     first += part.count;
   }
+  if (rays.exact) ForgetBodies(rays.count, found.bodies);
 }
 
 template <class Lanes>
 void LookInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
   TakeOverAll<Lanes>(rays, found);
   const RayStarts<Lanes> starts(rays);
-  HitPlaces<Lanes>(starts, tables).Complete(rays, found);
+  HitPlaces<Lanes>(starts, tables, rays.exact).Complete(rays, found);
   FindEnds<Lanes>(rays.count, found);
 }
 

@@ -114,6 +114,28 @@ SuperMap<Lanes> SupersNear(const RayGroup& rays) {
   return {*rays.grid, rays.parts[0].fan->x, rays.parts[0].fan->y};
 }
 
+/// The displacements of rays of a fan, as many as there are lanes, or `count`.
+template <class Lanes>
+void Displace(const FanRecord& fan, const Direction* directions, uint32_t count,
+              typename Lanes::V* dx, typename Lanes::V* dy) {
+  using V = typename Lanes::V;
+  V cosines, sines;
+  Lanes::LoadPairs(directions, count, &cosines, &sines);
+  const V cosine = Lanes::All(fan.cosine), sine = Lanes::All(fan.sine);
+  const V half = Lanes::All(int64_t{1} << 29);
+  const V x = Lanes::Subtract(Lanes::Multiply(cosine, cosines), Lanes::Multiply(sine, sines));
+  const V y = Lanes::Add(Lanes::Multiply(sine, cosines), Lanes::Multiply(cosine, sines));
+  *dx = Lanes::template Right<30>(Lanes::Add(x, half));
+  *dy = Lanes::template Right<30>(Lanes::Add(y, half));
+}
+
+/// The start inside its cell, in the direction of travel.
+template <class Lanes>
+typename Lanes::V OffsetOf(int64_t fraction, typename Lanes::V displacement) {
+  return Lanes::Select(Lanes::Greater(Lanes::All(0), displacement), Lanes::All(65536 - fraction),
+                       Lanes::All(fraction));
+}
+
 /// Where the rays begin, and which way they go.
 template <class Lanes>
 class RayStarts {
@@ -150,26 +172,15 @@ class RayStarts {
   /// The part's rays from `done` on.
   void Prepare(const FanPart& part, uint32_t done, uint32_t first) {
     const FanRecord& fan = *part.fan;
-    V cosines, sines;
-    Lanes::LoadPairs(part.directions + done, part.count - done, &cosines, &sines);
+    V to_x, to_y;
+    Displace<Lanes>(fan, part.directions + done, part.count - done, &to_x, &to_y);
     Lanes::Store(leg_lengths + first, Lanes::AllOf(part.leg_length));
-    const V cosine = All(fan.cosine), sine = All(fan.sine), half = All(int64_t{1} << 29);
-    const V x = Lanes::Subtract(Lanes::Multiply(cosine, cosines), Lanes::Multiply(sine, sines));
-    const V y = Lanes::Add(Lanes::Multiply(sine, cosines), Lanes::Multiply(cosine, sines));
-    const V to_x = Lanes::template Right<30>(Lanes::Add(x, half));
-    const V to_y = Lanes::template Right<30>(Lanes::Add(y, half));
     Lanes::Store(dx + first, to_x);
     Lanes::Store(dy + first, to_y);
     Lanes::Store(x0 + first, All(fan.x));
     Lanes::Store(y0 + first, All(fan.y));
-    Lanes::Store(ox + first, OffsetOf(fan.fraction & 0xffff, to_x));
-    Lanes::Store(oy + first, OffsetOf(fan.fraction >> 16, to_y));
-  }
-
-  /// The start inside its cell, in the direction of travel.
-  static V OffsetOf(int64_t fraction, V displacement) {
-    const M back = Lanes::Greater(All(0), displacement);
-    return Lanes::Select(back, All(65536 - fraction), All(fraction));
+    Lanes::Store(ox + first, OffsetOf<Lanes>(fan.fraction & 0xffff, to_x));
+    Lanes::Store(oy + first, OffsetOf<Lanes>(fan.fraction >> 16, to_y));
   }
 };
 

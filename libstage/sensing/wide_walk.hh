@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "grid/grid.hh"
+#include "sensing/outline_rays.hh"
 #include "sensing/ray_group.hh"
 
 namespace Stg::internal::sensing {
@@ -19,7 +20,8 @@ namespace Stg::internal::sensing {
 /// What stands in the way of each ray of a group.
 struct WideHits {
   uint32_t* hits;          ///< as ray_pack() has it, or RAY_NO_HIT; kRoom of them
-  grid::BodyList* bodies;  ///< in the cell of the hit; kNothing if there is none; kRoom of them
+  grid::BodyList* bodies;  ///< in the cell of the hit, or, of exact rays, the OutlineList of its
+                           ///< tile; kNothing if there is no hit; kRoom of them
   double* ranges;          ///< to the middle of that cell; that of the fan if there is no hit
   uint64_t* ends;  ///< bit i: the bodies of ray i + 1 are others than those of ray i; kEndWords,
                    ///< those of the last ray may be anything
@@ -36,6 +38,9 @@ struct WideWalk {
   /// The same for rays that a device has walked.
   void (*look)(const RayGroup& rays, const grid::Grid::Tables& tables,
                const WideHits& found) = nullptr;
+  /// MeetOneByOne() and SettleOneByOne().
+  void (*meet)(const OutlineRays& rays, const OutlineEdges& edges, double* ranges) = nullptr;
+  void (*settle)(const OutlineRays& rays, const double* ranges, SettledRays* settled) = nullptr;
 };
 
 /// Those that the library was made with and this processor can run, the fastest first.

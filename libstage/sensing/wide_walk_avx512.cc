@@ -51,6 +51,16 @@ struct Eight {
     *first = _mm512_maskz_loadu_epi64(FirstOf(count), pairs);
     *second = _mm512_srli_epi64(*first, 32);
   }
+  /// The same of doubles.
+  static void LoadPairs(const void* pairs, uint32_t count, D* first, D* second) {
+    const double* numbers = static_cast<const double*>(pairs);
+    const D low = _mm512_maskz_loadu_pd(FirstOf(2 * count), numbers);
+    const M above = count > 4 ? FirstOf(2 * count - kCount) : None();
+    const D high = _mm512_maskz_loadu_pd(above, numbers + kCount);
+    const V even = _mm512_set_epi64(14, 12, 10, 8, 6, 4, 2, 0);
+    *first = _mm512_permutex2var_pd(low, even, high);
+    *second = _mm512_permutex2var_pd(low, Add(even, All(1)), high);
+  }
 
   static V Add(V a, V b) { return _mm512_add_epi64(a, b); }
   static V Subtract(V a, V b) { return _mm512_sub_epi64(a, b); }
@@ -85,6 +95,7 @@ struct Eight {
   static M And(M a, M b) { return _kand_mask8(a, b); }
   static M Or(M a, M b) { return _kor_mask8(a, b); }
   static M AndNot(M a, M b) { return _kandn_mask8(b, a); }
+  static M Not(M a) { return _knot_mask8(a); }
   static bool Any(M m) { return !_kortestz_mask8_u8(m, m); }
   static uint64_t BitsOf(M m) { return m; }
   /// The first `count` lanes.
@@ -115,8 +126,11 @@ struct Eight {
   static void Store(M m, double* p, D a) { _mm512_mask_storeu_pd(p, m, a); }
 
   static D ToDouble(V a) { return _mm512_cvtepi64_pd(a); }
+  /// Rounds towards 0. Of numbers of 32 bits.
+  static V ToInteger(D a) { return _mm512_cvttpd_epi64(a); }
   static D AllOf(double d) { return _mm512_set1_pd(d); }
   static D Plus(D a, D b) { return _mm512_add_pd(a, b); }
+  static D Minus(D a, D b) { return _mm512_sub_pd(a, b); }
   static D Times(D a, D b) { return _mm512_mul_pd(a, b); }
   static D Divide(D a, D b) { return _mm512_div_pd(a, b); }
   static D DivideOr0(D a, D b) {
@@ -125,6 +139,9 @@ struct Eight {
   /// Of two zeros, b.
   static D Larger(D a, D b) { return _mm512_max_pd(a, b); }
   static D Smaller(D a, D b) { return _mm512_min_pd(a, b); }
+  static D Magnitude(D a) { return _mm512_abs_pd(a); }
+  static M Below(D a, D b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
+  static M Zero(D a) { return _mm512_cmp_pd_mask(a, _mm512_setzero_pd(), _CMP_EQ_OQ); }
 };
 
 /// Lanes of 32 bits, to walk with.
@@ -288,7 +305,7 @@ struct Sixteen {
 }  // namespace
 
 extern const WideWalk kWalkAvx512;
-const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight, Sixteen>, LookInLanes<Eight>};
+const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight, Sixteen>, LookInLanes<Eight>, MeetInLanes<Eight>, SettleInLanes<Eight>};
 
 }  // namespace Stg::internal::sensing
 

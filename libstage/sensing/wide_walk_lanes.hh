@@ -14,6 +14,7 @@
 #include "sensing/block_map.hh"
 #include "sensing/free_box.hh"
 #include "sensing/wide_hits.hh"
+#include "sensing/wide_outlines.hh"
 #include "sensing/wide_rays.hh"
 #include "sensing/wide_walk.hh"
 
@@ -388,7 +389,7 @@ void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const W
     second.GoOn();
     second.Report();
   }
-  HitPlaces<Lanes>(ready, tables).Find(ready.supers, found);
+  HitPlaces<Lanes>(ready, tables, rays.exact).Find(ready.supers, found);
   FindEnds<Lanes>(rays.count, found);
 }
 

@@ -11,7 +11,8 @@
 namespace Stg::internal::sensing {
 
 extern const WideWalk kWalkNeon;
-const WideWalk kWalkNeon{"neon", WalkInLanes<FourLanes, EightLanes>, LookInLanes<FourLanes>};
+const WideWalk kWalkNeon{"neon", WalkInLanes<FourLanes, EightLanes>, LookInLanes<FourLanes>,
+                         MeetInLanes<FourLanes>, SettleInLanes<FourLanes>};
 
 }  // namespace Stg::internal::sensing
 

@@ -175,12 +175,9 @@ struct World::DrawnBody {
 
 namespace {
 
-/// It shares a cell with others. The drawing for the exact ray model doesn't count: it is there as
-/// soon as anybody wants it.
+/// It shares a cell with others.
 bool SharesCells(const grid::Grid& cells, const Block& block) {
-  const auto is_other = [&](grid::BodyId id) {
-    return id != block.body() && !cells.body(id).exact();
-  };
+  const auto is_other = [&](grid::BodyId id) { return id != block.body(); };
   return std::ranges::any_of(block.cells(), [&](const grid::TilePart& part) {
     bool shared = false;
     grid::ForEachBit(cells.Crowded(part), [&](uint32_t bit) {

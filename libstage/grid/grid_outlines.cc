@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The exact drawing: which outlines lie in which tiles.
+
+#include "grid/grid.hh"
+
+namespace Stg::internal::grid {
+
+void Grid::RedrawOutline(BodyId id, std::span<const TilePart> from, std::span<TilePart> to) {
+  MakeSlots(to);
+  outline_parts_.PrepareToTake(to.size());
+  if (!to.empty()) stamps_[id] = ++own_edit_.drawings;
+  size_t next = 0;
+  for (const TilePart& part : to) {
+    while (next < from.size() && from[next].ComesBefore(part)) EraseOutline(from[next++], id);
+    if (next < from.size() && from[next].SameTile(part))
+      ChangeOutline(from[next++], part, id);
+    else
+      DrawOutline(part, id);
+  }
+  while (next < from.size()) EraseOutline(from[next++], id);
+  DropRegionsIfManyAreEmpty();
+}
+
+void Grid::DrawOutline(const TilePart& part, BodyId id) {
+  if (IsEmpty(part.slot)) CountFilledTile(part.slot, &own_edit_);
+  const uint32_t number = outline_parts_.Take();
+  OutlineList& first = outlines_[part.slot];
+  outline_parts_[number] = {part.cells, id, part.edges, first};
+  first = number;
+  SetBits(bodies_[id].layers, part.slot, part.cells);
+}
+
+void Grid::ChangeOutline(const TilePart& from, const TilePart& to, BodyId id) {
+  OutlinePart& part = outline_parts_[*FindOutline(to.slot, id)];
+  part.cells = to.cells;
+  part.edges = to.edges;
+  HideOutline(to.slot, from.cells & ~to.cells, id);
+  SetBits(bodies_[id].layers, to.slot, to.cells & ~from.cells);
+}
+
+void Grid::EraseOutline(const TilePart& part, BodyId id) {
+  OutlineList* const place = FindOutline(part.slot, id);
+  const uint32_t number = *place;
+  *place = outline_parts_[number].next;
+  outline_parts_.Give(number);
+  HideOutline(part.slot, part.cells, id);
+  if (IsEmpty(part.slot)) CountEmptiedTile(part.slot, &own_edit_);
+}
+
+/// Some cells of a tile have no part of the body any more: no layer shows them that shows none of
+/// the other bodies there.
+void Grid::HideOutline(uint32_t slot, uint64_t cells, BodyId id) {
+  if (cells == 0) return;
+  ForEachBit(bodies_[id].layers, [&](uint32_t layer) {
+    uint64_t others = 0;
+    ForEachOutline(outlines_[slot], [&](const OutlinePart& part) {
+      if (part.id != id && (bodies_[part.id].layers >> layer & 1) != 0) others |= part.cells;
+    });
+    ClearBits(1u << layer, slot, cells & ~others);
+  });
+}
+
+/// Where the number of the body's part is kept, which is in the tile.
+OutlineList* Grid::FindOutline(uint32_t slot, BodyId id) {
+  OutlineList* place = &outlines_[slot];
+  while (outline_parts_[*place].id != id) place = &outline_parts_[*place].next;
+  return place;
+}
+
+/// In all layers of the drawing.
+void Grid::RefreshOutlines(uint32_t slot) {
+  ForEachBit(LayersOfDrawing(true), [&](uint32_t layer) {
+    uint64_t cells = 0;
+    ForEachOutline(OutlinesIn(slot), [&](const OutlinePart& part) {
+      if ((bodies_[part.id].layers >> layer & 1) != 0) cells |= part.cells;
+    });
+    SetBits(1u << layer, slot, cells);
+    ClearBits(1u << layer, slot, ~cells);
+  });
+}
+
+}  // namespace Stg::internal::grid

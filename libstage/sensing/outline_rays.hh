@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Rays of the exact model that have come to a tile: where they meet the outlines in there, and
+// whether they could meet others before. Mostly they can't.
+
+#ifndef STAGE_SENSING_OUTLINE_RAYS_HH
+#define STAGE_SENSING_OUTLINE_RAYS_HH
+
+#include <cstdint>
+
+#include "sensing/fan.hh"
+#include "sensing/ray_group.hh"
+
+namespace Stg::internal::sensing {
+
+/// Some rays of a fan of a single leg that have potential hits.
+struct OutlineRays {
+  const Fan* fan;
+  const Direction* directions;  ///< one for each of the rays
+  const SineCosine* turns;      ///< the same
+  const uint32_t* hits;         ///< first potential hits, as ray_pack() has it; with the room
+                                ///< behind them of WideHits
+  uint32_t count;               ///< at most RayGroup::kMost
+};
+
+/// Some edges of an outline: bit i stands for that from corners[i] to corners[i + 1], in metres.
+struct OutlineEdges {
+  const point_t* corners;
+  uint32_t edges;
+};
+
+/// A bit for each ray; those of rays that there are not may be anything.
+struct SettledRays {
+  uint64_t words[RayGroup::kMost / 64 + 1];
+
+  bool Has(uint32_t ray) const { return (words[ray / 64] >> ray % 64 & 1) != 0; }
+};
+
+// Ray by ray; in lanes: wide_outlines.hh.
+
+/// Sets ranges[i] to where ray i meets one of the edges, in metres; infinity if it misses them.
+void MeetOneByOne(const OutlineRays& rays, const OutlineEdges& edges, double* ranges);
+/// Tells which rays are at an end: ray i has met something at ranges[i], which is within its range,
+/// and before that it does not leave the tile of its potential hit.
+void SettleOneByOne(const OutlineRays& rays, const double* ranges, SettledRays* settled);
+
+}  // namespace Stg::internal::sensing
+
+#endif
