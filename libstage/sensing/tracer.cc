@@ -155,14 +155,18 @@ class ExactVisit {
     if (PastLimits(*ray, ray->u, ray->v)) return true;  // a listed cell behind a hit
     const auto slot = static_cast<uint32_t>(grid::Grid::CellAt(region, tile, 0) >> 6);
     if (slot == asked_) return false;
-    asked_ = slot;
     notes_.Cell(*ray);
+    if (!Ask(slot)) return false;
+    EndAtNearest(ray);
+    return PastLimits(*ray, ray->u + 1, ray->v) && PastLimits(*ray, ray->u, ray->v + 1);
+  }
+  /// True if an outline in the tile is nearer than what was met before.
+  bool Ask(uint32_t slot) {
+    asked_ = slot;
     bool nearer = false;
     grid_.ForEachOutline(grid_.OutlinesIn(slot),
                          [&](const grid::OutlinePart& part) { nearer |= Offer(part); });
-    if (!nearer) return false;
-    EndAtNearest(ray);
-    return PastLimits(*ray, ray->u + 1, ray->v) && PastLimits(*ray, ray->u, ray->v + 1);
+    return nearer;
   }
   /// Of the outlines in a tile is known that the ray meets none of them, or this one first.
   void Know(uint32_t slot, const grid::Body* met, double along) {
@@ -386,10 +390,33 @@ RayHit Tracer::TraceExactFrom(const Fan& fan, const Walk& walk, const SineCosine
   ExactVisit<NoNotes> visit(grid_, fan, LineOf(fan, turn));
   ray_t ray;
   BeginAtFirst(&ray, fan, walk);
-  visit.Know(grid_.FindTileSlot(ray.x0 + ray.sx * ray.u, ray.y0 + ray.sy * ray.v), met, range);
+  const uint32_t slot = grid_.FindTileSlot(ray.x0 + ray.sx * ray.u, ray.y0 + ray.sy * ray.v);
+  visit.Know(slot, met, range);
   visit.EndAtNearest(&ray);
-  Follow(walk, &ray, &visit);
+  const uint32_t next = met ? OnlyTileBehind(ray) : kNoTile;
+  if (next != kNoTile)
+    visit.Ask(next);
+  else
+    Follow(walk, &ray, &visit);
   return visit.hit();
+}
+
+/// The slot of the tile in which the ray ends, if it is next to the one where it is: mostly it is,
+/// for rays that have come to a wall and are known to meet it. Else kNoTile.
+uint32_t Tracer::OnlyTileBehind(const ray_t& ray) const {
+  constexpr int kSide = 1 << RAY_TILE_SHIFT;
+  const int32_t x = ray.x0 + ray.sx * ray.u, y = ray.y0 + ray.sy * ray.v;
+  const auto next_tile = [](int borders, int32_t cell, int step) {
+    return borders + kSide - ((step < 0 ? ~cell : cell) & (kSide - 1));
+  };
+  const int u = next_tile(ray.u, x, ray.sx), v = next_tile(ray.v, y, ray.sy);
+  const bool ends_x = (u << 16) - ray.ox > ray.limit_x, ends_y = (v << 16) - ray.oy > ray.limit_y;
+  if (ends_x == ends_y) return kNoTile;
+  const bool ends_next = ends_y ? ((u + kSide) << 16) - ray.ox > ray.limit_x
+                                : ((v + kSide) << 16) - ray.oy > ray.limit_y;
+  if (!ends_next) return kNoTile;
+  return ends_y ? grid_.FindTileSlot(ray.x0 + ray.sx * u, y)
+                : grid_.FindTileSlot(x, ray.y0 + ray.sy * v);
 }
 
 namespace {

@@ -93,6 +93,9 @@ class Tracer {
   RayHit TraceExactFrom(const Fan& fan, const Walk& walk, const SineCosine& turn,
                         const grid::Body* met, double range) const;
 
+  static constexpr uint32_t kNoTile = 0xffffffffu;
+  uint32_t OnlyTileBehind(const ray_t& ray) const;
+
   const grid::Grid& grid_;
 };
 
