@@ -23,8 +23,12 @@ inline constexpr double kCoverMargin = 1.0 / 1024;
 /// away, measured along the axes; each once, row by row. Both ends must lie in the grid.
 template <typename F>
 void ForEachCellNear(const point_t& a, const point_t& b, F f) {
-  const auto first_of = [](double v) { return static_cast<int32_t>(std::floor(v - kCoverMargin)); };
-  const auto last_of = [](double v) { return static_cast<int32_t>(std::floor(v + kCoverMargin)); };
+  const auto floor_of = [](double v) {  // without a call, as std::floor() is on older processors
+    const auto whole = static_cast<int32_t>(v);
+    return whole - (v < whole);
+  };
+  const auto first_of = [&](double v) { return floor_of(v - kCoverMargin); };
+  const auto last_of = [&](double v) { return floor_of(v + kCoverMargin); };
   const double dx = b.x - a.x, dy = b.y - a.y;
   const int32_t last_row = last_of(std::max(a.y, b.y));
   for (int32_t y = first_of(std::min(a.y, b.y)); y <= last_row; y++) {

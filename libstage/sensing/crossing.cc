@@ -20,7 +20,7 @@ struct Seen {
   double unsure;  // what rounding may amount to, metres
 };
 
-Seen See(const Line& line, const point_t& p) {
+inline Seen See(const Line& line, const point_t& p) {
   const double dx = p.x - line.x, dy = p.y - line.y;
   const double side = line.direction.cosine * dy - line.direction.sine * dx;
   const double unsure = RoundingAt(p, line.x, line.y);

@@ -37,13 +37,13 @@ class FirstHits {
   grid::BodyList Bodies(uint32_t i) const { return lists_[i]; }
   /// MeetOneByOne() and SettleOneByOne(), for rays of these and room for them.
   void Meet(const OutlineRays& rays, const OutlineEdges& edges, double* ranges) const {
-    if (wide_walk_.meet && rays.count >= kFewestForLanes)
+    if (wide_walk_.meet && rays.count >= kFewestToMeet)
       wide_walk_.meet(rays, edges, ranges);
     else
       MeetOneByOne(rays, edges, ranges);
   }
   void Settle(const OutlineRays& rays, const double* ranges, SettledRays* settled) const {
-    if (wide_walk_.settle && rays.count >= kFewestForLanes)
+    if (wide_walk_.settle && rays.count >= kFewestToMeet)
       wide_walk_.settle(rays, ranges, settled);
     else
       SettleOneByOne(rays, ranges, settled);
@@ -61,6 +61,7 @@ class FirstHits {
  private:
   /// Fewer rays are taken faster one by one.
   static constexpr uint32_t kFewestForLanes = 4;
+  static constexpr uint32_t kFewestToMeet = 2;
 
   bool HitsNothing(uint32_t i) const { return hits_[i] == RAY_NO_HIT; }
   struct Step {

@@ -6,6 +6,7 @@
 #ifndef STAGE_SENSING_OUTLINE_RAYS_HH
 #define STAGE_SENSING_OUTLINE_RAYS_HH
 
+#include <bit>
 #include <cstdint>
 
 #include "sensing/fan.hh"
@@ -29,11 +30,17 @@ struct OutlineEdges {
   uint32_t edges;
 };
 
-/// A bit for each ray; those of rays that there are not may be anything.
+/// A bit for each ray; those of rays that there are not may be anything, but the last one is 0.
 struct SettledRays {
   uint64_t words[RayGroup::kMost / 64 + 1];
 
-  bool Has(uint32_t ray) const { return (words[ray / 64] >> ray % 64 & 1) != 0; }
+  /// The first ray from this one on that is not settled, or one that there is not.
+  uint32_t FirstOther(uint32_t ray) const {
+    uint32_t word = ray / 64;
+    uint64_t others = ~words[word] >> ray % 64 << ray % 64;
+    while (others == 0) others = ~words[++word];
+    return word * 64 + static_cast<uint32_t>(std::countr_zero(others));
+  }
 };
 
 // Ray by ray; in lanes: wide_outlines.hh.

@@ -275,7 +275,7 @@ void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
     walk.counters->potential_hits++;
     if (VisitCell(ray, visit)) return;
   }
-  if (walk.list.of_device) walk.counters->resumed++;
+  walk.counters->resumed += walk.list.of_device;
   while (ray_next(&walk.view, &walk.mask, ray)) {
     walk.counters->potential_hits++;
     if ((*visit)(ray, ray->region, ray->tile, ray->bit)) return;
@@ -557,15 +557,15 @@ class Tracer::Group {
     while (run->end < end && HaveSameOutlines(outlines, first_.Bodies(run->end)))
       run->end = first_.EndOfRun(run->end);
     counters_->potential_hits += run->end - run->from;
-    Meet(*run, outlines);
+    const uint32_t asked = Meet(*run, outlines);
     SettledRays settled;
     first_.Settle(RaysOf(*run), ranges_ + run->from, &settled);
-    for (uint32_t ray = run->from; ray < run->end;) {
-      const uint32_t from = ray;
-      while (ray < run->end && settled.Has(ray - run->from)) ray++;
-      EndAtOutlines(run->Some(from, ray));
-      if (ray == run->end) return;
-      GoOnExactly(*run, ray++);
+    for (uint32_t from = run->from; from < run->end; from++) {
+      const uint32_t other = run->from + settled.FirstOther(from - run->from);
+      EndAtOutlines(run->Some(from, std::min(other, run->end)), asked == 1);
+      if (other >= run->end) return;
+      from = other;
+      GoOnExactly(*run, from);
     }
   }
 
@@ -583,18 +583,18 @@ class Tracer::Group {
             &first_.Packed(run.from), run.end - run.from};
   }
 
-  /// Finds out which outlines the rays meet, and where.
-  void Meet(const Run& run, grid::OutlineList outlines) {
+  /// Finds out which outlines the rays meet, and where. Returns how many were asked.
+  uint32_t Meet(const Run& run, grid::OutlineList outlines) {
     const Fan& fan = *fans_[run.part];
     const OutlineRays rays = RaysOf(run);
     double* const ranges = ranges_ + run.from;
-    bool is_first = true;
+    uint32_t asked = 0;
     tracer_.grid_.ForEachOutline(outlines, [&](const grid::OutlinePart& part) {
       const grid::Body& body = tracer_.grid_.body(part.id);
       if (PassesAboveOrBelow(fan, body)) return;
       if (!fan.predicate(body.model, fan.finder, fan.arg)) return;
       const OutlineEdges edges{body.corners, part.edges};
-      if (is_first) {
+      if (asked++ == 0) {
         first_.Meet(rays, edges, ranges);
         std::fill(met_ + run.from, met_ + run.end, &body);
       } else {
@@ -606,15 +606,16 @@ class Tracer::Group {
           met = &body;
         }
       }
-      is_first = false;
     });
-    if (is_first)
+    if (asked == 0)
       std::fill(ranges, ranges + rays.count, std::numeric_limits<double>::infinity());
+    return asked;
   }
 
-  /// The rays have met outlines, and nothing else before.
-  void EndAtOutlines(Run run) {
+  /// The rays have met outlines, and nothing else before; all the same one, if so said.
+  void EndAtOutlines(Run run, bool same) {
     const uint32_t end = run.end;
+    if (same && run.from < end) return End(run, met_[run.from]->model);
     while (run.from < end) {
       Model* const hit = met_[run.from]->model;
       run.end = run.from + 1;
@@ -635,9 +636,9 @@ class Tracer::Group {
 
   /// How a ray is walked on from its first potential hit.
   Walk WalkOn(const Run& run, uint32_t ray) const {
-    HitList list{&first_.Packed(ray), 1, false};
+    HitList list{&first_.Packed(ray), 1, 0};
     if (lists_.per_ray > 0)
-      list = {parts_[run.part].walked + lists_.WordsOf(ray - run.first) + 1, lists_.per_ray, true};
+      list = {parts_[run.part].walked + lists_.WordsOf(ray - run.first) + 1, lists_.per_ray, 1};
     const Fan& fan = *fans_[run.part];
     return WalkOf(fan, view_, batch_.DirectionsOf(fan)[SampleOf(run, ray)], mask_, list, counters_);
   }
