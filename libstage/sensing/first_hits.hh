@@ -21,6 +21,8 @@ namespace Stg::internal::sensing {
 class FirstHits {
  public:
   static constexpr uint32_t kAtOnce = RayGroup::kMost;
+  /// Fewer rays are taken faster one by one.
+  static constexpr uint32_t kFewestForLanes = 4;
 
   explicit FirstHits(const grid::Grid& grid, WideWalk wide_walk = FindWideWalk())
       : grid_(grid), wide_walk_(wide_walk) {}
@@ -28,8 +30,10 @@ class FirstHits {
   /// Takes the rays of the group, one part after the other, which a device has walked. Writes their
   /// ranges: as MiddleOf() has them for those with a potential hit, to the very bits.
   void Look(const RayGroup& rays, double* ranges);
-  /// The same; walks them itself.
+  /// The same; walks them itself. Those that have passed hits must be kFewestForLanes at least, and
+  /// there must be lanes.
   void Walk(const RayGroup& rays, double* ranges);
+  bool HasLanes() const { return wide_walk_.walk != nullptr; }
 
   /// The first potential hit of ray i of them, as lists have it.
   const uint32_t& Packed(uint32_t i) const { return hits_[i]; }
@@ -59,8 +63,6 @@ class FirstHits {
   static constexpr grid::BodyList kNothing = WideHits::kNothing;
 
  private:
-  /// Fewer rays are taken faster one by one.
-  static constexpr uint32_t kFewestForLanes = 4;
   static constexpr uint32_t kFewestToMeet = 2;
 
   bool HitsNothing(uint32_t i) const { return hits_[i] == RAY_NO_HIT; }

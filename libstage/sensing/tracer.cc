@@ -7,7 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "sensing/crossing.hh"
+#include "sensing/exact_group.hh"
+#include "sensing/exact_visit.hh"
 #include "sensing/first_hits.hh"
 #include "sensing/middle.hh"
 
@@ -51,26 +52,6 @@ LegRange LegsInBox(const Fan& fan, const ray_grid_t& view, int64_t x, int64_t y,
 }
 
 using Answer = RayRecord::Answer;
-
-bool PassesAboveOrBelow(const Fan& fan, const grid::Body& body) {
-  return fan.z_test && (fan.z < body.z_min || fan.z > body.z_max);
-}
-
-/// Of bodies that a ray meets at the same place, it stops at that with the smallest number, in
-/// whatever order it gets to know them.
-bool IsNearer(double along, const grid::Body& body, double nearest, const grid::Body& other) {
-  return along < nearest || (along == nearest && body.number < other.number);
-}
-
-/// The range itself still counts.
-bool IsWithin(double along, double range) { return along <= range && std::isfinite(along); }
-
-/// Takes no notes of how a ray is traced: nothing is left of it in the code.
-struct NoNotes {
-  void Leg(double, const ray_t&) const {}
-  void Cell(const ray_t&) const {}
-  void Body(const grid::Body&, Answer, double = 0) const {}
-};
 
 /// Writes it down.
 class Notes {
@@ -135,89 +116,6 @@ class CellVisit {
   const grid::Grid& grid_;
   const Fan& fan_;
   Model* hit_ = nullptr;
-  [[no_unique_address]] const Taking notes_;
-};
-
-/// Visits the cells that a ray reaches and intersects it with the outlines in their tiles, until no
-/// cell to come can hold a nearer crossing: the exact model.
-template <class Taking>
-class ExactVisit {
- public:
-  ExactVisit(const grid::Grid& grid, const Fan& fan, const Line& line, const Taking& notes = {})
-      : grid_(grid), fan_(fan), line_(line), nearest_(fan.range), notes_(notes) {}
-
-  RayHit hit() const { return {nearest_, hit_ ? hit_->model : nullptr}; }
-  /// Whether the leg that begins so many metres from the start can change nothing any more.
-  bool IsDoneBefore(double leg_start) const { return hit_ && nearest_ <= leg_start; }
-  void BeginLeg(double leg_start) { leg_start_ = leg_start; }
-
-  bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t) {
-    if (PastLimits(*ray, ray->u, ray->v)) return true;  // a listed cell behind a hit
-    const auto slot = static_cast<uint32_t>(grid::Grid::CellAt(region, tile, 0) >> 6);
-    if (slot == asked_) return false;
-    notes_.Cell(*ray);
-    if (!Ask(slot)) return false;
-    EndAtNearest(ray);
-    return PastLimits(*ray, ray->u + 1, ray->v) && PastLimits(*ray, ray->u, ray->v + 1);
-  }
-  /// True if an outline in the tile is nearer than what was met before.
-  bool Ask(uint32_t slot) {
-    asked_ = slot;
-    bool nearer = false;
-    grid_.ForEachOutline(grid_.OutlinesIn(slot),
-                         [&](const grid::OutlinePart& part) { nearer |= Offer(part); });
-    return nearer;
-  }
-  /// Of the outlines in a tile is known that the ray meets none of them, or this one first.
-  void Know(uint32_t slot, const grid::Body* met, double along) {
-    asked_ = slot;
-    if (met) StopAt(*met, along);
-  }
-  /// Cells that the ray enters behind the nearest crossing are of no interest any more.
-  void EndAtNearest(ray_t* ray) const {
-    if (!hit_) return;
-    const double share = ShareOfLeg(nearest_ - leg_start_, fan_.leg_length);
-    ray->limit_x = std::min(ray->limit_x, LimitOf(share, ray->adx));
-    ray->limit_y = std::min(ray->limit_y, LimitOf(share, ray->ady));
-  }
-
- private:
-  /// Takes note of the body if the ray meets this part of it first.
-  bool Offer(const grid::OutlinePart& part) {
-    const grid::Body& body = grid_.body(part.id);
-    if (PassesAboveOrBelow(fan_, body)) return Decline(body, Answer::kOtherHeight);
-    if (PassesBy(line_, point_t(body.x, body.y), body.radius, nearest_))
-      return Decline(body, Answer::kMissed);
-    const double along = FirstCrossing(line_, body.corners, part.edges);
-    if (!IsNearer(body, along)) return Decline(body, Answer::kMissed);
-    if (!fan_.predicate(body.model, fan_.finder, fan_.arg))
-      return Decline(body, Answer::kRefused, along);
-    notes_.Body(body, Answer::kAccepted, along);
-    StopAt(body, along);
-    return true;
-  }
-  void StopAt(const grid::Body& body, double along) {
-    nearest_ = along;
-    hit_ = &body;
-  }
-  bool IsNearer(const grid::Body& body, double along) const {
-    return hit_ ? sensing::IsNearer(along, body, nearest_, *hit_) : IsWithin(along, nearest_);
-  }
-  bool Decline(const grid::Body& body, Answer answer, double along = 0) const {
-    notes_.Body(body, answer, along);
-    return false;
-  }
-  static bool PastLimits(const ray_t& ray, int u, int v) {
-    return (u << 16) - ray.ox > ray.limit_x || (v << 16) - ray.oy > ray.limit_y;
-  }
-
-  const grid::Grid& grid_;
-  const Fan& fan_;
-  const Line line_;
-  double leg_start_ = 0;
-  double nearest_;
-  const grid::Body* hit_ = nullptr;
-  uint32_t asked_ = 0;  // the tile whose outlines were the last to be asked
   [[no_unique_address]] const Taking notes_;
 };
 
@@ -384,41 +282,6 @@ RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& tu
   return visit.hit();
 }
 
-/// A ray of one leg, of which is known what it meets in the tile of the first cell of the list.
-RayHit Tracer::TraceExactFrom(const Fan& fan, const Walk& walk, const SineCosine& turn,
-                              const grid::Body* met, double range) const {
-  ExactVisit<NoNotes> visit(grid_, fan, LineOf(fan, turn));
-  ray_t ray;
-  BeginAtFirst(&ray, fan, walk);
-  const uint32_t slot = grid_.FindTileSlot(ray.x0 + ray.sx * ray.u, ray.y0 + ray.sy * ray.v);
-  visit.Know(slot, met, range);
-  visit.EndAtNearest(&ray);
-  const uint32_t next = met ? OnlyTileBehind(ray) : kNoTile;
-  if (next != kNoTile)
-    visit.Ask(next);
-  else
-    Follow(walk, &ray, &visit);
-  return visit.hit();
-}
-
-/// The slot of the tile in which the ray ends, if it is next to the one where it is: mostly it is,
-/// for rays that have come to a wall and are known to meet it. Else kNoTile.
-uint32_t Tracer::OnlyTileBehind(const ray_t& ray) const {
-  constexpr int kSide = 1 << RAY_TILE_SHIFT;
-  const int32_t x = ray.x0 + ray.sx * ray.u, y = ray.y0 + ray.sy * ray.v;
-  const auto next_tile = [](int borders, int32_t cell, int step) {
-    return borders + kSide - ((step < 0 ? ~cell : cell) & (kSide - 1));
-  };
-  const int u = next_tile(ray.u, x, ray.sx), v = next_tile(ray.v, y, ray.sy);
-  const bool ends_x = (u << 16) - ray.ox > ray.limit_x, ends_y = (v << 16) - ray.oy > ray.limit_y;
-  if (ends_x == ends_y) return kNoTile;
-  const bool ends_next = ends_y ? ((u + kSide) << 16) - ray.ox > ray.limit_x
-                                : ((v + kSide) << 16) - ray.oy > ray.limit_y;
-  if (!ends_next) return kNoTile;
-  return ends_y ? grid_.FindTileSlot(ray.x0 + ray.sx * u, y)
-                : grid_.FindTileSlot(x, ray.y0 + ray.sy * v);
-}
-
 namespace {
 
 /// Rays `begin` to `end` - 1 of a fan have hit the model. If begin is 0, the fan begins.
@@ -442,7 +305,8 @@ class Tracer::Group {
         ranges_(hits->ranges.data()),
         runs_(hits->runs),
         counters_(counters),
-        first_(tracer.grid_) {}
+        first_(tracer.grid_),
+        exact_(tracer.grid_) {}
 
   /// Adds a fan. Those before it are traced if there is no room left, or if it does not go with
   /// them.
@@ -483,8 +347,14 @@ class Tracer::Group {
       first_.Look(group, ranges_);
     else
       first_.Walk(group, ranges_);
-    for (uint32_t part = 0, ray = 0; part < part_count_; ray += parts_[part++].count)
-      Settle(part, ray);
+    if (group.exact) TraceExactly(group);
+    for (uint32_t part = 0, ray = 0; part < part_count_; ray += parts_[part++].count) {
+      counters_->rays += parts_[part].count;
+      if (group.exact)
+        WriteRuns(part, ray);
+      else
+        Settle(part, ray);
+    }
     ranges_ += rays_;
     part_count_ = rays_ = 0;
   }
@@ -505,21 +375,35 @@ class Tracer::Group {
   /// Finds out what the rays of a part hit, the first of which is `ray` of the group. Where there
   /// is nothing, they have the fan's range already: it is the length of the only leg.
   void Settle(uint32_t part, uint32_t ray) {
-    counters_->rays += parts_[part].count;
     const uint32_t end = ray + parts_[part].count;
     Run run{part, ray, ray, ray};
     while (run.end < end) {  // neighbouring rays mostly hit the same
       run.from = run.end;
       run.end = first_.EndOfRun(run.from);
       const grid::BodyList bodies = first_.Bodies(run.from);
-      if (bodies == FirstHits::kNothing) {
+      if (bodies == FirstHits::kNothing)
         End(run, nullptr);
-        continue;
-      }
-      if (fans_[part]->exact)
-        SettleExact(&run, end, bodies);
       else
         SettleCells(run, bodies);
+    }
+  }
+
+  /// The same in the exact model, for all parts.
+  void TraceExactly(const RayGroup& group) {
+    for (uint32_t i = 0; i < part_count_; i++) {
+      const SineCosine* const turns = batch_.TurnsOf(*fans_[i]) + begins_[i];
+      exact_parts_[i] = {fans_[i], parts_[i].directions, turns, parts_[i].count};
+    }
+    exact_.Trace(group, exact_parts_, first_, ranges_, counters_);
+  }
+  /// Of a part, the first ray of which is `ray` of the group.
+  void WriteRuns(uint32_t part, uint32_t ray) {
+    const uint32_t end = ray + parts_[part].count;
+    for (Run run{part, ray, ray, ray}; run.end < end; run.from = run.end) {
+      Model* const met = exact_.Met(run.from);
+      do run.end++;
+      while (run.end < end && exact_.Met(run.end) == met);
+      End(run, met);
     }
   }
 
@@ -551,89 +435,6 @@ class Tracer::Group {
       EndAt(run, ray, tracer_.TraceCellsFrom(fan, WalkOn(run, ray)));
   }
 
-  /// Of rays with potential hits in tiles that have these outlines. The run gets longer, up to
-  /// `end`, if the next tiles have the same.
-  void SettleExact(Run* run, uint32_t end, grid::OutlineList outlines) {
-    while (run->end < end && HaveSameOutlines(outlines, first_.Bodies(run->end)))
-      run->end = first_.EndOfRun(run->end);
-    counters_->potential_hits += run->end - run->from;
-    const uint32_t asked = Meet(*run, outlines);
-    SettledRays settled;
-    first_.Settle(RaysOf(*run), ranges_ + run->from, &settled);
-    for (uint32_t from = run->from; from < run->end; from++) {
-      const uint32_t other = run->from + settled.FirstOther(from - run->from);
-      EndAtOutlines(run->Some(from, std::min(other, run->end)), asked == 1);
-      if (other >= run->end) return;
-      from = other;
-      GoOnExactly(*run, from);
-    }
-  }
-
-  /// True if a ray meets the same in both tiles.
-  bool HaveSameOutlines(grid::OutlineList a, grid::OutlineList b) const {
-    if (b == FirstHits::kNothing) return false;
-    const grid::OutlinePart &of_a = tracer_.grid_.outline(a), &of_b = tracer_.grid_.outline(b);
-    return of_a.next == 0 && of_b.next == 0 && of_a.id == of_b.id && of_a.edges == of_b.edges;
-  }
-
-  OutlineRays RaysOf(const Run& run) const {
-    const Fan& fan = *fans_[run.part];
-    const uint32_t sample = SampleOf(run, run.from);
-    return {&fan, batch_.DirectionsOf(fan) + sample, batch_.TurnsOf(fan) + sample,
-            &first_.Packed(run.from), run.end - run.from};
-  }
-
-  /// Finds out which outlines the rays meet, and where. Returns how many were asked.
-  uint32_t Meet(const Run& run, grid::OutlineList outlines) {
-    const Fan& fan = *fans_[run.part];
-    const OutlineRays rays = RaysOf(run);
-    double* const ranges = ranges_ + run.from;
-    uint32_t asked = 0;
-    tracer_.grid_.ForEachOutline(outlines, [&](const grid::OutlinePart& part) {
-      const grid::Body& body = tracer_.grid_.body(part.id);
-      if (PassesAboveOrBelow(fan, body)) return;
-      if (!fan.predicate(body.model, fan.finder, fan.arg)) return;
-      const OutlineEdges edges{body.corners, part.edges};
-      if (asked++ == 0) {
-        first_.Meet(rays, edges, ranges);
-        std::fill(met_ + run.from, met_ + run.end, &body);
-      } else {
-        first_.Meet(rays, edges, others_);
-        for (uint32_t i = 0; i < rays.count; i++) {
-          const grid::Body*& met = met_[run.from + i];
-          if (!IsNearer(others_[i], body, ranges[i], *met)) continue;
-          ranges[i] = others_[i];
-          met = &body;
-        }
-      }
-    });
-    if (asked == 0)
-      std::fill(ranges, ranges + rays.count, std::numeric_limits<double>::infinity());
-    return asked;
-  }
-
-  /// The rays have met outlines, and nothing else before; all the same one, if so said.
-  void EndAtOutlines(Run run, bool same) {
-    const uint32_t end = run.end;
-    if (same && run.from < end) return End(run, met_[run.from]->model);
-    while (run.from < end) {
-      Model* const hit = met_[run.from]->model;
-      run.end = run.from + 1;
-      while (run.end < end && met_[run.end]->model == hit) run.end++;
-      End(run, hit);
-      run.from = run.end;
-    }
-  }
-
-  /// A ray that may meet something nearer, outside the tile of its potential hit.
-  void GoOnExactly(const Run& run, uint32_t ray) {
-    const Fan& fan = *fans_[run.part];
-    const SineCosine& turn = batch_.TurnsOf(fan)[SampleOf(run, ray)];
-    const bool has_met = IsWithin(ranges_[ray], fan.range);
-    const grid::Body* const met = has_met ? met_[ray] : nullptr;
-    EndAt(run, ray, tracer_.TraceExactFrom(fan, WalkOn(run, ray), turn, met, ranges_[ray]));
-  }
-
   /// How a ray is walked on from its first potential hit.
   Walk WalkOn(const Run& run, uint32_t ray) const {
     HitList list{&first_.Packed(ray), 1, 0};
@@ -662,9 +463,8 @@ class Tracer::Group {
   const Fan* fans_[RayGroup::kMost];
   uint32_t begins_[RayGroup::kMost];  // ray of the fan that a part begins with
   FanPart parts_[RayGroup::kMost];
-  // Of rays of the exact model:
-  const grid::Body* met_[RayGroup::kMost];  // the outlines that they meet first
-  double others_[RayGroup::kMost];          // where they meet another one
+  ExactGroup exact_;
+  ExactGroup::Part exact_parts_[RayGroup::kMost];
 };
 
 /// Rays of several legs, which no device walks, or of none.

@@ -90,11 +90,6 @@ class Tracer {
   RayHit TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn,
                     const Taking& notes) const;
   RayHit TraceCellsFrom(const Fan& fan, const Walk& walk) const;
-  RayHit TraceExactFrom(const Fan& fan, const Walk& walk, const SineCosine& turn,
-                        const grid::Body* met, double range) const;
-
-  static constexpr uint32_t kNoTile = 0xffffffffu;
-  uint32_t OnlyTileBehind(const ray_t& ray) const;
 
   const grid::Grid& grid_;
 };

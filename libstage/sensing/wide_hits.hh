@@ -85,7 +85,11 @@ class HitPlaces {
   M Unknown(V bodies) const { return Lanes::And(taken_, Lanes::Equal(bodies, All(0))); }
 
   void PutRanges(const Stop& stop, const WideHits& found) const {
-    const D middles = Lanes::Select(stop.here, Middles(stop.u, stop.v), Lanes::AllOf(1.0));
+    // Those of exact rays are found out in other ways.
+    const M unknown = exact_ ? Lanes::None() : stop.here;
+    const D middles = Lanes::Any(unknown)
+                          ? Lanes::Select(unknown, Middles(stop.u, stop.v), Lanes::AllOf(1.0))
+                          : Lanes::AllOf(1.0);
     Lanes::Store(taken_, found.ranges + first_,
                  Lanes::Times(middles, Lanes::Load(rays_.leg_lengths + first_)));
   }
