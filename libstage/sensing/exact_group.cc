@@ -62,7 +62,7 @@ void ExactGroup::SettleRun(const Run& run, grid::OutlineList outlines, const Fir
   Keep(run);
   for (uint32_t i = 0; i < rays.count; i++) {
     i = settled.FirstOther(i);
-    if (i < rays.count) Put(run, run.from + i, rays.hits[i]);
+    if (i < rays.count) GoOn(run, run.from + i, rays.hits[i]);
   }
 }
 
@@ -117,15 +117,30 @@ void ExactGroup::Keep(const Run& run) {
   }
 }
 
-/// Puts a ray of the run, which has this hit, among those that go on.
-void ExactGroup::Put(const Run& run, uint32_t ray, uint32_t hit) {
+/// A ray of the run, which has this hit, goes on: with the rest, if it comes to more than one tile.
+void ExactGroup::GoOn(const Run& run, uint32_t ray, uint32_t hit) {
   const Part& part = run.part;
-  const uint32_t i = rest_->count++, in_part = ray - run.first, number = run.numbers[ray];
+  const uint32_t in_part = ray - run.first, number = run.numbers[ray];
+  const double share =
+      met_[number] ? ShareOfLeg(ranges_[number], part.fan->leg_length) : 1.0;
+  if (met_[number]) {
+    const LegEnd end = FindLegEnd(part.fan->record, part.directions[in_part], hit, share);
+    if (end.tiles < 2) {
+      counters_->potential_hits++;
+      ExactVisit<> visit(grid_, *part.fan, LineOf(*part.fan, part.turns[in_part]));
+      visit.Know(0, met_[number], ranges_[number]);
+      visit.Ask(grid_.FindTileSlot(end.x, end.y));
+      ranges_[number] = visit.range();
+      met_[number] = visit.met();
+      return;
+    }
+  }
+  const uint32_t i = rest_->count++;
   rest_->numbers[i] = number;
   rest_->directions[i] = part.directions[in_part];
   rest_->turns[i] = part.turns[in_part];
   rest_->passed[i] = hit;
-  rest_->shares[i] = met_[number] ? ShareOfLeg(ranges_[number], part.fan->leg_length) : 1.0;
+  rest_->shares[i] = share;
   if (rest_->part_count == 0 || rest_->parts[rest_->part_count - 1].fan != part.fan)
     rest_->parts[rest_->part_count++] = {part.fan, &rest_->directions[i], &rest_->turns[i], 0};
   rest_->parts[rest_->part_count - 1].count++;

@@ -70,7 +70,7 @@ class ExactGroup {
            const FirstHits& hits);
   void CompareWithKnown(const Run& run);
   void Keep(const Run& run);
-  void Put(const Run& run, uint32_t ray, uint32_t hit);
+  void GoOn(const Run& run, uint32_t ray, uint32_t hit);
   void NextRound(const RayGroup& all);
   void GoOnAlone(const RayGroup& all);
   void GoOnAlone(const RayGroup& all, const Part& part, uint32_t ray);

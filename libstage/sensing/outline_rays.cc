@@ -12,25 +12,45 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-/// A leg as it goes along one axis.
-struct Axis {
-  int32_t cell;      // that it begins in
-  int fraction;      // and where in there, Q16
-  int displacement;  // Q16 cells
+constexpr int kSide = 1 << RAY_TILE_SHIFT;
+
+/// A leg as it goes along one axis, from a cell that lies so many borders away from its start.
+class Axis {
+ public:
+  Axis(int32_t start, uint32_t fraction, int displacement, int borders)
+      : displacement_(displacement),
+        offset_(static_cast<int>(displacement < 0 ? 65536 - fraction : fraction)),
+        cell_(displacement < 0 ? start - borders : start + borders),
+        next_tile_(borders + kSide - ((displacement < 0 ? ~cell_ : cell_) & (kSide - 1))) {}
+
+  int32_t cell() const { return cell_; }
+  /// A cell of the next tile.
+  int32_t behind() const { return displacement_ < 0 ? cell_ - kSide : cell_ + kSide; }
+  /// How many more tiles the leg's walk comes to, if it ends after this share of it; 2 means two or
+  /// more.
+  uint32_t TilesBehind(double share) const {
+    const int limit = LimitOf(share, std::abs(displacement_));
+    if ((next_tile_ << 16) - offset_ > limit) return 0;
+    return ((next_tile_ + kSide) << 16) - offset_ > limit ? 1 : 2;
+  }
+
+ private:
+  int displacement_, offset_;
+  int32_t cell_;
+  int next_tile_;  // borders to there
 };
 
-/// True if the leg's walk, which ends after this share of it, does not leave the tile of the cell
-/// that lies so many borders away.
-bool StaysInTile(const Axis& axis, int borders, double share) {
-  constexpr int kSide = 1 << RAY_TILE_SHIFT;
-  const bool back = axis.displacement < 0;
-  const int offset = back ? 65536 - axis.fraction : axis.fraction;
-  const int32_t reached = back ? ~(axis.cell - borders) : axis.cell + borders;
-  const int next_tile = borders + kSide - (reached & (kSide - 1));
-  return (next_tile << 16) - offset > LimitOf(share, std::abs(axis.displacement));
-}
-
 }  // namespace
+
+LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double share) {
+  const Axis x(fan.x, fan.fraction & 0xffff,
+               ray_rotate_x(fan.cosine, fan.sine, d.cosine, d.sine), ray_packed_u(hit));
+  const Axis y(fan.y, fan.fraction >> 16, ray_rotate_y(fan.cosine, fan.sine, d.cosine, d.sine),
+               ray_packed_v(hit));
+  const uint32_t in_x = x.TilesBehind(share), in_y = y.TilesBehind(share);
+  return {std::min(in_x + in_y, 2u), in_x == 1 ? x.behind() : x.cell(),
+          in_y == 1 ? y.behind() : y.cell()};
+}
 
 void MeetOneByOne(const OutlineRays& rays, const OutlineEdges& edges, double* ranges) {
   for (uint32_t i = 0; i < rays.count; i++)
@@ -39,19 +59,12 @@ void MeetOneByOne(const OutlineRays& rays, const OutlineEdges& edges, double* ra
 
 void SettleOneByOne(const OutlineRays& rays, const double* ranges, SettledRays* settled) {
   const Fan& fan = *rays.fan;
-  const FanRecord& record = fan.record;
   std::fill(std::begin(settled->words), std::end(settled->words), 0);
   for (uint32_t i = 0; i < rays.count; i++) {
     if (!(ranges[i] <= fan.range)) continue;
-    const Direction& d = rays.directions[i];
     const double share = ShareOfLeg(ranges[i], fan.leg_length);
-    const Axis x{record.x, static_cast<int>(record.fraction & 0xffff),
-                 ray_rotate_x(record.cosine, record.sine, d.cosine, d.sine)};
-    const Axis y{record.y, static_cast<int>(record.fraction >> 16),
-                 ray_rotate_y(record.cosine, record.sine, d.cosine, d.sine)};
-    const bool stays = StaysInTile(x, ray_packed_u(rays.hits[i]), share) &&
-                       StaysInTile(y, ray_packed_v(rays.hits[i]), share);
-    settled->words[i / 64] |= uint64_t{stays} << i % 64;
+    const LegEnd end = FindLegEnd(fan.record, rays.directions[i], rays.hits[i], share);
+    settled->words[i / 64] |= uint64_t{end.tiles == 0} << i % 64;
   }
 }
 

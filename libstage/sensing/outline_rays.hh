@@ -51,6 +51,15 @@ void MeetOneByOne(const OutlineRays& rays, const OutlineEdges& edges, double* ra
 /// and before that it does not leave the tile of its potential hit.
 void SettleOneByOne(const OutlineRays& rays, const double* ranges, SettledRays* settled);
 
+/// Where the leg of a ray ends, seen from a tile that it comes to.
+struct LegEnd {
+  uint32_t tiles;  ///< further than the tile: 0: in there, 1: in the one behind it, 2: elsewhere
+  int32_t x, y;    ///< a cell of the tile where it ends
+};
+/// Of a ray of a fan of a single leg that has a hit in the tile and goes no further than this share
+/// of the leg.
+LegEnd FindLegEnd(const FanRecord& fan, const Direction& direction, uint32_t hit, double share);
+
 }  // namespace Stg::internal::sensing
 
 #endif
