@@ -19,10 +19,11 @@ namespace Stg::internal::grid {
 /// walk never passes by the cell in which the true ray meets an edge. In cells.
 inline constexpr double kCoverMargin = 1.0 / 1024;
 
-/// Calls f(x, y) for each cell from which the edge from `a` to `b` (in cells) is at most the margin
-/// away, measured along the axes; each once, row by row. Both ends must lie in the grid.
+/// Calls f(y, first, last) for each row of cells that has some from which the edge from `a` to `b`
+/// (in cells) is at most the margin away, measured along the axes: those from x = `first` to `last`.
+/// Both ends must lie in the grid.
 template <typename F>
-void ForEachCellNear(const point_t& a, const point_t& b, F f) {
+void ForEachRowNear(const point_t& a, const point_t& b, F f) {
   const auto floor_of = [](double v) {  // without a call, as std::floor() is on older processors
     const auto whole = static_cast<int32_t>(v);
     return whole - (v < whole);
@@ -30,18 +31,20 @@ void ForEachCellNear(const point_t& a, const point_t& b, F f) {
   const auto first_of = [&](double v) { return floor_of(v - kCoverMargin); };
   const auto last_of = [&](double v) { return floor_of(v + kCoverMargin); };
   const double dx = b.x - a.x, dy = b.y - a.y;
+  const bool level = std::fabs(dy) < kCoverMargin * 1e-6;
+  const double per_row = level ? 0 : 1 / dy;
   const int32_t last_row = last_of(std::max(a.y, b.y));
   for (int32_t y = first_of(std::min(a.y, b.y)); y <= last_row; y++) {
     // The part of the edge, from 0 to 1, whose height is within the margin of this row's.
     double from = 0, to = 1;
-    if (dy != 0) {
-      const double low = (y - kCoverMargin - a.y) / dy, high = (y + 1 + kCoverMargin - a.y) / dy;
+    if (!level) {
+      const double low = (y - kCoverMargin - a.y) * per_row;
+      const double high = (y + 1 + kCoverMargin - a.y) * per_row;
       from = std::max(0.0, std::min(low, high));
       to = std::min(1.0, std::max(low, high));
     }
     const double x0 = a.x + from * dx, x1 = a.x + to * dx;
-    const int32_t last = last_of(std::max(x0, x1));
-    for (int32_t x = first_of(std::min(x0, x1)); x <= last; x++) f(x, y);
+    f(y, first_of(std::min(x0, x1)), last_of(std::max(x0, x1)));
   }
 }
 

@@ -6,6 +6,7 @@
 #ifndef STAGE_GRID_TILE_PART_HH
 #define STAGE_GRID_TILE_PART_HH
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -45,19 +46,29 @@ class PartsMaker {
   explicit PartsMaker(std::vector<TilePart>* parts) : parts_(*parts), first_(parts->size()) {}
   /// Cells may come in any order, and several times. It is faster if cells of the same tile come
   /// one after the other.
-  void Add(int32_t x, int32_t y, uint32_t edges = 0) {
-    const int32_t tile_x = x >> RAY_TILE_SHIFT, tile_y = y >> RAY_TILE_SHIFT;
-    if (last_.x != tile_x || last_.y != tile_y) {
-      AppendLast();
-      last_ = {.x = tile_x, .y = tile_y};
-    }
-    last_.edges |= edges;
+  void Add(int32_t x, int32_t y) {
+    GoTo(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT);
     last_.cells |= uint64_t{1} << TilePart::BitOf(x, y);
+  }
+  /// The cells of a row, from x = `first` to `last`, to which these edges are near.
+  void AddRow(int32_t y, int32_t first, int32_t last, uint32_t edges) {
+    constexpr int32_t kLast = (1 << RAY_TILE_SHIFT) - 1;
+    for (int32_t x = first; x <= last; x = (x | kLast) + 1) {
+      GoTo(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT);
+      const int32_t more = std::min(last, x | kLast) - x;
+      last_.cells |= ((uint64_t{2} << more) - 1) << TilePart::BitOf(x, y);
+      last_.edges |= edges;
+    }
   }
   /// To be called when all cells are in.
   void Finish();
 
  private:
+  void GoTo(int32_t tile_x, int32_t tile_y) {
+    if (last_.x == tile_x && last_.y == tile_y) return;
+    AppendLast();
+    last_ = {.x = tile_x, .y = tile_y};
+  }
   void AppendLast() {
     if (last_.cells != 0) parts_.push_back(last_);
   }

@@ -85,7 +85,9 @@ void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metr
     const point_t from(corners_[i].x * cells_per_metre, corners_[i].y * cells_per_metre);
     const point_t to(corners_[i + 1].x * cells_per_metre, corners_[i + 1].y * cells_per_metre);
     const uint32_t edge = 1u << (i - first);
-    grid::ForEachCellNear(from, to, [&](int32_t x, int32_t y) { maker.Add(x, y, edge); });
+    grid::ForEachRowNear(from, to, [&](int32_t y, int32_t first_x, int32_t last_x) {
+      maker.AddRow(y, first_x, last_x, edge);
+    });
   }
   maker.Finish();
   run.cells.reserve(cells.size());  // before: the run has to know what is drawn of it
