@@ -54,67 +54,52 @@ void ExactGroup::SettleRun(const Run& run, grid::OutlineList outlines, const Fir
   const uint32_t in_part = run.from - run.first;
   const OutlineRays rays{run.part.fan, run.part.directions + in_part, run.part.turns + in_part,
                          &hits.Packed(run.from), run.count()};
-  SettledRays settled{};
-  if (Ask(*run.part.fan, rays, outlines, hits)) {
-    CompareWithKnown(run);
-    hits.Settle(rays, now_, &settled);
+  Gather(*run.part.fan, outlines);
+  OutlineHits found{now_, which_, {}};
+  if (!bodies_.empty()) {
+    hits.Meet(rays, edges_, &found);
+    if (Keep(run)) hits.Settle(rays, now_, &found.settled);
   }
-  Keep(run);
   for (uint32_t i = 0; i < rays.count; i++) {
-    i = settled.FirstOther(i);
+    i = found.settled.FirstOther(i);
     if (i < rays.count) GoOn(run, run.from + i, rays.hits[i]);
   }
 }
 
-/// Finds out where the rays meet outlines, and which. False if none was asked.
-bool ExactGroup::Ask(const Fan& fan, const OutlineRays& rays, grid::OutlineList outlines,
-                     const FirstHits& hits) {
-  bool any = false;
+/// Gathers the outlines of a tile that the fan's rays may stop at, in the order of their numbers.
+void ExactGroup::Gather(const Fan& fan, grid::OutlineList outlines) {
+  bodies_.clear();
+  edges_.clear();
   grid_.ForEachOutline(outlines, [&](const grid::OutlinePart& part) {
     const grid::Body& body = grid_.body(part.id);
     if (PassesAboveOrBelow(fan, body)) return;
     if (!fan.predicate(body.model, fan.finder, fan.arg)) return;
-    const OutlineEdges edges{body.corners, part.edges};
-    if (!any) {
-      hits.Meet(rays, edges, now_);
-      std::fill(bodies_, bodies_ + rays.count, &body);
-      any = true;
-      return;
-    }
-    hits.Meet(rays, edges, others_);
-    for (uint32_t i = 0; i < rays.count; i++) {
-      if (!IsNearer(others_[i], body, now_[i], *bodies_[i])) continue;
-      now_[i] = others_[i];
-      bodies_[i] = &body;
-    }
+    size_t place = bodies_.size();
+    while (place > 0 && body.number < bodies_[place - 1]->number) place--;
+    const auto at = static_cast<std::ptrdiff_t>(place);
+    bodies_.insert(bodies_.begin() + at, &body);
+    edges_.insert(edges_.begin() + at, {body.corners, part.edges});
   });
-  if (!any) std::fill(now_, now_ + rays.count, std::numeric_limits<double>::infinity());
-  return any;
 }
 
-/// Rays may have met something in an earlier tile that is nearer.
-void ExactGroup::CompareWithKnown(const Run& run) {
-  for (uint32_t i = 0; i < run.count(); i++) {
-    const uint32_t ray = run.numbers[run.from + i];
-    const grid::Body* const known = met_[ray];
-    if (!known || IsNearer(now_[i], *bodies_[i], ranges_[ray], *known)) continue;
-    now_[i] = ranges_[ray];
-    bodies_[i] = known;
-  }
-}
-
-/// Notes what the rays have met so far.
-void ExactGroup::Keep(const Run& run) {
+/// Notes what the rays have met first so far, now or in an earlier tile. True if it was earlier for
+/// any of them: now_ has the range of that then.
+bool ExactGroup::Keep(const Run& run) {
   const double range = run.part.fan->range;
+  bool any_earlier = false;
   for (uint32_t i = 0; i < run.count(); i++) {
     const uint32_t ray = run.numbers[run.from + i];
-    if (IsWithin(now_[i], range)) {
+    const grid::Body& body = *bodies_[which_[i]];
+    const grid::Body* const known = met_[ray];
+    if (known && !IsNearer(now_[i], body, ranges_[ray], *known)) {
+      now_[i] = ranges_[ray];
+      any_earlier = true;
+    } else if (IsWithin(now_[i], range)) {
       ranges_[ray] = now_[i];
-      met_[ray] = bodies_[i];
-    } else if (!met_[ray]) {
-      ranges_[ray] = range;
+      met_[ray] = &body;
     }
   }
+  return any_earlier;
 }
 
 /// A ray of the run, which has this hit, goes on: with the rest, if it comes to more than one tile.
@@ -163,7 +148,7 @@ void ExactGroup::NextRound(const RayGroup& all) {
               .exact = true,
               .passed = rest.passed,
               .shares = rest.shares},
-             others_);
+             now_);
   Settle(rest.parts, rest.part_count, rest.numbers, hits_);
 }
 

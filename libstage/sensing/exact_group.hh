@@ -10,6 +10,7 @@
 #define STAGE_SENSING_EXACT_GROUP_HH
 
 #include <cstdint>
+#include <vector>
 
 #include "grid/grid.hh"
 #include "sensing/counters.hh"
@@ -66,10 +67,8 @@ class ExactGroup {
               const FirstHits& hits);
   void SettleRun(const Run& run, grid::OutlineList outlines, const FirstHits& hits);
   bool HaveSame(grid::OutlineList a, grid::OutlineList b) const;
-  bool Ask(const Fan& fan, const OutlineRays& rays, grid::OutlineList outlines,
-           const FirstHits& hits);
-  void CompareWithKnown(const Run& run);
-  void Keep(const Run& run);
+  void Gather(const Fan& fan, grid::OutlineList outlines);
+  bool Keep(const Run& run);
   void GoOn(const Run& run, uint32_t ray, uint32_t hit);
   void NextRound(const RayGroup& all);
   void GoOnAlone(const RayGroup& all);
@@ -82,9 +81,11 @@ class ExactGroup {
   Rest rests_[2];                     // of this round and of the next one
   Rest* rest_ = &rests_[0];           // who goes on
   const grid::Body* met_[kMost];      // so far
-  // Of a run: where the rays meet outlines of the tile, and which.
-  double now_[kRoom], others_[kRoom];
-  const grid::Body* bodies_[kMost];
+  // Of a run: the outlines of the tile, and where the rays meet which of them.
+  std::vector<const grid::Body*> bodies_;
+  std::vector<OutlineEdges> edges_;
+  double now_[kRoom];
+  uint32_t which_[kRoom];
 };
 
 }  // namespace Stg::internal::sensing

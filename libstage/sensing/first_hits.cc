@@ -61,7 +61,7 @@ void FirstHits::WriteRanges(const RayGroup& rays, double* ranges) const {
   uint32_t ray = 0;
   for (uint32_t i = 0; i < rays.part_count; i++)
     for (uint32_t k = 0; k < rays.parts[i].count; k++, ray++)
-      ranges[ray] = middles_[ray] * rays.parts[i].leg_length;
+      ranges[ray] = (rays.exact ? 1.0 : middles_[ray]) * rays.parts[i].leg_length;
 }
 
 void FirstHits::LookOneByOne(const RayGroup& rays) {

@@ -28,7 +28,8 @@ class FirstHits {
       : grid_(grid), wide_walk_(wide_walk) {}
 
   /// Takes the rays of the group, one part after the other, which a device has walked. Writes their
-  /// ranges: as MiddleOf() has them for those with a potential hit, to the very bits.
+  /// ranges: as MiddleOf() has them for those with a potential hit, to the very bits; for exact rays
+  /// the lengths of their legs.
   void Look(const RayGroup& rays, double* ranges);
   /// The same; walks them itself. Those that have passed hits must be kFewestForLanes at least, and
   /// there must be lanes.
@@ -39,12 +40,13 @@ class FirstHits {
   const uint32_t& Packed(uint32_t i) const { return hits_[i]; }
   /// The bodies in the cell of that; of exact rays the OutlineList of its tile.
   grid::BodyList Bodies(uint32_t i) const { return lists_[i]; }
-  /// MeetOneByOne() and SettleOneByOne(), for rays of these and room for them.
-  void Meet(const OutlineRays& rays, const OutlineEdges& edges, double* ranges) const {
+  /// MeetOneByOne() and SettleOneByOne(), for some of these rays.
+  void Meet(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
+            OutlineHits* found) const {
     if (wide_walk_.meet && rays.count >= kFewestToMeet)
-      wide_walk_.meet(rays, edges, ranges);
+      wide_walk_.meet(rays, outlines, found);
     else
-      MeetOneByOne(rays, edges, ranges);
+      MeetOneByOne(rays, outlines, found);
   }
   void Settle(const OutlineRays& rays, const double* ranges, SettledRays* settled) const {
     if (wide_walk_.settle && rays.count >= kFewestToMeet)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iterator>
+#include <limits>
 
 #include "sensing/crossing.hh"
 
@@ -52,9 +53,22 @@ LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double
           in_y == 1 ? y.behind() : y.cell()};
 }
 
-void MeetOneByOne(const OutlineRays& rays, const OutlineEdges& edges, double* ranges) {
-  for (uint32_t i = 0; i < rays.count; i++)
-    ranges[i] = FirstCrossing(LineOf(*rays.fan, rays.turns[i]), edges.corners, edges.edges);
+void MeetOneByOne(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
+                  OutlineHits* found) {
+  for (uint32_t i = 0; i < rays.count; i++) {
+    const Line line = LineOf(*rays.fan, rays.turns[i]);
+    double nearest = std::numeric_limits<double>::infinity();
+    uint32_t which = 0;
+    for (uint32_t k = 0; k < outlines.size(); k++) {
+      const double range = FirstCrossing(line, outlines[k].corners, outlines[k].edges);
+      if (!(range < nearest)) continue;
+      nearest = range;
+      which = k;
+    }
+    found->ranges[i] = nearest;
+    found->which[i] = which;
+  }
+  SettleOneByOne(rays, found->ranges, &found->settled);
 }
 
 void SettleOneByOne(const OutlineRays& rays, const double* ranges, SettledRays* settled) {

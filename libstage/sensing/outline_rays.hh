@@ -8,6 +8,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <span>
 
 #include "sensing/fan.hh"
 #include "sensing/ray_group.hh"
@@ -43,11 +44,20 @@ struct SettledRays {
   }
 };
 
-// Ray by ray; in lanes: wide_outlines.hh.
+/// What rays meet first of some outlines.
+struct OutlineHits {
+  double* ranges;   ///< of each ray, metres; infinity if it meets none
+  uint32_t* which;  ///< of the outlines; of several at the same place the first; 0 if none
+  SettledRays settled;
+};
 
-/// Sets ranges[i] to where ray i meets one of the edges, in metres; infinity if it misses them.
-void MeetOneByOne(const OutlineRays& rays, const OutlineEdges& edges, double* ranges);
-/// Tells which rays are at an end: ray i has met something at ranges[i], which is within its range,
+// Ray by ray; in lanes: wide_outlines.hh. Ranges and outlines have room for the last lanes: that of
+// WideHits.
+
+/// Finds out what the rays meet, and which are settled then.
+void MeetOneByOne(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
+                  OutlineHits* found);
+/// Tells which rays are settled: ray i has met something at ranges[i], which is within its range,
 /// and before that it does not leave the tile of its potential hit.
 void SettleOneByOne(const OutlineRays& rays, const double* ranges, SettledRays* settled);
 

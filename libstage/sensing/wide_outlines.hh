@@ -142,10 +142,13 @@ typename Lanes::M Settled(const OutlineRays& rays, uint32_t first, typename Lane
 }
 
 template <class Lanes>
-void MeetInLanes(const OutlineRays& rays, const OutlineEdges& edges, double* ranges) {
+void MeetInLanes(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
+                 OutlineHits* found) {
   using D = typename Lanes::D;
+  using V = typename Lanes::V;
   const Fan& fan = *rays.fan;
   const D sine = Lanes::AllOf(fan.heading.sine), cosine = Lanes::AllOf(fan.heading.cosine);
+  for (uint64_t& word : found->settled.words) word = 0;
   for (uint32_t first = 0; first < rays.count; first += Lanes::kCount) {
     D sines, cosines;
     Lanes::LoadPairs(rays.turns + first, rays.count - first, &sines, &cosines);
@@ -153,11 +156,20 @@ void MeetInLanes(const OutlineRays& rays, const OutlineEdges& edges, double* ran
     const LineLanes<Lanes> lines(
         fan.x, fan.y, Lanes::Plus(Lanes::Times(sine, cosines), Lanes::Times(cosine, sines)),
         Lanes::Minus(Lanes::Times(cosine, cosines), Lanes::Times(sine, sines)));
-    Lanes::Store(Lanes::FirstOf(rays.count - first), ranges + first, lines.FirstCrossing(edges));
+    D nearest = Lanes::AllOf(__builtin_inf());
+    V which = Lanes::All(0);
+    for (size_t k = 0; k < outlines.size(); k++) {
+      const D ranges = lines.FirstCrossing(outlines[k]);
+      which = Lanes::Select(Lanes::Below(ranges, nearest), Lanes::All(static_cast<int64_t>(k)), which);
+      nearest = Lanes::Smaller(ranges, nearest);
+    }
+    Lanes::Store(found->ranges + first, nearest);
+    Lanes::Store(found->which + first, which);
+    found->settled.words[first / 64] |= Lanes::BitsOf(Settled<Lanes>(rays, first, nearest))
+                                        << first % 64;
   }
 }
 
-/// The ranges of the last lanes are read as well, wherever they are from.
 template <class Lanes>
 void SettleInLanes(const OutlineRays& rays, const double* ranges, SettledRays* settled) {
   for (uint64_t& word : settled->words) word = 0;

@@ -39,7 +39,8 @@ struct WideWalk {
   void (*look)(const RayGroup& rays, const grid::Grid::Tables& tables,
                const WideHits& found) = nullptr;
   /// MeetOneByOne() and SettleOneByOne().
-  void (*meet)(const OutlineRays& rays, const OutlineEdges& edges, double* ranges) = nullptr;
+  void (*meet)(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
+               OutlineHits* found) = nullptr;
   void (*settle)(const OutlineRays& rays, const double* ranges, SettledRays* settled) = nullptr;
 };
 
