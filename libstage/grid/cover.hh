@@ -20,8 +20,8 @@ namespace Stg::internal::grid {
 inline constexpr double kCoverMargin = 1.0 / 1024;
 
 /// Calls f(y, first, last) for each row of cells that has some from which the edge from `a` to `b`
-/// (in cells) is at most the margin away, measured along the axes: those from x = `first` to `last`.
-/// Both ends must lie in the grid.
+/// (in cells) is at most the margin away, measured along the axes: those from x = `first` to
+/// `last`. Both ends must lie in the grid.
 template <typename F>
 void ForEachRowNear(const point_t& a, const point_t& b, F f) {
   const auto floor_of = [](double v) {  // without a call, as std::floor() is on older processors

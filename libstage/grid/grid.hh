@@ -178,8 +178,8 @@ class Grid {
   /// The same, and makes the regions that are missing.
   void MakeSlots(std::span<TilePart> parts);
 
-  /// What is drawn in a tile with thin outlines: mostly a single body. The same size everywhere: i386 would put
-  /// numbers of 64 bits at any multiple of 4.
+  /// What is drawn in a tile with thin outlines: mostly a single body. The same size everywhere:
+  /// i386 would put numbers of 64 bits at any multiple of 4.
   struct alignas(8) TileCells {
     uint64_t cells;    ///< that something is drawn in
     uint64_t crowded;  ///< those with several bodies

@@ -40,10 +40,10 @@ static inline double RoundingAt(const point_t& p, double x, double y) {
 }
 
 /// How far along the line it first meets one of some edges: bit i stands for that from points[i] to
-/// points[i + 1]; infinity if it meets none. Ends belong to edges, and a point counts as on the line if
-/// the rounding of its coordinates could have moved it off: so no ray slips between two edges that
-/// share a corner, and one that runs along an edge meets it at its nearer end. A line that starts
-/// on an edge meets it there, at 0.
+/// points[i + 1]; infinity if it meets none. Ends belong to edges, and a point counts as on the
+/// line if the rounding of its coordinates could have moved it off: so no ray slips between two
+/// edges that share a corner, and one that runs along an edge meets it at its nearer end. A line
+/// that starts on an edge meets it there, at 0.
 double FirstCrossing(const Line& line, const point_t* points, uint32_t edges);
 
 /// How much of a leg lies before a place so many metres from its start.

@@ -22,7 +22,6 @@ struct EightLanes : VectorLanes<int32_t> {
   using Places = V;
 
   static V Load(const int32_t* p) { return Get<V>(p); }
-  static V Load(const uint32_t* p) { return Get<V>(p); }
   static F Load(const float* p) { return Get<F>(p); }
   static void Store(int32_t* p, V v) { Put(p, v); }
 

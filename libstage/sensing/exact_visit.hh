@@ -22,7 +22,8 @@ inline bool PassesAboveOrBelow(const Fan& fan, const grid::Body& body) {
 
 /// Of bodies that a ray meets at the same place, it stops at that with the smallest number, in
 /// whatever order it gets to know them.
-inline bool IsNearer(double along, const grid::Body& body, double nearest, const grid::Body& other) {
+inline bool IsNearer(double along, const grid::Body& body, double nearest,
+                     const grid::Body& other) {
   return along < nearest || (along == nearest && body.number < other.number);
 }
 
@@ -69,9 +70,8 @@ class ExactVisit {
                          [&](const grid::OutlinePart& part) { nearer |= Offer(part); });
     return nearer;
   }
-  /// Of the outlines in a tile is known that the ray meets none of them, or this one first.
-  void Know(uint32_t slot, const grid::Body* met, double along) {
-    asked_ = slot;
+  /// It is known that the ray meets this outline, if it is not null.
+  void Know(const grid::Body* met, double along) {
     if (met) StopAt(*met, along);
   }
   /// Cells that the ray enters behind the nearest crossing are of no interest any more.

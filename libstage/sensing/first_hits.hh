@@ -21,38 +21,28 @@ namespace Stg::internal::sensing {
 class FirstHits {
  public:
   static constexpr uint32_t kAtOnce = RayGroup::kMost;
-  /// Fewer rays are taken faster one by one.
-  static constexpr uint32_t kFewestForLanes = 4;
 
   explicit FirstHits(const grid::Grid& grid, WideWalk wide_walk = FindWideWalk())
       : grid_(grid), wide_walk_(wide_walk) {}
 
   /// Takes the rays of the group, one part after the other, which a device has walked. Writes their
-  /// ranges: as MiddleOf() has them for those with a potential hit, to the very bits; for exact rays
-  /// the lengths of their legs.
+  /// ranges: as MiddleOf() has them for those with a potential hit, to the very bits; for exact
+  /// rays the lengths of their legs.
   void Look(const RayGroup& rays, double* ranges);
-  /// The same; walks them itself. Those that have passed hits must be kFewestForLanes at least, and
-  /// there must be lanes.
+  /// The same; walks them itself.
   void Walk(const RayGroup& rays, double* ranges);
-  bool HasLanes() const { return wide_walk_.walk != nullptr; }
 
   /// The first potential hit of ray i of them, as lists have it.
   const uint32_t& Packed(uint32_t i) const { return hits_[i]; }
   /// The bodies in the cell of that; of exact rays the OutlineList of its tile.
   grid::BodyList Bodies(uint32_t i) const { return lists_[i]; }
-  /// MeetOneByOne() and SettleOneByOne(), for some of these rays.
+  /// MeetOneByOne(), for some of these rays.
   void Meet(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
             OutlineHits* found) const {
     if (wide_walk_.meet && rays.count >= kFewestToMeet)
       wide_walk_.meet(rays, outlines, found);
     else
       MeetOneByOne(rays, outlines, found);
-  }
-  void Settle(const OutlineRays& rays, const double* ranges, SettledRays* settled) const {
-    if (wide_walk_.settle && rays.count >= kFewestToMeet)
-      wide_walk_.settle(rays, ranges, settled);
-    else
-      SettleOneByOne(rays, ranges, settled);
   }
   /// The first ray behind i with other bodies, or of another part.
   uint32_t EndOfRun(uint32_t i) const {
@@ -65,7 +55,8 @@ class FirstHits {
   static constexpr grid::BodyList kNothing = WideHits::kNothing;
 
  private:
-  static constexpr uint32_t kFewestToMeet = 2;
+  /// Fewer rays are taken faster one by one.
+  static constexpr uint32_t kFewestForLanes = 4, kFewestToMeet = 2;
 
   bool HitsNothing(uint32_t i) const { return hits_[i] == RAY_NO_HIT; }
   struct Step {

@@ -75,9 +75,7 @@ struct FourLanes : VectorLanes<int64_t> {
   static D DivideOr0(D a, D b) { return AsD(And(AsV(a / b), b != AllOf(0))); }
 
   /// Rounds towards 0. Of numbers of 32 bits.
-  static V ToInteger(D a) {
-    return __builtin_convertvector(__builtin_convertvector(a, Halves), V);
-  }
+  static V ToInteger(D a) { return __builtin_convertvector(__builtin_convertvector(a, Halves), V); }
   static D Magnitude(D a) { return AsD(And(AsV(a), All(INT64_MAX))); }
   using VectorLanes::Below;
   static M Below(D a, D b) { return {a < b}; }

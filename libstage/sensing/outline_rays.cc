@@ -44,8 +44,8 @@ class Axis {
 }  // namespace
 
 LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double share) {
-  const Axis x(fan.x, fan.fraction & 0xffff,
-               ray_rotate_x(fan.cosine, fan.sine, d.cosine, d.sine), ray_packed_u(hit));
+  const Axis x(fan.x, fan.fraction & 0xffff, ray_rotate_x(fan.cosine, fan.sine, d.cosine, d.sine),
+               ray_packed_u(hit));
   const Axis y(fan.y, fan.fraction >> 16, ray_rotate_y(fan.cosine, fan.sine, d.cosine, d.sine),
                ray_packed_v(hit));
   const uint32_t in_x = x.TilesBehind(share), in_y = y.TilesBehind(share);
@@ -53,32 +53,35 @@ LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double
           in_y == 1 ? y.behind() : y.cell()};
 }
 
-void MeetOneByOne(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
-                  OutlineHits* found) {
-  for (uint32_t i = 0; i < rays.count; i++) {
-    const Line line = LineOf(*rays.fan, rays.turns[i]);
-    double nearest = std::numeric_limits<double>::infinity();
-    uint32_t which = 0;
-    for (uint32_t k = 0; k < outlines.size(); k++) {
-      const double range = FirstCrossing(line, outlines[k].corners, outlines[k].edges);
-      if (!(range < nearest)) continue;
-      nearest = range;
-      which = k;
-    }
-    found->ranges[i] = nearest;
-    found->which[i] = which;
+namespace {
+
+/// What a ray meets first of these outlines: sets ranges and which.
+void MeetAlone(const OutlineRays& rays, uint32_t ray, std::span<const OutlineEdges> outlines,
+               OutlineHits* found) {
+  const Line line = LineOf(*rays.fan, rays.turns[ray]);
+  double& nearest = found->ranges[ray] = std::numeric_limits<double>::infinity();
+  uint32_t& which = found->which[ray] = 0;
+  for (uint32_t i = 0; i < outlines.size(); i++) {
+    const double range = FirstCrossing(line, outlines[i].corners, outlines[i].edges);
+    if (!(range < nearest)) continue;
+    nearest = range;
+    which = i;
   }
-  SettleOneByOne(rays, found->ranges, &found->settled);
 }
 
-void SettleOneByOne(const OutlineRays& rays, const double* ranges, SettledRays* settled) {
+}  // namespace
+
+void MeetOneByOne(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
+                  OutlineHits* found) {
   const Fan& fan = *rays.fan;
-  std::fill(std::begin(settled->words), std::end(settled->words), 0);
+  std::fill(std::begin(found->settled.words), std::end(found->settled.words), 0);
   for (uint32_t i = 0; i < rays.count; i++) {
-    if (!(ranges[i] <= fan.range)) continue;
-    const double share = ShareOfLeg(ranges[i], fan.leg_length);
+    MeetAlone(rays, i, outlines, found);
+    const double range = found->ranges[i];
+    if (!(range <= fan.range)) continue;
+    const double share = ShareOfLeg(range, fan.leg_length);
     const LegEnd end = FindLegEnd(fan.record, rays.directions[i], rays.hits[i], share);
-    settled->words[i / 64] |= uint64_t{end.tiles == 0} << i % 64;
+    found->settled.words[i / 64] |= uint64_t{end.tiles == 0} << i % 64;
   }
 }
 

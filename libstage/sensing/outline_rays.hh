@@ -54,12 +54,10 @@ struct OutlineHits {
 // Ray by ray; in lanes: wide_outlines.hh. Ranges and outlines have room for the last lanes: that of
 // WideHits.
 
-/// Finds out what the rays meet, and which are settled then.
+/// Finds out what the rays meet, and which are settled then: they meet something within their
+/// range, and before that they do not leave the tile of their potential hit.
 void MeetOneByOne(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
                   OutlineHits* found);
-/// Tells which rays are settled: ray i has met something at ranges[i], which is within its range,
-/// and before that it does not leave the tile of its potential hit.
-void SettleOneByOne(const OutlineRays& rays, const double* ranges, SettledRays* settled);
 
 /// Where the leg of a ray ends, seen from a tile that it comes to.
 struct LegEnd {

@@ -46,10 +46,6 @@ struct RayGroup {
   uint32_t count;           ///< of rays, at most kMost
   uint32_t words_of_a_ray;  ///< of those that a device walked
   bool exact = false;       ///< of the exact model
-  /// If not null, one for each ray and room for a few more: the walk begins behind the tiles of
-  /// these hits,
-  const uint32_t* passed = nullptr;
-  const double* shares = nullptr;  ///< and goes no further than this share of the leg.
 };
 
 }  // namespace Stg::internal::sensing

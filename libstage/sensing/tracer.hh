@@ -70,7 +70,7 @@ class Tracer {
   struct HitList {
     const uint32_t* hits = nullptr;  // as HitLists has them
     uint32_t count = 0;              // 0: nothing is known
-    uint32_t of_device = 0;         // 1 if it is from one
+    uint32_t of_device = 0;          // 1 if it is from one
   };
   struct Walk;
   class Group;

@@ -22,7 +22,8 @@ class LineLanes {
   using D = typename Lanes::D;
   using M = typename Lanes::M;
 
-  LineLanes(double x, double y, D sines, D cosines) : x_(x), y_(y), sines_(sines), cosines_(cosines) {}
+  LineLanes(double x, double y, D sines, D cosines)
+      : x_(x), y_(y), sines_(sines), cosines_(cosines) {}
 
   D FirstCrossing(const OutlineEdges& some) const {
     D nearest = All(kNone);
@@ -35,7 +36,8 @@ class LineLanes {
       to = See(some.corners[seen]);
       const M meet = Meet(from, to);
       if (Lanes::Any(meet))
-        nearest = Lanes::Smaller(Lanes::Select(meet, Crossing(meet, from, to), All(kNone)), nearest);
+        nearest =
+            Lanes::Smaller(Lanes::Select(meet, Crossing(meet, from, to), All(kNone)), nearest);
     }
     return nearest;
   }
@@ -71,8 +73,8 @@ class LineLanes {
     const D share = Lanes::Divide(a.side, Lanes::Minus(a.side, b.side));
     const D between = Lanes::Plus(a.along, Lanes::Times(Lanes::Minus(b.along, a.along), share));
     const D nearer = Lanes::Smaller(b.along, a.along);
-    const D along =
-        Lanes::Select(on_a, Lanes::Select(on_b, nearer, a.along), Lanes::Select(on_b, b.along, between));
+    const D along = Lanes::Select(on_a, Lanes::Select(on_b, nearer, a.along),
+                                  Lanes::Select(on_b, b.along, between));
     const M behind = Lanes::Below(along, All(0));
     if (!Lanes::Any(Lanes::And(meet, behind))) return along;
     return Lanes::Select(behind, Behind(along, a, b), along);
@@ -85,8 +87,8 @@ class LineLanes {
     const D length = Lanes::Plus(across, Lanes::Magnitude(Lanes::Minus(a.along, b.along)));
     const D farther = Lanes::Larger(a.along, b.along);
     const M off_edge = Lanes::Below(farther, Lanes::Minus(none, unsure));
-    const M off = Lanes::Below(Lanes::Times(unsure, length),
-                               Lanes::Times(Lanes::Minus(none, along), across));
+    const M off =
+        Lanes::Below(Lanes::Times(unsure, length), Lanes::Times(Lanes::Minus(none, along), across));
     const M along_edge = Lanes::Zero(across);
     const M missed = Lanes::Or(Lanes::And(along_edge, off_edge), Lanes::AndNot(off, along_edge));
     return Lanes::Select(missed, All(kNone), none);
@@ -130,8 +132,8 @@ typename Lanes::M Settled(const OutlineRays& rays, uint32_t first, typename Lane
   using V = typename Lanes::V;
   const FanRecord& fan = rays.fan->record;
   const auto beyond = Lanes::Below(Lanes::AllOf(rays.fan->range), ranges);
-  const auto share = Lanes::Smaller(Lanes::Divide(ranges, Lanes::AllOf(rays.fan->leg_length)),
-                                    Lanes::AllOf(1.0));
+  const auto share =
+      Lanes::Smaller(Lanes::Divide(ranges, Lanes::AllOf(rays.fan->leg_length)), Lanes::AllOf(1.0));
   V dx, dy;
   Displace<Lanes>(fan, rays.directions + first, rays.count - first, &dx, &dy);
   const V hits = Lanes::Load(rays.hits + first);
@@ -160,22 +162,14 @@ void MeetInLanes(const OutlineRays& rays, std::span<const OutlineEdges> outlines
     V which = Lanes::All(0);
     for (size_t k = 0; k < outlines.size(); k++) {
       const D ranges = lines.FirstCrossing(outlines[k]);
-      which = Lanes::Select(Lanes::Below(ranges, nearest), Lanes::All(static_cast<int64_t>(k)), which);
+      which =
+          Lanes::Select(Lanes::Below(ranges, nearest), Lanes::All(static_cast<int64_t>(k)), which);
       nearest = Lanes::Smaller(ranges, nearest);
     }
     Lanes::Store(found->ranges + first, nearest);
     Lanes::Store(found->which + first, which);
     found->settled.words[first / 64] |= Lanes::BitsOf(Settled<Lanes>(rays, first, nearest))
                                         << first % 64;
-  }
-}
-
-template <class Lanes>
-void SettleInLanes(const OutlineRays& rays, const double* ranges, SettledRays* settled) {
-  for (uint64_t& word : settled->words) word = 0;
-  for (uint32_t first = 0; first < rays.count; first += Lanes::kCount) {
-    const auto ended = Settled<Lanes>(rays, first, Lanes::Load(ranges + first));
-    settled->words[first / 64] |= Lanes::BitsOf(ended) << first % 64;
   }
 }
 

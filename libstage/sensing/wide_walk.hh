@@ -38,10 +38,9 @@ struct WideWalk {
   /// The same for rays that a device has walked.
   void (*look)(const RayGroup& rays, const grid::Grid::Tables& tables,
                const WideHits& found) = nullptr;
-  /// MeetOneByOne() and SettleOneByOne().
+  /// MeetOneByOne().
   void (*meet)(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
                OutlineHits* found) = nullptr;
-  void (*settle)(const OutlineRays& rays, const double* ranges, SettledRays* settled) = nullptr;
 };
 
 /// Those that the library was made with and this processor can run, the fastest first.

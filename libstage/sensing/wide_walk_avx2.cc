@@ -12,7 +12,7 @@ namespace Stg::internal::sensing {
 
 extern const WideWalk kWalkAvx2;
 const WideWalk kWalkAvx2{"avx2", WalkInLanes<FourLanes, EightLanes>, LookInLanes<FourLanes>,
-                         MeetInLanes<FourLanes>, SettleInLanes<FourLanes>};
+                         MeetInLanes<FourLanes>};
 
 }  // namespace Stg::internal::sensing
 

@@ -160,7 +160,6 @@ struct Sixteen {
 
   static V All(int32_t n) { return _mm512_set1_epi32(n); }
   static V Load(const int32_t* p) { return _mm512_loadu_si512(p); }
-  static V Load(const uint32_t* p) { return _mm512_loadu_si512(p); }
   static F Load(const float* p) { return _mm512_loadu_ps(p); }
   static void Store(int32_t* p, V v) { _mm512_storeu_si512(p, v); }
 
@@ -306,7 +305,8 @@ struct Sixteen {
 }  // namespace
 
 extern const WideWalk kWalkAvx512;
-const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight, Sixteen>, LookInLanes<Eight>, MeetInLanes<Eight>, SettleInLanes<Eight>};
+const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight, Sixteen>, LookInLanes<Eight>,
+                           MeetInLanes<Eight>};
 
 }  // namespace Stg::internal::sensing
 

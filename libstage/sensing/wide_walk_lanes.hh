@@ -74,15 +74,9 @@ class ReadyRays : public RayStarts<Lanes> {
       : RayStarts<Lanes>(rays),
         supers(SupersNear<Lanes>(rays)),
         mask(*rays.mask),
-        free_(rays.passed ? FreeBoxes() : FindFreeBoxes(rays)) {
+        free_(FindFreeBoxes(rays)) {
     for (uint32_t first = 0; first < this->count; first += Lanes::kCount) Prepare(first);
-    if (rays.shares) EndEarly(rays.shares);
-    for (uint32_t first = 0; first < this->count; first += Narrow::kCount) {
-      if (rays.passed)
-        LeaveTile(first, rays.passed);
-      else
-        LeaveFreeBox(first);
-    }
+    for (uint32_t first = 0; first < this->count; first += Narrow::kCount) LeaveFreeBox(first);
   }
 
   const SuperMap<Lanes> supers;
@@ -134,61 +128,16 @@ class ReadyRays : public RayStarts<Lanes> {
       return Narrow::Add(
           Narrow::Select(back, Narrow::Subtract(start, min), Narrow::Subtract(max, start)), one);
     };
-    N over_x = none, over_y = none;
-    Cross(first, border(back_x, x, min_x, max_x), border(back_y, y, min_y, max_y), &over_x, &over_y);
-    Narrow::Store(u + first, Narrow::Select(outside, none, over_x));
-    Narrow::Store(v + first, Narrow::Select(outside, none, over_y));
-  }
-
-  /// The walk begins where the ray leaves the tile of a hit.
-  void LeaveTile(uint32_t first, const uint32_t* hits) {
-    using N = typename Narrow::V;
-    constexpr int kSide = 1 << RAY_TILE_SHIFT;
-    const N hit = Narrow::Load(hits + first);
-    const auto border = [](N borders, N start, N displacement) {
-      const N back = Narrow::SignOf(displacement);
-      const N gone = Narrow::Xor(Reached<Narrow>(start, borders, back), back);
-      return Narrow::Subtract(Narrow::Add(borders, Narrow::All(kSide)),
-                              Narrow::And(gone, Narrow::All(kSide - 1)));
-    };
-    N at_u = Narrow::And(hit, Narrow::All(0xffff));
-    N at_v = Narrow::And(Narrow::template Right<16>(hit), Narrow::All(0xffff));
-    const N border_x = border(at_u, Narrow::Load(this->x0 + first), Narrow::Load(this->dx + first));
-    const N border_y = border(at_v, Narrow::Load(this->y0 + first), Narrow::Load(this->dy + first));
-    Cross(first, border_x, border_y, &at_u, &at_v);
-    Narrow::Store(u + first, at_u);
-    Narrow::Store(v + first, at_v);
-  }
-
-  /// Leaps over that of the borders which the ray comes to first, from where it is.
-  void Cross(uint32_t first, typename Narrow::V border_x, typename Narrow::V border_y,
-             typename Narrow::V* at_u, typename Narrow::V* at_v) const {
-    const auto load = [&](const auto* numbers) { return Narrow::Load(numbers + first); };
-    const Slant<Narrow> ray{load(this->ox),
-                            load(this->oy),
-                            Narrow::Absolute(load(this->dx)),
-                            Narrow::Absolute(load(this->dy)),
-                            load(dy_per_dx),
-                            load(dx_per_dy)};
+    const N border_x = border(back_x, x, min_x, max_x), border_y = border(back_y, y, min_y, max_y);
+    const Slant<Narrow> ray{load(this->ox),         load(this->oy),  Narrow::Absolute(to_x),
+                            Narrow::Absolute(to_y), load(dy_per_dx), load(dx_per_dy)};
     const auto in_x =
         Narrow::ProductsBelow(Offset<Narrow>(border_x, ray.ox), ray.ady,
                               Offset<Narrow>(border_y, ray.oy), ray.adx, Narrow::None());
-    Leap<Narrow>(ray, in_x, border_x, border_y, at_u, at_v);
-  }
-
-  /// No ray walks further than its share of the leg: LimitOf().
-  void EndEarly(const double* shares) {
-    for (uint32_t first = 0; first < this->count; first += Lanes::kCount) {
-      const D share = Lanes::Load(shares + first);
-      const auto shorten = [&](const int32_t* displacements, int32_t* limits) {
-        const D size = Lanes::ToDouble(Lanes::Absolute(Lanes::Load(displacements + first)));
-        const V end = Lanes::Add(Lanes::ToInteger(Lanes::Times(share, size)), All(1));
-        const V limit = Lanes::Load(limits + first);
-        Lanes::Store(limits + first, Lanes::Select(Lanes::Greater(end, limit), limit, end));
-      };
-      shorten(this->dx, limits_x);
-      shorten(this->dy, limits_y);
-    }
+    N over_x = none, over_y = none;
+    Leap<Narrow>(ray, in_x, border_x, border_y, &over_x, &over_y);
+    Narrow::Store(u + first, Narrow::Select(outside, none, over_x));
+    Narrow::Store(v + first, Narrow::Select(outside, none, over_y));
   }
 
   /// ray_limit().

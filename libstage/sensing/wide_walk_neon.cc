@@ -12,7 +12,7 @@ namespace Stg::internal::sensing {
 
 extern const WideWalk kWalkNeon;
 const WideWalk kWalkNeon{"neon", WalkInLanes<FourLanes, EightLanes>, LookInLanes<FourLanes>,
-                         MeetInLanes<FourLanes>, SettleInLanes<FourLanes>};
+                         MeetInLanes<FourLanes>};
 
 }  // namespace Stg::internal::sensing
 
