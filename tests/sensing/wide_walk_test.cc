@@ -17,12 +17,11 @@
 #include <vector>
 
 #include "sensing/first_hits.hh"
-#include "sensing/wide_walk_lanes.hh"
 #include "support/draw_cells.hh"
 #include "support/plain_walk.hh"
-#include "support/portable_lanes.hh"
 #include "support/random_source.hh"
 #include "support/terrain.hh"
+#include "support/walk_kinds.hh"
 
 namespace Stg::internal::sensing {
 namespace {
@@ -256,20 +255,6 @@ void Check(const WideWalk& wide, const grid::Grid& grid, Rays* rays, size_t* hit
 
 // ---- kinds of lanes -----------------------------------------------------------------------------
 
-template <int kLanes>
-WideWalk PortableWalk(const char* name) {
-  using Lanes = test::PortableLanes<kLanes>;
-  return {name, WalkInLanes<Lanes, test::PortableNarrowLanes<kLanes>>, LookInLanes<Lanes>};
-}
-/// Those of this processor, and some that any has.
-std::vector<WideWalk> Kinds() {
-  std::vector<WideWalk> kinds = WideWalks();
-  kinds.push_back(PortableWalk<8>("portable8"));
-  kinds.push_back(PortableWalk<3>("portable3"));
-  kinds.push_back(PortableWalk<1>("portable1"));
-  return kinds;
-}
-
 class WideWalkAt : public ::testing::TestWithParam<std::tuple<WideWalk, Place>> {
  protected:
   static Terrain MakeTerrain() {
@@ -278,7 +263,7 @@ class WideWalkAt : public ::testing::TestWithParam<std::tuple<WideWalk, Place>> 
   }
 };
 INSTANTIATE_TEST_SUITE_P(Everywhere, WideWalkAt,
-                         ::testing::Combine(::testing::ValuesIn(Kinds()),
+                         ::testing::Combine(::testing::ValuesIn(test::WalkKinds()),
                                             ::testing::ValuesIn(test::kBadPlaces)),
                          [](const auto& test) {
                            return std::string(std::get<0>(test.param).name) + "_" +
@@ -286,7 +271,7 @@ INSTANTIATE_TEST_SUITE_P(Everywhere, WideWalkAt,
                          });
 
 class WideWalkOf : public ::testing::TestWithParam<WideWalk> {};
-INSTANTIATE_TEST_SUITE_P(AnyKind, WideWalkOf, ::testing::ValuesIn(Kinds()),
+INSTANTIATE_TEST_SUITE_P(AnyKind, WideWalkOf, ::testing::ValuesIn(test::WalkKinds()),
                          [](const auto& test) { return std::string(test.param.name); });
 
 void CheckMany(const WideWalk& wide, const Terrain& terrain, uint64_t seed, int groups) {

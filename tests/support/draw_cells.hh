@@ -15,7 +15,7 @@
 namespace Stg::test {
 
 inline grid::TilePart PartOfCell(int32_t x, int32_t y) {
-  return {x >> 3, y >> 3, 0, uint64_t{1} << grid::Grid::BitOf(x, y)};
+  return {.x = x >> 3, .y = y >> 3, .cells = uint64_t{1} << grid::Grid::BitOf(x, y)};
 }
 
 /// Draws a body in one more cell, in which it may be already.

@@ -11,6 +11,7 @@
 #define STAGE_TESTS_SUPPORT_PORTABLE_LANES_HH
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -67,6 +68,15 @@ struct PortableLanes {
       std::memcpy(pair, static_cast<const char*>(pairs) + i * sizeof(pair), sizeof(pair));
       first->n[i] = Signed(uint64_t{pair[1]} << 32 | pair[0]);
       second->n[i] = Signed(uint64_t{0xabcdef01} << 32 | pair[1]);
+    }
+  }
+  static void LoadPairs(const void* pairs, uint32_t count, D* first, D* second) {
+    *first = *second = AllOf(0);
+    for (uint32_t i = 0; i < count && i < kLanes; i++) {
+      double pair[2];
+      std::memcpy(pair, static_cast<const char*>(pairs) + i * sizeof(pair), sizeof(pair));
+      first->n[i] = pair[0];
+      second->n[i] = pair[1];
     }
   }
 
@@ -135,6 +145,9 @@ struct PortableLanes {
   static M Below(V a, V b) {
     return Mask([&](int i) { return Bits(a.n[i]) < Bits(b.n[i]); });
   }
+  static M Below(D a, D b) {
+    return Mask([&](int i) { return a.n[i] < b.n[i]; });
+  }
   static M Equal(V a, V b) {
     return Mask([&](int i) { return a.n[i] == b.n[i]; });
   }
@@ -144,6 +157,9 @@ struct PortableLanes {
   }
   static M MaskOf(V all_ones_or_none) { return Greater(All(0), all_ones_or_none); }
   static M Zero(V a) { return Equal(a, All(0)); }
+  static M Zero(D a) {
+    return Mask([&](int i) { return a.n[i] == 0; });
+  }
   static M None() {
     return Mask([](int) { return false; });
   }
@@ -215,6 +231,12 @@ struct PortableLanes {
   }
   static D Plus(D a, D b) {
     return Make<D>([&](int i) { return a.n[i] + b.n[i]; });
+  }
+  static D Minus(D a, D b) {
+    return Make<D>([&](int i) { return a.n[i] - b.n[i]; });
+  }
+  static D Magnitude(D a) {
+    return Make<D>([&](int i) { return std::fabs(a.n[i]); });
   }
   static D Times(D a, D b) {
     return Make<D>([&](int i) { return a.n[i] * b.n[i]; });

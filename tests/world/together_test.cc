@@ -94,7 +94,7 @@ TEST(TileClaimsTest, NameThoseWhoShareTilesAndNobodyElse) {
   // Regions are 8 x 8 tiles: there are those of x < 40.
   for (int x = -40; x < 40; x += 8)
     for (int y = -40; y < 48; y += 8) {
-      Stg::grid::TilePart part{x, y, 0, 1};
+      Stg::grid::TilePart part{.x = x, .y = y, .cells = 1};
       grid.Redraw(body, {}, std::span(&part, 1));
     }
   Stg::TileClaims claims;

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Rays of the exact model in a tile: in lanes as one by one, bit by bit; and a ray that is said to
+// end in a tile comes to no other.
+
+#include "sensing/outline_rays.hh"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sensing/crossing.hh"
+#include "sensing/wide_walk.hh"
+#include "support/plain_walk.hh"
+#include "support/random_source.hh"
+#include "support/walk_kinds.hh"
+
+namespace Stg::internal::sensing {
+namespace {
+
+using test::PlainRay;
+using test::RandomSource;
+
+constexpr double kCellsPerMetre = 50;
+
+/// A fan, its rays, and a hit of each.
+struct Rays {
+  Fan fan;
+  std::vector<Direction> directions;
+  std::vector<SineCosine> turns;
+  std::vector<uint32_t> hits;
+
+  OutlineRays View() const {
+    return {&fan, directions.data(), turns.data(), hits.data(),
+            static_cast<uint32_t>(directions.size())};
+  }
+  PlainRay PlainRayOf(size_t i) const {
+    const FanRecord& r = fan.record;
+    const Direction& d = directions[i];
+    return {r.x,
+            r.y,
+            r.fraction & 0xffff,
+            r.fraction >> 16,
+            ray_rotate_x(r.cosine, r.sine, d.cosine, d.sine),
+            ray_rotate_y(r.cosine, r.sine, d.cosine, d.sine)};
+  }
+};
+
+/// A cell that the ray comes to, as ray_pack() has it.
+uint32_t RandomHit(RandomSource* random, const PlainRay& ray) {
+  int64_t left = random->Int(0, 200);
+  uint32_t hit = 0;
+  test::WalkPlainly(ray, [&](int64_t u, int64_t v, int64_t, int64_t) {
+    hit = ray_pack(static_cast<int>(u), static_cast<int>(v));
+    return left-- == 0;
+  });
+  return hit;
+}
+
+Rays RandomRays(RandomSource* random) {
+  Rays rays;
+  const double far = random->Pick<double>({1, 30, 1e4, 2e7});
+  const Pose origin(random->Real(-far, far), random->Real(-far, far), 0, random->Real(-4, 4));
+  PlaceFan(&rays.fan, origin, random->Real(0.01, 8), kCellsPerMetre);
+  const auto count = static_cast<uint32_t>(random->Int(1, random->OneIn(5) ? 256 : 12));
+  const double fov = random->Pick<double>({0, 0.02, 1, 2 * M_PI});
+  for (uint32_t i = 0; i < count; i++) {
+    // Some go along the axes.
+    const double bearing = random->OneIn(8)
+                               ? random->Int(-2, 2) * M_PI / 2 - (random->OneIn(2) ? origin.a : 0)
+                               : SampleBearing(fov, count, i);
+    rays.turns.push_back(TurnOf(bearing));
+    rays.directions.push_back(MakeDirection(rays.turns.back()));
+    rays.hits.push_back(RandomHit(random, rays.PlainRayOf(i)));
+  }
+  rays.fan.record.samples = count;
+  rays.hits.resize(count + 16, 0xdeadbeef);
+  return rays;
+}
+
+/// Near the rays' ends, on the start, or on the rays themselves.
+point_t RandomCorner(RandomSource* random, const Rays& rays) {
+  const Fan& fan = rays.fan;
+  if (random->OneIn(20)) return {fan.x, fan.y};
+  const auto i = static_cast<size_t>(random->Int(0, static_cast<int>(rays.turns.size()) - 1));
+  const Line line = LineOf(fan, rays.turns[i]);
+  const double along = random->Real(-0.2, 1.2) * fan.range;
+  const double beside = random->OneIn(4) ? 0 : random->Real(-0.5, 0.5);
+  return {fan.x + along * line.direction.cosine - beside * line.direction.sine,
+          fan.y + along * line.direction.sine + beside * line.direction.cosine};
+}
+
+struct Outlines {
+  std::vector<std::vector<point_t>> corners;
+  std::vector<OutlineEdges> edges;
+};
+
+Outlines RandomOutlines(RandomSource* random, const Rays& rays) {
+  Outlines outlines;
+  for (int count = random->Int(1, 4); count > 0; count--) {
+    std::vector<point_t> corners;
+    const int edges = random->Int(1, 8);
+    for (int i = 0; i <= edges; i++) corners.push_back(RandomCorner(random, rays));
+    if (random->OneIn(6)) corners[1] = corners[0];  // an edge without length
+    if (random->OneIn(6) && !outlines.corners.empty()) corners = outlines.corners.back();
+    outlines.corners.push_back(corners);
+  }
+  for (const std::vector<point_t>& corners : outlines.corners) {
+    const uint64_t all = (uint64_t{1} << (corners.size() - 1)) - 1;
+    const auto some = static_cast<uint32_t>(random->Next() & all);
+    outlines.edges.push_back({corners.data(), some == 0 ? 1 : some});
+  }
+  return outlines;
+}
+
+/// Room for what rays meet.
+struct Met {
+  explicit Met(size_t count) : ranges(count + 16, -7), which(count + 16, 77) {}
+  std::vector<double> ranges;
+  std::vector<uint32_t> which;
+  OutlineHits hits{ranges.data(), which.data(), {}};
+};
+
+class OutlineRaysIn : public ::testing::TestWithParam<WideWalk> {};
+INSTANTIATE_TEST_SUITE_P(AnyKind, OutlineRaysIn, ::testing::ValuesIn(test::WalkKinds()),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+TEST_P(OutlineRaysIn, LanesMeetWhatSingleRaysMeet) {
+  RandomSource random(7);
+  size_t met = 0, settled = 0, behind = 0;
+  for (int round = 0; round < 4000; round++) {
+    const Rays rays = RandomRays(&random);
+    const Outlines outlines = RandomOutlines(&random, rays);
+    Met one_by_one(rays.turns.size()), in_lanes(rays.turns.size());
+    MeetOneByOne(rays.View(), outlines.edges, &one_by_one.hits);
+    GetParam().meet(rays.View(), outlines.edges, &in_lanes.hits);
+    for (uint32_t i = 0; i < rays.turns.size(); i++) {
+      const double range = one_by_one.ranges[i];
+      ASSERT_EQ(std::bit_cast<uint64_t>(in_lanes.ranges[i]), std::bit_cast<uint64_t>(range))
+          << "round " << round << " ray " << i << ": " << in_lanes.ranges[i] << " " << range;
+      ASSERT_EQ(in_lanes.which[i], one_by_one.which[i]) << "round " << round << " ray " << i;
+      const bool is_settled = one_by_one.hits.settled.FirstOther(i) != i;
+      ASSERT_EQ(in_lanes.hits.settled.FirstOther(i) != i, is_settled)
+          << "round " << round << " ray " << i << " meets something at " << range;
+      met += std::isfinite(range);
+      settled += is_settled;
+      behind += range == 0;
+    }
+  }
+  // Of each there is plenty, or nothing has been tested.
+  EXPECT_GT(met, 10000u);
+  EXPECT_GT(settled, 1000u);
+  EXPECT_GT(behind, 1000u);
+}
+
+TEST(OutlineRays, MeetTheFirstOfThoseAtTheSamePlace) {
+  RandomSource random(9);
+  for (int round = 0; round < 500; round++) {
+    const Rays rays = RandomRays(&random);
+    const Outlines once = RandomOutlines(&random, rays);
+    std::vector<OutlineEdges> twice = once.edges;
+    twice.insert(twice.end(), once.edges.begin(), once.edges.end());
+    Met of_once(rays.turns.size()), of_twice(rays.turns.size());
+    MeetOneByOne(rays.View(), once.edges, &of_once.hits);
+    MeetOneByOne(rays.View(), twice, &of_twice.hits);
+    EXPECT_EQ(of_once.which, of_twice.which);
+    EXPECT_EQ(of_once.ranges, of_twice.ranges);
+  }
+}
+
+/// The tiles that a ray comes to from its hit on, as far as this share of its leg.
+std::set<std::pair<int64_t, int64_t>> TilesFrom(const PlainRay& ray, uint32_t hit, double share) {
+  const auto limit = [&](int64_t size) { return LimitOf(share, static_cast<int>(std::abs(size))); };
+  const int64_t limit_x = limit(ray.dx), limit_y = limit(ray.dy);
+  const int64_t ox = ray.dx < 0 ? 65536 - ray.fx : ray.fx,
+                oy = ray.dy < 0 ? 65536 - ray.fy : ray.fy;
+  std::set<std::pair<int64_t, int64_t>> tiles;
+  test::WalkPlainly(ray, [&](int64_t u, int64_t v, int64_t x, int64_t y) {
+    const bool is_there = u >= ray_packed_u(hit) && v >= ray_packed_v(hit);
+    const bool is_behind = u * 65536 - ox > limit_x || v * 65536 - oy > limit_y;
+    if (is_there && !is_behind) tiles.insert({x >> 3, y >> 3});
+    return is_behind;
+  });
+  return tiles;
+}
+
+TEST(LegEnd, TellsTheTilesThatTheWalkComesTo) {
+  RandomSource random(3);
+  size_t in_tile = 0, in_next = 0, elsewhere = 0;
+  for (int round = 0; round < 3000; round++) {
+    const Rays rays = RandomRays(&random);
+    for (size_t i = 0; i < rays.turns.size(); i++) {
+      const PlainRay ray = rays.PlainRayOf(i);
+      const uint32_t hit = rays.hits[i];
+      const double share = random.OneIn(9) ? 1 : random.Real(0, 1.001);
+      auto tiles = TilesFrom(ray, hit, std::min(share, 1.0));
+      const int64_t x = ray.x + (ray.dx < 0 ? -1 : 1) * ray_packed_u(hit);
+      const int64_t y = ray.y + (ray.dy < 0 ? -1 : 1) * ray_packed_v(hit);
+      tiles.erase({x >> 3, y >> 3});
+      const LegEnd end = FindLegEnd(rays.fan.record, rays.directions[i], hit, std::min(share, 1.0));
+      if (end.tiles == 1) tiles.erase({end.x >> 3, end.y >> 3});
+      ASSERT_TRUE(end.tiles == 2 || tiles.empty());
+      in_tile += end.tiles == 0;
+      in_next += end.tiles == 1;
+      elsewhere += end.tiles == 2;
+    }
+  }
+  EXPECT_GT(in_tile, 1000u);
+  EXPECT_GT(in_next, 1000u);
+  EXPECT_GT(elsewhere, 1000u);
+}
+
+}  // namespace
+}  // namespace Stg::internal::sensing

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// All kinds of lanes that rays can be walked in here.
+
+#ifndef STAGE_TESTS_SUPPORT_WALK_KINDS_HH
+#define STAGE_TESTS_SUPPORT_WALK_KINDS_HH
+
+#include <vector>
+
+#include "sensing/wide_walk.hh"
+#include "sensing/wide_walk_lanes.hh"
+#include "support/portable_lanes.hh"
+
+namespace Stg::test {
+
+template <int kLanes>
+sensing::WideWalk PortableWalk(const char* name) {
+  using Lanes = PortableLanes<kLanes>;
+  return {name, sensing::WalkInLanes<Lanes, PortableNarrowLanes<kLanes>>,
+          sensing::LookInLanes<Lanes>, sensing::MeetInLanes<Lanes>};
+}
+
+/// Those of this processor, and some that any has.
+inline std::vector<sensing::WideWalk> WalkKinds() {
+  std::vector<sensing::WideWalk> kinds = sensing::WideWalks();
+  kinds.push_back(PortableWalk<8>("portable8"));
+  kinds.push_back(PortableWalk<4>("portable4"));
+  kinds.push_back(PortableWalk<1>("portable1"));
+  return kinds;
+}
+
+}  // namespace Stg::test
+
+#endif
