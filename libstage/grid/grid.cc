@@ -105,11 +105,8 @@ void Grid::RemoveBody(BodyId id) {
 // ---- cells --------------------------------------------------------------------------------------
 
 void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to, Edit* edit) {
-  if (bodies_[id].exact()) {
-    RedrawOutline(id, from, to);
-    return;
-  }
   if (edit == nullptr) edit = &own_edit_;
+  if (bodies_[id].exact()) return RedrawOutline(id, from, to, edit);
   if (!edit->shared) PrepareToDraw(to);
   if (!to.empty()) stamps_[id] = ++edit->drawings;
   size_t next = 0;
@@ -278,27 +275,31 @@ uint32_t Grid::MakeNode(BodyId id, Edit* edit) {
 
 // ---- several threads at once --------------------------------------------------------------------
 
-void Grid::BeginSharedEdit(size_t parts, size_t cells, uint64_t bodies, std::vector<Edit>* edits) {
-  lists_.BeginSharing(parts, edits->size());
+void Grid::BeginSharedEdit(const EditSize& most, std::vector<Edit>* edits) {
+  lists_.BeginSharing(most.parts, edits->size());
   // A cell takes two nodes at most: where there was one body, both move to a list.
-  nodes_.BeginSharing(2 * cells, edits->size());
+  nodes_.BeginSharing(2 * most.cells, edits->size());
+  outline_parts_.BeginSharing(most.exact_parts, edits->size());
   for (Edit& edit : *edits) {
     edit.own_lists.Prepare();
     edit.own_nodes.Prepare();
+    edit.own_outlines.Prepare();
   }
   for (Edit& edit : *edits) {
     edit.shared = true;
     edit.first_drawing = own_edit_.drawings;
   }
-  own_edit_.drawings += bodies;
+  own_edit_.drawings += most.bodies;
 }
 
 void Grid::EndSharedEdit(std::vector<Edit>* edits) {
   lists_.EndSharing();
   nodes_.EndSharing();
+  outline_parts_.EndSharing();
   for (Edit& edit : *edits) {
     lists_.TakeBack(edit.lists());
     nodes_.TakeBack(edit.nodes());
+    outline_parts_.TakeBack(edit.outlines());
     own_edit_.drawn_cells += std::exchange(edit.drawn_cells, 0);
     own_edit_.empty_regions += std::exchange(edit.empty_regions, 0);
   }
@@ -372,6 +373,26 @@ bool Grid::FindSlots(std::span<TilePart> parts) const {
 
 void Grid::MakeSlots(std::span<TilePart> parts) {
   FillInSlots(parts, [&](int32_t x, int32_t y) { return MakeRegion(x, y); });
+}
+
+/// Calls f(x, y) for a cell of each region of the rectangle, until it returns false.
+template <typename F>
+void Grid::ForEachRegionOf(const CellBox& tiles, F f) {
+  constexpr int kShift = RAY_REGION_SHIFT - RAY_TILE_SHIFT;
+  if (tiles.empty()) return;
+  for (int32_t y = tiles.min_y >> kShift; y <= tiles.max_y >> kShift; y++)
+    for (int32_t x = tiles.min_x >> kShift; x <= tiles.max_x >> kShift; x++)
+      if (!f(x << RAY_REGION_SHIFT, y << RAY_REGION_SHIFT)) return;
+}
+
+bool Grid::HasRegions(const CellBox& tiles) const {
+  bool all = true;
+  ForEachRegionOf(tiles, [&](int32_t x, int32_t y) { return all = FindRegion(x, y) != 0; });
+  return all;
+}
+
+void Grid::MakeRegions(const CellBox& tiles) {
+  ForEachRegionOf(tiles, [&](int32_t x, int32_t y) { return MakeRegion(x, y) != 0; });
 }
 
 /// Fills in the parts' slots; region_of(x, y) gives the region of a cell, 0 if there is none.

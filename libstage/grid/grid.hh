@@ -130,7 +130,7 @@ class Grid {
   class alignas(64) Edit {
     friend class Grid;
     bool shared = false;
-    PoolShare own_lists, own_nodes;
+    PoolShare own_lists, own_nodes, own_outlines;
     int64_t drawn_cells = 0, empty_regions = 0;  // more than before
     uint64_t first_drawing = 0, drawings = 0;    // numbers, see Stamp()
 
@@ -142,12 +142,13 @@ class Grid {
    private:
     PoolShare* lists() { return shared ? &own_lists : nullptr; }
     PoolShare* nodes() { return shared ? &own_nodes : nullptr; }
+    PoolShare* outlines() { return shared ? &own_outlines : nullptr; }
   };
 
   /// Takes a body out of the cells of `from`, which it is drawn in, and draws it in those of `to`.
   /// It becomes the last in the lists of these cells. Either may be empty; both are in order, with
-  /// each tile once. Fills in the slots of `to`, except in a shared edit, where they must be there.
-  /// Exact drawings can't be changed in a shared edit.
+  /// each tile once. Fills in the slots of `to`, except in a shared edit, where they must be there;
+  /// those of an exact drawing it finds there if their regions exist.
   void Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to,
               Edit* edit = nullptr);
 
@@ -165,11 +166,14 @@ class Grid {
 
   /// From here to EndSharedEdit() several threads may redraw, change and read bodies at once, each
   /// with an edit of its own. No two of them may use cells of the same tile at once. All parts that
-  /// bodies are drawn into must have their slots; `parts` says how many there are at most, `cells`
-  /// how many cells they have in all, and `bodies` how many bodies are redrawn at most. Nothing
-  /// else may change.
-  void BeginSharedEdit(std::size_t parts, std::size_t cells, uint64_t bodies,
-                       std::vector<Edit>* edits);
+  /// bodies are drawn into must have their slots; `most` is what is drawn at most. Nothing else may
+  /// change.
+  struct EditSize {
+    std::size_t parts = 0, cells = 0;  ///< of thin outlines; all parts together have so many cells
+    std::size_t exact_parts = 0;
+    uint64_t bodies = 0;  ///< that are redrawn
+  };
+  void BeginSharedEdit(const EditSize& most, std::vector<Edit>* edits);
   void EndSharedEdit(std::vector<Edit>* edits);
   /// Fills in the slots of the parts; 0 for those whose region does not exist. True if all regions
   /// do. Slots are good until regions are dropped, which may happen whenever bodies are redrawn
@@ -177,6 +181,9 @@ class Grid {
   bool FindSlots(std::span<TilePart> parts) const;
   /// The same, and makes the regions that are missing.
   void MakeSlots(std::span<TilePart> parts);
+  /// Tells whether all tiles of the rectangle, in tiles, have regions, and makes these.
+  bool HasRegions(const CellBox& tiles) const;
+  void MakeRegions(const CellBox& tiles);
 
   /// What is drawn in a tile with thin outlines: mostly a single body. The same size everywhere:
   /// i386 would put numbers of 64 bits at any multiple of 4.
@@ -370,16 +377,18 @@ class Grid {
   Grid& operator=(Grid&&) = default;
 
   template <typename F>
+  static void ForEachRegionOf(const CellBox& tiles, F f);
+  template <typename F>
   static void FillInSlots(std::span<TilePart> parts, F region_of);
   uint32_t MakeRegion(int32_t x, int32_t y);
   uint32_t MakeSuper(int32_t x, int32_t y);
   void AddFreeRegion();
   void AddFreeSuper();
   uint32_t MakeNode(BodyId id, Edit* edit);
-  void RedrawOutline(BodyId id, std::span<const TilePart> from, std::span<TilePart> to);
-  void DrawOutline(const TilePart& part, BodyId id);
+  void RedrawOutline(BodyId id, std::span<const TilePart> from, std::span<TilePart> to, Edit* edit);
+  void DrawOutline(const TilePart& part, BodyId id, Edit* edit);
   void ChangeOutline(const TilePart& from, const TilePart& to, BodyId id);
-  void EraseOutline(const TilePart& part, BodyId id);
+  void EraseOutline(const TilePart& part, BodyId id, Edit* edit);
   void HideOutline(uint32_t slot, uint64_t cells, BodyId id);
   OutlineList* FindOutline(uint32_t slot, BodyId id);
   void RefreshOutlines(uint32_t slot);

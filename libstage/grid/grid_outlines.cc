@@ -6,25 +6,29 @@
 
 namespace Stg::internal::grid {
 
-void Grid::RedrawOutline(BodyId id, std::span<const TilePart> from, std::span<TilePart> to) {
-  MakeSlots(to);
-  outline_parts_.PrepareToTake(to.size());
-  if (!to.empty()) stamps_[id] = ++own_edit_.drawings;
+void Grid::RedrawOutline(BodyId id, std::span<const TilePart> from, std::span<TilePart> to,
+                         Edit* edit) {
+  if (edit->shared) {
+    FindSlots(to);
+  } else {
+    MakeSlots(to);
+    outline_parts_.PrepareToTake(to.size());
+  }
   size_t next = 0;
   for (const TilePart& part : to) {
-    while (next < from.size() && from[next].ComesBefore(part)) EraseOutline(from[next++], id);
+    while (next < from.size() && from[next].ComesBefore(part)) EraseOutline(from[next++], id, edit);
     if (next < from.size() && from[next].SameTile(part))
       ChangeOutline(from[next++], part, id);
     else
-      DrawOutline(part, id);
+      DrawOutline(part, id, edit);
   }
-  while (next < from.size()) EraseOutline(from[next++], id);
-  DropRegionsIfManyAreEmpty();
+  while (next < from.size()) EraseOutline(from[next++], id, edit);
+  if (!edit->shared) DropRegionsIfManyAreEmpty();
 }
 
-void Grid::DrawOutline(const TilePart& part, BodyId id) {
-  if (IsEmpty(part.slot)) CountFilledTile(part.slot, &own_edit_);
-  const uint32_t number = outline_parts_.Take();
+void Grid::DrawOutline(const TilePart& part, BodyId id, Edit* edit) {
+  if (IsEmpty(part.slot)) CountFilledTile(part.slot, edit);
+  const uint32_t number = outline_parts_.Take(edit->outlines());
   OutlineList& first = outlines_[part.slot];
   outline_parts_[number] = {part.cells, id, part.edges, first};
   first = number;
@@ -39,13 +43,13 @@ void Grid::ChangeOutline(const TilePart& from, const TilePart& to, BodyId id) {
   SetBits(bodies_[id].layers, to.slot, to.cells & ~from.cells);
 }
 
-void Grid::EraseOutline(const TilePart& part, BodyId id) {
+void Grid::EraseOutline(const TilePart& part, BodyId id, Edit* edit) {
   OutlineList* const place = FindOutline(part.slot, id);
   const uint32_t number = *place;
   *place = outline_parts_[number].next;
-  outline_parts_.Give(number);
+  outline_parts_.Give(number, edit->outlines());
   HideOutline(part.slot, part.cells, id);
-  if (IsEmpty(part.slot)) CountEmptiedTile(part.slot, &own_edit_);
+  if (IsEmpty(part.slot)) CountEmptiedTile(part.slot, edit);
 }
 
 /// Some cells of a tile have no part of the body any more: no layer shows them that shows none of

@@ -485,13 +485,23 @@ bool Placement::IsNearlyFull(const Model& model) {
 }
 
 bool Placement::MayShareEdit() const {
-  return std::all_of(items_.begin(), items_.end(), [](const Item& item) {
-    return item.block->drawn_ && item.refused_cells == 0 && item.model->is_noted() &&
-           !item.model->scene().exact_drawing;
+  return std::all_of(items_.begin(), items_.end(), [&](const Item& item) {
+    const Block& block = *item.block;
+    if (!block.drawn_ || item.refused_cells > 0 || !item.model->is_noted()) return false;
+    if (!item.model->scene().exact_drawing) return true;
+    return block.exact_ && block.exact_->MayShareEdit(CornersOf(item).size());
   });
 }
 
-/// An outline stays within the box of its corners.
+size_t Placement::MostExactParts(size_t tiles) const {
+  size_t parts = 0;
+  if (!exact_corners_.empty())
+    for (const Item& item : items_) parts += ExactDrawing::MostParts(CornersOf(item).size(), tiles);
+  return parts;
+}
+
+/// An outline stays within the box of its corners. For the exact model it is drawn in all cells
+/// that it comes near.
 grid::CellBox Placement::Cells() const {
   grid::CellBox box;
   for (const Item& item : items_) {
@@ -499,6 +509,8 @@ grid::CellBox Placement::Cells() const {
       for (const point_int_t& corner : CornersOf(item)) Include(&box, corner);
     for (const point_int_t& corner : item.block->corners_) Include(&box, corner);
   }
+  if (!exact_corners_.empty() && !box.empty())
+    box = {box.min_x - 1, box.min_y - 1, box.max_x + 1, box.max_y + 1};
   return box;
 }
 
@@ -550,8 +562,9 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
   const std::span<const point_int_t> corners = CornersOf(item);
   if (scene.exact_drawing) {
     if (!block.exact_) block.exact_ = std::make_unique<ExactDrawing>();
-    block.exact_->Draw(&grid, body, exact_corners_.data() + item.first_corner, corners.size(),
-                       scene.cells_per_metre);
+    block.exact_->Draw(&grid, body,
+                       std::span(exact_corners_).subspan(item.first_corner, corners.size()),
+                       scene.cells_per_metre, edit);
   }
   if (block.drawn_) {
     grid.ChangeBody(block.body_, body, block.cells_);

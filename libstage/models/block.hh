@@ -196,12 +196,14 @@ class Placement {
   /// So many cells are drawn in that a move could be refused for it: the order of moves matters.
   static bool IsNearlyFull(const Model& model);
   /// The drawings can be moved in a shared edit of the grid (see Grid::BeginSharedEdit()): each is
-  /// there already, and for the cell model only.
+  /// there already.
   bool MayShareEdit() const;
   /// All cells that Collision() and Commit() may look at or change.
   grid::CellBox Cells() const;
   /// The cells that bodies would be drawn in anew. Without slots, which a shared edit needs.
   std::span<grid::TilePart> NewParts() { return parts_; }
+  /// In how many parts they would be drawn for the exact model at most, in so many tiles.
+  size_t MostExactParts(size_t tiles) const;
   size_t body_count() const { return items_.size(); }
 
  private:

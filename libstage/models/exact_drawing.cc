@@ -31,15 +31,16 @@ void Enclose(grid::Body* part) {
 
 }  // namespace
 
-void ExactDrawing::Draw(grid::Grid* grid, const grid::Body& body, const point_t* corners,
-                        size_t count, double cells_per_metre) {
+void ExactDrawing::Draw(grid::Grid* grid, const grid::Body& body, std::span<const point_t> corners,
+                        double cells_per_metre, grid::Grid::Edit* edit) {
+  const size_t count = corners.size();
   const bool same = corners_.size() == (count == 0 ? 0 : count + 1) &&
-                    std::equal(corners, corners + count, corners_.begin());
+                    std::equal(corners.begin(), corners.end(), corners_.begin());
   if (same) {
     Change(grid, body);
     return;
   }
-  const size_t runs = (count + kRunEdges - 1) / kRunEdges;
+  const size_t runs = RunsOf(count);
   if (runs != runs_.size()) Erase(grid);
   // There may be too little memory at any time: bodies of the grid never refer to corners that are
   // gone, and runs know what is drawn of them.
@@ -54,7 +55,7 @@ void ExactDrawing::Draw(grid::Grid* grid, const grid::Body& body, const point_t*
       throw;
     }
   }
-  corners_.assign(corners, corners + count);
+  corners_.assign(corners.begin(), corners.end());
   if (count > 0) corners_.push_back(corners[0]);
   Change(grid, body);
   while (runs_.size() < runs) {
@@ -62,7 +63,7 @@ void ExactDrawing::Draw(grid::Grid* grid, const grid::Body& body, const point_t*
     run.body = grid->AddBody(BodyOf(body, runs_.size()));
     runs_.push_back(std::move(run));
   }
-  for (size_t i = 0; i < runs; i++) DrawRun(grid, i, cells_per_metre);
+  for (size_t i = 0; i < runs; i++) DrawRun(grid, i, cells_per_metre, edit);
 }
 
 grid::Body ExactDrawing::BodyOf(const grid::Body& body, size_t run) const {
@@ -74,7 +75,8 @@ grid::Body ExactDrawing::BodyOf(const grid::Body& body, size_t run) const {
   return part;
 }
 
-void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metre) {
+void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metre,
+                           grid::Grid::Edit* edit) {
   static thread_local std::vector<grid::TilePart> cells;  // for its memory
   Run& run = runs_[index];
   cells.clear();
@@ -91,7 +93,7 @@ void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metr
   }
   maker.Finish();
   run.cells.reserve(cells.size());  // before: the run has to know what is drawn of it
-  grid->Redraw(run.body, run.cells, cells);
+  grid->Redraw(run.body, run.cells, cells, edit);
   run.cells.assign(cells.begin(), cells.end());
 }
 

@@ -46,8 +46,10 @@ TEST(Parts, OfRandomCells) {
   RandomSource random(1);
   for (int round = 0; round < 500; round++) {
     const int spread = random.Pick<int>({3, 40, 1000, std::numeric_limits<int>::max()});
-    std::map<std::pair<int, int>, uint64_t> expected;            // by y, x
-    std::vector<TilePart> parts = {{5, 5, 7, 1}, {5, 5, 8, 2}};  // of others: they stay
+    std::map<std::pair<int, int>, uint64_t> expected;  // by y, x
+    std::vector<TilePart> parts = {
+        {.x = 5, .y = 5, .slot = 7, .cells = 1},
+        {.x = 5, .y = 5, .slot = 8, .cells = 2}};  // of others: they stay
     PartsMaker maker(&parts);
     const int count = random.Int(0, 200);
     for (int i = 0; i < count; i++) {

@@ -199,13 +199,18 @@ TEST(MovesTogether, BodiesThatRangersLookThrough) {
   crowd::ExpectSameHoweverItIsRun(Crowded(ghosts, 80, 0.05, 0.5));
 }
 
-TEST(MovesTogether, FastRobotsThatLeaveEverythingBehind) {
-  crowd::Crowd crowd = Crowded("", 100, 0.05, 0.6);
+void ExpectSameOfFastRobots(const std::string& extras) {
+  crowd::Crowd crowd = Crowded(extras, 100, 0.05, 0.6);
   crowd.speed = 80;  // 160 cells a step: tiles and regions come and go
   crowd.world = "define fast position( velocity_bounds [-100 100 0 0 0 0 -90 90] )\n" + crowd.world;
   for (size_t at; (at = crowd.world.find("\nposition(")) != std::string::npos;)
     crowd.world.replace(at, 10, "\nfast(");
   crowd::ExpectSameHoweverItIsRun(crowd);
+}
+
+TEST(MovesTogether, FastRobotsThatLeaveEverythingBehind) {
+  ExpectSameOfFastRobots("");
+  ExpectSameOfFastRobots("ray_model \"exact\"\n");
 }
 
 // ---- callbacks ----------------------------------------------------------------------------------

@@ -133,7 +133,8 @@ void MovePhase::Run(WorldEngine* engine) {
 
 size_t MovePhase::MoveTogether(Model* const* models, size_t count, sensing::Scene* scene,
                                threads::WorkerPool* workers) {
-  if (workers->threads() == 1 || scene->exact_drawing) return 0;
+  if (workers->threads() == 1) return 0;
+  exact_ = scene->exact_drawing;
   count = runs_.Find(count, [&] {
     return workers->FindFirst(count, [&](size_t i) { return !MayShare(*models[i]); });
   });
@@ -175,9 +176,9 @@ void MovePhase::MakePlans(Model* const* models, size_t count, threads::WorkerPoo
   if (plans_.size() < count) plans_.resize(count);
   marks_.assign(count, 0);
   claims_.Begin(*grid_);
-  parts_ = cells_ = 0;
+  parts_ = cells_ = exact_parts_ = 0;
   workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
-    size_t parts = 0, cells = 0;
+    size_t parts = 0, cells = 0, exact_parts = 0;
     for (size_t i = begin; i < end; i++) {
       Plan& plan = plans_[i];
       plan.shared = plan.moves = false;
@@ -189,9 +190,12 @@ void MovePhase::MakePlans(Model* const* models, size_t count, threads::WorkerPoo
       Describe(i);
       parts += plan.placement.NewParts().size();
       cells += grid::CountCells(plan.placement.NewParts());
+      if (plan.shared)
+        exact_parts += plan.placement.MostExactParts(static_cast<size_t>(CountOf(plan.tiles)));
     }
     parts_.fetch_add(parts, std::memory_order_relaxed);
     cells_.fetch_add(cells, std::memory_order_relaxed);
+    exact_parts_.fetch_add(exact_parts, std::memory_order_relaxed);
   });
 }
 
@@ -200,7 +204,8 @@ void MovePhase::Describe(size_t index) {
   plan.tiles = TilesOf(plan.placement.Cells());
   plan.shared = plan.placement.MayShareEdit() && CountOf(plan.tiles) <= kMostTiles;
   if (!plan.shared) return Mark(index, kMovesAlone);
-  if (!grid_->FindSlots(plan.placement.NewParts())) Mark(index, kRegionsMissing);
+  if (!grid_->FindSlots(plan.placement.NewParts()) || (exact_ && !grid_->HasRegions(plan.tiles)))
+    Mark(index, kRegionsMissing);
   const auto met = [&](size_t other) {
     Mark(index, kContested);
     Mark(other, kContested);
@@ -217,7 +222,8 @@ void MovePhase::MoveRanks(size_t begin, size_t end, threads::WorkerPool* workers
   if (begin == end) return;
   const uint64_t bodies = AssignRanks(begin, end);
   SortByRank();
-  grid_->BeginSharedEdit(parts_, cells_, bodies, &edits_);
+  grid_->BeginSharedEdit(
+      {.parts = parts_, .cells = cells_, .exact_parts = exact_parts_, .bodies = bodies}, &edits_);
   try {
     MoveRanksShared(begin, end, workers);
   } catch (...) {
@@ -267,7 +273,9 @@ uint64_t MovePhase::AssignRanks(size_t begin, size_t end) {
     }
     // Regions that were there may be gone if others of this part have moved since.
     const bool any_may_miss = begin > 0 && plan.shared;
-    if (any_may_miss || (marks_[i] & kRegionsMissing)) grid_->MakeSlots(plan.placement.NewParts());
+    if (!any_may_miss && !(marks_[i] & kRegionsMissing)) continue;
+    grid_->MakeSlots(plan.placement.NewParts());
+    if (exact_) grid_->MakeRegions(plan.tiles);
   }
   return bodies;
 }

@@ -145,7 +145,9 @@ class MovePhase {
   // What one thread looks at of all plans, which it has not made.
   static constexpr uint8_t kMovesAlone = 1, kContested = 2, kRegionsMissing = 4;
   std::vector<uint8_t> marks_;
+  bool exact_ = false;                       // bodies are drawn for the exact ray model too
   std::atomic<size_t> parts_{0}, cells_{0};  // that may be drawn
+  std::atomic<size_t> exact_parts_{0};
   TileClaims claims_;
   std::vector<grid::Grid::Edit> edits_;  // one for each thread
   TileRanks ranks_;
