@@ -89,7 +89,6 @@ struct EightLanes : VectorLanes<int32_t> {
     return Add(places, All(static_cast<int32_t>(first)));
   }
 
-#ifdef __AVX2__
   static V ShiftLeft(V a, V bits) { return ToV(_mm256_sllv_epi32(ToI(a), ToI(bits))); }
   static V ShiftRight(V a, V bits) { return ToV(_mm256_srav_epi32(ToI(a), ToI(bits))); }
   static unsigned BitsOf(M m) {
@@ -153,67 +152,6 @@ struct EightLanes : VectorLanes<int32_t> {
   /// Rounds towards 0.
   static V ToInteger(F a) { return ToV(_mm256_cvttps_epi32(a)); }
   static F Smaller(F a, F b) { return _mm256_min_ps(a, b); }
-#else
-  // Vectors of 64 bits a lane, for products.
-  using Wide [[gnu::vector_size(2 * kBytes)]] = int64_t;
-  static Wide Widened(V a) { return __builtin_convertvector(a, Wide); }
-
-  static V ShiftLeft(V a, V bits) { return Signed(Bits(a) << Bits(bits)); }
-  static V ShiftRight(V a, V bits) { return a >> bits; }
-  static unsigned BitsOf(M m) {
-    const V bit = And(m.bits, V{1, 2, 4, 8, 16, 32, 64, 128});
-    int32_t bits = 0;
-    for (int i = 0; i < kCount; i++) bits |= bit[i];
-    return static_cast<unsigned>(bits);
-  }
-  static F Select(M m, F a, F b) {
-    return reinterpret_cast<F>(Select(m, reinterpret_cast<V>(a), reinterpret_cast<V>(b)));
-  }
-  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
-  static V BitOf(const Words& a, V bits) {
-    const V half = Select({SignOf(Left<26>(bits))}, a.high, a.low);
-    return half >> And(bits, All(31));
-  }
-  static Words Gather(const uint64_t* p, V i) {
-    Words words;
-    for (int k = 0; k < kCount; k++) {
-      const uint64_t word = p[static_cast<uint32_t>(i[k])];
-      words.low[k] = static_cast<int32_t>(word & 0xffffffff);
-      words.high[k] = static_cast<int32_t>(word >> 32);
-    }
-    return words;
-  }
-  /// table[i], i from 0 to 15; its bits above are ignored.
-  static V OfSixteen(const int32_t* table, V i) {
-    V all;
-    for (int k = 0; k < kCount; k++) all[k] = table[i[k] & 15];
-    return all;
-  }
-  static V Expand(M m, const Places& places, const int32_t* p, V other) {
-    V next;
-    for (int k = 0; k < kCount; k++) next[k] = p[places[k]];
-    return Select(m, next, other);
-  }
-  static F Expand(M m, const Places& places, const float* p, F other) {
-    F next;
-    for (int k = 0; k < kCount; k++) next[k] = p[places[k]];
-    return Select(m, next, other);
-  }
-  /// The lower halves of (a * b - c * d) >> bits, up to 32.
-  static V ProductsRight(V a, V b, V c, V d, V bits) {
-    const Wide difference = Widened(a) * Widened(b) - Widened(c) * Widened(d);
-    return __builtin_convertvector(difference >> Widened(bits), V);
-  }
-  /// a * b < c * d, or not larger where `ties`.
-  static M ProductsBelow(V a, V b, V c, V d, M ties) {
-    const Wide behind = Widened(a) * Widened(b) - Widened(c) * Widened(d) + Widened(ties.bits);
-    return {SignOf(__builtin_convertvector(behind >> 32, V))};
-  }
-  static F ToFloat(V a) { return __builtin_convertvector(a, F); }
-  /// Rounds towards 0.
-  static V ToInteger(F a) { return __builtin_convertvector(a, V); }
-  static F Smaller(F a, F b) { return Select({a < b}, a, b); }
-#endif
   /// Numbers of 64 bits, of which the tables have the lower and the upper halves.
   static Words OfSixteen(const int32_t* low, const int32_t* high, V i) {
     return {OfSixteen(low, i), OfSixteen(high, i)};
@@ -222,7 +160,6 @@ struct EightLanes : VectorLanes<int32_t> {
   static F Times(F a, F b) { return a * b; }
 
  private:
-#ifdef __AVX2__
   /// 64 bits each: of lanes 0, 2, 4, 6 and of lanes 1, 3, 5, 7.
   struct Pair {
     __m256i even, odd;
@@ -235,7 +172,6 @@ struct EightLanes : VectorLanes<int32_t> {
     };
     return {_mm256_sub_epi64(even(a, b), even(c, d)), _mm256_sub_epi64(odd(a, b), odd(c, d))};
   }
-#endif
 };
 
 }  // namespace

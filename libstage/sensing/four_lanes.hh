@@ -82,7 +82,6 @@ struct FourLanes : VectorLanes<int64_t> {
   static M Zero(D a) { return {a == AllOf(0)}; }
 
   using VectorLanes::Select;
-#ifdef __AVX2__
   /// Products of signed 32-bit numbers.
   static V Multiply(V a, V b) { return ToV(_mm256_mul_epi32(ToI(a), ToI(b))); }
   template <int kBits>
@@ -101,27 +100,6 @@ struct FourLanes : VectorLanes<int64_t> {
   /// Of two zeros, b.
   static D Larger(D a, D b) { return _mm256_max_pd(a, b); }
   static D Smaller(D a, D b) { return _mm256_min_pd(a, b); }
-#else
-  /// Products of signed 32-bit numbers.
-  static V Multiply(V a, V b) {
-    const Halves low = __builtin_convertvector(a, Halves),
-                 high = __builtin_convertvector(b, Halves);
-    return __builtin_convertvector(low, V) * __builtin_convertvector(high, V);
-  }
-  template <int kBits>
-  static V Right(V a) {
-    return a >> kBits;
-  }
-  static uint64_t BitsOf(M m) {
-    const V bit = And(m.bits, V{1, 2, 4, 8});
-    return static_cast<uint64_t>(bit[0] | bit[1] | bit[2] | bit[3]);
-  }
-  static D Select(M m, D a, D b) { return AsD(Select(m, AsV(a), AsV(b))); }
-  static D ToDouble(V a) { return __builtin_convertvector(a, D); }
-  /// Of two zeros, b.
-  static D Larger(D a, D b) { return Select({a > b}, a, b); }
-  static D Smaller(D a, D b) { return Select({a < b}, a, b); }
-#endif
 
   /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
   static V BitOf(V a, V bits) { return Signed(Bits(a) >> Bits(And(bits, All(63)))); }
@@ -133,10 +111,8 @@ struct FourLanes : VectorLanes<int64_t> {
   // The same bits as another type.
   static V AsV(D a) { return reinterpret_cast<V>(a); }
   static D AsD(V a) { return reinterpret_cast<D>(a); }
-#ifdef __AVX2__
   /// Of a whole number that is added to it, the lower bits of the sum are the bits.
   static constexpr double kToBits = 0x1p52 + 0x1p51;
-#endif
 
   /// Zeros come in from above.
   template <int kBits>

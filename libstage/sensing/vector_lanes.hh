@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Lanes for wide_walk_lanes.hh in 256 bits: one vector of AVX2, or two of NEON. Written with the
-// vectors of GCC and Clang, which any processor has; what these say badly or can't say is said in
-// the processor's own words. This is what four lanes of 64 bits (four_lanes.hh) and eight of 32
-// (eight_lanes.hh) have in common. What wide_walk_lanes.hh says of code that is compiled for some
-// processors only holds here too.
+// Lanes for wide_walk_lanes.hh in the 256 bits of AVX2. Written with the vectors of GCC and Clang;
+// what these say badly or can't say is said in the processor's own words. This is what four lanes
+// of 64 bits (four_lanes.hh) and eight of 32 (eight_lanes.hh) have in common. What
+// wide_walk_lanes.hh says of code that is compiled for some processors only holds here too.
 
 #ifndef STAGE_SENSING_VECTOR_LANES_HH
 #define STAGE_SENSING_VECTOR_LANES_HH
 
+#include <immintrin.h>
+
 #include <cstdint>
 #include <type_traits>
-#ifdef __AVX2__
-#include <immintrin.h>
-#endif
 
 namespace Stg::internal::sensing {
 namespace {
@@ -58,17 +56,8 @@ struct VectorLanes {
   static M AndNot(M a, M b) { return {a.bits & ~b.bits}; }
   static M Not(M a) { return {~a.bits}; }
 
-#ifdef __AVX2__
   static bool Any(M m) { return !_mm256_testz_si256(ToI(m.bits), ToI(m.bits)); }
   static V Select(M m, V a, V b) { return ToV(_mm256_blendv_epi8(ToI(b), ToI(a), ToI(m.bits))); }
-#else
-  static bool Any(M m) {
-    Integer any = 0;
-    for (int i = 0; i < kCount; i++) any |= m.bits[i];
-    return any != 0;
-  }
-  static V Select(M m, V a, V b) { return (a & m.bits) | (b & ~m.bits); }
-#endif
 
  protected:
   using UnsignedV [[gnu::vector_size(kBytes)]] = std::make_unsigned_t<Integer>;
@@ -76,10 +65,8 @@ struct VectorLanes {
   // The same bits as another type.
   static UnsignedV Bits(V a) { return reinterpret_cast<UnsignedV>(a); }
   static V Signed(UnsignedV a) { return reinterpret_cast<V>(a); }
-#ifdef __AVX2__
   static __m256i ToI(V a) { return reinterpret_cast<__m256i>(a); }
   static V ToV(__m256i a) { return reinterpret_cast<V>(a); }
-#endif
 
   template <typename Vector>
   static Vector Get(const void* p) {
