@@ -9,6 +9,7 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "models/block.hh"
@@ -303,6 +304,37 @@ TEST(ExactRays, NoneSlipsBetweenBlocksThatShareACorner) {
         ASSERT_NEAR(hit.range, far, 1e-6);
       }
   }
+}
+
+/// Two boxes in the same place, of which rangers see different intensities; and a lidar that looks
+/// at them with so many samples.
+std::string TwoInOnePlace(double first, double second, int samples) {
+  std::ostringstream text;
+  text << Header(0.02);
+  for (const double seen : {first, second})
+    text << "model(name \"box" << seen << "\" pose [5 0 0 0] size [1 3 1] ranger_return " << seen
+         << ")\n";
+  text << "ranger(name \"lidar\" size [0.1 0.1 0.1] sensor(range [0 12] fov 30 samples " << samples
+       << "))\n";
+  return text.str();
+}
+
+TEST(ExactRays, StopAtTheOlderOfTwoModelsInOnePlaceWhateverMovesLast) {
+  for (const auto& [first, second] : {std::pair(0.5, 0.75), std::pair(0.75, 0.5)})
+    for (const int samples : {1, 3, 200}) {
+      const std::unique_ptr<World> world = LoadText(TwoInOnePlace(first, second, samples));
+      const auto* lidar = FindRunning<ModelRanger>(*world, "lidar");
+      for (const char* moves : {"", "box0.5", "box0.75"}) {
+        if (*moves) {
+          Model* const box = world->GetModel(moves);
+          box->SetGlobalPose(Pose(9, 9, 0, 0));
+          box->SetGlobalPose(Pose(5, 0, 0, 0));
+        }
+        Step(*world);
+        for (const double intensity : lidar->GetSensors()[0].intensities)
+          ASSERT_EQ(intensity, first) << samples << " samples, " << moves << " moved";
+      }
+    }
 }
 
 TEST(ExactRays, LongOnes) {
