@@ -191,6 +191,61 @@ TEST(MovesTogether, OutlinesForExactRays) {
   crowd::ExpectSameHoweverItIsRun(Crowded("ray_model \"exact\"\n", 80, 0.05, 0.5));
 }
 
+/// Robots with an edge on a border of regions (of 64 cells), along which they drive: cells on the
+/// other side are drawn too, in regions where nothing else is.
+TEST(MovesTogether, OutlinesForExactRaysOnBordersOfRegions) {
+  Stg::World::run_options.threads = 4;
+  Stg::World::run_options.share_from = 1;
+  const auto world =
+      Stg::LoadText("resolution 0.0625\nray_model \"exact\"\n" + crowd::Repeat(40, [](int i) {
+                      return "position( name \"r" + std::to_string(i) +
+                             "\" size [0.5 0.5 0.3] velocity_bounds [-100 100 0 0 0 0 0 0] pose [" +
+                             std::to_string(8 * i + 0.25) +
+                             " 0 0 90] ranger( sensor( range [0 3] samples 3 ) ) )\n";
+                    }));
+  Stg::World::run_options = Stg::RunOptions();
+  for (int i = 0; i < 40; i++) {
+    const std::string name = "r" + std::to_string(i);
+    Stg::FindRunning<Stg::ModelRanger>(*world, name + ".ranger:0");
+    Stg::FindRunning<Stg::ModelPosition>(*world, name)->SetSpeed(70, 0, 0);
+  }
+  const Stg::grid::Grid& grid = world->host().scene.grid;
+  for (int step = 0; step < 10; step++) {
+    Stg::Step(*world);
+    // What has found no region of its own would be in number 0, where there is nothing.
+    for (Stg::grid::LayerIndex layer = 0; layer < grid.layer_count(); layer++)
+      ASSERT_EQ(grid.occupancy(layer).tile_maps()[0], 0u) << step;
+    ASSERT_NE(grid.OutlinesIn(grid.FindTileSlot(-1, static_cast<int>(112 * step + 112))), 0u);
+  }
+}
+
+TEST(MovesTogether, OutlinesForExactRaysLieInTheCellsOfTheirPlacement) {
+  const auto world = Stg::LoadText(
+      "resolution 0.1\nray_model \"exact\"\nposition( name \"robot\" size [0.5 0.3 0.3] ranger( "
+      "name "
+      "\"lidar\" sensor( range [0 3] samples 3 ) ) )\n");
+  Stg::FindRunning<Stg::ModelRanger>(*world, "robot.lidar");
+  Stg::Step(*world);
+  Stg::Model* const robot = world->GetModel("robot");
+  Stg::RandomStream random(3);
+  for (int i = 0; i < 2000; i++) {
+    const auto tenths = [&] { return static_cast<int>(random.Uniform(-30, 30)) * 0.1; };
+    const double turn = i % 3 == 0 ? M_PI / 2 * (i % 4) : random.Uniform(-4, 4);
+    robot->SetGlobalPose(Stg::Pose(tenths() + 0.05 * (i % 2), tenths(), 0, turn));
+    Stg::Placement placement;
+    placement.Plan(*robot, true);
+    const CellBox box = placement.Cells();
+    Stg::grid::Drawings drawings;
+    robot->body().AppendDrawings(&drawings, true);
+    ASSERT_EQ(drawings.of_bodies.size(), 1u);
+    drawings.ForEachCell([&](Stg::grid::CellRef cell) {
+      int32_t x, y;
+      world->host().scene.grid.Coordinates(cell, &x, &y);
+      ASSERT_TRUE(x >= box.min_x && x <= box.max_x && y >= box.min_y && y <= box.max_y) << i;
+    });
+  }
+}
+
 TEST(MovesTogether, BodiesThatRangersLookThrough) {
   const std::string ghosts = crowd::Repeat(10, [](int i) {
     return "position( size [0.3 0.3 0.3] ranger_return -1 pose [" + std::to_string(0.4 * i - 3) +
