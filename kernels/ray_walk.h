@@ -125,6 +125,11 @@ RAY_FUNCTION ray_uint ray_find_super(const ray_grid_t* grid, int x, int y) {
   }
 }
 
+/* Where the superregion's map of the block (x, y) is among region_maps. */
+RAY_FUNCTION ray_uint ray_block_map(ray_uint super, int x, int y) {
+  return super * 4 + (ray_uint)ray_place(x, y, 1);
+}
+
 /* The part (cosine * c - sine * s) of a rotation, rounded to nearest. (cosine, sine) is a heading
  * times a length in Q16, (c, s) a direction in Q30. */
 RAY_FUNCTION int ray_rotate_x(int cosine, int sine, int c, int s) {
@@ -291,7 +296,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
         }
       }
     } else {
-      squares = super ? grid->region_maps[super * 4 + (ray_uint)ray_place(rx >> 3, ry >> 3, 1)] : 0;
+      squares = super ? grid->region_maps[ray_block_map(super, rx >> 3, ry >> 3)] : 0;
       shift = squares != 0 ? RAY_REGION_SHIFT : super ? RAY_BLOCK_SHIFT : RAY_SUPER_SHIFT;
     }
 

@@ -415,8 +415,7 @@ class Grid {
   size_t CountSupers() const { return supers_.size() - 1 - free_supers_.size(); }
   size_t CountRegions() const { return regions_.size() - 1 - free_regions_.size(); }
   static std::size_t MapOf(uint32_t super, uint32_t place) {
-    const uint32_t quarter = (place >> 3 & 1) | (place >> 7) << 1;
-    return std::size_t{super} * kMapsPerSuper + quarter;
+    return ray_block_map(super, static_cast<int>(place & 15) >> 3, static_cast<int>(place >> 7));
   }
   void MarkRegion(const Region& region, bool filled);
   void CountFilledTile(uint32_t slot, Edit* edit);

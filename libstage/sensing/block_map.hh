@@ -25,7 +25,7 @@ class BlockMap {
     for (int i = 0; i < near_.kCount; i++) {
       const int block_x = near_.XOf(i), block_y = near_.YOf(i);
       const uint32_t super = supers.At(block_x >> 1, block_y >> 1);
-      const uint64_t map = maps_[super * 4 + static_cast<uint32_t>(ray_place(block_x, block_y, 1))];
+      const uint64_t map = maps_[ray_block_map(super, block_x, block_y)];
       low_[i] = static_cast<int32_t>(map & 0xffffffff);
       high_[i] = static_cast<int32_t>(map >> 32);
     }

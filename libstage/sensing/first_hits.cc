@@ -12,9 +12,6 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-/// Looking around first takes as long as some ten rays.
-constexpr uint32_t kFewestForBoxes = 16;
-
 /// Sets the ray to where it leaves the box: a leap of ray_next(). It begins anywhere.
 void LeaveBox(const grid::CellBox& box, ray_t* ray) {
   const int left = ray->x0 - box.min_x, right = box.max_x - ray->x0;

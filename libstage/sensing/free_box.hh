@@ -18,6 +18,8 @@ struct FreeBoxes {
   grid::CellBox towards[2][2];
 };
 
+/// Looking around first takes as long as some ten rays: fewer do without.
+inline constexpr uint32_t kFewestForBoxes = 16;
 /// Boxes around the starts of the rays, or around that of the first, up to three regions wide.
 /// Empty if there is something in the very tiles that they start in.
 FreeBoxes FindFreeBoxes(const RayGroup& rays);

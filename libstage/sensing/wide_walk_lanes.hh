@@ -74,7 +74,7 @@ class ReadyRays : public RayStarts<Lanes> {
       : RayStarts<Lanes>(rays),
         supers(SupersNear<Lanes>(rays)),
         mask(*rays.mask),
-        free_(FindFreeBoxes(rays)) {
+        free_(rays.count < kFewestForBoxes ? FreeBoxes() : FindFreeBoxes(rays)) {
     for (uint32_t first = 0; first < this->count; first += Lanes::kCount) Prepare(first);
     for (uint32_t first = 0; first < this->count; first += Narrow::kCount) LeaveFreeBox(first);
   }

@@ -163,7 +163,7 @@ class Checked {
     ASSERT_EQ(bits, regions.size());
     for (const auto& [x, y] : regions) {
       const ray_uint super = ray_find_super(&view, x >> 4, y >> 4);
-      const ray_uint map = super * 4 + static_cast<ray_uint>(ray_place(x >> 3, y >> 3, 1));
+      const ray_uint map = ray_block_map(super, x >> 3, y >> 3);
       ASSERT_NE(view.region_maps[map] >> ray_place(x, y, 3) & 1, 0u) << x << " " << y;
     }
   }
