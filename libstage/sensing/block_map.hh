@@ -19,20 +19,13 @@ class BlockMap {
   using M = typename Lanes::M;
   using Words = typename Lanes::Words;
 
-  /// `supers`: those near the same place.
+  /// `supers`: those near the same place, which must stay.
   BlockMap(const ray_grid_t& grid, const SuperMap<Lanes>& supers, int32_t x, int32_t y)
-      : maps_(grid.region_maps), near_(x, y) {
-    for (int i = 0; i < near_.kCount; i++) {
-      const int block_x = near_.XOf(i), block_y = near_.YOf(i);
-      const uint32_t super = supers.At(block_x >> 1, block_y >> 1);
-      const uint64_t map = maps_[ray_block_map(super, block_x, block_y)];
-      low_[i] = static_cast<int32_t>(map & 0xffffffff);
-      high_[i] = static_cast<int32_t>(map >> 32);
-    }
-  }
+      : maps_(grid.region_maps), supers_(supers), near_(x, y) {}
 
   /// Those of the cells in these lanes, whose superregions are known; in others anything.
-  Words Of(M lanes, V super, V x, V y) const {
+  Words Of(M lanes, V super, V x, V y) {
+    if (!is_filled_) Fill();
     const V block_x = Lanes::template Right<RAY_BLOCK_SHIFT>(x);
     const V block_y = Lanes::template Right<RAY_BLOCK_SHIFT>(y);
     V numbers;
@@ -44,8 +37,22 @@ class BlockMap {
   }
 
  private:
+  /// Short rays never ask.
+  void Fill() {
+    is_filled_ = true;
+    for (int i = 0; i < near_.kCount; i++) {
+      const int block_x = near_.XOf(i), block_y = near_.YOf(i);
+      const uint32_t super = supers_.At(block_x >> 1, block_y >> 1);
+      const uint64_t map = maps_[ray_block_map(super, block_x, block_y)];
+      low_[i] = static_cast<int32_t>(map & 0xffffffff);
+      high_[i] = static_cast<int32_t>(map >> 32);
+    }
+  }
+
   const uint64_t* const maps_;
+  const SuperMap<Lanes>& supers_;
   const SquaresNear<Lanes, RAY_BLOCK_SHIFT> near_;
+  bool is_filled_ = false;
   alignas(64) int32_t low_[SquaresNear<Lanes, RAY_BLOCK_SHIFT>::kCount];
   alignas(64) int32_t high_[SquaresNear<Lanes, RAY_BLOCK_SHIFT>::kCount];
 };

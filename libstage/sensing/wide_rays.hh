@@ -84,9 +84,15 @@ class SuperMap {
 
   SuperMap(const ray_grid_t& grid, int32_t x, int32_t y) : grid_(grid), near_(x, y) {
     for (int i = 0; i < near_.kCount; i++)
-      supers_[i] =
-          static_cast<typename Lanes::Number>(ray_find_super(&grid, near_.XOf(i), near_.YOf(i)));
+      supers_[i] = static_cast<Number>(ray_find_super(&grid, near_.XOf(i), near_.YOf(i)));
   }
+  /// The same for other lanes.
+  template <class Others>
+  SuperMap(const SuperMap<Others>& same, int32_t x, int32_t y) : grid_(same.grid()), near_(x, y) {
+    for (int i = 0; i < near_.kCount; i++)
+      supers_[i] = static_cast<Number>(same.At(near_.XOf(i), near_.YOf(i)));
+  }
+  const ray_grid_t& grid() const { return grid_; }
 
   /// Those of the cells in these lanes; of others anything.
   V Of(typename Lanes::M lanes, V x, V y) const {
@@ -103,15 +109,21 @@ class SuperMap {
   }
 
  private:
+  using Number = typename Lanes::Number;
+
   const ray_grid_t& grid_;
   const SquaresNear<Lanes, RAY_SUPER_SHIFT> near_;
-  alignas(64) typename Lanes::Number supers_[SquaresNear<Lanes, RAY_SUPER_SHIFT>::kCount];
+  alignas(64) Number supers_[SquaresNear<Lanes, RAY_SUPER_SHIFT>::kCount];
 };
 
 /// Those near the group.
 template <class Lanes>
 SuperMap<Lanes> SupersNear(const RayGroup& rays) {
   return {*rays.grid, rays.parts[0].fan->x, rays.parts[0].fan->y};
+}
+template <class Lanes, class Others>
+SuperMap<Lanes> SupersNear(const RayGroup& rays, const SuperMap<Others>& same) {
+  return {same, rays.parts[0].fan->x, rays.parts[0].fan->y};
 }
 
 /// The displacements of rays of a fan, as many as there are lanes, or `count`.

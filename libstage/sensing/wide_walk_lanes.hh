@@ -72,14 +72,12 @@ class ReadyRays : public RayStarts<Lanes> {
 
   explicit ReadyRays(const RayGroup& rays)
       : RayStarts<Lanes>(rays),
-        supers(SupersNear<Lanes>(rays)),
         mask(*rays.mask),
         free_(rays.count < kFewestForBoxes ? FreeBoxes() : FindFreeBoxes(rays)) {
     for (uint32_t first = 0; first < this->count; first += Lanes::kCount) Prepare(first);
     for (uint32_t first = 0; first < this->count; first += Narrow::kCount) LeaveFreeBox(first);
   }
 
-  const SuperMap<Lanes> supers;
   const ray_mask_t& mask;
   uint32_t next = 0;  ///< the ray to be taken up
 
@@ -161,9 +159,8 @@ class ReadyRays : public RayStarts<Lanes> {
 template <class Lanes, class Rays>
 class LaneGroup {
  public:
-  LaneGroup(Rays* rays, const SuperMap<Lanes>& supers, const BlockMap<Lanes>& blocks,
-            uint32_t* hits)
-      : rays_(*rays), supers_(supers), blocks_(blocks), hits_(hits) {}
+  LaneGroup(Rays* rays, const SuperMap<Lanes>& supers, BlockMap<Lanes>* blocks, uint32_t* hits)
+      : rays_(*rays), supers_(supers), blocks_(*blocks), hits_(hits) {}
 
   bool AtWork() const { return Lanes::Any(active_); }
 
@@ -190,8 +187,9 @@ class LaneGroup {
     const V tile = Lanes::Add(Lanes::template Left<6>(region), t);
     word_ = Visible(Lanes::Odd(Lanes::BitOf(squares_, t)), tile);
     in_block_ = Lanes::Zero(squares_);
-    squares_ = Lanes::Select(in_block_, blocks_.Of(Lanes::And(active_, in_block_), super_, x_, y_),
-                             squares_);
+    const M look_up = Lanes::And(active_, in_block_);
+    if (Lanes::Any(look_up))
+      squares_ = Lanes::Select(in_block_, blocks_.Of(look_up, super_, x_, y_), squares_);
   }
 
   /// One leap, or one walk within a tile or a region, of each ray, after Look().
@@ -341,7 +339,7 @@ class LaneGroup {
 
   Rays& rays_;
   const SuperMap<Lanes>& supers_;
-  const BlockMap<Lanes>& blocks_;
+  BlockMap<Lanes>& blocks_;
   uint32_t* hits_;
   M active_ = Lanes::None();
 
@@ -368,9 +366,9 @@ void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const W
   using Ready = ReadyRays<Lanes, Narrow>;
   Ready ready(rays);
   const SuperMap<Narrow> supers = SupersNear<Narrow>(rays);
-  const BlockMap<Narrow> blocks(*rays.grid, supers, rays.parts[0].fan->x, rays.parts[0].fan->y);
-  LaneGroup<Narrow, Ready> first(&ready, supers, blocks, found.hits);
-  LaneGroup<Narrow, Ready> second(&ready, supers, blocks, found.hits);
+  BlockMap<Narrow> blocks(*rays.grid, supers, rays.parts[0].fan->x, rays.parts[0].fan->y);
+  LaneGroup<Narrow, Ready> first(&ready, supers, &blocks, found.hits);
+  LaneGroup<Narrow, Ready> second(&ready, supers, &blocks, found.hits);
   first.TakeUp();
   second.TakeUp();
   first.Look();
@@ -389,7 +387,7 @@ void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const W
     second.GoOn();
     second.Report();
   }
-  HitPlaces<Lanes>(ready, tables, rays.exact).Find(ready.supers, found);
+  HitPlaces<Lanes>(ready, tables, rays.exact).Find(SupersNear<Lanes>(rays, supers), found);
   FindEnds<Lanes>(rays.count, found);
 }
 
