@@ -53,8 +53,8 @@ class ExactVisit {
   bool IsDoneBefore(double leg_start) const { return hit_ && nearest_ <= leg_start; }
   void BeginLeg(double leg_start) { leg_start_ = leg_start; }
 
+  /// True ends the walk.
   bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t) {
-    if (PastLimits(*ray, ray->u, ray->v)) return true;  // a listed cell behind a hit
     const auto slot = static_cast<uint32_t>(grid::Grid::CellAt(region, tile, 0) >> 6);
     if (slot == asked_) return false;
     notes_.Cell(*ray);

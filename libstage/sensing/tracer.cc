@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include "sensing/exact_group.hh"
 #include "sensing/exact_visit.hh"
@@ -102,7 +101,6 @@ class CellVisit {
  private:
   bool Accepts(grid::BodyId id) {
     const grid::Body& body = grid_.body(id);
-    if (body.exact()) return false;
     if (PassesAboveOrBelow(fan_, body)) {
       notes_.Body(body, Answer::kOtherHeight);
       return false;
@@ -154,14 +152,6 @@ void Tracer::BeginAtFirst(ray_t* ray, const Fan& fan, const Walk& walk) {
   ray_resume(ray, ray_packed_u(*walk.list.hits), ray_packed_v(*walk.list.hits));
 }
 
-/// Takes `visit` to the cell that the ray is in. True if it ends there.
-template <typename Visit>
-bool Tracer::VisitCell(ray_t* ray, Visit* visit) const {
-  const int32_t x = ray->x0 + ray->sx * ray->u, y = ray->y0 + ray->sy * ray->v;
-  const uint32_t region = grid_.FindRegion(x, y);
-  return (*visit)(ray, region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y));
-}
-
 /// Takes `visit` to the cells in which something is, in their order along the ray: those of the
 /// list but the first, where it has been, then those that the walk finds behind them.
 template <typename Visit>
@@ -170,8 +160,10 @@ void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
     const uint32_t hit = walk.list.hits[i];
     if (hit == RAY_NO_HIT) return;  // the ray ended; there is nothing behind
     ray_resume(ray, ray_packed_u(hit), ray_packed_v(hit));
+    const int32_t x = ray->x0 + ray->sx * ray->u, y = ray->y0 + ray->sy * ray->v;
     walk.counters->potential_hits++;
-    if (VisitCell(ray, visit)) return;
+    const uint32_t region = grid_.FindRegion(x, y);
+    if ((*visit)(ray, region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y))) return;
   }
   walk.counters->resumed += walk.list.of_device;
   while (ray_next(&walk.view, &walk.mask, ray)) {

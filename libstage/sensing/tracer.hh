@@ -79,8 +79,6 @@ class Tracer {
   static void Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y);
   static void BeginAtFirst(ray_t* ray, const Fan& fan, const Walk& walk);
   template <typename Visit>
-  bool VisitCell(ray_t* ray, Visit* visit) const;
-  template <typename Visit>
   void Follow(const Walk& walk, ray_t* ray, Visit* visit) const;
   static Walk WalkOf(const Fan& fan, const ray_grid_t& view, const Direction& direction,
                      const ray_mask_t& mask, const HitList& list, TraceCounters* counters);

@@ -18,9 +18,10 @@ class Run(NamedTuple):
 
     world: str  # from the top of the tree
     seconds: int
+    ray_model: str = "cell"
 
     def __str__(self) -> str:
-        return f"{self.world} {self.seconds} s"
+        return f"{self.world} {self.seconds} s, {self.ray_model}"
 
 
 def shipped_worlds() -> list[str]:
@@ -43,6 +44,8 @@ def hash_of(stage: Path, run: Run, options: list[str], environment: dict[str, st
     """The state hash at the end of the run."""
     command = [str(stage), "-g", "--no-progress", "--seed", str(SEED), "--duration",
                str(run.seconds), "--state-hash", *options, str(ROOT / run.world)]
+    if run.ray_model != "cell":
+        command[1:1] = ["--ray-model", run.ray_model]
     try:
         result = subprocess.run(command, env=dict(os.environ, **(environment or {})), text=True,
                                 capture_output=True, timeout=time_limit, check=False)

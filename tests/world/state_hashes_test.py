@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Runs give the state hashes of tests/data/state_hashes.txt, on every machine.
+"""Runs give the state hashes of tests/data/state_hashes.txt, on every machine, and with exact rays those of
+exact_state_hashes.txt.
 
 Other hash tests compare runs on one machine; these numbers came from another. After a change that is
 meant to change results, STAGE_NEW_HASHES=1 writes the file anew.
@@ -18,10 +19,11 @@ from hash_runs import ROOT, Run, controller_worlds, hashes_of, shipped_worlds
 
 BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release")
 STAGE = BINARY_DIR / "bin" / "stage"
-FILE = ROOT / "tests" / "data" / "state_hashes.txt"
+FILES = {model: ROOT / "tests" / "data" / name for model, name in
+         {"cell": "state_hashes.txt", "exact": "exact_state_hashes.txt"}.items()}
 HEADER = """\
 # SPDX-License-Identifier: GPL-2.0-or-later
-# World, simulated seconds, state hash with seed 5. Do not edit; this file was written by
+# World, simulated seconds, state hash with seed 5{}. Do not edit; this file was written by
 #   STAGE_NEW_HASHES=1 tools/test -R state_hashes
 """
 
@@ -31,18 +33,26 @@ OLD_PROCESSOR = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX2_Usab
 
 def all_runs() -> list[Run]:
     runs = [Run(world, seconds) for world in shipped_worlds() for seconds in (5, 300)]
-    return runs + [Run(world, 60) for world in controller_worlds()]
+    runs += [Run(world, 60) for world in controller_worlds()]
+    return runs + [Run(world, seconds, "exact") for world in shipped_worlds() for seconds in (5, 60)]
 
 
-def read_file() -> dict[Run, str]:
-    rows = [line.split() for line in FILE.read_text().splitlines() if not line.startswith("#")]
-    return {Run(world, int(seconds)): digits for world, seconds, digits in rows}
+def read_files() -> dict[Run, str]:
+    found = {}
+    for model, file in FILES.items():
+        for line in file.read_text().splitlines():
+            if not line.startswith("#"):
+                world, seconds, digits = line.split()
+                found[Run(world, int(seconds), model)] = digits
+    return found
 
 
-def write_file() -> None:
+def write_files() -> None:
     found = hashes_of(STAGE, all_runs(), ["--threads", "1"])
-    FILE.write_text(HEADER + "".join(f"{run.world} {run.seconds} {found[run]}\n"
-                                     for run in all_runs()))
+    for model, file in FILES.items():
+        header = HEADER.format("" if model == "cell" else f" and --ray-model {model}")
+        file.write_text(header + "".join(f"{run.world} {run.seconds} {found[run]}\n"
+                                         for run in all_runs() if run.ray_model == model))
 
 
 def longest_run() -> int:
@@ -56,7 +66,7 @@ def longest_run() -> int:
 class StateHashesTest(unittest.TestCase):
     def compare(self, options: list[str], environment: dict[str, str] | None = None,
                 longest: int = 300) -> None:
-        expected = read_file()
+        expected = read_files()
         longest = min(longest, longest_run())
         runs = [run for run in all_runs() if run.seconds <= longest]
         found = hashes_of(STAGE, runs, options, environment)
@@ -64,8 +74,8 @@ class StateHashesTest(unittest.TestCase):
             with self.subTest(run=str(run)):
                 self.assertEqual(found[run], expected[run])
 
-    def test_file_is_complete(self) -> None:
-        self.assertEqual(list(read_file()), all_runs())
+    def test_files_are_complete(self) -> None:
+        self.assertEqual(list(read_files()), all_runs())
 
     def test_this_processor(self) -> None:
         self.compare(["--threads", "1"])
@@ -81,5 +91,5 @@ class StateHashesTest(unittest.TestCase):
 
 if __name__ == "__main__":
     if os.environ.get("STAGE_NEW_HASHES"):
-        write_file()
+        write_files()
     unittest.main()
