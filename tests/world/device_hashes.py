@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Compares state hashes with and without an OpenCL device, for all shipped worlds and controllers.
+"""Compares state hashes with and without an OpenCL device, for all shipped worlds, with both ray models, and
+controllers.
 
     tests/world/device_hashes.py --seconds 60 --device gpu
 
@@ -37,9 +38,17 @@ def read_command_line() -> argparse.Namespace:
     return options
 
 
-def compare(options: argparse.Namespace, world: str) -> bool:
+def runs_of(options: argparse.Namespace) -> list[Run]:
+    """What is compared."""
+    worlds = options.worlds or shipped_worlds()
+    runs = [Run(world, options.seconds, model) for world in worlds for model in ("cell", "exact")]
+    if not options.worlds:
+        runs += [Run(world, options.seconds) for world in controller_worlds()]
+    return runs
+
+
+def compare(options: argparse.Namespace, run: Run) -> bool:
     """A line of the table; true if all hashes are equal."""
-    run = Run(world, options.seconds)
     on_device = [f"--opencl={options.device}", "--opencl-always"]
     try:
         host = hash_of(options.binary, run, ["--threads", "1"])
@@ -48,16 +57,16 @@ def compare(options: argparse.Namespace, world: str) -> bool:
         print(f"FAILED     {error}", flush=True)
         return False
     same = set(device) == {host}
-    print(f"{'same' if same else 'DIFFERENT':10} {world:48} {host} {' '.join(device)}", flush=True)
+    print(f"{'same' if same else 'DIFFERENT':10} {run.world:48} {run.ray_model:5} {host} {' '.join(device)}",
+          flush=True)
     return same
 
 
 def main() -> int:
     options = read_command_line()
     print(f"{options.seconds} s of each world: host, then {options.repeat} x {options.device}")
-    outcomes = [compare(options, world)
-                for world in options.worlds or shipped_worlds() + controller_worlds()]
-    print(f"{sum(outcomes)} of {len(outcomes)} worlds have the same state hashes")
+    outcomes = [compare(options, run) for run in runs_of(options)]
+    print(f"{sum(outcomes)} of {len(outcomes)} runs have the same state hashes")
     return 0 if all(outcomes) else 1
 
 
