@@ -45,7 +45,7 @@ void ExactGroup::Settle(const Run& run, grid::OutlineList outlines, const FirstH
   Gather(*run.part.fan, outlines);
   OutlineHits found{now_, which_, {}};
   if (!bodies_.empty()) {
-    first.Meet(rays, edges_, &found);
+    first.Meet(rays, {edges_.data(), static_cast<uint32_t>(edges_.size())}, &found);
     Keep(run);
   }
   for (uint32_t i = 0; i < rays.count; i++) {

@@ -86,8 +86,7 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
 }
 
 void FirstHits::WalkOneByOne(const RayGroup& rays) {
-  const bool many = rays.count >= kFewestForBoxes;
-  const FreeBoxes boxes = many ? FindFreeBoxes(rays) : FreeBoxes();
+  const FreeBoxes boxes = FindFreeBoxesOfMany(rays);
   std::fill(lists_, lists_ + rays.count, 0);
   uint32_t i = 0;
   for (uint32_t part = 0; part < rays.part_count; part++) {

@@ -37,8 +37,7 @@ class FirstHits {
   /// The bodies in the cell of that; of exact rays the OutlineList of its tile.
   grid::BodyList Bodies(uint32_t i) const { return lists_[i]; }
   /// MeetOneByOne(), for some of these rays.
-  void Meet(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
-            OutlineHits* found) const {
+  void Meet(const OutlineRays& rays, const Outlines& outlines, OutlineHits* found) const {
     if (wide_walk_.meet && rays.count >= kFewestToMeet)
       wide_walk_.meet(rays, outlines, found);
     else

@@ -132,6 +132,11 @@ CellBox StartsOf(const RayGroup& rays, const Surroundings& around) {
 
 }  // namespace
 
+FreeBoxes FindFreeBoxesOfMany(const RayGroup& rays) {
+  constexpr uint32_t kMany = 16;  // looking around takes as long as some ten rays
+  return rays.count < kMany ? FreeBoxes() : FindFreeBoxes(rays);
+}
+
 FreeBoxes FindFreeBoxes(const RayGroup& rays) {
   const FanRecord& first = *rays.parts[0].fan;
   Surroundings around(*rays.grid, first.x, first.y);

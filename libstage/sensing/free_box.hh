@@ -18,11 +18,11 @@ struct FreeBoxes {
   grid::CellBox towards[2][2];
 };
 
-/// Looking around first takes as long as some ten rays: fewer do without.
-inline constexpr uint32_t kFewestForBoxes = 16;
 /// Boxes around the starts of the rays, or around that of the first, up to three regions wide.
 /// Empty if there is something in the very tiles that they start in.
 FreeBoxes FindFreeBoxes(const RayGroup& rays);
+/// The same if there are enough rays for that to pay, else empty ones.
+FreeBoxes FindFreeBoxesOfMany(const RayGroup& rays);
 
 }  // namespace Stg::internal::sensing
 

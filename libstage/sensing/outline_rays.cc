@@ -56,13 +56,14 @@ LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double
 namespace {
 
 /// What a ray meets first of these outlines: sets ranges and which.
-void MeetAlone(const OutlineRays& rays, uint32_t ray, std::span<const OutlineEdges> outlines,
+void MeetAlone(const OutlineRays& rays, uint32_t ray, const Outlines& outlines,
                OutlineHits* found) {
   const Line line = LineOf(*rays.fan, rays.turns[ray]);
   double& nearest = found->ranges[ray] = std::numeric_limits<double>::infinity();
   uint32_t& which = found->which[ray] = 0;
-  for (uint32_t i = 0; i < outlines.size(); i++) {
-    const double range = FirstCrossing(line, outlines[i].corners, outlines[i].edges);
+  for (uint32_t i = 0; i < outlines.count; i++) {
+    const OutlineEdges& some = outlines.edges[i];
+    const double range = FirstCrossing(line, some.corners, some.edges);
     if (!(range < nearest)) continue;
     nearest = range;
     which = i;
@@ -71,8 +72,7 @@ void MeetAlone(const OutlineRays& rays, uint32_t ray, std::span<const OutlineEdg
 
 }  // namespace
 
-void MeetOneByOne(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
-                  OutlineHits* found) {
+void MeetOneByOne(const OutlineRays& rays, const Outlines& outlines, OutlineHits* found) {
   const Fan& fan = *rays.fan;
   std::fill(std::begin(found->settled.words), std::end(found->settled.words), 0);
   for (uint32_t i = 0; i < rays.count; i++) {

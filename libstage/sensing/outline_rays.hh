@@ -8,7 +8,6 @@
 
 #include <bit>
 #include <cstdint>
-#include <span>
 
 #include "sensing/fan.hh"
 #include "sensing/ray_group.hh"
@@ -29,6 +28,11 @@ struct OutlineRays {
 struct OutlineEdges {
   const point_t* corners;
   uint32_t edges;
+};
+/// Several outlines. No std::span, as wide_walk_lanes.hh says.
+struct Outlines {
+  const OutlineEdges* edges;
+  uint32_t count;
 };
 
 /// A bit for each ray; those of rays that there are not may be anything, but the last one is 0.
@@ -56,8 +60,7 @@ struct OutlineHits {
 
 /// Finds out what the rays meet, and which are settled then: they meet something within their
 /// range, and before that they do not leave the tile of their potential hit.
-void MeetOneByOne(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
-                  OutlineHits* found);
+void MeetOneByOne(const OutlineRays& rays, const Outlines& outlines, OutlineHits* found);
 
 /// Where the leg of a ray ends, seen from a tile that it comes to.
 struct LegEnd {

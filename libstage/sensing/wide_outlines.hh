@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// outline_rays.hh in the lanes of a vector, to the very bits. What
-// wide_walk_lanes.hh says of code that is compiled for some processors only holds here too.
+// MeetOneByOne() in the lanes of a vector, to the very bits. What wide_walk_lanes.hh says of code
+// that is compiled for some processors only holds here too.
 
 #ifndef STAGE_SENSING_WIDE_OUTLINES_HH
 #define STAGE_SENSING_WIDE_OUTLINES_HH
@@ -144,8 +144,8 @@ typename Lanes::M Settled(const OutlineRays& rays, uint32_t first, typename Lane
 }
 
 template <class Lanes>
-void MeetInLanes(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
-                 OutlineHits* found) {
+void MeetInLanes(const OutlineRays& rays, const Outlines& outlines, OutlineHits* found) {
+  static_assert(64 % Lanes::kCount == 0, "a word of settled rays is filled by whole lanes");
   using D = typename Lanes::D;
   using V = typename Lanes::V;
   const Fan& fan = *rays.fan;
@@ -160,10 +160,9 @@ void MeetInLanes(const OutlineRays& rays, std::span<const OutlineEdges> outlines
         Lanes::Minus(Lanes::Times(cosine, cosines), Lanes::Times(sine, sines)));
     D nearest = Lanes::AllOf(__builtin_inf());
     V which = Lanes::All(0);
-    for (size_t k = 0; k < outlines.size(); k++) {
-      const D ranges = lines.FirstCrossing(outlines[k]);
-      which =
-          Lanes::Select(Lanes::Below(ranges, nearest), Lanes::All(static_cast<int64_t>(k)), which);
+    for (uint32_t k = 0; k < outlines.count; k++) {
+      const D ranges = lines.FirstCrossing(outlines.edges[k]);
+      which = Lanes::Select(Lanes::Below(ranges, nearest), Lanes::All(int64_t{k}), which);
       nearest = Lanes::Smaller(ranges, nearest);
     }
     Lanes::Store(found->ranges + first, nearest);

@@ -39,8 +39,7 @@ struct WideWalk {
   void (*look)(const RayGroup& rays, const grid::Grid::Tables& tables,
                const WideHits& found) = nullptr;
   /// MeetOneByOne().
-  void (*meet)(const OutlineRays& rays, std::span<const OutlineEdges> outlines,
-               OutlineHits* found) = nullptr;
+  void (*meet)(const OutlineRays& rays, const Outlines& outlines, OutlineHits* found) = nullptr;
 };
 
 /// Those that the library was made with and this processor can run, the fastest first.

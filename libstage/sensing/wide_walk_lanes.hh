@@ -71,9 +71,7 @@ class ReadyRays : public RayStarts<Lanes> {
   using RayStarts<Lanes>::kRoom;
 
   explicit ReadyRays(const RayGroup& rays)
-      : RayStarts<Lanes>(rays),
-        mask(*rays.mask),
-        free_(rays.count < kFewestForBoxes ? FreeBoxes() : FindFreeBoxes(rays)) {
+      : RayStarts<Lanes>(rays), mask(*rays.mask), free_(FindFreeBoxesOfMany(rays)) {
     for (uint32_t first = 0; first < this->count; first += Lanes::kCount) Prepare(first);
     for (uint32_t first = 0; first < this->count; first += Narrow::kCount) LeaveFreeBox(first);
   }

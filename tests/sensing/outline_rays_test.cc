@@ -97,13 +97,17 @@ point_t RandomCorner(RandomSource* random, const Rays& rays) {
           fan.y + along * line.direction.sine + beside * line.direction.cosine};
 }
 
-struct Outlines {
+struct SomeOutlines {
   std::vector<std::vector<point_t>> corners;
   std::vector<OutlineEdges> edges;
 };
 
-Outlines RandomOutlines(RandomSource* random, const Rays& rays) {
-  Outlines outlines;
+Outlines ViewOf(const std::vector<OutlineEdges>& edges) {
+  return {edges.data(), static_cast<uint32_t>(edges.size())};
+}
+
+SomeOutlines RandomOutlines(RandomSource* random, const Rays& rays) {
+  SomeOutlines outlines;
   for (int count = random->Int(1, 4); count > 0; count--) {
     std::vector<point_t> corners;
     const int edges = random->Int(1, 8);
@@ -137,10 +141,10 @@ TEST_P(OutlineRaysIn, LanesMeetWhatSingleRaysMeet) {
   size_t met = 0, settled = 0, behind = 0;
   for (int round = 0; round < 4000; round++) {
     const Rays rays = RandomRays(&random);
-    const Outlines outlines = RandomOutlines(&random, rays);
+    const SomeOutlines outlines = RandomOutlines(&random, rays);
     Met one_by_one(rays.turns.size()), in_lanes(rays.turns.size());
-    MeetOneByOne(rays.View(), outlines.edges, &one_by_one.hits);
-    GetParam().meet(rays.View(), outlines.edges, &in_lanes.hits);
+    MeetOneByOne(rays.View(), ViewOf(outlines.edges), &one_by_one.hits);
+    GetParam().meet(rays.View(), ViewOf(outlines.edges), &in_lanes.hits);
     for (uint32_t i = 0; i < rays.turns.size(); i++) {
       const double range = one_by_one.ranges[i];
       ASSERT_EQ(std::bit_cast<uint64_t>(in_lanes.ranges[i]), std::bit_cast<uint64_t>(range))
@@ -164,12 +168,12 @@ TEST(OutlineRays, MeetTheFirstOfThoseAtTheSamePlace) {
   RandomSource random(9);
   for (int round = 0; round < 500; round++) {
     const Rays rays = RandomRays(&random);
-    const Outlines once = RandomOutlines(&random, rays);
+    const SomeOutlines once = RandomOutlines(&random, rays);
     std::vector<OutlineEdges> twice = once.edges;
     twice.insert(twice.end(), once.edges.begin(), once.edges.end());
     Met of_once(rays.turns.size()), of_twice(rays.turns.size());
-    MeetOneByOne(rays.View(), once.edges, &of_once.hits);
-    MeetOneByOne(rays.View(), twice, &of_twice.hits);
+    MeetOneByOne(rays.View(), ViewOf(once.edges), &of_once.hits);
+    MeetOneByOne(rays.View(), ViewOf(twice), &of_twice.hits);
     EXPECT_EQ(of_once.which, of_twice.which);
     EXPECT_EQ(of_once.ranges, of_twice.ranges);
   }
