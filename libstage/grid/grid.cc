@@ -93,7 +93,7 @@ void Grid::ChangeBody(BodyId id, const Body& body, std::span<const TilePart> dra
     if (body.exact())
       RefreshOutlines(part.slot);
     else
-      ForEachCell(part, [&](CellRef cell) { RefreshBit(cell); });
+      RefreshCells(part);
   }
 }
 
@@ -336,16 +336,19 @@ void Grid::SortIn(BodyList* list, BodyId id) {
   *list = kSeveral | (before == first && !is_last ? node : first);
 }
 
-void Grid::RefreshBit(CellRef cell) {
-  uint32_t occupied_in = 0;
-  AnyIn(cell, [&](BodyId id) {
-    occupied_in |= bodies_[id].layers;
-    return false;
+/// In all layers of the thin drawing.
+void Grid::RefreshCells(const TilePart& part) {
+  const uint32_t all = LayersOfDrawing(false);
+  ForEachCell(part, [&](CellRef cell) {
+    uint32_t occupied_in = 0;
+    AnyIn(cell, [&](BodyId id) {
+      occupied_in |= bodies_[id].layers;
+      return false;
+    });
+    const uint64_t bit = uint64_t{1} << (cell & 63);
+    SetBits(occupied_in, part.slot, bit);
+    ClearBits(all & ~occupied_in, part.slot, bit);
   });
-  const auto slot = static_cast<uint32_t>(cell >> 6);
-  const uint64_t bit = uint64_t{1} << (cell & 63);
-  SetBits(occupied_in, slot, bit);
-  ClearBits(LayersOfDrawing(false) & ~occupied_in, slot, bit);
 }
 
 void Grid::Coordinates(CellRef cell, int32_t* x, int32_t* y) const {

@@ -411,7 +411,7 @@ class Grid {
   LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);
   void SortIn(BodyList* list, BodyId id);
   uint32_t LayersOfDrawing(bool exact) const;
-  void RefreshBit(CellRef cell);
+  void RefreshCells(const TilePart& part);
   size_t CountSupers() const { return supers_.size() - 1 - free_supers_.size(); }
   size_t CountRegions() const { return regions_.size() - 1 - free_regions_.size(); }
   static std::size_t MapOf(uint32_t super, uint32_t place) {

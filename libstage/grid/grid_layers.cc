@@ -93,7 +93,7 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
     if (exact)
       RefreshOutlines(slot);
     else
-      ForEachBit(tiles_[slot].cells, [&](uint32_t bit) { RefreshBit(CellOf(slot, bit)); });
+      RefreshCells({.slot = slot, .cells = tiles_[slot].cells});
   }
   return index;
 }

@@ -17,7 +17,7 @@ namespace Stg {
 
 class ExactDrawing {
  public:
-  /// Draws the outline with these `count` corners (global, metres) instead of what was drawn
+  /// Draws the outline with these corners (global, metres) instead of what was drawn
   /// before; none of them: nothing. `body` says what else the grid wants to know of the block.
   /// `edit`: see MayShareEdit().
   void Draw(grid::Grid* grid, const grid::Body& body, std::span<const point_t> corners,

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "geometry/geometry.hh"
 #include "geometry/trigonometry.hh"

@@ -16,8 +16,8 @@ void ExactGroup::Trace(const RayGroup& rays, const Part* parts, const FirstHits&
   std::fill(met_, met_ + rays.count, nullptr);
   uint32_t end = 0;
   for (uint32_t i = 0; i < rays.part_count; i++) {
-    Run run{parts[i], end, end, end};
-    end += parts[i].count;
+    Run run{parts[i], rays.parts[i].directions, end, end, end};
+    end += rays.parts[i].count;
     while (run.end < end) {
       run.from = run.end;
       run.end = first.EndOfRun(run.from);
@@ -40,7 +40,7 @@ bool ExactGroup::HaveSame(grid::OutlineList a, grid::OutlineList b) const {
 void ExactGroup::Settle(const Run& run, grid::OutlineList outlines, const FirstHits& first) {
   counters_->potential_hits += run.count();
   const uint32_t in_part = run.from - run.first;
-  const OutlineRays rays{run.part.fan, run.part.directions + in_part, run.part.turns + in_part,
+  const OutlineRays rays{run.part.fan, run.directions + in_part, run.part.turns + in_part,
                          &first.Packed(run.from), run.count()};
   Gather(*run.part.fan, outlines);
   OutlineHits found{now_, which_, {}};
@@ -50,7 +50,7 @@ void ExactGroup::Settle(const Run& run, grid::OutlineList outlines, const FirstH
   }
   for (uint32_t i = 0; i < rays.count; i++) {
     i = found.settled.FirstOther(i);
-    if (i < rays.count) GoOn(run.part, in_part + i, run.from + i, rays.hits[i]);
+    if (i < rays.count) GoOn(run, run.from + i, rays.hits[i]);
   }
 }
 
@@ -81,11 +81,11 @@ void ExactGroup::Keep(const Run& run) {
 }
 
 /// A ray, which has this hit, may meet something nearer in other tiles.
-void ExactGroup::GoOn(const Part& part, uint32_t in_part, uint32_t ray, uint32_t hit) {
-  const Fan& fan = *part.fan;
+void ExactGroup::GoOn(const Run& run, uint32_t ray, uint32_t hit) {
+  const Fan& fan = *run.part.fan;
   const FanRecord& record = fan.record;
-  const Direction& d = part.directions[in_part];
-  ExactVisit<> visit(grid_, fan, LineOf(fan, part.turns[in_part]));
+  const Direction& d = run.directions[ray - run.first];
+  ExactVisit<> visit(grid_, fan, LineOf(fan, run.part.turns[ray - run.first]));
   visit.Know(met_[ray], ranges_[ray]);
   LegEnd end{2, 0, 0};
   if (met_[ray]) end = FindLegEnd(record, d, hit, ShareOfLeg(ranges_[ray], fan.leg_length));
@@ -94,10 +94,7 @@ void ExactGroup::GoOn(const Part& part, uint32_t in_part, uint32_t ray, uint32_t
     visit.Ask(grid_.FindTileSlot(end.x, end.y));
   } else {
     ray_t walk;
-    ray_begin(&walk, rays_->grid, record.x, record.y, static_cast<int>(record.fraction & 0xffff),
-              static_cast<int>(record.fraction >> 16),
-              ray_rotate_x(record.cosine, record.sine, d.cosine, d.sine),
-              ray_rotate_y(record.cosine, record.sine, d.cosine, d.sine));
+    BeginRay(*rays_->grid, record, DisplacementOf(record, d), &walk);
     ray_resume(&walk, ray_packed_u(hit), ray_packed_v(hit));
     visit.EndAtNearest(&walk);
     while (ray_next(rays_->grid, rays_->mask, &walk)) {

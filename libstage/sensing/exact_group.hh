@@ -22,12 +22,10 @@ namespace Stg::internal::sensing {
 
 class ExactGroup {
  public:
-  /// One of the parts of a group.
+  /// What else is to be known of a part of a group.
   struct Part {
     const Fan* fan;
-    const Direction* directions;  ///< of its rays
-    const SineCosine* turns;      ///< the same
-    uint32_t count;
+    const SineCosine* turns;  ///< one for each of its rays
   };
 
   explicit ExactGroup(const grid::Grid& grid) : grid_(grid) {}
@@ -44,8 +42,9 @@ class ExactGroup {
   /// Neighbouring rays of a part that have hits in tiles with the same outlines.
   struct Run {
     const Part& part;
-    uint32_t first;      // the first ray of that, in the group
-    uint32_t from, end;  // the rays, in the group
+    const Direction* directions;  // of the rays of that
+    uint32_t first;               // the first of them, in the group
+    uint32_t from, end;           // the rays, in the group
 
     uint32_t count() const { return end - from; }
   };
@@ -54,7 +53,7 @@ class ExactGroup {
   bool HaveSame(grid::OutlineList a, grid::OutlineList b) const;
   void Gather(const Fan& fan, grid::OutlineList outlines);
   void Keep(const Run& run);
-  void GoOn(const Part& part, uint32_t in_part, uint32_t ray, uint32_t hit);
+  void GoOn(const Run& run, uint32_t ray, uint32_t hit);
 
   const grid::Grid& grid_;
   const RayGroup* rays_ = nullptr;

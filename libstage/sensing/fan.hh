@@ -74,6 +74,21 @@ class DirectionTables {
 /// What a device needs to know of a fan.
 using FanRecord = ray_fan_record_t;
 
+/// How far a ray of a fan of a single leg goes, in Q16 cells.
+struct Displacement {
+  int x, y;
+};
+inline Displacement DisplacementOf(const FanRecord& fan, const Direction& d) {
+  return {ray_rotate_x(fan.cosine, fan.sine, d.cosine, d.sine),
+          ray_rotate_y(fan.cosine, fan.sine, d.cosine, d.sine)};
+}
+/// At its start.
+inline void BeginRay(const ray_grid_t& grid, const FanRecord& fan, const Displacement& way,
+                     ray_t* ray) {
+  ray_begin(ray, &grid, fan.x, fan.y, static_cast<int>(fan.fraction & 0xffff),
+            static_cast<int>(fan.fraction >> 16), way.x, way.y);
+}
+
 struct Fan {
   FanRecord record{};
   bool exact = false;   ///< ranges go to outlines, not to cells

@@ -72,12 +72,12 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
         SetNoPassage(ray);
         continue;
       }
-      const Step step = StepTo(*fan, directions[k]);
-      SetPassage(ray, *fan, step);
+      const Displacement way = DisplacementOf(*fan, directions[k]);
+      SetPassage(ray, *fan, way);
       if (lists_[ray] != 0) continue;
       const int u = ray_packed_u(hits_[ray]), v = ray_packed_v(hits_[ray]);
       cells_[ray] =
-          CellAt(step.dx < 0 ? fan->x - u : fan->x + u, step.dy < 0 ? fan->y - v : fan->y + v);
+          CellAt(way.x < 0 ? fan->x - u : fan->x + u, way.y < 0 ? fan->y - v : fan->y + v);
       grid_.PrefetchList(cells_[ray]);
     }
   }
@@ -92,18 +92,17 @@ void FirstHits::WalkOneByOne(const RayGroup& rays) {
   for (uint32_t part = 0; part < rays.part_count; part++) {
     const auto& [fan, directions, count, leg_length, walked] = rays.parts[part];
     for (uint32_t k = 0; k < count; k++, i++) {
-      const Step step = StepTo(*fan, directions[k]);
+      const Displacement way = DisplacementOf(*fan, directions[k]);
       ray_t ray;
-      ray_begin(&ray, rays.grid, fan->x, fan->y, static_cast<int>(fan->fraction & 0xffff),
-                static_cast<int>(fan->fraction >> 16), step.dx, step.dy);
-      LeaveBox(boxes.towards[step.dy < 0][step.dx < 0], &ray);
+      BeginRay(*rays.grid, *fan, way, &ray);
+      LeaveBox(boxes.towards[way.y < 0][way.x < 0], &ray);
       const bool found = ray_next(rays.grid, rays.mask, &ray);
       hits_[i] = found ? ray_pack(ray.u, ray.v) : RAY_NO_HIT;
       if (!found) {
         SetNoPassage(i);
         continue;
       }
-      SetPassage(i, *fan, step);
+      SetPassage(i, *fan, way);
       cells_[i] = grid_.CellAt(ray.region, ray.tile, ray.bit);
       grid_.PrefetchList(cells_[i]);
     }
@@ -112,14 +111,9 @@ void FirstHits::WalkOneByOne(const RayGroup& rays) {
   FindBodies(rays);
 }
 
-FirstHits::Step FirstHits::StepTo(const FanRecord& fan, const Direction& d) {
-  return {ray_rotate_x(fan.cosine, fan.sine, d.cosine, d.sine),
-          ray_rotate_y(fan.cosine, fan.sine, d.cosine, d.sine)};
-}
-
 /// How the ray passes the cell of its hit: as ray_begin() has it.
-void FirstHits::SetPassage(uint32_t i, const FanRecord& fan, Step step) {
-  const auto [dx, dy] = step;
+void FirstHits::SetPassage(uint32_t i, const FanRecord& fan, const Displacement& way) {
+  const auto [dx, dy] = way;
   const int u = ray_packed_u(hits_[i]), v = ray_packed_v(hits_[i]);
   const int fraction_x = static_cast<int>(fan.fraction & 0xffff);
   const int fraction_y = static_cast<int>(fan.fraction >> 16);

@@ -58,14 +58,10 @@ class FirstHits {
   static constexpr uint32_t kFewestForLanes = 4, kFewestToMeet = 2;
 
   bool HitsNothing(uint32_t i) const { return hits_[i] == RAY_NO_HIT; }
-  struct Step {
-    int dx, dy;  // Q16 cells
-  };
-  static Step StepTo(const FanRecord& fan, const Direction& direction);
   void WalkOneByOne(const RayGroup& rays);
   void LookOneByOne(const RayGroup& rays);
   grid::CellRef CellAt(int32_t x, int32_t y);
-  void SetPassage(uint32_t i, const FanRecord& fan, Step step);
+  void SetPassage(uint32_t i, const FanRecord& fan, const Displacement& way);
   void SetNoPassage(uint32_t i);
   void FindMiddles(uint32_t count);
   void FindBodies(const RayGroup& rays);

@@ -44,10 +44,9 @@ class Axis {
 }  // namespace
 
 LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double share) {
-  const Axis x(fan.x, fan.fraction & 0xffff, ray_rotate_x(fan.cosine, fan.sine, d.cosine, d.sine),
-               ray_packed_u(hit));
-  const Axis y(fan.y, fan.fraction >> 16, ray_rotate_y(fan.cosine, fan.sine, d.cosine, d.sine),
-               ray_packed_v(hit));
+  const Displacement way = DisplacementOf(fan, d);
+  const Axis x(fan.x, fan.fraction & 0xffff, way.x, ray_packed_u(hit));
+  const Axis y(fan.y, fan.fraction >> 16, way.y, ray_packed_v(hit));
   const uint32_t in_x = x.TilesBehind(share), in_y = y.TilesBehind(share);
   return {std::min(in_x + in_y, 2u), in_x == 1 ? x.behind() : x.cell(),
           in_y == 1 ? y.behind() : y.cell()};

@@ -183,13 +183,8 @@ RayHit Tracer::Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bear
 
 Tracer::Walk Tracer::WalkOf(const Fan& fan, const ray_grid_t& view, const Direction& direction,
                             const ray_mask_t& mask, const HitList& list, TraceCounters* counters) {
-  const FanRecord& record = fan.record;
-  return {view,
-          mask,
-          list,
-          ray_rotate_x(record.cosine, record.sine, direction.cosine, direction.sine),
-          ray_rotate_y(record.cosine, record.sine, direction.cosine, direction.sine),
-          counters};
+  const auto [dx, dy] = DisplacementOf(fan.record, direction);
+  return {view, mask, list, dx, dy, counters};
 }
 
 namespace {
@@ -382,10 +377,8 @@ class Tracer::Group {
 
   /// The same in the exact model, for all parts.
   void TraceExactly(const RayGroup& group) {
-    for (uint32_t i = 0; i < part_count_; i++) {
-      const SineCosine* const turns = batch_.TurnsOf(*fans_[i]) + begins_[i];
-      exact_parts_[i] = {fans_[i], parts_[i].directions, turns, parts_[i].count};
-    }
+    for (uint32_t i = 0; i < part_count_; i++)
+      exact_parts_[i] = {fans_[i], batch_.TurnsOf(*fans_[i]) + begins_[i]};
     exact_.Trace(group, exact_parts_, first_, ranges_, counters_);
   }
   /// Of a part, the first ray of which is `ray` of the group.
@@ -403,10 +396,6 @@ class Tracer::Group {
   struct Run {
     uint32_t part, first;  // the first ray of that
     uint32_t from, end;    // the rays, in the group
-
-    Run Some(uint32_t some_from, uint32_t some_end) const {
-      return {part, first, some_from, some_end};
-    }
   };
   /// Of a ray, in its fan.
   uint32_t SampleOf(const Run& run, uint32_t ray) const {
@@ -438,7 +427,8 @@ class Tracer::Group {
   /// A single ray of the run has hit this.
   void EndAt(const Run& run, uint32_t ray, const RayHit& hit) {
     ranges_[ray] = hit.range;
-    End(run.Some(ray, ray + 1), hit.model);
+    const uint32_t sample = SampleOf(run, ray);
+    AddRun(sample, sample + 1, hit.model, &runs_);
   }
 
   const Tracer& tracer_;
@@ -477,7 +467,7 @@ void Tracer::TraceFans(const RayBatch& batch, std::span<const Fan> fans, const H
                        Hits* hits, TraceCounters* counters) const {
   size_t rays = 0;
   for (const Fan& fan : fans) rays += fan.record.samples;
-  if (hits->ranges.size() < rays + Hits::kRoom) hits->ranges.resize(rays + Hits::kRoom);
+  if (hits->ranges.size() <= rays) hits->ranges.resize(rays + 1);
   hits->runs.clear();
   Group group(*this, batch, lists, hits, counters);
   for (const Fan& fan : fans) {

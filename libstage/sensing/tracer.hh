@@ -31,8 +31,7 @@ class Tracer {
   };
   /// What some fans have hit, each with runs of its own.
   struct Hits {
-    static constexpr size_t kRoom = 16;  ///< for the last lanes
-    std::vector<double> ranges;          ///< of all rays, and kRoom behind them
+    std::vector<double> ranges;  ///< of all rays, and some room behind them
     std::vector<HitRun> runs;
 
     /// Calls f(fan, its RayHits) for the fans that these are of.

@@ -18,8 +18,8 @@ namespace {
 template <class Lanes>
 class HitPlaces {
  public:
-  HitPlaces(const RayStarts<Lanes>& rays, const grid::Grid::Tables& tables, bool exact)
-      : rays_(rays), tables_(tables), exact_(exact) {}
+  HitPlaces(const RayStarts<Lanes>& rays, const grid::Grid::Tables& tables)
+      : rays_(rays), tables_(tables) {}
 
   /// The ranges and the bodies of all rays.
   void Find(const SuperMap<Lanes>& supers, const WideHits& found) {
@@ -86,10 +86,8 @@ class HitPlaces {
 
   void PutRanges(const Stop& stop, const WideHits& found) const {
     // Those of exact rays are found out in other ways.
-    const M unknown = exact_ ? Lanes::None() : stop.here;
-    const D middles = Lanes::Any(unknown)
-                          ? Lanes::Select(unknown, Middles(stop.u, stop.v), Lanes::AllOf(1.0))
-                          : Lanes::AllOf(1.0);
+    const D end = Lanes::AllOf(1.0);
+    const D middles = rays_.exact ? end : Lanes::Select(stop.here, Middles(stop.u, stop.v), end);
     Lanes::Store(taken_, found.ranges + first_,
                  Lanes::Times(middles, Lanes::Load(rays_.leg_lengths + first_)));
   }
@@ -111,7 +109,7 @@ class HitPlaces {
   }
 
   V Bodies(M looked_for, V cells) const {
-    return exact_ ? Outlines(looked_for, cells) : Lists(looked_for, cells);
+    return rays_.exact ? Outlines(looked_for, cells) : Lists(looked_for, cells);
   }
 
   /// Grid::OutlinesIn().
@@ -164,7 +162,6 @@ class HitPlaces {
 
   const RayStarts<Lanes>& rays_;
   const grid::Grid::Tables& tables_;
-  const bool exact_;
   alignas(64) int64_t cells_[RayStarts<Lanes>::kRoom];  // of rays with a hit
   uint32_t firsts_[RayStarts<Lanes>::kRoom / Lanes::kCount];
   M taken_ = Lanes::None();
@@ -215,7 +212,7 @@ template <class Lanes>
 void LookInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
   TakeOverAll<Lanes>(rays, found);
   const RayStarts<Lanes> starts(rays);
-  HitPlaces<Lanes>(starts, tables, rays.exact).Complete(rays, found);
+  HitPlaces<Lanes>(starts, tables).Complete(rays, found);
   FindEnds<Lanes>(rays.count, found);
 }
 

@@ -155,7 +155,8 @@ class RayStarts {
   using V = typename Lanes::V;
   using M = typename Lanes::M;
 
-  explicit RayStarts(const RayGroup& rays) : grid(*rays.grid), count(rays.count) {
+  explicit RayStarts(const RayGroup& rays)
+      : grid(*rays.grid), count(rays.count), exact(rays.exact) {
     uint32_t first = 0;
     for (uint32_t i = 0; i < rays.part_count; i++) {
       const FanPart& part = rays.parts[i];
@@ -172,6 +173,7 @@ class RayStarts {
 
   const ray_grid_t& grid;
   const uint32_t count;
+  const bool exact;
 
   alignas(64) int32_t x0[kRoom], y0[kRoom];
   alignas(64) int32_t dx[kRoom], dy[kRoom];

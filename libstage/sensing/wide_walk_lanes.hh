@@ -385,7 +385,7 @@ void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const W
     second.GoOn();
     second.Report();
   }
-  HitPlaces<Lanes>(ready, tables, rays.exact).Find(SupersNear<Lanes>(rays, supers), found);
+  HitPlaces<Lanes>(ready, tables).Find(SupersNear<Lanes>(rays, supers), found);
   FindEnds<Lanes>(rays.count, found);
 }
 

@@ -133,7 +133,12 @@ struct Met {
 };
 
 class OutlineRaysIn : public ::testing::TestWithParam<WideWalk> {};
-INSTANTIATE_TEST_SUITE_P(AnyKind, OutlineRaysIn, ::testing::ValuesIn(test::WalkKinds()),
+std::vector<WideWalk> KindsThatMeetOutlines() {
+  std::vector<WideWalk> kinds = test::WalkKinds();
+  std::erase_if(kinds, [](const WideWalk& kind) { return kind.meet == nullptr; });
+  return kinds;
+}
+INSTANTIATE_TEST_SUITE_P(AnyKind, OutlineRaysIn, ::testing::ValuesIn(KindsThatMeetOutlines()),
                          [](const auto& test) { return std::string(test.param.name); });
 
 TEST_P(OutlineRaysIn, LanesMeetWhatSingleRaysMeet) {

@@ -16,8 +16,10 @@ namespace Stg::test {
 template <int kLanes>
 sensing::WideWalk PortableWalk(const char* name) {
   using Lanes = PortableLanes<kLanes>;
-  return {name, sensing::WalkInLanes<Lanes, PortableNarrowLanes<kLanes>>,
-          sensing::LookInLanes<Lanes>, sensing::MeetInLanes<Lanes>};
+  sensing::WideWalk walk{name, sensing::WalkInLanes<Lanes, PortableNarrowLanes<kLanes>>,
+                         sensing::LookInLanes<Lanes>};
+  if constexpr (64 % kLanes == 0) walk.meet = sensing::MeetInLanes<Lanes>;
+  return walk;
 }
 
 /// Those of this processor, and some that any has.
@@ -25,6 +27,7 @@ inline std::vector<sensing::WideWalk> WalkKinds() {
   std::vector<sensing::WideWalk> kinds = sensing::WideWalks();
   kinds.push_back(PortableWalk<8>("portable8"));
   kinds.push_back(PortableWalk<4>("portable4"));
+  kinds.push_back(PortableWalk<3>("portable3"));  // meets no outlines
   kinds.push_back(PortableWalk<1>("portable1"));
   return kinds;
 }
