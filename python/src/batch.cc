@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "gil.hh"
 #include "signals.hh"
 
 namespace Stg::python {
@@ -31,7 +32,7 @@ Batch::Batch(std::shared_ptr<Simulation> prototype, const std::vector<uint64_t>&
       seeds_(seeds),
       failures_(seeds.size()),
       pool_(threads) {
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   ForEach(All(), [&](size_t i) { Load(i); });
   for (const std::string& failure : failures_)
     if (!failure.empty()) throw Failure{Kind::kWorld, failure};
@@ -149,7 +150,7 @@ size_t Batch::CountGoing(const Indices& which) const {
 
 void Batch::Step(const Indices& which, uint64_t steps) {
   const Use use(this);
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   InRounds(which, steps, 1, [&](size_t index, uint64_t, uint64_t now) {
     StepWorld(index, now);
     crowd_->Gather(index);
@@ -159,7 +160,7 @@ void Batch::Step(const Indices& which, uint64_t steps) {
 void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
                     const std::vector<Record>& records) {
   const Use use(this);
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   InRounds(All(), moments, steps, [&](size_t index, uint64_t first, uint64_t now) {
     const size_t row = 3 * crowd_->size();
     for (uint64_t moment = first; moment < first + now; moment++) {
@@ -175,7 +176,7 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
 
 void Batch::Reset(const Indices& which, const std::vector<uint64_t>& seeds) {
   const Use use(this);
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   for (size_t i = 0; i < which.size(); i++) seeds_[which[i]] = seeds[i];
   ForEach(which, [&](size_t index) {
     Load(index);
@@ -186,7 +187,7 @@ void Batch::Reset(const Indices& which, const std::vector<uint64_t>& seeds) {
 
 void Batch::Restore(const Indices& which, const Snapshot& from) {
   const Use use(this);
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   ForEach(which, [&](size_t index) {
     if (!WorldAt(index)) Load(index);
     const Complaints complaints;
@@ -201,7 +202,7 @@ void Batch::Restore(const Indices& which, const Snapshot& from) {
 Snapshot Batch::Take(uint32_t index) {
   const Use use(this);
   const World& world = WorldOf(index);
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   const Complaints complaints;
   Snapshot snapshot;
   if (!world.Take(&snapshot))
@@ -211,7 +212,7 @@ Snapshot Batch::Take(uint32_t index) {
 
 std::vector<uint64_t> Batch::StateHashes() {
   const Use use(this);
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   std::vector<uint64_t> hashes(size());
   ForEach(All(), [&](size_t index) {
     if (const World* const world = WorldAt(index)) hashes[index] = world->StateHash();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bindings.hh"
+#include "gil.hh"
 #include "model_handle.hh"
 #include "signals.hh"
 
@@ -62,7 +63,7 @@ void Cast(Simulation& simulation, const Poses& poses, const std::vector<double>&
     throw Failure{Kind::kGone, "the model to be ignored is in another world"};
   simulation.With([&](World& world) {
     if (ignore) options.from = simulation.Find(0, ignore->key());
-    const nb::gil_scoped_release no_gil;
+    const GilRelease no_gil;
     CastAll(&world, options, poses, bearings, range, ranges.data());
   });
 }

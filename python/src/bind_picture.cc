@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "bindings.hh"
+#include "gil.hh"
 #include "picture.hh"
 #include "simulation.hh"
 
@@ -21,7 +22,7 @@ void Render(Simulation& simulation, double x, double y, double scale, bool data,
   const View view{static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), x, y,
                   scale};
   simulation.With([&](World& world) {
-    const nb::gil_scoped_release no_gil;
+    const GilRelease no_gil;
     DrawWorld(world, view, data, pixels.data());
   });
 }

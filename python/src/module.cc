@@ -6,11 +6,13 @@
 
 #include "bindings.hh"
 #include "failure.hh"
+#include "gil.hh"
 #include "stage.hh"
 
 NB_MODULE(_core, module) {
   using namespace Stg::python;
   Stg::Init(nullptr, nullptr);
+  ParkThreadsAtExit();
   BindFailures(module);
   BindModel(module);
   BindCrowd(module);

@@ -7,6 +7,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include "gil.hh"
 #include "threads/wall_clock.hh"
 
 namespace Stg::python {
@@ -14,8 +15,10 @@ namespace Stg::python {
 /// Lets Python handle its signals now and then while a thread works without the GIL.
 class SignalChecks {
  public:
-  /// To be called often. Throws what a handler has raised, such as KeyboardInterrupt.
+  /// To be called often. Throws what a handler has raised, such as KeyboardInterrupt. Parks the
+  /// thread if the program is ending.
   void Look() {
+    GilRelease::ParkIfEnding();
     const double now = threads::WallClock();
     if (now < next_) return;
     const nanobind::gil_scoped_acquire gil;

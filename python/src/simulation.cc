@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "crowd.hh"
+#include "gil.hh"
 #include "models/host.hh"
 #include "signals.hh"
 
@@ -60,7 +61,7 @@ void Simulation::LoadText(const std::string& text, const std::string& path) {
 void Simulation::Load(const std::function<bool(World&)>& load, const std::string& what) {
   const Use use(this);
   World& own = world();
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   const Complaints complaints;
   try {
     if (!load(own)) throw Failure{Kind::kWorld, complaints.Last(what + " can't be loaded")};
@@ -84,7 +85,7 @@ void Simulation::Close() {
   const Use use(this);
   World* const world = WorldAt(0);
   world_ = nullptr;
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   delete world;
 }
 
@@ -100,7 +101,7 @@ uint64_t Simulation::Step(uint64_t steps) {
   uint64_t made = 0;
   const auto refresh_at_end = [this] { Refresh(); };
   {
-    const nb::gil_scoped_release no_gil;
+    const GilRelease no_gil;
     SignalChecks signals;
     try {
       for (; made < steps; made++) {
@@ -124,7 +125,7 @@ uint64_t Simulation::Step(uint64_t steps) {
 void Simulation::Reset(uint64_t seed) {
   const Use use(this);
   World& own = world();
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   const Complaints complaints;
   resets_++;
   if (!own.Reset(seed))
@@ -138,7 +139,7 @@ void Simulation::Reset(uint64_t seed) {
 Snapshot Simulation::Take(bool lean) {
   const Use use(this);
   const World& own = world();
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   const Complaints complaints;
   Snapshot snapshot;
   if (!own.Take(&snapshot, lean ? Snapshot::kLean : Snapshot::kFull))
@@ -149,7 +150,7 @@ Snapshot Simulation::Take(bool lean) {
 void Simulation::Restore(const Snapshot& from) {
   const Use use(this);
   World& own = world();
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   const Complaints complaints;
   if (!own.Restore(from))
     throw Failure{Kind::kStage, complaints.Last("the snapshot doesn't fit this world")};
@@ -164,7 +165,7 @@ std::shared_ptr<Simulation> Simulation::Fork() {
 }
 
 std::shared_ptr<Simulation> Simulation::CopyOf(const World& world) {
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   const Complaints complaints;
   RunOptions options = world.options();
   options.opencl = false;  // it shares the device
@@ -182,7 +183,7 @@ std::shared_ptr<Simulation> Simulation::CopyOf(const World& world) {
 uint64_t Simulation::StateHash() {
   const Use use(this);
   const World& own = world();
-  const nb::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   return own.StateHash();
 }
 

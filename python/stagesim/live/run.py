@@ -48,12 +48,16 @@ class Run(Show):
         """Begins."""
         self._thread.start()
 
-    def stop(self) -> None:
-        """Ends after the step that is being made. The world can be used by others then."""
+    def stop(self, patience: float | None = None) -> None:
+        """Ends after the step that is being made. The world can be used by others then.
+
+        Args:
+            patience: seconds to wait for that step at most; None: as long as it takes.
+        """
         self._stopping.set()
         self.order(lambda run: None)  # wakes the thread
         if self._thread.is_alive():
-            self._thread.join()
+            self._thread.join(patience)
         self._end()
 
     # ---- in orders ----

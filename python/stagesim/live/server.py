@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
 import socket
 import threading
 from collections.abc import Callable
@@ -18,12 +19,15 @@ from .show import Show
 if TYPE_CHECKING:
     from .bridge import Bridge
 
+_PATIENCE = 5.0  #: seconds that the end of the program waits for a step of each server
+_running: set[Server] = set()
+
 
 class Server:
     """Runs a world, in a thread of its own unless `run` is given, and shows it to browsers.
 
-    It begins with start(), or in a `with`, and ends with stop(). Until then nobody else may use the world;
-    what is to be done with it goes through `run`: see `Run.order`.
+    It begins with start(), or in a `with`, and ends with stop(), or with the program. Until then nobody else may
+    use the world; what is to be done with it goes through `run`: see `Run.order`.
 
     Args:
         world: what runs.
@@ -64,18 +68,24 @@ class Server:
         except BaseException:
             self.stop()
             raise
+        _running.add(self)
         self.run.start()
         return self
 
     def stop(self) -> None:
         """Ends both. The world is as after its last step."""
-        self.run.stop()
+        self._stop(None)
+
+    def _stop(self, patience: float | None) -> None:
+        """Ends both; waits for the world's step, and then for the page, so many seconds at most."""
+        _running.discard(self)
+        self.run.stop(patience)
         if self._bridge is not None:
             self._bridge.close()
             self._bridge = None
         if self._thread is not None and self._loop is not None:
             self._loop.call_soon_threadsafe(self._done.set)
-            self._thread.join()
+            self._thread.join(patience)
             self._thread = None
 
     def __enter__(self) -> Server:
@@ -130,6 +140,13 @@ class Server:
                 f"there is no package {error.name!r}; try pip install \"stagesim[foxglove]\"") from None
         self._bridge = Bridge(self.run, self._host, self._foxglove_port or 0)
         self.foxglove_url = f"ws://{_at(_shown(self._host), self._bridge.port)}"
+
+
+@atexit.register
+def _stop_all() -> None:
+    """Ends what still runs when the program ends."""
+    for server in list(_running):
+        server._stop(_PATIENCE)
 
 
 def _shown(host: str) -> str:

@@ -65,8 +65,12 @@ class Show(ABC):
         """Begins."""
 
     @abstractmethod
-    def stop(self) -> None:
-        """Ends after the step that is being made. The world can be used by others then."""
+    def stop(self, patience: float | None = None) -> None:
+        """Ends after the step that is being made. The world can be used by others then.
+
+        Args:
+            patience: seconds to wait for that step at most; None: as long as it takes.
+        """
 
     def order(self, do: Callable[[Show], Any]) -> Future[Any]:
         """Has do(run) called soon, between two steps. What it returns or raises is in the future."""

@@ -41,8 +41,8 @@ class NodeRun(Show):
     def start(self) -> None:
         """Nothing: the node's run() does it."""
 
-    def stop(self) -> None:
-        """From now on the page gets nothing more."""
+    def stop(self, patience: float | None = None) -> None:
+        """From now on the page gets nothing more. There is no step to wait for: the node makes them."""
         self._end()
 
     def order(self, do: Callable[[Show], Any]) -> Future[Any]:
