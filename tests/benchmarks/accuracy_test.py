@@ -22,7 +22,8 @@ RAY_TRUTH = BINARY_DIR / "benchmarks" / "ray_truth"
 POSE_LOG = BINARY_DIR / "benchmarks" / "pose_log"
 BENCHMARK = SOURCE_DIR / "benchmarks" / "accuracy"
 NOT_BUILT = f"{RAY_TRUTH} is not built: no Google Benchmark"
-sys.path.insert(0, str(SOURCE_DIR / "benchmarks"))
+sys.path[:0] = [str(SOURCE_DIR / "benchmarks"), str(SOURCE_DIR / "tests" / "support")]
+from patience import PATIENCE  # noqa: E402
 
 try:
     import numpy
@@ -44,7 +45,7 @@ except ImportError as error:
 def run(*command: object, status: int = 0, **environment: str
         ) -> "subprocess.CompletedProcess[str]":
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True,
-                          check=False, timeout=110, env={**os.environ, **environment})
+                          check=False, timeout=PATIENCE, env={**os.environ, **environment})
     if done.returncode != status:
         raise AssertionError(f"{command}: exit status {done.returncode}, expected {status}\n"
                              f"{done.stdout}{done.stderr}")

@@ -8,11 +8,14 @@ import json
 import math
 import signal
 import subprocess
+import sys
 import time
 import unittest
 from pathlib import Path
 from typing import Callable
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from patience import PATIENCE, slowness
 from power_testing import EPOCH, ROOT, MeterTestCase
 from meters import MeterError, open_meter
 from meters.csv_log import Log, parse_log
@@ -226,7 +229,7 @@ class ProgramTest(MeterTestCase):
 
     def power(self, *arguments: object) -> subprocess.CompletedProcess[str]:
         return subprocess.run([str(word) for word in (POWER, *arguments)], capture_output=True,
-                              text=True, check=False, timeout=60)
+                              text=True, check=False, timeout=PATIENCE)
 
     def assert_error(self, done: subprocess.CompletedProcess[str], status: int,
                      pattern: str) -> None:
@@ -304,8 +307,8 @@ class ProgramTest(MeterTestCase):
             process.stdout.readline()
             process.send_signal(signal.SIGTERM)
             began = time.monotonic()
-            _, errors = process.communicate(timeout=30)
-        self.assertLess(time.monotonic() - began, 20)
+            _, errors = process.communicate(timeout=PATIENCE)
+        self.assertLess(time.monotonic() - began, 20 * slowness())
         self.assertEqual(process.returncode, 128 + signal.SIGTERM)
         self.assertRegex(errors, r"joules +[0-9.]+\n")
 

@@ -14,12 +14,16 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 from dataclasses import dataclass
 from pathlib import Path
 
 from PIL import Image, ImageChops, ImageFilter
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from patience import PATIENCE  # noqa: E402
 
 BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
 SOURCE_DIR = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
@@ -152,7 +156,7 @@ class Home:
                   f"{{ export -p; printf 'cd %q\\n' \"$PWD\"; }} > '{self.state}'\n")
         done = subprocess.run(["bash", "-euc", script], env=self.variables, text=True, check=False,
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=200)
+                              stderr=subprocess.STDOUT, timeout=PATIENCE)
         if done.returncode != 0:
             raise AssertionError(f"{commands}\nended with {done.returncode}:\n{done.stdout}")
         return done.stdout
@@ -165,7 +169,7 @@ def no_pictures(folder: Path) -> str:
     world = folder / "nothing.world"
     world.write_text("quit_time 1\n", encoding="utf-8")
     done = subprocess.run([BINARY_DIR / "bin" / "stage", "--screenshot", folder / "nothing.png", world],
-                          text=True, check=False, capture_output=True, timeout=100)
+                          text=True, check=False, capture_output=True, timeout=PATIENCE)
     if done.returncode != 0 and re.search(r"EGL|OpenGL", done.stderr):
         return done.stderr.strip()
     return ""

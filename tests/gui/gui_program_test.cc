@@ -16,7 +16,7 @@ class ProgramTest : public CliTest {
   static Environment OnDisplay() { return {{"DISPLAY", std::getenv("DISPLAY")}}; }
   /// The window of that title, as soon as it is there; 0: it doesn't come.
   static unsigned long WaitForWindow(const std::string& title) {
-    const double end = cli_testing::Now() + 20;
+    const double end = cli_testing::Now() + patience::kPatience;
     while (cli_testing::Now() < end) {
       if (const unsigned long window = TheHand().Find(title)) return window;
       Nap();

@@ -10,12 +10,13 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "support/patience.hh"
+
 namespace gui_testing {
 
 namespace {
 
-constexpr double kPatience = 10;  // seconds; sanitizers and busy machines are slow
-constexpr int kSkipped = 77;      // ctest knows it
+constexpr int kSkipped = 77;  // ctest knows it
 
 std::unique_ptr<XServer> server;
 std::unique_ptr<Hand> hand;
@@ -60,7 +61,7 @@ void WindowTest::Run(double seconds) {
 }
 
 bool WindowTest::RunUntil(const std::function<bool()>& condition) {
-  const double end = Now() + kPatience;
+  const double end = Now() + patience::kPatience;
   while (!condition() && Now() < end) Fl::wait(0.01);
   return condition();
 }

@@ -17,11 +17,13 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "support/patience.hh"
+
 namespace gui_testing {
 
 namespace {
 
-constexpr int kStartMilliseconds = 20000;
+constexpr int kStartMilliseconds = static_cast<int>(1000 * patience::kPatience);
 
 /// The number that the server writes once it listens; empty if it doesn't.
 std::string ReadNumber(int pipe_end) {

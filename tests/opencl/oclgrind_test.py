@@ -9,8 +9,13 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from patience import PATIENCE  # noqa: E402
 
 BINARY_DIR = os.environ.get("STAGE_BINARY_DIR", ".")
 STAGE = os.path.join(BINARY_DIR, "bin", "stage")
@@ -56,7 +61,7 @@ class OclgrindTest(unittest.TestCase):
         environment = dict(os.environ, STAGE_CL_HITS=str(hits))
         result = subprocess.run(
             before + [STAGE, "-g", self.world, "--state-hash"] + options,
-            env=environment, capture_output=True, text=True, timeout=110, check=False)
+            env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False)
         output = result.stdout + result.stderr
         self.assertEqual(result.returncode, 0, output)
         found = re.search(r"^state-hash [0-9a-f]{16}$", result.stdout, re.MULTILINE)

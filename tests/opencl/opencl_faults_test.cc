@@ -361,7 +361,7 @@ TEST_F(FaultsTest, ForkedProcessGoesOnWithoutDevice) {
   for (int i = 0; i < 5; i++) world.Update();
   const pid_t child = fork();
   if (child == 0) {
-    alarm(20);
+    alarm(static_cast<unsigned>(patience::kPatience));
     for (int i = 0; i < 5; i++) world.Update();
     _exit(world.StateHash() == hash && world.statistics().device_steps == 5 ? 0 : 1);
   }

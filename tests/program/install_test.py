@@ -9,9 +9,13 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from patience import PATIENCE  # noqa: E402
 
 BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
 SOURCE_DIR = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
@@ -49,7 +53,7 @@ def run(*command: object, **environment: object) -> str:
                                  "PKG_CONFIG_PATH", "STAGEPATH")}
     variables.update({name: str(value) for name, value in environment.items()})
     done = subprocess.run([str(word) for word in command], env=variables, text=True, check=False,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=110)
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=PATIENCE)
     if done.returncode != 0:
         words = " ".join(str(word) for word in command)
         raise AssertionError(f"{words}\nended with {done.returncode}:\n{done.stdout}")

@@ -7,12 +7,16 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from patience import PATIENCE  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
 WORLDS = ROOT / "worlds"
@@ -28,7 +32,7 @@ ROBOT_LINE = re.compile(
 
 def run(*command: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run([str(word) for word in command], capture_output=True, text=True,
-                          check=False, timeout=120)
+                          check=False, timeout=PATIENCE)
 
 
 def robots_in(text: str) -> tuple[list[str], np.ndarray]:

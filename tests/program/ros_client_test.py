@@ -10,10 +10,14 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
 from xml.etree import ElementTree
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from patience import PATIENCE  # noqa: E402
 
 BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
 SOURCE_DIR = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
@@ -48,7 +52,7 @@ def run(*command: object, **environment: object) -> str:
     variables = {name: value for name, value in os.environ.items() if name != "PKG_CONFIG_PATH"}
     variables.update({name: str(value) for name, value in environment.items()})
     done = subprocess.run([str(word) for word in command], env=variables, text=True, check=False,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=110)
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=PATIENCE)
     if done.returncode != 0:
         words = " ".join(str(word) for word in command)
         raise AssertionError(f"{words}\nended with {done.returncode}:\n{done.stdout}")

@@ -15,6 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from patience import PATIENCE
 from websockets.sync.client import connect
 
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
@@ -53,7 +54,8 @@ class Browser:
 
     def _wait_for_port(self) -> list[str]:
         file = Path(self._folder) / "DevToolsActivePort"
-        for _ in range(600):
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
             lines = file.read_text().split() if file.exists() else []
             if len(lines) == 2:
                 return lines
@@ -75,7 +77,7 @@ class Browser:
         number = next(self._numbers)
         self._socket.send(json.dumps({"id": number, "method": method, "params": parameters}))
         while True:
-            message = json.loads(self._socket.recv(timeout=60))
+            message = json.loads(self._socket.recv(timeout=PATIENCE))
             if message.get("method") == "Runtime.exceptionThrown":
                 self.errors.append(json.dumps(message["params"]["exceptionDetails"])[:2000])
             if message.get("method") == "Log.entryAdded" and message["params"]["entry"]["level"] == "error":
@@ -95,7 +97,7 @@ class Browser:
         assert "exceptionDetails" not in result, result
         return result["result"].get("value")
 
-    def wait(self, expression: str, seconds: float = 20) -> None:
+    def wait(self, expression: str, seconds: float = PATIENCE) -> None:
         """Until the expression is true."""
         end = time.monotonic() + seconds
         while not self.value(expression):

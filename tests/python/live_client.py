@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from patience import PATIENCE
 from stagesim.live import Run, Server
 from stagesim.live.messages import unpacked
 from websockets.sync.client import ClientConnection, connect
@@ -18,7 +19,7 @@ Message = tuple[dict[str, Any], bytes]
 
 def do(server: Server, what: Callable[[Run], Any]) -> Any:
     """What an order returns."""
-    return server.run.order(what).result(20)
+    return server.run.order(what).result(PATIENCE)
 
 
 class Client:
@@ -46,7 +47,7 @@ class Client:
 
     def next(self) -> str:
         """Takes one message; returns its type."""
-        message = self.socket.recv(timeout=20)
+        message = self.socket.recv(timeout=PATIENCE)
         assert isinstance(message, bytes)
         header, words = unpacked(message)
         if header["type"] == "scene":
@@ -59,7 +60,7 @@ class Client:
             self.error = header["text"]
         return str(header["type"])
 
-    def until(self, holds: Callable[[], Any], seconds: float = 20) -> None:
+    def until(self, holds: Callable[[], Any], seconds: float = PATIENCE) -> None:
         """Takes messages until that holds after a frame."""
         end = time.monotonic() + seconds
         while True:

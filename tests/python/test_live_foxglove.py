@@ -23,6 +23,7 @@ pytest.importorskip("foxglove", reason="the package foxglove-sdk is not installe
 pytest.importorskip("google.protobuf", reason="the package protobuf is not installed: tools/setup --live")
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory  # noqa: E402
 from live_client import Client, do  # noqa: E402
+from patience import PATIENCE  # noqa: E402
 from stagesim.live import Server  # noqa: E402
 from websockets.sync.client import connect  # noqa: E402
 
@@ -46,11 +47,11 @@ class Viewer:
     def __exit__(self, *_: object) -> None:
         self.socket.close()
 
-    def until(self, holds: Callable[[], Any], seconds: float = 20) -> None:
+    def until(self, holds: Callable[[], Any], seconds: float = PATIENCE) -> None:
         end = time.monotonic() + seconds
         while not holds():
             assert time.monotonic() < end, "it never came to that"
-            self.take(self.socket.recv(timeout=20))
+            self.take(self.socket.recv(timeout=PATIENCE))
 
     def take(self, message: str | bytes) -> None:
         if isinstance(message, str):
@@ -222,14 +223,17 @@ def test_cmd_vel(server: Server) -> None:
         viewer.subscribe("/state")
         do(server, lambda run: run.pause(False))
         viewer.publish("/b/cmd_vel", twist(0.4, 0.2))
-        deadline = time.monotonic() + 10
-        while do(server, lambda run: run.world.model("b").velocity) == (0, 0, 0):
+        def velocities() -> list[tuple[float, ...]]:
+            return do(server, lambda run: [run.world.model(name).velocity for name in "ab"])
+
+        deadline = time.monotonic() + PATIENCE
+        while (now := velocities()) == [(0, 0, 0), (0, 0, 0)]:
             assert time.monotonic() < deadline
             time.sleep(0.02)
-        assert do(server, lambda run: run.world.model("b").velocity) == (0.4, 0, 0.2)
-        assert do(server, lambda run: run.world.model("a").velocity) == (0, 0, 0)
-        time.sleep(2)
-        assert do(server, lambda run: run.world.model("b").velocity) == (0, 0, 0)
+        assert now == [(0, 0, 0), (0.4, 0, 0.2)]
+        while velocities() != [(0, 0, 0), (0, 0, 0)]:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
 
 
 def test_garbage(server: Server) -> None:

@@ -17,6 +17,7 @@ import stagesim as st
 
 pytest.importorskip("websockets", reason="the package websockets is not installed: tools/setup --live")
 from browser import Browser, find_browser  # noqa: E402
+from patience import PATIENCE  # noqa: E402
 from stagesim.live import Server  # noqa: E402
 
 pytestmark = pytest.mark.skipif(find_browser() is None, reason="Chromium is not installed: tools/setup --browser")
@@ -75,7 +76,7 @@ def look() -> Iterator[Look]:
 
 
 def places(server: Server) -> dict[str, tuple[float, float, float]]:
-    return server.run.order(lambda run: {model.name: model.global_pose for model in run.world.models}).result(20)
+    return server.run.order(lambda run: {model.name: model.global_pose for model in run.world.models}).result(PATIENCE)
 
 
 def screen_of(browser: Browser, server: Server, name: str) -> tuple[float, float]:
@@ -94,7 +95,7 @@ def test_moves_and_pauses(look: Look) -> None:
     browser.wait(f"{PIXELS} !== {before}")
     press(browser, "pause")
     browser.wait(f"{text('note')}.includes('paused')")
-    assert server.run.order(lambda run: run._paused).result(20)
+    assert server.run.order(lambda run: run._paused).result(PATIENCE)
     browser.wait(f"(() => {{ const a = {PIXELS}; return a === {PIXELS}; }})()")
     still, clock = browser.value(PIXELS), browser.value(text("clock"))
     time.sleep(0.5)
@@ -115,7 +116,7 @@ def test_step_speed_and_seed(look: Look) -> None:
     browser.value("document.getElementById('seed').value = '12345'")
     press(browser, "reset")
     browser.wait(f"{text('clock')} === '0:00.0'")
-    assert server.run.order(lambda run: (run.world.seed, run._speed)).result(20) == (12345, 5.0)
+    assert server.run.order(lambda run: (run.world.seed, run._speed)).result(PATIENCE) == (12345, 5.0)
     press(browser, "pause")
     browser.wait(f"parseFloat({text('rate-now')}) > 4.5 && parseInt({text('r_acc-now')}) > 450")
     browser.screenshot(PICTURES / "cave.png")
@@ -131,7 +132,7 @@ def test_choose_drag_and_drive(look: Look, room: str) -> None:
         browser.mouse("Moved", at[0] + 120 * share, at[1] + 40 * share)
     browser.mouse("Released", at[0] + 120, at[1] + 40)
     scale = browser.value("Number(document.body.dataset.scale)")
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE
     while abs(places(server)["b"][0] - 120 / scale) > 0.02:
         assert time.monotonic() < deadline
         time.sleep(0.05)

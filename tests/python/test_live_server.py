@@ -21,6 +21,7 @@ import stagesim as st
 
 pytest.importorskip("websockets", reason="the package websockets is not installed: tools/setup --live")
 from live_client import Client, do  # noqa: E402
+from patience import PATIENCE, slowness  # noqa: E402
 from stagesim.live import Run, Server  # noqa: E402
 from stagesim.live.__main__ import arguments, parsed  # noqa: E402
 from stagesim.live.messages import order_of  # noqa: E402
@@ -29,7 +30,7 @@ from websockets.exceptions import InvalidStatus  # noqa: E402
 # ---- who may come ----
 
 def get(server: Server, path: str, **headers: str) -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(server.url).port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(server.url).port, timeout=PATIENCE)
     connection.putrequest("GET", path, skip_host="Host" in headers)
     for name, value in headers.items():
         connection.putheader(name, value)
@@ -127,7 +128,7 @@ def test_orders_after_the_end(room: str) -> None:
     run.start()
     run.stop()
     with pytest.raises(st.GoneError):
-        run.order(lambda run: None).result(5)
+        run.order(lambda run: None).result(PATIENCE)
 
 
 def test_orders_are_what_the_docstring_says() -> None:
@@ -175,14 +176,14 @@ def test_command(number: int) -> None:
     assert process.stdout is not None
     line = process.stdout.readline()
     port = urlsplit(line.strip()).port
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
     connection.request("GET", "/")
     assert connection.getresponse().status == 200
     began = time.monotonic()
     process.send_signal(number)
-    rest, errors = process.communicate(timeout=20)
+    rest, errors = process.communicate(timeout=PATIENCE)
     assert (process.returncode, rest, errors) == (0, "", "")
-    assert time.monotonic() - began < 3
+    assert time.monotonic() - began < 3 * slowness()
 
 
 @pytest.mark.parametrize(("words", "status", "text"), [
@@ -195,7 +196,7 @@ def test_command(number: int) -> None:
     ([], 2, "WORLD")])
 def test_command_that_fails(words: list[str], status: int, text: str) -> None:
     process = command(*words)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == status and text in errors and "Traceback" not in errors
 
 
@@ -205,7 +206,7 @@ PROGRAM = Path(st.__file__).parent / "bin" / "stage"
 
 
 def stage(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([str(PROGRAM), *words], capture_output=True, text=True, check=False, timeout=60,
+    return subprocess.run([str(PROGRAM), *words], capture_output=True, text=True, check=False, timeout=PATIENCE,
                           env={**os.environ, "DISPLAY": "", "WAYLAND_DISPLAY": "", **environment})
 
 
@@ -228,7 +229,7 @@ def test_program(tmp_path: Path) -> None:
         client.until(lambda: client.frame["time"] > 0.2)
         assert (client.frame["seed"], client.frame["speed"], client.scene["world"]) == ("7", 1, "w.world")
     process.send_signal(signal.SIGINT)
-    assert process.communicate(timeout=20) == ("", "") and process.returncode == 0
+    assert process.communicate(timeout=PATIENCE) == ("", "") and process.returncode == 0
 
 
 @pytest.mark.parametrize(("words", "status", "text"), [

@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import Any, Callable, Iterator, Mapping
 
 import rclpy
+from patience import PATIENCE
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
@@ -55,7 +56,7 @@ class Client:
             if time.monotonic() >= end:
                 return
 
-    def until(self, condition: Callable[[], Any], seconds: float = 20.0) -> None:
+    def until(self, condition: Callable[[], Any], seconds: float = PATIENCE) -> None:
         """Takes what arrives until something holds."""
         end = time.monotonic() + seconds
         while not condition():
@@ -66,7 +67,7 @@ class Client:
         """The answer of a service; of a Trigger, which is what they are unless another kind is given."""
         kind = kind or Trigger
         client = self.node.create_client(kind, name)
-        assert client.wait_for_service(20), name
+        assert client.wait_for_service(PATIENCE), name
         future = client.call_async(kind.Request(**request))
         self.until(future.done)
         self.node.destroy_client(client)
@@ -121,7 +122,7 @@ class Process:
 
     def wait(self) -> tuple[int, str]:
         """The same when it has come to its end."""
-        out, err = self.process.communicate(timeout=30)
+        out, err = self.process.communicate(timeout=PATIENCE)
         return self.process.returncode, out + err
 
     def statistics(self) -> dict[str, Any]:

@@ -17,6 +17,7 @@ import pytest
 import stagesim as st
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
+from patience import slowness
 from ros_testing import SENSOR, Client, Process, node_here
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
@@ -130,10 +131,15 @@ def test_pause_step_and_speed(start: Callable[..., Process], client: Client, two
     client.until(lambda: seconds(clock[-1]) == pytest.approx(before + 0.7))
     client.set(speed=20)  # a whole number is as good
     client.call("/stage/pause", SetBool, data=False)
-    begin, start_time = time.monotonic(), seconds(clock[-1])
-    client.spin(2)
-    # A machine that is busy with other things may be too slow for it.
-    assert 8 < (seconds(clock[-1]) - start_time) / (time.monotonic() - begin) < 22
+    for _ in range(100):  # until the machine is not too busy for it
+        begin, start_time = time.monotonic(), seconds(clock[-1])
+        client.spin(2)
+        speed = (seconds(clock[-1]) - start_time) / (time.monotonic() - begin)
+        assert speed < 22 * slowness()  # a machine that was held up catches up
+        if 8 < speed < 22:
+            break
+    else:
+        raise AssertionError(f"the speed is never 20, but {speed}")
     times = [seconds(message) for message in clock]
     assert times == sorted(times)
 

@@ -23,13 +23,13 @@
 #include <utility>
 #include <vector>
 
+#include "support/patience.hh"
+
 namespace cli_testing {
 
 namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
 using Environment = std::vector<std::pair<std::string, std::string>>;
-
-inline constexpr double kTimeLimit = 60;  // seconds for one run; sanitizers are slow
 
 inline double Now() {
   using Clock = std::chrono::steady_clock;
@@ -110,14 +110,14 @@ class Process {
 
   /// False if standard output still lacks the text after a long while.
   bool WaitFor(const std::string& text) const {
-    while (Now() < start_ + kTimeLimit) {
+    while (Now() < start_ + patience::kPatience) {
       if (Contains(out(), text)) return true;
       Nap();
     }
     return false;
   }
 
-  Result Finish(double limit = kTimeLimit) {
+  Result Finish(double limit = patience::kPatience) {
     Result result;
     int wait_status = 0;
     while (waitpid(pid_, &wait_status, WNOHANG) == 0) {

@@ -15,6 +15,8 @@ from typing import Any
 import pytest
 from stagesim.sweep import Experiment
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))  # patience
+
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
 HERE = Path(__file__).parent
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from patience import PATIENCE
 from stagesim.sweep import Experiment, Results, SweepError, executors, plan, program, run
 from test_run import merged
 
@@ -41,7 +42,7 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 def wait_for_runs(out: Path, least: int) -> None:
     """Until so many are finished, but not all."""
-    end = time.monotonic() + 60
+    end = time.monotonic() + PATIENCE
     while len(plan.finished(out)) < least:
         assert time.monotonic() < end, "no runs are done"
         time.sleep(0.005)
@@ -170,7 +171,7 @@ def test_dask_with_a_worker_killed(example: Path, tmp_path: Path, expected: byte
     wait_for_runs(out, 8)
     os.kill(worker, signal.SIGKILL)
     assert len(plan.finished(out)) < 30
-    said, errors = sweep.communicate(timeout=60)
+    said, errors = sweep.communicate(timeout=PATIENCE)
     assert sweep.returncode == 0, errors
     assert "30 runs, 0 failed" in said
     assert (out / "all.csv").read_bytes() == expected
@@ -193,11 +194,11 @@ def test_mpi_killed_and_resumed(example: Path, tmp_path: Path, expected: bytes,
     ranks = subprocess.run(["pgrep", "-f", f"mpi4py.futures {example} {out}"], capture_output=True, text=True,
                            check=True).stdout.split()
     os.kill(int(ranks[-1]), signal.SIGKILL)
-    sweep.communicate(timeout=60)
+    sweep.communicate(timeout=PATIENCE)
     assert sweep.returncode != 0
     done = len(plan.finished(out))
     assert 8 <= done < 30
-    again = subprocess.run(words, capture_output=True, text=True, check=False, timeout=60)
+    again = subprocess.run(words, capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert again.returncode == 0, again.stderr
     assert "30 runs, 0 failed" in again.stdout
     assert (out / "all.csv").read_bytes() == expected

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 from stagesim.sweep import Experiment, Results, plan, program, run
 from test_run import merged
 
@@ -75,11 +76,11 @@ def cluster(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     finally:
         for daemon in reversed(daemons):
             daemon.terminate()
-            daemon.wait(timeout=20)
+            daemon.wait(timeout=PATIENCE)
 
 
 def wait_for(condition: object, complaint: str) -> None:
-    end = time.monotonic() + 30
+    end = time.monotonic() + PATIENCE
     while not condition():  # type: ignore[operator]
         assert time.monotonic() < end, complaint
         time.sleep(0.05)
