@@ -5,6 +5,49 @@
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 
+oldest_cmake=3.22
+
+# stage_fail TEXT...: says in one line why the tool can't go on and what to do about it, and ends it.
+stage_fail() {
+  echo "tools/${0##*/}: $*" >&2
+  exit 1
+}
+
+# stage_check_writable PATH...: fails in one line if one of these is there and must not be written, as in a tree of
+# somebody else's or on a medium that can only be read.
+stage_check_writable() {
+  local path owner advice
+  for path in "$@"; do
+    if [[ ! -e $path || -w $path ]]; then continue; fi
+    owner=$(stat -c %U -- "$path")
+    advice="copy the tree, without build, to a folder of yours"
+    if [[ -x $root/build/release/bin/stage ]]; then advice+=", or use build/release/bin/stage as it is"; fi
+    stage_fail "can't write $path, which belongs to $owner: $advice"
+  done
+}
+
+# stage_check_tree PRESET: whether there can be a build of it here.
+stage_check_tree() {
+  local cache=$root/build/$1/CMakeCache.txt source
+  if [[ ! -e $root/build ]]; then stage_check_writable "$root"; fi
+  stage_check_writable "$root/build" "$root/build/.lock" "$root/build/$1" "$cache"
+  source=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$cache" 2>/dev/null) || true
+  if [[ -n $source && ! $source -ef $root ]]; then
+    stage_fail "build/$1 was made for the tree $source, not for this one: rm -r $root/build"
+  fi
+}
+
+# stage_check_cmake: presets need a CMake that is new enough.
+stage_check_cmake() {
+  local version
+  command -v cmake >/dev/null || stage_fail "CMake is not installed: install CMake $oldest_cmake or later"
+  version=$(cmake --version | sed -n 's/^cmake version \([0-9.]*\).*/\1/p')
+  if [[ $(printf '%s\n' "$oldest_cmake" "$version" | sort --version-sort | head -1) != "$oldest_cmake" ]]; then
+    stage_fail "found CMake $version ($(command -v cmake)), expected $oldest_cmake or later: install a newer one," \
+      "such as by python3 -m pip install cmake, and put it first in PATH"
+  fi
+}
+
 # stage_alone COMMAND...: two builds in one folder at once would spoil it; the second waits.
 stage_alone() {
   mkdir -p "$root/build"
@@ -16,14 +59,23 @@ stage_alone() {
 
 # stage_configure PRESET [SETUP OPTION]...: installs what tools/setup finds missing, and configures.
 stage_configure() {
-  local preset=$1
+  local preset=$1 log=$root/build/$1/configure.log
   shift
   # Without root some packages may stay missing; whether that matters, CMake knows.
-  "$root/tools/setup" "$@" >&2 || echo "Going on with what is there." >&2
+  if ! "$root/tools/setup" "$@" >&2; then
+    # tools/setup has said why, and what to do.
+    if ! command -v cmake >/dev/null || ! command -v "${CXX:-c++}" >/dev/null; then exit 1; fi
+    echo "tools/${0##*/}: going on with what is there" >&2
+  fi
+  stage_check_cmake
   if [[ ! -e $root/build/$preset/CMakeCache.txt ]] && command -v ninja >/dev/null; then
     local -x CMAKE_GENERATOR=${CMAKE_GENERATOR:-Ninja}
   fi
-  cmake -S "$root" --preset "$preset" >&2
+  mkdir -p "$root/build/$preset"
+  if ! cmake -S "$root" --preset "$preset" >"$log" 2>&1; then
+    sed -n '/^CMake Error/,$p' "$log" >&2
+    stage_fail "CMake can't configure build/$preset; see above, and $log"
+  fi
 }
 
 # stage_jobs: how many compilers may run at once: as many as there are processors, if each finds the
@@ -37,12 +89,38 @@ stage_jobs() {
   echo $((jobs < 1 ? 1 : jobs))
 }
 
+# stage_show_build: passes on what a build prints, without what CMake says of itself and the line for each file that is
+# compiled: on a terminal the last of these stays in place, elsewhere every tenth of them is printed.
+stage_show_build() {
+  local line tenth=-1 open=no terminal=no
+  if [[ -t 2 ]]; then terminal=yes; fi
+  while IFS= read -r line; do
+    case $line in
+      'ninja: no work to do'* | *'Re-checking globbed'* | '-- '*) continue ;;
+    esac
+    if [[ $line =~ ^\[([0-9]+)/([0-9]+)\]' ' || $line =~ ^\[' '*([0-9]+)()%\]' ' ]]; then
+      if [[ $terminal == yes ]]; then
+        printf '\r\033[K%.76s' "$line" && open=yes
+      elif [[ $((10 * BASH_REMATCH[1] / ${BASH_REMATCH[2]:-100})) -ne $tenth ]]; then
+        tenth=$((10 * BASH_REMATCH[1] / ${BASH_REMATCH[2]:-100}))
+        echo "$line"
+      fi
+      continue
+    fi
+    if [[ $open == yes ]]; then echo; fi
+    open=no
+    printf '%s\n' "$line"
+  done >&2
+  if [[ $open == yes ]]; then printf '\r\033[K' >&2; fi
+}
+
 # stage_build PRESET TARGET [SETUP OPTION]...
 #
 # Installs what tools/setup with these options finds missing, configures and builds. When the same
 # set-up has led to a finished build before (a stamp says so), only the build tool runs, which takes
 # no time if nothing has changed.
 stage_build() {
+  stage_check_tree "$1"
   stage_alone stage_build_alone "$@"
 }
 
@@ -55,7 +133,6 @@ stage_build_alone() {
   if [[ ! $stamp -nt $root/tools/setup || ! -e $folder/CMakeCache.txt ]]; then
     stage_configure "$preset" "$@"
   fi
-  cmake --build "$folder" --target "$target" --parallel "$(stage_jobs)" |
-    { grep --line-buffered -v -e '^ninja: no work to do' -e 'Re-checking globbed' >&2 || true; }
+  cmake --build "$folder" --target "$target" --parallel "$(stage_jobs)" 2>&1 | stage_show_build
   if [[ ! $stamp -nt $root/tools/setup ]]; then : >"$stamp"; fi
 }

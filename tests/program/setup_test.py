@@ -6,6 +6,7 @@ tools/fresh says of itself."""
 import os
 import shutil
 import subprocess
+import tempfile
 import unittest
 from pathlib import Path
 
@@ -14,12 +15,17 @@ ROOT = Path(os.environ.get("STAGE_SOURCE_DIR", Path(__file__).resolve().parents[
 # Nothing is there, and apt has lists; $UNKNOWN are the packages that are not in them.
 SCRIPT = r"""
 source "$1/tools/setup"
+root=$FOLDER venv=$FOLDER/build/venv
 is_there() { false; }
 compgen() { true; }
 as_root() { "$@"; }
 env() { shift && "$@"; }
 apt-get() {
-  [[ " $* " == *" update "* && -n $NO_UPDATE ]] && return 1
+  if [[ " $* " == *" update "* ]]; then
+    [[ -z $LISTS ]] || printf '%s\n' "$LISTS"
+    [[ -z $NO_UPDATE ]] && return
+    return 1
+  fi
   [[ " $* " != *" install "* ]] && return
   [[ " $* " != *" --simulate "* && -n $NO_ROOT ]] && return 1
   local argument unknown
@@ -34,16 +40,21 @@ main "${@:2}"
 """
 
 
-def setup(*options, unknown="", update=True, root=True):
-    environment = {**os.environ, "UNKNOWN": unknown, "NO_UPDATE": "" if update else "yes",
-                   "NO_ROOT": "" if root else "yes"}
-    return subprocess.run(["bash", "-c", SCRIPT, "setup", ROOT, *options], capture_output=True,
-                          text=True, check=False, env=environment)
+def setup(*options, unknown="", update=True, root=True, lists=""):
+    """Runs it. `lists`: what apt-get update prints; `done.log`: what is in its log then."""
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {**os.environ, "UNKNOWN": unknown, "NO_UPDATE": "" if update else "yes", "LISTS": lists,
+                       "NO_ROOT": "" if root else "yes", "FOLDER": folder}
+        done = subprocess.run(["bash", "-c", SCRIPT, "setup", ROOT, *options], capture_output=True,
+                              text=True, check=False, env=environment)
+        done.log = (Path(folder) / "build" / "setup.log").read_text(encoding="utf-8")
+    return done
 
 
 def installed(done):
-    lines = [line for line in done.stdout.splitlines() if line.startswith("INSTALLED")]
-    return [word for line in lines for word in line.split()[2:] if not word.startswith("-")]
+    """The packages that apt-get was told to install."""
+    words = [line.split()[2:] for line in done.log.splitlines() if line.startswith("INSTALLED")]
+    return [word for line in words for word in line if not word.startswith("-") and "::" not in word]
 
 
 @unittest.skipUnless(shutil.which("bash"), "bash is not installed")
@@ -54,6 +65,18 @@ class Setup(unittest.TestCase):
         for package in ("g++", "opencl-headers", "libfltk1.3-dev", "xvfb", "oclgrind"):
             self.assertIn(package, installed(done))
         self.assertEqual(done.stderr, "")
+
+    def test_output_is_short_and_says_what_each_package_is_for(self):
+        done = setup("--tests", "--format")
+        lines = done.stdout.splitlines()
+        self.assertTrue(12 < len(lines) < 30, done.stdout)
+        self.assertRegex(lines[0], r"^tools/setup: \d+ packages of this system are missing; apt installs them"
+                                   r" \(see .*/build/setup\.log\):$")
+        self.assertIn("  build: cmake ninja-build", lines)
+        self.assertRegex(lines[-1], r"^tools/setup: installed in \d+ s$")
+        for package in installed(done):
+            self.assertEqual(sum(package in line.split() for line in lines), 1, package)
+        self.assertNotIn("INSTALLED", done.stdout)  # that is apt's
 
     def test_the_optional_is_left_out_and_the_rest_is_installed(self):
         done = setup("--tests", unknown="oclgrind")
@@ -83,6 +106,29 @@ class Setup(unittest.TestCase):
         done = setup("--tests", update=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("g++", installed(done))
+
+    def test_a_package_that_two_groups_want_is_named_once(self):
+        script = 'source "$0/tools/setup"; is_there() { false; }; find_missing tests python; echo "${missing[*]}"'
+        done = subprocess.run(["bash", "-c", script, ROOT], capture_output=True, text=True, check=True)
+        packages = done.stdout.split()
+        self.assertIn("python3", packages)
+        self.assertEqual(len(packages), len(set(packages)))
+
+    def test_some_lists_are_enough(self):
+        done = setup("--tests", lists="Hit:1 http://a.example x InRelease\nErr:2 http://b.example x InRelease\n  Gone")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("g++", installed(done))
+
+    def test_without_a_network_nothing_else_is_tried(self):
+        done = setup("--tests", "--live", "--ros", "--sweep",
+                     lists="Err:1 http://a.example x InRelease\n  Could not resolve 'a.example'\n"
+                           "W: Some index files failed to download.")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(installed(done), [])
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.assertRegex(done.stderr, r"^tools/setup: no package server can be reached \(Could not resolve 'a\.example'\):"
+                                      r" connect to the network and try again, or as root: apt-get install g\+\+ ")
+        self.assertNotIn("PyPI", done.stdout + done.log)
 
     def test_groups(self):
         done = setup("--no-opencl", "--no-gui")

@@ -10,6 +10,7 @@ import sys
 import time
 
 import pytest
+from patience import PATIENCE
 
 #: What goes on when the program ends: each is a program that has begun it when it has run.
 BEGUN = {
@@ -75,7 +76,7 @@ def test_program_ends_with_its_own_status_and_no_word(begun: str, end: str) -> N
     line, status, last = ENDS[end]
     began = time.monotonic()
     done = subprocess.run([sys.executable, "-c", PROGRAM.format(begun=BEGUN[begun], end=line)], capture_output=True,
-                          text=True, check=False, timeout=120)
+                          text=True, check=False, timeout=PATIENCE)
     assert done.returncode == status and done.stdout == "", done
     assert done.stderr == "" if last == "" else done.stderr.endswith(f"{last}\n"), done
     assert "nanobind" not in done.stderr
@@ -88,7 +89,7 @@ def test_program_ends_although_a_controller_never_returns() -> None:
     begun = ("from stagesim.live import Server; server = Server(st.World('arena.world'), "
              "control=lambda world: time.sleep(1000)).start()")
     done = subprocess.run([sys.executable, "-c", PROGRAM.format(begun=begun, end="")], capture_output=True, text=True,
-                          check=False, timeout=120)
+                          check=False, timeout=PATIENCE)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
@@ -101,5 +102,5 @@ def test_child_of_a_fork_does_not_wait_for_threads_that_it_has_not() -> None:
              "assert time.monotonic() - began < 8\n"
              "os._exit(0) if child == 0 else None")
     done = subprocess.run([sys.executable, "-c", PROGRAM.format(begun=begun, end="")], capture_output=True, text=True,
-                          check=False, timeout=120)
+                          check=False, timeout=PATIENCE)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
