@@ -2,7 +2,6 @@
 
 #include "files/growing_file.hh"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,10 +12,9 @@ namespace Stg::files {
 GrowingFile::~GrowingFile() { Close(); }
 
 int GrowingFile::Open(const std::string& name, IsOurs ours) {
-  if (const int error = TryReplaceFile(name, ours); error != 0) return error;
-  file_ = open(PlaceOf(name).c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOCTTY, 0666);
+  file_ = OpenToGrow(name, ours);
   size_ = 0;
-  return file_ < 0 ? errno : 0;
+  return file_ < 0 ? -std::exchange(file_, -1) : 0;
 }
 
 int GrowingFile::Append(std::string_view part) {
@@ -25,7 +23,7 @@ int GrowingFile::Append(std::string_view part) {
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
       const int error = errno;
-      // What can't be cut off, such as what went into a pipe, is there to stay.
+      // A part of it that can't be cut off, such as in a pipe, stays.
       [[maybe_unused]] const int cut = ftruncate(file_, static_cast<off_t>(size_));
       return error;
     }

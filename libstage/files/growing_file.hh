@@ -21,7 +21,8 @@ class GrowingFile {
   GrowingFile(const GrowingFile&) = delete;
   GrowingFile& operator=(const GrowingFile&) = delete;
 
-  /// Makes the file, or empties the one that is there. EEXIST: that one is not ours.
+  /// Makes the file, or empties the one that is there. A symbolic link to such a file stays one; a
+  /// link that leads nowhere gives way to the file. EEXIST: what is there is not ours.
   int Open(const std::string& name, IsOurs ours);
   /// Adds the part whole; or, as far as the system allows, nothing of it.
   int Append(std::string_view part);

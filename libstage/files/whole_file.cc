@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 namespace Stg::files {
 
@@ -27,8 +28,8 @@ struct Target {
   mode_t mode = kNewFile;
 };
 
-/// Such as /dev/stdout and /dev/fd/5: what others have opened for us is not to be replaced, even if
-/// it is a file.
+/// Whether the name is that of an open file, such as /dev/stdout or /dev/fd/5. Whoever has opened
+/// it for us does not want it replaced, even if it is a regular file.
 bool IsOpenFile(std::string_view name) {
   return name.starts_with("/dev/fd/") || name.starts_with("/dev/std") || name.starts_with("/proc/");
 }
@@ -43,18 +44,22 @@ int WriteAll(int file, std::string_view content) {
   return 0;
 }
 
-int CheckContent(const std::string& path, IsOurs ours) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file < 0) return errno;
+int CheckContent(int file, IsOurs ours) {
   char beginning[256];
-  const ssize_t count = read(file, beginning, sizeof beginning);
-  const int error = count < 0 ? errno : 0;
-  close(file);
-  if (error != 0 || count == 0) return error;
+  const ssize_t count = pread(file, beginning, sizeof beginning, 0);
+  if (count <= 0) return count < 0 ? errno : 0;
   return ours({beginning, static_cast<size_t>(count)}) ? 0 : EEXIST;
 }
 
-/// What there is, and whether it may be replaced or written to.
+int CheckContent(const std::string& path, IsOurs ours) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) return errno;
+  const int error = CheckContent(file, ours);
+  close(file);
+  return error;
+}
+
+/// Finds out what there is, and whether it may be replaced or written to.
 int Inspect(const std::string& name, IsOurs ours, Target* target) {
   target->path = PlaceOf(name);
   struct stat found = {};
@@ -110,6 +115,12 @@ class Draft {
     return Settle([this] { return std::rename(path_.c_str(), target_.path.c_str()); });
   }
 
+  /// Keeps the file open, and gives its descriptor away.
+  int ReplaceAndKeep() {
+    if (error_ == 0 && std::rename(path_.c_str(), target_.path.c_str()) != 0) error_ = errno;
+    return error_ != 0 ? -error_ : std::exchange(file_, -1);
+  }
+
   /// Takes the place only if that is free.
   int Place() {
     return Settle([this] {
@@ -146,6 +157,21 @@ int WriteToDevice(const std::string& path, std::string_view content) {
   return close(file) != 0 && error == 0 ? errno : error;
 }
 
+/// Opens a file that is there, as OpenToGrow() does. Its name may lead elsewhere since it was
+/// looked at, so the file that was opened is looked at once more.
+int OpenThere(const Target& target, IsOurs ours) {
+  // Names such as /dev/fd/5 are links by their nature.
+  const int links = target.regular ? O_NOFOLLOW : 0;
+  const int access = target.regular ? O_RDWR : O_WRONLY;
+  const int file = open(target.path.c_str(), access | O_CLOEXEC | O_NOCTTY | links);
+  if (file < 0) return -errno;
+  int error = target.regular ? CheckContent(file, ours) : 0;
+  if (error == 0 && target.regular && ftruncate(file, 0) != 0) error = errno;
+  if (error == 0) return file;
+  close(file);
+  return -error;
+}
+
 }  // namespace
 
 bool AnyFile(std::string_view) { return true; }
@@ -164,6 +190,12 @@ int TryReplaceFile(const std::string& name, IsOurs ours) {
   const int error = Inspect(name, ours, &target);
   // The surest way to learn whether a file can be made is to make one.
   return error != 0 || !target.regular ? error : Draft(target).error();
+}
+
+int OpenToGrow(const std::string& name, IsOurs ours) {
+  Target target;
+  if (const int error = Inspect(name, ours, &target); error != 0) return -error;
+  return target.exists ? OpenThere(target, ours) : Draft(target).ReplaceAndKeep();
 }
 
 int MakeFile(const std::string& name, std::string_view content) {

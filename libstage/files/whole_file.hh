@@ -4,8 +4,9 @@
 // grows while a world runs: see files/growing_file.hh.
 //
 // A file is written beside its place first, under a name that nobody can guess and that nothing
-// has, so that no link can be put in its way; then it is renamed. A symbolic link stays one: what
-// it points to is replaced. A file keeps its mode, and one that may not be written is not replaced.
+// has, so that no link can be put in its way; then it is renamed. A symbolic link to a file stays
+// one: what it points to is replaced. A link that leads nowhere is replaced itself: nothing is made
+// where it points. A file keeps its mode, and one that may not be written is not replaced.
 // A device, a pipe, or what is open already (/dev/fd/5) is written to.
 //
 // All functions return 0 or the number of an error, as in <cerrno>.
@@ -31,8 +32,13 @@ enum class Lasts {
 /// Makes the file or replaces it. EEXIST: there is one that is not ours.
 int ReplaceFile(const std::string& name, std::string_view content, IsOurs ours,
                 Lasts lasts = Lasts::kAtOnce);
-/// What ReplaceFile() would say; leaves no trace. For those who would learn it too late.
+/// Returns what ReplaceFile() would, and leaves no trace: a run that ends with an output asks at
+/// its beginning.
 int TryReplaceFile(const std::string& name, IsOurs ours);
+/// A descriptor of an empty file of that name, to be written to, or minus the number of an error.
+/// The file is a new one, or the one that was there and is ours; in no case one that is made where
+/// a symbolic link points.
+int OpenToGrow(const std::string& name, IsOurs ours);
 /// Makes the file. EEXIST: there is one, or something else of that name.
 int MakeFile(const std::string& name, std::string_view content);
 

@@ -21,6 +21,8 @@
 #include <thread>
 #include <vector>
 
+#include "files/growing_file.hh"
+
 namespace Stg::files {
 namespace {
 
@@ -77,6 +79,26 @@ TEST_F(WholeFileTest, ReplacesWhatALinkPointsTo) {
   EXPECT_EQ(Read("real"), "new");
   EXPECT_TRUE(fs::is_symlink(Path("link")));
   EXPECT_EQ(fs::status(Path("real")).permissions(), fs::perms(0604));
+}
+
+TEST_F(WholeFileTest, AGrowingFileIsNotMadeWhereALinkPoints) {
+  fs::create_symlink(Path("nowhere"), Path("link"));
+  GrowingFile file;
+  ASSERT_EQ(file.Open(Path("link"), BeginsWithOurs), 0);
+  EXPECT_EQ(file.Append("ours"), 0);
+  EXPECT_EQ(file.Close(), 0);
+  EXPECT_FALSE(fs::exists(Path("nowhere")));
+  EXPECT_FALSE(fs::is_symlink(Path("link")));
+  EXPECT_EQ(Read("link"), "ours");
+  fs::create_symlink(Path("link"), Path("second"));
+  ASSERT_EQ(file.Open(Path("second"), BeginsWithOurs), 0);
+  EXPECT_EQ(Read("link"), "") << "what is ours is emptied";
+  EXPECT_TRUE(fs::is_symlink(Path("second")));
+  EXPECT_EQ(file.Close(), 0);
+  Write("link", "mine");
+  EXPECT_EQ(file.Open(Path("second"), BeginsWithOurs), EEXIST);
+  EXPECT_EQ(Read("link"), "mine");
+  EXPECT_EQ(Count(), 2u);
 }
 
 TEST_F(WholeFileTest, MakesOnlyWhatIsNotThere) {

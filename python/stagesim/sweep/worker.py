@@ -17,6 +17,7 @@ import json
 import math
 import os
 import re
+import tempfile
 import time
 from pathlib import Path
 from typing import Any, Callable, Mapping
@@ -24,6 +25,7 @@ from typing import Any, Callable, Mapping
 from .. import _core
 from ..errors import WorldError
 from ..world import World
+from .merge import current_umask
 from .plan import Plan, SweepError, record_file
 
 #: The numbers of the files.
@@ -203,8 +205,11 @@ class Worker:
 
 def write_whole(file: Path, text: str) -> None:
     """The file is there as a whole or not at all; its folder exists."""
-    part = file.with_name(f".{file.name}.{os.getpid()}")
-    part.write_text(text, encoding="utf-8")
+    # The name can't be foretold, and no link of that name is followed: the folder may be everybody's.
+    handle, part = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
+    with os.fdopen(handle, "w", encoding="utf-8") as out:
+        out.write(text)
+    os.chmod(part, 0o666 & ~current_umask())
     os.replace(part, file)
 
 
