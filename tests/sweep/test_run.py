@@ -72,6 +72,20 @@ def test_another_experiment_is_refused(experiment: Experiment, tmp_path: Path, o
         run(replace(experiment, metrics="own_metrics:spread"), out=tmp_path / "out")
 
 
+def test_places_that_hold_something_else_are_refused(experiment: Experiment, tmp_path: Path,
+                                                     monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "notes.txt").write_text("precious")
+    (tmp_path / "dangling").symlink_to("nowhere")
+    (tmp_path / "home").mkdir()
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    for place in ("/", tmp_path / "home", tmp_path / "notes", tmp_path / "dangling", tmp_path / "notes/notes.txt"):
+        with pytest.raises(SweepError, match="expected the name of a new folder"):
+            run(experiment, out=place)
+    assert os.listdir(tmp_path / "home") == [] and os.listdir(tmp_path / "notes") == ["notes.txt"]
+    assert not (tmp_path / "nowhere").exists()
+
+
 def test_common_seeds(experiment: Experiment, tmp_path: Path) -> None:
     paired = Experiment(experiment.world, experiment.set, runs=range(2, 5), common_seeds=True)
     table = run(paired, out=tmp_path / "out", jobs=2).table()

@@ -98,6 +98,34 @@ def plan_file(folder: str | os.PathLike[str]) -> Path:
     return Path(folder) / "sweep.json"
 
 
+def check_place(folder: Path) -> None:
+    """Refuses a folder that may hold anything but a sweep, by the rules of `stage sweep -o`.
+
+    Raises:
+        SweepError: it is the root folder or a home folder, or it is not empty and has no plan.
+    """
+    if folder.is_symlink() and not folder.exists():
+        found = "a symbolic link that leads nowhere"
+    elif not folder.exists():
+        return
+    elif not folder.is_dir():
+        found = "which is no folder"
+    elif folder.resolve() in (Path("/"), Path.home().resolve()):
+        found = "the root folder or a home folder"
+    elif plan_file(folder).exists() or all(is_of_a_sweep(entry) for entry in folder.iterdir()):
+        return
+    else:
+        found = "which holds something else than a sweep"
+    raise SweepError(f"found '{folder}', {found}, expected the name of a new folder, or of one that is empty")
+
+
+def is_of_a_sweep(entry: Path) -> bool:
+    """Whether it is one of what a sweep makes before and beside its plan."""
+    if entry.name.startswith(("lock.", ".stage-", ".plan-")):
+        return True
+    return entry.name == "runs" and entry.is_dir() and not any(entry.iterdir())
+
+
 def record_file(folder: str | os.PathLike[str], index: int) -> Path:
     """Where the record of a run lies, once it is finished."""
     return Path(folder) / "runs" / f"{index // RUNS_PER_FOLDER:03d}" / f"{index:06d}.json"

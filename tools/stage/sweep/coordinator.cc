@@ -21,6 +21,9 @@ namespace {
 
 constexpr double kHousekeeping = 0.05;  // seconds between two looks at limits and progress
 constexpr double kSync = 5;             // a crash of the system loses so many seconds
+constexpr double kLookAtGroups = 0.5;   // seconds between two looks at the memory of children
+constexpr double kLongestLoad = 600;    // seconds, in the first look
+constexpr double kLongestRun = 86400;   // seconds
 constexpr size_t kMostChecked = 8;      // values of an axis
 
 std::string Describe(const RunSpec& spec) {
@@ -31,6 +34,10 @@ std::string Describe(const RunSpec& spec) {
 
 std::string LastOf(const Death& death) {
   return death.lines.empty() ? "" : ": " + death.lines.back();
+}
+
+std::string Unexpected(const std::string& answer, const std::string& expected) {
+  return "replied '" + messages::Shortened(answer) + "', expected '" + expected + "'";
 }
 
 /// One run for each value of each axis, the other axes at their first value.
@@ -68,32 +75,60 @@ std::unique_ptr<WorkerProcess> Coordinator::Hire() const {
 }
 
 void Coordinator::Check() {
-  const std::unique_ptr<WorkerProcess> worker = Hire();
-  for (const uint64_t index : RunsToCheck(plan_)) {
-    CheckOne(worker.get(), index);
-    if (CaughtSignal() != 0) return;
+  std::unique_ptr<WorkerProcess> worker;
+  const std::set<uint64_t> runs = RunsToCheck(plan_);
+  size_t count = 0;
+  for (const uint64_t index : runs) {
+    if (effort_.progress)
+      line_.Print(" loading world " + std::to_string(++count) + " of " +
+                  std::to_string(runs.size()));
+    CheckOne(&worker, index);
+    if (CaughtSignal() != 0) break;
   }
+  line_.Erase();
 }
 
-void Coordinator::CheckOne(WorkerProcess* worker, uint64_t index) {
+/// Loads the world of that run, in another process if the worker has died of it, as often as
+/// --tries says: it may have been killed by somebody else.
+void Coordinator::CheckOne(std::unique_ptr<WorkerProcess>* worker, uint64_t index) {
+  std::optional<Death> death;
+  for (int i = 0; i < effort_.tries && CaughtSignal() == 0; i++) {
+    if (!*worker) *worker = Hire();
+    death = TryToLoad(worker->get(), index);
+    if (!death) return;
+    worker->reset();
+    if (!death->reason.empty()) break;  // it would be so again
+  }
+  if (CaughtSignal() != 0 || !death) return;
+  line_.Erase();
+  throw std::runtime_error(Describe(RunAt(plan_, index)) + ": loading its world ended with '" +
+                           Describe(*death) + "'" + LastOf(*death));
+}
+
+/// Returns how the worker has ended, or nothing if the world was loaded or a signal has come.
+/// Throws std::runtime_error if the worker says that the world can't be loaded.
+std::optional<Death> Coordinator::TryToLoad(WorkerProcess* worker, uint64_t index) {
+  const double since = Now(),
+               limit = effort_.limit_seconds > 0 ? effort_.limit_seconds : kLongestLoad;
   worker->ForgetOutput();
   worker->Order("check " + std::to_string(index));
   while (CaughtSignal() == 0) {
     pollfd files[] = {{worker->answers_file(), POLLIN, 0}, {worker->output_file(), POLLIN, 0}};
-    const bool quiet = poll(files, 2, 250) <= 0;
+    poll(files, 2, static_cast<int>(kHousekeeping * 1e3));
     worker->ReadOutput();
     if (const std::optional<std::string> answer = worker->Answer()) {
-      if (answer->starts_with("error "))
+      if (*answer == "ok") return std::nullopt;
+      if (!answer->starts_with("error "))
+        worker->Kill(Unexpected(*answer, "ok"));
+      else
         throw std::runtime_error(Describe(RunAt(plan_, index)) + ": " + answer->substr(6));
-      return;
     }
-    if (!quiet || worker->HasEnded()) {
-      if (!worker->HasEnded()) continue;
-      const Death death = worker->Bury();
-      throw std::runtime_error(Describe(RunAt(plan_, index)) + ": loading its world ended with " +
-                               Describe(death) + LastOf(death));
-    }
+    if (worker->HasEnded()) return worker->Bury();
+    const std::string broken = BrokenLimit(*worker, since, limit);
+    if (!broken.empty()) worker->Kill(broken);
+    EnforceLimitsOfGroups({worker});
   }
+  return std::nullopt;
 }
 
 void Coordinator::Run() {
@@ -114,10 +149,7 @@ void Coordinator::Run() {
 }
 
 /// A command that is no worker, or not on this machine, is an error, not a failure of every run.
-void Coordinator::TryForeignWorker() {
-  slots_[0].process = Hire();
-  CheckOne(slots_[0].process.get(), todo_[0]);
-}
+void Coordinator::TryForeignWorker() { CheckOne(&slots_[0].process, todo_[0]); }
 
 void Coordinator::Employ(Slot* slot) {
   if (!slot->process) slot->process = Hire();
@@ -134,7 +166,7 @@ void Coordinator::Employ(Slot* slot) {
   slot->process->Order("run " + std::to_string(slot->index) + " " + std::to_string(attempt));
 }
 
-/// Until a worker says something.
+/// Waits until a worker says something, or it is time to look at limits.
 void Coordinator::Wait() {
   std::vector<pollfd> files;
   for (const Slot& slot : slots_) {
@@ -155,18 +187,25 @@ void Coordinator::Listen(Slot* slot) {
 }
 
 void Coordinator::Settle(Slot* slot, const std::string& answer) {
-  const uint64_t index = std::exchange(slot->index, kNone);
-  if (answer.starts_with("error ")) {
-    Death death;
+  const uint64_t index = slot->index;
+  const std::string done = "done " + std::to_string(index);
+  Death death;
+  if (index != kNone && answer.starts_with("error ")) {
     death.reason = "its world can't be loaded";
     death.lines = {answer.substr(6)};
-    Fail(index, death);
-  } else if (answer != "done " + std::to_string(index)) {
-    throw std::runtime_error("a worker has answered '" + messages::Shortened(answer) +
-                             "', expected 'done " + std::to_string(index) + "'");
-  } else {
-    done_++;
+  } else if (index == kNone || answer != done) {
+    // Somebody else may write to that file, such as a controller that writes to all.
+    slot->process->Kill(Unexpected(answer, index == kNone ? "nothing" : done));
+    return;
+  } else if (!folder_.HasRecord(index)) {
+    slot->process->Kill("replied '" + done + "', but left no record");
+    return;
   }
+  slot->index = kNone;
+  if (death.reason.empty())
+    done_++;
+  else
+    Fail(index, death);
   if (effort_.fresh) slot->process.reset();
 }
 
@@ -175,13 +214,12 @@ void Coordinator::Mourn(Slot* slot) {
   const uint64_t index = std::exchange(slot->index, kNone);
   const std::unique_ptr<WorkerProcess> process = std::move(slot->process);
   const Death death = process->Bury();
-  if (index == kNone) return;  // it had nothing to do
-  std::error_code missing;
-  if (std::filesystem::file_size(folder_.RecordFile(index), missing) > 0 && !missing) {
+  if (index == kNone) return;                  // it had nothing to do
+  const bool limited = !death.reason.empty();  // as it would be again
+  if (!limited && folder_.HasRecord(index)) {
     done_++;  // it died after its work
     return;
   }
-  const bool limited = !death.reason.empty();  // as it would be again
   if (++attempts_[index] >= effort_.tries || limited)
     Fail(index, death);
   else
@@ -200,21 +238,51 @@ void Coordinator::Fail(uint64_t index, const Death& death) {
   failed_++;
 }
 
+/// The reason to kill a worker that has been at it since then; empty if there is none.
+std::string Coordinator::BrokenLimit(const WorkerProcess& worker, double since,
+                                     double seconds) const {
+  char reason[80] = "";
+  if (Now() - since > seconds)
+    std::snprintf(reason, sizeof reason, "took more than %g s", seconds);
+  else if (effort_.limit_mb > 0 && worker.MemoryMb() > effort_.limit_mb)
+    std::snprintf(reason, sizeof reason, "took more than %g MB of memory", effort_.limit_mb);
+  return reason;
+}
+
 void Coordinator::EnforceLimits(Slot* slot) {
   if (slot->index == kNone || !slot->process) return;
-  char reason[80] = "";
-  if (effort_.limit_seconds > 0 && Now() - slot->since > effort_.limit_seconds)
-    std::snprintf(reason, sizeof reason, "took more than %g s", effort_.limit_seconds);
-  else if (effort_.limit_mb > 0 && slot->process->MemoryMb() > effort_.limit_mb)
-    std::snprintf(reason, sizeof reason, "took more than %g MB of memory", effort_.limit_mb);
-  if (*reason) slot->process->Kill(reason);
+  const double seconds = effort_.limit_seconds > 0 ? effort_.limit_seconds : kLongestRun;
+  const std::string reason = BrokenLimit(*slot->process, slot->since, seconds);
+  if (!reason.empty()) slot->process->Kill(reason);
+}
+
+/// The processes that controllers have started count as well, but are looked at less often.
+void Coordinator::EnforceLimitsOfGroups(const std::vector<WorkerProcess*>& workers) {
+  if (effort_.limit_mb == 0 || Now() < next_look_at_groups_) return;
+  std::set<pid_t> groups;
+  for (const WorkerProcess* worker : workers) groups.insert(worker->group());
+  const std::map<pid_t, double> memory = MemoryOfGroups(groups);
+  char reason[120];
+  std::snprintf(reason, sizeof reason,
+                "took more than %g MB of memory, with the processes that it has started",
+                effort_.limit_mb);
+  for (WorkerProcess* worker : workers) {
+    const auto found = memory.find(worker->group());
+    if (found != memory.end() && found->second > effort_.limit_mb) worker->Kill(reason);
+  }
+  next_look_at_groups_ = Now() + kLookAtGroups;
 }
 
 void Coordinator::Housekeep() {
   const double now = Now();
   if (now < next_housekeeping_) return;
   next_housekeeping_ = now + kHousekeeping;
-  for (Slot& slot : slots_) EnforceLimits(&slot);
+  std::vector<WorkerProcess*> workers;
+  for (Slot& slot : slots_) {
+    EnforceLimits(&slot);
+    if (slot.process) workers.push_back(slot.process.get());
+  }
+  EnforceLimitsOfGroups(workers);
   if (now >= next_sync_) {
     folder_.Sync();
     next_sync_ = Now() + kSync;

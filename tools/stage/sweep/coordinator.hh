@@ -9,6 +9,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,13 +22,14 @@ namespace Stg::program {
 
 /// How a sweep is done, which is no part of what it is.
 struct Effort {
-  unsigned jobs = 0;         ///< workers; at least 1 once it is settled
-  bool fresh = false;        ///< a process of its own for each run
-  double limit_seconds = 0;  ///< wall clock, of one run; 0: none
-  double limit_mb = 0;       ///< of a worker's memory, in 2^20 bytes; 0: none
-  int tries = 3;             ///< a run whose workers die so often has failed
-  std::string worker;        ///< a command instead of the plan's; empty: the plan's
-  bool progress = false;     ///< a line on standard error
+  unsigned jobs = 0;   ///< workers; at least 1 once it is settled
+  bool fresh = false;  ///< a process of its own for each run
+  double limit_seconds =
+      0;                  ///< wall clock, of one run; 0: a day, and ten minutes to load its world
+  double limit_mb = 0;    ///< memory of a worker and its children, in 2^20 bytes; 0: no limit
+  int tries = 3;          ///< a run whose workers die so often has failed
+  std::string worker;     ///< a command instead of the plan's; empty: the plan's
+  bool progress = false;  ///< a line on standard error
 };
 
 class Coordinator {
@@ -36,10 +38,10 @@ class Coordinator {
   Coordinator(const SweepFolder& folder, const Plan& plan, const Effort& effort,
               std::vector<uint64_t> todo);
 
-  /// Has the worlds of some runs loaded: each value of an axis, up to a few. Throws
-  /// std::runtime_error for the first one that can't be.
+  /// The first look: has the worlds of some runs loaded, each value of an axis, up to a few. Throws
+  /// std::runtime_error for the first one that can't be. Returns early if a signal comes.
   void Check();
-  /// Until all is done, or a signal comes. Throws std::runtime_error, in one line.
+  /// Returns when all is done, or a signal comes. Throws std::runtime_error, in one line.
   void Run();
 
   uint64_t done() const { return done_; }  ///< with a record, failed ones too
@@ -53,7 +55,9 @@ class Coordinator {
     double since = 0;
   };
 
-  void CheckOne(WorkerProcess* worker, uint64_t index);
+  void CheckOne(std::unique_ptr<WorkerProcess>* worker, uint64_t index);
+  std::optional<Death> TryToLoad(WorkerProcess* worker, uint64_t index);
+  std::string BrokenLimit(const WorkerProcess& worker, double since, double seconds) const;
   std::unique_ptr<WorkerProcess> Hire() const;
   void TryForeignWorker();
   bool HasWork() const { return !again_.empty() || next_ < todo_.size(); }
@@ -64,6 +68,7 @@ class Coordinator {
   void Mourn(Slot* slot);
   void Fail(uint64_t index, const Death& death);
   void EnforceLimits(Slot* slot);
+  void EnforceLimitsOfGroups(const std::vector<WorkerProcess*>& workers);
   void Housekeep();
   std::string ProgressText(double now) const;
 
@@ -77,7 +82,7 @@ class Coordinator {
   std::map<uint64_t, int> attempts_;  // of runs that a worker has died of
   std::vector<Slot> slots_;
   uint64_t done_ = 0, failed_ = 0;
-  double begun_ = 0, next_housekeeping_ = 0, next_sync_ = 0;
+  double begun_ = 0, next_housekeeping_ = 0, next_sync_ = 0, next_look_at_groups_ = 0;
   StatusLine line_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <pwd.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -11,15 +12,19 @@
 #include <cerrno>
 #include <cinttypes>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
 
 #include "files/whole_file.hh"
+#include "stage/option_values.hh"
 #include "stage/parse_number.hh"
+#include "stage/sweep/record.hh"
 
 namespace Stg::program {
 
@@ -32,12 +37,39 @@ constexpr uint64_t kRunsInAFolder = 1000;
                            "': " + std::strerror(error));
 }
 
+/// Special files are refused: a pipe, say, would never end.
 std::string ReadWhole(const std::string& name) {
+  constexpr uintmax_t kLargest =
+      1 << 28;  // bytes; a plan has up to some megabytes, a record a few kB
+  std::error_code failed;
+  const auto status = std::filesystem::status(name, failed);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    Fail("read", name, std::filesystem::is_directory(status) ? EISDIR : EINVAL);
+  const uintmax_t size = std::filesystem::file_size(name, failed);
+  if (!failed && size > kLargest) Fail("read", name, EFBIG);
   std::ifstream in(name, std::ios::binary);
   std::ostringstream text;
-  if (in) text << in.rdbuf();
+  if (in && size > 0) text << in.rdbuf();
   if (!in || !text) Fail("read", name, errno);
   return text.str();
+}
+
+/// Whether it is one of what a sweep makes before and beside its plan.
+bool IsOfASweep(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  for (const char* beginning : {"lock.", ".stage-", ".plan-"})
+    if (name.starts_with(beginning)) return true;
+  std::error_code failed;
+  return name == "sweep.json" || (name == "runs" && std::filesystem::is_empty(file, failed));
+}
+
+bool IsHome(const std::filesystem::path& folder) {
+  std::error_code failed;
+  const passwd* const user = getpwuid(getuid());
+  for (const char* home : {static_cast<const char*>(std::getenv("HOME")),
+                           user ? static_cast<const char*>(user->pw_dir) : nullptr})
+    if (home && *home && std::filesystem::equivalent(folder, home, failed)) return true;
+  return false;
 }
 
 std::string FolderOf(const std::string& sweep, uint64_t index) {
@@ -76,7 +108,8 @@ void MarkFinished(const std::string& folder, std::vector<bool>* finished) {
     struct stat about = {};
     if (!index || *index >= finished->size()) continue;
     // A crash of the system may leave one that was not written out yet.
-    if (fstatat(dirfd(files.get()), file->d_name, &about, 0) == 0 && about.st_size > 0)
+    if (fstatat(dirfd(files.get()), file->d_name, &about, 0) == 0 && S_ISREG(about.st_mode) &&
+        about.st_size > 0)
       (*finished)[*index] = true;
   }
 }
@@ -100,6 +133,31 @@ Plan SweepFolder::Read() const {
   }
 }
 
+bool SweepFolder::Make() const {
+  namespace fs = std::filesystem;
+  const auto refuse = [this](const std::string& found) {
+    throw UsageError("-o: found '" + path_ + "', " + found +
+                     ", expected the name of a new folder, or of one that is empty");
+  };
+  std::error_code failed;
+  const fs::file_status status = fs::status(path_, failed);
+  if (!fs::exists(status)) {
+    if (fs::is_symlink(fs::symlink_status(path_, failed)))
+      refuse("a symbolic link that leads nowhere");
+    MakeFolder(path_);
+    return true;
+  }
+  if (!fs::is_directory(status)) refuse("which is no folder");
+  if (fs::equivalent(path_, "/", failed)) refuse("the root folder");
+  if (IsHome(path_)) refuse("a home folder");
+  if (HasPlan()) return false;
+  fs::directory_iterator entry(path_, failed);
+  if (failed) Fail("read", path_, failed.value());
+  for (; !failed && entry != fs::directory_iterator(); entry.increment(failed))
+    if (!IsOfASweep(entry->path())) refuse("which holds something else than a sweep");
+  return false;
+}
+
 void SweepFolder::Write(const Plan& plan) const {
   MakeFolder(path_ + "/runs");
   const std::string text = ToJson(plan);
@@ -119,7 +177,29 @@ std::vector<bool> SweepFolder::Finished(const Plan& plan) const {
   return finished;
 }
 
+bool SweepFolder::HasRecord(uint64_t index) const {
+  std::error_code missing;
+  return std::filesystem::file_size(RecordFile(index), missing) > 0 && !missing;
+}
+
 std::string SweepFolder::ReadRecord(uint64_t index) const { return ReadWhole(RecordFile(index)); }
+
+nlohmann::ordered_json SweepFolder::Record(const Plan& plan, uint64_t index) const {
+  const std::string text = ReadRecord(index);
+  std::string problem;
+  try {
+    nlohmann::ordered_json record = nlohmann::ordered_json::parse(text);
+    CheckRecord(record, plan, index);
+    return record;
+  } catch (const nlohmann::json::exception&) {
+    problem = "found no record of a run";
+  } catch (const std::runtime_error& error) {
+    problem = error.what();
+  }
+  throw std::runtime_error(RecordFile(index) + ": " + problem + ", expected the record of run " +
+                           std::to_string(index) + "; remove it, and stage sweep --resume " +
+                           path_ + " does the run again");
+}
 
 void SweepFolder::WriteRecord(uint64_t index, const std::string& record) const {
   const std::string file = RecordFile(index);
@@ -143,7 +223,7 @@ void SweepFolder::Sync() const {
 SweepLock::SweepLock(const SweepFolder& folder, const std::string& part)
     : name_(folder.path() + "/lock." + part) {
   do {  // until the file that is locked is the one of that name: the last owner removes it
-    file_ = open(name_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    file_ = open(name_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
     if (file_ < 0) Fail("write", name_, errno);
     if (flock(file_, LOCK_EX | LOCK_NB) == 0) continue;
     const int error = errno;

@@ -8,6 +8,7 @@
 #define STAGE_TOOLS_STAGE_SWEEP_FOLDER_HH
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -23,17 +24,24 @@ class SweepFolder {
   const std::string& path() const { return path_; }
   std::string PlanFile() const { return path_ + "/sweep.json"; }
   std::string RecordFile(uint64_t index) const;
-  /// Of --log.
+  /// Where --log records that run.
   std::string LogFile(uint64_t index) const;
 
   bool HasPlan() const;
   Plan Read() const;
-  /// Makes the folder. If it has a plan already, that has to be the same.
+  /// Whether the folder was not there and was made. Throws UsageError for a place that may hold
+  /// anything but a sweep: a folder that is not empty and has no plan, the root folder, a home
+  /// folder.
+  bool Make() const;
+  /// If it has a plan already, that has to be the same.
   void Write(const Plan& plan) const;
 
   /// By index: whether that run has a record.
   std::vector<bool> Finished(const Plan& plan) const;
+  bool HasRecord(uint64_t index) const;
   std::string ReadRecord(uint64_t index) const;
+  /// Throws std::runtime_error if the file holds something else than the record of that run.
+  nlohmann::ordered_json Record(const Plan& plan, uint64_t index) const;
   /// Whole or not at all; safe from a crash of the system after the next Sync().
   void WriteRecord(uint64_t index, const std::string& record) const;
   /// For what is to be written there.

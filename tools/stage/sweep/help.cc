@@ -32,7 +32,7 @@ What to run
   --dry-run            say what would be run, and end
 
 How to run it
-  -o, --out FOLDER     where the plan and the records go
+  -o, --out FOLDER     where the plan and the records go: a new folder, or an empty one
   --jobs N             processes at work (default: one for each core)
   --resume             do those runs of FOLDER that have no record yet, whatever has ended the sweep
   --retry-failed       those that have failed, too
@@ -40,7 +40,9 @@ How to run it
                        sees FOLDER
   --only FIRST:END     only the runs of these numbers
   --fresh              a new process for each run; otherwise worlds are reset and used again
-  --limit-seconds S    a run that takes longer has failed; --limit-mb MB: one that takes more memory
+  --limit-seconds S    a run that takes longer has failed (default: a day, and ten minutes for the
+                       loading of a world before anything runs)
+  --limit-mb MB        one whose process, and those that it has started, take more memory, too
   --tries N            a run whose process has died so often has failed (default 3)
   --plan-only          write the plan, run nothing
   --worker COMMAND     have the runs done by other workers than this program; see docs/sweeps.md.

@@ -17,6 +17,7 @@ std::optional<std::string> LineReader::Next() {
 
 bool LineReader::Fill() {
   char bytes[4096];
+  if (is_full()) return false;
   const ssize_t count = read(file_, bytes, sizeof bytes);
   if (count > 0) text_.append(bytes, static_cast<size_t>(count));
   return count > 0 || (count < 0 && (errno == EINTR || errno == EAGAIN));

@@ -107,7 +107,7 @@ class Table {
   }
 
  private:
-  // What every record has, in front of and behind the values of the sweep's axes.
+  // Columns that every record has, in front of and behind the values of the sweep's axes.
   static constexpr const char* kNames[] = {"index", "run", "seed"};
   static constexpr const char* kResults[] = {"status", "state_hash", "steps", "simulated_seconds",
                                              "rays"};
@@ -196,14 +196,7 @@ std::string TableOf(const MergeOptions& options) {
   Table table(options, plan);
   for (size_t index = 0; index < places.size(); index++) {
     if (places[index] == kNowhere) continue;
-    const SweepFolder& folder = folders[places[index]];
-    try {
-      table.Add(Json::parse(folder.ReadRecord(index)));
-    } catch (const Json::exception&) {
-      throw std::runtime_error(folder.RecordFile(index) +
-                               ": not a record of a run; remove it, and stage sweep --resume " +
-                               folder.path() + " does the run again");
-    }
+    table.Add(folders[places[index]].Record(plan, index));
   }
   return table.ToCsv();
 }

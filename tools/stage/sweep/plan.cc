@@ -221,6 +221,10 @@ std::string ToJson(const Plan& plan) {
 }
 
 Plan ReadPlan(const std::string& text) try {
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+    throw std::runtime_error(
+        "found an empty file; the disk was full, or the system has crashed, when "
+        "it was written: begin the sweep again");
   const Json json = Json::parse(text);
   if (json.at("program") != "stage sweep" || json.at("format") != kFormat)
     throw std::runtime_error("found another format");
@@ -238,7 +242,13 @@ Plan ReadPlan(const std::string& text) try {
   const bool empty =
       plan.last <= plan.first ||
       std::ranges::any_of(plan.axes, [](const Axis& axis) { return axis.values.empty(); });
-  if (empty || plan.Count() > kMostRuns) throw std::runtime_error("found no runs, or too many");
+  if (empty)
+    throw std::runtime_error(
+        "found a plan without runs, expected at least one value of each axis and "
+        "one run");
+  if (plan.Count() > kMostRuns)
+    throw std::runtime_error("found more than " + std::to_string(kMostRuns) +
+                             " runs, expected fewer");
   return plan;
 } catch (const std::exception& error) {
   throw std::runtime_error(std::string("not the plan of a sweep of this version: ") + error.what());

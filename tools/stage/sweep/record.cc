@@ -4,12 +4,15 @@
 
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cinttypes>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
+#include "messages/report.hh"
 #include "stage/world_figures.hh"
 #include "world/statistics.hh"
 
@@ -33,6 +36,23 @@ std::string Line(Json* record, const Plan& plan, const RunSpec& spec, int attemp
   (*record)["attempts"] = attempts;
   (*record)["replay"] = ReplayCommand(plan, spec);
   return record->dump(-1, ' ', true, Json::error_handler_t::replace) + "\n";
+}
+
+std::string Text(const Json& record, const char* name) {
+  const auto found = record.find(name);
+  return found == record.end() ? "nothing" : messages::Shortened(found->dump());
+}
+
+/// Metrics and the like: numbers by their names, null where there is no value.
+void CheckNumbers(const Json& record, const char* name) {
+  const auto found = record.find(name);
+  if (found == record.end()) return;
+  const bool good = found->is_object() && std::ranges::all_of(*found, [](const Json& value) {
+                      return value.is_number() || value.is_null();
+                    });
+  if (!good)
+    throw std::runtime_error(std::string("found other ") + name +
+                             " than numbers, expected numbers");
 }
 
 std::string SignalName(int signal) {
@@ -77,6 +97,29 @@ std::string FailureRecordOf(const Plan& plan, const RunSpec& spec, const Death& 
     record["exit_status"] = WEXITSTATUS(death.wait_status);
   record["lines"] = death.lines;
   return Line(&record, plan, spec, attempts);
+}
+
+void CheckRecord(const Json& record, const Plan& plan, uint64_t index) {
+  if (!record.is_object()) throw std::runtime_error("found no record of a run");
+  const RunSpec spec = RunAt(plan, index);
+  const Json expected = Begin(spec, "");
+  for (const char* name : {"index", "set", "run", "seed"})
+    if (!record.contains(name) || record.at(name) != expected.at(name))
+      throw std::runtime_error(std::string("found the ") + name + " " + Text(record, name) +
+                               " where the plan has " + Text(expected, name));
+  const bool done = Text(record, "status") == "\"done\"",
+             failed = Text(record, "status") == "\"failed\"";
+  if (!done && !failed)
+    throw std::runtime_error("found the status " + Text(record, "status") +
+                             ", expected \"done\" or \"failed\"");
+  for (const char* name : {"energy", "metrics", "timing"}) CheckNumbers(record, name);
+  for (const char* name : {"steps", "simulated_seconds", "rays"})
+    if (done && (!record.contains(name) || !record.at(name).is_number()))
+      throw std::runtime_error(std::string("found no number as ") + name);
+  if (done && (!record.contains("state_hash") || !record.at("state_hash").is_string()))
+    throw std::runtime_error("found no state_hash");
+  if (failed && !record.value("lines", Json()).is_array())
+    throw std::runtime_error("found no lines of a failed run");
 }
 
 std::string Describe(const Death& death) {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What is written down of a run of a sweep: one line of JSON.
+// The record of a run of a sweep: one line of JSON.
 
 #ifndef STAGE_TOOLS_STAGE_SWEEP_RECORD_HH
 #define STAGE_TOOLS_STAGE_SWEEP_RECORD_HH
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,10 @@ struct Death {
 };
 std::string FailureRecordOf(const Plan& plan, const RunSpec& spec, const Death& death,
                             int attempts);
+/// Throws std::runtime_error, in one line, if the record is none of that run of the plan: another
+/// run's, or without what every record has.
+void CheckRecord(const nlohmann::ordered_json& record, const Plan& plan, uint64_t index);
+
 /// "SIGSEGV", "exit status 3", or the reason.
 std::string Describe(const Death& death);
 

@@ -57,30 +57,27 @@ int TellPlan(const Plan& plan) {
 
 /// "run 17 robots=10: SIGSEGV: last line", and the command.
 std::string DescribeFailure(const Json& record) {
+  const auto text_of = [](const Json& value) {
+    return value.is_string() ? value.get<std::string>() : value.dump();
+  };
   std::string text = "  run " + record.at("index").dump();
   for (const auto& [name, value] : record.at("set").items())
-    text += " " + name + "=" + value.get<std::string>();
-  text += ": " + record.value("reason", "");
-  if (!record.at("lines").empty()) text += ": " + record.at("lines").back().get<std::string>();
-  return text + "\n    " + record.value("replay", "") + "\n";
+    text += " " + name + "=" + text_of(value);
+  text += ": " + text_of(record.value("reason", Json("")));
+  if (!record.at("lines").empty()) text += ": " + text_of(record.at("lines").back());
+  return messages::PrintableLines(text) + "\n    " + text_of(record.value("replay", Json(""))) +
+         "\n";
 }
 
 bool HasFailed(const Json& record) { return record.value("status", "") == "failed"; }
 
-Json RecordAt(const SweepFolder& folder, uint64_t index) {
-  try {
-    return Json::parse(folder.ReadRecord(index));
-  } catch (const Json::exception& error) {
-    throw std::runtime_error(folder.RecordFile(index) + ": not a record of a run");
-  }
-}
-
 /// Failed records are short and say so near their beginning, but each file has to be opened.
-std::vector<size_t> FailedOf(const SweepFolder& folder, const std::vector<bool>& finished) {
+std::vector<size_t> FailedOf(const SweepFolder& folder, const Plan& plan,
+                             const std::vector<bool>& finished) {
   std::vector<size_t> failed;
   for (size_t index = 0; index < finished.size(); index++)
     if (finished[index] && folder.ReadRecord(index).find("\"status\":\"failed\"") < 4096 &&
-        HasFailed(RecordAt(folder, index)))
+        HasFailed(folder.Record(plan, index)))
       failed.push_back(index);
   return failed;
 }
@@ -89,12 +86,12 @@ int TellStatus(const SweepFolder& folder) {
   const Plan plan = folder.Read();
   const std::vector<bool> finished = folder.Finished(plan);
   const auto done = static_cast<uint64_t>(std::ranges::count(finished, true));
-  const std::vector<size_t> failed = FailedOf(folder, finished);
+  const std::vector<size_t> failed = FailedOf(folder, plan, finished);
   std::string text = folder.path() + ": " + Describe(plan) + "\n" + std::to_string(done) + " of " +
                      Number(plan.Count(), "run") + " finished, " + std::to_string(failed.size()) +
                      " of them failed\n";
   for (size_t i = 0; i < std::min<size_t>(failed.size(), kMostShown); i++)
-    text += DescribeFailure(RecordAt(folder, failed[i]));
+    text += DescribeFailure(folder.Record(plan, failed[i]));
   if (failed.size() > kMostShown) text += "  ...\n";
   if (done < plan.Count())
     text += "next: stage sweep --resume " + folder.path() + "\n";
@@ -113,7 +110,7 @@ std::vector<uint64_t> ToDo(const SweepFolder& folder, const Plan& plan,
                            const SweepOptions& options) {
   std::vector<bool> finished = folder.Finished(plan);
   if (options.retry_failed) {
-    for (const size_t index : FailedOf(folder, finished)) {
+    for (const size_t index : FailedOf(folder, plan, finished)) {
       if (!IsMine(options, index)) continue;
       std::filesystem::remove(folder.RecordFile(index));
       finished[index] = false;
@@ -148,33 +145,66 @@ std::string PartOf(const SweepOptions& options) {
   return std::to_string(options.shard->first) + "-of-" + std::to_string(options.shard->second);
 }
 
+/// --only names runs by their numbers, so a range beyond them is a mistake. More shards than runs
+/// are none: those who start them need not know how many runs there are.
+void RefuseEmptyPart(const Plan& plan, const SweepOptions& options) {
+  if (options.only && options.only->first >= plan.Count())
+    throw UsageError("--only: found " + std::to_string(options.only->first) + ":" +
+                     std::to_string(options.only->second) + ", but the sweep has " +
+                     Number(plan.Count(), "run") + ", expected numbers below " +
+                     std::to_string(plan.Count()));
+}
+
+int TellNothingToDo(const SweepFolder& folder, const Plan& plan, const SweepOptions& options) {
+  const bool no_part = options.shard && options.shard->first > plan.Count();
+  PrintWhole(no_part ? "nothing to do: the sweep has only " + Number(plan.Count(), "run") + "\n"
+                     : "nothing to do: all runs " +
+                           std::string(options.shard || options.only ? "of this part " : "") +
+                           "are finished; stage sweep --status " + folder.path() +
+                           " says how they ended\n");
+  return 0;
+}
+
 int Work(const SweepFolder& folder, const Plan& plan, const SweepOptions& options) {
+  RefuseEmptyPart(plan, options);
   const SweepLock lock(folder, PartOf(options));
   const double start = Now();
   std::vector<uint64_t> todo = ToDo(folder, plan, options);
   const size_t count = todo.size();
+  if (todo.empty()) return TellNothingToDo(folder, plan, options);
   Coordinator coordinator(folder, plan, options.effort, std::move(todo));
-  CatchSignals();
   coordinator.Run();
   return TellResult(folder, coordinator, count, Now() - start);
 }
 
-/// A new sweep whose worlds can't be loaded leaves no folder.
+/// Looks at a new sweep before anything runs. If its worlds can't be loaded, or a signal comes, no
+/// plan is left, nor a folder that was made for it.
+void LookFirst(const SweepFolder& folder, const Plan& plan, const Effort& effort, bool was_made) {
+  const auto clear = [&] {
+    std::error_code ignored;
+    for (const std::string& name : {folder.PlanFile(), folder.path() + "/runs"})
+      std::filesystem::remove(name, ignored);
+    if (was_made) std::filesystem::remove(folder.path(), ignored);
+  };
+  try {
+    Coordinator(folder, plan, effort, {}).Check();
+  } catch (...) {
+    clear();
+    throw;
+  }
+  if (CaughtSignal() != 0) clear();
+}
+
 int Begin(const SweepFolder& folder, const Plan& plan, const SweepOptions& options) {
-  const bool is_new = !folder.HasPlan();
+  const bool was_made = folder.Make(), is_new = !folder.HasPlan();
   if (!is_new && !options.shard && options.action != Action::kPlanOnly)
     throw UsageError("found a sweep in '" + folder.path() +
                      "', expected a new folder; to go on with that one: stage sweep --resume " +
                      folder.path());
+  CatchSignals();
   folder.Write(plan);
-  if (is_new) try {
-      Coordinator(folder, plan, options.effort, {}).Check();
-    } catch (...) {
-      std::filesystem::remove(folder.PlanFile());
-      std::filesystem::remove(folder.path() + "/runs");
-      std::filesystem::remove(folder.path());
-      throw;
-    }
+  if (is_new) LookFirst(folder, plan, options.effort, was_made);
+  if (CaughtSignal() != 0) return DieOf(CaughtSignal());
   return options.action == Action::kPlanOnly ? 0 : Work(folder, plan, options);
 }
 
@@ -184,6 +214,7 @@ int Resume(const SweepFolder& folder, const SweepOptions& options) {
     throw std::runtime_error(plan.world +
                              " has changed since the sweep began, expected it as it was; for the "
                              "new one begin a new sweep");
+  CatchSignals();
   return Work(folder, plan, options);
 }
 

@@ -2,6 +2,7 @@
 
 #include "stage/sweep/worker.hh"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -61,7 +62,7 @@ class Worker {
     return RunAt(plan_, index);
   }
 
-  /// As a process of its own would begin that run.
+  /// Loads or resets the world, so that the run begins as in a process of its own.
   void Load(const RunSpec& spec) {
     // The library leaves the C library's generators alone; controllers of old use them.
     srand48(static_cast<long>(spec.seed));
@@ -99,7 +100,7 @@ class Worker {
   std::unique_ptr<World> world_;
 };
 
-/// What to answer.
+/// Returns the answer to a line.
 std::string Obey(Worker* worker, const std::string& line) try {
   std::istringstream words(line);
   std::string command;
@@ -122,6 +123,8 @@ std::string Obey(Worker* worker, const std::string& line) try {
 }  // namespace
 
 int RunWorker(const std::string& folder) {
+  // Programs that controllers become or start must not hold the coordinator's files.
+  for (const int file : {kCommandsFile, kAnswersFile}) fcntl(file, F_SETFD, FD_CLOEXEC);
   Worker worker(folder);
   LineReader commands(kCommandsFile);
   while (const std::optional<std::string> line = commands.Next()) {

@@ -9,11 +9,17 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
+#include <system_error>
 
 #include "messages/report.hh"
+#include "stage/interrupt.hh"
+#include "stage/parse_number.hh"
+#include "stage/process.hh"
 #include "stage/sweep/worker.hh"
 
 namespace Stg::program {
@@ -22,6 +28,9 @@ namespace {
 
 constexpr size_t kMostPrinted = 4096;  // bytes that are kept
 constexpr size_t kMostLines = 10;      // of these, in a record
+constexpr size_t kMostRead = 1 << 18;  // bytes at a time: there may be no end of them
+constexpr double kFarewell = 0.5;      // seconds from the end of the answers to that of the worker
+constexpr double kLongestDeath = 5;    // seconds that the system may take to end a killed process
 
 struct Pipe {
   int from = -1, to = -1;
@@ -43,7 +52,7 @@ int Above(int file) { return fcntl(file, F_DUPFD_CLOEXEC, 10); }
   // A coordinator that is killed takes its workers with it.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);
-  setpgid(0, 0);  // Ctrl-C is the coordinator's to hear
+  setpgid(0, 0);  // Ctrl-C is for the coordinator alone, and the whole group can be killed
   const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
   const int high[] = {Above(commands), Above(answers), Above(output)};
   dup2(nothing, STDIN_FILENO);
@@ -56,6 +65,12 @@ int Above(int file) { return fcntl(file, F_DUPFD_CLOEXEC, 10); }
   for (const char* const part : {"can't run '", static_cast<const char*>(words[0]), "': ", error})
     (void)!write(STDERR_FILENO, part, std::strlen(part));
   _exit(127);
+}
+
+/// The memory of a process, of which pages that it shares count in part (its PSS).
+double ShareOfMemoryMb(pid_t pid) {
+  const std::string file = "/proc/" + std::to_string(pid) + "/smaps_rollup";
+  return std::atof(FromProc(file.c_str(), "Pss:").c_str()) / 1024;  // it counts in KiB
 }
 
 }  // namespace
@@ -77,19 +92,16 @@ WorkerProcess::WorkerProcess(const std::vector<std::string>& command, const std:
   output_ = output.from;
   if (pid_ < 0)
     throw std::runtime_error(std::string("can't start a worker: ") + std::strerror(errno));
-  for (const int file : {answers_, output_}) fcntl(file, F_SETFL, O_NONBLOCK);
+  setpgid(pid_, pid_);  // the child does it as well: whoever comes first
+  for (const int file : {commands_, answers_, output_}) fcntl(file, F_SETFL, O_NONBLOCK);
   reader_ = LineReader(answers_);
 }
 
 WorkerProcess::~WorkerProcess() {
-  if (pid_ > 0) {
-    kill(pid_, SIGKILL);
-    waitpid(pid_, nullptr, 0);
-  }
+  Reap();
   for (const int file : {commands_, answers_, output_}) close(file);
 }
 
-/// To a worker that is gone, too: then its answers end.
 void WorkerProcess::Order(const std::string& command) {
   const auto action = std::signal(SIGPIPE, SIG_IGN);
   WriteWhole(commands_, command + "\n");
@@ -97,34 +109,59 @@ void WorkerProcess::Order(const std::string& command) {
 }
 
 std::optional<std::string> WorkerProcess::Answer() {
-  if (!reader_.Fill()) silent_ = true;
+  if (killed_since_ > 0) return std::nullopt;
+  if (silent_since_ == 0 && !reader_.Fill()) silent_since_ = Now();
   return reader_.Take();
 }
 
-bool WorkerProcess::HasEnded() {
-  if (silent_) return true;
-  // What a controller has started may hold its end of the pipe open.
+bool WorkerProcess::IsDead() const {
   siginfo_t info = {};
-  return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-         info.si_pid != 0;
+  return pid_ < 0 ||
+         (waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+          info.si_pid != 0);
 }
 
-bool WorkerProcess::ReadOutput() {
+bool WorkerProcess::HasEnded() {
+  // A process that a controller has started may hold the other end of the pipes open, so only the
+  // worker's own death counts.
+  if (IsDead()) return true;
+  if (reader_.is_full()) Kill("replied with a line that has no end");
+  if (silent_since_ > 0 && Now() - silent_since_ > kFarewell)
+    Kill("closed the file that its replies go to");
+  return killed_since_ > 0 && Now() - killed_since_ > kLongestDeath;
+}
+
+void WorkerProcess::ReadOutput() {
   char bytes[4096];
-  for (;;) {
+  for (size_t taken = 0; taken < kMostRead;) {
     const ssize_t count = read(output_, bytes, sizeof bytes);
-    if (count <= 0) return count < 0 && (errno == EAGAIN || errno == EINTR);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) {
+      output_ended_ = output_ended_ || count == 0;
+      return;
+    }
+    taken += static_cast<size_t>(count);
     printed_.append(bytes, static_cast<size_t>(count));
     if (printed_.size() > 2 * kMostPrinted) printed_.erase(0, printed_.size() - kMostPrinted);
   }
 }
 
-Death WorkerProcess::Bury() {
-  Death death;
-  while (waitpid(pid_, &death.wait_status, 0) < 0 && errno == EINTR) {
-  }
+/// The group is killed before its leader is waited for: until then nobody else gets its number. A
+/// process that the system can't end, such as one that waits for a broken disk, is left behind.
+void WorkerProcess::Reap() {
+  if (pid_ < 0) return;
+  const double start = Now();
+  kill(-pid_, SIGKILL);
+  while (!IsDead() && Now() - start < kLongestDeath) usleep(1000);
+  waitpid(pid_, &wait_status_, WNOHANG);
   pid_ = -1;
+}
+
+Death WorkerProcess::Bury() {
+  Reap();
   ReadOutput();
+  Death death;
+  death.wait_status = wait_status_;
   death.reason = reason_;
   for (size_t begin = 0; begin < printed_.size();) {
     const size_t end = std::min(printed_.find('\n', begin), printed_.size());
@@ -139,8 +176,9 @@ Death WorkerProcess::Bury() {
 }
 
 void WorkerProcess::Kill(const std::string& reason) {
-  reason_ = reason;
-  if (pid_ > 0) kill(pid_, SIGKILL);
+  if (reason_.empty()) reason_ = reason;
+  if (killed_since_ == 0) killed_since_ = Now();
+  if (pid_ > 0) kill(-pid_, SIGKILL);
 }
 
 double WorkerProcess::MemoryMb() const {
@@ -148,6 +186,22 @@ double WorkerProcess::MemoryMb() const {
   double pages = 0, resident = 0;
   statm >> pages >> resident;
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
+std::map<pid_t, double> MemoryOfGroups(const std::set<pid_t>& groups) {
+  std::map<pid_t, std::vector<pid_t>> members;
+  std::error_code failed;
+  std::filesystem::directory_iterator entry("/proc", failed);
+  for (; !failed && entry != std::filesystem::directory_iterator(); entry.increment(failed)) {
+    const auto pid = ParseNumber<pid_t>(entry->path().filename().string());
+    const pid_t group = pid && *pid > 0 ? getpgid(*pid) : -1;
+    if (groups.count(group) > 0) members[group].push_back(*pid);
+  }
+  std::map<pid_t, double> memory;
+  for (const auto& [group, pids] : members)
+    for (const pid_t pid : pids)
+      if (pids.size() > 1) memory[group] += ShareOfMemoryMb(pid);
+  return memory;
 }
 
 }  // namespace Stg::program
