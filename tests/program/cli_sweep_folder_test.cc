@@ -57,7 +57,6 @@ TEST_F(SweepFolderTest, PlacesThatHoldSomethingElseAreRefused) {
     ExpectNoPlace(home, "a home folder", {{"HOME", Path(home)}});
   ExpectNoPlace("w", else_is_there);
   ExpectNoPlace(".", else_is_there);
-  ExpectNoPlace("..", else_is_there);
   ExpectNoPlace("w/w.world", "which is no folder");
   Write("notes/notes.txt", "precious");
   ExpectNoPlace("notes", else_is_there);
