@@ -7,6 +7,7 @@ The viewer is this test. Foxglove itself is not run.
 from __future__ import annotations
 
 import base64
+import itertools
 import json
 import math
 import struct
@@ -196,9 +197,17 @@ def test_services(server: Server) -> None:
         assert viewer.call("/pause", '{"on": false}') == "done"
         viewer.until(lambda: viewer.last["/state"]["steps"] > 3)
         assert viewer.call("/pause", "") == "done"
-        for request in ("{", "[]", '{"count": 0}', '{"count": "x"}', '{"count": null}'):
-            assert viewer.call("/step", request) != "done"
-        assert viewer.call("/reset", '{"seed": -1}') != "done"
+        steps = do(server, lambda run: run.world.steps)
+        digits = "9" * 400
+        for service, field, values in (
+                ("/step", "count", ("0", '"x"', "null", "[]", "{}", "true", "1.5", "NaN", "1e999", digits, f'"{digits}"')),
+                ("/reset", "seed", ("-1", '"x"', "[]", "{}", "true", "1.5", "NaN", digits, f'"{digits}"')),
+                ("/pause", "on", ("0", '"x"', "null", "[]", digits))):
+            for request in ("{", "[]", "7", '"x"', digits, "[" * 9000, *(f'{{"{field}": {value}}}' for value in values)):
+                answer = viewer.call(service, request)
+                assert "found" in answer and "\n" not in answer and len(answer) < 200, (service, request[:50], answer)
+                assert "Error" not in answer.replace("ValueError: ", ""), answer
+        assert do(server, lambda run: run.world.steps) == steps
 
 
 def test_parameters(server: Server) -> None:
@@ -213,8 +222,13 @@ def test_parameters(server: Server) -> None:
             viewer.send(op="setParameters", parameters=[{"name": name, "value": wanted}], id=name)
             viewer.until(lambda: value(name) == wanted)  # noqa: B023
         assert do(server, lambda run: (run._speed, run._paused, run.world.seed)) == (3.5, False, 12)
-        viewer.send(op="setParameters", parameters=[{"name": "speed", "value": -1}], id="wrong")
-        viewer.until(lambda: viewer.heard["parameterValues"].get("id") == "wrong" and value("speed") == 3.5)
+        for number, (name, wrong) in enumerate(itertools.product(
+                ("speed", "paused", "seed"), (-1, "x", [1, 2], {"a": 1}, 10**400, 1e308, "9" * 400, ""))):
+            viewer.heard.pop("status", None)
+            viewer.send(op="setParameters", parameters=[{"name": name, "value": wrong}], id=f"wrong {number}")
+            viewer.until(lambda: viewer.heard["parameterValues"].get("id") == f"wrong {number}"  # noqa: B023
+                         or "status" in viewer.heard)  # of what the server itself can't read
+            assert do(server, lambda run: (run._speed, run._paused, run.world.seed)) == (3.5, False, 12), (name, wrong)
 
 
 def test_cmd_vel(server: Server) -> None:
@@ -240,7 +254,8 @@ def test_garbage(server: Server) -> None:
     with Viewer(server) as viewer:
         viewer.subscribe("/state")
         for message in ({}, [], 7, "x", {"linear": 3}, {"linear": {"x": "a"}, "angular": {}}, {"twist": 4},
-                        twist(math.nan, 0), twist(math.inf, 0)):
+                        twist(math.nan, 0), twist(math.inf, 0), twist(10**400, 0), {"twist": [1]},
+                        {"linear": {"x": [1]}, "angular": {"z": True}}, {"linear": {}, "angular": 10**400}):
             viewer.publish("/b/cmd_vel", message)
             viewer.publish("/nobody/cmd_vel", message)
         viewer.socket.send(b"\0\1\2")

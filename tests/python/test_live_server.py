@@ -86,7 +86,7 @@ def test_others_need_the_token(room: str) -> None:
     """Where other machines can come."""
     with Server(st.World.from_text(room), host="0.0.0.0", paused=True) as server:  # noqa: S104
         assert f"//{socket.gethostname()}:" in server.url and "?token=" in server.url
-        server.url = server.url.replace(socket.gethostname(), "127.0.0.1")
+        server.url = server.url.replace(f"//{socket.gethostname()}:", "//127.0.0.1:")
         with Client(server) as client:
             client.until(lambda: True)
         for query in ("", "?token=", "?token=guessed", "?token=%ff"):

@@ -304,3 +304,31 @@ def test_resets_do_not_leak(ros: None) -> None:
 def memory() -> int:
     """Bytes of this process that are in memory."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def test_pauses_and_commands_without_end_leave_the_clock_its_pace(start: Callable[..., Process], client: Client,
+                                                                  two: str) -> None:
+    """At speed 1 as much time passes in the world as outside of it."""
+    start(two)
+    clock = client.listen(Clock, "/clock")
+    talk = client.talk(Twist, "/a/cmd_vel")
+    client.until(lambda: len(clock) > 3)
+    for pauses in (False, True):
+        begin, then = time.monotonic(), seconds(clock[-1])
+        while time.monotonic() < begin + 3:
+            for _ in range(200):
+                talk.publish(command(0.1))
+            if pauses:
+                for on in (True, False):
+                    client.call("/stage/pause", SetBool, data=on)
+            client.spin(0.001)
+        client.spin(0.2)
+        passed, real = seconds(clock[-1]) - then, time.monotonic() - begin
+        assert (0.05 if pauses else 0.6) * real < passed < real + 0.3
+
+
+@pytest.mark.parametrize("value", (0, -1, 1_000_001, 2**62, 1.5, True, "many"))
+def test_steps_that_nobody_could_wait_for_are_refused(start: Callable[..., Process], one: str, value: Any) -> None:
+    status, text = start(one, steps=value).wait()
+    found = {"many": "'many'", True: "True"}.get(value, str(value))
+    assert status == 1 and f"parameter steps: found {found}, expected a whole number, 1 to 1000000" in text, text

@@ -8,6 +8,7 @@ import logging
 import math
 import struct
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -18,9 +19,10 @@ from foxglove.messages import (
     FrameTransform, FrameTransforms, LaserScan, Pose, Quaternion, SceneEntityDeletion,
     SceneEntityDeletionType, SceneUpdate, Timestamp, Vector3)
 from foxglove.websocket import (
-    Capability, ChannelView, Client, ClientChannel, MessageSchema, ServerListener)
+    Capability, ChannelView, Client, ClientChannel, MessageSchema, ServerListener, StatusLevel, WebSocketServer)
 
 from ..errors import StageError
+from .fields import flag, found, integer, number, seed
 from .scene import Frame, Scene, State, Wish
 from .show import Show
 from .solids import entity_of
@@ -71,6 +73,7 @@ class Bridge:
                 supported_encodings=["json"], services=self._services(), message_backlog_size=64)
         except Exception as error:
             raise StageError(f"can't serve Foxglove at {host}:{port}: {error}") from None
+        self._listener.server = self._server
         run.order(lambda run: run.listen(self.show, lambda: bool(self._listener.topics)))
         run.order(lambda run: run.wish(self, Wish(all_scans=True)))
 
@@ -139,11 +142,11 @@ class Bridge:
 
     def _services(self) -> list[Service]:
         return [self._service("/step", {"count": {"type": "integer", "default": 1}},
-                              lambda run, request: run.make_steps(int(request.get("count", 1)))),
+                              lambda run, request: run.make_steps(integer(request, "count", 1))),
                 self._service("/reset", {"seed": {"type": "integer"}},
-                              lambda run, request: run.reset(request.get("seed"))),
+                              lambda run, request: run.reset(seed(request))),
                 self._service("/pause", {"on": {"type": "boolean", "default": True}},
-                              lambda run, request: run.pause(bool(request.get("on", True))))]
+                              lambda run, request: run.pause(flag(request, "on", True)))]
 
     def _service(self, name: str, properties: dict[str, Any], do: Callable[[Show, dict[str, Any]], None]) -> Service:
         def handle(request: ServiceRequest) -> bytes:
@@ -165,6 +168,9 @@ class _Listener(ServerListener):
         self._lock = threading.Lock()
         self._subscribers: dict[str, set[int]] = {}
         self._published: dict[tuple[int, int], str] = {}
+        self._velocities: dict[tuple[int, str], tuple[float, float, float]] = {}  # that no order has taken yet
+        self._complained = -math.inf  # when
+        self.server: WebSocketServer | None = None  #: which viewers are told by
         self.topics: frozenset[str] = frozenset()  #: that anybody reads
         self.wants_scene = threading.Event()
 
@@ -197,10 +203,27 @@ class _Listener(ServerListener):
             return
         try:
             velocity = _velocity(_object(data))
-        except ValueError:
+        except ValueError as error:
+            self._complain(f"{found(topic)}: {error}")
             return
         robot = topic.removesuffix("/cmd_vel").removeprefix("/")
-        self._run.order(lambda run: _drive(run, ("foxglove", client.id), robot, velocity))
+        key = (client.id, robot)
+        with self._lock:
+            is_waiting = key in self._velocities
+            self._velocities[key] = velocity
+        if not is_waiting:  # of velocities that come faster than steps the last one counts
+            self._run.order(lambda run: _drive(run, ("foxglove", client.id), robot, self._take_velocity(key)))
+
+    def _complain(self, text: str) -> None:
+        """Tells viewers what one of them did wrong, and no more often than once a second."""
+        now = time.monotonic()
+        if self.server is not None and now - self._complained >= 1:
+            self._complained = now
+            self.server.publish_status(text, StatusLevel.Warning)
+
+    def _take_velocity(self, key: tuple[int, str]) -> tuple[float, float, float]:
+        with self._lock:
+            return self._velocities.pop(key)
 
     def on_get_parameters(self, client: Client, param_names: list[str],
                           request_id: str | None = None) -> list[Parameter]:
@@ -212,15 +235,18 @@ class _Listener(ServerListener):
         for parameter in parameters:
             try:
                 _set(self._run, parameter.name, parameter.get_value())
-            except (ValueError, TypeError, StageError):
-                pass  # the answer says what the value is
+            except (ValueError, StageError, TimeoutError) as error:  # the answer says what the value is
+                self._complain(str(error) or f"{parameter.name}: the world did not answer in {WAIT:g} s")
         return self.on_get_parameters(client, [parameter.name for parameter in parameters])
 
 
 def _set(run: Show, name: str, value: Any) -> None:
+    if value is None:
+        raise ValueError(f"{name}: found nothing, expected a value")
+    fields = {name: value}
     orders: dict[str, Callable[[Show], None]] = {
-        "speed": lambda run: run.set_speed(float(value)), "paused": lambda run: run.pause(bool(value)),
-        "seed": lambda run: run.reset(int(value))}
+        "speed": lambda run: run.set_speed(number(fields, name)), "paused": lambda run: run.pause(flag(fields, name)),
+        "seed": lambda run: run.reset(seed(fields))}
     if name in orders:
         run.order(orders[name]).result(WAIT)
 
@@ -239,22 +265,22 @@ def _drive(run: Show, owner: Any, robot: str, velocity: tuple[float, float, floa
 
 def _object(data: bytes) -> dict[str, Any]:
     try:
-        found = json.loads(data)
+        given = json.loads(data)
     except (ValueError, RecursionError):
         raise ValueError("found something that is not JSON") from None
-    if not isinstance(found, dict):
-        raise ValueError("found no object")
-    return found
+    if not isinstance(given, dict):
+        raise ValueError(f"found {found(given)}, expected an object")
+    return given
 
 
 def _velocity(twist: dict[str, Any]) -> tuple[float, float, float]:
     """Of a Twist or a TwistStamped. ValueError if it is neither."""
     twist = twist.get("twist", twist)
-    try:
-        return (float(twist["linear"].get("x", 0)), float(twist["linear"].get("y", 0)),
-                float(twist["angular"].get("z", 0)))
-    except (KeyError, TypeError, AttributeError):
-        raise ValueError("found no Twist") from None
+    parts = [twist.get(name) if isinstance(twist, dict) else None for name in ("linear", "angular")]
+    if not all(isinstance(part, dict) for part in parts):
+        raise ValueError("found no Twist, expected one with linear and angular")
+    linear, angular = parts
+    return number(linear, "x", 0.0), number(linear, "y", 0.0), number(angular, "z", 0.0)
 
 
 def _schema(name: str, content: dict[str, Any]) -> Schema:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from .fields import flag, found, integer, items, number, seed, triple
 from .scene import Frame, Scene, State, Wish
 from .show import Show
 
@@ -105,99 +106,54 @@ def order_of(message: str | bytes, owner: Hashable) -> Order:
         raise ValueError("found something that is not JSON") from None
     if not isinstance(order, dict):
         raise ValueError("found no object, expected one with \"do\"")
-    make = _ORDERS.get(str(order.get("do")))
+    name = order.get("do")
+    make = _ORDERS.get(name) if isinstance(name, str) else None
     if make is None:
-        raise ValueError(f"found the order {str(order.get('do'))[:40]!r}, expected one of "
-                         + ", ".join(_ORDERS))
+        raise ValueError(f"do: found {found(name)}, expected one of " + ", ".join(_ORDERS))
     return make(order, owner)
 
 
-def _number(order: dict[str, Any], name: str) -> float:
-    value = order.get(name)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or abs(value) > 1e300:
-        raise ValueError(f"found {str(value)[:40]}, expected a number in {name!r}")
-    return float(value)
-
-
-def _integer(order: dict[str, Any], name: str) -> int:
-    value = _number(order, name)
-    if value != int(value) or not 0 <= value < 2**32:
-        raise ValueError(f"found {value}, expected a whole number in {name!r}")
-    return int(value)
-
-
-def _flag(order: dict[str, Any], name: str) -> bool:
-    value = order.get(name)
-    if not isinstance(value, bool):
-        raise ValueError(f"found {str(value)[:40]}, expected true or false in {name!r}")
-    return value
-
-
-def _list(order: dict[str, Any], name: str) -> list[Any]:
-    value = order.get(name)
-    if not isinstance(value, list):
-        raise ValueError(f"found {str(value)[:40]}, expected a list in {name!r}")
-    return value
-
-
-def _triple(order: dict[str, Any], name: str) -> tuple[float, float, float]:
-    values = _list(order, name)
-    if len(values) != 3:
-        raise ValueError(f"found {len(values)} numbers, expected three in {name!r}")
-    x, y, a = (_number({name: value}, name) for value in values)
-    return x, y, a
-
-
-def _seed(order: dict[str, Any]) -> int | None:
-    seed = order.get("seed")
-    if seed is None:
-        return None
-    if not isinstance(seed, (int, str)) or not str(seed).isdecimal() or len(str(seed)) > 20:
-        raise ValueError(f"found the seed {str(seed)[:40]!r}, expected digits")
-    return int(seed)
-
-
 def _pause(order: dict[str, Any], owner: Hashable) -> Order:
-    on = _flag(order, "on")
+    on = flag(order, "on")
     return lambda run: run.pause(on)
 
 
 def _speed(order: dict[str, Any], owner: Hashable) -> Order:
-    factor = _number(order, "factor")
+    factor = number(order, "factor")
     return lambda run: run.set_speed(factor)
 
 
 def _step(order: dict[str, Any], owner: Hashable) -> Order:
-    count = _integer(order, "count")
+    count = integer(order, "count")
     return lambda run: run.make_steps(count)
 
 
 def _reset(order: dict[str, Any], owner: Hashable) -> Order:
-    seed = _seed(order)
-    return lambda run: run.reset(seed)
+    chosen = seed(order)
+    return lambda run: run.reset(chosen)
 
 
 def _move(order: dict[str, Any], owner: Hashable) -> Order:
-    thing, pose = _integer(order, "thing"), _triple(order, "pose")
+    thing, pose = integer(order, "thing"), triple(order, "pose")
     return lambda run: run.move(thing, pose)
 
 
 def _drive(order: dict[str, Any], owner: Hashable) -> Order:
-    thing, velocity = _integer(order, "thing"), _triple(order, "velocity")
+    thing, velocity = integer(order, "thing"), triple(order, "velocity")
     return lambda run: run.drive(owner, thing, velocity)
 
 
 def _sense(order: dict[str, Any], owner: Hashable) -> Order:
-    thing = _integer(order, "thing")
+    thing = integer(order, "thing")
     return lambda run: run.sense(thing)
 
 
 def _watch(order: dict[str, Any], owner: Hashable) -> Order:
-    scans = tuple(_integer({"scans": thing}, "scans") for thing in _list(order, "scans"))
+    scans = tuple(integer({"scans": thing}, "scans") for thing in items(order, "scans"))
     if len(scans) > MOST_SCANS:
         raise ValueError(f"found {len(scans)} things, expected {MOST_SCANS} at most")
-    chosen = None if order.get("chosen") is None else _integer(order, "chosen")
-    wish = Wish(chosen, scans, _flag(order, "all"))
+    chosen = None if order.get("chosen") is None else integer(order, "chosen")
+    wish = Wish(chosen, scans, flag(order, "all"))
     return lambda run: run.wish(owner, wish)
 
 

@@ -10,11 +10,12 @@ import time
 from collections.abc import Callable
 
 from ..errors import GoneError, StageError
+from ..pace import Pace
 from ..world import World
-from .show import Show, checked_count, checked_speed
+from .show import MOST_STEPS, Show, checked_count, checked_speed
 
 _SLICE = 0.012  # seconds of steps before orders are looked at
-_LAG = 0.25  # seconds that it makes up for; what is lost beyond is lost
+_LAG = 0.25  # seconds of real time that it makes up for
 
 
 class Run(Show):
@@ -38,7 +39,7 @@ class Run(Show):
         self._quit_minded = True
         self._step_cost = math.inf  # seconds; not known yet
         self._busy = 0.0
-        self._origin = (time.monotonic(), world.time)
+        self._clock = Pace(self._speed, not paused, _LAG)
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._work, name="stagesim.live", daemon=True)
 
@@ -72,18 +73,20 @@ class Run(Show):
         self._paused = on
         self._steps_asked = 0
         self._marks.clear()
-        self._rebase()
+        self._clock.change(running=not on)
 
     def set_speed(self, speed: float) -> None:
         """Simulated seconds for each real one; 0: as many as can be."""
         self._speed = checked_speed(speed)
-        self._rebase()
+        self._clock.change(speed=self._speed)
 
     def make_steps(self, count: int) -> None:
         """So many, and then pauses."""
         count = checked_count(count)
-        self.pause(False)
-        self._paused, self._steps_asked = True, self._steps_asked + count
+        asked = self._steps_asked
+        self.pause(False)  # also past the quit time of the file
+        self.pause(True)
+        self._steps_asked = min(asked + count, MOST_STEPS)
 
     def reset(self, seed: int | None = None) -> None:
         """Begins anew; None: with the same seed."""
@@ -91,11 +94,12 @@ class Run(Show):
         self._driven.clear()
         self._marks.clear()
         self._steps_asked, self._quit_minded, self._note = 0, True, ""
-        self._rebase()
+        self._clock.begin()
 
     # ---- the thread ----
 
     def _work(self) -> None:
+        self._clock.begin()
         try:
             while not self._stopping.is_set():
                 self._take_orders(self._time_to_wait())
@@ -111,19 +115,14 @@ class Run(Show):
         """For an order, until there is something else to do."""
         now = time.monotonic()
         longest = max(0.0, self._next_frame - now) if self._changed else 0.2
-        if self._steps_asked or (not self._paused and self._speed == 0):
-            return 0.0
-        if self._paused:
-            return longest
-        began, origin = self._origin
-        due = began + (self.world.time + self.world.dt - origin) / self._speed
-        return min(longest, max(0.0, due - now))
+        return 0.0 if self._steps_asked else min(longest, self._clock.wait(self.world.dt))
 
     def _advance(self) -> None:
         self._release_old()
         count = self._steps_due()
         if count == 0:
             return
+        is_asked = self._steps_asked > 0
         count = max(1, min(count, int(_SLICE / max(self._step_cost, 1e-7))))
         began = time.monotonic()
         made = self._step(count)
@@ -132,7 +131,10 @@ class Run(Show):
         if made:
             self._step_cost = took / made
             self._changed = True
-        self._steps_asked = max(0, self._steps_asked - made)
+        if is_asked:
+            self._steps_asked = max(0, self._steps_asked - made)
+        else:
+            self._clock.made(made * self.world.dt)
         if made < count and not self._paused:
             self._stop_with("a controller wants to quit" if self.world.ended else "")
         elif self._quit_minded and self._is_over():
@@ -161,15 +163,9 @@ class Run(Show):
     def _steps_due(self) -> int:
         if self._steps_asked or self._paused:
             return self._steps_asked
-        if self._speed == 0:
+        if self._clock.is_unlimited:
             return self._steps_to_quit(1_000_000)
-        began, origin = self._origin
-        wanted = origin + (time.monotonic() - began) * self._speed
-        late = wanted - self.world.time
-        if late > _LAG * self._speed + self.world.dt:
-            self._rebase()
-            late = self.world.dt
-        return self._steps_to_quit(math.floor(late / self.world.dt + 1e-9))
+        return self._steps_to_quit(self._clock.steps_due(self.world.dt))
 
     def _steps_to_quit(self, count: int) -> int:
         if not self._quit_minded or self.world.quit_time is None:
@@ -182,10 +178,8 @@ class Run(Show):
 
     def _stop_with(self, note: str) -> None:
         self._paused, self._steps_asked, self._note, self._changed = True, 0, note, True
+        self._clock.change(running=False)
         self._marks.clear()
-
-    def _rebase(self) -> None:
-        self._origin = (time.monotonic(), self.world.time)
 
     def _pace(self) -> tuple[bool, float, float]:
         return self._paused and not self._steps_asked, self._speed, self._busy

@@ -16,14 +16,17 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import GoneError
+from ..errors import GoneError, StageError
 from ..fleet import Fleet
 from ..world import World
 from .scene import Frame, Scene, State, Wish, details_of, model_of, places_of, rangers_of, scans_of
 
 MOST_SPEED = 1e6
+MOST_STEPS = 1_000_000  #: that may be asked for
+MOST_ORDERS = 4096  #: that wait to be carried out
 _WINDOW = 1.0  # seconds that rates are measured over
 _SHARE = 0.1  # of the time may go into frames
+_ORDERS_SLICE = 0.006  # seconds of orders before a step is looked at
 
 
 @dataclass
@@ -73,8 +76,14 @@ class Show(ABC):
         """
 
     def order(self, do: Callable[[Show], Any]) -> Future[Any]:
-        """Has do(run) called soon, between two steps. What it returns or raises is in the future."""
+        """Has do(run) called soon, between two steps. What it returns or raises is in the future.
+
+        If MOST_ORDERS wait already, the future has a StageError.
+        """
         future: Future[Any] = Future()
+        if self._orders.qsize() >= MOST_ORDERS:
+            future.set_exception(StageError(f"found {MOST_ORDERS} orders that wait already, expected fewer"))
+            return future
         self._orders.put((do, future))
         if self._over.is_set():
             self._refuse_orders()
@@ -150,12 +159,16 @@ class Show(ABC):
     # ---- orders, and their end ----
 
     def _take_orders(self, wait: float = 0.0) -> None:
-        """Carries out those that there are; waits so long for the first one (seconds)."""
+        """Carries out those that there are; waits so long for the first one (seconds).
+
+        It takes a slice of time at most, or clients that give orders without end would leave none for steps.
+        """
         try:
             do, future = self._orders.get(timeout=wait) if wait > 0 else self._orders.get_nowait()
-            while True:
-                self._carry_out(do, future)
-                do, future = self._orders.get_nowait()
+            end = time.monotonic() + _ORDERS_SLICE
+            self._carry_out(do, future)
+            while time.monotonic() < end:
+                self._carry_out(*self._orders.get_nowait())
         except queue.Empty:
             pass
 
@@ -261,8 +274,8 @@ def checked_speed(speed: float) -> float:
 
 def checked_count(count: int) -> int:
     """The number of steps; ValueError if nobody may ask for so many."""
-    if not 1 <= count <= 1_000_000:
-        raise ValueError(f"found {count} steps, expected 1 to 1000000")
+    if not 1 <= count <= MOST_STEPS:
+        raise ValueError(f"found {count} steps, expected 1 to {MOST_STEPS}")
     return count
 
 

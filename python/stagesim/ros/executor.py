@@ -10,6 +10,9 @@ from rclpy.executors import Executor as RosExecutor
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
+#: Seconds of real time in which spin() takes what has arrived, at least.
+SLICE = 0.02
+
 make_executor: Callable[[], RosExecutor] = SingleThreadedExecutor
 try:  # since ROS 2 Kilted; it takes a twentieth of the time where there are hundreds of topics
     from rclpy.experimental.events_executor import EventsExecutor
@@ -34,14 +37,17 @@ class Executor:
     def spin(self, seconds: float) -> float:
         """Waits so long for something to arrive, and takes all that has arrived.
 
+        It goes on for that time, and for a slice at most: clients that send without end leave the rest to others.
+
         Returns:
             Seconds of processor time that it took.
         """
         start = time.thread_time()
         try:
+            end = time.monotonic() + max(seconds, SLICE)
             calls = self.calls
             self._executor.spin_once(timeout_sec=seconds)
-            while self.calls != calls:
+            while self.calls != calls and time.monotonic() < end:
                 calls = self.calls
                 self._executor.spin_once(timeout_sec=0)
         except ExternalShutdownException:

@@ -23,6 +23,7 @@ from std_srvs.srv import Empty, SetBool, Trigger
 
 from .._core import Snapshot
 from ..errors import StageError
+from ..pace import Pace
 from ..world import World
 from .executor import Executor
 from .feeds import Bodies, Feed
@@ -37,13 +38,15 @@ try:
 except ModuleNotFoundError:  # not among PyPI's wheels
     TFMessage = None
 
+MOST_STEPS = 1_000_000  #: that may be asked for
+
 if TYPE_CHECKING:
     from ..live.server import Server
     from .window import NodeRun
 
 #: Seconds of real time between looks at who listens, and between repeats while clients are waited for.
 LISTENERS_PERIOD, REPEAT_PERIOD = 0.1, 0.5
-#: Seconds of real time that a step may come late without the world becoming slower for it.
+#: Seconds of real time that the world makes up for. With longer delays it is slower than it should be.
 MOST_DELAY = 0.05
 
 
@@ -105,7 +108,7 @@ class StageNode(Node):
         self._feeds = [feed for robot in self.robots for feed in robot.feeds]
         self._snapshot: Snapshot | None = None
         self._last_look = 0.0
-        self._begun = time.monotonic()
+        self._pace = Pace(self.speed, not self.paused, MOST_DELAY)
         self._make_publishers()
         self._make_frames()
         self._make_commands()
@@ -318,10 +321,13 @@ class StageNode(Node):
     def pause(self, on: bool) -> None:
         """The world stands still, or goes on."""
         self.paused, self.steps_asked = on, 0
+        self._pace.change(running=not on)
 
     def ask_steps(self, count: int) -> None:
         """Pauses after so many steps, which run() makes."""
-        self.paused, self.steps_asked = True, self.steps_asked + count
+        asked = self.steps_asked
+        self.pause(True)
+        self.steps_asked = min(asked + count, MOST_STEPS)
 
     def _reset(self) -> str:
         seed = self._value("seed")
@@ -338,7 +344,9 @@ class StageNode(Node):
 
     def _step(self) -> str:
         self.pause(True)
-        made = sum(self.advance() for _ in range(self._value("steps")))
+        made, wanted = 0, self._value("steps")
+        while made < wanted and rclpy.ok() and self.advance():
+            made += 1
         return f"made {made} steps: time {self.world.time:g}, state {self.world.state_hash()}"
 
     def _take(self) -> str:
@@ -373,7 +381,7 @@ class StageNode(Node):
                 robot.model.subscribe()  # its odometry works from the beginning
         self._bodies.forget()
         self._lockstep.begin(self.now, round(self.world.dt * 1e6))
-        self._begun = time.monotonic()
+        self._pace.begin()
         if self._window is not None:
             self._window.world_is_new()
         self.publish(everything=True)
@@ -423,6 +431,8 @@ class StageNode(Node):
         """Makes a step, if one is due, and answers to ROS."""
         if self._lockstep_parameters() != self._lockstep_taken:
             self._set_lockstep()
+        dt = self.world.dt
+        self._pace.change(speed=self.speed)
         if self.steps_asked:
             self.steps_asked -= 1
             self.advance()
@@ -430,12 +440,14 @@ class StageNode(Node):
         elif self.paused:
             self._answer(0.05)
             self._greet()
-            self._begun = time.monotonic()
         elif self._lockstep.missing():
             self._wait_for_clients()
-        else:
+        elif self._pace.is_due(dt):
+            self._pace.made(dt)
             self.advance()
-            self._pace()
+            self._answer(0.0)
+        else:
+            self._answer(min(self._pace.wait(dt), 0.1))
 
     def _wait_for_clients(self) -> None:
         self._answer(0.02)
@@ -447,19 +459,6 @@ class StageNode(Node):
             self.publish(everything=True)
             if self._window is not None:
                 self._window.has_changed(note=f"waiting for {missing}")
-
-    def _pace(self) -> None:
-        """Answers to ROS until the next step is due."""
-        self._answer(0.0)
-        while rclpy.ok() and not self.paused:
-            speed = self.speed
-            due = self._begun + self.world.dt / speed if speed > 0 else 0.0
-            left = due - time.monotonic()
-            if left <= 0:
-                # Small delays are made up for; with larger ones the world is slower than it should be.
-                self._begun = due if -left < MOST_DELAY else time.monotonic()
-                return
-            self._answer(min(left, 0.1))
 
     @property
     def speed(self) -> float:

@@ -63,7 +63,8 @@ PARAMETERS = {
     "speed": Parameter(1.0, "simulated seconds in a second; 0: as many as possible", **_at_least(0)),
     "paused": Parameter(False, "begin paused", fixed=True),
     "gui": Parameter(False, "serve the page that shows the world, at any free port", fixed=True),
-    "steps": Parameter(1, "how many steps the service step makes", **_at_least(1)),
+    "steps": Parameter(1, "how many steps the service step makes", expected="a whole number, 1 to 1000000",
+                       fits=lambda value: 1 <= value <= 1_000_000),
     "seed": Parameter(-1, "that the service reset takes; -1: the one before", **_at_least(-1)),
     "snapshot_file": Parameter("", "where snapshot and restore have the state; empty: in memory"),
     "lockstep": Parameter("", "who is waited for: robots, other clients, or \"all\" robots; "
