@@ -125,9 +125,10 @@ int Run(const Request& request) {
   }
   std::printf("%s, %d x %d pixels on %s\n", request.world.c_str(), request.width, request.height,
               context->device().c_str());
-  std::printf("%zu models, %zu bodies and %zu fans of rays in view, %u draw calls, %d frames\n",
-              scene.model_count(), scene.bodies_in_view(), scene.fans_in_view(),
-              renderer.draw_calls(), request.frames);
+  std::printf("%zu models, %zu bodies and %zu fans of rays in view, %d frames\n",
+              scene.model_count(), scene.bodies_in_view(), scene.fans_in_view(), request.frames);
+  std::printf("%u draw calls and %zu vertices a frame\n", renderer.draw_calls(),
+              renderer.vertices());
   for (Times* times : {&copy, &draw, &both, &steps}) times->Print();
   return 0;
 }

@@ -64,6 +64,7 @@ ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& t
       wheelbase(1.0),
       last_update_(0),
       car_warned_(false) {
+  gui.nose = true;
   for (int i = 0; i < 3; i++) velocity_bounds[i] = acceleration_bounds[i] = Bounds(-1.0, 1.0);
   velocity_bounds[3] = acceleration_bounds[3] = Bounds(-M_PI / 2, M_PI / 2);
 

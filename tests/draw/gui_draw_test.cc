@@ -50,14 +50,15 @@ struct Onlooker {
 
 size_t Solid(const Frame& frame) {
   size_t count = 0;
-  for (const BodyBatch& batch : frame.bodies) count += batch.solid.size();
+  for (const BodyBatch& batch : frame.bodies) count += batch.solid.size() + batch.robots.size();
   return count;
 }
 
 std::vector<Instance> Instances(const Frame& frame) {
   std::vector<Instance> all;
   for (const BodyBatch& batch : frame.bodies)
-    all.insert(all.end(), batch.solid.begin(), batch.solid.end());
+    for (const auto* list : {&batch.solid, &batch.robots})
+      all.insert(all.end(), list->begin(), list->end());
   return all;
 }
 
@@ -364,9 +365,9 @@ TEST(SceneTest, AxisNumbersFollowTheScale) {
     for (const Label& label : frame.floor.labels) texts.emplace_back(frame.floor.TextOf(label));
     return texts;
   };
-  const std::vector<std::string> at_15 = numbers();  // every trunc(50 / 15), made even
-  EXPECT_NE(std::find(at_15.begin(), at_15.end(), "-4"), at_15.end());
-  EXPECT_EQ(std::find(at_15.begin(), at_15.end(), "3"), at_15.end());
+  const std::vector<std::string> at_15 = numbers();  // every 5 m: 2 m are only 30 pixels
+  EXPECT_NE(std::find(at_15.begin(), at_15.end(), "-5"), at_15.end());
+  EXPECT_EQ(std::find(at_15.begin(), at_15.end(), "4"), at_15.end());
   onlooker.view.flat.setScale(60);
   const std::vector<std::string> at_60 = numbers();
   EXPECT_NE(std::find(at_60.begin(), at_60.end(), "1"), at_60.end());

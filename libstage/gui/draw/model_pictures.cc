@@ -175,9 +175,11 @@ void DrawDissipation(const DissipationVis& heat, Painting* painting) {
 }
 
 double AxisStep(double pixels_per_metre) {
-  double step = std::max(1.0, std::trunc(50.0 / std::max(pixels_per_metre, 1e-6)));
-  if (step > 2 && std::fmod(step, 2) != 0) step += 1;
-  return step;
+  constexpr double kRoom = 40;  // pixels from one number to the next
+  const double least = kRoom / std::max(pixels_per_metre, 1e-6);
+  for (double power = 1;; power *= 10)
+    for (const double digit : {1.0, 2.0, 5.0})
+      if (digit * power >= least) return digit * power;
 }
 
 void DrawAxisNumbers(const Bounds& x, const Bounds& y, double step,

@@ -46,7 +46,7 @@ void DrawDissipation(const DissipationVis& heat, Painting* painting);
 /// Height of a model with its tallest stack of children on top.
 double StackHeight(const Model& model);
 
-/// Metres between the numbers of the axes.
+/// Metres between the numbers of the axes: 1, 2 or 5, or one of these times a power of ten.
 double AxisStep(double pixels_per_metre);
 void DrawAxisNumbers(const Bounds& x, const Bounds& y, double step,
                      const view::Projection& projection, Painting* painting);

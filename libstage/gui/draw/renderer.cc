@@ -13,6 +13,7 @@
 #include "gui/draw/shaders.hh"
 #include "gui/draw/stall_icon.hh"
 #include "messages/report.hh"
+#include "models/robot_marks.hh"
 #include "models/visualizer.hh"
 
 namespace Stg::draw {
@@ -21,13 +22,17 @@ namespace {
 
 constexpr int kTextPixels = 12;
 constexpr float kSky[] = {0.7f, 0.7f, 0.8f};
-constexpr double kEdgePixels = 2.5;  // smaller bodies have no edges: they would be all edge
 
 struct GpuShape {
-  GlBuffer corners;  // faces, then edges
-  GLsizei faces = 0, edges = 0;
+  GlBuffer corners;  // faces, then edges, then the nose
+  GLsizei faces = 0, edges = 0, nose = 0;
   std::weak_ptr<const Shape> shape;
 };
+
+/// In the order in which they go to the card.
+constexpr std::vector<Instance> BodyBatch::*kLists[] = {&BodyBatch::footprints, &BodyBatch::solid,
+                                                        &BodyBatch::robots, &BodyBatch::translucent,
+                                                        &BodyBatch::noses};
 
 }  // namespace
 
@@ -37,9 +42,10 @@ class Renderer::Impl {
   void Draw(const Scene& scene, const Hud& hud);
   void Forget();
   unsigned draw_calls() const { return draw_calls_; }
+  std::size_t vertices() const { return vertices_; }
 
  private:
-  enum class Part { kFaces, kEdges };
+  enum class Part { kFaces, kEdges, kNose };
 
   void Clear(const Frame& frame, bool keep);
   void DrawWorld(const Frame& frame);
@@ -48,8 +54,12 @@ class Renderer::Impl {
   void CollectInstances(const Frame& frame);
   void DrawBodies(const Frame& frame, const std::vector<Instance> BodyBatch::*list, Part part,
                   float height, float brightness);
-  void DrawSolidBodies(const Frame& frame);
+  void DrawSolidBodies(const Frame& frame, const std::vector<Instance> BodyBatch::*list);
+  void DrawRobots(const Frame& frame);
+  void DrawAxisNumbers(const Frame& frame);
   void DrawTranslucentBodies(const Frame& frame);
+  void DrawDots(const Frame& frame);
+  void DrawPart(const GpuShape& shape, Part part, GLsizei count);
   void DrawPainting(const Painting& painting);
   void DrawVertices(const std::vector<Vertex>& vertices, GLenum mode);
   void DrawFans(const Frame& frame);
@@ -60,7 +70,10 @@ class Renderer::Impl {
   void SendAtlas();
   GpuShape& Upload(const std::shared_ptr<const Shape>& shape);
   void DropOldShapes();
-  void CountCall() { draw_calls_++; }
+  void CountCall(std::size_t vertices) {
+    draw_calls_++;
+    vertices_ += vertices;
+  }
 
   bool ready_ = false, failed_ = false;
   std::string error_;
@@ -74,6 +87,7 @@ class Renderer::Impl {
   Font font_;
   ScreenWriter writer_{&font_};
   unsigned draw_calls_ = 0, frames_ = 0;
+  std::size_t vertices_ = 0;
   KeptPicture kept_;
   view::Matrix last_view_{};
 };
@@ -128,12 +142,12 @@ GpuShape& Renderer::Impl::Upload(const std::shared_ptr<const Shape>& shape) {
   gpu.shape = shape;
   gpu.faces = static_cast<GLsizei>(shape->faces.size());
   gpu.edges = static_cast<GLsizei>(shape->edges.size());
-  const std::size_t face_bytes = shape->faces.size() * sizeof(Corner);
-  const std::size_t edge_bytes = shape->edges.size() * sizeof(Corner);
-  gpu.corners.Fill(GL_ARRAY_BUFFER, nullptr, face_bytes + edge_bytes, GL_STATIC_DRAW);
-  glBufferSubData(GL_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(face_bytes), shape->faces.data());
-  glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(face_bytes),
-                  static_cast<GLsizeiptr>(edge_bytes), shape->edges.data());
+  gpu.nose = static_cast<GLsizei>(shape->nose.size());
+  std::vector<Corner> corners = shape->faces;
+  corners.insert(corners.end(), shape->edges.begin(), shape->edges.end());
+  corners.insert(corners.end(), shape->nose.begin(), shape->nose.end());
+  gpu.corners.Fill(GL_ARRAY_BUFFER, corners.data(), corners.size() * sizeof(Corner),
+                   GL_STATIC_DRAW);
   return gpu;
 }
 
@@ -148,12 +162,12 @@ void Renderer::Impl::DropOldShapes() {
   }
 }
 
-/// All instances go to the card at once: footprints, solid, translucent of each batch in turn.
+/// All instances go to the card at once: the lists of each batch in turn.
 void Renderer::Impl::CollectInstances(const Frame& frame) {
   all_instances_.clear();
   for (const BodyBatch& batch : frame.bodies)
-    for (const auto* list : {&batch.footprints, &batch.solid, &batch.translucent})
-      all_instances_.insert(all_instances_.end(), list->begin(), list->end());
+    for (const auto list : kLists)
+      all_instances_.insert(all_instances_.end(), (batch.*list).begin(), (batch.*list).end());
   instances_.Fill(GL_ARRAY_BUFFER, all_instances_.data(), all_instances_.size() * sizeof(Instance));
 }
 
@@ -166,7 +180,7 @@ void Renderer::Impl::DrawBodies(const Frame& frame, const std::vector<Instance> 
   std::size_t first = 0;
   for (const BodyBatch& batch : frame.bodies) {
     std::size_t place = first;
-    for (const auto l : {&BodyBatch::footprints, &BodyBatch::solid, &BodyBatch::translucent}) {
+    for (const auto l : kLists) {
       if (l == list) place = first;
       first += (batch.*l).size();
     }
@@ -174,7 +188,7 @@ void Renderer::Impl::DrawBodies(const Frame& frame, const std::vector<Instance> 
     if (count == 0) continue;
     const point3_t middle(frame.camera().x(), frame.camera().y(), 0);
     if (part == Part::kEdges && !frame.is_perspective &&
-        batch.shape->radius < kEdgePixels * frame.projection->PixelAt(middle))
+        2 * batch.shape->reach < kEdgeWidth * frame.projection->PixelAt(middle))
       continue;
     GpuShape& shape = Upload(batch.shape);
     shape.corners.Bind(GL_ARRAY_BUFFER);
@@ -183,21 +197,54 @@ void Renderer::Impl::DrawBodies(const Frame& frame, const std::vector<Instance> 
     PointTo(kPlace, 4, GL_FLOAT, sizeof(Instance), place * sizeof(Instance), 1);
     PointTo(kColor, 4, GL_UNSIGNED_BYTE, sizeof(Instance),
             place * sizeof(Instance) + offsetof(Instance, color), 1);
-    if (part == Part::kFaces)
-      glDrawArraysInstanced(GL_TRIANGLES, 0, shape.faces, count);
-    else
-      glDrawArraysInstanced(GL_LINES, shape.faces, shape.edges, count);
-    CountCall();
+    DrawPart(shape, part, count);
   }
   ForgetAttributes();
 }
 
-void Renderer::Impl::DrawSolidBodies(const Frame& frame) {
+void Renderer::Impl::DrawPart(const GpuShape& shape, Part part, GLsizei count) {
+  const GLint first = part == Part::kFaces   ? 0
+                      : part == Part::kEdges ? shape.faces
+                                             : shape.faces + shape.edges;
+  const GLsizei corners = part == Part::kFaces   ? shape.faces
+                          : part == Part::kEdges ? shape.edges
+                                                 : shape.nose;
+  glDrawArraysInstanced(part == Part::kEdges ? GL_LINES : GL_TRIANGLES, first, corners, count);
+  CountCall(static_cast<std::size_t>(corners) * static_cast<std::size_t>(count));
+}
+
+void Renderer::Impl::DrawSolidBodies(const Frame& frame,
+                                     const std::vector<Instance> BodyBatch::*list) {
   glEnable(GL_POLYGON_OFFSET_FILL);  // edges lie in front of faces
   glPolygonOffset(1, 1);
-  DrawBodies(frame, &BodyBatch::solid, Part::kFaces, 1, 1);
+  DrawBodies(frame, list, Part::kFaces, 1, 1);
   glDisable(GL_POLYGON_OFFSET_FILL);
-  DrawBodies(frame, &BodyBatch::solid, Part::kEdges, 1, 0.5f);
+  DrawBodies(frame, list, Part::kEdges, 1, 0.5f);
+}
+
+void Renderer::Impl::DrawRobots(const Frame& frame) {
+  DrawSolidBodies(frame, &BodyBatch::robots);
+  DrawBodies(frame, &BodyBatch::noses, Part::kNose, 1, 1);
+  DrawDots(frame);
+}
+
+/// The scenery does not hide them, but robots do: they may stand anywhere.
+void Renderer::Impl::DrawAxisNumbers(const Frame& frame) {
+  glDisable(GL_DEPTH_TEST);
+  writer_.AddAxisNumbers(frame.floor, *frame.projection);
+  DrawScreen(frame);
+  glEnable(GL_DEPTH_TEST);
+}
+
+/// Seen from straight above nothing hides a dot: half of it may lie on the wall beside the robot.
+void Renderer::Impl::DrawDots(const Frame& frame) {
+  if (frame.dots.empty()) return;
+  plain_.Use();
+  plain_.SetMatrix(frame.projection->both());
+  if (!frame.is_perspective && frame.flat.pitch() == 0) glDisable(GL_DEPTH_TEST);
+  glPointSize(frame.dot_width);
+  DrawVertices(frame.dots, GL_POINTS);
+  glEnable(GL_DEPTH_TEST);
 }
 
 void Renderer::Impl::DrawTranslucentBodies(const Frame& frame) {
@@ -213,7 +260,7 @@ void Renderer::Impl::DrawVertices(const std::vector<Vertex>& vertices, GLenum mo
   PointTo(kCorner, 3, GL_FLOAT, sizeof(Vertex), 0);
   PointTo(kColor, 4, GL_UNSIGNED_BYTE, sizeof(Vertex), offsetof(Vertex, color));
   glDrawArrays(mode, 0, static_cast<GLsizei>(vertices.size()));
-  CountCall();
+  CountCall(vertices.size());
   ForgetAttributes();
 }
 
@@ -238,7 +285,7 @@ void Renderer::Impl::DrawFloor(const Frame& frame) {
   stream_.Fill(GL_ARRAY_BUFFER, corners, sizeof corners);
   PointTo(kCorner, 3, GL_FLOAT, sizeof(Corner), 0);
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
-  CountCall();
+  CountCall(4);
   ForgetAttributes();
 }
 
@@ -265,7 +312,7 @@ void Renderer::Impl::DrawFans(const Frame& frame) {
     PointTo(kColor, 4, GL_UNSIGNED_BYTE, kStride, offsetof(FanInstance, color), 1);
     glDrawArraysInstanced(GL_TRIANGLE_FAN, 0, static_cast<GLsizei>(group.tips + 1),
                           static_cast<GLsizei>(group.fans.size()));
-    CountCall();
+    CountCall((group.tips + 1) * group.fans.size());
   }
   ForgetAttributes();
   glBindTexture(GL_TEXTURE_BUFFER, 0);
@@ -341,7 +388,7 @@ void Renderer::Impl::DrawScreen(const Frame& frame) {
   PointTo(kCorner, 4, GL_FLOAT, sizeof(TextVertex), 0);
   PointTo(kColor, 4, GL_UNSIGNED_BYTE, sizeof(TextVertex), offsetof(TextVertex, color));
   glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices.size()));
-  CountCall();
+  CountCall(vertices.size());
   ForgetAttributes();
   glBindTexture(GL_TEXTURE_2D, 0);
   writer_.Clear();
@@ -363,8 +410,6 @@ void Renderer::Impl::Clear(const Frame& frame, bool keep) {
   plain_.Use();
   plain_.SetMatrix(frame.projection->both());
   DrawPainting(frame.floor);
-  writer_.AddAxisNumbers(frame.floor, *frame.projection);
-  DrawScreen(frame);
 }
 
 void Renderer::Impl::DrawWorld(const Frame& frame) {
@@ -372,7 +417,9 @@ void Renderer::Impl::DrawWorld(const Frame& frame) {
   DrawBodies(frame, &BodyBatch::footprints, Part::kFaces, 0, 1);
 
   glEnable(GL_DEPTH_TEST);
-  DrawSolidBodies(frame);
+  DrawSolidBodies(frame, &BodyBatch::solid);
+  DrawAxisNumbers(frame);
+  DrawRobots(frame);
   plain_.Use();
   plain_.SetMatrix(frame.projection->both());
   DrawPainting(frame.solid);
@@ -407,6 +454,7 @@ void Renderer::Impl::Draw(const Scene& scene, const Hud& hud) {
   std::string error;
   if (!frame.projection || !Prepare(&error)) return;
   draw_calls_ = 0;
+  vertices_ = 0;
   glPushAttrib(GL_ALL_ATTRIB_BITS);
   glBindVertexArray(arrays_);
   glDisable(GL_LIGHTING);
@@ -439,5 +487,6 @@ bool Renderer::Prepare(std::string* error) { return impl_->Prepare(error); }
 void Renderer::Draw(const Scene& scene, const Hud& hud) { impl_->Draw(scene, hud); }
 void Renderer::Forget() { impl_->Forget(); }
 unsigned Renderer::draw_calls() const { return impl_->draw_calls(); }
+std::size_t Renderer::vertices() const { return impl_->vertices(); }
 
 }  // namespace Stg::draw

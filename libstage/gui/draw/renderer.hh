@@ -36,8 +36,9 @@ class Renderer {
   /// To be called when the context is gone, with all that was in it.
   void Forget();
 
-  /// Of the last picture.
+  // Of the last picture.
   unsigned draw_calls() const;
+  std::size_t vertices() const;  ///< that were sent through the shaders
 
  private:
   class Impl;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/trigonometry.hh"
 #include "gui/draw/debug_picture.hh"
 #include "gui/draw/model_pictures.hh"
 #include "gui/draw/painter.hh"
@@ -14,6 +15,7 @@
 #include "models/energy_charts.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
+#include "models/robot_marks.hh"
 #include "models/visualizer.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -71,6 +73,7 @@ void Scene::Rebuild(World& world) {
   family_ = world.engine().family_changes;
   bodies_ = world.engine().scene.body_changes;
   items_.clear();
+  robots_ = 0;
   // Kept until all models are in, so that shapes still in use are found again.
   std::vector<BodyBatch> old = std::move(frame_.bodies);
   frame_.bodies.clear();
@@ -85,10 +88,13 @@ void Scene::AddTree(Model* model, uint32_t parent) {
   item.model = model;
   item.parent = parent;
   item.kind = KindOf(*model);
+  item.is_of_robot =
+      item.kind == Kind::kPosition || (parent != kNone && items_[parent].is_of_robot);
   item.has_children = !model->GetChildren().empty();
   item.cosine = 1;
   items_.push_back(item);
   FindShape(&items_.back());
+  robots_ += item.kind == Kind::kPosition && items_.back().batch != kNone;
   for (Model* child : model->GetChildren()) AddTree(child, index);
 }
 
@@ -163,11 +169,17 @@ void Scene::Begin(const Job& job) {
   bounds3d_t reach = extent;
   f.depths = reach.z = Bounds(lowest_ - 10, highest_ + 10);
   f.projection.emplace(job.view, job.width, job.height, reach);
+  pixel_ = f.is_perspective ? 0 : f.projection->PixelAt(point3_t());
+  f.dots.clear();
+  f.dot_width = static_cast<float>(DotWidth(robots_));
+  nosed_.clear();
   for (Painting* painting : {&f.floor, &f.solid, &f.marks, &f.data, &f.over}) painting->Clear();
   for (BodyBatch& batch : f.bodies) {
     batch.solid.clear();
+    batch.robots.clear();
     batch.translucent.clear();
     batch.footprints.clear();
+    batch.noses.clear();
   }
   for (FanGroup& group : f.fans) group.fans.clear();
   f.tips.clear();
@@ -198,26 +210,94 @@ void Scene::AddBodies(const Job& job) {
     const bool silent = item.is_leaf && item.model->speech().empty() && !item.model->Stalled();
     if (silent && !all) continue;
     PlaceItem(&item);
-    if (item.batch != kNone) AddBody(job, item);
+    item.is_dot = item.parent != kNone && items_[item.parent].is_dot;
+    if (item.batch != kNone) AddBody(job, &item);
     if (item.parent == kNone && item.kind == Kind::kPosition) AddTrails(job, item);
     AddExtras(job, item);
   }
+  AddNoses(job);
 }
 
-void Scene::AddBody(const Job& job, const Item& item) {
-  BodyBatch& batch = frame_.bodies[item.batch];
+namespace {
+
+Instance InstanceAt(double x, double y, double z, double a, const Rgba& color) {
+  return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z),
+          static_cast<float>(a), color};
+}
+
+Color ShownColor(const Model& model, const view::ViewOptions& options) {
+  return options[Show::kBlink] ? model.GetShownColor() : model.GetColor();
+}
+
+}  // namespace
+
+void Scene::AddBody(const Job& job, Item* item) {
+  BodyBatch& batch = frame_.bodies[item->batch];
   const Shape& shape = *batch.shape;
-  lowest_ = std::min(lowest_, item.z + shape.bottom);
-  highest_ = std::max(highest_, item.z + shape.top);
+  lowest_ = std::min(lowest_, item->z + shape.bottom);
+  highest_ = std::max(highest_, item->z + shape.top);
   if (!job.view.options[Show::kBlocks]) return;
-  if (!frame_.projection->Sees(item.x, item.y, item.z, shape.radius)) return;
-  const Rgba color =
-      ToRgba(job.view.options[Show::kBlink] ? item.model->GetShownColor() : item.model->GetColor());
+  if (!frame_.projection->Sees(item->x, item->y, item->z, shape.radius)) return;
+  const Rgba color = ToRgba(ShownColor(*item->model, job.view.options));
   if (color.a == 0) return;
   bodies_in_view_++;
-  (color.a == 255 ? batch.solid : batch.translucent)
-      .push_back({static_cast<float>(item.x), static_cast<float>(item.y),
-                  static_cast<float>(item.z), static_cast<float>(item.a), color});
+  if (AddDot(item, shape, color)) return;
+  (color.a < 255       ? batch.translucent
+   : item->is_of_robot ? batch.robots
+                       : batch.solid)
+      .push_back(InstanceAt(item->x, item->y, item->z, item->a, color));
+  if (!shape.nose.empty() && item->model->HasGuiNose() && !IsNarrow(*item, shape, kNoseWidth))
+    nosed_.push_back(static_cast<std::size_t>(item - items_.data()));
+}
+
+bool Scene::IsNarrow(const Item& item, const Shape& shape, double pixels) const {
+  const double pixel =
+      pixel_ > 0 ? pixel_ : frame_.projection->PixelAt(point3_t(item.x, item.y, item.z));
+  return 2 * shape.reach < pixels * pixel;
+}
+
+/// Small parts of a robot that is drawn as a dot are left out. False if the body is to be drawn as
+/// it is.
+bool Scene::AddDot(Item* item, const Shape& shape, const Rgba& color) {
+  const bool is_part = item->is_dot;
+  item->is_dot = (is_part || item->kind == Kind::kPosition) &&
+                 IsNarrow(*item, shape, double{frame_.dot_width});
+  if (item->is_dot && !is_part)
+    frame_.dots.push_back({static_cast<float>(item->x), static_cast<float>(item->y),
+                           static_cast<float>(item->z + shape.top), color});
+  return item->is_dot;
+}
+
+void Scene::AddNoses(const Job& job) {
+  for (const std::size_t index : nosed_) {
+    const Item& item = items_[index];
+    const Color body = ShownColor(*item.model, job.view.options);
+    frame_.bodies[item.batch].noses.push_back(
+        InstanceAt(item.x, item.y, HeightOfNose(index), item.a, ToRgba(NoseColor(body))));
+  }
+}
+
+/// On top of the robot and of what it carries there. A robot's parts follow it in the list.
+double Scene::HeightOfNose(std::size_t index) const {
+  constexpr double kAbove = 0.005;  // metres
+  const Item& robot = items_[index];
+  const Shape& shape = *frame_.bodies[robot.batch].shape;
+  const Corner &tip = shape.nose[0], &left = shape.nose[1];
+  const double middle = 0.5 * (double{tip.x} + double{left.x});
+  const double radius = std::hypot(double{tip.x} - middle, double{left.y} - double{tip.y});
+  const SineCosine turn = SinCos(robot.a);
+  const double x = robot.x + middle * turn.cosine - double{tip.y} * turn.sine;
+  const double y = robot.y + middle * turn.sine + double{tip.y} * turn.cosine;
+  double top = robot.z + shape.top;
+  for (std::size_t i = index + 1; i < items_.size(); i++) {
+    const Item& part = items_[i];
+    if (part.parent == kNone || part.parent < index) break;
+    if (part.batch == kNone) continue;
+    const Shape& its = *frame_.bodies[part.batch].shape;
+    const double away = std::hypot(part.x - x, part.y - y);
+    if (away < radius + its.reach) top = std::max(top, part.z + its.top);
+  }
+  return top + kAbove;
 }
 
 void Scene::AddTrails(const Job& job, const Item& item) {
@@ -240,13 +320,12 @@ void Scene::AddTrails(const Job& job, const Item& item) {
       return;
     const Rgba color = ToRgba(past.color);
     const auto instance = [&](double height, const Rgba& c) {
-      return Instance{static_cast<float>(past.pose.x), static_cast<float>(past.pose.y),
-                      static_cast<float>(height), static_cast<float>(past.pose.a), c};
+      return InstanceAt(past.pose.x, past.pose.y, height, past.pose.a, c);
     };
     if (item.batch != kNone && footprints)
       frame_.bodies[item.batch].footprints.push_back(instance(0, color.WithOpacity(opacity)));
     if (item.batch != kNone && blocks)
-      frame_.bodies[item.batch].solid.push_back(instance(z, color.WithOpacity(1)));
+      frame_.bodies[item.batch].robots.push_back(instance(z, color.WithOpacity(1)));
     if (!arrows) return;
     painter.SetFrame(Pose(past.pose.x, past.pose.y, z, past.pose.a));
     painter.SetColor(color);

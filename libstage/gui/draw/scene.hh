@@ -41,8 +41,11 @@ struct Selection {
 /// Models of one shape.
 struct BodyBatch {
   std::shared_ptr<const Shape> shape;
-  std::vector<Instance> solid, translucent;
+  std::vector<Instance> solid;   ///< the scenery
+  std::vector<Instance> robots;  ///< robots and what they carry; solid
+  std::vector<Instance> translucent;
   std::vector<Instance> footprints;  ///< to be drawn flat, on the floor
+  std::vector<Instance> noses;       ///< of the shape's nose, each at its height and in its colour
 };
 
 /// Outlines of about the same number of tips: of so many, as the last one may be there several
@@ -80,8 +83,10 @@ struct Frame {
 
   Painting floor;  ///< axis numbers, occupied cells: on the floor, hidden by nothing before them
   std::vector<BodyBatch> bodies;
-  Painting solid;  ///< flags, arrows, boxes
-  Painting marks;  ///< of the selection, and grids of models: translucent
+  std::vector<Vertex> dots;  ///< robots that are too small to be seen otherwise, by their tops
+  float dot_width = 0;       ///< pixels
+  Painting solid;            ///< flags, arrows, boxes
+  Painting marks;            ///< of the selection, and grids of models: translucent
   std::vector<FanGroup> fans;
   std::vector<Tip> tips;
   Painting data;  ///< translucent, behind what is higher
@@ -122,7 +127,9 @@ class Scene {
     unsigned version;  // of the body that the batch's shape was made of
     Kind kind;
     bool has_children;
-    bool is_leaf;  // has neither a body nor children, and is not at top level
+    bool is_leaf;      // has neither a body nor children, and is not at top level
+    bool is_of_robot;  // it is a robot, or carried by one
+    bool is_dot;       // in this frame: it is drawn as a dot, or is a small part of a robot that is
     // Of this frame: the global pose, sine and cosine of its heading if it has children.
     double x, y, z, a, sine, cosine;
   };
@@ -140,7 +147,11 @@ class Scene {
   void Fetch(std::size_t index) const;
   void FindNewShapes(World& world);
   void AddBodies(const Job& job);
-  void AddBody(const Job& job, const Item& item);
+  void AddBody(const Job& job, Item* item);
+  bool AddDot(Item* item, const Shape& shape, const Rgba& color);
+  bool IsNarrow(const Item& item, const Shape& shape, double pixels) const;
+  void AddNoses(const Job& job);
+  double HeightOfNose(std::size_t index) const;
   void AddTrails(const Job& job, const Item& item);
   void AddExtras(const Job& job, const Item& item);
   void AddData(const Job& job);
@@ -160,6 +171,9 @@ class Scene {
     Directions directions;
   };
   std::vector<SensorKind> kinds_;
+  std::size_t robots_ = 0;           // with a body
+  std::vector<std::size_t> nosed_;   // items of this frame that are large enough for a nose
+  double pixel_ = 0;                 // its side in this frame, metres; 0: it depends on the place
   double lowest_ = 0, highest_ = 1;  // of the bodies of the last frame, metres
   std::size_t bodies_in_view_ = 0;
   Frame frame_;

@@ -71,6 +71,16 @@ void ScreenWriter::AddText(std::string_view text, double x, double y, const Rgba
   font_.Append(text, x, y, color, &vertices_);
 }
 
+/// With a white rim, so that it can be read on dark bodies.
+void ScreenWriter::AddHaloedText(std::string_view text, double x, double y, const Rgba& color) {
+  x = std::round(x);
+  y = std::round(y);
+  for (const double dx : {-1.0, 0.0, 1.0})
+    for (const double dy : {-1.0, 0.0, 1.0})
+      if (dx != 0 || dy != 0) AddText(text, x + dx, y + dy, kWhite);
+  AddText(text, x, y, color);
+}
+
 /// At line ends, and at the last space before a line gets wider. A word stays in one piece.
 std::vector<std::string_view> ScreenWriter::BreakLines(std::string_view text, double width) {
   std::vector<std::string_view> lines;
@@ -143,7 +153,7 @@ void ScreenWriter::AddAxisNumbers(const Painting& painting, const view::Projecti
               std::fabs(place.y - last[i].y) > font_.height();
     if (!free) continue;
     last[count++ % kLast] = place;
-    AddText(text, at->x, at->y, label.color);
+    AddHaloedText(text, at->x, at->y, label.color);
   }
 }
 

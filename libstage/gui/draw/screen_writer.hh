@@ -52,6 +52,7 @@ class ScreenWriter {
   /// A rectangle with a margin around it whose corners are cut.
   void AddOctagon(double x, double y, double width, double height, double margin,
                   const Rgba& color);
+  void AddHaloedText(std::string_view text, double x, double y, const Rgba& color);
   void AddBubble(std::string_view text, double x, double y);
 
   std::vector<std::string_view> BreakLines(std::string_view text, double width);

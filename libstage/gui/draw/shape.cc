@@ -8,9 +8,11 @@
 #include <atomic>
 #include <cmath>
 #include <deque>
+#include <optional>
 
 #include "geometry/trigonometry.hh"
 #include "models/block.hh"
+#include "models/robot_marks.hh"
 
 namespace Stg::draw {
 
@@ -119,11 +121,18 @@ void Measure(Shape* shape) {
   if (!shape->edges.empty()) shape->top = shape->bottom = shape->edges.front().z;
   for (const std::vector<Corner>* corners : {&shape->faces, &shape->edges})
     for (const Corner& c : *corners) {
-      shape->radius = std::max(
-          shape->radius, std::sqrt(double{c.x} * c.x + double{c.y} * c.y + double{c.z} * c.z));
+      const double reach = std::hypot(double{c.x}, double{c.y});
+      shape->reach = std::max(shape->reach, reach);
+      shape->radius = std::max(shape->radius, std::hypot(reach, double{c.z}));
       shape->top = std::max(shape->top, double{c.z});
       shape->bottom = std::min(shape->bottom, double{c.z});
     }
+}
+
+void AddNose(const BlockGroup& body, const Pose& frame, Shape* shape) {
+  const std::optional<Nose> nose = NoseOf(body, frame);
+  if (!nose) return;
+  for (const point_t& corner : *nose) shape->nose.push_back(At(corner, 0));
 }
 
 void Append(std::string* key, double value) {
@@ -164,6 +173,7 @@ std::shared_ptr<const Shape> MakeShape(const BlockGroup& body, const Pose& frame
   Move(&shape->faces, frame);
   Move(&shape->edges, frame);
   Measure(shape.get());
+  AddNose(body, frame, shape.get());
   return shape;
 }
 

@@ -23,13 +23,15 @@ struct Corner {
   float x, y, z;
 };
 
-/// In the model's frame.
+/// In the model's frame, metres.
 struct Shape {
   uint64_t id = 0;            ///< unique in the process
   std::vector<Corner> faces;  ///< three for each triangle: tops, those of blocks of one
   ///< height filled together by the odd-even rule, then sides
   std::vector<Corner> edges;   ///< two for each line
+  std::vector<Corner> nose;    ///< a triangle that points ahead, at z = 0; none: empty
   double radius = 0;           ///< of a ball about the model's origin that holds it
+  double reach = 0;            ///< of a circle about the model's origin that holds it in plan
   double top = 0, bottom = 0;  ///< heights
 };
 

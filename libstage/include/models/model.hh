@@ -370,6 +370,7 @@ class Model : public Ancestor {
   /// Whether it may be dragged by the mouse.
   bool IsMovable() const { return gui.move; }
   bool HasGuiGrid() const { return gui.grid; }
+  bool HasGuiNose() const { return gui.nose; }
   /// What Rasterize() gave last; kept only in worlds with a window.
   struct Raster {
     std::vector<uint8_t> cells;

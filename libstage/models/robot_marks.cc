@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/robot_marks.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/trigonometry.hh"
+#include "models/block.hh"
+
+namespace Stg {
+
+namespace {
+
+// Shares of the way from the middle of the body to its outline.
+constexpr double kTip = 0.9, kBase = -0.3, kHalfWidth = 0.4;
+
+/// How far the outlines reach from the middle, along the model's axes; 0: no outline is there.
+struct Reach {
+  double ahead = 0, left = 0, right = 0;
+};
+
+/// Where the edge from a to b crosses the x axis, whichever way it goes; nothing: nowhere.
+std::optional<double> CrossXAxis(const point_t& a, const point_t& b) {
+  if ((a.y > 0) == (b.y > 0)) return std::nullopt;
+  return a.x + (b.x - a.x) * a.y / (a.y - b.y);
+}
+
+void Extend(const point_t& a, const point_t& b, Reach* reach) {
+  if (const auto x = CrossXAxis(a, b)) reach->ahead = std::max(reach->ahead, *x);
+  if (const auto y = CrossXAxis({a.y, a.x}, {b.y, b.x})) {
+    reach->left = std::max(reach->left, *y);
+    reach->right = std::max(reach->right, -*y);
+  }
+}
+
+/// `heading`: of the body's frame in the model's.
+Reach ReachOf(const BlockGroup& body, double heading) {
+  const SineCosine turn = SinCos(heading);
+  const auto turned = [&](const point_t& p) {
+    return point_t(p.x * turn.cosine - p.y * turn.sine, p.x * turn.sine + p.y * turn.cosine);
+  };
+  Reach reach;
+  for (const auto& block : body.blocks()) {
+    if (block->points().empty()) continue;
+    point_t last = turned(block->points().back());
+    for (const point_t& point : block->points()) {
+      const point_t next = turned(point);
+      Extend(last, next, &reach);
+      last = next;
+    }
+  }
+  return reach;
+}
+
+}  // namespace
+
+std::optional<Nose> NoseOf(const BlockGroup& body, const Pose& frame) {
+  const Reach reach = ReachOf(body, frame.a);
+  const double side = std::min(reach.left, reach.right);
+  if (!(reach.ahead > 0 && side > 0)) return std::nullopt;
+  // A long body has a nose that is no longer than twice its width.
+  const double length = std::min(reach.ahead, 4 * side) * (kTip - kBase);
+  const double tip = frame.x + kTip * reach.ahead;
+  const double half = kHalfWidth * std::min(side, reach.ahead);
+  return Nose{point_t(tip, frame.y), point_t(tip - length, frame.y + half),
+              point_t(tip - length, frame.y - half)};
+}
+
+Color NoseColor(const Color& body) {
+  constexpr double kLightened = 0.85, kDarkened = 0.8;  // of the way to white, and to black
+  const bool is_dark = 0.3 * body.r + 0.6 * body.g + 0.1 * body.b < 0.5;
+  const auto shade = [&](double part) {
+    return is_dark ? part + kLightened * (1 - part) : part * (1 - kDarkened);
+  };
+  return Color(shade(body.r), shade(body.g), shade(body.b), body.a);
+}
+
+}  // namespace Stg
