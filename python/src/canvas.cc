@@ -38,12 +38,6 @@ Canvas::Ink Canvas::Ink::Of(const Color& color) {
   return {Part(color.r), Part(color.g), Part(color.b), Part(color.a)};
 }
 
-Canvas::Ink Canvas::Ink::Contrast() const {
-  constexpr int kMiddle = 128 * 10;
-  const uint8_t part = 3 * red + 6 * green + blue < kMiddle ? 255 : 0;
-  return {part, part, part, opacity};
-}
-
 Canvas::Ink Canvas::Ink::Darker() const {
   const auto less = [](uint8_t part) { return static_cast<uint8_t>(part * 3 / 5); };
   return {less(red), less(green), less(blue), opacity};

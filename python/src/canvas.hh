@@ -34,8 +34,6 @@ class Canvas {
     uint8_t red, green, blue, opacity;
 
     static Ink Of(const Color& color);
-    /// Black or white, whichever is seen on it.
-    Ink Contrast() const;
     Ink Darker() const;
   };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "geometry/trigonometry.hh"
@@ -11,6 +12,7 @@
 #include "models/host.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
+#include "models/robot_marks.hh"
 #include "world/world.hh"
 
 namespace Stg::python {
@@ -51,14 +53,24 @@ Layer LayerOf(const Model& model) {
   return dynamic_cast<const ModelPosition*>(model.Root()) ? Layer::kRobots : Layer::kScenery;
 }
 
-/// Blocks of one model and one height, a heading, or the scan of a sensor.
+/// Blocks of one model and one height, the mark of a robot (its nose or its dot), or the scan of a
+/// sensor.
 struct Item {
   Layer layer;
   double z;  // its top
   const Model* model;
-  const ModelRanger::Sensor* sensor;  // null: a body, or a heading
-  Bounds blocks;                      // their heights; max below min: a heading
+  const ModelRanger::Sensor* sensor;  // null: a body, or a mark
+  Bounds blocks;                      // their heights; max below min: a mark
 };
+
+bool IsRobot(const Model& model) { return dynamic_cast<const ModelPosition*>(&model) != nullptr; }
+
+std::size_t CountRobots(World& world) {
+  const auto& models = world.host().models;
+  return static_cast<std::size_t>(std::count_if(models.begin(), models.end(), [](const Model* m) {
+    return IsRobot(*m) && !m->body().empty();
+  }));
+}
 
 void AddBody(const Model& model, std::vector<Item>* items) {
   const double z = BodyFrame(model).z;
@@ -92,7 +104,8 @@ std::vector<Item> ItemsOf(World& world, bool data) {
     AddBody(*model, &items);
     const auto* const ranger = dynamic_cast<const ModelRanger*>(model);
     if (data && ranger) AddScans(*ranger, &items);
-    if (dynamic_cast<const ModelPosition*>(model) && !model->body().empty())
+    const bool is_marked = IsRobot(*model) || model->HasGuiNose();
+    if (is_marked && !model->body().empty())
       items.push_back({LayerOf(*model), TopOf(*model), model, nullptr, Bounds(1, 0)});
   }
   const auto lower = [](const Item& a, const Item& b) {
@@ -104,14 +117,15 @@ std::vector<Item> ItemsOf(World& world, bool data) {
 
 class Drawing {
  public:
-  Drawing(const View& view, uint8_t* pixels) : view_(view), canvas_(view, pixels) {
+  Drawing(const View& view, std::size_t robots, uint8_t* pixels)
+      : view_(view), dot_width_(DotWidth(robots)), canvas_(view, pixels) {
     canvas_.Clear(kFloor);
   }
 
   void Draw(const Item& item) {
     if (item.sensor) return DrawScan(static_cast<const ModelRanger&>(*item.model), *item.sensor);
     if (!IsSeen(*item.model)) return;
-    if (item.blocks.max < item.blocks.min) return DrawHeading(*item.model);
+    if (item.blocks.max < item.blocks.min) return DrawMark(*item.model);
     DrawBlocks(*item.model, item.blocks);
   }
 
@@ -123,8 +137,9 @@ class Drawing {
   bool IsSeen(const Model& model) const {
     return IsInside(BodyFrame(model), model.body().radius() + 1 / view_.scale);
   }
-  /// Where its heading, or a darker edge, would hide it.
-  bool IsSmall(const Model& model) const { return model.body().radius() * view_.scale < 2.5; }
+  bool IsNarrow(const Model& model, double pixels) const {
+    return 2 * model.body().radius() * view_.scale < pixels;
+  }
 
   /// Outlines in outlines are holes.
   void DrawBlocks(const Model& model, const Bounds& heights) {
@@ -137,21 +152,24 @@ class Drawing {
         outlines.push_back(frame.Place(block->points()));
     for (const auto& outline : outlines) canvas_.AddOutline(outline);
     canvas_.Fill(ink);
-    const Ink edge = model.Stalled() ? kStalled : IsSmall(model) ? ink : ink.Darker();
+    const Ink edge = model.Stalled() ? kStalled : IsNarrow(model, kEdgeWidth) ? ink : ink.Darker();
     for (const auto& outline : outlines) canvas_.DrawOutline(outline, edge);
   }
 
-  void DrawHeading(const Model& model) {
-    const Ink ink = Ink::Of(model.GetShownColor());
-    if (ink.opacity == 0) return;
-    if (IsSmall(model)) return DrawDot(BodyFrame(model), model.Stalled() ? kStalled : ink);
-    const Frame frame(BodyFrame(model));
-    canvas_.DrawLine(frame.Place(0, 0), frame.Place(model.GetGeom().size.x / 2, 0), ink.Contrast());
+  /// The nose of a robot, or the dot that it is drawn as.
+  void DrawMark(const Model& model) {
+    const Color color = model.GetShownColor();
+    if (Ink::Of(color).opacity == 0) return;
+    if (IsRobot(model) && IsNarrow(model, dot_width_))
+      return DrawDot(BodyFrame(model), model.Stalled() ? kStalled : Ink::Of(color));
+    const std::optional<Nose> nose = NoseOf(model.body(), model.GetGeom().pose);
+    if (!nose || !model.HasGuiNose() || IsNarrow(model, kNoseWidth)) return;
+    canvas_.AddOutline(Frame(model.GetGlobalPose()).Place({nose->begin(), nose->end()}));
+    canvas_.Fill(Ink::Of(NoseColor(color)));
   }
 
-  /// What would hardly be seen: three pixels wide.
   void DrawDot(const Pose& place, const Ink& ink) {
-    const double half = 1.5 / view_.scale;
+    const double half = 0.5 * dot_width_ / view_.scale;
     canvas_.AddOutline({{place.x - half, place.y - half},
                         {place.x + half, place.y - half},
                         {place.x + half, place.y + half},
@@ -192,13 +210,14 @@ class Drawing {
   }
 
   const View view_;
+  const double dot_width_;  // pixels
   Canvas canvas_;
 };
 
 }  // namespace
 
 void DrawWorld(World& world, const View& view, bool data, uint8_t* pixels) {
-  Drawing drawing(view, pixels);
+  Drawing drawing(view, CountRobots(world), pixels);
   for (const Item& item : ItemsOf(world, data)) drawing.Draw(item);
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "canvas.hh"
 #include "geometry/random.hh"
@@ -15,6 +16,7 @@
 #include "models/host.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
+#include "models/robot_marks.hh"
 #include "world/world.hh"
 
 namespace Stg::python {
@@ -80,6 +82,23 @@ void AddOutlines(const Area& area, Words* words) {
   }
 }
 
+/// The nose, on top of all the rest.
+void AddNose(const Model& model, double top, Words* words) {
+  constexpr double kThickness = 0.005;  // metres
+  const Canvas::Ink ink = Canvas::Ink::Of(NoseColor(model.GetShownColor()));
+  const std::optional<Nose> nose = NoseOf(model.body(), model.GetGeom().pose);
+  if (!nose || !model.HasGuiNose() || ink.opacity == 0) return;
+  words->Add(ink);
+  words->Add(top);
+  words->Add(top + kThickness);
+  words->Add(uint32_t{1});
+  words->Add(static_cast<uint32_t>(nose->size()));
+  for (const point_t& corner : *nose) {
+    words->Add(corner.x);
+    words->Add(corner.y);
+  }
+}
+
 Thing Describe(const Model& model) {
   const double ground = model.GetGlobalPose().z;
   std::vector<Area> areas;
@@ -95,6 +114,7 @@ Thing Describe(const Model& model) {
     words.Add(area.z.max);
     AddOutlines(area, &words);
   }
+  if (!areas.empty()) AddNose(model, areas.back().z.max, &words);
   Thing thing;
   thing.id = model.GetId();
   thing.name = model.TokenStr();

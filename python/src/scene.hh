@@ -30,6 +30,7 @@ struct Thing {
   /// Words of 32 bits, in the frame of the thing. For each area, the lowest first: red, green, blue
   /// and opacity as bytes; the lowest and the highest z, floats; how many outlines it has. For each
   /// of these: how many corners; x and y of each, floats. An outline within another one is a hole.
+  /// The last area of a robot is its nose, if it has one: see models/robot_marks.hh.
   std::string shape;
 };
 

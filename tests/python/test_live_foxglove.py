@@ -298,3 +298,17 @@ def test_every_shipped_world(file: str) -> None:
         robots = do(server, lambda run: run.world.fleet().names)
         assert set(robots) <= {transform.child_frame_id for transform in viewer.last["/tf"].transforms}
         assert set(robots) <= {entity.frame_id for entity in viewer.last["/scene"].entities}
+
+
+def test_the_last_area_of_a_robot_is_its_nose() -> None:
+    world = st.World.from_text(
+        'position( name "a" size [0.4 0.4 0.2] color "red" ) position( name "b" pose [2 0 0 0] gui_nose 0 )'
+        'model( name "c" pose [4 0 0 0] )')
+    shapes = {thing.name: thing.shape for thing in world._core.things()}
+    from stagesim.live.solids import areas_of
+
+    areas = {name: list(areas_of(shape)) for name, shape in shapes.items()}
+    assert [len(areas[name]) for name in "abc"] == [2, 1, 1]
+    (tip, left, right), = areas["a"][1].outlines
+    assert tip == pytest.approx((0.18, 0)) and left[0] == right[0] < 0 and left[1] == -right[1] > 0
+    assert areas["a"][1].low == pytest.approx(0.2)

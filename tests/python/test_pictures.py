@@ -90,11 +90,27 @@ def test_places_and_scale() -> None:
         # Without edges.
         assert np.ptp(columns) + 1 == pytest.approx(width - 2, abs=1)
         assert np.ptp(rows) + 1 == pytest.approx(height - 2, abs=1)
-    # The heading, to the north.
-    rows, columns = np.nonzero((pixels == 255).all(axis=2) & np.pad(
-        np.ones((18, 10), bool), ((51, 91), (115, 35))))
-    assert np.ptp(columns) == 0
-    assert rows.min() == pytest.approx(51, abs=1) and rows.max() == pytest.approx(60, abs=1)
+    # The nose, a pale triangle that points to the north.
+    rows, columns = np.nonzero((pixels == (217, 217, 255)).all(axis=2))
+    assert rows.min() == pytest.approx(51, abs=2) and rows.max() == pytest.approx(62, abs=1)
+    assert np.mean(columns) == pytest.approx(119.5, abs=1)
+    assert np.ptp(columns[rows == rows.max()]) > np.ptp(columns[rows == rows.min()])
+
+
+@pytest.mark.parametrize(("robots", "width"), [(4, 5), (1001, 3)])
+def test_small_robots_are_dots(robots: int, width: int) -> None:
+    """So that they are seen from any distance, as in the window and on the page."""
+    crowd = "".join(f"position( pose [{20 * i} 0 0 0] size [0.4 0.4 0.3] color_rgba [1 0 0 1] )\n"
+                    for i in range(robots))
+    pixels = st.World.from_text("resolution 0.1\n" + crowd).render(100, 50, center=(0, 0), scale=1)
+    # Those at 0, 20 and 40 m; there are 50 pixels to the right of the middle.
+    assert (pixels == (255, 0, 0)).all(axis=2).sum() == 3 * width * width
+
+
+def test_noses_can_be_left_out() -> None:
+    world = st.World.from_text(ONE.replace("size [1 0.6 0.5]", "size [1 0.6 0.5] gui_nose 0"))
+    pixels = world.render(160, 160, center=(0, 0), scale=20)
+    assert not (pixels == (217, 217, 255)).all(axis=2).any()
 
 
 def test_fits_what_is_there() -> None:

@@ -22,7 +22,7 @@ export class Scene {
 /** Areas, the lowest first, each a path in metres; and how far they reach from the origin. */
 function shapeOf(words, length) {
   const end = words.at + length;
-  const shape = { areas: [], radius: 0, front: 0, box: [Infinity, Infinity, -Infinity, -Infinity] };
+  const shape = { areas: [], radius: 0, box: [Infinity, Infinity, -Infinity, -Infinity] };
   while (words.at < end) {
     const [red, green, blue, opacity] = words.color();
     words.at += 2; // heights
@@ -43,7 +43,6 @@ function addOutline(words, path, shape) {
     if (i === 0) path.moveTo(x, y);
     else path.lineTo(x, y);
     shape.radius = Math.max(shape.radius, Math.hypot(x, y));
-    shape.front = Math.max(shape.front, x);
     box[0] = Math.min(box[0], x);
     box[1] = Math.min(box[1], y);
     box[2] = Math.max(box[2], x);
@@ -63,7 +62,6 @@ function paint(area) {
   const line = rgb.map((part) => Math.round(dark.matches ? part + (255 - part) * 0.3 : part * 0.6));
   area.fill = `rgb(${rgb.join(" ")} / ${area.opacity})`;
   area.line = `rgb(${line.join(" ")} / ${area.opacity})`;
-  area.nose = light > 0.55 ? "#000" : "#fff";
 }
 
 /** Calls back after the colours of the scene that `get` returns have been made anew. */

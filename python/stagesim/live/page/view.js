@@ -2,11 +2,13 @@
 //
 // Draws the world as it is seen from above.
 
-const FEW_PIXELS = 2.5; // a robot of a smaller radius is a dot
-const PLAIN_PIXELS = 5; // a smaller one has no edges and no nose
+// Pixels, as in libstage/models/robot_marks.hh: a robot that is narrower than a dot is drawn as one.
+const DOT_WIDTH = 5, SMALL_DOT_WIDTH = 3;
+const EDGE_WIDTH = 5; // a narrower body has no edges
+const SCAN_WIDTH = 10; // the scans of narrower robots are not asked for
 const MARGIN = 16; // pixels
 const NEAR = 9; // pixels: a click that is so near to a robot is meant for it
-const MANY = 1000; // robots: their dots are smaller
+const MANY = 1000; // robots: the dots of more are small
 const SHORT_TRAIL = 900; // points
 
 /** A place in the plane and a scale; metres become pixels of CSS. */
@@ -162,7 +164,7 @@ export class View {
   robotsInView() {
     if (!this.frame) return [];
     return this.scene.things.filter((thing, i) => thing.robot && this.isSeen(i) &&
-      this.scene.shape(i).radius * this.camera.scale >= PLAIN_PIXELS).map((thing) => thing.id);
+      this.width(i) >= SCAN_WIDTH).map((thing) => thing.id);
   }
 
   draw() {
@@ -215,11 +217,11 @@ export class View {
   }
 
   drawMoving(context) {
-    const dots = new Map();
+    const dots = new Map(), size = this.scene.robots > MANY ? SMALL_DOT_WIDTH : DOT_WIDTH;
     for (let i = 0; i < this.moves.length; i++) {
       if (!this.moves[i] || !this.isSeen(i)) continue;
       const shape = this.scene.shape(i);
-      if (shape.radius * this.camera.scale >= FEW_PIXELS) {
+      if (this.width(i) >= size) {
         this.drawThing(context, i);
       } else if (shape.areas.length) {
         const fill = this.frame.isStalled(i) ? this.bad : shape.areas[0].fill;
@@ -228,7 +230,6 @@ export class View {
       }
     }
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    const size = this.scene.robots > MANY ? 3 : 5;
     for (const [fill, things] of dots) {
       context.fillStyle = fill;
       for (const i of things) {
@@ -241,7 +242,7 @@ export class View {
   drawThing(context, i) {
     const shape = this.scene.shape(i), robot = this.scene.things[i].robot;
     this.enter(context, ...this.place(i));
-    const small = shape.radius * this.camera.scale < PLAIN_PIXELS, stalled = this.frame.isStalled(i);
+    const small = this.width(i) < EDGE_WIDTH, stalled = this.frame.isStalled(i);
     context.lineWidth = 1 / this.camera.scale;
     for (const area of shape.areas) {
       context.fillStyle = area.fill;
@@ -250,17 +251,6 @@ export class View {
       context.strokeStyle = robot && stalled ? this.bad : area.line;
       context.stroke(area.path);
     }
-    if (robot && !small) this.drawNose(context, shape);
-  }
-
-  drawNose(context, shape) {
-    if (!shape.areas.length) return;
-    context.strokeStyle = shape.areas.at(-1).nose;
-    context.lineWidth = 1.5 / this.camera.scale;
-    context.beginPath();
-    context.moveTo(0, 0);
-    context.lineTo(shape.front, 0);
-    context.stroke();
   }
 
   /** What its rays have swept; of a single one, as wide as its transducer looks. */
@@ -316,6 +306,9 @@ export class View {
   }
 
   // ---- help ----
+
+  /** Pixels. */
+  width(i) { return 2 * this.scene.shape(i).radius * this.camera.scale; }
 
   isSeen(i) {
     const [x, y] = this.place(i), reach = this.scene.shape(i).radius, { camera } = this;
