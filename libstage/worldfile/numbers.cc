@@ -95,49 +95,43 @@ ReadInteger ReadIntText(std::string_view text) {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// Up to six decimals, at least three.
-std::string FixedText(double value) {
-  constexpr int kMostDecimals = 6;
-  constexpr std::size_t kFewestDecimals = 3;
-  char buffer[400];  // the largest double has 309 digits before the point
+// The shortest text that is read as the same number again. It has an exponent only where that saves
+// many digits.
+std::string ShortestText(double value) {
+  constexpr double kFewestDecimals = 1e-6, kTooManyDigits = 1e15;
+  const double size = std::fabs(value);
+  const bool is_plain = size == 0 || (size >= kFewestDecimals && size < kTooManyDigits);
+  char buffer[32];
   const auto [end, error] =
-      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, kMostDecimals);
-  std::string text(buffer, error == std::errc() ? end : buffer);
-  const std::size_t shortest = text.find('.') + 1 + kFewestDecimals;
-  while (text.size() > shortest && text.back() == '0') text.pop_back();
-  return text;
+      is_plain ? std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed)
+               : std::to_chars(buffer, buffer + sizeof buffer, value);
+  return {buffer, error == std::errc() ? end : buffer};
 }
 
-// As few digits as are needed to read the same number again.
-std::string ShortestText(double value) {
-  char buffer[32];
-  const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, value);
-  return {buffer, error == std::errc() ? end : buffer};
+double RoundToDigits(double value, int digits) {
+  char buffer[40];
+  const auto [end, error] =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);
+  return ReadFloatText({buffer, error == std::errc() ? end : buffer}).value;
 }
 
 }  // namespace
 
-std::string FloatText(double value) { return TextInUnit(value, 1); }
+std::string FloatText(double value) { return ShortestText(value); }
 
 std::string TextInUnit(double value, double unit) {
-  constexpr double kTooManyDigits = 1e15;
+  constexpr int kMostDigits = 17;  // tell any two doubles apart
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (unit == 1) return ShortestText(value);
   const double scaled = value / unit;
-  if (std::fabs(scaled) < kTooManyDigits) {
-    std::string text = FixedText(scaled);
-    if (ReadFloatText(text).value * unit == value) return text;
+  if (!std::isfinite(scaled)) return ShortestText(scaled);
+  for (int digits = 1; digits <= kMostDigits; ++digits) {
+    const double rounded = RoundToDigits(scaled, digits);
+    if (rounded * unit == value) return ShortestText(rounded);
   }
-  for (const double near :
-       {scaled, std::nextafter(scaled, kInfinity), std::nextafter(scaled, -kInfinity)}) {
+  for (const double near : {std::nextafter(scaled, kInfinity), std::nextafter(scaled, -kInfinity)})
     if (near * unit == value) return ShortestText(near);
-  }
   return ShortestText(scaled);
-}
-
-std::string ScalarText(double value, double unit) {
-  std::string text = TextInUnit(value, unit);
-  return text == "0.000" ? "0" : text;
 }
 
 bool StartsLikeExponent(std::string_view text) {

@@ -31,16 +31,13 @@ std::optional<double> ReadWholeFloat(std::string_view text);
 /// As C's atoi, but values beyond `long long` stop at its ends, and exponents count.
 ReadInteger ReadIntText(std::string_view text);
 
-/// A text that is read as the same number, with three decimals at least where it has no exponent:
-/// "1.000", "0.1235", "0.30000000000000004", "1e+300".
+/// The shortest text that is read as the same number again: "1", "0.1235", "0.30000000000000004",
+/// "1e+300".
 std::string FloatText(double value);
 
-/// The text of a value in units of the file that is read as the same number again, if there is one:
-/// degrees in radians may have none, and then come back within a rounding.
+/// The shortest text of a value in units of the file that is read as the same number again, if
+/// there is one: degrees in radians may have none, and then come back within a rounding.
 std::string TextInUnit(double value, double unit);
-
-/// The same, but what would be 0.000 is "0".
-std::string ScalarText(double value, double unit = 1);
 
 /// Whether a text begins like what follows a number's digits: e6, E+6, e-06, e-. It need not be
 /// complete.

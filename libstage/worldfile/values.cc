@@ -269,11 +269,11 @@ void Worldfile::WriteInt(int entity, const char* name, int value) {
 }
 
 void Worldfile::WriteFloat(int entity, const char* name, double value) {
-  WriteValue(entity, name, 0, worldfile::ScalarText(value), std::isfinite(value));
+  WriteValue(entity, name, 0, worldfile::FloatText(value), std::isfinite(value));
 }
 
 void Worldfile::WriteLength(int entity, const char* name, double value) {
-  WriteValue(entity, name, 0, worldfile::ScalarText(value, unit_length),
+  WriteValue(entity, name, 0, worldfile::TextInUnit(value, unit_length),
              std::isfinite(value / unit_length));
 }
 

@@ -29,6 +29,13 @@ struct Edit {
   std::string text;
 };
 
+// Whether a value that stands in the file is another one now.
+bool Differs(std::string_view old, const std::string& now) {
+  if (old == now) return false;
+  const ReadNumber before = ReadFloatText(old), after = ReadFloatText(now);
+  return !(before.clean && after.clean && before.value == after.value);
+}
+
 // Gathers the changes to the text of the world file.
 class SavePlan {
  public:
@@ -167,15 +174,8 @@ const Token& SavePlan::ValueToken(std::uint32_t property, std::size_t index) con
 }
 
 bool SavePlan::Changed(std::uint32_t property, const Written& values) const {
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!values[i]) continue;
-    const std::string_view old = document_.Text(ValueToken(property, i));
-    if (old == *values[i]) continue;
-    const ReadNumber before = ReadFloatText(old);
-    const ReadNumber now = ReadFloatText(*values[i]);
-    const bool same = before.clean && now.clean && before.value == now.value;
-    if (!same) return true;
-  }
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (values[i] && Differs(document_.Text(ValueToken(property, i)), *values[i])) return true;
   return false;
 }
 
@@ -184,11 +184,11 @@ std::string SavePlan::NewToken(const Token& token, const std::string& text) cons
   return quotes ? "\"" + text + "\"" : text;
 }
 
-// Included files are not written.
+// Included files are not written, and a number that is still the same keeps its text.
 void SavePlan::Replace(std::uint32_t property, const Written& values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Token& token = ValueToken(property, i);
-    if (values[i] && token.source == 0) {
+    if (values[i] && token.source == 0 && Differs(document_.Text(token), *values[i])) {
       edits_.push_back({token.offset, token.length, NewToken(token, *values[i])});
     }
   }

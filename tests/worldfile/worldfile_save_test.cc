@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "geometry/geometry.hh"
+#include "geometry/random.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -68,9 +69,34 @@ TEST_F(SaveTest, ValuesGoIntoTheirPlaces) {
   wf_.WriteFloat(1, "q", 1);
   wf_.WriteFloat(1, "absent", 1);
   EXPECT_EQ(Saved(),
-            "m( pose [ 1.500 -2.000  0.1234567 -90.000 7 ] # here\n"
-            " f 0.250 s \"a'b c\" i -4 q \"1.000\" )\n");
+            "m( pose [ 1.5 -2  0.1234567 -90 7 ] # here\n"
+            " f 0.25 s \"a'b c\" i -4 q \"1\" )\n");
   EXPECT_EQ(wf_.ReadFloat(1, "f", 0), 0.25);
+}
+
+// A pose of a run needs all digits of its metres; headings are saved as the degrees that they were
+// set to, although the model has radians.
+TEST_F(SaveTest, NumbersHaveTheDigitsThatTheyNeed) {
+  Load("m( pose [ 1.0 2.50 0 45.000 ] )\n");
+  WritePose(1, 1, 2.5, 0, 45 * wf_.unit_angle);
+  EXPECT_EQ(Saved(), "m( pose [ 1.0 2.50 0 45.000 ] )\n");  // nothing has changed
+  WritePose(1, 1.0 / 3, 12345678, 0.000001, 156.7 * wf_.unit_angle);
+  EXPECT_EQ(Saved(), "m( pose [ 0.3333333333333333 12345678 0.000001 156.7 ] )\n");
+  RandomStream random(3);
+  for (int i = -1800; i < 1800; i += 37) {
+    const double degrees = i / 10.0, x = random.Uniform();
+    WritePose(1, x, 0, 0, degrees * wf_.unit_angle);
+    const std::string text = Saved();
+    std::ostringstream heading;
+    heading << " 0 " << degrees << " ] )\n";
+    EXPECT_TRUE(text.ends_with(heading.str())) << text << degrees;
+    Worldfile again;
+    again.Load(Path("w.world"));
+    Pose pose;
+    pose.Load(&again, 1, "pose");
+    EXPECT_EQ(pose.x, x);
+    EXPECT_EQ(pose.a, degrees * wf_.unit_angle);
+  }
 }
 
 TEST_F(SaveTest, NumberFormats) {
@@ -93,8 +119,8 @@ TEST_F(SaveTest, UnitsAreTheFiles) {
   Size(1, 2, 3).Save(&wf_, 1, "size");
   wf_.WriteLength(0, "l", 0.25);
   EXPECT_EQ(Saved(),
-            "unit_length \"cm\" unit_angle \"radians\" l 25.000 m( pose [50.000 0.000 0.000 "
-            "0.7168146928204138] size [100.000 200.000 300.000] )");
+            "unit_length \"cm\" unit_angle \"radians\" l 25 m( pose [50 0 0 "
+            "0.7168146928204138] size [100 200 300] )");
 }
 
 TEST_F(SaveTest, RoundTripGivesTheSameNumbers) {
@@ -140,9 +166,9 @@ TEST_F(SaveTest, InstancesGetWhatDiffersFromTheirMacro) {
   const std::string saved = Saved();
   EXPECT_EQ(saved,
             "define r position( pose [0 0 0 0] size [1 1 1] )\n"
-            "r( name \"a\"  pose [1.000 0.000 0.000 0.000] )\nr(\n  name \"b\"\n"
-            "  pose [2.000 0.000 0.000 0.000]\n)\nr( name \"c\" )"
-            "r( pose [4.000 0.000 0.000 0.000]  size [2.000 2.000 2.000] )\n");
+            "r( name \"a\"  pose [1 0 0 0] )\nr(\n  name \"b\"\n"
+            "  pose [2 0 0 0]\n)\nr( name \"c\" )"
+            "r( pose [4 0 0 0]  size [2 2 2] )\n");
   Worldfile again;
   again.Load(Path("w.world"));
   Pose pose;
@@ -159,7 +185,7 @@ TEST_F(SaveTest, ChildrenOfMacros) {
   EXPECT_EQ(Saved(), text);  // the two cannot share one text
   EXPECT_EQ(wf_.warnings().size(), 1U);
   WritePose(4, 1, 0, 0, 0);
-  EXPECT_EQ(Saved(), "define r position( ranger( pose [1.000 0.000 0.000 0.000] ) )\nr()\nr()\n");
+  EXPECT_EQ(Saved(), "define r position( ranger( pose [1 0 0 0] ) )\nr()\nr()\n");
 }
 
 TEST_F(SaveTest, LoadedFromAStream) {
@@ -288,7 +314,7 @@ TEST(UnusedTest, WarnsOnceOnStandardError) {
   EXPECT_TRUE(wf.WarnUnused());
   EXPECT_TRUE(wf.WarnUnused());
   EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "t.world:3:3: warning: property \"x\": found \"1y\", expected a number; read as 1.000\n"
+            "t.world:3:3: warning: property \"x\": found \"1y\", expected a number; read as 1\n"
             "t.world:2:3: warning: property \"rnage\" is never read; did you mean \"range\"?\n");
   wf.ReadInt(1, "rnage", 0);
   EXPECT_FALSE(wf.WarnUnused());
