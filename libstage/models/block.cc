@@ -558,14 +558,8 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
                         .tree = item.model->Root(),
                         .ranger_visible = !(item.model->vis.ranger_return < 0),
                         .number = item.model->GetId()};
-  const sensing::Scene& scene = item.model->scene();
   const std::span<const point_int_t> corners = CornersOf(item);
-  if (scene.exact_drawing) {
-    if (!block.exact_) block.exact_ = std::make_unique<ExactDrawing>();
-    block.exact_->Draw(&grid, body,
-                       std::span(exact_corners_).subspan(item.first_corner, corners.size()),
-                       scene.cells_per_metre, edit);
-  }
+  if (item.model->scene().exact_drawing) DrawExactly(item, body, edit);
   if (block.drawn_) {
     grid.ChangeBody(block.body_, body, block.cells_);
   } else {
@@ -580,6 +574,24 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
   grid.Redraw(block.body_, block.cells_, parts, edit);
   block.cells_.assign(parts.begin(), parts.end());
   block.corners_.assign(corners.begin(), corners.end());
+}
+
+void Placement::AddExactDrawings() {
+  for (const Item& item : items_) {
+    if (!item.block->drawn_) continue;
+    const grid::Body body = item.model->scene().grid.body(item.block->body_);
+    DrawExactly(item, body, nullptr);
+  }
+}
+
+/// `body`: what the grid knows of the block.
+void Placement::DrawExactly(const Item& item, const grid::Body& body, grid::Grid::Edit* edit) {
+  Block& block = *item.block;
+  sensing::Scene& scene = item.model->scene();
+  if (!block.exact_) block.exact_ = std::make_unique<ExactDrawing>();
+  block.exact_->Draw(&scene.grid, body,
+                     std::span(exact_corners_).subspan(item.first_corner, CornersOf(item).size()),
+                     scene.cells_per_metre, edit);
 }
 
 }  // namespace Stg

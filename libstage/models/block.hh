@@ -192,6 +192,8 @@ class Placement {
   /// Moves the drawings there. A body that is too large is not drawn, with a message. `edit`: for
   /// one of several threads at once, see MayShareEdit().
   void Commit(grid::Grid::Edit* edit = nullptr);
+  /// Draws the outlines for the exact ray model, of those bodies that are drawn, and nothing else.
+  void AddExactDrawings();
 
   /// So many cells are drawn in that a move could be refused for it: the order of moves matters.
   static bool IsNearlyFull(const Model& model);
@@ -229,6 +231,7 @@ class Placement {
   std::span<grid::TilePart> PartsOf(const Item& item);
   std::span<const grid::TilePart> PartsOf(const Item& item) const;
   void CommitItem(const Item& item, grid::Grid::Edit* edit);
+  void DrawExactly(const Item& item, const grid::Body& body, grid::Grid::Edit* edit);
   static void TellTooLarge(const Item& item);
 
   std::vector<Item> items_;

@@ -32,7 +32,7 @@ namespace {
 using Bytes = StateExchange::Bytes;
 
 /// To be raised whenever the state of a class has other parts, or their order changes.
-constexpr uint64_t kVersion = 1;
+constexpr uint64_t kVersion = 2;
 constexpr size_t kMagicSize = sizeof(Snapshot::kMagic) - 1;
 constexpr size_t kHeadSize = kMagicSize + 4 + 8 + 8, kChecksumSize = 8;
 

@@ -304,12 +304,22 @@ bool World::IsExact(RayModel model) const {
   return (model == RayModel::kDefault ? GetRayModel() : model) == RayModel::kExact;
 }
 
+/// It leaves no trace in the state, as anybody who looks on may ask for it: thin outlines stay as
+/// they are, and so do bodies that are drawn nowhere.
 void World::DrawForExactRays() {
   if (engine_->scene.exact_drawing) return;
+  engine_->TraceBatch();
   engine_->scene.exact_drawing = true;
-  const bool all_lie_as_loaded = engine_->scene.grid.last_stamp() == engine_->last_stamp_of_loading;
-  for (Model* child : children) child->Map();
-  if (all_lie_as_loaded) NoteAllDrawn();
+  Placement& placement = engine_->placement;
+  try {
+    for (Model* model : engine_->models) {
+      placement.Plan(*model, false);
+      placement.AddExactDrawings();
+    }
+  } catch (...) {  // there is too little memory: what has been drawn is drawn over the next time
+    engine_->scene.exact_drawing = false;
+    throw;
+  }
 }
 
 int32_t World::MetersToPixels(meters_t x) const {

@@ -59,12 +59,6 @@ void World::ExchangeOwn(StateExchange& exchange) {
   double resolution = scene.cells_per_metre;
   exchange(resolution);
   if (resolution != scene.cells_per_metre) exchange.Fail("found another resolution of the grid");
-  // Drawing them all for the exact ray model, once, changes the order of bodies in cells.
-  bool exact_drawing = scene.exact_drawing;
-  exchange(exact_drawing);
-  if (!exchange.restoring() || exchange.failed()) return;
-  if (exact_drawing) DrawForExactRays();
-  scene.exact_drawing = exact_drawing;
 }
 
 /// Models have changed them while they were restored.
@@ -298,11 +292,10 @@ void World::NoteAllDrawn() {
   const grid::Grid& grid = engine_->scene.grid;
   engine_->last_stamp_of_loading = grid.last_stamp();
   const std::vector<DrawnBody> bodies = BodiesOf(engine_->models, grid, true);
-  if (!std::ranges::is_sorted(bodies, {}, &DrawnBody::stamp)) {
-    engine_->last_stamp_of_loading = 0;
-    return;
-  }
-  for (const DrawnBody& body : bodies) body.block->NoteLoadingStamp(body.stamp);
+  if (std::ranges::is_sorted(bodies, {}, &DrawnBody::stamp))
+    for (const DrawnBody& body : bodies) body.block->NoteLoadingStamp(body.stamp);
+  else  // a type has made models before those that stand above it, or a body lies beyond all cells
+    DrawInOrder(engine_->models);
   for (Model* model : engine_->models) model->blockgroup->NoteDrawnSinceLoading(false);
 }
 

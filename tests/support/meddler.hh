@@ -53,7 +53,9 @@ inline std::unique_ptr<World> LoadRobotsOfAllTypes(uint64_t seed, bool exact = f
 /// Does something to the world, as a function of the numbers and of what there is in it.
 class Meddler {
  public:
-  Meddler(World* world, uint64_t seed) : world_(*world), random_(seed) {}
+  /// `reach`: how far from the origin it puts things, metres.
+  Meddler(World* world, uint64_t seed, double reach = 3)
+      : world_(*world), random_(seed), reach_(reach) {}
 
   void Do() {
     const std::vector<Model*> models = all_models::ByNumber(&world_);
@@ -65,7 +67,10 @@ class Meddler {
   }
 
  private:
-  Pose NearBy() { return Pose(random_.Real(-3, 3), random_.Real(-3, 3), 0, random_.Real(-4, 4)); }
+  Pose NearBy() {
+    const double x = random_.Real(-reach_, reach_), y = random_.Real(-reach_, reach_);
+    return Pose(x, y, 0, random_.Real(-4, 4));
+  }
 
   void Drive() {
     for (Model* model : all_models::ByNumber(&world_)) {
@@ -120,9 +125,11 @@ class Meddler {
   }
 
   void Create(Model* parent) {
-    const char* const kTypes[] = {"model", "position", "ranger", "fiducial", "wifi", "gripper"};
+    const char* const kTypes[] = {"model",  "position",     "ranger",   "fiducial",
+                                  "wifi",   "gripper",      "camera",   "blobfinder",
+                                  "bumper", "blinkenlight", "actuator", "lightindicator"};
     Model* const made = world_.CreateModel(parent == world_.GetGround() ? nullptr : parent,
-                                           kTypes[random_.Int(0, 5)]);
+                                           kTypes[random_.Int(0, 11)]);
     made->SetPose(NearBy());
     if (random_.OneIn(2)) made->Subscribe();
   }
@@ -137,14 +144,20 @@ class Meddler {
 
   World& world_;
   test::RandomSource random_;
+  double reach_;
 };
 
+/// Does what is done after a step.
+inline void Meddle(World* world, uint64_t seed, int step, double reach = 3) {
+  Meddler meddler(world, seed * 1000 + static_cast<uint64_t>(step), reach);
+  for (int k = 0; k < 3; k++) meddler.Do();
+}
+
 /// Steps a world and does what is done in these steps, after each.
-inline void Go(World* world, uint64_t seed, int first, int steps) {
+inline void Go(World* world, uint64_t seed, int first, int steps, double reach = 3) {
   for (int i = first; i < first + steps; i++) {
     world->Update();
-    Meddler meddler(world, seed * 1000 + static_cast<uint64_t>(i));
-    for (int k = 0; k < 3; k++) meddler.Do();
+    Meddle(world, seed, i, reach);
   }
 }
 
