@@ -80,6 +80,7 @@ BodyId Grid::AddBody(const Body& body) {
     bodies_.push_back(body);
     free_bodies_.reserve(bodies_.capacity());  // for RemoveBody()
   }
+  stamps_[id] = 0;  // until it is drawn somewhere: not that of the body that had this number before
   bodies_[id].layers = LayersOf(body);
   return id;
 }
@@ -142,6 +143,7 @@ void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   TileCells& tile = tiles_[slot];
   edit->drawn_cells += std::popcount(bits);
   if (IsEmpty(slot)) CountFilledTile(slot, edit);
+  if (tile.cells == 0) Include(&edit->extent, SuperOf(slot));
   if (tile.cells == 0 || (tile.bodies == id + 1 && (tile.cells & bits) == 0)) {
     SetBodies(slot, id + 1);
   } else {
@@ -302,6 +304,7 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
     outline_parts_.TakeBack(edit.outlines());
     own_edit_.drawn_cells += std::exchange(edit.drawn_cells, 0);
     own_edit_.empty_regions += std::exchange(edit.empty_regions, 0);
+    if (!edit.extent.empty()) Include(&own_edit_.extent, std::exchange(edit.extent, CellBox()));
   }
   DropRegionsIfManyAreEmpty();
 }
@@ -455,10 +458,25 @@ void Grid::AddFreeRegion() {
 }
 
 void Grid::WidenExtent(std::span<const TilePart> parts) {
-  constexpr int kTilesPerSuper = RAY_SUPER_SHIFT - RAY_TILE_SHIFT;
-  for (const TilePart& part : parts)
-    Include(&extent_,
-            SquareBox(part.x >> kTilesPerSuper, part.y >> kTilesPerSuper, RAY_SUPER_SHIFT));
+  for (const TilePart& part : parts) Include(&own_edit_.extent, SuperOf(part.slot));
+}
+
+bool Grid::LiesInExtent() const {
+  const CellBox& all = own_edit_.extent;
+  for (uint32_t slot = 0; slot < tiles_.size(); slot++) {
+    if (tiles_[slot].cells == 0) continue;
+    const CellBox box = SuperOf(slot);
+    if (box.min_x < all.min_x || box.min_y < all.min_y || box.max_x > all.max_x ||
+        box.max_y > all.max_y)
+      return false;
+  }
+  return true;
+}
+
+/// The superregion that the tile lies in, in cells. The tile's region must exist.
+CellBox Grid::SuperOf(uint32_t slot) const {
+  const Super& super = supers_[regions_[slot / kTilesPerRegion].super];
+  return SquareBox(super.x, super.y, RAY_SUPER_SHIFT);
 }
 
 uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
@@ -472,7 +490,6 @@ uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
   super = free_supers_.back();
   free_supers_.pop_back();
   supers_[super] = {x, y, 0, true};
-  Include(&extent_, SquareBox(x, y, RAY_SUPER_SHIFT));
   Enter(super);
   structure_version_++;
   return super;

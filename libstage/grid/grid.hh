@@ -133,6 +133,7 @@ class Grid {
     PoolShare own_lists, own_nodes, own_outlines;
     int64_t drawn_cells = 0, empty_regions = 0;  // more than before
     uint64_t first_drawing = 0, drawings = 0;    // numbers, see Stamp()
+    CellBox extent;                              // what this edit adds to Grid::extent()
 
    public:
     /// In a shared edit: the next bodies that it redraws count as drawn behind those of which there
@@ -332,16 +333,22 @@ class Grid {
   CellBox occupied() const { return occupied_; }
   /// From now on rays meet nothing, whatever is drawn.
   void Hide() { occupied_ = CellBox(); }
-  /// The superregions ever made, in cells.
-  CellBox extent() const { return extent_; }
-  /// Goes back to an extent that everything drawn lies in.
-  void SetExtent(const CellBox& extent) { extent_ = extent; }
-  /// As if the superregions that the parts lie in had just been made.
+  /// The bounding box of all superregions in which a thin outline has ever been drawn, in cells. It
+  /// is a part of the world's state, as cameras see the floor that far. Drawing a thin outline is
+  /// the only event that widens it: neither superregions that come and go, nor exact outlines,
+  /// which are drawn for any onlooker, nor moves that are planned and not made have a part in it.
+  CellBox extent() const { return own_edit_.extent; }
+  /// Goes back to an extent that everything drawn lies in: see LiesInExtent().
+  void SetExtent(const CellBox& extent) { own_edit_.extent = extent; }
+  /// True if all thin outlines lie in the extent. Only then does drawing widen it as it should, as
+  /// tiles that are occupied already are taken for a part of it.
+  bool LiesInExtent() const;
+  /// Widens the extent to what is drawn in the parts.
   void WidenExtent(std::span<const TilePart> parts);
   /// To be called when nothing is drawn any more: what is drawn then begins a new extent.
   void ForgetExtent() {
     DropEmptyRegions();
-    extent_ = CellBox();
+    own_edit_.extent = CellBox();
   }
 
   struct Statistics {
@@ -418,6 +425,7 @@ class Grid {
     return ray_block_map(super, static_cast<int>(place & 15) >> 3, static_cast<int>(place >> 7));
   }
   void MarkRegion(const Region& region, bool filled);
+  CellBox SuperOf(uint32_t slot) const;
   void CountFilledTile(uint32_t slot, Edit* edit);
   void CountEmptiedTile(uint32_t slot, Edit* edit);
   void DropRegionsIfManyAreEmpty();
@@ -452,7 +460,7 @@ class Grid {
   uint64_t step_ = 0;
   bool tracking_ = false;
   mutable ChangedTiles changed_bodies_;
-  CellBox occupied_, extent_;
+  CellBox occupied_;
   Edit own_edit_;  // of who changes the grid alone
 };
 

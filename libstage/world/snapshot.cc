@@ -463,7 +463,7 @@ bool World::Restore(const Snapshot& from) {
   Restorer restorer(this);
   try {
     wrong = restorer.Restore(row, &room.before);
-    if (wrong.empty() && from.is_from_file_ && !IsIn(row))
+    if (wrong.empty() && from.is_from_file_ && !(IsIn(row) && engine_->scene.grid.LiesInExtent()))
       wrong = "found a state that no world is in";
   } catch (...) {  // there is too little memory, or a controller's Init() threw something
     if (restorer.has_begun()) Restorer(this).PutBack(room.before);
