@@ -185,6 +185,34 @@ TEST_F(FilesTest, AsksBeforeItQuits) {
   world_->CancelQuitAll();
 }
 
+TEST_F(FilesTest, QuittingLeavesTheWorldFileAsItIs) {
+  OpenFile("w.world");
+  world_->GetModel("r0")->SetPose(Pose(2, 1, 0, 0));
+  TypeLater(0.8, {"Return", "Return"});  // of the question, and of what might follow
+  Type("q", {"Control_L"});
+  EXPECT_TRUE(world_->TestQuit());
+  EXPECT_EQ(ReadFile("w.world"), kWorld);
+  world_->CancelQuitAll();
+}
+
+TEST_F(FilesTest, SavingBeforeQuittingSuggestsAnotherName) {
+  using Stg::internal::window::FreeNameBeside;
+  EXPECT_EQ(FreeNameBeside("w.world"), "w-1.world");
+  std::ofstream("w-1.world") << "taken";
+  EXPECT_EQ(FreeNameBeside("w.world"), "w-2.world");
+  EXPECT_EQ(FreeNameBeside((folder_ / "w.world").string()), (folder_ / "w-2.world").string());
+  EXPECT_EQ(FreeNameBeside(""), "");
+}
+
+TEST_F(FilesTest, SaveAsAsksBeforeItReplaces) {
+  OpenFile("w.world");
+  world_->GetModel("r0")->SetPose(Pose(2, 1, 0, 0));
+  TypeLater(0.8, {"Return"});  // the name that is suggested: its own
+  Fl::add_timeout(1.6, [](void*) { TheHand().Type("Escape"); });
+  Type("s", {"Control_L", "Shift_L"});
+  EXPECT_EQ(ReadFile("w.world"), kWorld);
+}
+
 TEST_F(FilesTest, RunEndsWhenTheWindowIsClosed) {
   OpenFile("w.world");
   parts().confirm_on_quit = false;

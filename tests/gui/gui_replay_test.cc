@@ -34,12 +34,16 @@ class ReplayTest : public WindowTest {
     Record();
     replay_ = std::make_unique<recording::Replay>((folder_ / "run.mcap").string());
     const recording::UnpackedFiles files(replay_->files());
-    OpenFile(files.world_file());
+    world_ = std::make_unique<WorldGui>(400, 300, "test");
+    parts().ShowLog({"run.mcap", 0, 30, [this](double seconds) {
+                       replay_->GoTo(static_cast<usec_t>(seconds * kSecond + 0.5));
+                     }});
+    ASSERT_TRUE(world_->Load(files.world_file()));
+    world_->Stop();
+    TheHand().Focus(WindowId(world_.get()));
+    Settle();
+    world_->SetQuitTime(replay_->end());
     replay_->Attach(world_.get());
-    parts().menu.AddSkips([this](double seconds) {
-      const double now = static_cast<double>(world_->SimTimeNow()) + seconds * 1e6;
-      replay_->GoTo(now > 0 ? static_cast<usec_t>(now) : 0);
-    });
   }
   void TearDown() override {
     WindowTest::TearDown();
@@ -89,6 +93,46 @@ TEST_F(ReplayTest, StepsPausesAndGoesBackAndOn) {
   Type("less");
   ASSERT_TRUE(RunUntil([&] { return world_->SimTimeNow() == 0; }));
   ExpectItsPlace();
+}
+
+TEST_F(ReplayTest, ShowsTheLogsName) {
+  EXPECT_STREQ(world_->label(), "test: replay of run.mcap");
+  EXPECT_EQ(canvas().h(),
+            300 - view::ViewState::kMenuHeight);  // the time line has a row of its own
+}
+
+TEST_F(ReplayTest, TheTimeLineGoesToAnyTime) {
+  const Fl_Slider& slider = parts().timeline->slider();
+  TheHand().MoveTo(world_->x_root() + slider.x() + 8, world_->y_root() + slider.y() + 8);
+  TheHand().Press(1);
+  Settle();
+  TheHand().MoveTo(world_->x_root() + slider.x() + slider.w() / 2,
+                   world_->y_root() + slider.y() + 8);
+  Settle();
+  EXPECT_NEAR(static_cast<double>(world_->SimTimeNow()) / kSecond, 15, 1);
+  ExpectItsPlace();
+  TheHand().MoveTo(world_->x_root() + slider.x() + slider.w() + 20,
+                   world_->y_root() + slider.y() + 8);
+  Settle();
+  TheHand().Release(1);
+  Settle();
+  EXPECT_EQ(world_->SimTimeNow(), kLength);
+  ExpectItsPlace();
+  Type("Home");
+  EXPECT_EQ(world_->SimTimeNow(), 0u);
+  EXPECT_NEAR(slider.value(), 0, 1e-9);
+}
+
+TEST_F(ReplayTest, TheTimeLineFollowsTheReplayAndEndsWithIt) {
+  world_->Start();
+  world_->speedup = -1;
+  ASSERT_TRUE(RunUntil([this] { return world_->Paused(); }));
+  Settle();
+  EXPECT_EQ(world_->SimTimeNow(), kLength);
+  EXPECT_NEAR(parts().timeline->slider().value(), 30, 1e-9);
+  Type("p");  // from the start
+  ASSERT_TRUE(RunUntil([this] { return world_->Paused(); }));
+  EXPECT_EQ(world_->SimTimeNow(), kLength);
 }
 
 }  // namespace

@@ -51,6 +51,137 @@ TEST_F(WindowTest, PausesAndSteps) {
   EXPECT_EQ(world_->SimTimeNow(), time + 100000);
 }
 
+// ---- the buttons beside the menus ---------------------------------------------------------------
+
+class ToolbarTest : public WindowTest {
+ protected:
+  void Press(const Fl_Widget& button) {
+    TheHand().MoveTo(world_->x_root() + button.x() + button.w() / 2,
+                     world_->y_root() + button.y() + button.h() / 2);
+    Settle();
+    TheHand().Click();
+    Settle();
+  }
+};
+
+TEST_F(ToolbarTest, RunsPausesAndSteps) {
+  Open(kHall);
+  const auto& toolbar = parts().toolbar;
+  EXPECT_STREQ(toolbar.run().tooltip(), "Run (p)");
+  Press(toolbar.step());
+  EXPECT_EQ(world_->UpdateCount(), 1u);
+  Press(toolbar.run());
+  EXPECT_TRUE(RunUntil([&] { return world_->UpdateCount() > 3; }));
+  EXPECT_STREQ(toolbar.run().tooltip(), "Pause (p)");
+  Press(toolbar.run());
+  EXPECT_TRUE(world_->Paused());
+  const uint64_t steps = world_->UpdateCount();
+  Press(toolbar.step());
+  EXPECT_EQ(world_->UpdateCount(), steps + 1);
+}
+
+TEST_F(ToolbarTest, BeginsAnew) {
+  Open(kHall);
+  auto* robot = dynamic_cast<Stg::ModelPosition*>(world_->GetModel("r0"));
+  robot->SetPose(Pose(0, 0, 0, 0));
+  parts().selection.SelectOnly(robot);
+  parts().view.flat.setScale(55);
+  parts().SetSpeed(3);
+  for (int i = 0; i < 5; i++) Type("period");
+  for (const bool by_key : {false, true}) {
+    if (by_key)
+      Type("Home");
+    else
+      Press(parts().toolbar.restart());
+    EXPECT_EQ(world_->SimTimeNow(), 0u);
+    EXPECT_EQ(world_->GetModel("r0")->GetPose().x, 1);
+    EXPECT_TRUE(world_->Paused());
+    EXPECT_EQ(parts().view.flat.scale(), 55);
+    EXPECT_EQ(world_->speedup, 3);
+    EXPECT_EQ(parts().selection.last(), world_->GetModel("r0"));
+    Type("period");
+    EXPECT_EQ(world_->UpdateCount(), 1u);
+  }
+  world_->Start();
+  EXPECT_TRUE(RunUntil([&] { return world_->UpdateCount() > 4; }));
+  Type("Home");
+  EXPECT_FALSE(world_->Paused());
+  EXPECT_TRUE(RunUntil([&] { return world_->UpdateCount() > 4; }));
+}
+
+/// Beginning anew is beginning anew: a run is then what it was.
+TEST_F(ToolbarTest, ARunThatBeginsAnewIsTheSame) {
+  Open(kHall +
+       "position ( name \"r2\" pose [-1 1 0 0] alwayson 1 ranger ( alwayson 1 "
+       "sensor ( samples 9 range [0 5] noise [0.1 0.1 0] ) ) )");
+  world_->Start();
+  world_->Stop();
+  for (int i = 0; i < 9; i++) world_->Update();
+  const uint64_t hash = world_->StateHash();
+  Type("Home");
+  for (int i = 0; i < 9; i++) world_->Update();
+  EXPECT_EQ(world_->StateHash(), hash);
+}
+
+TEST_F(ToolbarTest, ShowsTheSpeed) {
+  using Stg::internal::window::SpeedText;
+  EXPECT_EQ(SpeedText(1), "1 \u00d7");
+  EXPECT_EQ(SpeedText(0.25), "0.25 \u00d7");
+  EXPECT_EQ(SpeedText(20), "20 \u00d7");
+  EXPECT_EQ(SpeedText(0), "max");
+  Open(kHall);
+  const auto shown = [&] { return std::string(parts().toolbar.speed().label()); };
+  EXPECT_EQ(shown(), SpeedText(1));
+  Type("bracketright");
+  EXPECT_EQ(shown(), SpeedText(1.2));
+  Type("braceright");
+  EXPECT_EQ(shown(), "max");
+  // The first of the list: a tenth.
+  Fl::add_timeout(0.8, [](void*) { TheHand().Type("Down"); });  // the list waits for an answer
+  Fl::add_timeout(1.2, [](void*) { TheHand().Type("Return"); });
+  Press(parts().toolbar.speed());
+  EXPECT_EQ(world_->speedup, 0.1);
+  EXPECT_EQ(shown(), SpeedText(0.1));
+}
+
+TEST_F(ToolbarTest, KeysWorkOnTheButtonsAndAfterAClick) {
+  Open(kHall);
+  const auto& toolbar = parts().toolbar;
+  Press(toolbar.step());
+  parts().view.flat.setPitch(30);
+  Type("space");  // looks from above, as on the canvas, and does not press the button once more
+  EXPECT_EQ(world_->UpdateCount(), 1u);
+  EXPECT_TRUE(world_->IsTopView());
+  for (int i = 0; i < 8 && Fl::focus() != &toolbar.step(); i++) Type("Tab");
+  ASSERT_EQ(Fl::focus(), &toolbar.step());
+  Type("space");
+  Type("space");
+  EXPECT_EQ(world_->UpdateCount(), 3u);
+  Type("period");
+  EXPECT_EQ(world_->UpdateCount(), 4u);
+}
+
+TEST_F(ToolbarTest, StaysInItsPlaceWhenTheWindowGrows) {
+  Open(kHall);
+  const int x = parts().toolbar.speed().x(), width = parts().toolbar.run().w();
+  TheHand().Resize(WindowId(world_.get()), 1000, 700);
+  EXPECT_TRUE(RunUntil([&] { return world_->w() == 1000; }));
+  EXPECT_EQ(parts().toolbar.speed().x(), x);
+  EXPECT_EQ(parts().toolbar.run().w(), width);
+  EXPECT_EQ(canvas().h(), 670);
+}
+
+TEST_F(WindowTest, AWorldWithoutASectionIsShownWhole) {
+  Open("model ( pose [100 50 0 0] size [2 2 1] ) model ( pose [-100 -50 0 0] size [2 2 1] )");
+  for (const double side : {1.0, -1.0}) {
+    const Stg::point_t place = PlaceOf(Pose(side * 100, side * 50, 0, 0));
+    EXPECT_GT(place.x, 0);
+    EXPECT_LT(place.x, canvas().w());
+    EXPECT_GT(place.y, 0);
+    EXPECT_LT(place.y, canvas().h());
+  }
+}
+
 TEST_F(WindowTest, RunsAtTheWantedSpeed) {
   Open("interval_sim 10 " + kHall);
   world_->Start();

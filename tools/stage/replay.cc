@@ -42,13 +42,18 @@ void ReplayRun::EndLoading() {
 }
 
 void ReplayRun::Attach(World* world) {
-  world->SetQuitTime(duration_ > 0 ? std::min(duration_, replay_.end()) : replay_.end());
+  world->SetQuitTime(End());
   replay_.Attach(world);
 }
 
-void ReplayRun::Skip(World* world, double seconds) {
-  const double now = static_cast<double>(world->SimTimeNow()) + seconds * 1e6;
-  replay_.GoTo(static_cast<usec_t>(std::llround(std::max(now, 0.0))));
+void ReplayRun::GoTo(double seconds) {
+  replay_.GoTo(static_cast<usec_t>(std::llround(std::max(1e6 * seconds, 0.0))));
 }
+
+usec_t ReplayRun::End() const {
+  return duration_ > 0 ? std::min(duration_, replay_.end()) : replay_.end();
+}
+
+double ReplayRun::end() const { return static_cast<double>(End()) / 1e6; }
 
 }  // namespace Stg::program

@@ -30,13 +30,22 @@ class ReplayRun {
   void EndLoading();
   /// To be called when the world is loaded.
   void Attach(World* world);
-  /// So many simulated seconds on, or back if they are negative.
-  void Skip(World* world, double seconds);
+  /// Shows that time, simulated seconds.
+  void GoTo(double seconds);
+  /// The log's name, without folders.
+  const std::string& name() const { return name_; }
+  double start() const { return static_cast<double>(replay_.start()) / 1e6; }
+  double end() const;
 
  private:
   ReplayRun(const std::string& file, usec_t duration)
-      : replay_(file), duration_(duration), files_(replay_.files()) {}
+      : name_(file.substr(file.rfind('/') + 1)),
+        replay_(file),
+        duration_(duration),
+        files_(replay_.files()) {}
+  usec_t End() const;
 
+  const std::string name_;
   recording::Replay replay_;
   const usec_t duration_;                          // wanted; 0: all of it
   std::optional<recording::UnpackedFiles> files_;  // until the world is loaded

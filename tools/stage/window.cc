@@ -44,8 +44,12 @@ World* OpenWindow(const Options& options, ReplayRun* replay) {
   WindowRequest request;
   request.caption = "Stage";
   request.ends_at_quit_time = options.run.duration > 0;
-  if (replay)
-    request.skip = [replay](World& world, double seconds) { replay->Skip(&world, seconds); };
+  if (replay) {
+    request.log_name = replay->name();
+    request.log_start = replay->start();
+    request.log_end = replay->end();
+    request.go_to = [replay](World&, double seconds) { replay->GoTo(seconds); };
+  }
   World* world = make(&request, &message);
   if (!world) throw WindowError(message, kFailure);
   return world;

@@ -79,13 +79,17 @@ void DrawBoundingBox(const Model& model, const Pose& global, Painting* painting)
   painter.Line({0, -kCross, size.z}, {0, kCross, size.z});
 }
 
-void DrawSelected(Model& model, Painting* marks, Painting* over) {
+void DrawSelected(Model& model, const view::Projection& projection, Painting* marks,
+                  Painting* over) {
   constexpr double kLarger = 1.6, kAboveFloor = 0.01, kLabelOffset = 0.5;
+  constexpr double kLeast = 14;  // pixels: small robots can't be seen under a mark of their size
   const Pose global = model.GetGlobalPose();
   const Geom geom = model.GetGeom();
   Painter painter(marks);
   painter.SetFrame(BodyFrame(model, global));
-  const Bounds x = Half(kLarger * geom.size.x), y = Half(kLarger * geom.size.y);
+  const double least = kLeast * projection.PixelAt(point3_t(global.x, global.y, global.z));
+  const Bounds x = Half(std::max(kLarger * geom.size.x, least)),
+               y = Half(std::max(kLarger * geom.size.y, least));
   painter.SetColor({0, 255, 0, Rgba::Part(0.4)});
   painter.Rectangle(x, y, kAboveFloor);
   painter.SetColor({0, 255, 0, Rgba::Part(0.8)});

@@ -34,7 +34,8 @@ void DrawSensor(const ModelRanger::Sensor& sensor, size_t index, const Pose& pla
 void DrawFlags(const Model& model, const Pose& global, Painting* painting);
 void DrawSpeech(const Model& model, const Pose& global, Painting* painting);
 void DrawBoundingBox(const Model& model, const Pose& global, Painting* painting);
-void DrawSelected(Model& model, Painting* marks, Painting* over);
+void DrawSelected(Model& model, const view::Projection& projection, Painting* marks,
+                  Painting* over);
 /// A triangle along the frame's x axis.
 void DrawArrow(Painter* painter);
 /// `top`: of the body, in the model's frame. `step`: metres between numbers.

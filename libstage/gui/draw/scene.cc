@@ -48,7 +48,8 @@ void Scene::Update(World& world, const view::ViewState& view, int width, int hei
   if (view.options[Show::kGrid])
     DrawAxisNumbers(frame_.floor_x, frame_.floor_y, frame_.step, *frame_.projection, &frame_.floor);
   if (view.options[Show::kOccupancy]) DrawOccupancy(world, *frame_.projection, &frame_.floor);
-  for (Model* model : selection.models) DrawSelected(*model, &frame_.marks, &frame_.over);
+  for (Model* model : selection.models)
+    DrawSelected(*model, *frame_.projection, &frame_.marks, &frame_.over);
   if (job.shows_data()) AddData(job);
   if (view.options[Show::kRays] && selection.last)
     DrawRays(world, *selection.last->Root(), &frame_.over);

@@ -68,6 +68,7 @@ void Canvas::flush() {
   const double start = Now();
   Fl_Gl_Window::flush();
   parts_.runner.Drawn(start, Now());
+  parts_.RefreshState();
 }
 
 }  // namespace Stg

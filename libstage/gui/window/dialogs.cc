@@ -13,6 +13,7 @@
 #include <FL/fl_ask.H>
 
 #include <cstdlib>
+#include <filesystem>
 
 #include "gui/window/logo.hh"
 #include "gui/window/parts.hh"
@@ -209,22 +210,41 @@ std::string ChooseFileToLoad(const std::string& present) {
   return Choose(folder, Fl_File_Chooser::SINGLE, "Load World", "Load");
 }
 
-std::string ChooseFileToSave(const std::string& present) {
+std::string ChooseFileToSave(const std::string& suggested) {
   const char* home = std::getenv("HOME");
-  const std::string start =
-      !present.empty() ? present : std::string(home ? home : ".") + "/my_scene.world";
-  return Choose(start, Fl_File_Chooser::CREATE, "Save World As", "Save");
+  std::string file =
+      !suggested.empty() ? suggested : std::string(home ? home : ".") + "/my_scene.world";
+  for (;;) {
+    file = Choose(file, Fl_File_Chooser::CREATE, "Save World As", "Save");
+    if (file.empty() || !std::filesystem::exists(file)) return file;
+    fl_message_title("Save World As");
+    // Esc is the first button, Return the second.
+    const int answer =
+        fl_choice("%s exists. Replace it?", "Cancel", "Another name", "Replace", file.c_str());
+    if (answer != 1) return answer == 2 ? file : "";
+  }
+}
+
+std::string FreeNameBeside(const std::string& file) {
+  if (file.empty()) return "";
+  const std::filesystem::path path(file);
+  for (int number = 1;; number++) {
+    std::filesystem::path name = path;
+    name.replace_filename(path.stem().string() + "-" + std::to_string(number) +
+                          path.extension().string());
+    if (!std::filesystem::exists(name)) return name.string();
+  }
 }
 
 QuitAnswer AskBeforeQuitting() {
   fl_message_title("Quitting Stage");
-  // Esc is the first, Return the second.
-  switch (fl_choice("Save the world before quitting?", "Cancel", "Save, then quit",
-                    "Quit without saving")) {
+  // Esc is the first button, Return the second.
+  switch (fl_choice("Quit without saving? The world file stays as it is.", "Cancel", "Quit",
+                    "Save as, then quit")) {
     case 1:
-      return QuitAnswer::kSave;
-    case 2:
       return QuitAnswer::kQuit;
+    case 2:
+      return QuitAnswer::kSave;
     default:
       return QuitAnswer::kCancel;
   }

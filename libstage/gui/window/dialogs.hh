@@ -36,9 +36,11 @@ void ShowHelp();
 void ShowAbout();
 void Alert(const std::string& text);
 
-/// A file of the user's choice; empty: none.
+/// A file of the user's choice; empty: none. What exists is replaced only if the user says so.
 std::string ChooseFileToLoad(const std::string& present);
-std::string ChooseFileToSave(const std::string& present);
+std::string ChooseFileToSave(const std::string& suggested);
+/// A name beside that file that nothing has yet: "cave-1.world" for "cave.world".
+std::string FreeNameBeside(const std::string& file);
 
 enum class QuitAnswer { kCancel, kSave, kQuit };
 QuitAnswer AskBeforeQuitting();

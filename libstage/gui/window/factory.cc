@@ -9,8 +9,9 @@ extern "C" Stg::World* stage_make_window(const Stg::WindowRequest* request, std:
   if (!message->empty()) return nullptr;
   auto* world = new Stg::WorldGui(request->width, request->height, request->caption);
   world->parts().ends_at_quit_time = request->ends_at_quit_time;
-  if (request->skip)
-    world->parts().menu.AddSkips(
-        [world, skip = request->skip](double seconds) { skip(*world, seconds); });
+  if (!request->log_name.empty())
+    world->parts().ShowLog(
+        {request->log_name, request->log_start, request->log_end,
+         [world, go_to = request->go_to](double seconds) { go_to(*world, seconds); }});
   return world;
 }

@@ -13,11 +13,13 @@ namespace Stg {
 class World;
 
 struct WindowRequest {
-  int width = 400, height = 300;  ///< pixels, menu bar included
+  int width = 800, height = 630;  ///< pixels, menu bar included; a `window` section wins
   const char* caption = nullptr;
   bool ends_at_quit_time = false;  ///< otherwise the world pauses there
-  /// Goes so many simulated seconds on, or back; empty: the world can't.
-  std::function<void(World&, double seconds)> skip;
+  /// The log that the world shows; its name is empty if it shows none. Simulated seconds.
+  std::string log_name;
+  double log_start = 0, log_end = 0;
+  std::function<void(World&, double seconds)> go_to;
 };
 
 }  // namespace Stg

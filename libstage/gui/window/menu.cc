@@ -31,6 +31,7 @@ int ShortcutNumber(const std::string& text) {
     if (CutWord(&key, "Shift+")) number |= FL_SHIFT, more = true;
   }
   if (key == "space") return number | ' ';
+  if (key == "Home") return number | FL_Home;
   return key.empty() ? 0 : number | std::tolower(static_cast<unsigned char>(key[0]));
 }
 
@@ -54,8 +55,7 @@ void Menu::AddFileMenu() {
       "&File/&Load World...", "Ctrl+l", [this] { parts_.AskForFileToLoad(); }, FL_MENU_DIVIDER);
   Add("&File/&Save World", "Ctrl+s", [this] { parts_.SaveToItsFile(); });
   Add(
-      "&File/Save World &As...", "Ctrl+Shift+s", [this] { parts_.AskForFileToSave(); },
-      FL_MENU_DIVIDER);
+      "&File/Save World &As...", "Ctrl+Shift+s", [this] { parts_.SaveAs(); }, FL_MENU_DIVIDER);
   Add("&File/E&xit", "Ctrl+q", [this] { parts_.Quit("User exited via menu"); });
 }
 
@@ -83,8 +83,9 @@ void Menu::AddOptions() {
 
 void Menu::AddRunMenu() {
   Add("Run/Pause", "p", [this] { parts_.TogglePause(); });
+  Add("Run/One step", ".", [this] { parts_.OneStep(); });
   Add(
-      "Run/One step", ".", [this] { parts_.OneStep(); }, FL_MENU_DIVIDER);
+      "Run/Begin anew", "Home", [this] { parts_.Restart(); }, FL_MENU_DIVIDER);
   Add("Run/Faster", "]", [this] { parts_.Faster(); });
   Add(
       "Run/Slower", "[", [this] { parts_.Slower(); }, FL_MENU_DIVIDER);

@@ -49,7 +49,7 @@ class Menu {
   std::vector<std::pair<std::size_t, std::string>> ticks_;  // option, path of its item
 };
 
-/// FLTK's number for "d", "Ctrl+O", "Ctrl+Shift+S"; 0 for an empty text.
+/// FLTK's number for "d", "Ctrl+O", "Ctrl+Shift+S", "space", "Home"; 0 for an empty text.
 int ShortcutNumber(const std::string& text);
 
 }  // namespace Stg::internal::window

@@ -19,6 +19,7 @@ constexpr double kBelowFast = 100;  // times real time, from "as fast as possibl
 Parts::Parts(WorldGui& owner)
     : world(owner),
       menu(*this, owner.w(), view::ViewState::kMenuHeight),
+      toolbar(*this, menu.bar(), owner.w(), view::ViewState::kMenuHeight),
       canvas(new Canvas(*this, 0, view::ViewState::kMenuHeight, owner.w(),
                         owner.h() - view::ViewState::kMenuHeight)),
       runner(owner, *canvas),
@@ -61,6 +62,23 @@ void Parts::FollowModel() {
 
 void Parts::ShowFilter() { filter.Toggle(); }
 
+void Parts::ShowLog(ReplayedLog log) {
+  world.size(world.w(), world.h() + Timeline::kHeight);
+  canvas->resize(0, view::ViewState::kMenuHeight, world.w(),
+                 world.h() - view::ViewState::kMenuHeight - Timeline::kHeight);
+  Fl_Group::current(nullptr);
+  timeline =
+      std::make_unique<Timeline>(*this, std::move(log), world.h() - Timeline::kHeight, world.w());
+  world.add(timeline->row());
+  world.init_sizes();
+  menu.AddSkips([this](double seconds) { timeline->Skip(seconds); });
+}
+
+void Parts::RefreshState() {
+  toolbar.Refresh();
+  if (timeline) timeline->Refresh(static_cast<double>(world.SimTimeNow()) / 1e6);
+}
+
 std::string Parts::ClockText() const {
   if (!view.options[view::Show::kClock]) return "";
   std::string text = world.ClockString();
@@ -76,10 +94,10 @@ std::string Parts::ClockText() const {
 // ---- running ------------------------------------------------------------------------------------
 
 void Parts::TogglePause() {
-  if (world.paused || !runner.has_begun())
-    world.Start();
-  else
-    world.Stop();
+  if (!world.paused && runner.has_begun()) return world.Stop();
+  const double now = static_cast<double>(world.SimTimeNow()) / 1e6;
+  if (timeline && now >= timeline->log().end) timeline->GoTo(timeline->log().start);
+  world.Start();
 }
 
 void Parts::OneStep() {
@@ -87,9 +105,36 @@ void Parts::OneStep() {
   world.Update();
 }
 
+void Parts::Restart() {
+  if (timeline) return timeline->GoTo(timeline->log().start);
+  restart_later = updating;
+  if (!loaded || updating) return;
+  World& its_world = world;
+  const view::ViewState view_before = view;
+  const double speedup = world.speedup;
+  const bool was_paused = world.paused;
+  const std::string last = selection.last() ? selection.last()->TokenStr() : "";
+  runner.Halt();
+  selection = Selection();
+  const bool good = its_world.Reset(world.seed());
+  if (!World::Exists(&its_world)) return;  // and neither are there these
+  loaded = good;
+  if (!good) return Alert("The world can't begin anew: see the messages in the terminal.");
+  view = view_before;
+  world.speedup = speedup;
+  selection.SetLast(last.empty() ? nullptr : world.GetModel(last));
+  RefreshControls();
+  runner.Begin();
+  if (was_paused)
+    world.Stop();
+  else
+    world.Start();
+}
+
 void Parts::SetSpeed(double speedup) {
   world.speedup = speedup;
   runner.Reschedule();
+  runner.WantFrame(true);
 }
 
 void Parts::Faster() {
@@ -131,13 +176,15 @@ void Parts::Load(const std::string& file) {
 
 void Parts::SaveToItsFile() {
   if (FileOf(world).empty())
-    AskForFileToSave();
+    AskForFileToSave("");
   else if (!world.Save(nullptr))
     Alert("Error saving world file.");
 }
 
-bool Parts::AskForFileToSave() {
-  const std::string file = ChooseFileToSave(FileOf(world));
+void Parts::SaveAs() { AskForFileToSave(FileOf(world)); }
+
+bool Parts::AskForFileToSave(const std::string& suggested) {
+  const std::string file = ChooseFileToSave(suggested);
   if (file.empty()) return false;
   if (world.Save(file.c_str())) return true;
   Alert("Error saving world file.");
@@ -149,8 +196,10 @@ void Parts::Quit(const char* message) {
   if (loaded && confirm_on_quit) {
     asking = true;
     const QuitAnswer answer = AskBeforeQuitting();
+    // Poses of a run in place of those that were written by hand are seldom what is wanted.
     const bool stays =
-        answer == QuitAnswer::kCancel || (answer == QuitAnswer::kSave && !AskForFileToSave());
+        answer == QuitAnswer::kCancel ||
+        (answer == QuitAnswer::kSave && !AskForFileToSave(FreeNameBeside(FileOf(world))));
     asking = false;
     if (stays) return;
   }

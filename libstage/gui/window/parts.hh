@@ -17,6 +17,8 @@
 #include "gui/window/pointer.hh"
 #include "gui/window/runner.hh"
 #include "gui/window/screenshots.hh"
+#include "gui/window/timeline.hh"
+#include "gui/window/toolbar.hh"
 #include "gui/window/world_gui.hh"
 
 namespace Stg::internal::window {
@@ -27,20 +29,24 @@ struct Parts {
   WorldGui& world;
   view::ViewState view;
   Selection selection;
-  Menu menu;       // its widget belongs to the window, as all widgets do
+  Menu menu;  // its widget belongs to the window, as all widgets do
+  Toolbar toolbar;
   Canvas* canvas;  // belongs to the window
   Runner runner;
   Pointer pointer;
   Screenshots screenshots;
   FilterDialog filter;
+  std::unique_ptr<Timeline> timeline;  ///< null: the window does not show a log
 
   std::string caption;             ///< as given to the constructor
   bool loaded = false;             ///< there is a world in it
+  bool shows_all = false;          ///< its file does not say what part of it is to be seen
   bool confirm_on_quit = true;     ///< of the world
   bool ends_at_quit_time = false;  ///< instead of pausing there
   bool updating = false;           ///< within a step
   bool asking = false;             ///< a question is on the screen
   std::string load_later;          ///< a file to load when the step is over
+  bool restart_later = false;      ///< begin anew when the step is over
   std::vector<Color> colors;       ///< the stack of PushColor()
 
   // What the menu and the keys do.
@@ -48,24 +54,34 @@ struct Parts {
   void ResetView(bool everything);
   void TogglePause();
   void OneStep();
+  /// The world is as it was when it was loaded, with the same seed, and the view stays as it is. A
+  /// log goes back to its start.
+  void Restart();
   void Faster();
   void Slower();
   void SetSpeed(double speedup);
   void AskForFileToLoad();
   void Load(const std::string& file);
   void SaveToItsFile();
-  /// False if nothing was saved.
-  bool AskForFileToSave();
+  void SaveAs();
+  /// `suggested`: the name to begin with. False if nothing was saved.
+  bool AskForFileToSave(const std::string& suggested);
   /// `message` is printed if it comes to that.
   void Quit(const char* message);
   void ShowFilter();
 
+  /// To be called before the world is loaded: adds a time line to the window.
+  void ShowLog(ReplayedLog log);
+  /// Pixels of the window beside the canvas and the menus.
+  int ExtraHeight() const { return timeline ? Timeline::kHeight : 0; }
   /// The pictures follow this model, if it is wanted and there is one.
   void FollowModel();
   /// What stands in the lower left corner.
   std::string ClockText() const;
   /// Options have been changed from outside.
   void RefreshControls();
+  /// The buttons and the time line show how things are now. For each picture.
+  void RefreshState();
 };
 
 }  // namespace Stg::internal::window

@@ -33,11 +33,12 @@ void OnClose(Fl_Widget* widget, void*) {
   static_cast<WorldGui*>(widget)->parts().Quit("Stage: User closed window");
 }
 
-/// Sizes the window and puts it in the middle of the screen.
-void Place(Fl_Window* window, int wide, int high) {
+/// Sizes the window and puts it in the middle of the screen. `extra` pixels come on top of the
+/// height, unless that is the screen's.
+void Place(Fl_Window* window, int wide, int high, int extra) {
   int x, y, width, height;
   Fl::screen_work_area(x, y, width, height, 0);
-  const int w = Side(wide, width), h = Side(high, height);
+  const int w = Side(wide, width), h = Side(high < 0 ? high : high + extra, height);
   window->resize(x + std::max(0, (width - w) / 2), y + std::max(0, (height - h) / 2), w, h);
 }
 
@@ -67,7 +68,7 @@ WorldGui::WorldGui(int width, int height, const char* caption)
   size_range(view::ViewState::kLeastSize, view::ViewState::kLeastSize);
   callback(OnClose);
   RecordTrails(true);
-  Place(this, width, height);
+  Place(this, width, height, 0);
   show();
   parts_->canvas->take_focus();
   Fl::check();  // loading may take a while
@@ -86,7 +87,7 @@ void WorldGui::PrepareLoading() {
   parts_->loaded = false;
   parts_->view = view::ViewState();
   parts_->view.width = w();
-  parts_->view.height = h();
+  parts_->view.height = h() - parts_->ExtraHeight();
 }
 
 bool WorldGui::Load(const std::string& worldfile_path) {
@@ -105,8 +106,10 @@ bool WorldGui::FinishLoading(bool good) {
   parts_->loaded = good;
   if (good) {
     const std::string file = wf->filename;
-    copy_label((parts_->caption + (file.empty() ? "" : ": " + file)).c_str());
-    Place(this, parts_->view.width, parts_->view.height);
+    const std::string shown = parts_->timeline ? "replay of " + parts_->timeline->log().name : file;
+    copy_label((parts_->caption + (shown.empty() ? "" : ": " + shown)).c_str());
+    Place(this, parts_->view.width, parts_->view.height, parts_->ExtraHeight());
+    if (parts_->shows_all) parts_->ResetView(true);
   }
   parts_->RefreshControls();
   return good;
@@ -123,7 +126,7 @@ void WorldGui::LoadWorldProperties() {
 void WorldGui::LoadWindowSection() {
   Parts& parts = *parts_;
   parts.view.options.OfferFor(*this);
-  parts.view.Load(wf.get());
+  parts.shows_all = !parts.view.Load(wf.get());
   if (parts.view.follow_model.empty()) return;
   Model* model = GetModel(parts.view.follow_model);
   if (!model) return;
@@ -142,7 +145,7 @@ void WorldGui::UnLoad() {
 bool WorldGui::Save(const char* filename) {
   if (!wf) return false;
   parts_->view.width = w();
-  parts_->view.height = h();
+  parts_->view.height = h() - parts_->ExtraHeight();
   parts_->view.Save(wf.get());
   wf->WriteFloat(0, "speedup", speedup);
   wf->WriteInt(0, "paused", paused);
@@ -162,13 +165,16 @@ bool WorldGui::Update(void) {
   if (done) {
     if (PastQuitTime() && parts.ends_at_quit_time)
       QuitAll();
-    else if (PastQuitTime())
+    else if (PastQuitTime() && !parts.timeline)  // there is nothing behind the end of a log
       SetQuitTime(0);
     Stop();
   } else {
     parts.runner.Stepped();
   }
-  if (!parts.load_later.empty()) parts.Load(std::exchange(parts.load_later, ""));
+  if (!parts.load_later.empty())
+    parts.Load(std::exchange(parts.load_later, ""));
+  else if (std::exchange(parts.restart_later, false))
+    parts.Restart();
   return done;
 }
 
