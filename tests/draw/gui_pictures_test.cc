@@ -19,6 +19,9 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
 
 #include "gui/offscreen/context.hh"
 
@@ -45,10 +48,11 @@ struct Outcome {
   std::string errors;
 };
 
-/// Runs the program in a folder.
-Outcome Stage(const fs::path& folder, const std::string& arguments) {
+/// Runs the program in a folder; `prefix`: what stands before it, such as variables.
+Outcome Stage(const fs::path& folder, const std::string& arguments,
+              const std::string& prefix = "") {
   const fs::path errors = folder / "errors.txt";
-  const std::string command = "cd '" + folder.string() + "' && '" +
+  const std::string command = "cd '" + folder.string() + "' && " + prefix + " '" +
                               Environment("STAGE_BINARY_DIR") + "/bin/stage' " + arguments +
                               " >output.txt 2>'" + errors.string() + "'";
   const int status = std::system(command.c_str());
@@ -217,6 +221,97 @@ TEST_F(PicturesTest, AFilmHas25FramesASecondAtMost) {
   for (const auto& entry : fs::directory_iterator(folder_ / "film"))
     frames += entry.path().extension() == ".png";
   EXPECT_EQ(frames, 26u);
+}
+
+// ---- videos -------------------------------------------------------------------------------------
+
+/// A stand-in for ffmpeg on the PATH of what it runs: a shell script in a folder of its own.
+class VideoTest : public PicturesTest {
+ protected:
+  void SetUp() override {
+    PicturesTest::SetUp();
+    fs::create_directories(folder_ / "bin");
+    WriteWorld("interval_sim 50 model ()");
+  }
+  void WriteFfmpeg(const std::string& script) {
+    std::ofstream(folder_ / "bin/ffmpeg") << "#!/bin/sh\n" << script;
+    fs::permissions(folder_ / "bin/ffmpeg", fs::perms::owner_all);
+  }
+  Outcome Record(const std::string& arguments) {
+    return Stage(folder_, arguments + " --size 31x20 t.world",
+                 "PATH='" + (folder_ / "bin").string() + "':/usr/bin:/bin");
+  }
+  std::vector<std::string> Files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_))
+      if (entry.path().extension() == ".mp4") names.push_back(entry.path().filename());
+    return names;
+  }
+};
+
+TEST_F(VideoTest, FramesGoThroughFfmpeg) {
+  WriteFfmpeg("for last; do :; done; echo \"$@\" > arguments; cat > \"${last#file:}\"\n");
+  const Outcome outcome = Record("--record 'a film.mp4' --duration 1");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(Files(), std::vector<std::string>{"a film.mp4"});
+  EXPECT_EQ(fs::file_size(folder_ / "a film.mp4"),
+            21u * 31 * 20 * 4);  // before the first step, too
+  std::ifstream in(folder_ / "arguments");
+  const std::string arguments(std::istreambuf_iterator<char>(in), {});
+  EXPECT_NE(arguments.find("-s 31x20 -r 20 "), std::string::npos) << arguments;
+  EXPECT_NE(arguments.find("yuv420p"), std::string::npos) << arguments;
+}
+
+TEST_F(VideoTest, WhatFfmpegComplainsOfIsTold) {
+  WriteFfmpeg("echo 'first line' >&2; echo 'no such codec' >&2; exit 1\n");
+  const Outcome outcome = Record("--record a.mp4 --duration 30");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.errors.find("a.mp4 can't be written: ffmpeg: no such codec\n"),
+            std::string::npos)
+      << outcome.errors;
+  EXPECT_TRUE(Files().empty());
+}
+
+TEST_F(VideoTest, WithoutFfmpegItSaysWhatToDo) {
+  const Outcome outcome = Stage(folder_, "--record a.MP4 t.world", "PATH=/nowhere");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_NE(outcome.errors.find("a.MP4 needs the program ffmpeg, which is not on PATH: install"),
+            std::string::npos)
+      << outcome.errors;
+  EXPECT_TRUE(Files().empty());
+}
+
+TEST_F(VideoTest, NothingIsReplaced) {
+  WriteFfmpeg("for last; do :; done; cat > \"${last#file:}\"\n");
+  std::ofstream(folder_ / "a.mp4") << "mine";
+  const Outcome outcome = Record("--record a.mp4 --duration 1");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_NE(outcome.errors.find("a.mp4 exists, expected a new name"), std::string::npos);
+  EXPECT_EQ(fs::file_size(folder_ / "a.mp4"), 4u);
+  const Outcome nowhere = Record("--record no/a.mp4 --duration 1");
+  EXPECT_EQ(nowhere.status, 2);
+  EXPECT_NE(nowhere.errors.find("no/a.mp4 can't be written: No such file"), std::string::npos);
+}
+
+/// What Ctrl-C leaves is a film up to there.
+TEST_F(VideoTest, AnInterruptedRunHasAFilm) {
+  WriteFfmpeg("for last; do :; done; cat > \"${last#file:}\"\n");
+  const Outcome outcome = Stage(
+      folder_, "--record a.mp4 --size 31x20 t.world",
+      "PATH='" + (folder_ / "bin").string() + "':/usr/bin:/bin timeout --preserve-status -s INT 2");
+  EXPECT_EQ(outcome.status, 128 + SIGINT) << outcome.errors;
+  EXPECT_EQ(Files(), std::vector<std::string>{"a.mp4"});
+}
+
+/// With the true program, where there is one.
+TEST_F(VideoTest, TheTrueProgramMakesAVideo) {
+  if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
+  const Outcome outcome = Record("--record a.mp4 --duration 1");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const std::string command = "cd '" + folder_.string() +
+                              "' && ffmpeg -loglevel error -i a.mp4 -f rawvideo -pix_fmt rgb24 raw";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(fs::file_size(folder_ / "raw"), 21u * 32 * 20 * 3);  // of even sides
 }
 
 // ---- what can't be done -------------------------------------------------------------------------

@@ -22,6 +22,7 @@ PRINTS = re.compile(
 ALLOWED = {
     "libstage/geometry/color.cc": (1, "Print(), of numbers"),
     "libstage/geometry/geometry.cc": (5, "Print(), of numbers"),
+    "libstage/gui/offscreen/video.cc": (2, "where the output of ffmpeg goes"),
     "libstage/gui/window/parts.cc": (1, "how the window was closed: Stage prints that"),
     "libstage/gui/window/screenshots.cc": (1, "the name of a screenshot: Stage prints that"),
     "libstage/messages/report.cc": (2, "this is where messages go; the macros for clients"),

@@ -92,8 +92,11 @@ What you see
                        at the end of --duration, or at 1 s); may be given several times. Without a
                        --duration the run ends with the last one. What is shown and from where is
                        what the window section of the world file says
-  --record DIR         make a film: pictures stage-000000.png and so on in DIR, in which there are
-                       none yet, one for each step, 25 in a simulated second at most
+  --record FILE.mp4    make a film, as quick as the simulated world: a frame for each step, 25 in a
+                       simulated second at most. The program ffmpeg makes the file; .m4v, .mov, .mkv,
+                       .webm and .avi are good too. What exists is not replaced
+  --record DIR         the same as pictures stage-000000.png and so on in DIR, in which there are none
+                       yet
   --size WxH           pixels of these pictures; default: those of the world file's window
   --live[=PORT]        serve a page at 127.0.0.1 that shows the running world in a browser, and print
                        its address: pause, step, speed, drag and drive robots. Needs Python with the
@@ -124,8 +127,8 @@ Examples
       where the robots are after 20 s, as a picture
   stage -g --duration 60 --log run.mcap worlds/simple.world; stage replay run.mcap
       one minute, recorded, and shown again
-  stage --record film --duration 10 worlds/simple.world
-      then for example: ffmpeg -framerate 10 -i film/stage-%06d.png film.mp4
+  stage --record film.mp4 --duration 10 worlds/simple.world
+      ten simulated seconds as a film
 
 World files
   simple.world is where to start: in worlds/ of the source tree, in share/stage/worlds/ below the

@@ -20,7 +20,7 @@ void CheckOptions(const Options& options) {
       {!options.first_snapshot.empty(), "--from-snapshot"},
       {!options.run.batch, "--no-batch"},
       {options.progress.has_value(), "--progress"},
-      {!options.pictures.folder.empty(), "--record"},
+      {!options.pictures.film.empty(), "--record"},
       {options.snapshot.has_value(), "--save-snapshot"},
       {!options.pictures.shots.empty(), "--screenshot"},
       {options.state_hash, "--state-hash"},

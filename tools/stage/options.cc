@@ -244,8 +244,9 @@ class Parser {
         options_.pictures.shots.push_back(ParseShot(value));
         break;
       case kRecord:
-        if (value.empty()) Refuse(kRecord, "the name of a folder", value);
-        options_.pictures.folder = value;
+        if (value.empty())
+          Refuse(kRecord, "the name of a folder or of a video, such as film.mp4", value);
+        options_.pictures.film = value;
         break;
       case kLog:
         if (value.empty()) Refuse(kLog, "the name of a file", value);
@@ -382,7 +383,7 @@ void SettleSnapshots(Options* options) {
 /// Pictures are made without a window, of one world, while it runs.
 void SettlePictures(Options* options) {
   offscreen::Orders& orders = options->pictures;
-  if (orders.shots.empty() && orders.folder.empty()) {
+  if (orders.shots.empty() && orders.film.empty()) {
     if (orders.width > 0) throw UsageError("--size is for --screenshot and --record");
     return;
   }
@@ -397,7 +398,7 @@ void SettlePictures(Options* options) {
       Refuse(kScreenshot, "a time within the --duration",
              shot.file + "@" + std::to_string(static_cast<double>(shot.time) / 1e6));
   }
-  if (duration > 0 || !orders.folder.empty()) return;
+  if (duration > 0 || !orders.film.empty()) return;
   for (const offscreen::Orders::Shot& shot : orders.shots)
     options->run.duration = std::max(options->run.duration, shot.time);
 }
@@ -417,7 +418,7 @@ void CheckOutputs(const Options& options) {
   if (!options.stats_file.empty() && options.stats_file != "-")
     outputs.emplace_back(kStats, options.stats_file);
   if (!options.log.file.empty()) outputs.emplace_back(kLog, options.log.file);
-  if (!options.pictures.folder.empty()) outputs.emplace_back(kRecord, options.pictures.folder);
+  if (!options.pictures.film.empty()) outputs.emplace_back(kRecord, options.pictures.film);
   for (const offscreen::Orders::Shot& shot : options.pictures.shots)
     outputs.emplace_back(kScreenshot, shot.file);
   std::set<std::string> places;

@@ -8,7 +8,7 @@ namespace Stg::program {
 
 std::unique_ptr<PictureRun> PictureRun::Open(const Options& options) {
   const offscreen::Orders& orders = options.pictures;
-  if (orders.shots.empty() && orders.folder.empty()) return nullptr;
+  if (orders.shots.empty() && orders.film.empty()) return nullptr;
   std::string message;
   const auto make =
       reinterpret_cast<offscreen::MakePictures>(FindInGui("stage_make_pictures", &message));
@@ -25,7 +25,7 @@ void PictureRun::Begin(const Options& options) {
   if (!pictures_->Begin(&message)) throw PictureError("no pictures: " + message);
   world_->speedup = 0;  // nobody watches
   Make();
-  const bool film = !options.pictures.folder.empty();
+  const bool film = !options.pictures.film.empty();
   if (options.run.duration == 0 && !film) world_->Quit();  // all pictures are of the beginning
 }
 
@@ -34,9 +34,9 @@ void PictureRun::Make() {
   if (!pictures_->Make(&message)) throw PictureError(message);
 }
 
-void PictureRun::End() {
+void PictureRun::End(bool interrupted) {
   std::string message;
-  if (!pictures_->End(&message)) throw PictureError(message);
+  if (!pictures_->End(interrupted, &message)) throw PictureError(message);
 }
 
 }  // namespace Stg::program

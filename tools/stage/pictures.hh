@@ -32,8 +32,8 @@ class PictureRun {
   void Begin(const Options& options);
   /// To be called before the first step and after each.
   void Make();
-  /// To be called when the run has come to its end.
-  void End();
+  /// To be called when the run has come to its end, or was `interrupted`.
+  void End(bool interrupted);
 
  private:
   explicit PictureRun(offscreen::Pictures* pictures) : pictures_(pictures) {}

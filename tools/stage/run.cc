@@ -93,7 +93,7 @@ void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds, Picture
     if (pictures) pictures->Make();
     progress.Tick();
   }
-  if (pictures && CaughtSignal() == 0) pictures->End();
+  if (pictures) pictures->End(CaughtSignal() != 0);
 }
 
 }  // namespace Stg::program

@@ -11,6 +11,9 @@
 #include <cstring>
 #include <filesystem>
 #include <system_error>
+#include <utility>
+
+#include "gui/offscreen/video.hh"
 
 namespace Stg::offscreen {
 
@@ -36,7 +39,25 @@ std::string FindFrame(const std::string& folder) {
 
 }  // namespace
 
-bool Film::Open(const std::string& folder, std::string* error) {
+std::unique_ptr<Film> Film::Open(const std::string& name, std::string* error) {
+  if (IsVideoName(name)) {
+    auto video = std::make_unique<Video>();
+    return video->Open(name, error) ? std::move(video) : nullptr;
+  }
+  auto folder = std::make_unique<FrameFolder>();
+  return folder->Open(name, error) ? std::move(folder) : nullptr;
+}
+
+bool Film::Add(const Image& image, usec_t now, usec_t step, std::string* error) {
+  constexpr usec_t kPeriod = 1000000 / kMostFrames;
+  const double rate = 1e6 / static_cast<double>(std::max(step, kPeriod));
+  if (!Write(image, rate, error)) return false;
+  // By the grid of periods, so that the mean rate is right whatever the length of the steps.
+  next_ = (now / kPeriod + 1) * kPeriod;
+  return true;
+}
+
+bool FrameFolder::Open(const std::string& folder, std::string* error) {
   struct stat found;
   if (stat(folder.c_str(), &found) != 0) {
     if (mkdir(folder.c_str(), 0777) != 0) {
@@ -44,7 +65,7 @@ bool Film::Open(const std::string& folder, std::string* error) {
       return false;
     }
   } else if (!S_ISDIR(found.st_mode)) {
-    *error = folder + " is no folder, expected one or a new name";
+    *error = folder + " is no folder, expected one, a new name, or a video's, such as film.mp4";
     return false;
   } else if (access(folder.c_str(), W_OK | X_OK) != 0) {
     *error = folder + " can't be written: " + std::strerror(errno);
@@ -57,18 +78,13 @@ bool Film::Open(const std::string& folder, std::string* error) {
   return true;
 }
 
-bool Film::IsDue(usec_t now) const { return now >= next_; }
-
-bool Film::Add(const Image& image, usec_t now, std::string* error) {
-  constexpr usec_t kPeriod = 1000000 / kMostFrames;
+bool FrameFolder::Write(const Image& image, double, std::string* error) {
   const std::string file = FrameName(folder_, frames_);
   if (const int problem = WritePng(file, image, Existing::kKeep); problem != 0) {
     *error = PngProblem(file, problem);
     return false;
   }
   frames_++;
-  // By the grid of periods, so that the mean rate is right whatever the length of the steps.
-  next_ = (now / kPeriod + 1) * kPeriod;
   return true;
 }
 

@@ -59,7 +59,9 @@ class OffscreenPictures : public Pictures {
   bool Check(std::string* error) {
     for (const Orders::Shot& shot : orders_.shots)
       if (!Report(TryWritePng(shot.file), shot.file, error)) return false;
-    return orders_.folder.empty() || film_.Open(orders_.folder, error);
+    if (orders_.film.empty()) return true;
+    film_ = Film::Open(orders_.film, error);
+    return film_ != nullptr;
   }
 
   World* MakeWorld() override { return world_ = new PictureWorld(&view_); }
@@ -84,13 +86,14 @@ class OffscreenPictures : public Pictures {
       const std::string& file = orders_.shots[next_shot_++].file;
       if (!Report(WritePng(file, image_, Existing::kReplace), file, error)) return false;
     }
-    if (orders_.folder.empty() || !film_.IsDue(now)) return true;
+    if (!film_ || !film_->IsDue(now)) return true;
     if (!drawn) Draw();
-    return film_.Add(image_, now, error);
+    return film_->Add(image_, now, world_->sim_interval, error);
   }
 
-  bool End(std::string* error) override {
-    if (next_shot_ == orders_.shots.size()) return true;
+  bool End(bool interrupted, std::string* error) override {
+    if (film_ && !film_->Finish(error)) return false;
+    if (interrupted || next_shot_ == orders_.shots.size()) return true;
     const Orders::Shot& missed = orders_.shots[next_shot_];
     char text[128];
     std::snprintf(text, sizeof text, " was not made: the run ended after %g s, before %g s",
@@ -144,7 +147,7 @@ class OffscreenPictures : public Pictures {
   }
 
   Orders orders_;
-  Film film_;
+  std::unique_ptr<Film> film_;
   size_t next_shot_ = 0;
   view::ViewState view_;
   PictureWorld* world_ = nullptr;

@@ -23,7 +23,7 @@ struct Orders {
     usec_t time;  ///< simulated
   };
   std::vector<Shot> shots;
-  std::string folder;         ///< for the frames of a film; empty: none
+  std::string film;           ///< a video, or a folder for frames: see film.hh; empty: none
   int width = 0, height = 0;  ///< pixels; 0: as large as the window's canvas would be
 };
 
@@ -38,8 +38,9 @@ class Pictures {
   /// Makes the pictures that are due. To be called before the first step and after each. False and
   /// one line if one could not be written.
   virtual bool Make(std::string* error) = 0;
-  /// At the end of the run: false and one line if a time for a picture was never reached.
-  virtual bool End(std::string* error) = 0;
+  /// At the end of the run: makes the film whole. False and one line if that fails, or if a time
+  /// for a picture was never reached though the run was not `interrupted`.
+  virtual bool End(bool interrupted, std::string* error) = 0;
 };
 
 /// What libstagegui exports as `stage_make_pictures`. Null and one line if the orders can't be

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "gui/offscreen/video.hh"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <sstream>
+#include <vector>
+
+extern char** environ;
+
+namespace Stg::offscreen {
+
+namespace {
+
+constexpr const char* kEndings[] = {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi"};
+
+/// With its point, in lower case.
+std::string EndingOf(const std::string& name) {
+  const size_t point = name.rfind('.');
+  if (point == std::string::npos || name.find('/', point) != std::string::npos) return "";
+  std::string ending = name.substr(point);
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+/// The first ffmpeg in the folders of PATH; empty: there is none.
+std::string FindProgram() {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "/usr/local/bin:/usr/bin:/bin");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const std::string program = (folder.empty() ? "." : folder) + "/ffmpeg";
+    if (access(program.c_str(), X_OK) == 0) return program;
+  }
+  return "";
+}
+
+bool Exists(const std::string& file) {
+  struct stat found;
+  return lstat(file.c_str(), &found) == 0;
+}
+
+std::string CannotBeWritten(const std::string& file, int error) {
+  return file + " can't be written: " + std::strerror(error);
+}
+
+/// A new file beside that one, with the same ending. Empty if it can't be made.
+std::string MakeFileBeside(const std::string& file) {
+  const std::string ending = file.substr(file.size() - EndingOf(file).size());
+  std::string name = file.substr(0, file.size() - ending.size()) + "-XXXXXX" + ending;
+  const int made = mkstemps(name.data(), static_cast<int>(ending.size()));
+  if (made < 0) return "";
+  const mode_t mask = umask(0);
+  umask(mask);
+  fchmod(made, 0666 & ~mask);
+  close(made);
+  return name;
+}
+
+}  // namespace
+
+bool IsVideoName(const std::string& name) {
+  const std::string ending = EndingOf(name);
+  return std::find(std::begin(kEndings), std::end(kEndings), ending) != std::end(kEndings);
+}
+
+bool Video::Open(const std::string& file, std::string* error) {
+  file_ = file;
+  program_ = FindProgram();
+  if (program_.empty()) {
+    *error = file +
+             " needs the program ffmpeg, which is not on PATH: install the package ffmpeg, or " +
+             "give a folder's name, in which the film becomes single pictures";
+    return false;
+  }
+  if (Exists(file)) {
+    *error = file + " exists, expected a new name";
+    return false;
+  }
+  unfinished_ = MakeFileBeside(file);
+  if (unfinished_.empty()) *error = CannotBeWritten(file, errno);
+  return !unfinished_.empty();
+}
+
+Video::~Video() {
+  std::string ignored;
+  End(&ignored);
+  if (!unfinished_.empty()) unlink(unfinished_.c_str());
+}
+
+bool Video::Start(const Image& image, double frames_per_second, std::string* error) {
+  int ends[2];
+  complaints_ = memfd_create("ffmpeg", MFD_CLOEXEC);
+  // A socket: writing to a pipe whose reader is gone would end the program.
+  if (complaints_ < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+    *error = CannotBeWritten(file_, errno);
+    return false;
+  }
+  frames_ = ends[0];
+  char size[48], rate[32];
+  std::snprintf(size, sizeof size, "%dx%d", image.width, image.height);
+  std::snprintf(rate, sizeof rate, "%.6g", frames_per_second);
+  const std::string target = "file:" + unfinished_;  // neither an option nor an address
+  // Most players want even sizes and 4:2:0.
+  const std::vector<const char*> words = {
+      "ffmpeg",   "-loglevel", "error",        "-y",
+      "-f",       "rawvideo",  "-pix_fmt",     "rgba",
+      "-s",       size,        "-r",           rate,
+      "-i",       "pipe:0",    "-vf",          "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+      "-pix_fmt", "yuv420p",   target.c_str(), nullptr};
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_adddup2(&files, complaints_, STDERR_FILENO);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes,
+                           POSIX_SPAWN_SETPGROUP);  // Ctrl-C ends the run, not the film
+  const int problem = posix_spawn(&process_, program_.c_str(), &files, &attributes,
+                                  const_cast<char* const*>(words.data()), environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&files);
+  close(ends[1]);
+  if (problem == 0) return true;
+  process_ = -1;
+  *error = program_ + " can't be started: " + std::strerror(problem);
+  return false;
+}
+
+bool Video::Write(const Image& image, double frames_per_second, std::string* error) {
+  if (process_ < 0 && !Start(image, frames_per_second, error)) return false;
+  size_t sent = 0;
+  while (sent < image.pixels.size()) {
+    const ssize_t part =
+        send(frames_, &image.pixels[sent], image.pixels.size() - sent, MSG_NOSIGNAL);
+    if (part < 0 && errno == EINTR) continue;
+    if (part < 0) {
+      if (End(error)) *error = file_ + " can't be written: ffmpeg has ended";
+      return false;
+    }
+    sent += static_cast<size_t>(part);
+  }
+  return true;
+}
+
+/// Waits until ffmpeg has written what it has.
+bool Video::End(std::string* error) {
+  if (frames_ >= 0) close(frames_);
+  frames_ = -1;
+  int status = 0;
+  bool good = true;
+  if (process_ > 0) {
+    while (waitpid(process_, &status, 0) < 0 && errno == EINTR) continue;
+    good = WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  }
+  process_ = -1;
+  if (!good) *error = file_ + " can't be written: ffmpeg: " + LastComplaint();
+  if (complaints_ >= 0) close(complaints_);
+  complaints_ = -1;
+  return good;
+}
+
+std::string Video::LastComplaint() const {
+  std::string text(4096, '\0');
+  const off_t length = lseek(complaints_, 0, SEEK_END);
+  const off_t start = std::max<off_t>(0, length - static_cast<off_t>(text.size()));
+  const ssize_t count = pread(complaints_, text.data(), text.size(), start);
+  text.resize(static_cast<size_t>(std::max<ssize_t>(count, 0)));
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
+  text = text.substr(text.rfind('\n') + 1);
+  return text.empty() ? "it does not say why" : text;
+}
+
+bool Video::Finish(std::string* error) { return End(error) && Publish(error); }
+
+/// Gives the file its name, but not that of another file.
+bool Video::Publish(std::string* error) {
+  if (link(unfinished_.c_str(), file_.c_str()) != 0) {
+    const int problem = errno;
+    const bool has_links = problem != EPERM && problem != ENOTSUP && problem != ENOSYS;
+    if (has_links || Exists(file_) || rename(unfinished_.c_str(), file_.c_str()) != 0) {
+      *error = CannotBeWritten(file_, has_links ? problem : EEXIST);
+      return false;
+    }
+  } else {
+    unlink(unfinished_.c_str());
+  }
+  unfinished_.clear();
+  return true;
+}
+
+}  // namespace Stg::offscreen
