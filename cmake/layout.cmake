@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Where things lie. The build tree looks like an installation (bin/, lib/, lib/stage-5.0/), so that
-# the program finds its library and its plug-ins in both by the same relative paths.
+# Where things lie. The build tree looks like an installation (bin/, lib/, lib/stage-5.0/, share/stage/worlds), so that
+# the program finds its library, and the library its plug-ins and worlds, in both by the same relative paths.
 
 # PREFIX/lib everywhere: clients of Stage look for plug-ins there.
 set(CMAKE_INSTALL_LIBDIR lib CACHE PATH "Directory of libraries, below the prefix")
@@ -12,6 +12,11 @@ set(STAGE_INSTALL_PLUGIN_DIR "${CMAKE_INSTALL_LIBDIR}/${STAGE_PLUGIN_SUBDIR}")
 set(STAGE_INSTALL_DATA_DIR "${CMAKE_INSTALL_DATADIR}/stage")
 set(STAGE_INSTALL_INCLUDE_DIR
     "${CMAKE_INSTALL_INCLUDEDIR}/Stage-${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
+
+# The worlds that come with Stage, as seen from the folder of the library.
+file(RELATIVE_PATH STAGE_WORLDS_FROM_LIBRARY "/prefix/${CMAKE_INSTALL_LIBDIR}" "/prefix/${STAGE_INSTALL_DATA_DIR}/worlds")
+file(MAKE_DIRECTORY "${PROJECT_BINARY_DIR}/share/stage")
+file(CREATE_LINK "${PROJECT_SOURCE_DIR}/worlds" "${PROJECT_BINARY_DIR}/share/stage/worlds" SYMBOLIC)
 
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/lib")

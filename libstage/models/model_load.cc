@@ -40,10 +40,19 @@ std::string TooLong(const std::string& text) {
          std::to_string(kLongestText);
 }
 
+/// The path of the picture `name` of an entity: beside the world file, in STAGEPATH, or among those
+/// that come with Stage.
+std::string PathOfPicture(Worldfile* wf, int entity, const std::string& name) {
+  const std::string beside = wf->ReadFilename(entity, "bitmap", name.c_str());
+  std::string found = worldfile::FindFile("", beside);
+  if (found.empty()) found = worldfile::FindShipped(name);
+  return found.empty() ? beside : found;
+}
+
 /// Of the model's picture, which other models may have too.
 const std::vector<std::vector<point_t>>& OutlinesOfPicture(World* world, Worldfile* wf, int entity,
                                                            const std::string& name) {
-  const std::string path = wf->ReadFilename(entity, "bitmap", name.c_str());
+  const std::string path = PathOfPicture(wf, entity, name);
   auto& known = world->host().outlines_of_pictures;
   try {
     auto found = known.find(path);

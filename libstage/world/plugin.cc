@@ -9,6 +9,7 @@
 #include <sstream>
 #include <vector>
 
+#include "files/library_folder.hh"
 #include "messages/report.hh"
 #include "stage_config.hh"
 #include "world/plugin_file.hh"
@@ -27,12 +28,8 @@ Dl_info OwnLibrary() {
 /// The plug-in folder beside the library that this code is in: right for a build tree, and for an
 /// installation that was moved.
 std::string FolderBesideLibrary() {
-  const Dl_info info = OwnLibrary();
-  if (!info.dli_fname) return "";
-  const std::string path = info.dli_fname;
-  const size_t slash = path.rfind('/');
-  return (slash == std::string::npos ? std::string(".") : path.substr(0, slash)) + "/" +
-         kPluginSubdir;
+  const std::string folder = files::LibraryFolder();
+  return folder.empty() ? "" : folder + "/" + kPluginSubdir;
 }
 
 /// Of a list in the environment.

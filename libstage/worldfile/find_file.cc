@@ -6,8 +6,15 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <set>
 #include <string_view>
 #include <system_error>
+#include <vector>
+
+#include "files/library_folder.hh"
+#include "messages/report.hh"
+#include "stage_config.hh"
+#include "worldfile/worldfile_impl.hh"
 
 namespace Stg::worldfile {
 namespace {
@@ -19,6 +26,29 @@ int WhyUnreadable(const std::string& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) return EISDIR;
   return access(path.c_str(), R_OK) == 0 ? 0 : errno;
+}
+
+constexpr std::string_view kWorlds = "worlds/", kBitmaps = "bitmaps/";
+
+// The folders of the worlds that come with Stage: as seen from the running library, and where it
+// was to be installed.
+std::vector<std::string> ShippedFolders() {
+  std::vector<std::string> folders;
+  const std::string library = files::LibraryFolder();
+  if (!library.empty()) folders.push_back(library + "/" + kWorldsFromLibrary);
+  if (*kWorldsDir) folders.push_back(kWorldsDir);
+  return folders;
+}
+
+// The names, without it, of the files that come with Stage and have that ending, sorted.
+std::vector<std::string> ShippedStems(const std::string& ending) {
+  std::set<std::string> names;
+  for (const std::string& folder : ShippedFolders()) {
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+      if (entry.path().extension() == ending) names.insert(entry.path().stem().string());
+  }
+  return {names.begin(), names.end()};
 }
 
 }  // namespace
@@ -54,7 +84,41 @@ std::string FindFile(const std::string& directory, const std::string& name, std:
     std::string candidate = folder + "/" + last;
     if (WhyUnreadable(candidate) == 0) return candidate;
   }
+  return FindShipped(name);
+}
+
+std::string FindShipped(const std::string& name) {
+  std::string_view rest = name;
+  while (rest.starts_with("../")) rest.remove_prefix(3);
+  if (rest.starts_with(kWorlds)) rest.remove_prefix(kWorlds.size());
+  const bool in_bitmaps = rest.starts_with(kBitmaps);
+  if (in_bitmaps) rest.remove_prefix(kBitmaps.size());
+  if (rest.empty() || rest.find('/') != std::string_view::npos) return "";
+  for (const std::string& worlds : ShippedFolders()) {
+    for (const std::string& folder : {worlds + "/", worlds + "/" + std::string(kBitmaps)}) {
+      if (in_bitmaps && !folder.ends_with(kBitmaps)) continue;
+      std::string candidate = folder + std::string(rest);
+      if (WhyUnreadable(candidate) == 0) return candidate;
+    }
+  }
   return "";
+}
+
+std::string AdviceForMissing(const std::string& directory, const std::string& name,
+                             const std::string& ending) {
+  const auto meant = [](const std::string& other, bool shipped) {
+    return "; did you mean " + messages::Quoted(other) +
+           (shipped ? ", which comes with Stage?" : "?");
+  };
+  if (name.empty()) return "";
+  if (WhyUnreadable(CompletePath(directory, name + ending)) == 0)
+    return meant(name + ending, false);
+  if (!FindShipped(name + ending).empty()) return meant(name + ending, true);
+  if (name.find('/') != std::string::npos) return "";
+  const bool whole = name.ends_with(ending);
+  const std::string stem = whole ? name.substr(0, name.size() - ending.size()) : name;
+  const std::string similar = MostSimilar(stem, ShippedStems(ending));
+  return similar.empty() ? "" : meant(similar + ending, true);
 }
 
 }  // namespace Stg::worldfile

@@ -276,7 +276,8 @@ std::uint16_t Lexer::OpenInclude(const Cursor& cursor, std::size_t quote, const 
   const std::string path = FindFile(base_directory_, name, &reason);
   if (path.empty()) {
     fail("unable to open include file " +
-         Shortened(CompletePath(base_directory_, name), messages::kLongestDetail) + " : " + reason);
+         Shortened(CompletePath(base_directory_, name), messages::kLongestDetail) + " : " + reason +
+         AdviceForMissing(base_directory_, name, ".inc"));
   }
   const std::string key = FileKey(path);
   CheckCycle(cursor, quote, key);

@@ -66,7 +66,8 @@ bool Worldfile::Load(const std::string& file) {
   const std::string path = worldfile::FindFile("", file, &reason);
   if (path.empty()) {
     throw LoadError(worldfile::Shortened(file, messages::kLongestDetail) +
-                    ": unable to open world file: " + reason);
+                    ": unable to open world file: " + reason +
+                    worldfile::AdviceForMissing("", file, ".world"));
   }
   filename = path;
   impl_->base_directory = worldfile::DirectoryOf(path);

@@ -124,6 +124,22 @@ class InstallTest(unittest.TestCase):
         self.assertEqual(sorted(path.name for path in self.plugin_dir.iterdir()),
                          sorted(path.name for path in (BINARY_DIR / "lib/stage-5.0").iterdir()))
 
+    def test_what_comes_with_it_is_found_by_name(self) -> None:
+        """From any folder, although the installation has been moved."""
+        folder = self.new_folder("worlds")
+        (folder / "own.world").write_text('include "sensors.inc"\ninclude "robots.inc"\ninclude "maps.inc"\n'
+                                          'floorplan( bitmap "rooms.png" size [16 16 1] )\nexplorer()\n',
+                                          encoding="utf-8")
+        (folder / "old.world").write_text('include "pioneer.inc"\ninclude "sick.inc"\ninclude "map.inc"\n'
+                                          'floorplan( bitmap "bitmaps/cave.png" size [16 16 1] )\n'
+                                          'pioneer2dx( sicklaser() )\n', encoding="utf-8")
+        for world in ("simple.world", "cave.world", "own.world", "old.world"):
+            run("sh", "-c", f'cd "{folder}" && exec "{self.prefix}/bin/stage" -g --duration 0.5 {world}')
+        done = subprocess.run([self.prefix / "bin" / "stage", "-g", "cave"], cwd=folder, text=True, check=False,
+                              capture_output=True, timeout=PATIENCE)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn('did you mean "cave.world", which comes with Stage?', done.stderr)
+
     def test_no_file_names_where_it_was_made(self) -> None:
         texts = [path for pattern in ("include/**/*.h*", "lib/cmake/**/*.cmake", "lib/**/*.pc")
                  for path in self.prefix.glob(pattern)]

@@ -207,24 +207,24 @@ TEST(Limits, ManyModelsWithOnePicture) {
 TEST(Include, ErrorsNameTheFileTheyAreIn) {
   const Folder folder;
   const std::string included =
-      folder.Write("robots.inc", "define bad position(\n  wheelbase 0 )\n\nunicorn( )\n");
-  const std::string main_file = folder.Write("main.world", "include \"robots.inc\"\nbad( )\n");
+      folder.Write("machines.inc", "define bad position(\n  wheelbase 0 )\n\nunicorn( )\n");
+  const std::string main_file = folder.Write("main.world", "include \"machines.inc\"\nbad( )\n");
   const auto world = EmptyWorld();
   std::string errors = ErrorsOf([&] { EXPECT_FALSE(world->Load(main_file)); });
   EXPECT_EQ(errors.rfind(included + ":4:1: ", 0), 0u) << errors;
 
-  folder.Write("robots.inc", "define bad position(\n  wheelbase 0 )\n");
+  folder.Write("machines.inc", "define bad position(\n  wheelbase 0 )\n");
   errors = ErrorsOf([&] { EXPECT_FALSE(world->Load(main_file)); });
   EXPECT_EQ(errors.rfind(included + ":2:13: ", 0), 0u) << errors;
 
-  folder.Write("robots.inc", "define bad position( wheelbase [ )\n");
+  folder.Write("machines.inc", "define bad position( wheelbase [ )\n");
   errors = ErrorsOf([&] { EXPECT_FALSE(world->Load(main_file)); });
   EXPECT_EQ(errors.rfind(included + ":1:", 0), 0u) << errors;
 
   std::filesystem::remove(included);
   errors = ErrorsOf([&] { EXPECT_FALSE(world->Load(main_file)); });
   EXPECT_EQ(errors.rfind(main_file + ":1:", 0), 0u) << errors;
-  EXPECT_NE(errors.find("robots.inc"), std::string::npos) << errors;
+  EXPECT_NE(errors.find("machines.inc"), std::string::npos) << errors;
 }
 
 TEST(Include, UnusedPropertiesNameTheFileTheyAreIn) {

@@ -132,12 +132,13 @@ Examples
 
 World files
   simple.world is where to start: in worlds/ of the source tree, in share/stage/worlds/ below the
-  place where Stage is installed. Their comments explain the format.
+  place where Stage is installed. Their comments explain the format. These worlds, what they include
+  and their pictures are found by their plain names from any folder.
 
 Environment
   DISPLAY              the X display for the window; without one, all runs are headless
-  STAGEPATH            folders, with : between them, for world files and includes that are not found
-                       otherwise, and for controllers, before those that come with Stage
+  STAGEPATH            folders, with : between them, for world files, includes and pictures that don't
+                       lie where they are named, and for controllers, before those that come with Stage
   LD_LIBRARY_PATH      further folders for controllers
   STAGE_LANES          how the host walks rays side by side: avx512, avx2, neon or none; default:
                        the fastest one of this processor. For measurements

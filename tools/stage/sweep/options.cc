@@ -14,6 +14,7 @@
 
 #include "stage/option_values.hh"
 #include "stage/parse_number.hh"
+#include "worldfile/find_file.hh"
 
 namespace Stg::program {
 
@@ -305,7 +306,10 @@ class Parser {
     if (options_.folder.empty() && options_.action != Action::kDryRun)
       throw UsageError("sweep: expected -o FOLDER, where the results go");
     options_.plan.worker = options_.effort.worker;
-    options_.plan.world = std::filesystem::absolute(words[0]).lexically_normal().string();
+    const std::string found =
+        worldfile::FindFile("", words[0]);  // such as one that comes with Stage
+    options_.plan.world =
+        std::filesystem::absolute(found.empty() ? words[0] : found).lexically_normal().string();
     std::set<std::string> names;
     for (const Axis& axis : options_.plan.axes)
       if (!names.insert(axis.name).second)
