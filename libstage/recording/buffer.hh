@@ -29,6 +29,10 @@ class Buffer {
   /// Cuts off what is behind.
   void Shrink(size_t size) { size_ = size; }
 
+  /// Makes room for so many bytes behind what is there, and for no more.
+  void Reserve(size_t count) {
+    if (size_ + count > capacity_) SetCapacity(size_ + count);
+  }
   /// Room for so many bytes at the end, to be filled. Valid until the next one is asked for.
   uint8_t* Extend(size_t count) {
     if (size_ + count > capacity_) Grow(size_ + count);
@@ -59,8 +63,8 @@ class Buffer {
   struct Free {
     void operator()(void* memory) const { std::free(memory); }
   };
-  void Grow(size_t least) {
-    const size_t capacity = least + least / 2;
+  void Grow(size_t least) { SetCapacity(least + least / 2); }
+  void SetCapacity(size_t capacity) {
     auto* grown = static_cast<uint8_t*>(std::realloc(bytes_.get(), capacity));
     if (!grown) throw std::bad_alloc();
     [[maybe_unused]] uint8_t* const moved = bytes_.release();

@@ -108,6 +108,7 @@ void Compressor::Pack(std::string_view plain, Buffer* packed) {
 
 std::string Unpack(std::string_view packed, std::string_view compression, size_t size,
                    Buffer* plain) {
+  plain->Reserve(size);
   uint8_t* room = plain->Extend(size);
   bool good = false;
   if (compression.empty()) {

@@ -17,7 +17,7 @@ namespace Stg::recording {
 
 namespace {
 
-constexpr uint64_t kLargestChunk = 1 << 30;  // unpacked
+constexpr uint64_t kWindow = 1 << 16;  // bytes
 
 uint32_t Crc(std::string_view bytes) {
   return static_cast<uint32_t>(
@@ -57,6 +57,10 @@ void McapReader::Fail(const std::string& what) const {
   throw std::runtime_error(messages::Shortened(name_, messages::kLongestDetail) + ": " + what);
 }
 
+void McapReader::FailAt(uint64_t offset, const std::string& problem) const {
+  Fail("the chunk at byte " + std::to_string(offset) + " is damaged: " + problem);
+}
+
 const std::map<std::string, std::string>& McapReader::metadata(const std::string& name) const {
   static const std::map<std::string, std::string> none;
   const auto found = metadata_.find(name);
@@ -65,6 +69,7 @@ const std::map<std::string, std::string>& McapReader::metadata(const std::string
 
 void McapReader::ReadBytes(uint64_t offset, uint64_t size, Buffer* to) const {
   to->Clear();
+  to->Reserve(static_cast<size_t>(size));
   uint8_t* room = to->Extend(static_cast<size_t>(size));
   while (size > 0) {
     const ssize_t count = pread(file_, room, static_cast<size_t>(size), static_cast<off_t>(offset));
@@ -77,31 +82,48 @@ void McapReader::ReadBytes(uint64_t offset, uint64_t size, Buffer* to) const {
   }
 }
 
+/// Up to `size` bytes from there, valid until the next call: many records are a few bytes long.
+std::string_view McapReader::Look(uint64_t offset, uint64_t size) {
+  size = std::min(size, size_ - offset);
+  const uint64_t behind = window_offset_ + window_.size();
+  if (offset < window_offset_ || offset + size > behind) {
+    ReadBytes(offset, std::min(size_ - offset, kWindow), &window_);
+    window_offset_ = offset;
+  }
+  return window_.view().substr(static_cast<size_t>(offset - window_offset_),
+                               static_cast<size_t>(size));
+}
+
 void McapReader::Scan() {
-  Buffer head;
-  ReadBytes(0, std::min<uint64_t>(size_, kMagic.size()), &head);
-  if (head.view() != kMagic) Fail("found something else, expected an MCAP file");
-  for (uint64_t at = kMagic.size(); ends_early_ && size_ - at >= kRecordHead;) {
-    ReadBytes(at, kRecordHead, &head);
-    FieldReader fields(head.view());
+  if (Look(0, kMagic.size()) != kMagic) Fail("found something else, expected an MCAP file");
+  for (uint64_t at = kMagic.size(); size_ - at >= kRecordHead;) {
+    FieldReader fields(Look(at, kRecordHead));
     const auto op = static_cast<Op>(fields.Get<uint8_t>());
     const auto length = fields.Get<uint64_t>();
     at += kRecordHead;
-    if (length > size_ - at) return;
+    if (op == Op::kFooter || length > size_ - at) break;
     Take(op, at, length);
     at += length;
   }
+  // Behind the end of the data, names are told again, unless the writer has left them out.
+  if (ends_early_ || channels_.empty()) TakeNamesFromChunks();
 }
 
 void McapReader::Take(Op op, uint64_t offset, uint64_t length) {
   if (op == Op::kDataEnd) ends_early_ = false;
-  if (op == Op::kChunk) return TakeChunk(offset, length);
-  const bool wanted =
-      op == Op::kAttachment || op == Op::kMetadata || op == Op::kSchema || op == Op::kChannel;
-  if (!wanted) return;
+  if (op == Op::kChunk && ends_early_) return TakeChunk(offset, length);
+  const bool is_attachment = op == Op::kAttachment,
+             is_name = op == Op::kMetadata || op == Op::kSchema || op == Op::kChannel;
+  if (!is_attachment && !is_name) return;
+  uint64_t& total = is_attachment ? attachment_bytes_ : name_bytes_;
+  total += length;
+  if (total > (is_attachment ? kLargestAttachment : kLargestNames))
+    Fail(std::string("found more than ") +
+         std::to_string((is_attachment ? kLargestAttachment : kLargestNames) >> 20) + " MB of " +
+         (is_attachment ? "attachments" : "metadata, schemas and channels"));
   Buffer fields;
   ReadBytes(offset, length, &fields);
-  if (op == Op::kAttachment)
+  if (is_attachment)
     TakeAttachment(fields.view());
   else if (op == Op::kMetadata)
     TakeMetadata(fields.view());
@@ -147,19 +169,20 @@ void McapReader::TakeNames(Op op, std::string_view fields) {
 }
 
 void McapReader::TakeChunk(uint64_t offset, uint64_t length) {
-  Buffer fields, records;
-  ReadBytes(offset, length, &fields);
-  Unpack(fields.view(), offset, &records);
-  bool good = true;
-  const bool whole = ForEachRecord(records.view(), [&](Op op, std::string_view record) {
-    if (op == Op::kSchema || op == Op::kChannel) TakeNames(op, record);
-    if (op == Op::kMessage) good = good && MessageOf(record).data.data() != nullptr;
-  });
-  if (!whole || !good)
-    Fail("the chunk at byte " + std::to_string(offset) + " is damaged: its records are not whole");
-  FieldReader from(fields.view());
+  FieldReader from(Look(offset, std::min<uint64_t>(length, 16)));
   const auto start = from.Get<uint64_t>(), end = from.Get<uint64_t>();
+  if (!from.is_good()) FailAt(offset, "its head is not whole");
   chunks_.push_back({start, end, offset, length});
+}
+
+void McapReader::TakeNamesFromChunks() {
+  Buffer records;
+  for (const Chunk& chunk : chunks_) {
+    Read(chunk, &records);
+    ForEachRecord(records.view(), [&](Op op, std::string_view record) {
+      if (op == Op::kSchema || op == Op::kChannel) TakeNames(op, record);
+    });
+  }
 }
 
 void McapReader::Unpack(std::string_view fields, uint64_t offset, Buffer* records) const {
@@ -174,19 +197,28 @@ void McapReader::Unpack(std::string_view fields, uint64_t offset, Buffer* record
   if (!from.is_good())
     problem = "its head is not whole";
   else if (size > kLargestChunk)
-    problem = "found " + std::to_string(size) + " bytes in it, expected a gigabyte at most";
+    problem = "found " + std::to_string(size) + " bytes in it, expected " +
+              std::to_string(kLargestChunk >> 20) + " MB at most";
   else
     problem = recording::Unpack(packed, compression, static_cast<size_t>(size), records);
   if (problem.empty() && crc != 0 && crc != Crc(records->view())) problem = "its checksum is wrong";
-  if (!problem.empty())
-    Fail("the chunk at byte " + std::to_string(offset) + " is damaged: " + problem);
+  if (!problem.empty()) FailAt(offset, problem);
 }
 
 void McapReader::Read(const Chunk& chunk, Buffer* records) const {
+  // A chunk that was packed is not larger than what is in it, but for its head.
+  if (chunk.length > kLargestChunk + kLargestChunk / 8)
+    FailAt(chunk.offset, "found " + std::to_string(chunk.length) + " bytes, expected " +
+                             std::to_string(kLargestChunk >> 20) + " MB at most");
   Buffer fields;
   ReadBytes(chunk.offset, chunk.length, &fields);
   records->Clear();
   Unpack(fields.view(), chunk.offset, records);
+  bool good = true;
+  const bool whole = ForEachRecord(records->view(), [&](Op op, std::string_view record) {
+    if (op == Op::kMessage) good = good && MessageOf(record).data.data() != nullptr;
+  });
+  if (!whole || !good) FailAt(chunk.offset, "its records are not whole");
 }
 
 }  // namespace Stg::recording

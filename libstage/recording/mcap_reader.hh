@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Reads MCAP files, such as are not whole too. All is checked when the file is opened; then chunks
-// are read again as they are wanted.
+// Reads MCAP files, including those that were cut off. Opening one looks at the heads of its
+// records and at the names of its channels, which stand behind the chunks of a whole file; a chunk
+// is unpacked and checked when it is wanted. A reader holds no more in memory than names,
+// attachments, and where the chunks lie; how much that may be is limited (mcap_format.hh).
 
 #ifndef STAGE_RECORDING_MCAP_READER_HH
 #define STAGE_RECORDING_MCAP_READER_HH
@@ -82,8 +84,8 @@ class McapReader {
     uint64_t offset, length;  // of its fields in the file
   };
 
-  /// Throws std::runtime_error, one line that names the file, if it is none or is damaged. One that
-  /// ends early is good up to its last whole record.
+  /// Throws std::runtime_error, one line that names the file, if it is none, or is damaged outside
+  /// of its chunks. One that ends early is good up to its last whole record.
   explicit McapReader(const std::string& file);
   ~McapReader();
   McapReader(const McapReader&) = delete;
@@ -98,24 +100,31 @@ class McapReader {
   }
   /// Empty if there is none of that name.
   const std::map<std::string, std::string>& metadata(const std::string& name) const;
-  /// The records of a chunk, unpacked.
+  /// The records of a chunk, unpacked. Throws std::runtime_error, one line that names the file, if
+  /// the chunk is damaged.
   void Read(const Chunk& chunk, Buffer* records) const;
 
  private:
   [[noreturn]] void Fail(const std::string& what) const;
+  [[noreturn]] void FailAt(uint64_t offset, const std::string& problem) const;
   void ReadBytes(uint64_t offset, uint64_t size, Buffer* to) const;
+  std::string_view Look(uint64_t offset, uint64_t size);
   void Scan();
   void Take(Op op, uint64_t offset, uint64_t length);
   void TakeChunk(uint64_t offset, uint64_t length);
   void TakeAttachment(std::string_view fields);
   void TakeMetadata(std::string_view fields);
   void TakeNames(Op op, std::string_view fields);
+  void TakeNamesFromChunks();
   void Unpack(std::string_view fields, uint64_t offset, Buffer* records) const;
 
   const std::string name_;
   int file_ = -1;
   uint64_t size_ = 0;
   bool ends_early_ = true;
+  uint64_t attachment_bytes_ = 0, name_bytes_ = 0;  // read so far
+  Buffer window_;                                   // a part of the file, for the heads of records
+  uint64_t window_offset_ = 0;
   std::map<uint16_t, std::string> types_;
   std::map<uint16_t, Channel> channels_;
   std::vector<Chunk> chunks_;

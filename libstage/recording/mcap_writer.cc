@@ -119,6 +119,7 @@ void McapWriter::AddMetadata(const std::string& name, const Texts& texts) {
 
 uint16_t McapWriter::AddSchema(const std::string& name, const std::string& encoding,
                                const std::string& definition) {
+  if (chunk_->records.size() >= kChunkSize) HandChunk();
   schemas_.push_back({name, encoding, definition});
   PutSchema(schemas_.size() - 1, &chunk_->records);
   return static_cast<uint16_t>(schemas_.size());  // 0 stands for none
@@ -129,12 +130,17 @@ uint16_t McapWriter::AddChannel(uint16_t schema, const std::string& topic,
   if (channels_.size() >= kMostChannels)
     throw std::runtime_error("--log: found more than " + std::to_string(kMostChannels) +
                              " topics, which an MCAP file can't hold; --log-models chooses robots");
+  if (chunk_->records.size() >= kChunkSize) HandChunk();
   channels_.push_back({schema, topic, encoding, metadata});
   PutChannel(channels_.size() - 1, &chunk_->records);
   return static_cast<uint16_t>(channels_.size() - 1);
 }
 
 uint8_t* McapWriter::AddMessage(uint16_t channel, uint64_t time, size_t size) {
+  if (size > kLargestMessage)
+    throw std::runtime_error("--log: found " + std::to_string(size) + " bytes for a message of " +
+                             channels_[channel].topic + ", expected " +
+                             std::to_string(kLargestMessage) + " at most");
   if (chunk_->records.size() >= kChunkSize) HandChunk();
   Chunk& chunk = *chunk_;
   chunk.messages.push_back({time, chunk.records.size(), channel});

@@ -96,6 +96,13 @@ std::vector<T> Elements(std::string_view bytes) {
   return elements;
 }
 
+template <typename T>
+T ElementAt(std::string_view bytes, size_t index) {
+  T element;
+  std::memcpy(&element, bytes.data() + index * sizeof element, sizeof element);
+  return element;
+}
+
 void GetFloats(std::string_view bytes, std::vector<double>* to) {
   const std::vector<float> floats = Elements<float>(bytes);
   to->assign(floats.begin(), floats.end());
@@ -271,17 +278,21 @@ bool GetModelPoses(std::string_view message, std::vector<ModelPose>* poses) {
   from.Get<int32_t>();
   from.Get<uint32_t>();
   from.GetText();
-  const auto models = Elements<uint32_t>(from.GetSequence<uint32_t>());
-  const auto parents = Elements<uint32_t>(from.GetSequence<uint32_t>());
-  std::vector<double> numbers[4];
-  for (std::vector<double>& list : numbers) list = Elements<double>(from.GetSequence<double>());
+  // There may be millions: they are read where they lie.
+  const std::string_view models = from.GetSequence<uint32_t>();
+  const std::string_view parents = from.GetSequence<uint32_t>();
+  std::string_view numbers[4];
+  for (std::string_view& list : numbers) list = from.GetSequence<double>();
+  const size_t count = models.size() / sizeof(uint32_t);
   bool good = from.is_good() && parents.size() == models.size();
-  for (const std::vector<double>& list : numbers) good = good && list.size() == models.size();
+  for (const std::string_view list : numbers) good = good && list.size() / sizeof(double) == count;
   if (!good) return false;
+  const auto number = [&](size_t which, size_t i) { return ElementAt<double>(numbers[which], i); };
   poses->clear();
-  for (size_t i = 0; i < models.size(); i++)
-    poses->push_back(
-        {models[i], parents[i], Pose(numbers[0][i], numbers[1][i], numbers[2][i], numbers[3][i])});
+  poses->reserve(count);
+  for (size_t i = 0; i < count; i++)
+    poses->push_back({ElementAt<uint32_t>(models, i), ElementAt<uint32_t>(parents, i),
+                      Pose(number(0, i), number(1, i), number(2, i), number(3, i))});
   return true;
 }
 

@@ -56,11 +56,14 @@ class ReplayTest : public LogTest {
     EXPECT_TRUE(world->Load(files.world_file()));
     return world;
   }
-  /// What reading the file says: empty if it can be replayed.
+  /// The error of opening the file, or of reading its chunks; empty if it can be replayed.
   std::string ProblemOf(const std::string& bytes) const {
     WriteBytes(Path("damaged.mcap"), bytes);
     try {
       const recording::Replay replay(Path("damaged.mcap"));
+      const McapReader log(Path("damaged.mcap"));
+      recording::Buffer records;
+      for (const McapReader::Chunk& chunk : log.chunks()) log.Read(chunk, &records);
       return "";
     } catch (const std::runtime_error& error) {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
