@@ -205,6 +205,15 @@ void BindDriving(nb::class_<ModelHandle>& model) {
       .def_prop_ro("velocity",
                    Getter([](Model& m) { return InPlane(AsPosition(m).GetVelocity()); }),
                    "Of a position: forwards, to the left (m/s) and turning (rad/s), in force now.")
+      .def_prop_ro("odom_error", Getter([](Model& m) {
+                     const ModelPosition& position = AsPosition(m);
+                     const bool gps =
+                         position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS;
+                     const Velocity error = gps ? Velocity() : position.GetOdomError();
+                     return Triple(error.x, error.y, error.a);
+                   }),
+                   "Of a position: what its odometry adds to its motion forwards, to the left and "
+                   "turning, as shares of it. 0 with GPS.")
       .def(
           "drive",
           [](const ModelHandle& handle, double x, double y, double a) {

@@ -59,6 +59,11 @@ class Pace:
         self._count()
         return max(0.0, (dt - self._due) / self._speed)
 
+    def passed(self, dt: float) -> float:
+        """Simulated seconds since the last step, less than `dt`: as far as real time has come."""
+        self._count()
+        return min(max(0.0, self._due), 0.999 * dt)
+
     @property
     def is_unlimited(self) -> bool:
         """Steps are made as fast as can be."""

@@ -15,7 +15,7 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_testing import SENSOR, TWO, Client, Process, node_here
 from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan, Range
-from std_msgs.msg import UInt8MultiArray
+from std_msgs.msg import Bool, UInt8MultiArray
 from visualization_msgs.msg import MarkerArray
 
 TFMessage = pytest.importorskip("tf2_msgs.msg", reason="tf2_msgs is not there; try tools/setup --ros").TFMessage
@@ -23,7 +23,7 @@ TFMessage = pytest.importorskip("tf2_msgs.msg", reason="tf2_msgs is not there; t
 SCHEMES = ("stage_ros2", "stage_ros")
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TYPES = {"base_scan": LaserScan, "image": Image, "depth": Image, "camera_info": CameraInfo,
-         "fiducials": MarkerArray, "blobs": MarkerArray, "bumper": UInt8MultiArray}
+         "fiducials": MarkerArray, "blobs": MarkerArray, "bumper": UInt8MultiArray, "stall": Bool}
 
 
 def tree(model: st.Model) -> Iterator[st.Model]:
@@ -41,7 +41,7 @@ def expected_topics(world: st.World, scheme: str) -> list[str]:
         prefix = "/" if len(robots) == 1 else f"/robot_{i}/" if old else f"/{robot.name}/"
         kinds = Counter(model.type for model in tree(robot))
         numbers: Counter[str] = Counter()
-        own = ["odom", "base_pose_ground_truth" if old else "ground_truth"]
+        own = ["odom", "base_pose_ground_truth" if old else "ground_truth", "stall"]
         for model in tree(robot):
             number = "" if kinds[model.type] == 1 else f"{'_' if old else ''}{numbers[model.type]}"
             numbers[model.type] += 1
@@ -132,7 +132,7 @@ def stamp_of(message: Any) -> float:
 
 def is_of(moment: float, messages: list[Any]) -> bool:
     """Whether the last message is of that time, or carries no time."""
-    return bool(messages) and (isinstance(messages[-1], UInt8MultiArray) or
+    return bool(messages) and (isinstance(messages[-1], (UInt8MultiArray, Bool)) or
                                stamp_of(messages[-1]) == pytest.approx(moment, abs=1e-9))
 
 
@@ -158,10 +158,10 @@ def check_scan(world: st.World, fleet: st.Fleet, robot: int, name: str, scan: La
     sensor = ranger.sensors[part]
     first = sum(s.samples for s in ranger.sensors[:part])
     ranges = fleet.ranger(index).ranges[robot, first:first + sensor.samples]
-    assert np.array_equal(scan.ranges, ranges.astype(np.float32))
+    assert np.array_equal(scan.ranges, np.where(ranges < sensor.range, ranges, np.inf).astype(np.float32))
     assert np.array_equal(scan.intensities,
                           fleet.ranger(index).intensities[robot, first:first + sensor.samples].astype("f4"))
-    assert scan.range_max == np.float32(sensor.range) and np.isfinite(scan.ranges).all()
+    assert scan.range_max == np.float32(sensor.range)
     angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
     bearings = fleet.ranger(index).bearings[robot, first:first + sensor.samples] - sensor.pose[3]
     bearings -= ranger.pose_in_tree[3]
@@ -176,6 +176,9 @@ def check_odometry(poses: str) -> Callable[..., None]:
         assert (pose.position.x, pose.position.y) == (x, y)
         assert (pose.orientation.z, pose.orientation.w) == (np.sin(a / 2), np.cos(a / 2))
         assert (twist.linear.x, twist.linear.y, twist.angular.z) == tuple(fleet.velocity[robot])
+        for covariance in (odometry.pose.covariance, odometry.twist.covariance):
+            matrix = np.reshape(covariance, (6, 6))
+            assert (np.diag(matrix)[2:5] == 1e6).all() and (np.linalg.eigvalsh(matrix) > 0).all()
 
     return check_pose
 
@@ -184,6 +187,9 @@ def check_image(world: st.World, fleet: st.Fleet, robot: int, name: str, image: 
     kind = np.uint8 if image.encoding == "rgb8" else np.float32
     expected = fleet.camera().color[robot] if image.encoding == "rgb8" else fleet.camera().depth[robot]
     pixels = np.frombuffer(image.data, kind).reshape(expected.shape)
+    if kind == np.float32:
+        view = next(m for m in tree(world.model(fleet.names[robot])) if m.type == "camera").view
+        expected = np.where(expected < np.float32(view.far), expected, np.float32(np.inf))
     assert np.array_equal(pixels, expected) and len(np.unique(pixels)) > 1
     assert (image.height, image.width, image.step) == (48, 64, 64 * (3 if kind == np.uint8 else 4))
 
@@ -219,6 +225,10 @@ def check_bumper(world: st.World, fleet: st.Fleet, robot: int, name: str, messag
     assert list(message.data) == list(fleet.bumper()[robot]) and len(message.data) == 4
 
 
+def check_stall(world: st.World, fleet: st.Fleet, robot: int, name: str, message: Bool) -> None:
+    assert message.data == fleet.stalled[robot]
+
+
 def check_battery(world: st.World, fleet: st.Fleet, robot: int, name: str, battery: BatteryState) -> None:
     capacity = world.model(fleet.names[robot]).energy_capacity
     assert battery.percentage == np.float32(fleet.energy[robot] / capacity)
@@ -229,7 +239,7 @@ CHECKS = {
     "base_scan": check_scan, "odom": check_odometry("estimate"), "ground_truth": check_odometry("pose"),
     "base_pose_ground_truth": check_odometry("pose"), "image": check_image, "depth": check_image,
     "camera_info": check_lens, "fiducials": check_fiducials, "blobs": check_blobs, "bumper": check_bumper,
-    "battery": check_battery}
+    "battery": check_battery, "stall": check_stall}
 
 
 def check_frames(world: st.World, moving: Any, fixed: Any, got: dict[str, list[Any]], scheme: str) -> None:
@@ -287,7 +297,7 @@ def test_single_beams(start: Callable[..., Process], client: Client, one: str, s
     assert bool(beam) == (single_beams != "none")
     if single_beams == "range":
         # To the left there is nothing.
-        assert (beam[-1].range, beam[-1].max_range) == (4.0, 4.0)
+        assert (beam[-1].range, beam[-1].max_range) == (np.inf, 4.0)
         assert beam[-1].field_of_view == pytest.approx(np.radians(15))
         assert beam[-1].header.frame_id == "base_scan_link_sensor_1"
 
@@ -392,7 +402,8 @@ def test_scans_come_when_the_sensor_has_measured(start: Callable[..., Process], 
         client.step()
         world.step()
         if round(world.time * 1000) % 100 == 60 and world.time > 0.3:
-            expected.append((round(world.time * 1000), ranges[0, :5].astype(np.float32).tolist()))
+            read = np.where(ranges[0, :5] < 5, ranges[0, :5], np.inf)
+            expected.append((round(world.time * 1000), read.astype(np.float32).tolist()))
     client.until(lambda: len(scans) == len(expected) == 4)
     assert [(round(stamp_of(scan) * 1000), list(scan.ranges)) for scan in scans] == expected
     assert len({tuple(row) for _, row in expected}) == 4

@@ -14,11 +14,12 @@ import numpy as np
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan, Range
-from std_msgs.msg import UInt8MultiArray
+from std_msgs.msg import Bool, UInt8MultiArray
 from visualization_msgs.msg import Marker, MarkerArray
 
 from .._core import RangeSensor, View
 from ..fleet import Fleet
+from .covariance import OdometryErrors, in_space
 from .messages import FLOAT_MARK, MARK, Array, Template, planar
 
 #: What a finder reports at most.
@@ -31,7 +32,7 @@ class Feed:
     Attributes:
         message: the type of its messages.
         topic: with the robot's prefix.
-        sensor: it is a sensor's: best effort, unless the node's parameter says otherwise.
+        sensor: it is a sensor's, whose reliability a parameter of the node sets.
         interval: microseconds of simulated time between messages; 0: in each step.
         attached: it has asked the world for its data.
         active: somebody listens.
@@ -74,11 +75,17 @@ class Feed:
 
 
 class Bodies:
-    """Poses and speeds of all robots as messages have them, worked out once a step and only if asked for."""
+    """Poses of all robots, and how sure they are, as messages have them: worked out once a step if asked for.
 
-    def __init__(self, fleet: Fleet) -> None:
-        self._fleet = fleet
+    Args:
+        fleet: the robots.
+        errors: of their odometry.
+    """
+
+    def __init__(self, fleet: Fleet, errors: OdometryErrors) -> None:
+        self._fleet, self._errors = fleet, errors
         self._known: dict[str, Array] = {}
+        self._exact = in_space(np.zeros((len(fleet), 3, 3)))
 
     def forget(self) -> None:
         """The world has changed."""
@@ -92,6 +99,15 @@ class Bodies:
         """Where they are: shape (n, 7)."""
         return self._once("truth", lambda: planar(self._fleet.pose))
 
+    def covariance(self) -> tuple[Array, Array]:
+        """Of the estimates and of the velocities that odometry says: shape (n, 36) each."""
+        return (self._once("pose", self._errors.pose),
+                self._once("twist", lambda: self._errors.twist(self._fleet.velocity)))
+
+    def exact(self) -> tuple[Array, Array]:
+        """Of poses and velocities that are true."""
+        return self._exact, self._exact
+
     def _once(self, name: str, make: Callable[[], Array]) -> Array:
         known = self._known.get(name)
         if known is None:
@@ -100,22 +116,28 @@ class Bodies:
 
 
 class OdometryFeed(Feed):
-    """A pose and a speed."""
+    """A pose and a speed.
+
+    Args:
+        poses: gives those of all robots.
+        covariances: gives those of the poses and of the speeds of all robots.
+    """
 
     message = Odometry
     sensor = False
 
-    def __init__(self, topic: str, robot: int, fleet: Fleet, poses: Callable[[], Array], frame: str,
-                 child: str) -> None:
+    def __init__(self, topic: str, robot: int, fleet: Fleet, poses: Callable[[], Array],
+                 covariances: Callable[[], tuple[Array, Array]], frame: str, child: str) -> None:
         super().__init__(topic)
-        self._robot, self._fleet, self._poses = robot, fleet, poses
+        self._robot, self._fleet, self._poses, self._covariances = robot, fleet, poses, covariances
         message = Odometry(child_frame_id=child)
         message.header.frame_id = frame
         message.pose.pose.position.x = MARK
         message.twist.twist.linear.x = 2 * MARK
         self._template = Template(message)
-        self._pose = self._template.doubles(MARK, 7)
-        self._twist = self._template.doubles(2 * MARK, 6)
+        pose, twist = self._template.doubles(MARK, 7 + 36), self._template.doubles(2 * MARK, 6 + 36)
+        self._pose, self._pose_covariance = pose[:7], pose[7:]
+        self._twist, self._twist_covariance = twist[:6], twist[6:]
         self._twist[0] = 0
 
     def make(self, stamp: Array) -> bytes:
@@ -123,25 +145,52 @@ class OdometryFeed(Feed):
         self._pose[:] = self._poses()[self._robot]
         x, y, turn = self._fleet.velocity[self._robot]
         self._twist[0], self._twist[1], self._twist[5] = x, y, turn
+        of_pose, of_twist = self._covariances()
+        self._pose_covariance[:], self._twist_covariance[:] = of_pose[self._robot], of_twist[self._robot]
         return self._template.bytes()
+
+
+class StallFeed(Feed):
+    """Whether a robot is blocked: it would drive, and something stands in its way."""
+
+    message = Bool
+    sensor = False
+
+    def __init__(self, topic: str, robot: int, fleet: Fleet) -> None:
+        super().__init__(topic)
+        self._robot, self._fleet = robot, fleet
+
+    def make(self, stamp: Array) -> Bool:
+        return Bool(data=bool(self._fleet.stalled[self._robot]))
+
+
+def rep117(readings: Array, least: float, most: float) -> Array:
+    """Readings as REP 117 has them: infinity beyond `most`, minus infinity below `least`. What is NaN stays NaN."""
+    return np.where(readings >= most, np.inf, np.where(readings < least, -np.inf, readings))
 
 
 class Beams(Feed):
     """A sensor of a ranger: samples `first` to `first` + sensor.samples - 1 of those of the ranger.
 
-    `sources` gives the ranger's rows of this robot when it is asked first: ranges and intensities.
+    `sources` gives the ranger's rows of this robot when it is asked first: ranges and intensities. `by_rep117`: ranges
+    are published as REP 117 has them, or else as Stage does: the maximum where nothing is.
     """
 
     def __init__(self, topic: str, interval: int, sources: Callable[[], tuple[Array, Array]],
-                 first: int, sensor: RangeSensor) -> None:
+                 first: int, sensor: RangeSensor, by_rep117: bool) -> None:
         super().__init__(topic, interval)
-        self._sources = sources
+        self._sources, self._by_rep117 = sources, by_rep117
+        self._bounds = (sensor.min_range, sensor.range)
         self._part = slice(first, first + sensor.samples)
         self._source = self._brightness = np.empty(0)
 
     def connect(self) -> None:
         ranges, intensities = self._sources()
         self._source, self._brightness = ranges[self._part], intensities[self._part]
+
+    def readings(self) -> Array:
+        """The ranges, as they are to be published."""
+        return rep117(self._source, *self._bounds) if self._by_rep117 else self._source
 
     def nothing_yet(self) -> bool:
         """The sensor has not measured."""
@@ -154,8 +203,8 @@ class ScanFeed(Beams):
     message = LaserScan
 
     def __init__(self, topic: str, interval: int, sources: Callable[[], tuple[Array, Array]],
-                 first: int, sensor: RangeSensor, frame: str) -> None:
-        super().__init__(topic, interval, sources, first, sensor)
+                 first: int, sensor: RangeSensor, frame: str, by_rep117: bool) -> None:
+        super().__init__(topic, interval, sources, first, sensor, by_rep117)
         count = sensor.samples
         half = sensor.fov / 2 if count > 1 else 0.0
         message = LaserScan(
@@ -171,7 +220,7 @@ class ScanFeed(Beams):
         if self.nothing_yet():
             return None
         self._template.stamp(stamp)
-        self._ranges[:] = self._source
+        self._ranges[:] = self.readings()
         self._intensities[:] = self._brightness
         return self._template.bytes()
 
@@ -182,8 +231,8 @@ class RangeFeed(Beams):
     message = Range
 
     def __init__(self, topic: str, interval: int, sources: Callable[[], tuple[Array, Array]],
-                 first: int, sensor: RangeSensor, frame: str) -> None:
-        super().__init__(topic, interval, sources, first, sensor)
+                 first: int, sensor: RangeSensor, frame: str, by_rep117: bool) -> None:
+        super().__init__(topic, interval, sources, first, sensor, by_rep117)
         message = Range(radiation_type=Range.ULTRASOUND, field_of_view=sensor.fov,
                         min_range=sensor.min_range, max_range=sensor.range, range=FLOAT_MARK)
         message.header.frame_id = frame
@@ -194,19 +243,23 @@ class RangeFeed(Beams):
         if self.nothing_yet():
             return None
         self._template.stamp(stamp)
-        self._range[:] = self._source
+        self._range[:] = self.readings()
         return self._template.bytes()
 
 
 class ImageFeed(Feed):
-    """Pictures of a camera, in colour or in depth. `source` gives them: shape (height, width, ...)."""
+    """Pictures of a camera, in colour or in depth. `source` gives them: shape (height, width, ...).
+
+    `by_rep117`: depths are published as REP 117 has them, or else as Stage does: the far plane where nothing is.
+    """
 
     message = Image
 
     def __init__(self, topic: str, interval: int, view: View, frame: str, encoding: str,
-                 source: Callable[[], Array]) -> None:
+                 source: Callable[[], Array], by_rep117: bool = False) -> None:
         super().__init__(topic, interval)
-        self._get = source
+        self._get, self._by_rep117 = source, by_rep117 and encoding == "32FC1"
+        self._bounds = (view.near, np.float32(view.far))
         self._source = np.empty(0)
         bytes_each = {"rgb8": 3, "32FC1": 4}[encoding]
         size = view.width * view.height * bytes_each
@@ -223,9 +276,11 @@ class ImageFeed(Feed):
     def connect(self) -> None:
         self._source = self._get()[self._corner]
 
-    def make(self, stamp: Array) -> bytes:
+    def make(self, stamp: Array) -> bytes | None:
+        if self._kind == np.float32 and np.isnan(self._source).all():
+            return None  # the camera has not looked yet
         self._template.stamp(stamp)
-        self._pixels[...] = self._source
+        self._pixels[...] = rep117(self._source, *self._bounds) if self._by_rep117 else self._source
         return self._template.bytes()
 
 

@@ -25,6 +25,11 @@ class Lockstep:
         self._missing: set[str] = set()
         self._since = time.monotonic()
 
+    @property
+    def is_used(self) -> bool:
+        """Somebody is waited for."""
+        return bool(self.names)
+
     def begin(self, now: int, step: int) -> None:
         """The world is at another time, that of a new step (microseconds, and how long a step is)."""
         asked = now > 0 and (self._interval == 0 or now // self._interval > (now - step) // self._interval)

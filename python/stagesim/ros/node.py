@@ -17,7 +17,6 @@ from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, TwistStamped
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 from std_srvs.srv import Empty, SetBool, Trigger
 
@@ -25,9 +24,12 @@ from .._core import Snapshot
 from ..errors import StageError
 from ..pace import Pace
 from ..world import World
+from .clock import ClockFeed
+from .covariance import OdometryErrors
 from .executor import Executor
 from .feeds import Bodies, Feed
 from .lockstep import Lockstep, split
+from .frames import Frames
 from .messages import Array, Transforms, heading_of, planar, stamp_of
 from .names import SCHEMES, joined
 from .parameters import declare
@@ -97,16 +99,20 @@ class StageNode(Node):
         self.paused = self._value("paused")
         self._fleet = world.fleet()
         self._home = self._fleet.pose.copy()
-        self._bodies = Bodies(self._fleet)
+        models = {model.id: model for model in world.models}
+        self._errors = OdometryErrors(np.array([models[number].odom_error for number in self._fleet.ids]))
+        self._bodies = Bodies(self._fleet, self._errors)
         look = Look(SCHEMES[self._value("naming")], self._value("enforce_prefixes"),
                     self._value("odom_frame_id"), self._value("base_link_frame_id"),
                     self._value("base_footprint_frame_id"), self._value("map_frame_id"),
-                    self._value("single_beams"))
+                    self._value("single_beams"), self._value("ranges") == "rep117")
         self.robots = make_robots(world, self._fleet, self._bodies, look)
         self._look = look
         self._names = [robot.prefix or robot.model.name for robot in self.robots]
         self._feeds = [feed for robot in self.robots for feed in robot.feeds]
+        self._frames = Frames(look, [robot.prefix for robot in self.robots], self._fleet)
         self._snapshot: Snapshot | None = None
+        self._jacobian: Array | None = None  # of the odometry, at the snapshot
         self._last_look = 0.0
         self._pace = Pace(self.speed, not self.paused, MOST_DELAY)
         self._make_publishers()
@@ -134,7 +140,7 @@ class StageNode(Node):
         sensor = QoSProfile(depth=5, reliability=effort)
         for feed in self._feeds:
             feed.publisher = self.create_publisher(feed.message, feed.topic, sensor if feed.sensor else 10)
-        self._clock_publisher = self.create_publisher(Clock, "/clock", 10)
+        self._time_feed = ClockFeed(self, self._value("clock_rate"))
 
     def _make_frames(self) -> None:
         self._tf: Any = None
@@ -163,14 +169,7 @@ class StageNode(Node):
         poses = self._bodies.estimate()
         if not self._value("publish_map_tf"):
             return poses
-        # From the map to the odometry: there the robot is where it truly is.
-        true, guess = self._fleet.pose, self._fleet.estimate
-        origin = np.empty_like(true)
-        origin[:, 2] = true[:, 2] - guess[:, 2]
-        c, s = np.cos(origin[:, 2]), np.sin(origin[:, 2])
-        origin[:, 0] = true[:, 0] - c * guess[:, 0] + s * guess[:, 1]
-        origin[:, 1] = true[:, 1] - s * guess[:, 0] - c * guess[:, 1]
-        return np.concatenate([poses, planar(origin)])
+        return np.concatenate([poses, planar(self._frames.origins())])
 
     @property
     def now(self) -> int:
@@ -178,7 +177,7 @@ class StageNode(Node):
         return round(self.world.time * 1e6)
 
     def publish(self, everything: bool = False) -> None:
-        """Publishes what is new at this time, or all there is, to those who listen; the time comes last."""
+        """Publishes what is new at this time, or all there is, to those who listen."""
         start = time.perf_counter()
         now = self.now
         self._look_for_listeners(now)
@@ -186,14 +185,21 @@ class StageNode(Node):
         self.times["publish"] += time.perf_counter() - start
 
     def _send(self, feeds: list[Feed]) -> None:
+        """The time comes first, then the transforms: so what is known of a stamp is there before its data."""
         stamp = stamp_of(self.now)
-        for feed in feeds:
-            feed.send(stamp)
+        self._time_feed.tell(self.now, always=self.paused or self._lockstep.is_used)
         if self._tf_active:
             self._tf.publish(self._transforms.bytes(stamp, self._poses_of_frames()))
-        clock = Clock()
-        clock.clock.sec, clock.clock.nanosec = int(stamp[0]), int(stamp[1])
-        self._clock_publisher.publish(clock)
+        for feed in feeds:
+            feed.send(stamp)
+
+    def _tell_time_between(self) -> float:
+        """Lets /clock go on between two steps, if it has a rate; seconds of real time until it is to go on again."""
+        if self._lockstep.is_used or self._pace.is_unlimited:
+            return float("inf")
+        if self._time_feed.wait() == 0:
+            self._time_feed.tell(self.now + int(self._pace.passed(self.world.dt) * 1e6))
+        return self._time_feed.wait()
 
     def _look_for_listeners(self, now: int) -> list[Feed]:
         """Sees who listens to what, from time to time; returns what somebody has begun to listen to."""
@@ -239,7 +245,7 @@ class StageNode(Node):
         twist = message.twist if isinstance(message, TwistStamped) else message
         speeds = (twist.linear.x, twist.linear.y, twist.angular.z)
         if not np.isfinite(speeds).all():
-            self.get_logger().warning(f"{self.robots[robot].model.name}: found the speeds {speeds}, expected "
+            self.get_logger().warning(f"{self.robots[robot].model.name!a}: found the speeds {speeds}, expected "
                                       "finite numbers", throttle_duration_sec=5)
             return
         name = self._names[robot]
@@ -268,9 +274,14 @@ class StageNode(Node):
     def _teleport(self, robot: int, message: PoseStamped) -> None:
         place = message.pose.position
         pose = (place.x, place.y, heading_of(message.pose.orientation))
+        name, frame = self.robots[robot].model.name, message.header.frame_id
         if not np.isfinite(pose).all():
-            self.get_logger().warning(f"{self.robots[robot].model.name}: found the pose {pose}, expected "
-                                      "finite numbers")
+            self.get_logger().warning(f"{name!a}: found the pose {pose}, expected finite numbers")
+            return
+        try:
+            pose = self._frames.in_world(pose, frame)
+        except ValueError as error:
+            self.get_logger().warning(f"{name!a}: not put elsewhere: {error}")
             return
         self._fleet.teleport(pose, [robot])
         self.moved()
@@ -351,6 +362,7 @@ class StageNode(Node):
 
     def _take(self) -> str:
         self._snapshot = self.world.snapshot()
+        self._jacobian = self._errors.jacobian.copy()
         file = self._value("snapshot_file")
         if file:
             Path(file).write_bytes(self._snapshot.to_bytes())
@@ -365,11 +377,11 @@ class StageNode(Node):
         for feed in self._feeds:
             feed.since = min(feed.since, round(snapshot.time * 1e6))
         self._told[self._told >= 0] = self.now
-        self._world_is_new()
+        self._world_is_new(None if file else self._jacobian)
         return f"went back to {self.world.time:g} s"
 
-    def _world_is_new(self) -> None:
-        """After loading, a reset or a restore."""
+    def _world_is_new(self, jacobian: Array | None = None) -> None:
+        """After loading, a reset or a restore; `jacobian`: see OdometryErrors."""
         self.steps_asked = 0
         self._cmd[self._told < 0] = np.nan  # left to the robots' own controllers
         # Sensors first, as after a reset: the order is part of the state.
@@ -380,8 +392,10 @@ class StageNode(Node):
             if robot.model.subscribers == 0:
                 robot.model.subscribe()  # its odometry works from the beginning
         self._bodies.forget()
+        self._errors.begin(self._fleet.estimate, jacobian)
         self._lockstep.begin(self.now, round(self.world.dt * 1e6))
         self._pace.begin()
+        self._time_feed.begin()
         if self._window is not None:
             self._window.world_is_new()
         self.publish(everything=True)
@@ -411,6 +425,7 @@ class StageNode(Node):
         made = self.world.step()
         self.times["step"] += time.perf_counter() - start
         self._bodies.forget()
+        self._errors.move(self._fleet.estimate)
         if self._window is not None:
             self._window.has_changed(note="")
         if made:
@@ -447,13 +462,13 @@ class StageNode(Node):
             self.advance()
             self._answer(0.0)
         else:
-            self._answer(min(self._pace.wait(dt), 0.1))
+            self._answer(min(self._pace.wait(dt), self._tell_time_between(), 0.1))
 
     def _wait_for_clients(self) -> None:
         self._answer(0.02)
         missing = ", ".join(self._lockstep.missing())
         if missing and self._lockstep.is_late(REPEAT_PERIOD):
-            # Who came late, or has missed something, gets it now.
+            # Clients that came late, or have missed something, get it now.
             self.get_logger().info(f"waiting for {missing}", throttle_duration_sec=10)
             self._last_look = 0.0
             self.publish(everything=True)

@@ -52,8 +52,13 @@ PARAMETERS = {
                                 fixed=True),
     "single_beams": Parameter("scan", "what sensors of one ray are published as",
                               **_one_of("scan", "range", "none")),
-    "sensor_qos": Parameter("best_effort", "reliability of sensors' topics",
-                            **_one_of("best_effort", "reliable")),
+    "sensor_qos": Parameter("reliable", "reliability of sensors' topics: reliable publishers reach subscribers "
+                            "of both kinds", **_one_of("reliable", "best_effort")),
+    "ranges": Parameter("rep117", "what ranges and depths read where nothing is: rep117: infinity, and minus "
+                        "infinity where something is too near; stage: the maximum, and the distance",
+                        **_one_of("rep117", "stage")),
+    "clock_rate": Parameter(0.0, "messages on /clock in a second of real time; 0: one for each step",
+                            "a number, 0 to 1000", lambda value: 0 <= value <= 1000, fixed=True),
     "stamped_cmd_vel": Parameter(False, "cmd_vel is a TwistStamped", fixed=True),
     "always_on": Parameter(False, "sensors work from the beginning, whether somebody listens or not",
                            fixed=True),

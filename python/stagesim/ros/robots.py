@@ -12,7 +12,7 @@ from .._core import Model, RangeSensor
 from ..fleet import Fleet
 from ..world import World
 from .feeds import (MOST_SIGHTS, BatteryFeed, BlobsFeed, Bodies, BumperFeed, CameraInfoFeed, Feed,
-                    FiducialsFeed, ImageFeed, OdometryFeed, RangeFeed, ScanFeed)
+                    FiducialsFeed, ImageFeed, OdometryFeed, RangeFeed, ScanFeed, StallFeed)
 from .names import SCHEMES, Scheme, joined, numbered, part_of, prefixes
 
 
@@ -25,6 +25,7 @@ class Look:
         enforce_prefixes: a single robot has a prefix, too.
         odom, base, footprint, map: names of frames.
         single_beams: sensors of one ray are published as "scan", "range" or not at all: "none".
+        by_rep117: ranges and depths are published as REP 117 has them, or else as Stage does.
     """
 
     scheme: Scheme = SCHEMES["stage_ros2"]
@@ -34,6 +35,7 @@ class Look:
     footprint: str = "base_footprint"
     map: str = "map"
     single_beams: str = "scan"
+    by_rep117: bool = True
 
 
 @dataclass
@@ -134,9 +136,10 @@ class _Maker:
         footprint = self._frame(look.footprint)
         self.robot.mounts.append((footprint, self._frame(look.base), np.array([0, 0, 0, 0, 0, 0, 1.0])))
         self._feed(OdometryFeed(self._topic("odom"), self._number, self._fleet, bodies.estimate,
-                                self._frame(look.odom), footprint))
+                                bodies.covariance, self._frame(look.odom), footprint))
         self._feed(OdometryFeed(self._topic(look.scheme.ground_truth), self._number, self._fleet,
-                                bodies.truth, look.map, footprint))
+                                bodies.truth, bodies.exact, look.map, footprint))
+        self._feed(StallFeed(self._topic("stall"), self._number, self._fleet))
 
     def _add_ranger(self, model: Model, index: int, count: int) -> None:
         look, row, fleet = self._look, self._number, self._fleet
@@ -152,7 +155,7 @@ class _Maker:
                 self._feed(make(
                     self._topic(part_of(topic, i)), self._interval(model),
                     lambda: (fleet.ranger(index).ranges[row], fleet.ranger(index).intensities[row]),
-                    first, sensor, mount))
+                    first, sensor, mount, look.by_rep117))
             first += sensor.samples
 
     def _add_camera(self, model: Model, index: int, count: int) -> None:
@@ -170,7 +173,7 @@ class _Maker:
         self._feed(ImageFeed(topic("image"), interval, view, eye, "rgb8",
                              lambda: fleet.camera(index).color[row]))
         self._feed(ImageFeed(topic("depth"), interval, view, eye, "32FC1",
-                             lambda: fleet.camera(index).depth[row]))
+                             lambda: fleet.camera(index).depth[row], self._look.by_rep117))
         self._feed(CameraInfoFeed(topic("camera_info"), interval, view, eye))
 
     def _add_fiducials(self, model: Model, index: int, count: int) -> None:
