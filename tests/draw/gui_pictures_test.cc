@@ -293,7 +293,7 @@ TEST_F(VideoTest, NothingIsReplaced) {
   EXPECT_NE(nowhere.errors.find("no/a.mp4 can't be written: No such file"), std::string::npos);
 }
 
-/// What Ctrl-C leaves is a film up to there.
+/// Ctrl-C leaves a film up to that moment.
 TEST_F(VideoTest, AnInterruptedRunHasAFilm) {
   WriteFfmpeg("for last; do :; done; cat > \"${last#file:}\"\n");
   const Outcome outcome = Stage(

@@ -191,6 +191,7 @@ class RobotPicturesTest : public testing::Test {
 TEST_F(RobotPicturesTest, CrowdsAreSeenFromFarAndCostLessThanFromNear) {
   const auto world = LoadText(Crowd(33));
   view_.flat.setScale(0.9);
+  view_.options.Set(Show::kGrid, false);
   EXPECT_GE(CountRed(Draw(*world)), 4u * 33 * 33);
   EXPECT_LT(renderer_.vertices(), 33u * 33 * 3);
 }

@@ -225,10 +225,10 @@ void Renderer::Impl::DrawSolidBodies(const Frame& frame,
 void Renderer::Impl::DrawRobots(const Frame& frame) {
   DrawSolidBodies(frame, &BodyBatch::robots);
   DrawBodies(frame, &BodyBatch::noses, Part::kNose, 1, 1);
-  DrawDots(frame);
 }
 
-/// The scenery does not hide them, but robots do: they may stand anywhere.
+/// Neither the scenery nor thousands of dots hide them, but robots do that are large enough to be
+/// looked at.
 void Renderer::Impl::DrawAxisNumbers(const Frame& frame) {
   glDisable(GL_DEPTH_TEST);
   writer_.AddAxisNumbers(frame.floor, *frame.projection);
@@ -418,6 +418,7 @@ void Renderer::Impl::DrawWorld(const Frame& frame) {
 
   glEnable(GL_DEPTH_TEST);
   DrawSolidBodies(frame, &BodyBatch::solid);
+  DrawDots(frame);
   DrawAxisNumbers(frame);
   DrawRobots(frame);
   plain_.Use();

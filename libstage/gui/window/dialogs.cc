@@ -120,6 +120,7 @@ The keys stand beside the items of the menus. Some to begin with:
   ]  [   faster, slower            {  }   real time, as fast as possible
   d      what the sensors see      space  look from straight above
   r      perspective view          f      follow the robot that was clicked last
+  Home   begin anew                The buttons beside the menus tell their keys, too.
 
 Mouse: drag a robot to move it, with the right button to turn it; drag anything
 else to move the view, turn the wheel to zoom, press Ctrl and move to tilt.
@@ -160,7 +161,7 @@ void Hide(Fl_Widget*, void* window) { static_cast<Fl_Window*>(window)->hide(); }
 void ShowHelp() {
   Fl_Group::current(nullptr);
   static auto* window = [] {
-    auto* made = new TextWindow(500, 250, "Getting help with Stage", kHelp, 0, 0);
+    auto* made = new TextWindow(500, 270, "Getting help with Stage", kHelp, 0, 0);
     made->end();  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
     return made;
   }();
