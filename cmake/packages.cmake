@@ -23,6 +23,12 @@ if(CMAKE_CROSSCOMPILING)
   # dpkg-shlibdeps knows the packages of this machine alone.
   set(CPACK_DEBIAN_LIBSTAGE5_PACKAGE_DEPENDS
       "libc6 (>= 2.34), libgcc-s1, libstdc++6 (>= 12), libpng16-16 | libpng16-16t64, zlib1g")
+  if(STAGE_JPEG_ENABLED)
+    string(APPEND CPACK_DEBIAN_LIBSTAGE5_PACKAGE_DEPENDS ", libjpeg62-turbo | libjpeg-turbo8")
+  endif()
+  if(STAGE_GIF_ENABLED)
+    string(APPEND CPACK_DEBIAN_LIBSTAGE5_PACKAGE_DEPENDS ", libgif7")
+  endif()
   if(STAGE_LZ4_ENABLED)
     string(APPEND CPACK_DEBIAN_LIBSTAGE5_PACKAGE_DEPENDS ", liblz4-1")
   endif()

@@ -52,7 +52,7 @@ stage_fetch_tree() {
     echo "fetching libraries for $arch needs root, as debootstrap does: sudo $0 $arch" >&2
     return 1
   fi
-  local suite mirror include=libc6-dev,libpng-dev,nlohmann-json3-dev,liblz4-dev,libzstd-dev
+  local suite mirror include=libc6-dev,libpng-dev,libjpeg-dev,libgif-dev,nlohmann-json3-dev,liblz4-dev,libzstd-dev
   include+=,ocl-icd-opencl-dev,opencl-headers,pocl-opencl-icd,libgtest-dev,libbenchmark-dev
   suite=$(. /etc/os-release && [[ $ID == debian ]] && echo "${VERSION_CODENAME:-bookworm}") || suite=bookworm
   mirror=$(host_mirror)

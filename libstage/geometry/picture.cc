@@ -53,17 +53,10 @@ std::string KindOf(std::string_view head) {
   static constexpr struct {
     std::string_view start;
     const char* kind;
-  } kKinds[] = {{"\xff\xd8\xff", "a JPEG picture"},
-                {"GIF8", "a GIF picture"},
-                {"BM", "a BMP picture"},
-                {"/* XPM", "an XPM picture"},
-                {"#define", "an XBM picture"},
-                {{"II*\0", 4}, "a TIFF picture"},
-                {{"MM\0*", 4}, "a TIFF picture"},
-                {"P7", "a PAM picture"},
-                {"<svg", "an SVG picture"},
-                {"%PDF", "a PDF document"},
-                {"\x89PN", "a damaged PNG picture"}};
+  } kKinds[] = {{"/* XPM", "an XPM picture"},     {"#define", "an XBM picture"},
+                {{"II*\0", 4}, "a TIFF picture"}, {{"MM\0*", 4}, "a TIFF picture"},
+                {"P7", "a PAM picture"},          {"<svg", "an SVG picture"},
+                {"%PDF", "a PDF document"},       {"\x89PN", "a damaged PNG picture"}};
   for (const auto& known : kKinds) {
     if (head.starts_with(known.start)) return known.kind;
   }
@@ -78,7 +71,11 @@ Bitmap Read(const Input& input) try {
   if (head.empty()) Fail(input, "the file is empty");
   if (head.starts_with("\x89PNG\r\n\x1a\n")) return ReadPng(input);
   if (IsPnm(head)) return ReadPnm(input);
-  Fail(input, "this is " + KindOf(head) + "; accepted are PNG, PBM, PGM and PPM");
+  if (head.starts_with("\xff\xd8\xff")) return ReadJpeg(input);
+  if (head.starts_with("GIF8")) return ReadGif(input);
+  if (head.starts_with("BM")) return ReadBmp(input);
+  Fail(input, "this is " + KindOf(head) +
+                  "; accepted are PNG, JPEG, GIF, BMP, PBM, PGM and PPM: save it as one of these");
 } catch (const std::bad_alloc&) {
   Fail(input, "not enough memory for the picture");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Picture files (PNG, PBM, PGM, PPM) as bitmaps: which pixels are solid.
+// Picture files (PNG, JPEG, GIF, BMP, PBM, PGM, PPM) as bitmaps: which pixels are solid.
 
 #ifndef STAGE_GEOMETRY_PICTURE_HH
 #define STAGE_GEOMETRY_PICTURE_HH

@@ -35,6 +35,12 @@ Bitmap ReadPng(const Input& input);
 /// PBM, PGM, PPM.
 Bitmap ReadPnm(const Input& input);
 
+Bitmap ReadBmp(const Input& input);
+
+// Without their libraries, these two refuse the picture and say so.
+Bitmap ReadJpeg(const Input& input);
+Bitmap ReadGif(const Input& input);
+
 }  // namespace picture
 }  // namespace Stg
 

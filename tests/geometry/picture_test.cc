@@ -375,10 +375,10 @@ TEST_F(PictureFiles, Errors) {
   ExpectContains(error_of(folder_), "directory");
   ExpectContains(error_of("/dev/null"), "not a regular file");
   ExpectContains(error_of(Write("empty.png", "")), "empty");
-  ExpectContains(error_of(Write("text.png", "hello")), "accepted are PNG, PBM, PGM and PPM");
-  ExpectContains(error_of(Write("a.jpg", "\xff\xd8\xff\xe0 JFIF")), "JPEG");
-  ExpectContains(error_of(Write("a.gif", "GIF89a")), "GIF");
-  ExpectContains(error_of(Write("a.bmp", "BM______")), "BMP");
+  ExpectContains(error_of(Write("text.png", "hello")), "accepted are PNG, JPEG, GIF, BMP, PBM");
+  ExpectContains(error_of(Write("a.jpg", "\xff\xd8\xff\xe0 JFIF")), "unreadable JPEG");
+  ExpectContains(error_of(Write("a.gif", "GIF89a")), "unreadable GIF");
+  ExpectContains(error_of(Write("a.bmp", "BM______")), "cut short");
   ExpectContains(error_of(Write("a.xpm", "/* XPM */")), "XPM");
   ExpectContains(error_of(Write("a.webp", "RIFF1234WEBPVP8")), "WebP");
 }

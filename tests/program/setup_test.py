@@ -134,7 +134,7 @@ class Setup(unittest.TestCase):
         done = setup("--no-opencl", "--no-gui")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(installed(done), ["g++", "cmake", "ninja-build", "libpng-dev",
-                                           "nlohmann-json3-dev", "liblz4-dev", "libzstd-dev"])
+                                           "libjpeg-dev", "libgif-dev", "nlohmann-json3-dev", "liblz4-dev", "libzstd-dev"])
 
 
 class Fresh(unittest.TestCase):
