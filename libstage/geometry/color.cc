@@ -2,8 +2,10 @@
 #include "geometry/color.hh"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <string_view>
 
 #include "geometry/random.hh"
 #include "geometry/x11_colors.hh"
@@ -26,14 +28,54 @@ bool Color::operator==(const Color& other) const {
          std::fabs(b - other.b) <= kTolerance && std::fabs(a - other.a) <= kTolerance;
 }
 
-bool Color::Lookup(const std::string& name, Color* color) {
+namespace {
+
+const geometry::X11Color* FindExactly(const std::string& name) {
   const auto table = geometry::X11Colors();
-  const auto found =
-      std::lower_bound(table.begin(), table.end(), name,
-                       [](const geometry::X11Color& entry, const std::string& wanted) {
-                         return entry.name < wanted;
-                       });
-  if (found == table.end() || found->name != name) return false;
+  const auto found = std::ranges::lower_bound(table, name, {}, &geometry::X11Color::name);
+  return found == table.end() || found->name != name ? nullptr : &*found;
+}
+
+/// X11 compares names without regard to case and blanks.
+std::string Folded(std::string_view name) {
+  std::string folded;
+  for (const char c : name)
+    if (c != ' ') folded += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return folded;
+}
+
+const geometry::X11Color* FindFolded(const std::string& name) {
+  const std::string folded = Folded(name);
+  for (const geometry::X11Color& entry : geometry::X11Colors())
+    if (Folded(entry.name) == folded) return &entry;
+  return nullptr;
+}
+
+/// `text` is "#RGB" with one to four hexadecimal digits for each of red, green and blue. As in X11,
+/// fewer digits are the most significant ones of more.
+bool ReadDigits(std::string_view text, Color* color) {
+  const size_t digits = (text.size() - 1) / 3;
+  if (text[0] != '#' || text.size() % 3 != 1 || digits < 1 || digits > 4) return false;
+  double parts[3];
+  for (size_t i = 0; i < 3; i++) {
+    unsigned value = 0;
+    const char* const end = text.data() + 1 + (i + 1) * digits;
+    const auto [at, error] = std::from_chars(end - digits, end, value, 16);
+    if (error != std::errc() || at != end) return false;
+    parts[i] = value / (std::ldexp(1.0, static_cast<int>(4 * digits)) - 1);
+  }
+  *color = Color(parts[0], parts[1], parts[2]);
+  return true;
+}
+
+}  // namespace
+
+bool Color::Lookup(const std::string& name, Color* color) {
+  if (name.empty()) return false;
+  if (name[0] == '#') return ReadDigits(name, color);
+  const geometry::X11Color* found = FindExactly(name);
+  if (!found) found = FindFolded(name);
+  if (!found) return false;
   *color = Color(found->red / 255.0, found->green / 255.0, found->blue / 255.0);
   return true;
 }

@@ -2,14 +2,34 @@
 //
 // How the value types of the geometry room are read from a world file and written to one. It is
 // here so that geometry does not depend on this room.
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "geometry/color.hh"
 #include "geometry/geometry.hh"
+#include "geometry/x11_colors.hh"
 #include "worldfile/document.hh"
 #include "worldfile/worldfile.hh"
+#include "worldfile/worldfile_impl.hh"
 
 namespace Stg {
+namespace {
+
+/// "; did you mean "dodger blue"?", or "" if no colour has a similar name.
+std::string SimilarColor(const std::string& name) {
+  const auto is_upper = [](char c) { return c >= 'A' && c <= 'Z'; };
+  std::string lower = name;
+  for (char& c : lower)
+    if (is_upper(c)) c = static_cast<char>(c - 'A' + 'a');
+  std::vector<std::string> names;  // all colours have one without capitals
+  for (const geometry::X11Color& color : geometry::X11Colors())
+    if (std::ranges::none_of(color.name, is_upper)) names.emplace_back(color.name);
+  const std::string similar = worldfile::MostSimilar(lower, names);
+  return similar.empty() ? "" : "; did you mean " + worldfile::Quoted(similar) + "?";
+}
+
+}  // namespace
 
 const Color& Color::Load(Worldfile* wf, int entity) {
   if (!wf->PropertyExists(entity, "color")) {
@@ -21,7 +41,10 @@ const Color& Color::Load(Worldfile* wf, int entity) {
   Color ignored;
   if (!name.empty() && name != "random" && !Lookup(name, &ignored)) {
     wf->Warn(entity, "color",
-             "found " + worldfile::Quoted(name) + ", expected the name of a colour; using red");
+             "found " + worldfile::Quoted(name) +
+                 ", expected a colour of X11, such as \"red\" or "
+                 "\"#ff0000\"; using red" +
+                 SimilarColor(name));
   }
   return *this;
 }

@@ -54,12 +54,26 @@ TEST(ColorTest, NamesInBothSpellings) {
 }
 
 TEST(ColorTest, UnknownNamesAreRed) {
-  for (const char* name : {"", "lightblue", "#ff0000", "nosuch", "Blue ", "BLUE", "zzz", "A"}) {
+  for (const char* name : {"", "liteblue", "#ff000", "#", "#ggg", "#-12", "nosuch", "zzz", "A"}) {
     EXPECT_TRUE(Same(Color(std::string(name)), 1, 0, 0, 1)) << name;
     Color color(0.5, 0.5, 0.5);
     EXPECT_FALSE(Color::Lookup(name, &color)) << name;
     EXPECT_TRUE(Same(color, 0.5, 0.5, 0.5, 1)) << name;
   }
+}
+
+TEST(ColorTest, CaseAndBlanksOfNamesDoNotMatter) {
+  for (const char* name : {"lightblue", "LightBlue", "light blue", "LIGHTBLUE", "Light  Blue "})
+    EXPECT_TRUE(Same(Color(std::string(name)), 173 / 255.0, 216 / 255.0, 230 / 255.0, 1)) << name;
+  EXPECT_TRUE(Same(Color("Gray30"), 77 / 255.0, 77 / 255.0, 77 / 255.0, 1));
+}
+
+TEST(ColorTest, DigitsAreReadAsInX11) {
+  EXPECT_TRUE(Same(Color("#ff0000"), 1, 0, 0, 1));
+  EXPECT_TRUE(Same(Color("#0F0"), 0, 1, 0, 1));
+  EXPECT_TRUE(Same(Color("#336699"), 0x33 / 255.0, 0x66 / 255.0, 0x99 / 255.0, 1));
+  EXPECT_TRUE(Same(Color("#000fff000"), 0, 1, 0, 1));
+  EXPECT_TRUE(Same(Color("#00000000ffff"), 0, 0, 1, 1));
 }
 
 TEST(ColorTest, EveryNameOfTheTableIsFound) {
@@ -124,10 +138,12 @@ TEST(ColorTest, LoadRandom) {
 
 TEST(ColorTest, UnknownNameInAWorldFileIsRedWithAWarning) {
   Worldfile wf;
-  EXPECT_TRUE(Same(LoadFrom("model(\n color \"lightblue\" )", Color(0, 0, 0), &wf), 1, 0, 0, 1));
+  EXPECT_TRUE(Same(LoadFrom("model(\n color \"LightBlu\" )", Color(0, 0, 0), &wf), 1, 0, 0, 1));
   ASSERT_EQ(wf.warnings().size(), 1U);
-  EXPECT_EQ(wf.warnings()[0],
-            "<stream>:2:8: warning: found \"lightblue\", expected the name of a colour; using red");
+  EXPECT_EQ(
+      wf.warnings()[0],
+      "<stream>:2:8: warning: found \"LightBlu\", expected a colour of X11, such as \"red\" or "
+      "\"#ff0000\"; using red; did you mean \"light blue\"?");
 }
 
 TEST(ColorTest, ShortColorRgbaIsAnError) {

@@ -29,7 +29,9 @@ class Color {
   bool operator==(const Color& other) const;
   bool operator!=(const Color& other) const { return !(*this == other); }
 
-  /// Sets *color, opaque, if `name` is an X11 colour name; else returns false.
+  /// Sets *color, opaque, if `name` is a colour as X11 spells it: a name, in which case and blanks
+  /// do not matter, or #RGB, #RRGGBB and so on, up to four hexadecimal digits each. Else returns
+  /// false.
   static bool Lookup(const std::string& name, Color* color);
 
   /// An opaque colour, from RandomStream::Current() or the stream given.
