@@ -88,6 +88,8 @@ struct Property {
   std::uint32_t first_value;  // token; the values of a tuple follow one another
   std::uint32_t value_count : 30;
   std::uint32_t used : 1;  // fetched for some entity that has it
+  /// Number of values, from the first on, that readers have looked at; kNone: any number will do.
+  std::uint32_t read_end = 0;
 };
 
 /// An entity as written: `NAME ( BODY )`.
@@ -186,6 +188,10 @@ struct Document {
   /// The same of what the file says.
   std::uint32_t FindInFile(std::uint32_t entity, std::uint32_t name) const;
 
+  /// The type at the bottom of the entity's macros; "" for the world.
+  const std::string& TypeOf(std::uint32_t entity) const {
+    return names.Text(chains[entities[entity].chain].type);
+  }
   /// Whether that is its type, one of its macros, or its name; "world": of the first entity.
   bool IsCalled(std::uint32_t entity, std::uint32_t selector) const;
 };

@@ -17,6 +17,7 @@
 #include "messages/report.hh"
 #include "worldfile/find_file.hh"
 #include "worldfile/numbers.hh"
+#include "worldfile/old_names.hh"
 
 namespace Stg::worldfile {
 namespace {
@@ -275,9 +276,11 @@ std::uint16_t Lexer::OpenInclude(const Cursor& cursor, std::size_t quote, const 
   std::string reason;
   const std::string path = FindFile(base_directory_, name, &reason);
   if (path.empty()) {
+    const std::string hint = SuccessorOfInclude(name);
     fail("unable to open include file " +
          Shortened(CompletePath(base_directory_, name), messages::kLongestDetail) + " : " + reason +
-         AdviceForMissing(base_directory_, name, ".inc"));
+         (hint.empty() ? AdviceForMissing(base_directory_, name, ".inc")
+                       : "; of the files that come with this Stage, " + hint));
   }
   const std::string key = FileKey(path);
   CheckCycle(cursor, quote, key);

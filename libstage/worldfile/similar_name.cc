@@ -38,6 +38,17 @@ std::string Stem(const std::string& name) { return name.substr(0, name.find('[')
 
 }  // namespace
 
+std::string WithoutIndices(std::string_view name) {
+  std::string family;
+  bool in_index = false;
+  for (const char c : name) {
+    if (c == ']') in_index = false;
+    if (!in_index) family += c;
+    if (c == '[') in_index = true;
+  }
+  return family;
+}
+
 std::string MostSimilar(const std::string& name, const std::vector<std::string>& candidates) {
   std::size_t best = MostMistakes(name) + 1;
   std::string similar;

@@ -129,6 +129,7 @@ int Worldfile::FetchScalar(int entity, const char* name) {
   const int property = Fetch(entity, name);
   if (property < 0) return -1;
   if (impl_->document.properties[static_cast<std::size_t>(property)].value_count > 0) {
+    NoteRead(property, 1);
     return property;
   }
   WarnAt(property, 0, "found an empty tuple, expected a value; using the default");
@@ -175,8 +176,10 @@ const char* Worldfile::ReadFilename(int entity, const char* name, const char* va
 std::string Worldfile::ReadElement(int entity, const char* name, std::size_t index) {
   const int property = Fetch(entity, name);
   if (property < 0) return "";
-  const worldfile::Property& from = impl_->document.properties[static_cast<std::size_t>(property)];
-  return index < from.value_count ? std::string(impl_->Value(entity, property, index)) : "";
+  if (index >= impl_->document.properties[static_cast<std::size_t>(property)].value_count)
+    return "";
+  NoteRead(property, index + 1);
+  return std::string(impl_->Value(entity, property, index));
 }
 
 int Worldfile::ReadTuple(const int entity, const char* name, const unsigned int first,
@@ -186,6 +189,7 @@ int Worldfile::ReadTuple(const int entity, const char* name, const unsigned int 
   const std::size_t length =
       impl_->document.properties[static_cast<std::size_t>(property)].value_count;
   const std::size_t end = static_cast<std::size_t>(first) + count;
+  NoteRead(property, end);
   if (length < end) {
     FailAt(property, 0,
            "found a tuple of length " + std::to_string(length) + ", expected at least " +

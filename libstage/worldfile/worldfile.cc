@@ -12,8 +12,10 @@
 #include "messages/report.hh"
 #include "worldfile/find_file.hh"
 #include "worldfile/lexer.hh"
+#include "worldfile/old_names.hh"
 #include "worldfile/parser.hh"
 #include "worldfile/settings.hh"
+#include "worldfile/unused_families.hh"
 #include "worldfile/worldfile_impl.hh"
 
 namespace Stg {
@@ -73,6 +75,7 @@ bool Worldfile::Load(const std::string& file) {
   impl_->base_directory = worldfile::DirectoryOf(path);
   impl_->document.sources.Add(path, KeyOf(path), worldfile::ReadWholeFile(path));
   Parse();
+  WarnIfEmpty();
   return true;
 }
 
@@ -104,10 +107,23 @@ void Worldfile::Parse() {
     ApplySettings();
     ReadUnits();
     AddPopulations(&parser.expander());
-  } catch (const LoadError&) {
+  } catch (const LoadError& error) {
+    const std::string kind = worldfile::KindOfForeignFile(impl_->document.sources.Text(0));
+    const std::string message = error.what();
     Reset();
-    throw;
+    if (kind.empty()) throw;
+    throw LoadError(message + "; this looks like " + kind, error.exit_status());
   }
+}
+
+// An empty stream, in contrast, is how programs ask for a world without models.
+void Worldfile::WarnIfEmpty() {
+  const worldfile::Document& document = impl_->document;
+  if (document.entities.size() > 1 || document.bodies[0].property_count > 0) return;
+  const bool defines = !document.macros.empty();
+  Warn(0, "",
+       defines ? "found definitions alone, expected sections that use them; the world is empty"
+               : "found an empty file, expected properties and sections; the world is empty");
 }
 
 void Worldfile::ReadUnits() {
@@ -162,9 +178,7 @@ bool Worldfile::IsCalled(int entity, const std::string& selector) {
 
 const char* Worldfile::GetEntityType(int entity) {
   if (entity < 0 || entity >= GetEntityCount()) return "";
-  const worldfile::Document& document = impl_->document;
-  const std::uint32_t chain = document.entities[static_cast<std::size_t>(entity)].chain;
-  return document.names.Text(document.chains[chain].type).c_str();
+  return impl_->document.TypeOf(static_cast<std::uint32_t>(entity)).c_str();
 }
 
 int Worldfile::GetEntityParent(int entity) {
@@ -220,6 +234,12 @@ int Worldfile::Fetch(int entity, const char* name) {
   return number;
 }
 
+// Values before `end` have been read.
+void Worldfile::NoteRead(int property, std::size_t end) const {
+  std::uint32_t& read = impl_->document.properties[static_cast<std::size_t>(property)].read_end;
+  read = std::max(read, static_cast<std::uint32_t>(end));
+}
+
 // What a setting stands for counts as read.
 void Worldfile::NoteOverridden(int entity, unsigned name) {
   worldfile::Document& document = impl_->document;
@@ -229,15 +249,18 @@ void Worldfile::NoteOverridden(int entity, unsigned name) {
 
 bool Worldfile::PropertyExists(int entity, const char* name) { return Find(entity, name) >= 0; }
 
+// A reader that asks for the number of values can take any number.
 std::size_t Worldfile::TupleLength(int entity, const char* name) {
   const int property = Find(entity, name);
   if (property < 0) return 0;
+  NoteRead(property, kNone);
   return impl_->document.properties[static_cast<std::size_t>(property)].value_count;
 }
 
 CProperty* Worldfile::GetProperty(int entity, const char* name) {
   const int number = Find(entity, name);
   if (number < 0) return nullptr;
+  NoteRead(number, kNone);
   const worldfile::Document& document = impl_->document;
   const worldfile::Property& property = document.properties[static_cast<std::size_t>(number)];
   std::unique_ptr<CProperty>& handle =
@@ -305,7 +328,8 @@ std::vector<UnusedProperty> Worldfile::Unused() const {
     const worldfile::Place place = document.PlaceOf(document.tokens[property.name_token]);
     unused.push_back({place.file, static_cast<int>(place.line), static_cast<int>(place.column),
                       document.names.Text(property.name),
-                      adviser.SimilarName(entity, property.name)});
+                      adviser.SimilarName(entity, property.name), ""});
+    unused.back().successor = worldfile::SuccessorOf(unused.back().name, document.TypeOf(entity));
   }
   return unused;
 }
@@ -318,17 +342,28 @@ std::vector<std::string> Worldfile::AskedNames() const {
   return names;
 }
 
+// A tuple that is too long is often one that was meant for another order of values.
+void Worldfile::WarnOfLongTuples() {
+  const worldfile::Document& document = impl_->document;
+  for (std::size_t number = 0; number < document.properties.size(); ++number) {
+    const worldfile::Property& property = document.properties[number];
+    const std::uint32_t read = property.read_end;
+    if (!property.used || read == 0 || read >= property.value_count) continue;
+    WarnAt(static_cast<int>(number), read,
+           "found " + std::to_string(property.value_count) + " values, expected " +
+               std::to_string(read) + "; the rest is not read");
+  }
+}
+
 bool Worldfile::WarnUnused() {
   const std::vector<UnusedProperty> unused = Unused();
-  for (const UnusedProperty& property : unused) {
+  for (const worldfile::UnusedFamily& family : worldfile::GroupUnused(unused)) {
+    const UnusedProperty& property = family.first;
     const worldfile::Place place{property.file, static_cast<std::size_t>(property.line),
                                  static_cast<std::size_t>(property.column)};
-    impl_->document.Warn(
-        place.Text(), "property " + worldfile::Quoted(property.name) + " is never read" +
-                          (property.suggestion.empty()
-                               ? ""
-                               : "; did you mean " + worldfile::Quoted(property.suggestion) + "?"));
+    impl_->document.Warn(place.Text(), family.Message());
   }
+  WarnOfLongTuples();
   const std::vector<std::string>& lines = warnings();
   for (; impl_->warnings_printed < lines.size(); ++impl_->warnings_printed) {
     messages::Report(LogLevel::kWarning, lines[impl_->warnings_printed]);

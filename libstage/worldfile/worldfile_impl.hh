@@ -33,6 +33,9 @@ std::string SavedText(Document& document, const std::vector<Population>& populat
 /// The candidate that the name may have been meant to be, or "".
 std::string MostSimilar(const std::string& name, const std::vector<std::string>& candidates);
 
+/// `polygon[3].point[0]` is one of a family of properties: `polygon[].point[]`.
+std::string WithoutIndices(std::string_view name);
+
 /// Tells what names may have been meant.
 class NameAdviser {
  public:

@@ -257,20 +257,22 @@ TEST(Warning, UnusedPropertiesOnceWithTheNearestName) {
       "r( ) r( ranger_retrun 0.5 )\n"
       "ranger( sensor( sampels 3 ) samples 4 )\n"
       "window( siez [3 3] size [300 300] )\n"
-      "model( my_own_property 7 )");
+      "model( my_own_property 7 pose [5 0 0 0] )");
   EXPECT_TRUE(outcome.loaded);
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_EQ(outcome.errors,
-            "t.world:1:1: warning: property \"quit_tme\" is never read; did you mean "
-            "\"quit_time\"?\n"
-            "t.world:2:20: warning: property \"siez\" is never read; did you mean \"size\"?\n"
-            "t.world:3:9: warning: property \"ranger_retrun\" is never read; did you mean "
-            "\"ranger_return\"?\n"
-            "t.world:4:17: warning: property \"sampels\" is never read; did you mean "
-            "\"samples\"?\n"
-            "t.world:4:29: warning: property \"samples\" is never read\n"
-            "t.world:5:9: warning: property \"siez\" is never read\n"
-            "t.world:6:8: warning: property \"my_own_property\" is never read\n");
+  EXPECT_EQ(
+      outcome.errors,
+      "t.world:1:1: warning: property \"quit_tme\" is never read; did you mean "
+      "\"quit_time\"?\n"
+      "t.world:2:20: warning: property \"siez\" is never read; did you mean \"size\"?\n"
+      "t.world:3:9: warning: property \"ranger_retrun\" is never read; did you mean "
+      "\"ranger_return\"?\n"
+      "t.world:4:17: warning: property \"sampels\" is never read; did you mean "
+      "\"samples\"?\n"
+      "t.world:4:29: warning: property \"samples\" is never read; older Stages had it: give it "
+      "to a section sensor inside of the ranger\n"
+      "t.world:5:9: warning: property \"siez\" is never read\n"
+      "t.world:6:8: warning: property \"my_own_property\" is never read\n");
 }
 
 TEST(Warning, NoneForAFileThatUsesEverything) {
@@ -326,8 +328,8 @@ TEST(Warning, ThreadsBelowOneAreOne) {
 
 TEST(Warning, UnknownColoursAreRed) {
   const auto world = EmptyWorld();
-  const LoadOutcome outcome = TryToLoad(world.get(), "model( name \"a\" color \"lightblue\" )");
-  EXPECT_NE(TheErrorLine(outcome).find("lightblue"), std::string::npos);
+  const LoadOutcome outcome = TryToLoad(world.get(), "model( name \"a\" color \"liteblue\" )");
+  EXPECT_NE(TheErrorLine(outcome).find("liteblue"), std::string::npos);
   EXPECT_EQ(Find(*world, "a")->GetColor().r, 1);
   EXPECT_EQ(Find(*world, "a")->GetColor().b, 0);
 }

@@ -39,6 +39,7 @@ struct UnusedProperty {
   int column;
   std::string name;
   std::string suggestion;  ///< a similar name that was asked for; empty if there is none
+  std::string successor;   ///< what replaces it, if older Stages had it; else empty
 };
 
 /// Models that a section `population ( model "TYPE" count N )` of the world asks for, or a setting
@@ -90,8 +91,9 @@ class Worldfile {
   /// ever half written. Returns false, after a message on standard error, if that fails.
   bool Save(const std::string& file);
 
-  /// Prints what Unused() and warnings() tell on standard error, each once. True if there were
-  /// unused properties.
+  /// Prints what Unused() and warnings() tell on standard error, each once, and which tuples have
+  /// more values than anybody has read. Properties that differ in an index alone, and those that
+  /// several sections have, share a line. True if there were unused properties.
   bool WarnUnused();
   /// The properties that nobody fetched, in file order. One that a macro gives to many entities is
   /// here once, and only if it was fetched for none. A thousand of them at most.
@@ -174,6 +176,7 @@ class Worldfile {
 
   void Reset();
   void Parse();
+  void WarnIfEmpty();
   void ReadUnits();
   void ApplySettings();
   bool HasPopulation(const std::string& name);
@@ -183,6 +186,8 @@ class Worldfile {
   int Find(int entity, const char* name) const;
   int Fetch(int entity, const char* name);
   int FetchScalar(int entity, const char* name);
+  void NoteRead(int property, std::size_t end) const;
+  void WarnOfLongTuples();
   double ReadNumber(int entity, int property, std::size_t index);
   long long ReadInteger(int entity, int property, std::size_t index, long long low, long long high);
   void WriteValue(int entity, const char* name, std::size_t index, const std::string& text,
