@@ -264,4 +264,43 @@ TEST_F(CliFilesTest, TheDurationHoldsHoweverOftenAWorldIsLoaded) {
   ExpectStatus(0, {"-g", "--duration", "1", "-a", "missing.world", "w.world"});
 }
 
+/// "[Loading w.world]" is a line that is still growing when the first warning comes.
+TEST_F(CliFilesTest, TheFirstWarningStandsOnALineOfItsOwn) {
+  for (const char* mistake : {"quit_tme 3", "model( size [1 1 0] )", "model( color \"bleu\" )"}) {
+    Write("w.world", std::string("quit_time 0.1\n") + mistake + "\n");
+    Shell("", "-g w.world >both 2>&1 && cat both >&2", "");
+    const std::string text = ReadFile(directory_ / "both");
+    EXPECT_TRUE(Contains(text, "\nw.world:2:")) << text;
+  }
+}
+
+/// A stream is how programs ask for a world without models; a file is likely the wrong one.
+TEST_F(CliFilesTest, AnEmptyFileIsMentioned) {
+  for (const char* content : {"", "\n\n", "# a comment\n"}) {
+    Write("w.world", content);
+    const Result r = Stage({"-g", "--duration", "0.1", "w.world"});
+    EXPECT_EQ(r.status, 0);
+    EXPECT_TRUE(Contains(r.err,
+                         "w.world:1:1: warning: found an empty file, expected properties and "
+                         "sections; the world is empty\n"))
+        << r.err;
+  }
+  Write("w.world", "define m model( )\n");
+  EXPECT_TRUE(Contains(Stage({"-g", "--duration", "0.1", "w.world"}).err,
+                       "found definitions alone, expected sections that use them"));
+}
+
+/// The doubts of the load are there for whoever asks what the world is.
+TEST_F(CliFilesTest, ExplainTellsWhatMayBeAMistake) {
+  Write("w.world",
+            "define r position( size [0.4 0.4 0.3] ranger( alwayson 1 sensor( ) ) )\n"
+            "r( ) r( pose [2 0 0 0] )\n");
+  const Result text = Stage({"--explain", "w.world"});
+  EXPECT_TRUE(Contains(text.out, "What may be a mistake")) << text.out;
+  EXPECT_TRUE(Contains(text.out, "none has a body where rangers look, at 0.31 m")) << text.out;
+  EXPECT_TRUE(Contains(text.out, "w.world:1:39: found sensors at a height of 0.31 m")) << text.out;
+  const Result json = Stage({"--explain=json", "w.world"});
+  EXPECT_TRUE(Contains(json.out, "\"doubts\": [\n    \"w.world:1:39: found sensors")) << json.out;
+}
+
 }  // namespace

@@ -36,7 +36,7 @@ void ShowProgress(const std::string& text) {
 
 void Show(LogLevel level, const std::string& line) {
   if (level == LogLevel::kProgress) return ShowProgress(line);
-  if (level == LogLevel::kError) EndLine();
+  EndLine();
   // In one call, so that lines of several threads don't mix.
   std::fputs((line + "\n").c_str(), stderr);
 }
