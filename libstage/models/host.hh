@@ -6,6 +6,7 @@
 #ifndef STAGE_MODELS_HOST_HH
 #define STAGE_MODELS_HOST_HH
 
+#include <atomic>
 #include <deque>
 #include <forward_list>
 #include <map>
@@ -25,6 +26,10 @@ namespace Stg {
 
 class ModelWifi;
 class Watch;
+
+namespace picture {
+struct Outlines;
+}
 
 /// Numbers for the updates that a model plans one after the other. Those of different models
 /// differ, even of two that have had the same place in memory.
@@ -53,6 +58,9 @@ class Host {
   Watch* watches = nullptr;           ///< the list of all, see Watch
   double greatest_dissipation = 0;    ///< J, of a square metre: see DissipationVis
   size_t controllers_left_out = 0;    ///< see RunOptions::controllers
+  /// A robot has been given a command that it may not hear: see ModelPosition::TellIfUnheard().
+  /// Robots of several threads set it.
+  std::atomic<bool> unheard_command{false};
 
   /// Null if there is none of that number.
   Model* FindModel(uint32_t id) const;
@@ -98,7 +106,7 @@ class Host {
   bool loading = false;  ///< bodies are drawn when all is loaded
   MemoryBudget memory;
   /// Of pictures, by path. Copies of a world share them.
-  using Outlines = std::map<std::string, std::shared_ptr<const std::vector<std::vector<point_t>>>>;
+  using Outlines = std::map<std::string, std::shared_ptr<const picture::Outlines>>;
   Outlines outlines_of_pictures;
 
   /// Loads the plug-in that is the first word of `text` and registers its Init() as a callback of

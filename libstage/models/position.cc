@@ -88,6 +88,24 @@ void ModelPosition::SetSpeed(Velocity vel) {
   }
   control_mode = CONTROL_VELOCITY;
   goal = vel;
+  if (!vel.IsZero()) NoteCommand();
+}
+
+/// A controller may command first and subscribe then: whether anybody obeys shows in the next step.
+void ModelPosition::NoteCommand() {
+  if (HasSubscribers() || told_unheard_) return;
+  maybe_unheard_ = true;
+  world->host().unheard_command = true;
+}
+
+void ModelPosition::TellIfUnheard() {
+  if (!maybe_unheard_) return;
+  maybe_unheard_ = false;
+  if (HasSubscribers() || told_unheard_) return;
+  told_unheard_ = true;
+  WarnAbout(*this,
+            "found a command for a robot without subscribers, which nobody obeys; Subscribe() to "
+            "it, or give it alwayson 1 in the world file");
 }
 
 void ModelPosition::SetXSpeed(double x) { SetSpeed(Velocity(x, goal.y, goal.z, goal.a)); }
@@ -106,6 +124,7 @@ void ModelPosition::GoTo(Pose target) {
   }
   control_mode = CONTROL_POSITION;
   goal = target;
+  NoteCommand();
 }
 
 void ModelPosition::SetAcceleration(double x, double y, double a) {
@@ -116,9 +135,13 @@ void ModelPosition::SetAcceleration(double x, double y, double a) {
   }
   control_mode = CONTROL_ACCELERATION;
   goal = wanted;
+  NoteCommand();
 }
 
-void ModelPosition::SetVelocity(const Velocity& val) { TakeVelocity(val); }
+void ModelPosition::SetVelocity(const Velocity& val) {
+  if (!val.IsZero()) NoteCommand();
+  TakeVelocity(val);
+}
 
 /// False if a callback has deleted the model.
 bool ModelPosition::TakeVelocity(const Velocity& val) {
@@ -176,19 +199,43 @@ void ModelPosition::Load() {
   if (!(wheelbase > 0)) wf->Fail(wf_entity, "wheelbase", "found a wheelbase that is not positive");
   if (wf->PropertyExists(wf_entity, "odom")) {
     wf->ReadString(wf_entity, "odom", "");
+    wf->TupleLength(wf_entity, "odom");
     wf->Warn(wf_entity, "odom", "\"odom\" has no effect any more; use \"localization_origin\"");
   }
-  integration_error.Load(wf, wf_entity, "odom_error");
+  LoadOdomError();
 
   const auto read_bounds = [this](const char* name, Bounds* b) {
     wf->ReadTuple(wf_entity, name, 0, 8, "llllllaa", &b[0].min, &b[0].max, &b[1].min, &b[1].max,
                   &b[2].min, &b[2].max, &b[3].min, &b[3].max);
     CheckInOrder(*wf, wf_entity, name, b, 4);
+    for (const int axis : {0, 3})  // the others are often closed on purpose
+      WarnIfEqual(wf, wf_entity, name, b[axis].min, b[axis].max,
+                  axis == 0 ? "commands do not change how it drives forwards"
+                            : "commands do not change how it turns");
   };
   read_bounds("velocity_bounds", velocity_bounds);
   read_bounds("acceleration_bounds", acceleration_bounds);
 
   StartOdometry();
+}
+
+/// Many world files have six numbers, the diagonal of a covariance matrix: [x y z roll pitch yaw].
+void ModelPosition::LoadOdomError() {
+  constexpr char kName[] = "odom_error";
+  Velocity& error = integration_error;
+  if (wf->ReadElement(wf_entity, kName, 5).empty()) {
+    error.Load(wf, wf_entity, kName);
+  } else {
+    wf->ReadTuple(wf_entity, kName, 0, 3, "lll", &error.x, &error.y, &error.z);
+    wf->ReadTuple(wf_entity, kName, 5, 1, "a", &error.a);
+    wf->Warn(wf_entity, kName,
+             "property \"odom_error\": found 6 values, expected 4, [x y z turn]; the sixth is "
+             "taken for the turn, the fourth and the fifth are not read");
+  }
+  if (std::max({std::fabs(error.x), std::fabs(error.y), std::fabs(error.a)}) > 1)
+    wf->Warn(wf_entity, kName,
+             "property \"odom_error\": found an error larger than the motion, expected a share of "
+             "it, up to 1 (for the turn: 1 rad)");
 }
 
 void ModelPosition::StartOdometry() {

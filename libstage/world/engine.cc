@@ -137,6 +137,11 @@ void WorldEngine::EndStep() {
   scene.tables.Trim();
 }
 
+void WorldEngine::TellUnheardCommands() {
+  for (Model* model : models)
+    if (auto* const robot = dynamic_cast<ModelPosition*>(model)) robot->TellIfUnheard();
+}
+
 void WorldEngine::RefreshHidden() {
   std::erase_if(hidden_from_rangers, [](Model* model) { return model->ShowAgainToRangers(); });
 }

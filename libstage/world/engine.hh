@@ -62,6 +62,8 @@ class WorldEngine : public Host {
   MetricList metrics;
   std::shared_ptr<const geometry::FreeFloor> floor;  ///< of populations; null without them
   std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
+  /// What was noticed when the world was loaded and need not be meant: for --explain.
+  std::vector<std::string> doubts;
 
   // What models ask for, see Host.
   void TraceBatch() override;
@@ -98,6 +100,8 @@ class WorldEngine : public Host {
   /// Instead of that, if something was thrown: forgets what the step was about to do, but for what
   /// is due and has not happened, which is due in the next step.
   void AbandonStep(usec_t now) noexcept;
+  /// Warns of robots that were given commands and have no subscriber.
+  void TellUnheardCommands();
   /// Puts bodies back into the rangers' layer whose ranger_return is no longer negative.
   void RefreshHidden();
 

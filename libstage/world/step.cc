@@ -71,6 +71,7 @@ bool World::MakeStep(const std::shared_ptr<WorldEngine>& engine) {
   engine->LetOrphansGo();
   const While stepping(&engine->stepping, true);
   engine->NoticeFork();
+  if (engine->unheard_command.exchange(false)) engine->TellUnheardCommands();
   if (show_clock && updates % std::max(1u, show_clock_interval) == 0) PrintClock();
   const uint64_t life = engine->life;
   ForgetThrower();

@@ -87,6 +87,7 @@ class ModelPosition : public Model {
  protected:
   friend class World;
   friend class MovePhase;
+  friend class WorldEngine;
 
   /// One step of motion; refused as a whole if it would end in an obstacle.
   void Move() override;
@@ -98,6 +99,7 @@ class ModelPosition : public Model {
 
  private:
   void LoadModes();
+  void LoadOdomError();
   double PowerOf(const Velocity& vel) const;
   Velocity WantedVelocity(double dt) const;
   Velocity VelocityMode() const;
@@ -107,6 +109,9 @@ class ModelPosition : public Model {
   double SecondsSinceUpdate();
 
   bool TakeVelocity(const Velocity& val);
+  void NoteCommand();
+  /// Warns, once, if it has been given a command and has no subscriber: then it does not move.
+  void TellIfUnheard();
   /// Move() has nothing to do.
   bool StaysStill() const { return velocity.IsZero() || disabled; }
 
@@ -127,6 +132,8 @@ class ModelPosition : public Model {
   double wheelbase;
   usec_t last_update_;  // simulated time of the last update; that of the subscription at first
   bool car_warned_;
+  bool maybe_unheard_ = false;  // the last command came while it had no subscriber
+  bool told_unheard_ = false;
 };
 
 }  // namespace Stg
