@@ -181,10 +181,10 @@ std::vector<std::vector<point_t>> Trace(const Bitmap& bitmap) {
   return Turns(bitmap).TakePolygons();
 }
 
-std::vector<std::vector<point_t>> OutlinesOf(const std::string& path) {
+Outlines OutlinesOf(const std::string& path) {
   const Bitmap bitmap = Load(path);
   try {
-    return Trace(bitmap);
+    return {Trace(bitmap), bitmap.width(), bitmap.height()};
   } catch (const LoadError& error) {
     throw LoadError(path + ": " + error.what(), error.exit_status());
   }
@@ -194,7 +194,7 @@ std::vector<std::vector<point_t>> OutlinesOf(const std::string& path) {
 
 int polys_from_image_file(const std::string& filename, std::vector<std::vector<point_t>>& polys) {
   try {
-    polys = picture::OutlinesOf(filename);
+    polys = picture::OutlinesOf(filename).polygons;
     return 0;
   } catch (const std::exception& error) {  // also memory that does not suffice for the polygons
     messages::Report(LogLevel::kError, error.what());

@@ -27,8 +27,14 @@ inline constexpr std::size_t kMaxCorners = 500'000;
 /// it. Throws LoadError (exit status 255) if there are more than kMaxCorners.
 std::vector<std::vector<point_t>> Trace(const Bitmap& bitmap);
 
+/// The outlines of a picture, and the size of the picture that they were found in.
+struct Outlines {
+  std::vector<std::vector<point_t>> polygons;  ///< see Trace()
+  int width = 0, height = 0;                   ///< pixels
+};
+
 /// The outlines of the picture file at `path`; its name stands before what is wrong with it.
-std::vector<std::vector<point_t>> OutlinesOf(const std::string& path);
+Outlines OutlinesOf(const std::string& path);
 
 }  // namespace picture
 

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "insight/sensor_kinds.hh"
 #include "models/block.hh"
@@ -72,6 +73,7 @@ class World::Survey {
   };
 
   void TakeSettings() {
+    s_.doubts = engine_.doubts;
     s_.power_packs = static_cast<size_t>(world_.power_pack_count);
     s_.energy_models = engine_.energy.size();
     s_.records_trails = world_.record_trails;
@@ -164,6 +166,7 @@ class World::Survey {
       height.blocks = static_cast<size_t>(
           (std::upper_bound(bottoms.begin(), bottoms.end(), z) - bottoms.begin()) -
           (std::lower_bound(tops.begin(), tops.end(), z) - tops.begin()));
+      height.robots = CountRobotsAt(z);
       s_.heights.push_back(height);
     }
     std::stable_sort(s_.heights.begin(), s_.heights.end(),
@@ -174,6 +177,17 @@ class World::Survey {
     constexpr size_t kPlaces = grid::kMaxHeights;
     s_.layer_heights = std::min(used, kPlaces);
     s_.layers = 1 + s_.layer_heights + (used > kPlaces ? 1 : 0);
+  }
+
+  /// Number of robots that rangers see at that height.
+  size_t CountRobotsAt(double z) const {
+    std::set<const Model*> robots;
+    for (const PlacedBlock& block : blocks_) {
+      if (!block.ranger_visible || z < block.z.min || z > block.z.max) continue;
+      const Model* const root = block.model->Root();
+      if (dynamic_cast<const ModelPosition*>(root)) robots.insert(root);
+    }
+    return robots.size();
   }
 
   /// One end of the height intervals of what rangers see.

@@ -10,6 +10,7 @@
 #include "models/block.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
+#include "models/property_checks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
@@ -118,6 +119,8 @@ void ModelActuator::LoadJoint() {
   min_position_ = wf->ReadFloat(wf_entity, "min_position", min_position_);
   if (min_position_ > max_position_)
     wf->Fail(wf_entity, "min_position", "found a smallest position above max_position");
+  if (wf->PropertyExists(wf_entity, "min_position"))
+    WarnIfEqual(wf, wf_entity, "max_position", min_position_, max_position_, "it cannot move");
 }
 
 void ModelActuator::LoadAxis() {

@@ -68,6 +68,11 @@ void BlockGroup::FreezeShape() {
     block->source_points_ = block->points_;
     block->source_z_ = block->z_;
   }
+  if (!has_frame()) return;
+  const Size size = owner_.GetGeom().size;
+  const double x = std::fabs(size.x) / 2, y = std::fabs(size.y) / 2;
+  frame_x_ = Bounds(-x, x);
+  frame_y_ = Bounds(-y, y);
 }
 
 void BlockGroup::Add(std::vector<point_t> points, Bounds z_range) {
@@ -104,6 +109,7 @@ void BlockGroup::Clear() {
   KeepLoaded();
   Erase();
   blocks_.clear();
+  frame_x_ = frame_y_ = Bounds();
   radius_ = 0;
   times_cleared_++;
   NoteChange();
@@ -146,6 +152,10 @@ bounds3d_t BlockGroup::BoundingBox() const {
 void BlockGroup::Fit(const Size& size) {
   KeepLoaded();
   bounds3d_t box = EmptyBox();
+  if (has_frame()) {
+    box.x = frame_x_;
+    box.y = frame_y_;
+  }
   for (const auto& block : blocks_) {
     for (const point_t& p : block->source_points_) {
       Widen(&box.x, p.x);
@@ -200,8 +210,17 @@ struct BlockGroup::Shapes {
   std::vector<Shape> blocks;
   double radius;
   bool frozen;
+  Bounds frame_x, frame_y;
 
-  void ExchangeState(StateExchange& x) { x(blocks, radius, frozen); }
+  /// A body without a frame has the state hash that it had before there were frames.
+  void ExchangeState(StateExchange& x) {
+    x(blocks, radius, frozen);
+    if (!x.hashing() || frame_x.max > frame_x.min) x(frame_x, frame_y);
+  }
+  bool IsFinite() const {
+    return std::ranges::all_of(blocks, &Shape::IsFinite) && std::isfinite(frame_x.min) &&
+           std::isfinite(frame_x.max) && std::isfinite(frame_y.min) && std::isfinite(frame_y.max);
+  }
 };
 
 BlockGroup::BlockGroup(Model& owner) : owner_(owner) {}
@@ -209,7 +228,7 @@ BlockGroup::BlockGroup(Model& owner) : owner_(owner) {}
 BlockGroup::~BlockGroup() { Erase(); }
 
 BlockGroup::Shapes BlockGroup::CopyShapes() const {
-  Shapes shapes{{}, radius_, frozen_};
+  Shapes shapes{{}, radius_, frozen_, frame_x_, frame_y_};
   for (const auto& block : blocks_)
     shapes.blocks.push_back({block->source_points_, block->points_, block->source_z_, block->z_});
   return shapes;
@@ -219,6 +238,8 @@ BlockGroup::Shapes BlockGroup::CopyShapes() const {
 bool BlockGroup::TakeShapes(const Shapes& shapes) {
   radius_ = shapes.radius;
   frozen_ = shapes.frozen;
+  frame_x_ = shapes.frame_x;
+  frame_y_ = shapes.frame_y;
   if (CopyShapes().blocks == shapes.blocks) return false;
   Erase();
   blocks_.clear();
@@ -259,7 +280,7 @@ bool BlockGroup::ExchangeState(StateExchange& exchange) {
   Shapes shapes = CopyShapes();
   exchange(shapes);
   if (!exchange.restoring() || exchange.failed()) return false;
-  if (!std::ranges::all_of(shapes.blocks, &Shape::IsFinite)) {
+  if (!shapes.IsFinite()) {
     exchange.Fail("found a body that is not finite");
     return false;
   }

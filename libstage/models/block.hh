@@ -58,6 +58,7 @@ class Block {
   // As they came, and as they are after fitting to the model's size.
   std::vector<point_t> source_points_, points_;
   Bounds source_z_, z_;
+  bool fills_height_ = false;  // while it is loaded: see BlockGroup::FillHeights()
 
   // What is drawn in the grid now.
   std::unique_ptr<ExactDrawing> exact_;  // only if some sensor wants it
@@ -88,6 +89,15 @@ class BlockGroup {
   /// again afterwards.
   void Add(std::vector<point_t> points, Bounds z_range);
   void AddRectangle(double x, double y, double dx, double dy, Bounds z_range);
+  /// Adds a block without heights of its own, which FillHeights() gives it.
+  void AddWithoutHeights(std::vector<point_t> points);
+  /// Blocks without heights get those of the whole body, from 0 on at least; [0 1] if no block has
+  /// any. To be called when all blocks are there, before the body is fitted.
+  void FillHeights();
+  /// The rectangle counts as part of the body in plan when that is fitted, but nothing of it is
+  /// drawn: the paper that a picture was painted on.
+  void SetFrame(Bounds x, Bounds y);
+  bool has_frame() const { return frame_x_.max > frame_x_.min; }
   /// Changes a block that is a rectangle, as AddRectangle() makes them. Draw it again afterwards.
   void ChangeRectangle(size_t index, const bounds3d_t& box);
   /// Erases the body from the grid and forgets it.
@@ -102,6 +112,8 @@ class BlockGroup {
   /// one without height stays at the height that it has.
   void Fit(const Size& size);
   bounds3d_t BoundingBox() const;
+  /// The body has blocks, and all of them are at one height: rangers see it there alone.
+  bool IsFlat() const;
   /// Of a circle about the origin of the body's frame that all blocks lie in, seen from above.
   double radius() const { return radius_; }
 
@@ -158,8 +170,9 @@ class BlockGroup {
   Model& owner_;
   std::vector<std::unique_ptr<Block>> blocks_;
   double radius_ = 0;
-  bool frozen_ = true;  // the blocks are as they came; so are those that are added
-  bool drawn_ = false;  // some of them
+  Bounds frame_x_, frame_y_;  // see SetFrame(), in the frame of the source points; none: both 0
+  bool frozen_ = true;        // the blocks are as they came; so are those that are added
+  bool drawn_ = false;        // some of them
   bool drawn_since_loading_ = true;
   bool is_as_loaded_ = false;
   std::unique_ptr<const Shapes> as_loaded_;  // once it has been changed

@@ -67,6 +67,8 @@ void ModelFiducial::Load() {
   if (min_range > max_range_anon)
     wf->Fail(wf_entity, wf->PropertyExists(wf_entity, "range_min") ? "range_min" : "range_max",
              "found a range_min above range_max, expected one up to it");
+  WarnIfEqual(wf, wf_entity, "range_max", min_range, max_range_anon,
+              "it reports all targets at that range");
   ignore_zloc = wf->ReadInt(wf_entity, "ignore_zloc", ignore_zloc);
 }
 

@@ -13,6 +13,7 @@
 #include "models/block.hh"
 #include "models/host.hh"
 #include "models/model.hh"
+#include "models/picture_path.hh"
 #include "models/power_pack.hh"
 #include "models/property_checks.hh"
 #include "models/warn_about.hh"
@@ -35,30 +36,31 @@ constexpr size_t kLongestText = 1000;  // bytes
 constexpr int kMostPoints = 100000;
 constexpr int kLongestTrail = 100000;
 
+/// How a picture is fitted to the size of its model.
+bool ReadKeepsFrame(Worldfile* wf, int entity) {
+  const std::string frame = wf->ReadString(entity, "bitmap_frame", "dark");
+  if (frame != "dark" && frame != "picture")
+    wf->Warn(
+        entity, "bitmap_frame",
+        "found " + messages::Quoted(frame) + ", expected \"dark\" or \"picture\"; using \"dark\"");
+  return frame == "picture";
+}
+
 std::string TooLong(const std::string& text) {
   return "found a text of " + std::to_string(text.size()) + " bytes, expected at most " +
          std::to_string(kLongestText);
 }
 
-/// The path of the picture `name` of an entity: beside the world file, in STAGEPATH, or among those
-/// that come with Stage.
-std::string PathOfPicture(Worldfile* wf, int entity, const std::string& name) {
-  const std::string beside = wf->ReadFilename(entity, "bitmap", name.c_str());
-  std::string found = worldfile::FindFile("", beside);
-  if (found.empty()) found = worldfile::FindShipped(name);
-  return found.empty() ? beside : found;
-}
-
-/// Of the model's picture, which other models may have too.
-const std::vector<std::vector<point_t>>& OutlinesOfPicture(World* world, Worldfile* wf, int entity,
-                                                           const std::string& name) {
+/// The outlines of the model's picture, which other models may have too.
+const picture::Outlines& OutlinesOfPicture(World* world, Worldfile* wf, int entity,
+                                           const std::string& name) {
   const std::string path = PathOfPicture(wf, entity, name);
   auto& known = world->host().outlines_of_pictures;
   try {
     auto found = known.find(path);
     if (found != known.end()) return *found->second;
     messages::Progress("[Image \"" + messages::Shortened(name, messages::kLongestDetail) + "\"]");
-    auto outlines = std::make_shared<std::vector<std::vector<point_t>>>(picture::OutlinesOf(path));
+    auto outlines = std::make_shared<picture::Outlines>(picture::OutlinesOf(path));
     return *known.emplace(path, std::move(outlines)).first->second;
   } catch (const LoadError& error) {
     throw LoadError(wf->Where(entity, "bitmap") + ": " + error.what(), error.exit_status());
@@ -227,35 +229,44 @@ void Model::LoadBody() {
     blockgroup->Clear();
     has_default_block = false;
   }
-  if (wf->PropertyExists(wf_entity, "bitmap")) {
-    const std::string name = wf->ReadString(wf_entity, "bitmap", "");
-    if (name.empty())
-      throw LoadError(wf->Where(wf_entity, "bitmap") + ": found an empty name, expected a picture",
-                      255);
-    const auto& outlines = OutlinesOfPicture(world, wf, wf_entity, name);
-    if (outlines.empty())
-      wf->Warn(wf_entity, "bitmap",
-               "found a picture without a dark pixel, expected a body; it adds none");
-    const size_t corners = std::accumulate(
-        outlines.begin(), outlines.end(), size_t{0},
-        [](size_t sum, const std::vector<point_t>& outline) { return sum + outline.size(); });
-    world->host().memory.Take(*wf, wf_entity, "bitmap", corners, MemoryBudget::kCorner,
-                              "corners of a picture");
-    if (has_default_block) blockgroup->Clear();
-    has_default_block = false;
-    for (const std::vector<point_t>& outline : outlines) blockgroup->Add(outline, Bounds(0, 1));
-    blockgroup->Fit(geom.size);
-  }
+  const bool keeps_frame = ReadKeepsFrame(wf, wf_entity);
+  if (wf->PropertyExists(wf_entity, "bitmap")) LoadPicture(keeps_frame);
   boundary = wf->ReadInt(wf_entity, "boundary", boundary);
   if (boundary) AddBoundary();
+}
+
+/// Adds the outlines of a picture as blocks. `keeps_frame`: the whole picture is fitted to the
+/// size, else its dark part.
+void Model::LoadPicture(bool keeps_frame) {
+  const std::string name = wf->ReadString(wf_entity, "bitmap", "");
+  if (name.empty())
+    throw LoadError(wf->Where(wf_entity, "bitmap") + ": found an empty name, expected a picture",
+                    255);
+  const picture::Outlines& picture = OutlinesOfPicture(world, wf, wf_entity, name);
+  const std::vector<std::vector<point_t>>& outlines = picture.polygons;
+  if (outlines.empty())
+    wf->Warn(wf_entity, "bitmap",
+             "found a picture without a dark pixel, expected a body; it adds none");
+  const size_t corners = std::accumulate(
+      outlines.begin(), outlines.end(), size_t{0},
+      [](size_t sum, const std::vector<point_t>& outline) { return sum + outline.size(); });
+  world->host().memory.Take(*wf, wf_entity, "bitmap", corners, MemoryBudget::kCorner,
+                            "corners of a picture");
+  if (has_default_block) blockgroup->Clear();
+  has_default_block = false;
+  for (const std::vector<point_t>& outline : outlines) blockgroup->Add(outline, Bounds(0, 1));
+  if (keeps_frame) blockgroup->SetFrame(Bounds(0, picture.width), Bounds(-picture.height, 0));
+  blockgroup->Fit(geom.size);
 }
 
 void Model::AddBoundary() {
   blockgroup->Fit(geom.size);
   bounds3d_t box = blockgroup->BoundingBox();
-  if (blockgroup->empty())
-    box = bounds3d_t(Bounds(-geom.size.x / 2, geom.size.x / 2),
-                     Bounds(-geom.size.y / 2, geom.size.y / 2), Bounds(0, geom.size.z));
+  if (blockgroup->empty() || blockgroup->has_frame()) {
+    box.x = Bounds(-geom.size.x / 2, geom.size.x / 2);
+    box.y = Bounds(-geom.size.y / 2, geom.size.y / 2);
+  }
+  if (blockgroup->empty()) box.z = Bounds(0, geom.size.z);
   const double width = box.x.max - box.x.min, depth = box.y.max - box.y.min;
   const double t = kBoundaryThickness;
   blockgroup->AddRectangle(box.x.min, box.y.min, t, depth, box.z);
@@ -283,6 +294,7 @@ void Model::LoadBlock(Worldfile* file, int entity) {
     file->Warn(entity, "points",
                "found " + std::to_string(points_found) + " of " + std::to_string(count) +
                    " points; the others are [0 0]");
+  const bool has_heights = file->PropertyExists(entity, "z");
   Bounds z;
   z.Load(file, entity, "z");
   CheckInOrder(*file, entity, "z", &z, 1);
@@ -292,7 +304,10 @@ void Model::LoadBlock(Worldfile* file, int entity) {
     blockgroup->Clear();
     has_default_block = false;
   }
-  blockgroup->Add(std::move(points), z);
+  if (has_heights)
+    blockgroup->Add(std::move(points), z);
+  else
+    blockgroup->AddWithoutHeights(std::move(points));
 }
 
 void Model::LoadGuiState() {

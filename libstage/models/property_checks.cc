@@ -26,4 +26,12 @@ void CheckInOrder(const Worldfile& wf, int entity, const char* name, const Bound
   for (int i = 0; i < count; i++) CheckInOrder(wf, entity, name, bounds[i].min, bounds[i].max);
 }
 
+void WarnIfEqual(Worldfile* wf, int entity, const char* name, double lower, double upper,
+                 const char* effect) {
+  if (lower == upper && wf->PropertyExists(entity, name))
+    wf->Warn(
+        entity, name,
+        Start(name) + "the least equal to the most, expected the most above the least; " + effect);
+}
+
 }  // namespace Stg

@@ -19,6 +19,11 @@ void CheckInOrder(const Worldfile& wf, int entity, const char* name, double lowe
 void CheckInOrder(const Worldfile& wf, int entity, const char* name, const Bounds* bounds,
                   int count);
 
+/// Warns if the property is given and its two values are equal, which leaves no choice; `effect`
+/// tells what follows from that.
+void WarnIfEqual(Worldfile* wf, int entity, const char* name, double lower, double upper,
+                 const char* effect);
+
 }  // namespace Stg
 
 #endif

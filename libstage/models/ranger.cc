@@ -78,6 +78,7 @@ void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
   LoadRange(wf, entity);
   CheckNotNegative(*wf, entity, "range", std::min(range.min, range.max));
   CheckInOrder(*wf, entity, "range", &range, 1);
+  WarnIfEqual(wf, entity, "range", range.min, range.max, "it sees nothing");
   fov = wf->ReadAngle(entity, "fov", fov);
   const int samples = wf->ReadInt(entity, "samples", static_cast<int>(sample_count));
   if (samples < 0 || static_cast<unsigned>(samples) > kMaxSamples)

@@ -17,12 +17,14 @@
 #include "models/ray_model_reader.hh"
 #include "models/thrown.hh"
 #include "world/engine.hh"
+#include "world/load_checks.hh"
 #include "world/plugin.hh"
 #include "world/populate.hh"
 #include "world/prefilter_loader.hh"
 #include "world/window_properties.hh"
 #include "world/world.hh"
 #include "world/world_image.hh"
+#include "worldfile/old_names.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -40,8 +42,10 @@ constexpr unsigned int kMostNestedLoads = 20;
 std::string UnknownType(const std::string& type) {
   std::string known;
   for (const std::string& name : ModelTypeNames()) known += name + ", ";
+  const std::string advice = worldfile::AdviceOnType(type);
   return "found " + messages::Quoted(type) + ", expected a model type (" + known +
-         "block, sensor, window) or the name of a definition";
+         "block, sensor, window) or the name of a definition" +
+         (advice.empty() ? "" : "; " + advice);
 }
 
 constexpr size_t kMostPlugins = 100;
@@ -164,6 +168,7 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
   engine.statistics = RunStatistics();
   engine.tracer.SetStatistics({});
   engine.controllers_left_out = 0;
+  engine.doubts.clear();
   const RandomScope random_numbers(&random_);
   const uint64_t life = engine.life;
   const bool is_copy = source.image != nullptr;
@@ -234,6 +239,8 @@ void World::LoadContent(Source source) {
   engine_->image = source.image;
   for (Model* model : engine_->models)
     if (model->wf_entity > 0) model->blockgroup->NoteLoaded();
+  // What an image is of has been looked at before.
+  if (!source.image) LoadChecks(this).Run();
   InitControllers();  // which may delete the world
 }
 
@@ -372,7 +379,10 @@ bool World::LoadEntities() {
   for (int entity = 1; entity < count && engine->life == life; entity++) LoadEntity(entity);
   if (engine->life != life) return false;
   // The models' own frames are final only now.
-  for (Model* model : engine->models) model->blockgroup->Fit(model->geom.size);
+  for (Model* model : engine->models) {
+    model->blockgroup->FillHeights();
+    model->blockgroup->Fit(model->geom.size);
+  }
   PlacePopulations(engine->models, engine->made, wf.get(), 1 / engine->scene.cells_per_metre,
                    options_.seed, &engine->floor);
   return true;
@@ -425,8 +435,10 @@ void World::LoadEntity(int entity) {
   if (type == "population" || type == "metric") {
     // Members of a population are entities of their own; metrics want all models to be there.
   } else if (type == "window") {
-    for (const std::string_view property : kWindowProperties)
+    for (const std::string_view property : kWindowProperties) {
       wf->ReadString(entity, property.data(), "");
+      wf->TupleLength(entity, property.data());  // the window knows how many there have to be
+    }
   } else if (type == "block" && parent_model) {
     parent_model->LoadBlock(wf.get(), entity);
   } else if (type == "sensor" && parent_model) {

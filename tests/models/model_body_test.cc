@@ -42,14 +42,6 @@ TEST(Body, HeightsAreScaledNotShifted) {
   EXPECT_FALSE(SeenAt(*world, 6.01));
 }
 
-TEST(Body, ABlockWithoutHeightsIsFlat) {
-  const auto world = LoadText(
-      "model( name \"a\" size [1 1 3] block( points 4 point[0] [0 0] point[1] [1 0] point[2] [1 1]"
-      " point[3] [0 1] ) )");
-  EXPECT_TRUE(SeenAt(*world, 0));
-  EXPECT_FALSE(SeenAt(*world, 0.001));
-}
-
 TEST(Body, OddPointListsAreHarmless) {
   const auto world = LoadText(
       "model( name \"a\" size [2 2 1] block( points 3 point[2] [0 4] point[0] [4 0] point[7] [9 9]"

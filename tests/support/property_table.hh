@@ -131,6 +131,7 @@ inline constexpr Property kEveryModel[] = {
     {"model", "color_rgba", "[0 1 0 1]"},
     {"model", "noblocks", "1"},
     {"model", "bitmap", "\"SOURCE/worlds/bitmaps/rooms.png\""},
+    {"model", "bitmap_frame", "\"picture\""},
     {"model", "boundary", "1"},
     {"model", "stack_children", "0"},
     {"model", "mass", "7"},

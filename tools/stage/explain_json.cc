@@ -54,7 +54,8 @@ Json Heights(const SceneSummary& s) {
                     {"sensors", height.sensors},
                     {"idle_sensors", height.idle_sensors},
                     {"rays_per_step", height.rays_per_step},
-                    {"blocks", height.blocks}});
+                    {"blocks", height.blocks},
+                    {"robots", height.robots}});
   return list;
 }
 
@@ -131,6 +132,7 @@ Json Describe(const Explanation& e, const RunOptions& options) {
           {"memory_mb", Parts(estimate.memory)},
           {"peak_memory_mb", estimate.peak_mb},
           {"measured", Costs(e.costs)},
+          {"doubts", s.doubts},
           {"hints", Hints(e)}};
 }
 

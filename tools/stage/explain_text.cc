@@ -33,6 +33,7 @@ class Page {
   std::string Print() {
     text_ += Printable(w_.file) + ": explained, not run\n";
     PrintModelled();
+    PrintDoubts();
     PrintLeftOut();
     PrintStep();
     PrintMemory();
@@ -128,6 +129,24 @@ class Page {
     if (s_.layers - 1 > parts.size())
       parts.push_back(Format("%zu more", s_.layers - 1 - parts.size()));
     return Format("%zu: everything, for collisions; for rangers at ", s_.layers) + Joined(parts);
+  }
+
+  void PrintDoubts() {
+    if (s_.doubts.empty() && RobotsUnseen().empty()) return;
+    Heading("What may be a mistake");
+    if (!RobotsUnseen().empty()) Line("robots", RobotsUnseen());
+    for (const std::string& doubt : s_.doubts) text_ += Wrapped("  " + Printable(doubt), 4) + "\n";
+  }
+
+  /// Names the heights at which rangers look past all robots, if there is anything to be seen.
+  std::string RobotsUnseen() const {
+    if (s_.robots + s_.undriven < 2) return "";
+    std::vector<std::string> heights;
+    for (const SensedHeight& height : s_.heights)
+      if (height.sensors > 0 && height.robots == 0 && heights.size() < kMostHeights)
+        heights.push_back(Rounded(height.z) + " m");
+    if (heights.empty()) return "";
+    return "none has a body where rangers look, at " + Joined(heights);
   }
 
   // ---- what there is not ----

@@ -51,6 +51,7 @@ struct SensedHeight {
   size_t idle_sensors = 0;   ///< that look there and have none
   double rays_per_step = 0;  ///< of the former
   size_t blocks = 0;         ///< that reach this height and that rangers see
+  size_t robots = 0;         ///< position models, with what they carry, that rangers see there
 };
 
 /// Bytes, counted from what there is; what the C++ library adds for itself is not counted.
@@ -90,6 +91,9 @@ struct SceneSummary {
   std::vector<SensedHeight> heights;         ///< of rangers; the most rays first
   size_t exact_sensors = 0;  ///< subscribed, of rangers, whose rays go to the outlines themselves
   size_t looking_everywhere = 0;  ///< subscribed sensors of other types: they look at every body
+
+  /// What need not be meant: "FILE:LINE:COLUMN: ...", as the warnings when the world was loaded.
+  std::vector<std::string> doubts;
 
   // The grid.
   double resolution = 0;                            ///< metres, the side of a cell

@@ -564,6 +564,7 @@ class Model : public Ancestor {
   void Leave();
   void LoadEnergy();
   void LoadBody();
+  void LoadPicture(bool keeps_frame);
   void LoadGuiState();
   void LoadName();
   void TakeName(const std::string& name);

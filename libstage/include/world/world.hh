@@ -408,6 +408,7 @@ class World : public Ancestor {
 
  private:
   class Survey;
+  class LoadChecks;
   class Gauge;
   class Restorer;
 

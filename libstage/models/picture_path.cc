@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/picture_path.hh"
+
+#include "worldfile/find_file.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+std::string PathOfPicture(Worldfile* wf, int entity, const std::string& name) {
+  const std::string beside = wf->ReadFilename(entity, "bitmap", name.c_str());
+  std::string found = worldfile::FindFile("", beside);
+  if (found.empty()) found = worldfile::FindShipped(name);
+  return found.empty() ? beside : found;
+}
+
+}  // namespace Stg
