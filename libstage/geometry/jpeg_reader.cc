@@ -97,7 +97,7 @@ class JpegReader {
     std::longjmp(self->jump_, 1);
   }
 
-  // What is missing would be filled in with grey.
+  // libjpeg would fill in missing pixels with grey.
   static void OnMessage(j_common_ptr jpeg, int) {
     const int code = jpeg->err->msg_code;
     if (code != JWRN_JPEG_EOF && code != JWRN_HIT_MARKER) return;

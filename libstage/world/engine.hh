@@ -62,7 +62,7 @@ class WorldEngine : public Host {
   MetricList metrics;
   std::shared_ptr<const geometry::FreeFloor> floor;  ///< of populations; null without them
   std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
-  /// What was noticed when the world was loaded and need not be meant: for --explain.
+  /// Likely mistakes that were noticed when the world was loaded, for --explain.
   std::vector<std::string> doubts;
 
   // What models ask for, see Host.

@@ -239,7 +239,7 @@ void World::LoadContent(Source source) {
   engine_->image = source.image;
   for (Model* model : engine_->models)
     if (model->wf_entity > 0) model->blockgroup->NoteLoaded();
-  // What an image is of has been looked at before.
+  // A copy has the doubts of its original, which has told them.
   if (!source.image) LoadChecks(this).Run();
   InitControllers();  // which may delete the world
 }

@@ -27,7 +27,7 @@ std::string Metres(double value) {
 
 std::string Pixels(double count) { return std::to_string(std::llround(count)); }
 
-/// What lies between a picture's rim and its dark pixels, in pixels.
+/// Widths of the light strips between a picture's rim and its dark pixels, in pixels.
 struct Margins {
   double left = 0, right = 0, top = 0, bottom = 0;
 };

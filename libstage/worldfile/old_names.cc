@@ -60,7 +60,7 @@ constexpr OldName kProperties[] = {
     {kAnyType, "sview", "use range [LEAST MOST] and fov in sections sensor"},
     {kAnyType, "sview[]", "use range [LEAST MOST] and fov in sections sensor"},
     {"sensor", "view", "use range [LEAST MOST] and fov"},
-    // What sensors see.
+    // Visibility to sensors.
     {kAnyType, "laser_return", kRangerReturn},
     {kAnyType, "sonar_return", kRangerReturn},
     {kAnyType, "blobfinder_return", kBlobReturn},
@@ -89,7 +89,7 @@ constexpr OldName kProperties[] = {
     {kAnyType, "offset", "use origin [X Y Z HEADING]"},
     {kAnyType, "center_of_rotation", "use origin [X Y Z HEADING]"},
     {kAnyType, "height", "use the third number of size"},
-    // How models look in a window.
+    // Looks in a window.
     {kAnyType, "gui_boundary", "use gui_outline"},
     {kAnyType, "gui_movemask", "use gui_move 0 or 1"},
     {kAnyType, "gui_polygons", "bodies are always drawn filled"},

@@ -20,7 +20,7 @@ std::string UnusedFamily::Message() const {
 
 namespace {
 
-/// What the names in a family have in common. `polygon[0].points` and `polygon[1].point[2]` have
+/// The name that the properties of a family share. `polygon[0].points` and `polygon[1].point[2]` have
 /// the same successor.
 std::string FamilyName(const UnusedProperty& property) {
   if (property.successor.empty()) return WithoutIndices(property.name);

@@ -59,7 +59,7 @@ TEST_P(Formats, GiveTheBitmapThatThePgmGives) {
   EXPECT_EQ(Drawing(LoadBytes(BytesOf(GetParam()))), wanted);
 }
 
-/// What follows the pixels is of no interest: a file may lack it.
+/// A file may lack the bytes that follow the pixels.
 TEST_P(Formats, RefuseFilesThatAreCutShort) {
   const std::string bytes = BytesOf(GetParam());
   const auto whole = Drawing(LoadBytes(bytes));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What of a picture is stretched to the size of its model.
+// The part of a picture that is stretched to the size of its model.
 
 #include <cstdio>
 #include <fstream>

@@ -92,7 +92,7 @@ struct SceneSummary {
   size_t exact_sensors = 0;  ///< subscribed, of rangers, whose rays go to the outlines themselves
   size_t looking_everywhere = 0;  ///< subscribed sensors of other types: they look at every body
 
-  /// What need not be meant: "FILE:LINE:COLUMN: ...", as the warnings when the world was loaded.
+  /// Likely mistakes: "FILE:LINE:COLUMN: ...", as the warnings when the world was loaded have them.
   std::vector<std::string> doubts;
 
   // The grid.
