@@ -146,8 +146,7 @@ struct OldFile {
   std::string_view name, advice;
 };
 constexpr OldFile kFiles[] = {
-    {"amigobot.inc", "\"pioneer.inc\" has such a robot: pioneer2dx"},
-    {"walle.inc", "\"robots.inc\" has a robot: explorer"},
+    {"walle.inc", "\"pioneer.inc\" has a robot: pioneer2dx"},
     {"irobot.inc", "\"robots.inc\" has a small round robot: swarmer"},
     {"roomba.inc", "\"robots.inc\" has a small round robot: swarmer"},
     {"create.inc", "\"robots.inc\" has a small round robot: swarmer"},

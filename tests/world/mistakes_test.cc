@@ -208,11 +208,9 @@ TEST(OldTypes, NameWhatHasTakenTheirPlace) {
 }
 
 TEST(OldIncludes, NameWhatComesWithThisStage) {
-  const std::pair<const char*, const char*> kFiles[] = {{"pioneer.inc", "robots.inc"},
+  const std::pair<const char*, const char*> kFiles[] = {{"walle.inc", "pioneer.inc"},
                                                         {"old/irobot.inc", "robots.inc"},
-                                                        {"sick.inc", "sensors.inc"},
-                                                        {"hokuyo.inc", "sensors.inc"},
-                                                        {"map.inc", "maps.inc"},
+                                                        {"hokuyo.inc", "sick.inc"},
                                                         {"../chatterbox.inc", "robots.inc"},
                                                         {"beacons.inc", "fiducial_return"},
                                                         {"pantilt.inc", "pantilt"}};
