@@ -3,6 +3,9 @@
 # Where things lie. The build tree looks like an installation (bin/, lib/, lib/stage-5.0/, share/stage/worlds), so that
 # the program finds its library, and the library its plug-ins and worlds, in both by the same relative paths.
 
+# Installations and packages take what has been built: that need not include tests and benchmarks.
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
+
 # PREFIX/lib everywhere: clients of Stage look for plug-ins there.
 set(CMAKE_INSTALL_LIBDIR lib CACHE PATH "Directory of libraries, below the prefix")
 include(GNUInstallDirs)

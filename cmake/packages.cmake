@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Debian packages: `cpack -G DEB` in the build folder makes one for each component. Builds and
+# Debian packages: `cpack -G DEB` in the build folder makes one for each component, of what has been built. Builds and
 # installations do not notice.
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME stage)
 set(CPACK_PACKAGE_VENDOR "The Stage 5 contributors")
-set(CPACK_PACKAGE_CONTACT "The Stage 5 contributors")
+set(CPACK_PACKAGE_CONTACT "The Stage 5 contributors <stage5@example.org>") # as in package.xml
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
@@ -38,40 +38,68 @@ if(CMAKE_CROSSCOMPILING)
   set(CPACK_DEBIAN_STAGE-OPENCL_PACKAGE_DEPENDS "ocl-icd-libopencl1 | libopencl1")
 else()
   set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
   set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}")
 endif()
 
-# stage_package(NAME SECTION SUMMARY [COMPONENT...]): the package NAME, of the component of that
+# What Debian wants to know of each package: a changelog in its own format, compressed, and the licence.
+string(TIMESTAMP package_date "%a, %d %b %Y %H:%M:%S +0000" UTC)
+set(package_files "${PROJECT_BINARY_DIR}/package")
+configure_file(cmake/debian/changelog.in "${package_files}/changelog" @ONLY)
+execute_process(COMMAND gzip -9nf "${package_files}/changelog" COMMAND_ERROR_IS_FATAL ANY)
+# The linker's cache is brought up to date by Debian's trigger; with scripts of the same names CPack makes none itself.
+file(COPY cmake/debian/triggers DESTINATION "${package_files}")
+
+# stage_package(NAME SECTION SUMMARY DESCRIPTION [COMPONENT...]): the package NAME, of the component of that
 # name, which needs the other components.
-macro(stage_package name section summary)
+macro(stage_package name section summary description)
   list(APPEND CPACK_COMPONENTS_ALL ${name})
   string(TOUPPER ${name} upper_name)
   set(CPACK_DEBIAN_${upper_name}_PACKAGE_NAME ${name})
   set(CPACK_DEBIAN_${upper_name}_PACKAGE_SECTION ${section})
-  set(CPACK_COMPONENT_${upper_name}_DESCRIPTION "${summary}")
+  set(CPACK_COMPONENT_${upper_name}_DESCRIPTION "${summary}\n${description}")
   set(CPACK_COMPONENT_${upper_name}_DEPENDS ${ARGN})
+  install(
+    FILES cmake/debian/copyright "${package_files}/changelog.gz"
+    DESTINATION "${CMAKE_INSTALL_DATAROOTDIR}/doc/${name}"
+    COMPONENT ${name})
 endmacro()
 
 set(CPACK_COMPONENTS_ALL "")
-stage_package(libstage5 libs "The library, the controllers and the worlds that come with it")
+stage_package(
+  libstage5 libs "2D multi-robot simulator, library and worlds"
+  "Stage simulates crowds of mobile robots in the plane. This is the library, with\ncontrollers and worlds.")
 set(window_component "")
 if(STAGE_GUI_ENABLED)
   set(window_component libstagegui5)
-  stage_package(libstagegui5 libs "The window, and pictures without one" libstage5)
+  stage_package(
+    libstagegui5 libs "2D multi-robot simulator, window" "The window of Stage, and pictures and films without one."
+    libstage5)
   set(CPACK_DEBIAN_LIBSTAGEGUI5_PACKAGE_RECOMMENDS "libgl1-mesa-dri | libgl1-nvidia-glvnd-glx")
   # What <stage.hh> includes, and what stage.pc links with.
   set(CPACK_DEBIAN_LIBSTAGE-DEV_PACKAGE_DEPENDS
       "libfltk1.3-dev, libgl-dev, libglu1-mesa-dev | libglu-dev")
   set(CPACK_DEBIAN_STAGE_PACKAGE_RECOMMENDS libstagegui5)
 endif()
-stage_package(libstage-dev libdevel "Headers, to build programs and controllers" libstage5
-              ${window_component})
-stage_package(stage science "The program" libstage5)
+stage_package(
+  libstage-dev libdevel "2D multi-robot simulator, headers"
+  "To build programs and controllers for Stage with CMake or pkg-config." libstage5 ${window_component})
+stage_package(
+  stage science "2D multi-robot simulator, program" "The program, which runs world files in a window or without one." libstage5)
 set(CPACK_DEBIAN_STAGE_PACKAGE_SUGGESTS stage-opencl)
 if(STAGE_OPENCL_ENABLED)
-  stage_package(stage-opencl science "Sensor rays on OpenCL devices" libstage5)
+  stage_package(
+    stage-opencl science "2D multi-robot simulator, OpenCL"
+    "The plug-in of Stage that walks the rays of sensors on OpenCL devices." libstage5)
   set(CPACK_DEBIAN_STAGE-OPENCL_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
 endif()
+
+foreach(name IN LISTS CPACK_COMPONENTS_ALL)
+  string(TOUPPER ${name} upper_name)
+  if(NOT CMAKE_CROSSCOMPILING AND name MATCHES "^libstage(gui)?5$")
+    set(CPACK_DEBIAN_${upper_name}_PACKAGE_CONTROL_EXTRA "${package_files}/triggers")
+  endif()
+endforeach()
 
 set(CPACK_PROJECT_CONFIG_FILE "${CMAKE_CURRENT_LIST_DIR}/package_tools.cmake")
 

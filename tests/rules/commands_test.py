@@ -28,6 +28,7 @@ OPTIONAL = {
     "clang-16": "another name of clang",
     "clang-19": "another name of clang",
     "ffmpeg": "tools/setup --film",
+    "lintian": "tools/setup --packages",
     "sbatch": "tools/setup --slurm",
     "slurmctld": "tools/setup --slurm",
     "slurmd": "tools/setup --slurm",

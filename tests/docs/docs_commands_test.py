@@ -1,0 +1,133 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The commands of README and of all pages work, in the order in which they stand.
+
+Each `stage ...` is run in a folder that looks like the source tree, with the PATH that the page prescribes, without a
+window and for a moment only; a command of the tree (tools/..., build/release/...) has to be there. The full form runs
+all of README's own commands in a bare tree: tools/fresh bookworm python3 tests/docs/docs_commands_test.py --full after
+tools/setup --tools has brought Python."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from patience import PATIENCE  # noqa: E402
+
+ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2]).resolve()
+BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release").resolve()
+FULL = "--full" in sys.argv
+# tests/docs/tutorial_test.py runs the tutorial's commands. The others have none that this test could run.
+PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.stem != "tutorial"),
+         ROOT / "examples/ctrl/README.md", ROOT / "examples/model/README.md"]
+EXPORT = "export PATH=$PWD/build/release/bin:$PATH"
+# Commands that wait for somebody, or need what is not in every build.
+NOT_RUN = ("--live", "--foxglove", "--opencl", "report")
+LINE = re.compile(r"^(?: {4}|\$ )?((?:[A-Z]+=\S+ )*(?:stage|tools/\w+|build/release/\S+|export) .*)$")
+INLINE = re.compile(r"`((?:stage|tools/\w+|export) [^`]+)`")
+
+
+def commands_of(page: Path) -> list[str]:
+    """In their order; comments and what follows a semicolon are left out, and those with placeholders such as WORLD."""
+    found = []
+    for line in page.read_text(encoding="utf-8").splitlines():
+        block = LINE.match(line)
+        words = [block[1]] if block else INLINE.findall(line)
+        found += [re.split(r"\s+#\s|;", text)[0].strip() for text in words]
+    placeholder = re.compile(r"\b[A-Z]/[A-Z]\b|(?<![\w$/])[A-Z]{3,}\b(?!=)|\.\.\.|\.\.$")
+    return [text for text in found if not placeholder.search(text.replace("PATH", ""))]
+
+
+def shortened(words: list[str]) -> list[str]:
+    """The same without a window, and for a second of simulated time at most."""
+    if FULL:
+        return words
+    if words[1] == "sweep":
+        return words + (["--duration", "1"] if "-o" in words else [])
+    if words[1] == "replay":
+        return words + ["-g"]
+    if words[1] in ("merge", "report") or {"--explain", "--budget-ms", "--help"} & set(words):
+        return words
+    keeps_time = any("@" in word or "snapshot" in word for word in words)
+    for at, word in enumerate(words[:-1]):
+        if word == "--duration" and not keeps_time:
+            words[at + 1] = "1"
+    return words + ["-g"] + ([] if "--duration" in words or keeps_time else ["--duration", "1"])
+
+
+class Place:
+    """A folder that looks like the source tree; what commands write goes elsewhere than there."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        for name in ("worlds", "tools", "examples", "docs", "tests", "python", "benchmarks"):
+            (folder / name).symlink_to(ROOT / name)
+        (folder / "build").mkdir()
+        (folder / "build" / "release").symlink_to(BINARY_DIR)
+        self.path = os.environ["PATH"]
+
+    def run(self, text: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(["bash", "-c", text], cwd=self.folder, text=True, check=False, timeout=PATIENCE,
+                              env={**os.environ, "PATH": self.path, "DISPLAY": "", "WAYLAND_DISPLAY": ""},
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
+
+
+class DocsCommandsTest(unittest.TestCase):
+    def test_commands_are_found(self) -> None:
+        readme = commands_of(ROOT / "README.md")
+        for text in (EXPORT, "tools/populate hospital 10000 -o big.world", "stage replay run.mcap",
+                     "stage merge out -o swarm.csv", "stage worlds/corridor.world"):
+            self.assertIn(text, readme)
+        self.assertLess(readme.index(EXPORT), readme.index("stage worlds/corridor.world"))
+        self.assertGreater(sum(len(commands_of(page)) for page in PAGES), 40)
+
+    def test_commands_work(self) -> None:
+        for page in PAGES:
+            with self.subTest(page=str(page.relative_to(ROOT))), tempfile.TemporaryDirectory() as folder:
+                place = Place(Path(folder).resolve())
+                if page != ROOT / "README.md":  # docs/README.md says so of all pages
+                    place.path = f"{BINARY_DIR}/bin:{place.path}"
+                for text in commands_of(page):
+                    self.do(place, text, page)
+
+    def do(self, place: Place, text: str, page: Path) -> None:
+        if text == EXPORT:
+            place.path = f"{place.folder}/build/release/bin:{place.path}"
+            return
+        words = shlex.split(text)
+        while re.match(r"[A-Z]+=", words[0]):
+            words.pop(0)
+        if words[0].startswith("tools/") or words[0].startswith("build/release/benchmarks/"):
+            self.assertTrue((ROOT / words[0]).exists() or words[0].startswith("build/"), f"{page}: {text}")
+            if not words[0] == "tools/populate" and not (FULL and page.parent == ROOT):
+                return
+        elif words[0] == "stage" and not any(re.search(r"\.(world|mcap)$|^out$", word) for word in words):
+            return  # an option is mentioned
+        elif words[0] == "export" or "my.world" in words or any(part in word for word in words for part in NOT_RUN):
+            return
+        elif words[0] == "stage":
+            words = shortened(words)
+        done = place.run(shlex.join(words))
+        self.assertEqual(done.returncode, 0, f"{page}: {text}\n{shlex.join(words)}\n{done.stdout[-2000:]}")
+
+    def test_budget_prints_what_the_page_shows(self) -> None:
+        """Its figures are an example's."""
+        page = (ROOT / "docs" / "what-if.md").read_text(encoding="utf-8")
+        shown = page.split("$ stage --budget-ms 50 worlds/corridor.world\n")[1].split("```")[0]
+        done = subprocess.run([BINARY_DIR / "bin" / "stage", "--budget-ms", "50", "worlds/corridor.world"], cwd=ROOT,
+                              text=True, check=True, capture_output=True, timeout=PATIENCE)
+        def shape(text: str) -> str:
+            return re.sub(r"\bthreads?\b", "threads", re.sub(r"[\d.]+", "N", text))
+        self.assertIn(shape(shown), shape(done.stdout))
+
+
+if __name__ == "__main__":
+    sys.argv = [word for word in sys.argv if word != "--full"]
+    unittest.main()

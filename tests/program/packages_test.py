@@ -1,0 +1,76 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The Debian packages that cpack makes: lintian finds no errors, each has what it should, those that README installs
+are enough to run, and a run with --opencl without stage-opencl names that package."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from patience import PATIENCE  # noqa: E402
+
+BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
+ROOT = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
+HAS_WINDOW = (BINARY_DIR / "lib" / "libstagegui.so").exists()
+HAS_OPENCL = bool(list(BINARY_DIR.glob("lib/stage-*/stage_cl.so")))
+
+
+def run(*command: object, check: bool = True, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([str(word) for word in command], text=True, check=check, cwd=cwd, timeout=PATIENCE,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+
+@unittest.skipUnless(shutil.which("dpkg-shlibdeps") and shutil.which("file"), "skipped: try tools/setup --packages")
+class PackagesTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls) -> None:
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = Path(folder.name).resolve()
+        made = run("cpack", "-G", "DEB", "--config", BINARY_DIR / "CPackConfig.cmake", "-B", cls.folder, check=False)
+        assert made.returncode == 0, made.stdout
+        cls.packages = {path.name.split("_")[0]: path for path in cls.folder.glob("*.deb")}
+
+    def test_all_are_there(self) -> None:
+        expected = {"stage", "libstage5", "libstage-dev", *(["libstagegui5"] if HAS_WINDOW else []),
+                    *(["stage-opencl"] if HAS_OPENCL else [])}
+        self.assertEqual(set(self.packages), expected)
+        for name, path in self.packages.items():
+            files = run("dpkg-deb", "--contents", path).stdout
+            for file in ("copyright", "changelog.gz"):
+                self.assertIn(f" ./usr/share/doc/{name}/{file}\n", files)
+
+    @unittest.skipUnless(shutil.which("lintian"), "lintian is not installed: tools/setup --packages")
+    def test_lintian_finds_no_errors(self) -> None:
+        said = run("lintian", "--allow-root", *self.packages.values(), check=False).stdout
+        self.assertEqual([line for line in said.splitlines() if line.startswith("E:")], [])
+        self.assertIn("W: ", said)  # so it has looked
+
+    def test_readme_installs_what_runs(self) -> None:
+        """The program, its library, the window and OpenCL, and not the headers."""
+        line = re.search(r"apt install [^#]*", (ROOT / "README.md").read_text(encoding="utf-8"))
+        assert line is not None
+        patterns = re.findall(r"\./(\S+)", line[0])
+        installed = {name for pattern in patterns for name, path in self.packages.items() if path.match(pattern)}
+        self.assertEqual(installed, set(self.packages) - {"libstage-dev"})
+
+    def test_without_the_package_of_opencl(self) -> None:
+        """The program and the library alone run a world of theirs, and say which package --opencl is in."""
+        tree = self.folder / "tree"
+        for name in ("stage", "libstage5"):
+            run("dpkg-deb", "--extract", self.packages[name], tree)
+        done = run(tree / "usr/bin/stage", "-g", "--duration", "1", "--opencl", "simple.world", cwd=self.folder)
+        self.assertRegex(done.stdout, r"stage_cl can't be loaded: .*comes in the Debian package stage-opencl")
+        self.assertIn("[Stage: done]", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
