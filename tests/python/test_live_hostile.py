@@ -20,6 +20,7 @@ import stagesim as st
 
 pytest.importorskip("websockets", reason="the package websockets is not installed: tools/setup --live")
 from live_client import Client, do  # noqa: E402
+from patience import PATIENCE  # noqa: E402
 from stagesim.live import Server  # noqa: E402
 from stagesim.pace import Pace  # noqa: E402
 from websockets.exceptions import ConnectionClosed  # noqa: E402
@@ -35,7 +36,7 @@ def server(room: str) -> Iterator[Server]:
 
 def answer_to(server: Server, request: bytes) -> bytes:
     """All that the server says until it closes the connection."""
-    with socket.create_connection(("127.0.0.1", urlsplit(server.url).port), timeout=30) as connection:
+    with socket.create_connection(("127.0.0.1", urlsplit(server.url).port), timeout=PATIENCE) as connection:
         connection.sendall(request)
         answer = b""
         while part := connection.recv(65536):
@@ -115,7 +116,7 @@ def test_a_request_that_never_ends_is_answered_after_a_while(server: Server) -> 
 
 
 def test_a_request_in_pieces_is_one(server: Server) -> None:
-    with socket.create_connection(("127.0.0.1", urlsplit(server.url).port), timeout=20) as connection:
+    with socket.create_connection(("127.0.0.1", urlsplit(server.url).port), timeout=PATIENCE) as connection:
         for piece in (b"G", b"ET /main.js HT", b"TP/1.1\r", b"\nHost: 127.0.0", b".1\r\n\r", b"\n"):
             connection.sendall(piece)
             time.sleep(0.02)
@@ -305,7 +306,7 @@ def test_clients_that_flood_do_not_stop_the_clock(room: str, dt: int, clients: i
     """At speed 1 as much time passes in the world as outside of it, but for what a busy machine takes."""
     world = st.World.from_text(f"interval_sim {dt}\n" + room)
     with Server(world, speed=1.0) as server, Flood(server, clients, send) as flood:
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + PATIENCE
         while flood.sent < 20:
             assert time.monotonic() < deadline
             time.sleep(0.01)
@@ -348,9 +349,9 @@ def test_orders_that_nobody_could_ever_carry_out_are_refused(room: str) -> None:
         busy.wait()
         futures = [server.run.order(lambda run: run.world.time) for _ in range(MOST_ORDERS + 10)]
         over.set()
-        assert all(future.result(20) >= 0 for future in futures[:1000])
+        assert all(future.result(PATIENCE) >= 0 for future in futures[:1000])
         with pytest.raises(st.StageError, match="orders that wait already"):
-            futures[-1].result(20)
+            futures[-1].result(PATIENCE)
 
 
 def test_pace_keeps_time_over_changes(monkeypatch: pytest.MonkeyPatch) -> None:
