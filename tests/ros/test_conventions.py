@@ -15,6 +15,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from patience import PATIENCE
 from ros_testing import TWO, Client, Process, node_here
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image, LaserScan, Range
@@ -192,7 +193,7 @@ def test_transforms_of_a_stamp_are_there_when_its_scan_comes(start: Callable[...
 
     for kind, message, topic in (("scan", LaserScan, "/base_scan"), ("tf", tf, "/tf"), ("clock", Clock, "/clock")):
         listener.create_subscription(message, topic, note(kind), 100)
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + PATIENCE
     while sum(kind == "scan" for kind, _ in arrived) < 30:
         assert time.monotonic() < deadline
         executor.spin_once(timeout_sec=0.05)
