@@ -6,9 +6,14 @@
   PYTHONPATH=build/release/python build/venv/bin/python benchmarks/against_vmas.py --vmas /tmp/vmas/bin/python
 
 The world is that of VMAS's scenario "navigation", with its lidar on: round agents of 0.1 m without walls, 12 rays
-of 0.35 m all around, steps of 0.1 s; here as a world file with octagons in cells of 2 cm. Both get new
-random commands in each step and hand out the readings of all rays as one array. VMAS also computes rewards and
-observations; forces and bounces, where Stage blocks robots that touch.
+of 0.35 m all around, steps of 0.1 s; here as a world file with octagons in cells of 2 cm. Agents start at random
+places, at least 0.05 m apart, in a square of the same size. Both get random commands in each step, which cancel each
+other out over eight steps, so that agents stay near each other, and hand out the readings of all rays as one array.
+VMAS also computes rewards and observations; forces and bounces, where Stage blocks robots that touch.
+
+Before anything is timed, each side counts, over some steps, how often an agent has another one in reach of its lidar,
+and in how many of these cases the lidar sees something. Rays may pass a neighbour by, so that need not be all; a side
+that sees less than half, or has nobody in reach, is refused: it would be compared blind.
 
 Each figure is the median of repeats, with the least and the most; the ratio that of neighbouring runs. `--device
 cuda` has VMAS run on a GPU; stagesim stays on the processor.
@@ -26,12 +31,14 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Callable
+from typing import Any, Callable
 
 REACH, RADIUS = 0.35, 0.1
 CASES = [(4, 12, 1), (4, 12, 64), (4, 12, 1024), (4, 12, 4096), (4, 64, 64), (16, 12, 64), (16, 64, 64),
          (32, 32, 16)]  # agents, rays of each, environments
-COMMANDS = 8  # that are made beforehand
+COMMANDS = 8  # that are made beforehand; the second half takes the first one back
+LOOKS = 40  # steps after a reset in which is counted what lidars see
+LOOKED_AT = 64  # environments, one after the other if there are fewer, for which that is done
 
 
 def rate(step: Callable[[int], None], envs: int, agents: int, seconds: float) -> float:
@@ -59,23 +66,55 @@ def circle(corners: int = 8) -> str:
 
 
 def world_file(agents: int, rays: int) -> str:
-    """The scenario as a world file: agents at places like those that VMAS draws."""
-    side = math.ceil(math.sqrt(agents))
+    """The scenario as a world file: as in VMAS, agents are at random places, other ones in each environment."""
     half = half_width(agents)
-    apart = 2 * half / side
-    lines = ["resolution 0.02", "interval_sim 100", "quit_time 0",
-             f"define lidar ranger( size [0.02 0.02 0.1] sensor( range [0 {REACH}] fov {360 - 360 / rays:.6f} "
-             f"samples {rays} ) )",
-             f"define agent position( size [{2 * RADIUS} {2 * RADIUS} 0.3] drive \"omni\" {circle()} alwayson 1 "
-             "lidar( pose [0 0 0 180] alwayson 1 ) )"]
-    for i in range(agents):
-        x, y = (i % side + 0.5) * apart - half, (i // side + 0.5) * apart - half
-        lines.append(f"agent( name \"a{i}\" pose [{x:.3f} {y:.3f} 0 {i * 77 % 360}] )")
-    return "\n".join(lines) + "\n"
+    return "\n".join([
+        "resolution 0.02", "interval_sim 100", "quit_time 0",
+        f"define lidar ranger( size [0.02 0.02 0.1] sensor( range [0 {REACH}] fov {360 - 360 / rays:.6f} "
+        f"samples {rays} ) )",
+        f"define agent position( size [{2 * RADIUS} {2 * RADIUS} 0.3] drive \"omni\" {circle()} alwayson 1 "
+        "lidar( pose [0 0 -0.2 180] alwayson 1 ) )",
+        f"population( name \"agents\" model \"agent\" count {agents} area [{-half} {-half} {half} {half}] gap 0.05 )",
+        ""])
 
 
-def measure_stage(envs: int, agents: int, rays: int, threads: int, seconds: float) -> float:
-    """This simulator."""
+def neighbours(positions: Any) -> Any:
+    """Which agents have another one in reach of their lidars: of (environments, agents, 2) positions in metres."""
+    import numpy as np
+
+    apart = np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1)
+    apart[:, np.arange(apart.shape[1]), np.arange(apart.shape[1])] = np.inf
+    return apart.min(axis=2) < REACH + RADIUS
+
+
+def rounds(envs: int) -> int:
+    """How often all environments are reset and looked at."""
+    return max(1, LOOKED_AT // envs)
+
+
+class Sight:
+    """Counts, over agents and steps, who has a neighbour in reach and whose lidar sees one."""
+
+    def __init__(self) -> None:
+        self.near = self.seen = self.readings = 0
+
+    def add(self, positions: Any, ranges: Any) -> None:
+        """Of one step: positions (environments, agents, 2) and readings (environments, agents, rays), metres."""
+        near, hits = neighbours(positions), ranges < REACH - 1e-4
+        self.near += int(near.sum())
+        self.seen += int((near & hits.any(axis=2)).sum())
+        self.readings += int(hits.sum())
+
+    def check(self, who: str) -> list[int]:
+        """[agent-steps with a neighbour in reach, of these with a reading below the maximum, all such readings]."""
+        if self.near == 0 or self.seen < self.near / 2:
+            sys.exit(f"against_vmas.py: {who}: in {self.near} agent-steps with a neighbour in reach the lidar saw one in "
+                     f"{self.seen}, expected at least half: it is blind")
+        return [self.near, self.seen, self.readings]
+
+
+def measure_stage(envs: int, agents: int, rays: int, threads: int, seconds: float) -> tuple[float, list[int]]:
+    """This simulator: the rate, and what was seen."""
     import numpy as np
     import stagesim as st
 
@@ -84,7 +123,8 @@ def measure_stage(envs: int, agents: int, rays: int, threads: int, seconds: floa
         file.write_text(world_file(agents, rays))
         batch = st.Batch(file, envs, threads=threads)
     chance = np.random.default_rng(1)
-    commands = chance.uniform(-1, 1, (COMMANDS, *batch.cmd.shape))
+    half = chance.uniform(-1, 1, (COMMANDS // 2, *batch.cmd.shape))
+    commands = np.concatenate([half, -half])
     ranges = batch.ranges
     assert ranges.shape == (envs, agents, rays)
 
@@ -92,11 +132,21 @@ def measure_stage(envs: int, agents: int, rays: int, threads: int, seconds: floa
         batch.cmd[:] = commands[i % COMMANDS]
         batch.step()
 
-    return rate(step, envs, agents, seconds)
+    sight = Sight()
+    for episode in range(rounds(envs)):
+        batch.reset(seeds=range(1 + episode * envs, 1 + (episode + 1) * envs))
+        for i in range(LOOKS):
+            before = np.array(batch.pose[..., :2])  # readings are of the places before the move
+            step(i)
+            if i > 0:  # the first reading may be still to come
+                sight.add(before, ranges)
+    return rate(step, envs, agents, seconds), sight.check("stagesim")
 
 
-def measure_vmas(envs: int, agents: int, rays: int, threads: int, seconds: float, device: str) -> float:
-    """The other one."""
+def measure_vmas(envs: int, agents: int, rays: int, threads: int, seconds: float,
+                 device: str) -> tuple[float, list[int]]:
+    """The other one: the rate, and what was seen."""
+    import numpy as np
     import torch
     from vmas import make_env
 
@@ -105,7 +155,8 @@ def measure_vmas(envs: int, agents: int, rays: int, threads: int, seconds: float
                    n_agents=agents, n_lidar_rays=rays, world_spawning_x=half_width(agents),
                    world_spawning_y=half_width(agents))
     env.reset()
-    commands = [[torch.rand(envs, 2, device=device) * 2 - 1 for _ in range(agents)] for _ in range(COMMANDS)]
+    half = [[torch.rand(envs, 2, device=device) * 2 - 1 for _ in range(agents)] for _ in range(COMMANDS // 2)]
+    commands = half + [[-command for command in one] for one in half]
 
     def step(i: int) -> None:
         seen = env.step(commands[i % COMMANDS])[0]
@@ -114,18 +165,26 @@ def measure_vmas(envs: int, agents: int, rays: int, threads: int, seconds: float
         assert len(seen) == agents
 
     with torch.no_grad():
-        return rate(step, envs, agents, seconds)
+        sight = Sight()
+        for i in range(LOOKS * rounds(envs)):
+            if i % LOOKS == 0:
+                env.reset()
+            step(i)
+            positions = np.stack([agent.state.pos.cpu().numpy() for agent in env.agents], axis=1)
+            ranges = np.stack([agent.sensors[0].measure().cpu().numpy() for agent in env.agents], axis=1)
+            sight.add(positions, ranges)
+        return rate(step, envs, agents, seconds), sight.check("VMAS")
 
 
-def measured(python: str, kind: str, options: argparse.Namespace) -> list[float]:
-    """All cases, in a process of its own."""
+def measured(python: str, kind: str, options: argparse.Namespace) -> tuple[list[float], list[list[int]]]:
+    """All cases, in a process of its own: rates, and what was seen."""
     words = [python, __file__, "--measure", kind, "--threads", str(options.threads), "--seconds",
              str(options.seconds), "--device", options.device]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         sys.exit(done.stderr)
-    rates: list[float] = json.loads(done.stdout.splitlines()[-1])
-    return rates
+    results = json.loads(done.stdout.splitlines()[-1])
+    return [rate for rate, _ in results], [sight for _, sight in results]
 
 
 def span(values: tuple[float, ...]) -> str:
@@ -136,13 +195,25 @@ def span(values: tuple[float, ...]) -> str:
 def compare(options: argparse.Namespace) -> None:
     """Prints a table in Markdown."""
     ours, theirs = [], []
+    our_sight: list[list[int]] = []
+    their_sight: list[list[int]] = []
     for _ in range(options.repeats):
-        ours.append(measured(sys.executable, "stage", options))
-        theirs.append(measured(options.vmas, "vmas", options))
-    print("| agents | rays | environments | stagesim, agent-steps/s | VMAS | ratio |\n|---|---|---|---|---|---|")
-    for (agents, rays, envs), one, other in zip(CASES, zip(*ours), zip(*theirs)):
+        rates, our_sight = measured(sys.executable, "stage", options)
+        ours.append(rates)
+        rates, their_sight = measured(options.vmas, "vmas", options)
+        theirs.append(rates)
+    print("| agents | rays | environments | stagesim, agent-steps/s | VMAS | ratio | in reach, seen: stagesim | VMAS |")
+    print("|---|---|---|---|---|---|---|---|")
+    for (agents, rays, envs), one, other, our, their in zip(CASES, zip(*ours), zip(*theirs), our_sight, their_sight):
         ratio = statistics.median(a / b for a, b in zip(one, other))
-        print(f"| {agents} | {rays} | {envs} | {span(one)} | {span(other)} | {ratio:.3g} |")
+        print(f"| {agents} | {rays} | {envs} | {span(one)} | {span(other)} | {ratio:.3g} | {counts(our)} | "
+              f"{counts(their)} |")
+
+
+def counts(sight: list[int]) -> str:
+    """Agent-steps with a neighbour in reach, and the share of them in which the lidar saw one."""
+    near, seen, _ = sight
+    return f"{near:,}, {100 * seen / near:.0f} %"
 
 
 def main() -> None:
@@ -158,11 +229,11 @@ def main() -> None:
     if options.measure is None:
         compare(options)
         return
-    rates = []
+    results = []
     for agents, rays, envs in CASES:
         sizes = (envs, agents, rays, options.threads, options.seconds)
-        rates.append(measure_stage(*sizes) if options.measure == "stage" else measure_vmas(*sizes, options.device))
-    print(json.dumps(rates))
+        results.append(measure_stage(*sizes) if options.measure == "stage" else measure_vmas(*sizes, options.device))
+    print(json.dumps(results))
 
 
 if __name__ == "__main__":
