@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <new>
 
 namespace Stg {
 
@@ -53,6 +54,16 @@ void NoteThrower(const char* what, const Model* model, void (*function)()) noexc
     add(" in %.150s", slash ? slash + 1 : library.dli_fname);
   }
   Clean(thrower);
+}
+
+void NoteUpdateThrower(const Model* model) noexcept {
+  try {
+    throw;
+  } catch (const std::bad_alloc&) {
+    return;
+  } catch (...) {
+    NoteThrower("the update", model, nullptr);
+  }
 }
 
 }  // namespace Stg

@@ -20,6 +20,10 @@ void ForgetThrower() noexcept;
 /// null. Needs no memory, as there may be none.
 void NoteThrower(const char* what, const Model* model, void (*function)()) noexcept;
 
+/// To be called while an exception of a model's update passes: NoteThrower(), unless it is for lack
+/// of memory, which is no fault of the model.
+void NoteUpdateThrower(const Model* model) noexcept;
+
 /// The exception that is being handled: "the number 42".
 std::string DescribeException();
 

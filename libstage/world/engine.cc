@@ -29,6 +29,12 @@ std::shared_ptr<threads::WorkerPool> MakePool(unsigned threads) {
 
 }  // namespace
 
+Model* WorldEngine::Make(World* world, Model* parent, const std::string& type, creator_t create) {
+  const uint32_t id = next_model_id;
+  Model* const model = create(world, parent, type);
+  return FindModel(id) == model ? model : nullptr;
+}
+
 void WorldEngine::Forget(Model* model) {
   family_changes++;
   Erase(&models, model);

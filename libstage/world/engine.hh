@@ -75,6 +75,8 @@ class WorldEngine : public Host {
   std::string DescribeInitFailure(const std::string& model_name,
                                   const void* arguments) const override;
 
+  /// Makes a model of a type. Null if its constructor has deleted it, mostly with its parent.
+  Model* Make(World* world, Model* parent, const std::string& type, creator_t create);
   /// Takes a model that is going to be deleted out of all that is above.
   void Forget(Model* model);
   /// Says what a callback has done to the world while it was being `what`; returns false.

@@ -48,6 +48,12 @@ std::string UnknownType(const std::string& type) {
          (advice.empty() ? "" : "; " + advice);
 }
 
+std::string DeletedTooSoon(const std::string& type) {
+  return "found a model of type " + messages::Quoted(type) +
+         " that was deleted while it was being made, expected a type that deletes neither itself "
+         "nor its parent there";
+}
+
 constexpr size_t kMostPlugins = 100;
 
 /// Those that the world file names, for the model types that they bring. Returns how many are left
@@ -451,7 +457,8 @@ void World::LoadEntity(int entity) {
                UnknownType(type) + (engine_->plugins_left_out > 0
                                         ? "; the plug-ins of the world are left out, as asked for"
                                         : ""));
-    Model* model = create(this, parent_model, type);
+    Model* const model = engine_->Make(this, parent_model, type, create);
+    if (!model) wf->Fail(entity, "", DeletedTooSoon(type));
     made[static_cast<size_t>(entity)] = model;
     model->Load(wf.get(), entity);
   }

@@ -284,6 +284,8 @@ std::string World::Restorer::Check() const {
       return "found a list of models that is none";
   }
   if (AnyBelowItself()) return "found a model below itself";
+  if (!world_.ground || (!list_.empty() && list_[0].type != world_.ground->type))
+    return "found a list of models without the ground";
   if (list_.empty() || list_[0].id != world_.ground->id)
     return "found models that are numbered otherwise: restore into a world that was loaded once, "
            "or reset";
@@ -354,7 +356,10 @@ void World::Restorer::MakeMissing() {
 
 Model* World::Restorer::Make(const Listed& listed, Model* parent) {
   engine_.next_model_id = listed.id;
-  Model* const model = FindCreator(listed.type)(&world_, parent, listed.type);
+  Model* const model = engine_.Make(&world_, parent, listed.type, FindCreator(listed.type));
+  if (!model)
+    throw LoadError("found a model of type " + messages::Quoted(listed.type) +
+                    " that was deleted while it was being made");
   if (listed.entity == 0) return model;
   Worldfile* const file = world_.wf.get();
   const While loading(&engine_.loading, true);

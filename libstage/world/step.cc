@@ -121,8 +121,14 @@ void World::Step(WorldEngine& engine, uint64_t life) {
 void World::FinishSensing() {
   std::vector<Model*>& sensed = engine_->sensed;
   // By index: it may delete models, which strikes them out.
-  for (size_t i = 0; i < sensed.size(); i++)
-    if (sensed[i]) sensed[i]->Sensed();
+  for (size_t i = 0; i < sensed.size(); i++) {
+    try {
+      if (sensed[i]) sensed[i]->Sensed();
+    } catch (...) {
+      NoteUpdateThrower(sensed[i]);
+      throw;
+    }
+  }
   sensed.clear();
 }
 

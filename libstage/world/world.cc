@@ -7,8 +7,11 @@
 #include <cstdio>
 #include <limits>
 #include <mutex>
+#include <new>
+#include <utility>
 
 #include "messages/report.hh"
+#include "models/block.hh"
 #include "models/log_entry.hh"
 #include "models/model_type_names.hh"
 #include "models/position.hh"
@@ -112,6 +115,7 @@ World::~World() {
     std::erase(worlds_, this);
   }
   engine_->deserted = true;
+  ground = nullptr;
   ForgetAll();
   engine_->scene.Go();
   DeleteChildren();
@@ -170,10 +174,10 @@ void World::UnLoad() {
 }
 
 void World::DeleteAll() {
+  ground = nullptr;
   ForgetAll();
   DeleteChildren();
   engine_->scene.grid.ForgetExtent();
-  ground = nullptr;
   engine_->scheduler.Clear();  // of the models that are to be forgotten
   engine_->greatest_dissipation = 0;
   log_.clear();
@@ -221,8 +225,31 @@ void World::RemoveModel(Model* mod) {
   std::vector<Model*>& made = engine_->made;
   const size_t entity = static_cast<size_t>(mod->wf_entity);
   if (entity < made.size() && made[entity] == mod) made[entity] = nullptr;
-  const std::unique_lock<std::mutex> lock = LockLists(options_.listed);
-  engine_->Forget(mod);
+  {
+    const std::unique_lock<std::mutex> lock = LockLists(options_.listed);
+    engine_->Forget(mod);
+  }
+  if (mod == ground) ReplaceGround(mod->GetId());
+}
+
+/// The ground is the world's own. Where a client or a type of a plug-in deletes it all the same,
+/// the world gets another one, with the same number, place and seed.
+void World::ReplaceGround(uint32_t id) {
+  messages::Report(LogLevel::kError,
+                   "stage: found the ground deleted, expected it to stay as long as its world; it "
+                   "has been made anew");
+  ground = nullptr;
+  const uint32_t next = std::exchange(engine_->next_model_id, id);
+  auto counts = std::exchange(child_type_counts, {});
+  try {
+    MakeGround();
+    ground->blockgroup->Fit(ground->geom.size);  // as loading does with all models
+    std::rotate(children.begin(), children.end() - 1, children.end());
+  } catch (const std::bad_alloc&) {
+    // The world has none, as while it is unloaded: a destructor must not throw.
+  }
+  engine_->next_model_id = next;
+  child_type_counts = std::move(counts);
 }
 
 Model* World::GetModel(const std::string& name) const {
@@ -246,8 +273,12 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
               Model::kDeepest);
     return nullptr;
   }
-  Model* model = create(this, parent, typestr);
-  if (!engine_->loading) model->Map();
+  Model* const model = engine_->Make(this, parent, typestr, create);
+  if (!model)
+    messages::Warn("a model of type " + messages::Quoted(typestr) +
+                   " was deleted while it was being made: its type may delete neither itself nor "
+                   "its parent there");
+  if (model && !engine_->loading) model->Map();
   return model;
 }
 

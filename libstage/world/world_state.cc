@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What decides the future of a world.
+// The state of a world: everything that decides its future. docs/architecture.md says what else a
+// world keeps, and why that has no part in it.
 
 #include <algorithm>
 #include <string>
@@ -42,7 +43,7 @@ void World::ExchangeState(StateExchange& exchange) {
   ExchangePlaces(exchange);
 }
 
-/// Of the world itself, before its models.
+/// The world's own values that come before its models.
 void World::ExchangeHead(StateExchange& exchange) {
   engine_->TraceBatch();
   exchange(sim_time, updates, sim_interval, random_);
@@ -50,7 +51,8 @@ void World::ExchangeHead(StateExchange& exchange) {
   Ancestor::ExchangeState(exchange);
 }
 
-/// What the seed and the models' numbers have decided already, but not for good.
+/// Not hashed: values that have already decided the models' seeds and numbers, and count only for
+/// models that are made later.
 void World::ExchangeOwn(StateExchange& exchange) {
   if (exchange.hashing()) return;
   sensing::Scene& scene = engine_->scene;
@@ -85,7 +87,7 @@ void World::ExchangeUndrawn(StateExchange& exchange) {
     if (model) model->blockgroup->Erase();
 }
 
-/// Whose turn it will be, and when.
+/// The schedule, and the lists of models that move and that use energy.
 void World::ExchangePlans(StateExchange& exchange) {
   ExchangeSchedule(exchange);
   exchange(engine_->moving, engine_->energy);
@@ -118,7 +120,7 @@ void World::ExchangeSchedule(StateExchange& exchange) {
   });
 }
 
-/// What was pending is void: updates get new numbers.
+/// Pending updates become void, and those of the snapshot get new numbers.
 void World::RestoreSchedule(uint64_t events, StateExchange& exchange) {
   engine_->scheduler.Clear();
   for (Model* model : exchange.models())
@@ -225,8 +227,8 @@ void World::HashOrder(StateExchange& exchange) {
   }
 }
 
-/// Most bodies lie where they lay when the world had been loaded, and were drawn in the order of
-/// creation. Those that have been drawn since are listed, in the order of drawing.
+/// Saves the bodies that have been drawn since the world was loaded, in the order of drawing. All
+/// others, mostly scenery, are in the order of creation and come before these.
 void World::ExchangeOrder(StateExchange& exchange) {
   const std::vector<Model*>& models = exchange.models();
   const grid::Grid& grid = engine_->scene.grid;
@@ -261,8 +263,8 @@ bool World::MarkLate(std::vector<DrawnBody>* bodies, std::vector<DrawnBody>* lat
   return true;
 }
 
-/// Those that are not late, but have been drawn in this world since it was loaded, go back to where
-/// they were in the order.
+/// Bodies that are not late, but have been drawn in this world since it was loaded, go back to
+/// their place in the order of creation.
 void World::ReturnEarly(const std::vector<Model*>& models, const std::vector<DrawnBody>& bodies) {
   grid::Grid& grid = engine_->scene.grid;
   const auto is_out_of_order = [&](const DrawnBody& body) {
@@ -277,7 +279,7 @@ void World::ReturnEarly(const std::vector<Model*>& models, const std::vector<Dra
       grid.Restamp(body.block->body(), body.block->loading_stamp(), body.block->cells());
 }
 
-/// As when the world was loaded: the bodies of older models first.
+/// Brings all bodies into the order of creation, in which a world is loaded.
 void World::DrawInOrder(const std::vector<Model*>& models) {
   grid::Grid& grid = engine_->scene.grid;
   for (const DrawnBody& body : BodiesOf(models, grid, true)) {
@@ -299,8 +301,8 @@ void World::NoteAllDrawn() {
   for (Model* model : engine_->models) model->blockgroup->NoteDrawnSinceLoading(false);
 }
 
-/// The same where only some have been drawn since, in any order; the others' drawings are older
-/// than that stamp.
+/// To be called when all models have been drawn, some of them after this stamp and in any order:
+/// the order becomes that of creation.
 void World::NoteAllDrawnSince(uint64_t stamp) {
   engine_->last_stamp_of_loading = stamp;
   ReturnEarly(engine_->models, BodiesOf(engine_->models, engine_->scene.grid, true));

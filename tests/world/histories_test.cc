@@ -67,7 +67,7 @@ std::unique_ptr<World> Load(const std::string& text, RunOptions options) {
   return world;
 }
 
-/// What a world has come to after a step.
+/// The state of a world after a step.
 struct State {
   uint64_t hash;
   Snapshot snapshot;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Whatever state a world has come to, a snapshot of it can be read back: by the world itself, by a
+// A snapshot of each state that a world can come to can be read back: by the world itself, by a
 // fresh one, by one with another past and by a copy; full and lean; from memory and from bytes.
 // Taken again, the snapshot is the same, and the world goes on as the first one does.
 //

@@ -387,6 +387,7 @@ class World : public Ancestor {
   void UpdateTrails();
   void PrintClock();
   void MakeGround();
+  void ReplaceGround(uint32_t id);
   void ForgetAll();
   void DeleteAll();
   void SetDefaults();

@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
 
-#include "models/thrown.hh"
 #include "world/engine.hh"
 
 namespace Stg {
@@ -35,14 +33,14 @@ size_t CallbackPhase::CallTogether(Model* const* models, size_t count, threads::
   count = runs_.Find(count, [&] { return FindGroups(models, count, workers); });
   if (count == 0) return 0;
   const size_t groups = group_begins_.size() - 1;
-  thrower_ = {};
+  thrower_.Begin();
   const auto call = [&](size_t begin, size_t end, unsigned) {
     uint32_t i = group_begins_[begin];
     try {
       for (; i < group_begins_[end]; i++)
         if (models[i]) models[i]->CallCallbacks(Model::CB_UPDATE);
     } catch (...) {
-      NoteFirstThrower(i);
+      thrower_.Note(i);
       throw;
     }
   };
@@ -50,20 +48,10 @@ size_t CallbackPhase::CallTogether(Model* const* models, size_t count, threads::
     runs_.Do(count, workers->threads(),
              [&] { workers->RunBeside(beside, groups, workers->Grain(groups, kGrain), call); });
   } catch (...) {
-    SetThrower(thrower_.text);
+    thrower_.Tell();
     throw;
   }
   return count;
-}
-
-/// The workers throw the first of all exceptions again: who threw it is known to its thread.
-void CallbackPhase::NoteFirstThrower(size_t index) {
-  const std::lock_guard<std::mutex> lock(thrower_mutex_);
-  if (index < thrower_.index) {
-    thrower_.index = index;
-    std::snprintf(thrower_.text, sizeof thrower_.text, "%s", Thrower());
-  }
-  ForgetThrower();
 }
 
 size_t CallbackPhase::FindGroups(Model* const* models, size_t count, threads::WorkerPool* workers) {

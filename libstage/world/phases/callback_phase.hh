@@ -11,11 +11,11 @@
 
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <vector>
 
 #include "models/model.hh"
 #include "threads/worker_pool.hh"
+#include "world/phases/first_thrower.hh"
 #include "world/phases/run_finder.hh"
 
 namespace Stg {
@@ -44,13 +44,6 @@ class CallbackPhase {
   bool FindGroupsTogether(Model* const* models, size_t count, threads::WorkerPool* workers);
   size_t FindGroupsInTurn(Model* const* models, size_t count);
 
-  void NoteFirstThrower(size_t index);
-
-  struct FirstThrower {
-    size_t index = ~size_t{0};
-    char text[400] = "";
-  };
-  std::mutex thrower_mutex_;
   FirstThrower thrower_;
   RunFinder runs_;
   // Neighbours of the same tree are a group, which one thread calls. Where each begins, and the end

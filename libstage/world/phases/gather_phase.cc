@@ -9,6 +9,7 @@
 
 #include "models/model_type.hh"
 #include "models/thrown.hh"
+#include "models/watch.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -53,7 +54,17 @@ void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
       throw;
     }
   } else if (event.model && event.model->ExpectsUpdate(event.chain)) {
-    event.model->Update();
+    UpdateAlone(event.model);
+  }
+}
+
+void GatherPhase::UpdateAlone(Model* model) {
+  const Watch watch(*model);  // a type of a plug-in may delete it
+  try {
+    model->Update();
+  } catch (...) {
+    NoteUpdateThrower(watch.gone() ? nullptr : model);
+    throw;
   }
 }
 
@@ -68,7 +79,13 @@ size_t GatherPhase::UpdateTogether(const Scheduler::Event* events, size_t count,
     runs_.Skip(count);
     return 0;
   }
-  runs_.Do(count, workers->threads(), [&] { UpdatePrepared(world, workers); });
+  thrower_.Begin();
+  try {
+    runs_.Do(count, workers->threads(), [&] { UpdatePrepared(world, workers); });
+  } catch (...) {
+    thrower_.Tell();
+    throw;
+  }
   return count;
 }
 
@@ -81,6 +98,18 @@ void GatherPhase::UpdatePrepared(World* world, threads::WorkerPool* workers) {
   ForEachBlock(workers, [this](Block* block) { Fill(block); });
   MakeLayers(&scene);
   Queue(world, workers);
+}
+
+/// Calls f(), a part of the entry's update.
+template <typename F>
+void GatherPhase::NoteIfThrown(const Entry& entry, F f) {
+  try {
+    f();
+  } catch (...) {
+    NoteUpdateThrower(entry.model);
+    thrower_.Note(static_cast<size_t>(&entry - entries_.data()));
+    throw;
+  }
 }
 
 template <typename F>
@@ -173,7 +202,8 @@ void GatherPhase::Measure(Block* block) {
 void GatherPhase::MeasureEntry(Entry* entry, Block* block) {
   if (!entry->updates) return;
   entry->first_fan = block->fans.size();
-  entry->share = entry->model->MeasureRoom(&block->fans, &entry->masks);
+  NoteIfThrown(*entry,
+               [&] { entry->share = entry->model->MeasureRoom(&block->fans, &entry->masks); });
   entry->fan_count = block->fans.size() - entry->first_fan;
 }
 
@@ -213,8 +243,10 @@ void GatherPhase::Fill(Block* block) {
 void GatherPhase::FillEntry(Entry* entry, const Block& block) {
   if (!entry->updates) return;
   entry->masks.Fill(*entry->model);
-  entry->layer_missing =
-      !entry->model->FillRoom(entry->share, block.fans, entry->first_fan, entry->fan_count);
+  NoteIfThrown(*entry, [&] {
+    entry->layer_missing =
+        !entry->model->FillRoom(entry->share, block.fans, entry->first_fan, entry->fan_count);
+  });
   // As Model::Update() has it.
   entry->interval = entry->model->GetUpdateInterval();
   uint64_t& chain = entry->model->update_chain_;

@@ -27,6 +27,7 @@
 #include "sensing/batch.hh"
 #include "sensing/fan_list.hh"
 #include "threads/worker_pool.hh"
+#include "world/phases/first_thrower.hh"
 #include "world/phases/run_finder.hh"
 #include "world/scheduler.hh"
 
@@ -80,7 +81,10 @@ class GatherPhase {
   static constexpr unsigned kTargets = 4;  // beside what Model::GetReady() may want
   static unsigned PrepareEntry(const Scheduler::Event& event, Entry* entry);
   void FinishGettingReady(unsigned wants, World* world);
+  static void UpdateAlone(Model* model);
   void UpdatePrepared(World* world, threads::WorkerPool* workers);
+  template <typename F>
+  void NoteIfThrown(const Entry& entry, F f);
   void Measure(Block* block);
   void MakeRoom(sensing::RayBatch* batch);
   void MeasureEntry(Entry* entry, Block* block);
@@ -91,6 +95,7 @@ class GatherPhase {
   void Queue(World* world, threads::WorkerPool* workers);
   void QueueTogether(World* world, threads::WorkerPool* workers);
 
+  FirstThrower thrower_;
   RunFinder runs_;
   std::vector<Entry> entries_;
   std::vector<Block> blocks_;  // the first block_count_; the others are kept for their memory

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#ifndef STAGE_WORLD_PHASES_FIRST_THROWER_HH
+#define STAGE_WORLD_PHASES_FIRST_THROWER_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <mutex>
+
+#include "models/thrown.hh"
+
+namespace Stg {
+
+/// Carries the name of a thrower from a worker to the thread that made the job. A pool throws the
+/// first of all exceptions again, by the order of things in the job; the name has to be the one
+/// that belongs to it.
+class FirstThrower {
+ public:
+  /// To be called before the job begins.
+  void Begin() {
+    index_ = SIZE_MAX;
+    text_[0] = '\0';
+  }
+  /// To be called by the thread in which the thing `index` has thrown and noted its name.
+  void Note(std::size_t index) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (index < index_) {
+      index_ = index;
+      std::snprintf(text_, sizeof text_, "%s", Thrower());
+    }
+    ForgetThrower();
+  }
+  /// To be called by the thread that made the job, when the exception passes.
+  void Tell() const { SetThrower(text_); }
+
+ private:
+  std::mutex mutex_;
+  std::size_t index_ = SIZE_MAX;
+  char text_[400] = "";
+};
+
+}  // namespace Stg
+
+#endif
