@@ -51,6 +51,12 @@ TEST_F(CliSnapshot, EveryShippedWorldGoesOnFromAFile) {
                       world}),
               whole)
         << world;
+    const std::string exact = HashOf({"--ray-model", "exact", "--duration", until, world});
+    EXPECT_EQ(HashOf({"--ray-model", "exact", "--duration", until, "--save-snapshot",
+                      file + "@" + then, world}),
+              exact)
+        << world;
+    EXPECT_EQ(HashOf({"--duration", until, "--from-snapshot", file, world}), exact) << world;
   }
 }
 

@@ -332,6 +332,19 @@ TEST_F(SweepTest, LogsLieBesideTheRecords) {
               "MCAP");
 }
 
+/// In one worker, runs come after others in which a robot has left the floor that the file's models
+/// lie on.
+TEST_F(SweepTest, RunsInWhichARobotLeavesTheFloorCanBeReplayed) {
+  Write("leave.world",
+        "resolution 0.02\nquit_time 5\n"
+        "position( name \"r\" pose [20.2 1 0 0] size [.4 .4 .4] ctrl \"wander\"\n"
+        "  ranger( alwayson 1 sensor( range [0 5] fov 180 samples 9 noise [0.1 0 0] ) )\n"
+        "  camera( alwayson 1 resolution [8 8] ) )\n");
+  ASSERT_EQ(Sweep({"leave.world", "--runs", "0:4", "--jobs", "1", "-o", "sw"}).status, 0);
+  for (int i = 0; i < 4; i++)
+    EXPECT_EQ(Replay(Record("sw", i)), Record("sw", i)["state_hash"].get<std::string>()) << i;
+}
+
 /// In one worker, in their order, and each alone: every shipped world with its own controllers.
 TEST_F(SweepTest, RunsOfShippedWorldsCanBeReplayed) {
   for (const std::string& file : ShippedWorlds()) {

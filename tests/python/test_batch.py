@@ -262,3 +262,33 @@ def test_arguments_are_checked() -> None:
         st.Batch("none.world", 2)
     with pytest.raises(st.GoneError):
         st.Batch("arena.world", 2, robots="z*")
+
+
+def test_worlds_of_one_that_has_left_its_floor(tmp_path: Path) -> None:
+    """A robot drives to where nothing has been when the world was loaded: each way to its states is the same."""
+    file = tmp_path / "leave.world"
+    file.write_text("resolution 0.02\nposition( name \"r\" pose [19 1 0 0] size [.4 .4 .4] alwayson 1\n"
+                    "  camera( alwayson 1 resolution [8 8] ) )\n")
+
+    def leave(world: st.World) -> str:
+        world.fleet().cmd[:, 0] = 1
+        world.step(30)
+        return world.state_hash()
+
+    moved = st.World(file, seed=1)
+    start = moved.snapshot()
+    fresh = leave(moved)
+    assert moved.fleet().pose[0, 0] == pytest.approx(22, abs=0.2)
+    batch = st.Batch.of(moved, 3, seeds=[1, 1, 1])
+    for _ in range(2):
+        batch.cmd[..., 0] = 1
+        batch.step(n=30)
+        assert batch.state_hashes() == [fresh] * 3
+        batch.reset()
+    fork = moved.fork()
+    for world in (moved, fork):
+        for _ in range(2):
+            world.restore(start)
+            assert leave(world) == fresh
+    moved.reset(1)
+    assert leave(moved) == fresh
