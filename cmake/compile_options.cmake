@@ -11,6 +11,7 @@ endif()
 
 # The same IEEE arithmetic on every processor: no fused multiply-add, nothing reordered.
 add_compile_options(-ffp-contract=off -fno-fast-math)
+include(forbid_fused)
 
 # x87 registers round twice, so that results would differ from those of other processors.
 include(CheckCXXSourceCompiles)

@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""No code of Stage multiplies and adds in one instruction, which rounds once where others round twice.
+
+Compilers make such fused instructions by themselves where the processor has them. cmake/forbid_fused.cmake
+forbids it; this test looks into the machine code: of all that has been built, and of the sources that turn
+things, compiled for newer processors than the build's.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+import shlex
+import shutil
+import subprocess
+import tempfile
+import unittest
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
+BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release")
+
+# x86: vfmadd132sd, vfnmsub231ps, vfmaddsub213pd, vfmaddpd (FMA4), vfmaddcph. Arm: fmadd, fnmsub, fmla, fmls,
+# fcmla, vfma.f64, vfnms.f32, bfmlalb, and vmla.f32, which fuses on some processors.
+FUSED = re.compile(r"v?fn?m(?:add|sub)\w*|v?fc?m(?:add|sub)c\w*|b?fml(?:a|s)\w*|v?fcmla\w*|fn?ml[as]\w*|fn?mad\w*|"
+                   r"fn?msb\w*|vfn?m[as]\.f\w*|vn?ml[as]\.f\w*|vfmal\S*|vfmsl\S*")
+# Ways to build that have fused instructions at hand. Sources of the library, which take longer, are compiled in
+# the first and the last one.
+X86 = ["-O2 -march=x86-64-v3", "-O3 -march=x86-64-v3", "-O3 -march=x86-64-v4", "-O2 -march=native",
+       "-O3 -march=native"]
+# (On Arm, cmake/forbid_fused.cmake looks at the processor when a build is configured: the command of another
+# processor says nothing.)
+ARM = ["-O2 -march=armv8-a", "-O3 -march=armv8-a"]
+# Rotations as the project has them; GCC 12.2 makes them into vfmaddsub in spite of -ffp-contract=off.
+ROTATIONS = """
+struct Body { double vx, vy, wx, wy; };
+void SinCos(double, double*, double*);
+void Rotate(Body* b, double step, double a) {
+  double s, c;
+  SinCos(a, &s, &c);
+  b->wx = step * (c * b->vx - s * b->vy);
+  b->wy = step * (s * b->vx + c * b->vy);
+}
+void RotateAll(Body* b, int n, double c, double s) {
+  for (int i = 0; i < n; i++) {
+    b[i].wx += c * b[i].vx - s * b[i].vy;
+    b[i].wy += s * b[i].vx + c * b[i].vy;
+  }
+}
+"""
+TURNS = re.compile(r"\b(?:cosine|sine|SinCos)\b")
+
+
+def objdump() -> str:
+    cache = (BINARY_DIR / "CMakeCache.txt").read_text()
+    found = re.search(r"^CMAKE_OBJDUMP:\w+=(.+)$", cache, re.MULTILINE)
+    tool = found.group(1) if found else "objdump"
+    return tool if shutil.which(tool) else "objdump"
+
+
+def mnemonic(line: str) -> str:
+    """The instruction's name in a line of objdump -d --no-show-raw-insn, without prefixes; else ""."""
+    code = re.match(r"\s*[0-9a-f]+:\s+(.*)", line)
+    words = code.group(1).split() if code else []
+    while words and words[0] in ("lock", "rep", "repz", "repnz", "notrack", "bnd", "data16"):
+        words.pop(0)
+    return words[0] if words else ""
+
+
+def fused_in(file: Path) -> list[str]:
+    """"FUNCTION: INSTRUCTION" of each fused one, once, in the order of the code."""
+    found: dict[str, None] = {}
+    function = "?"
+    with subprocess.Popen([objdump(), "-d", "-C", "--no-show-raw-insn", str(file)], text=True,
+                          stdout=subprocess.PIPE, errors="replace") as process:
+        for line in process.stdout or []:
+            if line.endswith(">:\n"):
+                function = line[line.find("<") + 1:-3]
+            elif FUSED.fullmatch(mnemonic(line)):
+                found[f"{function}: {mnemonic(line)}"] = None
+    if process.returncode != 0:
+        raise AssertionError(f"objdump can't read {file}")
+    return list(found)
+
+
+def built() -> list[Path]:
+    """All libraries and programs of the build that results may come from."""
+    found = [*BINARY_DIR.glob("lib/*.so"), *BINARY_DIR.glob("lib/stage-*/*.so"), *BINARY_DIR.glob("bin/*"),
+             *BINARY_DIR.glob("python/stagesim/_core*.so")]
+    return sorted({path.resolve() for path in found if path.is_file()})
+
+
+def commands() -> dict[str, list[str]]:
+    """How the build compiles each source of the libraries, by its path in the tree."""
+    entries = json.loads((BINARY_DIR / "compile_commands.json").read_text())
+    return {str(Path(entry["file"]).relative_to(ROOT)): shlex.split(entry["command"]) for entry in entries
+            if Path(entry["file"]).is_relative_to(ROOT / "libstage")}
+
+
+def is_kept(option: str) -> bool:
+    return not re.fullmatch(r"-O\w|-g\d?|-W\S*|-M[MDPG]*", option)
+
+
+def compile_for(command: list[str], processor: str, source: str, target: Path) -> str:
+    """Compiles as `command` does, for that processor as if CXXFLAGS said so. "", or why it can't be done."""
+    level, march = processor.split()
+    # The compiler, behind ccache or the like, comes first; the march where CXXFLAGS stand.
+    first = next(i for i, word in enumerate(command) if word.startswith("-"))
+    words, skip = [*command[:first], march], False
+    for i, word in enumerate(command[first:], first):
+        if skip or not is_kept(word):
+            skip = False
+            continue
+        if word in ("-o", "-c", "-MT", "-MF") or (word == "-include" and "cmake_pch" in command[i + 1]):
+            skip = True
+            continue
+        words.append(word)
+    # An option of the build, so before those of a single source such as its own -O3.
+    words.insert(first + 1, level)
+    result = subprocess.run([*words, "-w", "-x", "c++", "-c", source, "-o", str(target)], text=True, check=False,
+                            capture_output=True, cwd=BINARY_DIR)
+    return "" if result.returncode == 0 else result.stderr.strip()[:500]
+
+
+def processors() -> list[str]:
+    machine = platform.machine()
+    if (BINARY_DIR / "CMakeCache.txt").read_text().count("CMAKE_CROSSCOMPILING_EMULATOR"):
+        return []
+    return X86 if machine in ("x86_64", "AMD64") else ARM if machine in ("aarch64", "arm64") else []
+
+
+class FusedTest(unittest.TestCase):
+    def test_names_are_told_apart(self) -> None:
+        for name in ("vfmadd132sd vfnmadd231pd vfmaddsub213pd vfmsubadd132ps vfnmsub213ss vfmaddpd vfmaddcph "
+                     "vfcmaddcph fmadd fmsub fnmadd fnmsub fmla fmls fcmla fmlal fmlsl2 vfma.f64 vfms.f32 vfnma.f64 "
+                     "vmla.f32 vmls.f64 bfmlalb fmad fmsb fnmad fnmla fnmls fnmsb").split():
+            self.assertTrue(FUSED.fullmatch(name), name)
+        for name in ("mulsd addsd vmulpd vaddsubpd vpmadd52luq pmaddwd vpmaddubsw fmul fadd fcadd madd msub smaddl mla "
+                     "umlal vmla.i32 fmax fmaxnm fmin fmov fmulx vfmin.f32 vmul.f64 fadd").split():
+            self.assertFalse(FUSED.fullmatch(name), name)
+        self.assertEqual(mnemonic("  4:\tvfmadd132sd %xmm2,%xmm1,%xmm0"), "vfmadd132sd")
+        self.assertEqual(mnemonic("0000000000000000 <f>:"), "")
+
+    def test_nothing_that_was_built_fuses(self) -> None:
+        self.assertGreater(len(built()), 10)
+        for path in built():
+            with self.subTest(file=path.name):
+                self.assertEqual(fused_in(path), [])
+
+    def compare(self, sources: dict[str, list[str]], texts: dict[str, Path], builds: list[str]) -> None:
+        """Compiles the texts as those sources are, in these ways, and looks for fused instructions."""
+        with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+            def look(case: tuple[str, str]) -> tuple[str, str, str | list[str]]:
+                name, processor = case
+                target = Path(folder) / (re.sub(r"\W", "_", name + processor) + ".o")
+                error = compile_for(sources[name], processor, str(texts[name]), target)
+                return name, processor, error or fused_in(target)
+            cases = [(name, processor) for processor in builds for name in sources]
+            for name, processor, found in pool.map(look, cases):
+                with self.subTest(file=name, processor=processor):
+                    self.assertEqual(found, [])
+
+    @unittest.skipUnless(processors(), "the processor of this build is compiled for elsewhere")
+    def test_sources_that_turn_things_do_not_fuse(self) -> None:
+        all_commands = commands()
+        sources = {name: command for name, command in all_commands.items()
+                   if TURNS.search((ROOT / name).read_text()) or "wide_walk_avx" in name}
+        self.assertGreater(len(sources), 10)
+        self.compare(sources, {name: ROOT / name for name in sources}, [processors()[0], processors()[-1]])
+
+    @unittest.skipUnless(processors(), "the processor of this build is compiled for elsewhere")
+    def test_rotations_do_not_fuse(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            source = Path(folder) / "rotations.cc"
+            source.write_text(ROTATIONS)
+            # Each source may be compiled with options of its own.
+            sources = {name: command for name, command in commands().items()
+                       if name.endswith(("models/position.cc", "sensing/tracer.cc", "wide_walk_avx512.cc"))}
+            self.assertGreater(len(sources), 1)
+            self.compare(sources, {name: source for name in sources}, processors())
+
+    @unittest.skipUnless(platform.machine() in ("x86_64", "aarch64") and processors(), "needs instructions that fuse")
+    def test_fused_instructions_are_found(self) -> None:
+        """What a compiler does that may fuse."""
+        with tempfile.TemporaryDirectory() as folder:
+            source, target = Path(folder) / "rotations.cc", Path(folder) / "rotations.o"
+            source.write_text(ROTATIONS)
+            compiler = next(iter(commands().values()))
+            first = next(i for i, word in enumerate(compiler) if word.startswith("-"))
+            march = ["-mfma"] if platform.machine() == "x86_64" else []
+            subprocess.run([*compiler[:first], "-O2", *march, "-ffp-contract=fast", "-c", str(source), "-o",
+                            str(target)], check=True)
+            self.assertTrue(any(line.startswith("Rotate(") for line in fused_in(target)))
+
+
+if __name__ == "__main__":
+    unittest.main()
