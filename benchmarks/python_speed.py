@@ -76,7 +76,7 @@ def crowd_steps(world_file: Path, threads: int, seconds: float, repeats: int) ->
     def program() -> float:
         text = run(BUILD / "bin" / "stage", "-g", "--no-progress", "--threads", str(threads),
                    "--duration", str(seconds), "--stats", "-", world_file)
-        stats = json.loads(text[text.index("\n{"):])
+        stats = json.loads(text)
         return stats["steps"] / stats["wall_seconds"]
 
     ours, theirs, ratios = in_turn(repeats, package, program)

@@ -15,8 +15,6 @@ constexpr double kSpread = 1.0;  // m from the model's origin, along x and y
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
   model->KeepsNoState("dynamic");
-  Stg::Tell(Stg::LogLevel::kProgress, "dynamic: " + std::to_string(kBoxes) + " boxes for " +
-                                          Stg::Printable(model->TokenStr(), 80));
   for (int i = 0; i < kBoxes; i++) {
     Stg::Model* box = model->GetWorld()->CreateModel(model, "model");
     box->SetPose(Stg::Pose::Random(model->random(), -kSpread, kSpread, -kSpread, kSpread));

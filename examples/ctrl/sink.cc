@@ -26,7 +26,6 @@ int CountFlag(Stg::Model*, void* delivered) {
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  ctrl::Tell("sink: " + Stg::Printable(model->TokenStr(), 80) + " takes flags");
   auto* delivered =
       ctrl::SharedInWorld<Delivered>(model->GetWorld(), "sinks", [] { return Delivered(); });
   model->KeepState("sink", delivered);

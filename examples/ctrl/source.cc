@@ -44,8 +44,6 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
     ctrl::GiveUp("source", *model,
                  "found \"" + args->worldfile +
                      "\", expected a number of flags from 1 to 1000000, as in \"source 10\"");
-  ctrl::Tell("source: " + Stg::Printable(model->TokenStr(), 80) + " makes flags, up to " +
-             std::to_string(static_cast<int>(zone->capacity)));
   ctrl::CallOnUpdate<Zone, Produce>(model, zone);
   model->Subscribe();
   return 0;

@@ -249,6 +249,18 @@ std::string ToldWhileLoading(const std::string& text) {
   return told;
 }
 
+/// Whatever the number of the ranger that is the laser, nobody has to read of the search.
+TEST_F(StockRun, LookingForTheLaserIsSilent) {
+  for (const char* controller : {"wander", "wander_accel"})
+    for (const char* number : {"0", "1", "7", "15"}) {
+      const std::string told = ToldWhileLoading(
+          "position( name \"r\" ctrl \"" + std::string(controller) +
+          "\" ranger( name \"ranger:" + number + "\" sensor( range [0 5] fov 180 samples 90 ) ) )");
+      EXPECT_EQ(told.find("warning"), std::string::npos) << told;
+      EXPECT_EQ(told.find(controller), std::string::npos) << told;
+    }
+}
+
 TEST_F(StockRun, RasterizePrintsAPlainBoxAsItsLeftAndLowerBorder) {
   const std::string told =
       ToldWhileLoading("model( name \"box\" size [2 1 1] ctrl \"rasterize\" )");

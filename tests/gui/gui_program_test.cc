@@ -29,27 +29,27 @@ const char kSmall[] = "confirm_on_quit 0 window ( size [300 250] )";
 
 TEST_F(ProgramTest, RunsInAWindowUntilItIsClosed) {
   WriteWorld("w.world", kSmall);
-  Process stage(directory_, {"w.world"}, OnDisplay());
+  Process stage(directory_, {"w.world", "--progress"}, OnDisplay());
   const unsigned long window = WaitForWindow("Stage: w.world");
   ASSERT_NE(window, 0u) << stage.err();
   TheHand().Close(window);
   const Result result = stage.Finish();
   EXPECT_EQ(result.status, 0);
   EXPECT_FALSE(result.hung);
-  EXPECT_TRUE(Contains(result.out, "Stage: User closed window\n\n[Stage: done]\n")) << result.out;
-  EXPECT_EQ(result.err, "");
+  EXPECT_TRUE(Contains(result.err, "Stage: User closed window\n[Stage: done]\n")) << result.err;
+  EXPECT_EQ(result.out, "");
 }
 
 TEST_F(ProgramTest, ExitOfTheMenu) {
   WriteWorld("w.world", kSmall);
-  Process stage(directory_, {"w.world"}, OnDisplay());
+  Process stage(directory_, {"w.world", "--progress"}, OnDisplay());
   const unsigned long window = WaitForWindow("Stage: w.world");
   ASSERT_NE(window, 0u) << stage.err();
   TheHand().Focus(window);
   TheHand().Type("q", {"Control_L"});
   const Result result = stage.Finish();
   EXPECT_EQ(result.status, 0);
-  EXPECT_TRUE(Contains(result.out, "User exited via menu\n\n[Stage: done]\n")) << result.out;
+  EXPECT_TRUE(Contains(result.err, "User exited via menu\n[Stage: done]\n")) << result.err;
 }
 
 TEST_F(ProgramTest, EndsWithItsDurationAsWithoutAWindow) {
@@ -66,12 +66,12 @@ TEST_F(ProgramTest, EndsWithItsDurationAsWithoutAWindow) {
 
 TEST_F(ProgramTest, SignalsEndItInOrder) {
   WriteWorld("w.world", std::string("paused 1 ") + kSmall);
-  Process stage(directory_, {"w.world"}, OnDisplay());
+  Process stage(directory_, {"w.world", "--progress"}, OnDisplay());
   ASSERT_NE(WaitForWindow("Stage: w.world"), 0u) << stage.err();
   stage.Send(SIGTERM);
   const Result result = stage.Finish();
   EXPECT_EQ(result.status, 128 + SIGTERM);
-  EXPECT_TRUE(Contains(result.out, "[Stage: done]"));
+  EXPECT_TRUE(Contains(result.err, "[Stage: done]"));
 }
 
 TEST_F(ProgramTest, SeveralWorldsAreRefused) {

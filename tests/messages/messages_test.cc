@@ -123,8 +123,8 @@ class Messages : public CliTest {
            at = world.find('@', at + name.size()))
         world.replace(at, 1, name);
       Write("w.world", world + "\n");
-      for (const Strings& options :
-           {Strings{"-g", "-c"}, Strings{"-g", "--stats", "-"}, Strings{"--explain"}}) {
+      for (const Strings& options : {Strings{"-g", "-c", "--progress"},
+                                     Strings{"-g", "--stats", "-"}, Strings{"--explain"}}) {
         Strings arguments = options;
         if (options[0] == "-g") arguments.insert(arguments.end(), {"--duration", "0.2"});
         arguments.push_back("w.world");
@@ -161,7 +161,7 @@ TEST_F(Messages, OfFilesWithOddNames) {
   for (const char* text : {"model( )", "model( ", "model( mass \"x\" )", "include \"none\"",
                            "none( )", "name \"\" position( alwayson 1 )"}) {
     Write(odd + ".world", text);
-    for (const Strings& options : {Strings{"-g"}, Strings{"-g", "--stats", "-"},
+    for (const Strings& options : {Strings{"-g", "--progress"}, Strings{"-g", "--stats", "-"},
                                    Strings{"--explain"}, Strings{"--explain=json"}}) {
       Strings arguments = options;
       if (options[0] == "-g") arguments.insert(arguments.end(), {"--duration", "0.2"});

@@ -49,6 +49,25 @@ TEST_F(CliBudget, ATimeThatIsTooShortIsSaidSo) {
   EXPECT_TRUE(Contains(result.out, "0.001 ms on 1 thread: not one scenario\n")) << result.out;
 }
 
+TEST_F(CliBudget, KeepsItsTimeAndShowsWhatItDoes) {
+  // A step of this world takes some milliseconds, so none of the scenarios fits.
+  Write("slow.world",
+        "define robot position( size [0.3 0.3 0.3] alwayson 1\n"
+        "  ranger( alwayson 1 sensor( range [0 8] samples 720 fov 360 ) ) )\n"
+        "population( name \"robots\" model \"robot\" count 200 area [-20 -20 20 20] )\n");
+  const Result slow = Stage({"--budget-ms", "1", "--budget-horizon", "20", "--threads", "1",
+                             "--duration", "0.2", "--progress", "slow.world"});
+  EXPECT_EQ(slow.status, 0) << slow.err;
+  EXPECT_TRUE(Contains(slow.out, "not one scenario\n")) << slow.out;
+  EXPECT_TRUE(Contains(slow.err, "measuring what a scenario takes\n")) << slow.err;
+  // Without a limit, looking for all that fit into two seconds takes minutes.
+  const Result long_budget = Stage(
+      {"--budget-ms", "2000", "--budget-horizon", "0.1", "--threads", "1", "--progress", simple_});
+  EXPECT_EQ(long_budget.status, 0) << long_budget.err;
+  EXPECT_TRUE(Contains(long_budget.err, " scenarios fit; trying ")) << long_budget.err;
+  EXPECT_LT(long_budget.seconds, (kSanitized ? 300 : 60) * patience::Slowness());
+}
+
 TEST_F(CliBudget, NonsenseIsRefused) {
   ExpectRefused({"--budget-ms", "soon", simple_}, "expected milliseconds, from 0.001 to 60000");
   ExpectRefused({"--budget-ms", "50", "--budget-horizon", "0", simple_},

@@ -66,7 +66,8 @@ TEST_F(CliExplainTest, SaysWhatThereIs) {
   EXPECT_TRUE(MatchesPart(r.out, "ranger +1 +90 +100 ms +90")) << r.out;
   EXPECT_LE(CountOf(r.out, "\n"), 60u);
   EXPECT_FALSE(Contains(r.out, "done"));
-  EXPECT_TRUE(Contains(r.err, "Loading w.world")) << r.err;
+  EXPECT_FALSE(Contains(r.err, "Loading")) << r.err;
+  EXPECT_TRUE(Contains(Stage({"--explain", "w.world", "--progress"}).err, "Loading w.world"));
 }
 
 TEST_F(CliExplainTest, AsJson) {

@@ -47,15 +47,18 @@ TEST_F(CliTest, VersionAndHelpRunNothing) {
 TEST_F(CliTest, OptionsAsGetoptKnowsThem) {
   WriteWorld("w.world", "quit_time 0.3");
   const std::string out = Stage({"w.world", "-g", "-c"}).out;
-  EXPECT_EQ(out,
-            "Stage 5.0.0 [GUI disabled][Clock enabled]\n [Loading w.world]\n"
-            "\r[Stage:  0m 00s 000msec]\n[Stage: done]\n");
+  EXPECT_EQ(out, "\r[Stage:  0m 00s 000msec]\n");
+  const std::string told = Stage({"w.world", "-g", "-c", "--progress"}).err;
+  EXPECT_TRUE(told.starts_with("Stage 5.0.0 [GUI disabled][Clock enabled]\n [Loading w.world]\n"))
+      << told;
+  EXPECT_TRUE(told.ends_with("[Stage: done]\n")) << told;
   for (const Strings& arguments :
        {Strings{"-gc", "w.world"}, Strings{"--gui", "w.world", "--cl"}, Strings{"-gcc", "w.world"},
         Strings{"--gui=no", "--clock=x", "w.world"}, Strings{"-ga", "a b", "-c", "w.world"},
         Strings{"-a", "w.world", "-g", "--args=x", "-c", "--", "w.world"}})
     EXPECT_EQ(Stage(arguments).out, out) << testing::PrintToString(arguments);
-  EXPECT_TRUE(Contains(Stage({"-cg", "w.world"}).out, " [Clock enabled][GUI disabled]\n"));
+  EXPECT_TRUE(
+      Contains(Stage({"-cg", "w.world", "--progress"}).err, " [Clock enabled][GUI disabled]\n"));
   ExpectLoadFails(1, {"-g", "--", "-c"}, "-c");
   EXPECT_EQ(Stage({"-g", "w.world", "-c"}, {{"POSIXLY_CORRECT", "1"}}).status, 1);
 }
@@ -150,12 +153,12 @@ TEST_F(CliTest, QuitTimeIsRoundedUpToSteps) {
 TEST_F(CliTest, SeveralWorldsTakeTurnsInTheirOrder) {
   WriteWorld("a.world", "quit_time 0.2 show_clock_interval 1");
   WriteWorld("b.world", "quit_time 1 interval_sim 250 show_clock_interval 1");
-  const Result r = Stage({"-gc", "a.world", "b.world"});
+  const Result r = Stage({"-gc", "--progress", "a.world", "b.world"});
   EXPECT_EQ(r.status, 0);
-  EXPECT_LT(r.out.find(" [Loading a.world]\n"), r.out.find(" [Loading b.world]\n"));
+  EXPECT_LT(r.err.find(" [Loading a.world]\n"), r.err.find(" [Loading b.world]\n"));
   EXPECT_EQ(Clocks(r.out), (Strings{" 0m 00s 000msec", " 0m 00s 000msec", " 0m 00s 100msec",
                                     " 0m 00s 250msec", " 0m 00s 500msec", " 0m 00s 750msec"}));
-  EXPECT_EQ(CountOf(r.out, "[Stage: done]"), 1u);
+  EXPECT_EQ(CountOf(r.err, "[Stage: done]"), 1u);
 }
 
 // ---- files --------------------------------------------------------------------------------------
@@ -203,10 +206,10 @@ TEST_F(CliTest, FilesInStagepath) {
   Write("three/two.inc", "a()\n");
   const std::string path = Path("far").string() + ":" + Path("two").string() + ":" +
                            Path("nowhere").string() + ":" + Path("three").string();
-  const Result r = Stage({"-g", "some/folder/w.world"}, {{"STAGEPATH", path}});
+  const Result r = Stage({"-g", "--progress", "some/folder/w.world"}, {{"STAGEPATH", path}});
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_TRUE(
-      Contains(r.out, " [Loading some/folder/w.world][Include one.inc][Include two.inc]\n"));
+      Contains(r.err, " [Loading some/folder/w.world][Include one.inc][Include two.inc]\n"));
 }
 
 TEST_F(CliTest, ControllerInStagepath) {
@@ -238,8 +241,7 @@ TEST_F(CliTest, StateHash) {
   const auto hash = [this](Strings arguments) {
     arguments.insert(arguments.begin(), {"-g", "--state-hash", "w.world"});
     const std::string out = Stage(arguments).out;
-    const std::string before = "\n\\[Stage: done\\]\nstate-hash ";
-    EXPECT_TRUE(MatchesPart(out, before + "[0-9a-f]{16}\n$")) << out;
+    EXPECT_TRUE(MatchesPart(out, "^state-hash [0-9a-f]{16}\n$")) << out;
     return out.substr(out.find("state-hash"));
   };
   const std::string first = hash({});
@@ -293,11 +295,33 @@ TEST_F(CliTest, StatisticsOfSeveralWorlds) {
 
 TEST_F(CliTest, StatisticsOnStandardOutput) {
   WriteWorld("w.world", "quit_time 1");
-  const std::string out = Stage({"-g", "w.world", "--stats", "-"}).out;
-  const size_t brace = out.find("\n{");
-  ASSERT_NE(brace, std::string::npos);
-  EXPECT_EQ(nlohmann::json::parse(out.substr(brace))["steps"], 10);
+  // All of it is JSON, whatever else is asked for, and whatever controllers print.
+  for (const Strings& more :
+       {Strings{}, Strings{"-c"}, Strings{"--state-hash"}, Strings{"--progress"},
+        Strings{"-c", "--state-hash", "--progress"}, Strings{"--opencl"}})
+    for (const char* name : {"-", "/dev/stdout", "/dev/fd/1"}) {
+      Strings words = {"-g", "w.world", "--stats", name};
+      words.insert(words.end(), more.begin(), more.end());
+      const Result r = Stage(words);
+      EXPECT_TRUE(r.out.starts_with("{")) << r.out;
+      EXPECT_EQ(nlohmann::json::parse(r.out, nullptr, false)["steps"], 10) << r.out;
+      EXPECT_EQ(Contains(r.err, "state-hash "), Contains(testing::PrintToString(more), "hash"));
+    }
   EXPECT_EQ(Stage({"-g", "w.world", "--stats=/dev/full"}).status, 1);
+}
+
+TEST_F(CliTest, FiguresOnStandardOutputStandAlone) {
+  WriteRobots("w.world", "quit_time 1");
+  for (const Strings& words :
+       {Strings{"--explain"}, Strings{"--explain=json"},
+        Strings{"--explain-ray", "position:0:0:0:3@0.5"},
+        Strings{"--budget-ms", "1", "--budget-horizon", "0.1", "--threads", "1"}}) {
+    Strings all = words;
+    all.insert(all.end(), {"--stats", "-", "w.world"});
+    const Result r = Stage(all);
+    EXPECT_EQ(r.status, 0) << r.err;
+    EXPECT_TRUE(nlohmann::json::parse(r.out, nullptr, false).is_object()) << r.out;
+  }
 }
 
 TEST_F(CliTest, StatisticsFileIsReplacedAsAWhole) {
@@ -339,11 +363,14 @@ TEST_F(CliTest, SpeedupSetsThePace) {
 TEST_F(CliTest, Progress) {
   WriteWorld("w.world", "quit_time 1 speedup 1");
   const Result shown = Stage({"-g", "w.world", "--progress"});
+  EXPECT_EQ(shown.out, "");
   const std::string line = "\r +[0-9]+% of 1 s simulated, [0-9.]+ x real time, [0-9]+ s left";
   EXPECT_TRUE(MatchesPart(shown.err, line)) << shown.err;
   EXPECT_LE(CountOf(shown.err, "simulated"), 5u);
-  EXPECT_EQ(shown.err.back(), '\r');
-  EXPECT_EQ(Stage({"-g", "w.world"}).err, "");  // no terminal
+  EXPECT_TRUE(shown.err.ends_with("\r[Stage: done]\n")) << shown.err;
+  const Result quiet = Stage({"-g", "w.world"});  // no terminal
+  EXPECT_EQ(quiet.err, "");
+  EXPECT_EQ(quiet.out, "");
 }
 
 TEST_F(CliTest, SignalsEndTheRunInOrder) {
@@ -355,7 +382,7 @@ TEST_F(CliTest, SignalsEndTheRunInOrder) {
     const Result r = process.Finish();
     EXPECT_FALSE(r.hung);
     EXPECT_EQ(r.status, 128 + signal);
-    EXPECT_TRUE(Contains(r.out, "\n[Stage: done]\nstate-hash ")) << r.out.substr(0, 1000);
+    EXPECT_TRUE(Contains(r.out, "]\nstate-hash ")) << r.out.substr(0, 1000);
     EXPECT_GT(Stats("s.json")["steps"], 100);
     fs::remove(Path("s.json"));
   }
@@ -364,14 +391,14 @@ TEST_F(CliTest, SignalsEndTheRunInOrder) {
 TEST_F(CliTest, SignalsCutWaitingShort) {
   WriteWorld("w.world", "speedup 0.000001");  // a step a day
   for (int i = 0; i < 5; i++) {
-    Process process(directory_, {"-g", "w.world"}, {});
-    ASSERT_TRUE(process.WaitFor("[Loading w.world]\n"));
+    Process process(directory_, {"-g", "--progress", "w.world"}, {});
+    ASSERT_TRUE(process.WaitForError("[Loading w.world]\n"));
     std::this_thread::sleep_for(std::chrono::milliseconds(300));  // until it waits
     const double sent = Now();
     process.Send(SIGINT);
     const Result r = process.Finish();
     EXPECT_EQ(r.status, 128 + SIGINT);
-    EXPECT_TRUE(Contains(r.out, "[Stage: done]")) << r.out;
+    EXPECT_TRUE(Contains(r.err, "[Stage: done]")) << r.err;
     EXPECT_LT(Now() - sent, 2 * patience::Slowness());
   }
 }

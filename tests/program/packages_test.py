@@ -67,7 +67,7 @@ class PackagesTest(unittest.TestCase):
         tree = self.folder / "tree"
         for name in ("stage", "libstage5"):
             run("dpkg-deb", "--extract", self.packages[name], tree)
-        done = run(tree / "usr/bin/stage", "-g", "--duration", "1", "--opencl", "simple.world", cwd=self.folder)
+        done = run(tree / "usr/bin/stage", "-g", "--progress", "--duration", "1", "--opencl", "simple.world", cwd=self.folder)
         self.assertRegex(done.stdout, r"stage_cl can't be loaded: .*comes in the Debian package stage-opencl")
         self.assertIn("[Stage: done]", done.stdout)
 

@@ -17,14 +17,12 @@ PRINTS = re.compile(
     r"(?<![\w.])(?:std::)?(?:v?f?printf|f?puts|f?putc|putchar|fwrite|perror|psignal|syslog)\s*\("
     r"|\bstd::c(?:out|err|log)\b|\bSTD(?:OUT|ERR)_FILENO\b|\bPRINT_(?:ERR|WARN|MSG|DEBUG)\d?\s*\(")
 
-# What users' scripts look for on standard output, or asked for, names in it made printable; and the
-# little that cannot go through a log. How many places, and why.
+# Places that print what clients call for by name, or options ask for, with names made printable; and the
+# little that cannot go through a log: how many in each file, and why.
 ALLOWED = {
     "libstage/geometry/color.cc": (1, "Print(), of numbers"),
     "libstage/geometry/geometry.cc": (5, "Print(), of numbers"),
     "libstage/gui/offscreen/video.cc": (2, "where the output of ffmpeg goes"),
-    "libstage/gui/window/parts.cc": (1, "how the window was closed: Stage prints that"),
-    "libstage/gui/window/screenshots.cc": (1, "the name of a screenshot: Stage prints that"),
     "libstage/messages/report.cc": (2, "this is where messages go; the macros for clients"),
     "libstage/models/bumper.cc": (3, "Print()"),
     "libstage/models/log_entry.cc": (1, "Print(), of numbers"),
@@ -34,7 +32,7 @@ ALLOWED = {
     "libstage/models/ranger.cc": (6, "Print()"),
     "libstage_cl/driver_watch.cc": (1, "in a signal's handler, or beside a thread that hangs"),
     "tools/stage/console.cc": (4, "the library's progress: [Loading FILE] and the like"),
-    "tools/stage/main.cc": (4, "what options ask for; and there is no memory for a message of that"),
+    "tools/stage/main.cc": (2, "what options ask for; and there is no memory for a message of that"),
     "tools/stage/process.cc": (8, "PrintWhole, for what options ask for; OutputToError, what --explain prints "
                                "while it loads"),
     "tools/stage/progress.cc": (1, "whether standard error is a terminal"),

@@ -110,11 +110,11 @@ class Process {
 
   /// False if standard output still lacks the text after a long while.
   bool WaitFor(const std::string& text) const {
-    while (Now() < start_ + patience::kPatience) {
-      if (Contains(out(), text)) return true;
-      Nap();
-    }
-    return false;
+    return WaitUntil([&] { return Contains(out(), text); });
+  }
+  /// The same for standard error.
+  bool WaitForError(const std::string& text) const {
+    return WaitUntil([&] { return Contains(err(), text); });
   }
 
   Result Finish(double limit = patience::kPatience) {
@@ -138,6 +138,14 @@ class Process {
   }
 
  private:
+  template <typename Condition>
+  bool WaitUntil(Condition holds) const {
+    while (Now() < start_ + patience::kPatience) {
+      if (holds()) return true;
+      Nap();
+    }
+    return false;
+  }
   [[noreturn]] void RunChild(char* const argv[], const Environment& environment) const {
     for (const char* name : {"DISPLAY", "STAGEPATH", "STAGE_CL_DEVICE", "POSIXLY_CORRECT"})
       unsetenv(name);

@@ -11,11 +11,13 @@
 
 #include "insight/explain.hh"
 #include "messages/report.hh"
+#include "stage/console.hh"
 #include "stage/format.hh"
 #include "stage/interrupt.hh"
 #include "stage/process.hh"
 #include "stage/report.hh"
 #include "stage/run.hh"
+#include "stage/status_line.hh"
 #include "whatif/branches.hh"
 
 namespace Stg::program {
@@ -25,11 +27,12 @@ namespace {
 constexpr usec_t kStart = 1000000;  // simulated, where --duration doesn't say: sensors sense then
 constexpr uint32_t kMostScenarios = 100000;
 
-/// What was measured, in seconds.
+/// The results, in seconds.
 struct Budget {
   uint64_t steps = 0;  // of a scenario
   unsigned threads = 1;
   uint32_t scenarios = 0;      // that fit
+  bool is_least = false;       // time was up before one more was seen not to fit
   double decision = 0;         // with so many of them
   double scenario = 0;         // one of them, on one thread
   size_t row = 0, shared = 0;  // bytes
@@ -45,14 +48,19 @@ class Gauge {
 
   /// Bytes of a branch at its end.
   size_t RowBytes() const { return branches_.StateOf(0).size(); }
-  /// Seconds for so many scenarios: the median of some tries.
+  /// Seconds for so many scenarios: the median of some tries, of the fewer the longer they take.
   double Seconds(uint32_t scenarios) {
-    constexpr int kTries = 5;
+    constexpr size_t kTries = 5;
+    constexpr double kEnough = 0.5;  // seconds of tries
     std::vector<double> seconds;
-    for (int i = 0; i < kTries; i++) seconds.push_back(OneTry(scenarios));
+    const double start = Now();
+    do seconds.push_back(OneTry(scenarios));
+    while (seconds.size() < kTries && Now() - start < kEnough);
     std::ranges::sort(seconds);
-    return seconds[kTries / 2];
+    return seconds[(seconds.size() - 1) / 2];
   }
+  /// Makes the worlds of the threads, and returns what one scenario takes with that.
+  double WarmUp() { return OneTry(1); }
 
  private:
   static BranchOptions OptionsWith(unsigned threads) {
@@ -74,31 +82,57 @@ class Gauge {
   Branches branches_;
 };
 
-/// The most scenarios that take no longer than that; their time in *decision.
-uint32_t MostWithin(double seconds, Gauge* gauge, double* decision) {
-  gauge->Seconds(1);  // the worlds of the threads are made
-  double time = gauge->Seconds(1);
-  uint32_t fit = 0, more = 1;
-  while (more < kMostScenarios && time <= seconds) {
-    fit = more;
-    *decision = time;
-    // As many as it should be, if each takes as long as these; twice as many at most.
-    const double guess = fit * seconds / std::max(time, 1e-9);
-    more = std::min(2 * fit, std::max(fit + 1, static_cast<uint32_t>(guess)));
-    time = gauge->Seconds(more);
-  }
-  while (fit + 1 < more) {
-    const uint32_t middle = fit + (more - fit) / 2;
-    time = gauge->Seconds(middle);
-    if (time <= seconds) {
-      fit = middle;
-      *decision = time;
-    } else {
-      more = middle;
+/// Looks for the most scenarios that take no longer than the budget, as long as there is time.
+class Search {
+ public:
+  /// A measurement takes about twice the budget at most, so the whole search takes some six times
+  /// the budget, or fifteen seconds and a little.
+  Search(double seconds, Gauge* gauge, Budget* budget, bool shows_progress)
+      : seconds_(seconds),
+        end_(Now() + std::max(15.0, 4 * seconds)),
+        gauge_(*gauge),
+        budget_(*budget),
+        shows_progress_(shows_progress) {}
+
+  void Go() {
+    gauge_.WarmUp();
+    uint32_t more = 1;  // known not to fit, once the first loop has ended with time left
+    bool fits = true;
+    while (more < kMostScenarios && HasTime() && (fits = Fits(more))) {
+      // The number that would fit if each took as long as these, and twice as many at most.
+      const double guess = more * seconds_ / std::max(budget_.decision, 1e-9);
+      more = std::min(2 * more, std::max(more + 1, static_cast<uint32_t>(std::min(guess, 1e9))));
     }
+    while (!fits && IsWide(more) && HasTime()) {
+      const uint32_t middle = budget_.scenarios + (more - budget_.scenarios) / 2;
+      if (!Fits(middle)) more = middle;
+    }
+    budget_.is_least = fits || IsWide(more);
+    line_.Erase();
   }
-  return fit;
-}
+
+ private:
+  /// Whether there is more to find out, if so many don't fit: to 1 %, as times vary by more.
+  bool IsWide(uint32_t more) const {
+    return budget_.scenarios + budget_.scenarios / 100 + 1 < more;
+  }
+  bool HasTime() const { return Now() < end_; }
+  bool Fits(uint32_t scenarios) {
+    if (shows_progress_)
+      line_.Print(Format(" %u scenarios fit; trying %u", budget_.scenarios, scenarios));
+    const double time = gauge_.Seconds(scenarios);
+    if (time > seconds_) return false;
+    budget_.scenarios = scenarios;
+    budget_.decision = time;
+    return true;
+  }
+
+  const double seconds_, end_;
+  Gauge& gauge_;
+  Budget& budget_;
+  const bool shows_progress_;
+  StatusLine line_;
+};
 
 std::string TextOf(const Options& options, const World& world, const Budget& budget) {
   const double interval = static_cast<double>(world.sim_interval) / 1e6;
@@ -114,7 +148,7 @@ std::string TextOf(const Options& options, const World& world, const Budget& bud
   if (budget.scenarios == 0)
     text += "not one scenario\n";
   else
-    text += Count(budget.scenarios, "scenario") +
+    text += Count(budget.scenarios, "scenario") + (budget.is_least ? " or more" : "") +
             Format(" (they take %.3g ms)\n", budget.decision * 1e3);
   text += Format("one scenario on one thread: %.3g ms, %.0f times as fast as real time\n",
                  budget.scenario * 1e3, horizon / budget.scenario);
@@ -130,6 +164,7 @@ nlohmann::json JsonOf(const Options& options, const World& world, const Budget& 
           {"simulated_seconds", static_cast<double>(world.SimTimeNow()) / 1e6},
           {"threads", budget.threads},
           {"scenarios", budget.scenarios},
+          {"scenarios_are_least", budget.is_least},
           {"decision_seconds", budget.decision},
           {"scenario_seconds", budget.scenario},
           {"branch_bytes", budget.row},
@@ -163,15 +198,21 @@ int TellBudget(const Options& options) {
         std::ceil(options.horizon * 1e6 / static_cast<double>(world->sim_interval));
     budget.steps = static_cast<uint64_t>(std::max(1.0, steps));
     budget.shared = now.shared_size();
+    const double seconds = options.budget_ms / 1e3;
+    const bool shows = ShowsAll();
+    Say("measuring what a scenario takes");
     Gauge one(*world, now, budget.steps, 1);
     Gauge all(*world, now, budget.steps, static_cast<unsigned>(options.run.threads));
     if (!one.IsReady() || !all.IsReady()) return 1;
     budget.threads = all.threads();
-    budget.scenario = one.Seconds(1);
+    budget.scenario = one.WarmUp();
+    // No number of threads makes a single scenario faster, so one that is far too long is run once.
+    const bool is_hopeless = budget.scenario > std::max(4 * seconds, 1.0);
+    if (!is_hopeless) budget.scenario = one.Seconds(1);
     budget.row = one.RowBytes();
-    budget.scenarios = MostWithin(options.budget_ms / 1e3, &all, &budget.decision);
+    if (!is_hopeless) Search(seconds, &all, &budget, shows).Go();
   }
-  PrintWhole(TextOf(options, *world, budget));
+  PrintBeside(report, TextOf(options, *world, budget));
   if (report) report->Write(JsonOf(options, *world, budget).dump(2) + "\n");
   return 0;
 }

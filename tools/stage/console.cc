@@ -2,6 +2,8 @@
 
 #include "stage/console.hh"
 
+#include <unistd.h>
+
 #include <atomic>
 #include <cstdio>
 #include <string>
@@ -12,7 +14,9 @@ namespace Stg::program {
 
 namespace {
 
-std::atomic<bool> loading_line{false};  // of which more may come
+std::atomic<bool> shows_all{false};
+std::atomic<bool> loading_line{false};  // on standard error, to which more may be added
+std::atomic<bool> clock_line{false};    // on standard output
 
 bool IsPart(const std::string& text) {
   for (const char* begin : {"[Loading ", "[Include ", "[Image ", "[threads "})
@@ -20,33 +24,59 @@ bool IsPart(const std::string& text) {
   return false;
 }
 
-/// "[Loading a.world][Include b.inc][Image "c.png"]" is one line; the clock is written over again
-/// and again; what controllers say has lines of its own.
-void ShowProgress(const std::string& text) {
-  if (text.starts_with("[Stage: ")) {
-    EndLine();
-    std::fputs(("\r" + text).c_str(), stdout);
-  } else {
-    const bool begins = text.starts_with("[Loading ");
-    if (begins) loading_line = true;
-    std::fputs(((begins ? " " : "") + text + (IsPart(text) ? "" : "\n")).c_str(), stdout);
-  }
+/// In one call, so that lines of several threads don't mix.
+void PrintOnStandardError(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
+/// The clock is written over again and again.
+void ShowClock(const std::string& text) {
+  EndLine();
+  clock_line = true;
+  std::fputs(("\r" + text).c_str(), stdout);
   std::fflush(stdout);
+}
+
+/// "[Loading a.world][Include b.inc][Image "c.png"]" is one line; what controllers say has lines of
+/// its own.
+void ShowProgress(const std::string& text) {
+  if (text.starts_with("[Stage: ")) return ShowClock(text);
+  if (!shows_all) return;
+  if (text.starts_with("[Loading ")) {
+    EndLine();
+    loading_line = true;
+    return PrintOnStandardError(" " + text);
+  }
+  if (IsPart(text)) return PrintOnStandardError(text);
+  EndLine();
+  PrintOnStandardError(text + "\n");
 }
 
 void Show(LogLevel level, const std::string& line) {
   if (level == LogLevel::kProgress) return ShowProgress(line);
   EndLine();
-  // In one call, so that lines of several threads don't mix.
-  std::fputs((line + "\n").c_str(), stderr);
+  PrintOnStandardError(line + "\n");
 }
 
 }  // namespace
 
-void ShowMessages() { SetLogSink(Show); }
+void ShowMessages(std::optional<bool> all) {
+  shows_all = all.value_or(isatty(STDERR_FILENO) != 0);
+  SetLogSink(Show);
+}
+
+bool ShowsAll() { return shows_all; }
+
+void Say(const std::string& line) {
+  if (!shows_all) return;
+  EndLine();
+  PrintOnStandardError(line + "\n");
+}
 
 void EndLine() {
-  if (!loading_line.exchange(false)) return;
+  if (loading_line.exchange(false)) PrintOnStandardError("\n");
+}
+
+void EndClock() {
+  if (!clock_line.exchange(false)) return;
   std::fputs("\n", stdout);
   std::fflush(stdout);
 }

@@ -15,7 +15,7 @@ namespace Stg::program {
 
 namespace {
 
-/// What has no meaning without a run.
+/// Warns of options that have no meaning without a run.
 void WarnOfIdleOptions(const Options& options) {
   std::string names;
   const auto add = [&names](bool given, const char* name) {
@@ -72,7 +72,7 @@ int Explain(const Options& options) {
 
   std::vector<Explanation> worlds;
   {
-    // What loading says, and what controllers say, is no part of the explanation.
+    // Messages of loading and of controllers are no part of the explanation.
     const OutputToError redirected;
     if (const int status = LoadAll(options, &worlds); status != 0) return status;
     for (Explanation& world : worlds) Complete(options.run, &world);
@@ -80,7 +80,10 @@ int Explain(const Options& options) {
   const std::string json = ExplanationJson(worlds, options.run);
   std::string text;
   for (const Explanation& world : worlds) text += ExplanationText(world);
-  PrintWhole(options.explain_as_json ? json : text);
+  if (!options.explain_as_json)
+    PrintBeside(report, text);
+  else if (!report || !report->IsStandardOutput())
+    PrintWhole(json);
   if (report) report->Write(json);
   return 0;
 }

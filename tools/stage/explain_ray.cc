@@ -162,7 +162,7 @@ int ExplainRay(const Options& options) {
     explained.ranger = ranger;
     explained.ray = *watch.last();
   }
-  PrintWhole(RayText(explained));
+  PrintBeside(report, RayText(explained));
   if (report) report->Write(RayJson(explained));
   return CaughtSignal() != 0 ? DieOf(CaughtSignal()) : 0;
 }

@@ -50,8 +50,11 @@ How fast
 
 What you see
   -c, --clock          print the simulated time, every show_clock_interval steps of the world
-  --progress           show how far the run is, on standard error, even if that is no terminal
-  --no-progress        never show it; default: on a terminal, if the end is known, without a clock
+  --progress           say on standard error, even if that is no terminal, what is done and how far
+                       it is: version, files that are loaded, remarks of controllers, whether
+                       --opencl has helped, the end
+  --no-progress        say nothing of that; default: on a terminal (how far a run is if its end is
+                       known and no clock is shown). Standard output has only what options ask for
   --explain[=json]     take no step: load, which calls the controllers' Init, say what would be
                        simulated and what is left out because nobody asks for it, what a step and
                        its memory will take (parts of a step are measured for 0.3 s), what
@@ -65,12 +68,13 @@ What you see
   --budget-ms MS       say how many scenarios fit into so many milliseconds on this machine: what-if
                        runs of the world from its state after 1 s (or --duration), each of
                        --budget-horizon seconds, on all processors (or --threads); as JSON too with
-                       --stats
+                       --stats. Measuring takes some seconds, or six times MS if that is more
   --budget-horizon SECONDS
                        simulated seconds of a scenario of --budget-ms (default 5)
   --stats FILE         at the end write figures about the run (robots, speed, rays, memory, where
-                       the time went) to FILE as JSON; - for standard output. Like the other
-                       outputs it replaces nothing but an earlier one of its kind
+                       the time went) to FILE as JSON; - for standard output, where nothing else
+                       goes then. Like the other outputs it replaces nothing but an earlier one of
+                       its kind
   --state-hash         at the end print a line "state-hash DIGITS" for each world: equal digits mean
                        that all poses, velocities and sensor readings are equal
   --save-snapshot FILE@SECONDS

@@ -40,24 +40,29 @@ namespace {
 constexpr int kFailure = 1;
 constexpr int kBadUsage = 2;
 
-void PrintBanner(const Options& options) {
-  std::printf("Stage %s %s\n", Version(), options.tags.c_str());
-  FlushOutput();
+/// Says whether an OpenCL device was of use; with --opencl, that is what a user wants to know.
+void TellOfDevice(const Options& options, const std::vector<LoadedWorld>& worlds) {
+  if (!options.run.opencl) return;
+  for (const LoadedWorld& loaded : worlds)
+    Say("[OpenCL: " + DeviceUse(loaded.world->statistics(), options.run) + "]");
 }
 
 /// Returns the status to exit with.
 int Finish(const Options& options, const std::optional<ReportFile>& report,
-           const std::vector<LoadedWorld>& worlds) {
-  std::printf("\n[Stage: done]\n");
+           const std::vector<LoadedWorld>& worlds, std::optional<OutputToError>* redirected) {
+  EndClock();
+  TellOfDevice(options, worlds);
+  Say("[Stage: done]");
   if (options.state_hash)
     for (const LoadedWorld& loaded : worlds)
       std::printf("state-hash %016" PRIx64 "\n", loaded.world->StateHash());
+  redirected->reset();
   if (report) report->Write(Statistics(worlds));
   FlushOutput();
   return CaughtSignal() != 0 ? DieOf(CaughtSignal()) : 0;
 }
 
-/// Of --log. Throws UsageError.
+/// The log that --log asks for, or null. Throws UsageError.
 std::unique_ptr<recording::Recorder> OpenLog(const Options& options) try {
   if (options.log.file.empty()) return nullptr;
   return std::make_unique<recording::Recorder>(options.log);
@@ -70,7 +75,10 @@ int Run(const Options& options, ReplayRun* replay) {
   std::optional<SnapshotSaver> saver = OpenSaver(options);
   const std::unique_ptr<PictureRun> pictures = PictureRun::Open(options);
   const std::unique_ptr<recording::Recorder> log = OpenLog(options);
-  PrintBanner(options);
+  // Where the figures go to standard output, nothing else does: a program may read them.
+  std::optional<OutputToError> redirected;
+  if (report && report->IsStandardOutput()) redirected.emplace();
+  Say(std::string("Stage ") + Version() + " " + options.tags);
   World* const special = pictures ? pictures->MakeWorld() : OpenWindow(options, replay);
   // Never deleted, like the worlds in it: nothing is torn down at the end.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
@@ -85,7 +93,7 @@ int Run(const Options& options, ReplayRun* replay) {
   RunWorlds(options, &worlds, pictures.get(), saver ? &*saver : nullptr);
   if (log) log->Finish();
   if (saver && CaughtSignal() == 0 && !saver->IsDone()) return saver->TellTooEarlyAnEnd(worlds);
-  return Finish(options, report, worlds);
+  return Finish(options, report, worlds, &redirected);
 }
 
 int Main(int argc, char* argv[]) {
@@ -110,7 +118,7 @@ int Main(int argc, char* argv[]) {
     case Options::Action::kRun:
       break;
   }
-  ShowMessages();
+  ShowMessages(options.progress);
   const std::unique_ptr<ReplayRun> replay = ReplayRun::Open(&options);
   World::run_options = options.run;  // before Init(), which seeds the random numbers
   // The library leaves the C library's generators alone; controllers of old use them.

@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "files/whole_file.hh"
+#include "messages/report.hh"
 #include "stage/process.hh"
 #include "stage/world_figures.hh"
 #include "world/statistics.hh"
@@ -119,13 +120,15 @@ Json Describe(const LoadedWorld& loaded) {
   throw std::runtime_error("can't write the statistics to '" + name + "': " + std::strerror(error));
 }
 
-/// As Statistics() and ExplanationJson() begin.
+/// Whether a file begins as Statistics() and ExplanationJson() do.
 bool IsReport(std::string_view beginning) {
   return beginning.starts_with("{\n  \"program\": \"stage\",");
 }
 
-/// Then text and statistics share a file.
+/// Whether the name is that of standard output, in one of several ways.
 bool IsStandardOutput(const std::string& name) {
+  for (const char* known : {"-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"})
+    if (name == known) return true;
   struct stat named = {}, output = {};
   return stat(name.c_str(), &named) == 0 && fstat(STDOUT_FILENO, &output) == 0 &&
          S_ISREG(named.st_mode) && named.st_dev == output.st_dev && named.st_ino == output.st_ino;
@@ -153,8 +156,28 @@ std::string Statistics(const std::vector<LoadedWorld>& worlds) {
   return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }
 
+std::string DeviceUse(const RunStatistics& run, const RunOptions& options) {
+  if (run.device.empty())
+    return run.device_steps > 0 ? "the device was lost in the middle of the run"
+                                : "no device was used";
+  const std::string name = messages::Shortened(run.device);
+  if (run.steps == 0 || run.trace.rays == 0)
+    return name + " had nothing to do: no rays were traced";
+  const std::string part =
+      std::to_string(run.device_steps) + " of " + std::to_string(run.steps) + " steps";
+  if (options.always_on_device)
+    return name + " traced the rays of " + part + ", faster or not; --opencl alone measures that";
+  if (2 * run.device_rays >= run.trace.rays)
+    return name + " helped: it traced the rays of " + part +
+           "; in the others the host's threads were "
+           "as fast, or were tried";
+  return name + " did not help: it traced the rays of " + part +
+         ", mostly to measure that; the host's threads were faster, and without --opencl the run "
+         "takes less memory";
+}
+
 ReportFile::ReportFile(const std::string& name) : name_(name) {
-  if (name == "-" || IsStandardOutput(name)) return;
+  if (program::IsStandardOutput(name)) return;
   place_ = files::PlaceOf(name);
   if (const int error = files::TryReplaceFile(place_, IsReport); error != 0) Fail(name, error);
 }
@@ -165,6 +188,12 @@ void ReportFile::Write(const std::string& text) const {
   } else if (const int error = files::ReplaceFile(place_, text, IsReport); error != 0) {
     Fail(name_, error);
   }
+}
+
+void PrintBeside(const std::optional<ReportFile>& report, const std::string& text) {
+  std::optional<OutputToError> redirected;
+  if (report && report->IsStandardOutput()) redirected.emplace();
+  PrintWhole(text);
 }
 
 std::optional<ReportFile> OpenReport(const Options& options) try {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Which of a robot's rangers is the laser, and the Init() of controllers that drive by it.
+// Finds the laser among a robot's rangers, for the Init() of controllers that drive by it.
 
 #ifndef EXAMPLES_CTRL_SUPPORT_FIND_LASER_HH
 #define EXAMPLES_CTRL_SUPPORT_FIND_LASER_HH
@@ -10,18 +10,15 @@
 namespace ctrl {
 
 /// The first of the children ranger:0 to ranger:15 whose first sensor has more than 8 samples.
-/// Says which names it tries. Gives up if there is none.
+/// Gives up if there is none.
 inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::Model& model) {
   constexpr int kNamesTried = 16;
   constexpr unsigned kFewSamples = 8;  // as many or fewer make no laser
   for (int i = 0; i < kNamesTried; i++) {
     const std::string name = "ranger:" + std::to_string(i);
-    auto* ranger = dynamic_cast<Stg::ModelRanger*>(model.GetChild(name));
+    auto* ranger = dynamic_cast<Stg::ModelRanger*>(FindChild(model, name));
     const bool good = ranger && !ranger->GetSensors().empty() &&
                       ranger->GetSensors()[0].sample_count > kFewSamples;
-    if (!model.GetWorld()->IsBranch())  // there are many of them
-      Tell(controller + ": " + Stg::Printable(model.TokenStr(), 80) + ": is " + name +
-           " a laser? " + (good ? "yes" : "no"));
     if (good) return ranger;
   }
   GiveUp(controller, model,

@@ -68,7 +68,7 @@ inline Stg::PowerPack* RequirePowerPack(const std::string& controller, const Stg
 /// A child that is a ranger. Gives up if there is none of that name.
 inline Stg::ModelRanger* RequireRanger(const std::string& controller, const Stg::Model& model,
                                        const std::string& name) {
-  if (auto* ranger = dynamic_cast<Stg::ModelRanger*>(model.GetChild(name))) return ranger;
+  if (auto* ranger = dynamic_cast<Stg::ModelRanger*>(FindChild(model, name))) return ranger;
   GiveUp(controller, model, "found no " + name + ", expected a ranger of that name");
 }
 

@@ -26,8 +26,13 @@ struct Drive {
                            reason);
 }
 
-/// What a controller has to say while the world is loaded.
-inline void Tell(const std::string& line) { Stg::Tell(Stg::LogLevel::kProgress, line); }
+/// The child of that name, without the one of its parent; null if there is none. Model::GetChild()
+/// warns then, but a controller may look for several.
+inline Stg::Model* FindChild(const Stg::Model& model, const std::string& name) {
+  for (Stg::Model* child : model.GetChildren())
+    if (child->TokenStr() == model.TokenStr() + "." + name) return child;
+  return nullptr;
+}
 
 /// The model as a position model. Gives up if it is another one.
 inline Stg::ModelPosition* RequirePosition(const std::string& controller, Stg::Model* model) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "messages/report.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg::internal::window {
@@ -203,8 +204,7 @@ void Parts::Quit(const char* message) {
     asking = false;
     if (stays) return;
   }
-  std::printf("%s\n", message);
-  std::fflush(stdout);
+  messages::Progress(message);
   filter.Close();
   world.QuitAll();
   world.hide();

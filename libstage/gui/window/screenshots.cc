@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "gui/offscreen/png_writer.hh"
+#include "messages/report.hh"
 
 namespace Stg::internal::window {
 
@@ -30,8 +31,7 @@ bool Screenshots::Take(int width, int height, int skip, std::string* error) {
     *error = offscreen::PngProblem(name, problem);
     return false;
   }
-  std::printf("Saved %s\n", name);
-  std::fflush(stdout);
+  messages::Progress(std::string("Saved ") + name);
   return true;
 }
 
