@@ -14,7 +14,7 @@ from typing import Any
 from . import program
 from .executors import run_with
 from .experiment import Experiment
-from .plan import Axis, Plan, SweepError, record_file
+from .plan import Axis, Plan, SweepError, check_place, record_file
 from .progress import Progress, shown
 from .results import Results
 
@@ -45,6 +45,7 @@ def run(experiment: Experiment, executor: Any = None, *, out: str | os.PathLike[
         SweepError: the experiment can't be begun, the folder has another one's runs, or runs are still
             missing and nobody gets on with them.
     """
+    check_place(Path(out))
     folder = Path(out).resolve()
     plan = program.make_plan(experiment, folder)
     job, results = program.Job.of(experiment, folder), Results(folder)

@@ -19,7 +19,7 @@ from typing import Sequence
 
 from .. import _paths
 from .experiment import Experiment, folder_of
-from .plan import Plan, SweepError, check_place, plan_file
+from .plan import Plan, SweepError, plan_file
 
 PACKAGES = str(Path(_paths.FOLDER).parent)
 BAD_USAGE = 2  # the program's status for words that it doesn't take
@@ -76,9 +76,8 @@ def make_plan(experiment: Experiment, folder: Path) -> Plan:
     """The plan of the experiment in that folder: a new one, or that of its earlier runs.
 
     Raises:
-        SweepError: the folder has another sweep or something else, or there can't be such a sweep.
+        SweepError: the folder has another sweep, or there can't be such a sweep.
     """
-    check_place(folder)
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".plan-") as place:
         new = os.path.join(place, "new")
