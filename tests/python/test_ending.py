@@ -7,7 +7,6 @@ import importlib.util
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 from patience import PATIENCE
@@ -74,13 +73,11 @@ def test_program_ends_with_its_own_status_and_no_word(begun: str, end: str) -> N
         if word in begun and importlib.util.find_spec(package) is None:
             pytest.skip(f"the package {package} is not installed: tools/setup --live")
     line, status, last = ENDS[end]
-    began = time.monotonic()
     done = subprocess.run([sys.executable, "-c", PROGRAM.format(begun=BEGUN[begun], end=line)], capture_output=True,
                           text=True, check=False, timeout=PATIENCE)
     assert done.returncode == status and done.stdout == "", done
     assert done.stderr == "" if last == "" else done.stderr.endswith(f"{last}\n"), done
     assert "nanobind" not in done.stderr
-    assert time.monotonic() - began < 60
 
 
 def test_program_ends_although_a_controller_never_returns() -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -103,6 +104,26 @@ def test_moves_and_pauses(look: Look) -> None:
     browser.screenshot(PICTURES / "simple.png")
     browser.key(" ", "Space")
     browser.wait(f"{text('clock')} !== '{clock}'")
+
+
+def test_says_that_it_loads_until_there_are_data() -> None:
+    """A world whose first step takes long has no frame for a while; without a connection the page says so."""
+    go_on = threading.Event()
+
+    def control(world: st.World) -> None:
+        go_on.wait()
+
+    with Server(st.World("simple.world"), speed=0, control=control) as server, Browser() as browser:
+        do = server.run.order(lambda run: go_on.wait(PATIENCE))  # holds the run, so that it makes no frame
+        browser.open(server.url)
+        browser.wait("document.getElementById('light').classList.contains('on')")
+        time.sleep(0.5)
+        assert browser.value(text("note")) == "loading"
+        go_on.set()
+        do.result(PATIENCE)
+        browser.wait(f"{text('note')}.includes('2 robots')")
+        server.stop()
+        browser.wait(f"{text('note')} === 'no connection'")
 
 
 def test_step_speed_and_seed(look: Look) -> None:

@@ -108,7 +108,8 @@ class Bridge:
 
     def _show_scene(self, scene: Scene, now: int) -> None:
         """What is new; everything, if nothing has been shown."""
-        looks = {thing.id: (thing.name, shape) for thing, shape in zip(scene.things, scene.shape_of)}
+        looks = {thing.id: (name, shape)
+                 for thing, name, shape in zip(scene.things, scene.names, scene.shape_of)}
         if scene.shapes is not (self._shown_scene and self._shown_scene.shapes):
             self._shown = {}  # numbers of shapes mean something else now
         if self._shown:
@@ -116,13 +117,13 @@ class Bridge:
                          for thing in self._shown if thing not in looks]
         else:
             deletions = [SceneEntityDeletion(type=SceneEntityDeletionType.All)]
-        entities = [entity_of(thing, thing.name) for thing in scene.things
+        entities = [entity_of(thing, name) for thing, name in zip(scene.things, scene.names)
                     if self._shown.get(thing.id) != looks[thing.id]]
         self._shown, self._shown_scene = looks, scene
         self._scene.log(SceneUpdate(deletions=deletions, entities=entities), log_time=now)
 
     def _show_scans(self, frame: Frame, thing: int, words: bytes, now: int) -> None:
-        name = frame.scene.things[frame.scene.index[thing]].name
+        name = frame.scene.names[frame.scene.index[thing]]
         for number, scan in enumerate(_scans(words, now)):
             channel = self._scans.get((thing, number))
             if channel is None:
@@ -257,8 +258,8 @@ def _parameters(state: State) -> list[Parameter]:
 
 
 def _drive(run: Show, owner: Any, robot: str, velocity: tuple[float, float, float]) -> None:
-    for thing in run.scene.things:
-        if thing.robot and robot in ("", thing.name):
+    for thing, name in zip(run.scene.things, run.scene.names):
+        if thing.robot and robot in ("", name):
             run.drive(owner, thing.id, velocity, HOLD)
             return
 
@@ -298,9 +299,9 @@ def _turn(angle: float) -> Quaternion:
 def _transforms(frame: Frame, now: int) -> FrameTransforms:
     stamp = _stamp(now)
     return FrameTransforms(transforms=[
-        FrameTransform(timestamp=stamp, parent_frame_id=WORLD, child_frame_id=thing.name,
+        FrameTransform(timestamp=stamp, parent_frame_id=WORLD, child_frame_id=name,
                        translation=Vector3(x=x, y=y, z=thing.ground), rotation=_turn(a))
-        for thing, (x, y, a) in zip(frame.scene.things, frame.places.tolist()) if x == x])
+        for thing, name, (x, y, a) in zip(frame.scene.things, frame.scene.names, frame.places.tolist()) if x == x])
 
 
 def _scans(words: bytes, now: int) -> list[LaserScan]:

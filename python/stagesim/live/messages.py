@@ -44,8 +44,8 @@ def scene_message(scene: Scene, known: int, world: str, dt: float) -> bytes:
 
     `first` is the number of the first of these; `lengths` says how many words each has. See scene.hh.
     """
-    things = [{"id": t.id, "name": t.name, "type": t.type, "robot": t.robot, "movable": t.movable,
-               "shape": shape} for t, shape in zip(scene.things, scene.shape_of)]
+    things = [{"id": t.id, "name": name, "type": t.type, "robot": t.robot, "movable": t.movable, "shape": shape}
+              for t, name, shape in zip(scene.things, scene.names, scene.shape_of)]
     shapes = scene.shapes.after(known)
     return packed({"type": "scene", "scene": scene.number, "world": world, "dt": dt, "things": things,
                    "first": known, "lengths": [len(shape) // 4 for shape in shapes]}, *shapes)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from .._core import Model
 from ..errors import GoneError
+from ..text import printable
 from ..world import World
 
 #: Scans of all robots are sent where there are no more robots than that.
@@ -55,6 +56,7 @@ class Scene:
         self.number: int = before.number + 1 if before else 1  #: of scenes of this run
         self.key = world._core.scene_key()  #: of the state that it shows
         self.things = world._core.things()
+        self.names = [printable(thing.name) for thing in self.things]
         self.ids = np.array([thing.id for thing in self.things], np.uint32)
         self.shapes: Shapes = before.shapes.next() if before else Shapes()
         self.shape_of = [self.shapes.number(thing.shape) for thing in self.things]
@@ -140,7 +142,7 @@ def details_of(world: World, scene: Scene, thing: int) -> dict[str, Any]:
     model = model_of(world, thing)
     rangers = rangers_of(model)
     details: dict[str, Any] = {
-        "id": thing, "name": described.name, "type": described.type, "pose": list(model.global_pose),
+        "id": thing, "name": printable(described.name), "type": described.type, "pose": list(model.global_pose),
         "stalled": model.stalled, "energy": model.energy, "rangers": len(rangers),
         "sensing": sum(ranger.subscribers > 0 for ranger in rangers)}
     if described.robot:

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..errors import GoneError, StageError
 from ..fleet import Fleet
+from ..text import printable
 from ..world import World
 from .scene import Frame, Scene, State, Wish, details_of, model_of, places_of, rangers_of, scans_of
 
@@ -124,7 +125,7 @@ class Show(ABC):
     def move(self, thing: int, pose: tuple[float, float, float]) -> None:
         """Puts a thing somewhere else: x, y, heading in the frame of the world."""
         if not self._thing(thing).movable:
-            raise ValueError(f"{self._thing(thing).name!r} is not to be moved")
+            raise ValueError(f"{printable(self._thing(thing).name)!r} is not to be moved")
         self._model(thing).global_pose = _finite(pose)
 
     def drive(self, owner: Hashable, thing: int, velocity: tuple[float, float, float],
@@ -138,7 +139,7 @@ class Show(ABC):
             hold: seconds of real time.
         """
         if not self._thing(thing).robot:
-            raise ValueError(f"{self._thing(thing).name!r} can't drive")
+            raise ValueError(f"{printable(self._thing(thing).name)!r} can't drive")
         velocity = _finite(velocity)
         driven = self._driven.get(thing)
         if not any(velocity):

@@ -46,7 +46,7 @@ def entity_of(thing: Thing, frame: str) -> SceneEntity:
     for area in areas_of(thing.shape):
         triangles.append(_sides(area, lids=thing.robot or thing.movable))
         lines += [_edge(outline, area) for outline in area.outlines]
-    metadata = [KeyValuePair(key="name", value=thing.name), KeyValuePair(key="type", value=thing.type)]
+    metadata = [KeyValuePair(key="name", value=frame), KeyValuePair(key="type", value=thing.type)]
     return SceneEntity(frame_id=frame, id=str(thing.id), frame_locked=True, triangles=triangles, lines=lines,
                        metadata=metadata)
 

@@ -19,6 +19,7 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
+from ..text import printable
 from .messages import LONGEST_ORDER, error_message, frame_message, order_of, places_words, scene_message
 from .requests import Connection, Refused, Target
 from .scene import Frame, Scene, Wish
@@ -137,7 +138,7 @@ class Web:
     def __init__(self, run: Show, host: str) -> None:
         self.door = Door(host)
         self._run = run
-        self._world, self._dt = os.path.basename(run.world._core.name), run.world.dt
+        self._world, self._dt = printable(os.path.basename(run.world._core.name)), run.world.dt
         self._clients: set[Client] = set()
         self._allowance = Allowance(ALL_RATE)
         self._files = {f"/{file.name}": file for file in sorted(_PAGE.iterdir())}

@@ -15,6 +15,7 @@ from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 
 from ..errors import StageError, WorldError
+from ..text import printable
 from ..world import World
 from .node import StageNode
 
@@ -99,7 +100,7 @@ def _run(chosen: argparse.Namespace) -> int | str:
     with World(file, seed=chosen.seed, threads=chosen.threads, opencl=chosen.opencl,
                controllers=not chosen.no_controllers) as world:
         node = StageNode(world, gui=chosen.gui)
-        node.get_logger().info(f"{file}: {len(node.robots)} robots, {node.topics} topics")
+        node.get_logger().info(f"{printable(file)}: {len(node.robots)} robots, {node.topics} topics")
         try:
             if node.url:
                 from ..live.command_line import open_page

@@ -23,6 +23,7 @@ from std_srvs.srv import Empty, SetBool, Trigger
 from .._core import Snapshot
 from ..errors import StageError
 from ..pace import Pace
+from ..text import printable
 from ..world import World
 from .clock import ClockFeed
 from .covariance import OdometryErrors
@@ -108,7 +109,7 @@ class StageNode(Node):
                     self._value("single_beams"), self._value("ranges") == "rep117")
         self.robots = make_robots(world, self._fleet, self._bodies, look)
         self._look = look
-        self._names = [robot.prefix or robot.model.name for robot in self.robots]
+        self._names = [robot.prefix or printable(robot.model.name) for robot in self.robots]
         self._feeds = [feed for robot in self.robots for feed in robot.feeds]
         self._frames = Frames(look, [robot.prefix for robot in self.robots], self._fleet)
         self._snapshot: Snapshot | None = None

@@ -40,7 +40,7 @@ const link = new Link({
   error: toast,
   state(connected) {
     $("light").classList.toggle("on", connected);
-    $("note").textContent = connected ? "" : "no connection";
+    $("note").textContent = connected ? "loading" : "no connection"; // until there is a frame
     watch.last = "";
     if (connected) watch();
     else latest = null;
