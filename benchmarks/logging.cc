@@ -54,7 +54,7 @@ Result Log(const std::vector<Step>& steps, recording::Compression compression,
   std::vector<recording::ScanMaker> makers;
   std::vector<uint16_t> channels;
   for (const Scan& scan : steps[0]) {
-    makers.emplace_back(scan.frame, 100000);
+    makers.emplace_back(scan.frame, 100000, recording::RangeConvention::kRep117);
     channels.push_back(log.Channel(scan.topic, recording::LaserScanType));
   }
   usec_t time = 0;

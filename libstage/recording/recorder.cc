@@ -29,7 +29,8 @@ namespace {
 const std::string kMapFrame = "map";
 
 struct LoggedScan {
-  LoggedScan(const ScanSource& of, usec_t interval) : source(of), maker(of.frame, interval) {}
+  LoggedScan(const ScanSource& of, usec_t interval, RangeConvention ranges)
+      : source(of), maker(of.frame, interval, ranges) {}
   ScanSource source;
   ScanMaker maker;
   int channel = -1;
@@ -43,12 +44,12 @@ usec_t TimeBetweenUpdates(const Model& model) {
 }
 
 struct LoggedRobot {
-  explicit LoggedRobot(const Robot& of)
+  LoggedRobot(const Robot& of, RangeConvention ranges)
       : robot(of),
         odometry(of.odom_frame, of.footprint_frame),
         truth(kMapFrame, of.footprint_frame) {
     for (const ScanSource& scan : of.scans)
-      scans.emplace_back(scan, TimeBetweenUpdates(*scan.ranger));
+      scans.emplace_back(scan, TimeBetweenUpdates(*scan.ranger), ranges);
   }
   /// What was written of it is written.
   void GoOnLike(const LoggedRobot& before) {
@@ -73,6 +74,13 @@ struct LoggedRobot {
 Pose OriginOf(const ModelPosition& position) {
   return position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS ? Pose()
                                                                            : position.est_origin;
+}
+
+/// What its odometry adds to its motion, as shares of it.
+Velocity OdometryErrorOf(const ModelPosition& position) {
+  return position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS
+             ? Velocity()
+             : position.GetOdomError();
 }
 
 Velocity TrueVelocity(const ModelPosition& position) {
@@ -208,7 +216,7 @@ void Recorder::Impl::FindRobots() {
   for (const LoggedRobot& robot : before) known[robot.robot.base_frame] = &robot;
   for (const Robot& robot : RobotsOf(engine.models)) {
     if (!IsWanted(robot)) continue;
-    LoggedRobot& found = robots_.emplace_back(robot);
+    LoggedRobot& found = robots_.emplace_back(robot, options_.ranges);
     const auto same = known.find(robot.base_frame);
     if (same != known.end() && same->second->robot.model == robot.model)
       found.GoOnLike(*same->second);
@@ -306,17 +314,17 @@ void Recorder::Impl::WriteFixedTransforms() {
 
 void Recorder::Impl::WriteOdometry(LoggedRobot* robot) {
   const auto write = [&](const char* name, int* channel, OdometryMaker* maker, const Pose& pose,
-                         const Velocity& velocity, usec_t time) {
+                         const Velocity& velocity, const Velocity& error, usec_t time) {
     if (*channel < 0) *channel = log_.Channel(robot->robot.topics + name, OdometryType);
     uint8_t* room =
         log_.mcap().AddMessage(static_cast<uint16_t>(*channel), Nanoseconds(now_), maker->size());
-    maker->Write(pose, velocity, time, room);
+    maker->Write(pose, velocity, error, time, room);
   };
   const ModelPosition& position = *robot->robot.position;
   write("odom", &robot->odometry_channel, &robot->odometry, position.est_pose,
-        position.GetVelocity(), robot->updated);
+        position.GetVelocity(), OdometryErrorOf(position), robot->updated);
   write("ground_truth", &robot->truth_channel, &robot->truth, robot->last_pose,
-        TrueVelocity(position), now_);
+        TrueVelocity(position), Velocity(), now_);
 }
 
 void Recorder::Impl::WriteScans(LoggedRobot* robot) {

@@ -13,6 +13,7 @@
 
 #include "geometry/geometry.hh"
 #include "recording/compression.hh"
+#include "recording/ros_messages.hh"
 
 namespace Stg {
 class World;
@@ -25,6 +26,7 @@ struct LogOptions {
   usec_t every = 0;                 ///< simulated; 0: whenever something has updated
   std::vector<std::string> robots;  ///< names, or patterns of them with * and ?; empty: all
   Compression compression = UsualCompression();
+  RangeConvention ranges = RangeConvention::kRep117;
 };
 
 class Recorder {

@@ -3,6 +3,8 @@
 #include "recording/ros_messages.hh"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "geometry/trigonometry.hh"
 #include "recording/cdr.hh"
@@ -78,13 +80,14 @@ void PutPlace(const Pose& pose, CdrWriter* to) {
   for (const double number : PlaceInSpace(pose).numbers) to->Put(number);
 }
 
-/// Doubles as floats, behind their count.
-void WriteFloats(const std::vector<double>& from, size_t count, uint8_t* to) {
+/// Doubles as floats, behind their count; `converted` is called with each.
+template <typename F>
+void WriteFloats(const std::vector<double>& from, size_t count, F converted, uint8_t* to) {
   const auto size = static_cast<uint32_t>(count);
   std::memcpy(to, &size, 4);
   to += 4;
   for (size_t i = 0; i < count; i++) {
-    const auto value = static_cast<float>(from[i]);
+    const auto value = static_cast<float>(converted(from[i]));
     std::memcpy(to + 4 * i, &value, 4);
   }
 }
@@ -188,8 +191,17 @@ void ScanMaker::Write(const ModelRanger::Sensor& sensor, usec_t time, uint8_t* t
   std::memcpy(to, head_.data(), head_.size());
   SetStamp(time, to + kStampPlace);
   to += head_.size();
-  WriteFloats(sensor.ranges, count_, to);
-  WriteFloats(sensor.intensities, count_, to + 4 + 4 * count_);
+  const auto same = [](double value) { return value; };
+  if (convention_ == RangeConvention::kRep117) {
+    const auto by_rep_117 = [this](double range) {
+      constexpr double kInfinity = std::numeric_limits<double>::infinity();
+      return range >= range_.max ? kInfinity : range < range_.min ? -kInfinity : range;
+    };
+    WriteFloats(sensor.ranges, count_, by_rep_117, to);
+  } else {
+    WriteFloats(sensor.ranges, count_, same, to);
+  }
+  WriteFloats(sensor.intensities, count_, same, to + 4 + 4 * count_);
 }
 
 bool GetScan(std::string_view message, std::vector<double>* ranges,
@@ -198,8 +210,11 @@ bool GetScan(std::string_view message, std::vector<double>* ranges,
   from.Get<int32_t>();
   from.Get<uint32_t>();
   from.GetText();
-  for (int i = 0; i < 7; i++) from.Get<float>();
+  for (int i = 0; i < 5; i++) from.Get<float>();
+  const double least = from.Get<float>(), most = from.Get<float>();
   GetFloats(from.GetSequence<float>(), ranges);
+  for (double& range : *ranges)
+    if (std::isinf(range)) range = range > 0 ? most : least;
   GetFloats(from.GetSequence<float>(), intensities);
   return from.is_good();
 }
@@ -207,7 +222,7 @@ bool GetScan(std::string_view message, std::vector<double>* ranges,
 // ---- odometry and transforms --------------------------------------------------------------------
 
 OdometryMaker::OdometryMaker(const std::string& frame, const std::string& child_frame) {
-  constexpr size_t kCovariance = 36;  // zeros: not known
+  constexpr size_t kCovariance = OdometryCovariance::kSize;
   CdrWriter to(&bytes_);
   PutHeader(0, frame, &to);
   to.PutText(child_frame);
@@ -218,13 +233,19 @@ OdometryMaker::OdometryMaker(const std::string& frame, const std::string& child_
   to.PutDoubles(6 + kCovariance, 0);
 }
 
-void OdometryMaker::Write(const Pose& pose, const Velocity& velocity, usec_t time, uint8_t* to) {
+void OdometryMaker::Write(const Pose& pose, const Velocity& velocity, const Velocity& error,
+                          usec_t time, uint8_t* to) {
   const PlaceInSpace place(pose);
   const double twist[6] = {velocity.x, velocity.y, velocity.z, 0, 0, velocity.a};
   std::memcpy(to, bytes_.data(), bytes_.size());
   SetStamp(time, to + kStampPlace);
+  covariance_.Move(pose);
+  const OdometryCovariance::Matrix of_pose = covariance_.OfPose(error);
+  const OdometryCovariance::Matrix of_twist = OdometryCovariance::OfTwist(velocity, error);
   std::memcpy(to + pose_, place.numbers, sizeof place.numbers);
+  std::memcpy(to + pose_ + sizeof place.numbers, of_pose.data(), sizeof of_pose);
   std::memcpy(to + twist_, twist, sizeof twist);
+  std::memcpy(to + twist_ + sizeof twist, of_twist.data(), sizeof of_twist);
 }
 
 void PutTransforms(const std::vector<Transform>& transforms, Buffer* message) {

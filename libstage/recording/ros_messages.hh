@@ -15,6 +15,7 @@
 #include "geometry/geometry.hh"
 #include "models/ranger.hh"
 #include "recording/buffer.hh"
+#include "recording/odometry_covariance.hh"
 
 namespace Stg::recording {
 
@@ -33,10 +34,17 @@ MessageType ModelPosesType();
 
 inline uint64_t Nanoseconds(usec_t time) { return time * 1000; }
 
+/// How ranges read where nothing was hit, or where something is nearer than the minimum.
+enum class RangeConvention {
+  kRep117,  ///< infinity, and minus infinity
+  kStage,   ///< the maximum, and the distance
+};
+
 /// LaserScans of one sensor.
 class ScanMaker {
  public:
-  ScanMaker(std::string frame, usec_t interval) : frame_(std::move(frame)), interval_(interval) {}
+  ScanMaker(std::string frame, usec_t interval, RangeConvention convention)
+      : frame_(std::move(frame)), interval_(interval), convention_(convention) {}
   /// How large the next one will be.
   size_t Prepare(const ModelRanger::Sensor& sensor);
   /// Fills in that one. `time`: of the readings.
@@ -47,6 +55,7 @@ class ScanMaker {
 
   std::string frame_;
   usec_t interval_;
+  RangeConvention convention_;
   Buffer head_;  // up to the ranges
   size_t count_ = 0;
   double fov_ = 0;
@@ -58,11 +67,14 @@ class OdometryMaker {
  public:
   OdometryMaker(const std::string& frame, const std::string& child_frame);
   size_t size() const { return bytes_.size(); }
-  void Write(const Pose& pose, const Velocity& velocity, usec_t time, uint8_t* to);
+  /// `error`: what the odometry adds to its motion, as shares of it; 0 for poses that are true.
+  void Write(const Pose& pose, const Velocity& velocity, const Velocity& error, usec_t time,
+             uint8_t* to);
 
  private:
   Buffer bytes_;
   size_t pose_ = 0, twist_ = 0;  // where these begin
+  OdometryCovariance covariance_;
 };
 
 struct Transform {
@@ -92,6 +104,8 @@ void PutOccupancyGrid(const OccupancyMap& map, usec_t time, Buffer* to);
 // Reading back; false if the message is damaged.
 
 bool GetModelPoses(std::string_view message, std::vector<ModelPose>* poses);
+/// Infinite ranges become the scan's maximum, or its minimum if they are negative, as Stage has
+/// them.
 bool GetScan(std::string_view message, std::vector<double>* ranges,
              std::vector<double>* intensities);
 

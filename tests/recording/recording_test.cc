@@ -28,7 +28,13 @@ std::vector<T> Elements(std::string_view bytes) {
   return elements;
 }
 
-Floats AsFloats(const std::vector<double>& values) { return Floats(values.begin(), values.end()); }
+/// Readings as REP 117 has them.
+Floats LoggedRanges(const ModelRanger::Sensor& sensor) {
+  Floats floats;
+  for (const double range : sensor.ranges)
+    floats.push_back(range >= sensor.range.max ? HUGE_VALF : static_cast<float>(range));
+  return floats;
+}
 
 /// What a world says after each step, by topic.
 class Witness {
@@ -43,7 +49,7 @@ class Witness {
       }
       for (const recording::ScanSource& scan : robot.scans) {
         const ModelRanger::Sensor& sensor = scan.ranger->GetSensors()[scan.sensor];
-        ranges[{scan.topic, now}] = AsFloats(sensor.ranges);
+        ranges[{scan.topic, now}] = LoggedRanges(sensor);
         if (!sensor.ranges.empty()) seen.insert(scan.topic);
       }
     }

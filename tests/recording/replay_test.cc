@@ -4,6 +4,8 @@
 
 #include "recording/replay.hh"
 
+#include <algorithm>
+
 #include "recording/log_testing.hh"
 #include "recording/mcap_writer.hh"
 #include "support/random_source.hh"
@@ -31,7 +33,8 @@ Shown SceneOf(World* world) {
     line << model->Token() << ' ' << std::hexfloat << pose.x << ' ' << pose.y << ' ' << pose.a;
     if (auto* ranger = dynamic_cast<ModelRanger*>(model))
       for (const ModelRanger::Sensor& sensor : ranger->GetSensors()) {
-        for (const double range : sensor.ranges) line << ' ' << static_cast<float>(range);
+        for (const double range : sensor.ranges)  // a controller's noise may lead out of the bounds
+          line << ' ' << static_cast<float>(std::clamp(range, sensor.range.min, sensor.range.max));
         line << " of " << sensor.bearings.size();
       }
     scene.models[model->GetId()] = line.str();

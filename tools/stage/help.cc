@@ -91,6 +91,8 @@ What you see
                        * and ?
   --log-compression HOW
                        lz4 (default), zstd (smaller) or none
+  --log-ranges HOW     what ranges read where nothing is: rep117 (default): infinity, and minus
+                       infinity where something is too near; stage: the maximum, and the distance
   --screenshot FILE.png[@SECONDS]
                        make a picture at that simulated time, without a window or a display (default:
                        at the end of --duration, or at 1 s); may be given several times. Without a

@@ -102,4 +102,10 @@ recording::Compression ParseCompression(const std::string& option, const std::st
   RefuseValue(option, "none, lz4 or zstd", text);
 }
 
+recording::RangeConvention ParseRanges(const std::string& option, const std::string& text) {
+  if (text == "rep117") return recording::RangeConvention::kRep117;
+  if (text == "stage") return recording::RangeConvention::kStage;
+  RefuseValue(option, "rep117 or stage", text);
+}
+
 }  // namespace Stg::program

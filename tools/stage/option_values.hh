@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "recording/compression.hh"
+#include "recording/ros_messages.hh"
 #include "stage.hh"
 
 namespace Stg::program {
@@ -46,6 +47,7 @@ uint64_t ParseSeed(const std::string& option, const std::string& text);
 int ParseThreads(const std::string& option, const std::string& text);
 RayModel ParseRayModel(const std::string& option, const std::string& text);
 recording::Compression ParseCompression(const std::string& option, const std::string& text);
+recording::RangeConvention ParseRanges(const std::string& option, const std::string& text);
 
 }  // namespace Stg::program
 

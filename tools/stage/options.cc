@@ -51,6 +51,7 @@ enum Id : int {
   kLogEvery,
   kLogModels,
   kLogCompression,
+  kLogRanges,
   kFromSnapshot,
   kSaveSnapshot,
   kBudget,
@@ -81,6 +82,7 @@ constexpr option kLongOptions[] = {
     {"log-compression", required_argument, nullptr, kLogCompression},
     {"log-every", required_argument, nullptr, kLogEvery},
     {"log-models", required_argument, nullptr, kLogModels},
+    {"log-ranges", required_argument, nullptr, kLogRanges},
     {"no-batch", no_argument, nullptr, kNoBatch},
     {"no-controllers", no_argument, nullptr, kNoControllers},
     {"no-progress", no_argument, nullptr, kNoProgress},
@@ -258,6 +260,10 @@ class Parser {
         break;
       case kLogModels:
         options_.log.robots = ParseNames(NameOf(id), value);
+        log_option_ = id;
+        break;
+      case kLogRanges:
+        options_.log.ranges = ParseRanges(NameOf(id), value);
         log_option_ = id;
         break;
       case kLogCompression:
