@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <mutex>
+#include <shared_mutex>
 
 #include "messages/report.hh"
 #include "models/model_type_names.hh"
@@ -19,7 +20,9 @@ struct Node {
 };
 std::atomic<Node*> oldest{nullptr};
 
-std::mutex mutex;             // for what follows, and for adding a type
+// Guards what follows, Model::name_map, and the adding of types. Threads that make models at the
+// same time only read: they don't wait for each other.
+std::shared_mutex mutex;
 bool names_are_kept = false;  // Model::name_map has been filled
 
 /// Calls f(type) for all, in their order, until it returns false.
@@ -49,7 +52,7 @@ void Append(const ModelType& type) {
 }  // namespace
 
 bool RegisterModelType(const ModelType& type) {
-  const std::lock_guard<std::mutex> lock(mutex);
+  const std::lock_guard lock(mutex);
   if (FindType([&](const ModelType& known) { return known.name == type.name; })) {
     messages::Report(LogLevel::kError, "stage: the model type " + messages::Quoted(type.name) +
                                            " is registered already; the first one stays");
@@ -82,20 +85,20 @@ const ModelType* FindNearestModelType(const Model& model) {
 }
 
 creator_t FindCreator(const std::string& type) {
-  const std::lock_guard<std::mutex> lock(mutex);
+  const std::shared_lock lock(mutex);
   const auto found = Model::name_map.find(type);
   return found == Model::name_map.end() ? nullptr : found->second;
 }
 
 std::vector<std::string> ModelTypeNames() {
-  const std::lock_guard<std::mutex> lock(mutex);
+  const std::shared_lock lock(mutex);
   std::vector<std::string> names;
   for (const auto& [name, creator] : Model::name_map) names.push_back(name);
   return names;
 }
 
 void NameModelTypes() {
-  const std::lock_guard<std::mutex> lock(mutex);
+  const std::lock_guard lock(mutex);
   ForEachType([](const ModelType& type) {
     Model::name_map[type.name] = type.create;
     return true;

@@ -21,6 +21,7 @@
 #include "stage_config.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
+#include "world/world_handle.hh"
 
 namespace Stg::recording {
 
@@ -117,6 +118,7 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   LogOptions options_;
   LogWriter log_;
   World* world_ = nullptr;
+  WorldHandle handle_;  // of it
   uint64_t life_ = 0, family_ = 0;
   usec_t now_ = 0, next_ = 0;
   bool ended_ = false;
@@ -132,6 +134,7 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
 
 void Recorder::Impl::Attach(World* world) {
   world_ = world;
+  handle_ = WorldHandle(world);
   life_ = world->engine().life;
   now_ = world->SimTimeNow();
   next_ = now_ + options_.every;
@@ -167,7 +170,7 @@ void Recorder::Impl::AfterStep() {
 }
 
 void Recorder::Impl::Finish() {
-  if (world_ && (!World::Exists(world_) || world_->engine().life != life_))
+  if (world_ && (!handle_ || world_->engine().life != life_))
     messages::Warn("the log ends at " + std::to_string(static_cast<double>(now_) / 1e6) +
                    " s, as its world was unloaded");
   ended_ = true;

@@ -80,9 +80,7 @@ void Replay::FindFirstPoses() {
   if (!good) Fail("a message of the topic /stage/poses is damaged");
 }
 
-bool Replay::IsThere() const {
-  return world_ && World::Exists(world_) && world_->engine().life == life_;
-}
+bool Replay::IsThere() const { return handle_ && world_->engine().life == life_; }
 
 void Replay::FindTargets() {
   std::unordered_map<std::string, Target> sources;
@@ -97,6 +95,7 @@ void Replay::FindTargets() {
 
 void Replay::Attach(World* world) {
   world_ = world;
+  handle_ = WorldHandle(world);
   life_ = world->engine().life;
   FindTargets();
   // Windows show data of models that somebody has subscribed to.

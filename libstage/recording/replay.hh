@@ -15,6 +15,7 @@
 #include "recording/mcap_reader.hh"
 #include "recording/ros_messages.hh"
 #include "recording/world_files.hh"
+#include "world/world_handle.hh"
 
 namespace Stg {
 class World;
@@ -70,6 +71,7 @@ class Replay {
   std::vector<ModelPose> first_poses_, poses_;
   std::map<uint16_t, Target> targets_;  // of scans, by channel
   World* world_ = nullptr;
+  WorldHandle handle_;  // of it
   uint64_t life_ = 0;
   // How far the log was read: the next record of a chunk that is unpacked.
   size_t next_chunk_ = 0, at_ = 0;

@@ -11,6 +11,7 @@
 #include "models/position.hh"
 #include "threads/worker_pool.hh"
 #include "world/world.hh"
+#include "world/world_handle.hh"
 
 namespace Stg {
 
@@ -72,6 +73,7 @@ struct Branches::Impl {
     Copy* latest = nullptr;  // whose world was in this state last
   };
   /// That of a thread.
+    WorldHandle handle;             // of it, once it is loaded
   struct Copy {
     std::unique_ptr<World> world;
     const Row* resident = nullptr;  // whose state it is in, if that is not newer elsewhere
@@ -122,6 +124,7 @@ struct Branches::Impl {
 World* Branches::Impl::WorldOf(Copy* copy) {
   if (copy->world && copy->world->GetWorldFile()) return copy->world.get();
   copy->resident = nullptr;
+  copy->handle = WorldHandle(copy->world.get());
   if (!copy->world) copy->world = std::make_unique<World>(copy_options);
   if (!copy->world->LoadCopy(image)) return nullptr;
   Settle(copy->world.get());
@@ -191,7 +194,7 @@ bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, Cop
   World* const world = copy->world.get();
   CarryCommands(row, world);
   if (scenario) scenario->BeforeStep(*world, branch);
-  if (world->Update() && !World::Exists(world)) {  // a controller has deleted it
+  if (world->Update() && !copy->handle) {  // a controller has deleted it
     static_cast<void>(copy->world.release());
     return false;
   }

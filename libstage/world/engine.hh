@@ -10,6 +10,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,8 @@ class WorldEngine : public Host {
   grid::CellBox extent_of_loading;          ///< of the grid, when the world had been loaded
   std::shared_ptr<const WorldImage> image;  ///< for copies of the world; once one was made
   std::unique_ptr<SnapshotRoom> snapshot_room;
+  std::mutex image_mutex;                   ///< held by a thread that makes the image
+  std::mutex models_mutex;                  ///< of the list of models, in a listed world
   MetricList metrics;
   std::shared_ptr<const geometry::FreeFloor> floor;  ///< of populations; null without them
   std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null

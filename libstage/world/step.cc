@@ -21,13 +21,16 @@
 #include "models/thrown.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
+#include "world/world_handle.hh"
 
 namespace Stg {
 
 bool World::UpdateAll() {
   bool all_done = true;
-  for (World* world : ListedWorlds())
-    if (Exists(world)) all_done &= world->Update();  // a callback of another may have deleted it
+  std::vector<WorldHandle> handles;
+  for (World* world : ListedWorlds()) handles.emplace_back(world);
+  for (const WorldHandle& handle : handles)  // a callback of another world may have deleted it
+    if (World* const world = handle.get()) all_done &= world->Update();
   return all_done;
 }
 

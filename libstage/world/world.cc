@@ -8,6 +8,7 @@
 #include <limits>
 #include <mutex>
 #include <new>
+#include <unordered_set>
 #include <utility>
 
 #include "messages/report.hh"
@@ -30,13 +31,20 @@ std::atomic<bool> World::quit_all_{false};
 std::vector<World*> World::worlds_;
 
 namespace {
-/// Held by who changes the list of worlds, or the list of models of a world on it, and by who looks
-/// into those of others: different threads may have worlds of their own.
-std::mutex lists_mutex;
+/// Guards World::worlds_ and AllWorlds(): threads make and delete worlds of their own at the same
+/// time. No step of a world takes it.
+std::mutex worlds_mutex;
 
-/// Nobody looks into the models of a world that is not listed.
-std::unique_lock<std::mutex> LockLists(bool listed) {
-  return listed ? std::unique_lock<std::mutex>(lists_mutex) : std::unique_lock<std::mutex>();
+/// All worlds of the process, listed or not. Never destroyed: worlds may end at any time.
+std::unordered_set<const World*>& AllWorlds() {
+  static auto& all = *new std::unordered_set<const World*>;
+  return all;
+}
+
+/// Guards the list of models of a listed world, which FindModelOfAny() looks into from any thread.
+/// Other worlds need no lock.
+std::unique_lock<std::mutex> LockModels(std::mutex* mutex, bool listed) {
+  return listed ? std::unique_lock<std::mutex>(*mutex) : std::unique_lock<std::mutex>();
 }
 
 double UsablePpm(double ppm) {
@@ -69,8 +77,9 @@ World::World(const RunOptions& options, const std::string& name, double ppm)
   engine_->SetThreads(static_cast<unsigned>(std::max(1, options_.threads)));
   engine_->ShareFrom(options_.share_from);
   {
-    const std::lock_guard<std::mutex> lock(lists_mutex);
-    worlds_.push_back(this);
+    const std::lock_guard<std::mutex> lock(worlds_mutex);
+    AllWorlds().insert(this);
+    if (options_.listed) worlds_.push_back(this);
   }
   MakeGround();
 }
@@ -111,8 +120,9 @@ void World::SetDefaults() {
 
 World::~World() {
   {
-    const std::lock_guard<std::mutex> lock(lists_mutex);
-    std::erase(worlds_, this);
+    const std::lock_guard<std::mutex> lock(worlds_mutex);
+    AllWorlds().erase(this);
+    if (options_.listed) std::erase(worlds_, this);
   }
   engine_->deserted = true;
   ground = nullptr;
@@ -122,15 +132,13 @@ World::~World() {
 }
 
 bool World::Exists(const World* world) {
-  const std::lock_guard<std::mutex> lock(lists_mutex);
-  return std::find(worlds_.begin(), worlds_.end(), world) != worlds_.end();
+  const std::lock_guard<std::mutex> lock(worlds_mutex);
+  return AllWorlds().contains(world);
 }
 
 std::vector<World*> World::ListedWorlds() {
-  const std::lock_guard<std::mutex> lock(lists_mutex);
-  std::vector<World*> listed = worlds_;
-  std::erase_if(listed, [](const World* world) { return !world->options_.listed; });
-  return listed;
+  const std::lock_guard<std::mutex> lock(worlds_mutex);
+  return worlds_;
 }
 
 void World::MakeGround() {
@@ -208,7 +216,7 @@ Worldfile* World::GetWorldFile() { return wf.get(); }
 void World::AddModel(Model* mod) {
   engine_->family_changes++;
   {
-    const std::unique_lock<std::mutex> lock = LockLists(options_.listed);
+    const std::unique_lock<std::mutex> lock = LockModels(&engine_->models_mutex, options_.listed);
     Host::Insert(&engine_->models, mod);  // last, unless a snapshot brings it back
   }
   AddModelName(mod, mod->TokenStr());
@@ -226,7 +234,7 @@ void World::RemoveModel(Model* mod) {
   const size_t entity = static_cast<size_t>(mod->wf_entity);
   if (entity < made.size() && made[entity] == mod) made[entity] = nullptr;
   {
-    const std::unique_lock<std::mutex> lock = LockLists(options_.listed);
+    const std::unique_lock<std::mutex> lock = LockModels(&engine_->models_mutex, options_.listed);
     engine_->Forget(mod);
   }
   if (mod == ground) ReplaceGround(mod->GetId());
@@ -291,10 +299,10 @@ void World::SetMetric(const std::string& name, double value) { engine_->metrics.
 Model* World::FindModel(uint32_t id) const { return engine_->FindModel(id); }
 
 Model* World::FindModelOfAny(uint32_t id) {
-  const std::lock_guard<std::mutex> lock(lists_mutex);
+  const std::lock_guard<std::mutex> lock(worlds_mutex);
   for (const World* world : worlds_) {
-    Model* found = world->options_.listed ? world->FindModel(id) : nullptr;
-    if (found) return found;
+    const std::lock_guard<std::mutex> models_lock(world->engine_->models_mutex);
+    if (Model* found = world->FindModel(id)) return found;
   }
   return nullptr;
 }

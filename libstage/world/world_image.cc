@@ -4,7 +4,6 @@
 
 #include "world/world_image.hh"
 
-#include <mutex>
 #include <utility>
 
 #include "messages/report.hh"
@@ -32,8 +31,7 @@ std::shared_ptr<const WorldImage> World::Image() const {
     messages::Report(LogLevel::kError, "stage: found no loaded world to be copied");
     return nullptr;
   }
-  static std::mutex mutex;
-  const std::lock_guard<std::mutex> lock(mutex);
+  const std::lock_guard<std::mutex> lock(engine_->image_mutex);
   if (!engine_->image) engine_->image = MakeImage();
   return engine_->image;
 }

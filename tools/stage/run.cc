@@ -21,7 +21,7 @@ bool IsDone(World* world) { return world->PastQuitTime() || world->TestQuit(); }
 
 /// A controller may delete its world.
 void EndIfDeleted(const LoadedWorld& loaded) {
-  if (World::Exists(loaded.world)) return;
+  if (loaded.handle) return;
   messages::Report(LogLevel::kError, "stage: a callback has deleted the world of " + loaded.file);
   std::exit(1);
 }
@@ -64,7 +64,7 @@ int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* 
     // Never deleted: controllers may hold on to models until the very end of the process, and that
     // frees the memory of a million models faster than anything else.
     World* world = with_window ? std::exchange(with_window, nullptr) : new World;
-    worlds->push_back({world, file, 0, {}});
+    worlds->push_back({world, WorldHandle(world), file, 0, {}});
     const bool loaded = world->Load(file);
     EndLine();
     if (!loaded) return World::Exists(world) && world->LoadStatus() != 0 ? world->LoadStatus() : 1;

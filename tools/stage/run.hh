@@ -11,6 +11,7 @@
 #include "stage.hh"
 #include "stage/options.hh"
 #include "stage/pictures.hh"
+#include "world/world_handle.hh"
 
 namespace Stg::program {
 
@@ -28,7 +29,8 @@ class Pacer {
 
 struct LoadedWorld {
   World* world;
-  std::string file;  ///< as on the command line
+  WorldHandle handle;  ///< of it
+  std::string file;    ///< as on the command line
   /// Spent in steps: without loading and waiting. With a window: from the start to the end.
   double wall_seconds = 0;
   Pacer pacer;

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "messages/report.hh"
+#include "world/world_handle.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg::internal::window {
@@ -169,8 +170,9 @@ void Parts::AskForFileToLoad() {
 
 void Parts::Load(const std::string& file) {
   World& its_world = world;
+  const WorldHandle handle(&its_world);
   const bool good = its_world.Load(file);
-  if (!World::Exists(&its_world)) return;  // and neither are there these
+  if (!handle) return;  // nor do these parts exist any more
   if (!good) return Alert("Unable to read selected world file.");
   if (!world.paused) world.Start();
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "world/world_handle.hh"
+
 namespace Stg::internal::window {
 
 namespace {
@@ -80,11 +82,12 @@ void Runner::Pump() {
   if (pumping_) return;  // a controller runs the event loop within a step
   pumping_ = true;
   World& world = world_;
+  const WorldHandle handle(&world);
   double now = Now();
   const double end = now + kSlice;
   do {
     world.Update();
-    if (!World::Exists(&world)) return;  // and neither is there this
+    if (!handle) return;  // nor does this runner exist any more
     now = Now();
   } while (begun_ && !world_.paused && pacer_.UntilNext(now, Period()) <= 0 && now < end);
   pumping_ = false;

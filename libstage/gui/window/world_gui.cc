@@ -13,6 +13,7 @@
 #include "messages/report.hh"
 #include "models/power_pack.hh"
 #include "stage.hh"
+#include "world/world_handle.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -92,14 +93,16 @@ void WorldGui::PrepareLoading() {
 
 bool WorldGui::Load(const std::string& worldfile_path) {
   PrepareLoading();
+  const WorldHandle handle(this);
   const bool good = World::Load(worldfile_path);
-  return Exists(this) && FinishLoading(good);
+  return handle && FinishLoading(good);
 }
 
 bool WorldGui::Load(std::istream& world_content, const std::string& worldfile_path) {
   PrepareLoading();
+  const WorldHandle handle(this);
   const bool good = World::Load(world_content, worldfile_path);
-  return Exists(this) && FinishLoading(good);
+  return handle && FinishLoading(good);
 }
 
 bool WorldGui::FinishLoading(bool good) {
@@ -159,8 +162,9 @@ bool WorldGui::Update(void) {
   Parts& parts = *parts_;
   if (parts.updating) return false;  // a controller runs the event loop within a step
   parts.updating = true;
+  const WorldHandle handle(this);
   const bool done = World::Update();
-  if (!Exists(this)) return done;  // a callback has deleted it
+  if (!handle) return done;  // a callback has deleted it
   parts.updating = false;
   if (done) {
     if (PastQuitTime() && parts.ends_at_quit_time)
@@ -194,7 +198,8 @@ void WorldGui::TogglePause() { parts_->TogglePause(); }
 
 void WorldGui::RunEventLoop() {
   // A callback may delete it.
-  while (Exists(this) && Fl::first_window() && !TestQuit()) Fl::wait(kPatience);
+  const WorldHandle handle(this);
+  while (handle && Fl::first_window() && !TestQuit()) Fl::wait(kPatience);
 }
 
 // ---- what is to be seen -------------------------------------------------------------------------
