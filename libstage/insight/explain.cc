@@ -79,7 +79,8 @@ class World::Survey {
     s_.records_trails = world_.record_trails;
     s_.has_window = world_.IsGUI();
     s_.device = engine_.tracer.statistics().device;
-    s_.threads = engine_.threads();
+    s_.threads = engine_.most_threads();
+    s_.chooses_threads = engine_.chooses_threads();
     s_.step = world_.sim_interval;
     s_.callbacks_per_step = static_cast<double>(engine_.update_callbacks.size());
   }

@@ -79,6 +79,7 @@ class World::Gauge {
   explicit Gauge(World& world)
       : world_(world), engine_(*world.engine_), statistics_(engine_.tracer.statistics()) {
     world_.host().TraceBatch();
+    engine_.EmployAll();
     engine_.scheduler.Swap(scheduler_);
     engine_.tracer.ForcePath(sensing::BatchTracer::Path::kHost);
   }

@@ -32,7 +32,7 @@ class BatchTracer::Probe {
 };
 
 void BatchTracer::SetWorkers(threads::WorkerPool* workers) {
-  thread_data_.resize(workers->threads());
+  thread_data_.resize(std::max<std::size_t>(thread_data_.size(), workers->threads()));
   workers_ = workers;
 }
 

@@ -10,6 +10,8 @@
 #include <system_error>
 #include <utility>
 
+#include "threads/processors.hh"
+
 namespace Stg::threads {
 
 namespace {
@@ -30,7 +32,7 @@ std::atomic<unsigned> forks{0};
 
 WorkerPool::WorkerPool(unsigned threads)
     : forks_(CountForks()),
-      has_processors_(threads <= std::thread::hardware_concurrency()),
+      has_processors_(threads <= 1 || threads <= CountUsableProcessors()),
       shares_(std::max(threads, 1u)) {
   // Before the first thread: nothing may be thrown while there are some.
   workers_.reserve(shares_.size() - 1);

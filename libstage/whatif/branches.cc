@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <exception>
-#include <thread>
 #include <utility>
 
 #include "messages/report.hh"
 #include "models/position.hh"
+#include "threads/processors.hh"
 #include "threads/worker_pool.hh"
 #include "world/world.hh"
 #include "world/world_handle.hh"
@@ -21,9 +21,7 @@ bool Scenario::AfterStep(World&, uint32_t, double*) { return false; }
 namespace {
 
 unsigned ThreadsOf(const BranchOptions& options) {
-  const unsigned threads =
-      options.threads > 0 ? options.threads : std::thread::hardware_concurrency();
-  return std::max(1u, threads);
+  return options.threads > 0 ? options.threads : threads::CountUsableProcessors();
 }
 
 RunOptions OptionsOfCopies(const World& prototype) {
@@ -73,9 +71,9 @@ struct Branches::Impl {
     Copy* latest = nullptr;  // whose world was in this state last
   };
   /// That of a thread.
-    WorldHandle handle;             // of it, once it is loaded
   struct Copy {
     std::unique_ptr<World> world;
+    WorldHandle handle;             // of it, once it is loaded
     const Row* resident = nullptr;  // whose state it is in, if that is not newer elsewhere
   };
 
@@ -124,9 +122,9 @@ struct Branches::Impl {
 World* Branches::Impl::WorldOf(Copy* copy) {
   if (copy->world && copy->world->GetWorldFile()) return copy->world.get();
   copy->resident = nullptr;
-  copy->handle = WorldHandle(copy->world.get());
   if (!copy->world) copy->world = std::make_unique<World>(copy_options);
   if (!copy->world->LoadCopy(image)) return nullptr;
+  copy->handle = WorldHandle(copy->world.get());
   Settle(copy->world.get());
   return copy->world.get();
 }

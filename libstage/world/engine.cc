@@ -67,7 +67,36 @@ void WorldEngine::Employ(std::shared_ptr<threads::WorkerPool> workers) {
   workers_ = std::move(workers);
 }
 
+void WorldEngine::ShareThreadsOf(const WorldEngine& other) {
+  most_threads_ = 0;
+  Employ(other.workers_);
+}
+
+void WorldEngine::ChooseThreads(unsigned most) {
+  if (most == most_threads_) return;
+  SetThreads(1);
+  most_threads_ = most;
+  alone_ = workers_;
+  all_ = nullptr;
+  thread_choice_ = ThreadChoice();
+}
+
+void WorldEngine::ChooseThreadsFor(size_t count) {
+  if (most_threads_ <= 1) return;
+  if (thread_choice_.UseAll(count))
+    EmployAll();
+  else if (workers_ != alone_)
+    Employ(alone_);
+}
+
+void WorldEngine::EmployAll() {
+  if (most_threads_ <= 1) return;
+  if (!all_) all_ = MakePool(most_threads_);
+  if (workers_ != all_) Employ(all_);
+}
+
 void WorldEngine::SetThreads(unsigned count) {
+  most_threads_ = 0;
   if (count == workers_->threads()) return;
   Employ(MakePool(count));
   if (workers_->threads() < count)
@@ -78,9 +107,12 @@ void WorldEngine::SetThreads(unsigned count) {
 void WorldEngine::NoticeFork() {
   if (forks_ == threads::CountForks()) return;
   forks_ = threads::CountForks();
-  const unsigned count = workers_->threads();
+  const unsigned most = std::exchange(most_threads_, 0), count = workers_->threads();
   Employ(MakePool(1));
-  SetThreads(count);
+  if (most > 0)
+    ChooseThreads(most);
+  else
+    SetThreads(count);
 }
 
 void WorldEngine::ShareFrom(int count) {
@@ -118,7 +150,7 @@ RunStatistics WorldEngine::Statistics() const {
   all.trace = traced.trace;
   all.device = traced.device;
   all.prefilter = traced.prefilter;
-  all.threads = workers_->threads();
+  all.threads = chooses_threads() && all_ ? all_->threads() : workers_->threads();
   return all;
 }
 

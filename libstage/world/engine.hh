@@ -25,6 +25,7 @@
 #include "world/phases/gather_phase.hh"
 #include "world/phases/move_phase.hh"
 #include "world/phases/sharing.hh"
+#include "world/phases/thread_choice.hh"
 #include "world/scheduler.hh"
 #include "world/statistics.hh"
 
@@ -59,9 +60,9 @@ class WorldEngine : public Host {
   uint64_t last_stamp_of_loading = 0;
   grid::CellBox extent_of_loading;          ///< of the grid, when the world had been loaded
   std::shared_ptr<const WorldImage> image;  ///< for copies of the world; once one was made
-  std::unique_ptr<SnapshotRoom> snapshot_room;
   std::mutex image_mutex;                   ///< held by a thread that makes the image
   std::mutex models_mutex;                  ///< of the list of models, in a listed world
+  std::unique_ptr<SnapshotRoom> snapshot_room;
   MetricList metrics;
   std::shared_ptr<const geometry::FreeFloor> floor;  ///< of populations; null without them
   std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
@@ -89,11 +90,27 @@ class WorldEngine : public Host {
   template <typename F>
   void ForEachModel(F f);
 
-  /// Keeps the pool it has if that has so many threads.
+  /// Each step uses so many. Keeps the pool it has if that has so many threads.
   void SetThreads(unsigned count);
-  void ShareThreadsOf(const WorldEngine& other) { Employ(other.workers_); }
+  /// Each step uses one thread or `most`, whichever is faster. They are started when a step first
+  /// lasts long enough.
+  void ChooseThreads(unsigned most);
+  bool chooses_threads() const { return most_threads_ > 0; }
+  /// For a step in which so many models update or move.
+  void ChooseThreadsFor(size_t count);
+  /// Uses all threads until the next step.
+  void EmployAll();
+  /// What the step took.
+  void ReportStep(double seconds) {
+    if (chooses_threads()) thread_choice_.Report(seconds);
+  }
+  /// From now on it works on the threads that the other one has now.
+  void ShareThreadsOf(const WorldEngine& other);
   threads::WorkerPool* workers() { return workers_.get(); }
+  /// Of the present step, or of the last one.
   unsigned threads() const { return workers_->threads(); }
+  /// The most that a step may use.
+  unsigned most_threads() const { return chooses_threads() ? most_threads_ : threads(); }
   /// In a process that was forked meanwhile: starts threads of its own.
   void NoticeFork();
   /// See RunOptions::share_from.
@@ -122,6 +139,10 @@ class WorldEngine : public Host {
   void Employ(std::shared_ptr<threads::WorkerPool> workers);
 
   std::shared_ptr<threads::WorkerPool> workers_;  // maybe those of other worlds too
+  // Where threads are chosen for each step: their number, or 0; the pools to choose from.
+  unsigned most_threads_ = 0;
+  std::shared_ptr<threads::WorkerPool> alone_, all_;  // the latter null until it is needed
+  ThreadChoice thread_choice_;
   std::exception_ptr postponed_;
 
   unsigned forks_ = threads::CountForks();  // when threads were looked at last

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <new>
-#include <thread>
 #include <utility>
 
 #include "geometry/load_error.hh"
@@ -16,6 +15,7 @@
 #include "models/ranger.hh"
 #include "models/ray_model_reader.hh"
 #include "models/thrown.hh"
+#include "threads/processors.hh"
 #include "world/engine.hh"
 #include "world/load_checks.hh"
 #include "world/plugin.hh"
@@ -317,10 +317,15 @@ void World::UsePrefilter() {
     engine_->tracer.SetPrefilter(std::move(prefilter), options_.always_on_device);
   }
   if (options_.threads > 0 || wf->PropertyExists(0, "threads")) return;
+  if (!found && engine_->chooses_threads()) return;  // as it was loaded before
+  const unsigned processors = threads::CountUsableProcessors();
   // What the device leaves to the host is short, and its memory, not its arithmetic, is the limit:
   // more threads than this no longer help.
   constexpr unsigned kMostUseful = 16;
-  engine_->SetThreads(found ? std::clamp(std::thread::hardware_concurrency(), 1u, kMostUseful) : 1);
+  if (found)
+    engine_->SetThreads(std::min(processors, kMostUseful));
+  else
+    engine_->ChooseThreads(std::min(processors, static_cast<unsigned>(kMostThreads)));
 }
 
 void World::LoadWorldProperties() {

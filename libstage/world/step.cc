@@ -115,6 +115,7 @@ void World::Step(WorldEngine& engine, uint64_t life) {
 
   const double traced = engine.tracer.seconds() - traced_before;
   engine.sharing.Report(called - start - traced);
+  engine.ReportStep(called - start);
   seconds.gather += sensed - start - traced;
   seconds.move += moved - sensed;
   seconds.callbacks += called - moved;

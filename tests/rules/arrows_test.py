@@ -40,7 +40,7 @@ ALLOWED = {
     "gui/draw": "messages geometry sensing models world gui/view",
     "gui/offscreen": "files geometry worldfile models world gui/draw",
     "gui/window": "messages geometry worldfile models world face gui/view gui/draw gui/offscreen",
-    "tools": "messages files geometry worldfile models world insight whatif recording face gui/offscreen gui/window",
+    "tools": "messages files threads geometry worldfile models world insight whatif recording face gui/offscreen gui/window",
 }
 
 # The arrows that point back: (room, header): who follows it, and why it is still there.

@@ -80,6 +80,12 @@ class StateHashesTest(unittest.TestCase):
     def test_this_processor(self) -> None:
         self.compare(["--threads", "1"])
 
+    def test_any_number_of_threads(self) -> None:
+        """Without --threads the program chooses how many."""
+        self.compare([], longest=60)
+        for threads in ("2", "7"):
+            self.compare(["--threads", threads], longest=5)
+
     @unittest.skipUnless(platform.machine() == "x86_64", "needs an x86-64 processor")
     def test_processor_without_fused_multiply_add(self) -> None:
         self.compare(["--threads", "1"], OLD_PROCESSOR)

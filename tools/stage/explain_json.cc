@@ -121,6 +121,7 @@ Json Describe(const Explanation& e, const RunOptions& options) {
           {"window", s.has_window},
           {"opencl", s.device.empty() ? Json(nullptr) : Json(s.device)},
           {"threads", s.threads},
+          {"threads_chosen", s.chooses_threads},
           {"step_seconds", static_cast<double>(s.step) / 1e6},
           {"updates_per_step", s.updates_per_step},
           {"callbacks_per_step", s.callbacks_per_step},

@@ -69,8 +69,13 @@ class Page {
            Format("drawn twice: %zu sensors have the ray model exact", s_.exact_sensors));
     Line("steps", Format("of %s s; %s and %s in each; %s", Rounded(Seconds(s_.step)).c_str(),
                          Count(s_.updates_per_step, "update").c_str(),
-                         Count(s_.callbacks_per_step, "callback").c_str(),
-                         Count(s_.threads, "thread").c_str()));
+                         Count(s_.callbacks_per_step, "callback").c_str(), Threads().c_str()));
+  }
+
+  std::string Threads() const {
+    const std::string count = Count(s_.threads, "thread");
+    if (!s_.chooses_threads || s_.threads == 1) return count;
+    return count + ", those of all processors, where a step is faster with them";
   }
 
   static std::string Width(const Bounds& b) { return Rounded(b.max - b.min); }

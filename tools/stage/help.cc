@@ -37,8 +37,9 @@ How long, and what comes out
 How fast
   A world's speedup, if positive, keeps it to that multiple of real time; otherwise it runs as fast
   as it can (in a window: if it has none, in real time). None of these options changes any result.
-  --threads N          simulate in N threads (1 to 1024; default: the world's threads, or
-                       all cores with an OpenCL device and 1 without); pays with many sensors
+  --threads N          simulate in N threads (1 to 1024; default: the world's threads, or else as
+                       many as there are processors for the program, in steps that are faster
+                       with them)
   --opencl[=DEVICE]    trace sensor rays with an OpenCL device wherever that is faster; pays from
                        some ten thousand rays a step. DEVICE is one of
                          auto            the best one; without any, the run goes on (default)

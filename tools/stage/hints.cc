@@ -3,10 +3,10 @@
 // Which knobs would pay.
 
 #include <algorithm>
-#include <thread>
 
 #include "stage/estimate.hh"
 #include "stage/format.hh"
+#include "threads/processors.hh"
 
 namespace Stg::program {
 
@@ -67,7 +67,7 @@ class Hinter {
 
   void HintAtThreads() {
     const double rays = ValueOf(e_.step, "rays");
-    const unsigned cores = std::thread::hardware_concurrency();
+    const unsigned cores = threads::CountUsableProcessors();
     if (w_.scene.threads > 1 || cores < 2 || Share(rays) < 0.3) return;
     hints_.push_back(Format("--threads %u: of %s for rays, it saves up to %s", cores,
                             Ms(rays).c_str(), Ms(rays * (1 - 1.0 / cores)).c_str()));

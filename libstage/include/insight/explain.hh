@@ -112,9 +112,10 @@ struct SceneSummary {
   size_t energy_models = 0;  ///< that draw from packs each step
   bool records_trails = false;
   bool has_window = false;
-  std::string device;  ///< of OpenCL; empty: none
-  unsigned threads = 1;
-  usec_t step = 0;  ///< simulated time
+  std::string device;            ///< of OpenCL; empty: none
+  unsigned threads = 1;          ///< that a step may use
+  bool chooses_threads = false;  ///< a step uses one or all of them, whichever is faster
+  usec_t step = 0;               ///< simulated time
   MemoryCount memory;
 };
 

@@ -74,8 +74,8 @@ class RaytraceResult {
 /// How a world is run. Results change with the seed, the ray model, the duration and the
 /// controllers alone.
 struct RunOptions {
-  int threads;     ///< that work on a step; 0: what the world file says, or else with a device
-                   ///< all processors and without one 1
+  int threads;     ///< that work on a step; 0: what the world file says, or else as many as the
+                   ///< process may use processors, in steps that are faster with them
   uint64_t seed;   ///< of all random numbers
   int share_from;  ///< so many models, at least, are updated, moved or called by several
                    ///< threads; fewer are not worth waking them for

@@ -23,7 +23,9 @@ constexpr size_t kGrain = 32;
 void GatherPhase::Run(World* world, WorldEngine* engine) {
   std::vector<Scheduler::Event>& due = engine->due;
   engine->scheduler.Take(world->SimTimeNow(), &due);
-  engine->sharing.Choose(engine->threads(), due.size() + engine->moving.size());
+  const size_t models = due.size() + engine->moving.size();
+  engine->ChooseThreadsFor(models);
+  engine->sharing.Choose(engine->threads(), models);
   const bool batch = world->options().batch;
   const bool shares = batch && engine->sharing.shares();
   // By index: an update may delete models, which strikes out their events, or everything there is,

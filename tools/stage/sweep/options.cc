@@ -9,11 +9,11 @@
 #include <filesystem>
 #include <set>
 #include <string_view>
-#include <thread>
 #include <vector>
 
 #include "stage/option_values.hh"
 #include "stage/parse_number.hh"
+#include "threads/processors.hh"
 #include "worldfile/find_file.hh"
 
 namespace Stg::program {
@@ -320,8 +320,8 @@ class Parser {
   }
 
   unsigned UsualJobs() const {
-    const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
-    return std::max(1u, cores / static_cast<unsigned>(options_.plan.run.threads));
+    return std::max(
+        1u, threads::CountUsableProcessors() / static_cast<unsigned>(options_.plan.run.threads));
   }
 
   std::vector<char*> arguments_;  // a copy: getopt sorts it

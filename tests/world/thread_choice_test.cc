@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// How many threads a step uses where nobody has said so.
+
+#include "world/phases/thread_choice.hh"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <sstream>
+#include <string>
+
+#include "support/model_testing.hh"
+#include "support/shipped_worlds.hh"
+#include "threads/processors.hh"
+#include "world/engine.hh"
+
+namespace Stg {
+namespace {
+
+/// Of so many steps, those on all threads.
+int CountShared(ThreadChoice* choice, int steps, size_t models, double alone, double shared) {
+  int count = 0;
+  for (int i = 0; i < steps; i++) {
+    const bool all = choice->UseAll(models);
+    count += all;
+    choice->Report(all ? shared : alone);
+  }
+  return count;
+}
+
+TEST(ThreadChoice, ShortStepsNeverWakeThreads) {
+  ThreadChoice choice;
+  EXPECT_EQ(CountShared(&choice, 1000, 10, 0.9 * ThreadChoice::kWorthThreads, 1e-9), 0);
+}
+
+TEST(ThreadChoice, ASlowFirstStepIsNoReason) {
+  ThreadChoice choice;
+  EXPECT_FALSE(choice.UseAll(10));
+  choice.Report(1);
+  EXPECT_EQ(CountShared(&choice, 1000, 10, 10e-6, 1e-9), 0);
+}
+
+TEST(ThreadChoice, LongStepsUseWhatIsFaster) {
+  ThreadChoice faster, slower;
+  EXPECT_GT(CountShared(&faster, 1000, 10, 1e-3, 0.3e-3), 950);
+  EXPECT_LT(CountShared(&slower, 1000, 10, 1e-3, 3e-3), 50);
+}
+
+/// Sensors with different intervals make large steps and small ones.
+TEST(ThreadChoice, SizesAreApart) {
+  ThreadChoice choice;
+  int large = 0, small = 0;
+  for (int i = 0; i < 500; i++) {
+    large += CountShared(&choice, 1, 1000, 1e-3, 0.3e-3);
+    small += CountShared(&choice, 1, 10, 20e-6, 1e-9);
+  }
+  EXPECT_GT(large, 450);
+  EXPECT_EQ(small, 0);
+}
+
+class ChosenThreads : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { InitLibrary(); }
+
+  static std::unique_ptr<World> Load(const char* file, int threads) {
+    RunOptions options;
+    options.threads = threads;
+    options.listed = false;
+    auto world = std::make_unique<World>(options);
+    EXPECT_TRUE(world->Load(SourceFile(std::string("worlds/") + file)));
+    return world;
+  }
+};
+
+TEST_F(ChosenThreads, AreAllProcessorsByDefault) {
+  const std::unique_ptr<World> world = Load("hospital.world", 0);
+  EXPECT_TRUE(world->engine().chooses_threads());
+  EXPECT_EQ(world->engine().most_threads(), threads::CountUsableProcessors());
+  EXPECT_EQ(world->engine().threads(), 1u) << "none is started before it is worth it";
+  EXPECT_TRUE(world->Summary().chooses_threads);
+  EXPECT_EQ(Load("hospital.world", 3)->engine().most_threads(), 3u);
+  EXPECT_FALSE(Load("hospital.world", 3)->engine().chooses_threads());
+}
+
+/// A world that says so keeps its threads, and gets them again when it is loaded once more.
+TEST_F(ChosenThreads, TheWorldFileHasItsWay) {
+  World world;
+  const auto load = [&world](const std::string& text) {
+    std::istringstream file(text);
+    ASSERT_TRUE(world.Load(file));
+  };
+  load("threads 2");
+  EXPECT_EQ(world.engine().threads(), 2u);
+  EXPECT_FALSE(world.engine().chooses_threads());
+  load("");
+  EXPECT_TRUE(world.engine().chooses_threads());
+  load("threads 1");
+  EXPECT_FALSE(world.engine().chooses_threads());
+  EXPECT_EQ(world.engine().most_threads(), 1u);
+}
+
+/// With more threads than this machine has processors, too: whatever a step chooses.
+TEST_F(ChosenThreads, ChangeNoResult) {
+  for (const char* file : {"simple.world", "cave.world", "hospital.world"}) {
+    const std::unique_ptr<World> chosen = Load(file, 0), alone = Load(file, 1);
+    chosen->engine().ChooseThreads(7);
+    for (int i = 0; i < 40; i++) {
+      chosen->Update();
+      alone->Update();
+      ASSERT_EQ(chosen->StateHash(), alone->StateHash()) << file << ", step " << i;
+    }
+  }
+}
+
+TEST_F(ChosenThreads, LongStepsTryThem) {
+  const std::unique_ptr<World> world = Load("hospital.world", 0);
+  world->engine().ChooseThreads(3);
+  for (int i = 0; i < 10; i++) world->Update();
+  EXPECT_EQ(world->statistics().threads, 3u);
+}
+
+}  // namespace
+}  // namespace Stg
