@@ -43,7 +43,7 @@ void ReserveFor(size_t count, std::vector<uint32_t>* numbers) {
 Grid::Grid() : tiles_(kTilesPerRegion), regions_(1), supers_(1) {
   region_tables_.resize(kRegionsPerSuper, 0);
   region_maps_.resize(kMapsPerSuper, 0);
-  MakeLayer(Layer::kAll, 0, false);
+  MakeLayer(Layer::kAll, 0, false, false);
   RebuildDirectory(0);
 }
 

@@ -42,7 +42,7 @@ using LayerIndex = uint32_t;
 inline constexpr LayerIndex kEverything = 0;  ///< of the thin outlines
 inline constexpr LayerIndex kNoLayer = 0xffffffffu;
 inline constexpr uint32_t kMaxHeights = 8;  ///< of each drawing
-inline constexpr uint32_t kMaxLayers = 2 * (kMaxHeights + 2);
+inline constexpr uint32_t kMaxLayers = 2 * (kMaxHeights + 3);
 
 /// A body that is drawn in the grid: one block of a model, or, in the exact drawing, a few
 /// consecutive edges of a block.
@@ -51,6 +51,7 @@ struct Body {
   Model* model = nullptr;
   const void* tree = nullptr;  ///< the topmost ancestor of the model: equal for related models
   bool ranger_visible = true;  ///< false: no ranger can see it, leave it out of their layers
+  bool drives = false;         ///< its tree is that of a robot: layers of the map leave it out
   /// Exact drawing: edges + 1 corners, global, metres; they stay where they are. Else null.
   const point_t* corners = nullptr;
   uint32_t edges = 0;   ///< at most kMaxEdges
@@ -286,9 +287,17 @@ class Grid {
   /// The layer for rangers' rays at height z, which meet what is visible to rangers and reaches
   /// that height, ends included. There is room for a few heights; for others, and if `z_test` is
   /// off, it is the layer of any height. Makes the layer if there is none.
-  LayerIndex RangerLayer(double z, bool z_test, bool exact = false);
+  LayerIndex RangerLayer(double z, bool z_test, bool exact = false) {
+    return RangerLayerOf(z, z_test, exact, false);
+  }
+  /// The same without robots. Heights of both kinds share the room.
+  LayerIndex MapLayer(double z, bool z_test, bool exact) {
+    return RangerLayerOf(z, z_test, exact, true);
+  }
   /// The same, or kNoLayer instead of making one. For several threads at once.
-  LayerIndex FindRangerLayer(double z, bool z_test, bool exact) const;
+  LayerIndex FindRangerLayer(double z, bool z_test, bool exact) const {
+    return FindRangerLayerOf(z, z_test, exact, false);
+  }
   /// The layer of everything in one of the drawings.
   LayerIndex EverythingLayer(bool exact);
   /// To be called once a step: heights that nobody asked for in a long time give up their layers.
@@ -377,6 +386,7 @@ class Grid {
     enum Kind { kAll, kAnyHeight, kHeight, kUnused } kind = kUnused;
     double z = 0;                    // kHeight
     bool exact = false;              // which drawing
+    bool map = false;                // it leaves out robots
     mutable uint64_t last_used = 0;  // the step
     Occupancy cells;
   };
@@ -413,9 +423,11 @@ class Grid {
   static bool Shows(const Layer& layer, const Body& body);
   uint32_t FindNode(uint32_t first, BodyId id) const;
   uint32_t LayersOf(const Body& body) const;
-  LayerIndex FindLayer(Layer::Kind kind, double z, bool exact) const;
+  LayerIndex RangerLayerOf(double z, bool z_test, bool exact, bool map);
+  LayerIndex FindRangerLayerOf(double z, bool z_test, bool exact, bool map) const;
+  LayerIndex FindLayer(Layer::Kind kind, double z, bool exact, bool map) const;
   bool HeightsAreFull(bool exact) const;
-  LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact);
+  LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact, bool map);
   void SortIn(BodyList* list, BodyId id);
   uint32_t LayersOfDrawing(bool exact) const;
   void RefreshCells(const TilePart& part);

@@ -12,7 +12,7 @@
 namespace Stg::internal::grid {
 
 bool Grid::Shows(const Layer& layer, const Body& body) {
-  if (layer.exact != body.exact()) return false;
+  if (layer.exact != body.exact() || (layer.map && body.drives)) return false;
   switch (layer.kind) {
     case Layer::kUnused:
       return false;
@@ -34,22 +34,22 @@ uint32_t Grid::LayersOf(const Body& body) const {
 }
 
 LayerIndex Grid::EverythingLayer(bool exact) {
-  const LayerIndex found = FindLayer(Layer::kAll, 0, exact);
-  return found != kNoLayer ? found : MakeLayer(Layer::kAll, 0, exact);
+  const LayerIndex found = FindLayer(Layer::kAll, 0, exact, false);
+  return found != kNoLayer ? found : MakeLayer(Layer::kAll, 0, exact, false);
 }
 
-LayerIndex Grid::RangerLayer(double z, bool z_test, bool exact) {
-  const LayerIndex found = FindRangerLayer(z, z_test, exact);
+LayerIndex Grid::RangerLayerOf(double z, bool z_test, bool exact, bool map) {
+  const LayerIndex found = FindRangerLayerOf(z, z_test, exact, map);
   if (found != kNoLayer) return found;
   const bool any_height = !z_test || std::isnan(z) || HeightsAreFull(exact);
-  return MakeLayer(any_height ? Layer::kAnyHeight : Layer::kHeight, any_height ? 0 : z, exact);
+  return MakeLayer(any_height ? Layer::kAnyHeight : Layer::kHeight, any_height ? 0 : z, exact, map);
 }
 
-LayerIndex Grid::FindRangerLayer(double z, bool z_test, bool exact) const {
-  if (!z_test || std::isnan(z)) return FindLayer(Layer::kAnyHeight, 0, exact);
-  const LayerIndex found = FindLayer(Layer::kHeight, z, exact);
+LayerIndex Grid::FindRangerLayerOf(double z, bool z_test, bool exact, bool map) const {
+  if (!z_test || std::isnan(z)) return FindLayer(Layer::kAnyHeight, 0, exact, map);
+  const LayerIndex found = FindLayer(Layer::kHeight, z, exact, map);
   if (found != kNoLayer || !HeightsAreFull(exact)) return found;
-  return FindLayer(Layer::kAnyHeight, 0, exact);
+  return FindLayer(Layer::kAnyHeight, 0, exact, map);
 }
 
 /// True if no further height can have a layer of its own: it shares that of any height.
@@ -60,10 +60,10 @@ bool Grid::HeightsAreFull(bool exact) const {
   return heights >= static_cast<std::ptrdiff_t>(kMaxHeights);
 }
 
-LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact) const {
+LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact, bool map) const {
   for (LayerIndex i = 0; i < layers_.size(); i++) {
     const Layer& layer = layers_[i];
-    if (layer.exact != exact || layer.kind != kind || layer.z != z) continue;
+    if (layer.exact != exact || layer.map != map || layer.kind != kind || layer.z != z) continue;
     // Several threads may ask at once.
     const std::atomic_ref<uint64_t> last_used(layer.last_used);
     if (last_used.load(std::memory_order_relaxed) != step_)
@@ -73,7 +73,7 @@ LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact) const {
   return kNoLayer;
 }
 
-LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
+LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact, bool map) {
   // Before anything is changed, as there may be too little memory for them.
   Occupancy cells;
   cells.TrackChanges(tracking_);
@@ -85,6 +85,7 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact) {
   layer.kind = kind;
   layer.z = z;
   layer.exact = exact;
+  layer.map = map;
   layer.last_used = step_;
   layer.cells = std::move(cells);
   for (Body& body : bodies_)

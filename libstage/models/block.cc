@@ -578,6 +578,7 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
                         .model = item.model,
                         .tree = item.model->Root(),
                         .ranger_visible = !(item.model->vis.ranger_return < 0),
+                        .drives = item.model->Root()->Drives(),
                         .number = item.model->GetId()};
   const std::span<const point_int_t> corners = CornersOf(item);
   if (item.model->scene().exact_drawing) DrawExactly(item, body, edit);

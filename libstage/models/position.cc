@@ -68,6 +68,12 @@ ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& t
   for (int i = 0; i < 3; i++) velocity_bounds[i] = acceleration_bounds[i] = Bounds(-1.0, 1.0);
   velocity_bounds[3] = acceleration_bounds[3] = Bounds(-M_PI / 2, M_PI / 2);
 
+  drives_ = true;
+  DrawErrors();
+}
+
+/// Draws the errors of the odometry. Those that the world file gives stay.
+void ModelPosition::DrawErrors() {
   RandomStream& random = world->random();
   integration_error.x = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
   integration_error.y = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);

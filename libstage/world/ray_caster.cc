@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "messages/report.hh"
-#include "models/position.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
 
@@ -30,10 +29,9 @@ void RayCaster::FindSeen() {
   const std::vector<Model*>& models = world_.engine().models;
   seen_.assign(models.empty() ? 0 : models.back()->GetId() + 1, false);
   for (const Model* model : models)
-    seen_[model->GetId()] =
-        !(model->vis.ranger_return < 0) &&
-        (options_.robots || !dynamic_cast<const ModelPosition*>(model->Root())) &&
-        !(options_.from && model->IsRelated(options_.from));
+    seen_[model->GetId()] = !(model->vis.ranger_return < 0) &&
+                            (options_.robots || !model->Root()->Drives()) &&
+                            !(options_.from && model->IsRelated(options_.from));
 }
 
 bool RayCaster::Cast(const Pose* poses, size_t count, const std::vector<double>& bearings,
@@ -78,7 +76,8 @@ void RayCaster::PlaceFans(const Pose* poses, size_t count, meters_t range, uint3
   fan.exact = world_.IsExact(options_.ray_model);
   fan.z_test = !std::isnan(options_.z);
   const double z = fan.z_test ? options_.z : 0;
-  fan.layer = scene.grid.RangerLayer(z, fan.z_test, fan.exact);
+  fan.layer = options_.robots ? scene.grid.RangerLayer(z, fan.z_test, fan.exact)
+                              : scene.grid.MapLayer(z, fan.z_test, fan.exact);
   OrderByPlace(poses, count);
   scene.batch.AddRoom({.rays = count * samples, .fans = static_cast<uint32_t>(count)});
   ForEachShare(count, [&, fan](size_t i) mutable {

@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -16,6 +18,7 @@
 #include "support/random_source.hh"
 #include "support/shipped_worlds.hh"
 #include "world/engine.hh"
+#include "world/statistics.hh"
 
 namespace Stg {
 namespace {
@@ -82,6 +85,60 @@ void CompareWithRangers(const char* file, RayModel ray_model) {
 TEST(RayCaster, ReadsWhatRangersRead) {
   CompareWithRangers("cave.world", RayModel::kCell);
   CompareWithRangers("hospital.world", RayModel::kCell);
+}
+
+/// Rays among robots that they don't meet cost what other rays do: none stops at a robot only to go
+/// on.
+TEST(RayCaster, MapRaysDoNotStopAtRobots) {
+  for (const RayModel model : {RayModel::kCell, RayModel::kExact}) {
+    RunOptions run;
+    run.ray_model = model;
+    const std::unique_ptr<World> world = LoadShipped("cave.world", run);
+    CastOptions options;
+    RayCaster caster(world.get(), options);
+    std::vector<Pose> poses;
+    for (Model* robot : world->GetAllModels())
+      if (robot->Drives()) poses.push_back(robot->GetGlobalPose());
+    ASSERT_GT(poses.size(), 10u);
+    std::vector<double> bearings(60), ranges(poses.size() * bearings.size());
+    for (size_t i = 0; i < bearings.size(); i++) bearings[i] = static_cast<double>(i) * 0.1;
+    constexpr double kReach = 100;  // metres: beyond all walls
+    const auto before = world->statistics().trace;
+    ASSERT_TRUE(caster.Cast(poses.data(), poses.size(), bearings, kReach, ranges.data()));
+    const auto after = world->statistics().trace;
+    EXPECT_EQ(after.rays - before.rays, ranges.size());
+    const auto hits = static_cast<uint64_t>(
+        std::ranges::count_if(ranges, [](double range) { return range < kReach; }));
+    EXPECT_GT(hits, ranges.size() / 2);
+    // The exact model looks into cells that the ray only passes, too.
+    if (model == RayModel::kCell) {
+      EXPECT_EQ(after.potential_hits - before.potential_hits, hits);
+    }
+  }
+}
+
+/// What a robot carries is no part of the map; what it has put down is.
+TEST(RayCaster, MapChangesWithWhatStandsOnRobots) {
+  InitLibrary();
+  World world;
+  std::istringstream file(
+      "position( name \"r\" pose [5 5 0 0] size [0.4 0.4 0.4] ) model( name \"box\" pose [2 0 0 0] "
+      "size [0.2 0.2 0.2] )");
+  ASSERT_TRUE(world.Load(file));
+  const auto range = [&world] {
+    double found = 0;
+    const Pose origin(0, 0, 0, 0);
+    EXPECT_TRUE(RayCaster(&world).Cast(&origin, 1, {0.0}, 8.0, &found));
+    return found;
+  };
+  Model* const box = world.GetModel("box");
+  EXPECT_NEAR(range(), 1.9, 0.03);
+  box->SetParent(world.GetModel("r"));
+  EXPECT_EQ(range(), 8);
+  box->SetParent(nullptr);
+  EXPECT_NEAR(range(), 1.9, 0.03);
+  box->SetRangerReturn(-1);
+  EXPECT_EQ(range(), 8);
 }
 
 TEST(RayCaster, ReadsWhatRangersReadInTheExactModel) {

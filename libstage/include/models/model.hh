@@ -131,6 +131,8 @@ class Model : public Ancestor {
   Model* Parent() const { return parent; }
   Model* Root() { return root; }
   const Model* Root() const { return root; }
+  /// Whether it is a ModelPosition.
+  bool Drives() const { return drives_; }
   /// The model called "<token>.<name>"; null and a warning if there is none.
   Model* GetChild(const std::string& name) const;
   /// This model or the first descendant of the type that was not handed out before; marks it.
@@ -401,6 +403,7 @@ class Model : public Ancestor {
   friend class CallbackPhase;
   friend class GatherPhase;
   friend class MovePhase;
+  friend class ModelPosition;
   friend class ModelRanger;
   friend const ModelType* FindModelType(const Model& model);
 
@@ -607,6 +610,7 @@ class Model : public Ancestor {
   // Most models have neither.
   std::forward_list<std::shared_ptr<void> > adopted_;
   std::forward_list<KeptState> kept_state_;  // in the order of the calls
+  bool drives_ = false;                    // it is a ModelPosition
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.
