@@ -304,6 +304,11 @@ bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, m
   return !watch.gone();
 }
 
+void Model::RestartRandomNumbers(unsigned index) {
+  random_.Restart(SeedOfPlace(parent ? parent->random_.seed() : world->seed(), type, index));
+  DrawAtBeginning();
+}
+
 bool Model::PlaceInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
                              size_t max_iter) {
   return !HasCollision() || RandomPoseInFreeSpace(xmin, xmax, ymin, ymax, max_iter);

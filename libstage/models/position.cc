@@ -75,9 +75,13 @@ ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& t
 /// Draws the errors of the odometry. Those that the world file gives stay.
 void ModelPosition::DrawErrors() {
   RandomStream& random = world->random();
-  integration_error.x = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
-  integration_error.y = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
-  integration_error.a = random.Uniform(-kErrorWidthA / 2, kErrorWidthA / 2);
+  const double x = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
+  const double y = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
+  const double a = random.Uniform(-kErrorWidthA / 2, kErrorWidthA / 2);
+  if (errors_given_) return;
+  integration_error.x = x;
+  integration_error.y = y;
+  integration_error.a = a;
 }
 
 ModelPosition::~ModelPosition() { world->host().StopMoving(this); }
@@ -209,6 +213,7 @@ void ModelPosition::Load() {
     wf->Warn(wf_entity, "odom", "\"odom\" has no effect any more; use \"localization_origin\"");
   }
   LoadOdomError();
+  errors_given_ = wf->PropertyExists(wf_entity, "odom_error");
 
   const auto read_bounds = [this](const char* name, Bounds* b) {
     wf->ReadTuple(wf_entity, name, 0, 8, "llllllaa", &b[0].min, &b[0].max, &b[1].min, &b[1].max,

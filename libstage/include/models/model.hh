@@ -456,6 +456,12 @@ class Model : public Ancestor {
   /// See World::Reseed(): the model's random numbers are to follow from these two. A type with
   /// generators of its own overrides it and calls its parent class first.
   virtual void Reseed(uint64_t seed);
+  /// Draws what a new model of this type takes from World::random(): see World::BeginAgain(). A
+  /// type whose constructor draws overrides it.
+  virtual void DrawAtBeginning() {}
+  /// Makes the model's random numbers begin as those of a new model do that is number `index` of
+  /// its type below its parent.
+  void RestartRandomNumbers(unsigned index);
 
   /// The model's share in the world's energy phase; see power_pack.hh.
   virtual void UpdateCharge();
@@ -604,13 +610,13 @@ class Model : public Ancestor {
   bool hidden_from_rangers_;               // its body was drawn while rangers looked through it
   bool loaded_;                            // not for the first time, if it loads again
   bool shares_name_;                       // another model had its name before
+  bool drives_ = false;                    // it is a ModelPosition
   uint16_t controllers_;                   // loaded
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
   // Most models have neither.
   std::forward_list<std::shared_ptr<void> > adopted_;
   std::forward_list<KeptState> kept_state_;  // in the order of the calls
-  bool drives_ = false;                    // it is a ModelPosition
 };
 
 /// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.

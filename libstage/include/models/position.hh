@@ -96,8 +96,10 @@ class ModelPosition : public Model {
   void Update() override;
   void Gather(internal::sensing::FanList*) override;
   void Load() override;
+  void DrawAtBeginning() override { DrawErrors(); }
 
  private:
+  void DrawErrors();
   void LoadModes();
   void LoadOdomError();
   double PowerOf(const Velocity& vel) const;
@@ -129,6 +131,7 @@ class ModelPosition : public Model {
   DriveMode drive_mode;
   LocalizationMode localization_mode;
   Velocity integration_error;
+  bool errors_given_ = false;  // by the world file
   double wheelbase;
   usec_t last_update_;  // simulated time of the last update; that of the subscription at first
   bool car_warned_;

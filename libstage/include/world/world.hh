@@ -38,6 +38,7 @@ class WorldEngine;
 class Option;
 class StateExchange;
 class Visualizer;
+struct WorldBeginning;
 struct WorldImage;
 struct RunStatistics;
 struct SceneSummary;
@@ -163,6 +164,14 @@ class World : public Ancestor {
   /// new, and callbacks are gone but those of controllers. False like Load(); and if nothing is
   /// loaded, or a callback of the world's asks for it, with a message.
   bool Reset(uint64_t seed);
+  /// To be called right after loading: what BeginAgain() needs. Null if going back to this state
+  /// with another seed would not be what loading with that seed is: controllers, plug-ins and
+  /// populations may make anything of a seed.
+  std::shared_ptr<const WorldBeginning> TakeBeginning();
+  /// The same as Reset(seed), at the price of Restore(): models stay, and go back to how they were
+  /// loaded. The beginning is that of this world or of a copy of it. False, without a message and
+  /// with the world as it was, if models or the world have callbacks of clients.
+  bool BeginAgain(const WorldBeginning& beginning, uint64_t seed);
   /// Deletes all models; the clock goes back to 0.
   virtual void UnLoad();
   /// Lets every model read its properties again, from the world file as it is in memory. Bodies,
@@ -438,6 +447,9 @@ class World : public Ancestor {
   void NoteAllDrawnSince(uint64_t stamp);
   std::shared_ptr<const WorldImage> MakeImage() const;
   void DrawLike(const WorldImage& image);
+  bool HasClients() const;
+  bool MayBeginAgain();
+  void RestartRandomNumbers(const WorldBeginning& beginning, uint64_t seed);
 
   static void InitIfNotDone();
   static std::vector<World*> ListedWorlds();

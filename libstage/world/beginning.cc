@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Worlds that begin again with another seed, without being loaded: learners do that after each
+// episode, and loading takes several times as long as going back to a snapshot.
+
+#include "world/beginning.hh"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "models/model.hh"
+#include "world/engine.hh"
+#include "world/world.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+namespace {
+
+std::vector<unsigned> IndicesOf(const std::vector<Model*>& models) {
+  std::map<std::pair<const Model*, std::string>, unsigned> counts;
+  std::vector<unsigned> indices;
+  for (const Model* model : models)
+    indices.push_back(counts[{model->Parent(), model->GetModelType()}]++);
+  return indices;
+}
+
+}  // namespace
+
+/// Somebody may hold on to models that a reset deletes, or wait to be called.
+bool World::HasClients() const {
+  const auto has_callbacks = [](const Model* model) {
+    return model->controllers_ > 0 ||
+           (model->callbacks_ && std::ranges::any_of(model->callbacks_->all, [](const auto& entry) {
+              return entry.function != nullptr;
+            }));
+  };
+  const auto is_in_force = [](const WorldEngine::UpdateCallback& entry) {
+    return entry.function != nullptr;
+  };
+  return std::ranges::any_of(engine_->update_callbacks, is_in_force) ||
+         !engine_->calls_after_step.empty() || std::ranges::any_of(engine_->models, has_callbacks);
+}
+
+bool World::MayBeginAgain() {
+  return wf && engine_->IsIdle() && wf->populations().empty() &&
+         (!options_.controllers || wf->TupleLength(0, "plugins") == 0) && !HasClients();
+}
+
+/// Draws what loading with that seed draws, in the same order.
+void World::RestartRandomNumbers(const WorldBeginning& beginning, uint64_t seed) {
+  options_.seed = seed;
+  random_.Restart(seed);
+  for (size_t i = 0; i < engine_->models.size(); i++)
+    engine_->models[i]->RestartRandomNumbers(beginning.indices[i]);
+}
+
+std::shared_ptr<const WorldBeginning> World::TakeBeginning() {
+  if (!MayBeginAgain()) return nullptr;
+  auto beginning = std::make_shared<WorldBeginning>();
+  if (!Take(&beginning->state)) return nullptr;
+  beginning->indices = IndicesOf(engine_->models);
+  // A model type that draws something else while it is loaded shows here: with the world's own seed
+  // nothing may change.
+  Snapshot again;
+  if (!BeginAgain(*beginning, seed()) || !Take(&again)) return nullptr;
+  return again.hash() == beginning->state.hash() ? beginning : nullptr;
+}
+
+bool World::BeginAgain(const WorldBeginning& beginning, uint64_t seed) {
+  if (!MayBeginAgain()) return false;
+  const double start = WallClock();
+  if (!Restore(beginning.state)) return false;
+  RestartRandomNumbers(beginning, seed);
+  simulated_before_ = 0;
+  quit_ = false;
+  log_.clear();
+  ray_list.clear();
+  engine_->greatest_dissipation = 0;
+  engine_->statistics = RunStatistics();
+  sensing::TraceStatistics none;
+  none.device = engine_->tracer.statistics().device;
+  engine_->tracer.SetStatistics(none);
+  engine_->statistics.load_seconds = WallClock() - start;
+  return true;
+}
+
+}  // namespace Stg
