@@ -257,7 +257,7 @@ void World::DrawAll() {
 
 /// Init functions may delete models, and add some, whose controllers are not for us to initialise.
 void World::InitControllers() {
-  if (engine_->controllers_left_out > 0)
+  if (engine_->controllers_left_out > 0 && !engine_->image)  // else it was said of the first world
     messages::Warn("controllers left out, as asked for: " +
                    std::to_string(engine_->controllers_left_out));
   engine_->ForEachModel([](Model* model) { model->InitOrThrow(); });
