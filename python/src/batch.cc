@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "gil.hh"
+#include "parts.hh"
 #include "signals.hh"
 
 namespace Stg::python {
@@ -18,28 +19,64 @@ RunOptions OptionsOfWorlds(const World& prototype) {
   RunOptions options = prototype.options();
   options.threads = 1;
   options.opencl = false;  // they share the prototype's device
+  options.listed = false;
   return options;
 }
 
 }  // namespace
 
-Batch::Batch(std::shared_ptr<Simulation> prototype, const std::vector<uint64_t>& seeds,
-             unsigned threads)
-    : prototype_(std::move(prototype)),
-      image_(prototype_->world().Image()),
-      options_(OptionsOfWorlds(prototype_->world())),
+struct Batch::Origin {
+  std::shared_ptr<const WorldImage> image;
+  RunOptions options;
+  std::shared_ptr<const World> device;
+};
+
+Batch::Origin Batch::OriginOf(Simulation* prototype) {
+  const Use use(prototype);
+  const World& world = prototype->world();
+  const RunOptions options = OptionsOfWorlds(world);
+  std::shared_ptr<World> device;
+  if (world.options().opencl) {
+    device = std::make_shared<World>(options);
+    device->UseDeviceOf(world);
+  }
+  const Complaints complaints;
+  Origin origin{world.Image(), options, std::move(device)};
+  if (!origin.image) throw Failure{Kind::kStage, complaints.Last("the world can't be copied")};
+  return origin;
+}
+
+Batch::Origin Batch::OriginOf(Batch* other) {
+  const Use use(other);
+  return {other->image_, other->options_, other->device_};
+}
+
+Batch::Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads)
+    : Batch(OriginOf(prototype), seeds, threads) {}
+
+Batch::Batch(Batch* other, const std::vector<uint64_t>& seeds)
+    : Batch(OriginOf(other), seeds, other->threads()) {}
+
+Batch::Batch(Origin origin, const std::vector<uint64_t>& seeds, unsigned threads)
+    : image_(std::move(origin.image)),
+      options_(std::move(origin.options)),
+      device_(std::move(origin.device)),
       worlds_(seeds.size()),
       seeds_(seeds),
       failures_(seeds.size()),
-      pool_(threads) {
+      pool_(threads),
+      tallies_(pool_.threads()) {
   const GilRelease no_gil;
-  ForEach(All(), [&](size_t i) { Load(i); });
-  for (const std::string& failure : failures_)
-    if (!failure.empty()) throw Failure{Kind::kWorld, failure};
+  ForEach(All(), [&](size_t i, unsigned) { Load(i); });
+  for (const std::string& failure : failures_) {
+    if (failure.empty()) continue;
+    for (const WorldHandle& world : worlds_) delete world.get();
+    throw Failure{Kind::kWorld, failure};
+  }
 }
 
 Batch::~Batch() {
-  for (size_t i = 0; i < size(); i++) delete WorldAt(i);
+  for (const WorldHandle& world : worlds_) delete world.get();
 }
 
 void Batch::MakeCrowd(const std::vector<uint32_t>& robots) {
@@ -48,9 +85,7 @@ void Batch::MakeCrowd(const std::vector<uint32_t>& robots) {
   crowd_ = std::make_shared<Crowd>(weak_from_this(), keys, size(), false);
 }
 
-World* Batch::WorldAt(size_t index) const {
-  return worlds_[index] && World::Exists(worlds_[index]) ? worlds_[index] : nullptr;
-}
+World* Batch::WorldAt(size_t index) const { return worlds_[index].get(); }
 
 Model* Batch::Find(size_t index, const ModelKey& key) const {
   World* const world = WorldAt(index);
@@ -73,10 +108,10 @@ void Batch::Fail(size_t index, const std::string& why) { failures_[index] = why;
 
 template <typename F>
 void Batch::ForEach(const Indices& which, F f) {
-  pool_.Run(which.size(), 1, [&](size_t begin, size_t end, unsigned) {
+  pool_.Run(which.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
     for (size_t i = begin; i < end; i++) {
       try {
-        f(which[i]);
+        f(which[i], thread);
       } catch (const Failure& failure) {
         Fail(which[i], failure.text);
       } catch (...) {
@@ -86,30 +121,48 @@ void Batch::ForEach(const Indices& which, F f) {
   });
 }
 
-/// A new world that is a copy is there faster than an old one is loaded again.
+/// Makes the world anew, as a copy.
 void Batch::Load(size_t index) {
   delete WorldAt(index);
-  worlds_[index] = nullptr;
+  worlds_[index] = WorldHandle();
   failures_[index].clear();
   if (crowd_) crowd_->Forget(index);
   RunOptions options = options_;
   options.seed = seeds_[index];
-  options.listed = false;
   auto world = std::make_unique<World>(options);
-  if (const World* const prototype = prototype_->WorldAt(0)) world->UseDeviceOf(*prototype);
+  const WorldHandle handle(world.get());
+  if (device_) world->UseDeviceOf(*device_);
   const Complaints complaints;
   const bool loaded = world->LoadCopy(image_);
-  if (!World::Exists(world.get())) static_cast<void>(world.release());
+  if (!handle) static_cast<void>(world.release());
   if (!loaded) throw Failure{Kind::kWorld, complaints.Last("the world can't be copied")};
   world->SetQuitTime(0);
-  worlds_[index] = world.release();
+  worlds_[index] = handle;
+  static_cast<void>(world.release());
+}
+
+/// As if the world had just been loaded with its seed.
+void Batch::BeginAgain(size_t index) {
+  World* const world = WorldAt(index);
+  if (!world || !beginning_ || !world->BeginAgain(*beginning_, seeds_[index])) return Load(index);
+  failures_[index].clear();
+}
+
+/// Loads one of the worlds to see how they all begin.
+void Batch::FindBeginning(const Indices& which) {
+  if (which.empty() || std::exchange(looked_for_beginning_, true)) return;
+  ForEach({which[0]}, [&](size_t index, unsigned) {
+    Load(index);
+    beginning_ = WorldAt(index)->TakeBeginning();
+  });
 }
 
 /// False if it makes no more steps.
 bool Batch::StepWorld(size_t index, uint64_t steps) {
   for (uint64_t i = 0; i < steps; i++) {
-    crowd_->Command(index);
-    if (!worlds_[index]->Update()) continue;
+    crowd_->Command(*this, index);
+    World* const world = WorldAt(index);
+    if (!world->Update()) continue;
     if (!WorldAt(index)) Fail(index, "a controller has deleted the world");
     return false;
   }
@@ -122,38 +175,39 @@ bool Batch::StepWorld(size_t index, uint64_t steps) {
 template <typename F>
 void Batch::InRounds(const Indices& which, uint64_t count, uint64_t steps, F work) {
   constexpr double kSeconds = 0.05;
-  constexpr uint64_t kMost = 1000;  // if there is nothing to go by
   SignalChecks signals;
   for (uint64_t done = 0; done < count;) {
-    const double steps_of_all = static_cast<double>(CountGoing(which) * steps);
-    const double fit = steps_of_all == 0   ? kMost
-                       : step_seconds_ > 0 ? kSeconds / (step_seconds_ * steps_of_all)
-                                           : 1;
+    const double fit = step_seconds_ > 0 ? kSeconds / (step_seconds_ * static_cast<double>(steps) *
+                                                       static_cast<double>(which.size()))
+                                         : 1;
     const uint64_t now = std::min(static_cast<uint64_t>(std::clamp(fit, 1.0, 1e9)), count - done);
     const double start = threads::WallClock();
-    ForEach(which, [&](size_t index) {
-      if (failures_[index].empty() && WorldAt(index)) work(index, done, now);
+    for (Tally& tally : tallies_) tally.going = 0;
+    ForEach(which, [&](size_t index, unsigned thread) {
+      if (failures_[index].empty() && WorldAt(index) && work(index, done, now))
+        tallies_[thread].going++;
     });
     done += now;
-    if (steps_of_all > 0)
-      step_seconds_ = (threads::WallClock() - start) / (steps_of_all * static_cast<double>(now));
+    NoteStepSeconds(threads::WallClock() - start, now * steps);
     if (done < count) signals.Look();
   }
 }
 
-size_t Batch::CountGoing(const Indices& which) const {
-  return static_cast<size_t>(std::ranges::count_if(which, [&](size_t index) {
-    const World* const world = WorldAt(index);
-    return failures_[index].empty() && world && !world->TestQuit();
-  }));
+/// What worlds took that have made so many steps each. Those that have ended or failed take no
+/// time: if all have, nothing is learned.
+void Batch::NoteStepSeconds(double seconds, uint64_t steps) {
+  size_t going = 0;
+  for (const Tally& tally : tallies_) going += tally.going;
+  if (going > 0) step_seconds_ = seconds / static_cast<double>(going * steps);
 }
 
 void Batch::Step(const Indices& which, uint64_t steps) {
   const Use use(this);
   const GilRelease no_gil;
   InRounds(which, steps, 1, [&](size_t index, uint64_t, uint64_t now) {
-    StepWorld(index, now);
-    crowd_->Gather(index);
+    const bool going = StepWorld(index, now);
+    crowd_->Gather(*this, index);
+    return going;
   });
 }
 
@@ -163,14 +217,16 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
   const GilRelease no_gil;
   InRounds(All(), moments, steps, [&](size_t index, uint64_t first, uint64_t now) {
     const size_t row = 3 * crowd_->size();
+    bool going = true;
     for (uint64_t moment = first; moment < first + now; moment++) {
       if (commands) crowd_->SetCommands(index, commands + (moment * size() + index) * row);
-      StepWorld(index, steps);
-      crowd_->Gather(index);
+      going = StepWorld(index, steps);
+      crowd_->Gather(*this, index);
       for (const Record& record : records)
         std::memcpy(record.to + (moment * size() + index) * record.bytes_per_world,
                     record.live + index * record.bytes_per_world, record.bytes_per_world);
     }
+    return going;
   });
 }
 
@@ -178,24 +234,26 @@ void Batch::Reset(const Indices& which, const std::vector<uint64_t>& seeds) {
   const Use use(this);
   const GilRelease no_gil;
   for (size_t i = 0; i < which.size(); i++) seeds_[which[i]] = seeds[i];
-  ForEach(which, [&](size_t index) {
-    Load(index);
+  FindBeginning(which);
+  ForEach(which, [&](size_t index, unsigned) {
+    BeginAgain(index);
     crowd_->ClearCommands(index);
   });
-  ForEach(which, [&](size_t index) { crowd_->Gather(index); });
+  ForEach(which, [&](size_t index, unsigned) { crowd_->Gather(*this, index); });
 }
 
 void Batch::Restore(const Indices& which, const Snapshot& from) {
   const Use use(this);
   const GilRelease no_gil;
-  ForEach(which, [&](size_t index) {
+  ForEach(which, [&](size_t index, unsigned) {
     if (!WorldAt(index)) Load(index);
+    World& world = WorldOf(static_cast<uint32_t>(index));
     const Complaints complaints;
-    if (!worlds_[index]->Restore(from))
+    if (!world.Restore(from))
       throw Failure{Kind::kStage, complaints.Last("the snapshot doesn't fit")};
-    worlds_[index]->CancelQuit();
+    world.CancelQuit();
     failures_[index].clear();
-    crowd_->Gather(index);
+    crowd_->Gather(*this, index);
   });
 }
 
@@ -214,7 +272,7 @@ std::vector<uint64_t> Batch::StateHashes() {
   const Use use(this);
   const GilRelease no_gil;
   std::vector<uint64_t> hashes(size());
-  ForEach(All(), [&](size_t index) {
+  ForEach(All(), [&](size_t index, unsigned) {
     if (const World* const world = WorldAt(index)) hashes[index] = world->StateHash();
   });
   return hashes;
@@ -228,9 +286,46 @@ std::shared_ptr<Simulation> Batch::Fork(uint32_t index) {
 void Batch::Teleport(const double* poses, const bool* which) {
   const Use use(this);
   for (size_t i = 0; i < size(); i++) {
-    crowd_->Teleport(i, poses + 3 * i * crowd_->size(), which + i * crowd_->size());
-    crowd_->Gather(i);
+    crowd_->Teleport(*this, i, poses + 3 * i * crowd_->size(), which + i * crowd_->size());
+    crowd_->Gather(*this, i);
   }
+}
+
+std::vector<uint64_t> Batch::Seeds() {
+  const Use use(this);
+  return seeds_;
+}
+
+std::map<uint32_t, std::string> Batch::Failures() {
+  const Use use(this);
+  std::map<uint32_t, std::string> failures;
+  for (uint32_t i = 0; i < size(); i++)
+    if (!failures_[i].empty()) failures[i] = failures_[i];
+  return failures;
+}
+
+void Batch::SetFailures(const std::map<uint32_t, std::string>& failures) {
+  const Use use(this);
+  for (const auto& [index, text] : failures)
+    if (index < size()) Fail(index, text);
+}
+
+Batch::Metrics Batch::MetricsOfAll() {
+  const Use use(this);
+  Metrics metrics;
+  for (size_t i = 0; i < size(); i++) {
+    const World* const world = WorldAt(i);
+    if (!world) continue;
+    for (const NamedMetric& metric : world->Metrics()) {
+      auto known = std::ranges::find(metrics, metric.name, &Metrics::value_type::first);
+      if (known == metrics.end()) {
+        metrics.emplace_back(metric.name, std::vector<double>(size(), kUnknown));
+        known = metrics.end() - 1;
+      }
+      known->second[i] = metric.value;
+    }
+  }
+  return metrics;
 }
 
 }  // namespace Stg::python

@@ -11,9 +11,10 @@
 #define STAGE_PYTHON_BATCH_HH
 
 #include <cstdint>
-#include <functional>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "crowd.hh"
@@ -28,8 +29,9 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   using Indices = std::vector<uint32_t>;
 
   /// One world for each seed, as if it had been loaded with that seed. `threads`: 1 or more.
-  Batch(std::shared_ptr<Simulation> prototype, const std::vector<uint64_t>& seeds,
-        unsigned threads);
+  Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads);
+  /// Worlds of the same file as those of another batch, each as if it had just been loaded.
+  Batch(Batch* other, const std::vector<uint64_t>& seeds);
   ~Batch() override;
 
   const std::shared_ptr<Crowd>& crowd() { return crowd_; }
@@ -54,41 +56,64 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   std::vector<uint64_t> StateHashes();
   std::shared_ptr<Simulation> Fork(uint32_t index);
   void Teleport(const double* poses, const bool* which);
+  /// Calls f(world) with the GIL.
+  template <typename F>
+  auto With(uint32_t index, F f) {
+    const Use use(this);
+    return f(WorldOf(index));
+  }
 
   size_t size() const { return worlds_.size(); }
-  /// That each world was loaded with last.
-  const std::vector<uint64_t>& seeds() const { return seeds_; }
   unsigned threads() const { return pool_.threads(); }
-  /// Why the world has failed; empty: it has not.
-  const std::string& failure(size_t index) const { return failures_[index]; }
+  /// That each world was loaded with last.
+  std::vector<uint64_t> Seeds();
+  /// Which worlds have failed, and why.
+  std::map<uint32_t, std::string> Failures();
+  /// These worlds make no more steps until they are reset or restored.
+  void SetFailures(const std::map<uint32_t, std::string>& failures);
+  /// Metrics by name, in the order in which they are met: a value for each world, not a number
+  /// where it has none.
+  using Metrics = std::vector<std::pair<std::string, std::vector<double>>>;
+  Metrics MetricsOfAll();
 
   bool is_open() const override { return true; }
   World* WorldAt(size_t index) const override;
   Model* Find(size_t index, const ModelKey& key) const override;
 
  private:
+  struct Origin;  // what worlds are made from
+  Batch(Origin origin, const std::vector<uint64_t>& seeds, unsigned threads);
+  static Origin OriginOf(Simulation* prototype);
+  static Origin OriginOf(Batch* other);
   void Load(size_t index);
+  void BeginAgain(size_t index);
+  void FindBeginning(const Indices& which);
   bool StepWorld(size_t index, uint64_t steps);
   void Fail(size_t index, const std::string& why);
-  /// Calls f(index) for these worlds on all threads; what one throws is its failure.
+  /// Calls f(index, thread) for these worlds on all threads; what one throws is its failure.
   template <typename F>
   void ForEach(const Indices& which, F f);
   /// Goes through rounds of work(index, first, count) for these worlds until `count` things are
-  /// done, each of so many steps.
+  /// done, each of so many steps. It returns whether the world has made them all.
   template <typename F>
   void InRounds(const Indices& which, uint64_t count, uint64_t steps, F work);
-  /// Of these worlds, those that still make steps.
-  size_t CountGoing(const Indices& which) const;
+  void NoteStepSeconds(double seconds, uint64_t steps);
   Indices All() const;
   World& WorldOf(uint32_t index) const;
 
-  const std::shared_ptr<Simulation> prototype_;
   const std::shared_ptr<const WorldImage> image_;
-  RunOptions options_;
-  std::vector<World*> worlds_;
+  const RunOptions options_;
+  const std::shared_ptr<const World> device_;        // never loaded: it lends worlds its device
+  std::shared_ptr<const WorldBeginning> beginning_;  // of all worlds; null: they have to be loaded
+  bool looked_for_beginning_ = false;
+  std::vector<WorldHandle> worlds_;
   std::vector<uint64_t> seeds_;
   std::vector<std::string> failures_;
   threads::WorkerPool pool_;
+  struct alignas(64) Tally {  // a cache line of its own, as its thread writes to it
+    size_t going = 0;
+  };
+  std::vector<Tally> tallies_;  // of each thread: worlds that have made all steps asked for
   std::shared_ptr<Crowd> crowd_;
   double step_seconds_ =
       0;  // that a step of a world has taken lately, all threads together; 0: unknown

@@ -2,7 +2,6 @@
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include "gil.hh"
 #include "model_handle.hh"
 #include "signals.hh"
+#include "text.hh"
 
 namespace Stg::python {
 

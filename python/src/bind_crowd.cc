@@ -1,23 +1,26 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
-#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
-#include <algorithm>
-#include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "batch.hh"
 #include "bindings.hh"
 #include "crowd.hh"
+#include "picture.hh"
+#include "text.hh"
 
 namespace Stg::python {
 
@@ -29,13 +32,23 @@ using Commands = nb::ndarray<const double, nb::shape<-1, -1, -1, 3>, nb::c_conti
 using Live = nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu>;
 using Written = nb::ndarray<nb::c_contig, nb::device::cpu>;
 
-std::shared_ptr<Batch> Make(std::shared_ptr<Simulation> prototype,
-                            const std::vector<uint64_t>& seeds, unsigned threads,
-                            const std::vector<uint32_t>& robots) {
+std::shared_ptr<Batch> Make(Simulation& prototype, const std::vector<uint64_t>& seeds,
+                            unsigned threads, const std::vector<uint32_t>& robots) {
   return Logged([&] {
-    const auto batch = std::make_shared<Batch>(prototype, seeds, threads);
+    const auto batch = std::make_shared<Batch>(&prototype, seeds, threads);
     batch->MakeCrowd(robots);
     return batch;
+  });
+}
+
+/// Worlds of the same file, with arrays of the same robots.
+std::shared_ptr<Batch> MakeAnother(Batch& batch, const std::vector<uint64_t>& seeds) {
+  return Logged([&] {
+    const auto another = std::make_shared<Batch>(&batch, seeds);
+    std::vector<uint32_t> robots;
+    for (const ModelKey& key : batch.crowd()->robots()) robots.push_back(key.id);
+    another->MakeCrowd(robots);
+    return another;
   });
 }
 
@@ -61,30 +74,29 @@ void Teleport(Batch& batch, const Poses& poses, const Mask& which) {
   batch.Teleport(poses.data(), which.data());
 }
 
-std::vector<std::string> FailuresOf(const Batch& batch) {
-  std::vector<std::string> failures;
-  for (size_t i = 0; i < batch.size(); i++) failures.push_back(batch.failure(i));
-  return failures;
+using Numbers = nb::ndarray<const uint32_t, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+
+Batch::Indices IndicesOf(const Numbers& which) {
+  return {which.data(), which.data() + which.shape(0)};
 }
 
-/// By name, of each world; not a number where there is none. In the order in which they are met.
-std::vector<std::pair<std::string, std::vector<double>>> MetricsOf(const Batch& batch) {
-  std::vector<std::pair<std::string, std::vector<double>>> metrics;
-  for (size_t i = 0; i < batch.size(); i++) {
-    const World* const world = batch.WorldAt(i);
-    if (!world) continue;
-    for (const NamedMetric& metric : world->Metrics()) {
-      const auto is_it = [&](const auto& known) { return known.first == metric.name; };
-      auto known = std::find_if(metrics.begin(), metrics.end(), is_it);
-      if (known == metrics.end()) {
-        const double none = std::numeric_limits<double>::quiet_NaN();
-        metrics.emplace_back(metric.name, std::vector<double>(batch.size(), none));
-        known = metrics.end() - 1;
-      }
-      known->second[i] = metric.value;
-    }
-  }
-  return metrics;
+using Pixels = nb::ndarray<uint8_t, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
+
+void Render(Batch& batch, uint32_t index, double x, double y, double scale, bool data,
+            const Pixels& pixels) {
+  const View view{static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), x, y,
+                  scale};
+  batch.With(index, [&](World& world) {
+    const GilRelease no_gil;
+    DrawWorld(world, view, data, pixels.data());
+  });
+}
+
+std::tuple<double, double, double> Fit(Batch& batch, uint32_t index, int width, int height) {
+  return batch.With(index, [&](World& world) {
+    const View view = FittedView(world, width, height);
+    return std::tuple(view.x, view.y, view.scale);
+  });
 }
 
 void BindBatch(nb::module_& module) {
@@ -93,13 +105,18 @@ void BindBatch(nb::module_& module) {
            nb::arg("robots"))
       .def_prop_ro("crowd", &Batch::crowd)
       .def_prop_ro("threads", &Batch::threads)
-      .def("failures", &FailuresOf)
-      .def("metrics", &MetricsOf)
-      .def("seeds", &Batch::seeds)
+      .def("failures", &Batch::Failures)
+      .def("set_failures", &Batch::SetFailures, nb::arg("failures"))
+      .def("metrics", &Batch::MetricsOfAll)
+      .def("seeds", &Batch::Seeds)
+      .def("another", &MakeAnother, nb::arg("seeds"))
+      .def("render", &Render, nb::arg("index"), nb::arg("x"), nb::arg("y"), nb::arg("scale"),
+           nb::arg("data"), nb::arg("to"))
+      .def("fit", &Fit, nb::arg("index"), nb::arg("width"), nb::arg("height"))
       .def(
           "step",
-          [](Batch& b, const Batch::Indices& which, uint64_t steps) {
-            Logged([&] { b.Step(which, steps); });
+          [](Batch& b, const Numbers& which, uint64_t steps) {
+            Logged([&] { b.Step(IndicesOf(which), steps); });
           },
           nb::arg("which"), nb::arg("steps"))
       .def("rollout", &Rollout, nb::arg("moments"), nb::arg("steps"), nb::arg("commands").none(),
@@ -109,14 +126,14 @@ void BindBatch(nb::module_& module) {
                    "to: collections.abc.Sequence[object]) -> None"))
       .def(
           "reset",
-          [](Batch& b, const Batch::Indices& which, const std::vector<uint64_t>& seeds) {
-            Logged([&] { b.Reset(which, seeds); });
+          [](Batch& b, const Numbers& which, const std::vector<uint64_t>& seeds) {
+            Logged([&] { b.Reset(IndicesOf(which), seeds); });
           },
           nb::arg("which"), nb::arg("seeds"))
       .def(
           "restore",
-          [](Batch& b, const Batch::Indices& which, const Snapshot& from) {
-            Logged([&] { b.Restore(which, from); });
+          [](Batch& b, const Numbers& which, const Snapshot& from) {
+            Logged([&] { b.Restore(IndicesOf(which), from); });
           },
           nb::arg("which"), nb::arg("snapshot"))
       .def("take", &Batch::Take, nb::arg("index"))

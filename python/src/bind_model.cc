@@ -2,7 +2,6 @@
 
 #include <nanobind/operators.h>
 #include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
@@ -11,8 +10,10 @@
 #include <vector>
 
 #include "bindings.hh"
+#include "given.hh"
 #include "model_handle.hh"
 #include "parts.hh"
+#include "text.hh"
 
 namespace Stg::python {
 
@@ -25,9 +26,17 @@ Triple InPlane(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
 
 ModelPosition& AsPosition(Model& model) { return As<ModelPosition>(model, "position"); }
 
+constexpr const char* kPose = "three numbers: x, y (metres) and heading (radians)";
+constexpr const char* kNumber = "a number";
+constexpr const char* kInteger = "a whole number";
+constexpr const char* kText = "a text";
+constexpr const char* kTruth = "True or False";
+
+/// Sets a property of that name. `expected`: what values may be.
 template <typename Value, typename Set>
-auto Setter(Set set) {
-  return [set](const ModelHandle& handle, Value value) {
+auto Setter(const char* name, const char* expected, Set set) {
+  return [=](const ModelHandle& handle, const Given<Value>& given) {
+    const Value value = given.Value(name, expected);
     handle.Change([&](Model& model) { set(model, value); });
   };
 }
@@ -40,14 +49,15 @@ void OrComplain(F f) {
   if (!complaints.lines.empty()) throw Failure{Kind::kStage, complaints.lines.back()};
 }
 
-void AddSensor(const ModelHandle& handle, double range, double fov, uint32_t samples,
-               const Triple& pose) {
+void AddSensor(const ModelHandle& handle, const Given<double>& range, const Given<double>& fov,
+               const Given<uint32_t>& samples, const Given<Triple>& pose) {
+  ModelRanger::Sensor sensor;
+  sensor.range = Bounds(0, range.Value("range", kNumber));
+  sensor.fov = fov.Value("fov", kNumber);
+  sensor.sample_count = samples.Value("samples", "a whole number, 0 or more");
+  const auto [x, y, a] = pose.Value("pose", kPose);
+  sensor.pose = Pose(x, y, 0, a);
   handle.Change([&](Model& model) {
-    ModelRanger::Sensor sensor;
-    sensor.range = Bounds(0, range);
-    sensor.fov = fov;
-    sensor.sample_count = samples;
-    sensor.pose = Pose(std::get<0>(pose), std::get<1>(pose), 0, std::get<2>(pose));
     As<ModelRanger>(model, "ranger").GetSensorsMutable().push_back(sensor);
   });
 }
@@ -83,9 +93,10 @@ void BindTree(nb::class_<ModelHandle>& model) {
                    "Its number: models of the file have theirs in the order of the file.")
       .def_prop_ro("exists", &ModelHandle::exists, "Whether it is there now.")
       .def_prop_rw("name", Getter([](Model& m) { return m.TokenStr(); }),
-                   Setter<const std::string&>([](Model& m, const std::string& name) {
-                     OrComplain([&] { m.SetToken(name); });
-                   }),
+                   Setter<std::string>("name", kText,
+                                       [](Model& m, const std::string& name) {
+                                         OrComplain([&] { m.SetToken(name); });
+                                       }),
                    "Its full name. Names that it had before still find it.")
       .def_prop_ro("type", Getter([](Model& m) { return m.GetModelType(); }),
                    "Its type, such as 'position'.")
@@ -96,39 +107,44 @@ void BindTree(nb::class_<ModelHandle>& model) {
 
 void BindPlace(nb::class_<ModelHandle>& model) {
   model
-      .def_prop_rw(
-          "pose", Getter([](Model& m) { return InPlane(m.GetPose()); }),
-          Setter<const Triple&>([](Model& m, const Triple& to) {
-            OrComplain([&] {
-              m.SetPose(Pose(std::get<0>(to), std::get<1>(to), m.GetPose().z, std::get<2>(to)));
-            });
-          }),
-          "x, y (metres) and heading (radians), relative to the parent. Setting it tests "
-          "for no collision.")
+      .def_prop_rw("pose", Getter([](Model& m) { return InPlane(m.GetPose()); }),
+                   Setter<Triple>("pose", kPose,
+                                  [](Model& m, const Triple& to) {
+                                    OrComplain([&] {
+                                      m.SetPose(Pose(std::get<0>(to), std::get<1>(to),
+                                                     m.GetPose().z, std::get<2>(to)));
+                                    });
+                                  }),
+                   "x, y (metres) and heading (radians), relative to the parent. Setting it tests "
+                   "for no collision.")
       .def_prop_rw("global_pose", Getter([](Model& m) { return InPlane(m.GetGlobalPose()); }),
-                   Setter<const Triple&>([](Model& m, const Triple& to) {
-                     OrComplain([&] {
-                       m.SetGlobalPose(Pose(std::get<0>(to), std::get<1>(to), m.GetGlobalPose().z,
-                                            std::get<2>(to)));
-                     });
-                   }),
+                   Setter<Triple>("global_pose", kPose,
+                                  [](Model& m, const Triple& to) {
+                                    OrComplain([&] {
+                                      m.SetGlobalPose(Pose(std::get<0>(to), std::get<1>(to),
+                                                           m.GetGlobalPose().z, std::get<2>(to)));
+                                    });
+                                  }),
                    "The same in the frame of the world.")
       .def_prop_rw("z", Getter([](Model& m) { return m.GetPose().z; }),
-                   Setter<double>([](Model& m, double z) {
-                     Pose pose = m.GetPose();
-                     pose.z = z;
-                     OrComplain([&] { m.SetPose(pose); });
-                   }),
+                   Setter<double>("z", kNumber,
+                                  [](Model& m, double z) {
+                                    Pose pose = m.GetPose();
+                                    pose.z = z;
+                                    OrComplain([&] { m.SetPose(pose); });
+                                  }),
                    "Height above what it stands on, metres.")
       .def_prop_rw("size", Getter([](Model& m) {
                      const Size size = m.GetGeom().size;
                      return Triple(size.x, size.y, size.z);
                    }),
-                   Setter<const Triple&>([](Model& m, const Triple& to) {
-                     Geom geom = m.GetGeom();
-                     geom.size = Size(std::get<0>(to), std::get<1>(to), std::get<2>(to));
-                     OrComplain([&] { m.SetGeom(geom); });
-                   }),
+                   Setter<Triple>("size", "three numbers: metres along x, y and z",
+                                  [](Model& m, const Triple& to) {
+                                    Geom geom = m.GetGeom();
+                                    geom.size =
+                                        Size(std::get<0>(to), std::get<1>(to), std::get<2>(to));
+                                    OrComplain([&] { m.SetGeom(geom); });
+                                  }),
                    "Of its body along x, y and z, metres.")
       .def_prop_ro("stalled", Getter([](Model& m) { return m.Stalled(); }),
                    "Blocked at its last attempt to move.")
@@ -138,47 +154,55 @@ void BindPlace(nb::class_<ModelHandle>& model) {
 
 void BindLooks(nb::class_<ModelHandle>& model) {
   model
-      .def_prop_rw(
-          "color", Getter([](Model& m) {
-            const Color c = m.GetColor();
-            return Quadruple(c.r, c.g, c.b, c.a);
-          }),
-          Setter<const Quadruple&>([](Model& m, const Quadruple& c) {
-            m.SetColor(Color(std::get<0>(c), std::get<1>(c), std::get<2>(c), std::get<3>(c)));
-          }),
-          "Red, green, blue and opacity, 0 to 1.")
+      .def_prop_rw("color", Getter([](Model& m) {
+                     const Color c = m.GetColor();
+                     return Quadruple(c.r, c.g, c.b, c.a);
+                   }),
+                   Setter<Quadruple>("color", "four numbers, 0 to 1: red, green, blue and opacity",
+                                     [](Model& m, const Quadruple& c) {
+                                       m.SetColor(Color(std::get<0>(c), std::get<1>(c),
+                                                        std::get<2>(c), std::get<3>(c)));
+                                     }),
+                   "Red, green, blue and opacity, 0 to 1.")
       .def_prop_rw("obstacle_return", Getter([](Model& m) { return m.vis.obstacle_return; }),
-                   Setter<bool>([](Model& m, bool value) { m.SetObstacleReturn(value); }),
+                   Setter<bool>("obstacle_return", kTruth,
+                                [](Model& m, bool value) { m.SetObstacleReturn(value); }),
                    "Whether robots collide with it.")
       .def_prop_rw("ranger_return", Getter([](Model& m) { return m.vis.ranger_return; }),
-                   Setter<double>([](Model& m, double value) {
-                     OrComplain([&] { m.SetRangerReturn(value); });
-                   }),
+                   Setter<double>("ranger_return", kNumber,
+                                  [](Model& m, double value) {
+                                    OrComplain([&] { m.SetRangerReturn(value); });
+                                  }),
                    "The intensity that rangers read of it; they look through it if that is "
                    "negative.")
       .def_prop_rw("fiducial_return", Getter([](Model& m) { return m.vis.fiducial_return; }),
-                   Setter<int>([](Model& m, int value) { m.SetFiducialReturn(value); }),
+                   Setter<int>("fiducial_return", kInteger,
+                               [](Model& m, int value) { m.SetFiducialReturn(value); }),
                    "The number that fiducial finders read of it; 0: they don't find it.")
       .def_prop_rw("fiducial_key", Getter([](Model& m) { return m.vis.fiducial_key; }),
-                   Setter<int>([](Model& m, int value) { m.SetFiducialKey(value); }),
+                   Setter<int>("fiducial_key", kInteger,
+                               [](Model& m, int value) { m.SetFiducialKey(value); }),
                    "Finders with another key don't find it.")
-      .def_prop_rw("blob_return", Getter([](Model& m) { return m.vis.blob_return; }),
-                   Setter<bool>([](Model& m, bool value) { m.SetBlobReturn(value); }),
-                   "Whether blobfinders see it.")
-      .def_prop_rw("gripper_return", Getter([](Model& m) { return m.vis.gripper_return; }),
-                   Setter<bool>([](Model& m, bool value) { m.SetGripperReturn(value); }),
-                   "Whether grippers can grip it.")
       .def_prop_rw(
-          "speech", Getter([](Model& m) { return m.GetSayString(); }),
-          Setter<const std::string&>([](Model& m, const std::string& text) { m.Say(text); }),
-          "What the window shows beside it.");
+          "blob_return", Getter([](Model& m) { return m.vis.blob_return; }),
+          Setter<bool>("blob_return", kTruth, [](Model& m, bool value) { m.SetBlobReturn(value); }),
+          "Whether blobfinders see it.")
+      .def_prop_rw("gripper_return", Getter([](Model& m) { return m.vis.gripper_return; }),
+                   Setter<bool>("gripper_return", kTruth,
+                                [](Model& m, bool value) { m.SetGripperReturn(value); }),
+                   "Whether grippers can grip it.")
+      .def_prop_rw("speech", Getter([](Model& m) { return m.GetSayString(); }),
+                   Setter<std::string>("speech", kText,
+                                       [](Model& m, const std::string& text) { m.Say(text); }),
+                   "What the window shows beside it.");
 }
 
 void BindEnergy(nb::class_<ModelHandle>& model) {
   model
       .def_prop_rw("mass",
                    Getter([](Model& m) { return m.GetTotalMass() - m.GetMassOfChildren(); }),
-                   Setter<double>([](Model& m, double kg) { OrComplain([&] { m.SetMass(kg); }); }),
+                   Setter<double>("mass", kNumber,
+                                  [](Model& m, double kg) { OrComplain([&] { m.SetMass(kg); }); }),
                    "Its own, kilograms, not negative.")
       .def_prop_ro("energy", Getter([](Model& m) -> std::optional<double> {
                      const PowerPack* const pack = m.FindPowerPack();
@@ -216,20 +240,25 @@ void BindDriving(nb::class_<ModelHandle>& model) {
                    "turning, as shares of it. 0 with GPS.")
       .def(
           "drive",
-          [](const ModelHandle& handle, double x, double y, double a) {
+          [](const ModelHandle& handle, const Given<double>& x, const Given<double>& y,
+             const Given<double>& a) {
+            const Velocity to(x.Value("x", kNumber), y.Value("y", kNumber), 0,
+                              a.Value("a", kNumber));
             handle.Change([&](Model& m) {
               KeepRunning(&AsPosition(m));
-              AsPosition(m).SetSpeed(x, y, a);
+              AsPosition(m).SetSpeed(to);
             });
           },
           nb::arg("x"), nb::arg("y") = 0.0, nb::arg("a") = 0.0,
           "A position's speed from the next step on: forwards, to the left (m/s), turning (rad/s).")
       .def(
           "go_to",
-          [](const ModelHandle& handle, double x, double y, double a) {
+          [](const ModelHandle& handle, const Given<double>& x, const Given<double>& y,
+             const Given<double>& a) {
+            const Pose to(x.Value("x", kNumber), y.Value("y", kNumber), 0, a.Value("a", kNumber));
             handle.Change([&](Model& m) {
               KeepRunning(&AsPosition(m));
-              AsPosition(m).GoTo(x, y, a);
+              AsPosition(m).GoTo(to);
             });
           },
           nb::arg("x"), nb::arg("y"), nb::arg("a") = 0.0,

@@ -2,7 +2,6 @@
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <cstdint>
@@ -12,6 +11,7 @@
 #include "model_handle.hh"
 #include "scene.hh"
 #include "simulation.hh"
+#include "text.hh"
 
 namespace Stg::python {
 

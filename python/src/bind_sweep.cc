@@ -4,7 +4,6 @@
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
@@ -22,6 +21,7 @@
 #include "recording/recorder.hh"
 #include "recording/ros_messages.hh"
 #include "simulation.hh"
+#include "text.hh"
 #include "world/statistics.hh"
 
 namespace Stg::python {
@@ -70,23 +70,41 @@ recording::Compression CompressionCalled(const std::string& name) {
                                   "', expected none, lz4 or zstd, and one that was built in"};
 }
 
+/// A log of a world.
+class WorldLog {
+ public:
+  WorldLog(std::shared_ptr<Simulation> simulation, const recording::LogOptions& options)
+      : simulation_(std::move(simulation)), recorder_(options) {}
+
+  void Attach(World* world) { recorder_.Attach(world); }
+  /// The world may be gone.
+  void Finish() {
+    const Source::Use use(simulation_.get());
+    recorder_.Finish();
+  }
+
+ private:
+  const std::shared_ptr<Simulation> simulation_;
+  recording::Recorder recorder_;
+};
+
 /// `every`: simulated seconds; none: whenever something has updated.
-std::shared_ptr<recording::Recorder> Record(Simulation& simulation, const std::string& file,
-                                            std::optional<double> every,
-                                            const std::vector<std::string>& robots,
-                                            const std::string& compression) {
+std::shared_ptr<WorldLog> Record(Simulation& simulation, const std::string& file,
+                                 std::optional<double> every,
+                                 const std::vector<std::string>& robots,
+                                 const std::string& compression) {
   return simulation.With([&](World& world) {
     recording::LogOptions options;
     options.file = file;
     options.every = static_cast<usec_t>(every.value_or(0) * 1e6 + 0.5);
     options.robots = robots;
     options.compression = CompressionCalled(compression);
-    std::shared_ptr<recording::Recorder> recorder;
+    std::shared_ptr<WorldLog> log;
     Recording([&] {
-      recorder = std::make_shared<recording::Recorder>(options);
-      recorder->Attach(&world);
+      log = std::make_shared<WorldLog>(simulation.shared_from_this(), options);
+      log->Attach(&world);
     });
-    return recorder;
+    return log;
   });
 }
 
@@ -122,8 +140,8 @@ void BindSweep(nb::module_& module, nb::class_<Simulation>& world) {
       "set_controller_arguments", [](const std::string& text) { World::ctrlargs = text; },
       nb::arg("text"));
   module.def("places_in_log", &PlacesInLog, nb::arg("file"));
-  nb::class_<recording::Recorder>(module, "Recorder", "A log of a world, as stage --log has it.")
-      .def("finish", [](recording::Recorder& recorder) { Recording([&] { recorder.Finish(); }); });
+  nb::class_<WorldLog>(module, "Recorder", "A log of a world, as stage --log has it.")
+      .def("finish", [](WorldLog& log) { Recording([&] { log.Finish(); }); });
   world.def("figures", &FiguresOf)
       .def("record", &Record, nb::arg("file"), nb::arg("every").none(), nb::arg("robots"),
            nb::arg("compression"));

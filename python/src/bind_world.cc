@@ -4,7 +4,6 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
@@ -17,6 +16,7 @@
 #include "crowd.hh"
 #include "model_handle.hh"
 #include "models/host.hh"
+#include "text.hh"
 
 namespace Stg::python {
 
@@ -104,7 +104,7 @@ void Teleport(Simulation& simulation, Crowd& crowd, const Poses& poses, const Ma
   if (poses.shape(0) != crowd.size() || which.shape(0) != crowd.size())
     throw nb::value_error("found another number of poses than there are robots");
   simulation.With([&](World&) {
-    crowd.Teleport(0, poses.data(), which.data());
+    crowd.Teleport(simulation, 0, poses.data(), which.data());
     simulation.Refresh();
   });
 }
@@ -157,6 +157,12 @@ void BindState(nb::class_<Simulation>& world) {
   const auto of_world = [](auto f) {
     return [f](Simulation& s) { return s.With([&](World& w) { return f(w); }); };
   };
+  const auto held = [](auto f) {  // of a world that may be gone
+    return [f](Simulation& s) {
+      const Source::Use use(&s);
+      return f(s);
+    };
+  };
   world.def_prop_ro("microseconds", of_world([](World& w) { return w.SimTimeNow(); }))
       .def_prop_ro("interval", of_world([](World& w) { return w.sim_interval; }))
       .def_prop_ro("speedup", of_world([](World& w) { return w.speedup; }))
@@ -166,9 +172,9 @@ void BindState(nb::class_<Simulation>& world) {
       .def_prop_ro("device", of_world([](World& w) { return w.statistics().device; }))
       .def_prop_ro("name", of_world([](World& w) { return w.TokenStr(); }))
       .def_prop_ro("wants_to_quit", of_world([](World& w) { return w.TestQuit(); }))
-      .def_prop_ro("quit_time", &Simulation::quit_time)
+      .def_prop_ro("quit_time", held([](const Simulation& s) { return s.quit_time(); }))
       .def("cancel_quit", of_world([](World& w) { w.CancelQuit(); }))
-      .def_prop_ro("is_open", &Simulation::is_open);
+      .def_prop_ro("is_open", held([](const Simulation& s) { return s.is_open(); }));
 }
 
 nb::bytes BytesOf(const Snapshot& snapshot) {

@@ -52,19 +52,19 @@ void FillEnded(World* world, bool* ended) { *ended = !world || world->TestQuit()
 
 Crowd::Crowd(std::weak_ptr<Source> source, std::vector<ModelKey> robots, size_t worlds, bool single)
     : source_(std::move(source)), robots_(std::move(robots)), single_(single), members_(worlds) {
-  for (size_t world = 0; world < worlds; world++) Renew(world);
+  const std::shared_ptr<Source> held = source_.lock();
+  for (size_t world = 0; world < worlds; world++) Renew(held.get(), world);
 }
 
-/// What was commanded by an array that nobody keeps holds as if somebody did.
+/// Flushes pending commands: they stay in force after the array is garbage-collected.
 Crowd::~Crowd() {
   if (!commands_.exists()) return;
   if (const std::shared_ptr<Source> source = source_.lock()) source->LetGo(this);
 }
 
-/// Looks for the robots again if they may be others now.
-const Members& Crowd::Renew(size_t index) {
+/// Looks for the robots again if they may be others now. `source` may be null: then they are gone.
+const Members& Crowd::Renew(const Source* source, size_t index) {
   Members& members = members_[index];
-  const std::shared_ptr<Source> source = source_.lock();
   World* const world = source ? source->WorldAt(index) : nullptr;
   const uint64_t changes = world ? world->host().family_changes : 0;
   if (world && world == members.world && changes == members.family_changes) return members;
@@ -78,8 +78,8 @@ const Members& Crowd::Renew(size_t index) {
   return members;
 }
 
-void Crowd::Gather(size_t world) {
-  const Members& members = Renew(world);
+void Crowd::Gather(const Source& source, size_t world) {
+  const Members& members = Renew(&source, world);
   for (const Named& named : parts_) GatherPart(named.part.get(), world, members);
 }
 
@@ -94,9 +94,14 @@ void Crowd::GatherPart(Part* part, size_t world, const Members& members) {
   });
 }
 
-void Crowd::Command(size_t world) {
+/// The same in all worlds, whose members are renewed.
+void Crowd::GatherPart(const Source& source, Part* part) {
+  for (size_t world = 0; world < worlds(); world++) GatherPart(part, world, Renew(&source, world));
+}
+
+void Crowd::Command(const Source& source, size_t world) {
   if (!commands_.exists()) return;
-  const Members& members = Renew(world);
+  const Members& members = Renew(&source, world);
   for (size_t i = 0; i < members.robots.size(); i++) {
     ModelPosition* const robot = members.robots[i];
     const double* const row = commands_.Row<double>(world, i);
@@ -116,8 +121,8 @@ void Crowd::SetCommands(size_t world, const double* rows) {
   std::copy(rows, rows + 3 * size(), commands_.Row<double>(world, 0));
 }
 
-void Crowd::Teleport(size_t world, const double* poses, const bool* which) {
-  const Members& members = Renew(world);
+void Crowd::Teleport(const Source& source, size_t world, const double* poses, const bool* which) {
+  const Members& members = Renew(&source, world);
   for (size_t i = 0; i < members.robots.size(); i++) {
     ModelPosition* const robot = members.robots[i];
     if (!robot || (which && !which[i])) continue;
@@ -142,14 +147,14 @@ nb::object Crowd::View(const Array& array, bool writable) {
 
 /// The part of that name; makes it if there is none yet.
 template <typename T, typename... Arguments>
-T& Crowd::PartOf(const std::string& name, Arguments... arguments) {
+T& Crowd::PartOf(const Source& source, const std::string& name, Arguments... arguments) {
   for (const Named& named : parts_)
     if (named.name == name) return static_cast<T&>(*named.part);
-  for (size_t world = 0; world < worlds(); world++) Renew(world);
+  for (size_t world = 0; world < worlds(); world++) Renew(&source, world);
   auto part = std::make_unique<T>(members_, arguments...);
   T& made = *part;
   parts_.push_back({name, std::move(part)});
-  for (size_t world = 0; world < worlds(); world++) GatherPart(&made, world, members_[world]);
+  GatherPart(source, &made);
   return made;
 }
 
@@ -157,10 +162,11 @@ T& Crowd::PartOf(const std::string& name, Arguments... arguments) {
 class Crowd::Hold {
  public:
   explicit Hold(const Crowd& crowd) : source_(crowd.source_.lock()) {
+    if (source_) use_.emplace(source_.get());
     if (!source_ || !source_->is_open())
       throw Failure{Kind::kGone, "the world of these robots is gone"};
-    use_.emplace(source_.get());
   }
+  const Source& source() const { return *source_; }
 
  private:
   const std::shared_ptr<Source> source_;
@@ -171,7 +177,7 @@ template <typename T>
 nb::object Crowd::BodyArray(const char* name, size_t width,
                             void (*fill)(const ModelPosition* robot, T* row)) {
   const Hold hold(*this);
-  return View(PartOf<BodyPart<T>>(name, width, fill).array);
+  return View(PartOf<BodyPart<T>>(hold.source(), name, width, fill).array);
 }
 
 nb::object Crowd::PoseArray() { return BodyArray("pose", 3, FillPose); }
@@ -182,12 +188,12 @@ nb::object Crowd::EnergyArray() { return BodyArray("energy", 0, FillEnergy); }
 
 nb::object Crowd::TimeArray() {
   const Hold hold(*this);
-  return View(PartOf<WorldPart<double>>("time", FillTime).array);
+  return View(PartOf<WorldPart<double>>(hold.source(), "time", FillTime).array);
 }
 
 nb::object Crowd::EndedArray() {
   const Hold hold(*this);
-  return View(PartOf<WorldPart<bool>>("ended", FillEnded).array);
+  return View(PartOf<WorldPart<bool>>(hold.source(), "ended", FillEnded).array);
 }
 
 nb::object Crowd::CommandArray() {
@@ -215,7 +221,7 @@ std::string Numbered(const char* type, size_t index, size_t most = 0) {
 
 nb::object Crowd::RangerArray(size_t ranger, const std::string& what) {
   const Hold hold(*this);
-  RangerPart& part = PartOf<RangerPart>(Numbered("ranger", ranger), ranger);
+  RangerPart& part = PartOf<RangerPart>(hold.source(), Numbered("ranger", ranger), ranger);
   Array& array = Choose(&part, what,
                         {{"ranges", &RangerPart::ranges},
                          {"intensities", &RangerPart::intensities},
@@ -225,14 +231,15 @@ nb::object Crowd::RangerArray(size_t ranger, const std::string& what) {
     std::vector<size_t> shape = part.Shape(part.samples);
     if (&array == &part.origins) shape.push_back(2);
     array.Make<double>(shape);
-    for (size_t world = 0; world < worlds(); world++) GatherPart(&part, world, Renew(world));
+    GatherPart(hold.source(), &part);
   }
   return View(array);
 }
 
 nb::object Crowd::FiducialArray(size_t finder, size_t most, const std::string& what) {
   const Hold hold(*this);
-  FiducialPart& part = PartOf<FiducialPart>(Numbered("fiducial", finder, most), finder, most);
+  FiducialPart& part =
+      PartOf<FiducialPart>(hold.source(), Numbered("fiducial", finder, most), finder, most);
   return View(Choose(&part, what,
                      {{"count", &FiducialPart::count},
                       {"id", &FiducialPart::id},
@@ -243,7 +250,8 @@ nb::object Crowd::FiducialArray(size_t finder, size_t most, const std::string& w
 
 nb::object Crowd::BlobArray(size_t finder, size_t most, const std::string& what) {
   const Hold hold(*this);
-  BlobPart& part = PartOf<BlobPart>(Numbered("blobfinder", finder, most), finder, most);
+  BlobPart& part =
+      PartOf<BlobPart>(hold.source(), Numbered("blobfinder", finder, most), finder, most);
   return View(Choose(&part, what,
                      {{"count", &BlobPart::count},
                       {"color", &BlobPart::color},
@@ -253,19 +261,19 @@ nb::object Crowd::BlobArray(size_t finder, size_t most, const std::string& what)
 
 nb::object Crowd::CameraArray(size_t camera, const std::string& what) {
   const Hold hold(*this);
-  CameraPart& part = PartOf<CameraPart>(Numbered("camera", camera), camera);
+  CameraPart& part = PartOf<CameraPart>(hold.source(), Numbered("camera", camera), camera);
   Array& array =
       Choose(&part, what, {{"color", &CameraPart::color}, {"depth", &CameraPart::depth}});
   if (!array.exists()) {
     part.Make(&array);
-    for (size_t world = 0; world < worlds(); world++) GatherPart(&part, world, Renew(world));
+    GatherPart(hold.source(), &part);
   }
   return View(array);
 }
 
 nb::object Crowd::BumperArray(size_t bumper) {
   const Hold hold(*this);
-  return View(PartOf<BumperPart>(Numbered("bumper", bumper), bumper).hit);
+  return View(PartOf<BumperPart>(hold.source(), Numbered("bumper", bumper), bumper).hit);
 }
 
 }  // namespace Stg::python

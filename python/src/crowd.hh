@@ -73,12 +73,15 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
 
   /// To be called when a world is another one: it may lie where the former one lay.
   void Forget(size_t world) { members_[world].world = nullptr; }
-  /// Brings the arrays of a world up to date. No GIL is needed, nor the world.
-  void Gather(size_t world);
+  // The source calls these itself. They need no GIL; different threads may do so for different
+  // worlds at once.
+
+  /// Brings the arrays of a world up to date.
+  void Gather(const Source& source, size_t world);
   /// Gives the robots the commands that stand in the array, before a step.
-  void Command(size_t world);
+  void Command(const Source& source, size_t world);
   /// Moves the robots to these poses: x, y, heading for each.
-  void Teleport(size_t world, const double* poses, const bool* which);
+  void Teleport(const Source& source, size_t world, const double* poses, const bool* which);
   /// Three numbers for each robot.
   void SetCommands(size_t world, const double* rows);
   /// Forgets the commands: all are 0.
@@ -92,8 +95,9 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   nb::object BodyArray(const char* name, size_t width,
                        void (*fill)(const ModelPosition* robot, T* row));
   template <typename T, typename... Arguments>
-  T& PartOf(const std::string& name, Arguments... arguments);
-  const Members& Renew(size_t world);
+  T& PartOf(const Source& source, const std::string& name, Arguments... arguments);
+  const Members& Renew(const Source* source, size_t world);
+  void GatherPart(const Source& source, Part* part);
   static void GatherPart(Part* part, size_t world, const Members& members);
 
   struct Named {

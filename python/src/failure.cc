@@ -2,8 +2,6 @@
 
 #include "failure.hh"
 
-#include <nanobind/stl/string.h>
-
 #include <atomic>
 #include <exception>
 #include <mutex>
@@ -12,6 +10,7 @@
 #include "messages/log.hh"
 #include "messages/report.hh"
 #include "models/thrown.hh"
+#include "text.hh"
 
 namespace Stg::python {
 
@@ -58,7 +57,7 @@ void Translate(const std::exception_ptr& thrown, void*) {
     std::rethrow_exception(thrown);
   } catch (const Failure& failure) {
     const nb::object type = nb::module_::import_("stagesim.errors").attr(NameOf(failure.kind));
-    PyErr_SetObject(type.ptr(), nb::str(failure.text.c_str(), failure.text.size()).ptr());
+    PyErr_SetObject(type.ptr(), nb::cast(failure.text).ptr());
   }
 }
 

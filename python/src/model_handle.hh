@@ -29,7 +29,10 @@ class ModelHandle {
       simulation_->Refresh();
     });
   }
-  bool exists() const { return simulation_->Find(0, key_) != nullptr; }
+  bool exists() const {
+    const Source::Use use(simulation_.get());
+    return simulation_->Find(0, key_) != nullptr;
+  }
   bool operator==(const ModelHandle& o) const {
     return simulation_ == o.simulation_ && key_.id == o.key_.id;
   }

@@ -8,6 +8,8 @@
 #include "failure.hh"
 #include "gil.hh"
 #include "stage.hh"
+#include "text.hh"
+#include "threads/processors.hh"
 
 NB_MODULE(_core, module) {
   using namespace Stg::python;
@@ -17,5 +19,7 @@ NB_MODULE(_core, module) {
   BindModel(module);
   BindCrowd(module);
   BindWorld(module);
+  module.def("count_processors", &Stg::threads::CountUsableProcessors,
+             "Processors that this process may use, by its affinity mask and control groups.");
   module.def("version", &Stg::Version, "The version of the simulator.");
 }

@@ -23,19 +23,15 @@ RunOptions Unlisted(RunOptions options) {
 
 Simulation::Simulation(const RunOptions& options) : world_(new World(Unlisted(options))) {}
 
-Simulation::~Simulation() {
-  if (World* const world = WorldAt(0)) delete world;
-}
+Simulation::~Simulation() { delete world_.get(); }
 
-World* Simulation::WorldAt(size_t) const {
-  return world_ && World::Exists(world_) ? world_ : nullptr;
-}
+World* Simulation::WorldAt(size_t) const { return world_.get(); }
 
 World& Simulation::world() const {
   World* const world = WorldAt(0);
   if (!world)
-    throw Failure{Kind::kGone, world_ ? "the world is gone: a controller has deleted it"
-                                      : "the world is gone: it has been closed"};
+    throw Failure{Kind::kGone, closed_ ? "the world is gone: it has been closed"
+                                       : "the world is gone: a controller has deleted it"};
   return *world;
 }
 
@@ -81,18 +77,22 @@ void Simulation::Settle() {
   loaded_models_ = own.host().next_model_id;
 }
 
+/// Nothing happens if it is closed already.
 void Simulation::Close() {
   const Use use(this);
   World* const world = WorldAt(0);
-  world_ = nullptr;
+  closed_ = true;
+  world_ = WorldHandle();
   const GilRelease no_gil;
   delete world;
 }
 
 /// False if it has asked to quit, or is gone.
 bool Simulation::StepOnce() {
+  World* const world = WorldAt(0);
+  if (!world) return false;
   Command();
-  return !world_->Update();
+  return !world->Update();
 }
 
 uint64_t Simulation::Step(uint64_t steps) {
@@ -126,14 +126,21 @@ void Simulation::Reset(uint64_t seed) {
   const Use use(this);
   World& own = world();
   const GilRelease no_gil;
-  const Complaints complaints;
   resets_++;
-  if (!own.Reset(seed))
-    throw Failure{Kind::kWorld, complaints.Last("the world can't be loaded again")};
-  Settle();
+  if (!beginning_ || !own.BeginAgain(*beginning_, seed)) LoadAgain(seed);
   for (const std::weak_ptr<Crowd>& known : crowds_)
     if (const std::shared_ptr<Crowd> crowd = known.lock()) crowd->ClearCommands(0);
   Refresh();
+}
+
+void Simulation::LoadAgain(uint64_t seed) {
+  World& own = world();
+  const Complaints complaints;
+  if (!own.Reset(seed))
+    throw Failure{Kind::kWorld, complaints.Last("the world can't be loaded again")};
+  Settle();
+  if (std::exchange(looked_for_beginning_, true)) return;
+  beginning_ = own.TakeBeginning();
 }
 
 Snapshot Simulation::Take(bool lean) {
@@ -161,6 +168,8 @@ std::shared_ptr<Simulation> Simulation::Fork() {
   const Use use(this);
   const std::shared_ptr<Simulation> fork = CopyOf(world());
   fork->quit_time_ = quit_time_;
+  fork->beginning_ = beginning_;
+  fork->looked_for_beginning_ = looked_for_beginning_;
   return fork;
 }
 
@@ -170,12 +179,13 @@ std::shared_ptr<Simulation> Simulation::CopyOf(const World& world) {
   RunOptions options = world.options();
   options.opencl = false;  // it shares the device
   const auto copy = std::make_shared<Simulation>(options);
-  copy->world_->UseDeviceOf(world);
+  World& own = copy->world();
+  own.UseDeviceOf(world);
   Snapshot now;
-  if (!world.Take(&now) || !copy->world_->LoadCopy(world))
+  if (!world.Take(&now) || !own.LoadCopy(world))
     throw Failure{Kind::kStage, complaints.Last("the world can't be copied")};
   copy->Settle();
-  if (!copy->world_->Restore(now))
+  if (!copy->world().Restore(now))
     throw Failure{Kind::kStage, complaints.Last("the copy can't take the state")};
   return copy;
 }
@@ -193,18 +203,18 @@ void Simulation::Follow(const std::shared_ptr<Crowd>& crowd) {
 }
 
 void Simulation::LetGo(Crowd* crowd) noexcept try {
-  With([crowd](World&) { crowd->Command(0); });
+  With([this, crowd](World&) { crowd->Command(*this, 0); });
 } catch (...) {  // the world is closed, or in use by another thread
 }
 
 void Simulation::Command() {
   for (const std::weak_ptr<Crowd>& known : crowds_)
-    if (const std::shared_ptr<Crowd> crowd = known.lock()) crowd->Command(0);
+    if (const std::shared_ptr<Crowd> crowd = known.lock()) crowd->Command(*this, 0);
 }
 
 void Simulation::Refresh() {
   for (const std::weak_ptr<Crowd>& known : crowds_)
-    if (const std::shared_ptr<Crowd> crowd = known.lock()) crowd->Gather(0);
+    if (const std::shared_ptr<Crowd> crowd = known.lock()) crowd->Gather(*this, 0);
 }
 
 }  // namespace Stg::python

@@ -13,6 +13,8 @@
 
 #include "source.hh"
 #include "stage.hh"
+#include "world/beginning.hh"
+#include "world/world_handle.hh"
 
 namespace Stg::python {
 
@@ -68,7 +70,13 @@ class Simulation : public Source, public std::enable_shared_from_this<Simulation
   bool StepOnce();
   void Command();
 
-  World* world_;  // null: closed, or deleted by a controller
+  void LoadAgain(uint64_t seed);
+
+  WorldHandle world_;  // null: closed, or deleted by a controller
+  bool closed_ = false;
+  std::shared_ptr<const WorldBeginning>
+      beginning_;  // what Reset() goes back to, if that is possible
+  bool looked_for_beginning_ = false;
   uint32_t loaded_models_ = 0;
   uint32_t resets_ = 0;
   usec_t quit_time_ = 0;

@@ -26,9 +26,12 @@ class Crowd;
 class Source {
  public:
   virtual ~Source() = default;
+
+  // To be called while a Use is held, or by whoever makes or destroys the source.
+
   /// There still are worlds.
   virtual bool is_open() const = 0;
-  /// Null if it is gone.
+  /// Null if it is gone. Asks nothing that worlds share: it is called many times a step.
   virtual World* WorldAt(size_t index) const = 0;
   /// Null if it is gone.
   virtual Model* Find(size_t index, const ModelKey& key) const = 0;
@@ -36,8 +39,9 @@ class Source {
   /// The crowd is about to be gone: its commands are given now.
   virtual void LetGo(Crowd*) noexcept {}
 
-  /// Who calls something that uses the worlds holds one: several threads of Python may try at once,
-  /// as the GIL is released meanwhile.
+  /// Held by every binding that reads or changes the worlds, or what is known of them. It throws if
+  /// another thread of Python holds one: long calls release the GIL, so two threads may try at
+  /// once.
   class Use {
    public:
     explicit Use(Source* source) : source_(*source) {

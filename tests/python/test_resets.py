@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Resets: as if the world had just been loaded with that seed, at the price of a restore."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import stagesim as st
+
+ODD = """
+resolution 0.02
+ray_model "exact"
+metric( kind "distance" )
+define bot position( size [0.4 0.4 0.4] localization "odom"
+  ranger( sensor( range [0 5] fov 90 samples 5 noise [0.01 0.02 0] ) ) )
+model( name "wall" pose [3 0 0 0] size [0.1 8 1] )
+bot( name "drawn" pose [0 0 0 0] )
+bot( name "given" pose [0 2 0 90] odom_error [0.02 0.01 0 0.1] )
+bot( name "powered" pose [0 -2 0 180] joules 500 watts 10 )
+model( name "box" pose [1 1 0 0] size [0.2 0.2 0.2] model( name "lid" size [0.1 0.1 0.1] ) )
+"""
+
+
+def live_through(world: st.World) -> None:
+    """All that Python can do to a world."""
+    fleet = world.fleet()
+    _ = fleet.ranger().ranges, fleet.stalled, fleet.energy
+    fleet.cmd[:, 0], fleet.cmd[:, 2] = 0.4, 0.3
+    world.step(7)
+    first = world.models[1]
+    first.pose, first.size, first.color, first.mass = (3, 1, 0.2), (0.3, 5, 0.5), (1, 0, 0, 1), 12
+    first.ranger_return, first.fiducial_return, first.obstacle_return, first.speech = -1, 5, False, "moved"
+    first.name = "another"
+    made = world.create("position", pose=(2, 2, 0), name="new")
+    made.drive(0.2)
+    world.set_metric("mine", 3)
+    world.cast([[0, 0, 0]], np.linspace(-3, 3, 9), 8)
+    world.step(3)
+    world.models[-2].delete()
+
+
+@pytest.mark.parametrize("file", st.shipped_worlds())
+def test_reset_is_loading(file: str) -> None:
+    """For all shipped worlds, those with controllers and populations too."""
+    for controllers in (True, False):
+        world = st.World(file, seed=1, controllers=controllers)
+        for seed in (2, 3, 3):
+            world.step(6)
+            world.reset(seed)
+            fresh = st.World(file, seed=seed, controllers=controllers)
+            assert world.state_hash() == fresh.state_hash()
+            for one in (world, fresh):
+                one.step(4)
+            assert world.state_hash() == fresh.state_hash()
+
+
+def test_reset_forgets_everything() -> None:
+    world = st.World.from_text(ODD, seed=1)
+    for seed in (5, 6, 7, 2**64 - 1):
+        live_through(world)
+        world.reset(seed)
+        fresh = st.World.from_text(ODD, seed=seed)
+        assert world.metrics == fresh.metrics
+        assert [model.name for model in world.models] == [model.name for model in fresh.models]
+        assert (world.seed, world.time, world.steps) == (seed, 0, 0)
+        for one in (world, fresh):
+            _ = one.fleet().ranger().ranges
+            one.step(5)
+        assert world.state_hash() == fresh.state_hash()
+        assert world._core.figures()["steps"] == 5
+
+
+def test_batches() -> None:
+    batch = st.Batch.of(st.World.from_text(ODD), 4, threads=2)
+    _ = batch.ranges
+    for seeds in ([1, 2, 3, 4], [7, 7, 8, 9]):
+        batch.cmd[...] = 0.3
+        batch.step(5)
+        batch.reset(seeds)
+        batch.step(5)
+        for i, seed in enumerate(seeds):
+            world = st.World.from_text(ODD, seed=seed)
+            fleet = world.fleet()
+            _ = fleet.ranger().ranges, fleet.cmd
+            world.step(5)
+            assert batch.state_hash(i) == world.state_hash()
+
+
+def seconds_of(call: Callable[[], object]) -> float:
+    """The least of many."""
+    least = np.inf
+    for _ in range(200):
+        start = time.perf_counter()
+        call()
+        least = min(least, time.perf_counter() - start)
+    return least
+
+
+@pytest.mark.parametrize("file", ["arena.world", "navigate.world", "disperse.world", "forage.world"])
+def test_a_reset_costs_a_restore(file: str) -> None:
+    """Loading takes some eight times as long."""
+    batch = st.Batch(file, n=1, threads=1)
+    world = st.World(file)
+    for one, restored in ((batch, batch.snapshot(0)), (world, world.snapshot())):
+        one.reset(3)
+        one.reset(4)
+        one.step()
+        assert seconds_of(lambda: one.reset(5)) < 3 * seconds_of(lambda: one.restore(restored))
+
+
+def test_controllers_left_out_are_told_once(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING, "stagesim"):
+        batch = st.Batch("cave.world", n=5, controllers=False)
+        batch.reset(seeds=range(7, 12))
+        batch.reset()
+        st.Batch.of(batch.fork(0), 2)
+    assert [record.message for record in caplog.records if "left out" in record.message] != []
+    assert len([record for record in caplog.records if "left out" in record.message]) == 1
+
+
+def test_log_ends_with_a_reset(tmp_path: Path) -> None:
+    """As the world begins anew, also where it goes back in place."""
+    world = st.World.from_text(ODD)
+    world.reset(2)
+    log = world._core.record(str(tmp_path / "run.mcap"), None, [], "none")
+    world.step(3)
+    world.reset(3)
+    world.step(3)
+    log.finish()
+    assert (tmp_path / "run.mcap").stat().st_size > 0
