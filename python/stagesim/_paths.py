@@ -18,7 +18,7 @@ def shipped_worlds() -> list[str]:
 
 def resolve(file: str | os.PathLike[str]) -> str:
     """The path of a world file: as given, or a shipped one's if it is a plain name that is not here."""
-    path = os.fspath(file)
+    path = os.fsdecode(file)
     if os.path.dirname(path) or os.path.exists(path):
         return path
     for folder in WORLDS:

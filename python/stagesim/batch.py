@@ -4,16 +4,21 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Iterable, Sequence, Union
+from collections.abc import Iterable
+from typing import Any, Mapping, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
+from . import _checks, _core
 from ._core import Snapshot
 from .fleet import Bools, Crowd, Floats
-from .world import Settings, World, checked_seed, checked_steps
+from .pictures import Pixels
+from .world import Recipe, Settings, World, rendered
 
+MOST_WORLDS = 2**31
+#: Of all worlds: states, failures, and commands if any were given.
+_States = tuple[list[Snapshot], Mapping[int, str], Union[Floats, None]]
 #: Which worlds: None for all, numbers, or a mask of shape (n,).
 Which = Union[None, int, Sequence[int], npt.NDArray[Any]]
 
@@ -29,18 +34,22 @@ class Batch(Crowd):
     A world in which something goes wrong, such as a controller that throws, has failed: it makes no more
     steps until it is reset or restored, and `failed` says why. The others go on.
 
+    Batches can be pickled and deep-copied, as worlds can: the copy's worlds are in the same states, and `cmd`
+    is what it was.
+
     Args:
         file: the world file; a plain name as in World().
         n: how many worlds, 1 or more.
         seeds: one for each world; None: 0 to n - 1.
-        threads: that work on them, each on other worlds; None: one for each processor.
+        threads: that work on them, each on other worlds, 1 to 1024; None: one for each processor that the
+            process may use.
         robots: a pattern of names or types, as in World.fleet(); None: all that drive on the ground.
         opencl, ray_model, controllers, settings: as in World().
 
     Raises:
         WorldError: the file can't be loaded.
         GoneError: there are no robots.
-        ValueError: an argument is out of range.
+        TypeError, ValueError: an argument is of another type, or out of range.
     """
 
     def __init__(self, file: str | os.PathLike[str], n: int, *, seeds: Iterable[int] | None = None,
@@ -59,18 +68,43 @@ class Batch(Crowd):
 
     def _begin(self, prototype: World, n: int, seeds: Iterable[int] | None, threads: int | None,
                robots: str | None) -> None:
-        if n < 1:
-            raise ValueError(f"found {n} worlds, expected 1 or more")
-        if threads is None:
-            threads = os.cpu_count() or 1
-        if not 1 <= threads <= 1024:
-            raise ValueError(f"found {threads} threads, expected 1 to 1024")
-        self._prototype = prototype
+        n = _checks.integer(n, "the number of worlds", 1, MOST_WORLDS)
+        ids, names = prototype._choose(robots)
+        threads = _core.count_processors() if threads is None else _checks.threads(threads)
+        core = _core.Batch(prototype._core, _checks.seeds(range(n) if seeds is None else seeds, n), threads, ids)
+        self._take(core, n, names, prototype._recipe, ids)
+
+    def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipe: Recipe, ids: list[int]) -> None:
+        self._core = core
         self.n = n  #: how many worlds
-        ids, self.names = prototype._choose(robots)  #: names: of each world's robots
-        self._core = _core.Batch(prototype._core, _seeds_for(range(n) if seeds is None else seeds, n),
-                                 threads, ids)
-        super().__init__(self._core.crowd)
+        self.names = names  #: of each world's robots
+        self._recipe = recipe
+        self._ids = ids
+        self._all = np.arange(n, dtype=np.uint32)
+        super().__init__(core.crowd)
+
+    # ---- copies ----
+
+    def _states(self) -> _States:
+        cmd = self.cmd.copy() if "cmd" in self._views else None
+        return [self.snapshot(i) for i in range(self.n)], self._core.failures(), cmd
+
+    def _put(self, states: _States) -> None:
+        snapshots, failures, cmd = states
+        for i, snapshot in enumerate(snapshots):
+            self.restore(snapshot, i)
+        self._core.set_failures(failures)
+        if cmd is not None:
+            self.cmd[...] = cmd
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Batch:
+        copied = memo[id(self)] = type(self).__new__(type(self))
+        copied._take(self._core.another(self.seeds), self.n, self.names, self._recipe, self._ids)
+        copied._put(self._states())
+        return copied
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _batch_again, (type(self), self._recipe, self.seeds, self.threads, self._ids, self._states())
 
     @property
     def time(self) -> Floats:
@@ -85,7 +119,8 @@ class Batch(Crowd):
     @property
     def failed(self) -> list[str | None]:
         """For each world, why it has failed in one line, or None."""
-        return [text or None for text in self._core.failures()]
+        failures = self._core.failures()
+        return [failures.get(i) for i in range(self.n)]
 
     @property
     def metrics(self) -> dict[str, Floats]:
@@ -102,29 +137,38 @@ class Batch(Crowd):
         """How many work on the worlds."""
         return self._core.threads
 
-    def step(self, ids: Which = None, n: int = 1) -> None:
-        """Moves worlds on by `n` steps.
+    def step(self, n: int = 1, *, ids: Which = None) -> None:
+        """Moves worlds on by `n` steps, as World.step() does.
 
         Ctrl-C ends it with KeyboardInterrupt, when all are as far as each other; they can go on.
 
         Args:
+            n: how many steps, 0 or more.
             ids: which worlds; None: all. Those that have failed or ended stay where they are.
         """
-        self._core.step(self._chosen(ids), checked_steps(n))
+        if np.ndim(n) > 0:
+            raise TypeError("found several numbers of steps, expected one; ids= chooses worlds")
+        self._core.step(self._chosen(ids), _checks.steps(n))
 
-    def reset(self, ids: Which = None, seeds: int | Iterable[int] | None = None) -> None:
+    def reset(self, seeds: int | Iterable[int] | None = None, *, ids: Which = None) -> None:
         """Begins anew, as if the file had just been loaded. Commands become 0.
 
+        Without controllers, plug-ins and populations in the file it takes about as long as restore().
+
         Args:
-            ids: which worlds; None: all.
             seeds: one for each of these worlds, or one for all; None: those that they had.
+            ids: which worlds; None: all.
         """
         chosen = self._chosen(ids)
         if seeds is None:
-            seeds = [self.seeds[i] for i in chosen]
-        elif isinstance(seeds, (int, np.integer)):
-            seeds = [int(seeds)] * len(chosen)
-        new = _seeds_for(seeds, len(chosen))
+            had = self.seeds
+            new = [had[i] for i in chosen.tolist()]
+        elif not isinstance(seeds, Iterable) or np.ndim(seeds) == 0:  # type: ignore[arg-type]
+            new = [_checks.seed(seeds)] * len(chosen)
+        elif isinstance(seeds, np.ndarray) and seeds.dtype == bool:
+            raise TypeError("found truth values as seeds, expected whole numbers; ids= chooses worlds")
+        else:
+            new = _checks.seeds(seeds, len(chosen))
         self._core.reset(chosen, new)
 
     @property
@@ -153,10 +197,10 @@ class Batch(Crowd):
             given = np.asarray(commands, np.float64)
             moments = given.shape[0] if moments is None else moments
             given = np.ascontiguousarray(np.broadcast_to(given, (moments, *self.cmd.shape)))
-        if moments is None or moments < 0:
-            raise ValueError(f"found {moments} moments, expected 0 or more")
-        if n < 1:
-            raise ValueError(f"found {n} steps, expected 1 or more")
+        if moments is None:
+            raise ValueError("found neither commands nor moments, expected one of them")
+        moments = _checks.integer(moments, "moments", 0)
+        n = _checks.integer(n, "the number of steps", 1)
         live = [self._recorded(name) for name in record]
         made = [np.zeros((moments, *view.shape), view.dtype) for view in live]
         self._core.rollout(moments, n, given, live, made)
@@ -173,7 +217,7 @@ class Batch(Crowd):
 
     def snapshot(self, index: int) -> Snapshot:
         """The state of world number `index`: for restore(), also of a World of the same file."""
-        return self._core.take(self._chosen(index)[0])
+        return self._core.take(self._index(index))
 
     def restore(self, snapshot: Snapshot, ids: Which = None) -> None:
         """Brings worlds to that state; None: all. Those that it doesn't fit have failed."""
@@ -182,12 +226,13 @@ class Batch(Crowd):
     def fork(self, index: int) -> World:
         """A World in the state of world number `index`, which goes on alone."""
         world = World.__new__(World)
-        world._core = self._core.fork(self._chosen(index)[0])
+        world._core = self._core.fork(self._index(index))
+        world._recipe = self._recipe
         return world
 
     def state_hash(self, index: int) -> str:
         """That of world number `index`, see World.state_hash()."""
-        return self.state_hashes()[self._chosen(index)[0]]
+        return self.state_hashes()[self._index(index)]
 
     def state_hashes(self) -> list[str]:
         """Those of all worlds."""
@@ -207,14 +252,29 @@ class Batch(Crowd):
             raise ValueError("found a pose that is not finite")
         self._core.teleport(poses, mask)
 
-    def _chosen(self, ids: Which) -> list[int]:
+    def render(self, index: int, width: int = 640, height: int = 480, *, center: tuple[float, float] | None = None,
+               scale: float | None = None, data: bool = True) -> Pixels:
+        """A picture of world number `index` from above, as it is now: see World.render()."""
+        i = self._index(index)
+        return rendered(lambda w, h: self._core.fit(i, w, h), lambda *args: self._core.render(i, *args), width, height,
+                        center, scale, data)
+
+    def _index(self, index: int) -> int:
+        i = _checks.integer(index, "the number of a world", -MOST_WORLDS)
+        if not -self.n <= i < self.n:
+            raise IndexError(f"found the number of a world {i}, expected {-self.n} to {self.n - 1}")
+        return i % self.n
+
+    def _chosen(self, ids: Which) -> npt.NDArray[np.uint32]:
         if ids is None:
-            return list(range(self.n))
+            return self._all
         array = np.atleast_1d(np.asarray(ids))
         if array.dtype == bool and array.shape != (self.n,):
             raise IndexError(f"found a mask of shape {array.shape}, expected ({self.n},)")
-        chosen: list[int] = np.arange(self.n)[array if array.size else array.astype(int)].tolist()
-        if len(set(chosen)) < len(chosen):
+        if array.size and array.dtype.kind not in "biu":
+            raise TypeError(f"found numbers of worlds of the type {array.dtype}, expected whole numbers, or a mask")
+        chosen = self._all[array if array.size else array.astype(int)]
+        if array.dtype != bool and len(np.unique(chosen)) < len(chosen):
             raise IndexError("found the same world twice")
         return chosen
 
@@ -222,8 +282,13 @@ class Batch(Crowd):
         return f"<Batch of {self.n} worlds of {len(self)} robots>"
 
 
-def _seeds_for(seeds: Iterable[int], n: int) -> list[int]:
-    listed = [checked_seed(int(seed)) for seed in seeds]
-    if len(listed) != n:
-        raise ValueError(f"found {len(listed)} seeds, expected {n}")
-    return listed
+def _batch_again(cls: type[Batch], recipe: Recipe, seeds: list[int], threads: int, ids: list[int],
+                 states: _States) -> Batch:
+    """What a pickled batch becomes."""
+    prototype = World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}), 1)
+    batch = cls.__new__(cls)
+    names = {id_: name for id_, name, _, _ in prototype._core.robots()}
+    batch._take(_core.Batch(prototype._core, seeds, threads, ids), len(seeds),
+                tuple(names.get(id_, "") for id_ in ids), recipe, ids)
+    batch._put(states)
+    return batch

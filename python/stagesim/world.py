@@ -6,18 +6,16 @@ from __future__ import annotations
 import fnmatch
 import math
 import os
-from typing import Any, Iterable, Mapping, Union
+from typing import Any, Callable, Iterable, Mapping, NamedTuple, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _core, _paths
+from . import _checks, _core, _paths
 from ._core import Model, Snapshot
-from .errors import GoneError, WorldError
+from .errors import GoneError, StageError, WorldError
 from .fleet import Fleet, Floats
 from .pictures import Pixels, png_of
-
-MOST_SEED = 2**64 - 1
 
 #: Values in place of those of a world file: texts "NAME=VALUE", or a mapping of names to values.
 Settings = Union[Iterable[str], Mapping[str, Any]]
@@ -38,21 +36,19 @@ def settings_list(settings: Settings) -> list[str]:
         raise TypeError(f"found the text {settings!r} as settings, expected a list of texts or a mapping")
     if isinstance(settings, Mapping):
         return [f"{name}={setting_text(value)}" for name, value in settings.items()]
-    return list(settings)
+    texts = list(settings)
+    for text in texts:
+        if not isinstance(text, str):
+            raise TypeError(f"found {text!r} as a setting, expected a text such as 'robots=10'")
+    return texts
 
 
-def checked_seed(seed: int) -> int:
-    """The seed; ValueError if it can't be one."""
-    if not 0 <= seed <= MOST_SEED:
-        raise ValueError(f"found the seed {seed}, expected 0 to 2**64 - 1")
-    return int(seed)
+class Recipe(NamedTuple):
+    """What a world was made from: enough to make it again, in another process too."""
 
-
-def checked_steps(steps: int) -> int:
-    """The number of steps; ValueError if it can't be one."""
-    if steps < 0:
-        raise ValueError(f"found {steps} steps, expected 0 or more")
-    return int(steps)
+    path: str
+    text: str | None  # None: that of the file
+    options: dict[str, Any]  # arguments of World(), but for the seed
 
 
 class World:
@@ -62,11 +58,16 @@ class World:
     release the GIL, and they go on as they would alone. A call for a world that another thread is
     working with raises StageError.
 
+    Worlds can be pickled and deep-copied: the copy is in the same state and goes on alike. The process that
+    unpickles one reads the world file again, which has to be there and the same. Metrics begin anew in a
+    copy, and commands of fleets stay with the fleets.
+
     Args:
         file: the world file. A plain name that is not in the working folder is one of the shipped
             worlds: see `shipped_worlds()`.
         seed: of all random numbers, 0 to 2**64 - 1. The same seed gives the same run, to the last bit.
-        threads: that work on a step; None: what the world file says, or else 1. They don't change
+        threads: that work on a step, 1 to 1024; None: what the world file says, or else one for each
+            processor that the process may use, in steps that are faster with them. They don't change
             results.
         opencl: True: use an OpenCL device where that is faster, if there is one. A text chooses the
             device, as `stage --opencl=` does. Results are the same.
@@ -79,18 +80,15 @@ class World:
     Raises:
         WorldError: the file can't be loaded, or a setting fits nothing in it; it carries the place in the
             file.
-        ValueError: an argument is out of range.
+        TypeError, ValueError: an argument is of another type, or out of range.
     """
 
     def __init__(self, file: str | os.PathLike[str], *, seed: int = 1, threads: int | None = None,
                  opencl: bool | str = False, opencl_always: bool = False,
                  ray_model: str | None = None, controllers: bool = True, settings: Settings = ()) -> None:
-        self._core = self._make(seed, threads, opencl, opencl_always, ray_model, controllers, settings)
-        path = _paths.resolve(file)
-        try:
-            self._core.load_file(path)
-        except WorldError as error:
-            raise error._about(path, path) from None
+        options = {"threads": threads, "opencl": opencl, "opencl_always": opencl_always, "ray_model": ray_model,
+                   "controllers": controllers, "settings": settings_list(settings)}
+        self._load(Recipe(_paths.resolve(file), None, options), seed)
 
     @classmethod
     def from_text(cls, text: str, folder: str | os.PathLike[str] = "", *, seed: int = 1,
@@ -105,26 +103,50 @@ class World:
 
         The others are those of World().
         """
-        world = cls.__new__(cls)
-        world._core = cls._make(seed, threads, opencl, opencl_always, ray_model, controllers, settings)
+        options = {"threads": threads, "opencl": opencl, "opencl_always": opencl_always, "ray_model": ray_model,
+                   "controllers": controllers, "settings": settings_list(settings)}
         path = os.path.join(os.fspath(folder) or _paths.WORLDS[0], "<text>")
-        try:
-            world._core.load_text(text, path)
-        except WorldError as error:
-            raise error._about(path, "<text>") from None
+        return cls._from_recipe(Recipe(path, text, options), seed)
+
+    @classmethod
+    def _from_recipe(cls, recipe: Recipe, seed: int) -> World:
+        world = cls.__new__(cls)
+        world._load(recipe, seed)
         return world
+
+    def _load(self, recipe: Recipe, seed: int) -> None:
+        self._core = self._make(seed, **recipe.options)
+        self._recipe = recipe._replace(path=os.path.abspath(recipe.path))
+        try:
+            if recipe.text is None:
+                self._core.load_file(recipe.path)
+            else:
+                self._core.load_text(recipe.text, recipe.path)
+        except WorldError as error:
+            raise error._about(recipe.path, recipe.path if recipe.text is None else "<text>") from None
 
     @staticmethod
     def _make(seed: int, threads: int | None, opencl: bool | str, opencl_always: bool,
-              ray_model: str | None, controllers: bool, settings: Settings) -> _core.Simulation:
-        if threads is not None and not 1 <= threads <= 1024:
-            raise ValueError(f"found {threads} threads, expected 1 to 1024")
+              ray_model: str | None, controllers: bool, settings: list[str]) -> _core.Simulation:
         if ray_model not in (None, "cell", "exact"):
             raise ValueError(f"found the ray model {ray_model!r}, expected 'cell' or 'exact'")
         return _core.Simulation(
-            seed=checked_seed(seed), threads=threads or 0, opencl=bool(opencl) or opencl_always,
+            seed=_checks.seed(seed), threads=0 if threads is None else _checks.threads(threads),
+            opencl=bool(opencl) or opencl_always,
             opencl_always=opencl_always, device=opencl if isinstance(opencl, str) else "",
-            ray_model=ray_model or "", controllers=controllers, settings=settings_list(settings))
+            ray_model=ray_model or "", controllers=controllers, settings=settings)
+
+    # ---- copies ----
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> World:
+        copied = memo[id(self)] = self.fork()
+        return copied
+
+    def __copy__(self) -> World:
+        return self.fork()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _world_again, (type(self), self._recipe, self.seed, self.snapshot(), self.state_hash())
 
     # ---- running ----
 
@@ -141,7 +163,7 @@ class World:
             StageError: a controller has thrown something. The step is given up, the world can go on.
             GoneError: the world was closed, or a controller has deleted it.
         """
-        return self._core.step(checked_steps(n))
+        return self._core.step(_checks.steps(n))
 
     def run(self, seconds: float | None = None) -> int:
         """Moves the world on by so many seconds of simulated time, rounded up to whole steps.
@@ -169,12 +191,11 @@ class World:
         Models of the file keep their numbers, so `Model` objects and fleets of them stay good. Commands of
         fleets become 0.
         """
-        self._core.reset(self.seed if seed is None else checked_seed(seed))
+        self._core.reset(self.seed if seed is None else _checks.seed(seed))
 
     def close(self) -> None:
         """Frees the world. Arrays of its fleets keep what they have; all else raises GoneError."""
-        if self._core.is_open:
-            self._core.close()
+        self._core.close()
 
     def __enter__(self) -> World:
         return self
@@ -208,6 +229,7 @@ class World:
         """Another world in the same state, which goes on alike. It shares scenery and device with this."""
         world = type(self).__new__(type(self))
         world._core = self._core.fork()
+        world._recipe = self._recipe
         return world
 
     def state_hash(self) -> str:
@@ -273,6 +295,8 @@ class World:
         Raises:
             GoneError: there is none.
         """
+        if not isinstance(name, str):
+            raise TypeError(f"found {name!r} as the name of a model, expected a text")
         found = self._core.find(name)
         if found is None:
             raise GoneError(f"there is no model called {name!r}")
@@ -294,6 +318,8 @@ class World:
         Raises:
             StageError: there is no such type, or a property is refused; then nothing is made.
         """
+        if not isinstance(type, str):
+            raise TypeError(f"found {type!r} as the type of a model, expected a text")
         made = self._core.create(type, parent)
         try:
             for name, value in properties.items():
@@ -403,24 +429,45 @@ class World:
         Raises:
             ValueError: an argument is out of range.
         """
-        if not (1 <= width <= 16384 and 1 <= height <= 16384):
-            raise ValueError(f"found {width} x {height} pixels, expected 1 to 16384 each way")
-        if center is None or scale is None:
-            x, y, fitted = self._core.fit(width, height)
-            center = (x, y) if center is None else center
-            scale = fitted if scale is None else scale
-        if not (np.isfinite([*center, scale]).all() and scale > 0):
-            raise ValueError(f"found the center {center} and the scale {scale}, expected finite numbers, "
-                             "the latter more than 0")
-        pixels = np.empty((height, width, 3), np.uint8)
-        self._core.render(*center, scale, data, pixels)
-        return pixels
+        return rendered(self._core.fit, self._core.render, width, height, center, scale, data)
 
     def _repr_png_(self) -> bytes | None:
         """What a notebook shows of it."""
         return png_of(self.render()) if self._core.is_open else None
 
     def __repr__(self) -> str:
-        if not self._core.is_open:
+        try:
+            return f"<World {self._core.name!r}, {self.time:g} s>"
+        except GoneError:
             return "<World, closed>"
-        return f"<World {self._core.name!r}, {self.time:g} s>"
+        except StageError:
+            return "<World, in use by another thread>"
+
+
+def _world_again(cls: type[World], recipe: Recipe, seed: int, state: Snapshot, state_hash: str) -> World:
+    """What a pickled world becomes. WorldError if its file is another one now."""
+    world = cls._from_recipe(recipe, seed)
+    misfit = f"found another world file in {recipe.path} than the world was made from, expected the same"
+    try:
+        world.restore(state)
+    except StageError as error:
+        raise WorldError(f"{misfit} ({error})") from None
+    if world.state_hash() != state_hash:
+        raise WorldError(misfit)
+    return world
+
+
+def rendered(fit: Callable[[int, int], tuple[float, float, float]], render: Callable[..., None], width: int,
+             height: int, center: tuple[float, float] | None, scale: float | None, data: bool) -> Pixels:
+    """What World.render() and Batch.render() have in common."""
+    width, height = _checks.integer(width, "width", 1, 16384), _checks.integer(height, "height", 1, 16384)
+    if center is None or scale is None:
+        x, y, fitted = fit(width, height)
+        center = (x, y) if center is None else center
+        scale = fitted if scale is None else scale
+    if not (np.isfinite([*center, scale]).all() and scale > 0):
+        raise ValueError(f"found the center {center} and the scale {scale}, expected finite numbers, "
+                         "the latter more than 0")
+    pixels = np.empty((height, width, 3), np.uint8)
+    render(*center, scale, data, pixels)
+    return pixels

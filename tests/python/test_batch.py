@@ -56,16 +56,16 @@ def test_commands_and_readings_are_as_alone() -> None:
 
 def test_some_worlds_only() -> None:
     batch = st.Batch("arena.world", n=5, threads=2)
-    batch.step([0, 3], n=4)
-    batch.step(batch.time > 0.1)
-    batch.step(1)
+    batch.step(4, ids=[0, 3])
+    batch.step(ids=batch.time > 0.1)
+    batch.step(ids=1)
     assert batch.time.tolist() == pytest.approx([0.5, 0.1, 0, 0.5, 0])
-    batch.step([])
-    batch.step(np.zeros(5, bool))
+    batch.step(ids=[])
+    batch.step(ids=np.zeros(5, bool))
     assert batch.time.tolist() == pytest.approx([0.5, 0.1, 0, 0.5, 0])
     for wrong in (5, [0, 0], [True, False], [-6]):
         with pytest.raises(IndexError):
-            batch.step(wrong)
+            batch.step(ids=wrong)
     with pytest.raises(ValueError, match="steps"):
         batch.step(n=-1)
 
@@ -75,9 +75,9 @@ def test_reset() -> None:
     pose, time = batch.pose, batch.time
     first = batch.state_hashes()
     batch.step(n=30)
-    batch.reset([1, 3], seeds=[7, 8])
+    batch.reset([7, 8], ids=[1, 3])
     assert time.tolist() == pytest.approx([3, 0, 3, 0])
-    batch.step([1, 3], n=30)
+    batch.step(30, ids=[1, 3])
     for index, seed in enumerate((0, 7, 2, 8)):
         world = st.World("simple.world", seed=seed)
         world.step(30)
@@ -87,7 +87,7 @@ def test_reset() -> None:
     batch.reset(seeds=range(4))
     assert batch.state_hashes() == first
     batch.step(n=30)
-    batch.reset(time > 1)
+    batch.reset(ids=time > 1)
     assert batch.state_hashes() == first
     batch.reset(seeds=5)
     assert batch.seeds == [5] * 4
@@ -128,7 +128,7 @@ def test_snapshots_and_forks() -> None:
     fork.step(10)
     assert fork.state_hash() == batch.state_hash(1)
     batch.restore(now, [0, 2])
-    batch.step([0, 2], n=10)
+    batch.step(10, ids=[0, 2])
     assert len(set(batch.state_hashes())) == 1
     assert batch.time.tolist() == pytest.approx([2, 2, 2])
     other = st.World("cave.world")
@@ -202,7 +202,7 @@ def test_failures(thrower: Path) -> None:
     record = batch.rollout(moments=3, record=("time",))["time"]
     assert record[:, 0].tolist() == pytest.approx([2.1, 2.2, 2.3])
     assert record[:, 4].tolist() == pytest.approx([0.8, 0.8, 0.8])
-    batch.reset([1, 4], seeds=[6, 8])
+    batch.reset([6, 8], ids=[1, 4])
     assert [text is None for text in batch.failed] == [True, True, True, False, True]
     batch.step(n=3)
     assert batch.time[[1, 4]].tolist() == pytest.approx([0.3, 0.3])

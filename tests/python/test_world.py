@@ -43,7 +43,7 @@ def test_step_run_and_clock(room: str) -> None:
     assert world.step(0) == 0
     with pytest.raises(ValueError, match="quit_time"):
         world.run()
-    with pytest.raises(ValueError, match="-1 steps"):
+    with pytest.raises(ValueError, match="found -1 as the number of steps"):
         world.step(-1)
     with pytest.raises(ValueError, match="seconds"):
         world.run(float("nan"))

@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from .. import _core
 from . import program
 from .executors import run_with
 from .experiment import Experiment
@@ -34,7 +35,7 @@ def run(experiment: Experiment, executor: Any = None, *, out: str | os.PathLike[
             makes one, which is called again when a killed worker has broken the first. All workers need this
             package and the same folder. None: processes of this machine.
         out: the folder of the sweep; it is made.
-        jobs: how many runs at a time; None: one for each processor of this machine. With an executor: how
+        jobs: how many runs at a time; None: one for each processor that the process may use. With an executor: how
             many workers it has.
         chunk: with an executor, how many runs a task has; None: a quarter of each worker's share, 1000 at most.
         retry_failed: runs that have failed are tried again.
@@ -55,7 +56,7 @@ def run(experiment: Experiment, executor: Any = None, *, out: str | os.PathLike[
         with shown(progress) as show:
             run_with(executor, job, plan, jobs, chunk, show)
         return results
-    words = [f"--jobs={jobs or os.cpu_count() or 1}", "--progress" if progress else "--no-progress"]
+    words = [f"--jobs={jobs or _core.count_processors()}", "--progress" if progress else "--no-progress"]
     status, said = job.resume(words, bool(progress))
     if results.missing:
         raise SweepError(f"{folder}: {len(results.missing)} of {plan.count} runs are missing: {said} "

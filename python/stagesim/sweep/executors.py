@@ -8,12 +8,12 @@ all that was pending, some repeat what was finished, some are of no use afterwar
 
 from __future__ import annotations
 
-import os
 import queue
 import time
 from concurrent.futures import BrokenExecutor
 from typing import Any, Callable, Sequence
 
+from .. import _core
 from . import program
 from .plan import Plan, SweepError, missing
 from .progress import Progress
@@ -127,7 +127,7 @@ def run_with(executor: Any, job: program.Job, plan: Plan, jobs: int | None, chun
         SweepError: some runs are still missing, and nobody gets on with them.
     """
     makes = None if hasattr(executor, "submit") else executor
-    jobs = jobs or os.cpu_count() or 1
+    jobs = jobs or _core.count_processors()
     left, idle = missing(job.folder, plan), 0
     while left:
         size = chunk or min(LARGEST_CHUNK, -(-len(left) // (TASKS_PER_JOB * jobs)))
