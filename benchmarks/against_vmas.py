@@ -221,7 +221,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--vmas", default=sys.executable, metavar="PYTHON", help="a Python that has VMAS")
     parser.add_argument("--device", default="cpu", help="VMAS's: cpu or cuda")
-    parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, help="(default: all processors)")
+    parser.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)), help="(default: all processors)")
     parser.add_argument("--seconds", type=float, default=4, help="of each run (default 4)")
     parser.add_argument("--repeats", type=int, default=3, help="(default 3)")
     parser.add_argument("--measure", choices=["stage", "vmas"], help="all cases of one, as this program has others do")

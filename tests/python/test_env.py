@@ -394,7 +394,10 @@ def test_worlds_that_quit_or_fail() -> None:
     """A controller that wants to quit cuts the episode off; a world that has failed is an error, until reset."""
     class Batch:
         """In place of one whose worlds misbehave."""
-        failed = [None, "somebody threw"]
+        class _core:  # noqa: N801
+            @staticmethod
+            def failures() -> dict[int, str]:
+                return {1: "somebody threw"}
 
         def __getattr__(self, name: str) -> Any:
             return getattr(batch, name)

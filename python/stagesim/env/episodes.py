@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 from typing import Any, Sequence, Union
 
@@ -16,6 +17,7 @@ from ..batch import Batch
 from ..errors import StageError
 from ..fleet import Bools, Floats
 from ..world import World
+from .rendering import MODES, Renderer
 from .task import Scene, Task
 from .tasks import TASKS
 
@@ -56,7 +58,8 @@ class Episodes:
     """Worlds in which a task goes on: everything about environments but the shape that users see."""
 
     def __init__(self, world: str | os.PathLike[str] | World | None, task: AnyTask, n: int,
-                 robots: str | None, threads: int | None, options: dict[str, Any]) -> None:
+                 robots: str | None, threads: int | None, options: dict[str, Any],
+                 render_mode: str | None = None, render_size: tuple[int, int] = (640, 480)) -> None:
         self.task = task_of(task)
         if isinstance(world, World):
             if options:
@@ -71,6 +74,21 @@ class Episodes:
         self.task.prepare(self.scene)
         self.size = self.task.size(self.scene)
         self.action_size = int(np.count_nonzero(self.task.top_speed))
+        self.fps = 1 / (prototype.dt * self.task.steps)  #: actions in a second of simulated time
+        self.renderer = Renderer(render_mode, render_size, self.fps)
+        self._has_clipped = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name not in ("_commands", "_ended")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._commands = self.batch.cmd
+        self._ended = self.batch.ended
+
+    def metadata(self) -> dict[str, Any]:
+        """What Gymnasium and PettingZoo want to know of pictures."""
+        return {"render_modes": list(MODES), "render_fps": self.fps}
 
     def observation_space(self, robots: int = 1) -> Box:
         """That of so many robots, one after the other."""
@@ -89,7 +107,7 @@ class Episodes:
         """
         scene, chosen = self.scene, np.flatnonzero(which).tolist()
         # Below 2**63: some learners keep seeds as signed numbers.
-        self.batch.reset(chosen, [int(randoms[i].integers(2**63)) for i in chosen])
+        self.batch.reset([int(randoms[i].integers(2**63)) for i in chosen], ids=chosen)
         self._check(chosen)
         poses, moved = np.zeros((scene.n, scene.robots, 3)), np.zeros(scene.n, bool)
         for i in chosen:
@@ -98,10 +116,11 @@ class Episodes:
                 poses[i], moved[i] = starts, True
         if moved.any():
             self.batch.teleport(poses, moved[:, None])
-        self.batch.step(chosen)
+        self.batch.step(ids=chosen)
         self._check(chosen)
         scene.actions[chosen] = 0
         scene.live[chosen] = True
+        self.renderer.show(self.batch)
         return self._observe()
 
     def step(self, actions: npt.ArrayLike, which: Bools) -> Moment:
@@ -120,8 +139,9 @@ class Episodes:
         if not scene.live[which].any(1).all():
             raise ResetNeeded("an episode is over, or has not begun: call reset()")
         self._command(actions, which)
-        self.batch.step(which, n=self.task.steps)
+        self.batch.step(self.task.steps, ids=which)
         self._check(np.flatnonzero(which).tolist())
+        self.renderer.show(self.batch)
         scene.actions[which] += 1
         outcome = self.task.judge(scene)
         live = scene.live & which[:, None]
@@ -155,13 +175,23 @@ class Episodes:
         if seen.shape != shape:
             raise ValueError(f"found observations of shape {seen.shape}, expected {shape}")
         seen[np.isnan(seen)] = 0
-        return np.clip(seen, *self.task.bounds, out=seen)
+        low, high = self.task.bounds
+        if not self._has_clipped and not ((seen >= low) & (seen <= high)).all():
+            self._has_clipped = True
+            self._warn_of_clipping(seen, low, high)
+        return np.clip(seen, low, high, out=seen)
+
+    def _warn_of_clipping(self, seen: Observations, low: float, high: float) -> None:
+        world, robot, place = np.argwhere((seen < low) | (seen > high))[0].tolist()
+        warnings.warn(
+            f"found {seen[world, robot, place]:g} as number {place} of what {self.batch.names[robot]} observes in world "
+            f"{world}, expected {low:g} to {high:g}; it is clipped, and so are all others outside: scale them, or "
+            f"change the bounds of the task {type(self.task).__name__}", RuntimeWarning, stacklevel=2)
 
     def _check(self, chosen: list[int]) -> None:
-        failed = self.batch.failed
-        for i in chosen:
-            if failed[i] is not None:
-                raise StageError(f"world number {i} has failed: {failed[i]}")
+        failed = self.batch._core.failures()
+        for i in sorted(failed.keys() & chosen) if failed else ():
+            raise StageError(f"world number {i} has failed: {failed[i]}")
 
 
 def opened(episodes: Episodes | None) -> Episodes:

@@ -13,8 +13,10 @@ from gymnasium.spaces import Box
 from gymnasium.utils.seeding import np_random
 from pettingzoo import ParallelEnv
 
+from ..pictures import Pixels
 from ..world import World
 from .episodes import AnyTask, Episodes, Observations, opened
+from .rendering import MODES
 
 Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool],
              dict[str, dict[str, Any]]]
@@ -40,12 +42,15 @@ class StageParallelEnv(ParallelEnv[str, Observations, npt.NDArray[np.float32]]):
         ResetNeeded: of gymnasium.error: step() before reset().
     """
 
-    metadata: dict[str, Any] = {"name": "stage_v0", "render_modes": []}
-    render_mode = None
+    metadata: dict[str, Any] = {"name": "stage_v0", "render_modes": list(MODES), "render_fps": 5}
 
     def __init__(self, world: str | os.PathLike[str] | World | None = None, task: AnyTask = "Navigate", *,
-                 robots: str | None = None, threads: int = 1, **options: Any) -> None:
-        self._episodes: Episodes | None = Episodes(world, task, 1, robots, threads, options)
+                 robots: str | None = None, threads: int = 1, render_mode: str | None = None,
+                 render_size: tuple[int, int] = (640, 480), **options: Any) -> None:
+        self._episodes: Episodes | None = Episodes(world, task, 1, robots, threads, options, render_mode,
+                                                   render_size)
+        self.metadata = {"name": "stage_v0", **self._episodes.metadata()}
+        self.render_mode = render_mode
         self.task = self._episodes.task  #: what the robots are to do
         self.possible_agents = list(self._episodes.batch.names)  #: all robots
         if len(set(self.possible_agents)) < len(self.possible_agents):
@@ -106,8 +111,15 @@ class StageParallelEnv(ParallelEnv[str, Observations, npt.NDArray[np.float32]]):
             raise ResetNeeded("no episode has begun: call reset()")
         return self._last.reshape(-1).copy()
 
+    def render(self) -> Pixels | None:
+        """With render_mode "rgb_array" a picture as World.render() makes it; else None."""
+        episodes = opened(self._episodes)
+        return episodes.renderer.picture(episodes.batch, 0) if self.render_mode == "rgb_array" else None
+
     def close(self) -> None:
-        """Gives the world back."""
+        """Gives the world back, and closes the window."""
+        if self._episodes is not None:
+            self._episodes.renderer.close()
         self._episodes = None
 
     def _observed(self, agents: list[str]) -> dict[str, Observations]:

@@ -132,7 +132,8 @@ class Task:
         limit: actions after which an episode is cut off (truncated).
         top_speed: forwards, to the left (m/s) and turning (rad/s) at an action of 1. An action has a
             number from -1 to 1 for each of these that is not 0.
-        bounds: the smallest and the largest number of an observation. Others are clipped.
+        bounds: the smallest and the largest number of an observation. Others are clipped; the first one
+            is told by a RuntimeWarning.
     """
 
     world: str = "arena.world"

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Iterable
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,9 @@ from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from .. import _checks
 from ..fleet import Bools, Floats
+from ..pictures import Pixels
 from ..world import World
 from .episodes import AnyTask, Episodes, Moment, Observations, opened
 
@@ -37,7 +40,9 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
     Args:
         num_envs: how many worlds, 1 or more.
         world, task, robots, options: as in StageEnv().
-        threads: that work on them, each on other worlds; None: one for each processor.
+        threads: that work on them, each on other worlds; None: one for each processor that the process
+            may use.
+        render_mode, render_size: as in StageEnv(); a window shows the first world.
         autoreset_mode: an AutoresetMode, or its value: "NextStep", "SameStep", "Disabled".
 
     Raises what StageEnv() does; TypeError and ValueError for a reset_mask that is none.
@@ -45,11 +50,15 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
 
     def __init__(self, num_envs: int = 1, world: str | os.PathLike[str] | World | None = None,
                  task: AnyTask = "Navigate", *, robots: str | None = None, threads: int | None = None,
-                 autoreset_mode: AutoresetMode | str = "NextStep", **options: Any) -> None:
+                 autoreset_mode: AutoresetMode | str = "NextStep", render_mode: str | None = None,
+                 render_size: tuple[int, int] = (640, 480), **options: Any) -> None:
         self.autoreset_mode = AutoresetMode(autoreset_mode)  #: which of the three
-        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
-        self._episodes: Episodes | None = Episodes(world, task, num_envs, robots, threads, options)
-        self.num_envs = num_envs
+        self._episodes: Episodes | None = Episodes(world, task, num_envs, robots, threads, options, render_mode,
+                                                   render_size)
+        self.metadata = {**self._episodes.metadata(), "autoreset_mode": self.autoreset_mode}
+        self.render_mode = render_mode
+        self.num_envs = self._episodes.batch.n
+        num_envs = self.num_envs
         self.task = self._episodes.task  #: what the robots are to do
         self.agents = self._episodes.batch.names  #: of the robots of each world, in their order
         self.single_observation_space = self._episodes.observation_space(len(self.agents))
@@ -99,8 +108,17 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
             self._over = np.zeros(self.num_envs, bool)
         return self._last.copy(), moment.rewards.sum(1), terminations, truncations, infos
 
+    def render(self) -> tuple[Pixels, ...] | None:  # type: ignore[override]
+        """With render_mode "rgb_array" a picture of each world; else None."""
+        episodes = opened(self._episodes)
+        if self.render_mode != "rgb_array":
+            return None
+        return tuple(episodes.renderer.picture(episodes.batch, i) for i in range(self.num_envs))
+
     def close_extras(self, **kwargs: Any) -> None:
-        """Gives the worlds back."""
+        """Gives the worlds back, and closes the window."""
+        if self._episodes is not None:
+            self._episodes.renderer.close()
         self._episodes = None
 
     def _begin(self, which: Bools) -> None:
@@ -134,9 +152,10 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
     def _seeds(self, seed: int | Iterable[int | None] | None) -> list[int | None]:
         if seed is None:
             return [None] * self.num_envs
-        if isinstance(seed, (int, np.integer)):
-            return [int(seed) + i for i in range(self.num_envs)]
-        seeds = [None if number is None else int(number) for number in seed]
+        if not isinstance(seed, Iterable):
+            first = _checks.seed(seed)
+            return [first + i for i in range(self.num_envs)]
+        seeds = [None if number is None else _checks.seed(number) for number in seed]
         if len(seeds) != self.num_envs:
             raise ValueError(f"found {len(seeds)} seeds, expected {self.num_envs}")
         return seeds

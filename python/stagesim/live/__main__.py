@@ -34,7 +34,8 @@ def arguments() -> argparse.ArgumentParser:
                              " world file says, or else 1)")
     parser.add_argument("--paused", action="store_true", help="wait for somebody to let it run")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of all random numbers (default 1)")
-    parser.add_argument("--threads", type=int, metavar="N", help="that work on a step")
+    parser.add_argument("--threads", type=int, metavar="N",
+                        help="that work on a step (default: the world's, or else all processors where that is faster)")
     parser.add_argument("--opencl", type=lambda device: device or True, nargs="?", default=False, metavar="DEVICE",
                         help="use an OpenCL device where that is faster")
     parser.add_argument("--opencl-always", action="store_true", help="use it for every step: for measurements")

@@ -28,7 +28,8 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("world", nargs="?", help="world file, or a shipped one's name; "
                         "else that of the parameter world_file")
     parser.add_argument("--seed", type=int, default=1, help="of all random numbers")
-    parser.add_argument("--threads", type=int, help="that work on a step")
+    parser.add_argument("--threads", type=int,
+                        help="that work on a step (default: the world's, or else all processors where that is faster)")
     parser.add_argument("--opencl", action="store_true", help="use an OpenCL device where that is faster")
     parser.add_argument("--no-controllers", action="store_true", help="leave the world's controllers out")
     parser.add_argument("--duration", type=float, default=float("inf"), metavar="SECONDS",
