@@ -2,11 +2,11 @@
 #
 # What the Python package is built with: Python's headers, and nanobind with its backend, which are on
 # PyPI. tools/setup --python puts them into build/venv, whose Python is taken if it is there. Sets
-# python_package_FOUND, STAGE_NANOBIND_DIR and what find_package(Python) sets.
+# python_package_FOUND, STAGE_NANOBIND_DIR, what find_package(Python) sets, and
+# STAGE_PYTHON_SANITIZER: the libraries that Python has to load first if a sanitizer has gone over the package.
 
 set(python_package_FOUND OFF)
-# A Python that is no program of ours can't load what a sanitizer has gone over.
-if(CMAKE_CROSSCOMPILING OR STAGE_SANITIZE OR STAGE_FUZZ)
+if(CMAKE_CROSSCOMPILING OR STAGE_FUZZ)
   return()
 endif()
 if(NOT Python_EXECUTABLE AND EXISTS "${PROJECT_SOURCE_DIR}/build/venv/bin/python")
@@ -23,4 +23,16 @@ execute_process(
   RESULT_VARIABLE result)
 if(result EQUAL 0)
   set(python_package_FOUND ON)
+endif()
+# Python itself is built without sanitizers.
+set(STAGE_PYTHON_SANITIZER "")
+if(STAGE_SANITIZE)
+  set(runtime libasan.so)
+  if(STAGE_SANITIZE MATCHES "thread")
+    set(runtime libtsan.so)
+  endif()
+  execute_process(
+    COMMAND "${CMAKE_CXX_COMPILER}" -print-file-name=${runtime}
+    OUTPUT_VARIABLE STAGE_PYTHON_SANITIZER
+    OUTPUT_STRIP_TRAILING_WHITESPACE)
 endif()

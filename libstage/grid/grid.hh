@@ -290,7 +290,7 @@ class Grid {
   LayerIndex RangerLayer(double z, bool z_test, bool exact = false) {
     return RangerLayerOf(z, z_test, exact, false);
   }
-  /// The same without robots. Heights of both kinds share the room.
+  /// A layer like RangerLayer() that leaves robots out. Heights of both kinds share the room.
   LayerIndex MapLayer(double z, bool z_test, bool exact) {
     return RangerLayerOf(z, z_test, exact, true);
   }

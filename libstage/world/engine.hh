@@ -100,14 +100,14 @@ class WorldEngine : public Host {
   void ChooseThreadsFor(size_t count);
   /// Uses all threads until the next step.
   void EmployAll();
-  /// What the step took.
+  /// Tells the choice of threads how long the step took.
   void ReportStep(double seconds) {
     if (chooses_threads()) thread_choice_.Report(seconds);
   }
   /// From now on it works on the threads that the other one has now.
   void ShareThreadsOf(const WorldEngine& other);
   threads::WorkerPool* workers() { return workers_.get(); }
-  /// Of the present step, or of the last one.
+  /// The number of threads of the present step, or of the last one.
   unsigned threads() const { return workers_->threads(); }
   /// The most that a step may use.
   unsigned most_threads() const { return chooses_threads() ? most_threads_ : threads(); }

@@ -193,8 +193,8 @@ void Batch::InRounds(const Indices& which, uint64_t count, uint64_t steps, F wor
   }
 }
 
-/// What worlds took that have made so many steps each. Those that have ended or failed take no
-/// time: if all have, nothing is learned.
+/// Learns from `seconds` in which each world has made so many steps. Worlds that have ended or
+/// failed take no time: if all have, nothing is learned.
 void Batch::NoteStepSeconds(double seconds, uint64_t steps) {
   size_t going = 0;
   for (const Tally& tally : tallies_) going += tally.going;

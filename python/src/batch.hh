@@ -38,9 +38,9 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   /// To be called once it is held by a shared pointer, with the robots' numbers.
   void MakeCrowd(const std::vector<uint32_t>& robots);
 
-  /// So many steps of these worlds, those that have failed or ended aside.
+  /// Makes so many steps of these worlds. Those that have failed or ended stay where they are.
   void Step(const Indices& which, uint64_t steps);
-  /// What is written down after some steps: the rows of a live array.
+  /// A live array whose rows are written down after some steps.
   struct Record {
     const char* live;  ///< bytes_per_world bytes of each world, one after the other
     char* to;          ///< the same for each moment, one after the other
@@ -67,7 +67,7 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   unsigned threads() const { return pool_.threads(); }
   /// That each world was loaded with last.
   std::vector<uint64_t> Seeds();
-  /// Which worlds have failed, and why.
+  /// The worlds that have failed, by number, and why.
   std::map<uint32_t, std::string> Failures();
   /// These worlds make no more steps until they are reset or restored.
   void SetFailures(const std::map<uint32_t, std::string>& failures);

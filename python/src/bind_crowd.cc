@@ -19,6 +19,7 @@
 #include "batch.hh"
 #include "bindings.hh"
 #include "crowd.hh"
+#include "gil.hh"
 #include "picture.hh"
 #include "text.hh"
 

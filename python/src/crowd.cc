@@ -94,7 +94,7 @@ void Crowd::GatherPart(Part* part, size_t world, const Members& members) {
   });
 }
 
-/// The same in all worlds, whose members are renewed.
+/// Fills in the part for all worlds, after looking for their robots again.
 void Crowd::GatherPart(const Source& source, Part* part) {
   for (size_t world = 0; world < worlds(); world++) GatherPart(part, world, Renew(&source, world));
 }

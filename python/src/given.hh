@@ -50,7 +50,7 @@ struct type_caster<Stg::python::Given<T>> {
   }
 };
 
-/// None is looked at like everything else.
+/// Python's None is accepted at first, like everything else.
 template <typename T>
 struct has_arg_defaults<Stg::python::Given<T>> : std::true_type {};
 

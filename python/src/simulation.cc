@@ -77,7 +77,7 @@ void Simulation::Settle() {
   loaded_models_ = own.host().next_model_id;
 }
 
-/// Nothing happens if it is closed already.
+/// Deletes the world. A world that is closed already stays so.
 void Simulation::Close() {
   const Use use(this);
   World* const world = WorldAt(0);

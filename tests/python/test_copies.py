@@ -56,7 +56,7 @@ def test_world_that_can_not_be_pickled(room: str, tmp_path: Path) -> None:
     file.write_text(room)
     world = st.World(file)
     state = pickle.dumps(world)
-    file.write_text(room.replace("pose [3 0 0 0]", "pose [2 0 0 0]"))
+    file.write_text(room.replace("resolution 0.02", "resolution 0.05"))
     with pytest.raises(st.WorldError, match="found another world file"):
         pickle.loads(state)
     file.unlink()

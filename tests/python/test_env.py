@@ -6,6 +6,7 @@ from __future__ import annotations
 import itertools
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from typing import Any, Callable
 
@@ -610,3 +611,60 @@ def test_what_to_install_is_said() -> None:
 def test_everything_has_a_docstring() -> None:
     for name in set(st.env.__all__) - {"TASKS"}:
         assert getattr(st.env, name).__doc__, name
+
+
+def test_pictures() -> None:
+    single = stage_env.StageEnv(render_mode="rgb_array", render_size=(160, 120))
+    single.reset(seed=1)
+    first = single.render()
+    assert first is not None and first.shape == (120, 160, 3) and first.dtype == np.uint8
+    assert len(np.unique(first.reshape(-1, 3), axis=0)) > 2, "a picture of something"
+    for _ in range(5):
+        single.step(np.ones(single.action_space.shape))
+    assert (single.render() != first).any()
+    vector = gym.make_vec("Stage/Disperse-v0", num_envs=2, render_mode="rgb_array")
+    vector.reset(seed=1)
+    pictures = vector.render()
+    assert pictures is not None and len(pictures) == 2 and (pictures[0] != pictures[1]).any()
+    assert gym.make("Stage/Navigate-v0", render_mode="rgb_array").metadata["render_fps"] == 5
+    parallel = stage_env.parallel_env(render_mode="rgb_array")
+    parallel.reset(seed=1)
+    assert parallel.render() is not None and parallel.render_mode in parallel.metadata["render_modes"]
+    assert stage_env.StageEnv().render() is None
+    with pytest.raises(ValueError, match="found the render_mode 'ansi', expected"):
+        stage_env.StageEnv(render_mode="ansi")
+
+
+def test_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    pygame = pytest.importorskip("pygame", reason="pygame is not installed: try tools/setup --python")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env = stage_env.StageEnv(render_mode="human", render_size=(96, 64))
+    env.reset(seed=1)
+    shown = pygame.surfarray.array3d(pygame.display.get_surface()).copy()
+    assert shown.shape == (96, 64, 3) and shown.any()
+    env.step(np.ones(env.action_space.shape))
+    assert (pygame.surfarray.array3d(pygame.display.get_surface()) != shown).any()
+    assert env.render() is None
+    env.close()
+    assert pygame.display.get_surface() is None
+
+
+def test_clipping_is_told_once() -> None:
+    class Far(stage_env.Navigate):
+        def observe(self, scene: stage_env.Scene) -> Any:
+            seen = super().observe(scene)
+            seen[..., 2] = 3
+            return seen
+
+    env = stage_env.StageEnv(task=Far())
+    with pytest.warns(RuntimeWarning, match="found 3 as number 2 of what r0 observes in world 0, expected -1 to 1"):
+        seen, _ = env.reset(seed=1)
+    assert seen[2] == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env.step(np.zeros(env.action_space.shape))
+        for name in stage_env.TASKS:
+            other = stage_env.StageEnv(task=name)
+            other.reset(seed=1)
+            for _ in range(20):
+                other.step(other.action_space.sample())

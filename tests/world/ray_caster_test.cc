@@ -117,7 +117,7 @@ TEST(RayCaster, MapRaysDoNotStopAtRobots) {
   }
 }
 
-/// What a robot carries is no part of the map; what it has put down is.
+/// A box is no part of the map while a robot carries it.
 TEST(RayCaster, MapChangesWithWhatStandsOnRobots) {
   InitLibrary();
   World world;

@@ -45,7 +45,7 @@ extern "C" int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
 namespace Stg {
 namespace {
 
-/// What f() locks in this thread.
+/// The mutexes that f() locks in this thread.
 template <typename F>
 Mutexes LockedBy(F f) {
   Mutexes mutexes;
@@ -104,7 +104,7 @@ TEST_F(StepLocks, StepsOfAllShippedWorldsHaveNoneInCommon) {
     }
 }
 
-/// As controllers that make and delete models do.
+/// Controllers make and delete models in the middle of a step.
 TEST_F(StepLocks, MakingAndDeletingModelsHasNoneInCommon) {
   for (const bool listed : {false, true}) {
     World first(OptionsOf(listed)), second(OptionsOf(listed));

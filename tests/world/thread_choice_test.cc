@@ -18,7 +18,7 @@
 namespace Stg {
 namespace {
 
-/// Of so many steps, those on all threads.
+/// The number of steps that are made on all threads, of so many.
 int CountShared(ThreadChoice* choice, int steps, size_t models, double alone, double shared) {
   int count = 0;
   for (int i = 0; i < steps; i++) {

@@ -168,9 +168,9 @@ class World : public Ancestor {
   /// with another seed would not be what loading with that seed is: controllers, plug-ins and
   /// populations may make anything of a seed.
   std::shared_ptr<const WorldBeginning> TakeBeginning();
-  /// The same as Reset(seed), at the price of Restore(): models stay, and go back to how they were
-  /// loaded. The beginning is that of this world or of a copy of it. False, without a message and
-  /// with the world as it was, if models or the world have callbacks of clients.
+  /// Does what Reset(seed) does, at the price of Restore(): models stay, and go back to how they
+  /// were loaded. The beginning is that of this world or of a copy of it. False, without a message
+  /// and with the world as it was, if models or the world have callbacks of clients.
   bool BeginAgain(const WorldBeginning& beginning, uint64_t seed);
   /// Deletes all models; the clock goes back to 0.
   virtual void UnLoad();

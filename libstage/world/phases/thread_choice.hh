@@ -32,14 +32,14 @@ class ThreadChoice {
     uses_all_ = compares_ && chooser_.UseDevice(models);
     return uses_all_;
   }
-  /// What the step took that was asked for last, rays included.
+  /// Learns how long the step took that was asked for last, rays included.
   void Report(double seconds) {
     if (compares_) chooser_.Report(seconds);
     if (!uses_all_) alone_[size_].Note(seconds);
   }
 
  private:
-  /// What steps take on one thread.
+  /// Seconds that steps take on one thread.
   struct Alone {
     double last = 0;
     double typical = 0;  // the lesser of the last two; 0 if there were fewer

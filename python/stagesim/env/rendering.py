@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from typing import Any
 
 from gymnasium.error import DependencyNotInstalled
@@ -10,7 +11,8 @@ from gymnasium.error import DependencyNotInstalled
 from ..batch import Batch
 from ..pictures import Pixels
 
-MODES = ("human", "rgb_array")
+#: Those that can be had here: a window needs pygame.
+MODES = ("human", "rgb_array") if importlib.util.find_spec("pygame") else ("rgb_array",)
 
 
 class Renderer:
@@ -28,7 +30,7 @@ class Renderer:
     """
 
     def __init__(self, mode: str | None, size: tuple[int, int], fps: float) -> None:
-        if mode is not None and mode not in MODES:
+        if mode not in (None, "human", "rgb_array"):
             raise ValueError(f"found the render_mode {mode!r}, expected 'human', 'rgb_array' or None")
         self.mode = mode
         self._size = size
