@@ -43,7 +43,9 @@ bool RayCaster::Cast(const Pose* poses, size_t count, const std::vector<double>&
   }
   if (count == 0 || bearings.empty()) return true;
   if (world_.IsExact(options_.ray_model)) world_.DrawForExactRays();
-  engine.TraceBatch();  // what was asked for before
+  engine.TraceBatch();                 // what was asked for before
+  constexpr size_t kManyRays = 10000;  // one thread takes longer for them than to wake others
+  if (count * bearings.size() >= kManyRays) engine.EmployAll();
   engine.scene.tables.Trim();
   FindSeen();
   ranges_ = ranges;

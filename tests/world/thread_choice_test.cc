@@ -9,11 +9,13 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "support/model_testing.hh"
 #include "support/shipped_worlds.hh"
 #include "threads/processors.hh"
 #include "world/engine.hh"
+#include "world/ray_caster.hh"
 
 namespace Stg {
 namespace {
@@ -110,6 +112,18 @@ TEST_F(ChosenThreads, ChangeNoResult) {
       alone->Update();
       ASSERT_EQ(chosen->StateHash(), alone->StateHash()) << file << ", step " << i;
     }
+  }
+}
+
+TEST_F(ChosenThreads, ManyRaysAreCastByAll) {
+  const std::unique_ptr<World> world = Load("hospital.world", 0);
+  world->engine().ChooseThreads(3);
+  const std::vector<Pose> poses(200, Pose(100, 60, 0, 0));
+  std::vector<double> ranges(poses.size() * 60);
+  for (const size_t rays : {3u, 60u}) {
+    const std::vector<double> bearings(rays, 0.5);
+    ASSERT_TRUE(RayCaster(world.get()).Cast(poses.data(), 200, bearings, 30, ranges.data()));
+    EXPECT_EQ(world->engine().threads(), rays == 3 ? 1u : 3u);
   }
 }
 

@@ -153,7 +153,7 @@ class Run(Show):
                     break
                 made += 1
         except Exception as error:  # of a controller, or of control()
-            if not self.world._core.is_open:
+            if _is_gone(self.world):
                 raise
             if not isinstance(error, StageError):
                 logging.getLogger("stagesim").exception("a controller in Python has failed")
@@ -183,3 +183,11 @@ class Run(Show):
 
     def _pace(self) -> tuple[bool, float, float]:
         return self._paused and not self._steps_asked, self._speed, self._busy
+
+
+def _is_gone(world: World) -> bool:
+    """Whether it is closed or deleted, as far as that can be told: not while another thread is using it."""
+    try:
+        return not world._core.is_open
+    except StageError:
+        return False
