@@ -191,7 +191,7 @@ def test_command(number: int) -> None:
     (["cave.world", "--port", "70000"], 2, "found '70000', expected a port"),
     (["cave.world", "--speed", "-1"], 1, "stage: found the speed -1.0"),
     (["--foxglove", "nothing.world"], 1, "stage: nothing.world: "),
-    (["cave.world", "--threads", "0"], 1, "stage: found 0 threads"),
+    (["cave.world", "--threads", "0"], 1, "stage: found 0 as the number of threads"),
     (["cave.world", "--host", "203.0.113.7"], 1, "stage: can't serve at 203.0.113.7"),
     ([], 2, "WORLD")])
 def test_command_that_fails(words: list[str], status: int, text: str) -> None:
