@@ -42,12 +42,12 @@ else()
   set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}")
 endif()
 
-# What Debian wants to know of each package: a changelog in its own format, compressed, and the licence.
+# Files that Debian wants in each package: a changelog in its own format, compressed, and the licence.
 string(TIMESTAMP package_date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 set(package_files "${PROJECT_BINARY_DIR}/package")
 configure_file(cmake/debian/changelog.in "${package_files}/changelog" @ONLY)
 execute_process(COMMAND gzip -9nf "${package_files}/changelog" COMMAND_ERROR_IS_FATAL ANY)
-# The linker's cache is brought up to date by Debian's trigger; with scripts of the same names CPack makes none itself.
+# Debian's trigger brings the linker's cache up to date after installation and removal.
 file(COPY cmake/debian/triggers DESTINATION "${package_files}")
 
 # stage_package(NAME SECTION SUMMARY DESCRIPTION [COMPONENT...]): the package NAME, of the component of that
