@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 import stagesim as st
+from patience import PATIENCE
 from stagesim import _core
 
 BLOCKER = """
@@ -193,7 +194,7 @@ def test_no_call_crashes_while_another_thread_resets() -> None:
     thread.start()
     try:
         worked: set[str] = set()
-        end, latest = time.monotonic() + SECONDS, time.monotonic() + 20 * SECONDS
+        end, latest = time.monotonic() + SECONDS, time.monotonic() + PATIENCE
         while time.monotonic() < (end if len(worked) == len(calls) else latest):
             for name, call in calls.items():
                 if was_allowed(call):
