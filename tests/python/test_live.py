@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
 import time
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -361,3 +363,21 @@ def test_raw_bytes_harm_nobody(server: Server) -> None:
             raw.sendall(random.bytes(length))
     with Client(server) as client:
         client.until(lambda: True)
+
+
+def test_names_that_are_not_utf_8_are_made_printable(tmp_path: Path) -> None:
+    """They are allowed in world files, and in names of files; JSON and Foxglove know Unicode alone."""
+    import foxglove  # noqa: F401
+
+    file = os.fsencode(tmp_path) + b"/w\xff.world"
+    with open(file, "wb") as out:
+        out.write(b'position( name "r\xff\xc3" pose [1 2 0 0] ) position( name "\xc3\xa9" ) model( name "w\x80" gui_move 0 )')
+    with Server(st.World(os.fsdecode(file)), paused=True, foxglove=0) as server, Client(server) as client:
+        client.until(lambda: client.scene)
+        assert {thing["name"] for thing in client.scene["things"]} == {"r\\xff\\xc3", "\u00e9", "w\\x80"}
+        assert client.scene["world"] == "w\\xff.world"
+        robot, wall = client.thing("r\\xff\\xc3"), client.thing("w\\x80")
+        client.send("watch", chosen=robot, scans=[], all=True)
+        client.until(lambda: client.frame["details"] and client.frame["details"]["name"] == "r\\xff\\xc3")
+        client.send("drive", thing=wall, velocity=[1, 0, 0])
+        assert client.until_error() == r"'w\\x80' can't drive"
