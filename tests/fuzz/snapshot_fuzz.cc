@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // libFuzzer entry point: whatever a snapshot file says, a world takes it as a state or stays as it
-// is; and afterwards it can go back to where it was.
+// is; a state that it took can be saved and read back; and afterwards it can go back to where it
+// was.
 //
 // Bytes: if the first is even, the rest is a file, whose checksum is put right. Otherwise each five
 // that follow change a good file: the place (three bytes), how (cut off there, insert, or write),
@@ -77,12 +78,23 @@ std::string Changed(std::string file, const std::uint8_t* data, std::size_t size
   return file;
 }
 
-/// It has a size that no memory would hold: fine, as long as it is said so.
-void Step(World* world) {
+/// False if a size that no memory would hold was in the way: fine, as long as it is said so.
+bool Step(World* world) {
   try {
     world->Update();
+    return true;
   } catch (const std::bad_alloc&) {
+    return false;
   }
+}
+
+/// Ends the program unless the world's state, saved and restored, is the same.
+void CheckReadsBack(World* world) {
+  Snapshot saved, read, again;
+  if (!world->Take(&saved)) std::abort();
+  std::istringstream in(FileOf(saved));
+  if (!read.Read(in) || !world->Restore(read) || !world->Take(&again)) std::abort();
+  if (again.hash() != saved.hash()) std::abort();
 }
 
 }  // namespace
@@ -100,7 +112,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Snapshot snapshot;
   std::istringstream in(file);
   if (snapshot.Read(in) && subject.world.Restore(snapshot)) {
-    Step(&subject.world);
+    CheckReadsBack(&subject.world);
+    if (Step(&subject.world)) CheckReadsBack(&subject.world);
     if (!subject.world.Restore(subject.good)) std::abort();
   }
   if (subject.world.StateHash() != subject.hash) std::abort();
