@@ -26,7 +26,7 @@ ROOM = """
 resolution 0.05
 model( size [8 0.2 1] pose [0 4 0 0] ) model( size [8 0.2 1] pose [0 -4 0 0] )
 model( size [0.2 8 1] pose [4 0 0 0] ) model( size [0.2 8 1] pose [-4 0 0 0] )
-define bot position( size [0.3 0.3 0.4] ranger( sensor( range [0 12] fov 330 samples 12 ) ) )
+define bot position( size [0.3 0.3 0.4] ranger( pose [0 0 -0.2 0] sensor( range [0 12] fov 330 samples 12 ) ) )
 bot( pose [2 2 0 45] ) bot( pose [-2 2 0 135] ) bot( pose [-2 -2 0 -135] ) bot( pose [2 -2 0 -45] )
 """
 STEPS = 5  # a call, as learners make it
