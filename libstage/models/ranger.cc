@@ -206,6 +206,7 @@ void ModelRanger::Reseed(uint64_t seed) {
 }
 
 void ModelRanger::DropReadings() {
+  Model::DropReadings();
   for (Sensor& sensor : sensors_) {
     sensor.ranges.clear();
     sensor.intensities.clear();
@@ -362,15 +363,18 @@ void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
   sensor.AddRangeNoise();
 }
 
-/// A range that is the maximum stays as it is.
+/// Noise keeps a range between the sensor's minimum and maximum. A range that is the maximum, or
+/// below the minimum, where the sensor measures nothing, stays as it is.
 void ModelRanger::Sensor::AddRangeNoise() {
   const double share = FiniteOr0(range_noise);
   const double deviation = std::sqrt(Magnitude(FiniteOr0(range_noise_const)));
   if (share == 0 && !(deviation > 0)) return;
+  const double least = range.min < range.max ? Magnitude(range.min) : 0.0;
   for (double& r : ranges) {
-    if (!(r < range.max)) continue;
+    if (!(r < range.max) || r < least) continue;
     const double relative = r * share * UniformError(&random_);
-    r += relative + (deviation > 0 ? deviation * NormalError(&random_) : 0.0);
+    const double noisy = r + relative + (deviation > 0 ? deviation * NormalError(&random_) : 0.0);
+    r = std::clamp(noisy, least, range.max);
   }
 }
 

@@ -68,11 +68,28 @@ TEST(Noise, TheAngularPartIsZeroForAFieldOfViewOfZero) {
   EXPECT_EQ(noisy.Ranges(), exact.Ranges());
 }
 
-TEST(Noise, IsNotClippedAndLeavesMissesAlone) {
-  Scene hits("sensor( samples 5000 fov 0 noise [4 0 0] )");
-  const Moments m = MomentsOf(hits.Ranges());
-  EXPECT_LT(m.min, 0);
-  EXPECT_GT(m.max, 5);
+// Stage clips nothing: there such readings are negative, and beyond the maximum.
+TEST(Noise, MakesNoReadingBelowTheMinimumOrAboveTheMaximum) {
+  for (const char* range : {"[0 5]", "[0.3 2.6]", "[2.4 2.6]", "[2.5 100]"})
+    for (const char* noise : {"[4 0 0]", "[0 5 0]", "[4 5 90]", "[0.0001 0 0]"}) {
+      Scene hits("sensor( samples 5000 fov 0 range " + std::string(range) + " noise " + noise +
+                 " )");
+      const Bounds bounds = hits.sensor().range;
+      const Moments m = MomentsOf(hits.Ranges());
+      EXPECT_GE(m.min, bounds.min) << range << " " << noise;
+      EXPECT_LE(m.max, bounds.max) << range << " " << noise;
+      EXPECT_LT(m.min, m.max) << range << " " << noise;
+    }
+}
+
+TEST(Noise, LeavesWhatIsTooNearToBeMeasuredAlone) {
+  Scene hits("sensor( samples 100 fov 0 range [4 8] noise [4 5 0] )");
+  Scene exact("sensor( samples 100 fov 0 range [4 8] )");
+  EXPECT_EQ(hits.Ranges(), exact.Ranges());
+  EXPECT_LT(exact.Ranges()[0], 4);
+}
+
+TEST(Noise, LeavesMissesAlone) {
   Scene misses("sensor( samples 100 fov 0 noise [4 0.5 0] )", "");
   EXPECT_EQ(misses.Ranges(), std::vector<double>(100, 5));
 }

@@ -20,6 +20,9 @@
 //   sensor out of the grid nothing is hit: readings are the maximum range
 //   negative noise         refused in a world file; through the API it counts as 0
 //   infinite or NaN noise  refused in a world file; through the API it counts as 0
+//   noise beyond the range the reading is the minimum or the maximum; what is below the minimum, or
+//   is
+//                          the maximum, has no noise
 
 #ifndef STAGE_MODELS_RANGER_HH
 #define STAGE_MODELS_RANGER_HH
