@@ -39,10 +39,9 @@ bool Before(const SensorGroup& a, const SensorGroup& b) {
 }  // namespace
 
 double UpdatesPerStep(const Model& model, usec_t step) {
-  // An update falls into the first step at or after its time.
-  const usec_t interval = model.GetUpdateInterval();
-  const usec_t steps = interval / step + (interval % step != 0 ? 1 : 0);
-  return 1.0 / static_cast<double>(std::max<usec_t>(1, steps));
+  // In the long run; no model updates twice in a step.
+  const double steps = static_cast<double>(model.GetUpdateInterval()) / static_cast<double>(step);
+  return 1.0 / std::max(1.0, steps);
 }
 
 std::vector<SensorGroup> SortSensors(const std::vector<Model*>& models, usec_t step) {

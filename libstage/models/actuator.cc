@@ -93,6 +93,7 @@ void ModelActuator::Load() {
              "max_position");
   turned_ = start;
   if (start != 0) SetPose(pose + Displacement(start));
+  if (!watch.gone()) NoteSensed();
 }
 
 void ModelActuator::Save() {
@@ -145,6 +146,12 @@ void ModelActuator::ExchangeState(StateExchange& exchange) {
   StateChoice joint(&type_of_joint_, TYPE_ROTATIONAL);
   exchange(control, joint, axis_, goal_, velocity_, max_speed_, max_position_, min_position_,
            reference_, has_reference_, turned_);
+  if (!exchange.hashing() && !exchange.leaves_readings_out()) exchange(sensed_pose_);
+}
+
+void ModelActuator::DropReadings() {
+  Model::DropReadings();
+  NoteSensed();
 }
 
 // ---- updating -----------------------------------------------------------------------------------
@@ -152,6 +159,7 @@ void ModelActuator::ExchangeState(StateExchange& exchange) {
 void ModelActuator::Startup() {
   if (!has_reference_) reference_ = pose;
   has_reference_ = true;
+  NoteSensed();
   world->host().StartMoving(this);
   Model::Startup();
 }

@@ -91,6 +91,7 @@ class Host {
   std::vector<Model*> sensed;                ///< models with a rest of their update to do
   std::vector<Model*> update_callbacks_due;  ///< models that updated in this step
   bool stepping = false;                     ///< a step is being made
+  uint32_t steps_begun = 0;                  ///< by this engine; it never goes back
 
   /// Plans a model's update. It is void if the model has another chain by then.
   virtual void ScheduleUpdate(Model* model, usec_t time, uint64_t chain) = 0;

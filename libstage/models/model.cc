@@ -36,6 +36,13 @@ void SetFinite(const Model& model, const char* name, double value, double* targe
     WarnAbout(model, "refused the %s %f, which is not finite", name, value);
 }
 
+/// A pose in the frame of another one.
+Pose SeenFrom(const Pose& frame, const Pose& p) {
+  const Pose turn(0, 0, 0, -frame.a);
+  const Pose turned = turn + Pose(p.x - frame.x, p.y - frame.y, 0, 0);
+  return Pose(turned.x, turned.y, p.z - frame.z, p.a - frame.a);
+}
+
 Ancestor& AboveOf(Model* parent, World* world) {
   return parent ? static_cast<Ancestor&>(*parent) : *world;
 }
@@ -98,6 +105,8 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       root(parent ? parent->root : this),
       scene_(&world_->host().scene),
       update_chain_(UpdateChain::First(id)),
+      updated_at_(0),
+      tree_updated_in_(0),
       callback_run_(0),
       serial_update_callbacks_(false),
       hidden_from_rangers_(false),
@@ -140,10 +149,19 @@ Model::~Model() {
 
 // ---- pose and geometry --------------------------------------------------------------------------
 
-Pose Model::ChildGlobalPose(const Pose& global, const Model& child) const {
-  Pose p = global + child.pose;
+Pose Model::PlacedOnThis(const Pose& global, const Pose& local) const {
+  Pose p = global + local;
   if (stack_children) p.z += geom.size.z;
   return p;
+}
+
+Pose Model::ChildGlobalPose(const Pose& global, const Model& child) const {
+  return PlacedOnThis(global, child.pose);
+}
+
+Pose Model::GetSensedPose() const {
+  const Pose local = GetSensedLocalPose();
+  return parent ? parent->PlacedOnThis(parent->GetSensedPose(), local) : local;
 }
 
 Pose Model::GetGlobalPose() const {
@@ -165,12 +183,11 @@ void Model::SetPose(const Pose& new_pose) {
 }
 
 void Model::SetGlobalPose(const Pose& gpose) {
-  SetPose(parent ? parent->LocalPoseOf(gpose) : gpose);
+  SetPose(parent ? parent->LocalPoseOf(gpose, parent->GetGlobalPose()) : gpose);
 }
 
-/// What the pose of a child is that has a global pose.
-Pose Model::LocalPoseOf(const Pose& global) const {
-  Pose local = GlobalToLocal(global);
+Pose Model::LocalPoseOf(const Pose& global, const Pose& frame) const {
+  Pose local = SeenFrom(frame, global);
   if (stack_children) local.z -= geom.size.z;
   return local;
 }
@@ -193,12 +210,7 @@ void Model::SetGeom(const Geom& src) {
   CallCallbacks(CB_GEOM);
 }
 
-Pose Model::GlobalToLocal(const Pose& p) const {
-  const Pose g = GetGlobalPose();
-  const Pose turn(0, 0, 0, -g.a);
-  const Pose turned = turn + Pose(p.x - g.x, p.y - g.y, 0, 0);
-  return Pose(turned.x, turned.y, p.z - g.z, p.a - g.a);
-}
+Pose Model::GlobalToLocal(const Pose& p) const { return SeenFrom(GetGlobalPose(), p); }
 
 Pose Model::LocalToGlobal(const Pose& p) const { return (GetGlobalPose() + geom.pose) + p; }
 
@@ -379,7 +391,7 @@ void Model::Unsubscribe() {
 /// What is pending is void.
 void Model::ScheduleUpdate() {
   update_chain_ = UpdateChain::Next(update_chain_);
-  world->host().ScheduleUpdate(this, world->SimTimeNow() + interval, update_chain_);
+  world->host().ScheduleUpdate(this, NextUpdateAfter(world->SimTimeNow()), update_chain_);
 }
 
 void Model::Startup() {
@@ -397,6 +409,8 @@ void Model::Shutdown() {
 
 void Model::Update() {
   if (subs == 0) return;
+  updated_at_ = world->SimTimeNow();
+  root->tree_updated_in_ = world->host().steps_begun;
   // What is pending is void: an update that somebody else calls takes its place.
   ScheduleUpdate();
   if (HasCallbacks(CB_UPDATE)) world->host().update_callbacks_due.push_back(this);

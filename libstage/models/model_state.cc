@@ -77,6 +77,8 @@ void Model::ExchangeState(StateExchange& exchange) {
   const double stand_before = StandOnZ();
   exchange(pose, geom, vis, color, mass, friction, map_resolution, boundary);
   exchange(alwayson, used, interval, disabled, stall, stack_children);
+  // The time of the last update has no influence on the future; it is the time of the readings.
+  if (!exchange.hashing() && !exchange.leaves_readings_out()) exchange(updated_at_);
   ExchangeSubscriptions(exchange);
   exchange(watts, watts_give, watts_take, say_string, random_);
   const bool other_body = blockgroup->ExchangeState(exchange);

@@ -96,7 +96,7 @@ int Model::SetParent(Model* newparent) {
   if (newparent && RefusesParent(*newparent)) return 1;
   const Pose global = GetGlobalPose();
   MoveTo(newparent);
-  pose = parent ? parent->LocalPoseOf(global) : global;
+  pose = parent ? parent->LocalPoseOf(global, parent->GetGlobalPose()) : global;
   pose.a = normalize(pose.a);
   Map();
   if (SurvivesCallbacks(CB_PARENT)) CallCallbacks(CB_POSE);

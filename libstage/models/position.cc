@@ -63,7 +63,8 @@ ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& t
       localization_mode(LOCALIZATION_GPS),
       wheelbase(1.0),
       last_update_(0),
-      car_warned_(false) {
+      car_warned_(false),
+      sensed_at_(0) {
   gui.nose = true;
   for (int i = 0; i < 3; i++) velocity_bounds[i] = acceleration_bounds[i] = Bounds(-1.0, 1.0);
   velocity_bounds[3] = acceleration_bounds[3] = Bounds(-M_PI / 2, M_PI / 2);
@@ -153,14 +154,14 @@ void ModelPosition::SetVelocity(const Velocity& val) {
   TakeVelocity(val);
 }
 
-/// False if a callback has deleted the model.
-bool ModelPosition::TakeVelocity(const Velocity& val) {
+/// Sets the velocity and calls the callbacks, which may delete the model.
+void ModelPosition::TakeVelocity(const Velocity& val) {
   if (!AllNumbers(val)) {
     WarnAbout(*this, "ignored a velocity that is not a number");
-    return true;
+    return;
   }
   velocity = val;
-  return SurvivesCallbacks(CB_VELOCITY);
+  CallCallbacks(CB_VELOCITY);
 }
 
 Velocity ModelPosition::GetGlobalVelocity() const {
@@ -180,6 +181,7 @@ void ModelPosition::SetOdom(Pose odom) {
     return;
   }
   est_pose = odom;
+  driven_ = Pose();
   // The frame in which the present pose reads `odom`.
   const Pose g = GetGlobalPose();
   const double da = normalize(g.a - odom.a);
@@ -197,6 +199,15 @@ void ModelPosition::ExchangeState(StateExchange& exchange) {
   exchange(velocity, goal, control, drive, localization, integration_error, wheelbase,
            last_update_);
   exchange(est_pose, est_pose_error, est_origin, velocity_bounds, acceleration_bounds, waypoints);
+  if (localization_mode == LOCALIZATION_ODOM) exchange(driven_);
+  // The sensed pose has no influence on the future.
+  if (!exchange.hashing() && !exchange.leaves_readings_out()) exchange(sensed_pose_, sensed_at_);
+}
+
+void ModelPosition::DropReadings() {
+  Model::DropReadings();
+  sensed_pose_ = GetGlobalPose();
+  sensed_at_ = 0;
 }
 
 // ---- loading ------------------------------------------------------------------------------------
@@ -227,7 +238,7 @@ void ModelPosition::Load() {
   read_bounds("velocity_bounds", velocity_bounds);
   read_bounds("acceleration_bounds", acceleration_bounds);
 
-  StartOdometry();
+  StartLocalization();
 }
 
 /// Many world files have six numbers, the diagonal of a covariance matrix: [x y z roll pitch yaw].
@@ -249,12 +260,14 @@ void ModelPosition::LoadOdomError() {
              "it, up to 1 (for the turn: 1 rad)");
 }
 
-void ModelPosition::StartOdometry() {
+void ModelPosition::StartLocalization() {
   est_origin = GetGlobalPose();
   const Pose global = est_origin;
   est_origin.Load(wf, wf_entity, "localization_origin");
   const point_t seen = Turned(global.x - est_origin.x, global.y - est_origin.y, -est_origin.a);
   est_pose = Pose(seen.x, seen.y, 0, normalize(global.a - est_origin.a));
+  driven_ = Pose();
+  NoteSensed();
 }
 
 void ModelPosition::LoadModes() {
@@ -279,6 +292,7 @@ void ModelPosition::LoadModes() {
 
 void ModelPosition::Startup() {
   last_update_ = world->SimTimeNow();
+  NoteSensed();
   world->host().StartMoving(this);
   Model::Startup();
 }
@@ -319,7 +333,7 @@ void ModelPosition::Gather(internal::sensing::FanList*) {
   // Before the bounds, as Stage has it; an infinite command costs what the bounds leave of it.
   if (!std::isfinite(power)) power = PowerOf(vel);
   if (std::isfinite(power)) watts = power;
-  if (TakeVelocity(vel)) Localize(dt);
+  TakeVelocity(vel);
 }
 
 double ModelPosition::PowerOf(const Velocity& vel) const {
@@ -366,10 +380,12 @@ Velocity ModelPosition::AccelerationMode(double dt) const {
 }
 
 Velocity ModelPosition::PositionMode() const {
-  const double ex = goal.x - est_pose.x, ey = goal.y - est_pose.y;
-  const double ea = normalize(goal.a - est_pose.a);
+  // With GPS this is the estimate of the step before, as in Stage 4.3.
+  const Pose here = localization_mode == LOCALIZATION_GPS ? est_pose : EstimateNow();
+  const double ex = goal.x - here.x, ey = goal.y - here.y;
+  const double ea = normalize(goal.a - here.a);
   if (drive_mode == DRIVE_OMNI) {
-    const point_t error = Turned(ex, ey, -est_pose.a);
+    const point_t error = Turned(ex, ey, -here.a);
     return Velocity(Symmetric(error.x, kMaxApproach), Symmetric(error.y, kMaxApproach), 0,
                     Symmetric(ea, kMaxTurn));
   }
@@ -377,25 +393,61 @@ Velocity ModelPosition::PositionMode() const {
 
   if (std::fabs(ex) < kCloseEnough && std::fabs(ey) < kCloseEnough)
     return Velocity(0, 0, 0, Symmetric(ea, kMaxTurn));
-  const double off_course = normalize(ArcTangent(ey, ex) - est_pose.a);
+  const double off_course = normalize(ArcTangent(ey, ex) - here.a);
   const double distance = std::sqrt(ex * ex + ey * ey);
   const double speed = std::fabs(off_course) < kFacing ? std::min(distance, kMaxApproach) : 0.0;
   return Velocity(speed, 0, 0, Symmetric(off_course, kMaxTurn));
 }
 
-void ModelPosition::Localize(double dt) {
-  if (localization_mode == LOCALIZATION_GPS) {
-    est_pose = GetGlobalPose();
-    return;
-  }
-  // Odometry believes the commanded velocity, stalled or not, times its errors; it turns first.
-  Pose next = est_pose;
-  next.a = normalize(next.a + velocity.a * dt * (1.0 + integration_error.a));
-  const point_t step = Turned(velocity.x * dt * (1.0 + integration_error.x),
-                              velocity.y * dt * (1.0 + integration_error.y), next.a);
-  next.x += step.x;
-  next.y += step.y;
-  if (AllFinite(next)) est_pose = next;  // an infinite speed leads nowhere
+// ---- localization -------------------------------------------------------------------------------
+
+void ModelPosition::NoteSensed() {
+  sensed_pose_ = GetGlobalPose();
+  sensed_at_ = world->SimTimeNow();
+  est_pose = EstimateNow();
+  driven_ = Pose();
+}
+
+/// The estimate of the present pose.
+Pose ModelPosition::EstimateNow() const {
+  if (localization_mode == LOCALIZATION_GPS) return sensed_pose_;
+  const Pose next = est_pose + driven_;
+  return AllFinite(next) ? next : est_pose;  // a client may have written what is not finite
+}
+
+// A robot without subscribers notes no poses, and does not move by itself.
+
+Pose ModelPosition::GetSensedPose() const {
+  return HasSubscribers() ? sensed_pose_ : Model::GetSensedPose();
+}
+
+Pose ModelPosition::GetSensedLocalPose() const {
+  if (!HasSubscribers()) return pose;
+  return parent ? parent->LocalPoseOf(sensed_pose_, parent->GetSensedPose()) : sensed_pose_;
+}
+
+/// Adds the motion of this step, times the errors of the odometry, to what it has driven.
+void ModelPosition::CountMotion() {
+  if (localization_mode == LOCALIZATION_GPS) return;
+  const Pose next = driven_ + MotionOfStep(GetEstimatedVelocity());
+  if (AllFinite(next)) driven_ = next;
+}
+
+Velocity ModelPosition::GetActualVelocity() const {
+  return stall || disabled || !HasSubscribers() ? Velocity() : velocity;
+}
+
+Velocity ModelPosition::GetEstimatedVelocity() const {
+  const Velocity v = GetActualVelocity(), &error = integration_error;
+  if (localization_mode == LOCALIZATION_GPS) return v;
+  return Velocity(v.x * (1.0 + error.x), v.y * (1.0 + error.y), 0, v.a * (1.0 + error.a));
+}
+
+// ---- moving -------------------------------------------------------------------------------------
+
+Pose ModelPosition::MotionOfStep(const Velocity& v) const {
+  const double dt = static_cast<double>(world->sim_interval) / kSecond;
+  return Pose(v.x * dt, v.y * dt, v.z * dt, normalize(v.a * dt));
 }
 
 void ModelPosition::Move() {
@@ -405,10 +457,9 @@ void ModelPosition::Move() {
 
 bool ModelPosition::BeginMove(Placement* placement) {
   if (StaysStill()) return false;
-  const double dt = static_cast<double>(world->sim_interval) / kSecond;
   pose_before_move_ = pose;
   // Along the old heading, then turn.
-  pose = pose + Pose(velocity.x * dt, velocity.y * dt, velocity.z * dt, normalize(velocity.a * dt));
+  pose = pose + MotionOfStep(velocity);
 
   if (!AllFinite(pose)) {  // an infinite speed without bounds
     pose = pose_before_move_;
@@ -421,7 +472,10 @@ bool ModelPosition::BeginMove(Placement* placement) {
 
 bool ModelPosition::EndMove(const Placement& placement) {
   stall = placement.Collision(world->GetGround()) != nullptr;
-  if (stall) pose = pose_before_move_;
+  if (stall)
+    pose = pose_before_move_;
+  else
+    CountMotion();
   return !stall;
 }
 

@@ -127,7 +127,7 @@ geometry::FreeFloor FloorOf(const std::vector<Model*>& models, const Worldfile& 
 void PutAt(Model* model, const point_t& place, double heading) {
   model->SetPose(Pose(place.x, place.y, model->GetPose().z, heading));
   ForEachOf(model, [](Model& part) {
-    if (auto* const position = dynamic_cast<ModelPosition*>(&part)) position->StartOdometry();
+    if (auto* const position = dynamic_cast<ModelPosition*>(&part)) position->StartLocalization();
   });
 }
 

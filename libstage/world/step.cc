@@ -96,6 +96,7 @@ bool World::MakeStep(const std::shared_ptr<WorldEngine>& engine) {
 void World::Step(WorldEngine& engine, uint64_t life) {
   const RandomScope random_numbers(&random_);
   sim_time += sim_interval;
+  engine.steps_begun++;
   PhaseSeconds& seconds = engine.statistics.seconds;
   const double start = WallClock();
   const double traced_before = engine.tracer.seconds();

@@ -222,10 +222,11 @@ TEST(Drift, OfTenMillionStepsAlongACircle) {
   robot->SetSpeed(speed, 0, turn);
   StepMany(*world, kManySteps);
 
-  // Each step moves along the old heading and then turns; odometry turns first.
+  // Each step moves along the old heading and then turns; the estimate is that of before the last
+  // move.
   const long double angle = static_cast<long double>(turn) * 0.1L, step = speed * 0.1L;
   const Complex there = step * SumOfPowers(angle, kManySteps);
-  const Complex believed = there * std::polar(1.0L, angle);
+  const Complex believed = step * SumOfPowers(angle, kManySteps - 1);
   Worst pose, odometry, heading, energy;
   pose.Note(std::hypot(robot->GetPose().x - static_cast<double>(there.real()),
                        robot->GetPose().y - static_cast<double>(there.imag())));

@@ -85,7 +85,7 @@ TEST(Summary, Sensors) {
   EXPECT_EQ(spare->models, 1u);
   EXPECT_EQ(spare->example, "robot.spare");
   EXPECT_EQ(spare->rays, 8u);
-  EXPECT_DOUBLE_EQ(spare->updates_per_step, 1 / 3.0);  // 250 ms fall into every third step
+  EXPECT_DOUBLE_EQ(spare->updates_per_step, 0.4);  // each 250 ms, in the long run
 }
 
 TEST(Summary, SubscribingMovesASensorToTheOthers) {
@@ -94,7 +94,7 @@ TEST(Summary, SubscribingMovesASensorToTheOthers) {
   const SceneSummary s = world->Summary();
   EXPECT_EQ(FindKind(s, "ranger", false), nullptr);
   ASSERT_EQ(s.sensors.size(), 3u);
-  EXPECT_NEAR(s.sensors[1].RaysPerStep(), 8 / 3.0, 1e-12);
+  EXPECT_NEAR(s.sensors[1].RaysPerStep(), 8 * 0.4, 1e-12);
   EXPECT_EQ(s.layers, 3u);
 }
 

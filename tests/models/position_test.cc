@@ -72,30 +72,34 @@ INSTANTIATE_TEST_SUITE_P(Figures, Drive, testing::ValuesIn(kDriveCases),
 
 // Stage limits turns to the left by the velocity bounds only and goes 0.152133 in the first step.
 // Here both directions have the limit that Stage gives to the right, 1 rad/s; the rest is Stage's.
-TEST(GoTo, FirstSteersWithTheEstimateOfBeforeTheFirstUpdate) {
+// There the robot also believes to be at (0, 0) until its first update.
+TEST(GoTo, SteersWithTheEstimateOfTheUpdateBefore) {
   Robot robot("pose [0 100 0 0]");
-  ExpectPose(robot.position->est_pose, 0, 0, 0, 0);
+  ExpectPose(robot.position->est_pose, 0, 100, 0, 0);
   robot.position->GoTo(5, 101, 0);
-  Step(*robot.world);
-  ExpectPose(robot.position->GetPose(), 0, 100, 0, 0.1);  // believes to be at (0, 0)
-  Step(*robot.world);
   const double course = std::atan2(1, 5);
-  const double second = 0.1 + 0.1 * course;
-  ExpectPose(robot.position->GetPose(), 0, 100, 0, second);  // off course by more than pi / 16
   Step(*robot.world);
-  ExpectPose(robot.position->GetPose(), 0.04 * std::cos(second), 100 + 0.04 * std::sin(second), 0,
-             second + 0.1 * (course - 0.1));
+  double heading = 0.1 * course;
+  ExpectPose(robot.position->GetPose(), 0, 100, 0, heading);  // off course by more than pi / 16
+  Step(*robot.world);
+  heading += 0.1 * course;  // by the estimate of the first update, which has turned nothing yet
+  ExpectPose(robot.position->GetPose(), 0, 100, 0, heading);
+  Step(*robot.world);
+  ExpectPose(robot.position->GetPose(), 0.04 * std::cos(heading), 100 + 0.04 * std::sin(heading), 0,
+             heading + 0.1 * (course - 0.1 * course));
 }
 
-TEST(Odometry, FiguresOfStage) {
+// Stage's estimates are a step ahead of these, and turn before they move: (0.054546, 0.007050,
+// 0.128540) after the first step.
+TEST(Odometry, TheErrorsOfStageOnTheMotionThatWasMade) {
   Robot robot("pose [0 10 0 90] localization \"odom\" odom_error [0.1 0.2 0.3 90]");
   robot.position->SetSpeed(0.5, 0, 0.5);
-  const double estimates[3][3] = {{0.054546, 0.007050, 0.128540},
-                                  {0.107739, 0.021034, 0.257080},
-                                  {0.158700, 0.041722, 0.385619}};
-  for (const auto& e : estimates) {
+  const double ahead = 0.05 * 1.1, turn = 0.05 * (1 + M_PI / 2);
+  Pose expected;
+  for (int i = 0; i < 4; i++) {
     Step(*robot.world);
-    ExpectPose(robot.position->est_pose, e[0], e[1], 0, e[2], 1e-6);
+    ExpectPose(robot.position->est_pose, expected.x, expected.y, 0, expected.a);
+    expected = expected + Pose(ahead, 0, 0, turn);
   }
 }
 

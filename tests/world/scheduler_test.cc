@@ -38,15 +38,16 @@ class Restless : public Model {
 
 // ---- intervals ----------------------------------------------------------------------------------
 
-TEST(Intervals, AreRoundedUpToWholeSteps) {
+// Stage counts from the update and rounds up to whole steps: 150 ms become 200 ms.
+TEST(Intervals, AreKeptInTheLongRunByUpdatesInTheFirstStepAfterEachMultiple) {
   struct {
     const char *interval, *updates;
   } const cases[] = {{"100", "a@100 a@200 a@300 a@400 a@500 a@600"},
                      {"50", "a@100 a@200 a@300 a@400 a@500 a@600"},
                      {"1", "a@100 a@200 a@300 a@400 a@500 a@600"},
-                     {"150", "a@200 a@400 a@600"},
+                     {"150", "a@200 a@300 a@500 a@600"},
                      {"200", "a@200 a@400 a@600"},
-                     {"250", "a@300 a@600"},
+                     {"250", "a@300 a@500"},
                      // Stage hangs with 0 and never updates with -5.
                      {"0", "a@100 a@200 a@300 a@400 a@500 a@600"},
                      {"-5", "a@100 a@200 a@300 a@400 a@500 a@600"},
@@ -62,23 +63,62 @@ TEST(Intervals, AreRoundedUpToWholeSteps) {
   }
 }
 
-TEST(Intervals, CountFromTheUpdateNotFromWhenItWasDue) {
+TEST(Intervals, ThatAreNoMultipleOfAStepAreNotRounded) {
   const auto world = LoadText("interval_sim 40 model( name \"a\" alwayson 1 update_interval 100 )");
   Journal journal;
   Noted(*world, "a", &journal);
-  Step(*world, 12);
-  EXPECT_EQ(journal.Text(), "a@120 a@240 a@360 a@480");
+  Step(*world, 13);
+  EXPECT_EQ(journal.Text(), "a@120 a@200 a@320 a@400 a@520");
   EXPECT_EQ(Find(*world, "a")->GetUpdateInterval(), 100000u);
 }
 
-TEST(Intervals, TheFirstUpdateIsOneIntervalAfterTheSubscription) {
+TEST(Intervals, GiveTheRateThatIsAskedForInTheLongRun) {
+  const usec_t seconds = 6;
+  for (const usec_t step : {5, 10, 20, 33, 100})
+    for (const usec_t interval : {1, 7, 25, 30, 40, 100, 250, 333}) {
+      const auto world = LoadText("interval_sim " + std::to_string(step) +
+                                  " model( name \"a\" alwayson 1 update_interval " +
+                                  std::to_string(interval) + " )");
+      Journal journal;
+      Noted(*world, "a", &journal);
+      const usec_t steps = seconds * 1000 / step;
+      Step(*world, static_cast<int>(steps));
+      // No model updates twice in a step.
+      EXPECT_EQ(journal.entries.size(), steps * step / std::max(step, interval))
+          << "steps of " << step << " ms, an interval of " << interval << " ms";
+    }
+}
+
+TEST(Intervals, DoNotDependOnWhenSomebodySubscribes) {
+  for (const usec_t interval : {20, 30, 100, 200})
+    for (int late = 0; late < 12; late++) {
+      const auto world =
+          LoadText("interval_sim 10 model( name \"a\" alwayson 1 update_interval " +
+                   std::to_string(interval) + " ) model( name \"b\" update_interval " +
+                   std::to_string(interval) + " )");
+      Step(*world, late);
+      Find(*world, "b")->Subscribe();
+      for (int i = 0; i < 60; i++) {
+        Step(*world, 1);
+        const usec_t now = world->SimTimeNow();
+        EXPECT_EQ(Find(*world, "a")->GetLastUpdate() == now,
+                  Find(*world, "b")->GetLastUpdate() == now)
+            << "an interval of " << interval << " ms, subscribed after " << late << " steps, at "
+            << now;
+      }
+    }
+}
+
+TEST(Intervals, TheFirstUpdateIsAtTheNextMultipleAfterTheSubscription) {
   const auto world = LoadText("model( name \"a\" update_interval 200 )");
   Journal journal;
   Model* a = Noted(*world, "a", &journal);
+  EXPECT_EQ(a->GetLastUpdate(), 0u);
   Step(*world, 3);
   a->Subscribe();
   Step(*world, 4);
-  EXPECT_EQ(journal.Text(), "a@500 a@700");
+  EXPECT_EQ(journal.Text(), "a@400 a@600");
+  EXPECT_EQ(a->GetLastUpdate(), 600000u);
 }
 
 // ---- subscriptions ------------------------------------------------------------------------------
@@ -125,7 +165,7 @@ TEST(Subscriptions, AModelIsUpdatedOncePerIntervalHoweverOftenItIsSubscribedTo) 
     a->Subscribe();
   }
   Step(*world, 7);
-  EXPECT_EQ(journal.Text(), "a@300 a@500 a@700");
+  EXPECT_EQ(journal.Text(), "a@200 a@400 a@600 a@800");
 }
 
 // An update out of turn takes the place of the next one; it used to begin a second series.

@@ -37,6 +37,7 @@ class ModelActuator : public Model {
   ActuatorType GetType() const { return type_of_joint_; }
   /// Of a linear one, in its own frame; a unit vector.
   point3_t GetAxis() const { return axis_; }
+  Pose GetSensedLocalPose() const override { return HasSubscribers() ? sensed_pose_ : pose; }
 
   using Model::Load;
   void Load() override;
@@ -50,6 +51,8 @@ class ModelActuator : public Model {
   void Gather(internal::sensing::FanList*) override;
   /// One step; refused as a whole if it would end in an obstacle.
   void Move() override;
+  void NoteSensed() override { sensed_pose_ = pose; }
+  void DropReadings() override;
 
  private:
   friend class MovePhase;
@@ -70,6 +73,7 @@ class ModelActuator : public Model {
   Pose reference_;      // where the position is 0, in the parent's frame
   bool has_reference_;  // else it is where the actuator starts
   double turned_;       // near the position of a rotational one: tells the number of turns
+  Pose sensed_pose_;    // in the parent's frame
 };
 
 }  // namespace Stg

@@ -155,6 +155,13 @@ class Model : public Ancestor {
 
   Pose GetPose() const { return pose; }
   Pose GetGlobalPose() const override;
+  // A step senses first, then moves. Its readings belong to the poses before its moves. These two
+  // tell those poses afterwards, for the last step in which a model of this tree updated.
+
+  /// In the frame of the world.
+  virtual Pose GetSensedPose() const;
+  /// In the parent's frame.
+  virtual Pose GetSensedLocalPose() const { return pose; }
   /// In the parent's frame. No collision test. A pose with a coordinate that is not finite is
   /// refused with a message.
   void SetPose(const Pose& pose);
@@ -195,14 +202,21 @@ class Model : public Ancestor {
 
   // ---- life cycle ----
 
-  /// Counted. A model produces data only while it has subscribers; the first update comes one
-  /// interval after the first subscription.
+  /// Counted. A model produces data only while it has subscribers. It updates in the first step at
+  /// or after each multiple of its interval, whenever it was subscribed to: models with the same
+  /// interval update together.
   void Subscribe();
   void Unsubscribe();
   unsigned int GetSubscriptionCount() const { return subs; }
   bool HasSubscribers() const { return subs > 0; }
   usec_t GetInterval() { return interval; }
   usec_t GetUpdateInterval() const { return interval; }
+  /// When an update is due after one at `now`.
+  usec_t NextUpdateAfter(usec_t now) const {
+    return interval > 1 ? (now / interval + 1) * interval : now + interval;
+  }
+  /// The simulated time of the last update; 0: there was none.
+  usec_t GetLastUpdate() const { return updated_at_; }
   usec_t GetEnergyInterval() const { return kEnergyInterval; }
   /// Never: nobody takes note of who has read the data.
   bool DataIsFresh() const { return false; }
@@ -396,6 +410,8 @@ class Model : public Ancestor {
   }
   /// The child's global pose, given this model's.
   Pose ChildGlobalPose(const Pose& global, const Model& child) const;
+  /// The local pose that a child of this model has at `global`, while this model is at `frame`.
+  Pose LocalPoseOf(const Pose& global, const Pose& frame) const;
 
  protected:
   friend class World;
@@ -415,8 +431,7 @@ class Model : public Ancestor {
 
   virtual void Startup();
   virtual void Shutdown();
-  /// One update. Overriding it, call Model::Update(), which schedules the next, one interval from
-  /// now.
+  /// One update. Overriding it, call Model::Update(), which schedules the next.
   virtual void Update();
 
   // What an update of one of the library's types does for itself, in parts, so that several threads
@@ -448,11 +463,15 @@ class Model : public Ancestor {
   virtual void Sensed() {}
   /// One step of motion, of models that asked World::StartMoving() for it.
   virtual void Move() {}
+  /// Notes the present pose, for GetSensedPose(). It is called for models that asked for Move(),
+  /// after the updates of a step and before its moves, if a model of their tree has updated.
+  /// Several threads may call it for different models at once.
+  virtual void NoteSensed() {}
 
   /// Forgets the readings that ExchangeState() leaves out, see
   /// StateExchange::leaves_readings_out(): the world has gone back to a state whose readings nobody
   /// knows.
-  virtual void DropReadings() {}
+  virtual void DropReadings() { updated_at_ = 0; }
   /// See World::Reseed(): the model's random numbers are to follow from these two. A type with
   /// generators of its own overrides it and calls its parent class first.
   virtual void Reseed(uint64_t seed);
@@ -483,7 +502,6 @@ class Model : public Ancestor {
   /// Draws the model's body, and those of its descendants, where they are now.
   void Map();
   void UnMapWithChildren();
-  Pose LocalPoseOf(const Pose& global) const;
   /// Places a fan of rays that may stop at anything, and picks its layer of the grid.
   void PlaceFan(internal::sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model);
   /// For the errors of a device that is called so: another one for each device of a world.
@@ -582,6 +600,8 @@ class Model : public Ancestor {
   void AddBoundary();
   void SetRoot(Model* new_root);
   unsigned int Height() const;
+  /// The global pose of what stands on this model, which is at `global`, at a local pose.
+  Pose PlacedOnThis(const Pose& global, const Pose& local) const;
   static Model* FitParent(const World& world, Model* parent);
   bool RefusesParent(const Model& newparent) const;
   void InitOrThrow();
@@ -605,6 +625,8 @@ class Model : public Ancestor {
   std::shared_ptr<Callbacks> callbacks_;   // most models have none
   std::unique_ptr<SelfMasks> self_masks_;  // only of roots that carry ray sensors
   uint64_t update_chain_;                  // a pending update of an older chain is void
+  usec_t updated_at_;                      // simulated time; 0: not yet
+  uint32_t tree_updated_in_;               // of a root: Host::steps_begun at the tree's last update
   uint64_t callback_run_;                  // of a root: the last one with callbacks of its tree
   bool serial_update_callbacks_;           // has had one of CB_UPDATE that may not be parallel
   bool hidden_from_rangers_;               // its body was drawn while rangers looked through it

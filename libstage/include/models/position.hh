@@ -47,22 +47,37 @@ class ModelPosition : public Model {
   /// At once and unclipped; overwritten at the next update.
   void SetVelocity(const Velocity& val);
   Velocity GetGlobalVelocity() const;
+  /// The velocity of the last step's motion, in the body frame: zero if the robot was blocked, is
+  /// disabled or has no subscribers.
+  Velocity GetActualVelocity() const;
+  /// The velocity that localization measures: GetActualVelocity() with the errors of the odometry,
+  /// or without any in gps mode.
+  Velocity GetEstimatedVelocity() const;
   LocalizationMode GetLocalizationMode() const { return localization_mode; }
   void SetGlobalVelocity(const Velocity& gvel);
 
   /// Relative errors of the odometry along x, y and about z; z is not used.
   Velocity GetOdomError() const { return integration_error; }
-  /// Makes the estimate read `odom` here. In gps mode the next update overwrites it. A pose that is
+  /// Makes the estimate read `odom` here. In gps mode the next step overwrites it. A pose that is
   /// not finite is refused with a message.
   void SetOdom(Pose odom);
 
-  /// The estimate starts anew as the true pose, seen from the origin that the world file gives.
-  void StartOdometry();
-  /// Where the robot believes that it is. Refreshed at each update, before the move of the step: in
-  /// a callback it is one step behind the true pose. In gps mode in world coordinates.
+  /// The estimate starts anew: in gps mode as the true pose, in odom mode as that pose seen from
+  /// the origin that the world file gives.
+  void StartLocalization();
+  /// Where the robot believes that it is. Refreshed in each step in which the robot, or a model of
+  /// its tree, updates, before the moves of the step: it belongs to the same instant as the newest
+  /// readings of the robot's sensors, and to GetSensedPose(). In a callback that is one step before
+  /// GetPose(). In gps mode it is the true pose in world coordinates. In odom mode it is relative
+  /// to est_origin, and goes on by the motion that was made, times the errors of the odometry.
   Pose est_pose;
   Pose est_pose_error;  ///< always zero
-  Pose est_origin;      ///< the origin of the estimate's frame
+  Pose est_origin;      ///< the origin of the odometry's frame
+  /// The simulated time of the step that est_pose, GetSensedPose() and the newest readings of the
+  /// robot's sensors belong to; 0: that before the first step.
+  usec_t GetSensedTime() const { return sensed_at_; }
+  Pose GetSensedPose() const override;
+  Pose GetSensedLocalPose() const override;
 
   Bounds velocity_bounds[4];      ///< x, y, z, a
   Bounds acceleration_bounds[4];  ///< x, y, z, a
@@ -91,6 +106,8 @@ class ModelPosition : public Model {
 
   /// One step of motion; refused as a whole if it would end in an obstacle.
   void Move() override;
+  void NoteSensed() override;
+  void DropReadings() override;
   void Startup() override;
   void Shutdown() override;
   void Update() override;
@@ -107,10 +124,13 @@ class ModelPosition : public Model {
   Velocity VelocityMode() const;
   Velocity AccelerationMode(double dt) const;
   Velocity PositionMode() const;
-  void Localize(double dt);
+  Pose EstimateNow() const;
   double SecondsSinceUpdate();
+  /// The displacement of one step, in the body frame.
+  Pose MotionOfStep(const Velocity& v) const;
+  void CountMotion();
 
-  bool TakeVelocity(const Velocity& val);
+  void TakeVelocity(const Velocity& val);
   void NoteCommand();
   /// Warns, once, if it has been given a command and has no subscriber: then it does not move.
   void TellIfUnheard();
@@ -135,6 +155,9 @@ class ModelPosition : public Model {
   double wheelbase;
   usec_t last_update_;  // simulated time of the last update; that of the subscription at first
   bool car_warned_;
+  Pose driven_;       // since est_pose was refreshed, as odometry has it; of no use to gps
+  Pose sensed_pose_;  // global; see GetSensedPose()
+  usec_t sensed_at_;
   bool maybe_unheard_ = false;  // the last command came while it had no subscriber
   bool told_unheard_ = false;
 };

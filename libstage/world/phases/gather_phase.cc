@@ -22,7 +22,9 @@ constexpr size_t kGrain = 32;
 
 void GatherPhase::Run(World* world, WorldEngine* engine) {
   std::vector<Scheduler::Event>& due = engine->due;
-  engine->scheduler.Take(world->SimTimeNow(), &due);
+  now_ = world->SimTimeNow();
+  step_ = engine->steps_begun;
+  engine->scheduler.Take(now_, &due);
   const size_t models = due.size() + engine->moving.size();
   engine->ChooseThreadsFor(models);
   engine->sharing.Choose(engine->threads(), models);
@@ -40,6 +42,20 @@ void GatherPhase::Run(World* world, WorldEngine* engine) {
     i += std::max<size_t>(updated, 1);
   }
   due.clear();
+  NoteSensed(engine, shares);
+}
+
+/// Robots note their poses if a model of their tree has updated: the readings of this step belong
+/// to these poses.
+void GatherPhase::NoteSensed(WorldEngine* engine, bool shares) const {
+  constexpr size_t kMany = 1000;  // fewer are done before other threads have begun
+  const std::vector<Model*>& moving = engine->moving;
+  const auto note = [&](size_t begin, size_t end, unsigned) {
+    for (size_t i = begin; i < end; i++)
+      if (moving[i]->root->tree_updated_in_ == step_) moving[i]->NoteSensed();
+  };
+  if (!shares || moving.size() < kMany) return note(0, moving.size(), 0);
+  engine->workers()->Run(moving.size(), engine->workers()->Grain(moving.size(), kGrain), note);
 }
 
 void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
@@ -231,15 +247,15 @@ void GatherPhase::Fill(Block* block) {
   const std::span<Entry> entries = EntriesOf(*block);
   block->callbacks = 0;
   block->layer_missing = block->has_rests = false;
-  block->same_interval = true;
+  block->same_next_update = true;
   for (Entry& entry : entries) {
     FillEntry(&entry, *block);
     block->callbacks += entry.has_callbacks;
     block->layer_missing |= entry.layer_missing;
     block->has_rests |= entry.has_rest;
-    block->same_interval &= entry.updates && entry.interval == entries[0].interval;
+    block->same_next_update &= entry.updates && entry.next_update == entries[0].next_update;
   }
-  block->interval = entries[0].interval;
+  block->next_update = entries[0].next_update;
 }
 
 void GatherPhase::FillEntry(Entry* entry, const Block& block) {
@@ -250,10 +266,13 @@ void GatherPhase::FillEntry(Entry* entry, const Block& block) {
         !entry->model->FillRoom(entry->share, block.fans, entry->first_fan, entry->fan_count);
   });
   // As Model::Update() has it.
-  entry->interval = entry->model->GetUpdateInterval();
-  uint64_t& chain = entry->model->update_chain_;
-  entry->chain = chain = UpdateChain::Next(chain);
-  entry->has_callbacks = entry->model->HasCallbacks(Model::CB_UPDATE);
+  Model& model = *entry->model;
+  model.updated_at_ = now_;
+  // Models of one tree may be filled in by several threads at once.
+  std::atomic_ref<uint32_t>(model.root->tree_updated_in_).store(step_, std::memory_order_relaxed);
+  entry->next_update = model.NextUpdateAfter(now_);
+  entry->chain = model.update_chain_ = UpdateChain::Next(model.update_chain_);
+  entry->has_callbacks = model.HasCallbacks(Model::CB_UPDATE);
 }
 
 /// The layers of the grid that fans look for, at heights that nobody looked at so far.
@@ -270,15 +289,15 @@ void GatherPhase::Queue(World* world, threads::WorkerPool* workers) {
   constexpr size_t kMany = 1000;  // fewer are done before other threads have begun
   const bool together =
       entries_.size() >= kMany && std::ranges::all_of(Blocks(), [&](const Block& block) {
-        return block.same_interval && block.interval == blocks_[0].interval && !block.has_rests;
+        return block.same_next_update && block.next_update == blocks_[0].next_update &&
+               !block.has_rests;
       });
   if (together) return QueueTogether(world, workers);
   WorldEngine& engine = world->engine();
-  const usec_t now = world->SimTimeNow();
   for (const Entry& entry : entries_) {
     if (!entry.updates) continue;
     if (entry.has_rest) engine.sensed.push_back(entry.model);
-    engine.ScheduleUpdate(entry.model, now + entry.interval, entry.chain);
+    engine.ScheduleUpdate(entry.model, entry.next_update, entry.chain);
     if (entry.has_callbacks) engine.update_callbacks_due.push_back(entry.model);
   }
 }
@@ -287,7 +306,7 @@ void GatherPhase::Queue(World* world, threads::WorkerPool* workers) {
 void GatherPhase::QueueTogether(World* world, threads::WorkerPool* workers) {
   WorldEngine& engine = world->engine();
   const std::span<Scheduler::Event> events =
-      engine.scheduler.AddRoom(world->SimTimeNow() + blocks_[0].interval, entries_.size());
+      engine.scheduler.AddRoom(blocks_[0].next_update, entries_.size());
   size_t callbacks = engine.update_callbacks_due.size();
   for (Block& block : Blocks()) callbacks += std::exchange(block.callbacks, callbacks);
   engine.update_callbacks_due.resize(callbacks);

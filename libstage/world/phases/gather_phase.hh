@@ -55,7 +55,7 @@ class GatherPhase {
   struct Entry {
     Model* model;
     sensing::BatchShare share;  // then where its room begins
-    usec_t interval;
+    usec_t next_update;
     uint64_t chain;
     size_t first_fan, fan_count;  // of those listed in the block
     Model::SelfMasksToMake masks;
@@ -68,8 +68,8 @@ class GatherPhase {
     sensing::BatchShare share;  // of its entries together, then where their room begins
     sensing::FanList fans;      // of its entries of other types
     size_t callbacks;           // entries with callbacks, then how many come before it
-    usec_t interval;            // of its entries, if it is the same
-    bool same_interval, layer_missing, has_rests;
+    usec_t next_update;         // of its entries, if it is the same
+    bool same_next_update, layer_missing, has_rests;
   };
   template <typename F>
   void ForEachBlock(threads::WorkerPool* workers, F f);
@@ -94,12 +94,15 @@ class GatherPhase {
   void MakeLayers(sensing::Scene* scene);
   void Queue(World* world, threads::WorkerPool* workers);
   void QueueTogether(World* world, threads::WorkerPool* workers);
+  void NoteSensed(WorldEngine* engine, bool shares) const;
 
   FirstThrower thrower_;
   RunFinder runs_;
   std::vector<Entry> entries_;
   std::vector<Block> blocks_;  // the first block_count_; the others are kept for their memory
   size_t block_count_ = 0;
+  usec_t now_ = 0;     // simulated time of this step
+  uint32_t step_ = 0;  // Host::steps_begun
 };
 
 }  // namespace Stg
