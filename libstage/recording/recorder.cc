@@ -5,6 +5,7 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <unordered_map>
@@ -16,7 +17,6 @@
 #include "recording/occupancy_map.hh"
 #include "recording/pose_watch.hh"
 #include "recording/robots.hh"
-#include "recording/update_watch.hh"
 #include "recording/world_files.hh"
 #include "stage_config.hh"
 #include "world/engine.hh"
@@ -29,46 +29,69 @@ namespace {
 
 const std::string kMapFrame = "map";
 
+/// The place of a robot, true and estimated, at a time when a model of its tree updated.
+struct Instant {
+  usec_t time = 0;
+  Pose estimate, truth;
+};
+
+/// The newest instant of a robot: the present one if it has no subscribers, since it notes none
+/// then.
+Instant InstantOf(const ModelPosition& position, usec_t now) {
+  if (position.HasSubscribers())
+    return {position.GetSensedTime(), position.est_pose, position.GetSensedPose()};
+  const Pose pose = position.GetGlobalPose();
+  const bool gps = position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS;
+  return {now, gps ? pose : position.est_pose, pose};
+}
+
 struct LoggedScan {
-  LoggedScan(const ScanSource& of, usec_t interval, RangeConvention ranges)
-      : source(of), maker(of.frame, interval, ranges) {}
+  LoggedScan(const ScanSource& of, usec_t interval, RangeConvention ranges, usec_t now)
+      : source(of), maker(of.frame, interval, ranges), written(now) {}
   ScanSource source;
   ScanMaker maker;
   int channel = -1;
-  usec_t written = 0;  // the update that was written last
+  usec_t written;      // the update that was written last
+  usec_t updated = 0;  // the update that its readings are of
+  Instant instant;     // of its robot, at that update
+  Pose mount;          // on its robot, at that update
+
+  void GoOnLike(const LoggedScan& before) {
+    written = before.written;
+    updated = before.updated;
+    instant = before.instant;
+    mount = before.mount;
+  }
 };
 
-/// Updates come with steps.
+/// The average time between updates, which happen in steps.
 usec_t TimeBetweenUpdates(const Model& model) {
-  const usec_t step = model.GetWorld()->sim_interval;
-  return std::max<usec_t>(1, (model.GetUpdateInterval() + step - 1) / step) * step;
+  return std::max(model.GetUpdateInterval(), model.GetWorld()->sim_interval);
 }
 
 struct LoggedRobot {
-  LoggedRobot(const Robot& of, RangeConvention ranges)
+  LoggedRobot(const Robot& of, RangeConvention ranges, usec_t now)
       : robot(of),
         odometry(of.odom_frame, of.footprint_frame),
         truth(kMapFrame, of.footprint_frame) {
     for (const ScanSource& scan : of.scans)
-      scans.emplace_back(scan, TimeBetweenUpdates(*scan.ranger), ranges);
+      scans.emplace_back(scan, TimeBetweenUpdates(*scan.ranger), ranges, now);
   }
   /// What was written of it is written.
   void GoOnLike(const LoggedRobot& before) {
     is_new = before.is_new;
-    updated = before.updated;
-    last_pose = before.last_pose;
+    instant = before.instant;
     for (size_t i = 0; i < std::min(scans.size(), before.scans.size()); i++)
-      if (scans[i].source.topic == before.scans[i].source.topic)
-        scans[i].written = before.scans[i].written;
+      if (scans[i].source.topic == before.scans[i].source.topic) scans[i].GoOnLike(before.scans[i]);
   }
   Robot robot;
   OdometryMaker odometry, truth;
   std::vector<LoggedScan> scans;
   int odometry_channel = -1, truth_channel = -1;
-  usec_t updated = 0;      // when its odometry was made that is to be written, or was last
-  bool is_new = true;      // nothing of it is written yet
-  bool is_due = false;     // it is to be written in this step
-  Pose last_pose, origin;  // global; of its odometry's frame
+  Instant instant;      // that is to be written, or was last
+  bool is_new = true;   // nothing of it is written yet
+  bool is_due = false;  // it is to be written in this step
+  Pose origin;          // of its odometry's frame, in that of the world
 };
 
 /// The origin of the frame of its odometry: that of the world, if a GPS says where it is.
@@ -82,10 +105,6 @@ Velocity OdometryErrorOf(const ModelPosition& position) {
   return position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS
              ? Velocity()
              : position.GetOdomError();
-}
-
-Velocity TrueVelocity(const ModelPosition& position) {
-  return position.Stalled() || !position.IsEnabled() ? Velocity() : position.GetVelocity();
 }
 
 }  // namespace
@@ -108,7 +127,9 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   bool IsWanted(const Robot& robot) const;
   void WriteAll();
   void ChooseDueRobots();
+  void NoteScans();
   void WriteTransforms();
+  void AddTransforms(const LoggedRobot& robot);
   void WriteFixedTransforms();
   void WriteOdometry(LoggedRobot* robot);
   void WriteScans(LoggedRobot* robot);
@@ -124,7 +145,6 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   bool ended_ = false;
   std::vector<LoggedRobot> robots_;
   bool fixed_changed_ = true;  // transforms of /tf_static
-  UpdateWatch updates_;
   PoseWatch poses_;
   std::vector<Transform> transforms_;
   Buffer message_;
@@ -157,9 +177,9 @@ void Recorder::Impl::AfterStep() {
   if (ended_) return;
   WorldEngine& engine = world_->engine();
   now_ = world_->SimTimeNow();
-  updates_.Look(&engine.scheduler, now_);
+  if (engine.family_changes != family_) FindRobots();
+  NoteScans();
   if (now_ >= next_) {
-    if (engine.family_changes != family_) FindRobots();
     WriteAll();
     while (options_.every > 0 && next_ <= now_) next_ += options_.every;
   }
@@ -219,7 +239,7 @@ void Recorder::Impl::FindRobots() {
   for (const LoggedRobot& robot : before) known[robot.robot.base_frame] = &robot;
   for (const Robot& robot : RobotsOf(engine.models)) {
     if (!IsWanted(robot)) continue;
-    LoggedRobot& found = robots_.emplace_back(robot, options_.ranges);
+    LoggedRobot& found = robots_.emplace_back(robot, options_.ranges, now_);
     const auto same = known.find(robot.base_frame);
     if (same != known.end() && same->second->robot.model == robot.model)
       found.GoOnLike(*same->second);
@@ -255,13 +275,12 @@ void Recorder::Impl::ChooseDueRobots() {
     robot.is_due = false;
     const ModelPosition* position = robot.robot.position;
     if (!position) continue;
-    const usec_t updated = updates_.LastUpdate(*position);
-    const Pose pose = position->GetGlobalPose();
-    robot.is_due = robot.is_new || updated > robot.updated || pose != robot.last_pose;
+    const Instant instant = InstantOf(*position, now_);
+    const bool is_newer = position->HasSubscribers() ? instant.time > robot.instant.time
+                                                     : instant.truth != robot.instant.truth;
+    robot.is_due = robot.is_new || is_newer;
     if (!robot.is_due) continue;
-    // One that doesn't update, but was put elsewhere, has no time of its own.
-    robot.updated = updated > robot.updated ? updated : now_;
-    robot.last_pose = pose;
+    robot.instant = instant;
     robot.is_new = false;
     const Pose origin = OriginOf(*position);
     fixed_changed_ = fixed_changed_ || origin != robot.origin;
@@ -269,29 +288,52 @@ void Recorder::Impl::ChooseDueRobots() {
   }
 }
 
+/// Notes where the scans of this step were taken; they may be written later.
+void Recorder::Impl::NoteScans() {
+  for (LoggedRobot& robot : robots_)
+    for (LoggedScan& scan : robot.scans) {
+      if (scan.source.ranger->GetLastUpdate() != now_) continue;
+      scan.updated = now_;
+      if (robot.robot.position) scan.instant = InstantOf(*robot.robot.position, now_);
+      if (scan.source.moves) scan.mount = MountOf(scan.source, *robot.robot.model);
+    }
+}
+
 bool Recorder::Impl::IsDue(const LoggedScan& scan) const {
-  return updates_.LastUpdate(*scan.source.ranger) > scan.written &&
+  return scan.updated > scan.written &&
          scan.source.sensor < scan.source.ranger->GetSensors().size() &&
          !scan.source.ranger->GetSensors()[scan.source.sensor].ranges.empty();
 }
 
 void Recorder::Impl::WriteTransforms() {
   transforms_.clear();
-  for (const LoggedRobot& robot : robots_) {
-    const Robot& names = robot.robot;
-    if (robot.is_due)
-      transforms_.push_back(
-          {&names.odom_frame, &names.footprint_frame, names.position->est_pose, robot.updated});
-    for (const LoggedScan& scan : robot.scans)
-      if (scan.source.moves && IsDue(scan))
-        transforms_.push_back({&names.base_frame, &scan.source.frame,
-                               MountOf(scan.source, *names.model),
-                               updates_.LastUpdate(*scan.source.ranger)});
-  }
+  for (const LoggedRobot& robot : robots_) AddTransforms(robot);
   if (transforms_.empty()) return;
   message_.Clear();
   PutTransforms(transforms_, &message_);
   log_.Add(log_.Channel("/tf", TransformsType), now_, message_);
+}
+
+/// Adds the transform of the robot's newest instant, and one for each older scan that is written
+/// now.
+void Recorder::Impl::AddTransforms(const LoggedRobot& robot) {
+  const Robot& names = robot.robot;
+  std::set<usec_t> written;
+  const auto add = [&](const Instant& instant) {
+    if (names.position && written.insert(instant.time).second)
+      transforms_.push_back(
+          {&names.odom_frame, &names.footprint_frame, instant.estimate, instant.time});
+  };
+  if (robot.is_due)
+    add(robot.instant);
+  else
+    written.insert(robot.instant.time);
+  for (const LoggedScan& scan : robot.scans) {
+    if (!IsDue(scan)) continue;
+    add(scan.instant);
+    if (scan.source.moves)
+      transforms_.push_back({&names.base_frame, &scan.source.frame, scan.mount, scan.updated});
+  }
 }
 
 void Recorder::Impl::WriteFixedTransforms() {
@@ -316,25 +358,26 @@ void Recorder::Impl::WriteFixedTransforms() {
 }
 
 void Recorder::Impl::WriteOdometry(LoggedRobot* robot) {
+  const usec_t time = robot->instant.time;
   const auto write = [&](const char* name, int* channel, OdometryMaker* maker, const Pose& pose,
-                         const Velocity& velocity, const Velocity& error, usec_t time) {
+                         const Velocity& velocity, const Velocity& error) {
     if (*channel < 0) *channel = log_.Channel(robot->robot.topics + name, OdometryType);
     uint8_t* room =
         log_.mcap().AddMessage(static_cast<uint16_t>(*channel), Nanoseconds(now_), maker->size());
     maker->Write(pose, velocity, error, time, room);
   };
   const ModelPosition& position = *robot->robot.position;
-  write("odom", &robot->odometry_channel, &robot->odometry, position.est_pose,
-        position.GetVelocity(), OdometryErrorOf(position), robot->updated);
-  write("ground_truth", &robot->truth_channel, &robot->truth, robot->last_pose,
-        TrueVelocity(position), Velocity(), now_);
+  write("odom", &robot->odometry_channel, &robot->odometry, robot->instant.estimate,
+        position.GetEstimatedVelocity(), OdometryErrorOf(position));
+  write("ground_truth", &robot->truth_channel, &robot->truth, robot->instant.truth,
+        position.GetActualVelocity(), Velocity());
 }
 
 void Recorder::Impl::WriteScans(LoggedRobot* robot) {
   for (LoggedScan& scan : robot->scans) {
     if (!IsDue(scan)) continue;
     if (scan.channel < 0) scan.channel = log_.Channel(scan.source.topic, LaserScanType);
-    scan.written = updates_.LastUpdate(*scan.source.ranger);
+    scan.written = scan.updated;
     const ModelRanger::Sensor& sensor = scan.source.ranger->GetSensors()[scan.source.sensor];
     const size_t size = scan.maker.Prepare(sensor);
     uint8_t* room =

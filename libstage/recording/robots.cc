@@ -25,7 +25,7 @@ Model* CarrierOf(Model* model) {
 
 bool IsMoved(const Model* sensor, const Model* robot) {
   for (const Model* m = sensor; m && m != robot; m = m->Parent())
-    if (dynamic_cast<const ModelActuator*>(m)) return true;
+    if (dynamic_cast<const ModelActuator*>(m) || dynamic_cast<const ModelPosition*>(m)) return true;
   return false;
 }
 
@@ -109,12 +109,13 @@ Pose MountOf(const ScanSource& source, const Model& robot) {
   // Headings and places in the plane from link to link: so they don't depend on where the robot is.
   // A top-level ranger is its own robot.
   Pose below;
-  for (const Model* m = source.ranger; m != &robot; m = m->Parent()) below = m->GetPose() + below;
+  for (const Model* m = source.ranger; m != &robot; m = m->Parent())
+    below = m->GetSensedLocalPose() + below;
   const Pose frame = source.ranger->SensorFrame(below);
   const ModelRanger::Sensor& sensor = source.ranger->GetSensors()[source.sensor];
   Pose mount = ModelRanger::OriginOf(sensor, frame, SinCos(frame.a));
   // Heights depend on what stands on what.
-  mount.z += source.ranger->GetGlobalPose().z - robot.GetGlobalPose().z - below.z;
+  mount.z += source.ranger->GetSensedPose().z - robot.GetSensedPose().z - below.z;
   return mount;
 }
 

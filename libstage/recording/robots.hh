@@ -20,7 +20,7 @@ struct ScanSource {
   uint32_t sensor;    // its number
   std::string topic;  // "/base_scan", "/r0/base_scan1_sensor_2"
   std::string frame;  // "base_scan_link", "r0/base_scan_link1_sensor_2"
-  bool moves;         // an actuator moves it, relative to the robot
+  bool moves;         // an actuator, or another position, moves it, relative to the robot
 };
 
 /// A position model that no other one carries, with all that is on it; or a model without any that
@@ -37,7 +37,7 @@ struct Robot {
 /// frames begin with the robot's name, in signs that ROS allows.
 std::vector<Robot> RobotsOf(const std::vector<Model*>& models);
 
-/// Where the rays of a sensor begin, in the frame of its robot.
+/// Where the rays of a sensor began, in the frame of its robot, when it sensed last.
 Pose MountOf(const ScanSource& source, const Model& robot);
 
 }  // namespace Stg::recording

@@ -45,7 +45,7 @@ class Witness {
     for (const recording::Robot& robot : recording::RobotsOf(world_.engine().models)) {
       if (robot.position) {
         estimates[{robot.topics + "odom", now}] = robot.position->est_pose;
-        estimates[{robot.topics + "ground_truth", now}] = robot.position->GetGlobalPose();
+        estimates[{robot.topics + "ground_truth", now}] = robot.position->GetSensedPose();
       }
       for (const recording::ScanSource& scan : robot.scans) {
         const ModelRanger::Sensor& sensor = scan.ranger->GetSensors()[scan.sensor];
