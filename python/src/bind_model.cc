@@ -126,6 +126,11 @@ void BindPlace(nb::class_<ModelHandle>& model) {
                                     });
                                   }),
                    "The same in the frame of the world.")
+      .def_prop_ro(
+          "sensed_pose", Getter([](Model& m) { return InPlane(m.GetSensedPose()); }),
+          "Where it was, in the frame of the world, at the beginning of the last step in "
+          "which it, or a model of the same tree, updated: what its sensors report belongs "
+          "to that place, not to that of the step's end.")
       .def_prop_rw("z", Getter([](Model& m) { return m.GetPose().z; }),
                    Setter<double>("z", kNumber,
                                   [](Model& m, double z) {

@@ -105,6 +105,9 @@ void BindSensors(nb::module_& module, nb::class_<ModelHandle>& model) {
                      return static_cast<double>(m.GetUpdateInterval()) / 1e6;
                    }),
                    "Seconds of simulated time between its updates; 0: in each step.")
+      .def_prop_ro("last_update",
+                   Getter([](Model& m) { return static_cast<double>(m.GetLastUpdate()) / 1e6; }),
+                   "Seconds: the time of the step in which it updated last. 0: it has not updated.")
       .def_prop_ro("pose_in_tree", Getter([](Model& m) { return PoseInTree(m); }),
                    "x, y, z (metres) and heading (radians) in the frame of the model that its tree "
                    "of models stands on the ground with, such as the robot that carries it.")

@@ -35,6 +35,25 @@ void FillEstimate(const ModelPosition* robot, double* row) {
   FillPlane(robot->est_pose, row);
 }
 
+void FillEstimatedVelocity(const ModelPosition* robot, double* row) {
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  FillPlane(robot->GetEstimatedVelocity(), row);
+}
+
+void FillActualVelocity(const ModelPosition* robot, double* row) {
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  FillPlane(robot->GetActualVelocity(), row);
+}
+
+void FillSensedPose(const ModelPosition* robot, double* row) {
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  FillPlane(robot->GetSensedPose(), row);
+}
+
+void FillSensedTime(const ModelPosition* robot, double* time) {
+  *time = robot ? static_cast<double>(robot->GetSensedTime()) / 1e6 : kUnknown;
+}
+
 void FillStalled(const ModelPosition* robot, bool* row) { *row = robot && robot->Stalled(); }
 
 void FillEnergy(const ModelPosition* robot, double* row) {
@@ -175,14 +194,22 @@ class Crowd::Hold {
 
 template <typename T>
 nb::object Crowd::BodyArray(const char* name, size_t width,
-                            void (*fill)(const ModelPosition* robot, T* row)) {
+                            void (*fill)(const ModelPosition* robot, T* row), bool runs) {
   const Hold hold(*this);
-  return View(PartOf<BodyPart<T>>(hold.source(), name, width, fill).array);
+  return View(PartOf<BodyPart<T>>(hold.source(), name, width, fill, runs).array);
 }
 
 nb::object Crowd::PoseArray() { return BodyArray("pose", 3, FillPose); }
 nb::object Crowd::VelocityArray() { return BodyArray("velocity", 3, FillVelocity); }
-nb::object Crowd::EstimateArray() { return BodyArray("estimate", 3, FillEstimate); }
+nb::object Crowd::EstimateArray() { return BodyArray("estimate", 3, FillEstimate, true); }
+nb::object Crowd::EstimatedVelocityArray() {
+  return BodyArray("estimated_velocity", 3, FillEstimatedVelocity, true);
+}
+nb::object Crowd::ActualVelocityArray() {
+  return BodyArray("actual_velocity", 3, FillActualVelocity);
+}
+nb::object Crowd::SensedPoseArray() { return BodyArray("sensed_pose", 3, FillSensedPose, true); }
+nb::object Crowd::SensedTimeArray() { return BodyArray("sensed_time", 0, FillSensedTime, true); }
 nb::object Crowd::StalledArray() { return BodyArray("stalled", 0, FillStalled); }
 nb::object Crowd::EnergyArray() { return BodyArray("energy", 0, FillEnergy); }
 
@@ -226,7 +253,8 @@ nb::object Crowd::RangerArray(size_t ranger, const std::string& what) {
                         {{"ranges", &RangerPart::ranges},
                          {"intensities", &RangerPart::intensities},
                          {"bearings", &RangerPart::bearings},
-                         {"origins", &RangerPart::origins}});
+                         {"origins", &RangerPart::origins},
+                         {"time", &RangerPart::time}});
   if (!array.exists()) {
     std::vector<size_t> shape = part.Shape(part.samples);
     if (&array == &part.origins) shape.push_back(2);
@@ -245,7 +273,8 @@ nb::object Crowd::FiducialArray(size_t finder, size_t most, const std::string& w
                       {"id", &FiducialPart::id},
                       {"range", &FiducialPart::range},
                       {"bearing", &FiducialPart::bearing},
-                      {"heading", &FiducialPart::heading}}));
+                      {"heading", &FiducialPart::heading},
+                      {"time", &FiducialPart::time}}));
 }
 
 nb::object Crowd::BlobArray(size_t finder, size_t most, const std::string& what) {
@@ -256,14 +285,16 @@ nb::object Crowd::BlobArray(size_t finder, size_t most, const std::string& what)
                      {{"count", &BlobPart::count},
                       {"color", &BlobPart::color},
                       {"box", &BlobPart::box},
-                      {"range", &BlobPart::range}}));
+                      {"range", &BlobPart::range},
+                      {"time", &BlobPart::time}}));
 }
 
 nb::object Crowd::CameraArray(size_t camera, const std::string& what) {
   const Hold hold(*this);
   CameraPart& part = PartOf<CameraPart>(hold.source(), Numbered("camera", camera), camera);
-  Array& array =
-      Choose(&part, what, {{"color", &CameraPart::color}, {"depth", &CameraPart::depth}});
+  Array& array = Choose(
+      &part, what,
+      {{"color", &CameraPart::color}, {"depth", &CameraPart::depth}, {"time", &CameraPart::time}});
   if (!array.exists()) {
     part.Make(&array);
     GatherPart(hold.source(), &part);

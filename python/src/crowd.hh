@@ -59,6 +59,10 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   nb::object PoseArray();
   nb::object VelocityArray();
   nb::object EstimateArray();
+  nb::object EstimatedVelocityArray();
+  nb::object ActualVelocityArray();
+  nb::object SensedPoseArray();
+  nb::object SensedTimeArray();
   nb::object StalledArray();
   nb::object EnergyArray();
   nb::object CommandArray();  ///< may be written
@@ -93,7 +97,7 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   nb::object View(const Array& array, bool writable = false);
   template <typename T>
   nb::object BodyArray(const char* name, size_t width,
-                       void (*fill)(const ModelPosition* robot, T* row));
+                       void (*fill)(const ModelPosition* robot, T* row), bool runs = false);
   template <typename T, typename... Arguments>
   T& PartOf(const Source& source, const std::string& name, Arguments... arguments);
   const Members& Renew(const Source* source, size_t world);

@@ -37,7 +37,7 @@ void Collect(const ModelRanger* ranger, std::vector<double> ModelRanger::Sensor:
 Pose FrameOf(const ModelRanger& ranger) {
   Pose frame = ranger.GetGeom().pose;
   for (const Model* model = &ranger; model->Parent(); model = model->Parent())
-    frame = model->GetPose() + frame;
+    frame = model->GetSensedLocalPose() + frame;
   return frame;
 }
 

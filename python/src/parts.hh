@@ -31,11 +31,18 @@ class BodyPart : public Part {
   /// `robot` is null if it is gone.
   using FillRow = void (*)(const ModelPosition* robot, T* row);
 
-  /// `width`: how many numbers; 0: one, without an axis of its own.
-  BodyPart(const std::vector<Members>& members, size_t width, FillRow fill) : fill_(fill) {
+  /// `width`: how many numbers; 0: one, without an axis of its own. `runs`: the robots have to be
+  /// kept running for them.
+  BodyPart(const std::vector<Members>& members, size_t width, FillRow fill, bool runs)
+      : fill_(fill), members_(members), runs_(runs) {
     std::vector<size_t> shape{members.size(), members[0].robots.size()};
     if (width > 0) shape.push_back(width);
     array.Make<T>(shape);
+  }
+  void GetReady(size_t world) override {
+    if (!runs_) return;
+    for (ModelPosition* robot : members_[world].robots)
+      if (robot) KeepRunning(robot);
   }
   void Fill(size_t world, const Members& members, size_t begin, size_t end) override {
     for (size_t i = begin; i < end; i++) fill_(members.robots[i], array.Row<T>(world, i));
@@ -45,6 +52,8 @@ class BodyPart : public Part {
 
  private:
   const FillRow fill_;
+  const std::vector<Members>& members_;  // the crowd's
+  const bool runs_;
 };
 
 /// A number of each world.
@@ -85,6 +94,7 @@ class SensorPart : public Part {
  public:
   SensorPart(const std::vector<Members>& members, size_t index)
       : found(members.size()), index_(index) {
+    time.Make<double>({members.size(), members[0].robots.size()});
     for (size_t world = 0; world < members.size(); world++) Find(world, members[world]);
   }
   void Find(size_t world, const Members& members) final {
@@ -116,12 +126,19 @@ class SensorPart : public Part {
       if (sensor) KeepRunning(sensor);
   }
   void Fill(size_t world, const Members&, size_t begin, size_t end) final {
-    for (size_t i = begin; i < end; i++) FillRow(world, i, found[world][i]);
+    for (size_t i = begin; i < end; i++) {
+      const T* const sensor = found[world][i];
+      const usec_t updated = sensor ? sensor->GetLastUpdate() : 0;
+      *time.template Row<double>(world, i) =
+          updated > 0 ? static_cast<double>(updated) / 1e6 : kUnknown;
+      FillRow(world, i, found[world][i]);
+    }
   }
   /// `sensor` is null if it is gone.
   virtual void FillRow(size_t world, size_t robot, T* sensor) = 0;
 
   std::vector<std::vector<T*>> found;  ///< of each world's robots
+  Array time;                          ///< of the sensors' last updates, seconds
 
  private:
   const size_t index_;

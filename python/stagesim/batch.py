@@ -185,7 +185,8 @@ class Batch(Crowd):
                 broadcast to it; None: `cmd` stays as it is.
             moments: how often commands are given and arrays recorded; None: commands.shape[0].
             n: steps for each of them, 1 or more.
-            record: names of arrays: "pose", "velocity", "stalled", "energy", "time", "ended"; and "ranges",
+            record: names of arrays: "pose", "velocity", "sensed_pose", "estimate", "stalled", "energy",
+                "time", "ended"; and "ranges",
                 "intensities" of ranger 0.
 
         Returns:
@@ -207,7 +208,7 @@ class Batch(Crowd):
         return dict(zip(record, made))
 
     def _recorded(self, name: str) -> npt.NDArray[Any]:
-        if name in ("pose", "velocity", "stalled", "energy", "time", "ended"):
+        if name in ("pose", "velocity", "sensed_pose", "estimate", "stalled", "energy", "time", "ended"):
             view: npt.NDArray[Any] = getattr(self, name)
             return view
         if name in ("ranges", "intensities"):

@@ -60,6 +60,14 @@ class Ranger(_Views):
         return self._array("intensities")
 
     @property
+    def time(self) -> Floats:
+        """Seconds: the time of the world at which each ranger updated last, shape (n,). NaN: not yet.
+
+        The readings are of the beginning of the step that ended then; see Fleet.sensed_pose.
+        """
+        return self._array("time")
+
+    @property
     def bearings(self) -> Floats:
         """Radians, -pi to pi, counter-clockwise: where each ray points, relative to the robot's heading."""
         return self._array("bearings")
@@ -90,6 +98,11 @@ class _Sights(_Views):
     def range(self) -> Floats:
         """Metres: between the origins of finder and target, or the mean over a blob."""
         return self._array("range")
+
+    @property
+    def time(self) -> Floats:
+        """Seconds: the time of the world at which each sensor updated last, shape (n,). NaN: not yet."""
+        return self._array("time")
 
 
 class Fiducials(_Sights):
@@ -163,6 +176,11 @@ class Camera(_Views):
         """
         return self._array("depth")
 
+    @property
+    def time(self) -> Floats:
+        """Seconds: the time of the world at which each camera updated last, shape (n,). NaN: not yet."""
+        return self._array("time")
+
 
 class Crowd(_Views):
     """What fleets and batches have in common."""
@@ -177,8 +195,31 @@ class Crowd(_Views):
 
     @property
     def pose(self) -> Floats:
-        """x, y (metres) and heading (radians) in the frame of the world: shape (n, 3). NaN: gone."""
+        """x, y (metres) and heading (radians) in the frame of the world: shape (n, 3). NaN: gone.
+
+        It is where the robots are now, after the moves of the last step. What their sensors report is of
+        that step's beginning: it belongs to `sensed_pose`.
+        """
         return self._view("pose", self._crowd.pose)
+
+    @property
+    def sensed_pose(self) -> Floats:
+        """Where the robots were when their newest readings were taken: x, y, heading; shape (n, 3).
+
+        In the frame of the world. A step senses first, then moves: this is the pose at the beginning of the
+        last step in which the robot, or a sensor of it, updated. `estimate` and the newest readings
+        belong to the same instant. Reading it makes the robots run, as reading a sensor does. NaN: gone.
+        """
+        return self._view("sensed_pose", self._crowd.sensed_pose)
+
+    @property
+    def sensed_time(self) -> Floats:
+        """Seconds: the time of the world that `sensed_pose` and `estimate` are stamped with; shape (n,).
+
+        A sensor whose own `time` is the same has taken its readings at that instant. 0: nothing has
+        updated yet. NaN: gone.
+        """
+        return self._view("sensed_time", self._crowd.sensed_time)
 
     @property
     def velocity(self) -> Floats:
@@ -189,13 +230,27 @@ class Crowd(_Views):
         return self._view("velocity", self._crowd.velocity)
 
     @property
+    def actual_velocity(self) -> Floats:
+        """Forwards, to the left (m/s) and turning (rad/s), as the last step moved the robots: shape (n, 3).
+
+        0 for robots that were blocked. NaN: gone.
+        """
+        return self._view("actual_velocity", self._crowd.actual_velocity)
+
+    @property
     def estimate(self) -> Floats:
         """x, y (metres) and heading (radians) where the robots believe that they are: shape (n, 3).
 
-        In the frame of their odometry, or that of the world with "gps". It is as the robot's last update
-        left it, before the move of that step. NaN: gone.
+        In the frame of their odometry, or that of the world with "gps". It is refreshed when the robot, or
+        a sensor of it, updates, and belongs to the same instant as those readings and as
+        `sensed_pose`, which it equals with "gps". Reading it makes the robots run. NaN: gone.
         """
         return self._view("estimate", self._crowd.estimate)
+
+    @property
+    def estimated_velocity(self) -> Floats:
+        """`actual_velocity` as the odometry has it, with its errors; exact with "gps". Shape (n, 3)."""
+        return self._view("estimated_velocity", self._crowd.estimated_velocity)
 
     @property
     def cmd(self) -> Floats:

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Readings, estimates and true poses of one time belong to one instant: a mapper finds the walls."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import stagesim as st
+
+# A square room, its walls' inner faces at x and y = +-5 m.
+ROOM = """
+ray_model "exact"
+model( pose [0 5.5 0 0] size [12 1 10] )
+model( pose [0 -5.5 0 0] size [12 1 10] )
+model( pose [5.5 0 0 0] size [1 12 10] )
+model( pose [-5.5 0 0 0] size [1 12 10] )
+"""
+START = np.array([1, -2, np.radians(30)])
+
+
+def text_of(step: int, localization: str, ranger: int = 100, robot: int = 100) -> str:
+    return f"""interval_sim {step}
+{ROOM}
+position( name "r" size [0.4 0.4 0.4] pose [1 -2 0 30] localization "{localization}" odom_error [0 0 0 0] update_interval {robot}
+  ranger( pose [0.05 0.02 0 5] update_interval {ranger}
+    sensor( pose [0.05 0 0 10] range [0 20] fov 350 samples 36 ) ) )"""
+
+
+def placed(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
+    """The poses `inner`, which are in the frames `outer`, in that of the world."""
+    c, s = np.cos(outer[..., 2]), np.sin(outer[..., 2])
+    x, y = inner[..., 0], inner[..., 1]
+    return np.stack([outer[..., 0] + c * x - s * y, outer[..., 1] + s * x + c * y,
+                     outer[..., 2] + inner[..., 2]], -1)
+
+
+def errors(poses: np.ndarray, scan: st.Ranger) -> np.ndarray:
+    """How far from the walls the end points are, seen from robots at these poses."""
+    ends = scan.origins + scan.ranges[..., None] * np.stack([np.cos(scan.bearings), np.sin(scan.bearings)], -1)
+    ends = placed(poses[..., None, :], np.concatenate([ends, np.zeros_like(ends[..., :1])], -1))
+    return np.abs(np.abs(ends[..., :2]).max(-1) - 5)
+
+
+def believed(fleet: st.Fleet | st.Batch, localization: str) -> np.ndarray:
+    return fleet.estimate if localization == "gps" else placed(START, fleet.estimate)
+
+
+def told(what: str, found: list[np.ndarray]) -> float:
+    """The largest error; prints the table's row."""
+    all_of = np.concatenate([each.ravel() for each in found]) * 1e3
+    print(f"{what:60} {all_of.size:7} points, mm: median {np.median(all_of):8.3f}, "
+          f"90 % {np.quantile(all_of, .9):8.3f}, max {all_of.max():8.3f}")
+    return float(all_of.max() / 1e3)
+
+
+@pytest.mark.parametrize("localization", ("gps", "odom"))
+@pytest.mark.parametrize("step", (5, 20, 100))
+def test_arrays_fit_together_after_every_step(step: int, localization: str) -> None:
+    """Robots and rangers with one interval: whenever the arrays are read."""
+    with st.World.from_text(text_of(step, localization)) as world:
+        fleet = world.fleet()
+        scan = fleet.ranger()
+        fleet.cmd[:] = [0.5, 0, 1.2]
+        found, true = [], []
+        for _ in range(6000 // step):
+            world.step()
+            if np.isfinite(scan.ranges).all():
+                found.append(errors(believed(fleet, localization), scan))
+                true.append(errors(fleet.sensed_pose, scan))
+                assert fleet.sensed_time[0] == scan.time[0] <= world.time
+        assert told(f"arrays, {localization}, steps of {step} ms", found) < 1e-9
+        assert told("the same, true poses", true) < 1e-9
+        assert len(found) > 50
+
+
+@pytest.mark.parametrize("localization", ("gps", "odom"))
+def test_arrays_fit_together_whatever_the_intervals(localization: str) -> None:
+    for step, ranger, robot, late in itertools.product((5, 20, 100), (20, 30, 250), (40, 100), (0, 3)):
+        with st.World.from_text(text_of(step, localization, ranger, robot)) as world:
+            fleet = world.fleet()
+            fleet.cmd[:] = [0.5, 0, 1.2]
+            world.step(late)
+            scan = fleet.ranger()
+            found = []
+            for _ in range(3000 // step):
+                world.step()
+                if scan.time[0] == world.time:
+                    assert fleet.sensed_time[0] == world.time
+                    found.append(errors(believed(fleet, localization), scan))
+            assert len(found) >= 3000 // max(step, ranger) - 1
+            assert told(f"{localization}, steps of {step} ms, updates {ranger} and {robot} ms", found) < 1e-9
+
+
+def test_batches_fit_together() -> None:
+    batch = st.Batch.of(st.World.from_text(text_of(20, "odom")), n=3)
+    batch.cmd[..., 0] = 0.5
+    batch.cmd[..., 2] = np.array([1.2, -0.7, 0.1])[:, None]
+    scan = batch.ranger()
+    for _ in range(40):
+        batch.step(n=3)
+        if np.isfinite(scan.ranges).all():
+            assert errors(believed(batch, "odom"), scan).max() < 1e-9
+            assert errors(batch.sensed_pose, scan).max() < 1e-9
+    record = batch.rollout(moments=5, n=5, record=("sensed_pose", "estimate", "ranges"))
+    assert record["sensed_pose"].shape == (5, 3, 1, 3) and record["estimate"].shape == (5, 3, 1, 3)
+
+
+def test_the_first_step_is_no_jump() -> None:
+    for localization in ("gps", "odom"):
+        with st.World.from_text(text_of(100, localization)) as world:
+            fleet = world.fleet()
+            fleet.cmd[:] = [0.5, 0, 1.2]
+            first = fleet.estimate.copy()
+            assert first[0] == pytest.approx(START if localization == "gps" else np.zeros(3), abs=1e-12)
+            world.step()
+            assert fleet.estimate == pytest.approx(first, abs=1e-12)
+            assert fleet.sensed_pose[0] == pytest.approx(START) and fleet.pose[0] != pytest.approx(START)
+
+
+def test_a_blocked_robot_does_not_move() -> None:
+    text = text_of(100, "odom").replace("pose [1 -2 0 30]", "pose [4.6 0 0 0]")
+    with st.World.from_text(text) as world:
+        fleet = world.fleet()
+        fleet.cmd[:] = [0.5, 0, 0]
+        world.step(10)
+        assert fleet.stalled[0]
+        assert (fleet.actual_velocity == 0).all() and (fleet.estimated_velocity == 0).all()
+        assert fleet.velocity[0, 0] == 0.5
+        before = fleet.estimate.copy()
+        world.step(10)
+        assert (fleet.estimate == before).all()
+
+
+def test_a_restored_world_tells_of_the_same_instant() -> None:
+    with st.World.from_text(text_of(20, "odom")) as world:
+        fleet = world.fleet()
+        scan = fleet.ranger()
+        fleet.cmd[:] = [0.5, 0, 1.2]
+        world.step(13)
+
+        def all_of() -> list[np.ndarray]:
+            return [array.copy() for array in (fleet.sensed_pose, fleet.sensed_time, fleet.estimate, scan.ranges,
+                                               scan.time)]
+
+        then, snapshot = all_of(), world.snapshot()
+        world.step(7)
+        world.restore(snapshot)
+        for one, other in zip(all_of(), then):
+            assert (one == other).all()
