@@ -17,10 +17,10 @@ from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan, Range
 from std_msgs.msg import Bool, UInt8MultiArray
 from visualization_msgs.msg import Marker, MarkerArray
 
-from .._core import RangeSensor, View
+from .._core import Model, RangeSensor, View
 from ..fleet import Fleet
 from .covariance import OdometryErrors, in_space
-from .messages import FLOAT_MARK, MARK, Array, Template, planar
+from .messages import FLOAT_MARK, MARK, Array, Template, planar, stamp_of
 
 #: What a finder reports at most.
 MOST_SIGHTS = 32
@@ -33,7 +33,8 @@ class Feed:
         message: the type of its messages.
         topic: with the robot's prefix.
         sensor: it is a sensor's, whose reliability a parameter of the node sets.
-        interval: microseconds of simulated time between messages; 0: in each step.
+        interval: microseconds of simulated time between messages on average; 0: in each step.
+        model: the sensor; None: the data are not one sensor's.
         attached: it has asked the world for its data.
         active: somebody listens.
     """
@@ -44,38 +45,49 @@ class Feed:
     def __init__(self, topic: str, interval: int = 0) -> None:
         self.topic = topic
         self.interval = interval
-        self.since = 0
+        self.model: Model | None = None
         self.attached = False
         self.active = False
         self.publisher: Any = None
 
-    def attach(self, now: int) -> None:
-        """Asks the world for the data, from that time on (microseconds)."""
+    def attach(self) -> None:
+        """Asks the world for the data, from now on."""
         if not self.attached:
             self.attached = True
-            self.since = now
             self.connect()
 
     def connect(self) -> None:
         """Makes the arrays that the feed reads."""
 
-    def due(self, now: int) -> bool:
-        """Whether there are new data at that time (microseconds)."""
-        return self.interval == 0 or (now - self.since) % self.interval == 0
+    def due(self, now: int, step: int) -> bool:
+        """Whether there are new data at that time, after a step that took so long (both microseconds).
+
+        Models update in the first step at or after each multiple of their interval.
+        """
+        return self.interval == 0 or now // self.interval != (now - step) // self.interval
+
+    def when(self, now: int, step: int) -> int:
+        """The time that the data belong to, microseconds."""
+        if self.model is None or self.due(now, step):
+            return now
+        return round(self.model.last_update * 1e6) or now
 
     def make(self, stamp: Array) -> Any:
         """A message, or its bytes, for that time; None if there is nothing to say yet."""
         raise NotImplementedError
 
-    def send(self, stamp: Array) -> None:
-        """Publishes what there is."""
-        message = self.make(stamp)
+    def send(self, now: int, step: int) -> None:
+        """Publishes what there is at that time, after a step that took so long (both microseconds)."""
+        message = self.make(stamp_of(self.when(now, step)))
         if message is not None:
             self.publisher.publish(message)
 
 
 class Bodies:
-    """Poses of all robots, and how sure they are, as messages have them: worked out once a step if asked for.
+    """Poses and speeds of all robots, and how sure they are, as messages have them: worked out once a step if asked for.
+
+    A step of the world senses first, then moves. All of this is of the beginning of the step in which the robot
+    or a sensor of it updated last, like the readings with the same stamp.
 
     Args:
         fleet: the robots.
@@ -86,23 +98,38 @@ class Bodies:
         self._fleet, self._errors = fleet, errors
         self._known: dict[str, Array] = {}
         self._exact = in_space(np.zeros((len(fleet), 3, 3)))
+        self._moved = False
 
-    def forget(self) -> None:
-        """The world has changed."""
+    def forget(self, moved: bool = False) -> None:
+        """The world has changed; `moved`: somebody has put robots elsewhere since the last step."""
         self._known.clear()
+        self._moved = moved
 
     def estimate(self) -> Array:
         """Where the robots believe that they are: shape (n, 7)."""
         return self._once("estimate", lambda: planar(self._fleet.estimate))
 
+    def estimated_velocity(self) -> Array:
+        """How they believe to move: shape (n, 3)."""
+        return self._fleet.estimated_velocity
+
     def truth(self) -> Array:
         """Where they are: shape (n, 7)."""
-        return self._once("truth", lambda: planar(self._fleet.pose))
+        return self._once("truth", lambda: planar(
+            self._fleet.pose if self._moved else self._fleet.sensed_pose))
+
+    def velocity(self) -> Array:
+        """How they move: shape (n, 3)."""
+        return self._fleet.actual_velocity
+
+    def times(self) -> Array:
+        """What estimates and poses are stamped with: microseconds, shape (n,)."""
+        return self._once("times", lambda: np.rint(self._fleet.sensed_time * 1e6).astype(np.int64))
 
     def covariance(self) -> tuple[Array, Array]:
         """Of the estimates and of the velocities that odometry says: shape (n, 36) each."""
         return (self._once("pose", self._errors.pose),
-                self._once("twist", lambda: self._errors.twist(self._fleet.velocity)))
+                self._once("twist", lambda: self._errors.twist(self._fleet.estimated_velocity)))
 
     def exact(self) -> tuple[Array, Array]:
         """Of poses and velocities that are true."""
@@ -126,10 +153,12 @@ class OdometryFeed(Feed):
     message = Odometry
     sensor = False
 
-    def __init__(self, topic: str, robot: int, fleet: Fleet, poses: Callable[[], Array],
-                 covariances: Callable[[], tuple[Array, Array]], frame: str, child: str) -> None:
+    def __init__(self, topic: str, robot: int, bodies: Bodies, poses: Callable[[], Array],
+                 velocities: Callable[[], Array], covariances: Callable[[], tuple[Array, Array]], frame: str,
+                 child: str) -> None:
         super().__init__(topic)
-        self._robot, self._fleet, self._poses, self._covariances = robot, fleet, poses, covariances
+        self._robot, self._bodies, self._poses, self._velocities = robot, bodies, poses, velocities
+        self._covariances = covariances
         message = Odometry(child_frame_id=child)
         message.header.frame_id = frame
         message.pose.pose.position.x = MARK
@@ -140,10 +169,16 @@ class OdometryFeed(Feed):
         self._twist, self._twist_covariance = twist[:6], twist[6:]
         self._twist[0] = 0
 
+    def due(self, now: int, step: int) -> bool:
+        return bool(self._bodies.times()[self._robot] == now)
+
+    def when(self, now: int, step: int) -> int:
+        return int(self._bodies.times()[self._robot])
+
     def make(self, stamp: Array) -> bytes:
         self._template.stamp(stamp)
         self._pose[:] = self._poses()[self._robot]
-        x, y, turn = self._fleet.velocity[self._robot]
+        x, y, turn = self._velocities()[self._robot]
         self._twist[0], self._twist[1], self._twist[5] = x, y, turn
         of_pose, of_twist = self._covariances()
         self._pose_covariance[:], self._twist_covariance[:] = of_pose[self._robot], of_twist[self._robot]

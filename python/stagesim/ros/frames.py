@@ -5,10 +5,8 @@ from __future__ import annotations
 
 from typing import Sequence
 
-import numpy as np
-
 from ..fleet import Fleet
-from .messages import Array
+from .messages import Array, frames_between
 from .names import joined
 from .robots import Look, composed
 
@@ -32,13 +30,7 @@ class Frames:
 
     def origins(self) -> Array:
         """Of the odometry of each robot in the frame of the map, where the robot truly is: shape (n, 3)."""
-        true, guess = self._fleet.pose, self._fleet.estimate
-        origin = np.empty_like(true)
-        origin[:, 2] = true[:, 2] - guess[:, 2]
-        c, s = np.cos(origin[:, 2]), np.sin(origin[:, 2])
-        origin[:, 0] = true[:, 0] - c * guess[:, 0] + s * guess[:, 1]
-        origin[:, 1] = true[:, 1] - s * guess[:, 0] - c * guess[:, 1]
-        return origin
+        return frames_between(self._fleet.sensed_pose, self._fleet.estimate)
 
     def in_world(self, pose: Pose, frame: str) -> Pose:
         """The pose in the frame of the map; x, y and heading.

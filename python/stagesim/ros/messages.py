@@ -80,6 +80,11 @@ def stamp_of(microseconds: int) -> Array:
     return np.array([microseconds // 1_000_000, microseconds % 1_000_000 * 1000], np.uint32)
 
 
+def stamps_of(microseconds: Array) -> Array:
+    """The same of several times, shape (n,): shape (n, 2)."""
+    return np.stack([microseconds // 1_000_000, microseconds % 1_000_000 * 1000], -1).astype(np.uint32)
+
+
 def planar(poses: Array) -> Array:
     """Position and quaternion (x, y, z, w) of x, y and heading: shape (n, 3) becomes (n, 7)."""
     rows = np.zeros((len(poses), 7))
@@ -87,6 +92,18 @@ def planar(poses: Array) -> Array:
     rows[:, 5] = np.sin(poses[:, 2] / 2)
     rows[:, 6] = np.cos(poses[:, 2] / 2)
     return rows
+
+
+def frames_between(outer: Array, inner: Array) -> Array:
+    """The frames in which the poses `inner` are the poses `outer` of the world: x, y, heading, shape (n, 3)."""
+    frames = np.empty_like(outer)
+    # Half a turn or less, and exactly 0 where the headings are the same.
+    frames[:, 2] = np.remainder(outer[:, 2] - inner[:, 2] + np.pi, 2 * np.pi) - np.pi
+    frames[outer[:, 2] == inner[:, 2], 2] = 0.0
+    c, s = np.cos(frames[:, 2]), np.sin(frames[:, 2])
+    frames[:, 0] = outer[:, 0] - c * inner[:, 0] + s * inner[:, 1]
+    frames[:, 1] = outer[:, 1] - s * inner[:, 0] - c * inner[:, 1]
+    return frames
 
 
 def heading_of(orientation: Any) -> float:
@@ -121,13 +138,13 @@ class Transforms:
         self._poses = self._template.indices(
             [find(struct.pack("=d", MARK - i * 1e70)) for i in number], 56)
 
-    def bytes(self, now: Array, poses: Array) -> bytes:
+    def bytes(self, stamps: Array, poses: Array) -> bytes:
         """The message.
 
         Args:
-            now: seconds and nanoseconds.
+            stamps: seconds and nanoseconds, of each or of all: shape (n, 2) or (2,).
             poses: position and quaternion of each: shape (n, 7).
         """
-        self._template.write(self._stamps, np.tile(now, (len(poses), 1)))
+        self._template.write(self._stamps, np.broadcast_to(stamps, (len(poses), 2)))
         self._template.write(self._poses, poses)
         return self._template.bytes()

@@ -31,7 +31,7 @@ from .executor import Executor
 from .feeds import Bodies, Feed
 from .lockstep import Lockstep, split
 from .frames import Frames
-from .messages import Array, Transforms, heading_of, planar, stamp_of
+from .messages import Array, Transforms, heading_of, planar, stamp_of, stamps_of
 from .names import SCHEMES, joined
 from .parameters import declare
 from .robots import Look, make_robots
@@ -154,45 +154,70 @@ class StageNode(Node):
             return
         make = (TFMessage, TransformStamped)
         look = self._look
-        frames = [(joined(robot.prefix, look.odom), joined(robot.prefix, look.footprint))
-                  for robot in self.robots]
-        if self._value("publish_map_tf"):
-            frames += [(look.map, joined(robot.prefix, look.odom)) for robot in self.robots]
         self._tf = self.create_publisher(TFMessage, "/tf", 100)
-        self._transforms = Transforms(make, frames)
+        self._transforms: dict[bytes, Transforms] = {}  # of some robots, see _transforms_of()
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         static = self.create_publisher(TFMessage, "/tf_static", kept)
         mounts = [mount for robot in self.robots for mount in robot.mounts]
         poses = np.array([pose for _, _, pose in mounts])
         static.publish(Transforms(make, [mount[:2] for mount in mounts]).bytes(stamp_of(0), poses))
 
-    def _poses_of_frames(self) -> Array:
-        poses = self._bodies.estimate()
-        if not self._value("publish_map_tf"):
-            return poses
-        return np.concatenate([poses, planar(self._frames.origins())])
+    def _transforms_of(self, which: Array) -> Transforms:
+        """The message of the robots with True; most of the time those are all that move."""
+        key = which.tobytes()
+        if key not in self._transforms:
+            if len(self._transforms) > 64:
+                self._transforms.clear()
+            look = self._look
+            robots = [robot for robot, wanted in zip(self.robots, which) if wanted]
+            frames = [(joined(robot.prefix, look.odom), joined(robot.prefix, look.footprint))
+                      for robot in robots]
+            if self._value("publish_map_tf"):
+                frames += [(look.map, joined(robot.prefix, look.odom)) for robot in robots]
+            self._transforms[key] = Transforms((TFMessage, TransformStamped), frames)
+        return self._transforms[key]
+
+    def _send_transforms(self, now: int, everything: bool) -> None:
+        """Those of the robots of which something was sensed at that time, or of all."""
+        times = self._bodies.times()
+        which = np.full(len(times), True) if everything else times == now
+        if not which.any():
+            return
+        stamps, poses = stamps_of(times[which]), self._bodies.estimate()[which]
+        if self._value("publish_map_tf"):
+            # From the map to the odometry: there the robot is where it truly is.
+            stamps = np.concatenate([stamps, stamps])
+            poses = np.concatenate([poses, planar(self._frames.origins())[which]])
+        self._tf.publish(self._transforms_of(which).bytes(stamps, poses))
 
     @property
     def now(self) -> int:
         """Microseconds of simulated time."""
         return round(self.world.time * 1e6)
 
+    @property
+    def _step_time(self) -> int:
+        """Microseconds of simulated time that a step takes."""
+        return round(self.world.dt * 1e6)
+
     def publish(self, everything: bool = False) -> None:
         """Publishes what is new at this time, or all there is, to those who listen."""
         start = time.perf_counter()
         now = self.now
-        self._look_for_listeners(now)
-        self._send([feed for feed in self._feeds if feed.active and (everything or feed.due(now))])
+        self._look_for_listeners()
+        step = self._step_time
+        self._send([feed for feed in self._feeds
+                    if feed.active and (everything or feed.due(now, step))], everything)
         self.times["publish"] += time.perf_counter() - start
 
-    def _send(self, feeds: list[Feed]) -> None:
+    def _send(self, feeds: list[Feed], everything: bool) -> None:
         """The time comes first, then the transforms: so what is known of a stamp is there before its data."""
-        stamp = stamp_of(self.now)
-        self._time_feed.tell(self.now, always=self.paused or self._lockstep.is_used)
+        now, step = self.now, self._step_time
+        self._time_feed.tell(now, always=self.paused or self._lockstep.is_used)
         if self._tf_active:
-            self._tf.publish(self._transforms.bytes(stamp, self._poses_of_frames()))
+            self._send_transforms(now, everything)
         for feed in feeds:
-            feed.send(stamp)
+            feed.send(now, step)
 
     def _tell_time_between(self) -> float:
         """Lets /clock go on between two steps, if it has a rate; seconds of real time until it is to go on again."""
@@ -202,7 +227,8 @@ class StageNode(Node):
             self._time_feed.tell(self.now + int(self._pace.passed(self.world.dt) * 1e6))
         return self._time_feed.wait()
 
-    def _look_for_listeners(self, now: int) -> list[Feed]:
+
+    def _look_for_listeners(self) -> list[Feed]:
         """Sees who listens to what, from time to time; returns what somebody has begun to listen to."""
         if time.monotonic() - self._last_look < LISTENERS_PERIOD:
             return []
@@ -212,16 +238,16 @@ class StageNode(Node):
         for feed in self._feeds:
             listened = feed.publisher.get_subscription_count() > 0
             if listened and not feed.active:
-                feed.attach(now)
+                feed.attach()
                 found.append(feed)
             feed.active = listened
         return found
 
     def _greet(self) -> None:
         """In a pause: who has come to listen gets what there is."""
-        found = self._look_for_listeners(self.now)
+        found = self._look_for_listeners()
         if found:
-            self._send(found)
+            self._send(found, everything=True)
 
     # ---- what robots are told ----
 
@@ -289,7 +315,7 @@ class StageNode(Node):
 
     def moved(self) -> None:
         """Somebody has put things somewhere else. In a pause, who listens hears of it at once."""
-        self._bodies.forget()
+        self._bodies.forget(moved=True)
         if self._window is not None:
             self._window.has_changed()
         if self.paused:
@@ -350,8 +376,6 @@ class StageNode(Node):
         """Begins anew; None: with the same seed."""
         self.world.reset(seed)
         self._told[:] = -1
-        for feed in self._feeds:
-            feed.since = 0
         self._world_is_new()
 
     def _step(self) -> str:
@@ -375,8 +399,6 @@ class StageNode(Node):
         if snapshot is None:
             raise StageError("found no snapshot, expected the service snapshot to be called before")
         self.world.restore(snapshot)
-        for feed in self._feeds:
-            feed.since = min(feed.since, round(snapshot.time * 1e6))
         self._told[self._told >= 0] = self.now
         self._world_is_new(None if file else self._jacobian)
         return f"went back to {self.world.time:g} s"
@@ -388,13 +410,13 @@ class StageNode(Node):
         # Sensors first, as after a reset: the order is part of the state.
         if self._value("always_on") or self._lockstep.names:
             for feed in self._feeds:
-                feed.attach(self.now)
+                feed.attach()
         for robot in self.robots:
             if robot.model.subscribers == 0:
                 robot.model.subscribe()  # its odometry works from the beginning
         self._bodies.forget()
         self._errors.begin(self._fleet.estimate, jacobian)
-        self._lockstep.begin(self.now, round(self.world.dt * 1e6))
+        self._lockstep.begin(self.now, self._step_time)
         self._pace.begin()
         self._time_feed.begin()
         if self._window is not None:
@@ -414,7 +436,7 @@ class StageNode(Node):
             raise ValueError("found robots in lockstep, whose commands carry no time; "
                              "expected stamped_cmd_vel:=true")
         self._lockstep = Lockstep(names, round(interval * 1e6))
-        self._lockstep.begin(self.now, round(self.world.dt * 1e6))
+        self._lockstep.begin(self.now, self._step_time)
 
     def _lockstep_parameters(self) -> tuple[str, float]:
         return self._value("lockstep"), self._value("lockstep_interval")
@@ -430,7 +452,7 @@ class StageNode(Node):
         if self._window is not None:
             self._window.has_changed(note="")
         if made:
-            self._lockstep.begin(self.now, round(self.world.dt * 1e6))
+            self._lockstep.begin(self.now, self._step_time)
             self.publish()
         return made
 

@@ -110,11 +110,11 @@ class _Maker:
         return joined(self.robot.prefix, name)
 
     def _interval(self, model: Model) -> int:
-        """Microseconds between updates, which come with steps."""
-        steps = max(1, -(-round(model.interval * 1e6) // self._step))
-        return steps * self._step
+        """Microseconds between updates, on average: they come with steps."""
+        return max(round(model.interval * 1e6), self._step)
 
-    def _feed(self, feed: Feed) -> None:
+    def _feed(self, feed: Feed, model: Model | None = None) -> None:
+        feed.model = model
         self.robot.feeds.append(feed)
 
     def _mount(self, frame: str, pose: tuple[float, float, float, float], pan: float = 0.0,
@@ -135,10 +135,10 @@ class _Maker:
         look = self._look
         footprint = self._frame(look.footprint)
         self.robot.mounts.append((footprint, self._frame(look.base), np.array([0, 0, 0, 0, 0, 0, 1.0])))
-        self._feed(OdometryFeed(self._topic("odom"), self._number, self._fleet, bodies.estimate,
-                                bodies.covariance, self._frame(look.odom), footprint))
-        self._feed(OdometryFeed(self._topic(look.scheme.ground_truth), self._number, self._fleet,
-                                bodies.truth, bodies.exact, look.map, footprint))
+        self._feed(OdometryFeed(self._topic("odom"), self._number, bodies, bodies.estimate,
+                                bodies.estimated_velocity, bodies.covariance, self._frame(look.odom), footprint))
+        self._feed(OdometryFeed(self._topic(look.scheme.ground_truth), self._number, bodies,
+                                bodies.truth, bodies.velocity, bodies.exact, look.map, footprint))
         self._feed(StallFeed(self._topic("stall"), self._number, self._fleet))
 
     def _add_ranger(self, model: Model, index: int, count: int) -> None:
@@ -155,7 +155,7 @@ class _Maker:
                 self._feed(make(
                     self._topic(part_of(topic, i)), self._interval(model),
                     lambda: (fleet.ranger(index).ranges[row], fleet.ranger(index).intensities[row]),
-                    first, sensor, mount, look.by_rep117))
+                    first, sensor, mount, look.by_rep117), model)
             first += sensor.samples
 
     def _add_camera(self, model: Model, index: int, count: int) -> None:
@@ -171,22 +171,22 @@ class _Maker:
             return self._topic(numbered(scheme, name, index, count))
 
         self._feed(ImageFeed(topic("image"), interval, view, eye, "rgb8",
-                             lambda: fleet.camera(index).color[row]))
+                             lambda: fleet.camera(index).color[row]), model)
         self._feed(ImageFeed(topic("depth"), interval, view, eye, "32FC1",
-                             lambda: fleet.camera(index).depth[row], self._look.by_rep117))
-        self._feed(CameraInfoFeed(topic("camera_info"), interval, view, eye))
+                             lambda: fleet.camera(index).depth[row], self._look.by_rep117), model)
+        self._feed(CameraInfoFeed(topic("camera_info"), interval, view, eye), model)
 
     def _add_fiducials(self, model: Model, index: int, count: int) -> None:
         name = numbered(self._look.scheme, "fiducials", index, count)
         frame = self._mount(f"{name}_link", model.pose_in_tree)
         self._feed(FiducialsFeed(self._topic(name), self._interval(model), self._number,
-                                 lambda: self._fleet.fiducials(index, MOST_SIGHTS), frame))
+                                 lambda: self._fleet.fiducials(index, MOST_SIGHTS), frame), model)
 
     def _add_blobs(self, model: Model, index: int, count: int) -> None:
         name = numbered(self._look.scheme, "blobs", index, count)
         frame = self._mount(f"{name}_link", model.pose_in_tree)
         self._feed(BlobsFeed(self._topic(name), self._interval(model), self._number,
-                             lambda: self._fleet.blobs(index, MOST_SIGHTS), frame, model.view))
+                             lambda: self._fleet.blobs(index, MOST_SIGHTS), frame, model.view), model)
 
     def _add_bumper(self, model: Model, index: int, count: int) -> None:
         name = numbered(self._look.scheme, "bumper", index, count)
@@ -194,7 +194,7 @@ class _Maker:
         def source() -> Any:
             return self._fleet.bumper(index)[self._number]
 
-        self._feed(BumperFeed(self._topic(name), self._interval(model), source, model.lines))
+        self._feed(BumperFeed(self._topic(name), self._interval(model), source, model.lines), model)
 
 
 def composed(place: tuple[float, float, float, float],

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Messages with one stamp belong to one instant: a mapper finds the walls."""
+
+from __future__ import annotations
+
+from typing import Any, Callable
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros_testing import SENSOR, Client, Process
+from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
+
+# A square room, its walls' inner faces at x and y = +-5 m.
+WORLD = """interval_sim {step}
+ray_model "exact"
+model( pose [0 5.5 0 0] size [12 1 10] )
+model( pose [0 -5.5 0 0] size [12 1 10] )
+model( pose [5.5 0 0 0] size [1 12 10] )
+model( pose [-5.5 0 0 0] size [1 12 10] )
+position( name "r" size [0.4 0.4 0.4] pose [1 -2 0 30] localization "{localization}" localization_origin [0 0 0 0]
+  odom_error [0 0 0 0] update_interval {robot}
+  ranger( pose [0.05 0.02 0 5] update_interval {ranger}
+    sensor( pose [0.05 0 0 10] range [0 20] fov 350 samples 36 ) ) )
+"""
+
+
+def microseconds(stamp: Any) -> int:
+    return int(stamp.sec * 1_000_000 + stamp.nanosec // 1000)
+
+
+def plane(transform: Any) -> np.ndarray:
+    """x, y, heading."""
+    place = transform.translation if hasattr(transform, "translation") else transform.position
+    turn = transform.rotation if hasattr(transform, "rotation") else transform.orientation
+    return np.array([place.x, place.y, 2 * np.arctan2(turn.z, turn.w)])
+
+
+def placed(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
+    c, s = np.cos(outer[2]), np.sin(outer[2])
+    return np.array([outer[0] + c * inner[0] - s * inner[1], outer[1] + s * inner[0] + c * inner[1],
+                     outer[2] + inner[2]])
+
+
+class Listener:
+    """What a node says, by stamps."""
+
+    def __init__(self, client: Client) -> None:
+        self.scans = client.listen(LaserScan, "/base_scan", SENSOR)
+        self.tf = client.listen(TFMessage, "/tf")
+        self.fixed = client.listen(TFMessage, "/tf_static", QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.odom = client.listen(Odometry, "/odom")
+        self.truth = client.listen(Odometry, "/ground_truth")
+
+    def moving(self, child: str) -> dict[int, np.ndarray]:
+        found: dict[int, np.ndarray] = {}
+        for message in self.tf:
+            for transform in message.transforms:
+                if transform.child_frame_id == child:
+                    found[microseconds(transform.header.stamp)] = plane(transform.transform)
+        return found
+
+    def mount(self, frame: str) -> np.ndarray:
+        links = {t.child_frame_id: t for message in self.fixed for t in message.transforms}
+        place = np.zeros(3)
+        while frame != "base_footprint":
+            place = placed(plane(links[frame].transform), place)
+            frame = links[frame].header.frame_id
+        return place
+
+    def errors(self) -> np.ndarray:
+        """How far from the walls the scans' end points are."""
+        robot, errors = self.moving("base_footprint"), []
+        for scan in self.scans:
+            x, y, a = placed(robot[microseconds(scan.header.stamp)], self.mount(scan.header.frame_id))
+            angles = a + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+            ends = np.array([x + scan.ranges * np.cos(angles), y + scan.ranges * np.sin(angles)])
+            errors.append(np.abs(np.abs(ends).max(0) - 5))
+        return np.concatenate(errors)
+
+
+@pytest.mark.parametrize("localization", ("gps", "odom"))
+@pytest.mark.parametrize("step, ranger, robot", ((5, 100, 100), (20, 100, 100), (100, 100, 100), (20, 30, 100),
+                                                 (5, 20, 40)))
+def test_a_mapper_finds_the_walls(start: Callable[..., Process], client: Client, tmp_path: Any, step: int,
+                                  ranger: int, robot: int, localization: str) -> None:
+    file = tmp_path / "room.world"
+    file.write_text(WORLD.format(step=step, ranger=ranger, robot=robot, localization=localization))
+    start(str(file), paused=True, steps=2000 // step, publish_map_tf=True, base_watchdog_timeout=0.0)
+    twist = Twist()
+    twist.linear.x, twist.angular.z = 0.5, 1.2
+    client.talk(Twist, "/cmd_vel").publish(twist)
+    client.spin(0.3)
+    # Listening begins after 7 steps, which must not shift the phase of the scans.
+    client.set(steps=7)
+    client.step()
+    client.set(steps=2000 // step)
+    heard = Listener(client)
+    client.until(lambda: heard.fixed and client.node.count_publishers("/base_scan"))
+    client.spin(0.5)
+    client.step(2)
+    client.until(lambda: len(heard.scans) >= 3800 // max(step, ranger))
+    client.spin(0.3)
+
+    errors = heard.errors() * 1e3
+    print(f"node, {localization}, steps of {step} ms, updates {ranger} and {robot} ms: {errors.size} points, mm: "
+          f"median {np.median(errors):.3f}, 90 % {np.quantile(errors, .9):.3f}, max {errors.max():.3f}")
+    assert errors.max() < 0.01  # ranges are 32-bit floats
+
+    # Updates are in the first step at or after each multiple of the interval.
+    stamps = [microseconds(scan.header.stamp) // 1000 for scan in heard.scans]
+    first = stamps[0]
+    expected = [-(-k * ranger // step) * step for k in range(1, 5000 // ranger)]
+    assert stamps == [at for at in expected if at >= first][:len(stamps)]
+
+    believed, truth = heard.moving("base_footprint"), {
+        microseconds(message.header.stamp): plane(message.pose.pose) for message in heard.truth}
+    assert len(truth) > 15
+    for message in heard.odom:
+        assert plane(message.pose.pose) == pytest.approx(believed[microseconds(message.header.stamp)], abs=1e-9)
+    for stamp, pose in truth.items():
+        if stamp in believed:
+            assert pose == pytest.approx(believed[stamp], abs=1e-9)
+    # The estimate is right, so nothing is left to localize.
+    origins = heard.moving("odom")
+    assert origins
+    for origin in origins.values():
+        assert origin == pytest.approx(np.zeros(3), abs=1e-9 if localization == "odom" else 0)
+
+
+def test_the_twist_of_a_blocked_robot_is_zero(start: Callable[..., Process], client: Client, tmp_path: Any) -> None:
+    file = tmp_path / "room.world"
+    file.write_text(WORLD.format(step=100, ranger=100, robot=100, localization="odom")
+                    .replace("pose [1 -2 0 30]", "pose [4.6 0 0 0]"))
+    start(str(file), paused=True, steps=10, base_watchdog_timeout=0.0)
+    twist = Twist()
+    twist.linear.x = 0.5
+    client.talk(Twist, "/cmd_vel").publish(twist)
+    heard = Listener(client)
+    client.until(lambda: client.node.count_publishers("/odom"))
+    client.spin(0.5)
+    client.step()
+    client.until(lambda: len(heard.truth) > 9 and len(heard.odom) > 9)
+    for got in (heard.truth, heard.odom):
+        assert got[-1].twist.twist.linear.x == 0
+        assert got[-1].pose.pose == got[-3].pose.pose
