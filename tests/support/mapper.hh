@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a mapper does: it puts the end points of scans into the frame of the world, by what the
-// robot believes of its place. In a room whose walls are known their distances from the walls show
-// how well scans and places fit together.
+// A mapper puts the end points of scans into the frame of the world, by the poses that the robot
+// reports. In a room whose walls are known, the distances of the end points from the walls show how
+// well scans and poses fit together.
 
 #ifndef STAGE_TESTS_MAPPER_HH
 #define STAGE_TESTS_MAPPER_HH

@@ -91,7 +91,7 @@ TEST(OneInstant, AMapperInACallbackSeesWallsWhereTheyAre) {
   }
 }
 
-// What is sensed of a robot that somebody puts elsewhere is of where it was then.
+// Readings belong to the pose before the robot was put elsewhere.
 TEST(OneInstant, HoldsForARobotThatAControllerMovesByHand) {
   const auto world = LoadText(
       Room("position( name \"r\" alwayson 1 ranger( name \"l\" alwayson 1 sensor( range [0 20]"
