@@ -152,7 +152,7 @@ bool AddScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor, uint3
   if (count == 0 || sensor.bearings.size() != count) return true;
   if (count > *room) return false;
   *room -= count;
-  const Pose frame = ranger.SensorFrame(ranger.GetGlobalPose());
+  const Pose frame = ranger.SensorFrame(ranger.GetSensedPose());
   const Pose origin = ModelRanger::OriginOf(sensor, frame, SinCos(frame.a));
   words->Add(thing);
   words->Add(static_cast<uint32_t>(count));

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import struct
 
 import numpy as np
 import pytest
@@ -150,3 +151,17 @@ def test_a_restored_world_tells_of_the_same_instant() -> None:
         world.restore(snapshot)
         for one, other in zip(all_of(), then):
             assert (one == other).all()
+
+
+def test_scans_that_the_page_shows_begin_where_they_were_taken() -> None:
+    with st.World.from_text(text_of(100, "gps")) as world:
+        fleet = world.fleet()
+        fleet.ranger()
+        fleet.cmd[:] = [0.5, 0, 1.2]
+        world.step(13)
+        words = world._core.scans(np.array(fleet.ids, np.uint32), 1000)
+        _, count, x, y, a, _, _ = struct.unpack_from("<II5f", words)
+        values = np.frombuffer(words, np.float32, 2 * count, 28)
+        angles = a + values[count:]
+        ends = np.array([x + values[:count] * np.cos(angles), y + values[:count] * np.sin(angles)])
+        assert np.abs(np.abs(ends).max(0) - 5).max() < 1e-4  # 32-bit floats
