@@ -79,7 +79,8 @@ class OdometryErrors:
 
     def pose(self) -> Array:
         """Of the estimated poses, as ROS has it: shape (n, 36)."""
-        return in_space(np.einsum("nij,nj,nkj->nik", self.jacobian, self._variances, self.jacobian))
+        found = np.einsum("nij,nj,nkj->nik", self.jacobian, self._variances, self.jacobian)
+        return in_space((found + found.transpose(0, 2, 1)) / 2)  # symmetric to the last bit
 
     def twist(self, velocities: Array) -> Array:
         """Of the velocities (forwards, to the left, turning; shape (n, 3)), as ROS has it: shape (n, 36)."""
