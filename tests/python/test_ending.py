@@ -46,9 +46,11 @@ ENDS = {"at its end": ("", 0, ""), "exit": ("sys.exit(3)", 3, ""),
         "interrupt": ("signal.raise_signal(signal.SIGINT)", -signal.SIGINT, "KeyboardInterrupt")}
 
 PROGRAM = """
-import signal, sys, threading, time
+import logging, signal, sys, threading, time
 import numpy as np
 import stagesim as st
+
+logging.disable()  # of what the world warns about
 
 def forever(work):
     def loop():
