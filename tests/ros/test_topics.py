@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from pathlib import Path
 from typing import Any, Callable, Iterator
@@ -317,6 +318,20 @@ def test_robots_of_the_same_name_are_told_apart(ros: None) -> None:
     with st.World.from_text(text) as world, node_here(world) as node:
         assert [robot.prefix for robot in node.robots] == ["r_1", "r_1_2", "r_1_3", "_2", "robot"]
         assert [robot.model.pose[0] for robot in node.robots] == [0, 1, 2, 3, 4]
+
+
+def test_names_that_are_not_utf_8_become_names_of_ros(start: Callable[..., Process], client: Client,
+                                                      tmp_path: Path) -> None:
+    """They are allowed in world files, and in names of files."""
+    file = os.fsencode(tmp_path) + b"/w\xff.world"
+    with open(file, "wb") as out:
+        out.write(b'position( name "r\xff" ) position( name "\xff" pose [1 0 0 0] ) position( name "\x80" pose [2 0 0 0] )')
+    process = start(os.fsdecode(file))
+    odometry = {name: client.listen(Odometry, f"/{name}/ground_truth") for name in ("r", "robot", "robot_2")}
+    client.until(lambda: all(odometry.values()))
+    assert [got[-1].pose.pose.position.x for got in odometry.values()] == [0, 1, 2]
+    status, text = process.end()
+    assert status == 0 and r"w\xff.world: 3 robots" in text, text
 
 
 def test_frames_have_the_names_that_are_given(start: Callable[..., Process], client: Client,

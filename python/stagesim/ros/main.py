@@ -38,8 +38,9 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--gui", type=_port_of, nargs="?", const=0, metavar="PORT",
                         help="show the world in a page for browsers of this machine, which takes the place of a "
                              "window: --gui=PORT, or --gui for any port that is free")
+    given = {printable(word): word for word in argv}  # ROS takes Unicode alone
     try:
-        own = remove_ros_args(list(argv))[1:]
+        own = [given.get(word, word) for word in remove_ros_args([printable(word) for word in argv])[1:]]
     except RuntimeError as error:
         parser.exit(1, f"stagesim.ros: {str(error).splitlines()[0]}\n")
     if "--gui" in own:
@@ -78,7 +79,7 @@ def run(argv: Sequence[str]) -> int | str:
     """Runs the node; what the program exits with: 0, or one line that says what is wrong."""
     chosen = options(argv)
     logging.basicConfig(format="%(message)s")  # what worlds warn about
-    rclpy.init(args=list(argv))
+    rclpy.init(args=[printable(word) for word in argv])
     try:
         return _run(chosen)
     except (WorldError, StageError, ValueError, InvalidParameterTypeException,
