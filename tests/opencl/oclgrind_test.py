@@ -30,14 +30,14 @@ define eye sensor( range [0 3] samples 9 fov 200 )
 define robot position
 (
   alwayson 1
-  size [0.4 0.3 0.2]
+  size [0.4 0.3 0.8]
   drive "omni"
   velocity_bounds [-9 9 -9 9 0 0 -900 900]
   ctrl "wander"
-  ranger( alwayson 1 eye() eye( pose [0 0 0.3 180] range [0 0] ) )
-  ranger( alwayson 1 pose [0 0 -0.1 0] eye( samples 3 noise [0.001 0.1 20] ) )
+  ranger( alwayson 1 pose [0 0 -0.6 0] eye() eye( pose [0 0 0.3 180] range [0 0.0001] ) )
+  ranger( alwayson 1 pose [0 0 -0.5 0] eye( samples 3 noise [0.001 0.1 20] ) )
 )
-model( size [6 6 1] )
+model( size [6 6 1] noblocks 1 boundary 1 )
 model( pose [1 1 0 30] size [1 0.4 0.3] ranger_return 0.5 )
 model( pose [4000 -2500 0 0] size [1 1 1] )
 robot( pose [0 0 0 0] )

@@ -376,7 +376,7 @@ std::string Crowd(int robots) {
   std::string text;
   for (int y = 0; y < robots; y++)
     text += "position( pose [0 " + std::to_string(y) + " 0 0] velocity [1 0 0 0] alwayson 1" +
-            " ranger( alwayson 1 sensor( range [0 8] fov 360 samples 90 ) ) )\n";
+            " ranger( alwayson 1 pose [0 0 -0.1 0] sensor( range [0 8] fov 360 samples 90 ) ) )\n";
   return text;
 }
 

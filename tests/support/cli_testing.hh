@@ -187,7 +187,8 @@ class CliTest : public testing::Test {
   /// Two robots, of which one is driven and has a noisy sensor with 90 rays.
   void WriteRobots(const std::string& name, const std::string& text) const {
     Write(name, text +
-                    "\ndefine scanner ranger( alwayson 1 sensor( range [0 8] fov 180 samples 90"
+                    "\ndefine scanner ranger( alwayson 1 pose [0 0 -0.1 0] sensor( range [0 8] fov "
+                    "180 samples 90"
                     " noise [0.1 0 0] ) )\ndefine robot position( size [0.5 0.5 0.2] )\n"
                     "robot( alwayson 1 scanner() )\nrobot( pose [4 0 0 0] )\n"
                     "model( pose [2 0 0 0] size [1 1 5] )\n");
