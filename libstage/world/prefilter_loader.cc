@@ -53,8 +53,10 @@ const Backend* OpenBackend(const std::string& name, std::string* message) {
   if (error.empty()) return backend;
   *message = "the plug-in " + name + " can't be loaded: " + error;
   if (!plugin && name == kOpenClPlugin) {
-    *message += "; it is built where OpenCL's headers and loader are installed (tools/run WORLD --opencl does that), "
-                "and comes in the Debian package stage-opencl";
+    *message +=
+        "; it is built where OpenCL's headers and loader are installed (tools/run WORLD --opencl "
+        "does that), "
+        "and comes in the Debian package stage-opencl";
   }
   return nullptr;
 }

@@ -292,8 +292,8 @@ TEST_F(CliFilesTest, AnEmptyFileIsMentioned) {
 /// The doubts of the load are there for whoever asks what the world is.
 TEST_F(CliFilesTest, ExplainTellsWhatMayBeAMistake) {
   Write("w.world",
-            "define r position( size [0.4 0.4 0.3] ranger( alwayson 1 sensor( ) ) )\n"
-            "r( ) r( pose [2 0 0 0] )\n");
+        "define r position( size [0.4 0.4 0.3] ranger( alwayson 1 sensor( ) ) )\n"
+        "r( ) r( pose [2 0 0 0] )\n");
   const Result text = Stage({"--explain", "w.world"});
   EXPECT_TRUE(Contains(text.out, "What may be a mistake")) << text.out;
   EXPECT_TRUE(Contains(text.out, "none has a body where rangers look, at 0.31 m")) << text.out;

@@ -208,12 +208,10 @@ TEST(OldTypes, NameWhatHasTakenTheirPlace) {
 }
 
 TEST(OldIncludes, NameWhatComesWithThisStage) {
-  const std::pair<const char*, const char*> kFiles[] = {{"walle.inc", "pioneer.inc"},
-                                                        {"old/irobot.inc", "robots.inc"},
-                                                        {"hokuyo.inc", "sick.inc"},
-                                                        {"../chatterbox.inc", "robots.inc"},
-                                                        {"beacons.inc", "fiducial_return"},
-                                                        {"pantilt.inc", "pantilt"}};
+  const std::pair<const char*, const char*> kFiles[] = {
+      {"walle.inc", "pioneer.inc"},       {"old/irobot.inc", "robots.inc"},
+      {"hokuyo.inc", "sick.inc"},         {"../chatterbox.inc", "robots.inc"},
+      {"beacons.inc", "fiducial_return"}, {"pantilt.inc", "pantilt"}};
   for (const auto& [file, hint] : kFiles) {
     const auto world = EmptyWorld();
     const LoadOutcome outcome =

@@ -246,9 +246,8 @@ TEST(WorldfileValues, Floats) {
   }
   EXPECT_EQ(wf.ReadFloat(0, "z", 42), 42);
   EXPECT_EQ(wf.warnings().size(), 7U);  // a b c j k l m
-  EXPECT_EQ(
-      wf.warnings()[0],
-      "t.world:1:3: warning: property \"a\": found \"abc\", expected a number; read as 0");
+  EXPECT_EQ(wf.warnings()[0],
+            "t.world:1:3: warning: property \"a\": found \"abc\", expected a number; read as 0");
 }
 
 /// As std::from_chars, which not every library has for doubles.
