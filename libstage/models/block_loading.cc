@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What world files say about bodies as a whole: heights that are left out, and the frame of a
-// picture.
+// Properties of whole bodies in world files: heights that are left out, and the frame of a picture.
 
 #include <algorithm>
 #include <limits>

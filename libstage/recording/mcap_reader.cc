@@ -105,7 +105,7 @@ void McapReader::Scan() {
     Take(op, at, length);
     at += length;
   }
-  // Behind the end of the data, names are told again, unless the writer has left them out.
+  // The summary at the end of a file repeats the names, unless the writer has left them out.
   if (ends_early_ || channels_.empty()) TakeNamesFromChunks();
 }
 

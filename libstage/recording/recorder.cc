@@ -100,7 +100,7 @@ Pose OriginOf(const ModelPosition& position) {
                                                                            : position.est_origin;
 }
 
-/// What its odometry adds to its motion, as shares of it.
+/// Relative errors of the robot's odometry, as fractions of its motion.
 Velocity OdometryErrorOf(const ModelPosition& position) {
   return position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS
              ? Velocity()

@@ -141,7 +141,7 @@ void Batch::Load(size_t index) {
   static_cast<void>(world.release());
 }
 
-/// As if the world had just been loaded with its seed.
+/// Puts the world into the state of one that has just been loaded with its seed.
 void Batch::BeginAgain(size_t index) {
   World* const world = WorldAt(index);
   if (!world || !beginning_ || !world->BeginAgain(*beginning_, seeds_[index])) return Load(index);

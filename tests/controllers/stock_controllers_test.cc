@@ -249,7 +249,7 @@ std::string ToldWhileLoading(const std::string& text) {
   return told;
 }
 
-/// Whatever the number of the ranger that is the laser, nobody has to read of the search.
+/// The search for the laser prints nothing, whichever ranger is the laser.
 TEST_F(StockRun, LookingForTheLaserIsSilent) {
   for (const char* controller : {"wander", "wander_accel"})
     for (const char* number : {"0", "1", "7", "15"}) {

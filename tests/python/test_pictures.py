@@ -103,7 +103,7 @@ def test_small_robots_are_dots(robots: int, width: int) -> None:
     crowd = "".join(f"position( pose [{20 * i} 0 0 0] size [0.4 0.4 0.3] color_rgba [1 0 0 1] )\n"
                     for i in range(robots))
     pixels = st.World.from_text("resolution 0.1\n" + crowd).render(100, 50, center=(0, 0), scale=1)
-    # Those at 0, 20 and 40 m; there are 50 pixels to the right of the middle.
+    # The robots at 0, 20 and 40 m are seen; there are 50 pixels to the right of the middle.
     assert (pixels == (255, 0, 0)).all(axis=2).sum() == 3 * width * width
 
 

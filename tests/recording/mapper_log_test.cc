@@ -112,6 +112,10 @@ class MapperOfALog : public LogTest {
         robot->SetSpeed(0.5, 0, 1.2);
     Log(&world, steps, "run.mcap", options);
     const Contents contents{McapReader(Path("run.mcap"))};
+    ExpectTruthFits(contents);
+    return EndPointsOf(contents);
+  }
+  static Mapper EndPointsOf(const Contents& contents) {
     Mapper mapper;
     for (const Scan& scan : contents.scans) {
       const Pose3 sensor = contents.InMap(scan.frame, scan.time);
@@ -119,7 +123,6 @@ class MapperOfALog : public LogTest {
         mapper.Add(Pose(sensor.x, sensor.y, 0, sensor.a),
                    scan.first + static_cast<double>(i) * scan.increment, scan.ranges[i]);
     }
-    ExpectTruthFits(contents);
     return mapper;
   }
   /// Without errors of the odometry, the truth is what the transforms say.
@@ -178,14 +181,7 @@ TEST_F(MapperOfALog, FindsThemWithASensorThatAnActuatorTurns) {
   dynamic_cast<ModelPosition&>(*world.GetModel("r")).SetSpeed(0.5, 0, 1.2);
   dynamic_cast<ModelActuator&>(*world.GetModel("r.actuator:0")).SetSpeed(1.5);
   Log(&world, 300, "run.mcap");
-  const Contents contents{McapReader(Path("run.mcap"))};
-  Mapper mapper;
-  for (const Scan& scan : contents.scans) {
-    const Pose3 sensor = contents.InMap(scan.frame, scan.time);
-    for (size_t i = 0; i < scan.ranges.size(); i++)
-      mapper.Add(Pose(sensor.x, sensor.y, 0, sensor.a),
-                 scan.first + static_cast<double>(i) * scan.increment, scan.ranges[i]);
-  }
+  Mapper mapper = EndPointsOf(Contents{McapReader(Path("run.mcap"))});
   EXPECT_GT(mapper.points(), 1000u);
   EXPECT_LT(mapper.Quantile(1), 1e-5);
 }

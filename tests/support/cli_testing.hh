@@ -112,7 +112,7 @@ class Process {
   bool WaitFor(const std::string& text) const {
     return WaitUntil([&] { return Contains(out(), text); });
   }
-  /// The same for standard error.
+  /// Like WaitFor(), for standard error.
   bool WaitForError(const std::string& text) const {
     return WaitUntil([&] { return Contains(err(), text); });
   }

@@ -227,8 +227,8 @@ void Renderer::Impl::DrawRobots(const Frame& frame) {
   DrawBodies(frame, &BodyBatch::noses, Part::kNose, 1, 1);
 }
 
-/// Neither the scenery nor thousands of dots hide them, but robots do that are large enough to be
-/// looked at.
+/// Draws the numbers over the scenery and over dots. Robots that are large enough to be looked at
+/// are drawn later, and hide them.
 void Renderer::Impl::DrawAxisNumbers(const Frame& frame) {
   glDisable(GL_DEPTH_TEST);
   writer_.AddAxisNumbers(frame.floor, *frame.projection);

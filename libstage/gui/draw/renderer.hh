@@ -36,7 +36,7 @@ class Renderer {
   /// To be called when the context is gone, with all that was in it.
   void Forget();
 
-  // Of the last picture.
+  // Statistics of the last picture.
   unsigned draw_calls() const;
   std::size_t vertices() const;  ///< that were sent through the shaders
 
