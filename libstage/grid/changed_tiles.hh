@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Which tiles have changed since somebody last looked, for those who keep a copy of them.
+// The set of tiles that changed since the last Forget(), for code that keeps a copy of the tiles.
 
 #ifndef STAGE_GRID_CHANGED_TILES_HH
 #define STAGE_GRID_CHANGED_TILES_HH
@@ -16,13 +16,13 @@ namespace Stg::internal::grid {
 
 class ChangedTiles {
  public:
-  /// Another copy is to be kept of the same tiles: nothing has changed in them yet.
+  /// A copy starts with no changed tiles: it tracks changes for another consumer.
   ChangedTiles(const ChangedTiles& from) { Resize(from.regions_.size()); }
   ChangedTiles() = default;
   ChangedTiles(ChangedTiles&&) = default;
   ChangedTiles& operator=(ChangedTiles&&) = default;
 
-  /// While on, tiles that change are remembered until they are forgotten.
+  /// Starts or stops recording. Both clear the set.
   void Track(bool on) {
     tracking_ = on;
     Forget();
@@ -36,14 +36,14 @@ class ChangedTiles {
     std::fill(marked_.begin(), marked_.end(), 0);
   }
 
-  /// By slot: region * 64 + tile. Different threads may note tiles of a region at once.
+  /// Adds a tile, with slot = region * 64 + tile. Several threads may call it for the same region.
   void Note(uint32_t slot) {
     if (!tracking_) return;
     const uint32_t region = slot / 64;
     if (Set(&regions_[region], slot % 64) == 0) Set(&marked_[region / 64], region % 64);
   }
 
-  /// Calls f(region, its changed tiles) for those that have any.
+  /// Calls f(region, 64-bit mask of changed tiles) for each region with changed tiles.
   template <typename F>
   void ForEachRegion(F f) const {
     for (std::size_t i = 0; i < marked_.size(); i++)
@@ -52,7 +52,7 @@ class ChangedTiles {
         f(region, regions_[region]);
       }
   }
-  /// How many tiles there are in these.
+  /// Number of changed tiles.
   std::size_t Count() const {
     std::size_t count = 0;
     ForEachRegion([&](std::size_t, uint64_t tiles) {
@@ -62,16 +62,16 @@ class ChangedTiles {
   }
 
  private:
-  /// Returns the word as it was before.
+  /// Sets the bit and returns the previous word.
   static uint64_t Set(uint64_t* word, uint32_t bit) {
     const std::atomic_ref<uint64_t> shared(*word);
     const uint64_t seen = shared.load(std::memory_order_relaxed), mark = uint64_t{1} << bit;
     return seen & mark ? seen : shared.fetch_or(mark, std::memory_order_relaxed);
   }
 
-  std::vector<uint64_t> regions_;  // a word for each: its changed tiles
-  std::vector<uint64_t> marked_;   // a bit for each region of which the word is not 0: there may be
-                                   // a million of them, of which a thousand change in a step
+  std::vector<uint64_t> regions_;  // per region: mask of changed tiles
+  std::vector<uint64_t> marked_;   // one bit per region whose mask is not 0, because only about a
+                                   // thousand of a million regions change in a step
   bool tracking_ = false;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// All cells that an edge touches: what outlines are drawn with for the exact ray model. (outline.hh
-// draws thin lines from cell to cell, which leave out cells that an edge only nicks.)
+// Conservative rasterization of an edge: every cell that the edge touches. The exact ray model uses
+// it. (outline.hh rasterizes thin lines, which skip cells that an edge only nicks.)
 
 #ifndef STAGE_GRID_COVER_HH
 #define STAGE_GRID_COVER_HH
@@ -14,17 +14,17 @@
 
 namespace Stg::internal::grid {
 
-/// The walk of a ray follows the true one to within some 5/65536 of a cell (its start and its
-/// displacement are rounded to 1/65536). Edges are drawn with a margin well above that, so that the
-/// walk never passes by the cell in which the true ray meets an edge. In cells.
+/// Margin in cells. The walk of a ray deviates from the true ray by up to about 5/65536 of a cell,
+/// since its start and displacement are rounded to 1/65536. The much larger margin guarantees that
+/// the walk visits the cell where the true ray meets an edge.
 inline constexpr double kCoverMargin = 1.0 / 1024;
 
-/// Calls f(y, first, last) for each row of cells that has some from which the edge from `a` to `b`
-/// (in cells) is at most the margin away, measured along the axes: those from x = `first` to
-/// `last`. Both ends must lie in the grid.
+/// Calls f(y, first, last) for each row that contains cells within kCoverMargin of the edge from
+/// `a` to `b`. The cells are x = `first` to `last`. The distance is measured per axis; both ends
+/// are in cells and must lie in the grid.
 template <typename F>
 void ForEachRowNear(const point_t& a, const point_t& b, F f) {
-  const auto floor_of = [](double v) {  // without a call, as std::floor() is on older processors
+  const auto floor_of = [](double v) {  // inline: std::floor() may be a library call
     const auto whole = static_cast<int32_t>(v);
     return whole - (v < whole);
   };
@@ -35,7 +35,7 @@ void ForEachRowNear(const point_t& a, const point_t& b, F f) {
   const double per_row = level ? 0 : 1 / dy;
   const int32_t last_row = last_of(std::max(a.y, b.y));
   for (int32_t y = first_of(std::min(a.y, b.y)); y <= last_row; y++) {
-    // The part of the edge, from 0 to 1, whose height is within the margin of this row's.
+    // Interval of the edge, in 0..1, that lies within the margin of this row.
     double from = 0, to = 1;
     if (!level) {
       const double low = (y - kCoverMargin - a.y) * per_row;

@@ -13,8 +13,7 @@ namespace Stg::internal::grid {
 namespace {
 
 constexpr uint32_t kRegionsPerSuper = 256;
-constexpr size_t kSlotsPerSuper =
-    4;  // at least, in the directory: so the first slot looked at is mostly the right one
+constexpr size_t kSlotsPerSuper = 4;  // minimum; sparse, so that the first probe mostly hits
 
 void Include(CellBox* box, const CellBox& other) {
   if (box->empty()) {
@@ -27,13 +26,13 @@ void Include(CellBox* box, const CellBox& other) {
   box->max_y = std::max(box->max_y, other.max_y);
 }
 
-/// The cells of the square (x, y) of a mesh with 2^shift cells a side.
+/// Cells of the square (x, y) in a mesh of squares with 2^shift cells per side.
 CellBox SquareBox(int32_t x, int32_t y, int shift) {
   const int32_t side = int32_t{1} << shift;
   return {x * side, y * side, x * side + side - 1, y * side + side - 1};
 }
 
-/// Makes room for `count` numbers. At least doubles it, so that many small calls stay cheap.
+/// Reserves memory for `count` numbers, at least doubling it so that many small calls are cheap.
 void ReserveFor(size_t count, std::vector<uint32_t>* numbers) {
   if (numbers->capacity() < count) numbers->reserve(std::max(count, 2 * numbers->capacity()));
 }
@@ -78,9 +77,9 @@ BodyId Grid::AddBody(const Body& body) {
   } else {
     if (stamps_.size() <= id) stamps_.resize(id + 1);
     bodies_.push_back(body);
-    free_bodies_.reserve(bodies_.capacity());  // for RemoveBody()
+    free_bodies_.reserve(bodies_.capacity());  // so that RemoveBody() does not allocate
   }
-  stamps_[id] = 0;  // until it is drawn somewhere: not that of the body that had this number before
+  stamps_[id] = 0;  // a reused id must not inherit the stamp of its previous body
   bodies_[id].layers = LayersOf(body);
   return id;
 }
@@ -122,7 +121,7 @@ void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart>
       continue;
     }
     const uint64_t before = from[next++].cells;
-    // The body has to become the last of each list. Where it is alone, it is the last already.
+    // The body must become the last in each list. In cells where it is alone, it already is.
     const uint64_t stays = before & part.cells & ~tiles_[part.slot].crowded;
     EraseFrom(part.slot, before & ~stays, id, edit);
     DrawIn(part.slot, part.cells & ~stays, id, edit);
@@ -131,7 +130,7 @@ void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart>
   if (!edit->shared) DropRegionsIfManyAreEmpty();
 }
 
-/// Takes all the memory that drawing will need: if there is too little, nothing has been drawn yet.
+/// Allocates all memory before anything is rasterized, so that bad_alloc leaves the grid unchanged.
 void Grid::PrepareToDraw(std::span<TilePart> parts) {
   MakeSlots(parts);
   lists_.PrepareToTake(parts.size());
@@ -193,7 +192,7 @@ void Grid::ClearBits(uint32_t layers, uint32_t slot, uint64_t bits) {
   ForEachBit(layers, [&](uint32_t layer) { layers_[layer].cells.Clear(slot, bits); });
 }
 
-/// The lists of the tile's cells. Makes them if the tile has had a single body so far.
+/// The lists of the tile's cells. Makes them if the tile held a single body so far.
 Grid::CellLists& Grid::ListsOf(uint32_t slot, Edit* edit) {
   const TileCells& tile = tiles_[slot];
   if (tile.bodies & kSeveral) return lists_[tile.bodies & ~kSeveral];
@@ -204,7 +203,7 @@ Grid::CellLists& Grid::ListsOf(uint32_t slot, Edit* edit) {
   return lists;
 }
 
-/// Gives the tile's lists back if a single body is left in the tile.
+/// Frees the tile's lists if only one body is left in the tile.
 void Grid::DropListsOfOneBody(uint32_t slot, Edit* edit) {
   const TileCells& tile = tiles_[slot];
   if (tile.crowded != 0) return;
@@ -220,7 +219,7 @@ void Grid::DropListsOfOneBody(uint32_t slot, Edit* edit) {
   lists_.Give(index, edit->lists());
 }
 
-/// Those of the layers in which no body of the list is drawn.
+/// Subset of `layers` in which no body of the list shows.
 uint32_t Grid::LayersWithoutOthers(BodyList list, uint32_t layers) const {
   AnyOf(list, [&](BodyId other) {
     layers &= ~bodies_[other].layers;
@@ -244,7 +243,7 @@ void Grid::Append(BodyList* list, BodyId id, Edit* edit) {
   nodes_[last].next = nodes_[first].previous = node;
 }
 
-/// The list must have several bodies.
+/// Precondition: the list has several bodies.
 void Grid::RemoveFrom(BodyList* list, BodyId id, Edit* edit) {
   const uint32_t first = *list & ~kSeveral, node = FindNode(first, id);
   const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
@@ -253,12 +252,12 @@ void Grid::RemoveFrom(BodyList* list, BodyId id, Edit* edit) {
   if (node == first) *list = kSeveral | next;
   nodes_.Give(node, edit->nodes());
   if (next != previous) return;
-  // A single body is left: such a list has no nodes.
+  // Lists of a single body have no nodes.
   *list = nodes_[next].id + 1;
   nodes_.Give(next, edit->nodes());
 }
 
-/// Searches from both ends: what leaves a cell is often the first or the last body that came.
+/// Searches from both ends, because the body that leaves a cell is often the oldest or the newest.
 uint32_t Grid::FindNode(uint32_t first, BodyId id) const {
   uint32_t old = first, young = nodes_[first].previous;
   for (;;) {
@@ -279,7 +278,7 @@ uint32_t Grid::MakeNode(BodyId id, Edit* edit) {
 
 void Grid::BeginSharedEdit(const EditSize& most, std::vector<Edit>* edits) {
   lists_.BeginSharing(most.parts, edits->size());
-  // A cell takes two nodes at most: where there was one body, both move to a list.
+  // A cell needs up to two nodes: if it held one body, both bodies get nodes.
   nodes_.BeginSharing(2 * most.cells, edits->size());
   outline_parts_.BeginSharing(most.exact_parts, edits->size());
   for (Edit& edit : *edits) {
@@ -318,7 +317,7 @@ void Grid::Restamp(BodyId id, uint64_t stamp, std::span<const TilePart> parts) {
     });
 }
 
-/// Moves a body to where its stamp says, in a list of several bodies that is in order otherwise.
+/// Moves a body to the place that its stamp demands. The rest of the list is sorted already.
 void Grid::SortIn(BodyList* list, BodyId id) {
   const uint32_t node = FindNode(*list & ~kSeveral, id);
   const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
@@ -326,7 +325,7 @@ void Grid::SortIn(BodyList* list, BodyId id) {
   if (first == node) first = next;
   nodes_[previous].next = next;
   nodes_[next].previous = previous;
-  uint32_t before = first;  // the first that was drawn later, or the first of all
+  uint32_t before = first;  // first node with a later stamp, or the head if there is none
   bool is_last = false;
   while (stamps_[nodes_[before].id] < stamps_[id] && !is_last) {
     before = nodes_[before].next;
@@ -339,7 +338,7 @@ void Grid::SortIn(BodyList* list, BodyId id) {
   *list = kSeveral | (before == first && !is_last ? node : first);
 }
 
-/// In all layers of the thin drawing.
+/// Recomputes the cells of the part in all layers of thin outlines.
 void Grid::RefreshCells(const TilePart& part) {
   const uint32_t all = LayersOfDrawing(false);
   ForEachCell(part, [&](CellRef cell) {
@@ -381,7 +380,7 @@ void Grid::MakeSlots(std::span<TilePart> parts) {
   FillInSlots(parts, [&](int32_t x, int32_t y) { return MakeRegion(x, y); });
 }
 
-/// Calls f(x, y) for a cell of each region of the rectangle, until it returns false.
+/// Calls f(x, y), with one cell of each region in the rectangle, until f returns false.
 template <typename F>
 void Grid::ForEachRegionOf(const CellBox& tiles, F f) {
   constexpr int kShift = RAY_REGION_SHIFT - RAY_TILE_SHIFT;
@@ -401,7 +400,7 @@ void Grid::MakeRegions(const CellBox& tiles) {
   ForEachRegionOf(tiles, [&](int32_t x, int32_t y) { return MakeRegion(x, y) != 0; });
 }
 
-/// Fills in the parts' slots; region_of(x, y) gives the region of a cell, 0 if there is none.
+/// Fills in the slots of the parts. region_of(x, y) returns the region of a cell, or 0.
 template <typename F>
 void Grid::FillInSlots(std::span<TilePart> parts, F region_of) {
   constexpr int kShift = RAY_REGION_SHIFT - RAY_TILE_SHIFT;
@@ -445,10 +444,10 @@ uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
   return region;
 }
 
-/// Takes memory first and counts the region last: if there is too little, there is no half region.
+/// Allocates before it counts the region, so that bad_alloc does not leave half a region.
 void Grid::AddFreeRegion() {
   const size_t count = regions_.size() + 1;
-  ReserveFor(count, &free_regions_);  // for DropEmptyRegions()
+  ReserveFor(count, &free_regions_);  // so that DropEmptyRegions() does not allocate
   tiles_.resize(count * kTilesPerRegion);
   if (outlines_.size() > 0) outlines_.resize(count * kTilesPerRegion);
   changed_bodies_.Resize(count);
@@ -473,7 +472,7 @@ bool Grid::LiesInExtent() const {
   return true;
 }
 
-/// The superregion that the tile lies in, in cells. The tile's region must exist.
+/// Cells of the superregion that contains the tile. The tile's region must exist.
 CellBox Grid::SuperOf(uint32_t slot) const {
   const Super& super = supers_[regions_[slot / kTilesPerRegion].super];
   return SquareBox(super.x, super.y, RAY_SUPER_SHIFT);
@@ -484,8 +483,8 @@ uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
   uint32_t super = ray_find_super(&view, x, y);
   if (super != 0) return super;
   if (free_supers_.empty()) AddFreeSuper();
-  // The directory is rebuilt only when it has to grow. Scattered bodies may need a superregion
-  // each, and rebuilding it for every one would take time quadratic in their number.
+  // The directory is rebuilt only when it must grow. A rebuild per superregion would take quadratic
+  // time for scattered bodies.
   if (directory_.size() < kSlotsPerSuper * (CountSupers() + 1)) RebuildDirectory(CountSupers() + 1);
   super = free_supers_.back();
   free_supers_.pop_back();
@@ -497,14 +496,14 @@ uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
 
 void Grid::AddFreeSuper() {
   const size_t count = supers_.size() + 1;
-  ReserveFor(count, &free_supers_);  // for DropEmptyRegions()
+  ReserveFor(count, &free_supers_);  // so that DropEmptyRegions() does not allocate
   region_tables_.resize(count * kRegionsPerSuper, 0);
   region_maps_.resize(count * kMapsPerSuper, 0);
   supers_.emplace_back();
   free_supers_.push_back(static_cast<uint32_t>(count - 1));
 }
 
-/// Notes that something is drawn in the region now, or nothing any more.
+/// Sets or clears the region's bit in its region map.
 void Grid::MarkRegion(const Region& region, bool filled) {
   const std::atomic_ref<uint64_t> map(region_maps_[MapOf(region.super, region.place)]);
   const uint64_t bit = uint64_t{1} << ((region.place & 7) | (region.place >> 4 & 7) << 3);
@@ -514,7 +513,7 @@ void Grid::MarkRegion(const Region& region, bool filled) {
     map.fetch_and(~bit, std::memory_order_acq_rel);
 }
 
-// Other threads may count tiles of the same region.
+// Other threads may count tiles of the same region concurrently.
 void Grid::CountFilledTile(uint32_t slot, Edit* edit) {
   Region& region = regions_[slot / kTilesPerRegion];
   const std::atomic_ref<uint32_t> tiles(region.tiles);
@@ -528,18 +527,18 @@ void Grid::CountEmptiedTile(uint32_t slot, Edit* edit) {
   if (tiles.fetch_sub(1, std::memory_order_relaxed) != 1) return;
   edit->empty_regions++;
   MarkRegion(region, false);
-  // Another thread may have drawn in it, and marked it before this one took the mark away.
+  // Another thread may have filled a tile and set the mark before it was cleared above.
   if (tiles.load(std::memory_order_relaxed) != 0) MarkRegion(region, true);
 }
 
-/// Robots leave regions and come back all the time, so empty ones are kept until there are many.
+/// Keeps empty regions until there are many, because robots often return to regions they left.
 void Grid::DropRegionsIfManyAreEmpty() {
   constexpr int64_t kFew = 256;
   const int64_t many = std::max(kFew, static_cast<int64_t>(CountRegions() / 2));
   if (own_edit_.empty_regions > many) DropEmptyRegions();
 }
 
-/// Takes no memory: a body may be erased by a destructor.
+/// Does not allocate, because destructors erase bodies.
 void Grid::DropEmptyRegions() {
   for (uint32_t super = 1; super < supers_.size(); super++) {
     if (supers_[super].regions == 0) continue;
@@ -558,7 +557,7 @@ void Grid::DropEmptyRegions() {
   RecomputeOccupied();
 }
 
-/// Makes the directory anew, with room for that many superregions.
+/// Rebuilds the directory with capacity for `supers` superregions.
 void Grid::RebuildDirectory(size_t supers) {
   size_t slots = 16;
   while (slots < kSlotsPerSuper * supers) slots *= 2;
@@ -568,7 +567,7 @@ void Grid::RebuildDirectory(size_t supers) {
   structure_version_++;
 }
 
-/// Into the directory, which has room for it.
+/// Inserts a superregion into the directory, which must have a free slot.
 void Grid::Enter(uint32_t super) {
   const uint32_t mask = static_cast<uint32_t>(directory_.size() - 1);
   uint32_t slot = ray_hash(supers_[super].x, supers_[super].y) & mask;

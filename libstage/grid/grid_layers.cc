@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The layers of the grid: which there are, and which bodies each shows.
+// Layers of the grid: their selection, creation and expiry, and the bodies that each shows.
 
 #include <algorithm>
 #include <atomic>
@@ -52,7 +52,7 @@ LayerIndex Grid::FindRangerLayerOf(double z, bool z_test, bool exact, bool map) 
   return FindLayer(Layer::kAnyHeight, 0, exact, map);
 }
 
-/// True if no further height can have a layer of its own: it shares that of any height.
+/// True if further heights must share the layer of any height.
 bool Grid::HeightsAreFull(bool exact) const {
   const auto heights = std::count_if(layers_.begin(), layers_.end(), [&](const Layer& layer) {
     return layer.kind == Layer::kHeight && layer.exact == exact;
@@ -64,7 +64,7 @@ LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact, bool map) con
   for (LayerIndex i = 0; i < layers_.size(); i++) {
     const Layer& layer = layers_[i];
     if (layer.exact != exact || layer.map != map || layer.kind != kind || layer.z != z) continue;
-    // Several threads may ask at once.
+    // Several threads may search concurrently.
     const std::atomic_ref<uint64_t> last_used(layer.last_used);
     if (last_used.load(std::memory_order_relaxed) != step_)
       last_used.store(step_, std::memory_order_relaxed);
@@ -74,7 +74,7 @@ LayerIndex Grid::FindLayer(Layer::Kind kind, double z, bool exact, bool map) con
 }
 
 LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact, bool map) {
-  // Before anything is changed, as there may be too little memory for them.
+  // Allocate before changing anything, so that bad_alloc leaves the grid unchanged.
   Occupancy cells;
   cells.TrackChanges(tracking_);
   cells.Resize(static_cast<uint32_t>(regions_.size()));
@@ -99,7 +99,7 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact, bool map) {
   return index;
 }
 
-/// Those that show this drawing.
+/// Mask of the layers that show exact or thin outlines.
 uint32_t Grid::LayersOfDrawing(bool exact) const {
   uint32_t layers = 0;
   for (LayerIndex i = 0; i < layers_.size(); i++)

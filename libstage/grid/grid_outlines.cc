@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The exact drawing: which outlines lie in which tiles.
+// The exact rasterization: which outlines lie in which tiles.
 
 #include "grid/grid.hh"
 
@@ -52,8 +52,7 @@ void Grid::EraseOutline(const TilePart& part, BodyId id, Edit* edit) {
   if (IsEmpty(part.slot)) CountEmptiedTile(part.slot, edit);
 }
 
-/// Some cells of a tile have no part of the body any more: no layer shows them that shows none of
-/// the other bodies there.
+/// Clears `cells` in the body's layers, except cells that other bodies of the layer still cover.
 void Grid::HideOutline(uint32_t slot, uint64_t cells, BodyId id) {
   if (cells == 0) return;
   ForEachBit(bodies_[id].layers, [&](uint32_t layer) {
@@ -65,14 +64,14 @@ void Grid::HideOutline(uint32_t slot, uint64_t cells, BodyId id) {
   });
 }
 
-/// Where the number of the body's part is kept, which is in the tile.
+/// Address of the list link to the body's outline in the tile, which must exist.
 OutlineList* Grid::FindOutline(uint32_t slot, BodyId id) {
   OutlineList* place = &outlines_[slot];
   while (outline_parts_[*place].id != id) place = &outline_parts_[*place].next;
   return place;
 }
 
-/// In all layers of the drawing.
+/// Recomputes the tile in all layers of exact outlines.
 void Grid::RefreshOutlines(uint32_t slot) {
   ForEachBit(LayersOfDrawing(true), [&](uint32_t layer) {
     uint64_t cells = 0;

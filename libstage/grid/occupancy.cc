@@ -27,7 +27,7 @@ void Occupancy::Resize(uint32_t count) {
 
 namespace {
 
-// A region's word is shared by its tiles, which different threads may change.
+// Atomic, because different threads may change tiles that share the region's word.
 void SetBit(uint64_t* word, uint32_t bit) {
   std::atomic_ref<uint64_t>(*word).fetch_or(uint64_t{1} << bit, std::memory_order_relaxed);
 }

@@ -13,7 +13,7 @@ namespace Stg::internal::grid {
 
 namespace {
 
-/// So that a copy that grows a little need not move.
+/// Adds spare capacity, so that a copy can grow a little without reallocation.
 std::size_t WithRoom(std::size_t size) {
   constexpr std::size_t kRoom = 1 << 16;
   return size + size / 4 + kRoom;
@@ -30,7 +30,7 @@ bool WriteAll(int file, const void* bytes, std::size_t size) {
 
 }  // namespace
 
-/// A file in memory, which no one else can see.
+/// Uses an anonymous file in memory, which no other process can see.
 std::shared_ptr<const SharedPages> SharedPages::Make(const void* bytes, std::size_t size) {
   const int file = memfd_create("stage", MFD_CLOEXEC);
   if (file < 0) return nullptr;
@@ -42,7 +42,7 @@ std::shared_ptr<const SharedPages> SharedPages::Make(const void* bytes, std::siz
 
 SharedPages::~SharedPages() { close(file_); }
 
-/// Whoever writes to a page gets one of its own.
+/// A private mapping: the kernel copies a page when it is written to.
 void* SharedPages::Map(std::size_t* size) const {
   void* const memory = mmap(nullptr, size_, PROT_READ | PROT_WRITE, MAP_PRIVATE, file_, 0);
   if (memory == MAP_FAILED) return nullptr;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Arrays of plain things that many copies of a grid can have in common: a copy takes memory only
-// for the pages that it, or the original, changes.
+// Arrays that many copies of a grid share page by page. A copy uses memory only for pages that it
+// or the original changes.
 
 #ifndef STAGE_GRID_PAGED_ARRAY_HH
 #define STAGE_GRID_PAGED_ARRAY_HH
@@ -16,18 +16,18 @@
 
 namespace Stg::internal::grid {
 
-/// Memory whose content copies can begin with, without copying it. On systems that don't offer
-/// that, it is copied.
+/// Copy-on-write memory: several mappings start with the same content. Where the system does not
+/// support that, the bytes are copied.
 class SharedPages {
  public:
-  /// With a copy of these bytes. Null if the system has none left to offer.
+  /// Copies `size` bytes into new shared pages. Returns null if the system cannot provide them.
   static std::shared_ptr<const SharedPages> Make(const void* bytes, std::size_t size);
   ~SharedPages();
   SharedPages(const SharedPages&) = delete;
   SharedPages& operator=(const SharedPages&) = delete;
 
-  /// Memory that begins with the content, with some room behind it, whose size is *size; it belongs
-  /// to the caller until Unmap(). Null if the system has none left to offer.
+  /// A writable mapping of *size bytes that begins with the content and has spare capacity behind
+  /// it. The caller owns it until Unmap(). Returns null if the system cannot provide it.
   void* Map(std::size_t* size) const;
   static void Unmap(void* memory, std::size_t size);
 
@@ -38,7 +38,7 @@ class SharedPages {
   const std::size_t size_;
 };
 
-/// Like a vector of plain things. One that was made shareable is not changed any more, only copied.
+/// A vector of trivially copyable elements. After MakeShareable() it may only be copied.
 template <typename T>
 class PagedArray {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -61,14 +61,14 @@ class PagedArray {
   std::size_t size() const { return size_; }
   std::size_t capacity() const { return capacity_; }
 
-  /// New things are all zero.
+  /// New elements are zero.
   void resize(std::size_t size) {
     if (size > capacity_) Reserve(std::max(size, 2 * capacity_), size_);
     if (size > size_) std::memset(static_cast<void*>(data_ + size_), 0, (size - size_) * sizeof(T));
     size_ = size;
   }
-  /// Keeps the first `kept` things, whatever the size. Memory that is reserved is not touched
-  /// before it is used.
+  /// Reallocates and keeps the first `kept` elements, whatever size() is. Reserved memory is not
+  /// touched before its first use.
   void Reserve(std::size_t capacity, std::size_t kept) {
     if (capacity <= capacity_) return;
     T* const larger = static_cast<T*>(::operator new(capacity * sizeof(T)));
@@ -76,7 +76,7 @@ class PagedArray {
     Own(larger, capacity, 0);
   }
 
-  /// With the first `kept` things of the other, which it has, and its size. It must be empty.
+  /// Copies the size and the first `kept` elements of `from`. This array must be empty.
   void CopyFrom(const PagedArray& from, std::size_t kept) {
     std::size_t bytes = 0;
     if (void* const memory = from.shared_ ? from.shared_->Map(&bytes) : nullptr) {
@@ -87,7 +87,7 @@ class PagedArray {
     }
     size_ = from.size_;
   }
-  /// From now on copies have their first `kept` things in common with it.
+  /// Freezes the array. Later copies share the pages of its first `kept` elements.
   void MakeShareable(std::size_t kept) {
     if (kept > 0) shared_ = SharedPages::Make(data_, kept * sizeof(T));
   }
@@ -116,7 +116,7 @@ class PagedArray {
   std::shared_ptr<const SharedPages> shared_;
   T* data_ = nullptr;
   std::size_t size_ = 0, capacity_ = 0;
-  std::size_t mapped_ = 0;  // bytes, if it is a map of shared pages
+  std::size_t mapped_ = 0;  // size in bytes of the mapping of shared pages, or 0
 };
 
 }  // namespace Stg::internal::grid

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// An array of objects that are taken and given back, and known by their numbers.
+// A pool of objects that are allocated and freed by index.
 
 #ifndef STAGE_GRID_POOL_HH
 #define STAGE_GRID_POOL_HH
@@ -17,26 +17,26 @@
 
 namespace Stg::internal::grid {
 
-/// A stock of free numbers of a pool, for one of several threads that use it at once.
+/// Cache of free indices for one of several threads that use a pool concurrently.
 class PoolShare {
   template <typename T>
   friend class Pool;
   std::vector<uint32_t> free_;
 
  public:
-  /// To be called before: the thread can then get its stock without asking for memory.
+  /// Reserves memory, so that a later refill does not allocate.
   void Prepare() { free_.reserve(kAtOnce); }
-  static constexpr std::size_t kAtOnce = 64;  // numbers that a share gets
+  static constexpr std::size_t kAtOnce = 64;  // indices per refill
 };
 
-/// Plain objects in one array. One thread may take and give them back at any time; between
-/// BeginSharing() and EndSharing() several may at once, each with a share of its own. Memory that
-/// is reserved is not touched before it is used.
+/// Trivially copyable objects in one array. A single thread may call Take() and Give() at any time;
+/// between BeginSharing() and EndSharing() several threads may, each with its own PoolShare.
+/// Reserved memory is not touched before its first use.
 template <typename T>
 class Pool {
  public:
   Pool() = default;
-  /// While nobody takes or gives any.
+  /// Must not run concurrently with Take() or Give().
   Pool(const Pool& from) : made_(from.made_), free_(from.free_) {
     things_.CopyFrom(from.things_, made_);
   }
@@ -51,8 +51,8 @@ class Pool {
   const T& operator[](uint32_t number) const { return things_[number]; }
   const T* data() const { return things_.data(); }
 
-  /// The number of a free object, whose content is left from earlier. `share`: the thread's own,
-  /// while several threads are at work.
+  /// Index of a free object with unspecified content. `share` is the calling thread's own while
+  /// several threads use the pool, otherwise null.
   uint32_t Take(PoolShare* share = nullptr) {
     std::vector<uint32_t>& free = share ? share->free_ : free_;
     if (free.empty()) {
@@ -69,18 +69,18 @@ class Pool {
     try {
       (share ? share->free_ : free_).push_back(number);
     } catch (const std::bad_alloc&) {
-      // The number is lost. The caller is in the middle of a change and could not handle an error.
+      // Leaks the index: the caller is in the middle of a change and cannot handle an error.
     }
   }
-  /// After this, one thread can take that many without asking for memory.
+  /// Reserves memory, so that one thread can take `count` objects without allocation.
   void PrepareToTake(std::size_t count) {
     if (count == 0) return;
     free_.reserve(1);
     if (free_.size() + things_.capacity() - made_ < count) Reserve(made_ + count);
   }
 
-  /// `shares` threads will take no more than `most` objects in all, not counting those that they
-  /// give back and take again.
+  /// Prepares for `shares` threads that take at most `most` objects in all, not counting those that
+  /// a thread gives back and takes again.
   void BeginSharing(std::size_t most, std::size_t shares) {
     Reserve(made_ + most + shares * kAtOnce);
     left_ = free_.size();
@@ -90,7 +90,7 @@ class Pool {
     free_.resize(left_);
     made_ = next_;
   }
-  /// After EndSharing(): returns to the pool what a share has left.
+  /// Call after EndSharing(): returns the free indices of a share to the pool.
   void TakeBack(PoolShare* share) noexcept {
     try {
       free_.insert(free_.end(), share->free_.begin(), share->free_.end());
@@ -99,10 +99,10 @@ class Pool {
     share->free_.clear();
   }
 
-  /// From now on copies share its pages, and it is not changed any more.
+  /// Freezes the pool. Later copies share its memory pages until they write to them.
   void MakeShareable() { things_.MakeShareable(made_); }
 
-  /// Of memory that has been used.
+  /// Memory in use, in bytes.
   std::size_t bytes() const { return made_ * sizeof(T) + free_.capacity() * sizeof(uint32_t); }
 
  private:
@@ -116,8 +116,7 @@ class Pool {
     Reserve(made_ + 1);
     free_.push_back(static_cast<uint32_t>(made_++));
   }
-  /// Takes from the free numbers as long as there are enough for a whole stock, then makes new
-  /// ones.
+  /// Refills from the free list while it can fill a whole share; otherwise creates new objects.
   void Refill(PoolShare* share) {
     std::size_t end = left_.load(std::memory_order_relaxed);
     while (end >= kAtOnce)
@@ -134,8 +133,8 @@ class Pool {
   PagedArray<T> things_;
   std::size_t made_ = 0;
   std::vector<uint32_t> free_;
-  // Between BeginSharing() and EndSharing(): how many free numbers no share has taken yet, and the
-  // next number to be made.
+  // Between BeginSharing() and EndSharing(): number of free indices that no share has taken yet,
+  // and the next index to create.
   std::atomic<std::size_t> left_{0}, next_{0};
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The cells that a body is drawn in, tile by tile: what is done to one cell of a tile is done to
-// all of them at once.
+// The footprint of a body as bit masks per tile, so that all cells of a tile are handled at once.
 
 #ifndef STAGE_GRID_TILE_PART_HH
 #define STAGE_GRID_TILE_PART_HH
@@ -17,21 +16,22 @@
 
 namespace Stg::internal::grid {
 
-/// Some cells of one tile, a square of 8 x 8 cells.
+/// A set of cells in one tile of 8 x 8 cells.
 struct TilePart {
-  int32_t x = 0, y = 0;  ///< of the tile, in tiles
-  uint32_t slot = 0;     ///< the tile's place in the grid: region * 64 + tile; 0: no such region
-  uint32_t edges = 0;    ///< exact drawing: bit i: edge i of the body is near a cell of the tile
-  uint64_t cells = 0;    ///< bits, see BitOf()
+  int32_t x = 0, y = 0;  ///< coordinates of the tile, in tiles
+  uint32_t slot =
+      0;  ///< index of the tile in the grid: region * 64 + tile; 0: the region does not exist
+  uint32_t edges = 0;  ///< exact rasterization: bit i: edge i of the body is near the tile
+  uint64_t cells = 0;  ///< mask of cells, see BitOf()
 
-  /// A cell's bit in its tile.
+  /// Bit of a cell in its tile.
   static uint32_t BitOf(int32_t x, int32_t y) { return static_cast<uint32_t>(ray_place(x, y, 3)); }
   bool SameTile(const TilePart& o) const { return x == o.x && y == o.y; }
-  /// The order in which parts are kept.
+  /// Sort order of parts: by row, then by column.
   bool ComesBefore(const TilePart& o) const { return y == o.y ? x < o.x : y < o.y; }
 };
 
-/// Calls f(index) for the bits that are set.
+/// Calls f(index) for each set bit.
 template <typename F>
 void ForEachBit(uint64_t bits, F f) {
   for (; bits != 0; bits &= bits - 1) f(static_cast<uint32_t>(std::countr_zero(bits)));
@@ -39,18 +39,17 @@ void ForEachBit(uint64_t bits, F f) {
 
 std::size_t CountCells(std::span<const TilePart> parts);
 
-/// Appends cells to a list as parts: in the order of tiles, each tile once. What was in the list
-/// before stays as it was.
+/// Appends cells to a list as parts, sorted by tile with each tile once. Earlier elements of the
+/// list are left alone.
 class PartsMaker {
  public:
   explicit PartsMaker(std::vector<TilePart>* parts) : parts_(*parts), first_(parts->size()) {}
-  /// Cells may come in any order, and several times. It is faster if cells of the same tile come
-  /// one after the other.
+  /// Adds a cell, in any order and repeatedly. Consecutive cells of one tile are fastest.
   void Add(int32_t x, int32_t y) {
     GoTo(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT);
     last_.cells |= uint64_t{1} << TilePart::BitOf(x, y);
   }
-  /// The cells of a row, from x = `first` to `last`, to which these edges are near.
+  /// Adds the cells `first`..`last` of a row. `edges` is the mask of edges near them.
   void AddRow(int32_t y, int32_t first, int32_t last, uint32_t edges) {
     constexpr int32_t kLast = (1 << RAY_TILE_SHIFT) - 1;
     for (int32_t x = first; x <= last; x = (x | kLast) + 1) {
@@ -60,7 +59,7 @@ class PartsMaker {
       last_.edges |= edges;
     }
   }
-  /// To be called when all cells are in.
+  /// Sorts and merges the parts. Call after the last cell.
   void Finish();
 
  private:
@@ -75,7 +74,7 @@ class PartsMaker {
 
   std::vector<TilePart>& parts_;
   std::size_t first_;
-  TilePart last_;  // the next one to be appended; none yet if it has no cells
+  TilePart last_;  // part under construction; empty if it has no cells
 };
 
 }  // namespace Stg::internal::grid

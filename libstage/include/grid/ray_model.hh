@@ -7,11 +7,11 @@
 
 namespace Stg {
 
-/// What the range of a sensor reading is measured to.
+/// The place that a sensor's range is measured to.
 enum class RayModel {
-  kDefault,  ///< what the world says, and kCell if it says nothing
-  kCell,     ///< the cell of the grid that holds the outline that was hit: right to about a cell
-  kExact,    ///< the outline itself, whatever the cell size: right to the rounding of doubles
+  kDefault,  ///< the world's setting, or kCell if it has none
+  kCell,     ///< the cell that the hit outline lies in: accurate to about a cell
+  kExact,    ///< the outline itself, whatever the cell size: accurate to the rounding of doubles
 };
 
 }  // namespace Stg
