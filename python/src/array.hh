@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Memory of an array that NumPy sees.
+// The memory behind an array that NumPy views.
 
 #ifndef STAGE_PYTHON_ARRAY_HH
 #define STAGE_PYTHON_ARRAY_HH
@@ -15,7 +15,7 @@
 
 namespace Stg::python {
 
-/// Dense, in the order of C: [world][robot]... Zeros at first; no memory at all until it is made.
+/// A dense array in C order, indexed [world][robot]... Make() allocates its memory, set to 0.
 class Array {
  public:
   template <typename T>
@@ -29,7 +29,7 @@ class Array {
     row_ = shape_.size() > 2 ? count / std::max<size_t>(1, shape_[0] * shape_[1]) : 1;
   }
   bool exists() const { return bytes_ != nullptr; }
-  /// The numbers of a robot.
+  /// The first of the row() elements of a robot.
   template <typename T>
   T* Row(size_t world, size_t robot) const {
     return static_cast<T*>(bytes_.get()) + (world * shape_[1] + robot) * row_;
@@ -46,7 +46,7 @@ class Array {
   std::unique_ptr<void, Free> bytes_;
   std::vector<size_t> shape_;
   nanobind::dlpack::dtype dtype_{};
-  size_t row_ = 0;  // numbers for each robot
+  size_t row_ = 0;  // elements per robot
 };
 
 }  // namespace Stg::python

@@ -18,7 +18,7 @@ namespace {
 RunOptions OptionsOfWorlds(const World& prototype) {
   RunOptions options = prototype.options();
   options.threads = 1;
-  options.opencl = false;  // they share the prototype's device
+  options.opencl = false;  // worlds share the prototype's device instead of opening one each
   options.listed = false;
   return options;
 }
@@ -121,7 +121,7 @@ void Batch::ForEach(const Indices& which, F f) {
   });
 }
 
-/// Makes the world anew, as a copy.
+/// Replaces the world with a newly loaded copy.
 void Batch::Load(size_t index) {
   delete WorldAt(index);
   worlds_[index] = WorldHandle();
@@ -141,14 +141,14 @@ void Batch::Load(size_t index) {
   static_cast<void>(world.release());
 }
 
-/// Puts the world into the state of one that has just been loaded with its seed.
+/// Resets the world to the state after loading with its seed; loads it if that is not possible.
 void Batch::BeginAgain(size_t index) {
   World* const world = WorldAt(index);
   if (!world || !beginning_ || !world->BeginAgain(*beginning_, seeds_[index])) return Load(index);
   failures_[index].clear();
 }
 
-/// Loads one of the worlds to see how they all begin.
+/// Loads the first of these worlds and takes its initial state, for the resets of all worlds.
 void Batch::FindBeginning(const Indices& which) {
   if (which.empty() || std::exchange(looked_for_beginning_, true)) return;
   ForEach({which[0]}, [&](size_t index, unsigned) {
@@ -157,7 +157,7 @@ void Batch::FindBeginning(const Indices& which) {
   });
 }
 
-/// False if it makes no more steps.
+/// Steps a world. Returns false if it quits or is deleted before the last step.
 bool Batch::StepWorld(size_t index, uint64_t steps) {
   for (uint64_t i = 0; i < steps; i++) {
     crowd_->Command(*this, index);
@@ -169,9 +169,9 @@ bool Batch::StepWorld(size_t index, uint64_t steps) {
   return true;
 }
 
-/// A round takes about as long as somebody who presses Ctrl-C waits without noticing. All worlds
-/// are then as far as each other. Rounds of few steps would cost: a world's memory is in no cache
-/// when its turn comes.
+/// All worlds are in lock-step at the end of a round, where Ctrl-C is handled. A round takes about
+/// 50 ms, which a user does not notice. Shorter rounds would be slower, because each world starts a
+/// round with cold caches.
 template <typename F>
 void Batch::InRounds(const Indices& which, uint64_t count, uint64_t steps, F work) {
   constexpr double kSeconds = 0.05;
@@ -193,8 +193,8 @@ void Batch::InRounds(const Indices& which, uint64_t count, uint64_t steps, F wor
   }
 }
 
-/// Learns from `seconds` in which each world has made so many steps. Worlds that have ended or
-/// failed take no time: if all have, nothing is learned.
+/// Updates the time per step after a round of `seconds`. Worlds that have ended or failed take no
+/// time; if all have, the estimate stays as it is.
 void Batch::NoteStepSeconds(double seconds, uint64_t steps) {
   size_t going = 0;
   for (const Tally& tally : tallies_) going += tally.going;

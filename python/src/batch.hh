@@ -2,10 +2,9 @@
 //
 // Many worlds of the same file, with arrays of all their robots.
 //
-// Each is a world of its own that stays what it is between two calls. The rows of Branches take
-// less memory, but each call would bring every row into a world and take it out again, which costs
-// about as much as a step or two does, and robots learn by calls of few steps. Copies of a world
-// share its scenery, so they are small, too.
+// A batch keeps one World object per row between calls. Rows of whatif's Branches take less memory,
+// but each call would copy every row into a world and back, which costs as much as one or two
+// steps, and learning makes calls of few steps. Copies share the scenery, so they are small, too.
 
 #ifndef STAGE_PYTHON_BATCH_HH
 #define STAGE_PYTHON_BATCH_HH
@@ -28,35 +27,38 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
  public:
   using Indices = std::vector<uint32_t>;
 
-  /// One world for each seed, as if it had been loaded with that seed. `threads`: 1 or more.
+  /// Creates one world per seed, each as if loaded with that seed. `threads` is 1 or more. Throws
+  /// Failure if a world cannot be created.
   Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads);
-  /// Worlds of the same file as those of another batch, each as if it had just been loaded.
+  /// Creates newly loaded worlds of the same file as those of `other`.
   Batch(Batch* other, const std::vector<uint64_t>& seeds);
   ~Batch() override;
 
   const std::shared_ptr<Crowd>& crowd() { return crowd_; }
-  /// To be called once it is held by a shared pointer, with the robots' numbers.
+  /// Creates the arrays of the robots with these ids. Call it once, after the batch is owned by a
+  /// shared_ptr.
   void MakeCrowd(const std::vector<uint32_t>& robots);
 
-  /// Makes so many steps of these worlds. Those that have failed or ended stay where they are.
+  /// Makes `steps` steps of these worlds; worlds that have failed or ended make none.
   void Step(const Indices& which, uint64_t steps);
-  /// A live array whose rows are written down after some steps.
+  /// A live array that Rollout() records.
   struct Record {
-    const char* live;  ///< bytes_per_world bytes of each world, one after the other
-    char* to;          ///< the same for each moment, one after the other
+    const char* live;  ///< the array: bytes_per_world bytes per world, contiguous
+    char* to;          ///< the record: a copy of the array per moment, contiguous
     size_t bytes_per_world;
   };
-  /// For each of `moments` moments: takes that moment's commands, makes some steps, writes down.
+  /// For each of `moments` moments: applies that moment's commands, makes `steps` steps, and copies
+  /// the live arrays. `commands`: [moment][world][robot][3], or null to keep the current ones.
   void Rollout(const double* commands, size_t moments, uint64_t steps,
                const std::vector<Record>& records);
-  /// Begins anew, each with its seed.
+  /// Resets these worlds, each with its own seed; seeds.size() == which.size().
   void Reset(const Indices& which, const std::vector<uint64_t>& seeds);
   void Restore(const Indices& which, const Snapshot& from);
   Snapshot Take(uint32_t index);
   std::vector<uint64_t> StateHashes();
   std::shared_ptr<Simulation> Fork(uint32_t index);
   void Teleport(const double* poses, const bool* which);
-  /// Calls f(world) with the GIL.
+  /// Calls f(world) with the GIL held.
   template <typename F>
   auto With(uint32_t index, F f) {
     const Use use(this);
@@ -65,14 +67,13 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
 
   size_t size() const { return worlds_.size(); }
   unsigned threads() const { return pool_.threads(); }
-  /// That each world was loaded with last.
+  /// The seed of each world's last load or reset.
   std::vector<uint64_t> Seeds();
-  /// The worlds that have failed, by number, and why.
+  /// The reason for each failed world, by index.
   std::map<uint32_t, std::string> Failures();
-  /// These worlds make no more steps until they are reset or restored.
+  /// Marks worlds as failed: they make no steps until they are reset or restored.
   void SetFailures(const std::map<uint32_t, std::string>& failures);
-  /// Metrics by name, in the order in which they are met: a value for each world, not a number
-  /// where it has none.
+  /// Metrics in order of first appearance: a name and one value per world; NaN: no value.
   using Metrics = std::vector<std::pair<std::string, std::vector<double>>>;
   Metrics MetricsOfAll();
 
@@ -81,7 +82,7 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   Model* Find(size_t index, const ModelKey& key) const override;
 
  private:
-  struct Origin;  // what worlds are made from
+  struct Origin;  // the image, options and device that worlds are created from
   Batch(Origin origin, const std::vector<uint64_t>& seeds, unsigned threads);
   static Origin OriginOf(Simulation* prototype);
   static Origin OriginOf(Batch* other);
@@ -90,11 +91,11 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void FindBeginning(const Indices& which);
   bool StepWorld(size_t index, uint64_t steps);
   void Fail(size_t index, const std::string& why);
-  /// Calls f(index, thread) for these worlds on all threads; what one throws is its failure.
+  /// Calls f(index, thread) for these worlds on all threads; an exception fails its world.
   template <typename F>
   void ForEach(const Indices& which, F f);
-  /// Goes through rounds of work(index, first, count) for these worlds until `count` things are
-  /// done, each of so many steps. It returns whether the world has made them all.
+  /// Calls work(index, first, count) for all these worlds in rounds, until each has done `count`
+  /// units of `steps` steps. work() returns false if its world did not make all of its steps.
   template <typename F>
   void InRounds(const Indices& which, uint64_t count, uint64_t steps, F work);
   void NoteStepSeconds(double seconds, uint64_t steps);
@@ -103,20 +104,19 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
 
   const std::shared_ptr<const WorldImage> image_;
   const RunOptions options_;
-  const std::shared_ptr<const World> device_;        // never loaded: it lends worlds its device
-  std::shared_ptr<const WorldBeginning> beginning_;  // of all worlds; null: they have to be loaded
+  const std::shared_ptr<const World> device_;        // never loaded; shares its OpenCL device
+  std::shared_ptr<const WorldBeginning> beginning_;  // for resets; null: worlds are loaded again
   bool looked_for_beginning_ = false;
   std::vector<WorldHandle> worlds_;
   std::vector<uint64_t> seeds_;
   std::vector<std::string> failures_;
   threads::WorkerPool pool_;
-  struct alignas(64) Tally {  // a cache line of its own, as its thread writes to it
+  struct alignas(64) Tally {  // aligned to a cache line to avoid false sharing
     size_t going = 0;
   };
-  std::vector<Tally> tallies_;  // of each thread: worlds that have made all steps asked for
+  std::vector<Tally> tallies_;  // per thread: number of worlds that made all steps of the round
   std::shared_ptr<Crowd> crowd_;
-  double step_seconds_ =
-      0;  // that a step of a world has taken lately, all threads together; 0: unknown
+  double step_seconds_ = 0;  // recent wall time per step and world, with all threads; 0: unknown
 };
 
 }  // namespace Stg::python

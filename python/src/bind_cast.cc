@@ -22,8 +22,8 @@ namespace {
 using Poses = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Ranges = nb::ndarray<double, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
 
-/// So many of each in one call of RayCaster::Cast(): what they take there fits the caches of a
-/// processor, but for the ranges, and a device has enough to do.
+/// Limits of one call of RayCaster::Cast(). Apart from the ranges, its data then fits a processor's
+/// caches; a device gets larger calls to keep it busy.
 constexpr size_t kMostPoses = 1 << 15, kMostRays = 1 << 20, kMostRaysOnDevice = 1 << 23;
 
 void CastAll(World* world, const CastOptions& options, const Poses& poses,

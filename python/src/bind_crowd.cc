@@ -42,7 +42,7 @@ std::shared_ptr<Batch> Make(Simulation& prototype, const std::vector<uint64_t>& 
   });
 }
 
-/// Worlds of the same file, with arrays of the same robots.
+/// A new batch of worlds of the same file, with arrays of the same robots.
 std::shared_ptr<Batch> MakeAnother(Batch& batch, const std::vector<uint64_t>& seeds) {
   return Logged([&] {
     const auto another = std::make_shared<Batch>(&batch, seeds);
@@ -53,7 +53,7 @@ std::shared_ptr<Batch> MakeAnother(Batch& batch, const std::vector<uint64_t>& se
   });
 }
 
-/// The caller has made sure that all arrays have the right shapes.
+/// Only the sizes of the arrays are checked here; the Python caller guarantees their shapes.
 void Rollout(Batch& batch, size_t moments, uint64_t steps, const std::optional<Commands>& commands,
              const std::vector<Live>& live, const std::vector<Written>& to) {
   std::vector<Batch::Record> records;

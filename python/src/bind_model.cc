@@ -32,7 +32,7 @@ constexpr const char* kInteger = "a whole number";
 constexpr const char* kText = "a text";
 constexpr const char* kTruth = "True or False";
 
-/// Sets a property of that name. `expected`: what values may be.
+/// A setter of the property `name`. `expected` describes the valid values in error messages.
 template <typename Value, typename Set>
 auto Setter(const char* name, const char* expected, Set set) {
   return [=](const ModelHandle& handle, const Given<Value>& given) {
@@ -41,7 +41,7 @@ auto Setter(const char* name, const char* expected, Set set) {
   };
 }
 
-/// The error of what refuses a value with a message.
+/// Calls f() and turns the last error or warning that it logs into a Failure.
 template <typename F>
 void OrComplain(F f) {
   const Complaints complaints(true);

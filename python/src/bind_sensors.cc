@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How sensors are mounted, and what they can see: for those who tell others about them.
+// How sensors are mounted and what they can see, for clients that publish it, such as the ROS node.
 
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
@@ -27,7 +27,7 @@ struct RangeSensor {
   uint32_t samples;
 };
 
-/// What a camera or a blobfinder looks at.
+/// The image size and the view volume of a camera or a blobfinder.
 struct View {
   uint32_t width, height;
   double fov, vertical_fov, near, far, pan, tilt;
@@ -61,7 +61,7 @@ View ViewOf(Model& model) {
           finder.range,      finder.pan,         0};
 }
 
-/// Composed from model to model: turning the whole tree changes no bit of it.
+/// Pose in the frame of the root, composed of local poses: moving the root changes no bit of it.
 Place PoseInTree(const Model& model) {
   Pose pose;
   for (const Model* m = &model; m->Parent(); m = m->Parent()) pose = m->GetPose() + pose;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a worker of a sweep needs of a world, so that its records are those of the program.
+// Functions for the workers of sweeps, whose records must equal those of the program `stage`.
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
@@ -28,7 +28,7 @@ namespace Stg::python {
 
 namespace {
 
-/// Robots: positions that somebody drives.
+/// Statistics of a run. Only position models with subscribers count as robots.
 nb::dict FiguresOf(Simulation& simulation) {
   return simulation.With([](World& world) {
     const RunStatistics run = world.statistics();
@@ -50,7 +50,7 @@ nb::dict FiguresOf(Simulation& simulation) {
   });
 }
 
-/// Throws Failure.
+/// Calls f() and turns a std::runtime_error into a Failure.
 template <typename F>
 void Recording(F f) {
   try {
@@ -70,14 +70,14 @@ recording::Compression CompressionCalled(const std::string& name) {
                                   "', expected none, lz4 or zstd, and one that was built in"};
 }
 
-/// A log of a world.
+/// An MCAP log of a world. It keeps the world's Simulation alive.
 class WorldLog {
  public:
   WorldLog(std::shared_ptr<Simulation> simulation, const recording::LogOptions& options)
       : simulation_(std::move(simulation)), recorder_(options) {}
 
   void Attach(World* world) { recorder_.Attach(world); }
-  /// The world may be gone.
+  /// Closes the log. The world may have been deleted before.
   void Finish() {
     const Source::Use use(simulation_.get());
     recorder_.Finish();
@@ -88,7 +88,7 @@ class WorldLog {
   recording::Recorder recorder_;
 };
 
-/// `every`: simulated seconds; none: whenever something has updated.
+/// Starts a log. `every` is its period in simulated seconds; without it, each update is logged.
 std::shared_ptr<WorldLog> Record(Simulation& simulation, const std::string& file,
                                  std::optional<double> every,
                                  const std::vector<std::string>& robots,
@@ -108,14 +108,14 @@ std::shared_ptr<WorldLog> Record(Simulation& simulation, const std::string& file
   });
 }
 
-/// Where models that had moved were, at all moments of a log: x and y in metres, as doubles.
+/// The positions of moving models at all moments of a log: pairs of x and y in metres, as doubles.
 nb::bytes PlacesInLog(const std::string& file) {
   std::vector<double> places;
   Recording([&] {
     const recording::McapReader log(file);
     recording::Buffer records;
     std::vector<recording::ModelPose> poses;
-    bool first = true;  // the first message has all models, those that never move among them
+    bool first = true;  // the first message is skipped: it also has the models that never move
     for (const recording::McapReader::Chunk& chunk : log.chunks()) {
       log.Read(chunk, &records);
       recording::ForEachRecord(records.view(), [&](recording::Op op, std::string_view record) {

@@ -73,7 +73,7 @@ ModelHandle Create(Simulation& simulation, const std::string& type,
   });
 }
 
-/// Of all models that drive: number, name, type and whether it stands on nothing.
+/// A model that drives: its id, its name, its type, and whether it stands on the ground.
 using Robot = std::tuple<uint32_t, std::string, std::string, bool>;
 std::vector<Robot> RobotsOf(Simulation& simulation) {
   return simulation.With([](World& world) {
@@ -109,7 +109,7 @@ void Teleport(Simulation& simulation, Crowd& crowd, const Poses& poses, const Ma
   });
 }
 
-/// Not a number: there is none.
+/// All metrics by name; NaN stands for a metric without a value.
 std::vector<std::pair<std::string, double>> MetricsOf(Simulation& simulation) {
   return simulation.With([](World& world) {
     std::vector<std::pair<std::string, double>> metrics;
@@ -157,7 +157,7 @@ void BindState(nb::class_<Simulation>& world) {
   const auto of_world = [](auto f) {
     return [f](Simulation& s) { return s.With([&](World& w) { return f(w); }); };
   };
-  const auto held = [](auto f) {  // of a world that may be gone
+  const auto held = [](auto f) {  // for properties that can be read after the world is gone
     return [f](Simulation& s) {
       const Source::Use use(&s);
       return f(s);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The parts that the module is put together from.
+// The functions that add the bindings to the module, one per source file.
 
 #ifndef STAGE_PYTHON_BINDINGS_HH
 #define STAGE_PYTHON_BINDINGS_HH

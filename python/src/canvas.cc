@@ -9,18 +9,18 @@ namespace Stg::python {
 
 namespace {
 
-constexpr int64_t kParts = 64;         // of a pixel
-constexpr double kFarthest = 1 << 22;  // pixels: products of two distances fit an integer
+constexpr int64_t kParts = 64;         // subpixels per pixel
+constexpr double kFarthest = 1 << 22;  // pixels; a product of two distances then fits an int64_t
 
 int64_t DivideDown(int64_t dividend, int64_t divisor) {
   const int64_t quotient = dividend / divisor;
   return quotient - (dividend % divisor != 0 && (dividend < 0) != (divisor < 0) ? 1 : 0);
 }
 
-/// The first pixel whose middle does not lie before that place.
+/// The first pixel whose center is at or after `place` (in subpixels).
 int64_t FirstPixel(int64_t place) { return DivideDown(place + kParts / 2 - 1, kParts); }
 
-/// In parts of a pixel.
+/// Converts pixels to subpixels.
 int64_t Round(double pixels) {
   if (std::isnan(pixels)) return 0;
   return static_cast<int64_t>(
@@ -70,8 +70,8 @@ void Canvas::Blend(int64_t column, int64_t row, const Ink& ink) {
   pixel[2] = mix(pixel[2], ink.blue);
 }
 
-/// Notes where it crosses the middles of rows. An edge has its upper end, but not its lower one, so
-/// that a row crosses an outline an even number of times.
+/// Records where an edge crosses the center lines of rows. The interval of an edge includes its
+/// upper end but not its lower one, so that each row crosses an outline an even number of times.
 void Canvas::AddEdge(Corner from, Corner to) {
   if (from.y > to.y) std::swap(from, to);
   const int64_t first = std::max<int64_t>(0, FirstPixel(from.y));
@@ -111,7 +111,7 @@ void Canvas::DrawLine(const point_t& from, const point_t& to, const Ink& ink) {
     std::swap(b.x, b.y);
   }
   if (a.x > b.x) std::swap(a, b);
-  // Along the axis that it goes along farther, one pixel each.
+  // Draw one pixel per step along the line's major axis.
   const int64_t along = steep ? view_.height : view_.width;
   const int64_t across = steep ? view_.width : view_.height;
   const int64_t first = std::max<int64_t>(0, DivideDown(a.x, kParts));

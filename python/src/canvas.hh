@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Areas and lines, drawn into pixels.
+// A software rasterizer for polygons and lines.
 //
-// The window draws with OpenGL, which the package does without: it would need a driver and the
-// window's libraries, and drivers don't agree on pixels. Here corners are rounded to parts of a
-// pixel, and all that follows is arithmetic of integers, so that a picture has the same bits on
-// every machine.
+// The package does not use OpenGL as the window does: OpenGL would need a driver and the window's
+// libraries, and drivers differ in their pixels. Here corners are rounded to subpixels, and
+// everything after that is integer arithmetic, so that a picture has the same bits on every
+// machine.
 
 #ifndef STAGE_PYTHON_CANVAS_HH
 #define STAGE_PYTHON_CANVAS_HH
@@ -20,16 +20,16 @@
 
 namespace Stg::python {
 
-/// What part of the plane a picture shows.
+/// The rectangle of the plane that a picture shows.
 struct View {
   int width, height;  ///< pixels
-  double x, y;        ///< its middle, metres
+  double x, y;        ///< center of the picture, metres
   double scale;       ///< pixels per metre
 };
 
 class Canvas {
  public:
-  /// A colour: each part 0 to 255.
+  /// An RGBA colour; each component is 0 to 255.
   struct Ink {
     uint8_t red, green, blue, opacity;
 
@@ -37,26 +37,26 @@ class Canvas {
     Ink Darker() const;
   };
 
-  /// Draws into the pixels: red, green and blue of each, the top row first.
+  /// `pixels` is the image to draw into, not owned: RGB, 3 bytes per pixel, the top row first.
   Canvas(const View& view, uint8_t* pixels);
 
   void Clear(const Ink& ink);
-  /// To be called for each outline of an area. Points are in metres; those that are not finite, or
-  /// very far away, are moved to where they don't matter.
+  /// Adds an outline to the polygon that the next Fill() fills. Points are in metres. A NaN becomes
+  /// 0 and a far coordinate is clamped to 2^22 pixels, so that integer products cannot overflow.
   void AddOutline(const std::vector<point_t>& points);
-  /// Fills what lies within an odd number of the outlines, and forgets them.
+  /// Fills the polygon of all outlines by the even-odd rule, then clears the outlines.
   void Fill(const Ink& ink);
-  /// One pixel wide.
+  /// Draws a line of one pixel's width.
   void DrawLine(const point_t& from, const point_t& to, const Ink& ink);
   void DrawOutline(const std::vector<point_t>& points, const Ink& ink);
 
  private:
   struct Corner {
-    int64_t x, y;  // parts of a pixel, from the top left corner of the picture
+    int64_t x, y;  // subpixels, from the top left corner of the picture
   };
   struct Crossing {
     int32_t row;
-    int32_t column;  // the first pixel behind it
+    int32_t column;  // the first pixel to the right of the crossing
     bool operator<(const Crossing& o) const {
       return row != o.row ? row < o.row : column < o.column;
     }

@@ -81,7 +81,7 @@ Crowd::~Crowd() {
   if (const std::shared_ptr<Source> source = source_.lock()) source->LetGo(this);
 }
 
-/// Looks for the robots again if they may be others now. `source` may be null: then they are gone.
+/// The members of a world, looked up again if its models have changed; a null `source` has none.
 const Members& Crowd::Renew(const Source* source, size_t index) {
   Members& members = members_[index];
   World* const world = source ? source->WorldAt(index) : nullptr;
@@ -102,7 +102,7 @@ void Crowd::Gather(const Source& source, size_t world) {
   for (const Named& named : parts_) GatherPart(named.part.get(), world, members);
 }
 
-/// The threads of the world share it: each then reads what it has just written.
+/// Fills a part for one world, on the world's workers, whose caches hold the robots' data.
 void Crowd::GatherPart(Part* part, size_t world, const Members& members) {
   constexpr size_t kTooFew = 200, kGrain = 32;
   part->GetReady(world);
@@ -113,7 +113,7 @@ void Crowd::GatherPart(Part* part, size_t world, const Members& members) {
   });
 }
 
-/// Fills in the part for all worlds, after looking for their robots again.
+/// Fills a part for all worlds, after a lookup of their robots.
 void Crowd::GatherPart(const Source& source, Part* part) {
   for (size_t world = 0; world < worlds(); world++) GatherPart(part, world, Renew(&source, world));
 }
@@ -164,7 +164,7 @@ nb::object Crowd::View(const Array& array, bool writable) {
                                                  nullptr, array.dtype()));
 }
 
-/// The part of that name; makes it if there is none yet.
+/// The part called `name`; creates and fills it if it does not exist.
 template <typename T, typename... Arguments>
 T& Crowd::PartOf(const Source& source, const std::string& name, Arguments... arguments) {
   for (const Named& named : parts_)
@@ -177,7 +177,7 @@ T& Crowd::PartOf(const Source& source, const std::string& name, Arguments... arg
   return made;
 }
 
-/// Holds the worlds meanwhile.
+/// Keeps the source alive and holds a Use of it. Throws Failure if the source is closed.
 class Crowd::Hold {
  public:
   explicit Hold(const Crowd& crowd) : source_(crowd.source_.lock()) {
@@ -231,7 +231,7 @@ nb::object Crowd::CommandArray() {
 
 namespace {
 
-/// The member of that name.
+/// The array called `what`. Throws Failure if there is none.
 template <typename T, size_t n>
 Array& Choose(T* part, const std::string& what,
               const std::pair<const char*, Array T::*> (&all)[n]) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Arrays of what the robots of one or several worlds do and sense. They are filled in once after
-// each step, and only those that somebody has asked for. Memory belongs to the arrays: who still
-// has one may look at it whatever has become of the robots and their world.
+// Arrays of the state and the readings of the robots of one or several worlds. Each array is
+// created on demand and updated once after each step. NumPy views keep its memory alive.
 
 #ifndef STAGE_PYTHON_CROWD_HH
 #define STAGE_PYTHON_CROWD_HH
@@ -24,23 +23,23 @@ class ModelPosition;
 
 namespace Stg::python {
 
-/// The robots of one world, as they are now: null where one is gone.
+/// The robots of one world; null for a robot that is gone.
 struct Members {
   World* world = nullptr;
-  uint64_t family_changes = 0;  ///< that it was looked for at
+  uint64_t family_changes = 0;  ///< the world's counter of topology changes at the last lookup
   std::vector<ModelPosition*> robots;
 };
 
-/// What is filled in together: about bodies, or about the sensors of one kind.
+/// A group of arrays that are filled together, such as all arrays of one sensor.
 class Part {
  public:
   virtual ~Part() = default;
-  /// What it reads of these members is to be found anew.
+  /// Called when the members of a world have changed: looks up the sensors again.
   virtual void Find(size_t /*world*/, const Members&) {}
-  /// Before a world's arrays are filled in; may change the world.
+  /// Called before the arrays of a world are filled, on one thread; it may change the world.
   virtual void GetReady(size_t /*world*/) {}
-  /// Fills in the rows of the robots from `begin` to `end` - 1 of that world. Different ones may be
-  /// filled in by different threads at once.
+  /// Fills the rows of robots [begin, end) of a world. Several threads may call it at the same time
+  /// with disjoint ranges.
   virtual void Fill(size_t world, const Members& members, size_t begin, size_t end) = 0;
 };
 
@@ -54,7 +53,7 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   const std::vector<ModelKey>& robots() const { return robots_; }
   size_t worlds() const { return members_.size(); }
 
-  // Each of these is made, and filled in, when it is wanted first.
+  // Each call creates and fills its array the first time. Shapes and units: see stagesim.Fleet.
 
   nb::object PoseArray();
   nb::object VelocityArray();
@@ -65,35 +64,36 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   nb::object SensedTimeArray();
   nb::object StalledArray();
   nb::object EnergyArray();
-  nb::object CommandArray();  ///< may be written
+  nb::object CommandArray();  ///< writable
   nb::object RangerArray(size_t ranger, const std::string& what);
   nb::object FiducialArray(size_t finder, size_t most, const std::string& what);
   nb::object BlobArray(size_t finder, size_t most, const std::string& what);
   nb::object BumperArray(size_t bumper);
   nb::object CameraArray(size_t camera, const std::string& what);
-  /// One number for each world: its time in seconds, or whether it has ended.
+  /// One element per world: its time in seconds, and whether it has ended.
   nb::object TimeArray();
   nb::object EndedArray();
 
-  /// To be called when a world is another one: it may lie where the former one lay.
+  /// Called when a world has been replaced; the new one may have the same address as the old one.
   void Forget(size_t world) { members_[world].world = nullptr; }
-  // The source calls these itself. They need no GIL; different threads may do so for different
-  // worlds at once.
+  // Only the source calls the functions below. They do not need the GIL, and several threads may
+  // call them at the same time for different worlds.
 
-  /// Brings the arrays of a world up to date.
+  /// Updates the arrays of a world.
   void Gather(const Source& source, size_t world);
-  /// Gives the robots the commands that stand in the array, before a step.
+  /// Applies the commands in the array to the robots; called before each step.
   void Command(const Source& source, size_t world);
-  /// Moves the robots to these poses: x, y, heading for each.
+  /// Moves robots. `poses`: x, y (metres) and heading (radians) per robot. `which`: one flag per
+  /// robot to move, or null for all.
   void Teleport(const Source& source, size_t world, const double* poses, const bool* which);
-  /// Three numbers for each robot.
+  /// Replaces the commands of a world: 3 numbers per robot.
   void SetCommands(size_t world, const double* rows);
-  /// Forgets the commands: all are 0.
+  /// Sets all commands of a world to 0.
   void ClearCommands(size_t world);
 
  private:
   class Hold;
-  /// The array as NumPy has it; the crowd lives as long as that does.
+  /// A NumPy view of the array, which keeps this crowd alive.
   nb::object View(const Array& array, bool writable = false);
   template <typename T>
   nb::object BodyArray(const char* name, size_t width,
@@ -111,7 +111,7 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   const std::weak_ptr<Source> source_;
   const std::vector<ModelKey> robots_;
   const bool single_;
-  std::vector<Members> members_;  // of each world
+  std::vector<Members> members_;  // one entry per world
   std::vector<Named> parts_;
   Array commands_;
 };

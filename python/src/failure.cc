@@ -22,10 +22,10 @@ struct Message {
   LogLevel level;
   std::string line;
 };
-/// What waits to be logged: threads that have no GIL say something too.
+/// Guards the queue of messages. Threads without the GIL cannot log, so they queue messages here.
 std::mutex mutex;
 std::vector<Message>& Waiting() {
-  static std::vector<Message>& waiting = *new std::vector<Message>;  // threads may outlive the rest
+  static std::vector<Message>& waiting = *new std::vector<Message>;  // leaked for late threads
   return waiting;
 }
 std::atomic<bool> any_waiting{false};

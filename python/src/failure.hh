@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What goes wrong becomes an exception of Python's; what libstage says becomes records of the
-// logger "stagesim".
+// Failures become Python exceptions; libstage's messages become records of the logger "stagesim".
 
 #ifndef STAGE_PYTHON_FAILURE_HH
 #define STAGE_PYTHON_FAILURE_HH
@@ -16,29 +15,29 @@ namespace Stg::python {
 
 namespace nb = nanobind;
 
-/// Which exception of stagesim.errors it becomes.
+/// Selects the exception class in stagesim.errors: StageError, WorldError or GoneError.
 enum class Kind { kStage, kWorld, kGone };
 
-/// To be thrown, with the GIL or without it.
+/// The exception that bindings throw. The thrower need not hold the GIL.
 struct Failure {
   Kind kind;
   std::string text;
 };
 
-/// Sends the library's messages here, and makes a Failure an exception.
+/// Installs the log sink and the translation of Failure into Python exceptions.
 void BindFailures(nb::module_& module);
 
-/// While it lives, errors that this thread reports are kept here instead of logged: they go into an
-/// exception. The innermost one gets them.
+/// Collects the errors that this thread logs while the object lives, for use in an exception. If
+/// several are nested, the innermost one gets them.
 class Complaints {
  public:
-  /// `warnings`: these too.
+  /// `warnings`: collect warnings, too.
   explicit Complaints(bool warnings = false);
   ~Complaints();
   Complaints(const Complaints&) = delete;
   Complaints& operator=(const Complaints&) = delete;
 
-  /// The last one says what it was that failed.
+  /// The last line, which names the cause of the failure; `otherwise` if there is none.
   std::string Last(const std::string& otherwise) const {
     return lines.empty() ? otherwise : lines.back();
   }
@@ -49,10 +48,10 @@ class Complaints {
   Complaints* outer_;
 };
 
-/// Logs what was said since. With the GIL.
+/// Passes the messages since the last call to Python's logger. The caller holds the GIL.
 void LogMessages();
 
-/// Calls f, and logs what was said meanwhile, whatever f throws.
+/// Calls f, then logs the messages of that time, even if f throws.
 template <typename F>
 auto Logged(F f) {
   try {
@@ -67,13 +66,13 @@ auto Logged(F f) {
   } catch (...) {
     try {
       LogMessages();
-    } catch (...) {  // what f has thrown matters more
+    } catch (...) {  // the exception of f matters more
     }
     throw;
   }
 }
 
-/// Who has thrown what, in a handler of it.
+/// Names the thrower and describes the exception. Call it in a catch block.
 std::string DescribeThrown();
 
 }  // namespace Stg::python

@@ -16,13 +16,13 @@ namespace nb = nanobind;
 
 namespace {
 
-constexpr double kPatience = 10;  // seconds that the end of the program waits for a step
+constexpr double kPatience = 10;  // seconds that the exit of the program waits for running steps
 constexpr std::chrono::milliseconds kPause(1);
 
 std::atomic<bool> g_ending{false};
 /// The thread that ends the program. Valid once g_ending is true.
 pthread_t g_ender;
-/// Number of GilReleases of all threads that may still ask for the GIL, and of this thread.
+/// Number of live GilReleases in all threads that are not parked, and in this thread.
 std::atomic<int> g_releases{0};
 thread_local int t_releases = 0;
 
@@ -34,10 +34,10 @@ bool MustPark() noexcept { return g_ending && !pthread_equal(g_ender, pthread_se
   for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
-/// Python calls it while all threads still run. Threads that have just asked for the GIL get it,
-/// and park when they release it the next time.
+/// Python calls it at exit, while all threads still run. A thread that is already waiting for the
+/// GIL gets it, and parks at its next GilRelease.
 void EndThreads() {
-  // Threads that are parked never let go of their objects, which is no mistake of the bindings.
+  // Parked threads never release their objects; nanobind must not report these as leaks.
   if (nb::cast<int>(nb::module_::import_("threading").attr("active_count")()) > 1)
     nb::set_leak_warnings(false);
   g_ender = pthread_self();
@@ -48,7 +48,7 @@ void EndThreads() {
   PyEval_RestoreThread(state);
 }
 
-/// The child of a fork has the calling thread alone.
+/// Runs in the child process after fork(), which has only the calling thread.
 void ForgetOtherThreads() { g_releases = t_releases; }
 
 }  // namespace

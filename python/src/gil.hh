@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Python's global interpreter lock (GIL), and threads that still work when the program ends.
+// Python's global interpreter lock (GIL), and threads that still work when the program exits.
 //
-// Python ends a daemon thread that wants the GIL back after the main thread has finished: up to
-// Python 3.13 by unwinding its stack, which aborts the process as soon as it comes to a destructor.
-// So no thread asks for the GIL once the program ends. It is parked instead, as Python 3.14 does by
-// itself, and the main thread waits for threads that are at work to come to that point.
+// Python kills a daemon thread that asks for the GIL after the main thread has finished. Up to
+// Python 3.13 it unwinds the thread's stack, which aborts the process at the first destructor.
+// Therefore no thread asks for the GIL once the program exits: it parks instead, as in Python 3.14,
+// and the main thread waits until the working threads have parked.
 
 #ifndef STAGE_PYTHON_GIL_HH
 #define STAGE_PYTHON_GIL_HH
@@ -14,8 +14,8 @@
 
 namespace Stg::python {
 
-/// Releases the GIL for as long as it lives. At its end the thread is parked for ever if the
-/// program is ending and another thread ends it.
+/// Releases the GIL while the object lives. The destructor parks the thread forever if another
+/// thread is ending the program.
 class GilRelease {
  public:
   GilRelease() noexcept;
@@ -23,15 +23,15 @@ class GilRelease {
   GilRelease(const GilRelease&) = delete;
   GilRelease& operator=(const GilRelease&) = delete;
 
-  /// To be called between the parts of long work, by a thread that has a GilRelease: parks it if
-  /// the program is ending and another thread ends it.
+  /// Parks the calling thread, which must hold a GilRelease, if another thread is ending the
+  /// program. Long loops call it regularly.
   static void ParkIfEnding() noexcept;
 
  private:
   PyThreadState* state_;
 };
 
-/// Has Python call, when it ends, what makes threads park.
+/// Registers the exit handler that makes threads park. Called once, when the module is loaded.
 void ParkThreadsAtExit();
 
 }  // namespace Stg::python

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Arguments that are checked here, so that what is wrong with them is said in the project's words.
+// Arguments that the bindings check themselves, so that errors are worded like all others.
 
 #ifndef STAGE_PYTHON_GIVEN_HH
 #define STAGE_PYTHON_GIVEN_HH
@@ -16,16 +16,16 @@ namespace Stg::python {
 
 namespace nb = nanobind;
 
-/// "found (1, 2) as pose, expected ...": a TypeError.
+/// Throws a TypeError such as "found (1, 2) as pose, expected ...".
 [[noreturn]] void RefuseArgument(nb::handle value, const char* name, const char* expected);
 
-/// An argument that is to be a T. Python's tools see the type T; anything is accepted at first.
+/// An argument of type T. Its type hint is T, but any object is accepted until Value() is called.
 template <typename T>
 struct Given {
   nb::object object;
 
-  /// The value. TypeError if it is something else: `name` is that of the argument, `expected` says
-  /// what it may be.
+  /// Converts the object. Throws TypeError if it is no T; `name` is the argument's name, and
+  /// `expected` describes valid values.
   T Value(const char* name, const char* expected) const {
     T value{};
     if (!nb::try_cast(object, value)) RefuseArgument(object, name, expected);
@@ -50,7 +50,7 @@ struct type_caster<Stg::python::Given<T>> {
   }
 };
 
-/// Python's None is accepted at first, like everything else.
+/// Lets nanobind pass None through, too.
 template <typename T>
 struct has_arg_defaults<Stg::python::Given<T>> : std::true_type {};
 

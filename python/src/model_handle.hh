@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A model, as Python has it: by its number, so that it may be deleted at any time.
+// The Python class Model. It refers to a model by id, so that the model may be deleted at any time.
 
 #ifndef STAGE_PYTHON_MODEL_HANDLE_HH
 #define STAGE_PYTHON_MODEL_HANDLE_HH
@@ -21,7 +21,7 @@ class ModelHandle {
   auto With(F f) const {
     return simulation_->With([&](World&) { return f(Get()); });
   }
-  /// The same of what may change the world.
+  /// Calls f(model), which may change the world, and then updates the arrays of its crowds.
   template <typename F>
   auto Change(F f) const {
     return simulation_->With([&](World&) {
@@ -52,13 +52,13 @@ class ModelHandle {
   ModelKey key_;
 };
 
-/// A property that is read by get(model).
+/// A getter that returns get(model).
 template <typename Get>
 auto Getter(Get get) {
   return [get](const ModelHandle& handle) { return handle.With(get); };
 }
 
-/// Throws nb::type_error if it is of another type.
+/// Casts the model to T. Throws nb::type_error, naming the type `type`, if it is no T.
 template <typename T>
 T& As(Model& model, const char* type) {
   if (T* const found = dynamic_cast<T*>(&model)) return *found;

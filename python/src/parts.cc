@@ -17,7 +17,7 @@ size_t SamplesOf(const ModelRanger& ranger) {
   return samples;
 }
 
-/// A ranger's readings of one kind, one sensor after the other.
+/// Copies one kind of readings of all sensors of a ranger into `row`, which has `room` elements.
 void Collect(const ModelRanger* ranger, std::vector<double> ModelRanger::Sensor::*readings,
              double* row, size_t room) {
   size_t filled = 0;
@@ -33,7 +33,7 @@ void Collect(const ModelRanger* ranger, std::vector<double> ModelRanger::Sensor:
   std::fill(row + filled, row + room, kUnknown);
 }
 
-/// The frame of a ranger's sensors, seen from the robot that carries it.
+/// The frame of a ranger's sensors, relative to the robot that carries it.
 Pose FrameOf(const ModelRanger& ranger) {
   Pose frame = ranger.GetGeom().pose;
   for (const Model* model = &ranger; model->Parent(); model = model->Parent())
@@ -61,7 +61,7 @@ void RangerPart::FillRow(size_t world, size_t robot, ModelRanger* ranger) {
   if (ranger) FillDirections(world, robot, *ranger);
 }
 
-/// Bearings are there before the sensor has measured anything.
+/// Fills bearings and origins from the geometry, so they are valid before the first measurement.
 void RangerPart::FillDirections(size_t world, size_t robot, const ModelRanger& ranger) const {
   const Pose frame = FrameOf(ranger);
   const SineCosine turn = SinCos(frame.a);
@@ -150,7 +150,7 @@ void CameraPart::Make(Array* array) const {
 void CameraPart::FillRow(size_t world, size_t robot, ModelCamera* camera) {
   const size_t width = camera ? std::min<size_t>(camera->getWidth(), width_) : 0;
   const size_t height = camera ? std::min<size_t>(camera->getHeight(), height_) : 0;
-  const auto from = [&](size_t row) {  // where it begins in the camera's picture
+  const auto from = [&](size_t row) {  // first pixel of a row; the camera's rows are bottom up
     return (static_cast<size_t>(camera->getHeight()) - 1 - row) *
            static_cast<size_t>(camera->getWidth());
   };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The parts of a crowd: what is read of robots and of their sensors.
+// The groups of arrays of a crowd: one for robot bodies, one for worlds, one per type of sensor.
 
 #ifndef STAGE_PYTHON_PARTS_HH
 #define STAGE_PYTHON_PARTS_HH
@@ -18,21 +18,21 @@ namespace Stg::python {
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// Whoever reads a model's data subscribes to it, as a controller does, unless somebody has done
-/// so: then the world goes on as if nobody read them. It may have lost its subscribers meanwhile.
+/// Subscribes to a model unless it has a subscriber, so that it updates and has readings. If it has
+/// one already, reading it does not change the simulation.
 inline void KeepRunning(Model* model) {
   if (!model->HasSubscribers()) model->Subscribe();
 }
 
-/// Some numbers of each robot's body.
+/// An array with a row per robot, filled by a function.
 template <typename T>
 class BodyPart : public Part {
  public:
-  /// `robot` is null if it is gone.
+  /// Writes the row of `robot`, which is null if the robot is gone.
   using FillRow = void (*)(const ModelPosition* robot, T* row);
 
-  /// `width`: how many numbers; 0: one, without an axis of its own. `runs`: the robots have to be
-  /// kept running for them.
+  /// `width`: elements per robot; 0 means one element without an axis. `runs`: the data is valid
+  /// only while the robots update, so keep them subscribed.
   BodyPart(const std::vector<Members>& members, size_t width, FillRow fill, bool runs)
       : fill_(fill), members_(members), runs_(runs) {
     std::vector<size_t> shape{members.size(), members[0].robots.size()};
@@ -52,15 +52,15 @@ class BodyPart : public Part {
 
  private:
   const FillRow fill_;
-  const std::vector<Members>& members_;  // the crowd's
+  const std::vector<Members>& members_;  // owned by the crowd
   const bool runs_;
 };
 
-/// A number of each world.
+/// An array with one element per world.
 template <typename T>
 class WorldPart : public Part {
  public:
-  /// `world` is null if it is gone.
+  /// Writes the element of `world`, which is null if the world is gone.
   using FillNumber = void (*)(World* world, T* number);
 
   WorldPart(const std::vector<Members>& members, FillNumber fill) : fill_(fill) {
@@ -77,8 +77,8 @@ class WorldPart : public Part {
   const FillNumber fill_;
 };
 
-/// The model of that type that is number `n` in the tree, which becomes less by those that come
-/// before; null if there are too few.
+/// The n-th model of type T in a tree, in depth-first order from 0; null if there are too few. Each
+/// model of type T that is passed decrements `*n`.
 template <typename T>
 T* FindInTree(Model* tree, size_t* n) {
   if (T* const found = dynamic_cast<T*>(tree))
@@ -88,7 +88,7 @@ T* FindInTree(Model* tree, size_t* n) {
   return nullptr;
 }
 
-/// A sensor of each robot: that of its type that comes as the `index`th in the robot's tree.
+/// The arrays of one sensor of each robot: the sensor number `index` of type T in the robot's tree.
 template <typename T>
 class SensorPart : public Part {
  public:
@@ -104,7 +104,7 @@ class SensorPart : public Part {
       found[world].push_back(robot ? FindInTree<T>(robot, &n) : nullptr);
     }
   }
-  /// The largest of width(sensor). Throws Failure if there is no sensor at all.
+  /// The maximum of width(sensor). Throws Failure if no robot has such a sensor.
   template <typename F>
   size_t Widest(const char* type, F width) const {
     size_t widest = 0;
@@ -134,17 +134,17 @@ class SensorPart : public Part {
       FillRow(world, i, found[world][i]);
     }
   }
-  /// `sensor` is null if it is gone.
+  /// Writes the row of a robot; `sensor` is null if the robot has none.
   virtual void FillRow(size_t world, size_t robot, T* sensor) = 0;
 
-  std::vector<std::vector<T*>> found;  ///< of each world's robots
-  Array time;                          ///< of the sensors' last updates, seconds
+  std::vector<std::vector<T*>> found;  ///< [world][robot]; null: no such sensor
+  Array time;                          ///< time of the sensor's last update, seconds; NaN: none yet
 
  private:
   const size_t index_;
 };
 
-/// All rays of a ranger, sensor by sensor; NaN where nothing is known.
+/// All samples of a ranger, sensor after sensor; NaN where there is no reading.
 class RangerPart : public SensorPart<ModelRanger> {
  public:
   RangerPart(const std::vector<Members>& members, size_t index);
@@ -156,7 +156,7 @@ class RangerPart : public SensorPart<ModelRanger> {
   void FillDirections(size_t world, size_t robot, const ModelRanger& ranger) const;
 };
 
-/// What a fiducial finder has found, nearest in the order of creation; `count` may be more.
+/// The first `most` fiducials that a finder sees, in the order of creation; `count` may be larger.
 class FiducialPart : public SensorPart<ModelFiducial> {
  public:
   FiducialPart(const std::vector<Members>& members, size_t index, size_t most);
@@ -173,12 +173,12 @@ class BlobPart : public SensorPart<ModelBlobfinder> {
   Array count, color, box, range;
 };
 
-/// Pictures of a camera, the top row first; smaller ones than the largest lie in its top left
-/// corner.
+/// Camera images, the top row first. An image smaller than the largest one is stored in the top
+/// left corner.
 class CameraPart : public SensorPart<ModelCamera> {
  public:
   CameraPart(const std::vector<Members>& members, size_t index);
-  /// One of its arrays.
+  /// Allocates `color` or `depth`.
   void Make(Array* array) const;
   void FillRow(size_t world, size_t robot, ModelCamera* camera) override;
   Array color, depth;

@@ -24,7 +24,7 @@ using Ink = Canvas::Ink;
 constexpr Ink kFloor = {250, 250, 252, 255}, kStalled = {255, 0, 0, 255};
 constexpr uint8_t kScanOpacity = 30;
 
-/// From a frame to the plane.
+/// Transforms points from a frame to the world.
 class Frame {
  public:
   explicit Frame(const Pose& pose) : pose_(pose), turn_(SinCos(pose.a)) {}
@@ -46,21 +46,22 @@ class Frame {
 
 Pose BodyFrame(const Model& model) { return model.GetGlobalPose() + model.GetGeom().pose; }
 
-/// Robots, with all that they carry, are neither hidden by what stands nor tinted by scans.
+/// Drawing layers. Robots and what they carry come last, so that scenery and scans don't cover
+/// them.
 enum class Layer { kScenery, kRobots };
 
 Layer LayerOf(const Model& model) {
   return dynamic_cast<const ModelPosition*>(model.Root()) ? Layer::kRobots : Layer::kScenery;
 }
 
-/// Blocks of one model and one height, the mark of a robot (its nose or its dot), or the scan of a
-/// sensor.
+/// One thing to draw: the blocks of one model that share a height range, the mark of a robot (its
+/// nose or a dot), or the scan of a sensor.
 struct Item {
   Layer layer;
-  double z;  // its top
+  double z;  // height of its top, metres
   const Model* model;
   const ModelRanger::Sensor* sensor;  // null: a body, or a mark
-  Bounds blocks;                      // their heights; max below min: a mark
+  Bounds blocks;                      // height range of the blocks; max below min: a mark
 };
 
 bool IsRobot(const Model& model) { return dynamic_cast<const ModelPosition*>(&model) != nullptr; }
@@ -97,7 +98,7 @@ void AddScans(const ModelRanger& ranger, std::vector<Item>* items) {
       items->push_back({Layer::kScenery, z + sensor.pose.z, &ranger, &sensor, Bounds(0, 0)});
 }
 
-/// In the order of drawing: of a layer, the lowest first.
+/// All items in drawing order: by layer, then from low to high.
 std::vector<Item> ItemsOf(World& world, bool data) {
   std::vector<Item> items;
   for (const Model* model : world.host().models) {
@@ -141,7 +142,7 @@ class Drawing {
     return 2 * model.body().radius() * view_.scale < pixels;
   }
 
-  /// Outlines in outlines are holes.
+  /// Draws blocks as one polygon: an outline inside another one is a hole.
   void DrawBlocks(const Model& model, const Bounds& heights) {
     const Ink ink = Ink::Of(model.GetShownColor());
     if (ink.opacity == 0) return;
@@ -156,7 +157,7 @@ class Drawing {
     for (const auto& outline : outlines) canvas_.DrawOutline(outline, edge);
   }
 
-  /// The nose of a robot, or the dot that it is drawn as.
+  /// Draws the nose of a robot, or a dot if the whole robot is too small in this picture.
   void DrawMark(const Model& model) {
     const Color color = model.GetShownColor();
     if (Ink::Of(color).opacity == 0) return;
@@ -180,7 +181,7 @@ class Drawing {
   void DrawScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor) {
     const Pose base = ranger.SensorFrame(ranger.GetGlobalPose());
     const Pose origin = ModelRanger::OriginOf(sensor, base, SinCos(base.a));
-    // Endless rays, too, end beyond the picture.
+    // Clamp infinite ranges to a length that still ends outside of the picture.
     const double longest = 2 * (view_.width + view_.height) / view_.scale +
                            std::max(std::fabs(origin.x - view_.x), std::fabs(origin.y - view_.y));
     const double reach = std::min(sensor.Reach(), longest);
@@ -191,7 +192,7 @@ class Drawing {
     canvas_.Fill(ink);
   }
 
-  /// What its rays have swept; of a single one, as wide as its transducer looks.
+  /// The area that the rays have swept; for a single ray, the cone of its field of view.
   static std::vector<point_t> ScanOutline(const ModelRanger::Sensor& sensor, const Frame& frame,
                                           double reach) {
     std::vector<point_t> outline = {frame.Place(0, 0)};
@@ -222,7 +223,7 @@ void DrawWorld(World& world, const View& view, bool data, uint8_t* pixels) {
 }
 
 View FittedView(World& world, int width, int height) {
-  constexpr double kMargin = 1.04, kLeast = 0.1;  // the latter: metres
+  constexpr double kMargin = 1.04, kLeast = 0.1;  // a factor; metres
   Bounds x(HUGE_VAL, -HUGE_VAL), y = x;
   for (const Model* model : world.host().models) {
     const Frame frame(BodyFrame(*model));

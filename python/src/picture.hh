@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A world seen from above.
+// Pictures of a world from above.
 
 #ifndef STAGE_PYTHON_PICTURE_HH
 #define STAGE_PYTHON_PICTURE_HH
@@ -15,11 +15,11 @@ class World;
 
 namespace Stg::python {
 
-/// Draws it into the pixels, see Canvas: bodies, the higher above the lower, with the headings of
-/// what drives, and, if asked for, the areas that the rays of rangers have swept.
+/// Draws the world into `pixels` (layout: see Canvas). Higher bodies cover lower ones, and robots
+/// show their headings. `data` adds the areas that the rays of rangers have swept.
 void DrawWorld(World& world, const View& view, bool data, uint8_t* pixels);
 
-/// The view of that size that all bodies just fit into.
+/// The view of `width` x `height` pixels that just contains all bodies.
 View FittedView(World& world, int width, int height);
 
 }  // namespace Stg::python

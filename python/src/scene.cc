@@ -41,12 +41,12 @@ bool IsRobot(const Model& model) { return dynamic_cast<const ModelPosition*>(&mo
 
 bool IsThing(const Model& model) { return !model.Parent() || IsRobot(model); }
 
-/// Blocks of one model and one height.
+/// The blocks of one model that share a height range.
 struct Area {
   const Model* model;
-  Pose frame;  // of the model's body, seen from the thing
+  Pose frame;  // frame of the model's body, relative to the thing
   Bounds z;
-  Bounds blocks;  // their heights
+  Bounds blocks;  // height range of the blocks in the body's frame
 };
 
 void AddAreas(const Model& model, const Pose& pose, double ground, std::vector<Area>* areas) {
@@ -82,7 +82,7 @@ void AddOutlines(const Area& area, Words* words) {
   }
 }
 
-/// The nose, on top of all the rest.
+/// Adds the robot's nose as a thin area on top of everything else.
 void AddNose(const Model& model, double top, Words* words) {
   constexpr double kThickness = 0.005;  // metres
   const Canvas::Ink ink = Canvas::Ink::Of(NoseColor(model.GetShownColor()));
@@ -145,7 +145,7 @@ uint64_t KeyOf(const Model& model) {
   return key;
 }
 
-/// Returns false where there is no room for it.
+/// Returns false if the scan has more than `*room` samples.
 bool AddScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor, uint32_t thing,
              size_t* room, Words* words) {
   const size_t count = sensor.ranges.size();

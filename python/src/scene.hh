@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a viewer in another process has to know of a world: the things in it with their shapes,
-// which seldom change, where they are, and what their rangers read.
+// The data that a viewer in another process needs: things with their shapes, which seldom change,
+// their poses, and the scans of their rangers.
 
 #ifndef STAGE_PYTHON_SCENE_HH
 #define STAGE_PYTHON_SCENE_HH
@@ -18,36 +18,36 @@ class World;
 
 namespace Stg::python {
 
-/// What moves as a whole: a robot, or a model on the ground, with all that it carries except for
-/// robots.
+/// A rigid group of models: a robot, or a model on the ground, with everything that it carries
+/// except for robots.
 struct Thing {
   uint32_t id = 0;
   std::string name, type;
   bool robot = false;
-  bool movable = false;  ///< by the mouse
-  float ground = 0;      ///< metres: what it stands on, when it is described
-  float top = 0;         ///< metres above the ground, then
-  /// Words of 32 bits, in the frame of the thing. For each area, the lowest first: red, green, blue
-  /// and opacity as bytes; the lowest and the highest z, floats; how many outlines it has. For each
-  /// of these: how many corners; x and y of each, floats. An outline within another one is a hole.
-  /// The last area of a robot is its nose, if it has one: see models/robot_marks.hh.
+  bool movable = false;  ///< the mouse may move it
+  float ground = 0;      ///< z of its base when described, metres
+  float top = 0;         ///< z of its top when described, metres
+  /// The areas from low to high, in the frame of the thing, as 32-bit words. Each area: red, green,
+  /// blue and opacity (bytes); min and max z (floats); number of outlines. Each outline: number of
+  /// corners, then x and y of each (floats). An outline within another one is a hole. If a robot
+  /// has a nose (models/robot_marks.hh), it is the last area.
   std::string shape;
 };
 
-/// All of them: the scenery first, of which the lowest comes first.
+/// All things of the world: first the scenery from low to high, then the robots.
 std::vector<Thing> ThingsOf(World& world);
 
-/// Another number once ThingsOf() would tell something else.
+/// A hash of everything that ThingsOf() reports; it changes whenever the result would change.
 uint64_t SceneKey(World& world);
 
-/// x, y and heading of each model, in the frame of the world, and whether it is blocked. Those that
-/// are gone get NaN.
+/// Writes x, y (metres) and heading (radians) of each model in the world frame, and whether it is
+/// stalled. A deleted model gets NaN and false.
 void PlacesOf(World& world, const uint32_t* ids, size_t count, float* places, bool* stalled);
 
-/// What the rangers on things read, those that have measured anything: words of 32 bits, for each
-/// sensor. The number of its thing; how many samples; floats: x, y and heading of its origin in the
-/// frame of the world, field of view, maximum range, and of each sample the range, then of each the
-/// bearing. Ends before a sensor with which there would be more than `most` samples.
+/// The readings of all ranger sensors on these things that have measured anything, as 32-bit words.
+/// For each sensor: the id of its thing; the number of samples; then floats: x, y and heading of
+/// its origin in the world frame, field of view, maximum range, all ranges, all bearings. Stops
+/// before the sensor that would raise the total number of samples above `most`.
 std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t most);
 
 }  // namespace Stg::python

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Ctrl-C during long work.
+// Handles Ctrl-C during long calls.
 
 #ifndef STAGE_PYTHON_SIGNALS_HH
 #define STAGE_PYTHON_SIGNALS_HH
@@ -12,11 +12,11 @@
 
 namespace Stg::python {
 
-/// Lets Python handle its signals now and then while a thread works without the GIL.
+/// Runs Python's signal handlers every 20 ms while a thread works without the GIL.
 class SignalChecks {
  public:
-  /// To be called often. Throws what a handler has raised, such as KeyboardInterrupt. Parks the
-  /// thread if the program is ending.
+  /// Call it often; it is cheap. Throws the exception that a handler raises, such as
+  /// KeyboardInterrupt. Parks the thread if the program is exiting.
   void Look() {
     GilRelease::ParkIfEnding();
     const double now = threads::WallClock();

@@ -69,7 +69,7 @@ void Simulation::Load(const std::function<bool(World&)>& load, const std::string
   Settle();
 }
 
-/// Python decides how long a world runs.
+/// Finishes loading. Moves the quit time out of the world: Python decides how long it runs.
 void Simulation::Settle() {
   World& own = world();
   quit_time_ = own.GetQuitTime();
@@ -77,7 +77,7 @@ void Simulation::Settle() {
   loaded_models_ = own.host().next_model_id;
 }
 
-/// Deletes the world. A world that is closed already stays so.
+/// Deletes the world. Closing a closed world has no effect.
 void Simulation::Close() {
   const Use use(this);
   World* const world = WorldAt(0);
@@ -87,7 +87,7 @@ void Simulation::Close() {
   delete world;
 }
 
-/// False if it has asked to quit, or is gone.
+/// Makes a step. Returns false if the world asks to quit or has been deleted.
 bool Simulation::StepOnce() {
   World* const world = WorldAt(0);
   if (!world) return false;
@@ -118,7 +118,7 @@ uint64_t Simulation::Step(uint64_t steps) {
     }
     refresh_at_end();
   }
-  world();  // a controller may have deleted it
+  world();  // throws if a controller has deleted the world
   return made;
 }
 
@@ -177,7 +177,7 @@ std::shared_ptr<Simulation> Simulation::CopyOf(const World& world) {
   const GilRelease no_gil;
   const Complaints complaints;
   RunOptions options = world.options();
-  options.opencl = false;  // it shares the device
+  options.opencl = false;  // the copy shares the original's device
   const auto copy = std::make_shared<Simulation>(options);
   World& own = copy->world();
   own.UseDeviceOf(world);
@@ -204,7 +204,7 @@ void Simulation::Follow(const std::shared_ptr<Crowd>& crowd) {
 
 void Simulation::LetGo(Crowd* crowd) noexcept try {
   With([this, crowd](World&) { crowd->Command(*this, 0); });
-} catch (...) {  // the world is closed, or in use by another thread
+} catch (...) {  // if the world is closed or in use, the commands are dropped
 }
 
 void Simulation::Command() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A world, as Python has it.
+// The world behind stagesim.World.
 
 #ifndef STAGE_PYTHON_SIMULATION_HH
 #define STAGE_PYTHON_SIMULATION_HH
@@ -20,43 +20,44 @@ namespace Stg::python {
 
 class Crowd;
 
-/// All of its functions throw Failure. Those that may take long release the GIL; one at a time.
+/// All functions throw Failure on errors, also if another thread is using the world. Long calls
+/// release the GIL.
 class Simulation : public Source, public std::enable_shared_from_this<Simulation> {
  public:
-  /// Not listed: it shares nothing with other worlds.
+  /// Creates a world that is not in the global list of worlds, so that it is independent of others.
   explicit Simulation(const RunOptions& options);
   ~Simulation() override;
 
   void LoadFile(const std::string& path);
-  /// As if it were in the file of that path.
+  /// Loads a world from `text`, as if it were the contents of the file `path`.
   void LoadText(const std::string& text, const std::string& path);
   void Close();
 
-  /// Returns how many steps were made: fewer if a controller wants the world to quit.
+  /// Returns the number of steps made; it is less than `steps` if a controller asks to quit.
   uint64_t Step(uint64_t steps);
   void Reset(uint64_t seed);
   Snapshot Take(bool lean);
   void Restore(const Snapshot& from);
-  /// Another world in the same state.
+  /// A new world in the same state.
   std::shared_ptr<Simulation> Fork();
   static std::shared_ptr<Simulation> CopyOf(const World& world);
   uint64_t StateHash();
 
-  /// From now on the crowd's arrays follow this world.
+  /// Registers a crowd, whose arrays are then updated with this world.
   void Follow(const std::shared_ptr<Crowd>& crowd);
-  /// Brings them up to date: after whatever may have changed the world.
+  /// Updates the arrays of all crowds. Call it after every change of the world.
   void Refresh();
 
-  /// Throws if it is gone.
+  /// The world. Throws Failure if it has been closed or deleted.
   World& world() const;
-  /// Calls f(world), which may change it, with the GIL.
+  /// Calls f(world), which may change the world, with the GIL held.
   template <typename F>
   auto With(F f) {
     const Use use(this);
     return f(world());
   }
   ModelKey KeyOf(const Model& model) const { return {model.GetId(), resets_}; }
-  /// That the world file gives; 0: none. Steps go on past it.
+  /// The quit time in the world file; 0: none. Step() ignores it.
   usec_t quit_time() const { return quit_time_; }
 
   bool is_open() const override { return WorldAt(0) != nullptr; }
@@ -74,8 +75,7 @@ class Simulation : public Source, public std::enable_shared_from_this<Simulation
 
   WorldHandle world_;  // null: closed, or deleted by a controller
   bool closed_ = false;
-  std::shared_ptr<const WorldBeginning>
-      beginning_;  // what Reset() goes back to, if that is possible
+  std::shared_ptr<const WorldBeginning> beginning_;  // initial state for Reset(); null: load again
   bool looked_for_beginning_ = false;
   uint32_t loaded_models_ = 0;
   uint32_t resets_ = 0;

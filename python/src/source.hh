@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Where models come from: the world of a Simulation, or the worlds of a Batch.
+// The interface to the worlds that models live in: the one of a Simulation, or those of a Batch.
 
 #ifndef STAGE_PYTHON_SOURCE_HH
 #define STAGE_PYTHON_SOURCE_HH
@@ -14,8 +14,8 @@
 
 namespace Stg::python {
 
-/// Which model: that of this number, unless it was made after loading and the world has been reset
-/// since, for then another one may have got its number.
+/// Identifies a model across resets. Models of the world file keep their ids. The id of a model
+/// created later is valid only until the next reset, after which another model may get it.
 struct ModelKey {
   uint32_t id;
   uint32_t resets;
@@ -27,21 +27,20 @@ class Source {
  public:
   virtual ~Source() = default;
 
-  // To be called while a Use is held, or by whoever makes or destroys the source.
+  // The caller holds a Use, or is constructing or destroying the source.
 
-  /// There still are worlds.
+  /// False if the world has been closed or deleted.
   virtual bool is_open() const = 0;
-  /// Null if it is gone. Asks nothing that worlds share: it is called many times a step.
+  /// Null if the world is gone. It takes no lock, because it is called many times per step.
   virtual World* WorldAt(size_t index) const = 0;
-  /// Null if it is gone.
+  /// Null if the model is gone.
   virtual Model* Find(size_t index, const ModelKey& key) const = 0;
 
-  /// The crowd is about to be gone: its commands are given now.
+  /// Called by the destructor of a crowd: applies its pending commands.
   virtual void LetGo(Crowd*) noexcept {}
 
-  /// Held by every binding that reads or changes the worlds, or what is known of them. It throws if
-  /// another thread of Python holds one: long calls release the GIL, so two threads may try at
-  /// once.
+  /// Exclusive access to the source; every binding that reads or changes the worlds holds one. The
+  /// constructor throws if one is held, which is possible because long calls release the GIL.
   class Use {
    public:
     explicit Use(Source* source) : source_(*source) {

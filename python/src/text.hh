@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Texts between C++ and Python, in place of <nanobind/stl/string.h>.
+// Converts strings between C++ and Python; replaces <nanobind/stl/string.h>.
 //
-// Names in world files may be any bytes. Those that are not UTF-8 come into Python as lone
-// surrogates, and go back as the bytes that they were: that is what Python does with names of files
-// (PEP 383, the error handler "surrogateescape").
+// Names in world files may contain any bytes. Bytes that are not UTF-8 become lone surrogates in
+// Python and are converted back to the same bytes, as Python does with file names (PEP 383, the
+// error handler "surrogateescape").
 
 #ifndef STAGE_PYTHON_TEXT_HH
 #define STAGE_PYTHON_TEXT_HH
