@@ -1,22 +1,21 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
- * The prefilter's kernels, in OpenCL C 1.1. ray_walk.h and records.h stand before this text when it
- * is compiled.
+ * The prefilter's kernels, in OpenCL C 1.1. They are compiled after ray_walk.h and records.h.
  */
 
-/* The only body in the tile in which the ray has hit, or 0: see DeviceLayers in
+/* The only body in the tile of the hit, or 0: see DeviceLayers in
  * libstage/sensing/device_layers.hh. */
 uint only_body(__global const ulong* words, const ray_t* ray) {
   const uint slot = ray->region * 64 + ray->tile;
   return (uint)(words[slot / 2] >> (slot % 2 * 32));
 }
 
-/* Walks the rays of some groups of fans, one work-item for a ray.
+/* Walks the rays of some groups of fans, one work-item per ray.
  *
- * words: the bodies in tiles and the region maps, then the tile maps and the tiles of all layers.
- * groups, fans: only those from first_group to end_group - 1, and the fans that these name.
- * self-masks: those of the fans, from first_mask on.
- * hits: for each ray of the batch its body and per_ray words of its list, see HitLists in
+ * words: bodies in tiles and region maps, then tile maps and tiles of each layer.
+ * groups, fans: groups first_group to end_group - 1, and the fans that they refer to.
+ * masks: words of the self-masks, which start at first_mask.
+ * hits: per ray of the batch, its body and per_ray words of its hit list: see HitLists in
  * libstage/sensing/prefilter.hh. */
 __kernel void walk_fans(__global const ray_super_t* directory, const uint directory_mask,
                         __global const uint* regions, __global const ulong* words, const int4 box,
@@ -71,8 +70,8 @@ __kernel void walk_fans(__global const ray_super_t* directory, const uint direct
   }
 }
 
-/* Brings changed words up to date. `changes` and `places` are the same memory: `count` values, and
- * behind them their places in words. */
+/* Updates changed words. `changes` and `places` are the same memory: `count` values, then their
+ * indices in `words`. */
 __kernel void update_words(__global ulong* words, __global const ulong* changes,
                            __global const uint* places, const uint count) {
   const uint i = (uint)get_global_id(0);

@@ -1,30 +1,29 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
- * The walk of a ray through the occupancy grid. This is what defines it; the host's walk of several
- * rays side by side (libstage/sensing/wide_walk_lanes.hh) and that of pictures
+ * The walk of a ray through the occupancy grid. This file is the reference: the host's walk of
+ * several rays in lanes (libstage/sensing/wide_walk_lanes.hh) and the recorded walk
  * (libstage/sensing/walk_record.hh) are tested against it.
  *
- * The file is C++ for libstage and OpenCL C 1.1 for the devices, so that host and device cannot
- * differ. Every decision is an integer comparison of exact 64-bit products; a float may guess where
- * a leap lands, an integer test corrects it.
+ * The file is C++ for libstage and OpenCL C 1.1 for devices, so that both run the same code. Every
+ * decision compares exact 64-bit integer products. Floating point only guesses where a leap lands;
+ * an integer test corrects the guess.
  *
  * Units. A cell is a pair of 32-bit integers. Lengths along a ray are in 16.16 fixed point cells
  * ("Q16"). A ray has a displacement (dx, dy) of at most RAY_LEG_CELLS cells; longer rays are walked
  * by the host as several legs of the same displacement, which join without rounding.
  *
- * Position along a ray. After crossing u cell borders in x and v in y the ray is in the cell
- * (x0 + sx*u, y0 + sy*v). The next border in x lies at the offset ((u + 1) << 16) - ox from the
- * start, ox being how far the start is inside its cell in the direction of travel. The pair (u, v)
- * is the whole state: from it a walk can be resumed anywhere, on another processor too.
+ * Position along a ray. After crossing u cell borders in x and v in y the ray is in the cell (x0 +
+ * sx*u, y0 + sy*v). The next border in x lies at the offset ((u + 1) << 16) - ox from the start,
+ * where ox is the offset of the start in its cell in the direction of travel. The pair (u, v) is
+ * the whole state: a walk can be resumed from it anywhere, even on another processor.
  *
- * Rules. The border in x is crossed next if bx * |dy| < by * |dx|; at a tie (a corner) y goes
- * first. A border that the ray reaches exactly at its end is crossed. The start cell is part of the
- * ray.
+ * Rules. The border in x is crossed next if bx * |dy| < by * |dx|. At a tie (a corner) y goes
+ * first. A border exactly at the end of the ray is crossed. The start cell is part of the ray.
  */
 #ifndef STAGE_KERNELS_RAY_WALK_H
 #define STAGE_KERNELS_RAY_WALK_H
 
-/* Devices define the first; a compiler that makes code for none in particular only the second. */
+/* Compilers for devices define the first; generic offline compilers define only the second. */
 #if defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
 #define RAY_IN_OPENCL
 #ifdef cles_khr_int64 /* in the embedded profile 64-bit integers are an extension */
@@ -35,7 +34,7 @@ typedef ulong ray_ulong;
 typedef uint ray_uint;
 #define RAY_GLOBAL __global
 #define RAY_FUNCTION
-/* So that a device may fetch a record in few pieces, none of them across a cache line. */
+/* Aligned, so that a device reads a record in few accesses, none across a cache line. */
 #define RAY_ALIGNED(bytes) __attribute__((aligned(bytes)))
 #else
 #include <cstdint>
@@ -63,45 +62,45 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint padding;
 } ray_super_t;
 
-/* What is occupied. Region 0 and superregion 0 do not exist: "nothing here". */
+/* Occupied cells as nested bit maps. Region 0 and superregion 0 stand for "does not exist". */
 typedef struct {
   RAY_GLOBAL const ray_super_t* directory;
-  RAY_GLOBAL const ray_uint* regions; /* 256 for each superregion, row by row */
-  /* Four words for each superregion, one for each block: its regions in which there is something.
-   * One for all layers: a layer may have nothing there. */
+  RAY_GLOBAL const ray_uint* regions; /* 256 per superregion, row by row */
+  /* Four words per superregion, one per block: mask of its regions that are not empty. Shared by
+   * all layers, so a marked region may be empty in this layer. */
   RAY_GLOBAL const ray_ulong* region_maps;
-  RAY_GLOBAL const ray_ulong* tile_maps; /* one word for each region: its occupied tiles */
-  RAY_GLOBAL const ray_ulong* tiles;     /* 64 words for each region, row by row */
+  RAY_GLOBAL const ray_ulong* tile_maps; /* one word per region: mask of its occupied tiles */
+  RAY_GLOBAL const ray_ulong* tiles;     /* 64 words per region, row by row */
   ray_uint directory_mask;               /* slots - 1; the number of slots is a power of two */
   int min_x, min_y, max_x, max_y;        /* cells outside this box are all empty */
 } ray_grid_t;
 
-/* Cells that the ray passes unseen, since they hold nothing but the body that carries the sensor:
- * a self-mask of tiles. An empty self-mask has a width of 0. */
+/* Self-mask, in tiles: cells that hold nothing but the body that carries the sensor. Its rays pass
+ * them. An empty self-mask has a width of 0. */
 typedef struct {
   RAY_GLOBAL const ray_ulong* tiles; /* row by row */
-  int x, y;                          /* tile coordinates of its first tile */
+  int x, y;                          /* tile coordinates of the first tile */
   ray_uint width, height;            /* in tiles */
 } ray_mask_t;
 
 typedef struct {
   int x0, y0;           /* start cell */
   int sx, sy;           /* direction of travel, 1 or -1 */
-  int ox, oy;           /* 0..65536: start inside its cell, in the direction of travel */
+  int ox, oy;           /* 0..65536: offset of the start in its cell, in the direction of travel */
   int adx, ady;         /* |displacement| */
   int limit_x, limit_y; /* last border worth crossing, as an offset */
   float dy_per_dx, dx_per_dy;
   int u, v;           /* borders crossed so far */
-  int reported;       /* the present cell was returned already */
-  ray_uint region;    /* of the cell that ray_next() returned: its region, */
-  ray_uint tile, bit; /* its tile in the region and its bit in the tile */
+  int reported;       /* the current cell was returned already */
+  ray_uint region;    /* region of the cell that ray_next() returned, */
+  ray_uint tile, bit; /* index of its tile in the region, its bit in the tile */
 } ray_t;
 
 RAY_FUNCTION ray_long ray_product(int a, int b) { return (ray_long)a * (ray_long)b; }
 
-/* Where (x, y) lies in its square of 2^shift by 2^shift, row by row. A cell in its tile, which is
- * the bit of it, a tile in its region and a region in its block: 3; a block in its superregion: 1;
- * a region in its superregion: 4. */
+/* Row-major index of (x, y) in its square of 2^shift by 2^shift. The shift is 3 for a cell in its
+ * tile (its bit), a tile in its region or a region in its block; it is 1 for a block and 4 for a
+ * region in its superregion. */
 RAY_FUNCTION int ray_place(int x, int y, int shift) {
   const int mask = (1 << shift) - 1;
   return (x & mask) | ((y & mask) << shift);
@@ -115,7 +114,7 @@ RAY_FUNCTION ray_uint ray_hash(int x, int y) {
   return h ^ (h >> RAY_HASH_SHIFT);
 }
 
-/* Index of the superregion (x, y), or 0. */
+/* Index of the superregion (x, y), or 0 if it does not exist. */
 RAY_FUNCTION ray_uint ray_find_super(const ray_grid_t* grid, int x, int y) {
   ray_uint slot = ray_hash(x, y) & grid->directory_mask;
   for (;;) {
@@ -125,13 +124,13 @@ RAY_FUNCTION ray_uint ray_find_super(const ray_grid_t* grid, int x, int y) {
   }
 }
 
-/* Where the superregion's map of the block (x, y) is among region_maps. */
+/* Index in region_maps of the map of block (x, y), both in blocks, of a superregion. */
 RAY_FUNCTION ray_uint ray_block_map(ray_uint super, int x, int y) {
   return super * 4 + (ray_uint)ray_place(x, y, 1);
 }
 
-/* The part (cosine * c - sine * s) of a rotation, rounded to nearest. (cosine, sine) is a heading
- * times a length in Q16, (c, s) a direction in Q30. */
+/* The x coordinate (cosine * c - sine * s) of a rotation, rounded to nearest. (cosine, sine) is a
+ * heading times a length in Q16, (c, s) a direction in Q30. */
 RAY_FUNCTION int ray_rotate_x(int cosine, int sine, int c, int s) {
   return (int)((ray_product(cosine, c) - ray_product(sine, s) + ((ray_long)1 << 29)) >> 30);
 }
@@ -143,7 +142,7 @@ RAY_FUNCTION int ray_rotate_y(int cosine, int sine, int c, int s) {
  * whichever comes first. */
 RAY_FUNCTION int ray_limit(int displacement, int offset, int start, int direction, int low,
                            int high) {
-  /* Cells left to the far side of the box; 64 bits, as the box may be anywhere. */
+  /* Cells to the far side of the box, in 64 bits because the box may be anywhere. */
   const ray_long cells = direction > 0 ? (ray_long)high - start : (ray_long)start - low;
   if (cells < 0) return RAY_BEHIND;
   if (cells > RAY_LEG_CELLS) return displacement;
@@ -153,7 +152,7 @@ RAY_FUNCTION int ray_limit(int displacement, int offset, int start, int directio
   }
 }
 
-/* Prepares a walk from the fraction (fx, fy), 16 bits each, of the cell (x, y) by (dx, dy). */
+/* Prepares a walk by (dx, dy) from the fraction (fx, fy), in Q16, of the cell (x, y). */
 RAY_FUNCTION void ray_begin(ray_t* ray, const ray_grid_t* grid, int x, int y, int fx, int fy,
                             int dx, int dy) {
   ray->x0 = x;
@@ -176,7 +175,7 @@ RAY_FUNCTION void ray_begin(ray_t* ray, const ray_grid_t* grid, int x, int y, in
   ray->bit = 0;
 }
 
-/* The tile's word without the cells that the self-mask hides. */
+/* The tile's word without cells that the self-mask hides. */
 RAY_FUNCTION ray_ulong ray_visible(const ray_mask_t* mask, ray_ulong word, int x, int y) {
   const ray_uint wx = (ray_uint)((x >> RAY_TILE_SHIFT) - mask->x);
   const ray_uint wy = (ray_uint)((y >> RAY_TILE_SHIFT) - mask->y);
@@ -184,10 +183,10 @@ RAY_FUNCTION ray_ulong ray_visible(const ray_mask_t* mask, ray_ulong word, int x
   return word;
 }
 
-/* Where a leap lands that crosses the border `to` of one axis: how many borders of the other axis
- * lie before that border, and on it if `ties`. `from` of them are known to. `offset` and `across`
- * are the start's offset and |displacement| on the crossed axis, `other_offset` and `along` those
- * on the other; slope = along / across. */
+/* Finds where a leap across the border `to` of one axis lands: the number of borders of the other
+ * axis before that border, or up to it if `ties`. At least `from`. `offset` and `across` are the
+ * start's offset and |displacement| on the crossed axis, `other_offset` and `along` those on the
+ * other axis; slope = along / across. */
 RAY_FUNCTION int ray_land(int to, int offset, int across, int other_offset, int along, float slope,
                           int from, int ties) {
   const int at = (to << 16) - offset;
@@ -199,52 +198,52 @@ RAY_FUNCTION int ray_land(int to, int offset, int across, int other_offset, int 
   return n;
 }
 
-/* Cells from one of an axis to the far side of its square of 2^shift cells, in this direction. */
+/* Number of cells from a cell to the far side of its square of 2^shift cells, on one axis. */
 RAY_FUNCTION int ray_cells_left(int cell, int direction, int shift) {
   const int mask = (1 << shift) - 1;
   return direction > 0 ? mask - (cell & mask) : (cell & mask);
 }
 
-/* Which of the next borders is nearer: (bx * |dy| - by * |dx|) / 2^bits, rounded down; in x if it
- * is negative. */
+/* Compares the next borders: (bx * |dy| - by * |dx|) / 2^bits, rounded down. Negative if the border
+ * in x is nearer. */
 RAY_FUNCTION int ray_compare(int bx, int ady, int by, int adx, int bits) {
   return (int)((ray_product(bx, ady) - ray_product(by, adx)) >> bits);
 }
 
-/* What that is behind the border in y, or in x if `in_x`, all ones then; `both` is |dx| + |dy|. */
+/* ray_compare() after a step in y, or in x if `in_x` is all ones. `both` is |dx| + |dy|. */
 RAY_FUNCTION int ray_step(int e, int adx, ray_uint both, int in_x) {
   return (int)((ray_uint)e - (ray_uint)adx + (both & (ray_uint)in_x));
 }
 
-/* Goes on to the next occupied cell that is not hidden by the self-mask. Returns 1 with the cell in
- * (u, v), region, tile and bit, or 0 if there is none before the end of the ray.
+/* Advances to the next occupied cell that the self-mask does not hide. Returns 1 with the cell in
+ * (u, v), region, tile and bit, or 0 if the ray ends first.
  *
- * Empty blocks and superregions are leapt over; in a block that holds something the walk goes from
- * region to region, in a region that does from tile to tile, and in such a tile from cell to cell:
- * each time in a word of 8 x 8 squares. Which border comes next is as good as random, so the steps
- * select by arithmetic instead of branching: on a CPU a wrong guess costs more than the work. in_x
- * is all ones if the border in x is next, else 0. */
+ * The walk leaps over empty blocks and superregions. It steps from region to region in a block that
+ * holds something, from tile to tile in such a region, and from cell to cell in such a tile: each
+ * time in one word of 8 x 8 squares. The next border is unpredictable, so steps select by
+ * arithmetic; on a CPU a mispredicted branch costs more than the step. in_x is all ones if the
+ * border in x is next, else 0. */
 RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t* ray) {
   const int sx = ray->sx, sy = ray->sy, ox = ray->ox, oy = ray->oy;
   const int adx = ray->adx, ady = ray->ady;
   const int limit_x = ray->limit_x, limit_y = ray->limit_y;
-  /* One cell on changes the comparison of the next borders by ady in x, by -adx in y, both times
-   * 2^16: what is below has no say in its sign, and what is above fits in 32 bits. */
+  /* Crossing a border changes the difference of the next borders by 2^16 * ady in x and by
+   * -2^16 * adx in y. The low 16 bits never affect its sign, and the rest fits in 32 bits. */
   const ray_uint both = (ray_uint)adx + (ray_uint)ady;
-  /* One square on, in a word of 8 x 8: in y, and what is to be added for x instead. */
+  /* Bit offsets in a word of 8 x 8: a step in y, and the amount that turns it into a step in x. */
   const int to_next_y = sy * 8, to_next_x = sx - to_next_y;
   int u = ray->u, v = ray->v;
-  /* The bit of a cell that was returned before; it is in the first tile that is looked at. */
+  /* Mask of the cell that was returned last; it lies in the first tile that is visited. */
   ray_ulong seen = 0;
   int region_x = 0, region_y = 0, first = 1;
   ray_uint super = 0, region = 0;
   ray_ulong tile_map = 0;
 
-  /* The ray's end is looked for at each leap, not at each cell. */
+  /* The end of the ray is checked per leap, not per cell. */
   while (!(((u << 16) - ox > limit_x) | ((v << 16) - oy > limit_y))) {
     const int x = ray->x0 + sx * u, y = ray->y0 + sy * v;
     const int rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
-    int in_x, to_x, to_y; /* the next borders to be crossed, and which is */
+    int in_x, to_x, to_y; /* next borders to cross, and which comes first */
 
     if (first | (rx ^ region_x) | (ry ^ region_y)) {
       if (first | (((rx ^ region_x) | (ry ^ region_y)) >> 4))
@@ -257,7 +256,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
       first = 0;
     }
 
-    /* The squares to walk in, and their size. */
+    /* The word of squares to walk in, and the size of a square. */
     ray_ulong squares = tile_map;
     int shift = RAY_TILE_SHIFT;
     if (tile_map != 0) {
@@ -267,7 +266,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
             ray_visible(mask, grid->tiles[region * 64 + (ray_uint)t], x, y) & ~seen;
         seen = 0;
         if (word != 0) {
-          /* From cell to cell, to the edge of the tile. */
+          /* Walk from cell to cell, up to the edge of the tile. */
           int left_x = ray_cells_left(x, sx, RAY_TILE_SHIFT);
           int left_y = ray_cells_left(y, sy, RAY_TILE_SHIFT);
           int bit = ray_place(x, y, 3);
@@ -305,7 +304,7 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
     if (squares == 0) {
       in_x = ray_product((to_x << 16) - ox, ady) < ray_product((to_y << 16) - oy, adx) ? -1 : 0;
     } else {
-      /* From square to square, to one that holds something or to the edge of the word. */
+      /* Walk from square to square, to an occupied one or to the edge of the word. */
       int e = ray_compare((to_x << 16) - ox, ady, (to_y << 16) - oy, adx, 16 + shift);
       int left_x = ray_cells_left(x >> shift, sx, 3), left_y = ray_cells_left(y >> shift, sy, 3);
       int square = ray_place(x >> shift, y >> shift, 3);
@@ -323,8 +322,8 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
       to_y -= (left_y + 1 + in_x) << shift;
     }
 
-    /* Land in the very cell that stepping would have reached. At a tie the border in y is first, so
-     * those in y count for a border in x, and not the other way round. */
+    /* Find the cell that stepping would have reached. At a tie the border in y comes first, so
+     * borders in y count before a border in x, but not the other way round. */
     if (in_x) {
       v = ray_land(to_x, ox, adx, oy, ady, ray->dy_per_dx, v, 1);
       u = to_x;
@@ -336,14 +335,14 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
   return 0;
 }
 
-/* Sets the walk to the cell that lies (u, v) borders away and was returned before. */
+/* Restarts the walk behind the cell that was returned (u, v) borders from the start. */
 RAY_FUNCTION void ray_resume(ray_t* ray, int u, int v) {
   ray->u = u;
   ray->v = v;
   ray->reported = 1;
 }
 
-/* A potential hit in 32 bits. */
+/* Packs a potential hit into 32 bits. */
 RAY_FUNCTION ray_uint ray_pack(int u, int v) { return (ray_uint)u | ((ray_uint)v << 16); }
 RAY_FUNCTION int ray_packed_u(ray_uint hit) { return (int)(hit & 0xffffu); }
 RAY_FUNCTION int ray_packed_v(ray_uint hit) { return (int)(hit >> 16); }

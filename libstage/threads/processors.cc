@@ -19,15 +19,15 @@ std::string TextOf(const std::string& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-/// By the affinity mask; 0 if it can't be read, as on machines with more processors than a
-/// cpu_set_t has bits.
+/// Number of processors in the affinity mask. Returns 0 if the mask cannot be read, as on machines
+/// with more processors than a cpu_set_t has bits.
 unsigned CountAllowedProcessors() {
   cpu_set_t set;
   return sched_getaffinity(0, sizeof set, &set) == 0 ? static_cast<unsigned>(CPU_COUNT(&set)) : 0;
 }
 
-/// Processors' worth of time that one group grants; 0: it has no limit. The text of cpu.max is
-/// "150000 100000", microseconds in each period, or "max 100000".
+/// CPU limit of one control group, in processors; 0 means no limit. cpu.max holds quota and period
+/// in microseconds ("150000 100000"), or "max 100000".
 double GrantOf(const std::string& folder) {
   std::istringstream both(TextOf(folder + "/cpu.max") + " " + TextOf(folder + "/cpu.cfs_quota_us") +
                           " " + TextOf(folder + "/cpu.cfs_period_us"));
@@ -36,7 +36,7 @@ double GrantOf(const std::string& folder) {
   return quota / period;
 }
 
-/// The least of the limits of a group and of those above it; 0: none has any.
+/// The smallest limit of a control group and its ancestors; 0 means no limit.
 double LeastGrant(const std::string& mount, std::string group) {
   double least = 0;
   for (;;) {
@@ -47,8 +47,8 @@ double LeastGrant(const std::string& mount, std::string group) {
   }
 }
 
-/// The folder below the root that a line of /proc/self/cgroup tells of, such as "" for "0::/a/b"
-/// and "/cpu,cpuacct" for "4:cpu,cpuacct:/a"; false if it is of no controller of processors.
+/// Folder below the mount point for the controllers of a line of /proc/self/cgroup: "" for
+/// "0::/a/b", "/cpu,cpuacct" for "4:cpu,cpuacct:/a". False if no CPU controller.
 bool FindMount(const std::string& controllers, std::string* folder) {
   if (!controllers.empty() && ("," + controllers + ",").find(",cpu,") == std::string::npos)
     return false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How many processors the process may use.
+// Number of processors that the process may use.
 
 #ifndef STAGE_THREADS_PROCESSORS_HH
 #define STAGE_THREADS_PROCESSORS_HH
@@ -9,17 +9,16 @@
 
 namespace Stg::threads {
 
-/// At least 1. That is what the scheduler's affinity mask allows (`taskset`), and no more than the
-/// time that control groups grant (`docker --cpus`, Slurm, systemd's CPUQuota). Asks the system at
-/// each call.
+/// Number of processors in the affinity mask (`taskset`), at least 1, reduced to the CPU time that
+/// control groups grant (`docker --cpus`, Slurm, systemd's CPUQuota). Asks the system at each call.
 unsigned CountUsableProcessors();
 
-/// Processors' worth of time that the control groups of a process grant, rounded down, at least 1;
-/// 0: as much as it likes.
+/// CPU limit of the process's control groups in processors, rounded down but at least 1. Returns 0
+/// if there is no limit.
 ///
-/// `groups`: the text of /proc/self/cgroup; `root`: where the control groups are mounted. Reads
+/// `groups` is the text of /proc/self/cgroup, `root` the mount point of the control groups. Reads
 /// cpu.max (version 2) or cpu.cfs_quota_us and cpu.cfs_period_us (version 1) of the process's group
-/// and of all above it; the least counts.
+/// and its ancestors; the smallest limit counts.
 unsigned CountGrantedProcessors(const std::string& groups, const std::string& root);
 
 }  // namespace Stg::threads

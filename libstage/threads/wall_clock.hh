@@ -7,7 +7,7 @@
 
 namespace Stg::threads {
 
-/// Seconds since some fixed moment.
+/// Seconds of a monotonic clock, since an unspecified moment.
 inline double WallClock() {
   using Clock = std::chrono::steady_clock;
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();

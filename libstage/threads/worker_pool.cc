@@ -16,7 +16,7 @@ namespace Stg::threads {
 
 namespace {
 
-/// Some ten nanoseconds in which the processor may do something else.
+/// Yields the core to its other hardware thread for about ten nanoseconds.
 void Pause() {
 #if defined(__x86_64__) || defined(__i386__)
   __builtin_ia32_pause();
@@ -34,12 +34,12 @@ WorkerPool::WorkerPool(unsigned threads)
     : forks_(CountForks()),
       has_processors_(threads <= 1 || threads <= CountUsableProcessors()),
       shares_(std::max(threads, 1u)) {
-  // Before the first thread: nothing may be thrown while there are some.
+  // Allocate before the first thread starts: an exception must not leave running threads behind.
   workers_.reserve(shares_.size() - 1);
   try {
     for (unsigned i = 1; i < threads; i++) workers_.emplace_back([this, i] { Work(i); });
   } catch (const std::system_error&) {
-    // The system grants no more threads: those that there are do the work.
+    // The system grants no more threads: continue with those that started.
   } catch (const std::bad_alloc&) {
   }
   HoldProcessors(true);
@@ -54,12 +54,12 @@ WorkerPool::~WorkerPool() {
 }
 
 void WorkerPool::HoldProcessors(bool hold) {
-  // Microseconds. Waking one thread takes some 10 to 40 of them, waking many takes longer.
+  // Microseconds. Waking one thread takes about 10 to 40, waking many takes longer.
   constexpr int kShortly = 10, kAsLongAsWaking = 50, kLong = 1000;
   constexpr unsigned kManyThreads = 8;
   const int held = threads() < kManyThreads ? kAsLongAsWaking : kLong;
   const int patience = !has_processors_ ? 0 : hold ? held : kShortly;
-  // Those who wait look at it all the time: it stays in their caches while it is the same.
+  // Waiting threads poll the value, so write it only if it changes and keep it in their caches.
   if (patience != patience_) patience_ = patience;
 }
 
@@ -93,7 +93,7 @@ void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, siz
   Finish(of_first);
 }
 
-/// Waits for those who are still at it, and throws what was thrown.
+/// Closes the job, waits for the workers inside and rethrows the first exception.
 void WorkerPool::Finish(const std::exception_ptr& of_first) {
   gate_ -= kOpen;
   WaitUntil([this] { return gate_ == 0; }, &caller_queue_);
@@ -113,17 +113,17 @@ void WorkerPool::NoteFailure(size_t begin) {
 
 void WorkerPool::WakeAll(WaitQueue* queue) {
   if (queue->asleep == 0) return;
-  // Who has said so holds the mutex until it sleeps.
+  // Sleepers hold the mutex until they wait: locking it here rules out a lost wake-up.
   { const std::lock_guard<std::mutex> lock(mutex_); }
   queue->wake_up.notify_all();
 }
 
-/// Jobs follow one another quickly within a step, and sleeping and waking takes longer than most
-/// of them: so it is looked for a little while whether something becomes true.
+/// Spins before it sleeps: jobs follow one another quickly within a step, and sleeping and waking
+/// takes longer than most jobs.
 template <typename F>
 void WorkerPool::WaitUntil(F is_true, WaitQueue* queue) {
   using Clock = std::chrono::steady_clock;
-  constexpr unsigned kLooks = 16;  // between those at the clock
+  constexpr unsigned kLooks = 16;  // checks between reads of the clock
   if (patience_ > 0) {
     const Clock::time_point start = Clock::now();
     do {
@@ -146,7 +146,7 @@ void WorkerPool::TakeRanges(unsigned thread) {
 void WorkerPool::TakeFrom(Share* share, unsigned thread) {
   size_t begin = share->next.load(std::memory_order_relaxed);
   while (begin < share->end) {
-    // Ever less towards the end, so that threads finish at about the same time.
+    // Ranges shrink towards the end, so that all threads finish at about the same time.
     const size_t count = std::clamp<size_t>((share->end - begin) / 2, 1, grain_);
     if (!share->next.compare_exchange_weak(begin, begin + count, std::memory_order_relaxed))
       continue;

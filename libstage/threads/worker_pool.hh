@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Threads that share the work of one step.
+// A pool of threads for the parallel phases of a step.
 
 #ifndef STAGE_THREADS_WORKER_POOL_HH
 #define STAGE_THREADS_WORKER_POOL_HH
@@ -17,45 +17,40 @@
 
 namespace Stg::threads {
 
-/// How often this process and those that it descends from were forked.
+/// Number of forks between the first ancestor that counted them and this process.
 unsigned CountForks();
 
 class WorkerPool {
  public:
-  /// `threads` in all, the caller's included; 1 or less: no thread is started. Fewer than that, if
-  /// the system grants no more.
+  /// Starts `threads` - 1 workers, since the caller takes part, or fewer if the system refuses.
   explicit WorkerPool(unsigned threads);
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  /// False in a process that was forked since the pool was made: the threads are not in it. Such a
-  /// pool does all work on the caller's thread. It can't be destroyed, only left alone.
+  /// False in a process that was forked after construction: fork() does not copy the workers. Such
+  /// a pool runs jobs on the caller's thread. It must be leaked, because its destructor would hang.
   bool IsHere() const { return workers_.empty() || forks_ == CountForks(); }
 
   unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
 
-  /// Whether threads may hold on to their processors between jobs, up to a millisecond: waking them
-  /// takes as long as many a job. At first they may. They had better not while something else, a
-  /// device that is the processor itself, needs these. Takes next to no time; threads that are
-  /// already waiting obey too.
+  /// Allows or forbids workers to spin between jobs for up to a millisecond, because waking them
+  /// takes as long as many a job. Initially allowed. Forbid it while a device that runs on the CPU
+  /// itself needs the processors. Cheap; also affects workers that already wait.
   void HoldProcessors(bool hold);
 
-  /// Calls job(begin, end, thread) for ranges that make up [0, count), on all threads, the caller's
-  /// among them; `thread` is below threads(). Returns when all is done. Each thread begins with its
-  /// own share, so that what it worked on in one job is in its cache in the next, and then helps
-  /// the others: results must not depend on who does what.
-  /// If the job throws, what is behind that place need not be done any more; all that is before it
-  /// is. When everybody has finished, the exception of the first range that threw is thrown again:
-  /// what one thread would have got to see.
+  /// Calls job(begin, end, thread) for ranges that partition [0, count), on the caller (thread 0)
+  /// and the workers; thread < threads(). Returns when all are done. Each thread starts with the
+  /// same slice in every job, for its cache, and then helps others: results must not depend on it.
+  /// If the job throws, ranges behind the failed one may be skipped; ranges before it still run.
+  /// When all have finished, the first range's exception is rethrown, as in a serial loop.
   using Job = std::function<void(size_t begin, size_t end, unsigned thread)>;
   void Run(size_t count, size_t grain, const Job& job) { RunBeside(nullptr, count, grain, job); }
-  /// The same; if other threads have work to begin with, calls `first` before the caller joins
-  /// them. Null: nothing. What it throws comes after what the job throws.
+  /// Like Run(). If workers take part, the caller first calls `first` (unless null) and then joins
+  /// them. An exception of `first` is rethrown only if the job threw none.
   void RunBeside(const std::function<void()>& first, size_t count, size_t grain, const Job& job);
-  /// The first of [0, count) for which is_so(index) is true, or `count`. Looks at some behind the
-  /// first too, but never at many more than there are before it: a few are looked at by the caller,
-  /// the others on all threads.
+  /// Smallest index in [0, count) for which is_so(index) is true, or `count`. May also test some
+  /// indices behind the result. The caller tests the first kFewLooks, all threads test the others.
   static constexpr size_t kFewLooks = 1000;
   template <typename F>
   size_t FindFirst(size_t count, F is_so) {
@@ -69,10 +64,9 @@ class WorkerPool {
     }
     return count;
   }
-  /// How many jobs were shared with other threads so far, for tests.
+  /// Number of jobs that were shared with workers so far, for tests.
   uint64_t shared_jobs() const { return generation_; }
-  /// A grain of `most` at most, so that each thread gets several shares of that many things: for
-  /// some may take longer than others.
+  /// A grain of at most `most` that gives each thread several ranges, because their costs differ.
   size_t Grain(size_t count, size_t most) const;
 
  private:
@@ -92,8 +86,8 @@ class WorkerPool {
     });
     return found;
   }
-  /// What is left of the share that a thread begins with. A cache line of its own, as the threads
-  /// write to theirs all the time.
+  /// The remaining part of the slice that a thread starts with. Aligned to a cache line, because
+  /// each thread writes to its own all the time.
   struct alignas(64) Share {
     std::atomic<size_t> next{0};
     size_t end = 0;
@@ -106,9 +100,8 @@ class WorkerPool {
   void TakeFrom(Share* share, unsigned thread);
   void Finish(const std::exception_ptr& of_first);
   void NoteFailure(size_t begin);
-  /// A waiter first counts itself as asleep, then checks its condition once more, under the mutex.
-  /// A waker first makes the condition true, then checks whether anybody is asleep. So no wake-up
-  /// is missed, and none is made for nobody.
+  /// A waiter counts itself as asleep and then checks its condition again under the mutex. A waker
+  /// makes the condition true and then checks for sleepers, so no wake-up is lost.
   struct WaitQueue {
     std::condition_variable wake_up;
     std::atomic<unsigned> asleep{0};
@@ -117,26 +110,27 @@ class WorkerPool {
   void WaitUntil(F is_true, WaitQueue* queue);
   void WakeAll(WaitQueue* queue);
 
-  const unsigned forks_;  // that there had been when it was made
-  // One for each thread. Otherwise whoever waits has to make way at once.
+  const unsigned forks_;  // CountForks() at construction
+  // True if there is a core for every thread; if not, waiting threads must not spin.
   const bool has_processors_;
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   WaitQueue workers_queue_, caller_queue_;
-  // Who waits for the next job looks at these all the time: nothing else is on their cache line.
-  alignas(64) std::atomic<uint64_t> generation_{0};  // of jobs
+  // Waiting workers poll these, so nothing else shares their cache line.
+  alignas(64) std::atomic<uint64_t> generation_{0};  // number of jobs
   std::atomic<bool> stop_{false};
-  std::atomic<int> patience_{0};  // microseconds before going to sleep
-  // Who comes too late for a job is not waited for: on a busy machine some thread always does.
+  std::atomic<int> patience_{0};  // microseconds of spinning before a thread sleeps
+  // Late workers skip the job: the caller waits only for workers that have already entered.
   static constexpr unsigned kOpen = 1, kOneInside = 2;
-  alignas(64) std::atomic<unsigned> gate_{0};  // to the present job: open or not, and who is inside
+  alignas(64) std::atomic<unsigned> gate_{
+      0};  // current job: kOpen flag plus kOneInside per worker inside
 
   alignas(64) const Job* job_ = nullptr;
   size_t grain_ = 1;
   static constexpr size_t kNowhere = ~size_t{0};
-  std::atomic<size_t> failed_at_{kNowhere};  // where the first range begins that threw
-  std::exception_ptr failure_;               // what it threw
-  std::vector<Share> shares_;                // one for each thread
+  std::atomic<size_t> failed_at_{kNowhere};  // start of the first range that threw
+  std::exception_ptr failure_;               // its exception
+  std::vector<Share> shares_;                // one slice per thread
 };
 
 }  // namespace Stg::threads
