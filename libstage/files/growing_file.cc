@@ -23,7 +23,7 @@ int GrowingFile::Append(std::string_view part) {
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
       const int error = errno;
-      // A part of it that can't be cut off, such as in a pipe, stays.
+      // If the file cannot be truncated, as a pipe cannot, the bytes written so far stay.
       [[maybe_unused]] const int cut = ftruncate(file_, static_cast<off_t>(size_));
       return error;
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A file that grows part by part, and is good after each: what is there when the process is killed
-// is a beginning of it. Functions return 0 or the number of an error, as in <cerrno>.
+// A file that is valid after each append: if the process is killed, the file holds a prefix of the
+// appended data. Functions return 0 or an error number as in <cerrno>.
 
 #ifndef STAGE_FILES_GROWING_FILE_HH
 #define STAGE_FILES_GROWING_FILE_HH
@@ -21,10 +21,10 @@ class GrowingFile {
   GrowingFile(const GrowingFile&) = delete;
   GrowingFile& operator=(const GrowingFile&) = delete;
 
-  /// Makes the file, or empties the one that is there. A symbolic link to such a file stays one; a
-  /// link that leads nowhere gives way to the file. EEXIST: what is there is not ours.
+  /// Creates the file or truncates an existing one. A symbolic link to a file is followed; a
+  /// dangling one is replaced by the file. Returns EEXIST if an existing file is not ours.
   int Open(const std::string& name, IsOurs ours);
-  /// Adds the part whole; or, as far as the system allows, nothing of it.
+  /// Appends all of `part`, or removes what was written of it if the system allows.
   int Append(std::string_view part);
   int Close();
   uint64_t size() const { return size_; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Where the running library lies. What comes with Stage is found from there, in build trees, in
-// installations, and in installations that were moved.
+// Locates the running library. Stage finds its installed files relative to it, so build trees and
+// relocated installations work.
 
 #ifndef STAGE_FILES_LIBRARY_FOLDER_HH
 #define STAGE_FILES_LIBRARY_FOLDER_HH
@@ -10,8 +10,7 @@
 
 namespace Stg::files {
 
-/// The folder of the file that this code is in, as the system's loader knows it; "" if that is
-/// unknown.
+/// Folder of the file that contains this code, as the system's loader knows it, or "" if unknown.
 std::string LibraryFolder();
 
 }  // namespace Stg::files

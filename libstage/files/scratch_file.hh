@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Bytes that are kept for later and may become too many for memory: a file without a name, which is
-// gone when it is closed, takes what is more than a few megabytes.
+// A buffer for data that may grow too large for memory. Beyond a few megabytes the data goes to an
+// unnamed file, which the system deletes when it is closed.
 
 #ifndef STAGE_FILES_SCRATCH_FILE_HH
 #define STAGE_FILES_SCRATCH_FILE_HH
@@ -14,16 +14,16 @@ namespace Stg::files {
 
 class ScratchFile {
  public:
-  /// Of a folder on whose disk there is room.
+  /// Creates the unnamed file in `folder`. Without one, all data stays in memory.
   explicit ScratchFile(const std::string& folder);
   ~ScratchFile();
   ScratchFile(const ScratchFile&) = delete;
   ScratchFile& operator=(const ScratchFile&) = delete;
 
-  /// What finds no room there stays in memory.
+  /// Appends data. If the disk is full, the data stays in memory.
   void Add(std::string_view part);
-  /// Calls take(part) for all that was added, in its order, part by part. 0 or the number of an
-  /// error.
+  /// Calls take(part) for all data in the order in which it was added. Returns 0 or an error
+  /// number.
   int ReadBack(const std::function<void(std::string_view)>& take) const;
 
  private:

@@ -28,8 +28,8 @@ struct Target {
   mode_t mode = kNewFile;
 };
 
-/// Whether the name is that of an open file, such as /dev/stdout or /dev/fd/5. Whoever has opened
-/// it for us does not want it replaced, even if it is a regular file.
+/// True if the name refers to an open file, such as /dev/stdout or /dev/fd/5. Such a file is
+/// written to, not replaced, even if it is a regular file.
 bool IsOpenFile(std::string_view name) {
   return name.starts_with("/dev/fd/") || name.starts_with("/dev/std") || name.starts_with("/proc/");
 }
@@ -59,12 +59,12 @@ int CheckContent(const std::string& path, IsOurs ours) {
   return error;
 }
 
-/// Finds out what there is, and whether it may be replaced or written to.
+/// Finds out whether the target exists and whether it may be replaced or written to.
 int Inspect(const std::string& name, IsOurs ours, Target* target) {
   target->path = PlaceOf(name);
   struct stat found = {};
   if (stat(target->path.c_str(), &found) != 0) {
-    // A link that leads nowhere is replaced as well.
+    // The file does not exist, or its name is a dangling link, which is replaced as well.
     return errno == ENOENT ? 0 : errno;
   }
   if (S_ISDIR(found.st_mode)) return EISDIR;
@@ -75,7 +75,7 @@ int Inspect(const std::string& name, IsOurs ours, Target* target) {
   return target->regular && ours != AnyFile ? CheckContent(target->path, ours) : 0;
 }
 
-/// The file beside the target that is to take its place.
+/// The temporary file beside the target, which is renamed to it when complete.
 class Draft {
  public:
   explicit Draft(const Target& target) : target_(target) {
@@ -86,7 +86,7 @@ class Draft {
       char name[32];
       std::snprintf(name, sizeof name, ".stage-%016" PRIx64, number);
       path_ = (folder / name).string();
-      // Never open to more people than the file that it replaces.
+      // The draft is never accessible to more users than the file that it replaces.
       file_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
                    target.mode & kNewFile);
     } while (file_ < 0 && errno == EEXIST);
@@ -102,7 +102,7 @@ class Draft {
 
   int error() const { return error_; }
 
-  /// `lasting`: on the disk before it takes the place of what is there.
+  /// If `lasting`, the content is synced to disk before the file is renamed.
   void Write(std::string_view content, bool lasting) {
     if (error_ == 0) error_ = WriteAll(file_, content);
     if (error_ != 0) return;
@@ -115,19 +115,19 @@ class Draft {
     return Settle([this] { return std::rename(path_.c_str(), target_.path.c_str()); });
   }
 
-  /// Keeps the file open, and gives its descriptor away.
+  /// Renames the draft and returns its open descriptor, or a negative error number.
   int ReplaceAndKeep() {
     if (error_ == 0 && std::rename(path_.c_str(), target_.path.c_str()) != 0) error_ = errno;
     return error_ != 0 ? -error_ : std::exchange(file_, -1);
   }
 
-  /// Takes the place only if that is free.
+  /// Renames the draft only if the target does not exist.
   int Place() {
     return Settle([this] {
       const char *from = path_.c_str(), *to = target_.path.c_str();
       const int result = renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE);
       if (result == 0 || (errno != EINVAL && errno != ENOSYS)) return result;
-      // Not every file system knows that.
+      // Some file systems do not support RENAME_NOREPLACE.
       return link(from, to) == 0 ? unlink(from) : -1;
     });
   }
@@ -157,10 +157,10 @@ int WriteToDevice(const std::string& path, std::string_view content) {
   return close(file) != 0 && error == 0 ? errno : error;
 }
 
-/// Opens a file that is there, as OpenToGrow() does. Its name may lead elsewhere since it was
-/// looked at, so the file that was opened is looked at once more.
+/// Opens an existing file for OpenToGrow(). The name may refer to another file since Inspect(), so
+/// the content of the opened file is checked again.
 int OpenThere(const Target& target, IsOurs ours) {
-  // Names such as /dev/fd/5 are links by their nature.
+  // Names such as /dev/fd/5 are always links.
   const int links = target.regular ? O_NOFOLLOW : 0;
   const int access = target.regular ? O_RDWR : O_WRONLY;
   const int file = open(target.path.c_str(), access | O_CLOEXEC | O_NOCTTY | links);
@@ -188,7 +188,7 @@ int ReplaceFile(const std::string& name, std::string_view content, IsOurs ours, 
 int TryReplaceFile(const std::string& name, IsOurs ours) {
   Target target;
   const int error = Inspect(name, ours, &target);
-  // The surest way to learn whether a file can be made is to make one.
+  // Creating a draft is the most reliable way to learn whether a file can be created.
   return error != 0 || !target.regular ? error : Draft(target).error();
 }
 

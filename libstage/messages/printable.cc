@@ -16,17 +16,18 @@ bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xc0U) == 
 
 struct Character {
   std::size_t length;  // bytes
-  bool shown;          // as it is
+  bool shown;          // shown unescaped
 };
 
-/// Whether a terminal obeys the character instead of showing it: C1 controls, line separators,
-/// marks that change the direction of what stands around them.
+/// True if a terminal acts on the character instead of showing it: C1 controls, line separators,
+/// and marks that change the writing direction.
 bool IsObeyed(std::uint32_t code) {
   return (code >= 0x80 && code <= 0x9f) || code == 0x61c || code == 0x200e || code == 0x200f ||
          (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069) || code == 0xfeff;
 }
 
-/// The character at the start of a text. Bytes that are no UTF-8 (RFC 3629) come one by one.
+/// Decodes the first character of a non-empty text. Bytes that are not valid UTF-8 (RFC 3629) are
+/// returned one at a time.
 Character FirstOf(std::string_view text) {
   const auto lead = static_cast<unsigned char>(text[0]);
   if (lead < 0x80) return {1, IsPlain(text[0])};
@@ -58,8 +59,8 @@ void AppendEscaped(char c, std::string* to) {
 
 std::string WithoutMiddle(const std::string& text, std::size_t longest) {
   constexpr std::string_view kGap = "...";
-  // More of the beginning, which tells more, than of the end; but some of that too, as names that
-  // were made by a program may differ only there.
+  // Keeps more of the beginning, which is more informative, but also some of the end: generated
+  // names may differ only there.
   std::size_t tail = text.size() - longest / 4;
   std::size_t head = longest - std::min(longest, longest / 4 + kGap.size());
   while (head > 0 && IsContinuation(text[head])) head--;

@@ -11,13 +11,13 @@ namespace {
 
 std::mutex mutex;
 LogSink& Sink() {
-  static LogSink& sink = *new LogSink;  // never deleted: messages may come until the very end
+  static LogSink& sink = *new LogSink;  // never deleted: messages may come during program exit
   return sink;
 }
 
 thread_local messages::Collector* innermost_collector = nullptr;
 
-/// In one call, so that lines of several threads don't mix.
+/// Writes the line with one call, so that lines of different threads do not mix.
 void PrintOnStandardError(const std::string& line) {
   const std::string text = line + "\n";
   std::fwrite(text.data(), 1, text.size(), stderr);
@@ -65,7 +65,7 @@ void Report(LogLevel level, const std::string& line) {
   LogSink sink;
   {
     const std::lock_guard<std::mutex> lock(mutex);
-    sink = Sink();  // called outside of the lock: it may report something itself
+    sink = Sink();  // called after the lock is released: the sink may report a message itself
   }
   if (sink)
     sink(level, shown);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// All messages of the library and of the program go through Report(). What clients see of this room
-// is in messages/log.hh.
+// All messages of the library and of the program pass through Report(). The public interface of
+// this module is messages/log.hh.
 
 #ifndef STAGE_MESSAGES_REPORT_HH
 #define STAGE_MESSAGES_REPORT_HH
@@ -15,20 +15,20 @@
 
 namespace Stg::messages {
 
-/// As vprintf() would print it.
+/// Returns the text that vprintf() would print.
 std::string Formatted(const char* format, std::va_list arguments);
 
-/// Hands a line to the sink, made printable, and cut if it is absurdly long.
+/// Hands a line to the sink after making it printable and shortening it to 1000 bytes.
 void Report(LogLevel level, const std::string& line);
 
 /// Reports "stage: warning: TEXT".
 void Warn(const std::string& text);
 
-/// Reports what is being done.
+/// Reports what the program is doing. The default sink does not print it.
 void Progress(const std::string& text);
 
-/// While it lives, keeps the warnings and errors that this thread reports, beside the sink; those
-/// of the innermost one alone, and a thousand at most.
+/// Collects the warnings and errors that this thread reports during the collector's lifetime, at
+/// most 1000. The sink still gets them. If collectors are nested, only the innermost collects.
 class Collector {
  public:
   Collector();
@@ -42,16 +42,16 @@ class Collector {
   Collector* outer_;
 };
 
-inline constexpr std::size_t kLongestName = 80;     // bytes of it that a message shows
-inline constexpr std::size_t kLongestDetail = 200;  // of a path, of somebody else's message
+inline constexpr std::size_t kLongestName = 80;     // bytes of a name that a message shows
+inline constexpr std::size_t kLongestDetail = 200;  // bytes of a path or foreign message
 
-/// Printable, and with something left out in the middle if it is longer than that many bytes.
+/// Makes the text printable and cuts out its middle if it is longer than `longest` bytes.
 std::string Shortened(std::string_view text, std::size_t longest = kLongestName);
 
-/// `"pose"` and the like: shortened, in quotes.
+/// Returns the shortened text in double quotes, such as `"pose"`.
 std::string Quoted(std::string_view text);
 
-/// Printable line by line: line ends stay.
+/// Makes each line of the text printable and keeps the line ends.
 std::string PrintableLines(const std::string& text);
 
 }  // namespace Stg::messages

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Where the library's warnings and errors go, and names made fit for them.
+// The destination of the library's warnings and errors, and a function that makes text printable.
 
 #ifndef STAGE_MESSAGES_LOG_HH
 #define STAGE_MESSAGES_LOG_HH
@@ -12,32 +12,31 @@
 
 namespace Stg {
 
-/// kProgress: what is being done: files that are read while a world is loaded, "[Image
-/// "cave.png"]", and the clock of worlds that show theirs, "[Stage: 1m 02s 000msec]".
+/// kProgress reports what the library does: files read while a world is loaded (`[Image
+/// "cave.png"]`), and the clock of worlds that show it (`[Stage: 1m 02s 000msec]`).
 enum class LogLevel { kWarning, kError, kProgress };
 
-/// Gets one message: one line without a line end, and without control characters. May be called by
-/// several threads at once, and must not throw.
+/// Receives one message: one line without a line end or control characters. Several threads may
+/// call it at once, and it must not throw.
 typedef std::function<void(LogLevel level, const std::string& line)> LogSink;
 
-/// Sends all messages of the library there. An empty sink, as at the start, is standard error, for
-/// warnings and errors alone. The library writes nothing to standard output but what Print()
-/// functions are asked for.
+/// Sends all messages of the library to `sink`. An empty sink, the default, prints warnings and
+/// errors on standard error. The library writes to standard output only in Print() functions.
 void SetLogSink(const LogSink& sink);
 
-/// Hands a line to the sink, made printable, and cut if it is absurdly long: for controllers.
+/// Hands a line to the sink, made printable and shortened to 1000 bytes. Intended for controllers.
 void Tell(LogLevel level, const std::string& line);
 
-/// The text as one line that a terminal shows and doesn't obey: control characters, bytes that are
-/// not UTF-8 and marks that turn the direction of writing come out as \n, \t, \x1b. What it made
-/// stays as it is when it is given again. For names that come from files. Longer ones than that
-/// many bytes lose something in the middle.
+/// Returns the text as one line that is safe to print on a terminal. Control characters, bytes that
+/// are not UTF-8 and marks that change the writing direction become escapes:
+/// , \t, \x1b. Applying it twice changes nothing. If the result exceeds `longest` bytes, its middle
+/// is replaced by "...".
 std::string Printable(const std::string& text, std::size_t longest = std::string::npos);
 
 namespace internal {
 
-/// For the macros of models/messages.hh: "TAG: TEXT (FILE FUNCTION)", or without the place where
-/// `file` is null. Made printable but for the tag and for line ends.
+/// Implements the macros of models/messages.hh. Prints "TAG: TEXT (FILE FUNCTION)", without the
+/// place if `file` is null. The text is made printable; its line ends are kept.
 __attribute__((format(printf, 5, 6))) void PrintMessage(FILE* stream, const char* tag,
                                                         const char* file, const char* function,
                                                         const char* format, ...);
