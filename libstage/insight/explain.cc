@@ -22,7 +22,7 @@ namespace Stg {
 
 namespace {
 
-/// Arrays that double when they are full are on average two thirds full.
+/// Arrays that double when full are two thirds full on average.
 constexpr double kGrowth = 1.5;
 
 size_t SizeOf(const Model& model) {
@@ -45,7 +45,7 @@ uint64_t OccupiedCells(const grid::Grid& grid) {
 
 }  // namespace
 
-/// Goes through a world once and writes down what it finds.
+/// Walks through a world once and collects its summary.
 class World::Survey {
  public:
   explicit Survey(const World& world) : world_(world), engine_(*world.engine_) {}
@@ -68,7 +68,7 @@ class World::Survey {
  private:
   struct PlacedBlock {
     const Model* model;
-    Bounds z;  // global
+    Bounds z;  // global, metres
     bool ranger_visible;
   };
 
@@ -163,7 +163,7 @@ class World::Survey {
     for (auto& [z, height] : heights_) {
       height.z = z;
       used += height.sensors > 0;
-      // Those that begin at this height or below, less those that end below it.
+      // Blocks whose bottom is at or below this height, minus those whose top is below it.
       height.blocks = static_cast<size_t>(
           (std::upper_bound(bottoms.begin(), bottoms.end(), z) - bottoms.begin()) -
           (std::lower_bound(tops.begin(), tops.end(), z) - tops.begin()));
@@ -174,13 +174,13 @@ class World::Survey {
                      [](const SensedHeight& a, const SensedHeight& b) {
                        return a.rays_per_step > b.rays_per_step;
                      });
-    // One place is for everything, one for any height.
+    // One layer is for everything; one more serves all heights beyond kPlaces.
     constexpr size_t kPlaces = grid::kMaxHeights;
     s_.layer_heights = std::min(used, kPlaces);
     s_.layers = 1 + s_.layer_heights + (used > kPlaces ? 1 : 0);
   }
 
-  /// Number of robots that rangers see at that height.
+  /// Number of robots that rangers see at height `z`.
   size_t CountRobotsAt(double z) const {
     std::set<const Model*> robots;
     for (const PlacedBlock& block : blocks_) {
@@ -191,7 +191,7 @@ class World::Survey {
     return robots.size();
   }
 
-  /// One end of the height intervals of what rangers see.
+  /// Sorted bottoms or tops of all blocks that rangers see.
   std::vector<double> Sorted(double Bounds::*end) const {
     std::vector<double> values;
     for (const PlacedBlock& block : blocks_)
@@ -202,7 +202,7 @@ class World::Survey {
 
   void TakeUnseenBlocks() {
     if (!blocks_.empty()) s_.body_heights = blocks_[0].z;
-    bool seen = false;  // any block of this model so far
+    bool seen = false;  // whether any block of this model so far is sensed
     for (size_t i = 0; i < blocks_.size(); i++) {
       const PlacedBlock& block = blocks_[i];
       s_.body_heights.min = std::min(s_.body_heights.min, block.z.min);
@@ -252,12 +252,12 @@ class World::Survey {
   void CountMemory() {
     const grid::Grid& grid = engine_.scene.grid;
     const size_t layers_there = grid.layer_count();
-    // Bits of the cells, of the tiles that hold something, of those that changed.
+    // One word each for the cells of 64 tiles, the occupied tiles and the changed tiles.
     const uint64_t region_bytes = (grid::kTilesPerRegion + 2) * sizeof(uint64_t);
     if (s_.layers > layers_there)
       s_.memory.layers = (s_.layers - layers_there) * region_bytes *
                          grid.occupancy(grid::kEverything).tile_maps().size();
-    // Self-masks: the tiles about a robot, one mask for all its sensors.
+    // Each robot has one self-mask for all its sensors; it covers the tiles around the robot.
     constexpr uint64_t kMaskTiles = 16;
     const double bytes = static_cast<double>(fans_ * sizeof(sensing::Fan) +
                                              rooted_ * kMaskTiles * sizeof(uint64_t)) +

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Why does a ranger's sample read what it reads? Watches one ray of a world while it runs. The
-// outcome of the run is the same.
+// Explains why a ranger's sample has its value: records one ray of a running world. Recording does
+// not change the results of the simulation.
 
 #ifndef STAGE_INSIGHT_RAY_WATCH_HH
 #define STAGE_INSIGHT_RAY_WATCH_HH
@@ -17,23 +17,23 @@
 
 namespace Stg {
 
-/// The record of a ray, with names of the models, which may be gone when somebody reads it.
+/// Record of a ray. Models are stored by name because they may be deleted before it is read.
 struct RayExplanation {
-  usec_t time = 0;  ///< simulated, of the step in which the sensor updated
+  usec_t time = 0;  ///< simulated time of the step in which the sensor updated
   sensing::RayRecord record;
-  std::vector<std::vector<std::string>> models;  ///< of the questions of each potential hit
-  std::string hit;                               ///< empty: nothing
+  std::vector<std::vector<std::string>> models;  ///< models tested at each potential hit
+  std::string hit;                               ///< model that the ray hit; empty: none
 };
 
 class RayWatch : private sensing::RayObserver {
  public:
-  /// The ranger outlives it. One watch at a time for each world.
+  /// The ranger must outlive the watch. Only one watch per world at a time.
   RayWatch(World* world, const ModelRanger& ranger, uint32_t sensor, uint32_t sample);
   ~RayWatch() override;
   RayWatch(const RayWatch&) = delete;
   RayWatch& operator=(const RayWatch&) = delete;
 
-  /// Of the last time that the sensor cast the ray; null if it has not.
+  /// The latest record; null if the sensor has not cast the ray yet.
   const RayExplanation* last() const { return last_.get(); }
 
  private:

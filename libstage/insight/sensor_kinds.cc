@@ -12,7 +12,7 @@ namespace Stg {
 
 namespace {
 
-/// False: the model senses nothing.
+/// Fills in `kind`. Returns false if the model is not a sensor.
 bool Describe(const Model& model, SensorKind* kind) {
   const ModelType* const type = FindNearestModelType(model);
   if (!type || !type->describe) return false;
@@ -39,7 +39,7 @@ bool Before(const SensorGroup& a, const SensorGroup& b) {
 }  // namespace
 
 double UpdatesPerStep(const Model& model, usec_t step) {
-  // In the long run; no model updates twice in a step.
+  // Long-run average; a model updates at most once per step.
   const double steps = static_cast<double>(model.GetUpdateInterval()) / static_cast<double>(step);
   return 1.0 / std::max(1.0, steps);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Sorting sensors into kinds: what explaining a world and measuring its costs have in common.
+// Groups sensors into kinds, for the summary of a world and for measuring its costs.
 
 #ifndef STAGE_INSIGHT_SENSOR_KINDS_HH
 #define STAGE_INSIGHT_SENSOR_KINDS_HH
@@ -17,10 +17,10 @@ struct SensorGroup {
   std::vector<Model*> models;  ///< in the order of creation
 };
 
-/// The share of a world's steps, of length `step`, in which a model updates.
+/// Fraction of the world's steps, each of length `step`, in which the model updates.
 double UpdatesPerStep(const Model& model, usec_t step);
 
-/// Subscribed kinds first, those with the most rays a step first.
+/// Sorted: subscribed kinds first, then by rays per step, most first.
 std::vector<SensorGroup> SortSensors(const std::vector<Model*>& models, usec_t step);
 
 }  // namespace Stg

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Measures what the parts of a step cost, with samples of what is in the world, and puts everything
-// back.
+// Measures the costs of the parts of a step on samples of the world's models, and restores all
+// state afterwards.
 
 #include <algorithm>
 #include <iterator>
@@ -27,7 +27,7 @@ namespace Stg {
 
 namespace {
 
-/// Bytes of the heap that are in use; 0 where the C library does not tell.
+/// Bytes of the heap in use; 0 if the C library does not report them.
 uint64_t HeapInUse() {
 #ifdef __GLIBC__
 #if __GLIBC_PREREQ(2, 33)
@@ -39,13 +39,13 @@ uint64_t HeapInUse() {
 }
 
 constexpr double kNanoseconds = 1e9;
-constexpr size_t kFirstLook = 16;  // models that tell how large a sample there is time for
-constexpr size_t kMostKinds = 12;  // of sensors; the others are taken for like those of their type
-constexpr int kMostPasses = 2000;  // over a sample
+constexpr size_t kFirstLook = 16;  // models in the first pass, which decides the sample size
+constexpr size_t kMostKinds = 12;  // kinds of sensors that are measured
+constexpr int kMostPasses = 2000;  // passes over a sample
 constexpr uint64_t kSampleSeed = 1;
 
-/// So many of the models (or all), picked at random but the same each time, in their own order: a
-/// smaller sample is part of a larger one.
+/// Returns `count` randomly chosen models, or all, in their original order. The choice is
+/// repeatable, and a smaller sample is a subset of a larger one.
 template <class M>
 std::vector<M*> Sample(std::vector<M*> models, size_t count) {
   count = std::min(count, models.size());
@@ -58,13 +58,13 @@ std::vector<M*> Sample(std::vector<M*> models, size_t count) {
   return models;
 }
 
-/// What other types do in their updates can't be known, nor put back.
+/// Updates of other types may have effects that cannot be undone.
 bool CanBePutBack(const Model& model) {
   const ModelType* const type = FindModelType(model);
   return type && type->measurable;
 }
 
-/// Stands for what a controller does at least: looks at each reading once.
+/// Models the least that a controller does: reading each range once.
 double Look(Model* model) {
   double nearest = 1e9;
   for (const ModelRanger::Sensor& sensor : static_cast<ModelRanger*>(model)->GetSensors())
@@ -85,10 +85,10 @@ class World::Gauge {
   }
   ~Gauge() {
     engine_.tracer.ForcePath(sensing::BatchTracer::Path::kFaster);
-    // What was saved last goes back first: some are measured twice.
+    // Restores in reverse order because some models are saved twice.
     for (auto saved = saved_.rbegin(); saved != saved_.rend(); ++saved) PutBack(*saved);
     engine_.scheduler.Swap(scheduler_);
-    statistics_.device = Statistics().device;  // it may have failed
+    statistics_.device = Statistics().device;  // the device may have failed
     engine_.tracer.SetStatistics(statistics_);
     engine_.fiducials.Forget(nullptr);  // models may be moved before the next step
   }
@@ -126,7 +126,7 @@ class World::Gauge {
     const size_t count = std::min(subscribed, kMostKinds);
     double all_rays = 0;
     for (size_t i = 0; i < count; i++) all_rays += groups[i].kind.RaysPerStep();
-    // Half of the time goes by the number of rays, half is divided equally.
+    // Half of the time is divided by number of rays, half equally.
     for (size_t i = 0; i < count; i++) {
       const double share = 0.5 / static_cast<double>(count) +
                            (all_rays > 0 ? 0.5 * groups[i].kind.RaysPerStep() / all_rays : 0);
@@ -142,12 +142,12 @@ class World::Gauge {
     const Pass look = FirstPasses(sample);
     cost->kept_bytes = (HeapInUse() - std::min(heap, HeapInUse())) / sample.size();
     const double taken = look.update + look.trace;
-    if (taken > seconds) {  // with rays by the million: that has to do
+    if (taken > seconds) {  // a sample with millions of rays: one pass must suffice
       Write({look.update, look.trace, static_cast<double>(look.rays)}, sample.size(), cost);
       return;
     }
     const double each = taken / static_cast<double>(sample.size());
-    // Of each way that rays can go two passes to warm up, and three at least that count.
+    // Each path (host, device) takes two warm-up passes and at least three that count.
     const double fitting = seconds / ((HasDevice() ? 10 : 5) * std::max(each, 1e-9));
     if (fitting > static_cast<double>(sample.size()) && sample.size() < models.size()) {
       const double all = static_cast<double>(models.size());
@@ -163,7 +163,7 @@ class World::Gauge {
     Model* model;
     uint64_t update_chain;
     StateExchange::Bytes state;
-    std::vector<uint64_t> stamps;  // of its bodies
+    std::vector<uint64_t> stamps;  // draw-order stamps of its bodies
   };
 
   struct PathCost {
@@ -185,18 +185,18 @@ class World::Gauge {
   static bool CanMeasure(Model* model) {
     if (!CanBePutBack(*model)) return false;
     auto* gripper = dynamic_cast<ModelGripper*>(model);
-    return !gripper || !gripper->GetConfig().gripped;  // it must not be dropped
+    return !gripper || !gripper->GetConfig().gripped;  // a restored gripper would drop it
   }
 
-  /// Two: readings, layers and tables are made in the first one. Returns the second.
+  /// Runs two passes and returns the second. The first one allocates readings, layers and tables.
   Pass FirstPasses(const std::vector<Model*>& sample) {
     for (Model* model : sample) Save(model);
     Run(sample);
     return Run(sample);
   }
 
-  /// To be put back afterwards: its state, and where its body comes among those that share its
-  /// cells. An update of it that is pending now shall count again.
+  /// Saves the model's state, its pending update and the draw-order stamps of its bodies, to be
+  /// restored by PutBack().
   void Save(Model* model) {
     Saved saved{model, model->update_chain_, {}, {}};
     StateExchange exchange(engine_.models, &saved.state);
@@ -218,7 +218,7 @@ class World::Gauge {
     });
   }
 
-  /// All update and their rays are traced, as in a step, but no callback hears of it.
+  /// Updates the models and traces their rays, as in a step, but calls no callbacks.
   Pass Run(const std::vector<Model*>& sample) {
     engine_.fiducials.Forget(nullptr);
     Pass pass;
@@ -234,13 +234,13 @@ class World::Gauge {
     return pass;
   }
 
-  /// `each`: about how long one model takes.
+  /// `each` is the approximate time that one model takes, in seconds.
   void TimePasses(const std::vector<Model*>& sample, double each, double seconds,
                   SensorCost* cost) {
     const bool device = HasDevice();
     const double count = static_cast<double>(sample.size());
-    // In small pieces, of which each is interrupted by other processes at times, but not always.
-    // Threads and devices need all at once, and fiducial finders share work.
+    // Timing small pieces finds undisturbed passes even on a busy machine. Threads and devices need
+    // the whole sample, and fiducial finders share work between models.
     constexpr double kPiece = 0.002;  // seconds
     const Model& first = *sample[0];
     const bool whole = engine_.threads() > 1 || typeid(first) == typeid(ModelFiducial);
@@ -252,12 +252,12 @@ class World::Gauge {
     if (!device) return;
     const PathCost other =
         TimePath(sensing::BatchTracer::Path::kDevice, sample, sample.size(), seconds / 2);
-    // If it fails, the engine goes on without it.
+    // If the device fails, the engine continues without it.
     if (HasDevice() && other.rays > 0)
       cost->device_ray_ns = other.trace / other.rays * kNanoseconds;
   }
 
-  /// What the sample takes, added up from the best tries of its pieces.
+  /// Sums the best times of the pieces of the sample.
   PathCost TimePath(sensing::BatchTracer::Path path, const std::vector<Model*>& sample,
                     size_t piece, double seconds) {
     std::vector<std::vector<Model*>> pieces;
@@ -291,7 +291,7 @@ class World::Gauge {
   }
 
   void MeasureReading(const std::vector<Model*>& sample, SensorCost* cost) {
-    double (*volatile look)(Model*) = Look;  // called, as a controller would be
+    double (*volatile look)(Model*) = Look;  // through a pointer, so that the call is not inlined
     volatile double result = 0;
     cost->read_ns = Repeat(0, sample.size(), [&] {
       const double start = WallClock();
@@ -303,7 +303,7 @@ class World::Gauge {
 
   // ---- robots ----
 
-  /// Calls pass() until the time is over; the least that it returns, for each of `count`, in
+  /// Calls pass() until the time is over. Returns its shortest time divided by `count`, in
   /// nanoseconds.
   template <typename F>
   double Repeat(double seconds, size_t count, F pass) {
@@ -332,7 +332,7 @@ class World::Gauge {
     for (Model* model : engine_.models) {
       if (typeid(*model) != typeid(ModelPosition) || !model->HasSubscribers()) continue;
       auto* robot = static_cast<ModelPosition*>(model);
-      // Cars may have something to say, and whoever listens to velocities is not to be called.
+      // Cars may print messages, and velocity callbacks must not be called.
       const bool quiet =
           robot->drive_mode != ModelPosition::DRIVE_CAR && !robot->HasCallbacks(Model::CB_VELOCITY);
       if (quiet) sample.push_back(robot);
@@ -348,8 +348,8 @@ class World::Gauge {
     });
   }
 
-  /// Robots that are a tree of their own and share no cell with another one: they can be put back
-  /// so that the grid is as it was.
+  /// Top-level robots that share no cell with other models. Moving them back restores the grid
+  /// exactly.
   std::vector<ModelPosition*> Movable() const {
     std::vector<ModelPosition*> robots;
     for (Model* model : engine_.moving)
@@ -375,7 +375,7 @@ class World::Gauge {
     bool stall;
   };
 
-  /// They drive at half their greatest speeds.
+  /// Measures moves at half the maximum speeds.
   void MeasureMoves(double seconds) {
     const std::vector<ModelPosition*> sample = Sample(Movable(), 300);
     costs_.move_sample = sample.size();
@@ -406,7 +406,7 @@ class World::Gauge {
 
   // ---- energy ----
 
-  /// Finding the pack, and for chargers who is there; nothing is taken or given.
+  /// Measures finding the power pack and, for chargers, the touching models. Transfers no energy.
   void MeasureEnergy(double seconds) {
     const std::vector<Model*> sample = Sample(engine_.energy, 1000);
     costs_.energy_sample = sample.size();
@@ -424,10 +424,10 @@ class World::Gauge {
 
   World& world_;
   WorldEngine& engine_;
-  Scheduler scheduler_;  // what is due, put aside; updates that are measured plan their next ones
+  Scheduler scheduler_;  // holds the pending events while updates are measured
   sensing::TraceStatistics statistics_;
   std::vector<Saved> saved_;
-  double spent_ = 0, least_ = 0;  // seconds: of all tries, and if each had been as good as the best
+  double spent_ = 0, least_ = 0;  // seconds spent in all tries, and if each had matched the best
   StepCosts costs_;
 };
 

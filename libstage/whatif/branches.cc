@@ -27,7 +27,7 @@ unsigned ThreadsOf(const BranchOptions& options) {
 RunOptions OptionsOfCopies(const World& prototype) {
   RunOptions options = prototype.options();
   options.threads = 1;
-  options.opencl = false;  // each would open a device of its own
+  options.opencl = false;  // otherwise each copy would open the device again
   options.duration = 0;
   options.clock = false;
   options.listed = false;
@@ -66,15 +66,15 @@ struct Branches::Impl {
     Branch seen;
     Snapshot state;
     uint64_t seed = 0;
-    bool reseed = false;     // before its next step
-    size_t given = 0;        // commands
-    Copy* latest = nullptr;  // whose world was in this state last
+    bool reseed = false;     // reseed before the branch's next step
+    size_t given = 0;        // number of commands carried out so far
+    Copy* latest = nullptr;  // copy whose world was last in this state
   };
-  /// That of a thread.
+  /// A thread's copy of the prototype world.
   struct Copy {
     std::unique_ptr<World> world;
-    WorldHandle handle;             // of it, once it is loaded
-    const Row* resident = nullptr;  // whose state it is in, if that is not newer elsewhere
+    WorldHandle handle;             // guards `world`; set when it is loaded
+    const Row* resident = nullptr;  // row whose latest state the world is in
   };
 
   Impl(const World& prototype, uint32_t count, const BranchOptions& wanted)
@@ -86,7 +86,7 @@ struct Branches::Impl {
         pool(ThreadsOf(wanted)) {
     if (!image) return;
     if (options.device)
-      for (Copy& copy : copies) {  // now, as the prototype may be gone later
+      for (Copy& copy : copies) {  // now: the prototype may be deleted later
         copy.world = std::make_unique<World>(copy_options);
         copy.world->UseDeviceOf(prototype);
       }
@@ -105,7 +105,7 @@ struct Branches::Impl {
   void CarryCommands(Row* row, World* world);
   void See(Row* row, const World& world) const;
   static void Fail(Row* row, Copy* copy, const std::string& why);
-  /// Calls f() with the copy's world in that branch's state, and keeps what it comes to.
+  /// Restores the branch in the copy's world, calls f(), and stores the resulting state.
   template <typename F>
   void Work(Row* row, Copy* copy, F f);
 
@@ -118,7 +118,7 @@ struct Branches::Impl {
   bool ready = false;
 };
 
-/// Null if it can't be made.
+/// Returns the copy's world, loading it if necessary, or null if that fails.
 World* Branches::Impl::WorldOf(Copy* copy) {
   if (copy->world && copy->world->GetWorldFile()) return copy->world.get();
   copy->resident = nullptr;
@@ -142,7 +142,7 @@ bool Branches::Impl::Bring(Row* row, Copy* copy) {
     Fail(row, copy, "the world can't be copied any more");
     return false;
   }
-  // A lean row doesn't know the readings that the world still has.
+  // With lean snapshots, the state held by the world still has readings that a restored one lacks.
   if (copy->resident == row && row->latest == copy && options.keep == Snapshot::kFull) return true;
   copy->resident = nullptr;
   messages::Collector collector;
@@ -187,12 +187,12 @@ void Branches::Impl::Step(Row* row, uint32_t branch, uint64_t steps, Scenario* s
   });
 }
 
-/// False if it was the last one.
+/// Steps the branch once. Returns false if it has ended.
 bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, Copy* copy) {
   World* const world = copy->world.get();
   CarryCommands(row, world);
   if (scenario) scenario->BeforeStep(*world, branch);
-  if (world->Update() && !copy->handle) {  // a controller has deleted it
+  if (world->Update() && !copy->handle) {  // a controller has deleted the world
     static_cast<void>(copy->world.release());
     return false;
   }

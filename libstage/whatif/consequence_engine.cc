@@ -27,7 +27,7 @@ BranchOptions OptionsOfBranches(const ConsequenceEngine::Options& options) {
   return branches;
 }
 
-/// What has been spent since it was made.
+/// Measures seconds and joules spent since its construction.
 class Meter {
  public:
   explicit Meter(const Budget& budget)
@@ -45,7 +45,7 @@ class Meter {
   const double start_, joules_before_;
 };
 
-/// Whether there is as much left as the next round will take, judging by the last one.
+/// Predicts from the cost of the last round whether the remaining budget allows the next one.
 class Allowance {
  public:
   Allowance(const Budget& budget, const Meter& meter) : budget_(budget), meter_(meter) {}
@@ -71,13 +71,13 @@ class Allowance {
   const Budget& budget_;
   const Meter& meter_;
   double seconds_before_ = 0, joules_before_ = 0;
-  uint64_t last_ = 0;  // steps of the last round
+  uint64_t last_ = 0;  // scenario steps of the last round
 };
 
 }  // namespace
 
 struct ConsequenceEngine::Impl {
-  /// Asks the judge of a candidate about its samples.
+  /// Forwards the callbacks of a branch to the judge of its candidate.
   struct Watcher : Scenario {
     Judge* judge = nullptr;
     uint32_t samples = 1;
@@ -174,7 +174,7 @@ Outcome ConsequenceEngine::Impl::OutcomeOf(size_t candidate) const {
   return outcome;
 }
 
-/// Between what its score can still end, if so many steps are left.
+/// Bounds of the candidate's final score, with `steps_left` steps remaining.
 Bounds ConsequenceEngine::Impl::ReachOf(size_t candidate, uint64_t steps_left) const {
   const Bounds outlook = watcher.judge->Outlook(steps_left);
   Bounds reach(0, 0);
@@ -187,7 +187,7 @@ Bounds ConsequenceEngine::Impl::ReachOf(size_t candidate, uint64_t steps_left) c
   return reach;
 }
 
-/// Retires candidates that one of the others is better than, whatever comes.
+/// Retires candidates that can no longer beat the best one.
 void ConsequenceEngine::Impl::GiveUpDominated(size_t candidates, uint64_t steps_left) {
   double best = -std::numeric_limits<double>::infinity();
   for (size_t candidate = 0; candidate < candidates; candidate++)
@@ -214,7 +214,7 @@ void ConsequenceEngine::Impl::Summarize(const Question& question, Decision* deci
   }
 }
 
-/// go_on(scenario steps done, those of the next round, rounds done).
+/// Calls go_on(scenario steps done, those of the next round, rounds done) before each round.
 Decision ConsequenceEngine::Impl::Decide(
     const Question& question, Judge* judge, const Meter& meter,
     const std::function<bool(uint64_t, uint64_t, uint64_t)>& go_on) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a world consists of, what it leaves out because nobody asks for it, and what its steps will
-// cost: World::Summary() and World::MeasureStepCosts() fill these in. Part of <stage.hh>; C++11.
+// Describes the contents of a world, which sensors are idle, and what its steps cost. Filled in by
+// World::Summary() and World::MeasureStepCosts(). Part of <stage.hh>; C++11.
 //
-// "A step" is an average one: a model with an update interval of two steps counts half.
+// Values per step are averages: a model that updates every second step counts half.
 
 #ifndef STAGE_INSIGHT_EXPLAIN_HH
 #define STAGE_INSIGHT_EXPLAIN_HH
@@ -18,20 +18,20 @@
 
 namespace Stg {
 
-/// Sensors that are alike: of one type, with equally many rays or pixels, equally often due.
+/// Sensors of the same type, number of rays or pixels, and update interval.
 struct SensorKind {
   std::string type;
-  std::string example;          ///< the name of the first of them
-  bool subscribed = false;      ///< those that are not produce nothing and cost nothing
-  size_t models = 0;            ///< of this kind; the numbers that follow are those of one of them
-  size_t parts = 1;             ///< a ranger's sensors, a bumper's lines, a gripper's beams; or 1
-  uint64_t rays = 0;            ///< in an update
-  bool rays_vary = false;       ///< one ray for each target in reach, not known before: `rays` is 0
+  std::string example;      ///< name of the first one
+  bool subscribed = false;  ///< sensors without subscribers produce and cost nothing
+  size_t models = 0;        ///< number of such sensors; the other fields describe one of them
+  size_t parts = 1;   ///< sensors of a ranger, lines of a bumper, beams of a gripper; otherwise 1
+  uint64_t rays = 0;  ///< per update
+  bool rays_vary = false;       ///< one ray per target in reach, unknown in advance: `rays` is 0
   uint64_t pixels = 0;          ///< of a camera's picture
   usec_t interval = 0;          ///< between updates
-  double updates_per_step = 0;  ///< 1 at most; as if subscribed
+  double updates_per_step = 0;  ///< at most 1; counted as if subscribed
 
-  /// Of all of them together. Cameras cast none.
+  /// Rays per step of all these sensors. Cameras cast none.
   double RaysPerStep() const {
     return static_cast<double>(models) * static_cast<double>(rays) * updates_per_step;
   }
@@ -41,109 +41,109 @@ struct SensorKind {
 struct ModelKind {
   std::string type;
   size_t models = 0;
-  size_t running = 0;  ///< of these: with a subscriber
+  size_t running = 0;  ///< of these, models with a subscriber
 };
 
-/// A height that rangers look at, metres.
+/// A height at which rangers look, in metres.
 struct SensedHeight {
   double z = 0;
-  size_t sensors = 0;        ///< that look there and have a subscriber
-  size_t idle_sensors = 0;   ///< that look there and have none
-  double rays_per_step = 0;  ///< of the former
-  size_t blocks = 0;         ///< that reach this height and that rangers see
-  size_t robots = 0;         ///< position models, with what they carry, that rangers see there
+  size_t sensors = 0;        ///< sensors at this height with a subscriber
+  size_t idle_sensors = 0;   ///< sensors at this height without one
+  double rays_per_step = 0;  ///< of the sensors with a subscriber
+  size_t blocks = 0;         ///< blocks at this height that rangers see
+  size_t robots = 0;         ///< robots that rangers see at this height, including what they carry
 };
 
-/// Bytes, counted from what there is; what the C++ library adds for itself is not counted.
+/// Estimated memory in bytes. The overhead of the C++ library is not counted.
 struct MemoryCount {
-  // There now.
-  uint64_t grid = 0;    ///< cells, and the layers made so far
-  uint64_t bodies = 0;  ///< polygons, and the lists of cells that they are drawn in
+  // Memory in use now.
+  uint64_t grid = 0;    ///< cells, and the layers created so far
+  uint64_t bodies = 0;  ///< polygons, and lists of the cells that they occupy
   uint64_t models = 0;  ///< the models themselves
-  // Made in the first steps.
-  uint64_t layers = 0;    ///< of the grid: one for each height that rangers look at
+  // Memory allocated by the first steps.
+  uint64_t layers = 0;    ///< grid layers: one per height at which rangers look
   uint64_t readings = 0;  ///< ranges, intensities and bearings of subscribed rangers
-  uint64_t pictures = 0;  ///< of subscribed cameras; drawing takes more, see SensorCost
-  uint64_t batch = 0;     ///< the fans of rays of a step, and the list of what is due
+  uint64_t pictures = 0;  ///< of subscribed cameras; rendering takes more, see SensorCost
+  uint64_t batch = 0;     ///< the fans of a step, and the list of due events
 };
 
 struct SceneSummary {
   // Models.
-  std::vector<ModelKind> types;  ///< the most frequent first; without the ground
+  std::vector<ModelKind> types;  ///< most frequent first; without the ground
   size_t models = 0;
-  size_t robots = 0;                ///< position models that somebody drives: with a subscriber
-  size_t undriven = 0;              ///< position models without one: they stand
-  size_t with_controller = 0;       ///< models
+  size_t robots = 0;                ///< position models with a subscriber
+  size_t undriven = 0;              ///< position models without one: they stand still
+  size_t with_controller = 0;       ///< models with a controller
   double updates_per_step = 0;      ///< of all models
-  double position_updates = 0;      ///< of position models, a step
+  double position_updates = 0;      ///< of position models, per step
   double callbacks_per_step = 0;    ///< model callbacks at updates, and world callbacks
-  std::vector<SensorKind> sensors;  ///< subscribed ones first, most rays a step first
+  std::vector<SensorKind> sensors;  ///< subscribed first, then by rays per step
 
   // Bodies.
   size_t bodies = 0;             ///< models that have blocks
   size_t blocks = 0;             ///< polygons with a height interval
-  size_t corners = 0;            ///< of all polygons
-  Bounds body_heights;           ///< from the lowest to the highest, metres
-  size_t hidden_blocks = 0;      ///< rangers look through them: a negative ranger_return
-  size_t overlooked_blocks = 0;  ///< of the others: none of the sensed heights is theirs
+  size_t corners = 0;            ///< vertices of all polygons
+  Bounds body_heights;           ///< lowest bottom and highest top, metres
+  size_t hidden_blocks = 0;      ///< invisible to rangers: negative ranger_return
+  size_t overlooked_blocks = 0;  ///< visible to rangers, but at none of the sensed heights
   size_t unseen_bodies = 0;      ///< models with blocks, all of them hidden or overlooked
-  std::vector<std::string> unseen_examples;  ///< the names of the first few of these
-  std::vector<SensedHeight> heights;         ///< of rangers; the most rays first
-  size_t exact_sensors = 0;  ///< subscribed, of rangers, whose rays go to the outlines themselves
-  size_t looking_everywhere = 0;  ///< subscribed sensors of other types: they look at every body
+  std::vector<std::string> unseen_examples;  ///< names of the first few
+  std::vector<SensedHeight> heights;         ///< sorted by rays per step, most first
+  size_t exact_sensors = 0;                  ///< subscribed ranger sensors with the exact ray model
+  size_t looking_everywhere = 0;  ///< subscribed sensors of other types; they see bodies at any
+                                  ///< height
 
-  /// Likely mistakes: "FILE:LINE:COLUMN: ...", as the warnings when the world was loaded have them.
+  /// Likely mistakes, "FILE:LINE:COLUMN: ...", as in the warnings given when the world was loaded.
   std::vector<std::string> doubts;
 
   // The grid.
-  double resolution = 0;                            ///< metres, the side of a cell
-  bounds3d_t extent;                                ///< of what is drawn, in whole regions, metres
-  uint64_t plane_cells = 0;                         ///< in the extent
-  uint64_t occupied_cells = 0;                      ///< in which there is a body
-  size_t superregions = 0, regions = 0, tiles = 0;  ///< made
-  size_t layers = 0;         ///< that there will be: for everything, and for rangers
-  size_t layer_heights = 0;  ///< of these: for one height alone; the last is for any other
-  /// What arrays over the whole extent would take that hold what tiles and layers hold: 4 bytes a
-  /// cell for who is there, and a bit a cell for each layer.
+  double resolution = 0;        ///< cell size, metres
+  bounds3d_t extent;            ///< of everything drawn, rounded to whole regions, metres
+  uint64_t plane_cells = 0;     ///< number of cells in the extent
+  uint64_t occupied_cells = 0;  ///< cells with at least one body
+  size_t superregions = 0, regions = 0, tiles = 0;  ///< number allocated
+  size_t layers = 0;         ///< needed: one for everything, the rest for rangers
+  size_t layer_heights = 0;  ///< layers for a single height; one more serves all other heights
+  /// Bytes that dense arrays over the extent would take: 4 bytes per cell for its bodies, and one
+  /// bit per cell and layer.
   uint64_t dense_bytes = 0;
 
-  // The rest.
+  // Settings.
   size_t power_packs = 0;
-  size_t energy_models = 0;  ///< that draw from packs each step
+  size_t energy_models = 0;  ///< models that draw energy from packs each step
   bool records_trails = false;
   bool has_window = false;
-  std::string device;            ///< of OpenCL; empty: none
-  unsigned threads = 1;          ///< that a step may use
-  bool chooses_threads = false;  ///< a step uses one or all of them, whichever is faster
-  usec_t step = 0;               ///< simulated time
+  std::string device;            ///< OpenCL device; empty: none
+  unsigned threads = 1;          ///< maximum number used in a step
+  bool chooses_threads = false;  ///< each step uses one thread or all, whichever is faster
+  usec_t step = 0;               ///< simulated time of a step
   MemoryCount memory;
 };
 
-/// What one kind of sensors costs. Times are nanoseconds of real time, the best of several tries.
+/// Costs of one kind of sensor. Times are nanoseconds of real time, the best of several tries.
 struct SensorCost {
-  size_t sample = 0;          ///< models that were measured; 0: none
-  double update_ns = 0;       ///< an update of a model: gathering its rays, taking its picture
-  double rays = 0;            ///< that an update cast
-  double ray_ns = 0;          ///< a ray, from its start to the reading; with all threads
-  double device_ray_ns = -1;  ///< the same with the OpenCL device; negative: not measured
-  double read_ns = 0;         ///< of a ranger: looking at each reading of an update once
-  /// Of the heap, that a model takes at its first update and keeps. 0: unknown, or it has it
-  /// already.
+  size_t sample = 0;          ///< number of models measured; 0: none
+  double update_ns = 0;       ///< per model: gathering its rays, rendering its picture
+  double rays = 0;            ///< cast by an update
+  double ray_ns = 0;          ///< time per ray, from start to reading, with all threads
+  double device_ray_ns = -1;  ///< time per ray with the OpenCL device; negative: not measured
+  double read_ns = 0;         ///< reading all ranges of a ranger once
+  /// Heap memory that a model allocates at its first update and keeps. 0: unknown or already
+  /// allocated.
   uint64_t kept_bytes = 0;
 };
 
 struct StepCosts {
   std::vector<SensorCost> sensors;  ///< in the order of SceneSummary::sensors
-  double position_ns = 0;           ///< an update of a position model
-  double move_ns = 0;               ///< a step of a robot that drives: test, erase, draw
-  double energy_ns = 0;             ///< a model's share in the energy phase
-  size_t position_sample = 0, move_sample = 0, energy_sample = 0;  ///< models; 0: not measured
-  double device_bytes_per_ray = 0;                                 ///< fetched
-  /// How many times as long as the best try the average one took: about 1 on a machine that has
-  /// nothing else to do.
+  double position_ns = 0;           ///< update of a position model
+  double move_ns = 0;               ///< step of a moving robot: collision test, erase, draw
+  double energy_ns = 0;             ///< energy phase, per model
+  size_t position_sample = 0, move_sample = 0, energy_sample = 0;  ///< models measured; 0: none
+  double device_bytes_per_ray = 0;                                 ///< fetched from the device
+  /// Ratio of the average to the best time. About 1 on an otherwise idle machine.
   double busy = 1;
-  uint64_t rays = 0;   ///< traced in all
-  double seconds = 0;  ///< that measuring took
+  uint64_t rays = 0;   ///< total number of rays traced
+  double seconds = 0;  ///< spent on measuring
 };
 
 }  // namespace Stg

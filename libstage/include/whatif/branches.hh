@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Branches: what a world would come to, many times over. Part of <stage.hh>.
+// Branches: many alternative futures of a world, simulated in parallel. Part of <stage.hh>.
 
 #ifndef STAGE_WHATIF_BRANCHES_HH
 #define STAGE_WHATIF_BRANCHES_HH
@@ -20,12 +20,12 @@ namespace Stg {
 
 class World;
 
-/// What a position is told in a branch; the same as ModelPosition's functions of that name.
+/// A command to a position model in a branch: a call of its function of that name.
 struct Command {
   enum Kind { kSetSpeed, kGoTo, kSetAcceleration, kStop };
 
-  uint64_t step;   ///< before which step of the branch, the first one being 0
-  uint32_t model;  ///< its number: Model::GetId()
+  uint64_t step;   ///< step of the branch before which the command applies; the first is 0
+  uint32_t model;  ///< Model::GetId() of the position
   Kind kind;
   double x, y, a;
 
@@ -34,90 +34,89 @@ struct Command {
       : step(before_step), model(to), kind(what), x(to_x), y(to_y), a(to_a) {}
 };
 
-/// Where a model was after a step, and what it was doing.
+/// Pose, velocity and stall state of a watched model after a step.
 struct Sighting {
   Pose pose;          ///< global
-  Velocity velocity;  ///< of positions: that in force, so the command that was applied; else 0
+  Velocity velocity;  ///< of positions: the commanded velocity in force; otherwise 0
   bool stalled;
 };
 
-/// What one wants of branches. Its functions are called by several threads at once, for different
-/// branches, each with a world of its own: they may use that world and what belongs to that branch.
+/// Interface by which a client controls and scores branches. Several threads call it at once for
+/// different branches. A call may only use its own world and data of its own branch.
 class Scenario {
  public:
   virtual ~Scenario() {}
-  /// Before each step, after the commands: for whatever commands can't say.
+  /// Called before each step, after the commands, for changes that commands cannot express.
   virtual void BeforeStep(World& world, uint32_t branch);
-  /// After each step: may change the score. True: the branch ends here.
+  /// Called after each step. May change the score. Returns true to end the branch.
   virtual bool AfterStep(World& world, uint32_t branch, double* score);
 };
 
 struct BranchOptions {
-  unsigned threads;  ///< that work on branches, each with a world; 0: one for each processor
-  /// Between two calls of Branches::Step(). With lean ones the readings of rangers are empty when
-  /// Scenario::BeforeStep() is called for the first time in a call.
+  unsigned threads;  ///< worker threads, each with a world; 0: one per processor
+  /// Kind of snapshot kept between calls of Branches::Step(). With lean ones, rangers have no
+  /// readings at the first Scenario::BeforeStep() of each call.
   Snapshot::Keep keep;
-  std::vector<uint32_t> watched;  ///< numbers of models: of these there are sightings
-  bool device;                    ///< worlds use the OpenCL device of the prototype, if it has one
+  std::vector<uint32_t> watched;  ///< ids of models that are recorded as sightings
+  bool device;                    ///< worlds use the prototype's OpenCL device, if any
 
   BranchOptions() : threads(1), keep(Snapshot::kFull), device(false) {}
 };
 
-/// What has become of a branch.
+/// The result of a branch so far.
 struct Branch {
   enum Fate {
     kAlive,
-    kEnded,    ///< Scenario::AfterStep() said so, or something in it has asked its world to quit
-    kRetired,  ///< nobody wants to know any more
-    kFailed    ///< see error
+    kEnded,    ///< Scenario::AfterStep() returned true, or the world was asked to quit
+    kRetired,  ///< stopped by the client
+    kFailed    ///< see `error`
   };
   Fate fate;
-  uint64_t steps;  ///< since it was restored
+  uint64_t steps;  ///< number of steps since the branch was restored
   double score;
   std::string error;                ///< one line
-  std::vector<Command> commands;    ///< by step; those of the same step in the order of giving
-  std::vector<Sighting> sightings;  ///< after each step, of each watched model
+  std::vector<Command> commands;    ///< sorted by step; within a step in the order given
+  std::vector<Sighting> sightings;  ///< for each step, one per watched model
 
   Branch() : fate(kRetired), steps(0), score(0) {}
 };
 
-/// Many branches of a world. A branch is a row of bytes; a few worlds, one for each thread, serve
-/// them all. What becomes of a branch depends on its state, seed and commands alone: not on the
-/// number of branches or threads, nor on what other branches do.
+/// Many alternative futures ("branches") of a world. A branch is stored as a snapshot; a few
+/// worlds, one per thread, step all branches. The result of a branch depends only on its state,
+/// seed and commands, not on the number of branches or threads or on other branches.
 ///
-/// Controllers run in branches as they do in their world. One that asks World::IsBranch() can tell.
+/// Controllers run in branches as in the prototype; they can check World::IsBranch().
 class Branches {
  public:
-  /// Of a world that has been loaded; it may move on afterwards, or be deleted. All branches are
-  /// retired at first.
+  /// Copies a loaded world, which may be stepped or deleted afterwards. All branches start retired.
   Branches(const World& prototype, uint32_t count, const BranchOptions& options = BranchOptions());
   ~Branches();
   Branches(const Branches&) = delete;
   Branches& operator=(const Branches&) = delete;
 
-  /// Not, if the world can't be copied, or the memory doesn't suffice; a message says why.
+  /// False if the world cannot be copied or memory does not suffice; a message gives the reason.
   bool IsReady() const;
   uint32_t count() const;
-  /// That work on them.
+  /// Number of worker threads.
   unsigned threads() const;
-  /// More branches, which are retired at first, or fewer.
+  /// Changes the number of branches. New branches start retired.
   void Resize(uint32_t count);
   const Branch& operator[](uint32_t branch) const;
 
-  /// A branch begins at a snapshot of the prototype: alive, with the score 0, and without commands.
+  /// Starts a branch from a snapshot of the prototype: alive, with score 0 and no commands.
   void Restore(uint32_t branch, const Snapshot& from);
-  /// The same, with other random numbers from there on; see World::Reseed().
+  /// Like Restore(branch, from), but with a new random seed; see World::Reseed().
   void Restore(uint32_t branch, const Snapshot& from, uint64_t seed);
-  /// For a step that is still to come; others are left out.
+  /// Adds a command. Ignored if its step has already been done.
   void Give(uint32_t branch, const Command& command);
   void Retire(uint32_t branch);
 
-  /// So many steps of all branches that are alive.
+  /// Advances all branches that are alive by `steps` steps.
   void Step(uint64_t steps, Scenario* scenario = NULL);
-  /// Shows a branch as a world, which may be changed, and stepped: it goes on from there. False if
-  /// the branch has failed, or was never restored.
+  /// Calls visit() with a world in the state of the branch. Changes and steps made there become
+  /// part of the branch. Returns false if the branch has failed or was never restored.
   bool Visit(uint32_t branch, const std::function<void(World&)>& visit);
-  /// Its state now. Empty if it has failed, or was never restored.
+  /// Current state of the branch. Empty if it has failed or was never restored.
   Snapshot StateOf(uint32_t branch) const;
 
  private:
