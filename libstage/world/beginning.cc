@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Worlds that begin again with another seed, without being loaded: learners do that after each
-// episode, and loading takes several times as long as going back to a snapshot.
+// Restarts worlds with another seed without loading them. Reinforcement learning does that after
+// each episode, and loading takes several times as long as restoring a snapshot.
 
 #include "world/beginning.hh"
 
@@ -30,7 +30,7 @@ std::vector<unsigned> IndicesOf(const std::vector<Model*>& models) {
 
 }  // namespace
 
-/// Somebody may hold on to models that a reset deletes, or wait to be called.
+/// True if clients may hold pointers to models that a restart deletes, or expect callbacks.
 bool World::HasClients() const {
   const auto has_callbacks = [](const Model* model) {
     return model->controllers_ > 0 ||
@@ -50,7 +50,7 @@ bool World::MayBeginAgain() {
          (!options_.controllers || wf->TupleLength(0, "plugins") == 0) && !HasClients();
 }
 
-/// Draws what loading with that seed draws, in the same order.
+/// Draws the same random numbers in the same order as loading with that seed.
 void World::RestartRandomNumbers(const WorldBeginning& beginning, uint64_t seed) {
   options_.seed = seed;
   random_.Restart(seed);
@@ -63,8 +63,8 @@ std::shared_ptr<const WorldBeginning> World::TakeBeginning() {
   auto beginning = std::make_shared<WorldBeginning>();
   if (!Take(&beginning->state)) return nullptr;
   beginning->indices = IndicesOf(engine_->models);
-  // A model type that draws something else while it is loaded shows here: with the world's own seed
-  // nothing may change.
+  // Verifies that no model type draws other random numbers while loading: restarting with the
+  // world's own seed must reproduce the state.
   Snapshot again;
   if (!BeginAgain(*beginning, seed()) || !Take(&again)) return nullptr;
   return again.hash() == beginning->state.hash() ? beginning : nullptr;

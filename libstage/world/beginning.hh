@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How a world begins: what World::BeginAgain() goes back to.
+// The initial state of a world, to which World::BeginAgain() returns.
 
 #ifndef STAGE_WORLD_BEGINNING_HH
 #define STAGE_WORLD_BEGINNING_HH
@@ -12,8 +12,8 @@
 namespace Stg {
 
 struct WorldBeginning {
-  Snapshot state;  ///< right after loading
-  /// For each model, in the order of creation: its number among those of its type below its parent.
+  Snapshot state;  ///< immediately after loading
+  /// For each model in the order of creation: its index among siblings of the same type.
   std::vector<unsigned> indices;
 };
 

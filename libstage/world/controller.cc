@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Controllers: plug-ins that drive models.
+// Controllers: plug-ins that control models.
 
 #include <memory>
 #include <vector>
@@ -17,7 +17,7 @@ namespace Stg {
 
 namespace {
 
-/// The text of the world file; empty if these are no controller's arguments.
+/// The controller's text in the world file, or "" if `arguments` are not a controller's.
 std::string TextOf(const void* arguments, const WorldEngine& engine) {
   for (const auto& known : engine.controller_arguments)
     if (known.get() == arguments) return known->worldfile;
@@ -32,7 +32,7 @@ std::string FirstWord(const std::string& text) {
 
 }  // namespace
 
-/// The line names the place, the controller and the model besides.
+/// Kept short because the line also names the place, the controller and the model.
 constexpr size_t kLongestReason = 140;
 
 std::string WorldEngine::DescribeInitFailure(const std::string& model_name,

@@ -20,7 +20,7 @@ void StrikeOut(std::vector<Model*>* list, const Model* model) {
     if (entry == model) entry = nullptr;
 }
 
-/// After a fork, the threads of a pool can't be joined: it is left alone then.
+/// Threads of a pool cannot be joined after a fork; the pool is leaked then.
 std::shared_ptr<threads::WorkerPool> MakePool(unsigned threads) {
   return {new threads::WorkerPool(threads), [](threads::WorkerPool* pool) {
             if (pool->IsHere()) delete pool;
@@ -63,7 +63,7 @@ WorldEngine::WorldEngine() : snapshot_room(std::make_unique<SnapshotRoom>()) {
 WorldEngine::~WorldEngine() = default;
 
 void WorldEngine::Employ(std::shared_ptr<threads::WorkerPool> workers) {
-  tracer.SetWorkers(workers.get());  // may lack memory
+  tracer.SetWorkers(workers.get());  // may throw std::bad_alloc
   workers_ = std::move(workers);
 }
 
@@ -160,9 +160,9 @@ void WorldEngine::AbandonStep(usec_t now) noexcept {
   update_callbacks_due.clear();
   try {
     for (const Scheduler::Event& event : due)
-      if (event.model || event.callback) scheduler.Add(now, event);  // void if it has happened
+      if (event.model || event.callback) scheduler.Add(now, event);  // Void if it has been done
   } catch (const std::bad_alloc&) {
-    // These models update no more. There is too little memory for the world anyhow.
+    // These models will not update again; the world has run out of memory anyway.
   }
   due.clear();
 }

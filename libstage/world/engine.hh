@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What makes a world run, behind World's interface: the scene and the tracing of its rays, the
-// scheduler, the threads and what they share.
+// Implementation of a running world behind World's interface: models, scheduler, phases, the
+// tracing of rays, and the threads.
 
 #ifndef STAGE_WORLD_ENGINE_HH
 #define STAGE_WORLD_ENGINE_HH
@@ -44,32 +44,32 @@ class WorldEngine : public Host {
   GatherPhase gather;
   MovePhase move;
   CallbackPhase callbacks;
-  Sharing sharing;                    ///< of the work of these phases among threads
-  RunStatistics statistics;           ///< but for the tracer's part, see Statistics()
-  std::vector<Scheduler::Event> due;  ///< those of this step
+  Sharing sharing;                    ///< whether the phases use several threads
+  RunStatistics statistics;           ///< without the tracer's counts, see Statistics()
+  std::vector<Scheduler::Event> due;  ///< events due in this step
   struct UpdateCallback {
-    world_callback_t function;  ///< null: struck out
+    world_callback_t function;  ///< null: removed
     void* user;
   };
-  std::vector<UpdateCallback> update_callbacks;  ///< of the world
+  std::vector<UpdateCallback> update_callbacks;  ///< callbacks of the world
   std::vector<std::function<void(World&)>> calls_after_step;
   size_t plugins_left_out = 0;  ///< see RunOptions::controllers
   std::vector<std::unique_ptr<CtrlArgs>> controller_arguments;
-  /// Of bodies that lie where they lay when the world had been loaded, the last one's; these were
-  /// drawn in the order of creation.
+  /// Highest draw-order stamp when loading ended. Bodies that have not moved since have stamps up
+  /// to this one, in the order of creation.
   uint64_t last_stamp_of_loading = 0;
-  grid::CellBox extent_of_loading;          ///< of the grid, when the world had been loaded
-  std::shared_ptr<const WorldImage> image;  ///< for copies of the world; once one was made
-  std::mutex image_mutex;                   ///< held by a thread that makes the image
-  std::mutex models_mutex;                  ///< of the list of models, in a listed world
+  grid::CellBox extent_of_loading;          ///< extent of the grid when loading ended
+  std::shared_ptr<const WorldImage> image;  ///< shared by copies; null before the first copy
+  std::mutex image_mutex;                   ///< held while the image is made
+  std::mutex models_mutex;                  ///< protects the list of models of a listed world
   std::unique_ptr<SnapshotRoom> snapshot_room;
   MetricList metrics;
-  std::shared_ptr<const geometry::FreeFloor> floor;  ///< of populations; null without them
-  std::vector<Model*> made;  ///< while a world is loaded: of each entity, or null
-  /// Likely mistakes that were noticed when the world was loaded, for --explain.
+  std::shared_ptr<const geometry::FreeFloor> floor;  ///< free floor; null without populations
+  std::vector<Model*> made;  ///< used while loading: model of each entity, or null
+  /// Likely mistakes noticed during loading, for --explain.
   std::vector<std::string> doubts;
 
-  // What models ask for, see Host.
+  // Implementation of Host.
   void TraceBatch() override;
   void TraceBatchAndPostponeThrowing() noexcept override;
   void ScheduleUpdate(Model* model, usec_t time, uint64_t chain) override {
@@ -79,73 +79,73 @@ class WorldEngine : public Host {
   std::string DescribeInitFailure(const std::string& model_name,
                                   const void* arguments) const override;
 
-  /// Makes a model of a type. Null if its constructor has deleted it, mostly with its parent.
+  /// Creates a model. Returns null if its constructor deleted it, usually together with its parent.
   Model* Make(World* world, Model* parent, const std::string& type, creator_t create);
-  /// Takes a model that is going to be deleted out of all that is above.
+  /// Removes a model that is about to be deleted from all members above.
   void Forget(Model* model);
-  /// Says what a callback has done to the world while it was being `what`; returns false.
+  /// Reports that a callback has deleted or unloaded the world while it was being `what`
+  /// ("loaded"). Returns false.
   bool TellLost(const char* what) const;
-  /// Calls f(model) for those that there are now, in their order, except those that are deleted
-  /// meanwhile.
+  /// Calls f(model) for all models that exist at the start and still exist at their turn, by id.
   template <typename F>
   void ForEachModel(F f);
 
-  /// Each step uses so many. Keeps the pool it has if that has so many threads.
+  /// Uses `count` threads in each step. Keeps the present pool if it has that many.
   void SetThreads(unsigned count);
-  /// Each step uses one thread or `most`, whichever is faster. They are started when a step first
-  /// lasts long enough.
+  /// Uses one thread or `most` in each step, whichever is faster. Starts the threads when a step
+  /// first takes long enough.
   void ChooseThreads(unsigned most);
   bool chooses_threads() const { return most_threads_ > 0; }
-  /// For a step in which so many models update or move.
+  /// Chooses the threads for a step in which `count` models update or move.
   void ChooseThreadsFor(size_t count);
   /// Uses all threads until the next step.
   void EmployAll();
-  /// Tells the choice of threads how long the step took.
+  /// Reports the duration of a step to the choice of threads.
   void ReportStep(double seconds) {
     if (chooses_threads()) thread_choice_.Report(seconds);
   }
-  /// From now on it works on the threads that the other one has now.
+  /// Uses the present thread pool of the other engine from now on.
   void ShareThreadsOf(const WorldEngine& other);
   threads::WorkerPool* workers() { return workers_.get(); }
-  /// The number of threads of the present step, or of the last one.
+  /// Number of threads of the present step, or of the last one.
   unsigned threads() const { return workers_->threads(); }
-  /// The most that a step may use.
+  /// Maximum number of threads of a step.
   unsigned most_threads() const { return chooses_threads() ? most_threads_ : threads(); }
-  /// In a process that was forked meanwhile: starts threads of its own.
+  /// Replaces the thread pool if the process has been forked since the last step.
   void NoticeFork();
   /// See RunOptions::share_from.
   void ShareFrom(int count);
 
-  /// Gets ready for the next step, and lets go of what no sensor has used for a long time; the
-  /// batch is empty.
+  /// Prepares for the next step and frees what sensors have not used for long. The batch must be
+  /// empty.
   void EndStep();
-  /// Instead of that, if something was thrown: forgets what the step was about to do, but for what
-  /// is due and has not happened, which is due in the next step.
+  /// Call instead of EndStep() after an exception. Drops pending work of the step; due events that
+  /// have not run are moved to the next step.
   void AbandonStep(usec_t now) noexcept;
-  /// Warns of robots that were given commands and have no subscriber.
+  /// Warns about robots that got commands but have no subscriber, and so do not move.
   void TellUnheardCommands();
-  /// Puts bodies back into the rangers' layer whose ranger_return is no longer negative.
+  /// Moves bodies whose ranger_return is no longer negative back into the rangers' layer.
   void RefreshHidden();
 
-  /// Those of everything.
+  /// Statistics of the whole engine, including the tracer.
   RunStatistics Statistics() const;
 
-  /// Of threads sharing work, for tests: how often they did, and how many updates, moves and
-  /// callbacks were looked at for that.
+  /// For tests: number of jobs that threads shared, and of updates, moves and callbacks examined to
+  /// decide what can run in parallel.
   uint64_t shared_jobs() const { return workers_->shared_jobs(); }
   uint64_t looks() const { return gather.looks() + move.looks() + callbacks.looks(); }
 
  private:
   void Employ(std::shared_ptr<threads::WorkerPool> workers);
 
-  std::shared_ptr<threads::WorkerPool> workers_;  // maybe those of other worlds too
-  // Where threads are chosen for each step: their number, or 0; the pools to choose from.
+  std::shared_ptr<threads::WorkerPool> workers_;  // may be shared with other worlds
+  // If threads are chosen per step: the maximum number (otherwise 0) and the two pools.
   unsigned most_threads_ = 0;
-  std::shared_ptr<threads::WorkerPool> alone_, all_;  // the latter null until it is needed
+  std::shared_ptr<threads::WorkerPool> alone_, all_;  // `all_` is null until first needed
   ThreadChoice thread_choice_;
   std::exception_ptr postponed_;
 
-  unsigned forks_ = threads::CountForks();  // when threads were looked at last
+  unsigned forks_ = threads::CountForks();  // value of CountForks() at the last check
 };
 
 template <typename F>
@@ -160,7 +160,7 @@ void WorldEngine::ForEachModel(F f) {
   }
 }
 
-/// Sets a variable for as long as it lives.
+/// Sets a variable for the lifetime of this object and then restores its value.
 template <typename T>
 class While {
  public:

@@ -12,7 +12,7 @@ namespace Stg {
 
 namespace {
 
-/// It lies beside the library that this code is in; elsewhere the system may know it.
+/// Opens the library beside this one, or else wherever the system finds it.
 void* OpenGui(std::string* error) {
   const std::string name = kGuiLibrary;
   std::string path = name;
@@ -23,7 +23,7 @@ void* OpenGui(std::string* error) {
     if (slash != std::string::npos) path = self.substr(0, slash + 1) + name;
   }
   if (access(path.c_str(), R_OK) != 0) path = name;
-  // Global: controllers that draw use its functions and those of OpenGL.
+  // RTLD_GLOBAL: controllers that draw use functions of this library and of OpenGL.
   void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);
   if (library) return library;
   *error = dlerror();

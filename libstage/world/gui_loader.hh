@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Loads libstagegui, the library of the window and of pictures. The core knows nothing else of it.
+// Loads libstagegui, which contains the window and renders pictures, on demand.
 
 #ifndef STAGE_WORLD_GUI_LOADER_HH
 #define STAGE_WORLD_GUI_LOADER_HH
@@ -9,8 +9,8 @@
 
 namespace Stg {
 
-/// An extern "C" function of libstagegui, which is loaded on the first call and never closed. Null
-/// and the reason, one line, if there is none.
+/// Returns an extern "C" function of libstagegui. Loads the library on first use and never closes
+/// it. On failure returns null and a message of one line.
 void* FindInGui(const char* symbol, std::string* message);
 
 }  // namespace Stg

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Worlds from world files.
+// Loads worlds from world files.
 
 #include <algorithm>
 #include <cmath>
@@ -31,12 +31,12 @@ namespace Stg {
 
 namespace {
 
-/// Metres: a cell's side. Beyond these limits nothing in a world would have the size of some cells.
+/// Limits of the cell size in metres; beyond them, no realistic world is a useful number of cells.
 constexpr double kSmallestCell = 1e-6, kLargestCell = 1e6;
 
 constexpr int kMostThreads = 1024;
 
-/// Worlds that a controller's Init() loads, whose controllers load worlds, and so on.
+/// Maximum depth of worlds loaded by Init() functions of controllers of other worlds.
 constexpr unsigned int kMostNestedLoads = 20;
 
 std::string UnknownType(const std::string& type) {
@@ -56,8 +56,8 @@ std::string DeletedTooSoon(const std::string& type) {
 
 constexpr size_t kMostPlugins = 100;
 
-/// Those that the world file names, for the model types that they bring. Returns how many are left
-/// out, as nothing foreign is wanted.
+/// Opens the plug-ins named by the world file, for their model types. If not `wanted`, opens none
+/// and returns how many there are.
 size_t LoadPlugins(Worldfile* wf, bool wanted) {
   wf->ReadElement(0, "plugins", 0);  // an empty list counts as read too
   const size_t count = wf->TupleLength(0, "plugins");
@@ -77,10 +77,10 @@ size_t LoadPlugins(Worldfile* wf, bool wanted) {
   return wanted ? 0 : count;
 }
 
-/// Microseconds, truncated; `factor` of them make a unit of the file. 0 if they are less than one
-/// or more than a clock can count.
+/// Converts a value to microseconds, truncated; `factor` is the length of its unit in microseconds.
+/// Returns 0 if the result is below one or overflows.
 usec_t Microseconds(double value, double factor) {
-  // 1.001 * 1000 is a little less than 1001: what was meant as a whole number is to remain one.
+  // Rounding guard: 1.001 * 1000 is slightly below 1001 and must still become 1001.
   constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
   const double us = value * factor * (1 + kRounding);
   return us >= 1 && us < 1.8e19 ? static_cast<usec_t>(us) : 0;
@@ -88,7 +88,7 @@ usec_t Microseconds(double value, double factor) {
 
 std::unique_ptr<sensing::Prefilter> ChoosePrefilter(const RunOptions& options) {
   if (!options.opencl) return nullptr;
-  if (options.device.size() > messages::kLongestDetail)  // the plug-in would repeat it in full
+  if (options.device.size() > messages::kLongestDetail)  // the plug-in would print it all
     throw LoadError("stage: no OpenCL device matches " + messages::Quoted(options.device));
   std::string message;
   std::unique_ptr<sensing::Prefilter> prefilter =
@@ -101,12 +101,12 @@ std::unique_ptr<sensing::Prefilter> ChoosePrefilter(const RunOptions& options) {
 
 }  // namespace
 
-/// Where a world comes from.
+/// Describes where a world is loaded from.
 struct World::Source {
   std::string path;                                   // may be empty
-  std::istream* content;                              // null: the file
-  std::unique_ptr<Worldfile> read;                    // null unless it has been read before
-  std::shared_ptr<const WorldImage> image = nullptr;  // of the world that this one is a copy of
+  std::istream* content;                              // null: read the file at `path`
+  std::unique_ptr<Worldfile> read;                    // the file, if it has been parsed already
+  std::shared_ptr<const WorldImage> image = nullptr;  // if the world is a copy: the image to copy
 };
 
 bool World::Load(const std::string& worldfile_path) {
@@ -149,7 +149,7 @@ bool World::Reset(uint64_t seed) {
 }
 
 bool World::LoadFrom(Source source) {
-  // A controller may delete the world, load another one, or have it load itself.
+  // A controller may delete the world, load another one, or load this one again.
   const std::shared_ptr<WorldEngine> engine = engine_;
   messages::Collector collector;
   const bool loaded = LoadNow(*engine, std::move(source));
@@ -161,13 +161,13 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
   if (engine.IsIdle()) {
     engine.LetOrphansGo();
     if (wf) UnLoad();
-    engine.controller_arguments.clear();  // no controller runs that may look at them
+    engine.controller_arguments.clear();  // no running controller uses them
   }
   const While loads(&engine.loads, engine.loads + 1);
   if (engine.loads > kMostNestedLoads) return RefuseToNest();
   const double start = WallClock();
   if (wf) UnLoad();
-  if (!ground) MakeGround();  // there was too little memory for it when the last one was unloaded
+  if (!ground) MakeGround();  // memory did not suffice for it at the last unload
   sim_time = 0;
   updates = 0;
   load_status_ = 0;
@@ -187,7 +187,7 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
   } catch (const std::bad_alloc&) {
     if (!engine.deserted) UnLoad();
     throw;
-  } catch (...) {  // a callback's
+  } catch (...) {  // thrown by a callback
     const std::string thrower = *Thrower() ? Thrower() : "something";
     return FailToLoad(engine,
                       "stage: " + thrower + " has thrown " +
@@ -212,7 +212,7 @@ bool World::FailToLoad(const WorldEngine& engine, const std::string& message, in
   return false;
 }
 
-/// Reads a world file and makes its models.
+/// Reads a world file and creates its models.
 void World::LoadContent(Source source) {
   path_ = source.path;
   const bool is_read = source.read != nullptr;
@@ -232,7 +232,7 @@ void World::LoadContent(Source source) {
   }
   if (!LoadEntities()) return;
   engine_->metrics.Load(this, wf.get(), engine_->made);
-  // What an image is of has been looked at before.
+  // The models of an image have been checked already.
   if (!source.image) CheckOutlines(engine_->made);
   engine_->made.clear();
   LoadWindowSection();
@@ -245,9 +245,9 @@ void World::LoadContent(Source source) {
   engine_->image = source.image;
   for (Model* model : engine_->models)
     if (model->wf_entity > 0) model->blockgroup->NoteLoaded();
-  // A copy has the doubts of its original, which has told them.
+  // The original has already reported the doubts about a copy.
   if (!source.image) LoadChecks(this).Run();
-  InitControllers();  // which may delete the world
+  InitControllers();  // may delete the world
 }
 
 void World::DrawAll() {
@@ -255,9 +255,9 @@ void World::DrawAll() {
   NoteAllDrawn();
 }
 
-/// Init functions may delete models, and add some, whose controllers are not for us to initialise.
+/// Init functions may delete and add models. Added models are not initialized here.
 void World::InitControllers() {
-  if (engine_->controllers_left_out > 0 && !engine_->image)  // else it was said of the first world
+  if (engine_->controllers_left_out > 0 && !engine_->image)  // copies do not warn again
     messages::Warn("controllers left out, as asked for: " +
                    std::to_string(engine_->controllers_left_out));
   engine_->ForEachModel([](Model* model) { model->InitOrThrow(); });
@@ -270,7 +270,7 @@ bool World::RefuseToNest() {
   return false;
 }
 
-/// What Load() returns whose world is not there any more: whether another one is.
+/// Result of Load() if a callback has replaced or deleted the world.
 bool World::AfterAnotherLife() {
   if (wf) return true;
   if (load_status_ == 0) load_status_ = 1;
@@ -285,7 +285,7 @@ bool World::RefusesToWrite(const char* what) const {
   return true;
 }
 
-/// What holds whatever the file and its controllers say.
+/// Applies the options that override the file and its controllers.
 void World::ApplyRunOptions() {
   if (options_.clock) show_clock = true;
   if (options_.duration > simulated_before_)
@@ -309,7 +309,7 @@ void World::Reload() {
 }
 
 void World::UsePrefilter() {
-  // A world that is loaded once more goes on with its device.
+  // A world that is loaded again keeps its device.
   bool found = engine_->tracer.KeepPrefilter(options_.always_on_device);
   if (!found) {
     std::unique_ptr<sensing::Prefilter> prefilter = ChoosePrefilter(options_);
@@ -317,10 +317,10 @@ void World::UsePrefilter() {
     engine_->tracer.SetPrefilter(std::move(prefilter), options_.always_on_device);
   }
   if (options_.threads > 0 || wf->PropertyExists(0, "threads")) return;
-  if (!found && engine_->chooses_threads()) return;  // as it was loaded before
+  if (!found && engine_->chooses_threads()) return;  // chosen by an earlier load
   const unsigned processors = threads::CountUsableProcessors();
-  // What the device leaves to the host is short, and its memory, not its arithmetic, is the limit:
-  // more threads than this no longer help.
+  // The host's remaining work is short and limited by memory bandwidth, so more threads than this
+  // do not help.
   constexpr unsigned kMostUseful = 16;
   if (found)
     engine_->SetThreads(std::min(processors, kMostUseful));
@@ -359,8 +359,8 @@ void World::LoadWorldProperties() {
   if (every < 1) wf->Warn(0, "show_clock_interval", "found fewer than 1 step; using 1");
   show_clock_interval = every < 1 ? 1 : static_cast<unsigned>(every);
   speedup = wf->PropertyExists(0, "speedup") ? wf->ReadFloat(0, "speedup", 0) : 0;
-  wf->ReadInt(0, "paused", 0);           // these two are for those who
-  wf->ReadInt(0, "confirm_on_quit", 1);  // have a window
+  wf->ReadInt(0, "paused", 0);           // read by the window; read here
+  wf->ReadInt(0, "confirm_on_quit", 1);  // so that they count as known
   wf->ReadInt(0, "test", 0);
 
   int threads = wf->ReadInt(0, "threads", 1);
@@ -375,12 +375,12 @@ void World::LoadWorldProperties() {
   if (threads > 1) messages::Progress("[threads " + std::to_string(threads) + "]");
   const bool threads_given = options_.threads > 0 || wf->PropertyExists(0, "threads");
   if (options_.threads > 0) threads = options_.threads;
-  if (threads_given)  // else UsePrefilter() chooses
+  if (threads_given)  // otherwise UsePrefilter() chooses
     engine_->SetThreads(static_cast<unsigned>(std::min(threads, kMostThreads)));
   engine_->ShareFrom(options_.share_from);
 }
 
-/// False if a callback has unloaded or deleted the world.
+/// Creates all models. Returns false if a callback has unloaded or deleted the world.
 bool World::LoadEntities() {
   const std::shared_ptr<WorldEngine> engine = engine_;
   const uint64_t life = engine->life;
@@ -389,7 +389,7 @@ bool World::LoadEntities() {
   engine->made.assign(static_cast<size_t>(count), nullptr);
   for (int entity = 1; entity < count && engine->life == life; entity++) LoadEntity(entity);
   if (engine->life != life) return false;
-  // The models' own frames are final only now.
+  // The models' local frames are final only now.
   for (Model* model : engine->models) {
     model->blockgroup->FillHeights();
     model->blockgroup->Fit(model->geom.size);
@@ -399,8 +399,8 @@ bool World::LoadEntities() {
   return true;
 }
 
-/// Each cell that an outline passes takes memory and time; a body may be as large as it likes
-/// otherwise.
+/// Limits the number of outline cells, each of which takes memory and time. The area of a body is
+/// not limited.
 void World::CheckOutlines(const std::vector<Model*>& models) {
   double cells = 0, most = kMostCells;
   for (size_t entity = 1; entity < models.size(); entity++) {
@@ -440,15 +440,15 @@ void World::LoadEntity(int entity) {
   std::vector<Model*>& made = engine_->made;
   Model* parent_model = above > 0 ? made[static_cast<size_t>(above)] : nullptr;
   if (!parent_model && above > 0 && FindCreator(wf->GetEntityType(above)))
-    return;  // a callback has deleted the model that it would be a part of
+    return;  // a callback has deleted the parent
   CheckNotNested(entity, parent_model);
 
   if (type == "population" || type == "metric") {
-    // Members of a population are entities of their own; metrics want all models to be there.
+    // Members of a population are separate entities; metrics are loaded after all models.
   } else if (type == "window") {
     for (const std::string_view property : kWindowProperties) {
       wf->ReadString(entity, property.data(), "");
-      wf->TupleLength(entity, property.data());  // the window knows how many there have to be
+      wf->TupleLength(entity, property.data());  // the window checks the number of values
     }
   } else if (type == "block" && parent_model) {
     parent_model->LoadBlock(wf.get(), entity);

@@ -18,7 +18,7 @@ namespace Stg {
 
 namespace {
 
-/// A length as messages show it.
+/// Formats a length for a message.
 std::string Metres(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g m", value);
@@ -27,7 +27,7 @@ std::string Metres(double value) {
 
 std::string Pixels(double count) { return std::to_string(std::llround(count)); }
 
-/// Widths of the light strips between a picture's rim and its dark pixels, in pixels.
+/// Widths in pixels of the light margins between a picture's edges and its dark pixels.
 struct Margins {
   double left = 0, right = 0, top = 0, bottom = 0;
 };
@@ -87,7 +87,7 @@ void World::LoadChecks::CheckHeight(const Model& model) {
 
 int World::LoadChecks::FirstBlockOf(int entity) {
   if (first_blocks_.empty()) {
-    first_blocks_[0] = 0;  // looked for
+    first_blocks_[0] = 0;  // marks the map as filled
     for (int block = 1; block < wf_.GetEntityCount(); block++)
       if (std::string_view(wf_.GetEntityType(block)) == "block")
         first_blocks_.try_emplace(wf_.GetEntityParent(block), block);
@@ -128,7 +128,7 @@ void World::LoadChecks::CheckRangers() {
     if (const auto* ranger = dynamic_cast<const ModelRanger*>(model)) CheckRanger(*ranger);
 }
 
-/// False if there are no two robots, so that there is nobody to be seen.
+/// Collects robots visible to rangers by height. False if there are fewer than two robots.
 bool World::LoadChecks::FindSeenRobots() {
   const Model* first = nullptr;
   bool several = false;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Looks through a world that has just been loaded for what its file says by mistake more often than
-// on purpose: bodies that no sensor sees, sensors that look over everybody, pictures that were
-// stretched, robots that start inside of something. Each gets a warning with its place.
+// Checks a newly loaded world for likely mistakes in its file: bodies that no sensor sees, sensors
+// that look over all robots, stretched pictures, robots that start inside other bodies. Each gives
+// a warning with its place.
 
 #ifndef STAGE_WORLD_LOAD_CHECKS_HH
 #define STAGE_WORLD_LOAD_CHECKS_HH
@@ -26,7 +26,7 @@ class World::LoadChecks {
  public:
   explicit LoadChecks(World* world) : world_(*world), engine_(*world->engine_), wf_(*world->wf) {}
 
-  /// All bodies have to be drawn.
+  /// All bodies must have been drawn.
   void Run();
 
  private:
@@ -43,17 +43,17 @@ class World::LoadChecks {
   void TellStart(const Model& robot, const Model& obstacle);
 
   int FirstBlockOf(int entity);
-  /// Warns, once for each place and message, and keeps the line for --explain.
+  /// Warns once per place and message, and keeps the line for --explain.
   void Doubt(int entity, const char* property, const std::string& message);
 
   World& world_;
   WorldEngine& engine_;
   Worldfile& wf_;
   std::set<std::string> told_;
-  std::map<int, int> first_blocks_;  // entities of blocks, by those of their models
-  /// Heights from and to which rangers see robots, with two of the robots that are seen there.
+  std::map<int, int> first_blocks_;  // block entities by the entities of their models
+  /// Height intervals in which rangers see robots, each with two of the robots.
   std::map<std::pair<double, double>, std::array<const Model*, 2>> seen_robots_;
-  size_t starts_ = 0;  // robots that start inside of something
+  size_t starts_ = 0;  // number of robots that start inside other bodies
 };
 
 }  // namespace Stg

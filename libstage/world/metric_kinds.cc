@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The kinds of metrics that come with Stage. Poses are global, in metres.
+// The built-in kinds of metrics. Poses are global, in metres.
 
 #include <algorithm>
 #include <cmath>
@@ -32,14 +32,14 @@ double ReadPositive(const MetricOrder& order, const char* name, double value) {
   return read;
 }
 
-/// Looks at the models one after the other.
+/// A metric over a list of models.
 class OfModels : public Metric {
  public:
   explicit OfModels(const MetricOrder& order) : models_(order.models) {}
 
  protected:
   size_t count() const { return models_.size(); }
-  /// Calls f(index, model) for those that are still there.
+  /// Calls f(index, model) for the models that still exist.
   template <typename F>
   void ForEach(const World& world, F f) const {
     for (size_t i = 0; i < models_.size(); i++)
@@ -50,7 +50,7 @@ class OfModels : public Metric {
   std::vector<uint32_t> models_;
 };
 
-/// In metres a second; of what something else carries, anything.
+/// Speed in metres per second; infinite for models that are not driven or are carried by others.
 double SpeedOf(const Model& model) {
   const auto* const driven = dynamic_cast<const ModelPosition*>(&model);
   if (!driven || model.Parent()) return std::numeric_limits<double>::infinity();
@@ -58,7 +58,7 @@ double SpeedOf(const Model& model) {
   return std::sqrt(velocity.x * velocity.x + velocity.y * velocity.y);
 }
 
-/// Metres that a model has driven, on average. Where somebody puts it elsewhere, it has not driven.
+/// Mean distance driven in metres. Jumps, as when a client sets the pose, do not count.
 class DistanceDriven : public OfModels {
  public:
   explicit DistanceDriven(const MetricOrder& order) : OfModels(order), last_(count()) {}
@@ -73,7 +73,7 @@ class DistanceDriven : public OfModels {
     ForEach(world, [&](size_t i, const Model& model) {
       const Moment now = {model.GetGlobalPose(), SpeedOf(model)};
       const double moved = Distance(last_[i].pose, now.pose);
-      // The speed may have changed before the move or behind it; a little for rounding.
+      // The speed may change before or after the move; 1e-6 is a rounding tolerance.
       if (moved <= std::max(last_[i].speed, now.speed) * seconds * (1 + 1e-6)) sum_ += moved;
       last_[i] = now;
     });
@@ -89,7 +89,7 @@ class DistanceDriven : public OfModels {
   double sum_ = 0;
 };
 
-/// How often a model was stopped by another one, in all.
+/// Total number of times that a model was stopped by another one.
 class Collisions : public OfModels {
  public:
   explicit Collisions(const MetricOrder& order) : OfModels(order), stalled_(count()) {}
@@ -111,7 +111,7 @@ class Collisions : public OfModels {
   uint64_t begun_ = 0;
 };
 
-/// Square metres where a model has been: squares of side `cell` that the middle of one was in.
+/// Visited area in square metres: squares of side `cell` that the origin of a model has been in.
 class Coverage : public OfModels {
  public:
   explicit Coverage(const MetricOrder& order)
@@ -135,8 +135,8 @@ class Coverage : public OfModels {
   std::set<std::pair<int64_t, int64_t>> seen_;
 };
 
-/// Simulated seconds until all models, or with `first 1` one of them, have been within `radius` of
-/// `goal`.
+/// Simulated seconds until all models, or with `first 1` the first one, have come within `radius`
+/// of `goal`.
 class TimeToGoal : public OfModels {
  public:
   explicit TimeToGoal(const MetricOrder& order)
@@ -163,13 +163,13 @@ class TimeToGoal : public OfModels {
  private:
   double radius_;
   Pose goal_;
-  bool first_;  // the first one to arrive counts
+  bool first_;  // only the first model to arrive counts
   std::vector<bool> arrived_;
   size_t left_ = 0;
   double time_ = kNone;
 };
 
-/// The smallest distance there ever was between the middles of two models.
+/// Smallest distance so far between the origins of two models.
 class Nearest : public OfModels {
  public:
   explicit Nearest(const MetricOrder& order) : OfModels(order) { places_.reserve(count()); }
@@ -181,7 +181,7 @@ class Nearest : public OfModels {
               [](const Pose& a, const Pose& b) { return a.x < b.x; });
     for (size_t i = 0; i < places_.size(); i++) {
       for (size_t j = i + 1; j < places_.size(); j++) {
-        if (places_[j].x - places_[i].x >= least_) break;  // so are all that follow
+        if (places_[j].x - places_[i].x >= least_) break;  // further ones are more distant
         least_ = std::min(least_, Distance(places_[i], places_[j]));
       }
     }

@@ -42,8 +42,8 @@ bool IsMember(const Worldfile& file, const std::string& population, int entity) 
   });
 }
 
-/// Those that the section's `model` names: a type, a model, or a population. Without it, all that
-/// can drive.
+/// Models that the section's `model` selects by type, name or population. Without it, all position
+/// models.
 std::vector<uint32_t> ModelsOf(Worldfile* file, int entity, const std::vector<Model*>& made) {
   const std::string selector = file->ReadString(entity, "model", "");
   std::vector<uint32_t> models;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The metrics of a world.
+// The metrics of a world: those that its file asks for, and values set by clients.
 
 #ifndef STAGE_WORLD_METRIC_LIST_HH
 #define STAGE_WORLD_METRIC_LIST_HH
@@ -17,18 +17,18 @@ namespace Stg {
 
 class MetricList {
  public:
-  /// Those that the file asks for, in place of all that there were. `made`: the model of each
-  /// entity, or null. Throws LoadError.
+  /// Replaces all metrics by those that the file asks for. `made` has the model of each entity, or
+  /// null. Throws LoadError.
   void Load(World* world, Worldfile* file, const std::vector<Model*>& made);
   void Clear();
-  /// Forgets what was set, too.
+  /// Starts all metrics anew and drops the values that were set.
   void Start(World& world);
   void Step(World& world) {
     for (const Entry& entry : entries_) entry.metric->Step(world);
   }
-  /// Of somebody's own counting, such as a controller's.
+  /// Sets a value that a client, such as a controller, computed itself.
   void Set(const std::string& name, double value) { set_[name] = value; }
-  /// Those of the file in its order, then those that were set, by name.
+  /// The file's metrics in its order, then the set values by name.
   std::vector<NamedMetric> Values() const;
 
  private:

@@ -18,21 +18,21 @@ namespace Stg {
 
 namespace {
 
-/// Of the library that this code is in.
+/// The loader's description of the library that contains this code.
 Dl_info OwnLibrary() {
   Dl_info info = {};
   dladdr(reinterpret_cast<void*>(&OpenPlugin), &info);
   return info;
 }
 
-/// The plug-in folder beside the library that this code is in: right for a build tree, and for an
-/// installation that was moved.
+/// Plug-in folder beside the library that contains this code. Correct in build trees and relocated
+/// installations.
 std::string FolderBesideLibrary() {
   const std::string folder = files::LibraryFolder();
   return folder.empty() ? "" : folder + "/" + kPluginSubdir;
 }
 
-/// Of a list in the environment.
+/// Folders in a colon-separated environment variable.
 std::vector<std::string> FoldersOf(const char* variable) {
   std::vector<std::string> folders;
   if (const char* list = std::getenv(variable)) {
@@ -60,7 +60,7 @@ void* Open(const std::string& file, std::string* error) {
   return handle;
 }
 
-/// Opens a file.
+/// Opens a plug-in file after checking it.
 void* OpenFile(const std::string& path, std::string* error) {
   *error = FaultOfPlugin(path, OwnLibrary().dli_fbase);
   return error->empty() ? Open(path, error) : nullptr;
@@ -72,11 +72,11 @@ void* OpenPlugin(const std::string& name, std::string* error) {
   const std::string file = WithSuffix(name);
   if (name.find('/') != std::string::npos) {
     void* const handle = OpenFile(file, error);
-    // The one who asks names it already, and shorter.
+    // The caller's message names the file already.
     if (error->starts_with(file + ": ")) error->erase(0, file.size() + 2);
     return handle;
   }
-  constexpr std::size_t kFewBytes = 40;  // the message has the name already
+  constexpr std::size_t kFewBytes = 40;  // the message contains the name already
   std::string tried;
   for (const std::string& folder : PluginFolders()) {
     const std::string path = folder + "/" + file;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Shared libraries loaded at run time. They are never closed.
+// Loads shared libraries at run time. They are never closed.
 
 #ifndef STAGE_WORLD_PLUGIN_HH
 #define STAGE_WORLD_PLUGIN_HH
@@ -9,12 +9,12 @@
 
 namespace Stg {
 
-/// Opens a plug-in. A name with a slash is a file, relative to the current directory. Any other is
-/// looked for in the directories of STAGEPATH, in the plug-in directory beside this library, in
-/// that of the installation, and where the system looks. ".so" is added if it is missing.
-/// Returns null and the loader's reason in *error.
+/// Opens a plug-in. A name with a slash is a path relative to the current directory. Other names
+/// are searched in STAGEPATH, in the plug-in folder beside this library, in that of the
+/// installation, and in the system's folders. Appends ".so" if missing. On failure returns null and
+/// the reason in *error.
 void* OpenPlugin(const std::string& name, std::string* error);
-/// A symbol of it, or null and the reason.
+/// Returns the address of a symbol of the plug-in, or null and the reason in *error.
 void* FindSymbol(void* plugin, const char* symbol, std::string* error);
 
 }  // namespace Stg

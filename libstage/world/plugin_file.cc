@@ -18,7 +18,7 @@ namespace {
 
 class File {
  public:
-  /// Doesn't wait for the other end of a pipe.
+  /// Opens without blocking if the path is a pipe.
   explicit File(const std::string& path)
       : descriptor_(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY)) {}
   ~File() {
@@ -53,7 +53,7 @@ bool IsForThisProcess(const ElfW(Ehdr) & header, const ElfW(Ehdr) & own) {
          header.e_ident[EI_DATA] == own.e_ident[EI_DATA] && header.e_machine == own.e_machine;
 }
 
-/// Whether what the loader will look at lies within the file.
+/// True if all segments that the loader reads lie within the file.
 bool IsWhole(const File& file, const ElfW(Ehdr) & header, uint64_t size) {
   if (header.e_phentsize != sizeof(ElfW(Phdr))) return false;
   std::vector<ElfW(Phdr)> segments(header.e_phnum);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Looks at the file of a shared library before the loader does, which waits for ever for a pipe and
-// dies of a file that was cut short.
+// Checks the file of a shared library before the system's loader opens it: the loader hangs on
+// pipes and crashes on truncated files.
 
 #ifndef STAGE_WORLD_PLUGIN_FILE_HH
 #define STAGE_WORLD_PLUGIN_FILE_HH
@@ -10,8 +10,8 @@
 
 namespace Stg {
 
-/// Why the file can't be a shared library for this process; empty if it can. `own_header`: that of
-/// one that is loaded.
+/// Returns why the file cannot be a shared library for this process, or "" if it can. `own_header`
+/// is the ELF header of a loaded library, or null.
 std::string FaultOfPlugin(const std::string& path, const void* own_header);
 
 }  // namespace Stg

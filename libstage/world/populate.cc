@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Populations stand at random on free ground, spread evenly, clear of other bodies and of one
-// another. The same seed gives the same places everywhere; the first members of a larger population
-// stand where those of a smaller one do.
+// Places populations at random, evenly spread on free floor, clear of other bodies and of each
+// other. The same seed gives the same places on every machine; growing a population keeps the
+// places of its first members.
 
 #include "world/populate.hh"
 
@@ -22,11 +22,11 @@ namespace Stg {
 
 namespace {
 
-/// After that many misses in a row the floor counts as full: the share of it where one more would
-/// fit is then most likely below 0.02 %.
+/// After this many failed tries in a row, the floor counts as full: most likely one more would fit
+/// on less than 0.02 % of it.
 constexpr int kMostMisses = 20'000;
 constexpr double kSmallestGap = 0.05;  // metres
-/// Bodies that are nearer than a cell's diagonal might share a cell, which is a collision.
+/// Bodies closer than a cell's diagonal might share a cell, which is a collision.
 constexpr double kCellsApart = 1.5;
 
 struct Plan {
@@ -54,7 +54,7 @@ void ForEachOf(Model* model, F f) {
   for (Model* child : model->GetChildren()) ForEachOf(child, f);
 }
 
-/// Of a circle about the model's place that it lies in with all that it carries.
+/// Radius of the circle around the model's origin that contains it and all that it carries, metres.
 double RadiusOf(Model* model) {
   const Pose at = model->GetGlobalPose();
   double radius2 = 0;
@@ -106,7 +106,7 @@ Plan MakePlan(const Population& population, Worldfile* file, const std::vector<M
   return plan;
 }
 
-/// Everything that stands in the way, but for the members of populations. `reach`: see Finish().
+/// Free floor given all obstacles except members of populations. `reach`: see FreeFloor::Finish().
 geometry::FreeFloor FloorOf(const std::vector<Model*>& models, const Worldfile& file,
                             const std::vector<Model*>& made, double reach) {
   std::set<const Model*> members;
@@ -123,7 +123,7 @@ geometry::FreeFloor FloorOf(const std::vector<Model*>& models, const Worldfile& 
   return floor;
 }
 
-/// Changes with the models' places what is worked out from them when they are loaded.
+/// Moves a model and updates what was derived from the poses at loading.
 void PutAt(Model* model, const point_t& place, double heading) {
   model->SetPose(Pose(place.x, place.y, model->GetPose().z, heading));
   ForEachOf(model, [](Model& part) {

@@ -12,10 +12,10 @@
 
 namespace Stg {
 
-/// Puts the members of the file's populations onto free ground, when all of its models have been
-/// made and none is drawn. `made`: of each entity, or null. `cell`: the side of one, metres.
-/// `floor`: that of an earlier world of the same file, or null; then it is looked for. Throws
-/// LoadError if there is no room.
+/// Places the members of the file's populations on free floor. Call it when all models of the file
+/// exist and none is drawn. `made` has the model of each entity, or null; `cell` is the cell size
+/// in metres. `floor` is the free floor of an earlier world of the same file; if null, it is
+/// computed. Throws LoadError if there is not enough free floor.
 void PlacePopulations(const std::vector<Model*>& models, const std::vector<Model*>& made,
                       Worldfile* file, double cell, uint64_t seed,
                       std::shared_ptr<const geometry::FreeFloor>* floor);

@@ -27,8 +27,8 @@ std::string Hexadecimal(uint64_t number) {
   return text;
 }
 
-/// Why a plug-in can't be used; empty if it can. Looks no further than it has to: what is behind
-/// the version may be anything in another one.
+/// Returns why a backend cannot be used, or "" if it can. Checks the version first: the layout of
+/// the other fields depends on it.
 std::string FaultOf(const Backend& backend) {
   const std::string file = FileOf(&backend);
   if (backend.version != sensing::kBackendVersion)
@@ -41,7 +41,7 @@ std::string FaultOf(const Backend& backend) {
   return "";
 }
 
-/// Null and the reason.
+/// Opens the backend of a plug-in. Returns null and the reason in *message on failure.
 const Backend* OpenBackend(const std::string& name, std::string* message) {
   std::string error;
   void* const plugin = OpenPlugin(name, &error);

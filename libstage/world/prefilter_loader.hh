@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Loads backends: plug-ins that bring a prefilter. The core knows nothing else of them.
+// Loads backends: plug-ins that provide a prefilter. The core does not depend on them.
 
 #ifndef STAGE_WORLD_PREFILTER_LOADER_HH
 #define STAGE_WORLD_PREFILTER_LOADER_HH
@@ -17,16 +17,16 @@ class Prefilter;
 }  // namespace internal
 namespace sensing = internal::sensing;
 
-/// The plug-in of OpenCL.
+/// Name of the OpenCL plug-in.
 inline constexpr char kOpenClPlugin[] = "stage_cl";
 
-/// The prefilter of a device. `plugin`: the name of a backend, or its file, see OpenPlugin().
-/// `choice`: which of its devices, empty for the best one; OpenCL's is the text after --opencl=.
-/// Null and a message if there is none, or if the plug-in was made for another version or build.
+/// Creates the prefilter of a device. `plugin` is the name or file of a backend, see OpenPlugin();
+/// `choice` selects a device, empty for the best; for OpenCL it is the text after --opencl=.
+/// Returns null and a message if none is found or the backend is of another version or build.
 std::unique_ptr<sensing::Prefilter> LoadPrefilter(const std::string& plugin,
                                                   const std::string& choice, std::string* message);
 
-/// One line for each device, or why there is none.
+/// Lists the devices, one per line, or says why there are none.
 std::string ListDevices(const std::string& plugin);
 
 }  // namespace Stg

@@ -24,7 +24,7 @@ RayCaster::RayCaster(World* world, const CastOptions& options)
 
 RayCaster::~RayCaster() = default;
 
-/// Asked here once for each model, not once for each ray that comes to it.
+/// Evaluates visibility once per model instead of once per ray that reaches it.
 void RayCaster::FindSeen() {
   const std::vector<Model*>& models = world_.engine().models;
   seen_.assign(models.empty() ? 0 : models.back()->GetId() + 1, false);
@@ -43,8 +43,8 @@ bool RayCaster::Cast(const Pose* poses, size_t count, const std::vector<double>&
   }
   if (count == 0 || bearings.empty()) return true;
   if (world_.IsExact(options_.ray_model)) world_.DrawForExactRays();
-  engine.TraceBatch();                 // what was asked for before
-  constexpr size_t kManyRays = 10000;  // one thread takes longer for them than to wake others
+  engine.TraceBatch();                 // traces what was requested before
+  constexpr size_t kManyRays = 10000;  // from here on, waking threads pays
   if (count * bearings.size() >= kManyRays) engine.EmployAll();
   engine.scene.tables.Trim();
   FindSeen();
@@ -55,7 +55,7 @@ bool RayCaster::Cast(const Pose* poses, size_t count, const std::vector<double>&
   return true;
 }
 
-/// Calls a copy of f for numbers below `count`, on all threads.
+/// Calls f(i) for all i below `count` on all threads. Each thread uses a copy of f.
 template <typename F>
 void RayCaster::ForEachShare(size_t count, F f) {
   constexpr size_t kGrain = 256;
@@ -65,7 +65,7 @@ void RayCaster::ForEachShare(size_t count, F f) {
   });
 }
 
-/// Puts them into the batch of the world.
+/// Puts the fans into the world's batch.
 void RayCaster::PlaceFans(const Pose* poses, size_t count, meters_t range, uint32_t samples,
                           uint32_t first_direction) {
   WorldEngine& engine = world_.engine();
@@ -90,7 +90,7 @@ void RayCaster::PlaceFans(const Pose* poses, size_t count, meters_t range, uint3
   });
 }
 
-/// Neighbours come one after the other, and so are walked together.
+/// Sorts the poses so that neighbors are adjacent and their rays are walked together.
 void RayCaster::OrderByPlace(const Pose* poses, size_t count) {
   const double cells_per_metre = world_.Resolution();
   order_.resize(count);
@@ -104,7 +104,7 @@ void RayCaster::OrderByPlace(const Pose* poses, size_t count) {
   SortOrder();
 }
 
-/// Stretches on all threads; then two and two of them become one, until one is left.
+/// Parallel merge sort: sorts chunks on all threads, then merges pairs until one is left.
 void RayCaster::SortOrder() {
   constexpr size_t kStretch = 4096;
   const size_t count = order_.size();

@@ -9,7 +9,7 @@
 namespace Stg {
 
 void Scheduler::Swap(Scheduler& other) {
-  due_.swap(other.due_);  // the lists stay where they are
+  due_.swap(other.due_);  // swapping keeps the addresses of the lists
   std::swap(last_list_, other.last_list_);
   std::swap(last_time_, other.last_time_);
   spare_.swap(other.spare_);
@@ -48,7 +48,7 @@ void Scheduler::Forget(const Model* model) noexcept {
   if (due_.empty()) return;
   try {
     forgotten_.insert(model->GetId());
-  } catch (const std::bad_alloc&) {  // then at once
+  } catch (const std::bad_alloc&) {  // out of memory: removes the events now
     for (auto& [time, list] : due_)
       std::erase_if(list, [&](const Event& event) { return event.model == model; });
   }

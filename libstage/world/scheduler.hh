@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What is to happen at which simulated time.
+// Queue of events, ordered by simulated time.
 
 #ifndef STAGE_WORLD_SCHEDULER_HH
 #define STAGE_WORLD_SCHEDULER_HH
@@ -20,37 +20,37 @@ class Scheduler {
     Model* model = nullptr;
     model_callback_t callback = nullptr;  ///< null: the model's update
     void* arg = nullptr;
-    /// Whose it is, see UpdateChain; of an update: void if the model has begun a newer one.
+    /// Identifies the model, see UpdateChain. An update of an older chain is void.
     uint64_t chain = 0;
   };
 
   Scheduler() = default;
-  // A copy would go on adding to lists of the original.
+  // A copy's last_list_ would point into the original.
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
   void Swap(Scheduler& other);
 
   void Add(usec_t time, const Event& event) { ListOf(time).push_back(event); }
-  /// Adds so many events of one time, all of which have to be filled in before anything else.
+  /// Appends `count` events of one time. The caller must fill them in before the next call.
   std::span<Event> AddRoom(usec_t time, size_t count) {
     List& list = ListOf(time);
     list.resize(list.size() + count);
     return std::span(list).last(count);
   }
 
-  /// Moves the events whose time is `now` or earlier to *events: by time, and in the order of
-  /// adding where times are equal. Events added meanwhile are left for the next call.
+  /// Moves the events with a time up to `now` to *events, sorted by time; events of equal time keep
+  /// the order of adding. Events added meanwhile wait for the next call.
   void Take(usec_t now, std::vector<Event>* events);
 
-  /// Drops the events of a model. Done once for all such models, when events are taken.
+  /// Marks the events of a model as void. Take() removes those of all marked models in one pass.
   void Forget(const Model* model) noexcept;
-  /// Does that now: from here on other models may have the numbers of those.
+  /// Removes them now. Call it before the ids of deleted models are used again.
   void DropForgotten();
   void Clear();
-  /// How many events were looked at to drop those of models: the work that these have made.
+  /// Number of events examined in removing void ones; a measure of the work.
   uint64_t looked_at() const { return looked_at_; }
 
-  /// Calls f(usec_t, const Event&) for all, by time, in the order of adding.
+  /// Calls f(usec_t, const Event&) for all events by time, then in the order of adding.
   template <typename F>
   void ForEach(F f) {
     DropForgotten();
@@ -62,12 +62,12 @@ class Scheduler {
   using List = std::vector<Event>;
   List& ListOf(usec_t time);
 
-  // Nearly all models share a few intervals, so there are few distinct times.
+  // The models share a few update intervals, so there are few distinct times.
   std::map<usec_t, List> due_;
-  List* last_list_ = nullptr;  // that was added to, of the time below
+  List* last_list_ = nullptr;  // list of last_time_, to which was added last
   usec_t last_time_ = 0;
-  std::vector<List> spare_;                 // for their memory
-  std::unordered_set<uint32_t> forgotten_;  // models
+  std::vector<List> spare_;                 // empty lists, kept for their memory
+  std::unordered_set<uint32_t> forgotten_;  // ids of models whose events are void
   uint64_t looked_at_ = 0;
 };
 

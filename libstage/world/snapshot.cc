@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Taking snapshots of worlds, and going back to them. The sections of their rows: a list of the
-// models that there are; a byte for each, whether it leaves readings out; the world's own state;
-// that of each model; and the three parts of World::ExchangeState() that come after the models.
+// Takes and restores snapshots of worlds. Sections of a row: the list of models; one byte per model
+// that tells whether its readings are left out; the world's own state; the state of each model; and
+// the three parts of World::ExchangeState() that follow the models.
 
 #include "world/snapshot.hh"
 
@@ -44,11 +44,11 @@ namespace {
 
 constexpr size_t kList = 0, kLeftOut = 1, kHead = 2, kModels = 3, kOtherSections = 6;
 
-/// A model in the list.
+/// An entry of the list of models.
 struct Listed {
   uint32_t id = 0;
-  uint32_t parent = 0;  // its place in the list + 1; 0: none
-  int entity = 0;       // of the world file; 0: none
+  uint32_t parent = 0;  // index of the parent in the list + 1; 0: none
+  int entity = 0;       // index in the world file; 0: none
   std::string type;
 
   void ExchangeState(StateExchange& exchange) { exchange(id, parent, entity, type); }
@@ -66,23 +66,23 @@ uint32_t PlaceOf(const std::vector<Model*>& models, const Model* model) {
 
 }  // namespace
 
-/// For each model, in the order of creation: whether its readings are left out. Empty: none are.
+/// For each model, in the order of creation: whether its readings are left out. If empty, none are.
 using LeftOut = std::vector<unsigned char>;
 
-/// One use of it saves or restores one row. The order of its calls is that of its functions.
+/// Saves or restores one row. Its functions must be called in the order of declaration.
 class World::Restorer {
  public:
   explicit Restorer(World* world) : world_(*world), engine_(*world->engine_) {}
 
-  /// Those that update in the next step, before anybody reads what they have sensed.
+  /// Flags the models that update in the next step, before anything can read their readings.
   LeftOut FindDue();
   void Save(const LeftOut& left_out, StateRow* row);
-  /// Goes back to `row`, and keeps in *before what that changes. Empty, or why not; then the world
-  /// may be in any state.
+  /// Restores `row`, and saves what that changes in *before. Returns "" or an error; after an error
+  /// the world may be in any state.
   std::string Restore(const StateRow& row, StateRow* before);
-  /// *before is complete, and the world not as it was any more.
+  /// True if *before is complete and the world has begun to change.
   bool has_begun() const { return has_begun_; }
-  /// Undoes that.
+  /// Undoes Restore().
   void PutBack(const StateRow& before);
   static LeftOut LeftOutOf(const StateRow& row);
 
@@ -112,9 +112,9 @@ class World::Restorer {
   WorldEngine& engine_;
   bool has_begun_ = false;
   std::vector<Listed> list_;
-  std::vector<Model*> models_;  // of the list
-  std::vector<Model*> others_;  // that are to be deleted
-  std::vector<size_t> made_;    // places in the list
+  std::vector<Model*> models_;  // one per entry of list_
+  std::vector<Model*> others_;  // models not in the list, to be deleted
+  std::vector<size_t> made_;    // indices of created models in the list
 };
 
 LeftOut World::Restorer::FindDue() {
@@ -132,7 +132,7 @@ void World::Restorer::Save(const LeftOut& left_out, StateRow* row) {
   SaveRest(left_out, row);
 }
 
-/// What comes behind the list.
+/// Saves the sections after the list.
 void World::Restorer::SaveRest(const LeftOut& left_out, StateRow* row) {
   const std::vector<Model*>& models = engine_.models;
   StateExchange exchange(models, &row->bytes);
@@ -156,7 +156,7 @@ void World::Restorer::SaveRest(const LeftOut& left_out, StateRow* row) {
   end_section();
 }
 
-/// As a vector of what is listed; the row begins with it.
+/// Saves the list as the first section, in the format of a vector of Listed.
 void World::Restorer::SaveList(StateRow* row) {
   row->Clear();
   const std::vector<Model*>& models = engine_.models;
@@ -184,7 +184,7 @@ std::string World::Restorer::Restore(const StateRow& row, StateRow* before) {
   return wrong;
 }
 
-/// Models that are made from now on may have the numbers of some that are gone.
+/// Allows models created from now on to reuse the ids of deleted ones.
 void World::Restorer::ForgetNumbers() {
   engine_.scheduler.DropForgotten();
   engine_.names.DropRemoved(engine_);
@@ -206,7 +206,7 @@ void World::Restorer::DropReadings(const StateRow& row) {
     if (left_out[i] != 0) engine_.models[i]->DropReadings();
 }
 
-/// Where the models are the same, those that are in the same state stay as they are.
+/// Restores only sections that differ from `before`. The models must be the same.
 std::string World::Restorer::RestoreWhatDiffers(const StateRow& row, const StateRow& before) {
   models_ = engine_.models;
   std::string wrong =
@@ -234,7 +234,7 @@ std::string World::Restorer::RestoreAll(const StateRow& row) {
   return "";
 }
 
-/// is_same(i): the world is in the state of section i already. Empty, or what is wrong.
+/// is_same(i) tells whether the world is in the state of section i already. Returns "" or an error.
 template <typename F>
 std::string World::Restorer::RestoreSections(const StateRow& row, F is_same) {
   std::string wrong;
@@ -295,7 +295,7 @@ std::string World::Restorer::Check() const {
 }
 
 bool World::Restorer::AnyBelowItself() const {
-  std::vector<size_t> reached_from(list_.size(), 0);  // the first model below it, + 1
+  std::vector<size_t> reached_from(list_.size(), 0);  // index + 1 of the first model below it
   for (size_t i = 0; i < list_.size(); i++) {
     size_t place = i + 1;
     while (place > 0 && reached_from[place - 1] == 0) {
@@ -307,8 +307,8 @@ bool World::Restorer::AnyBelowItself() const {
   return false;
 }
 
-/// The model may be one of this world: its file has it, if it is from a file, and no other model of
-/// the file has its number. Controllers hold on to models of the file, so these are not replaced.
+/// True if the model may belong to this world: the file has its entity, and the id is not that of
+/// another model of the file. Those are never replaced: controllers hold pointers to them.
 bool World::Restorer::Fits(const Listed& listed) const {
   Worldfile* const file = world_.wf.get();
   if (listed.entity < 0) return false;
@@ -320,8 +320,8 @@ bool World::Restorer::Fits(const Listed& listed) const {
   return there->wf_entity == listed.entity && there->type == listed.type;
 }
 
-/// Those of the list that there are. A model of another type that has the number of one of them
-/// goes now: both were made while the world ran.
+/// Finds the listed models that exist. Deletes models that have the id of a listed model but
+/// another type: both were created while a world ran.
 void World::Restorer::FindModels() {
   models_.assign(list_.size(), nullptr);
   std::vector<uint32_t> in_the_way;
@@ -336,21 +336,21 @@ void World::Restorer::FindModels() {
       in_the_way.push_back(model->id);
   }
   if (in_the_way.empty()) return;
-  for (const uint32_t id : in_the_way) delete world_.FindModel(id);  // with all below it
+  for (const uint32_t id : in_the_way) delete world_.FindModel(id);  // with its descendants
   others_.clear();
   FindModels();
 }
 
-/// Parents first.
+/// Creates missing models, parents first.
 void World::Restorer::MakeMissing() {
   for (size_t i = 0; i < list_.size(); i++) {
     if (models_[i]) continue;
-    // A parent that is younger gets it later.
+    // A parent with a higher id does not exist yet; Arrange() sets it later.
     Model* parent = list_[i].parent > 0 ? models_[list_[i].parent - 1] : nullptr;
     models_[i] = Make(list_[i], parent);
     made_.push_back(i);
   }
-  // Only now, as controllers look for models that belong to theirs.
+  // Initialized only now because controllers look for other models.
   for (const size_t i : made_) models_[i]->InitOrThrow();
 }
 
@@ -381,8 +381,8 @@ void World::Restorer::LoadParts(Model* model, int entity) {
   model->blockgroup->NoteLoaded();
 }
 
-/// Gives each model its parent. From one tree to another by way of the top level, so that no model
-/// is ever below itself.
+/// Gives each model its parent. Moves between trees go through the top level, so that no model is
+/// ever its own descendant.
 void World::Restorer::Arrange() {
   std::vector<size_t> misplaced;
   const auto parent_of = [&](size_t i) {
@@ -395,12 +395,12 @@ void World::Restorer::Arrange() {
     if (Model* const parent = parent_of(i)) models_[i]->MoveTo(parent);
 }
 
-/// Takes the others' bodies off the grid: they are in nobody's way any more.
+/// Erases the bodies of the models to be deleted, so that they block nothing.
 void World::Restorer::SetAside() {
   for (Model* other : others_) other->blockgroup->Erase();
 }
 
-/// Each model is a child of one parent, once.
+/// True if each model is a child of exactly one parent.
 bool World::Restorer::IsATree() const {
   size_t children = world_.children.size();
   for (const Model* model : models_) children += model->children.size();
@@ -411,17 +411,17 @@ bool World::Restorer::IsATree() const {
   return children == models_.size() && std::ranges::adjacent_find(all) == all.end();
 }
 
-/// Packs that go take nothing from the totals, which are right already.
+/// Deletes models that are not in the list. The energy totals are already right and are kept.
 void World::Restorer::DeleteOthers() {
   const EnergyTotals totals = world_.energy_totals_;
   std::vector<uint32_t> ids;
   for (const Model* other : others_) ids.push_back(other->id);
-  for (const uint32_t id : ids) delete world_.FindModel(id);  // with all below it
+  for (const uint32_t id : ids) delete world_.FindModel(id);  // with its descendants
   world_.energy_totals_ = totals;
 }
 
 bool World::Take(Snapshot* to, Snapshot::Keep keep) const {
-  World* const world = const_cast<World*>(this);  // it only looks
+  World* const world = const_cast<World*>(this);  // it is not modified
   if (!engine_->IsIdle()) return Refuse("a snapshot can't be taken by a callback");
   for (const Model* model : engine_->models)
     if (!model->StateIsKept())
@@ -444,7 +444,7 @@ bool World::Take(Snapshot* to, Snapshot::Keep keep) const {
   return true;
 }
 
-/// Who has put off a callback, if anybody has: what it is called with is known to them alone.
+/// Name of a pending Enqueue() callback, if any: its argument cannot be saved.
 std::string World::WhoWaits() {
   std::string who;
   engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
@@ -470,7 +470,7 @@ bool World::Restore(const Snapshot& from) {
     wrong = restorer.Restore(row, &room.before);
     if (wrong.empty() && from.is_from_file_ && !(IsIn(row) && engine_->scene.grid.LiesInExtent()))
       wrong = "found a state that no world is in";
-  } catch (...) {  // there is too little memory, or a controller's Init() threw something
+  } catch (...) {  // out of memory, or thrown by a controller's Init()
     if (restorer.has_begun()) Restorer(this).PutBack(room.before);
     throw;
   }

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Snapshots as files. All numbers are little-endian:
+// Snapshot files. All numbers are little-endian:
 //
 //   8 bytes   kMagic
-//   u32       version of the form, and of what World::ExchangeState() lists
+//   u32       version of the format and of the state
 //   u64       simulated time, microseconds
-//   u64       size of what follows in bytes, but for the checksum
+//   u64       size in bytes of the rest, without the checksum
 //   u32       number of sections of the state, see state_row.hh
-//   u32       for each of them, where it ends, in bytes from the beginning of the first
+//   u32[]     end of each section, in bytes from the start of the first
 //   bytes     the sections
-//   u64       checksum of all that (FNV-1a)
+//   u64       checksum of all the above (FNV-1a)
 
 #include <algorithm>
 #include <cstring>
@@ -31,7 +31,7 @@ namespace {
 
 using Bytes = StateExchange::Bytes;
 
-/// To be raised whenever the state of a class has other parts, or their order changes.
+/// Increment it when the state of a class gets other fields or another order.
 constexpr uint64_t kVersion = 2;
 constexpr size_t kMagicSize = sizeof(Snapshot::kMagic) - 1;
 constexpr size_t kHeadSize = kMagicSize + 4 + 8 + 8, kChecksumSize = 8;
@@ -47,7 +47,7 @@ uint64_t NumberAt(const Bytes& from, size_t place, size_t bytes) {
   return number;
 }
 
-/// As many as there are, up to `size`: memory is taken as they come, whatever the file says.
+/// Reads up to `size` bytes. Allocates as data arrives: the size in the file may be wrong.
 Bytes ReadBytes(std::istream* in, uint64_t size) {
   constexpr uint64_t kPiece = 1 << 16;
   Bytes bytes;
@@ -70,7 +70,7 @@ Bytes ToBytes(const StateRow& row) {
   return bytes;
 }
 
-/// False if the sections don't lie one behind the other, up to the end.
+/// Returns false if the sections are not contiguous up to the end.
 bool FromBytes(const Bytes& bytes, StateRow* row) {
   if (bytes.size() < 4) return false;
   const uint64_t count = NumberAt(bytes, 0, 4);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a world keeps from one snapshot to the next.
+// Data that a world keeps between snapshots.
 
 #ifndef STAGE_WORLD_SNAPSHOT_ROOM_HH
 #define STAGE_WORLD_SNAPSHOT_ROOM_HH
@@ -13,17 +13,17 @@
 namespace Stg {
 
 struct SnapshotRoom {
-  // For their memory.
+  // Buffers, kept for their memory.
   StateRow row, before;
   StateRow::Bytes difference;
-  /// What lean snapshots are differences to.
+  /// Row to which lean snapshots store their difference.
   std::shared_ptr<const StateRow> shared;
 
-  /// Of `row` to `shared`. If that has become too different, the row is the next one that
-  /// snapshots share.
+  /// Computes the difference of `row` to `shared`. If it is too large, `row` becomes the new shared
+  /// row.
   void KeepDifference(std::shared_ptr<const StateRow>* to_what,
                       std::shared_ptr<const StateRow::Bytes>* to) {
-    constexpr size_t kTooMuch = 4;  // of a row: a fourth of it
+    constexpr size_t kTooMuch = 4;  // limit of the difference: row size / kTooMuch
     difference.clear();
     if (shared) AppendDifference(*shared, row, &difference);
     if (!shared || difference.size() > row.bytes.size() / kTooMuch) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Whether robots start inside of something.
+// Checks whether robots start inside other bodies.
 
 #include <algorithm>
 #include <limits>
@@ -15,14 +15,14 @@ namespace Stg {
 
 namespace {
 
-constexpr size_t kMostStarts = 10;  // robots that are named
+constexpr size_t kMostStarts = 10;  // number of robots that are named
 
-/// The middle of a robot's own body, and the heights of all that it carries.
+/// Center of a robot's own body, and the height range including all that it carries.
 struct Spot {
   const ModelPosition* robot;
   point_t middle;
   Bounds z;
-  int winding = 0;  // number of times that outlines of the obstacle at hand go round the middle
+  int winding = 0;  // winding number of the current obstacle's outlines around the center
 };
 
 void WidenHeights(const Model& model, Bounds* z) {
@@ -41,7 +41,7 @@ Spot SpotOf(const ModelPosition& robot) {
   return spot;
 }
 
-/// Counts an edge for the spots that it lies to the right of. `spots` are sorted by y.
+/// Updates the winding numbers of the spots to the left of an edge. `spots` are sorted by y.
 void Wind(const point_t& from, const point_t& to, const Bounds& z, std::vector<Spot>* spots) {
   const double low = std::min(from.y, to.y), high = std::max(from.y, to.y);
   const auto below = [](const Spot& spot, double y) { return spot.middle.y < y; };
@@ -74,9 +74,9 @@ void World::LoadChecks::TellStart(const Model& robot, const Model& obstacle) {
           " is, expected free space; it may not be able to move");
 }
 
-/// Looks at the outlines that robots are drawn with, which is what stops them. `free` gets those
-/// that touch nothing, or other robots: programs often load robots in one place and put them
-/// elsewhere.
+/// Checks the outlines as drawn in the grid, which stop robots. `free` receives the robots that
+/// touch nothing, or only other robots: programs often load robots in one place and move them
+/// later.
 void World::LoadChecks::CheckCollisions(std::vector<const ModelPosition*>* free) {
   for (Model* model : engine_.models) {
     auto* const robot = dynamic_cast<ModelPosition*>(model);
@@ -90,7 +90,7 @@ void World::LoadChecks::CheckCollisions(std::vector<const ModelPosition*>* free)
   }
 }
 
-/// Only outlines are drawn: a robot in the middle of a wall touches nothing.
+/// Finds robots inside obstacles. Only outlines are drawn, so they touch nothing.
 void World::LoadChecks::CheckInsides(std::vector<const ModelPosition*> robots) {
   std::vector<Spot> spots;
   for (const ModelPosition* robot : robots) spots.push_back(SpotOf(*robot));

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A difference is a list of sections that differ: the number of sections before it that don't,
-// then 0 and what differs in it, or 1 + its size and all its bytes. What differs in a section is
-// given by runs: the number of bytes, that of equal bytes before them, and the bytes; no bytes end
-// it. All numbers take as few bytes as they can, seven bits in each (LEB128, as in DWARF). The list
-// begins with the number of sections in all.
+// Encoding of a difference: the total number of sections, then for each section that differs the
+// number of equal sections before it, followed by 0 and its changes, or by its size + 1 and all its
+// bytes. Changes are intervals: number of bytes, number of equal bytes before them, the bytes; a
+// length of 0 ends the list. Numbers are encoded in LEB128 (seven bits per byte), as in DWARF.
 
 #include "world/state_row.hh"
 
@@ -34,7 +33,7 @@ std::size_t TakeNumber(Section* from) {
   return number;
 }
 
-/// The first place from `i` on where they differ, or their size.
+/// First index from `i` on at which `a` and `b` differ, or their size.
 std::size_t NextDifference(Section a, Section b, std::size_t i) {
   for (; i + 8 <= a.size(); i += 8)
     if (std::memcmp(&a[i], &b[i], 8) != 0) break;
@@ -42,8 +41,8 @@ std::size_t NextDifference(Section a, Section b, std::size_t i) {
   return i;
 }
 
-/// The end of the bytes from `i` on that go into one run: two equal bytes are less than what
-/// another run takes.
+/// End of the interval of differing bytes that starts at `i`. It includes gaps of up to two equal
+/// bytes, since starting a new interval would take more.
 std::size_t EndOfRun(Section a, Section b, std::size_t i) {
   for (;;) {
     while (i < a.size() && a[i] != b[i]) i++;
@@ -53,7 +52,7 @@ std::size_t EndOfRun(Section a, Section b, std::size_t i) {
   }
 }
 
-/// Of sections of the same size.
+/// Encodes the changes between two sections of equal size.
 void AppendRuns(Section base, Section section, Bytes* to) {
   std::size_t done = 0;
   for (;;) {
@@ -82,7 +81,7 @@ void AppendSection(StateRow* row, Section section) {
   row->ends.push_back(static_cast<uint32_t>(row->bytes.size()));
 }
 
-/// The sections of `base` from `first` to before `end`.
+/// Appends the sections of `base` in [first, end).
 void AppendSections(StateRow* row, const StateRow& base, std::size_t first, std::size_t end) {
   if (first == end) return;
   const uint32_t begin = first > 0 ? base.ends[first - 1] : 0;

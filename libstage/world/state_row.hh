@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The state of a world as a row of bytes, in sections: one for each model, and some of the world's
-// own. Most of a world stays as it is, so a row is mostly kept as what differs from another one.
+// The state of a world as a row of bytes in sections: one per model and some for the world itself.
+// Most of it rarely changes, so a row is usually stored as its difference to another one.
 
 #ifndef STAGE_WORLD_STATE_ROW_HH
 #define STAGE_WORLD_STATE_ROW_HH
@@ -17,7 +17,7 @@ struct StateRow {
   using Bytes = std::vector<unsigned char>;
 
   Bytes bytes;
-  std::vector<uint32_t> ends;  ///< of the sections, in bytes
+  std::vector<uint32_t> ends;  ///< ends of the sections, in bytes
 
   std::size_t count() const { return ends.size(); }
   std::span<const unsigned char> section(std::size_t i) const {
@@ -31,13 +31,13 @@ struct StateRow {
   bool operator==(const StateRow&) const = default;
 };
 
-/// FNV-1a, as in StateExchange; `before`: of what lies before these bytes.
+/// FNV-1a, as in StateExchange. `before` is the hash of the preceding bytes.
 uint64_t HashOf(std::span<const unsigned char> bytes, uint64_t before = 0xcbf29ce484222325u);
 bool SameBytes(std::span<const unsigned char> a, std::span<const unsigned char> b);
 
-/// What `row` has otherwise than `base`: for in-memory use, as Patch() believes it.
+/// Appends the difference of `row` to `base`. For use in memory only: Patch() does not validate it.
 void AppendDifference(const StateRow& base, const StateRow& row, StateRow::Bytes* difference);
-/// Puts `base`, with a difference that was found to it, into *row.
+/// Applies a difference to `base` and stores the result in *row.
 void Patch(const StateRow& base, std::span<const unsigned char> difference, StateRow* row);
 
 }  // namespace Stg

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The steps of a world. The order of events in one step:
+// Steps of a world. Order of the phases in a step:
 //   gather     due models update: positions choose their velocities, sensors fill the batch
 //   trace      the batch is traced against the bodies as the last step left them
-//   finish     what sensors do with what they sensed: grippers grip
+//   finish     sensors act on what they sensed: grippers grip
 //   move       positions and actuators move, in the order of creation
-//   callbacks  of the models that updated, in that order; then those of the world
-//   energy     running models draw from their power packs, chargers give
+//   callbacks  those of the updated models, in the order of update; then those of the world
+//   energy     running models draw from their power packs, chargers give energy
 
 #include <algorithm>
 #include <cinttypes>
@@ -51,7 +51,7 @@ void World::Run() {
 
 bool World::Update(void) {
   if (PastQuitTime() || TestQuit()) return true;
-  // A callback may delete the world: what runs callbacks looks at the engine then.
+  // A callback may delete the world; the engine outlives it here.
   const std::shared_ptr<WorldEngine> engine = engine_;
   if (MakeStep(engine)) return true;
   if (!engine->deserted && !engine->calls_after_step.empty() && engine->IsIdle())
@@ -68,7 +68,7 @@ void World::CallAfterThisStep() {
   for (const auto& call : std::exchange(engine_->calls_after_step, {})) call(*this);
 }
 
-/// What Update() says.
+/// Does one step. Returns the result of Update().
 bool World::MakeStep(const std::shared_ptr<WorldEngine>& engine) {
   if (engine->stepping || engine->loading) return false;
   engine->LetOrphansGo();
@@ -81,7 +81,7 @@ bool World::MakeStep(const std::shared_ptr<WorldEngine>& engine) {
   try {
     Step(*engine, life);
     engine->EndStep();
-  } catch (...) {  // a callback's, or there is too little memory
+  } catch (...) {  // thrown by a callback, or out of memory
     engine->AbandonStep(engine->life == life ? sim_time : 0);
     throw;
   }
@@ -92,7 +92,7 @@ bool World::MakeStep(const std::shared_ptr<WorldEngine>& engine) {
   return false;
 }
 
-/// Ends early once everything there was is gone.
+/// Runs the phases of a step. Returns early if a callback unloads or deletes the world.
 void World::Step(WorldEngine& engine, uint64_t life) {
   const RandomScope random_numbers(&random_);
   sim_time += sim_interval;
@@ -125,7 +125,7 @@ void World::Step(WorldEngine& engine, uint64_t life) {
 
 void World::FinishSensing() {
   std::vector<Model*>& sensed = engine_->sensed;
-  // By index: it may delete models, which strikes them out.
+  // By index: Sensed() may delete models, which sets their entries to null.
   for (size_t i = 0; i < sensed.size(); i++) {
     try {
       if (sensed[i]) sensed[i]->Sensed();
@@ -148,7 +148,7 @@ void World::UpdateTrails() {
 }
 
 void World::CallUpdateCallbacks() {
-  // Those added meanwhile are called from the next step on; those removed are only struck out.
+  // Callbacks added meanwhile run from the next step on; removed ones are only set to null.
   std::vector<WorldEngine::UpdateCallback>& all = engine_->update_callbacks;
   const size_t count = all.size();
   for (size_t i = 0; i < count; i++) {
@@ -174,7 +174,7 @@ int World::RemoveUpdateCallback(world_callback_t cb, void* user) {
   for (WorldEngine::UpdateCallback& entry : engine_->update_callbacks) {
     if (!entry.function) continue;
     if (!removed && entry.function == cb && entry.user == user) {
-      entry.function = nullptr;  // struck out: somebody may be walking along the list
+      entry.function = nullptr;  // not erased: a loop may be running over the list
       removed = true;
     } else {
       left++;
@@ -184,7 +184,7 @@ int World::RemoveUpdateCallback(world_callback_t cb, void* user) {
 }
 
 void World::Enqueue(unsigned int, usec_t delay, Model* mod, model_callback_t cb, void* arg) {
-  // A sum beyond the end of the clock would wrap and be due at once.
+  // If the sum overflowed, the callback would be due at once.
   constexpr usec_t kNever = std::numeric_limits<usec_t>::max();
   engine_->scheduler.Add(delay > kNever - sim_time ? kNever : sim_time + delay,
                          {mod, cb, arg, mod ? UpdateChain::First(mod->GetId()) : 0});

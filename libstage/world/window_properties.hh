@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The properties of the window section of world files. The window reads them; without one they are
-// looked up all the same, so that misspelt ones are reported and no others.
+// Properties of the window section of world files. The window reads them. Without a window they are
+// still looked up, so that only misspelt properties are reported as unknown.
 
 #ifndef STAGE_WORLD_WINDOW_PROPERTIES_HH
 #define STAGE_WORLD_WINDOW_PROPERTIES_HH
@@ -62,8 +62,8 @@ inline constexpr std::string_view kWindowProperties[] = {
     "vis_graph",
 };
 
-/// For those who read one: what is not in the list would be reported as misspelt where there is no
-/// window.
+/// For code that reads a window property. A property missing from the list would be reported as
+/// misspelt if there is no window.
 constexpr bool IsWindowProperty(std::string_view name) {
   for (const std::string_view known : kWindowProperties)
     if (known == name) return true;

@@ -31,8 +31,8 @@ std::atomic<bool> World::quit_all_{false};
 std::vector<World*> World::worlds_;
 
 namespace {
-/// Guards World::worlds_ and AllWorlds(): threads make and delete worlds of their own at the same
-/// time. No step of a world takes it.
+/// Guards World::worlds_ and AllWorlds(): several threads may create and delete worlds at the same
+/// time. Steps of a world never lock it.
 std::mutex worlds_mutex;
 
 /// All worlds of the process, listed or not. Never destroyed: worlds may end at any time.
@@ -41,8 +41,8 @@ std::unordered_set<const World*>& AllWorlds() {
   return all;
 }
 
-/// Guards the list of models of a listed world, which FindModelOfAny() looks into from any thread.
-/// Other worlds need no lock.
+/// Locks the list of models of a listed world, which FindModelOfAny() reads from any thread. Other
+/// worlds need no lock.
 std::unique_lock<std::mutex> LockModels(std::mutex* mutex, bool listed) {
   return listed ? std::unique_lock<std::mutex>(*mutex) : std::unique_lock<std::mutex>();
 }
@@ -103,7 +103,7 @@ void World::Reseed(uint64_t seed) {
   for (Model* model : engine_->models) model->Reseed(seed);
 }
 
-/// What a world file that says nothing else means.
+/// Sets the defaults of world properties.
 void World::SetDefaults() {
   sim_interval = 100000;
   speedup = 0;
@@ -149,7 +149,7 @@ void World::MakeGround() {
   ground->SetGuiMove(false);
 }
 
-/// What refers to models goes first, so that deleting them one by one finds nothing to search.
+/// Drops references to models first, so that deleting the models finds nothing to search.
 void World::ForgetAll() {
   engine_->life++;
   engine_->loading = false;
@@ -170,7 +170,7 @@ void World::ForgetAll() {
   engine_->calls_after_step.clear();
   engine_->energy.clear();
   engine_->metrics.Clear();
-  // Struck out, not erased: this may be called from one of them.
+  // Not erased: this may be called by one of them.
   for (WorldEngine::UpdateCallback& entry : engine_->update_callbacks) entry.function = nullptr;
 }
 
@@ -186,7 +186,7 @@ void World::DeleteAll() {
   ForgetAll();
   DeleteChildren();
   engine_->scene.grid.ForgetExtent();
-  engine_->scheduler.Clear();  // of the models that are to be forgotten
+  engine_->scheduler.Clear();  // drops events of deleted models
   engine_->greatest_dissipation = 0;
   log_.clear();
   energy_totals_ = EnergyTotals();
@@ -217,7 +217,7 @@ void World::AddModel(Model* mod) {
   engine_->family_changes++;
   {
     const std::unique_lock<std::mutex> lock = LockModels(&engine_->models_mutex, options_.listed);
-    Host::Insert(&engine_->models, mod);  // last, unless a snapshot brings it back
+    Host::Insert(&engine_->models, mod);  // last, unless a snapshot restores it
   }
   AddModelName(mod, mod->TokenStr());
 }
@@ -240,8 +240,7 @@ void World::RemoveModel(Model* mod) {
   if (mod == ground) ReplaceGround(mod->GetId());
 }
 
-/// The ground is the world's own. Where a client or a type of a plug-in deletes it all the same,
-/// the world gets another one, with the same number, place and seed.
+/// Recreates the ground with the same id, place and seed after a client or plug-in has deleted it.
 void World::ReplaceGround(uint32_t id) {
   messages::Report(LogLevel::kError,
                    "stage: found the ground deleted, expected it to stay as long as its world; it "
@@ -254,7 +253,7 @@ void World::ReplaceGround(uint32_t id) {
     ground->blockgroup->Fit(ground->geom.size);  // as loading does with all models
     std::rotate(children.begin(), children.end() - 1, children.end());
   } catch (const std::bad_alloc&) {
-    // The world has none, as while it is unloaded: a destructor must not throw.
+    // The world has no ground then, as while unloaded: a destructor must not throw.
   }
   engine_->next_model_id = next;
   child_type_counts = std::move(counts);
@@ -343,8 +342,8 @@ bool World::IsExact(RayModel model) const {
   return (model == RayModel::kDefault ? GetRayModel() : model) == RayModel::kExact;
 }
 
-/// It leaves no trace in the state, as anybody who looks on may ask for it: thin outlines stay as
-/// they are, and so do bodies that are drawn nowhere.
+/// Leaves the state unchanged because any observer may call it: thin outlines stay as they are, and
+/// undrawn bodies stay undrawn.
 void World::DrawForExactRays() {
   if (engine_->scene.exact_drawing) return;
   engine_->TraceBatch();
@@ -355,14 +354,14 @@ void World::DrawForExactRays() {
       placement.Plan(*model, false);
       placement.AddExactDrawings();
     }
-  } catch (...) {  // there is too little memory: what has been drawn is drawn over the next time
+  } catch (...) {  // out of memory: all is drawn anew the next time
     engine_->scene.exact_drawing = false;
     throw;
   }
 }
 
 int32_t World::MetersToPixels(meters_t x) const {
-  // What no cell number can tell is the first or the last cell that one can.
+  // Values outside the range of cell numbers become the first or last cell.
   constexpr double kFirst = std::numeric_limits<int32_t>::min();
   constexpr double kLast = std::numeric_limits<int32_t>::max();
   const double cell = std::floor(x * Resolution());
@@ -400,7 +399,7 @@ void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fo
   if (fan.exact) DrawForExactRays();
   sensing::PlaceFan(&fan, gpose, range, Resolution());
 
-  // The predicate is anybody's: every body counts, none is left out.
+  // A client's predicate may accept any body, so no layer and no self-mask is used.
   grid::Grid& grid = engine_->scene.grid;
   const sensing::Tracer tracer(grid);
   const ray_grid_t view = grid.View(grid.EverythingLayer(fan.exact));

@@ -2,9 +2,8 @@
 //
 // A pointer to a world that becomes null when the world is deleted.
 //
-// Callbacks may delete the world that they are called in. Code that goes on afterwards holds a
-// handle, which answers from the world's own memory: World::Exists() would have to ask a list that
-// all worlds of the process share, and a lock with it.
+// Callbacks may delete the world that calls them. A handle tells the calling code whether it did.
+// World::Exists() would have to lock a list that all worlds of the process share.
 
 #ifndef STAGE_WORLD_WORLD_HANDLE_HH
 #define STAGE_WORLD_WORLD_HANDLE_HH
@@ -16,20 +15,20 @@
 
 namespace Stg {
 
-/// To be used by the thread that uses the world. It does not keep the world, or its memory, alive.
+/// Use it only in the thread that uses the world. It does not keep the world or its memory alive.
 class WorldHandle {
  public:
   WorldHandle() = default;
-  /// The world exists, or is null.
+  /// Null, or a world that exists.
   explicit WorldHandle(World* world) : world_(world) {
     if (!world) return;
     host_ = world->ShareHost();
     host_address_ = &world->host();
   }
 
-  /// Null once the world is deleted.
+  /// The world, or null if it has been deleted.
   World* get() const {
-    // The host outlives its world while code that called a callback still shares in it.
+    // The host may outlive its world while a caller of a callback still shares ownership.
     return !host_.expired() && !host_address_->deserted ? world_ : nullptr;
   }
   explicit operator bool() const { return get() != nullptr; }
@@ -37,7 +36,7 @@ class WorldHandle {
  private:
   World* world_ = nullptr;
   std::weak_ptr<Host> host_;
-  const Host* host_address_ = nullptr;  // read without the atomic operations of lock()
+  const Host* host_address_ = nullptr;  // read directly to avoid the atomic operations of lock()
 };
 
 }  // namespace Stg

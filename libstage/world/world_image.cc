@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Copies of worlds, which share what they don't change.
+// Copies of worlds, which share unchanged data.
 
 #include "world/world_image.hh"
 
@@ -14,7 +14,7 @@ namespace Stg {
 
 namespace {
 
-/// `exact`: only what is drawn for the exact ray model, which a copy draws when it needs it.
+/// Erases a model's bodies; if `exact`, only those that a copy draws for exact rays on demand.
 void Erase(const Model& model, bool exact, grid::Grid* grid) {
   model.body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& cells) {
     if (exact && !grid->body(id).exact()) return;
@@ -25,7 +25,7 @@ void Erase(const Model& model, bool exact, grid::Grid* grid) {
 
 }  // namespace
 
-/// Made once.
+/// The image is made once.
 std::shared_ptr<const WorldImage> World::Image() const {
   if (!wf || engine_->loads > 0) {
     messages::Report(LogLevel::kError, "stage: found no loaded world to be copied");
@@ -56,8 +56,8 @@ std::shared_ptr<const WorldImage> World::MakeImage() const {
   return image;
 }
 
-/// All models have been made, and none is drawn: they are drawn as those of the image are. What
-/// moved there goes back to where the file has it, also in the order of bodies.
+/// Draws the models of a copy like those of the image. All models must exist and none be drawn.
+/// Models that have moved in the original return to their place in the file and in the body order.
 void World::DrawLike(const WorldImage& image) {
   grid::Grid& grid = engine_->scene.grid;
   grid.Become(image.grid);
@@ -68,7 +68,7 @@ void World::DrawLike(const WorldImage& image) {
     if (!drawings.empty()) model->blockgroup->AdoptDrawings(drawings);
   }
   for (Model* child : children) child->Map();
-  if (!wf->populations().empty()) {  // with another seed their members lie elsewhere
+  if (!wf->populations().empty()) {  // another seed places the members elsewhere
     grid.SetExtent(grid::CellBox());
     for (const Model* model : engine_->models)
       model->body().ForEachBody(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What copies of a world begin with, so that none of them reads a file, traces a picture or draws
-// scenery: see World::LoadCopy().
+// Loaded data that copies of a world share, so that they need not read files, trace pictures or
+// draw scenery: see World::LoadCopy().
 
 #ifndef STAGE_WORLD_WORLD_IMAGE_HH
 #define STAGE_WORLD_WORLD_IMAGE_HH
@@ -24,7 +24,7 @@ struct WorldImage {
   std::unique_ptr<const Worldfile> file;
   Host::Outlines outlines;
   std::shared_ptr<const geometry::FreeFloor> floor;  ///< null without populations
-  /// Bodies of models of the file that are as they were loaded, wherever they lay at that moment.
+  /// Bodies of models of the file that are unchanged since loading, at their poses at that time.
   grid::Grid grid;
   std::vector<std::vector<BlockGroup::Drawing>> drawings;  ///< by entity of the file
   /// See WorldEngine.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The state of a world: everything that decides its future. docs/architecture.md says what else a
-// world keeps, and why that has no part in it.
+// The state of a world: everything that decides its future. docs/architecture.md lists what else a
+// world holds and why that is not part of the state.
 
 #include <algorithm>
 #include <string>
@@ -19,7 +19,7 @@ namespace Stg {
 
 namespace {
 
-/// In the order of creation, each once.
+/// True if the models are in the order of creation, without duplicates.
 bool IsInOrder(const std::vector<Model*>& models) {
   for (size_t i = 0; i < models.size(); i++)
     if (!models[i] || (i > 0 && models[i - 1]->GetId() >= models[i]->GetId())) return false;
@@ -30,7 +30,7 @@ bool IsInOrder(const std::vector<Model*>& models) {
 
 uint64_t World::StateHash() const {
   StateExchange exchange(engine_->models);
-  const_cast<World*>(this)->ExchangeState(exchange);  // hashing changes nothing
+  const_cast<World*>(this)->ExchangeState(exchange);  // hashing does not modify the world
   return exchange.hash();
 }
 
@@ -43,7 +43,7 @@ void World::ExchangeState(StateExchange& exchange) {
   ExchangePlaces(exchange);
 }
 
-/// The world's own values that come before its models.
+/// Exchanges the world's own values that precede its models.
 void World::ExchangeHead(StateExchange& exchange) {
   engine_->TraceBatch();
   exchange(sim_time, updates, sim_interval, random_);
@@ -51,8 +51,8 @@ void World::ExchangeHead(StateExchange& exchange) {
   Ancestor::ExchangeState(exchange);
 }
 
-/// Not hashed: values that have already decided the models' seeds and numbers, and count only for
-/// models that are made later.
+/// Not hashed: values that determined the seeds and ids of existing models and otherwise matter
+/// only for models created later.
 void World::ExchangeOwn(StateExchange& exchange) {
   if (exchange.hashing()) return;
   sensing::Scene& scene = engine_->scene;
@@ -63,15 +63,15 @@ void World::ExchangeOwn(StateExchange& exchange) {
   if (resolution != scene.cells_per_metre) exchange.Fail("found another resolution of the grid");
 }
 
-/// Models have changed them while they were restored.
+/// Comes after the models, since restoring them changes the totals.
 void World::ExchangeTotals(StateExchange& exchange) {
   EnergyTotals& totals = energy_totals_;
   if (!exchange.hashing())
     exchange(totals.stored, totals.capacity, totals.dissipated, totals.input);
 }
 
-/// Models whose bodies are not in the grid, as they were changed and not drawn since, are listed.
-/// Others may lack a drawing because they have got another parent, or have just been made.
+/// Lists models that are missing from the grid because they were changed and not redrawn. When
+/// restoring, other models may be undrawn because they were created or got another parent.
 void World::ExchangeUndrawn(StateExchange& exchange) {
   if (exchange.hashing()) return;
   std::vector<Model*> undrawn;
@@ -87,18 +87,18 @@ void World::ExchangeUndrawn(StateExchange& exchange) {
     if (model) model->blockgroup->Erase();
 }
 
-/// The schedule, and the lists of models that move and that use energy.
+/// Exchanges the schedule and the lists of models that move and that use energy.
 void World::ExchangePlans(StateExchange& exchange) {
   ExchangeSchedule(exchange);
   exchange(engine_->moving, engine_->energy);
   if (exchange.restoring() && !(IsInOrder(engine_->moving) && IsInOrder(engine_->energy)))
     exchange.Fail("found a list of models that is not in order");
-  if (!exchange.hashing()) return;  // else they are what models there are
+  if (!exchange.hashing()) return;  // otherwise they follow from the models
   exchange.Expect(engine_->radios.size(), "the number of radios");
   for (Model* radio : engine_->radios) exchange(radio);
 }
 
-/// In the order in which it will happen.
+/// Exchanges the events in the order in which they will run.
 void World::ExchangeSchedule(StateExchange& exchange) {
   if (!exchange.hashing()) {
     size_t events = 0;
@@ -114,13 +114,13 @@ void World::ExchangeSchedule(StateExchange& exchange) {
       return;
     Model* model = event.model;
     bool is_update = event.callback == nullptr;
-    // Snapshots of different moments have as much in common as they can.
+    // Relative times make snapshots of different moments more similar, and so smaller.
     if (!exchange.hashing()) time -= sim_time;
     exchange(time, model, is_update);
   });
 }
 
-/// Pending updates become void, and those of the snapshot get new numbers.
+/// Voids pending updates and schedules those of the snapshot with new chain numbers.
 void World::RestoreSchedule(uint64_t events, StateExchange& exchange) {
   engine_->scheduler.Clear();
   for (Model* model : exchange.models())
@@ -149,16 +149,16 @@ void World::ExchangeNames(StateExchange& exchange) {
   }
 }
 
-/// Where bodies are, but for what the models' poses say.
+/// Exchanges energy totals, undrawn models, and the order and extent of bodies in the grid.
 void World::ExchangePlaces(StateExchange& exchange) {
   ExchangeTotals(exchange);
   ExchangeUndrawn(exchange);
   ExchangeGrid(exchange);
 }
 
-/// A body that is drawn, not for the exact ray model.
+/// A drawn body, other than those for the exact ray model.
 struct World::DrawnBody {
-  uint32_t model = 0, number = 0;  // of the model's place, and among its bodies
+  uint32_t model = 0, number = 0;  // index of the model, and of the body within it
   Block* block = nullptr;
   uint64_t stamp = 0;
   bool drawn_late = false;
@@ -171,7 +171,7 @@ struct World::DrawnBody {
 
 namespace {
 
-/// It shares a cell with others.
+/// True if the body shares a cell with another one.
 bool SharesCells(const grid::Grid& cells, const Block& block) {
   const auto is_other = [&](grid::BodyId id) { return id != block.body(); };
   return std::ranges::any_of(block.cells(), [&](const grid::TilePart& part) {
@@ -185,7 +185,7 @@ bool SharesCells(const grid::Grid& cells, const Block& block) {
 
 }  // namespace
 
-/// `all`: not only those of models that have been drawn since the world was loaded.
+/// Unless `all`, returns only bodies of models that have been drawn since loading.
 std::vector<World::DrawnBody> World::BodiesOf(const std::vector<Model*>& models,
                                               const grid::Grid& grid, bool all) {
   std::vector<DrawnBody> bodies;
@@ -199,8 +199,8 @@ std::vector<World::DrawnBody> World::BodiesOf(const std::vector<Model*>& models,
   return bodies;
 }
 
-/// Where several bodies share a cell, the one that was drawn there first is asked first whether it
-/// stops a ray; and cameras look as far as the grid extends.
+/// In a shared cell, bodies are tested against a ray in the order in which they were drawn. The
+/// extent matters because cameras look as far as the grid extends.
 void World::ExchangeGrid(StateExchange& exchange) {
   grid::Grid& grid = engine_->scene.grid;
   if (exchange.hashing())
@@ -212,7 +212,7 @@ void World::ExchangeGrid(StateExchange& exchange) {
   if (exchange.restoring() && !exchange.failed()) grid.SetExtent(extent_of_grid);
 }
 
-/// Bodies that are alone have no order.
+/// Only bodies that share a cell are ordered; the others are not hashed.
 void World::HashOrder(StateExchange& exchange) {
   const grid::Grid& grid = engine_->scene.grid;
   std::vector<uint64_t> stamps;
@@ -227,8 +227,8 @@ void World::HashOrder(StateExchange& exchange) {
   }
 }
 
-/// Saves the bodies that have been drawn since the world was loaded, in the order of drawing. All
-/// others, mostly scenery, are in the order of creation and come before these.
+/// Exchanges the bodies drawn since loading, in drawing order. All others, mostly scenery, precede
+/// them in the order of creation.
 void World::ExchangeOrder(StateExchange& exchange) {
   const std::vector<Model*>& models = exchange.models();
   const grid::Grid& grid = engine_->scene.grid;
@@ -249,8 +249,8 @@ void World::ExchangeOrder(StateExchange& exchange) {
     engine_->scene.grid.MoveToEnd(body.block->body(), body.block->cells());
 }
 
-/// Finds the late ones among the bodies, and fills in what is known of them. False if one is not
-/// there, or is listed twice.
+/// Finds the late bodies among all bodies and completes their entries. Returns false if one does
+/// not exist or is listed twice.
 bool World::MarkLate(std::vector<DrawnBody>* bodies, std::vector<DrawnBody>* late) {
   for (DrawnBody& listed : *late) {
     const auto body =
@@ -263,8 +263,8 @@ bool World::MarkLate(std::vector<DrawnBody>* bodies, std::vector<DrawnBody>* lat
   return true;
 }
 
-/// Bodies that are not late, but have been drawn in this world since it was loaded, go back to
-/// their place in the order of creation.
+/// Bodies that are not late but have been drawn in this world since loading return to their place
+/// in the order of creation.
 void World::ReturnEarly(const std::vector<Model*>& models, const std::vector<DrawnBody>& bodies) {
   grid::Grid& grid = engine_->scene.grid;
   const auto is_out_of_order = [&](const DrawnBody& body) {
@@ -279,7 +279,7 @@ void World::ReturnEarly(const std::vector<Model*>& models, const std::vector<Dra
       grid.Restamp(body.block->body(), body.block->loading_stamp(), body.block->cells());
 }
 
-/// Brings all bodies into the order of creation, in which a world is loaded.
+/// Reorders all bodies in the order of creation, as after loading.
 void World::DrawInOrder(const std::vector<Model*>& models) {
   grid::Grid& grid = engine_->scene.grid;
   for (const DrawnBody& body : BodiesOf(models, grid, true)) {
@@ -289,20 +289,20 @@ void World::DrawInOrder(const std::vector<Model*>& models) {
   engine_->last_stamp_of_loading = grid.last_stamp();
 }
 
-/// To be called when all models have just been drawn, the older ones first.
+/// Call it when all models have just been drawn in the order of creation.
 void World::NoteAllDrawn() {
   const grid::Grid& grid = engine_->scene.grid;
   engine_->last_stamp_of_loading = grid.last_stamp();
   const std::vector<DrawnBody> bodies = BodiesOf(engine_->models, grid, true);
   if (std::ranges::is_sorted(bodies, {}, &DrawnBody::stamp))
     for (const DrawnBody& body : bodies) body.block->NoteLoadingStamp(body.stamp);
-  else  // a type has made models before those that stand above it, or a body lies beyond all cells
+  else  // a type created models before their parents, or a body lies outside the range of cells
     DrawInOrder(engine_->models);
   for (Model* model : engine_->models) model->blockgroup->NoteDrawnSinceLoading(false);
 }
 
-/// To be called when all models have been drawn, some of them after this stamp and in any order:
-/// the order becomes that of creation.
+/// Call it when all models have been drawn, some of them after `stamp` and in any order. Restores
+/// the order of creation.
 void World::NoteAllDrawnSince(uint64_t stamp) {
   engine_->last_stamp_of_loading = stamp;
   ReturnEarly(engine_->models, BodiesOf(engine_->models, engine_->scene.grid, true));

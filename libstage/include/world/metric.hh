@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Metrics: numbers that tell how a run went. A section
+// Metrics: numbers that summarize a run. In a world file, the section
 //
 //   metric ( name "driven" kind "distance" model "robot" )
 //
-// of a world file asks for one; World::Metrics() has what they come to. docs/sweeps.md lists the
-// kinds. A library that is loaded into the program, such as a controller's, brings more with
+// asks for one; World::Metrics() returns the values. docs/sweeps.md lists the kinds. A loaded
+// library, such as a controller's, registers more kinds with
 //
 //   static const bool registered = Stg::RegisterMetric("loops", MakeLoops);
 //
@@ -26,35 +26,35 @@ class Model;
 class World;
 class Worldfile;
 
-/// What is measured of one run.
+/// A measurement of one run.
 class Metric {
  public:
   virtual ~Metric() {}
-  /// From here on: the world has been loaded, reset, or taken back to a snapshot.
+  /// Called when the world has been loaded, reset or restored from a snapshot.
   virtual void Start(World& world) = 0;
-  /// At the end of each step. It may look at the world, not change it.
+  /// Called at the end of each step. May read the world, but not change it.
   virtual void Step(World& world) = 0;
-  /// So far; not a number if there is nothing to tell yet.
+  /// The value so far; NaN if there is none yet.
   virtual double Value() const = 0;
 };
 
-/// What a section asks for.
+/// The request that a section makes.
 struct MetricOrder {
   World* world;
   Worldfile* file;
-  int entity;                    ///< the section, for properties of the kind's own
-  std::vector<uint32_t> models;  ///< numbers, see World::FindModel(); one may be gone later
+  int entity;                    ///< the section; the metric may read further properties there
+  std::vector<uint32_t> models;  ///< ids, see World::FindModel(); models may be deleted later
 };
 
 struct NamedMetric {
   std::string name;
-  double value;  ///< may be not a number: there is none
+  double value;  ///< NaN: no value
 };
 
-/// May throw LoadError: see Worldfile::Fail().
+/// Creates a metric. May throw LoadError: see Worldfile::Fail().
 typedef std::unique_ptr<Metric> (*MetricMaker)(const MetricOrder& order);
 
-/// True. The last one of a name counts.
+/// Registers a kind, replacing any earlier one of that name. Returns true.
 bool RegisterMetric(const std::string& kind, MetricMaker maker);
 
 }  // namespace Stg

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// RayCaster: very many rays at once, from anywhere, as localization wants them. Part of <stage.hh>.
+// RayCaster: casts many rays from arbitrary poses, as localization needs. Part of <stage.hh>.
 
 #ifndef STAGE_WORLD_RAY_CASTER_HH
 #define STAGE_WORLD_RAY_CASTER_HH
@@ -20,12 +20,12 @@ namespace Stg {
 class Model;
 class World;
 
-/// What rays meet: what rangers see, that is all models but those with a negative ranger_return.
+/// What rays hit: all models that rangers see (ranger_return is not negative), except:
 struct CastOptions {
-  double z;           ///< height of the rays, metres; not a number: they meet what is at any height
-  bool robots;        ///< they meet trees of models whose root is a position; false: only the rest
-  const Model* from;  ///< they don't meet its tree; may be null
-  RayModel ray_model;  ///< what ranges go to; kDefault: the world's
+  double z;            ///< height of the rays, metres; NaN: they hit bodies at any height
+  bool robots;         ///< whether rays hit models of trees whose root is a position
+  const Model* from;   ///< rays do not hit its tree; may be null
+  RayModel ray_model;  ///< what ranges are measured to; kDefault: the world's
 
   CastOptions()
       : z(std::numeric_limits<double>::quiet_NaN()),
@@ -34,23 +34,23 @@ struct CastOptions {
         ray_model(RayModel::kDefault) {}
 };
 
-/// Casts fans of rays, all of the same bearings, from many poses. They are walked like those of
-/// rangers: as one batch, on the threads of the world, and on its OpenCL device where that is
-/// faster; ranges are to the last bit what a ranger without noise reads there.
+/// Casts fans of rays with equal bearings from many poses. They are traced as one batch on the
+/// threads of the world, and on its OpenCL device where that is faster. Ranges are bit-equal to
+/// those of a ranger without noise.
 class RayCaster : private internal::sensing::RaySink {
  public:
-  /// The world must live as long as it is used.
+  /// The world must outlive the caster.
   explicit RayCaster(World* world, const CastOptions& options = CastOptions());
   ~RayCaster();
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;
 
-  /// From each of `count` poses (global; z has no effect), ray k in the direction of its heading
-  /// plus bearings[k] (radians). ranges[i * bearings.size() + k] gets metres: `range` where nothing
-  /// was hit, where the pose is not finite, and if `range` is not positive. It may be infinite.
+  /// From each of `count` poses (global; z has no effect), casts ray k in the direction heading +
+  /// bearings[k] (radians). Stores metres in ranges[i * bearings.size() + k]: `range` if nothing
+  /// was hit, if the pose is not finite, or if `range` is not positive. `range` may be infinite.
   ///
-  /// Between steps. False, with a message, within a step or while the world is loaded. Takes some
-  /// 300 bytes for each pose meanwhile, and 12 for each ray: who has millions of poses makes
+  /// Call it between steps. Returns false with a message during a step or while the world is
+  /// loaded. Needs about 300 bytes per pose and 12 per ray meanwhile; split millions of poses into
   /// several calls.
   bool Cast(const Pose* poses, size_t count, const std::vector<double>& bearings, meters_t range,
             double* ranges);
@@ -67,13 +67,13 @@ class RayCaster : private internal::sensing::RaySink {
 
   World& world_;
   const CastOptions options_;
-  std::vector<char> seen_;  // of each model, by its number
-  double* ranges_;          // of the call
+  std::vector<char> seen_;  // by model id
+  double* ranges_;          // destination of the current call
   struct Place {
-    uint64_t key;  // of neighbours in the plane, much the same
+    uint64_t key;  // similar for neighbors in the plane
     uint32_t pose;
   };
-  std::vector<Place> order_;  // in which the poses come into the batch
+  std::vector<Place> order_;  // order of the poses in the batch
 };
 
 }  // namespace Stg

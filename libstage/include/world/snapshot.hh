@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Snapshot: the state of a world at one moment, to go back to. Part of <stage.hh>.
+// Snapshot: the state of a world at one moment, which can be restored. Part of <stage.hh>.
 
 #ifndef STAGE_WORLD_SNAPSHOT_HH
 #define STAGE_WORLD_SNAPSHOT_HH
@@ -19,51 +19,51 @@ namespace Stg {
 
 struct StateRow;
 
-/// What World::Take() fills in and World::Restore() goes back to. A value: copies share their
-/// bytes, which never change. May be handed from thread to thread.
+/// Filled in by World::Take() and used by World::Restore(). Copies share their immutable data and
+/// may be used by different threads.
 class Snapshot {
  public:
-  /// How much of the state.
+  /// How much of the state a snapshot contains.
   enum Keep {
     kFull,
-    /// In some hundred bytes for each robot, and in a fraction of the time: as a difference to a
-    /// state of the same world that many snapshots share; and without the readings of rangers that
-    /// are due in the next step. These are unknown, so empty, from when the world goes back to it
-    /// until then; from then on all is as with a full one.
+    /// Smaller (some hundred bytes per robot) and much faster: stores the difference to a state
+    /// that many snapshots of the world share, and omits readings of rangers due in the next step.
+    /// After restoring, these are empty until that step; from then on the world equals one restored
+    /// from a full snapshot.
     kLean
   };
 
   Snapshot() : time_(0), is_from_file_(false) {}
 
-  /// Nothing has been taken.
+  /// True if no snapshot was taken.
   bool empty() const { return !row_; }
-  /// Bytes; of a lean one, without what it shares.
+  /// Size in bytes; for a lean snapshot without the shared state.
   size_t size() const;
-  /// Bytes of the state that a lean one shares with others; 0 of a full one.
+  /// Bytes of the shared state of a lean snapshot; 0 for a full one.
   size_t shared_size() const { return difference_ ? SizeOfRow() : 0; }
-  /// Simulated, when it was taken, microseconds.
+  /// Simulated time at which it was taken, in microseconds.
   usec_t time() const { return time_; }
-  /// Writes it, in a form that every build on every processor can read. False if the stream fails.
+  /// Writes the snapshot in a portable format. Returns false if the stream fails.
   bool Write(std::ostream& out) const;
-  /// Reads what Write() has written. `name`: what the stream is called in messages. False, with a
-  /// message, and *this as it was, if it is something else, is damaged, or was cut short. Takes no
-  /// more memory than there are bytes to read.
+  /// Reads what Write() has written; `name` is the stream's name in messages. Returns false with a
+  /// message, and leaves *this unchanged, if the data is invalid, damaged or truncated. Allocates
+  /// no more memory than there are bytes to read.
   bool Read(std::istream& in, const std::string& name = "the snapshot");
-  /// What a file begins with that Write() has written.
+  /// The first bytes of a snapshot file.
   static const char kMagic[9];
 
-  /// Of the state. Snapshots of worlds that are in the same state, seed included, have the same, if
-  /// both are full or both are lean.
+  /// Hash of the state. Snapshots of worlds in equal states, including the seed, have equal hashes
+  /// if both are full or both are lean.
   uint64_t hash() const;
 
  private:
   friend class World;
   size_t SizeOfRow() const;
-  /// The whole state. `room`: for the row, if there is none yet.
+  /// The whole state. `room` is a buffer for the row if it must be computed.
   const StateRow& Row(StateRow* room) const;
 
   std::shared_ptr<const StateRow> row_;
-  std::shared_ptr<const StateExchange::Bytes> difference_;  // to that; null: there is none
+  std::shared_ptr<const StateExchange::Bytes> difference_;  // to row_; null: none
   usec_t time_;
   bool is_from_file_;
 };

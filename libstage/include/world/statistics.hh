@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a run did and where its time went.
+// Statistics of a run: counts and times.
 
 #ifndef STAGE_WORLD_STATISTICS_HH
 #define STAGE_WORLD_STATISTICS_HH
@@ -15,10 +15,10 @@ namespace Stg {
 
 /// Wall-clock seconds, summed over all steps.
 struct PhaseSeconds {
-  double gather = 0;     ///< due models update; sensors put their rays into the batch
-  double prefilter = 0;  ///< the device walks the batch; 0 without one
-  double trace = 0;      ///< rays to hits to readings
-  double move = 0;       ///< positions integrate, test collisions, are drawn anew
+  double gather = 0;     ///< due models update; sensors fill the batch
+  double prefilter = 0;  ///< the device finds potential hits; 0 without a device
+  double trace = 0;      ///< rays are traced and turned into readings
+  double move = 0;       ///< positions integrate, test collisions and are redrawn
   double callbacks = 0;  ///< controllers and world callbacks
   double energy = 0;     ///< power packs
 };

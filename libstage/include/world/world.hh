@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// World: models, a clock, and the steps that move them on. Part of <stage.hh>.
+// World: models, a clock, and the steps that advance them. Part of <stage.hh>.
 
 #ifndef STAGE_WORLD_WORLD_HH
 #define STAGE_WORLD_WORLD_HH
@@ -47,12 +47,12 @@ struct StepCosts;
 /// A ray to be traced.
 class Ray {
  public:
-  const Model* mod;      ///< the finder
+  const Model* mod;      ///< the model that casts the ray
   Pose origin;           ///< global
   meters_t range;        ///< may be infinite
-  ray_test_func_t func;  ///< true: the ray stops at the candidate
+  ray_test_func_t func;  ///< returns true if the ray stops at the candidate
   const void* arg;
-  bool ztest;  ///< only bodies whose height interval contains origin.z, ends included
+  bool ztest;  ///< hit only bodies whose height interval includes origin.z
 
   Ray(const Model* m, const Pose& o, const meters_t r, const ray_test_func_t f, const void* a,
       const bool z)
@@ -62,39 +62,38 @@ class Ray {
 
 class RaytraceResult {
  public:
-  Pose pose;       ///< where the ray began: not the point that was hit
+  Pose pose;       ///< start of the ray, not the point hit
   Model* mod;      ///< null if nothing was hit
-  Color color;     ///< of what was hit; red if nothing
-  meters_t range;  ///< the ray's own if nothing was hit
+  Color color;     ///< of the model hit; red if none
+  meters_t range;  ///< the ray's range if nothing was hit
 
   RaytraceResult() : mod(NULL), range(0) {}
   RaytraceResult(const Pose& p, Model* m, const Color& c, const meters_t r)
       : pose(p), mod(m), color(c), range(r) {}
 };
 
-/// How a world is run. Results change with the seed, the ray model, the duration and the
-/// controllers alone.
+/// How to run a world. Results depend only on the seed, the ray model, the duration and the
+/// controllers.
 struct RunOptions {
-  int threads;     ///< that work on a step; 0: what the world file says, or else as many as the
-                   ///< process may use processors, in steps that are faster with them
+  int threads;     ///< threads per step; 0: as the world file says, or else one or all usable
+                   ///< processors, whichever is faster
   uint64_t seed;   ///< of all random numbers
-  int share_from;  ///< so many models, at least, are updated, moved or called by several
-                   ///< threads; fewer are not worth waking them for
-  bool batch;      ///< false: each sensor's rays are traced on their own, one by one
-  bool opencl;     ///< use an OpenCL device where that is faster
-  bool always_on_device;  ///< use it for every batch, however small
-  std::string device;     ///< which: the text after --opencl=
-  RayModel ray_model;     ///< of worlds, whatever their files say; changes results
-  usec_t duration;   ///< simulated, after which a world is done, whatever quit time its files give
-                     ///< and however often it is loaded; 0: their quit times count
-  bool clock;        ///< print the simulated time, whatever the file says
-  bool branch;       ///< the world is one that Branches try something in; see World::IsBranch()
-  bool controllers;  ///< false: `ctrl` and `plugins` load nothing, so that files run no code
-  std::vector<std::string> settings;  ///< in place of what world files say: see Worldfile::Set()
-  bool
-      listed;  ///< the world is one of those of the program: World::UpdateAll(), Run() and
-               ///< QuitAll() concern it, Model::LookupId() looks into it, and LogEntry::log and the
-               ///< totals of PowerPack tell of it. One that is not shares nothing with other worlds
+  int share_from;  ///< minimum number of models to update, move or call in parallel; for fewer,
+                   ///< waking threads does not pay
+  bool batch;      ///< false: each sensor's rays are traced separately, in turn
+  bool opencl;     ///< use an OpenCL device where it is faster
+  bool always_on_device;  ///< use it even for small batches
+  std::string device;     ///< the device: the text after --opencl=
+  RayModel ray_model;     ///< overrides that of world files; changes results
+  usec_t duration;   ///< simulated time after which a world is done, even if it is loaded several
+                     ///< times; overrides quit times of files; 0: none
+  bool clock;        ///< print the simulated time regardless of the file
+  bool branch;       ///< the world belongs to Branches; see World::IsBranch()
+  bool controllers;  ///< false: ignore `ctrl` and `plugins`, so that files run no code
+  std::vector<std::string> settings;  ///< override world files: see Worldfile::Set()
+  bool listed;  ///< the world belongs to the program: UpdateAll(), Run(), QuitAll(),
+                ///< Model::LookupId(), LogEntry::log and the totals of PowerPack include it. Other
+                ///< worlds share nothing
 
   RunOptions()
       : threads(0),
@@ -114,92 +113,91 @@ struct RunOptions {
 class World : public Ancestor {
  public:
   static constexpr int DEFAULT_PPM = 50;
-  static std::vector<std::string> args;  ///< of the program
+  static std::vector<std::string> args;  ///< the program's arguments
   static std::string ctrlargs;           ///< the text of --args, for controllers
-  /// Of worlds that are made without any of their own. To be set before, by one thread.
+  /// Default options of new worlds. Set them in one thread before creating worlds.
   static RunOptions run_options;
 
-  /// ppm: cells of the grid per metre; in place of one that is not positive and finite, with a
-  /// message, DEFAULT_PPM. The name is only a stand-in until a world is loaded.
+  /// `ppm` is the number of cells per metre; invalid values become DEFAULT_PPM with a warning.
+  /// `name` is used until a world is loaded.
   World(const std::string& name = "MyWorld", double ppm = DEFAULT_PPM);
-  /// Different threads may make, load, run and delete worlds of their own at the same time.
+  /// Different threads may create, load, run and delete their own worlds at the same time.
   explicit World(const RunOptions& options, const std::string& name = "MyWorld",
                  double ppm = DEFAULT_PPM);
   virtual ~World();
 
-  /// From now on this world works with the threads and the OpenCL device of another one, whatever
-  /// its file and its options say of these: it starts no thread and opens no device of its own. To
-  /// be called before Load(). If there are several threads, the two must not be stepped at the same
-  /// time. The other world may be deleted at any time.
+  /// Makes this world use the threads and the OpenCL device of another one, regardless of its file
+  /// and options. Call it before Load(). If there are several threads, the two worlds must not be
+  /// stepped at the same time. The other world may be deleted at any time.
   void UseThreadsAndDeviceOf(const World& other);
-  /// The same of the device alone; the two may be stepped at the same time.
+  /// Like UseThreadsAndDeviceOf(), but shares only the device; both may be stepped at the same
+  /// time.
   void UseDeviceOf(const World& other);
 
-  // Callbacks and controllers may load, unload and delete the world they are called in. The rest of
-  // a step is left out then. Whoever has called Load() or Update() of a world that they may delete
-  // asks Exists().
+  // Callbacks and controllers may load, unload or delete the world that calls them; the rest of the
+  // step is skipped then. Callers of Load() and Update() can check with Exists() whether the world
+  // was deleted.
 
-  /// Reads a world file and makes its models; then calls their controllers' Init functions. False,
-  /// with a message on standard error, if anything is wrong with it, or a callback throws; the
-  /// world is then as after UnLoad(), and LoadStatus() is the status that a program should exit
-  /// with. False, with a message, also if a controller has unloaded the world, and if controllers
-  /// load worlds that load worlds, many times over.
+  /// Reads a world file, creates its models, then calls the Init functions of their controllers.
+  /// Returns false with a message if the file is invalid or a callback throws; the world is then
+  /// unloaded, and LoadStatus() is the exit status for the program. Also returns false if a
+  /// controller unloads the world, or if worlds loaded by controllers nest too deeply.
   virtual bool Load(const std::string& worldfile_path);
   virtual bool Load(std::istream& world_content, const std::string& worldfile_path = std::string());
-  /// Loads what another world has loaded, without reading a file: this one is then as if it had
-  /// loaded that file itself, as it was when the other one read it. Both share what they don't
-  /// change of the scenery. The other must not be stepped or changed meanwhile; several worlds may
-  /// become copies of it at once. False like Load().
+  /// Loads a copy of a loaded world without reading files. The result equals loading the same file
+  /// with the content that the other world read. Both share unchanged scenery. The other world must
+  /// not be stepped or changed during the call; several threads may copy it at once. Returns false
+  /// like Load().
   bool LoadCopy(const World& other);
-  /// The same in two parts. The image stays good whatever becomes of the world that it is of, which
-  /// keeps it, too. Null, with a message, if nothing is loaded.
+  /// LoadCopy() in two steps. The image stays valid if the world changes or is deleted; the world
+  /// keeps it too. Returns null with a message if nothing is loaded.
   std::shared_ptr<const WorldImage> Image() const;
   bool LoadCopy(const std::shared_ptr<const WorldImage>& image);
   int LoadStatus() const { return load_status_; }
-  /// The warnings and errors of the last Load() or Reset(), a line each; a thousand at most. The
-  /// log sink gets them too.
+  /// Warnings and errors of the last Load() or Reset(), one line each, at most 1000. They are also
+  /// sent to the log sink.
   const std::vector<std::string>& LoadMessages() const { return load_messages_; }
-  /// As if the program had begun anew with that seed: loads the world again, from the text of the
-  /// file as it was when it was read, with the numbers that models got then. So all models are
-  /// new, and callbacks are gone but those of controllers. False like Load(); and if nothing is
-  /// loaded, or a callback of the world's asks for it, with a message.
+  /// Loads the world again with another seed, as if the program had been restarted, using the text
+  /// of the file as first read. All models are new; only callbacks of controllers remain. Returns
+  /// false like Load(), or with a message if nothing is loaded or if called by a callback of the
+  /// world.
   bool Reset(uint64_t seed);
-  /// To be called right after loading: what BeginAgain() needs. Null if going back to this state
-  /// with another seed would not be what loading with that seed is: controllers, plug-ins and
-  /// populations may make anything of a seed.
+  /// Call it right after loading to get what BeginAgain() needs. Returns null if restoring this
+  /// state with another seed might differ from loading with that seed, as with controllers,
+  /// plug-ins and populations.
   std::shared_ptr<const WorldBeginning> TakeBeginning();
-  /// Does what Reset(seed) does, at the price of Restore(): models stay, and go back to how they
-  /// were loaded. The beginning is that of this world or of a copy of it. False, without a message
-  /// and with the world as it was, if models or the world have callbacks of clients.
+  /// Like Reset(seed), but as fast as Restore(): models are kept and return to their loaded state.
+  /// `beginning` must be of this world or a copy. Returns false without a message, and changes
+  /// nothing, if clients have registered callbacks.
   bool BeginAgain(const WorldBeginning& beginning, uint64_t seed);
-  /// Deletes all models; the clock goes back to 0.
+  /// Deletes all models and sets the clock to 0.
   virtual void UnLoad();
-  /// Lets every model read its properties again, from the world file as it is in memory. Bodies,
-  /// sensors and controllers stay as they are; the clock goes on. Refused, with a message, like
-  /// Save(), while the world is loaded, reloaded or saved.
+  /// Makes every model read its properties again from the world file in memory. Bodies, sensors,
+  /// controllers and the clock stay unchanged. Refused with a message, like Save(), while the world
+  /// is loaded, reloaded or saved.
   virtual void Reload();
-  /// Writes what models save into the world file; null: the one that was loaded.
+  /// Saves the models' states to the world file `filename`, or if null, to the one that was loaded.
   virtual bool Save(const char* filename);
   Worldfile* GetWorldFile();
 
-  /// Steps all worlds until all are done, as fast as possible. With a world that has a window: its
-  /// event loop, until the window is closed or all worlds are to quit; then it must be the only
-  /// one.
+  /// Steps all worlds until all are done, as fast as possible. A world with a window must be the
+  /// only one; Run() then runs its event loop until the window is closed or the world quits.
   static void Run();
-  /// One step of each world; true when every world says that it is done.
+  /// Steps each world once. Returns true if all worlds are done.
   static bool UpdateAll();
-  /// One step. True, without a step, if the quit time has come or quitting was asked for; true also
-  /// if a callback has deleted the world. Nothing, and false, within a step of the same world.
+  /// Does one step. Returns true without a step if the quit time is reached or quitting was
+  /// requested; also true if a callback has deleted the world. Does nothing and returns false if
+  /// called within a step of this world.
   virtual bool Update(void);
-  /// Whether that is a world now.
+  /// True if `world` points to an existing world.
   static bool Exists(const World* world);
   virtual void Start() { paused = false; }
   virtual void Stop() { paused = true; }
   virtual void TogglePause() { paused = !paused; }
   bool Paused() const { return paused; }
-  bool paused;          ///< concerns those who call Update(), not Update() itself
+  bool paused;          ///< for callers of Update(), which ignores it
   usec_t sim_interval;  ///< length of a step
-  double speedup;       ///< wanted multiple of real time, for who paces the steps; <= 0: none
+  double speedup;       ///< desired multiple of real time, for callers that pace steps; <= 0: none
 
   usec_t SimTimeNow(void) const { return sim_time; }
   uint64_t UpdateCount() { return updates; }
@@ -209,90 +207,89 @@ class World : public Ancestor {
   void ShowClock(bool enable) { show_clock = enable; }
   bool ShowsClock() const { return show_clock; }
   bool TestQuit() const { return quit_ || (options_.listed && quit_all_); }
-  /// Safe from other threads and signal handlers.
+  /// Safe to call from other threads and signal handlers.
   void Quit() { quit_ = true; }
   void QuitAll() { quit_all_ = true; }
   void CancelQuit() { quit_ = false; }
   void CancelQuitAll() { quit_all_ = false; }
   bool PastQuitTime() { return quit_time > 0 && sim_time >= quit_time; }
-  /// Simulated time at which to stop; 0: never.
+  /// Simulated time at which to stop, in microseconds; 0: never.
   void SetQuitTime(usec_t time) { quit_time = time; }
   usec_t GetQuitTime() const { return quit_time; }
 
-  /// cb(world, user) at the end of each step, in the order of registration; non-zero removes it.
+  /// Calls cb(world, user) at the end of each step, in registration order. Non-zero removes it.
   void AddUpdateCallback(world_callback_t cb, void* user);
   int RemoveUpdateCallback(world_callback_t cb, void* user);
-  /// Calls it once, when the step in progress has ended, or the next one: between steps, where
-  /// snapshots can be taken. It may not delete or unload the world. What is asked for meanwhile is
-  /// called after the following step.
+  /// Calls `call` once after the current or next step, when snapshots can be taken. It must not
+  /// delete or unload the world. Calls added meanwhile run after the following step.
   void CallAfterStep(const std::function<void(World&)>& call);
-  /// cb(mod, arg) once, in the first step whose time is now + delay or later.
-  /// There is one queue.
+  /// Calls cb(mod, arg) once, in the first step whose time is at least now + delay. There is a
+  /// single queue, so `queue_num` is ignored.
   unsigned int GetEventQueue(Model*) const { return 0; }
   void Enqueue(unsigned int queue_num, usec_t delay, Model* mod, model_callback_t cb, void* arg);
 
-  /// By full name, former names included. Null and a warning if there is none.
+  /// Finds a model by full name, including former names. Returns null with a warning if none.
   Model* GetModel(const std::string& name) const;
   const std::set<Model*> GetAllModels() const;
   Model* GetGround() { return ground; }
   Model* ground;
-  /// The type has to be one of Model::name_map; otherwise a message, and null.
+  /// The type must be in Model::name_map; otherwise returns null with a message.
   Model* CreateModel(Model* parent, const std::string& typestr);
 
   /// Cells per metre.
   double Resolution() const;
-  /// Of Raytrace() and of sensors that don't say: kCell or kExact.
+  /// Ray model of Raytrace() and of sensors that do not specify one: kCell or kExact.
   RayModel GetRayModel() const;
   void SetRayModel(RayModel model);
-  /// The plane area that anything was ever drawn in, in superregions.
+  /// Bounds of the area in which anything was ever drawn, in whole superregions, metres.
   const bounds3d_t& GetExtent() const;
-  /// The number of the cell; the first or last number there is where it would be beyond these.
+  /// Number of the cell at coordinate `x`, clamped to the valid range.
   int32_t MetersToPixels(meters_t x) const;
   point_int_t MetersToPixels(const point_t& pt) const;
 
-  /// The nearest model along the ray for which the predicate holds. In a callback at the end of a
-  /// step, models are where that step has moved them. A range that is negative or not a number, and
-  /// a pose that is not finite, cast no ray: nothing is hit.
+  /// Returns the nearest model along the ray that satisfies the predicate. In a callback at the end
+  /// of a step, models are where that step has moved them. If the range is negative or NaN, or the
+  /// pose is not finite, nothing is hit.
   RaytraceResult Raytrace(const Ray& ray);
   RaytraceResult Raytrace(const Pose& pose, const meters_t range, const ray_test_func_t func,
                           const Model* finder, const void* arg, const bool ztest);
-  /// results.size() rays, spread evenly over heading +- fov / 2, the right-hand one first; a single
-  /// one goes straight ahead.
+  /// Traces results.size() rays, spread evenly over heading +- fov / 2 from right to left. A single
+  /// ray goes straight ahead.
   void Raytrace(const Pose& gpose, const meters_t range, const radians_t fov,
                 const ray_test_func_t func, const Model* model, const void* arg, const bool ztest,
                 std::vector<RaytraceResult>& results);
 
-  /// Writes down where the model is.
+  /// Records the state of the model in the log.
   void Log(Model* mod);
-  /// What Log() has written down since the world was loaded.
+  /// Entries recorded by Log() since the world was loaded.
   const std::vector<LogEntry>& log() const { return log_; }
 
-  /// What the metrics of the world file come to so far, and what SetMetric() was told. They begin
-  /// anew when the world is loaded, reset, or taken back to a snapshot.
+  /// Current values of the metrics of the world file and of SetMetric(). They restart when the
+  /// world is loaded, reset or restored from a snapshot.
   std::vector<NamedMetric> Metrics() const;
-  /// For controllers and others that measure something of their own.
+  /// Sets a metric that a controller or other client computes.
   void SetMetric(const std::string& name, double value);
 
-  /// Of the packs of this world: see PowerPack.
+  /// Totals of the power packs of this world: see PowerPack.
   const EnergyTotals& energy_totals() const { return energy_totals_; }
 
   virtual bool IsGUI() const { return false; }
-  /// What Run() does for a world with a window.
+  /// Implements Run() for a world with a window.
   virtual void RunEventLoop() {}
   virtual void Redraw(void) {}
-  /// The next picture is to be made from scratch.
+  /// The next picture must be drawn completely.
   void NeedRedraw() { dirty = true; }
   virtual Model* RecentlySelectedModel() const { return NULL; }
   virtual void PushColor(Color) {}
   virtual void PushColor(double, double, double, double) {}
   virtual void PopColor() {}
-  /// Not owned.
+  /// Does not take ownership.
   void RegisterOption(Option* option);
-  /// A model has got a visualizer: for windows, which make an option for it.
+  /// Called when a model gets a visualizer; windows create an option for it.
   virtual void OfferVisualizer(Visualizer*, bool) {}
-  /// A line of the next picture (metres); ignored without a window.
+  /// Draws a line in the next picture (coordinates in metres). Ignored without a window.
   void RecordRay(double x1, double y1, double x2, double y2);
-  /// The same in a colour, which may be transparent.
+  /// Like RecordRay(), with a color that may be transparent.
   void RecordLine(double x1, double y1, double x2, double y2, const Color& color);
   void ClearRays() { ray_list.clear(); }
   struct RecordedRay {
@@ -300,48 +297,47 @@ class World : public Ancestor {
     Color color;
   };
   const std::vector<RecordedRay>& recorded_rays() const { return ray_list; }
-  /// Whether positions write down where they have been, which only windows show. Off at first.
+  /// Whether positions record their trails, which only windows show. Off by default.
   void RecordTrails(bool enable) { record_trails = enable; }
 
-  /// Where the time went, counts of rays and hits, memory of the grid.
+  /// Times of the phases, counts of rays and hits, and memory of the grid.
   RunStatistics statistics() const;
-  /// What there is in the world, and what is left out because nobody asks for it; see explain.hh.
+  /// Describes the world's contents, and which sensors are idle; see explain.hh.
   SceneSummary Summary() const;
-  /// What the parts of a step cost on this machine, measured in about so many seconds with samples
-  /// of what is there; between steps. No callback is called. Sensors update, robots drive a bit,
-  /// and all is put back: poses, readings, random numbers, the clock, the statistics. Only pictures
-  /// of cameras stay until their next update.
+  /// Measures the costs of the parts of a step on samples of the models for about `seconds`. Call
+  /// it between steps. No callback is called. Afterwards all state is restored: poses, readings,
+  /// random numbers, clock, statistics. Only the pictures of cameras change until their next
+  /// update.
   StepCosts MeasureStepCosts(double seconds = kMeasuringSeconds);
   static constexpr double kMeasuringSeconds = 0.3;
-  /// Takes a snapshot, between steps. False, with a message that names it, and *to as it was, if
-  /// something can't be kept: a controller that neither keeps state nor says that it has none (see
-  /// Model::KeepState()), or a callback that Enqueue() has put off.
+  /// Takes a snapshot, between steps. Returns false with a message, and leaves *to unchanged, if
+  /// something cannot be saved: a controller that does not declare its state (see
+  /// Model::KeepState()), or a pending callback of Enqueue().
   bool Take(Snapshot* to, Snapshot::Keep keep = Snapshot::kFull) const;
-  /// Goes back to a snapshot of this world, or of another one that was loaded from the same file:
-  /// from then on the one goes on like the other. Between steps. Pointers to models stay valid;
-  /// those that have come since are deleted, and those that are gone are made again. Flags that
-  /// models carry get their values, not their addresses. Callbacks, clients' data and options stay
-  /// as they are. False, with a message, and the world as it was, if the models or their callbacks
-  /// don't fit.
+  /// Restores a snapshot of this world or of another one loaded from the same file; the world then
+  /// continues exactly like that one. Call it between steps. Pointers to models stay valid, but
+  /// models created since are deleted, and deleted ones are created again. Flags get their values
+  /// back, not their addresses. Callbacks, clients' data and options stay. Returns false with a
+  /// message, and changes nothing, if models or their callbacks do not match.
   bool Restore(const Snapshot& from);
-  /// Sets the clock, for those who show what another run has recorded: nothing that was planned
-  /// happens any more, so models no longer update by themselves. Between steps.
+  /// Sets the clock, for replaying recorded runs. Drops all scheduled events, so models no longer
+  /// update by themselves. Call it between steps.
   void ShowTime(usec_t time);
-  /// From now on random numbers are others: what they are follows from this seed and from the
-  /// state. The world's seed is this one then. Between steps.
+  /// Makes all following random numbers depend on this seed and the current state. Also sets the
+  /// world's seed. Call it between steps.
   void Reseed(uint64_t seed);
-  /// Something is being tried in it, see Branches: what a controller does here isn't done to the
-  /// world that it is a copy of.
+  /// True if the world belongs to Branches, which try something out: effects of a controller do not
+  /// reach the original world.
   bool IsBranch() const { return options_.branch; }
-  /// Of all that decides the future of the world and its models, see state_exchange.hh: two worlds
-  /// that will go on alike have the same. Between steps.
+  /// Hash of everything that decides the future of the world, see state_exchange.hh. Worlds with
+  /// equal futures have equal hashes. Call it between steps.
   uint64_t StateHash() const;
-  /// Lists that; Model::ExchangeState() does for each model. What restores it needs the same models
-  /// in the same tree.
+  /// Enumerates that state; Model::ExchangeState() does it for each model. Restoring requires the
+  /// same models in the same tree.
   void ExchangeState(StateExchange& exchange);
   const RunOptions& options() const { return options_; }
   uint64_t seed() const { return options_.seed; }
-  /// The world's own random numbers; see Model::random() too.
+  /// Generator of the world's own random numbers; see also Model::random().
   RandomStream& random() { return random_.Get(); }
 
   // ---- for the models ----
@@ -351,20 +347,20 @@ class World : public Ancestor {
   void AddModelName(Model* mod, const std::string& name);
   WorldEngine& engine() { return *engine_; }
   Host& host() { return *host_; }
-  /// For those who call callbacks, which may delete the world.
+  /// Keeps the host alive for callers of callbacks, which may delete the world.
   std::shared_ptr<Host> ShareHost() const;
   void EnableEnergy(Model* mod);
   void DisableEnergy(Model* mod);
   EnergyTotals& energy_totals() { return energy_totals_; }
   void AddPowerPack(PowerPack*) { power_pack_count++; }
   void RemovePowerPack(PowerPack*) { power_pack_count--; }
-  /// Null if there is none of that number in this world.
+  /// Returns null if this world has no model with this id.
   Model* FindModel(uint32_t id) const;
-  /// The same in all listed worlds, the oldest first.
+  /// Searches all listed worlds, oldest first.
   static Model* FindModelOfAny(uint32_t id);
-  /// What it comes to in this world.
+  /// Resolves kDefault to the world's ray model.
   bool IsExact(RayModel model) const;
-  /// Draws the bodies for the exact ray model, from now on, if it is not done yet.
+  /// Draws bodies for the exact ray model from now on. Does nothing if already done.
   void DrawForExactRays();
 
  protected:
@@ -372,7 +368,7 @@ class World : public Ancestor {
   bool LoadFrom(Source source);
   bool LoadNow(WorldEngine& engine, Source source);
   virtual void LoadWorldProperties();
-  /// Called when all models are there: for those who have a window.
+  /// Called when all models exist; implemented by worlds with a window.
   virtual void LoadWindowSection() {}
   void UsePrefilter();
   void LoadContent(Source source);
@@ -455,7 +451,7 @@ class World : public Ancestor {
   static std::vector<World*> ListedWorlds();
 
   std::shared_ptr<WorldEngine> engine_;
-  Host* const host_;  // the same
+  Host* const host_;  // same object as engine_
   RunOptions options_;
   const double default_ppm_;
   std::vector<LogEntry> log_;
@@ -463,8 +459,8 @@ class World : public Ancestor {
   LazyRandomStream random_;
   int load_status_;
   std::vector<std::string> load_messages_;
-  std::string path_;         // as given to Load()
-  usec_t simulated_before_;  // by what was loaded before
+  std::string path_;         // as passed to Load()
+  usec_t simulated_before_;  // simulated time of worlds loaded before
   std::atomic<bool> quit_;
   static std::atomic<bool> quit_all_;
   static std::vector<World*> worlds_;

@@ -16,7 +16,7 @@ constexpr size_t kGrain = 8;
 void CallbackPhase::Run(WorldEngine* engine) {
   std::vector<Model*>& due = engine->update_callbacks_due;
   const auto send_ahead = [engine] { engine->tracer.SendAhead(); };
-  // By index: a callback may delete models, which strikes them out, and update others.
+  // By index: a callback may delete models, which sets their entries to null, and update others.
   for (size_t i = 0; i < due.size();) {
     const size_t called = engine->sharing.shares() ? CallTogether(due.data() + i, due.size() - i,
                                                                   engine->workers(), send_ahead)
@@ -56,14 +56,14 @@ size_t CallbackPhase::CallTogether(Model* const* models, size_t count, threads::
 
 size_t CallbackPhase::FindGroups(Model* const* models, size_t count, threads::WorkerPool* workers) {
   if (models[0] && models[0]->serial_update_callbacks_) return 0;
-  // A few on this thread: mostly, where callbacks are mixed, the run ends among them.
+  // Tries a few on this thread: among mixed callbacks, the interval usually ends within them.
   const size_t few = std::min(count, threads::WorkerPool::kFewLooks);
   const size_t first = FindGroupsInTurn(models, few);
   if (first < few || few == count) return first;
   return FindGroupsTogether(models, count, workers) ? count : FindGroupsInTurn(models, count);
 }
 
-/// The same as FindGroupsInTurn() if all can be called at the same time; else false.
+/// Like FindGroupsInTurn(), in parallel. Returns false if not all can be called at the same time.
 bool CallbackPhase::FindGroupsTogether(Model* const* models, size_t count,
                                        threads::WorkerPool* workers) {
   begins_group_.resize(count);
@@ -75,7 +75,7 @@ bool CallbackPhase::FindGroupsTogether(Model* const* models, size_t count,
     begins_group_[i] = !before || model->root != before->root;
     if (!begins_group_[i]) return false;
     std::atomic_ref<uint64_t> run(model->root->callback_run_);
-    return run.exchange(run_, std::memory_order_relaxed) == run_;  // it came elsewhere too
+    return run.exchange(run_, std::memory_order_relaxed) == run_;  // the tree came before
   });
   if (unfit < count) return false;
   group_begins_.clear();
@@ -85,11 +85,11 @@ bool CallbackPhase::FindGroupsTogether(Model* const* models, size_t count,
   return true;
 }
 
-/// Goes on until a model's callbacks need to be called alone, or a tree comes again behind others.
+/// Stops at a model whose callbacks must run alone, or whose tree has an earlier group.
 size_t CallbackPhase::FindGroupsInTurn(Model* const* models, size_t count) {
   group_begins_.clear();
   run_++;
-  const Model* root = nullptr;  // of the present group
+  const Model* root = nullptr;  // of the current group
   size_t i = 0;
   for (; i < count; i++) {
     if (!models[i]) continue;

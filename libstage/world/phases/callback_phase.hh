@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Calls the callbacks of models: those that keep to themselves (Model::AddParallelCallback()) on
-// several threads.
+// Calls the callbacks of models. Those that access only their own tree
+// (Model::AddParallelCallback()) run on several threads.
 //
-// Those that don't may look at anything and change anything: what callbacks of models before them
-// did has to be there, and what those behind them do must not. So each of these ends a run.
+// Any other callback may read and change everything: it must see the effects of all callbacks
+// before it and none of those after it. It therefore ends a parallel interval.
 
 #ifndef STAGE_WORLD_PHASES_CALLBACK_PHASE_HH
 #define STAGE_WORLD_PHASES_CALLBACK_PHASE_HH
@@ -26,16 +26,15 @@ class CallbackPhase {
  public:
   /// See RunOptions::share_from.
   void SetFewest(size_t models) { runs_.SetFewest(models); }
-  /// Between steps.
+  /// Call between steps.
   void EndStep() { runs_.EndStep(); }
   uint64_t looks() const { return runs_.looks(); }  ///< see RunFinder
   /// Calls the CB_UPDATE callbacks of the models that updated in this step. They may delete the
-  /// world; who calls this shares in the engine.
+  /// world, so the caller must share ownership of the engine.
   void Run(WorldEngine* engine);
-  /// Calls those of the first few of these models together, as if one after the other. Returns of
-  /// how many: up to one whose callbacks may not be called at the same time; 0 if it
-  /// isn't worth while. Null stands for a model that is gone.
-  /// Meanwhile calls `beside` on the caller's thread, if there are other threads at work.
+  /// Calls the callbacks of a prefix of these models in parallel, with the result of serial calls.
+  /// Returns its length: it ends before a model with other callbacks; 0 if sharing does not pay.
+  /// Null entries are deleted models. Runs `beside` on the calling thread while other threads work.
   size_t CallTogether(Model* const* models, size_t count, threads::WorkerPool* workers,
                       const std::function<void()>& beside = nullptr);
 
@@ -46,10 +45,10 @@ class CallbackPhase {
 
   FirstThrower thrower_;
   RunFinder runs_;
-  // Neighbours of the same tree are a group, which one thread calls. Where each begins, and the end
-  // of the last.
+  // Neighbors of the same tree form a group, which one thread calls. Holds the begin of each group
+  // and the end of the last.
   std::vector<uint32_t> group_begins_;
-  std::vector<uint8_t> begins_group_;  // of each model
+  std::vector<uint8_t> begins_group_;  // for each model, whether a group begins there
   uint64_t run_ = 0;
 };
 

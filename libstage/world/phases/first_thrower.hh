@@ -12,9 +12,8 @@
 
 namespace Stg {
 
-/// Carries the name of a thrower from a worker to the thread that made the job. A pool throws the
-/// first of all exceptions again, by the order of things in the job; the name has to be the one
-/// that belongs to it.
+/// Carries the name of a thrower from a worker to the thread that started the job. The pool
+/// rethrows the exception with the lowest index in the job; the name must belong to that one.
 class FirstThrower {
  public:
   /// To be called before the job begins.
@@ -22,7 +21,7 @@ class FirstThrower {
     index_ = SIZE_MAX;
     text_[0] = '\0';
   }
-  /// To be called by the thread in which the thing `index` has thrown and noted its name.
+  /// Call it in the worker thread after item `index` has thrown and noted its name.
   void Note(std::size_t index) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (index < index_) {
@@ -31,7 +30,7 @@ class FirstThrower {
     }
     ForgetThrower();
   }
-  /// To be called by the thread that made the job, when the exception passes.
+  /// Call it in the thread that started the job, when the exception arrives there.
   void Tell() const { SetThrower(text_); }
 
  private:

@@ -30,8 +30,8 @@ void GatherPhase::Run(World* world, WorldEngine* engine) {
   engine->sharing.Choose(engine->threads(), models);
   const bool batch = world->options().batch;
   const bool shares = batch && engine->sharing.shares();
-  // By index: an update may delete models, which strikes out their events, or everything there is,
-  // which empties the list.
+  // By index: an update may delete models, which clears their events, or the whole world, which
+  // empties the list.
   for (size_t i = 0; i < due.size();) {
     const size_t updated =
         shares ? UpdateTogether(due.data() + i, due.size() - i, world, engine->workers()) : 0;
@@ -45,10 +45,10 @@ void GatherPhase::Run(World* world, WorldEngine* engine) {
   NoteSensed(engine, shares);
 }
 
-/// Robots note their poses if a model of their tree has updated: the readings of this step belong
+/// Robots store their poses if a model of their tree has updated: the readings of this step belong
 /// to these poses.
 void GatherPhase::NoteSensed(WorldEngine* engine, bool shares) const {
-  constexpr size_t kMany = 1000;  // fewer are done before other threads have begun
+  constexpr size_t kMany = 1000;  // fewer are done before other threads have started
   const std::vector<Model*>& moving = engine->moving;
   const auto note = [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++)
@@ -61,9 +61,9 @@ void GatherPhase::NoteSensed(WorldEngine* engine, bool shares) const {
 void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
   const Scheduler::Event event = engine->due[index];
   if (event.callback) {
-    engine->due[index] = Scheduler::Event();    // it is called once, even if it throws
+    engine->due[index] = Scheduler::Event();    // called once, even if it throws
     engine->TraceBatch();                       // it may read what others sensed
-    std::optional<RandomScope> random_numbers;  // those of the world, without a model
+    std::optional<RandomScope> random_numbers;  // the world's generator if there is no model
     if (event.model) random_numbers.emplace(&event.model->random_);
     try {
       event.callback(event.model, event.arg);
@@ -77,7 +77,7 @@ void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
 }
 
 void GatherPhase::UpdateAlone(Model* model) {
-  const Watch watch(*model);  // a type of a plug-in may delete it
+  const Watch watch(*model);  // a type of a plug-in may delete the model
   try {
     model->Update();
   } catch (...) {
@@ -111,14 +111,14 @@ void GatherPhase::UpdatePrepared(World* world, threads::WorkerPool* workers) {
   sensing::Scene& scene = world->host().scene;
   ForEachBlock(workers, [this](Block* block) { Measure(block); });
   MakeRoom(&scene.batch);
-  // All self-masks have their place before the first fan refers to one.
+  // All self-masks must be placed before the first fan refers to one.
   ForEachBlock(workers, [this](Block* block) { PlaceSelfMasks(*block); });
   ForEachBlock(workers, [this](Block* block) { Fill(block); });
   MakeLayers(&scene);
   Queue(world, workers);
 }
 
-/// Calls f(), a part of the entry's update.
+/// Calls f(), a stage of the entry's update, and records the thrower of an exception.
 template <typename F>
 void GatherPhase::NoteIfThrown(const Entry& entry, F f) {
   try {
@@ -143,7 +143,7 @@ std::span<GatherPhase::Entry> GatherPhase::EntriesOf(const Block& block) {
   return std::span(entries_).subspan(first, std::min(kBlock, entries_.size() - first));
 }
 
-/// The update of a model whose class does what it does here.
+/// True if this type's Update() is equivalent to the batched path, so that it may run in parallel.
 bool GatherPhase::MayShare(const Scheduler::Event& event) {
   if (event.callback || !event.model) return false;
   const ModelType* const type = FindModelType(*event.model);
@@ -154,7 +154,7 @@ bool GatherPhase::MayShare(const Scheduler::Event& event) {
 
 // ---- getting ready ------------------------------------------------------------------------------
 
-/// False if the updates can't be made at once.
+/// Prepares all entries. Returns false if the updates cannot run in parallel.
 bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* world,
                           threads::WorkerPool* workers) {
   entries_.resize(count);
@@ -166,13 +166,13 @@ bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* w
     for (size_t i = begin; i < end; i++) all |= PrepareEntry(events[i], &entries_[i]);
     if (all != 0) wants.fetch_or(all, std::memory_order_relaxed);
   });
-  // The first exact ray of all: all bodies have to be drawn for it, which changes the grid.
+  // Before the first exact ray, all bodies must be drawn for it, which changes the grid.
   if ((wants & Model::kExactRays) && !world->host().scene.exact_drawing) return false;
   FinishGettingReady(wants, world);
   return true;
 }
 
-/// Returns what has to be there for it.
+/// Fills in the entry. Returns flags of what its update needs.
 unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) {
   *entry = Entry();
   Model& model = *event.model;
@@ -191,7 +191,7 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
   return wants;
 }
 
-/// What no two threads may do at once.
+/// Does the preparations that must not run in parallel.
 void GatherPhase::FinishGettingReady(unsigned wants, World* world) {
   WorldEngine& engine = world->engine();
   if (wants & kTargets) engine.fiducials.Refresh(engine.models, world->GetUpdateCount());
@@ -265,17 +265,17 @@ void GatherPhase::FillEntry(Entry* entry, const Block& block) {
     entry->layer_missing =
         !entry->model->FillRoom(entry->share, block.fans, entry->first_fan, entry->fan_count);
   });
-  // As Model::Update() has it.
+  // Corresponds to the rest of Model::Update().
   Model& model = *entry->model;
   model.updated_at_ = now_;
-  // Models of one tree may be filled in by several threads at once.
+  // Several threads may fill in models of one tree at once.
   std::atomic_ref<uint32_t>(model.root->tree_updated_in_).store(step_, std::memory_order_relaxed);
   entry->next_update = model.NextUpdateAfter(now_);
   entry->chain = model.update_chain_ = UpdateChain::Next(model.update_chain_);
   entry->has_callbacks = model.HasCallbacks(Model::CB_UPDATE);
 }
 
-/// The layers of the grid that fans look for, at heights that nobody looked at so far.
+/// Makes grid layers for heights at which no ranger has looked before.
 void GatherPhase::MakeLayers(sensing::Scene* scene) {
   for (const Block& block : Blocks()) {
     if (!block.layer_missing) continue;
@@ -284,9 +284,9 @@ void GatherPhase::MakeLayers(sensing::Scene* scene) {
   }
 }
 
-/// The next updates, and the rests and callbacks of this one.
+/// Queues the next updates, and the Sensed() calls and callbacks of this step.
 void GatherPhase::Queue(World* world, threads::WorkerPool* workers) {
-  constexpr size_t kMany = 1000;  // fewer are done before other threads have begun
+  constexpr size_t kMany = 1000;  // fewer are done before other threads have started
   const bool together =
       entries_.size() >= kMany && std::ranges::all_of(Blocks(), [&](const Block& block) {
         return block.same_next_update && block.next_update == blocks_[0].next_update &&
@@ -302,7 +302,7 @@ void GatherPhase::Queue(World* world, threads::WorkerPool* workers) {
   }
 }
 
-/// The same if all next updates are due at one time.
+/// Queue() for the case that all next updates are due at one time.
 void GatherPhase::QueueTogether(World* world, threads::WorkerPool* workers) {
   WorldEngine& engine = world->engine();
   const std::span<Scheduler::Event> events =

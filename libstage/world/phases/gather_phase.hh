@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Runs what is due in a step: updates of models, and callbacks that somebody has queued. Updates of
-// types that allow it are made on several threads, with the very outcome of one after the other.
+// Runs the due events of a step: updates of models, and enqueued callbacks. Updates of types that
+// allow it run on several threads, with the result of serial updates.
 //
-// What may be done in another order, and why: an update of such a type changes the model itself,
-// the batch, and the lists of what is to come (the next update, callbacks, what follows sensing).
-// It looks at poses and bodies, which no update changes (fingers of grippers move after sensing),
-// and at nothing else that another update changes. So models may update in any order, whatever
-// their types; and so may their fans be in the batch in any order, as a fan's hits concern its own
-// sensor alone. Only the order of the lists shows later: these are filled in the order of the
-// events, when all have updated. What may not: callbacks that somebody has queued, updates of
-// classes derived by clients, and positions with callbacks for CB_VELOCITY. These may do anything,
-// such as move or delete models that come later. They are done alone, with all before them done and
-// none of those behind them.
+// Why parallel updates give equal results: an update of such a type changes only the model, the
+// batch, and the lists of future work (next updates, callbacks, Sensed() calls). It reads poses and
+// bodies, which no update changes (gripper fingers move after sensing). So models may update in any
+// order, and their fans may be in any order in the batch, because hits of a fan concern only its
+// own sensor. Only the order of the lists matters later; they are filled in event order after all
+// updates. Enqueued callbacks, updates of classes derived by clients, and positions with
+// CB_VELOCITY callbacks may do anything, such as move or delete later models. They run alone, after
+// everything before them and before everything after them.
 //
-// What each model adds to the batch is counted first; then each fills in its own room there.
+// First, the space that each model needs in the batch is counted; then each fills in its own space.
 
 #ifndef STAGE_WORLD_PHASES_GATHER_PHASE_HH
 #define STAGE_WORLD_PHASES_GATHER_PHASE_HH
@@ -39,36 +37,36 @@ class GatherPhase {
  public:
   /// See RunOptions::share_from.
   void SetFewest(size_t models) { runs_.SetFewest(models); }
-  /// Between steps.
+  /// Call between steps.
   void EndStep() { runs_.EndStep(); }
   uint64_t looks() const { return runs_.looks(); }  ///< see RunFinder
-  /// Everything that is due at the world's present time. Callbacks among it may delete the world;
-  /// who calls this shares in the engine.
+  /// Runs all events that are due at the world's present time. Callbacks may delete the world, so
+  /// the caller must share ownership of the engine.
   void Run(World* world, WorldEngine* engine);
 
  private:
   static void RunEvent(WorldEngine* engine, size_t index);
-  /// Updates the models of the first few of these events together. Returns how many events that
-  /// was: up to one that is something else; 0 if it isn't worth while.
+  /// Updates the models of a prefix of these events in parallel. Returns its length: it ends before
+  /// an event that must run alone; 0 if sharing does not pay.
   size_t UpdateTogether(const Scheduler::Event* events, size_t count, World* world,
                         threads::WorkerPool* workers);
   struct Entry {
     Model* model;
-    sensing::BatchShare share;  // then where its room begins
+    sensing::BatchShare share;  // size, later begin of its space
     usec_t next_update;
     uint64_t chain;
-    size_t first_fan, fan_count;  // of those listed in the block
+    size_t first_fan, fan_count;  // range in the block's list of fans
     Model::SelfMasksToMake masks;
-    bool updates;  // it does: its update is not void
+    bool updates;  // false if the event is void
     bool ready, has_rest, has_callbacks, layer_missing;
   };
-  // Some entries that follow each other: what is added up of all is added up block by block.
+  // Consecutive entries. Sums over all entries are computed block by block.
   static constexpr size_t kBlock = 16;
   struct Block {
-    sensing::BatchShare share;  // of its entries together, then where their room begins
-    sensing::FanList fans;      // of its entries of other types
-    size_t callbacks;           // entries with callbacks, then how many come before it
-    usec_t next_update;         // of its entries, if it is the same
+    sensing::BatchShare share;  // total of its entries, later begin of their space
+    sensing::FanList fans;      // fans that its entries list one by one
+    size_t callbacks;           // number of entries with callbacks; later that of earlier blocks
+    usec_t next_update;         // next update of its entries, if they agree
     bool same_next_update, layer_missing, has_rests;
   };
   template <typename F>
@@ -78,7 +76,7 @@ class GatherPhase {
   static bool MayShare(const Scheduler::Event& event);
   bool Prepare(const Scheduler::Event* events, size_t count, World* world,
                threads::WorkerPool* workers);
-  static constexpr unsigned kTargets = 4;  // beside what Model::GetReady() may want
+  static constexpr unsigned kTargets = 4;  // flag in addition to those of Model::GetReady()
   static unsigned PrepareEntry(const Scheduler::Event& event, Entry* entry);
   void FinishGettingReady(unsigned wants, World* world);
   static void UpdateAlone(Model* model);
@@ -99,7 +97,7 @@ class GatherPhase {
   FirstThrower thrower_;
   RunFinder runs_;
   std::vector<Entry> entries_;
-  std::vector<Block> blocks_;  // the first block_count_; the others are kept for their memory
+  std::vector<Block> blocks_;  // only block_count_ are used; the rest keep their memory
   size_t block_count_ = 0;
   usec_t now_ = 0;     // simulated time of this step
   uint32_t step_ = 0;  // Host::steps_begun

@@ -14,11 +14,11 @@ namespace Stg {
 
 namespace {
 
-constexpr size_t kAtOnce = 256;  // movers for each thread; so that plans stay in its cache
+constexpr size_t kAtOnce = 256;  // movers per thread, so that their plans stay in its cache
 constexpr size_t kMostAtOnce = 4096;
-constexpr int64_t kMostTiles = 256;  // a mover that uses more moves alone
+constexpr int64_t kMostTiles = 256;  // a mover that uses more tiles moves alone
 constexpr size_t kGrain = 16;
-constexpr size_t kFew = 4;  // movers of a rank, not worth waking threads for
+constexpr size_t kFew = 4;  // with fewer movers in a rank, waking threads does not pay
 static_assert(kMostAtOnce <= TileClaims::kMost);
 
 grid::CellBox TilesOf(const grid::CellBox& cells) {
@@ -46,7 +46,7 @@ uint32_t TileRanks::Add(const grid::CellBox& tiles) {
   return rank;
 }
 
-/// Calls f(uint32_t&) for the next ranks of all tiles of the rectangle.
+/// Calls f(uint32_t&) for the next rank of each tile of the rectangle.
 template <typename F>
 void TileRanks::ForEachRank(F f) {
   for (const Part& part : parts_)
@@ -76,7 +76,7 @@ uint32_t TileRanks::BlockOf(int32_t x, int32_t y) {
   return used_++;
 }
 
-/// That of the block, or a free one in its place.
+/// Returns the block's slot, or the free slot where it belongs.
 TileRanks::Slot& TileRanks::SlotOf(int32_t x, int32_t y) {
   const size_t mask = slots_.size() - 1;
   for (size_t place = ray_hash(x, y) & mask;; place = (place + 1) & mask) {
@@ -96,7 +96,7 @@ void TileClaims::Begin(const grid::Grid& grid) {
   const size_t tiles = grid.region_count() * size_t{grid::kTilesPerRegion};
   round_ = (round_ + 1) & 0xffff;
   if (round_ != 0 && claims_.size() >= tiles) return;
-  // With room for regions to come, as the grid often grows little by little.
+  // Reserves space for further regions, as the grid often grows gradually.
   claims_.assign(std::max(claims_.size(), tiles + tiles / 2), 0);
   round_ = 1;
 }
@@ -109,8 +109,8 @@ bool StandsAlone(const Model& model) {
 
 }  // namespace
 
-/// A robot that stands by itself and moves as ModelPosition does, or what stays where it is. What
-/// moves on another model comes in its turn: where it goes depends on whether that has moved.
+/// True for a top-level robot of class ModelPosition, and for any model that stays still. A model
+/// on top of another one moves serially: its target depends on whether the other has moved.
 bool MovePhase::MayShare(const Model& model) {
   if (StandsAlone(model)) return true;
   const std::type_info& type = typeid(model);
@@ -120,7 +120,7 @@ bool MovePhase::MayShare(const Model& model) {
 
 void MovePhase::Run(WorldEngine* engine) {
   std::vector<Model*>& moving = engine->moving;
-  // By index: a callback of a model may change the list.
+  // By index: callbacks of models may change the list.
   for (size_t i = 0; i < moving.size();) {
     const size_t moved =
         engine->sharing.shares()
@@ -153,7 +153,7 @@ void MovePhase::MovePart(Model* const* models, size_t count, threads::WorkerPool
   MakePlans(models, count, workers);
   if (!std::ranges::any_of(marks_, [](uint8_t marks) { return marks & kMovesAlone; }))
     return MoveRanks(0, count, workers);
-  // Between those who move alone there may be few others, not worth waking threads for.
+  // Few models may lie between those that move alone; waking threads for them would not pay.
   const auto move_between = [&](size_t begin, size_t end) {
     if (end - begin >= runs_.later_fewest()) return MoveRanks(begin, end, workers);
     for (size_t i = begin; i < end; i++) MoveAlone(&plans_[i]);
@@ -217,7 +217,7 @@ void MovePhase::Mark(size_t index, uint8_t marks) {
   std::atomic_ref<uint8_t>(marks_[index]).fetch_or(marks, std::memory_order_relaxed);
 }
 
-/// Moves those of [begin, end) that share the grid.
+/// Moves the models of [begin, end) that share the grid, rank by rank.
 void MovePhase::MoveRanks(size_t begin, size_t end, threads::WorkerPool* workers) {
   if (begin == end) return;
   const uint64_t bodies = AssignRanks(begin, end);
@@ -257,8 +257,8 @@ void MovePhase::MovePlan(Plan* plan, unsigned thread) {
   plan->placement.Commit(&edits_[thread]);
 }
 
-/// Ranks of those who share tiles with others, and regions that will be drawn in. Returns how many
-/// bodies move.
+/// Assigns ranks to contested moves and creates the regions that will be drawn in. Returns the
+/// number of bodies that move.
 uint64_t MovePhase::AssignRanks(size_t begin, size_t end) {
   later_.clear();
   ranks_.Clear();
@@ -271,7 +271,7 @@ uint64_t MovePhase::AssignRanks(size_t begin, size_t end) {
       plan.rank = ranks_.Add(plan.tiles);
       if (plan.rank > 0) later_.push_back(static_cast<uint32_t>(i));
     }
-    // Regions that were there may be gone if others of this part have moved since.
+    // Earlier moves of this chunk may have removed regions.
     const bool any_may_miss = begin > 0 && plan.shared;
     if (!any_may_miss && !(marks_[i] & kRegionsMissing)) continue;
     grid_->MakeSlots(plan.placement.NewParts());
@@ -290,7 +290,7 @@ void MovePhase::SortByRank() {
   uint32_t sum = 0;
   for (uint32_t& end_of_rank : rank_ends_) {
     const uint32_t movers = end_of_rank;
-    end_of_rank = sum;  // its begin, for now
+    end_of_rank = sum;  // the begin of the rank, for now
     sum += movers;
   }
   order_.resize(sum);

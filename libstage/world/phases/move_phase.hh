@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Moves robots on several threads, with the very outcome of moving one after the other.
+// Moves robots on several threads. The result equals that of moving them one after the other.
 //
-// A robot's move looks at and changes the cells around it, and the robots that move before it may
-// have been there. So moves are put into ranks: a robot comes one rank after the last one before it
-// that uses a tile of the grid which it uses too. Robots of one rank have no tile in common, hence
-// nothing to say to each other; ranks follow one another. In a crowd there are some twenty ranks,
-// in the open one or two.
+// A robot's move reads and changes the cells around it, which earlier moves may have changed. Each
+// robot therefore gets a rank: one more than the highest rank of the earlier robots that use one of
+// its tiles, or 0. Robots of equal rank share no tile and can move in parallel; the ranks run one
+// after the other. Dense crowds have about twenty ranks, sparse scenes one or two.
 
 #ifndef STAGE_WORLD_PHASES_MOVE_PHASE_HH
 #define STAGE_WORLD_PHASES_MOVE_PHASE_HH
@@ -25,27 +24,27 @@ namespace Stg {
 class ModelPosition;
 class WorldEngine;
 
-/// The ranks of rectangles of tiles that come one after the other.
+/// Assigns ranks to a sequence of rectangles of tiles.
 class TileRanks {
  public:
-  /// Begins anew.
+  /// Starts a new sequence.
   void Clear();
-  /// One more than the highest rank so far of a rectangle that has a tile in common with this one;
-  /// 0 if there is none.
+  /// Returns the rank: one more than the highest rank of an earlier rectangle with a common tile,
+  /// or 0 if there is none.
   uint32_t Add(const grid::CellBox& tiles);
 
  private:
-  // 4 x 4 tiles: a rectangle has a few of them.
+  // A block is 4 x 4 tiles; a rectangle overlaps a few blocks.
   static constexpr int kShift = 2, kSide = 1 << kShift;
   struct Block {
     int32_t x, y;
     uint32_t next_rank[kSide * kSide];
   };
   struct Slot {
-    uint32_t round;  // it is free if that isn't the present one
+    uint32_t round;  // the slot is free if this is not round_
     uint32_t block;
   };
-  // What a rectangle has of a block, in tiles of the block.
+  // Intersection of a rectangle with a block, in tiles relative to the block.
   struct Part {
     uint32_t block;
     int32_t min_x, min_y, max_x, max_y;
@@ -57,27 +56,27 @@ class TileRanks {
   template <typename F>
   void ForEachRank(F f);
 
-  std::vector<Slot> slots_;    // by a hash of the block, with linear probing
+  std::vector<Slot> slots_;    // hash table of blocks with linear probing
   std::vector<Block> blocks_;  // the first `used_` are in use
   uint32_t used_ = 0, round_ = 0;
-  std::vector<Part> parts_;  // of the rectangle that is being added
+  std::vector<Part> parts_;  // of the rectangle being added
 };
 
-/// Finds out, on several threads, which of many rectangles of tiles have tiles in common.
+/// Detects, on several threads, which rectangles of tiles overlap.
 class TileClaims {
  public:
   static constexpr size_t kMost = 0x10000;  ///< rectangles
 
-  /// Begins anew, with the present regions of the grid.
+  /// Starts a new set of rectangles, for the present regions of the grid.
   void Begin(const grid::Grid& grid);
-  /// Takes the tiles for a rectangle and calls met(other) with the numbers of some that have taken
-  /// tiles of it before: enough of them that in the end everyone has been named, or has met
-  /// another, who shares a tile. False if some tiles are in no region, and may be anybody's.
+  /// Claims the tiles for rectangle `number` and calls met(other) for each previous owner found.
+  /// Every rectangle that overlaps another takes part in at least one such call, as `number` or as
+  /// `other`. Returns false if some tiles lie in no region: these are not tracked.
   template <typename F>
   bool Claim(const grid::Grid& grid, const grid::CellBox& tiles, size_t number, F met);
 
  private:
-  std::vector<uint32_t> claims_;  // round << 16 | number, by region and tile
+  std::vector<uint32_t> claims_;  // round << 16 | number, indexed by region and tile
   uint32_t round_ = 0;
 };
 
@@ -108,24 +107,25 @@ class MovePhase {
  public:
   /// See RunOptions::share_from.
   void SetFewest(size_t models) { runs_.SetFewest(models); }
-  /// Between steps.
+  /// Call between steps.
   void EndStep() { runs_.EndStep(); }
   uint64_t looks() const { return runs_.looks(); }  ///< see RunFinder
-  /// Moves all that asked for it. Callbacks among that may delete the world; who calls this shares
-  /// in the engine.
+  /// Moves all models that asked to be moved. Callbacks may delete the world, so the caller must
+  /// share ownership of the engine.
   void Run(WorldEngine* engine);
 
  private:
-  /// Moves the first few of these models together, as if one after the other. Returns how many: up
-  /// to one that is on another model, or of a class of its own; 0 if it isn't worth while.
+  /// Moves a prefix of these models in parallel, with the result of serial moves. Returns its
+  /// length: it ends before a model that is on another model or of another class; 0 if sharing does
+  /// not pay.
   size_t MoveTogether(Model* const* models, size_t count, sensing::Scene* scene,
                       threads::WorkerPool* workers);
   struct Plan {
-    ModelPosition* model;  // if it moves
-    bool moves, shared;    // it moves; beside others
-    grid::CellBox tiles;   // that it may look at
+    ModelPosition* model;  // null if the model stays
+    bool moves, shared;    // it moves; it does so in parallel
+    grid::CellBox tiles;   // that the move may read or change
     uint32_t rank;
-    uint64_t bodies_before;  // of the robots that move before it, together with it
+    uint64_t bodies_before;  // bodies of the robots before it that move in parallel
     Placement placement;
   };
   static bool MayShare(const Model& model);
@@ -142,18 +142,18 @@ class MovePhase {
 
   RunFinder runs_;
   std::vector<Plan> plans_;
-  // What one thread looks at of all plans, which it has not made.
+  // Marks of a plan, kept apart so that one thread can scan them quickly.
   static constexpr uint8_t kMovesAlone = 1, kContested = 2, kRegionsMissing = 4;
   std::vector<uint8_t> marks_;
-  bool exact_ = false;                       // bodies are drawn for the exact ray model too
-  std::atomic<size_t> parts_{0}, cells_{0};  // that may be drawn
+  bool exact_ = false;                       // bodies are also drawn for the exact ray model
+  std::atomic<size_t> parts_{0}, cells_{0};  // upper bounds of what may be drawn
   std::atomic<size_t> exact_parts_{0};
   TileClaims claims_;
-  std::vector<grid::Grid::Edit> edits_;  // one for each thread
+  std::vector<grid::Grid::Edit> edits_;  // one per thread
   TileRanks ranks_;
-  std::vector<uint32_t> later_;      // indices of plans behind the first rank
-  std::vector<uint32_t> rank_ends_;  // in order_
-  std::vector<uint32_t> order_;      // the same by rank
+  std::vector<uint32_t> later_;      // indices of plans with a rank above 0
+  std::vector<uint32_t> rank_ends_;  // ends of the ranks in order_
+  std::vector<uint32_t> order_;      // later_ sorted by rank
   grid::Grid* grid_ = nullptr;
 };
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Finds runs of things that can be done on several threads at once, among others, which have to be
-// done one after the other.
+// Finds intervals of list items that can be processed on several threads, between items that must
+// be processed serially.
 //
-// Whatever the mixture, looking for runs and sharing them must never cost more than it gains:
-//   each thing is looked at once, although those of a short run are asked for one by one;
-//   a run that is too short to be worth waking threads for is left to the caller;
-//   what is worth it is measured: the first run of a step has to keep one thread busy for longer
-//   than waking others takes, at a guess that favours sharing; each further one for longer by far.
+// Searching and sharing must never cost more than they gain:
+//   each item is examined once, although the items of a short interval are asked for one by one;
+//   an interval too short to pay for waking threads is left to the caller;
+//   the minimum length is measured: the first interval of a step must keep one thread busy longer
+//   than waking others takes (a favorable guess); each further one must last much longer.
 
 #ifndef STAGE_WORLD_PHASES_RUN_FINDER_HH
 #define STAGE_WORLD_PHASES_RUN_FINDER_HH
@@ -19,17 +19,17 @@
 
 namespace Stg {
 
-/// Asked for each thing of a list in turn whether a run begins there.
+/// Call Find() for each item of a list in turn to ask whether an interval starts there.
 class RunFinder {
  public:
-  /// Fewer things than that make no run. 1: every one does, even if that is a waste of time.
+  /// Sets the minimum length of an interval. With 1, every item is one, even if that is slow.
   void SetFewest(size_t fewest) {
     fewest_ = first_fewest_ = worth_from_ = fewest;
     later_fewest_ = fewest <= 1 ? fewest : std::max(fewest, kAtFirst);
   }
 
-  /// `find_length()` looks how many things from here on make a run, of `count` that there are.
-  /// Returns that, or 0 if they are to be done one after the other.
+  /// `find_length()` returns how many of the `count` remaining items form an interval from here on.
+  /// Returns that length, or 0 if the items are to be processed serially.
   template <typename F>
   size_t Find(size_t count, F find_length) {
     if (to_skip_ > 0) {
@@ -48,11 +48,11 @@ class RunFinder {
     return 0;
   }
 
-  /// This thing and those behind it, `length` in all, are to be done one after the other.
+  /// Marks this item and those after it, `length` in all, as serial.
   void Skip(size_t length) { to_skip_ = length > 0 ? length - 1 : 0; }
 
-  /// Does a run of so many things on so many threads. How long runs take says how many things are
-  /// worth waking threads for; results do not depend on who does what.
+  /// Runs an interval of `length` items on `threads` threads and measures it. The time per item
+  /// decides the minimum lengths; results do not depend on them.
   template <typename F>
   void Do(size_t length, unsigned threads, F run) {
     using Clock = std::chrono::steady_clock;
@@ -63,17 +63,17 @@ class RunFinder {
     threads_ = threads;
   }
 
-  /// Between steps.
+  /// Call between steps.
   void EndStep() {
-    // Now and then short runs are shared for some steps, to see what they take.
+    // Periodically, short intervals are shared for some steps to measure them again.
     constexpr uint64_t kLooksEvery = 256, kLook = 4;
     to_skip_ = 0;
     found_any_ = false;
     if (fewest_ <= 1) return;
     if (done_ > 0) {
-      // Some are interrupted and take far longer: that is believed little by little.
+      // Interrupted intervals take far longer, so the estimate grows at most twofold per step.
       seconds_each_ = std::min(std::max(seconds_, 1e-9) / done_, 2 * seconds_each_);
-      // As if threads had been of no use, and as if they had shared evenly.
+      // The first assumes that threads gained nothing, the second that they shared evenly.
       later_fewest_ = Fewest(kWorthWaking / seconds_each_);
       worth_from_ = Fewest(kWorthWaking / (seconds_each_ * threads_));
       seconds_ = done_ = 0;
@@ -81,14 +81,14 @@ class RunFinder {
     first_fewest_ = ++steps_ % kLooksEvery < kLook ? fewest_ : worth_from_;
   }
 
-  /// So many things, at least, are worth waking threads for once more.
+  /// Minimum length of an interval for which waking the workers again pays.
   size_t later_fewest() const { return later_fewest_; }
-  /// Counts how many things were looked at, for tests.
+  /// For tests: number of items examined.
   uint64_t looks() const { return looks_; }
 
  private:
   static constexpr size_t kAtFirst = 256;
-  // Seconds. Waking takes some 10 to 40 microseconds a thread.
+  // Seconds. Waking takes 10 to 40 microseconds per thread.
   static constexpr double kWorthWaking = 200e-6;
   size_t Fewest(double worth) const {
     constexpr double kMost = 4096;
@@ -96,12 +96,12 @@ class RunFinder {
   }
 
   size_t fewest_ = 16;
-  size_t first_fewest_ = 16;        // of the first run of this step
-  size_t worth_from_ = 16;          // the same, of most steps
-  size_t later_fewest_ = kAtFirst;  // of the runs behind it
+  size_t first_fewest_ = 16;        // minimum for the first interval of this step
+  size_t worth_from_ = 16;          // the same for most steps
+  size_t later_fewest_ = kAtFirst;  // minimum for later intervals of a step
   size_t to_skip_ = 0;
-  bool found_any_ = false;         // in this step
-  double seconds_ = 0, done_ = 0;  // what its runs took, and how many things they were
+  bool found_any_ = false;         // an interval in this step
+  double seconds_ = 0, done_ = 0;  // duration and number of items of the intervals
   double seconds_each_ = kWorthWaking / kAtFirst;
   unsigned threads_ = 1;
   uint64_t steps_ = 0;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Decides whether threads share the updates, moves and callbacks of a step. The outcome is the
-// same.
+// Decides whether threads share the updates, moves and callbacks of a step. Results do not depend
+// on it.
 //
-// In small steps sharing may cost more than it saves, if only because threads leave models in their
-// caches for others to fetch. It is measured like the choice between device and host: the threads
-// stand for the device, models for rays.
+// In small steps sharing may cost more than it saves, because models must move between the caches
+// of threads. The choice is measured like that between device and host (PathChooser): threads stand
+// for the device, models for rays.
 
 #ifndef STAGE_WORLD_PHASES_SHARING_HH
 #define STAGE_WORLD_PHASES_SHARING_HH
@@ -18,18 +18,18 @@ namespace Stg {
 
 class Sharing {
  public:
-  /// See RunOptions::share_from. 1: always.
+  /// See RunOptions::share_from. With 1, threads always share.
   void SetFewest(size_t models) { chooser_ = sensing::PathChooser(models == 1); }
 
-  /// For a step in which so many models update or move.
+  /// Chooses for a step in which `models` models update or move.
   void Choose(unsigned threads, size_t models) {
-    // Larger steps are worth sharing, and not worth trying without.
+    // Longer steps always gain from sharing; measuring them alone would only cost time.
     constexpr double kSmallStep = 0.5e-3;
     compares_ = threads > 1 && seconds_ < kSmallStep;
     shares_ = !compares_ || chooser_.UseDevice(models);
   }
   bool shares() const { return shares_; }
-  /// What updates, moves and callbacks took, rays left out.
+  /// Reports the seconds that updates, moves and callbacks took, without rays.
   void Report(double seconds) {
     if (compares_) chooser_.Report(seconds);
     if (shares_) seconds_ = seconds;
@@ -39,7 +39,7 @@ class Sharing {
   sensing::PathChooser chooser_;
   bool shares_ = true;     // in this step
   bool compares_ = false;  // in this step
-  double seconds_ = 1;     // what the last step took that was shared
+  double seconds_ = 1;     // duration of the last shared step
 };
 
 }  // namespace Stg

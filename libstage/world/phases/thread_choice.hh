@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Decides how many threads a step uses where nobody has said so: one, or all. Results are the same.
+// Chooses whether a step uses one thread or all, if the user set no number. Results are equal.
 //
-// Threads help large steps. They cost small ones more than they save, and take processors from
-// other processes for nothing. Steps are taken alone first: only if they last long enough, threads
-// are started at all. From then on it is measured which is faster, like the choice between device
-// and host: all threads stand for the device, models for rays.
+// Threads speed up large steps, but slow down small ones and take processors from other processes.
+// Steps start with one thread; only if they last long enough are threads started. From then on both
+// are measured, as in the choice between device and host (PathChooser): all threads stand for the
+// device, models for rays.
 
 #ifndef STAGE_WORLD_PHASES_THREAD_CHOICE_HH
 #define STAGE_WORLD_PHASES_THREAD_CHOICE_HH
@@ -21,41 +21,41 @@ namespace Stg {
 
 class ThreadChoice {
  public:
-  /// Seconds. A step that takes less on one thread is not worth waking others for: that takes some
-  /// 10 to 40 microseconds a thread.
+  /// Seconds. For shorter steps, waking threads does not pay: it takes 10 to 40 microseconds per
+  /// thread.
   static constexpr double kWorthThreads = 100e-6;
 
-  /// Whether all threads are to take the next step, in which so many models update or move.
+  /// Whether the next step, in which `models` models update or move, should use all threads.
   bool UseAll(size_t models) {
     size_ = std::min(static_cast<size_t>(std::bit_width(models)), kSizes - 1);
     compares_ = alone_[size_].typical >= kWorthThreads;
     uses_all_ = compares_ && chooser_.UseDevice(models);
     return uses_all_;
   }
-  /// Learns how long the step took that was asked for last, rays included.
+  /// Records the duration of the step chosen last, including rays, in seconds.
   void Report(double seconds) {
     if (compares_) chooser_.Report(seconds);
     if (!uses_all_) alone_[size_].Note(seconds);
   }
 
  private:
-  /// Seconds that steps take on one thread.
+  /// Durations of steps on one thread, in seconds.
   struct Alone {
     double last = 0;
-    double typical = 0;  // the lesser of the last two; 0 if there were fewer
+    double typical = 0;  // minimum of the last two; 0 before the second
 
     void Note(double seconds) {
       typical = std::min(last, seconds);
       last = seconds;
     }
   };
-  // Sizes are the same within a factor of two, as in PathChooser: sensors that are read at
-  // different intervals make steps of different sizes.
+  // Steps are grouped by powers of two, as in PathChooser: sensors with different update intervals
+  // make steps of different sizes.
   static constexpr size_t kSizes = 33;
 
   internal::sensing::PathChooser chooser_;
   std::array<Alone, kSizes> alone_;
-  size_t size_ = 0;  // of this step
+  size_t size_ = 0;  // size group of this step
   bool compares_ = false, uses_all_ = false;
 };
 
