@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Stage 5, the 2D multi-robot simulator: worlds, fleets of robots as arrays, batches of worlds.
 
-Lengths are metres, angles radians counter-clockwise, times seconds of simulated time, unless something
-else is said.
+Unless stated otherwise, lengths are in metres, angles in radians counter-clockwise, and times in seconds of
+simulated time.
 """
 
 from __future__ import annotations
 
-import numpy as _numpy  # noqa: F401  (the compiled part makes arrays of it)
+import numpy as _numpy  # noqa: F401  (the extension module creates NumPy arrays)
 
 from . import _core
 from ._core import Model, RangeSensor, Snapshot, View

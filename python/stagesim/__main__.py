@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""`python -m stagesim` is the program `stage`."""
+"""Runs the program `stage`: `python -m stagesim ARGUMENTS`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from . import _paths
 
 
 def main() -> None:
-    """Becomes the program. Shipped worlds may be given by their names alone."""
+    """Replaces this process with the program. A shipped world may be given by its file name alone."""
     arguments = [_paths.resolve(text) if text.endswith(".world") else text for text in sys.argv[1:]]
     os.environ.setdefault("STAGE_PYTHON", sys.executable)
     os.execv(_paths.PROGRAM, [_paths.PROGRAM, *arguments])

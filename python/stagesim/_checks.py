@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Arguments that are checked before they go further, so that what is wrong with one is said in one line."""
+"""Checks of arguments, with one-line errors."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ MOST_THREADS = 1024
 
 
 def integer(value: Any, name: str, least: int, most: int | None = None) -> int:
-    """The value as an int.
+    """Converts the value of the argument `name` to an int.
 
     Raises:
-        TypeError: it is no integer. Floats are refused, whole ones too: a fraction would be cut off unseen.
+        TypeError: the value is no integer. Floats are refused, even whole ones.
         ValueError: it is less than `least` or more than `most`.
     """
     expected = f"a whole number, {least} or more" if most is None else f"a whole number, {least} to {most}"
@@ -33,12 +33,12 @@ def integer(value: Any, name: str, least: int, most: int | None = None) -> int:
 
 
 def seed(value: Any) -> int:
-    """The value as a seed, 0 to 2**64 - 1; TypeError or ValueError if it is none."""
+    """Converts the value to a seed, 0 to 2**64 - 1. Raises TypeError or ValueError."""
     return integer(value, "a seed", 0, MOST_SEED)
 
 
 def seeds(values: Iterable[Any], n: int) -> list[int]:
-    """The values as seeds; ValueError unless there are `n`."""
+    """Converts the values to seeds. Raises ValueError unless there are exactly `n`."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         raise TypeError(f"found {_shown(values)} as seeds, expected {n} whole numbers")
     listed = [seed(value) for value in values]
@@ -48,12 +48,12 @@ def seeds(values: Iterable[Any], n: int) -> list[int]:
 
 
 def threads(value: Any) -> int:
-    """The value as a number of threads, 1 to 1024; TypeError or ValueError if it is none."""
+    """Converts the value to a number of threads, 1 to 1024. Raises TypeError or ValueError."""
     return integer(value, "the number of threads", 1, MOST_THREADS)
 
 
 def steps(value: Any) -> int:
-    """The value as a number of steps, 0 or more; TypeError or ValueError if it is none."""
+    """Converts the value to a number of steps, 0 or more. Raises TypeError or ValueError."""
     return integer(value, "the number of steps", 0)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Where the package has its program and its worlds."""
+"""Paths of the program and of the worlds in the package."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ WORLDS = (os.path.join(FOLDER, "share", "stage", "worlds"), os.path.join(FOLDER,
 
 
 def shipped_worlds() -> list[str]:
-    """The names of the worlds that come with the package, such as "cave.world", sorted."""
+    """Returns the sorted file names of the worlds in the package, such as "cave.world"."""
     return sorted(name for folder in WORLDS if os.path.isdir(folder)
                   for name in os.listdir(folder) if name.endswith(".world"))
 
 
 def resolve(file: str | os.PathLike[str]) -> str:
-    """The path of a world file: as given, or a shipped one's if it is a plain name that is not here."""
+    """Returns the path of a world file.
+
+    If `file` has no folder and does not exist in the working folder, a shipped world of that name is used.
+    """
     path = os.fsdecode(file)
     if os.path.dirname(path) or os.path.exists(path):
         return path

@@ -17,39 +17,38 @@ from .pictures import Pixels
 from .world import Recipe, Settings, World, rendered
 
 MOST_WORLDS = 2**31
-#: Of all worlds: states, failures, and commands if any were given.
+#: State of a batch: a snapshot per world, the failures by index, and the commands or None.
 _States = tuple[list[Snapshot], Mapping[int, str], Union[Floats, None]]
-#: Which worlds: None for all, numbers, or a mask of shape (n,).
+#: Selects worlds: None for all, indices, or a boolean mask of shape (n,).
 Which = Union[None, int, Sequence[int], npt.NDArray[Any]]
 
 
 class Batch(Crowd):
-    """Many worlds of the same file, which are stepped by one call on several threads.
+    """Many worlds of the same file, which one call steps on several threads.
 
-    Arrays are those of a Fleet with one more axis in front: `pose` is (n, robots, 3), `ranger(0).ranges`
-    (n, robots, samples). Whatever the number of worlds and threads, each world is to the last bit what it
-    would be alone: `Batch(file, n, seeds=s).state_hash(i)` is that of `World(file, seed=s[i])` after the
-    same steps and commands.
+    The arrays are those of a Fleet with an axis for the worlds in front: `pose` is (n, robots, 3),
+    `ranger(0).ranges` (n, robots, samples). Each world is bit-equal to the same world alone, for any number
+    of worlds and threads: `Batch(file, n, seeds=s).state_hash(i)` equals that of `World(file, seed=s[i])`
+    after the same steps and commands.
 
-    A world in which something goes wrong, such as a controller that throws, has failed: it makes no more
-    steps until it is reset or restored, and `failed` says why. The others go on.
+    An error in a world, such as an exception of a controller, makes that world fail: it makes no more steps
+    until it is reset or restored, and `failed` has the reason. The other worlds go on.
 
-    Batches can be pickled and deep-copied, as worlds can: the copy's worlds are in the same states, and `cmd`
-    is what it was.
+    Batches can be pickled and deep-copied, as worlds can. The copy has the same states and the same `cmd`.
 
     Args:
-        file: the world file; a plain name as in World().
-        n: how many worlds, 1 or more.
-        seeds: one for each world; None: 0 to n - 1.
-        threads: that work on them, each on other worlds, 1 to 1024; None: one for each processor that the
-            process may use.
+        file: path of the world file, or the name of a shipped world, as in World().
+        n: number of worlds, 1 or more.
+        seeds: a seed per world; None: 0 to n - 1.
+        threads: number of threads that the worlds are distributed over, 1 to 1024; None: one per available
+            processor.
         robots: a pattern of names or types, as in World.fleet(); None: all that drive on the ground.
         opencl, ray_model, controllers, settings: as in World().
 
     Raises:
         WorldError: the file can't be loaded.
-        GoneError: there are no robots.
-        TypeError, ValueError: an argument is of another type, or out of range.
+        GoneError: there are no such robots.
+        TypeError, ValueError: an argument has a wrong type or is out of range.
     """
 
     def __init__(self, file: str | os.PathLike[str], n: int, *, seeds: Iterable[int] | None = None,
@@ -61,7 +60,7 @@ class Batch(Crowd):
     @classmethod
     def of(cls, world: World, n: int, *, seeds: Iterable[int] | None = None,
            threads: int | None = None, robots: str | None = None) -> Batch:
-        """Worlds of the file, or the text, that this one was loaded from; as it was when it was loaded."""
+        """Makes a batch from the file or text of `world`, in the state after loading."""
         batch = cls.__new__(cls)
         batch._begin(world, n, seeds, threads, robots)
         return batch
@@ -76,8 +75,8 @@ class Batch(Crowd):
 
     def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipe: Recipe, ids: list[int]) -> None:
         self._core = core
-        self.n = n  #: how many worlds
-        self.names = names  #: of each world's robots
+        self.n = n  #: number of worlds
+        self.names = names  #: names of the robots, the same in each world
         self._recipe = recipe
         self._ids = ids
         self._all = np.arange(n, dtype=np.uint32)
@@ -108,23 +107,23 @@ class Batch(Crowd):
 
     @property
     def time(self) -> Floats:
-        """Simulated, seconds: shape (n,), live."""
+        """Simulated time of each world, seconds: shape (n,), live."""
         return self._view("time", self._crowd.time)
 
     @property
     def ended(self) -> Bools:
-        """A controller wants the world to quit: it makes no more steps. Shape (n,), live."""
+        """True for worlds that a controller has asked to quit; they make no more steps. Shape (n,), live."""
         return self._view("ended", self._crowd.ended)
 
     @property
     def failed(self) -> list[str | None]:
-        """For each world, why it has failed in one line, or None."""
+        """For each world the reason why it has failed, in one line, or None."""
         failures = self._core.failures()
         return [failures.get(i) for i in range(self.n)]
 
     @property
     def metrics(self) -> dict[str, Floats]:
-        """World.metrics of each: a new array of shape (n,) for each name; NaN where there is no value."""
+        """World.metrics of all worlds: a new array of shape (n,) per name; NaN: no value."""
         return {name: np.array(values) for name, values in self._core.metrics()}
 
     @property
@@ -134,29 +133,29 @@ class Batch(Crowd):
 
     @property
     def threads(self) -> int:
-        """How many work on the worlds."""
+        """Number of threads that the worlds are distributed over."""
         return self._core.threads
 
     def step(self, n: int = 1, *, ids: Which = None) -> None:
-        """Moves worlds on by `n` steps, as World.step() does.
+        """Makes `n` steps in each of the selected worlds, as World.step() does.
 
-        Ctrl-C ends it with KeyboardInterrupt, when all are as far as each other; they can go on.
+        Ctrl-C raises KeyboardInterrupt when all of them have made the same number of steps; they stay valid.
 
         Args:
-            n: how many steps, 0 or more.
-            ids: which worlds; None: all. Those that have failed or ended stay where they are.
+            n: number of steps, 0 or more.
+            ids: which worlds; None: all. Worlds that have failed or ended make no steps.
         """
         if np.ndim(n) > 0:
             raise TypeError("found several numbers of steps, expected one; ids= chooses worlds")
         self._core.step(self._chosen(ids), _checks.steps(n))
 
     def reset(self, seeds: int | Iterable[int] | None = None, *, ids: Which = None) -> None:
-        """Begins anew, as if the file had just been loaded. Commands become 0.
+        """Resets worlds to their state after loading. Their commands become 0.
 
-        Without controllers, plug-ins and populations in the file it takes about as long as restore().
+        If the file has no controllers, plug-ins or populations, this is about as fast as restore().
 
         Args:
-            seeds: one for each of these worlds, or one for all; None: those that they had.
+            seeds: one seed per selected world, or one for all; None: their current seeds.
             ids: which worlds; None: all.
         """
         chosen = self._chosen(ids)
@@ -173,25 +172,24 @@ class Batch(Crowd):
 
     @property
     def seeds(self) -> list[int]:
-        """Of each world's random numbers."""
+        """Seed of each world's random numbers."""
         return self._core.seeds()
 
     def rollout(self, commands: npt.ArrayLike | None = None, *, moments: int | None = None, n: int = 1,
                 record: Sequence[str] = ("pose",)) -> dict[str, npt.NDArray[Any]]:
-        """Many steps without Python in between, from where the worlds are.
+        """Makes many steps from the current state and records arrays, without Python code in between.
 
         Args:
-            commands: what `cmd` is to be for each moment: shape (moments, n, robots, 3), or what can be
-                broadcast to it; None: `cmd` stays as it is.
-            moments: how often commands are given and arrays recorded; None: commands.shape[0].
-            n: steps for each of them, 1 or more.
+            commands: the value of `cmd` at each moment: shape (moments, n, robots, 3), or broadcastable to
+                it; None: `cmd` stays as it is.
+            moments: how often commands are set and arrays recorded; None: commands.shape[0].
+            n: steps per moment, 1 or more.
             record: names of arrays: "pose", "velocity", "sensed_pose", "estimate", "stalled", "energy",
-                "time", "ended"; and "ranges",
-                "intensities" of ranger 0.
+                "time", "ended"; "ranges" and "intensities" of ranger 0.
 
         Returns:
-            For each name an array of shape (moments, *shape of the live one): after each moment. Rows of
-            worlds that fail or end keep what they had then.
+            For each name an array of shape (moments, *shape of the live array), recorded after each moment.
+            Rows of worlds that fail or end keep their last values.
         """
         given = None
         if commands is not None:
@@ -217,34 +215,37 @@ class Batch(Crowd):
         raise ValueError(f"found {name!r}, expected the name of an array")
 
     def snapshot(self, index: int) -> Snapshot:
-        """The state of world number `index`: for restore(), also of a World of the same file."""
+        """Returns the state of world `index`, for restore() of this batch or of a World of the same file."""
         return self._core.take(self._index(index))
 
     def restore(self, snapshot: Snapshot, ids: Which = None) -> None:
-        """Brings worlds to that state; None: all. Those that it doesn't fit have failed."""
+        """Restores a snapshot in worlds; None: in all. Worlds that it doesn't fit fail."""
         self._core.restore(self._chosen(ids), snapshot)
 
     def fork(self, index: int) -> World:
-        """A World in the state of world number `index`, which goes on alone."""
+        """Returns an independent World in the state of world `index`."""
         world = World.__new__(World)
         world._core = self._core.fork(self._index(index))
         world._recipe = self._recipe
         return world
 
     def state_hash(self, index: int) -> str:
-        """That of world number `index`, see World.state_hash()."""
+        """Returns the state hash of world `index`, see World.state_hash()."""
         return self.state_hashes()[self._index(index)]
 
     def state_hashes(self) -> list[str]:
-        """Those of all worlds."""
+        """Returns the state hashes of all worlds."""
         return [f"{number:016x}" for number in self._core.state_hashes()]
 
     def teleport(self, pose: npt.ArrayLike, which: npt.ArrayLike | None = None) -> None:
-        """Puts robots somewhere else, without a test for collisions.
+        """Moves robots to other poses, without collision tests.
 
         Args:
-            pose: x, y, heading: what can be broadcast to (n, robots, 3).
-            which: a mask that can be broadcast to (n, robots): these robots alone; None: all.
+            pose: x, y (metres) and heading (radians), broadcastable to (n, robots, 3).
+            which: a mask of the robots to move, broadcastable to (n, robots); None: all.
+
+        Raises:
+            ValueError: a pose is not finite, or a shape is wrong.
         """
         shape = (self.n, len(self))
         mask = np.ascontiguousarray(np.broadcast_to(True if which is None else which, shape), bool)
@@ -255,7 +256,7 @@ class Batch(Crowd):
 
     def render(self, index: int, width: int = 640, height: int = 480, *, center: tuple[float, float] | None = None,
                scale: float | None = None, data: bool = True) -> Pixels:
-        """A picture of world number `index` from above, as it is now: see World.render()."""
+        """Renders world `index` from above: see World.render()."""
         i = self._index(index)
         return rendered(lambda w, h: self._core.fit(i, w, h), lambda *args: self._core.render(i, *args), width, height,
                         center, scale, data)
@@ -285,7 +286,7 @@ class Batch(Crowd):
 
 def _batch_again(cls: type[Batch], recipe: Recipe, seeds: list[int], threads: int, ids: list[int],
                  states: _States) -> Batch:
-    """What a pickled batch becomes."""
+    """Unpickles a batch."""
     prototype = World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}), 1)
     batch = cls.__new__(cls)
     names = {id_: name for id_, name, _, _ in prototype._core.robots()}

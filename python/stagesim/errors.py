@@ -7,17 +7,17 @@ import re
 
 
 class StageError(Exception):
-    """Something that the simulator can't do. Its text says what was found, and what was expected."""
+    """The simulator can't do what was asked. The message says what was found and what was expected."""
 
 
 class WorldError(StageError):
-    """A world that can't be loaded.
+    """A world can't be loaded.
 
     Attributes:
-        file: the world file, or what it includes, or None if the mistake is in none.
-        line: where in it, from 1, or None.
-        column: where in the line, from 1, or None.
-        message: what was found there, and what was expected.
+        file: the file with the error: the world file or one that it includes; None: no file is at fault.
+        line: line number, from 1; None: unknown.
+        column: column in the line, from 1; None: unknown.
+        message: the error without its place.
     """
 
     def __init__(self, text: str) -> None:
@@ -29,7 +29,7 @@ class WorldError(StageError):
         self.message: str = text[place.end():] if place else text
 
     def _about(self, path: str, name: str) -> WorldError:
-        """The same of a file that is called otherwise, and known even where no line is at fault."""
+        """This error with `path` replaced by `name`; `file` is set even if the error has no line."""
         if not str(self).startswith(path + ":"):
             return self
         error = WorldError(name + str(self)[len(path):])
@@ -39,4 +39,4 @@ class WorldError(StageError):
 
 
 class GoneError(StageError, LookupError):
-    """A model, or a world, that does not exist any more, or never did."""
+    """A model or a world does not exist, or no longer exists."""

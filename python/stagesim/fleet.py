@@ -19,7 +19,7 @@ Sensor = TypeVar("Sensor")
 
 
 class _Views:
-    """Arrays that are made when they are asked for first, and are the same objects ever after."""
+    """Creates arrays on first use and returns the same objects afterwards."""
 
     def __init__(self) -> None:
         self._views: dict[str, npt.NDArray[Any]] = {}
@@ -32,12 +32,12 @@ class _Views:
 
 
 class Ranger(_Views):
-    """The same ranger of each robot: all rays of all its sensors, one sensor after the other.
+    """One ranger of each robot: all samples of all its sensors, sensor after sensor.
 
-    Arrays are live, like those of the fleet: shape (n, samples) for the n robots of a fleet, and
-    (worlds, n, samples) for a batch. `samples` is that of the ranger that has most; others' rows end in
-    NaN. Reading them subscribes to the rangers, so they work from then on; NaN stands where nothing has
-    been measured yet, and in the rows of robots that are gone or have no such ranger.
+    Arrays are live, like those of the fleet: shape (n, samples) for the n robots of a fleet,
+    (worlds, n, samples) for a batch. `samples` is the maximum over all robots; shorter rows are padded with
+    NaN. Reading an array subscribes to the rangers, which makes them measure. NaN: not measured yet, or the
+    robot is gone or has no such ranger.
     """
 
     def __init__(self, crowd: _core.Crowd, index: int) -> None:
@@ -51,35 +51,35 @@ class Ranger(_Views):
 
     @property
     def ranges(self) -> Floats:
-        """Metres; the sensor's maximum where nothing was hit. Sample 0 is the right-hand one."""
+        """Ranges, metres; the sensor's maximum range where nothing was hit. Sample 0 is the rightmost."""
         return self._array("ranges")
 
     @property
     def intensities(self) -> Floats:
-        """The ranger_return of what was hit; 0 for nothing."""
+        """The ranger_return of the model that was hit; 0: nothing was hit."""
         return self._array("intensities")
 
     @property
     def time(self) -> Floats:
-        """Seconds: the time of the world at which each ranger updated last, shape (n,). NaN: not yet.
+        """World time of each ranger's last update, seconds: shape (n,). NaN: no update yet.
 
-        The readings are of the beginning of the step that ended then; see Fleet.sensed_pose.
+        The readings were taken at the beginning of the step that ended at that time; see Fleet.sensed_pose.
         """
         return self._array("time")
 
     @property
     def bearings(self) -> Floats:
-        """Radians, -pi to pi, counter-clockwise: where each ray points, relative to the robot's heading."""
+        """Direction of each ray relative to the robot's heading: radians, -pi to pi, counter-clockwise."""
         return self._array("bearings")
 
     @property
     def origins(self) -> Floats:
-        """Metres, shape (..., samples, 2): where each ray begins, x and y in the robot's frame."""
+        """Origin of each ray, x and y in the robot's frame: metres, shape (..., samples, 2)."""
         return self._array("origins")
 
 
 class _Sights(_Views):
-    """What a sensor of each robot has found: a few of them, and how many there are."""
+    """Common arrays of Fiducials and Blobs: the number of detections and the first few of them."""
 
     def __init__(self, make: Callable[[str], object]) -> None:
         super().__init__()
@@ -91,67 +91,66 @@ class _Sights(_Views):
 
     @property
     def count(self) -> Integers:
-        """How many each robot sees, shape (n,): perhaps more than `most`."""
+        """Number of detections of each robot, shape (n,); it can be larger than `most`."""
         return self._array("count")
 
     @property
     def range(self) -> Floats:
-        """Metres: between the origins of finder and target, or the mean over a blob."""
+        """Metres: from the origin of the finder to that of the fiducial, or the mean range of a blob."""
         return self._array("range")
 
     @property
     def time(self) -> Floats:
-        """Seconds: the time of the world at which each sensor updated last, shape (n,). NaN: not yet."""
+        """World time of each sensor's last update, seconds: shape (n,). NaN: no update yet."""
         return self._array("time")
 
 
 class Fiducials(_Sights):
-    """What the same fiducial finder of each robot sees, the first `most` in the order of creation.
+    """One fiducial finder of each robot: the first `most` fiducials that it sees, in the order of creation.
 
-    Arrays are live, of shape (n, most), or (worlds, n, most) for a batch; NaN, and the id 0, beyond what
-    was seen.
+    Arrays are live: shape (n, most), or (worlds, n, most) for a batch. Unused entries are NaN, and 0 in `id`.
     """
 
     @property
     def id(self) -> Integers:
-        """Their fiducial_return; 0 where it is too far away to be read."""
+        """The fiducial_return of each fiducial; 0 if it is too far away to be read."""
         return self._array("id")
 
     @property
     def bearing(self) -> Floats:
-        """Radians, relative to the finder."""
+        """Direction of each fiducial relative to the finder's heading, radians."""
         return self._array("bearing")
 
     @property
     def heading(self) -> Floats:
-        """Radians: the target's heading relative to the finder's."""
+        """Heading of each fiducial relative to the finder's heading, radians."""
         return self._array("heading")
 
 
 class Blobs(_Sights):
-    """What the same blobfinder of each robot sees, the first `most` from the right of the image.
+    """One blobfinder of each robot: the first `most` blobs that it sees, from right to left in the image.
 
-    Arrays are live, of shape (n, most, ...), or (worlds, n, most, ...) for a batch; NaN and 0 beyond what
-    was seen.
+    Arrays are live: shape (n, most, ...), or (worlds, n, most, ...) for a batch. Unused entries are NaN, and 0
+    in `box`.
     """
 
     @property
     def color(self) -> Floats:
-        """Red, green, blue, opacity, 0 to 1: shape (n, most, 4)."""
+        """Red, green, blue and opacity, each 0 to 1: shape (n, most, 4)."""
         return self._array("color")
 
     @property
     def box(self) -> Integers:
-        """Left, top, right, bottom, pixels from the top left corner: shape (n, most, 4)."""
+        """Bounding box: left, top, right and bottom in pixels from the top left corner; shape (n, most, 4)."""
         return self._array("box")
 
 
 class Camera(_Views):
-    """The same camera of each robot.
+    """One camera of each robot.
 
-    Arrays are live: the top row first, of shape (n, height, width, ...), or (worlds, n, height, width, ...)
-    for a batch. Width and height are those of the largest pictures; smaller ones lie in the top left
-    corner. Reading them subscribes to the cameras, so they work from then on.
+    Arrays are live: shape (n, height, width, ...), or (worlds, n, height, width, ...) for a batch, the top row
+    first. Width and height are the maxima over all robots; a smaller image is in the top left corner. Reading
+    an array subscribes to the cameras, which makes them take images.
     """
 
     def __init__(self, crowd: _core.Crowd, index: int) -> None:
@@ -165,25 +164,25 @@ class Camera(_Views):
 
     @property
     def color(self) -> npt.NDArray[np.uint8]:
-        """Red, green and blue, 0 to 255: shape (n, height, width, 3). 0: no picture has been taken yet."""
+        """Red, green and blue, 0 to 255: shape (n, height, width, 3). All 0: no image yet."""
         return self._array("color")
 
     @property
     def depth(self) -> npt.NDArray[np.float32]:
-        """Metres along the direction of view; the far clipping distance where there is nothing.
+        """Depth along the viewing direction, metres: shape (n, height, width).
 
-        Shape (n, height, width). NaN: no picture has been taken yet.
+        The far clipping distance where nothing is seen. NaN: no image yet.
         """
         return self._array("depth")
 
     @property
     def time(self) -> Floats:
-        """Seconds: the time of the world at which each camera updated last, shape (n,). NaN: not yet."""
+        """World time of each camera's last update, seconds: shape (n,). NaN: no update yet."""
         return self._array("time")
 
 
 class Crowd(_Views):
-    """What fleets and batches have in common."""
+    """The arrays of fleets and batches. Shapes are those of a fleet; a batch has an axis for worlds in front."""
 
     def __init__(self, crowd: _core.Crowd) -> None:
         super().__init__()
@@ -195,111 +194,122 @@ class Crowd(_Views):
 
     @property
     def pose(self) -> Floats:
-        """x, y (metres) and heading (radians) in the frame of the world: shape (n, 3). NaN: gone.
+        """x, y (metres) and heading (radians) in the world frame: shape (n, 3). NaN: the robot is gone.
 
-        It is where the robots are now, after the moves of the last step. What their sensors report is of
-        that step's beginning: it belongs to `sensed_pose`.
+        This is the current pose, after the moves of the last step. Readings of sensors are taken at the
+        beginning of a step and belong to `sensed_pose`.
         """
         return self._view("pose", self._crowd.pose)
 
     @property
     def sensed_pose(self) -> Floats:
-        """Where the robots were when their newest readings were taken: x, y, heading; shape (n, 3).
+        """Poses of the robots when their newest readings were taken: x, y, heading; shape (n, 3).
 
-        In the frame of the world. A step senses first, then moves: this is the pose at the beginning of the
-        last step in which the robot, or a sensor of it, updated. `estimate` and the newest readings
-        belong to the same instant. Reading it makes the robots run, as reading a sensor does. NaN: gone.
+        They are in the world frame. A step senses first and then moves: this is the pose at the beginning of
+        the last step in which the robot or one of its sensors updated. `estimate` and the newest readings
+        belong to the same instant. Reading this array subscribes to the robots. NaN: the robot is gone.
         """
         return self._view("sensed_pose", self._crowd.sensed_pose)
 
     @property
     def sensed_time(self) -> Floats:
-        """Seconds: the time of the world that `sensed_pose` and `estimate` are stamped with; shape (n,).
+        """World time that belongs to `sensed_pose` and `estimate`, seconds: shape (n,).
 
-        A sensor whose own `time` is the same has taken its readings at that instant. 0: nothing has
-        updated yet. NaN: gone.
+        A sensor with the same `time` has taken its readings at that instant. 0: no update yet. NaN: the robot
+        is gone.
         """
         return self._view("sensed_time", self._crowd.sensed_time)
 
     @property
     def velocity(self) -> Floats:
-        """Forwards, to the left (m/s) and turning (rad/s), in force now: shape (n, 3).
+        """Current set speeds: forwards, to the left (m/s) and turning (rad/s), shape (n, 3).
 
-        A stall does not reset it. NaN: gone.
+        A stall does not change them. NaN: the robot is gone.
         """
         return self._view("velocity", self._crowd.velocity)
 
     @property
     def actual_velocity(self) -> Floats:
-        """Forwards, to the left (m/s) and turning (rad/s), as the last step moved the robots: shape (n, 3).
+        """Speeds of the last step's moves: forwards, to the left (m/s) and turning (rad/s), shape (n, 3).
 
-        0 for robots that were blocked. NaN: gone.
+        0: the robot was blocked. NaN: the robot is gone.
         """
         return self._view("actual_velocity", self._crowd.actual_velocity)
 
     @property
     def estimate(self) -> Floats:
-        """x, y (metres) and heading (radians) where the robots believe that they are: shape (n, 3).
+        """Estimated poses: x, y (metres) and heading (radians), shape (n, 3).
 
-        In the frame of their odometry, or that of the world with "gps". It is refreshed when the robot, or
-        a sensor of it, updates, and belongs to the same instant as those readings and as
-        `sensed_pose`, which it equals with "gps". Reading it makes the robots run. NaN: gone.
+        They are in the frame of each robot's odometry, or in the world frame with the localization "gps". An
+        estimate is updated whenever the robot or one of its sensors updates, and belongs to the same instant
+        as `sensed_pose`, which it equals with "gps". Reading this array subscribes to the robots. NaN: the
+        robot is gone.
         """
         return self._view("estimate", self._crowd.estimate)
 
     @property
     def estimated_velocity(self) -> Floats:
-        """`actual_velocity` as the odometry has it, with its errors; exact with "gps". Shape (n, 3)."""
+        """`actual_velocity` with the errors of the odometry; exact with "gps". Shape (n, 3)."""
         return self._view("estimated_velocity", self._crowd.estimated_velocity)
 
     @property
     def cmd(self) -> Floats:
-        """Speeds that the robots are told before each step: forwards, to the left, turning; shape (n, 3).
+        """Writable array of commanded speeds: forwards, to the left (m/s), turning (rad/s); shape (n, 3).
 
-        To be written. Metres and radians per second; the third number is the steering angle of a car.
-        They are told from the first time on that somebody asks for this array; all are 0 at first. A row
-        with a NaN in it is not told: such a robot is left to its own controller, or to the last command.
-        A command overrides what a controller said in the step before.
+        For robots with car steering, the third number is the steering angle (rad). From the first access to
+        this array on, the commands are applied before each step; initially all are 0. A command overrides the
+        one that a controller gave in the step before. A row with a NaN is skipped: that robot obeys its
+        controller or keeps its last command.
         """
         return self._view("cmd", self._crowd.commands)
 
     @property
     def stalled(self) -> Bools:
-        """Blocked at the last attempt to move: shape (n,)."""
+        """True if the robot was blocked at its last attempt to move: shape (n,)."""
         return self._view("stalled", self._crowd.stalled)
 
     @property
     def energy(self) -> Floats:
-        """Joules in the power pack: shape (n,). NaN: there is none."""
+        """Energy stored in the power pack, joules: shape (n,). NaN: the robot has none."""
         return self._view("energy", self._crowd.energy)
 
     def ranger(self, index: int = 0) -> Ranger:
-        """The ranger that is number `index` of each robot, in the order of creation.
+        """Returns ranger number `index` (from 0, in the order of creation) of each robot.
 
         Raises:
-            GoneError: no robot has so many.
+            GoneError: no robot has such a ranger.
         """
         return self._sensor("ranger", index, 0, lambda: Ranger(self._crowd, index))
 
     def fiducials(self, index: int = 0, most: int = 8) -> Fiducials:
-        """The fiducial finder that is number `index` of each robot; raises GoneError if none has one."""
+        """Returns fiducial finder number `index` of each robot, with at most `most` fiducials per robot.
+
+        Raises:
+            GoneError: no robot has such a finder.
+        """
         return self._sensor("fiducials", index, most, lambda: Fiducials(
             lambda what: self._crowd.fiducials(index, most, what)))
 
     def blobs(self, index: int = 0, most: int = 8) -> Blobs:
-        """The blobfinder that is number `index` of each robot; raises GoneError if none has one."""
+        """Returns blobfinder number `index` of each robot, with at most `most` blobs per robot.
+
+        Raises:
+            GoneError: no robot has such a blobfinder.
+        """
         return self._sensor("blobs", index, most, lambda: Blobs(
             lambda what: self._crowd.blobs(index, most, what)))
 
     def camera(self, index: int = 0) -> Camera:
-        """The camera that is number `index` of each robot; raises GoneError if none has one."""
+        """Returns camera number `index` of each robot. Raises GoneError if no robot has such a camera."""
         return self._sensor("camera", index, 0, lambda: Camera(self._crowd, index))
 
     def bumper(self, index: int = 0) -> Bools:
-        """Whether anything touches each line of bumper number `index`: shape (n, lines), live.
+        """Returns the contacts of bumper number `index`: True for each line that touches something.
+
+        The array is live: shape (n, lines).
 
         Raises:
-            GoneError: no robot has so many.
+            GoneError: no robot has such a bumper.
         """
         return self._view(f"bumper {index}", lambda: self._crowd.bumper(index))
 
@@ -313,28 +323,30 @@ class Crowd(_Views):
 
 
 class Fleet(Crowd):
-    """Robots of a world, in a fixed order, and live arrays of what they do and sense.
+    """Robots of a world, in a fixed order, with live arrays of their state and readings.
 
-    Arrays have a row for each of the n robots. They are filled in once after each call that changes the
-    world, without a copy for each robot, and only those that have been asked for. All but `cmd` are
-    read-only. They stay what they are when models are made or deleted, and when the world is reset or
-    restored: rows of robots that are gone read NaN, and those of robots that come back go on. When the
-    world is closed, they keep what they had.
+    Each array has a row per robot. An array is created on first use, and is then updated after each call that
+    changes the world. All arrays except for `cmd` are read-only. They stay valid when models are created or
+    deleted and when the world is reset or restored: the row of a deleted robot is NaN, and has values again
+    if the robot comes back. When the world is closed, arrays keep their last values.
     """
 
     def __init__(self, world: World, crowd: _core.Crowd, ids: tuple[int, ...],
                  names: tuple[str, ...]) -> None:
         super().__init__(crowd)
-        self.world = world  #: whose robots these are
-        self.ids = ids  #: their numbers: those of their models
-        self.names = names  #: of the robots, when the fleet was made
+        self.world = world  #: the world of the robots
+        self.ids = ids  #: ids of the robots' models
+        self.names = names  #: names of the robots when the fleet was made
 
     def teleport(self, pose: npt.ArrayLike, which: npt.ArrayLike | None = None) -> None:
-        """Puts robots somewhere else, without a test for collisions.
+        """Moves robots to other poses, without collision tests.
 
         Args:
-            pose: x, y, heading: shape (n, 3), or (3,) for all.
-            which: a mask of shape (n,), or indices: these robots alone; then one row for each.
+            pose: x, y (metres) and heading (radians): shape (m, 3) for m selected robots, or (3,) for all.
+            which: a mask of shape (n,), or indices of the robots to move; None: all.
+
+        Raises:
+            ValueError: a pose is not finite, or a shape is wrong.
         """
         chosen = np.arange(len(self)) if which is None else np.arange(len(self))[np.asarray(which)]
         poses = np.full((len(self), 3), np.nan)

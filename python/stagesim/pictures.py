@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Pictures into files, and films."""
+"""Writes pictures to PNG files, and films to GIF and video files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Pixels = npt.NDArray[np.uint8]
 
 
 def png_of(pixels: Pixels) -> bytes:
-    """The picture as a PNG file has it."""
+    """Encodes a picture as PNG. Raises ValueError if the array is no picture."""
     import struct
     import zlib
 
@@ -34,7 +34,7 @@ def png_of(pixels: Pixels) -> bytes:
         return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
 
     height, width, _ = pixels.shape
-    # Each row begins with the number of its filter: 0, none.
+    # In PNG, each row begins with the number of its filter; 0 means no filter.
     rows = np.zeros((height, 1 + 3 * width), np.uint8)
     rows[:, 1:] = pixels.reshape(height, 3 * width)
     head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
@@ -43,10 +43,14 @@ def png_of(pixels: Pixels) -> bytes:
 
 
 def save_png(file: str | os.PathLike[str], pixels: Pixels) -> None:
-    """Writes a picture, such as World.render() makes, into a PNG file.
+    """Writes a picture to a PNG file.
+
+    Args:
+        file: the file; it is overwritten.
+        pixels: red, green and blue as World.render() returns them: uint8, shape (height, width, 3).
 
     Raises:
-        ValueError: that is no picture.
+        ValueError: `pixels` has another shape or type.
         OSError: the file can't be written.
     """
     data = png_of(pixels)
@@ -55,14 +59,14 @@ def save_png(file: str | os.PathLike[str], pixels: Pixels) -> None:
 
 
 class _Gif:
-    """Keeps the pictures, packed, until the end: Pillow writes a file in one go."""
+    """Writes a GIF file. Compressed pictures are kept until close(), because Pillow writes a file at once."""
 
     def __init__(self, file: str, fps: float) -> None:
         try:
             import PIL.Image  # noqa: F401
         except ImportError:
             raise StageError("GIF files need Pillow: pip install 'stagesim[pictures]'") from None
-        # The file is there from now on, or the error is.
+        # Open the file now, so that an error is raised before the first picture.
         self._out: IO[bytes] = open(file, "wb")
         self._fps = fps
         self._frames: list[bytes] = []
@@ -79,7 +83,7 @@ class _Gif:
             if not self._frames:
                 return os.unlink(out.name)
             images = (self._image(index) for index in range(len(self._frames)))
-            # In hundredths of a second, by the whole film, so that the mean rate is right.
+            # GIF durations are multiples of 10 ms. Round the end times, not the durations, to keep the mean rate.
             ends = [round(100 * (i + 1) / self._fps) for i in range(len(self._frames))]
             lengths = [10 * (end - begin) for begin, end in zip([0, *ends], ends)]
             next(images).save(out, "GIF", save_all=True, append_images=images, loop=0,
@@ -96,7 +100,7 @@ class _Gif:
 
 
 class _Video:
-    """Sends the pictures to the program ffmpeg, which knows by the file's name what to make of them."""
+    """Pipes the pictures to the program ffmpeg, which chooses the format by the file's name."""
 
     def __init__(self, file: str, fps: float) -> None:
         import shutil
@@ -117,22 +121,22 @@ class _Video:
         try:
             self._process.stdin.write(pixels.tobytes())
         except BrokenPipeError:
-            self.close()  # which says why
+            self.close()  # raises the error with ffmpeg's message
             raise StageError(f"{self._file} can't be written: ffmpeg has ended") from None
 
     def _start(self, width: int, height: int) -> subprocess.Popen[bytes]:
         import subprocess
 
-        # Most players want even sizes and 4:2:0.
+        # Pad to an even size and use 4:2:0, because many players support nothing else.
         return subprocess.Popen(
             [self._program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24",
              "-s", f"{width}x{height}", "-r", f"{self._fps:.6f}", "-i", "-",
              "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", self._path()],
-            # Ctrl-C is for Python, which then finishes the film.
+            # A session of its own keeps Ctrl-C from ffmpeg, so that Python can finish the film.
             stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
     def _path(self) -> str:
-        """Never taken for an option, nor for an address."""
+        """The file as a URL, which ffmpeg takes neither for an option nor for another protocol."""
         return "file:" + self._file
 
     def close(self) -> None:
@@ -146,9 +150,9 @@ class _Video:
 
 
 class Film:
-    """Pictures of a world, one after the other, in a file.
+    """Records a film of a world.
 
-    To be used with `with`, which finishes the file at its end, also when something goes wrong:
+    Use it in a `with` statement, which finishes the file even after an exception:
 
         with st.Film("run.gif", world, every=0.5) as film:
             for _ in range(600):
@@ -156,17 +160,17 @@ class Film:
                 film.take()
 
     Args:
-        file: a name that ends in .gif, which Pillow makes (`pip install 'stagesim[pictures]'`), or in
-            what the program ffmpeg makes, such as .mp4, .mkv or .webm. What was there is replaced.
-        world: what is to be seen. It may be reset and restored meanwhile.
-        every: simulated seconds between two pictures; None: one for each call of take().
-        fps: pictures for each second of the film; None: as many as make it as quick as the world
-            itself, 1 / (every or world.dt). GIF files can't show more than 50.
-        width, height, center, scale, data: of render(). What is left out is as it fits the world when
-            the first picture is taken, and stays so.
+        file: the file; it is overwritten. The ending .gif needs Pillow (`pip install 'stagesim[pictures]'`);
+            other endings, such as .mp4, .mkv or .webm, need the program ffmpeg.
+        world: the world to record. It may be reset and restored during the film.
+        every: simulated seconds between two pictures; None: one picture per call of take().
+        fps: pictures per second of the film, more than 0, up to 1000; None: real time, 1 / (every or
+            world.dt). GIF files are limited to 50.
+        width, height, center, scale, data: as in World.render(). `center` and `scale` default to the view that
+            fits the world at the first picture, for the whole film.
 
     Raises:
-        StageError: Pillow or ffmpeg is missing, or ffmpeg could not do it.
+        StageError: Pillow or ffmpeg is missing, or ffmpeg fails.
         OSError: the file can't be written.
         ValueError: an argument is out of range.
     """
@@ -184,19 +188,22 @@ class Film:
         is_gif = path.lower().endswith(".gif")
         if is_gif:
             rate = min(rate, 50)
-        self.world = world  #: whose pictures are taken
-        self.count = 0  #: pictures taken so far
+        self.world = world  #: the world that is recorded
+        self.count = 0  #: number of pictures so far
         self._every = every
-        self._last = -1  # number of the moment, in units of `every`, that has a picture
+        self._last = -1  # time of the last picture, in units of `every`
         self._view: dict[str, Any] = dict(width=width, height=height, center=center, scale=scale,
                                           data=data)
         self._file: _Gif | _Video | None = _Gif(path, rate) if is_gif else _Video(path, rate)
 
     def take(self) -> bool:
-        """Takes a picture of the world as it is now, if it is time for one.
+        """Adds a picture of the world if one is due.
 
         Returns:
-            Whether it was.
+            True if a picture was added.
+
+        Raises:
+            StageError: the film is closed, or ffmpeg fails.
         """
         if self._file is None:
             raise StageError("the film is finished")
@@ -209,7 +216,7 @@ class Film:
         return True
 
     def _is_due(self, now: float) -> bool:
-        """By the grid of moments, so that the mean rate is right whatever the length of the steps."""
+        """True once per multiple of `every`, so that the mean rate is right for any length of the steps."""
         if self._every is None:
             return True
         number = int(now / self._every + 1e-6)
@@ -225,7 +232,7 @@ class Film:
         view["scale"] = scale if view["scale"] is None else view["scale"]
 
     def close(self) -> None:
-        """Finishes the file."""
+        """Finishes the file. Further calls have no effect."""
         file, self._file = self._file, None
         if file is not None:
             file.close()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A world: models, a clock, and the steps that move them on."""
+"""The class World: loads, steps, saves and restores one world."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from .errors import GoneError, StageError, WorldError
 from .fleet import Fleet, Floats
 from .pictures import Pixels, png_of
 
-#: Values in place of those of a world file: texts "NAME=VALUE", or a mapping of names to values.
+#: Values that replace those of a world file: strings "NAME=VALUE", or a mapping of names to values.
 Settings = Union[Iterable[str], Mapping[str, Any]]
 
 
 def setting_text(value: Any) -> str:
-    """A value as world files have it: tuples in brackets, truth as 1 or 0."""
+    """Formats a value as in world files: tuples in brackets, booleans as 1 or 0."""
     if isinstance(value, (bool, np.bool_)):
         return str(int(value))
     if isinstance(value, (list, tuple, np.ndarray)):
@@ -31,7 +31,7 @@ def setting_text(value: Any) -> str:
 
 
 def settings_list(settings: Settings) -> list[str]:
-    """As texts "NAME=VALUE"; TypeError for a single text."""
+    """Converts settings to strings "NAME=VALUE". Raises TypeError for a single string."""
     if isinstance(settings, str):
         raise TypeError(f"found the text {settings!r} as settings, expected a list of texts or a mapping")
     if isinstance(settings, Mapping):
@@ -44,43 +44,42 @@ def settings_list(settings: Settings) -> list[str]:
 
 
 class Recipe(NamedTuple):
-    """What a world was made from: enough to make it again, in another process too."""
+    """The arguments that a world was made from; they suffice to make it again in another process."""
 
     path: str
-    text: str | None  # None: that of the file
-    options: dict[str, Any]  # arguments of World(), but for the seed
+    text: str | None  # contents of the world file; None: read from `path`
+    options: dict[str, Any]  # arguments of World() except for the seed
 
 
 class World:
     """A world that has been loaded from a world file.
 
-    Worlds share nothing: several threads may each work with one at the same time, since long calls
-    release the GIL, and they go on as they would alone. A call for a world that another thread is
-    working with raises StageError.
+    Worlds are independent of each other, and long calls release the GIL, so several threads may each use
+    a world of their own at the same time. A call for a world that another thread is using raises
+    StageError.
 
-    Worlds can be pickled and deep-copied: the copy is in the same state and goes on alike. The process that
-    unpickles one reads the world file again, which has to be there and the same. Metrics begin anew in a
-    copy, and commands of fleets stay with the fleets.
+    Worlds can be pickled and deep-copied. The copy has the same state and the same future. Unpickling reads
+    the world file again, which must be unchanged. A copy's metrics start anew; fleets and their commands are
+    not copied.
 
     Args:
-        file: the world file. A plain name that is not in the working folder is one of the shipped
-            worlds: see `shipped_worlds()`.
-        seed: of all random numbers, 0 to 2**64 - 1. The same seed gives the same run, to the last bit.
-        threads: that work on a step, 1 to 1024; None: what the world file says, or else one for each
-            processor that the process may use, in steps that are faster with them. They don't change
-            results.
-        opencl: True: use an OpenCL device where that is faster, if there is one. A text chooses the
-            device, as `stage --opencl=` does. Results are the same.
-        opencl_always: use it for every step, even where it is slower: for measurements.
-        ray_model: "cell" or "exact", whatever the file says: changes what ranges go to.
-        controllers: False leaves controllers and plug-ins of the file out, so that it runs no code.
-        settings: in place of what the file says, as `stage --set` has them: texts such as "robots=10" or
+        file: path of the world file. A plain file name that does not exist in the working folder selects a
+            shipped world: see `shipped_worlds()`.
+        seed: seed of all random numbers, 0 to 2**64 - 1. Runs with the same seed are bit-equal.
+        threads: number of threads that share a step, 1 to 1024. None: the number in the world file, or else
+            one per available processor, used for steps where they save time. Results don't depend on it.
+        opencl: True: use an OpenCL device for steps where it saves time, if there is one. A string selects
+            the device, as in `stage --opencl=`. Results don't depend on it.
+        opencl_always: use the device for every step, even where it is slower; for measurements.
+        ray_model: "cell" or "exact", overriding the world file: rays hit grid cells or exact outlines.
+        controllers: False: load no controllers and no plug-ins, so that the file runs no code.
+        settings: values that override the world file, as in `stage --set`: strings such as "robots=10" or
             "world.resolution=0.05", or a mapping such as {"robots": 10, "world.resolution": 0.05}.
 
     Raises:
-        WorldError: the file can't be loaded, or a setting fits nothing in it; it carries the place in the
-            file.
-        TypeError, ValueError: an argument is of another type, or out of range.
+        WorldError: the file can't be loaded, or a setting matches nothing in it. The error has the place in
+            the file.
+        TypeError, ValueError: an argument has a wrong type or is out of range.
     """
 
     def __init__(self, file: str | os.PathLike[str], *, seed: int = 1, threads: int | None = None,
@@ -95,13 +94,13 @@ class World:
                   threads: int | None = None, opencl: bool | str = False,
                   opencl_always: bool = False, ray_model: str | None = None,
                   controllers: bool = True, settings: Settings = ()) -> World:
-        """A world from the text of a world file.
+        """Loads a world from a string.
 
         Args:
-            text: what would stand in the file.
-            folder: what names of files in it are relative to; the shipped worlds' own by default.
+            text: the contents of a world file.
+            folder: the folder that file names in `text` are relative to; by default that of the shipped worlds.
 
-        The others are those of World().
+        All other arguments are those of World().
         """
         options = {"threads": threads, "opencl": opencl, "opencl_always": opencl_always, "ray_model": ray_model,
                    "controllers": controllers, "settings": settings_list(settings)}
@@ -151,27 +150,34 @@ class World:
     # ---- running ----
 
     def step(self, n: int = 1) -> int:
-        """Moves the world on by `n` steps, whatever quit time its file gives.
+        """Makes `n` steps. The quit time of the world file is ignored.
 
-        Ctrl-C ends it between two steps with KeyboardInterrupt: the world is as after so many steps, and
-        can go on.
+        Ctrl-C raises KeyboardInterrupt between two steps; the world stays valid and can go on.
+
+        Args:
+            n: number of steps, 0 or more.
 
         Returns:
-            How many steps were made: fewer than `n` if a controller wants the world to quit, see `ended`.
+            The number of steps made; less than `n` if a controller asks the world to quit, see `ended`.
 
         Raises:
-            StageError: a controller has thrown something. The step is given up, the world can go on.
+            StageError: a controller has thrown an exception. The step is incomplete; the world can go on.
             GoneError: the world was closed, or a controller has deleted it.
         """
         return self._core.step(_checks.steps(n))
 
     def run(self, seconds: float | None = None) -> int:
-        """Moves the world on by so many seconds of simulated time, rounded up to whole steps.
+        """Makes steps for a duration of simulated time, rounded up to whole steps.
 
         Args:
-            seconds: 0 or more; None: until the quit time of the world file.
+            seconds: the duration, 0 or more; None: until the quit time of the world file.
 
-        Returns and raises what step() does; ValueError if there is no quit time.
+        Returns:
+            The number of steps made, as step() does.
+
+        Raises:
+            ValueError: `seconds` is None and the world file has no quit time.
+            StageError, GoneError: as in step().
         """
         if seconds is None:
             if self.quit_time is None:
@@ -180,21 +186,21 @@ class World:
         return self.step(self._steps_in(seconds))
 
     def _steps_in(self, seconds: float) -> int:
-        """How many steps so many seconds of simulated time take; ValueError if there can't be so many."""
+        """The number of steps in a duration of simulated time. Raises ValueError unless it is finite and >= 0."""
         if not 0 <= seconds < float("inf"):
             raise ValueError(f"found {seconds} seconds, expected 0 or more")
         return -(-round(seconds * 1e6) // self._core.interval)
 
     def reset(self, seed: int | None = None) -> None:
-        """Begins anew, as if the file had just been loaded with that seed; None: with the same one.
+        """Resets the world to its state after loading, with the given seed; None: with the current seed.
 
-        Models of the file keep their numbers, so `Model` objects and fleets of them stay good. Commands of
-        fleets become 0.
+        `Model` objects and fleets of models in the world file stay valid, because these models keep their
+        ids. The commands of fleets become 0.
         """
         self._core.reset(self.seed if seed is None else _checks.seed(seed))
 
     def close(self) -> None:
-        """Frees the world. Arrays of its fleets keep what they have; all else raises GoneError."""
+        """Frees the world. Arrays of its fleets keep their values; any other use raises GoneError."""
         self._core.close()
 
     def __enter__(self) -> World:
@@ -206,94 +212,94 @@ class World:
     # ---- state ----
 
     def snapshot(self, lean: bool = False) -> Snapshot:
-        """The state now, to go back to.
+        """Returns the current state, for restore().
 
         Args:
-            lean: in a hundred bytes for each robot, and in a fraction of the time; leaves out readings of
-                rangers that are due in the next step anyway: they read NaN until then.
+            lean: save about 100 bytes per robot, in a fraction of the time. Readings of rangers that update
+                in the next step are left out: after restore() they are NaN until then.
 
         Raises:
-            StageError: a controller remembers something that it does not tell.
+            StageError: a controller has state that it does not save.
         """
         return self._core.take(lean)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Goes back to a snapshot of this world, or of another one that was loaded from the same file.
+        """Restores a snapshot of this world, or of another world that was loaded from the same file.
 
         Raises:
-            StageError: it doesn't fit; the world stays as it was.
+            StageError: the snapshot doesn't fit this world, which stays as it was.
         """
         self._core.restore(snapshot)
 
     def fork(self) -> World:
-        """Another world in the same state, which goes on alike. It shares scenery and device with this."""
+        """Returns a new world with the same state and the same future. It shares scenery and OpenCL device."""
         world = type(self).__new__(type(self))
         world._core = self._core.fork()
         world._recipe = self._recipe
         return world
 
     def state_hash(self) -> str:
-        """A number of all that decides the future of the world, as `stage --state-hash` prints it.
+        """Returns a hash of all state that determines the world's future, as `stage --state-hash` prints it.
 
-        16 hexadecimal digits. Worlds that will go on alike have the same.
+        It has 16 hexadecimal digits. Worlds with the same future have the same hash.
         """
         return f"{self._core.state_hash():016x}"
 
     @property
     def time(self) -> float:
-        """Simulated, seconds."""
+        """Simulated time, seconds."""
         return self._core.microseconds / 1e6
 
     @property
     def dt(self) -> float:
-        """The length of a step, seconds of simulated time."""
+        """Duration of a step, seconds of simulated time."""
         return self._core.interval / 1e6
 
     @property
     def steps(self) -> int:
-        """How many steps there were since the beginning."""
+        """Number of steps since the world was loaded or reset."""
         return self._core.updates
 
     @property
     def seed(self) -> int:
-        """Of all random numbers."""
+        """Seed of all random numbers."""
         return self._core.seed
 
     @property
     def quit_time(self) -> float | None:
-        """Seconds: when the world file says that a run ends. Only run() without a time minds it."""
+        """Quit time of the world file, seconds; None: it has none. Only run() without a duration obeys it."""
         return self._core.quit_time / 1e6 or None
 
     @property
     def ended(self) -> bool:
-        """A controller wants the world to quit. step() makes no step then; reset() begins anew."""
+        """True if a controller has asked the world to quit. step() makes no more steps until reset()."""
         return self._core.wants_to_quit
 
     @property
     def metrics(self) -> dict[str, float | None]:
-        """What the metrics of the world file come to so far, and what set_metric() was told, by name.
+        """Current values of the world file's metrics and of those set by set_metric(), by name.
 
-        None: there is nothing to tell yet, such as the time to a goal that nobody has reached. They begin
-        anew with reset() and restore().
+        None: no value yet, such as the time to a goal that no robot has reached. reset() and restore()
+        start metrics anew.
         """
         return {name: value if math.isfinite(value) else None for name, value in self._core.metrics()}
 
     def set_metric(self, name: str, value: float | None) -> None:
-        """A metric of your own, until the next reset() or restore(); None: there is no value."""
+        """Sets the value of your own metric, until the next reset() or restore(); None: no value."""
         self._core.set_metric(name, math.nan if value is None else value)
 
     @property
     def device(self) -> str | None:
-        """The OpenCL device in use, or None."""
+        """Name of the OpenCL device in use, or None."""
         return self._core.device or None
 
     # ---- models ----
 
     def model(self, name: str) -> Model:
-        """The model of that full name, such as "r0" or "r0.ranger:0".
+        """Returns the model with this full name, such as "r0" or "r0.ranger:0".
 
         Raises:
-            GoneError: there is none.
+            GoneError: there is no such model.
         """
         if not isinstance(name, str):
             raise TypeError(f"found {name!r} as the name of a model, expected a text")
@@ -308,15 +314,15 @@ class World:
         return self._core.models()
 
     def create(self, type: str = "model", parent: Model | None = None, **properties: Any) -> Model:
-        """Makes a model.
+        """Creates a model.
 
         Args:
-            type: such as "model", "position", "ranger", or one that a plug-in brings.
-            parent: what it stands on; None: the ground.
-            properties: attributes of Model to be set, such as pose=(1, 2, 0), size=(.3, .3, .5).
+            type: the model type, such as "model", "position" or "ranger", or one from a plug-in.
+            parent: the model that carries it; None: the ground.
+            properties: attributes of Model to set, such as pose=(1, 2, 0), size=(.3, .3, .5).
 
         Raises:
-            StageError: there is no such type, or a property is refused; then nothing is made.
+            StageError: there is no such type, or a property has an invalid value. No model is created.
         """
         if not isinstance(type, str):
             raise TypeError(f"found {type!r} as the type of a model, expected a text")
@@ -330,20 +336,20 @@ class World:
         return made
 
     def fleet(self, robots: str | Iterable[Model] | None = None) -> Fleet:
-        """Robots, in the order of creation, with live arrays of what they do and sense.
+        """Returns a group of robots, in the order of creation, with live arrays of their state and readings.
 
         Args:
-            robots: None: all models that drive and stand on the ground. A pattern such as "r*": those of
-                all that drive whose name or type matches it. Or the robots themselves, in any order.
+            robots: None: all models that drive and stand on the ground. A pattern such as "r*": all models
+                that drive and whose name or type matches. Or an iterable of robots, whose order is kept.
 
         Raises:
-            GoneError: there are none.
+            GoneError: there are no such robots.
         """
         ids, names = self._choose(robots)
         return Fleet(self, self._core.crowd(ids), tuple(ids), names)
 
     def _choose(self, robots: str | Iterable[Model] | None) -> tuple[list[int], tuple[str, ...]]:
-        """The numbers and names of the robots that fleet() would take."""
+        """The ids and names of the robots that fleet(robots) has."""
         known = {id_: (name, type_, top) for id_, name, type_, top in self._core.robots()}
         if robots is None:
             ids = [id_ for id_, (_, _, top) in known.items() if top]
@@ -364,27 +370,26 @@ class World:
     def cast(self, poses: npt.ArrayLike, bearings: npt.ArrayLike, max_range: float, *,
              z: float | None = None, robots: bool = False, ignore: Model | None = None,
              ray_model: str | None = None, out: Floats | None = None) -> Floats:
-        """Casts rays from anywhere, millions in one call: what a ranger would read there.
+        """Casts rays from arbitrary poses, as a ranger would, millions of them in one call.
 
-        They are walked as one batch, on the threads of the world, and on its OpenCL device where that is
-        faster. The world stays as it is.
+        All rays are traced as one batch on the world's threads, and on its OpenCL device where that is
+        faster. The world is not changed.
 
         Args:
-            poses: x, y (metres) and heading (radians): shape (..., 3).
-            bearings: of the rays, relative to the heading, radians: shape (k,) or a number.
-            max_range: metres, more than 0; may be infinite.
-            z: height of the rays, metres; None: they meet what is at any height.
-            robots: whether they meet robots, that is models that drive, and all that stands on them;
-                False: only the rest, the map.
-            ignore: a model that rays go through, with all that belongs to its tree.
+            poses: x, y (metres) and heading (radians), shape (..., 3).
+            bearings: directions of the rays relative to the heading, radians: shape (k,) or a number.
+            max_range: maximum range, metres, more than 0; may be infinite.
+            z: height of the rays, metres; None: rays hit obstacles at any height.
+            robots: True: rays also hit robots (models that drive) and what they carry. False: only the map.
+            ignore: a model whose whole tree is transparent to the rays.
             ray_model: "cell" or "exact"; None: the world's.
-            out: where to put the ranges, float64, C-contiguous, of the right shape; None: a new array.
+            out: array for the result: float64, C-contiguous, shape (..., k); None: a new array.
 
         Returns:
-            Metres, shape (..., k): max_range where nothing is hit, or where a pose is not finite.
+            Ranges in metres, shape (..., k); `max_range` where a ray hits nothing or its pose is not finite.
 
         Raises:
-            ValueError: an argument has another shape, or is out of range.
+            ValueError: an argument has a wrong shape or is out of range.
         """
         from_ = np.ascontiguousarray(poses, np.float64)
         if from_.ndim == 0 or from_.shape[-1] != 3:
@@ -411,20 +416,20 @@ class World:
 
     def render(self, width: int = 640, height: int = 480, *, center: tuple[float, float] | None = None,
                scale: float | None = None, data: bool = True) -> Pixels:
-        """A picture of the world from above, as it is now.
+        """Renders the world from above.
 
-        Bodies in their colours and what the rays of rangers have swept, the higher above the lower; over
-        that the robots, each with a line towards its front, and with red edges if it is stalled. It is
-        drawn without OpenGL and a display, and has the same bits on every machine.
+        Bodies and the areas swept by rangers' rays are drawn from low to high, then the robots, each with a
+        nose that shows its heading, and with red edges if it is stalled. Rendering needs neither OpenGL nor
+        a display, and the picture is bit-equal on every machine.
 
         Args:
-            width, height: pixels, 1 to 16384.
-            center: x and y of the middle, metres; None: of all bodies.
-            scale: pixels per metre; None: as many as let all bodies be seen.
-            data: whether scans are drawn. Only rangers that somebody reads have any.
+            width, height: size of the picture, pixels, 1 to 16384.
+            center: x and y at the center of the picture, metres; None: the center of all bodies.
+            scale: pixels per metre; None: the scale that shows all bodies.
+            data: True: draw the scans of rangers that have subscribers.
 
         Returns:
-            Red, green and blue: uint8 of shape (height, width, 3), the top row first.
+            Red, green and blue: uint8, shape (height, width, 3), the top row first.
 
         Raises:
             ValueError: an argument is out of range.
@@ -432,7 +437,7 @@ class World:
         return rendered(self._core.fit, self._core.render, width, height, center, scale, data)
 
     def _repr_png_(self) -> bytes | None:
-        """What a notebook shows of it."""
+        """The picture that a notebook shows for this world."""
         return png_of(self.render()) if self._core.is_open else None
 
     def __repr__(self) -> str:
@@ -445,7 +450,7 @@ class World:
 
 
 def _world_again(cls: type[World], recipe: Recipe, seed: int, state: Snapshot, state_hash: str) -> World:
-    """What a pickled world becomes. WorldError if its file is another one now."""
+    """Unpickles a world. Raises WorldError if its world file has changed."""
     world = cls._from_recipe(recipe, seed)
     misfit = f"found another world file in {recipe.path} than the world was made from, expected the same"
     try:
@@ -459,7 +464,7 @@ def _world_again(cls: type[World], recipe: Recipe, seed: int, state: Snapshot, s
 
 def rendered(fit: Callable[[int, int], tuple[float, float, float]], render: Callable[..., None], width: int,
              height: int, center: tuple[float, float] | None, scale: float | None, data: bool) -> Pixels:
-    """What World.render() and Batch.render() have in common."""
+    """The common part of World.render() and Batch.render()."""
     width, height = _checks.integer(width, "width", 1, 16384), _checks.integer(height, "height", 1, 16384)
     if center is None or scale is None:
         x, y, fitted = fit(width, height)
