@@ -19,7 +19,7 @@ namespace Stg::draw {
 namespace {
 
 constexpr Rgba kBlue = {0, 0, 255, 255}, kGreen = {0, 160, 0, 255};
-constexpr double kLeastPixels = 3;  // a side, of cells and regions that are worth drawing
+constexpr double kLeastPixels = 3;  // minimum side of a square that is drawn, pixels
 
 // ---- occupancy ----------------------------------------------------------------------------------
 
@@ -38,7 +38,7 @@ class GridPicture {
   }
 
  private:
-  /// False if the square of 2^shift cells is out of view.
+  /// Outlines the square of 2^shift cells. Returns false if it is out of view or too small to see.
   bool Outline(int x, int y, int shift, const Rgba& color) {
     const double side = cell_ * (1 << shift);
     const Bounds bx(x * side, (x + 1.0) * side), by(y * side, (y + 1.0) * side);
@@ -85,7 +85,7 @@ class GridPicture {
 
 // ---- rays ---------------------------------------------------------------------------------------
 
-constexpr size_t kMostRays = 60;  // of a sensor; with more of them nothing can be told apart
+constexpr size_t kMostRays = 60;  // per sensor; more could not be told apart
 
 class RayPicture {
  public:
@@ -115,7 +115,7 @@ class RayPicture {
     const ray_mask_t hidden{batch.mask_words().data() + mask.first, mask.x, mask.y, mask.width,
                             mask.height};
     const sensing::Tracer tracer(grid);
-    // Nobody may listen to the sensor: then it has no bearings yet.
+    // A sensor without subscribers has no bearings yet.
     const bool has_data = sensor.bearings.size() == sensor.sample_count;
     const size_t count = sensor.sample_count;
     for (size_t i = 0; i < count; i += (count + kMostRays - 1) / kMostRays) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Pictures of how the simulation works: the collision grid, and the walks of a robot's rays.
+// Debug views of the collision grid and of the paths that a robot's rays take through it.
 
 #ifndef STAGE_GUI_DRAW_DEBUG_PICTURE_HH
 #define STAGE_GUI_DRAW_DEBUG_PICTURE_HH
@@ -15,13 +15,13 @@ class World;
 
 namespace Stg::draw {
 
-/// Superregions in blue, regions in green, occupied cells as green squares, as far as they are in
-/// view and large enough to be seen.
+/// Draws superregions in blue, regions in green and occupied cells as green squares. Squares that
+/// are out of view or smaller than a few pixels are skipped.
 void DrawOccupancy(World& world, const view::Projection& projection, Painting* painting);
 
-/// The walks of the rays, or every n-th if there are many, of the rangers in a tree of models:
-/// leaps over what is empty as lines, the longer the darker, with a point where each lands; cells
-/// with potential hits as squares, the last one of each ray, where it stopped, in red.
+/// Draws how the rays of all rangers below `root` traverse the grid, or every n-th ray of a sensor
+/// with many. Lines are leaps over empty space, darker for longer leaps, with a point at each
+/// landing. Squares are cells with potential hits; the cell that stopped the ray is red.
 void DrawRays(World& world, const Model& root, Painting* painting);
 
 }  // namespace Stg::draw

@@ -9,18 +9,18 @@ namespace Stg::draw {
 
 namespace {
 
-/// The lines from a point that pass others by no more than a tolerance: those between two slopes,
-/// as seen along the way to the first of these.
+/// The bundle of lines from one point that pass all accepted points within a tolerance. It is an
+/// interval of slopes relative to the direction of the first accepted point.
 class Sheaf {
  public:
   Sheaf(const Tip& from, float tolerance) : from_(from), tolerance_(tolerance) {}
 
-  /// Whether a line to this point passes those before it; if so, it has to be passed from now on.
+  /// Accepts the point and returns true if a line to it passes all points accepted before.
   bool Take(const Tip& point) {
     const float x = point.x - from_.x, y = point.y - from_.y;
     if (ahead_.x == 0 && ahead_.y == 0) return TakeFirst(x, y);
     const float along = ahead_.x * x + ahead_.y * y, beside = ahead_.x * y - ahead_.y * x;
-    // One that lies farther back would leave out the end of what sticks out.
+    // Points nearer than an accepted one are rejected: a line to them would cut off a spike.
     if ((along < farthest_) | (beside < least_ * along) | (beside > greatest_ * along))
       return false;
     farthest_ = along;
@@ -31,7 +31,7 @@ class Sheaf {
   }
 
  private:
-  /// Those that are as near as the tolerance are passed by any line.
+  /// Points within the tolerance of the start do not constrain the line.
   bool TakeFirst(float x, float y) {
     const float distance = std::sqrt(x * x + y * y);
     if (!(distance > tolerance_)) return true;
@@ -42,22 +42,22 @@ class Sheaf {
     return true;
   }
 
-  Tip from_, ahead_{0, 0};  // the latter: a unit vector
+  Tip from_, ahead_{0, 0};  // ahead_ is a unit vector, or zero before the first point
   float tolerance_;
-  float farthest_ = 0;  // of the points taken, ahead
+  float farthest_ = 0;  // greatest distance of an accepted point along ahead_
   float least_ = 0, greatest_ = 0;
 };
 
-/// Takes points one after the other and leaves out what it can.
+/// Receives points one by one and drops those that the tolerance allows to drop.
 class Outline {
  public:
-  /// Where a few rays end that are next to each other.
+  /// Ends of a few neighbouring rays.
   static constexpr std::size_t kBlock = 8;
   struct Block {
     float x[kBlock], y[kBlock];
   };
 
-  /// Half of the tolerance is for what leaves out blocks, half for what leaves out their ends.
+  /// Each of the two simplifications, of blocks and of single points, gets half of the tolerance.
   Outline(const Tip& first, float tolerance, std::vector<Tip>* tips)
       : tips_(*tips), tolerance_(tolerance / 2), sheaf_(first, tolerance_), last_(first) {
     tips_.push_back(first);
@@ -78,8 +78,8 @@ class Outline {
   void End() { tips_.push_back(last_); }
 
  private:
-  /// Whether its points lie along the line from the last point to its own last one. Without
-  /// branches, so that the compiler takes several at once.
+  /// True if the block's points lie along the line from the last point to the block's last one.
+  /// Branch-free, so that the compiler can vectorize the loop.
   bool IsStraight(const Block& block) const {
     const float x = block.x[kBlock - 1] - last_.x, y = block.y[kBlock - 1] - last_.y;
     const float square = x * x + y * y, most = tolerance_ * tolerance_ * square;

@@ -14,7 +14,7 @@ namespace Stg::draw {
 
 namespace {
 
-constexpr double kPeriod = 0.5;  // s
+constexpr double kPeriod = 0.5;  // measuring period, s
 
 __attribute__((format(printf, 1, 2))) std::string Format(const char* format, ...) {
   char text[256];
@@ -25,7 +25,7 @@ __attribute__((format(printf, 1, 2))) std::string Format(const char* format, ...
   return text;
 }
 
-/// Positions that somebody drives, as --stats counts them.
+/// Counts positions with subscribers, as --stats does.
 size_t CountRobots(World& world) {
   size_t robots = 0;
   for (const Model* model : world.engine().moving)
@@ -60,7 +60,7 @@ void Figures::Update(const World& world, double now) {
   before_ = world.statistics();
 }
 
-/// Before there is a period to look at, what there was since the start of the run.
+/// Averages over the current period; over the whole run if no period has passed yet.
 void Figures::Measure(const World& world, double seconds) {
   const RunStatistics& after = world.statistics();
   const RunStatistics before = seconds > 0 ? before_ : RunStatistics();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Figures of a running simulation, for those who watch: how fast it is and where its time goes.
-// They are of the last half second or so.
+// Performance figures for the window's overlay: speed, and where the time of a step goes. They are
+// averages over about the last half second.
 
 #ifndef STAGE_GUI_DRAW_FIGURES_HH
 #define STAGE_GUI_DRAW_FIGURES_HH
@@ -20,15 +20,15 @@ namespace Stg::draw {
 
 class Figures {
  public:
-  /// To be called once for each picture; `now`: seconds of any steady clock.
+  /// Call once per frame. `now`: seconds of any steady clock.
   void Update(const World& world, double now);
-  /// Starts afresh, as after a pause.
+  /// Starts a new measuring period, for example after a pause.
   void Restart() { started_ = false; }
 
   double frames_per_second() const { return frames_per_second_; }
-  /// Simulated by real time.
+  /// Simulated seconds per real second.
   double speed() const { return speed_; }
-  /// For the overlay, a line each.
+  /// Text of the overlay, line by line.
   const std::vector<std::string>& lines() const { return lines_; }
 
  private:

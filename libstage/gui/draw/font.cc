@@ -25,7 +25,7 @@ struct Font::Impl {
 
 namespace {
 
-/// The file of the system's sans-serif font; empty if there is none.
+/// Returns the file of the system's sans-serif font, or an empty string if there is none.
 std::string FindFontFile(int* index) {
   FcConfig* config = FcInitLoadConfigAndFonts();
   FcPattern* wanted = FcNameParse(reinterpret_cast<const FcChar8*>("Helvetica,DejaVu Sans,sans"));
@@ -45,7 +45,7 @@ std::string FindFontFile(int* index) {
   return file;
 }
 
-/// The next character of a text; a byte that is no UTF-8 stands for itself.
+/// Decodes the next UTF-8 character. A byte that is not valid UTF-8 stands for itself.
 uint32_t NextCode(std::string_view text, size_t* at) {
   const auto byte = [&](size_t i) {
     return i < text.size() ? static_cast<uint8_t>(text[i]) : uint8_t{0};
@@ -96,7 +96,7 @@ const Font::Glyph& Font::Find(uint32_t code) {
   return impl_->glyphs[code] = Render(code);
 }
 
-/// A letter for which there is no room in the atlas any more leaves a gap.
+/// A glyph that no longer fits into the atlas is drawn as a gap.
 Font::Glyph Font::Render(uint32_t code) {
   Glyph glyph;
   if (FT_Load_Char(impl_->face, code, FT_LOAD_RENDER | FT_LOAD_TARGET_LIGHT) != 0) return glyph;

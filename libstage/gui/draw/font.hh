@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Letters as pictures, by FreeType; the file comes from fontconfig. Works with and without a
-// display. No OpenGL here.
+// Rasterizes glyphs with FreeType; fontconfig finds the font file. Needs neither a display nor
+// OpenGL.
 
 #ifndef STAGE_GUI_DRAW_FONT_HH
 #define STAGE_GUI_DRAW_FONT_HH
@@ -16,8 +16,7 @@
 
 namespace Stg::draw {
 
-/// A corner of a letter: pixels of the canvas from its lower left corner, and where the letter is
-/// in the atlas, 0..1. 20 bytes.
+/// A glyph corner: canvas pixels from the lower left corner, atlas coordinates in 0..1. 20 bytes.
 struct TextVertex {
   float x, y, u, v;
   Rgba color;
@@ -33,20 +32,21 @@ class Font {
   Font(const Font&) = delete;
   Font& operator=(const Font&) = delete;
 
-  /// A sans-serif font of that size. False and a line that says why; texts are then left out.
+  /// Loads a sans-serif font of this size. Returns false and a one-line reason if there is none;
+  /// text is then left out.
   bool Open(int pixels, std::string* error);
   bool is_open() const { return impl_ != nullptr; }
 
-  double height() const { return height_; }    ///< from one line to the next
-  double descent() const { return descent_; }  ///< below the base line
+  double height() const { return height_; }    ///< line spacing, pixels
+  double descent() const { return descent_; }  ///< depth below the baseline, pixels
   double Width(std::string_view utf8);
-  /// Two triangles for each letter; the base line begins at (x, y).
+  /// Appends two triangles for each glyph. The baseline starts at (x, y).
   void Append(std::string_view utf8, double x, double y, const Rgba& color,
               std::vector<TextVertex>* vertices);
 
-  /// kAtlasSide * kAtlasSide opacities, the first row first.
+  /// Opacities of kAtlasSide x kAtlasSide pixels, top row first.
   const std::vector<uint8_t>& atlas() const { return atlas_; }
-  /// Changes when letters were added to the atlas.
+  /// Changes whenever glyphs are added to the atlas.
   unsigned atlas_version() const { return atlas_version_; }
 
  private:

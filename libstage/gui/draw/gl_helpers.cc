@@ -31,7 +31,7 @@ struct PendingParagraph {
 std::vector<PendingText> pending;
 std::vector<PendingParagraph> pending_paragraphs;
 
-/// From the current frame to pixels of the picture.
+/// Maps points of the current frame to pixels.
 class ToPixels {
  public:
   ToPixels() {
@@ -39,7 +39,7 @@ class ToPixels {
     glGetDoublev(GL_PROJECTION_MATRIX, projection_);
     glGetIntegerv(GL_VIEWPORT, viewport_);
   }
-  /// False if the point is not in the picture, or only outside of its frame if that is allowed.
+  /// Returns false if the point is outside of the view; `beside` allows points beside its frame.
   bool Place(float x, float y, float z, bool beside, double* px, double* py) const {
     double depth;
     if (!gluProject(double{x}, double{y}, double{z}, modelview_, projection_, viewport_, px, py,
@@ -60,7 +60,7 @@ draw::Rgba CurrentColor() {
   return draw::ToRgba(Color(double{c[0]}, double{c[1]}, double{c[2]}, double{c[3]}));
 }
 
-// Bits of FLTK's Fl_Align: its headers are not for this room.
+// Bits of FLTK's Fl_Align. This module may not include FLTK's headers.
 constexpr unsigned kTop = 1, kBottom = 2, kLeft = 4, kRight = 8, kWrap = 128;
 
 draw::Align Alignment(unsigned bits, unsigned first, unsigned last) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Helpers for those who draw in Visualizer::Visualize(), the way OpenGL 1 does. All need a current
-// context. Texts appear when the picture is finished; elsewhere than in Visualize() they are lost.
+// Drawing helpers for Visualizer::Visualize() in the style of OpenGL 1. All need a current context.
+// Text is drawn when the frame is finished, and only if requested within Visualize().
 
 #ifndef STAGE_GUI_DRAW_GL_HELPERS_HH
 #define STAGE_GUI_DRAW_GL_HELPERS_HH
@@ -14,31 +14,31 @@ namespace Stg {
 
 namespace Gl {
 
-/// Multiplies the matrix by a translation and a turn about z.
+/// Multiplies the matrix by a translation and a rotation about z.
 void pose_shift(const Pose& pose);
 void pose_inverse_shift(const Pose& pose);
 void coord_shift(double x, double y, double z, double a);
-/// 1 m lines over the box's x and y at z = 0, with numbers on the axes.
+/// Draws 1 m grid lines over the box's x and y at z = 0, with numbers along the axes.
 void draw_grid(bounds3d_t vol);
-/// In the current colour; nothing if the point is out of the picture.
+/// Draws text in the current colour, unless the point is outside of the frame.
 void draw_string(float x, float y, float z, const char* string);
-/// Lines of text in a box whose lower left corner is (x, y), at z = 0 of the current frame; upright
-/// whatever the frame. `align` (FLTK's Fl_Align): FL_ALIGN_LEFT, FL_ALIGN_RIGHT, FL_ALIGN_TOP,
-/// FL_ALIGN_BOTTOM; in the middle otherwise. With FL_ALIGN_WRAP lines are broken to fit the width.
+/// Draws upright text in a box with lower left corner (x, y) at z = 0 of the current frame. `align`
+/// takes FLTK's bits FL_ALIGN_LEFT, _RIGHT, _TOP, _BOTTOM, and _WRAP to break lines that are too
+/// long; the default is centred.
 void draw_string_multiline(float x, float y, float w, float h, const char* string, unsigned align);
-/// Only the text.
+/// Draws the text alone, without a bubble.
 void draw_speech_bubble(float x, float y, float z, const char* str);
-/// A rectangle plus a margin with cut corners; its lower left corner is the origin or (x, y).
+/// Draws a rectangle with margin m and cut corners; its lower left corner is the origin or (x, y).
 void draw_octagon(float w, float h, float m);
 void draw_octagon(float x, float y, float w, float h, float m);
-/// From the origin.
+/// Draws a line from the origin to (x, y, z).
 void draw_vector(double x, double y, double z);
-/// Three axes.
+/// Draws the three axes, `len` metres long.
 void draw_origin(double len);
-/// A strip chart of a ring buffer whose oldest value is at `offset`.
+/// Draws a strip chart of a ring buffer whose oldest value is at `offset`.
 void draw_array(float x, float y, float w, float h, float* data, size_t len, size_t offset,
                 float min, float max);
-/// With the extremes of the data.
+/// Scales the chart to the minimum and maximum of the data.
 void draw_array(float x, float y, float w, float h, float* data, size_t len, size_t offset);
 void draw_centered_rect(float x, float y, float dx, float dy);
 

@@ -80,8 +80,7 @@ void GlBuffer::Delete() {
 void PointTo(Attribute attribute, GLint count, GLenum type, std::size_t stride, std::size_t offset,
              GLuint divisor) {
   glEnableVertexAttribArray(attribute);
-  // OpenGL wants places in a buffer as pointers.
-  // NOLINTNEXTLINE(performance-no-int-to-ptr)
+  // OpenGL takes offsets into a buffer as pointers.
   const void* place = reinterpret_cast<const void*>(offset);
   if (type == GL_UNSIGNED_INT)
     glVertexAttribIPointer(attribute, count, type, static_cast<GLsizei>(stride), place);

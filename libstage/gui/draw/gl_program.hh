@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Shaders and buffers of the current OpenGL context.
+// Wrappers for shader programs and buffers of the current OpenGL context.
 
 #ifndef STAGE_GUI_DRAW_GL_PROGRAM_HH
 #define STAGE_GUI_DRAW_GL_PROGRAM_HH
@@ -17,12 +17,12 @@
 
 namespace Stg::draw {
 
-/// The attributes of all programs, by number.
+/// Vertex attribute locations, shared by all programs.
 enum Attribute : GLuint { kCorner = 0, kColor = 1, kPlace = 2 };
 
 class GlProgram {
  public:
-  /// False and the driver's message if it can't be built.
+  /// Compiles and links the shaders. Returns false and the driver's message on failure.
   bool Build(const char* name, const char* vertex, const char* fragment, std::string* error);
   void Use() const { glUseProgram(program_); }
   GLint Uniform(const char* name) const { return glGetUniformLocation(program_, name); }
@@ -36,11 +36,11 @@ class GlProgram {
   GLuint program_ = 0;
 };
 
-/// A buffer that is filled anew for each use.
+/// A buffer that is refilled for each use.
 class GlBuffer {
  public:
   void Bind(GLenum target);
-  /// Binds it and fills it.
+  /// Binds the buffer and fills it.
   void Fill(GLenum target, const void* data, std::size_t bytes, GLenum usage = GL_STREAM_DRAW);
   GLuint id() const { return id_; }
   void Delete();
@@ -49,8 +49,8 @@ class GlBuffer {
   GLuint id_ = 0;
 };
 
-/// An attribute in the bound buffer; `offset` and `stride` in bytes; divisor 1: one for each
-/// instance.
+/// Describes an attribute of the bound buffer. `offset` and `stride` are in bytes; divisor 1 means
+/// one value per instance.
 void PointTo(Attribute attribute, GLint count, GLenum type, std::size_t stride, std::size_t offset,
              GLuint divisor = 0);
 void ForgetAttributes();

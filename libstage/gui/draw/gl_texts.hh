@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The texts of gl_helpers.hh, for those who finish pictures. Clients don't see this header: names
-// of ours such as `draw` would get in their way.
+// Hands the text of gl_helpers.hh to the renderer. Clients do not include this header, so that
+// names such as `draw` cannot clash with theirs.
 
 #ifndef STAGE_GUI_DRAW_GL_TEXTS_HH
 #define STAGE_GUI_DRAW_GL_TEXTS_HH
@@ -14,7 +14,7 @@ class ScreenWriter;
 
 namespace Gl {
 
-/// Moves the texts that were drawn since the last call to the writer.
+/// Moves all text requested since the last call to the writer.
 void TakeTexts(draw::ScreenWriter* writer);
 
 }  // namespace Gl

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A framebuffer that keeps its picture from frame to frame, which windows with two buffers do not.
+// A framebuffer that keeps its content from frame to frame, unlike a double-buffered window.
 
 #ifndef STAGE_GUI_DRAW_KEPT_PICTURE_HH
 #define STAGE_GUI_DRAW_KEPT_PICTURE_HH
@@ -11,12 +11,12 @@ namespace Stg::draw {
 
 class KeptPicture {
  public:
-  /// Draw into it from now on. False if it holds no picture of that size yet.
+  /// Redirects drawing into this framebuffer. Returns false if it has no content of that size yet.
   bool Begin(int width, int height);
-  /// Copies it to the framebuffer that was bound before Begin(), and binds that one again.
+  /// Copies the content to the framebuffer that was bound before Begin(), and binds that again.
   void End();
   void Delete();
-  /// The context is gone.
+  /// Forgets all objects after the context was destroyed.
   void Forget() { *this = KeptPicture(); }
 
  private:

@@ -17,14 +17,14 @@ namespace {
 
 constexpr Rgba kDarkGrey = {51, 51, 51, 255};
 constexpr Rgba kGridBlue = {0, 0, 255, 102};
-constexpr int kMostLines = 2000;  // of a grid, each way
+constexpr int kMostLines = 2000;  // maximum number of grid lines per direction
 
 std::string_view Number(double value, char* buffer, size_t size) {
   const int length = std::snprintf(buffer, size, "%.0f", value);
   return std::string_view(buffer, static_cast<size_t>(length));
 }
 
-/// The frame of the body in the world.
+/// Returns the body's frame in world coordinates.
 Pose BodyFrame(const Model& model, const Pose& global) { return global + model.GetGeom().pose; }
 
 Bounds Half(double size) { return Bounds(-size / 2, size / 2); }
@@ -44,7 +44,7 @@ void DrawOctahedron(Painter* painter, double z, double radius) {
 void DrawFlags(const Model& model, const Pose& global, Painting* painting) {
   Painter painter(painting);
   painter.SetFrame(global);
-  double z = 1;  // m: the lowest
+  double z = 1;  // height of the lowest flag, m
   for (auto flag = model.flags().rbegin(); flag != model.flags().rend(); ++flag) {
     painter.SetColor(ToRgba((*flag)->GetColor()));
     DrawOctahedron(&painter, z, (*flag)->GetSize() / 2);
@@ -82,7 +82,7 @@ void DrawBoundingBox(const Model& model, const Pose& global, Painting* painting)
 void DrawSelected(Model& model, const view::Projection& projection, Painting* marks,
                   Painting* over) {
   constexpr double kLarger = 1.6, kAboveFloor = 0.01, kLabelOffset = 0.5;
-  constexpr double kLeast = 14;  // pixels: small robots can't be seen under a mark of their size
+  constexpr double kLeast = 14;  // minimum size of a mark, pixels; a smaller one could not be seen
   const Pose global = model.GetGlobalPose();
   const Geom geom = model.GetGeom();
   Painter painter(marks);
@@ -179,7 +179,7 @@ void DrawDissipation(const DissipationVis& heat, Painting* painting) {
 }
 
 double AxisStep(double pixels_per_metre) {
-  constexpr double kRoom = 40;  // pixels from one number to the next
+  constexpr double kRoom = 40;  // minimum distance between numbers, pixels
   const double least = kRoom / std::max(pixels_per_metre, 1e-6);
   for (double power = 1;; power *= 10)
     for (const double digit : {1.0, 2.0, 5.0})

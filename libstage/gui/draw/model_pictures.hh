@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How models look apart from their bodies: what devices have sensed, what models carry and say,
-// marks of the user. All poses are global.
+// Draws what belongs to models apart from their bodies: sensor data, flags, speech, selection
+// marks. All poses are global.
 
 #ifndef STAGE_GUI_DRAW_MODEL_PICTURES_HH
 #define STAGE_GUI_DRAW_MODEL_PICTURES_HH
@@ -20,12 +20,12 @@ namespace Stg::draw {
 
 // ---- device data (types/) ----
 
-/// Where device data go: on the floor, hidden by what is higher, or hidden by nothing.
+/// Paintings for device data: on the floor, occluded by higher things, or never occluded.
 struct Layers {
   Painting *floor, *data, *over;
 };
 
-/// The ranger's sensor of that index, apart from the area that its rays have swept.
+/// Draws the ranger sensor of that index, except the area that its rays have swept.
 void DrawSensor(const ModelRanger::Sensor& sensor, size_t index, const Pose& place,
                 const view::ViewOptions& options, const Layers& layers);
 
@@ -36,18 +36,18 @@ void DrawSpeech(const Model& model, const Pose& global, Painting* painting);
 void DrawBoundingBox(const Model& model, const Pose& global, Painting* painting);
 void DrawSelected(Model& model, const view::Projection& projection, Painting* marks,
                   Painting* over);
-/// A triangle along the frame's x axis.
+/// Draws a triangle that points along the frame's x axis.
 void DrawArrow(Painter* painter);
-/// `top`: of the body, in the model's frame. `step`: metres between numbers.
+/// `top`: top of the body in the model's frame. `step`: metres between numbers.
 void DrawModelGrid(const Model& model, const Pose& global, double top, double step,
                    Painting* painting);
-/// What the model's last Rasterize() gave, if it was ever called.
+/// Draws the result of the model's last Rasterize() call, if any.
 void DrawRaster(const Model& model, const Pose& global, Painting* marks, Painting* over);
 void DrawDissipation(const DissipationVis& heat, Painting* painting);
-/// Height of a model with its tallest stack of children on top.
+/// Height of a model including its tallest stack of children, metres.
 double StackHeight(const Model& model);
 
-/// Metres between the numbers of the axes: 1, 2 or 5, or one of these times a power of ten.
+/// Distance between axis numbers in metres: 1, 2 or 5 times a power of ten, at least 1.
 double AxisStep(double pixels_per_metre);
 void DrawAxisNumbers(const Bounds& x, const Bounds& y, double step,
                      const view::Projection& projection, Painting* painting);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Puts lines, areas and texts into a painting, in a frame of one's choice.
+// Adds lines, areas and text to a painting, in a coordinate frame that the caller chooses.
 
 #ifndef STAGE_GUI_DRAW_PAINTER_HH
 #define STAGE_GUI_DRAW_PAINTER_HH
@@ -17,22 +17,22 @@ class Painter {
  public:
   explicit Painter(Painting* painting) : painting_(*painting) { SetFrame(Pose()); }
 
-  /// Coordinates are in this frame from now on; it is given in that of the world.
+  /// Sets the frame of all later coordinates. `frame` is given in world coordinates.
   void SetFrame(const Pose& frame);
   const Pose& frame() const { return frame_; }
   void SetColor(const Rgba& color) { color_ = color; }
 
   void Point(double x, double y, double z = 0);
   void Line(const point3_t& from, const point3_t& to, bool thick = false);
-  /// Dashes and gaps of `dash` metres each; longer ones if there would be very many.
+  /// Draws dashes and gaps of `dash` metres each, or longer ones to limit their number.
   void DashedLine(const point3_t& from, const point3_t& to, double dash);
   void Triangle(const point3_t& a, const point3_t& b, const point3_t& c);
   void Quad(const point3_t& a, const point3_t& b, const point3_t& c, const point3_t& d);
 
-  // Level at z, sides along the axes of the frame.
+  // Horizontal at height z, with sides along the axes of the frame.
   void Rectangle(const Bounds& x, const Bounds& y, double z);
   void RectangleOutline(const Bounds& x, const Bounds& y, double z, bool thick = false);
-  /// Of a circle: the sector from heading `from`, counter-clockwise over `angle`.
+  /// A circular sector that starts at heading `from` and extends counter-clockwise by `angle`.
   void Sector(double radius, double from, double angle, double z);
   void SectorOutline(double radius, double from, double angle, double z, bool to_centre = true);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What pictures are made of, in the layout in which it goes to the graphics card. No OpenGL here.
+// Graphics primitives in the memory layout that goes to the graphics card. No OpenGL here.
 
 #ifndef STAGE_GUI_DRAW_PRIMITIVES_HH
 #define STAGE_GUI_DRAW_PRIMITIVES_HH
@@ -30,24 +30,24 @@ inline Rgba ToRgba(const Color& c) {
 }
 inline constexpr Rgba kBlack = {0, 0, 0, 255}, kWhite = {255, 255, 255, 255};
 
-/// 16 bytes.
+/// A vertex of 16 bytes.
 struct Vertex {
   float x, y, z;
   Rgba color;
 };
 static_assert(sizeof(Vertex) == 16);
 
-/// A body to be drawn: its shape is turned by a and moved to (x, y, z). 20 bytes.
+/// Placement of a body: its shape is rotated by a and moved to (x, y, z). 20 bytes.
 struct Instance {
   float x, y, z, a;
   Rgba color;
 };
 static_assert(sizeof(Instance) == 20);
 
-/// What one sensor's rays have reached; where these end is in an array of its own. 24 bytes.
+/// The area that one sensor's rays have swept. The ray ends are in a separate array. 24 bytes.
 struct FanInstance {
   float x, y, z, a;
-  uint32_t first;  ///< of its tips
+  uint32_t first;  ///< index of its first ray end
   Rgba color;
 };
 static_assert(sizeof(FanInstance) == 24);
@@ -55,7 +55,7 @@ static_assert(sizeof(FanInstance) == 24);
 enum class Align { kLeft, kCentre, kRight };
 enum class LabelKind { kPlain, kBubble };
 
-/// A text at a point of the world; its letters are in a pool.
+/// Text at a point of the world. Its characters are in Painting::letters.
 struct Label {
   float x, y, z;
   Rgba color;
@@ -64,9 +64,9 @@ struct Label {
   LabelKind kind;
 };
 
-/// Primitives of one layer of a picture. Memory is kept from frame to frame.
+/// Primitives of one layer of a frame. Clear() keeps the memory for the next frame.
 struct Painting {
-  std::vector<Vertex> triangles, lines, thick_lines, points;  ///< three, two, two, one each
+  std::vector<Vertex> triangles, lines, thick_lines, points;  ///< 3, 2, 2, 1 vertices each
   std::vector<Label> labels;
   std::string letters;
 

@@ -29,7 +29,7 @@ struct GpuShape {
   std::weak_ptr<const Shape> shape;
 };
 
-/// In the order in which they go to the card.
+/// The lists in the order of upload.
 constexpr std::vector<Instance> BodyBatch::*kLists[] = {&BodyBatch::footprints, &BodyBatch::solid,
                                                         &BodyBatch::robots, &BodyBatch::translucent,
                                                         &BodyBatch::noses};
@@ -162,7 +162,7 @@ void Renderer::Impl::DropOldShapes() {
   }
 }
 
-/// All instances go to the card at once: the lists of each batch in turn.
+/// Uploads all instances at once: for each batch, its lists one after the other.
 void Renderer::Impl::CollectInstances(const Frame& frame) {
   all_instances_.clear();
   for (const BodyBatch& batch : frame.bodies)
@@ -215,7 +215,7 @@ void Renderer::Impl::DrawPart(const GpuShape& shape, Part part, GLsizei count) {
 
 void Renderer::Impl::DrawSolidBodies(const Frame& frame,
                                      const std::vector<Instance> BodyBatch::*list) {
-  glEnable(GL_POLYGON_OFFSET_FILL);  // edges lie in front of faces
+  glEnable(GL_POLYGON_OFFSET_FILL);  // pushes faces behind their edges
   glPolygonOffset(1, 1);
   DrawBodies(frame, list, Part::kFaces, 1, 1);
   glDisable(GL_POLYGON_OFFSET_FILL);
@@ -227,8 +227,8 @@ void Renderer::Impl::DrawRobots(const Frame& frame) {
   DrawBodies(frame, &BodyBatch::noses, Part::kNose, 1, 1);
 }
 
-/// Draws the numbers over the scenery and over dots. Robots that are large enough to be looked at
-/// are drawn later, and hide them.
+/// Draws axis numbers above the scenery and dots. Robots of normal size are drawn later and hide
+/// them.
 void Renderer::Impl::DrawAxisNumbers(const Frame& frame) {
   glDisable(GL_DEPTH_TEST);
   writer_.AddAxisNumbers(frame.floor, *frame.projection);
@@ -236,7 +236,7 @@ void Renderer::Impl::DrawAxisNumbers(const Frame& frame) {
   glEnable(GL_DEPTH_TEST);
 }
 
-/// Seen from straight above nothing hides a dot: half of it may lie on the wall beside the robot.
+/// In the view from straight above, no wall may hide a dot, even if it overlaps one.
 void Renderer::Impl::DrawDots(const Frame& frame) {
   if (frame.dots.empty()) return;
   plain_.Use();
@@ -318,7 +318,7 @@ void Renderer::Impl::DrawFans(const Frame& frame) {
   glBindTexture(GL_TEXTURE_BUFFER, 0);
 }
 
-/// Clients draw as OpenGL 1 does, in the frame of the model.
+/// Calls the clients' visualizers, which draw with OpenGL 1 in the model's frame.
 void Renderer::Impl::DrawVisuals(const Frame& frame) {
   if (frame.visuals.empty()) return;
   glUseProgram(0);
@@ -335,7 +335,7 @@ void Renderer::Impl::DrawVisuals(const Frame& frame) {
     glMatrixMode(GL_MODELVIEW);
     glLoadMatrixd(frame.projection->modelview().data());
     Gl::pose_shift(visual.frame);
-    // Visualize() may change its camera; the next one gets it as it was.
+    // Visualize() may change its camera, so each visualizer gets a fresh copy.
     OrthoCamera flat = frame.flat;
     PerspectiveCamera perspective = frame.perspective;
     Camera* camera = frame.is_perspective ? static_cast<Camera*>(&perspective) : &flat;
@@ -358,7 +358,7 @@ void Renderer::Impl::DrawStallIcons(const Frame& frame) {
   DrawVertices(icons_, GL_TRIANGLES);
 }
 
-// ---- the glass ----------------------------------------------------------------------------------
+// ---- overlay ------------------------------------------------------------------------------------
 
 void Renderer::Impl::SendAtlas() {
   if (atlas_ != 0 && atlas_version_ == font_.atlas_version()) return;
@@ -373,7 +373,7 @@ void Renderer::Impl::SendAtlas() {
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
 }
 
-/// Draws what the writer has, and empties it.
+/// Draws the writer's triangles and clears them.
 void Renderer::Impl::DrawScreen(const Frame& frame) {
   const std::vector<TextVertex>& vertices = writer_.vertices();
   if (vertices.empty()) return;
@@ -405,7 +405,7 @@ void Renderer::Impl::Clear(const Frame& frame, bool keep) {
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   glDepthFunc(GL_LEQUAL);
-  if (keep) return;  // what lies on the floor stays under the tracks
+  if (keep) return;  // the floor stays below the trails of earlier frames
   DrawFloor(frame);
   plain_.Use();
   plain_.SetMatrix(frame.projection->both());
@@ -437,7 +437,7 @@ void Renderer::Impl::DrawWorld(const Frame& frame) {
   glDisable(GL_DEPTH_TEST);
 }
 
-/// What nothing hides.
+/// Draws everything that is never occluded.
 void Renderer::Impl::DrawGlass(const Frame& frame, const Hud& hud) {
   plain_.Use();
   DrawPainting(frame.over);
@@ -462,7 +462,7 @@ void Renderer::Impl::Draw(const Scene& scene, const Hud& hud) {
   glDisable(GL_CULL_FACE);
   if (++frames_ % 64 == 0) DropOldShapes();
 
-  // Fast trails: while the view stays put, what was drawn stays.
+  // Fast trails: earlier frames stay visible until the view changes.
   bool keep = false;
   if (frame.keep_last)
     keep = kept_.Begin(frame.projection->width(), frame.projection->height()) &&

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Draws scenes into the current OpenGL context (3.3 or later, compatibility profile, so that
-// clients' visualizers can draw the old way). Knows nothing of windows.
+// Draws scenes into the current OpenGL context. It must be 3.3 or later with the compatibility
+// profile, because clients' visualizers use OpenGL 1. Independent of any window toolkit.
 
 #ifndef STAGE_GUI_DRAW_RENDERER_HH
 #define STAGE_GUI_DRAW_RENDERER_HH
@@ -14,10 +14,10 @@
 
 namespace Stg::draw {
 
-/// Texts on the glass, not in the world.
+/// Text at fixed places of the screen.
 struct Hud {
-  std::string clock;                 ///< lower left corner; empty: no box
-  std::vector<std::string> overlay;  ///< upper left corner, a line each
+  std::string clock;                 ///< in the lower left corner; empty: no box
+  std::vector<std::string> overlay;  ///< in the upper left corner, line by line
 };
 
 class Renderer {
@@ -27,18 +27,18 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// False and one line if the current context won't do. Called by Draw() too, which then draws
-  /// nothing.
+  /// Returns false and a one-line reason if the current context is unsuitable. Draw() calls it too,
+  /// and draws nothing in that case.
   bool Prepare(std::string* error);
-  /// Draws into the framebuffer that is bound, from its lower left corner. The context's state is
-  /// afterwards as it was, but for bindings, which are undone.
+  /// Draws into the bound framebuffer, from its lower left corner. Restores the context's state
+  /// except for bindings, which are reset.
   void Draw(const Scene& scene, const Hud& hud);
-  /// To be called when the context is gone, with all that was in it.
+  /// Call when the context, with all its objects, was destroyed.
   void Forget();
 
-  // Statistics of the last picture.
+  // Statistics of the last frame.
   unsigned draw_calls() const;
-  std::size_t vertices() const;  ///< that were sent through the shaders
+  std::size_t vertices() const;  ///< number sent through the shaders
 
  private:
   class Impl;

@@ -42,7 +42,7 @@ void Scene::Update(World& world, const view::ViewState& view, int width, int hei
   Begin(job);
   AddBodies(job);
   if (lowest_ < frame_.depths.min || highest_ > frame_.depths.max) {
-    Begin(job);  // something is higher than anything was in the last frame
+    Begin(job);  // something is outside of the last frame's z range
     AddBodies(job);
   }
   if (view.options[Show::kGrid])
@@ -60,7 +60,7 @@ void Scene::Update(World& world, const view::ViewState& view, int width, int hei
   }
 }
 
-// ---- who there is -------------------------------------------------------------------------------
+// ---- list of models -----------------------------------------------------------------------------
 
 Scene::Kind Scene::KindOf(const Model& model) {
   if (dynamic_cast<const ModelPosition*>(&model)) return Kind::kPosition;
@@ -75,7 +75,7 @@ void Scene::Rebuild(World& world) {
   bodies_ = world.engine().scene.body_changes;
   items_.clear();
   robots_ = 0;
-  // Kept until all models are in, so that shapes still in use are found again.
+  // The old batches keep shapes alive until all models are added, so that they can be reused.
   std::vector<BodyBatch> old = std::move(frame_.bodies);
   frame_.bodies.clear();
   for (Model* model : world.GetChildren()) AddTree(model, kNone);
@@ -124,7 +124,7 @@ uint32_t Scene::BatchOf(const std::shared_ptr<const Shape>& shape) {
   return free;
 }
 
-/// Shapes that nobody has any more, such as those of a gripper that has closed a bit.
+/// Releases shapes that no model uses any more, such as earlier openings of a gripper.
 void Scene::DropUnusedBatches() {
   std::vector<bool> used(frame_.bodies.size(), false);
   for (const Item& item : items_)
@@ -189,7 +189,7 @@ void Scene::Begin(const Job& job) {
   f.chart_count = 0;
 }
 
-/// Models lie all over the memory: the parts that are next but some are asked for ahead of time.
+/// Prefetches a model a few items ahead: models are scattered over the memory.
 void Scene::Fetch(size_t index) const {
   constexpr size_t kAhead = 12, kLine = 64;
   if (index + kAhead >= items_.size()) return;
@@ -257,8 +257,8 @@ bool Scene::IsNarrow(const Item& item, const Shape& shape, double pixels) const 
   return 2 * shape.reach < pixels * pixel;
 }
 
-/// Small parts of a robot that is drawn as a dot are left out. False if the body is to be drawn as
-/// it is.
+/// Adds a dot for a robot that is too small to see. Returns true if the body itself must not be
+/// drawn: its dot, or that of its robot, stands for it.
 bool Scene::AddDot(Item* item, const Shape& shape, const Rgba& color) {
   const bool is_part = item->is_dot;
   item->is_dot = (is_part || item->kind == Kind::kPosition) &&
@@ -278,7 +278,7 @@ void Scene::AddNoses(const Job& job) {
   }
 }
 
-/// On top of the robot and of what it carries there. A robot's parts follow it in the list.
+/// Returns a height just above the robot and its parts, which follow it in the list of items.
 double Scene::HeightOfNose(std::size_t index) const {
   constexpr double kAbove = 0.005;  // metres
   const Item& robot = items_[index];
@@ -306,7 +306,7 @@ void Scene::AddTrails(const Job& job, const Item& item) {
   const bool footprints = options[Show::kFootprints], blocks = options[Show::kTrailBlocks],
              arrows = options[Show::kTrailArrows];
   if (!footprints && !blocks && !arrows) return;
-  constexpr double kRise = 0.1;  // m for each second of age
+  constexpr double kRise = 0.1;  // m per second of age
   const double step = 0.5 / (item.model->trail_capacity() + 1);
   double opacity = 0;
   Painter painter(&frame_.solid);
@@ -416,7 +416,7 @@ void Scene::AddFans(const Job& job, const Item& item) {
 
 void Scene::AddFan(const ModelRanger::Sensor& sensor, const Pose& place, double reach) {
   constexpr double kInvisible = 0.5;  // pixels
-  constexpr size_t kStep = 16;        // so that there are few groups
+  constexpr size_t kStep = 16;        // rounds fans up to a few sizes, so that there are few groups
   const double pixel = frame_.projection->PixelAt(point3_t(place.x, place.y, place.z));
   const size_t first = frame_.tips.size();
   const size_t tips = AppendOutline(sensor.ranges, DirectionsOf(sensor), static_cast<float>(reach),
@@ -429,7 +429,7 @@ void Scene::AddFan(const ModelRanger::Sensor& sensor, const Pose& place, double 
                                   ToRgba(sensor.color).WithOpacity(0.1)});
 }
 
-/// Most sensors of a scene are of one kind. Its bearings follow from the field of view.
+/// Sensors with equal field of view and count share their unit vectors: most are alike.
 const Directions& Scene::DirectionsOf(const ModelRanger::Sensor& sensor) {
   constexpr size_t kMost = 64;
   for (const SensorKind& kind : kinds_)

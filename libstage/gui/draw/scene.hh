@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A copy of what is to be seen of a world at one moment, ready to be drawn while the world moves
-// on. What is out of view is left out of it. No OpenGL here.
+// A snapshot of everything visible in a world at one moment, so that it can be drawn while the
+// world steps on. Models out of view are left out. No OpenGL here.
 //
-// A scene is brought up to date between two steps of its world. Its memory is kept from frame to
-// frame: once the world and the view are as large as they get, nothing is allocated any more.
+// Update a scene between two steps of its world. It keeps its memory from frame to frame, so that a
+// steady state allocates nothing.
 
 #ifndef STAGE_GUI_DRAW_SCENE_HH
 #define STAGE_GUI_DRAW_SCENE_HH
@@ -30,7 +30,7 @@ class World;
 
 namespace Stg::draw {
 
-/// The models that are marked, and the one that was marked last, if only in the past.
+/// The selected models, and the one selected last, which may no longer be selected.
 struct Selection {
   std::vector<Model*> models;
   Model* last = nullptr;
@@ -38,24 +38,23 @@ struct Selection {
   bool Has(const Model* model) const;
 };
 
-/// Models of one shape.
+/// Instances of one shape.
 struct BodyBatch {
   std::shared_ptr<const Shape> shape;
-  std::vector<Instance> solid;   ///< the scenery
-  std::vector<Instance> robots;  ///< robots and what they carry; solid
+  std::vector<Instance> solid;   ///< immovable models
+  std::vector<Instance> robots;  ///< robots and the models they carry
   std::vector<Instance> translucent;
-  std::vector<Instance> footprints;  ///< to be drawn flat, on the floor
-  std::vector<Instance> noses;       ///< of the shape's nose, each at its height and in its colour
+  std::vector<Instance> footprints;  ///< drawn flat on the floor
+  std::vector<Instance> noses;       ///< one per nose of the shape, with its height and colour
 };
 
-/// Outlines of about the same number of tips: of so many, as the last one may be there several
-/// times.
+/// Fans with the same number of tips. Shorter fans are padded by repeating their last tip.
 struct FanGroup {
   std::size_t tips = 0;
   std::vector<FanInstance> fans;
 };
 
-/// A strip chart, in pixels from the lower left corner.
+/// A strip chart. Coordinates are pixels from the lower left corner.
 struct Chart {
   float x, y, width, height;
   Rgba color, background;
@@ -64,37 +63,37 @@ struct Chart {
   std::string name;
 };
 
-/// A client's visualizer that is on: to be called when the picture is made.
+/// An active visualizer of a client, called while the frame is drawn.
 struct ClientVisual {
   Model* model;
   Visualizer* visualizer;
   Pose frame;
 };
 
-/// What there is to draw, in the order of drawing.
+/// Content of a frame, in drawing order.
 struct Frame {
   std::optional<view::Projection> projection;
   OrthoCamera flat;
   PerspectiveCamera perspective;
   bool is_perspective = false, keep_last = false, checked_floor = true;
-  Bounds floor_x, floor_y;  ///< empty extents: no floor
-  Bounds depths;            ///< heights that the flat view shows
+  Bounds floor_x, floor_y;  ///< empty: no floor
+  Bounds depths;            ///< range of heights visible in the flat view, metres
   double step = 0;          ///< metres between axis numbers
 
-  Painting floor;  ///< axis numbers, occupied cells: on the floor, hidden by nothing before them
+  Painting floor;  ///< axis numbers and occupied cells; drawn over the floor
   std::vector<BodyBatch> bodies;
-  std::vector<Vertex> dots;  ///< robots that are too small to be seen otherwise, by their tops
+  std::vector<Vertex> dots;  ///< tops of robots that would be too small to see
   float dot_width = 0;       ///< pixels
   Painting solid;            ///< flags, arrows, boxes
-  Painting marks;            ///< of the selection, and grids of models: translucent
+  Painting marks;            ///< selection marks and grids of models; translucent
   std::vector<FanGroup> fans;
   std::vector<Tip> tips;
-  Painting data;  ///< translucent, behind what is higher
+  Painting data;  ///< translucent; occluded by anything higher
   std::vector<ClientVisual> visuals;
-  std::vector<point3_t> stalled;  ///< places of the stall icons
-  Painting over;                  ///< hidden by nothing: speech, ids, the picture of rays
+  std::vector<point3_t> stalled;  ///< positions of stall icons
+  Painting over;                  ///< never occluded: speech, ids, debug view of rays
   std::vector<Chart> charts;
-  std::size_t chart_count = 0;  ///< of `charts`; the rest is kept for its memory
+  std::size_t chart_count = 0;  ///< number in use; the rest of `charts` is kept for its memory
 
   const Camera& camera() const {
     return is_perspective ? static_cast<const Camera&>(perspective) : flat;
@@ -103,15 +102,15 @@ struct Frame {
 
 class Scene {
  public:
-  /// Copies what a canvas of width x height pixels shows. The world must be between two steps.
+  /// Copies what a canvas of width x height pixels shows. Call between two steps of the world.
   void Update(World& world, const view::ViewState& view, int width, int height,
               const Selection& selection = Selection());
 
   const Frame& frame() const { return frame_; }
-  /// If so, the world must not move until the scene is drawn: clients' visualizers look at it.
+  /// If true, the world must not step until the scene is drawn: visualizers read the world itself.
   bool has_client_visuals() const { return !frame_.visuals.empty(); }
 
-  // For tests and figures.
+  // For tests and statistics.
   std::size_t model_count() const { return items_.size(); }
   std::size_t bodies_in_view() const { return bodies_in_view_; }
   std::size_t fans_in_view() const;
@@ -122,18 +121,18 @@ class Scene {
 
   struct Item {
     Model* model;
-    uint32_t parent;   // its index, or kNone
-    uint32_t batch;    // kNone: no body
-    unsigned version;  // of the body that the batch's shape was made of
+    uint32_t parent;   // index of the parent, or kNone
+    uint32_t batch;    // index of its BodyBatch; kNone: no body
+    unsigned version;  // version of the body that the shape was made from
     Kind kind;
     bool has_children;
-    bool is_leaf;      // has neither a body nor children, and is not at top level
-    bool is_of_robot;  // it is a robot, or carried by one
-    bool is_dot;       // in this frame: it is drawn as a dot, or is a small part of a robot that is
-    // Of this frame: the global pose, sine and cosine of its heading if it has children.
+    bool is_leaf;      // without body or children, and not at top level
+    bool is_of_robot;  // a robot, or carried by one
+    bool is_dot;       // drawn as a dot in this frame, or a small part of such a robot
+    // Global pose in this frame, metres and radians; sine and cosine only for items with children.
     double x, y, z, a, sine, cosine;
   };
-  struct Job;  // what one update needs to know
+  struct Job;  // inputs of one update
 
   static Kind KindOf(const Model& model);
   void Rebuild(World& world);
@@ -163,18 +162,18 @@ class Scene {
   void AddChart(StripPlotVis& plot);
 
   const World* world_ = nullptr;
-  uint64_t family_ = 0, bodies_ = 0;  // what the engine's counts of changes were
-  std::vector<Item> items_;           // parents before their children
+  uint64_t family_ = 0, bodies_ = 0;  // change counters of the engine at the last update
+  std::vector<Item> items_;           // parents come before their children
   ShapeStore shapes_;
   struct SensorKind {
     double fov;
     Directions directions;
   };
   std::vector<SensorKind> kinds_;
-  std::size_t robots_ = 0;           // with a body
-  std::vector<std::size_t> nosed_;   // items of this frame that are large enough for a nose
-  double pixel_ = 0;                 // its side in this frame, metres; 0: it depends on the place
-  double lowest_ = 0, highest_ = 1;  // of the bodies of the last frame, metres
+  std::size_t robots_ = 0;           // number of robots with a body
+  std::vector<std::size_t> nosed_;   // indices of robots large enough for a nose in this frame
+  double pixel_ = 0;                 // side of a pixel, metres; 0: it depends on the place
+  double lowest_ = 0, highest_ = 1;  // z range of all bodies in the last frame, metres
   std::size_t bodies_in_view_ = 0;
   Frame frame_;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What one update of a scene needs to know. For scene.cc only.
+// The inputs of one update of a scene. For scene.cc only.
 
 #ifndef STAGE_GUI_DRAW_SCENE_JOB_HH
 #define STAGE_GUI_DRAW_SCENE_JOB_HH
@@ -17,7 +17,7 @@ struct Scene::Job {
   int width, height;
 
   bool shows_data() const { return view.options[view::Show::kData] && world.SimTimeNow() > 0; }
-  /// With "Selected only": those of the selected models, or of the one selected last.
+  /// With "Selected only", data are shown for the selected models, or for the one selected last.
   bool shows_data_of(Model& model) const {
     if (!view.options[view::Show::kSelectedOnly]) return true;
     if (selection.models.empty()) return selection.last && model.Root() == selection.last->Root();

@@ -17,7 +17,7 @@ constexpr double kLeastClockWidth = 200;  // pixels
 constexpr Rgba kPaleBlue = {204, 204, 255, 255}, kPink = {255, 204, 204, 255};
 constexpr Rgba kGlass = {255, 255, 255, 215};
 
-/// How much of a text lies before the place that it is aligned to.
+/// Fraction of the text's width that lies before its anchor.
 double ShareOf(Align align) {
   return align == Align::kLeft ? 0 : align == Align::kCentre ? 0.5 : 1;
 }
@@ -34,7 +34,7 @@ void ScreenWriter::AddLine(double ax, double ay, double bx, double by, const Rgb
   const double length = std::hypot(bx - ax, by - ay);
   if (length <= 0) return;
   const double dx = (ay - by) / (2 * length),
-               dy = (bx - ax) / (2 * length);  // half a pixel, across
+               dy = (bx - ax) / (2 * length);  // half a pixel, perpendicular to the line
   AddTriangle(ax + dx, ay + dy, ax - dx, ay - dy, bx - dx, by - dy, color);
   AddTriangle(ax + dx, ay + dy, bx - dx, by - dy, bx + dx, by + dy, color);
 }
@@ -71,7 +71,7 @@ void ScreenWriter::AddText(std::string_view text, double x, double y, const Rgba
   font_.Append(text, x, y, color, &vertices_);
 }
 
-/// With a white rim, so that it can be read on dark bodies.
+/// Draws a white rim around the text, which keeps it readable on dark bodies.
 void ScreenWriter::AddHaloedText(std::string_view text, double x, double y, const Rgba& color) {
   x = std::round(x);
   y = std::round(y);
@@ -81,7 +81,7 @@ void ScreenWriter::AddHaloedText(std::string_view text, double x, double y, cons
   AddText(text, x, y, color);
 }
 
-/// At line ends, and at the last space before a line gets wider. A word stays in one piece.
+/// Breaks at line ends, and at the last space before a line exceeds the width. Words stay whole.
 std::vector<std::string_view> ScreenWriter::BreakLines(std::string_view text, double width) {
   std::vector<std::string_view> lines;
   size_t start = 0, space = std::string_view::npos;
@@ -124,14 +124,14 @@ void ScreenWriter::AddLabels(const Painting& painting, const view::Projection& p
     }
     const double width = font_.Width(text), canvas = projection.width();
     double x = at->x - ShareOf(label.align) * width;
-    // What is in view has its label in view.
+    // A label stays in view if its point is in view.
     if (at->x >= 0 && at->x <= canvas) x = std::clamp(x, 0.0, std::max(canvas - width, 0.0));
     AddText(text, x, at->y, label.color);
   }
 }
 
-/// Towards the horizon there is no room for all. They come from 0 outwards, both ways in turn: only
-/// the last ones can be in the way.
+/// Towards the horizon, numbers get too dense. They are ordered outwards from 0 in both directions,
+/// so only the last few can overlap a new one.
 void ScreenWriter::AddAxisNumbers(const Painting& painting, const view::Projection& projection) {
   constexpr std::size_t kLast = 64;
   constexpr double kGap = 2;  // pixels

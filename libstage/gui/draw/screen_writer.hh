@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What is drawn in pixels: texts at points of the world, speech bubbles, boxes with texts, charts.
-// Collects triangles; no OpenGL here.
+// Lays out everything that is drawn in pixels: text at points of the world, speech bubbles, boxes
+// with text, charts. Collects triangles; no OpenGL here.
 
 #ifndef STAGE_GUI_DRAW_SCREEN_WRITER_HH
 #define STAGE_GUI_DRAW_SCREEN_WRITER_HH
@@ -14,11 +14,11 @@
 
 namespace Stg::draw {
 
-/// Where a paragraph goes, in pixels of the picture.
+/// Where a paragraph goes, in pixels of the frame.
 struct TextBox {
   Bounds x, y;
   Align across = Align::kCentre;
-  Align up = Align::kCentre;  ///< kLeft: at the bottom, kRight: at the top
+  Align up = Align::kCentre;  ///< kLeft: at the bottom; kRight: at the top
   bool wrap = false;          ///< break lines that are longer than the box
 };
 
@@ -29,13 +29,13 @@ class ScreenWriter {
   void Clear() { vertices_.clear(); }
   const std::vector<TextVertex>& vertices() const { return vertices_; }
 
-  /// The labels of a painting, where their points are seen.
+  /// Adds the painting's labels whose points are visible.
   void AddLabels(const Painting& painting, const view::Projection& projection);
-  /// Likewise, but those that others are in the way of are left out.
+  /// Adds labels like AddLabels(), but skips those that would overlap others.
   void AddAxisNumbers(const Painting& painting, const view::Projection& projection);
   void AddText(std::string_view text, double x, double y, const Rgba& color,
                Align align = Align::kLeft);
-  /// Text of several lines; what does not fit sticks out of the box.
+  /// Adds text of several lines. Text that does not fit overflows the box.
   void AddParagraph(std::string_view text, const TextBox& box, const Rgba& color);
   /// The clock's box in the lower left corner.
   void AddClock(const std::string& text);
@@ -46,10 +46,10 @@ class ScreenWriter {
  private:
   void AddTriangle(double ax, double ay, double bx, double by, double cx, double cy,
                    const Rgba& color);
-  /// One pixel wide.
+  /// Adds a line of one pixel's width.
   void AddLine(double ax, double ay, double bx, double by, const Rgba& color);
   void AddBox(double x, double y, double width, double height, const Rgba& color);
-  /// A rectangle with a margin around it whose corners are cut.
+  /// Adds a rectangle with a margin around it and cut corners.
   void AddOctagon(double x, double y, double width, double height, double margin,
                   const Rgba& color);
   void AddHaloedText(std::string_view text, double x, double y, const Rgba& color);

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The shaders. Matrices are world to clip coordinates.
+// GLSL sources. The uniform `matrix` maps world to clip coordinates.
 
 #ifndef STAGE_GUI_DRAW_SHADERS_HH
 #define STAGE_GUI_DRAW_SHADERS_HH
 
 namespace Stg::draw {
 
-/// Colour as it comes.
+/// Outputs the interpolated colour unchanged.
 inline constexpr char kColorFragment[] = R"(#version 140
 in vec4 shade;
 out vec4 fragment;
 void main() { fragment = shade; }
 )";
 
-/// Bodies: a shape at many places. `height` scales z (0: footprints), `brightness` the colour.
+/// Instanced bodies. `height` scales z (0 draws footprints), `brightness` scales the colour.
 inline constexpr char kBodyVertex[] = R"(#version 140
 uniform mat4 matrix;
 uniform float height, brightness;
@@ -30,7 +30,7 @@ void main() {
 }
 )";
 
-/// Points, lines and triangles of the world.
+/// Points, lines and triangles in world coordinates.
 inline constexpr char kPlainVertex[] = R"(#version 140
 uniform mat4 matrix;
 in vec3 corner;
@@ -42,8 +42,8 @@ void main() {
 }
 )";
 
-/// Areas that rays have swept: the corners of a triangle fan are the sensor and the ends of its
-/// rays. corner: the sensor's pose; place: its first sample; extra: its longest range.
+/// Areas swept by rays: a triangle fan from the sensor to its ray ends. `corner` is the sensor's
+/// pose (x, y, z, heading), `place` the index of its first ray end.
 inline constexpr char kFanVertex[] = R"(#version 140
 uniform mat4 matrix;
 uniform samplerBuffer tips;
@@ -63,7 +63,7 @@ void main() {
 }
 )";
 
-/// The floor: squares of 1 m, mixed where they get smaller than pixels.
+/// The floor: squares of 1 m, blended to one colour where they get smaller than pixels.
 inline constexpr char kFloorVertex[] = R"(#version 140
 uniform mat4 matrix;
 in vec3 corner;
@@ -87,7 +87,7 @@ void main() {
 }
 )";
 
-/// Texts and boxes in pixels of the canvas; a negative u means a plain area.
+/// Text and boxes in canvas pixels. A negative u marks a plain area.
 inline constexpr char kTextVertex[] = R"(#version 140
 uniform vec2 canvas;
 in vec4 corner;

@@ -18,16 +18,16 @@ namespace Stg::draw {
 
 namespace {
 
-constexpr double kSharp = M_PI / 6;  // corners that turn by more get an upright edge
+constexpr double kSharp = M_PI / 6;  // corners that turn by more than this get a vertical edge
 
 struct TopCorner {
-  GLdouble position[3];  // x and y; the tessellator is to see a flat picture
+  GLdouble position[3];  // x, y and 0: the tessellator must see a planar contour
   double z;
 };
 
 bool SameHeight(const Bounds& a, const Bounds& b) { return a.min == b.min && a.max == b.max; }
 
-/// Fills tops.
+/// Triangulates the tops of blocks.
 class Tessellator {
  public:
   explicit Tessellator(std::vector<Corner>* triangles)
@@ -36,14 +36,14 @@ class Tessellator {
     gluTessNormal(tess_, 0, 0, 1);
     gluTessCallback(tess_, GLU_TESS_VERTEX_DATA, reinterpret_cast<_GLUfuncptr>(&OnVertex));
     gluTessCallback(tess_, GLU_TESS_COMBINE_DATA, reinterpret_cast<_GLUfuncptr>(&OnCombine));
-    // Asking for edge flags makes it give plain triangles only.
+    // With an edge-flag callback, GLU emits independent triangles only.
     gluTessCallback(tess_, GLU_TESS_EDGE_FLAG_DATA, reinterpret_cast<_GLUfuncptr>(&OnEdgeFlag));
   }
   ~Tessellator() { gluDeleteTess(tess_); }
   Tessellator(const Tessellator&) = delete;
   Tessellator& operator=(const Tessellator&) = delete;
 
-  /// Those of blocks of one height together: outlines in outlines are holes.
+  /// Fills all blocks of one height range together: an outline inside another one is a hole.
   void Fill(const BlockGroup& body, const Bounds& z) {
     gluTessBeginPolygon(tess_, this);
     for (const auto& block : body.blocks()) {
@@ -66,7 +66,7 @@ class Tessellator {
                                                            static_cast<float>(c.z)});
   }
   static void OnEdgeFlag(GLboolean, void*) {}
-  /// Where outlines cross.
+  /// Makes a corner where outlines cross.
   static void OnCombine(GLdouble position[3], void* from[4], GLfloat weight[4], void** made,
                         void* self) {
     double z = 0;
@@ -79,7 +79,7 @@ class Tessellator {
 
   std::vector<Corner>& triangles_;
   GLUtesselator* tess_;
-  std::deque<TopCorner> corners_;  // a deque: they stay where they are
+  std::deque<TopCorner> corners_;  // a deque keeps addresses valid while it grows
 };
 
 Corner At(const point_t& p, double z) {
@@ -108,7 +108,7 @@ void AddSides(const Block& block, Shape* shape) {
   }
 }
 
-/// From the body's frame to the model's.
+/// Transforms corners from the body's frame to the model's.
 void Move(std::vector<Corner>* corners, const Pose& frame) {
   const SineCosine turn = SinCos(frame.a);
   for (Corner& c : *corners)

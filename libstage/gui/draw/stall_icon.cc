@@ -13,7 +13,7 @@ struct Spot {
 constexpr Rgba kYellow = {255, 211, 0, 255};
 constexpr double kSide = 0.5;  // metres
 
-// Shares of the side, from the middle. Each layer lies a bit nearer to the viewer.
+// Coordinates are fractions of the side, from the centre. Later layers are nearer to the viewer.
 constexpr Spot kBorder[] = {{-0.5, -0.44}, {0.5, -0.44}, {0.0, 0.5}};
 constexpr Spot kFace[] = {{-0.40, -0.38}, {0.40, -0.38}, {0.0, 0.37}};
 constexpr Spot kStroke[] = {{-0.035, -0.14}, {0.035, -0.14}, {0.06, 0.16},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The sign above robots that can't move: a yellow triangle with an exclamation mark.
+// The icon above robots that cannot move: a yellow triangle with an exclamation mark.
 
 #ifndef STAGE_GUI_DRAW_STALL_ICON_HH
 #define STAGE_GUI_DRAW_STALL_ICON_HH
@@ -13,7 +13,7 @@
 
 namespace Stg::draw {
 
-/// Half a metre high, about `place`, facing the viewer.
+/// Appends an icon half a metre high, centred at `place` and facing the viewer.
 void AppendStallIcon(const point3_t& place, const view::Matrix& modelview,
                      std::vector<Vertex>* triangles);
 

@@ -7,7 +7,7 @@
 namespace Stg::draw {
 
 namespace {
-/// Those that are there stay where they are when others come.
+/// A deque: pointers to entries stay valid when more are registered.
 std::deque<TypePicture>& All() {
   static std::deque<TypePicture> all;
   return all;

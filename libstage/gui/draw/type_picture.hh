@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How the data of a model type look: a registration in types/NAME.cc for each type that has any.
+// Registry of functions that draw the data of model types. Each type registers in types/NAME.cc:
 //
 //   [[maybe_unused]] const bool kRegistered =
 //       RegisterPicture(PictureOf<ModelSonar>({{"Sonar cones", "show_sonar", true}}, DrawSonar));
@@ -20,14 +20,14 @@
 
 namespace Stg::draw {
 
-inline constexpr double kFarthest = 1e5;  ///< m; what is infinite is drawn to there
+inline constexpr double kFarthest = 1e5;  ///< drawing limit for infinite lengths, metres
 inline double Finite(double length) {
   return std::isfinite(length) ? std::min(length, kFarthest) : kFarthest;
 }
-/// As long as that, about 0.
+/// Returns an interval of this length, centred at 0.
 inline Bounds Half(double size) { return Bounds(-size / 2, size / 2); }
 
-/// What is drawn with, in one picture.
+/// Inputs for drawing data in one frame.
 struct DataFrame {
   const view::ViewOptions& options;
   const view::Projection& projection;
@@ -36,12 +36,12 @@ struct DataFrame {
 
 struct TypePicture {
   view::TypeSwitches switches;
-  /// Draws what the model, of the type and with a subscriber, has sensed. `global`: where it is.
-  /// Empty: nothing, or another part of the scene does.
+  /// Draws the sensed data of a model of this type that has subscribers. `global` is its pose.
+  /// Empty if there is nothing to draw, or if the scene draws it elsewhere.
   std::function<void(Model& model, const Pose& global, const DataFrame& frame)> draw;
 };
 
-/// The picture of the class M and of those derived from it.
+/// Makes the entry for the class M and classes derived from it.
 template <class M>
 TypePicture PictureOf(std::vector<view::TypeSwitch> switches,
                       void (*draw)(M&, const Pose&, const DataFrame&) = nullptr) {
@@ -57,9 +57,9 @@ TypePicture PictureOf(std::vector<view::TypeSwitch> switches,
   return picture;
 }
 
-/// To be called while libraries are loaded.
+/// Call during static initialization, while libraries are loaded.
 bool RegisterPicture(const TypePicture& picture);
-/// Null if its type has none.
+/// Returns null if the model's type has no entry.
 const TypePicture* FindPicture(const Model& model);
 
 }  // namespace Stg::draw

@@ -20,7 +20,7 @@ struct Context::Impl {
   EGLSurface surface = EGL_NO_SURFACE;
   int width = 0, height = 0;
   std::string device;
-  // Drawing goes to several samples a pixel; reading from one.
+  // Rendering uses a multisampled framebuffer; Read() resolves it into a single-sampled one.
   GLuint many[2] = {0, 0}, many_frame = 0, one = 0, one_frame = 0;
 
   ~Impl() {
@@ -41,7 +41,7 @@ bool Has(const char* list, const char* name) {
          (" " + std::string(list) + " ").find(" " + std::string(name) + " ") != std::string::npos;
 }
 
-/// The displays that may do, the best first.
+/// Returns the candidate displays, best first.
 std::vector<EGLDisplay> Displays() {
   std::vector<EGLDisplay> displays;
   const auto get = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// An OpenGL context without a display, by EGL, and a framebuffer to draw into.
+// An OpenGL context without a display, made with EGL, and its framebuffer.
 
 #ifndef STAGE_GUI_OFFSCREEN_CONTEXT_HH
 #define STAGE_GUI_OFFSCREEN_CONTEXT_HH
@@ -14,8 +14,8 @@ namespace Stg::offscreen {
 
 class Context {
  public:
-  /// A current context with a framebuffer of that size bound. Graphics cards come first, then
-  /// Mesa's software. Null and one line if there is none.
+  /// Makes the context current and binds a framebuffer of this size. Tries graphics cards first,
+  /// then Mesa's software renderer. Returns null and a one-line reason if all fail.
   static std::unique_ptr<Context> Make(int width, int height, std::string* error);
   ~Context();
   Context(const Context&) = delete;
@@ -23,11 +23,11 @@ class Context {
 
   int width() const;
   int height() const;
-  /// What draws, such as "llvmpipe (LLVM 15.0.6, 256 bits)".
+  /// Name of the renderer, such as "llvmpipe (LLVM 15.0.6, 256 bits)".
   const std::string& device() const;
-  /// Binds the framebuffer for the next picture.
+  /// Binds the framebuffer for the next frame.
   void Bind();
-  /// Waits until all is drawn and fetches it.
+  /// Waits until the frame is rendered and copies it.
   void Read(Image* image);
 
  private:

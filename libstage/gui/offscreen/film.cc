@@ -25,7 +25,7 @@ std::string FrameName(const std::string& folder, unsigned number) {
   return folder + name;
 }
 
-/// One that is there already; empty: there is none.
+/// Returns the name of an existing frame in the folder, or an empty string.
 std::string FindFrame(const std::string& folder) {
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
@@ -52,7 +52,7 @@ bool Film::Add(const Image& image, usec_t now, usec_t step, std::string* error) 
   constexpr usec_t kPeriod = 1000000 / kMostFrames;
   const double rate = 1e6 / static_cast<double>(std::max(step, kPeriod));
   if (!Write(image, rate, error)) return false;
-  // By the grid of periods, so that the mean rate is right whatever the length of the steps.
+  // Frames are due at multiples of the period, which keeps the mean rate exact for any step length.
   next_ = (now / kPeriod + 1) * kPeriod;
   return true;
 }

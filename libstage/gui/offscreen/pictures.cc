@@ -24,7 +24,7 @@ using view::Show;
 
 constexpr int kDefaultWidth = 800, kDefaultHeight = 600;
 
-/// Has no window, but models may attach their visualizers.
+/// A world without a window that keeps its models' visualizers.
 class PictureWorld : public World {
  public:
   explicit PictureWorld(view::ViewState* view) : view_(*view) {}
@@ -43,7 +43,7 @@ class PictureWorld : public World {
   bool has_window_section_ = false;
 };
 
-/// True if there is no problem; otherwise one line.
+/// Returns true if there is no problem; otherwise sets a one-line reason.
 bool Report(int problem, const std::string& file, std::string* error) {
   if (problem != 0) *error = PngProblem(file, problem);
   return problem == 0;
@@ -104,7 +104,7 @@ class OffscreenPictures : public Pictures {
   }
 
  private:
-  /// A picture of another size than the window shows the same part of the world.
+  /// An image of another size than the window's shows the same part of the world.
   void ChooseSize() {
     const bool sized = world_->has_window_section() && view_.width > 0 && view_.height > 0;
     const int window_width = sized ? view_.width : kDefaultWidth;

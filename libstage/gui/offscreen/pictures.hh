@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Pictures of a world without a window: what `stage --screenshot` and `--record` do. The program
-// loads this from libstagegui at run time, so there is nothing here to link to.
+// Images of a world without a window, for `stage --screenshot` and `--record`. The program loads
+// this from libstagegui at run time, so nothing here needs linking.
 
 #ifndef STAGE_GUI_OFFSCREEN_PICTURES_HH
 #define STAGE_GUI_OFFSCREEN_PICTURES_HH
@@ -20,31 +20,31 @@ namespace Stg::offscreen {
 struct Orders {
   struct Shot {
     std::string file;
-    usec_t time;  ///< simulated
+    usec_t time;  ///< simulated time of the image
   };
   std::vector<Shot> shots;
-  std::string film;           ///< a video, or a folder for frames: see film.hh; empty: none
-  int width = 0, height = 0;  ///< pixels; 0: as large as the window's canvas would be
+  std::string film;           ///< video file or folder for frames, see film.hh; empty: none
+  int width = 0, height = 0;  ///< pixels; 0: the size of the window's canvas
 };
 
 class Pictures {
  public:
   virtual ~Pictures() = default;
 
-  /// A world whose visualizers are kept, as in a window. It is not deleted with this.
+  /// Makes a world that keeps its visualizers, as a window does. The caller owns it.
   virtual World* MakeWorld() = 0;
-  /// To be called when it is loaded. False and one line if no pictures can be made of it.
+  /// Call when the world is loaded. Returns false and a one-line reason if no images can be made.
   virtual bool Begin(std::string* error) = 0;
-  /// Makes the pictures that are due. To be called before the first step and after each. False and
-  /// one line if one could not be written.
+  /// Makes the images that are due. Call before the first step and after each step. Returns false
+  /// and a one-line reason if one cannot be written.
   virtual bool Make(std::string* error) = 0;
-  /// At the end of the run: makes the film whole. False and one line if that fails, or if a time
-  /// for a picture was never reached though the run was not `interrupted`.
+  /// Completes the film at the end of the run. Returns false and a one-line reason if that fails,
+  /// or if an ordered time was not reached although the run was not `interrupted`.
   virtual bool End(bool interrupted, std::string* error) = 0;
 };
 
-/// What libstagegui exports as `stage_make_pictures`. Null and one line if the orders can't be
-/// carried out: files or folders that can't be written.
+/// Type of `stage_make_pictures`, which libstagegui exports. Returns null and a one-line reason if
+/// a file or folder cannot be written.
 using MakePictures = Pictures* (*)(const Orders& orders, std::string* error);
 
 }  // namespace Stg::offscreen

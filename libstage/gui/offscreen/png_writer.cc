@@ -20,10 +20,10 @@ namespace Stg::offscreen {
 namespace {
 
 constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
-constexpr size_t kHeaderEnd = 8 + 25;  // of signature and header
+constexpr size_t kHeaderEnd = 8 + 25;  // length of signature and header
 
-/// Marks our pictures, so that no others are replaced: the text "Software: Stage" as a chunk, with
-/// its length and its checksum.
+/// Marks images written by Stage, so that no others are replaced. It is the chunk "Software: Stage"
+/// with its length and checksum.
 constexpr std::string_view kMark("\0\0\0\x0etEXtSoftware\0Stage\x6d\xcd\x51\xf2", 26);
 
 bool IsOurs(std::string_view beginning) {
@@ -35,7 +35,7 @@ struct FreeMemory {
   void operator()(char* memory) const { std::free(memory); }
 };
 
-/// 0 or the number of an error.
+/// Returns 0 or an error number.
 int Encode(const Image& image, std::string* bytes) {
   png_image header;
   std::memset(&header, 0, sizeof header);
@@ -83,7 +83,7 @@ void ReadPixels(int width, int height, Image* image) {
   image->pixels.resize(row * static_cast<size_t>(height));
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, image->pixels.data());
-  // OpenGL begins at the bottom.
+  // OpenGL stores the bottom row first.
   for (size_t top = 0, bottom = static_cast<size_t>(height); top + 1 < bottom; top++) {
     bottom--;
     const auto begin = image->pixels.begin();

@@ -27,7 +27,7 @@ namespace {
 
 constexpr const char* kEndings[] = {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi"};
 
-/// With its point, in lower case.
+/// Returns the extension with its point, in lower case.
 std::string EndingOf(const std::string& name) {
   const size_t point = name.rfind('.');
   if (point == std::string::npos || name.find('/', point) != std::string::npos) return "";
@@ -37,7 +37,7 @@ std::string EndingOf(const std::string& name) {
   return ending;
 }
 
-/// The first ffmpeg in the folders of PATH; empty: there is none.
+/// Returns the first ffmpeg in PATH, or an empty string.
 std::string FindProgram() {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path ? path : "/usr/local/bin:/usr/bin:/bin");
@@ -57,7 +57,7 @@ std::string CannotBeWritten(const std::string& file, int error) {
   return file + " can't be written: " + std::strerror(error);
 }
 
-/// A new file beside that one, with the same ending. Empty if it can't be made.
+/// Makes a new file beside `file` with its extension. Returns the name, or "" on failure.
 std::string MakeFileBeside(const std::string& file) {
   const std::string ending = file.substr(file.size() - EndingOf(file).size());
   std::string name = file.substr(0, file.size() - ending.size()) + "-XXXXXX" + ending;
@@ -104,7 +104,7 @@ Video::~Video() {
 bool Video::Start(const Image& image, double frames_per_second, std::string* error) {
   int ends[2];
   complaints_ = memfd_create("ffmpeg", MFD_CLOEXEC);
-  // A socket: writing to a pipe whose reader is gone would end the program.
+  // A socket instead of a pipe: writing to a pipe without a reader would raise SIGPIPE.
   if (complaints_ < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     *error = CannotBeWritten(file_, errno);
     return false;
@@ -113,8 +113,8 @@ bool Video::Start(const Image& image, double frames_per_second, std::string* err
   char size[48], rate[32];
   std::snprintf(size, sizeof size, "%dx%d", image.width, image.height);
   std::snprintf(rate, sizeof rate, "%.6g", frames_per_second);
-  const std::string target = "file:" + unfinished_;  // neither an option nor an address
-  // Most players want even sizes and 4:2:0.
+  const std::string target = "file:" + unfinished_;  // not an option or a URL
+  // Many players require even sizes and 4:2:0 chroma.
   const std::vector<const char*> words = {
       "ffmpeg",   "-loglevel", "error",        "-y",
       "-f",       "rawvideo",  "-pix_fmt",     "rgba",
@@ -129,7 +129,7 @@ bool Video::Start(const Image& image, double frames_per_second, std::string* err
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes,
-                           POSIX_SPAWN_SETPGROUP);  // Ctrl-C ends the run, not the film
+                           POSIX_SPAWN_SETPGROUP);  // Ctrl-C must not reach ffmpeg
   const int problem = posix_spawn(&process_, program_.c_str(), &files, &attributes,
                                   const_cast<char* const*>(words.data()), environ);
   posix_spawnattr_destroy(&attributes);
@@ -157,7 +157,7 @@ bool Video::Write(const Image& image, double frames_per_second, std::string* err
   return true;
 }
 
-/// Waits until ffmpeg has written what it has.
+/// Waits until ffmpeg has finished the file.
 bool Video::End(std::string* error) {
   if (frames_ >= 0) close(frames_);
   frames_ = -1;
@@ -187,7 +187,7 @@ std::string Video::LastComplaint() const {
 
 bool Video::Finish(std::string* error) { return End(error) && Publish(error); }
 
-/// Gives the file its name, but not that of another file.
+/// Renames the file to its final name, unless that name is taken.
 bool Video::Publish(std::string* error) {
   if (link(unfinished_.c_str(), file_.c_str()) != 0) {
     const int problem = errno;

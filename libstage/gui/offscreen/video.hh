@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A video file. Frames go to the program ffmpeg, which knows by the name's end what to make of
-// them. The file gets its name when it is whole.
+// A video file. ffmpeg encodes the frames and chooses the format by the file's extension. The file
+// gets its final name when it is complete.
 
 #ifndef STAGE_GUI_OFFSCREEN_VIDEO_HH
 #define STAGE_GUI_OFFSCREEN_VIDEO_HH
@@ -14,14 +14,14 @@
 
 namespace Stg::offscreen {
 
-/// Whether a name ends like a video's: ".mp4" and such.
+/// True if the name has a video's extension, such as ".mp4".
 bool IsVideoName(const std::string& name);
 
 class Video : public Film {
  public:
   ~Video() override;
 
-  /// False and one line if there is no ffmpeg, or if the file exists or can't be written.
+  /// Returns false and a one-line reason if ffmpeg is missing or the file exists or is unwritable.
   bool Open(const std::string& file, std::string* error);
   bool Finish(std::string* error) override;
 
@@ -35,9 +35,9 @@ class Video : public Film {
   std::string LastComplaint() const;
 
   std::string file_, program_;
-  std::string unfinished_;  // the file until it is whole; empty: there is none
+  std::string unfinished_;  // name of the incomplete file; empty: none
   int frames_ = -1;         // ffmpeg's standard input
-  int complaints_ = -1;     // its standard error, a file without a name
+  int complaints_ = -1;     // ffmpeg's standard error, an anonymous file
   pid_t process_ = -1;
 };
 

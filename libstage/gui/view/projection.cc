@@ -36,13 +36,13 @@ Matrix TurnAboutZ(double degrees) {
   return {turn.cosine, turn.sine, 0, 0, -turn.sine, turn.cosine, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 }
 
-/// World to eye: pitch 0 looks down, yaw 0 has +y at the top of the picture.
+/// Returns the world-to-eye matrix. Pitch 0 looks down; with yaw 0, +y is up in the image.
 Matrix LookFrom(const Camera& camera, double z) {
   return Multiply(Multiply(TurnAboutX(-camera.pitch()), TurnAboutZ(-camera.yaw())),
                   Translation(-camera.x(), -camera.y(), -z));
 }
 
-/// How far from a point a box reaches.
+/// Distance from (x, y, 0) to the farthest corner of the box.
 double Reach(const bounds3d_t& box, double x, double y) {
   const auto farthest = [](const Bounds& b, double from) {
     return std::max(std::fabs(b.min - from), std::fabs(b.max - from));
@@ -80,7 +80,7 @@ Matrix PerspectiveLens(const PerspectiveCamera& camera, int width, int height) {
           0};
 }
 
-/// By Gauss and Jordan, with pivoting. The matrix of a camera can be inverted.
+/// Gauss-Jordan elimination with pivoting. A camera's matrix is always invertible.
 Matrix Invert(Matrix m) {
   Matrix inverse = kIdentity;
   const auto at = [](Matrix& a, size_t row, size_t column) -> double& {
@@ -136,7 +136,7 @@ Projection::Projection(const ViewState& view, int width, int height, const bound
   MakePlanes();
 }
 
-/// A point is seen if -w <= x, y, z <= w in clip coordinates: six sums that are not negative.
+/// A point is visible if -w <= x, y, z <= w in clip coordinates: six sums must not be negative.
 void Projection::MakePlanes() {
   for (size_t i = 0; i < 6; i++) {
     const double sign = i % 2 == 0 ? 1 : -1;
@@ -165,7 +165,7 @@ std::optional<point_t> Projection::FloorPoint(double x, double y_from_top, doubl
   const double drop = sight.to.z - sight.from.z;
   if (std::fabs(drop) < 1e-9) return std::nullopt;
   const double share = (z - sight.from.z) / drop;
-  // In front of the near plane there is still something to see for the flat camera: it has no eye.
+  // The orthographic camera has no eye point, so intersections in front of the near plane count.
   const bool has_eye = projection_[11] != 0;
   if (!std::isfinite(share) || (has_eye && share < 0)) return std::nullopt;
   return point_t(sight.from.x + share * (sight.to.x - sight.from.x),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// From metres to pixels and back, for both cameras. No OpenGL, but its conventions: matrices by
-// columns, clip coordinates within -w..w.
+// Maps metres to pixels and back for both cameras. Follows OpenGL's conventions without using it:
+// column-major matrices, clip coordinates within -w..w.
 
 #ifndef STAGE_GUI_VIEW_PROJECTION_HH
 #define STAGE_GUI_VIEW_PROJECTION_HH
@@ -20,8 +20,8 @@ Matrix Multiply(const Matrix& a, const Matrix& b);
 
 class Projection {
  public:
-  /// A canvas of width x height pixels. `reach`: a box that holds all that is to be seen; only the
-  /// depths of the flat view depend on it.
+  /// For a canvas of width x height pixels. `reach` is a bounding box of everything to show; it
+  /// only affects the depth range of the flat view.
   Projection(const ViewState& view, int width, int height, const bounds3d_t& reach);
 
   int width() const { return width_; }
@@ -30,31 +30,31 @@ class Projection {
   const Matrix& modelview() const { return modelview_; }    ///< world to eye coordinates
   const Matrix& both() const { return both_; }
 
-  /// Pixels from the left and the bottom of the canvas; z is the depth, 0..1 where it is seen.
-  /// Nothing for points behind a perspective camera.
+  /// Returns pixels from the lower left corner of the canvas; z is the depth, 0..1 within the view.
+  /// Returns nothing for points behind a perspective camera.
   std::optional<point3_t> ToPixels(const point3_t& point) const;
 
-  /// The line of sight through a pixel (from the left and the TOP of the canvas, as toolkits
-  /// count): from `from`, on the near plane, to `to`, on the far one.
+  /// The line of sight through a pixel, from the near plane to the far plane. Pixels count from the
+  /// left and the TOP of the canvas, as in toolkits.
   struct Sight {
     point3_t from, to;
   };
   Sight SightAt(double x, double y_from_top) const;
-  /// Where that line meets the horizontal plane at height z; nothing if it does not.
+  /// Returns where the line of sight meets the horizontal plane at height z, if it does.
   std::optional<point_t> FloorPoint(double x, double y_from_top, double z = 0) const;
 
-  /// Whether some of a ball may be in the picture.
+  /// True if part of a sphere may be in view.
   bool Sees(double x, double y, double z, double radius) const {
     for (const Plane& p : planes_)
       if (p.x * x + p.y * y + p.z * z + p.d < -radius) return false;
     return true;
   }
-  /// The length of a pixel at a point, metres.
+  /// Side of a pixel at a point, metres.
   double PixelAt(const point3_t& point) const;
 
  private:
   struct Plane {
-    double x, y, z, d;  // inside: the sum is positive, metres
+    double x, y, z, d;  // signed distance in metres; positive inside
   };
   void MakePlanes();
 

@@ -8,7 +8,7 @@ namespace Stg::view {
 
 namespace {
 
-/// Made when the first type is registered: nobody knows which of them comes first.
+/// A local static: registrations run in unspecified order during static initialization.
 std::vector<TypeSwitches>& All() {
   static std::vector<TypeSwitches> all;
   return all;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The switches of the data filter that the models of a type are a reason for.
+// Switches of the data filter that are offered because models of a certain type exist.
 
 #ifndef STAGE_GUI_VIEW_TYPE_SWITCHES_HH
 #define STAGE_GUI_VIEW_TYPE_SWITCHES_HH
@@ -14,7 +14,7 @@
 
 namespace Stg::view {
 
-/// One that every window has, or one of the type's own, asked for by ViewOptions::IsOn().
+/// A switch of every window, or one of the type's own that ViewOptions::IsOn() queries.
 struct TypeSwitch {
   TypeSwitch(Show of_all_windows)
       : show(of_all_windows) {}  // NOLINT(google-explicit-constructor): reads well in lists
@@ -27,13 +27,13 @@ struct TypeSwitch {
 };
 
 struct TypeSwitches {
-  bool (*is)(const Model& model);  ///< of the type
+  bool (*is)(const Model& model);  ///< true if the model is of this type
   std::vector<TypeSwitch> switches;
 };
 
-/// To be called while libraries are loaded.
+/// Call during static initialization, while libraries are loaded.
 void RegisterTypeSwitches(const TypeSwitches& switches);
-/// In the order of their first switches' names, whatever the order of registration.
+/// Returns all types, ordered by the name of their first switch; independent of registration order.
 const std::vector<TypeSwitches>& AllTypeSwitches();
 
 }  // namespace Stg::view

@@ -122,7 +122,7 @@ bool ViewOptions::IsOn(const std::string& menu_name) const {
 }
 
 void ViewOptions::OfferFor(const World& world) {
-  options_[static_cast<std::size_t>(Show::kRasterization)].offered = true;  // of any model
+  options_[static_cast<std::size_t>(Show::kRasterization)].offered = true;  // offered for any model
   for (const TypeSwitches& type : AllTypeSwitches()) {
     if (!HasAny(world, type)) continue;
     for (const TypeSwitch& one : type.switches) {

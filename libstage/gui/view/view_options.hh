@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What can be shown and hidden: one table of all switches, with the names that menus and the
-// `window` section of world files have for them. No toolkit, no OpenGL.
+// One table of everything that can be shown or hidden, with the names used in menus and in the
+// `window` section of world files. No toolkit, no OpenGL.
 
 #ifndef STAGE_GUI_VIEW_VIEW_OPTIONS_HH
 #define STAGE_GUI_VIEW_VIEW_OPTIONS_HH
@@ -18,7 +18,7 @@ class Worldfile;
 
 namespace Stg::view {
 
-/// The switches that every window has, in the order of the table.
+/// Switches of every window, in the order of the table.
 enum class Show : unsigned {
   kData,
   kBlocks,
@@ -40,7 +40,7 @@ enum class Show : unsigned {
   kOverlay,
   kScreenshots,
   kSelectedOnly,
-  // What follows are the switches of the data filter, for the types of models that there are.
+  // Switches of the data filter. They are offered only for model types that the world contains.
   kRanger,
   kRangerArea,
   kRangerStrikes,
@@ -63,16 +63,16 @@ enum class Show : unsigned {
 };
 inline constexpr std::size_t kShowCount = static_cast<std::size_t>(Show::kEnergyDissipation) + 1;
 
-/// Where a switch is found.
+/// Menu or dialog that contains a switch.
 enum class Place { kViewMenu, kDebugMenu, kTrailsMenu, kFilter, kNowhere };
 
 struct Option {
   std::string menu_name;  ///< without the submenu's name
-  std::string property;   ///< of the window section
-  std::string shortcut;   ///< as in "d", "Ctrl+O"; empty: none
+  std::string property;   ///< name in the window section
+  std::string shortcut;   ///< such as "d" or "Ctrl+O"; empty: none
   Place place;
   bool on;
-  bool offered;  ///< false: of the filter, but nothing in this world has it
+  bool offered;  ///< false for filter switches that no model of this world has
 };
 
 class ViewOptions {
@@ -82,25 +82,25 @@ class ViewOptions {
   bool operator[](Show option) const { return options_[static_cast<std::size_t>(option)].on; }
   void Set(Show option, bool on) { options_[static_cast<std::size_t>(option)].on = on; }
 
-  /// All of them; those of Show come first. Indices stay valid.
+  /// All options; those of Show come first. Indices stay valid.
   const std::vector<Option>& all() const { return options_; }
   void Set(std::size_t index, bool on) { options_[index].on = on; }
   void Toggle(std::size_t index) { options_[index].on = !options_[index].on; }
 
-  /// Back to the defaults, without what Register() added.
+  /// Restores the defaults and removes the options added by Register().
   void Reset();
 
-  /// A visualizer's switch: makes one unless there is one of that menu name; the first decides
-  /// whether it is on. Returns its index.
+  /// Returns the index of a visualizer's switch, after adding it if no switch has this menu name.
+  /// `on` is the initial state of a new switch.
   std::size_t Register(const std::string& menu_name, const std::string& property, bool on);
-  /// Whether the visualizer's switch is on; false if it was never registered.
+  /// True if the visualizer's switch is registered and on.
   bool IsOn(const std::string& menu_name) const;
-  /// Offers the filter's switches for the types of models that the world has.
+  /// Offers the filter switches for all model types in the world.
   void OfferFor(const World& world);
-  /// The indices of what the filter offers, by menu name.
+  /// Indices of the filter's offered switches, ordered by menu name.
   std::vector<std::size_t> Filter() const;
 
-  /// From and to the properties of an entity (the window section). Absent ones change nothing.
+  /// Load from and save to an entity, the window section. Absent properties change nothing.
   void Load(Worldfile* file, int entity);
   void Save(Worldfile* file, int entity) const;
 

@@ -11,9 +11,9 @@ namespace Stg::view {
 
 namespace {
 
-constexpr double kEyeHeight = 0.2;  // m, of a perspective camera that follows
-constexpr double kFilled = 0.9;     // of the canvas, by what is to be shown whole
-constexpr int kMostPixels = 16384;  // a side
+constexpr double kEyeHeight = 0.2;  // height of a following perspective camera, m
+constexpr double kFilled = 0.9;     // fraction of the canvas that ShowAll() fills
+constexpr int kMostPixels = 16384;  // maximum side of a window
 
 int WindowSide(double pixels, int otherwise) {
   if (pixels < 0) return -1;

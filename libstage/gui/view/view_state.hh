@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How a world is looked at: what its `window` section keeps. No toolkit, no OpenGL.
+// How a world is viewed: the content of its `window` section. No toolkit, no OpenGL.
 
 #ifndef STAGE_GUI_VIEW_VIEW_STATE_HH
 #define STAGE_GUI_VIEW_VIEW_STATE_HH
@@ -15,7 +15,7 @@ namespace Stg::view {
 
 class ViewState {
  public:
-  /// Height of the menu bar above the canvas, pixels: the section's `size` is that of both.
+  /// Height in pixels of the menu bar above the canvas. The section's `size` includes both.
   static constexpr int kMenuHeight = 30;
   static constexpr int kLeastSize = 100;
 
@@ -24,26 +24,26 @@ class ViewState {
   ViewOptions options;
   OrthoCamera flat;
   PerspectiveCamera perspective;
-  /// Of the window, menu bar included, pixels. A negative one means the screen's.
+  /// Size of the window including the menu bar, pixels. A negative value means the screen's size.
   int width = 400, height = 300;
-  int interval = 40;         ///< from one frame to the next, real milliseconds
-  int screenshot_skip = 1;   ///< every n-th frame is written
-  std::string follow_model;  ///< to be followed from the start; empty: none
+  int interval = 40;         ///< between frames, milliseconds of real time
+  int screenshot_skip = 1;   ///< write every n-th frame
+  std::string follow_model;  ///< model to follow from the start; empty: none
 
-  /// The camera in use.
+  /// The active camera.
   const Camera& camera() const;
   Camera& camera();
   bool is_perspective() const { return options[Show::kPerspective]; }
 
-  /// Puts the camera in use on a model at this pose: the flat one above it, the perspective one a
-  /// hand above it, looking ahead.
+  /// Points the active camera at a model's pose: the flat one from above, the perspective one from
+  /// slightly above it, looking ahead.
   void Follow(const Pose& pose);
-  /// Moves and zooms the flat camera until the rectangle fills most of a canvas of that size.
+  /// Moves and zooms the flat camera so that the rectangle fills most of a canvas of this size.
   void ShowAll(const Bounds& x, const Bounds& y, int canvas_width, int canvas_height);
 
-  /// Reads the first `window` section; defaults without one. Returns whether there is one.
+  /// Reads the first `window` section. Without one, sets the defaults and returns false.
   bool Load(Worldfile* file);
-  /// Updates what the section has. Nothing happens without one.
+  /// Updates the properties that the section contains. Does nothing without a section.
   void Save(Worldfile* file);
 };
 

@@ -8,7 +8,7 @@ namespace Stg::draw {
 
 namespace {
 
-// Its light is the colour of its body.
+// A blinkenlight has no data to draw: its body's colour shows its state.
 [[maybe_unused]] const bool kRegistered =
     RegisterPicture(PictureOf<ModelBlinkenlight>({view::Show::kBlink}));
 

@@ -13,7 +13,7 @@ using view::Show;
 
 constexpr Rgba kRed = {255, 0, 0, 255};
 
-/// Directions of the picture's right and up in the world, and towards the viewer.
+/// Unit vectors of the view in world coordinates: right, up, and towards the viewer.
 struct Screen {
   point3_t right, up, out;
 };

@@ -14,8 +14,8 @@ using view::Show;
 constexpr Rgba kRed = {255, 0, 0, 255};
 constexpr Rgba kGreen = {0, 255, 0, 255};
 
-/// Bars with a line along them, as they are thinner than a pixel in most views. Those that are hit
-/// are often below what they have hit: nothing hides them.
+/// Draws bars with a line along them, because a bar is thinner than a pixel in most views. Bars
+/// that are hit are never occluded, since the obstacle often lies above them.
 void DrawBumper(const ModelBumper& bumper, const Pose& global, const Layers& layers) {
   constexpr double kThickness = 0.01;
   if (!bumper.samples) return;

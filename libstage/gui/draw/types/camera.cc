@@ -13,7 +13,7 @@ namespace {
 
 using view::Show;
 
-/// Each pixel where the camera has seen it.
+/// Draws each pixel of the image at the place where the camera saw it.
 void DrawCamera(const ModelCamera& camera, Painting* data) {
   const float* depth = camera.FrameDepth();
   const unsigned char* color = camera.FrameColor();
@@ -22,7 +22,7 @@ void DrawCamera(const ModelCamera& camera, Painting* data) {
   const double pitch = dtor(lens.pitch());
   const double sine = std::sin(pitch), cosine = std::cos(pitch);
   Painter painter(data);
-  // x to the right of the camera, y ahead, level.
+  // A horizontal frame: x to the right of the camera, y ahead.
   painter.SetFrame(Pose(lens.x(), lens.y(), lens.z(), dtor(lens.yaw())));
   const int width = camera.getWidth(), height = camera.getHeight();
   const double half_width = std::tan(dtor(lens.horizFov()) / 2),

@@ -31,7 +31,7 @@ void DrawFiducials(ModelFiducial& finder, const Pose& global, const view::ViewOp
     painter.SetColor({255, 0, 255, Rgba::Part(0.5)});
     painter.DashedLine({0, 0, 0}, there, 0.1);
     const Pose target = global + Pose(there.x, there.y, 0, found.geom.a);
-    marks.SetFrame(target);  // in the height of the finder, so within the target's body
+    marks.SetFrame(target);  // at the finder's height, and so inside the target's body
     marks.SetColor({255, 0, 255, 255});
     marks.RectangleOutline(Half(found.geom.x), Half(found.geom.y), 0, true);
     char text[16];

@@ -13,7 +13,7 @@ using view::Show;
 
 constexpr Rgba kYellow = {255, 255, 0, 255};
 
-/// The sensors lie on the fingers' inner faces.
+/// Draws the sensors on the inner faces of the fingers.
 void DrawGripper(ModelGripper& gripper, const Pose& global, Painting* data) {
   constexpr double kMark = 0.02, kStrip = 0.01;
   const ModelGripper::config_t config = gripper.GetConfig();

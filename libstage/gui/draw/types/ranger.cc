@@ -16,7 +16,7 @@ using view::Show;
 
 constexpr Rgba kBlue = {0, 0, 255, 255};
 
-/// Most are inside of the robot's body, so nothing hides them.
+/// Draws a transducer without occlusion, because most lie inside the robot's body.
 void DrawTransducer(const ModelRanger::Sensor& sensor, size_t index, const Pose& place,
                     Painting* over) {
   Painter painter(over);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How far a wifi device reaches, and whom.
+// Draws a wifi device's range and its links.
 
 #include "models/wifi.hh"
 
@@ -19,8 +19,8 @@ namespace Stg::draw {
 
 namespace {
 
-/// Where the level of the device's signal falls to range_db, or the reach of a simple one. Walls
-/// and random errors are left out.
+/// Distance at which the signal falls to range_db, or the range of a simple device. Ignores walls
+/// and random errors. Metres.
 double Radius(const ModelWifi& wifi) {
   const double frequency = 20 * std::log10(wifi.freq), gain = wifi.power - wifi.range_db;
   switch (wifi.propagation) {
@@ -39,7 +39,7 @@ double Radius(const ModelWifi& wifi) {
   return 0;
 }
 
-/// The range of a device whose signal bodies weaken: the radius in each of many directions.
+/// Range of a device whose signal is attenuated by bodies: one radius for each of many directions.
 class WalledRange {
  public:
   static constexpr size_t kCorners = 72;
@@ -60,7 +60,7 @@ class WalledRange {
   }
 
  private:
-  /// As for links: what rangers see, but not the device's own robot.
+  /// Collects obstacles as links do: what rangers can see, except the device's own robot.
   void Collect(const Model& model) {
     if (model.IsRelated(&wifi_)) return;
     if (model.vis.ranger_return >= 0 && !model.body().empty()) {
@@ -74,8 +74,8 @@ class WalledRange {
     for (const Model* child : model.GetChildren()) Collect(*child);
   }
 
-  /// Beyond the first obstacle, at o metres, the rest of the way is shortened as the loss of the
-  /// obstacles, w metres in all, is to that of the open.
+  /// Shortens the way beyond the first obstacle. The factor is the share of the open-air loss in
+  /// the total loss; o is the distance to the obstacle and w the length of all obstacles, metres.
   double Reach(double cosine, double sine) {
     constexpr double kNearest = 0.01;          // m
     constexpr double kDecibelsPerMetre = 100;  // of obstacle, times the wall factor
@@ -97,7 +97,7 @@ class WalledRange {
   LineInBodies line_;
 };
 
-/// Ranges may cover all of a world, and each other: they are painted on the floor, and lightly.
+/// Draws on the floor in a light colour, because ranges may overlap and cover the whole world.
 void DrawRange(const ModelWifi& wifi, const Pose& global, Painting* floor) {
   constexpr Rgba kFill = {0xc1, 0xff, 0xc1, 38}, kOutline = {0x2e, 0x8b, 0x57, 255};
   const double exact = Radius(wifi);
