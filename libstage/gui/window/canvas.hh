@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The area that the world is drawn in.
+// The widget that the world is drawn in.
 
 #ifndef STAGE_GUI_WINDOW_CANVAS_HH
 #define STAGE_GUI_WINDOW_CANVAS_HH
@@ -26,15 +26,15 @@ class Canvas : public Fl_Gl_Window {
 
   int handle(int event) override;
   void draw() override;
-  /// draw(), and the exchange of the two buffers.
+  /// Calls draw() and swaps the two buffers.
   void flush() override;
 
-  /// From pixels to metres and back, as the next picture will have it.
+  /// Maps pixels to metres and back, as the next frame will.
   view::Projection Projection() const;
-  /// Whether there is a picture to be made: not in a window of no size.
+  /// True if the canvas has an area to draw to.
   bool HasRoom() const { return w() > 0 && h() > 0; }
 
-  /// Empty if a canvas can be had on this display; otherwise the reason, one line.
+  /// Returns an empty string if this display supports a canvas, otherwise a one-line reason.
   static std::string Obstacle();
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What clients call from Visualizer::Visualize(), within a picture.
+// Members of WorldGui that clients call from Visualizer::Visualize() while a frame is drawn.
 
 #include <FL/gl.h>
 

@@ -23,7 +23,7 @@ namespace Stg::internal::window {
 
 // ---- data filter --------------------------------------------------------------------------------
 
-/// Keys that it has no use for are those of the main window.
+/// Passes keys that it does not use to the main window.
 class FilterDialog::Window : public Fl_Window {
  public:
   static constexpr int kWidth = 180, kHeight = 250, kRow = 30, kGap = 10, kText = 12;
@@ -38,7 +38,7 @@ class FilterDialog::Window : public Fl_Window {
     list_->end();
     end();
     resizable(list_);
-    set_non_modal();  // above the main window
+    set_non_modal();  // keeps it above the main window
   }
 
   void Fill() {
@@ -137,7 +137,7 @@ std::string AboutText() {
          COPYRIGHT + "\n\n" + LICENSE;
 }
 
-/// A window that has a text, read-only, and is there once however often it is opened.
+/// A window with read-only text. Opening it again shows the same window.
 class TextWindow : public Fl_Window {
  public:
   TextWindow(int width, int height, const char* title, const std::string& text, int top, int bottom)
@@ -175,8 +175,7 @@ void ShowAbout() {
   static auto* window = [] {
     auto* made = new TextWindow(kWidth, kHeight, "About Stage", AboutText(), kTop, kBottom);
     new Logo((kWidth - Logo::kWidth) / 2, kMargin, std::string("Stage ") + Version());
-    // The window owns what is made in it.
-    // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks)
+    // The window owns the widgets created in it.
     auto* ok = new Fl_Return_Button(kWidth - 90, kHeight - 32, 80, 24, "OK");
     ok->callback(Hide, made);
     made->end();  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
@@ -219,7 +218,7 @@ std::string ChooseFileToSave(const std::string& suggested) {
     file = Choose(file, Fl_File_Chooser::CREATE, "Save World As", "Save");
     if (file.empty() || !std::filesystem::exists(file)) return file;
     fl_message_title("Save World As");
-    // Esc is the first button, Return the second.
+    // Esc selects the first button, Return the second.
     const int answer =
         fl_choice("%s exists. Replace it?", "Cancel", "Another name", "Replace", file.c_str());
     if (answer != 1) return answer == 2 ? file : "";
@@ -239,7 +238,7 @@ std::string FreeNameBeside(const std::string& file) {
 
 QuitAnswer AskBeforeQuitting() {
   fl_message_title("Quitting Stage");
-  // Esc is the first button, Return the second.
+  // Esc selects the first button, Return the second.
   switch (fl_choice("Quit without saving? The world file stays as it is.", "Cancel", "Quit",
                     "Save as, then quit")) {
     case 1:

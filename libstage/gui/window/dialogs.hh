@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The windows beside the main one, and questions. The simulation goes on under all of them.
+// Dialogs and secondary windows. The simulation keeps running while they are open.
 
 #ifndef STAGE_GUI_WINDOW_DIALOGS_HH
 #define STAGE_GUI_WINDOW_DIALOGS_HH
@@ -14,16 +14,16 @@ namespace Stg::internal::window {
 
 struct Parts;
 
-/// "Visualize": the switches of what models show.
+/// The dialog "Visualize" with the switches of what models show.
 class FilterDialog {
  public:
   explicit FilterDialog(Parts& parts);
   ~FilterDialog();
 
-  /// Opens it beside the main window, or closes it.
+  /// Opens the dialog beside the main window, or closes it.
   void Toggle();
   void Close();
-  /// The options are others now, or have changed.
+  /// Call after the options or their values have changed.
   void Refresh();
 
  private:
@@ -36,10 +36,10 @@ void ShowHelp();
 void ShowAbout();
 void Alert(const std::string& text);
 
-/// A file of the user's choice; empty: none. What exists is replaced only if the user says so.
+/// Ask for a file and return "" if the user cancels. Replacing a file needs a confirmation.
 std::string ChooseFileToLoad(const std::string& present);
 std::string ChooseFileToSave(const std::string& suggested);
-/// A name beside that file that nothing has yet: "cave-1.world" for "cave.world".
+/// Returns an unused name beside the file: "cave-1.world" for "cave.world".
 std::string FreeNameBeside(const std::string& file);
 
 enum class QuitAnswer { kCancel, kSave, kQuit };

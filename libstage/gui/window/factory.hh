@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Windows for programs that load libstagegui at run time: see world/gui_loader.hh.
+// Creates windows for programs that load libstagegui at run time; see world/gui_loader.hh.
 
 #ifndef STAGE_GUI_WINDOW_FACTORY_HH
 #define STAGE_GUI_WINDOW_FACTORY_HH
@@ -13,10 +13,10 @@ namespace Stg {
 class World;
 
 struct WindowRequest {
-  int width = 800, height = 630;  ///< pixels, menu bar included; a `window` section wins
+  int width = 800, height = 630;  ///< pixels, with menu bar; a `window` section overrides it
   const char* caption = nullptr;
-  bool ends_at_quit_time = false;  ///< otherwise the world pauses there
-  /// The log that the world shows; its name is empty if it shows none. Simulated seconds.
+  bool ends_at_quit_time = false;  ///< if false, the world pauses at the quit time
+  /// Name of the replayed log, empty if none, and its interval in simulated seconds.
   std::string log_name;
   double log_start = 0, log_end = 0;
   std::function<void(World&, double seconds)> go_to;
@@ -24,7 +24,7 @@ struct WindowRequest {
 
 }  // namespace Stg
 
-/// A world with a window. Null and the reason, one line, if there can be none.
+/// Returns a world with a window, or null and a one-line reason.
 extern "C" Stg::World* stage_make_window(const Stg::WindowRequest* request, std::string* message);
 
 namespace Stg {

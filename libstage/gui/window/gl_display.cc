@@ -32,7 +32,7 @@ std::string DisplayObstacle() {
     Display* display = XOpenDisplay(nullptr);
     if (!display) return std::string("Can't open display: ") + (name ? name : "");
     fl_open_display();
-    XCloseDisplay(display);  // not before: a server that loses its last client may begin anew
+    XCloseDisplay(display);  // closed only now: a server may reset when its last client disconnects
   }
   int base = 0, events = 0;
   if (!glXQueryExtension(fl_display, &base, &events))
@@ -46,7 +46,7 @@ std::string DisplayObstacle() {
 }
 
 bool HasGraphicsProcessor() {
-  if (!HasExtension("GLX_MESA_query_renderer")) return true;  // a driver of the maker's own
+  if (!HasExtension("GLX_MESA_query_renderer")) return true;  // a vendor's own driver
   const auto query = Extension<PFNGLXQUERYRENDERERINTEGERMESAPROC>("glXQueryRendererIntegerMESA");
   unsigned accelerated = 0;
   return query && query(fl_display, fl_screen, 0, GLX_RENDERER_ACCELERATED_MESA, &accelerated) &&

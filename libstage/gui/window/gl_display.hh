@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What the X display can do with OpenGL.
+// OpenGL capabilities of the X display.
 
 #ifndef STAGE_GUI_WINDOW_GL_DISPLAY_HH
 #define STAGE_GUI_WINDOW_GL_DISPLAY_HH
@@ -9,14 +9,14 @@
 
 namespace Stg::internal::window {
 
-/// Empty if a window with OpenGL can be had; otherwise why not, one line.
+/// Returns an empty string if a window with OpenGL can be opened, otherwise a one-line reason.
 std::string DisplayObstacle();
 
-/// Whether smooth edges come for free: pictures are made by a processor of their own.
+/// True if a graphics processor renders, which makes antialiasing cheap.
 bool HasGraphicsProcessor();
 
-/// Lets pictures of the current context appear at once. Otherwise the simulation would wait for the
-/// screen, many times a second.
+/// Disables vertical sync for the current context, so that the simulation does not wait for the
+/// screen.
 void DontWaitForScreen();
 
 }  // namespace Stg::internal::window

@@ -16,20 +16,20 @@ struct Spot {
   double x, y;
 };
 
-// In pixels from the robot's middle, x to the right and y up.
+// Pixels from the robot's centre, x to the right and y up.
 constexpr int kRobotX = 22, kRobotY = 48, kPictureWidth = 112;
 constexpr double kTurn = 8 * M_PI / 180, kFieldOfView = 2.2, kReach = 82;
-constexpr int kGap = 8;       // beside the name, pixels
-constexpr double kSize = 28;  // of the robot, which is 1 across
+constexpr int kGap = 8;       // between picture and name, pixels
+constexpr double kSize = 28;  // pixels for one unit of the robot's outline
 
-// The robot of the example worlds, an explorer: its base and its turret.
+// An explorer, the robot of the example worlds: base and turret.
 constexpr Spot kBase[] = {{0.5, -0.21}, {0.5, 0.21},   {0.21, 0.5},   {-0.21, 0.5},
                           {-0.5, 0.21}, {-0.5, -0.21}, {-0.21, -0.5}, {0.21, -0.5}};
 constexpr Spot kTurret[] = {{0.4, 0}, {0.15, 0.3}, {-0.325, 0.225}, {-0.325, -0.225}, {0.15, -0.3}};
-// What stands in its way.
+// A wall in front of the robot.
 constexpr double kWallX = 52, kWallWidth = 9, kWallLow = -20, kWallHigh = 12;
 
-/// How far a ray gets.
+/// Length of a ray in pixels.
 double Range(double heading) {
   const double along = std::cos(heading), up = std::sin(heading);
   if (along > 0) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Stage 5's own logo: a robot that scans the floor before it, and the name.
+// The logo of Stage 5: a robot that scans the floor in front of it, and the name.
 
 #ifndef STAGE_GUI_WINDOW_LOGO_HH
 #define STAGE_GUI_WINDOW_LOGO_HH

@@ -13,7 +13,7 @@ namespace Stg::internal::window {
 namespace {
 constexpr int kFontSize = 12;
 
-/// Whether the text begins with the word, which is then cut off.
+/// Removes the word from the start of the text. Returns false if the text does not start with it.
 bool CutWord(std::string* text, const std::string& word) {
   if (!text->starts_with(word)) return false;
   text->erase(0, word.size());
@@ -64,7 +64,7 @@ void Menu::AddViewMenu() {
   Add("&View/Filter data...", "Shift+d", [this] { parts_.ShowFilter(); });
 }
 
-/// The switches, in the order of their table.
+/// Adds the view options in the order of their table.
 void Menu::AddOptions() {
   const std::vector<view::Option>& options = parts_.view.options.all();
   for (std::size_t i = 0; i < options.size(); i++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The menu bar. Its items' shortcuts are all the keys that there are, but for the arrows.
+// The menu bar. Its shortcuts are all keys of the window, except for the arrow keys.
 
 #ifndef STAGE_GUI_WINDOW_MENU_HH
 #define STAGE_GUI_WINDOW_MENU_HH
@@ -26,12 +26,12 @@ class Menu {
   Menu(Parts& parts, int width, int height);
 
   Fl_Menu_Bar* bar() { return bar_; }
-  /// Sets the ticks to what the options are.
+  /// Updates the check marks from the options.
   void ShowOptions(const view::ViewOptions& options);
-  /// Whether the key just pressed was one of its shortcuts; then what it stands for is done.
+  /// Runs the item whose shortcut was just pressed. Returns false if there is none.
   bool HandleShortcut();
 
-  /// For worlds that can go to another time: `skip` takes simulated seconds, negative ones back.
+  /// Adds items that call `skip` with simulated seconds to jump by, negative to go back.
   void AddSkips(const std::function<void(double)>& skip);
 
  private:
@@ -44,12 +44,12 @@ class Menu {
   static void Call(Fl_Widget*, void* action) { (*static_cast<std::function<void()>*>(action))(); }
 
   Parts& parts_;
-  Fl_Menu_Bar* bar_;  // belongs to the window
+  Fl_Menu_Bar* bar_;  // owned by the window
   std::deque<std::function<void()>> actions_;
-  std::vector<std::pair<std::size_t, std::string>> ticks_;  // option, path of its item
+  std::vector<std::pair<std::size_t, std::string>> ticks_;  // option index, path of its item
 };
 
-/// FLTK's number for "d", "Ctrl+O", "Ctrl+Shift+S", "space", "Home"; 0 for an empty text.
+/// FLTK's key code of "d", "Ctrl+O", "Ctrl+Shift+S", "space", "Home"; 0 for an empty text.
 int ShortcutNumber(const std::string& text);
 
 }  // namespace Stg::internal::window

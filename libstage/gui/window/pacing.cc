@@ -7,8 +7,8 @@
 namespace Stg::internal::window {
 
 namespace {
-constexpr size_t kSteps = 20;     // that the speed is measured over
-constexpr double kSeconds = 0.5;  // at least
+constexpr size_t kSteps = 20;     // minimum number of steps to average over
+constexpr double kSeconds = 0.5;  // minimum period to average over
 }  // namespace
 
 void StepPacer::Stepped(double now, double period) {

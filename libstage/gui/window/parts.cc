@@ -15,7 +15,7 @@ namespace Stg::internal::window {
 
 namespace {
 constexpr double kFaster = 1.2, kSlower = 0.8;
-constexpr double kBelowFast = 100;  // times real time, from "as fast as possible" downwards
+constexpr double kBelowFast = 100;  // multiple of real time that follows "as fast as possible"
 }  // namespace
 
 Parts::Parts(WorldGui& owner)
@@ -119,7 +119,7 @@ void Parts::Restart() {
   runner.Halt();
   selection = Selection();
   const bool good = its_world.Reset(world.seed());
-  if (!World::Exists(&its_world)) return;  // and neither are there these
+  if (!World::Exists(&its_world)) return;  // the world and this object were deleted
   loaded = good;
   if (!good) return Alert("The world can't begin anew: see the messages in the terminal.");
   view = view_before;
@@ -152,7 +152,7 @@ void Parts::Slower() { SetSpeed(world.speedup > 0 ? world.speedup * kSlower : kB
 
 namespace {
 
-/// The file that the world came from; empty: from a stream.
+/// Returns the world's file, or an empty string if it was loaded from a stream.
 std::string FileOf(World& world) {
   return world.GetWorldFile() ? world.GetWorldFile()->filename : "";
 }
@@ -172,7 +172,7 @@ void Parts::Load(const std::string& file) {
   World& its_world = world;
   const WorldHandle handle(&its_world);
   const bool good = its_world.Load(file);
-  if (!handle) return;  // nor do these parts exist any more
+  if (!handle) return;  // the world and this object were deleted
   if (!good) return Alert("Unable to read selected world file.");
   if (!world.paused) world.Start();
 }
@@ -199,7 +199,7 @@ void Parts::Quit(const char* message) {
   if (loaded && confirm_on_quit) {
     asking = true;
     const QuitAnswer answer = AskBeforeQuitting();
-    // Poses of a run in place of those that were written by hand are seldom what is wanted.
+    // Suggests a new name: saving the current poses over a hand-written file is rarely wanted.
     const bool stays =
         answer == QuitAnswer::kCancel ||
         (answer == QuitAnswer::kSave && !AskForFileToSave(FreeNameBeside(FileOf(world))));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a WorldGui consists of. Not for clients.
+// Components and state of a WorldGui. Not for clients.
 
 #ifndef STAGE_GUI_WINDOW_PARTS_HH
 #define STAGE_GUI_WINDOW_PARTS_HH
@@ -29,33 +29,33 @@ struct Parts {
   WorldGui& world;
   view::ViewState view;
   Selection selection;
-  Menu menu;  // its widget belongs to the window, as all widgets do
+  Menu menu;  // like all widgets, its widget is owned by the window
   Toolbar toolbar;
-  Canvas* canvas;  // belongs to the window
+  Canvas* canvas;  // owned by the window
   Runner runner;
   Pointer pointer;
   Screenshots screenshots;
   FilterDialog filter;
-  std::unique_ptr<Timeline> timeline;  ///< null: the window does not show a log
+  std::unique_ptr<Timeline> timeline;  ///< null unless the window shows a log
 
   std::string caption;             ///< as given to the constructor
-  bool loaded = false;             ///< there is a world in it
-  bool shows_all = false;          ///< its file does not say what part of it is to be seen
-  bool confirm_on_quit = true;     ///< of the world
-  bool ends_at_quit_time = false;  ///< instead of pausing there
-  bool updating = false;           ///< within a step
-  bool asking = false;             ///< a question is on the screen
-  std::string load_later;          ///< a file to load when the step is over
-  bool restart_later = false;      ///< begin anew when the step is over
-  std::vector<Color> colors;       ///< the stack of PushColor()
+  bool loaded = false;             ///< a world is loaded
+  bool shows_all = false;          ///< the world's file does not specify a view
+  bool confirm_on_quit = true;     ///< the world's setting
+  bool ends_at_quit_time = false;  ///< if false, pause there
+  bool updating = false;           ///< a step is running
+  bool asking = false;             ///< a dialog waits for an answer
+  std::string load_later;          ///< file to load after the current step
+  bool restart_later = false;      ///< restart after the current step
+  std::vector<Color> colors;       ///< stack of PushColor()
 
-  // What the menu and the keys do.
+  // Actions of menus and keys.
   void Toggle(std::size_t option);
   void ResetView(bool everything);
   void TogglePause();
   void OneStep();
-  /// The world is as it was when it was loaded, with the same seed, and the view stays as it is. A
-  /// log goes back to its start.
+  /// Resets the world to its state after loading, with the same seed. Keeps the view. A log goes
+  /// back to its start.
   void Restart();
   void Faster();
   void Slower();
@@ -64,23 +64,23 @@ struct Parts {
   void Load(const std::string& file);
   void SaveToItsFile();
   void SaveAs();
-  /// `suggested`: the name to begin with. False if nothing was saved.
+  /// `suggested` is the initial name. Returns false if nothing was saved.
   bool AskForFileToSave(const std::string& suggested);
-  /// `message` is printed if it comes to that.
+  /// Prints `message` unless the user cancels.
   void Quit(const char* message);
   void ShowFilter();
 
-  /// To be called before the world is loaded: adds a time line to the window.
+  /// Call before the world is loaded: adds a time line to the window.
   void ShowLog(ReplayedLog log);
-  /// Pixels of the window beside the canvas and the menus.
+  /// Height of the time line in pixels, if there is one.
   int ExtraHeight() const { return timeline ? Timeline::kHeight : 0; }
-  /// The pictures follow this model, if it is wanted and there is one.
+  /// Makes the camera follow the selected model if the option is on.
   void FollowModel();
-  /// What stands in the lower left corner.
+  /// Text in the lower left corner.
   std::string ClockText() const;
-  /// Options have been changed from outside.
+  /// Call after the options were changed outside of the menus.
   void RefreshControls();
-  /// The buttons and the time line show how things are now. For each picture.
+  /// Updates buttons and time line. Call for each frame.
   void RefreshState();
 };
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kMiss = std::numeric_limits<double>::infinity();
 
-/// A line of sight: start + t * way, t in 0..1.
+/// A line of sight: start + t * way for t in 0..1.
 struct Line {
   point3_t start, way;
 };
@@ -31,7 +31,7 @@ bool IsInside(const std::vector<point_t>& polygon, double x, double y) {
   return inside;
 }
 
-/// The least t at which the line enters the lid or the bottom at height z.
+/// Returns the minimum t at which the line enters the polygon at height z, or kMiss.
 double MeetPlate(const Line& line, const std::vector<point_t>& polygon, double z) {
   if (line.way.z == 0) return kMiss;
   const double t = (z - line.start.z) / line.way.z;
@@ -62,7 +62,7 @@ double MeetBlock(const Line& line, const Block& block) {
   return t;
 }
 
-/// Seen from above, the line passes the circle about the origin.
+/// True if the line passes the circle about the origin in plan view.
 bool ComesNear(const Line& line, double radius) {
   const double length2 = line.way.x * line.way.x + line.way.y * line.way.y;
   double t = 0;
@@ -72,7 +72,7 @@ bool ComesNear(const Line& line, double radius) {
   return x * x + y * y <= radius * radius;
 }
 
-/// The line as it is in a frame.
+/// Transforms the line of sight into a frame.
 Line InFrame(const view::Projection::Sight& sight, const Pose& frame) {
   const SineCosine turn = SinCos(frame.a);
   const auto place = [&](double x, double y, double z) {
@@ -83,7 +83,7 @@ Line InFrame(const view::Projection::Sight& sight, const Pose& frame) {
           place(b.x - a.x, b.y - a.y, b.z - a.z)};
 }
 
-/// The least t at which the line of sight meets the model or a descendant.
+/// Returns the minimum t at which the line of sight meets the model or a descendant, or kMiss.
 double MeetTree(const view::Projection::Sight& sight, const Model& model, const Pose& global) {
   double t = kMiss;
   if (const BlockGroup& body = model.body(); !body.empty()) {
@@ -115,7 +115,7 @@ Model* PickModel(const World& world, const view::Projection::Sight& sight) {
 }
 
 Model* PickSpeck(const World& world, const view::Projection& projection, double x, double y) {
-  constexpr double kSpeck = 4, kNear = 4;  // pixels: radius, distance
+  constexpr double kSpeck = 4, kNear = 4;  // pixels: maximum radius, maximum distance
   Model* picked = nullptr;
   double nearest = kNear;
   for (Model* model : world.GetChildren()) {

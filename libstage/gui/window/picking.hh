@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What is under the pointer, by geometry: lines of sight against the bodies of models.
+// Finds the model under the pointer by intersecting lines of sight with bodies.
 
 #ifndef STAGE_GUI_WINDOW_PICKING_HH
 #define STAGE_GUI_WINDOW_PICKING_HH
@@ -16,19 +16,19 @@ class World;
 
 namespace Stg::internal::window {
 
-/// The top-level model that may be dragged and whose body, or that of a descendant, is the first
-/// that the line of sight meets. Others don't hide it. Null if there is none.
+/// Returns the movable top-level model whose tree the line of sight meets first, or null. Immovable
+/// models do not occlude it.
 Model* PickModel(const World& world, const view::Projection::Sight& sight);
 
-/// The same for models that are only specks: the one whose origin is nearest to the pixel (from the
-/// left and the top of the canvas), if it is near enough.
+/// Like PickModel(), for models that appear as specks: returns the one whose origin is nearest to
+/// the pixel, or null if none is near. Pixels count from the left and top of the canvas.
 Model* PickSpeck(const World& world, const view::Projection& projection, double x, double y);
 
-/// What is selected, in the order of selecting.
+/// The selected models in the order of selection.
 class Selection {
  public:
   const std::vector<Model*>& models() const { return models_; }
-  /// The one that was clicked last; it stays when the selection is cleared.
+  /// The model clicked last; Clear() keeps it.
   Model* last() const { return last_; }
   bool empty() const { return models_.empty(); }
   bool Contains(const Model* model) const;
@@ -36,9 +36,9 @@ class Selection {
   void SelectOnly(Model* model);
   void Toggle(Model* model);
   void Clear() { models_.clear(); }
-  /// Makes it the last one, without selecting it. May be null.
+  /// Sets the last model, which may be null, without selecting it.
   void SetLast(Model* model) { last_ = model; }
-  /// The model is going.
+  /// Call when the model is about to be deleted.
   void Forget(const Model* model);
 
  private:

@@ -28,7 +28,7 @@ void Picture::Draw(Parts& parts, int width, int height, bool fresh) {
   renderer_.Draw(scene_, hud);
 }
 
-/// The world goes on; there is only nothing to be seen.
+/// Reports the error once. The simulation continues without a view.
 void Picture::SayOnce(const std::string& error) {
   glClear(GL_COLOR_BUFFER_BIT);
   if (!said_) messages::Report(LogLevel::kError, "stage: nothing can be drawn: " + error);

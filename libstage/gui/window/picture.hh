@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Makes the pictures of a window.
+// Renders the frames of a window.
 
 #ifndef STAGE_GUI_WINDOW_PICTURE_HH
 #define STAGE_GUI_WINDOW_PICTURE_HH
@@ -15,7 +15,7 @@ struct Parts;
 
 class Picture {
  public:
-  /// In the current context. `fresh`: nothing of what was drawn before is left in it.
+  /// Draws into the current context. `fresh`: the context has lost everything drawn before.
   void Draw(Parts& parts, int width, int height, bool fresh);
 
  private:

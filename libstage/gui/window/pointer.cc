@@ -12,12 +12,12 @@
 namespace Stg::internal::window {
 
 namespace {
-constexpr double kTurnPerPixel = 0.05;      // radians, of models
-constexpr double kFlatPerPixel = 0.5;       // degrees, of the flat camera
+constexpr double kTurnPerPixel = 0.05;      // rotation of models, radians
+constexpr double kFlatPerPixel = 0.5;       // rotation of the flat camera, degrees
 constexpr double kPerspectivePerPixel = 1;  // degrees
-constexpr double kLift = 0.1;               // metres for each notch of the wheel
-constexpr double kStride = 0.5;             // metres for each arrow key
-constexpr int kArrow = 10;                  // pixels for each arrow key
+constexpr double kLift = 0.1;               // metres per notch of the wheel
+constexpr double kStride = 0.5;             // metres per arrow key
+constexpr int kArrow = 10;                  // pixels per arrow key
 }  // namespace
 
 int Pointer::Handle(int event) {
@@ -57,7 +57,7 @@ void Pointer::Push(int button) {
 
   Selection& selection = parts_.selection;
   const view::Projection projection = parts_.canvas->Projection();
-  const double x = x_ + 0.5, y = y_ + 0.5;  // the middle of the pixel
+  const double x = x_ + 0.5, y = y_ + 0.5;  // the centre of the pixel
   Model* model = PickModel(parts_.world, projection.SightAt(x, y));
   if (!model) model = PickSpeck(parts_.world, projection, x, y);
   if (!model)
@@ -161,14 +161,14 @@ void Pointer::Wheel(int notches) {
   parts_.runner.WantFrame(true);
 }
 
-/// What is under the pointer stays there.
+/// Zooms while keeping the floor point under the pointer in place.
 void Pointer::Zoom(int notches) {
   OrthoCamera& camera = parts_.view.flat;
   const int x = Fl::event_x(), y = Fl::event_y();
   const auto before = parts_.canvas->Projection().FloorPoint(x, y);
   camera.scale(notches);
   const auto after = parts_.canvas->Projection().FloorPoint(x, y);
-  if (before && after && camera.pitch() < 89)  // on the horizon the floor runs away
+  if (before && after && camera.pitch() < 89)  // near the horizon the floor point moves too far
     camera.setPose(camera.x() + before->x - after->x, camera.y() + before->y - after->y);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What mouse and arrow keys do on the canvas.
+// Mouse and arrow keys on the canvas.
 
 #ifndef STAGE_GUI_WINDOW_POINTER_HH
 #define STAGE_GUI_WINDOW_POINTER_HH
@@ -9,12 +9,12 @@ namespace Stg::internal::window {
 
 struct Parts;
 
-/// Takes FLTK's events from the canvas. Places are pixels from its left and top.
+/// Handles FLTK's events for the canvas. Positions are pixels from its left and top.
 class Pointer {
  public:
   explicit Pointer(Parts& parts) : parts_(parts) {}
 
-  /// 1 if the event is for us, as Fl_Widget::handle() wants it.
+  /// Returns 1 if the event was used, as Fl_Widget::handle() does.
   int Handle(int event);
 
  private:
@@ -36,8 +36,8 @@ class Pointer {
   Parts& parts_;
   Drag drag_ = Drag::kNone;
   bool moved_ = false;   // since the button was pressed
-  bool clears_ = false;  // if it is released without having moved, nothing is selected any more
-  int x_ = 0, y_ = 0;    // the last place
+  bool clears_ = false;  // a release without motion clears the selection
+  int x_ = 0, y_ = 0;    // last position
 };
 
 }  // namespace Stg::internal::window

@@ -10,12 +10,12 @@
 namespace Stg::internal::window {
 
 namespace {
-// Steps in one go before input gets its turn, seconds: nobody notices so short a delay, and the
-// event loop costs next to nothing compared with so many steps.
+// Seconds of stepping between two rounds of the event loop: too short to notice, and long compared
+// with the cost of the loop.
 constexpr double kSlice = 0.01;
-// How often to look for changes that nobody tells of, such as World::paused set by a client.
+// Seconds between polls for changes without notification, such as a client that sets World::paused.
 constexpr double kWatch = 0.2;
-// Pictures that somebody waits for, such as those while a robot is dragged.
+// Minimum seconds between frames that the user waits for, for example while dragging a robot.
 constexpr double kShortestInterval = 0.015;
 }  // namespace
 
@@ -87,7 +87,7 @@ void Runner::Pump() {
   const double end = now + kSlice;
   do {
     world.Update();
-    if (!handle) return;  // nor does this runner exist any more
+    if (!handle) return;  // the world and this runner were deleted
     now = Now();
   } while (begun_ && !world_.paused && pacer_.UntilNext(now, Period()) <= 0 && now < end);
   pumping_ = false;
@@ -123,7 +123,7 @@ void Runner::WantFrame(bool soon) {
 void Runner::OnFrame(void* data) { static_cast<Runner*>(data)->canvas_.redraw(); }
 
 void Runner::Drawn(double start, double end) {
-  // Whatever it was drawn for: another picture would show nothing new, and come before its time.
+  // This frame shows the latest state, so a frame that is already scheduled is not needed.
   Fl::remove_timeout(OnFrame, this);
   frame_scheduled_ = false;
   budget_.Drawn(start, end);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Steps and pictures by the timers of FLTK's event loop.
+// Drives steps and frames with the timers of FLTK's event loop.
 
 #ifndef STAGE_GUI_WINDOW_RUNNER_HH
 #define STAGE_GUI_WINDOW_RUNNER_HH
@@ -13,11 +13,11 @@
 
 namespace Stg::internal::window {
 
-/// Seconds since some fixed moment.
+/// Seconds since a fixed moment.
 double Now();
 
-/// Steps a world while it is not paused, and has its canvas drawn when something has changed and
-/// there is time for it.
+/// Steps a world while it is not paused. Redraws its canvas when something has changed and time
+/// permits.
 class Runner {
  public:
   Runner(World& world, Fl_Widget& canvas);
@@ -25,23 +25,22 @@ class Runner {
   Runner(const Runner&) = delete;
   Runner& operator=(const Runner&) = delete;
 
-  /// The wanted time between pictures, seconds.
+  /// Wanted time between frames, seconds.
   void SetInterval(double seconds) { interval_ = seconds; }
 
-  /// To be called when World::paused or World::speedup have changed.
+  /// Call when World::paused or World::speedup has changed.
   void Reschedule();
-  /// From now on, steps come whenever the world is not paused; before, never.
+  /// Enables stepping: until then no steps run, and then they run whenever the world is not paused.
   void Begin();
   bool has_begun() const { return begun_; }
-  /// To be called at the end of each step, whoever made it.
+  /// Call at the end of each step, whether or not the runner made it.
   void Stepped();
-  /// The world is another one: no steps until Begin().
+  /// Stops stepping until Begin(), because another world is being loaded.
   void Halt();
 
-  /// Something is to be seen; there will be a picture soon. `soon`: somebody waits for it, so that
-  /// the interval does not count.
+  /// Requests a frame. `soon`: a user waits for it, so the interval is ignored.
   void WantFrame(bool soon = false);
-  /// A picture was made.
+  /// Call after a frame was drawn.
   void Drawn(double start, double end);
 
   const SpeedMeter& speed() const { return speed_; }
@@ -64,12 +63,12 @@ class Runner {
   FrameBudget budget_;
   RateMeter frames_;
   double interval_ = 0.04;
-  bool begun_ = false;            // see Begin()
+  bool begun_ = false;            // stepping is enabled, see Begin()
   bool running_ = false;          // steps are scheduled
-  bool idle_ = false;             // by the idle callback, otherwise by a timer
-  bool pumping_ = false;          // a step may run the event loop itself
-  bool frame_scheduled_ = false;  // there will be a picture, by a timer or at the next occasion
-  uint64_t drawn_updates_ = 0;    // of the world, when the last picture was made
+  bool idle_ = false;             // scheduled by the idle callback instead of a timer
+  bool pumping_ = false;          // prevents recursion: a step may run the event loop itself
+  bool frame_scheduled_ = false;  // a frame is scheduled, by a timer or by redraw()
+  uint64_t drawn_updates_ = 0;    // World::UpdateCount() at the last frame
 };
 
 }  // namespace Stg::internal::window

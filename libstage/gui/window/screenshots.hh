@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Pictures that are saved as they are drawn.
+// Saves frames as they are drawn.
 
 #ifndef STAGE_GUI_WINDOW_SCREENSHOTS_HH
 #define STAGE_GUI_WINDOW_SCREENSHOTS_HH
@@ -11,13 +11,13 @@ namespace Stg::internal::window {
 
 class Screenshots {
  public:
-  /// To be called after each picture, while it is in the buffer that OpenGL reads from. Writes
-  /// every skip-th to stage-NNNNNN.png in the current directory, with the next number that is free
-  /// there. False, with the reason, one line, if that went wrong.
+  /// Call after each frame, before its buffer changes. Writes every skip-th frame to
+  /// stage-NNNNNN.png in the current directory, with the next unused number. Returns false and a
+  /// one-line reason on failure.
   bool Take(int width, int height, int skip, std::string* error);
 
  private:
-  int frames_ = 0;  // since the last one that was written
+  int frames_ = 0;  // since the last one that was saved
 };
 
 }  // namespace Stg::internal::window

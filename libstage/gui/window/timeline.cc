@@ -17,7 +17,7 @@ namespace Stg::internal::window {
 namespace {
 
 constexpr int kGap = 6, kFontSize = 12, kTimeWidth = 120, kWidestName = 240;
-constexpr double kKeyStep = 0.1;  // seconds for each arrow key
+constexpr double kKeyStep = 0.1;  // seconds per arrow key
 
 Fl_Box* AddText(int x, int y, int width, const std::string& text, Fl_Align align) {
   auto* box = new Fl_Box(x, y, width, Timeline::kHeight);

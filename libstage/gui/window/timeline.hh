@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The row below the canvas of a window that shows a log again: the log's name, the time, and a
-// slider that goes to any other.
+// The row below the canvas of a window that replays a log: the log's name, the time, and a slider
+// to go to any time.
 
 #ifndef STAGE_GUI_WINDOW_TIMELINE_HH
 #define STAGE_GUI_WINDOW_TIMELINE_HH
@@ -17,7 +17,7 @@ namespace Stg::internal::window {
 
 struct Parts;
 
-/// A log that a window shows. Times are simulated seconds.
+/// The log that a window replays. Times are simulated seconds.
 struct ReplayedLog {
   std::string name;
   double start = 0, end = 0;
@@ -28,13 +28,13 @@ class Timeline {
  public:
   static constexpr int kHeight = 28;  ///< pixels
 
-  /// A row of that width at that height of the window.
+  /// A row of this width at height y of the window, pixels.
   Timeline(Parts& parts, ReplayedLog log, int y, int width);
 
   const ReplayedLog& log() const { return log_; }
-  /// Shows that time.
+  /// Shows this time.
   void Refresh(double now);
-  /// Goes so many seconds on, or back if they are negative.
+  /// Moves by this many seconds, backwards if negative.
   void Skip(double seconds);
   void GoTo(double seconds);
 
@@ -44,13 +44,13 @@ class Timeline {
  private:
   Parts& parts_;
   const ReplayedLog log_;
-  // Widgets belong to the window.
+  // Owned by the window.
   Fl_Group* row_;
   Fl_Box* time_;
   Fl_Slider* slider_;
 };
 
-/// "1:05.3": minutes and seconds.
+/// Formats minutes and seconds: "1:05.3".
 std::string TimeText(double seconds);
 
 }  // namespace Stg::internal::window

@@ -21,7 +21,7 @@ constexpr int kFontSize = 12;
 constexpr double kSpeeds[] = {0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100};
 constexpr char kRun[] = "@>", kPause[] = "@stage_pause", kStep[] = "@>|", kRestart[] = "@|<";
 
-/// Two bars. Those of FLTK's own symbol run into each other at this size.
+/// Draws two separate bars; those of FLTK's symbol merge at this size.
 void DrawPause(Fl_Color color) {
   fl_color(color);
   for (const double left : {-0.6, 0.15}) {
@@ -94,8 +94,8 @@ void Toolbar::AddSpeeds() {
   add("max  as fast as possible", -1);
 }
 
-/// After a click the keys are for the canvas again: otherwise the space bar would press the button
-/// once more. Whoever came to the button by Tab stays there.
+/// Runs an action and returns the focus to the canvas after a click; otherwise the space bar would
+/// press the button again. A user who reached the button with Tab stays there.
 void Toolbar::Act(const std::function<void()>& action) {
   const bool by_key = Fl::event() == FL_KEYBOARD || Fl::event() == FL_SHORTCUT;
   action();

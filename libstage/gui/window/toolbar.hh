@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Buttons beside the menus: run and pause, one step, begin anew, speed. Each of them does what an
-// item of the menu Run does, whose key its tooltip names.
+// Buttons beside the menus: run and pause, single step, restart, speed. Each does the same as an
+// item of the Run menu; its tooltip names the key.
 
 #ifndef STAGE_GUI_WINDOW_TOOLBAR_HH
 #define STAGE_GUI_WINDOW_TOOLBAR_HH
@@ -19,13 +19,13 @@ struct Parts;
 
 class Toolbar {
  public:
-  /// Puts the menu bar and the buttons into one row that is as wide as the window, pixels.
+  /// Puts the menu bar and the buttons into one row as wide as the window. Pixels.
   Toolbar(Parts& parts, Fl_Widget* menu_bar, int width, int height);
 
-  /// Shows whether the world runs, and how fast it is to run.
+  /// Updates the buttons to the world's state and speed.
   void Refresh();
 
-  // For tests.
+  // Accessors for tests.
   const Fl_Button& run() const { return *run_; }
   const Fl_Button& step() const { return *step_; }
   const Fl_Button& restart() const { return *restart_; }
@@ -38,16 +38,16 @@ class Toolbar {
   static void Call(Fl_Widget*, void* action) { (*static_cast<std::function<void()>*>(action))(); }
 
   Parts& parts_;
-  int x_ = 0;  // where the next widget goes
+  int x_ = 0;  // position of the next widget
   std::deque<std::function<void()>> actions_;
-  // Widgets belong to the window.
+  // Owned by the window.
   Fl_Button *run_, *step_, *restart_;
   Fl_Menu_Button* speed_;
   bool shows_pause_ = false;
   double shown_speed_ = 0;
 };
 
-/// "2 ×", "¼ ×", "max": a speed as multiple of real time; 0 and less: as fast as possible.
+/// Formats a speed as a multiple of real time, "2 ×" or "0.25 ×"; "max" for 0 and less.
 std::string SpeedText(double speedup);
 
 }  // namespace Stg::internal::window

@@ -22,20 +22,20 @@ using internal::window::Parts;
 
 namespace {
 
-constexpr double kPatience = 0.2;      // seconds between looks at who wants to quit
+constexpr double kPatience = 0.2;      // seconds between checks for quit requests
 constexpr double kTopViewAngle = 0.1;  // degrees
 
-/// A side of the window: a negative number means the screen's.
+/// Resolves a side of the window: a negative value means the screen's.
 int Side(int wanted, int screen) { return wanted < 0 ? screen : std::max(wanted, 1); }
 
 void OnClose(Fl_Widget* widget, void*) {
-  // Esc is no way to close the main window.
+  // Esc must not close the main window.
   if (Fl::event() == FL_SHORTCUT && Fl::event_key() == FL_Escape) return;
   static_cast<WorldGui*>(widget)->parts().Quit("Stage: User closed window");
 }
 
-/// Sizes the window and puts it in the middle of the screen. `extra` pixels come on top of the
-/// height, unless that is the screen's.
+/// Sizes the window and centres it on the screen. `extra` pixels are added to the height unless it
+/// is the screen's.
 void Place(Fl_Window* window, int wide, int high, int extra) {
   int x, y, width, height;
   Fl::screen_work_area(x, y, width, height, 0);
@@ -43,7 +43,7 @@ void Place(Fl_Window* window, int wide, int high, int extra) {
   window->resize(x + std::max(0, (width - w) / 2), y + std::max(0, (height - h) / 2), w, h);
 }
 
-/// There is no window without a display; like FLTK itself, it ends the program then.
+/// Exits the program with an error if there is no usable display, as FLTK does.
 int CheckDisplay(int width) {
   const std::string obstacle = Canvas::Obstacle();
   if (!obstacle.empty()) {
@@ -72,12 +72,12 @@ WorldGui::WorldGui(int width, int height, const char* caption)
   Place(this, width, height, 0);
   show();
   parts_->canvas->take_focus();
-  Fl::check();  // loading may take a while
+  Fl::check();  // shows the window before loading, which may take a while
 }
 
 WorldGui::~WorldGui() {
   hide();
-  clear();  // the canvas goes before what it refers to
+  clear();  // destroys the canvas before the parts it refers to
 }
 
 // ---- files --------------------------------------------------------------------------------------
@@ -118,7 +118,7 @@ bool WorldGui::FinishLoading(bool good) {
   return good;
 }
 
-/// Steps come at the pace of real time, unless the file says otherwise.
+/// The default is real time, unless the file sets another speed.
 void WorldGui::LoadWorldProperties() {
   World::LoadWorldProperties();
   if (!wf->PropertyExists(0, "speedup")) speedup = 1;
@@ -164,12 +164,12 @@ bool WorldGui::Update(void) {
   parts.updating = true;
   const WorldHandle handle(this);
   const bool done = World::Update();
-  if (!handle) return done;  // a callback has deleted it
+  if (!handle) return done;  // a callback deleted it
   parts.updating = false;
   if (done) {
     if (PastQuitTime() && parts.ends_at_quit_time)
       QuitAll();
-    else if (PastQuitTime() && !parts.timeline)  // there is nothing behind the end of a log
+    else if (PastQuitTime() && !parts.timeline)  // a log ends there
       SetQuitTime(0);
     Stop();
   } else {
@@ -197,7 +197,7 @@ void WorldGui::Stop() {
 void WorldGui::TogglePause() { parts_->TogglePause(); }
 
 void WorldGui::RunEventLoop() {
-  // A callback may delete it.
+  // A callback may delete this object.
   const WorldHandle handle(this);
   while (handle && Fl::first_window() && !TestQuit()) Fl::wait(kPatience);
 }
@@ -268,7 +268,7 @@ void WorldGui::OfferVisualizer(Visualizer* visualizer, bool on_by_default) {
 // ---- input --------------------------------------------------------------------------------------
 
 int WorldGui::handle(int event) {
-  // The item of the menu has one key only; this is its other one.
+  // The menu item can have only one shortcut; this is the second.
   if (event == FL_SHORTCUT && Fl::event_key() == ' ' && Fl::event_state(FL_CTRL)) {
     parts_->ResetView(true);
     return 1;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// WorldGui: a world with a window. Part of <stage.hh> where the window is built.
+// WorldGui: a world with a window. Part of <stage.hh> if the window is built.
 //
-// Steps, pictures and input all take their turns in FLTK's event loop, in one thread: World::Run(),
-// or a loop of the client's own around Fl::wait().
+// Steps, frames and input share FLTK's event loop and thread. The loop is World::Run(), or a
+// client's own loop around Fl::wait().
 
 #ifndef STAGE_GUI_WINDOW_WORLD_GUI_HH
 #define STAGE_GUI_WINDOW_WORLD_GUI_HH
 
-// Clients rely on these.
+// Included for clients, which rely on these headers.
 #include <FL/Fl.H>
 #include <FL/Fl_Box.H>
 #include <FL/Fl_Gl_Window.H>
@@ -37,42 +37,42 @@ struct Parts;
 
 class WorldGui : public World, public Fl_Window {
  public:
-  /// Builds and shows the window, in the middle of the screen. Pixels, menu bar included. Without a
-  /// caption the title is the program's name and version.
+  /// Builds a window in the middle of the screen and shows it. Size in pixels, including the menu
+  /// bar. Without a caption the title is the program's name and version.
   WorldGui(int width, int height, const char* caption = NULL);
   ~WorldGui() override;
 
-  /// Reads the window section too.
+  /// Loads a world together with its window section.
   bool Load(const std::string& worldfile_path) override;
   bool Load(std::istream& world_content,
             const std::string& worldfile_path = std::string()) override;
   void UnLoad() override;
-  /// Writes the window section too: those of its properties that are in the file.
+  /// Saves the world and updates the properties that its window section contains.
   bool Save(const char* filename) override;
-  /// One step. When the world's end has come it is paused, and can be continued.
+  /// Makes one step. At the quit time the world pauses and can be continued.
   bool Update(void) override;
-  /// Lets the event loop step the world, `speedup` times as fast as real time.
+  /// Lets the event loop step the world at `speedup` times real time.
   void Start() override;
   void Stop() override;
   void TogglePause() override;
-  /// FLTK's loop, until no window is left or all worlds are to quit.
+  /// Runs FLTK's loop until no window is left or all worlds are to quit.
   void RunEventLoop() override;
 
-  /// The next picture comes soon, even when paused.
+  /// Requests a frame soon, even while paused.
   void Redraw(void) override;
-  /// That of World; simulated by real time over the last steps; whether it is paused or follows.
+  /// World::ClockString(), the ratio of simulated to real time, and the modes paused and follow.
   std::string ClockString() const override;
-  /// Stored energy, input, output, mean power; a line each.
+  /// Stored energy, input, output and mean power, one line each.
   std::string EnergyString(void) const;
   bool IsGUI() const override { return true; }
-  /// The one that was clicked last, even if it is no longer selected.
+  /// The model clicked last, even if it is no longer selected.
   Model* RecentlySelectedModel() const override;
-  /// Of the clock on the wall, microseconds.
+  /// Wall-clock time, microseconds.
   usec_t RealTimeNow(void) const;
   Canvas* GetCanvas(void) const;
-  /// The flat camera looks straight down, and north is up.
+  /// True if the flat camera looks straight down and north is up.
   bool IsTopView();
-  /// Within a picture.
+  /// Call only while a frame is drawn.
   void DrawBoundingBoxTree();
 
   void RemoveModel(Model* mod) override;
