@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Stage 5: simulates crowds of mobile robots in the plane. The one header that clients include.
+// Stage 5: simulates crowds of mobile robots in the plane. Clients include this header alone.
 //
-// A program: Stg::Init(&argc, &argv); Stg::World world; world.Load("my.world"); world.Start();
-// Stg::World::Run(). A controller: a shared library that exports
-// extern "C" int Init(Stg::Model *, Stg::CtrlArgs *), named by a `ctrl` property of a model.
+// A program calls Stg::Init(&argc, &argv); Stg::World world; world.Load("my.world"); world.Start();
+// Stg::World::Run(). A controller is a shared library that exports extern "C" int Init(Stg::Model
+// *, Stg::CtrlArgs *) and is named by a model's `ctrl` property.
 //
-// Compiles as C++11 and later; tested as C++11 to C++20.
+// Compiles as C++11 and later; tested with C++11 to C++20.
 
 #ifndef STG_H
 #define STG_H
 
-// Clients rely on these.
+// Included for clients, which rely on these headers.
 #include <assert.h>
 #include <libgen.h>
 #include <pthread.h>
@@ -70,23 +70,22 @@
 
 namespace Stg {
 
-/// Call it first. Keeps the arguments in World::args and registers the model types. Leaves the
-/// arguments and the locale of the process as they are; may be called again. A World that is made
-/// before it warns and calls it without arguments.
+/// Initializes the library; call it before creating a World. Keeps the arguments in World::args and
+/// registers the model types. Does not change the arguments or the process's locale, and may be
+/// called again. A World that is created earlier warns and calls it without arguments.
 void Init(int* argc, char** argv[]);
 bool InitDone();
-/// "5.0.0"
+/// The version as text, such as "5.0.0".
 const char* Version();
-/// 50000: major * 10000 + minor * 100 + patch
+/// The version as a number: major * 10000 + minor * 100 + patch.
 unsigned int FullVersion();
-/// Fills Model::name_map with the types that are registered, the built-in ones among them. Init()
-/// does.
+/// Fills Model::name_map with all registered model types, built-in ones included. Init() calls it.
 void RegisterModels();
 
-/// About the program.
+/// Facts about the program.
 extern const char COPYRIGHT[], AUTHORS[], WEBSITE[], DESCRIPTION[], LICENSE[];
 
-/// A fiducial_return that is none.
+/// The value of fiducial_return for models that are not fiducials.
 enum { FiducialNone = 0 };
 
 typedef struct {
@@ -106,8 +105,8 @@ void EraseAll(T thing, C& cont) {
 
 }  // namespace Stg
 
-// The window, where it is built and the headers of FLTK are there. Define STAGE_WITHOUT_WINDOW for
-// clients that need none and want to compile faster.
+// Includes the window's header if the window is built and FLTK's headers are found. Define
+// STAGE_WITHOUT_WINDOW to compile faster without it.
 #if !defined(STAGE_WITHOUT_WINDOW) && __has_include("window/world_gui.hh") && \
                                                     __has_include(<FL/Fl_Gl_Window.H>)
 #include "window/world_gui.hh"

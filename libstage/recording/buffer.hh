@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Bytes in the making: numbers little endian, as MCAP and CDR want them.
+// A byte buffer for serialization. Numbers are little endian, as in MCAP and CDR.
 
 #ifndef STAGE_RECORDING_BUFFER_HH
 #define STAGE_RECORDING_BUFFER_HH
@@ -18,7 +18,7 @@ namespace Stg::recording {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
 
-/// A vector of bytes that doesn't clear what it makes room for: a log fills megabytes a step.
+/// A byte vector that leaves new bytes uninitialized, because a log grows by megabytes per step.
 class Buffer {
  public:
   size_t size() const { return size_; }
@@ -26,14 +26,14 @@ class Buffer {
   const uint8_t* data() const { return bytes_.get(); }
   std::string_view view() const { return {reinterpret_cast<const char*>(bytes_.get()), size_}; }
   void Clear() { size_ = 0; }
-  /// Cuts off what is behind.
+  /// Truncates the buffer.
   void Shrink(size_t size) { size_ = size; }
 
-  /// Makes room for so many bytes behind what is there, and for no more.
+  /// Reserves capacity for exactly this many more bytes.
   void Reserve(size_t count) {
     if (size_ + count > capacity_) SetCapacity(size_ + count);
   }
-  /// Room for so many bytes at the end, to be filled. Valid until the next one is asked for.
+  /// Appends uninitialized bytes and returns their address. Valid until the buffer next grows.
   uint8_t* Extend(size_t count) {
     if (size_ + count > capacity_) Grow(size_ + count);
     uint8_t* room = bytes_.get() + size_;
@@ -48,12 +48,12 @@ class Buffer {
   void PutBytes(const void* from, size_t count) {
     if (count > 0) std::memcpy(Extend(count), from, count);
   }
-  /// As MCAP has texts: their length first.
+  /// Appends text in MCAP's format: its length, then its bytes.
   void PutText(std::string_view text) {
     Put(static_cast<uint32_t>(text.size()));
     PutBytes(text.data(), text.size());
   }
-  /// Over what is there.
+  /// Overwrites bytes at an offset.
   template <typename T>
   void Set(size_t place, T value) {
     std::memcpy(bytes_.get() + place, &value, sizeof value);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// CDR, little endian, as ROS 2 puts messages into bytes: numbers lie at multiples of their size,
-// counted from behind four bytes that name the encoding.
+// Reads and writes little-endian CDR, the serialization of ROS 2 messages. Numbers are aligned to
+// multiples of their size, counted from the end of the four-byte encapsulation header.
 
 #ifndef STAGE_RECORDING_CDR_HH
 #define STAGE_RECORDING_CDR_HH
@@ -18,7 +18,7 @@ inline constexpr size_t kCdrHead = 4;
 
 class CdrWriter {
  public:
-  /// Of a message that begins at the end of what is there.
+  /// Starts a message at the end of the buffer.
   explicit CdrWriter(Buffer* to) : to_(*to), start_(to->size() + kCdrHead) {
     to_.Put(uint32_t{0x100});  // 00 01 00 00
   }
@@ -46,7 +46,7 @@ class CdrWriter {
   const size_t start_;
 };
 
-/// Reads one back. What is behind its end reads as 0, and is_good() is false then.
+/// Reads a message. Reading past its end returns 0 and makes is_good() false.
 class CdrReader {
  public:
   explicit CdrReader(std::string_view message)
@@ -64,7 +64,7 @@ class CdrReader {
     const std::string_view text = Take(1, size);
     return text.substr(0, text.empty() ? 0 : text.size() - 1);
   }
-  /// A sequence: its elements, as bytes, which need not be aligned in memory.
+  /// Returns a sequence's elements as bytes, which may be unaligned in memory.
   template <typename T>
   std::string_view GetSequence() {
     const auto count = Get<uint32_t>();

@@ -49,7 +49,7 @@ ChunkWriter::ChunkWriter(const std::string& name, Compression compression)
   try {
     thread_ = std::thread(&ChunkWriter::Work, this);
   } catch (const std::system_error&) {
-    // Then whoever hands over a chunk does the work.
+    // Without a thread, Hand() does the work itself.
   }
 }
 
@@ -131,8 +131,7 @@ void ChunkWriter::Close() {
   if (const int error = file_.Close(); error != 0) Fail(WhyNotWritten(name_, error));
 }
 
-/// The chunk and its indexes in one go, so that a file that can't grow any more ends with whole
-/// ones.
+/// Writes a chunk together with its indexes, so that a file on a full disk ends with complete ones.
 void ChunkWriter::Write(const Chunk& chunk) {
   const std::string_view plain = chunk.records.view();
   const std::string_view name = NameOf(compression_);
@@ -161,7 +160,7 @@ void ChunkWriter::Write(const Chunk& chunk) {
   totals_.end = std::max(totals_.end, chunk.end);
 }
 
-/// One for each channel that has messages in the chunk; sorted by counting.
+/// Appends one index per channel with messages in the chunk, using a counting sort.
 void ChunkWriter::PutMessageIndexes(const Chunk& chunk) {
   index_places_.clear();
   places_of_.assign(kMostChannels + 1, 0);
@@ -188,7 +187,8 @@ void ChunkWriter::PutMessageIndexes(const Chunk& chunk) {
   }
 }
 
-/// For the summary. The chunk and its message indexes are ready to be written.
+/// Stores the chunk's index record for the summary. Call before the chunk and its message indexes
+/// are written.
 void ChunkWriter::KeepChunkIndex(const Chunk& chunk, uint64_t length, uint64_t packed_size) {
   constexpr uint32_t kPlaceSize = 10;
   Buffer& to = chunk_index_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The file of a log: chunks are packed and written by a thread of their own, while the simulation
-// goes on. Who does it has no influence on the bytes.
+// Compresses and writes the chunks of a log in a separate thread while the simulation continues.
+// The bytes do not depend on the thread.
 
 #ifndef STAGE_RECORDING_CHUNK_WRITER_HH
 #define STAGE_RECORDING_CHUNK_WRITER_HH
@@ -26,20 +26,20 @@
 
 namespace Stg::recording {
 
-/// Records that are packed together.
+/// Records that are compressed together.
 struct Chunk {
   struct Entry {
     uint64_t time, offset;
     uint16_t channel;
   };
   Buffer records;
-  std::vector<Entry> messages;  // in their order
+  std::vector<Entry> messages;  // in the order of writing
   uint64_t start = ~uint64_t{0}, end = 0;
 
   void Clear();
 };
 
-/// Of all chunks that are written.
+/// Totals over all written chunks; times in ns.
 struct ChunkTotals {
   uint32_t count = 0;
   uint64_t start = ~uint64_t{0}, end = 0;
@@ -47,27 +47,27 @@ struct ChunkTotals {
 
 class ChunkWriter {
  public:
-  /// Throws std::runtime_error if the file can't be written, or holds something else than a log.
+  /// Throws std::runtime_error if the file cannot be written, or exists and is not a log.
   ChunkWriter(const std::string& name, Compression compression);
   ~ChunkWriter();
   ChunkWriter(const ChunkWriter&) = delete;
   ChunkWriter& operator=(const ChunkWriter&) = delete;
 
-  /// One to be filled.
+  /// Returns an empty chunk to fill.
   std::unique_ptr<Chunk> Spare();
-  /// Waits as long as kMostWaiting others are still to be written.
+  /// Queues a full chunk. Blocks while kMostWaiting chunks are queued.
   void Hand(std::unique_ptr<Chunk> chunk);
-  /// Until all that was handed over is written.
+  /// Waits until all queued chunks are written.
   void Finish();
-  /// One line, once something went wrong: then nothing more is written.
+  /// One-line reason after a failure, else empty. Nothing is written after a failure.
   std::string problem() const;
 
-  // While no chunk is waiting.
+  // The functions below may only be called while no chunk is queued.
 
   void Append(std::string_view part);
   uint64_t size() const { return file_.size(); }
   const ChunkTotals& totals() const { return totals_; }
-  /// Calls take(part) for the records that say where chunks lie, one after the other.
+  /// Calls take(part) for consecutive pieces of the records that locate the chunks.
   void ReadChunkIndexes(const std::function<void(std::string_view)>& take);
   void Close();
 
@@ -76,7 +76,7 @@ class ChunkWriter {
 
   void Work();
   void Write(const Chunk& chunk);
-  using Places = std::vector<std::pair<uint16_t, uint64_t>>;  // of a channel: where its index lies
+  using Places = std::vector<std::pair<uint16_t, uint64_t>>;  // (channel, file offset of its index)
   void PutMessageIndexes(const Chunk& chunk);
   void KeepChunkIndex(const Chunk& chunk, uint64_t length, uint64_t packed_size);
   void Fail(const std::string& what);
@@ -86,10 +86,10 @@ class ChunkWriter {
   Compressor compressor_;
   files::GrowingFile file_;
   ChunkTotals totals_;
-  files::ScratchFile chunk_indexes_;  // in a crowd, a tenth of the log: too much for memory
-  Places index_places_;               // of the chunk in the making
-  Buffer part_, chunk_index_;         // of the file, in the making
-  std::vector<uint32_t> places_of_;   // of each channel, in the list below; then where its end is
+  files::ScratchFile chunk_indexes_;  // on disk, because it can reach a tenth of a large log
+  Places index_places_;               // for the current chunk
+  Buffer part_, chunk_index_;         // serialization buffers
+  std::vector<uint32_t> places_of_;   // per channel: its start in sorted_, then its end
   std::vector<Chunk::Entry> sorted_;
 
   mutable std::mutex mutex_;
@@ -98,7 +98,7 @@ class ChunkWriter {
   std::vector<std::unique_ptr<Chunk>> spare_;
   std::string problem_;
   bool busy_ = false, stop_ = false;
-  std::thread thread_;  // not joinable: the system has granted none
+  std::thread thread_;  // not joinable if the system refused to start a thread
 };
 
 }  // namespace Stg::recording

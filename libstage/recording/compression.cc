@@ -35,7 +35,7 @@ bool UnpackLz4(std::string_view packed, uint8_t* plain, size_t size) {
   while (!packed.empty() && left != 0) {
     size_t room = size - made, taken = packed.size();
     left = LZ4F_decompress(context, plain + made, &room, packed.data(), &taken, nullptr);
-    // Neither read nor written: there is more in it than was said.
+    // No progress: the data are longer than announced.
     if (LZ4F_isError(left) || (room == 0 && taken == 0)) break;
     made += room;
     packed.remove_prefix(taken);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Chunks made smaller, by whichever libraries the program was built with.
+// Compression of chunks with the libraries that the program was built with.
 
 #ifndef STAGE_RECORDING_COMPRESSION_HH
 #define STAGE_RECORDING_COMPRESSION_HH
@@ -15,10 +15,10 @@ namespace Stg::recording {
 
 enum class Compression { kNone, kLz4, kZstd };
 
-/// As MCAP calls them: "" for none, "lz4", "zstd".
+/// MCAP's name: "" for none, "lz4", "zstd".
 const char* NameOf(Compression compression);
 bool IsAvailable(Compression compression);
-/// What logs take unless something else is asked for: the fastest there is.
+/// The default for logs: the fastest one available.
 Compression UsualCompression();
 
 class Compressor {
@@ -27,7 +27,7 @@ class Compressor {
   ~Compressor();
   Compressor(const Compressor&) = delete;
   Compressor& operator=(const Compressor&) = delete;
-  /// Appends the packed bytes.
+  /// Appends the compressed bytes to `packed`.
   void Pack(std::string_view plain, Buffer* packed);
 
  private:
@@ -36,7 +36,7 @@ class Compressor {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Appends exactly `size` bytes to *plain. Empty if that worked; otherwise why not.
+/// Appends exactly `size` decompressed bytes to `plain`. Returns "", or why that failed.
 std::string Unpack(std::string_view packed, std::string_view compression, size_t size,
                    Buffer* plain);
 

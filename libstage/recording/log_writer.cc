@@ -8,7 +8,7 @@ namespace Stg::recording {
 
 namespace {
 
-/// As rosbag2 writes it down: the last message, reliable and kept for those who come later.
+/// QoS in rosbag2's format: reliable, transient local, depth 1.
 constexpr char kLatched[] =
     "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n"
     "  deadline:\n    sec: 9223372036\n    nsec: 854775807\n"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Topics of ROS 2 in an MCAP file.
+// Writes topics of ROS 2 to an MCAP file.
 
 #ifndef STAGE_RECORDING_LOG_WRITER_HH
 #define STAGE_RECORDING_LOG_WRITER_HH
@@ -18,9 +18,9 @@ class LogWriter {
  public:
   LogWriter(const std::string& file, Compression compression);
 
-  /// Each topic is written down once. `latched`: who subscribes later gets the last message too.
+  /// Returns a topic's channel, new on first use. `latched`: late subscribers get the last message.
   uint16_t Channel(const std::string& topic, MessageType (*type)(), bool latched = false);
-  /// A message that was put into bytes already.
+  /// Adds a serialized message.
   void Add(uint16_t channel, usec_t time, const Buffer& message);
   McapWriter& mcap() { return mcap_; }
 

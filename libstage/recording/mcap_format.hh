@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What MCAP files consist of: https://mcap.dev/spec. A record is its opcode, the length of what
-// follows in 8 bytes, and its fields.
+// Constants of the MCAP file format, https://mcap.dev/spec. A record is an opcode, the length of
+// the rest in 8 bytes, and its fields.
 
 #ifndef STAGE_RECORDING_MCAP_FORMAT_HH
 #define STAGE_RECORDING_MCAP_FORMAT_HH
@@ -11,7 +11,7 @@
 
 namespace Stg::recording {
 
-/// At the beginning and at the end.
+/// First and last bytes of a file.
 inline constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 
 enum class Op : uint8_t {
@@ -33,15 +33,15 @@ enum class Op : uint8_t {
 };
 
 inline constexpr size_t kRecordHead = 9;                             // opcode and length
-inline constexpr size_t kMessageHead = kRecordHead + 2 + 4 + 8 + 8;  // before its data
+inline constexpr size_t kMessageHead = kRecordHead + 2 + 4 + 8 + 8;  // before the data
 inline constexpr unsigned kMostChannels = 65535;
 
-// Limits of what is written, and so of what is read: a file of some kilobytes may claim anything.
-// A chunk is handed on once it has a megabyte, so only a single message makes it larger than two:
-// the first poses, which take 40 bytes for each model; those of 1.5 million models have room.
+// Limits for writing and reading, because a file of a few kilobytes may claim any size. A chunk is
+// handed on once it has a megabyte, so only a single message can make it exceed two. The largest
+// are the first poses, 40 bytes per model: the limit allows 1.5 million models.
 inline constexpr uint64_t kLargestMessage = 60 << 20;      // bytes
-inline constexpr uint64_t kLargestChunk = 64 << 20;        // unpacked
-inline constexpr uint64_t kLargestAttachment = 512 << 20;  // all world files and pictures together
+inline constexpr uint64_t kLargestChunk = 64 << 20;        // uncompressed
+inline constexpr uint64_t kLargestAttachment = 512 << 20;  // all world files and images together
 inline constexpr uint64_t kLargestNames = 64 << 20;        // all metadata, schemas and channels
 
 }  // namespace Stg::recording

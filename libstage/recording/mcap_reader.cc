@@ -82,7 +82,7 @@ void McapReader::ReadBytes(uint64_t offset, uint64_t size, Buffer* to) const {
   }
 }
 
-/// Up to `size` bytes from there, valid until the next call: many records are a few bytes long.
+/// Returns up to `size` bytes, valid until the next call. Reads ahead, as many records are short.
 std::string_view McapReader::Look(uint64_t offset, uint64_t size) {
   size = std::min(size, size_ - offset);
   const uint64_t behind = window_offset_ + window_.size();
@@ -105,7 +105,7 @@ void McapReader::Scan() {
     Take(op, at, length);
     at += length;
   }
-  // The summary at the end of a file repeats the names, unless the writer has left them out.
+  // The summary at the end of a file repeats the names, unless the writer omitted it.
   if (ends_early_ || channels_.empty()) TakeNamesFromChunks();
 }
 
@@ -206,7 +206,7 @@ void McapReader::Unpack(std::string_view fields, uint64_t offset, Buffer* record
 }
 
 void McapReader::Read(const Chunk& chunk, Buffer* records) const {
-  // A chunk that was packed is not larger than what is in it, but for its head.
+  // A compressed chunk exceeds its uncompressed size by little more than its header.
   if (chunk.length > kLargestChunk + kLargestChunk / 8)
     FailAt(chunk.offset, "found " + std::to_string(chunk.length) + " bytes, expected " +
                              std::to_string(kLargestChunk >> 20) + " MB at most");

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Reads MCAP files, including those that were cut off. Opening one looks at the heads of its
-// records and at the names of its channels, which stand behind the chunks of a whole file; a chunk
-// is unpacked and checked when it is wanted. A reader holds no more in memory than names,
-// attachments, and where the chunks lie; how much that may be is limited (mcap_format.hh).
+// Reads MCAP files, including truncated ones. Opening a file reads the heads of its records and the
+// channel names, which follow the chunks in a complete file. Chunks are decompressed and checked on
+// demand. Memory holds only names, attachments and chunk locations, within the limits of
+// mcap_format.hh.
 
 #ifndef STAGE_RECORDING_MCAP_READER_HH
 #define STAGE_RECORDING_MCAP_READER_HH
@@ -20,8 +20,8 @@
 
 namespace Stg::recording {
 
-/// Takes fields from the front of a record. What is not there is 0 or empty, and is_good() is false
-/// from then on.
+/// Reads fields from the front of a record. Missing fields read as 0 or empty and make is_good()
+/// false.
 class FieldReader {
  public:
   explicit FieldReader(std::string_view fields) : left_(fields) {}
@@ -57,7 +57,7 @@ struct Message {
   std::string_view data;
 };
 
-/// Calls f(Op, std::string_view fields) for each record; false if the last one is not whole.
+/// Calls f(Op, std::string_view fields) for each record. False if the last one is incomplete.
 template <typename F>
 bool ForEachRecord(std::string_view records, F f) {
   while (!records.empty()) {
@@ -71,7 +71,7 @@ bool ForEachRecord(std::string_view records, F f) {
   return true;
 }
 
-/// Null data if the record is none.
+/// Parses a message record. Sets null data if the record is invalid.
 Message MessageOf(std::string_view fields);
 
 class McapReader {
@@ -84,8 +84,8 @@ class McapReader {
     uint64_t offset, length;  // of its fields in the file
   };
 
-  /// Throws std::runtime_error, one line that names the file, if it is none, or is damaged outside
-  /// of its chunks. One that ends early is good up to its last whole record.
+  /// Throws std::runtime_error with one line that names the file, if it is not MCAP or is damaged
+  /// outside of its chunks. A truncated file is valid up to its last complete record.
   explicit McapReader(const std::string& file);
   ~McapReader();
   McapReader(const McapReader&) = delete;
@@ -94,14 +94,14 @@ class McapReader {
   bool ends_early() const { return ends_early_; }
   const std::map<uint16_t, Channel>& channels() const { return channels_; }
   const std::vector<Chunk>& chunks() const { return chunks_; }
-  /// In the order of the file.
+  /// Attachments as (name, content), in file order.
   const std::vector<std::pair<std::string, std::string>>& attachments() const {
     return attachments_;
   }
-  /// Empty if there is none of that name.
+  /// Returns an empty map if there is no metadata of that name.
   const std::map<std::string, std::string>& metadata(const std::string& name) const;
-  /// The records of a chunk, unpacked. Throws std::runtime_error, one line that names the file, if
-  /// the chunk is damaged.
+  /// Reads and decompresses the records of a chunk. Throws std::runtime_error with one line that
+  /// names the file, if the chunk is damaged.
   void Read(const Chunk& chunk, Buffer* records) const;
 
  private:
@@ -123,7 +123,7 @@ class McapReader {
   uint64_t size_ = 0;
   bool ends_early_ = true;
   uint64_t attachment_bytes_ = 0, name_bytes_ = 0;  // read so far
-  Buffer window_;                                   // a part of the file, for the heads of records
+  Buffer window_;                                   // a cached piece of the file, for record heads
   uint64_t window_offset_ = 0;
   std::map<uint16_t, std::string> types_;
   std::map<uint16_t, Channel> channels_;

@@ -12,8 +12,8 @@ namespace Stg::recording {
 
 namespace {
 
-// Of a chunk: no less, unless it is old. Indexes take the less the larger chunks are; but those
-// that stay in the processor's caches, from here to the file, take half the time.
+// Minimum chunk size, except for old chunks. Larger chunks need less index space, but chunks that
+// fit into the processor's caches take half the time to compress and write.
 constexpr size_t kChunkSize = 1 << 20;
 constexpr uint64_t kOldest = 10'000'000'000;  // ns
 
@@ -22,7 +22,7 @@ uint32_t Crc(std::string_view bytes) {
       crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
-/// A record in the making: its length is set at the end.
+/// A record under construction; the destructor sets its length.
 class Record {
  public:
   Record(Op op, Buffer* to) : to_(*to), start_(to->size()) {
@@ -38,7 +38,7 @@ class Record {
   const size_t start_;
 };
 
-/// What a list or a map has in front: its length in bytes.
+/// The byte length in front of a list or a map; the destructor sets it.
 class Sized {
  public:
   explicit Sized(Buffer* to) : to_(*to), start_(to->size()) { to_.Put(uint32_t{0}); }
@@ -79,7 +79,7 @@ void McapWriter::AddAttachment(const std::string& name, const std::string& media
   Buffer bytes;
   {
     const Record record(Op::kAttachment, &bytes);
-    bytes.Put(uint64_t{0});  // when it was logged, and made: so that equal runs have equal logs
+    bytes.Put(uint64_t{0});  // log and creation time, constant: equal runs write equal logs
     bytes.Put(uint64_t{0});
     bytes.PutText(name);
     bytes.PutText(media_type);
@@ -122,7 +122,7 @@ uint16_t McapWriter::AddSchema(const std::string& name, const std::string& encod
   if (chunk_->records.size() >= kChunkSize) HandChunk();
   schemas_.push_back({name, encoding, definition});
   PutSchema(schemas_.size() - 1, &chunk_->records);
-  return static_cast<uint16_t>(schemas_.size());  // 0 stands for none
+  return static_cast<uint16_t>(schemas_.size());  // 0 means no schema
 }
 
 uint16_t McapWriter::AddChannel(uint16_t schema, const std::string& topic,
@@ -174,7 +174,7 @@ void McapWriter::Finish() {
   Buffer end;
   {
     const Record record(Op::kDataEnd, &end);
-    end.Put(uint32_t{0});  // no checksum of all: chunks and the summary have their own
+    end.Put(uint32_t{0});  // no checksum of the data section: chunks and the summary have their own
   }
   writer_.Append(end.view());
   WriteSummary();
@@ -226,7 +226,7 @@ void McapWriter::PutStatistics(Buffer* to) const {
   }
 }
 
-/// Groups of records of one kind, and then where each lies.
+/// Writes the summary: groups of records of one kind, then the offset of each group.
 class McapWriter::Summary {
  public:
   explicit Summary(ChunkWriter* to) : to_(*to), start_(to->size()) {}
@@ -248,7 +248,7 @@ class McapWriter::Summary {
     to_.ReadChunkIndexes([this](std::string_view part) { Add(part); });
     NoteGroup(Op::kChunkIndex, begin);
   }
-  /// The footer has the checksum of all before that.
+  /// Writes the offsets and the footer, which holds the summary's checksum.
   void End() {
     const uint64_t offsets = to_.size();
     Add(group_offsets_.view());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Writes MCAP files, https://mcap.dev: messages in chunks, indexes, a summary. A file that was cut
-// off anywhere is good up to its last whole chunk.
+// Writes MCAP files, https://mcap.dev: messages in chunks, indexes, a summary. A truncated file is
+// readable up to its last complete chunk.
 
 #ifndef STAGE_RECORDING_MCAP_WRITER_HH
 #define STAGE_RECORDING_MCAP_WRITER_HH
@@ -18,36 +18,35 @@
 
 namespace Stg::recording {
 
-/// Times are nanoseconds.
+/// Times are in nanoseconds.
 class McapWriter {
  public:
   using Texts = std::map<std::string, std::string>;
 
-  /// Throws std::runtime_error if the file can't be written, or holds something else than a log.
+  /// Throws std::runtime_error if the file cannot be written, or exists and is not a log.
   McapWriter(const std::string& name, Compression compression, const std::string& profile,
              const std::string& library);
 
-  /// Both before the first message.
+  /// Attachments and metadata must be added before the first message.
   void AddAttachment(const std::string& name, const std::string& media_type,
                      std::string_view content);
   void AddMetadata(const std::string& name, const Texts& texts);
   uint16_t AddSchema(const std::string& name, const std::string& encoding,
                      const std::string& definition);
-  /// Throws std::runtime_error if there are too many.
+  /// Throws std::runtime_error if there are too many channels.
   uint16_t AddChannel(uint16_t schema, const std::string& topic, const std::string& encoding,
                       const Texts& metadata);
-  /// A message of so many bytes, which are to be filled in before anything else is written.
+  /// Reserves a message of `size` bytes. The caller fills them before the next call.
   uint8_t* AddMessage(uint16_t channel, uint64_t time, size_t size);
-  /// To be called when all of a step is written: hands over a chunk that is old, so that a crash
-  /// doesn't cost much.
+  /// Call after each step: it hands over a chunk that is old, which limits the loss in a crash.
   void EndStep();
-  /// Writes the rest and the summary.
+  /// Writes the remaining chunk and the summary.
   void Finish();
-  /// One line, once something went wrong.
+  /// One-line reason after a failure, otherwise empty.
   std::string problem() const { return writer_.problem(); }
 
   uint64_t message_count() const;
-  /// To be asked when all is written.
+  /// Call after Finish().
   uint64_t file_size() const { return writer_.size(); }
 
  private:

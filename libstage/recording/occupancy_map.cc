@@ -17,14 +17,14 @@ namespace {
 constexpr double kMostCells = 4e6;
 constexpr int8_t kOccupied = 100;
 
-using Outline = std::vector<point_t>;  // global
+using Outline = std::vector<point_t>;  // in global coordinates
 
 bool IsScenery(const Model& model) {
   const Visibility& vis = model.vis;
   return (vis.obstacle_return || vis.ranger_return >= 0) && !vis.gripper_return;
 }
 
-/// The trees that a robot is part of.
+/// Returns the roots of all trees that contain a robot.
 std::set<const Model*> RootsOfRobots(const std::vector<Model*>& models) {
   std::set<const Model*> roots;
   for (const Model* model : models)
@@ -36,7 +36,7 @@ std::vector<Outline> OutlinesOf(const std::vector<Model*>& models) {
   const std::set<const Model*> robots = RootsOfRobots(models);
   std::vector<Outline> outlines;
   for (const Model* model : models) {
-    // The ground has an outline only as far as it is walled in; it is no scenery.
+    // The floor is not scenery; it has outlines only where it is walled in.
     if (model->GetId() == 0 || robots.contains(model->Root()) || !IsScenery(*model)) continue;
     const Pose frame = model->GetGlobalPose() + model->GetGeom().pose;
     for (const auto& block : model->body().blocks()) {
@@ -64,7 +64,7 @@ OccupancyMap MapOf(const std::vector<Model*>& models, double cell) {
   if (!std::isfinite(x.max - x.min) || !std::isfinite(y.max - y.min)) return map;
   while ((x.max - x.min + 2 * cell) * (y.max - y.min + 2 * cell) > kMostCells * cell * cell)
     cell *= 2;
-  // A corner on a cell's edge may come out a rounding below it.
+  // Rounding may put a corner on a cell's edge slightly below it.
   const auto index = [cell](double metres, double from) {
     return static_cast<int32_t>(std::max(0.0, std::floor((metres - from) / cell)));
   };

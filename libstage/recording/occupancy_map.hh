@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The scenery of a world as a map.
+// Maps the scenery of a world.
 
 #ifndef STAGE_RECORDING_OCCUPANCY_MAP_HH
 #define STAGE_RECORDING_OCCUPANCY_MAP_HH
@@ -12,9 +12,9 @@
 
 namespace Stg::recording {
 
-/// What stands there and stays: the outlines of bodies that robots run into or rangers see, without
-/// robots and what grippers may carry away. `cell`: wanted; cells are larger if there would be more
-/// than four million. No cells if there is no such body.
+/// Returns a map of the bodies that obstruct robots or are visible to rangers, without robots and
+/// objects that grippers can take. `cell` is the wanted cell size in metres; it is doubled until
+/// there are at most four million cells. The map is empty if there are no such bodies.
 OccupancyMap MapOf(const std::vector<Model*>& models, double cell);
 
 }  // namespace Stg::recording

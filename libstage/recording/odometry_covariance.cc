@@ -8,9 +8,9 @@ namespace Stg::recording {
 
 namespace {
 
-constexpr size_t kPlane[3] = {0, 1, 5};  // x, y and yaw, of six
+constexpr size_t kPlane[3] = {0, 1, 5};  // indices of x, y and yaw in the matrix
 
-/// The matrix of x, y and heading as ROS has it.
+/// Expands a matrix of x, y and heading to the six dimensions of ROS.
 OdometryCovariance::Matrix InSpace(const double (&planar)[3][3]) {
   OdometryCovariance::Matrix whole{};
   for (const size_t axis : {2, 3, 4}) whole[7 * axis] = OdometryCovariance::kUnknown;
@@ -29,7 +29,7 @@ void OdometryCovariance::Move(const Pose& estimate) {
     const SineCosine turn = SinCos(before_.a);
     const double ahead = turn.cosine * dx + turn.sine * dy;
     const double left = turn.cosine * dy - turn.sine * dx;
-    // An error of the heading turns the motion.
+    // A heading error rotates later motion.
     for (size_t i = 0; i < 3; i++) {
       jacobian_[0][i] -= dy * jacobian_[2][i];
       jacobian_[1][i] += dx * jacobian_[2][i];

@@ -17,7 +17,7 @@ bool PoseWatch::IsToBeTold(const Model& model, const ModelPose& now) {
 const std::vector<ModelPose>& PoseWatch::Look(const std::vector<Model*>& models) {
   found_.clear();
   for (const Model* model : models) {
-    if (model->GetId() == 0) continue;  // the ground
+    if (model->GetId() == 0) continue;  // the floor
     const Model* parent = model->Parent();
     const ModelPose now = {model->GetId(), parent ? parent->GetId() : 0, model->GetPose()};
     if (IsToBeTold(*model, now)) found_.push_back(now);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Which models of a world are not where they were when the log began.
+// Tracks which models of a world have moved since its log began.
 
 #ifndef STAGE_RECORDING_POSE_WATCH_HH
 #define STAGE_RECORDING_POSE_WATCH_HH
@@ -12,8 +12,8 @@
 
 namespace Stg::recording {
 
-/// The first look gives all models, each later one those that have been elsewhere at any look
-/// since, or are new: so a replay needs the first and the last of them, and none between.
+/// The first call returns all models. Later calls return the models that have moved since then at
+/// any earlier call, or are new. A replay therefore needs only the first and the latest result.
 class PoseWatch {
  public:
   const std::vector<ModelPose>& Look(const std::vector<Model*>& models);
@@ -27,7 +27,7 @@ class PoseWatch {
   bool IsToBeTold(const Model& model, const ModelPose& now);
 
   bool begun_ = false;
-  std::vector<Known> known_;  // by the model's number
+  std::vector<Known> known_;  // indexed by model id
   std::vector<ModelPose> found_;
 };
 

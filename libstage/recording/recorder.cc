@@ -29,14 +29,14 @@ namespace {
 
 const std::string kMapFrame = "map";
 
-/// The place of a robot, true and estimated, at a time when a model of its tree updated.
+/// A robot's true and estimated pose at the time when a model of its tree updated.
 struct Instant {
   usec_t time = 0;
   Pose estimate, truth;
 };
 
-/// The newest instant of a robot: the present one if it has no subscribers, since it notes none
-/// then.
+/// Returns the newest instant of a robot. A robot without subscribers notes none, so its current
+/// pose counts.
 Instant InstantOf(const ModelPosition& position, usec_t now) {
   if (position.HasSubscribers())
     return {position.GetSensedTime(), position.est_pose, position.GetSensedPose()};
@@ -52,9 +52,9 @@ struct LoggedScan {
   ScanMaker maker;
   int channel = -1;
   usec_t written;      // the update that was written last
-  usec_t updated = 0;  // the update that its readings are of
-  Instant instant;     // of its robot, at that update
-  Pose mount;          // on its robot, at that update
+  usec_t updated = 0;  // the update that the current readings belong to
+  Instant instant;     // the robot's instant at that update
+  Pose mount;          // sensor pose on the robot at that update
 
   void GoOnLike(const LoggedScan& before) {
     written = before.written;
@@ -64,7 +64,7 @@ struct LoggedScan {
   }
 };
 
-/// The average time between updates, which happen in steps.
+/// Mean time between updates, which only happen in steps.
 usec_t TimeBetweenUpdates(const Model& model) {
   return std::max(model.GetUpdateInterval(), model.GetWorld()->sim_interval);
 }
@@ -77,7 +77,7 @@ struct LoggedRobot {
     for (const ScanSource& scan : of.scans)
       scans.emplace_back(scan, TimeBetweenUpdates(*scan.ranger), ranges, now);
   }
-  /// What was written of it is written.
+  /// Takes over what was already written for this robot.
   void GoOnLike(const LoggedRobot& before) {
     is_new = before.is_new;
     instant = before.instant;
@@ -88,13 +88,13 @@ struct LoggedRobot {
   OdometryMaker odometry, truth;
   std::vector<LoggedScan> scans;
   int odometry_channel = -1, truth_channel = -1;
-  Instant instant;      // that is to be written, or was last
-  bool is_new = true;   // nothing of it is written yet
-  bool is_due = false;  // it is to be written in this step
-  Pose origin;          // of its odometry's frame, in that of the world
+  Instant instant;      // to be written, or written last
+  bool is_new = true;   // nothing was written yet
+  bool is_due = false;  // to be written in this step
+  Pose origin;          // of the odometry frame, in world coordinates
 };
 
-/// The origin of the frame of its odometry: that of the world, if a GPS says where it is.
+/// Returns the origin of a robot's odometry frame; with GPS localization it is the world's.
 Pose OriginOf(const ModelPosition& position) {
   return position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS ? Pose()
                                                                            : position.est_origin;
@@ -139,18 +139,18 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   LogOptions options_;
   LogWriter log_;
   World* world_ = nullptr;
-  WorldHandle handle_;  // of it
+  WorldHandle handle_;  // of world_
   uint64_t life_ = 0, family_ = 0;
   usec_t now_ = 0, next_ = 0;
   bool ended_ = false;
   std::vector<LoggedRobot> robots_;
-  bool fixed_changed_ = true;  // transforms of /tf_static
+  bool fixed_changed_ = true;  // /tf_static needs to be written
   PoseWatch poses_;
   std::vector<Transform> transforms_;
   Buffer message_;
 };
 
-// ---- the run ------------------------------------------------------------------------------------
+// ---- attaching and stepping ---------------------------------------------------------------------
 
 void Recorder::Impl::Attach(World* world) {
   world_ = world;
@@ -166,7 +166,7 @@ void Recorder::Impl::Attach(World* world) {
   Arm();
 }
 
-/// A callback that is asked for anew after each step is none of the world's state.
+/// A callback that is requested again after each step is not part of the world's state.
 void Recorder::Impl::Arm() {
   world_->CallAfterStep([weak = weak_from_this()](World&) {
     if (const std::shared_ptr<Impl> self = weak.lock()) self->AfterStep();
@@ -199,7 +199,7 @@ void Recorder::Impl::Finish() {
     throw std::runtime_error(problem);
 }
 
-// ---- what is written once -----------------------------------------------------------------------
+// ---- written once -------------------------------------------------------------------------------
 
 void Recorder::Impl::AddFiles() {
   const std::vector<WorldFile> files = FilesOf(world_);
@@ -208,7 +208,7 @@ void Recorder::Impl::AddFiles() {
                              {"interval_us", std::to_string(world_->sim_interval)}};
   if (!files.empty()) about["world"] = files[0].name;
   for (const std::string& setting : world_->options().settings)
-    about["settings"] += setting + "\n";  // which has no line ends in it
+    about["settings"] += setting + "\n";  // settings contain no line ends
   log_.mcap().AddMetadata("stage", about);
   for (const WorldFile& file : files)
     log_.mcap().AddAttachment(file.name, "application/octet-stream", file.content);
@@ -229,7 +229,7 @@ bool Recorder::Impl::IsWanted(const Robot& robot) const {
          });
 }
 
-/// Again after models have come or gone: what was written of those that are still there is kept.
+/// Called again whenever models were added or removed; keeps the progress of robots that remain.
 void Recorder::Impl::FindRobots() {
   WorldEngine& engine = world_->engine();
   family_ = engine.family_changes;
@@ -253,7 +253,7 @@ void Recorder::Impl::CheckRobots() const {
                            (options_.robots.size() > 1 ? " or like the others" : ""));
 }
 
-// ---- what a step has changed --------------------------------------------------------------------
+// ---- written per step ---------------------------------------------------------------------------
 
 void Recorder::Impl::WriteAll() {
   message_.Clear();
@@ -288,7 +288,7 @@ void Recorder::Impl::ChooseDueRobots() {
   }
 }
 
-/// Notes where the scans of this step were taken; they may be written later.
+/// Notes where the scans of this step were taken, because they may be written later.
 void Recorder::Impl::NoteScans() {
   for (LoggedRobot& robot : robots_)
     for (LoggedScan& scan : robot.scans) {
@@ -314,8 +314,7 @@ void Recorder::Impl::WriteTransforms() {
   log_.Add(log_.Channel("/tf", TransformsType), now_, message_);
 }
 
-/// Adds the transform of the robot's newest instant, and one for each older scan that is written
-/// now.
+/// Adds transforms for the robot's newest instant and for each older scan that is written now.
 void Recorder::Impl::AddTransforms(const LoggedRobot& robot) {
   const Robot& names = robot.robot;
   std::set<usec_t> written;
@@ -393,7 +392,7 @@ void Recorder::Impl::WritePoses() {
   log_.Add(log_.Channel("/stage/poses", ModelPosesType), now_, message_);
 }
 
-// ---- the face -----------------------------------------------------------------------------------
+// ---- public interface ---------------------------------------------------------------------------
 
 Recorder::Recorder(const LogOptions& options) : impl_(std::make_shared<Impl>(options)) {}
 Recorder::~Recorder() = default;

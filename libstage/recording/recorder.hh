@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Logs of a run: what the robots of a world sense, believe and do, as an MCAP file of ROS 2
-// messages. A log changes nothing in the run: the recorder looks at the world between steps,
-// subscribes to nothing and adds no callbacks to models.
+// Logs a run to an MCAP file of ROS 2 messages: what the robots of a world sense, estimate and do.
+// A log never changes the run. The recorder reads the world between steps, subscribes to nothing
+// and adds no callbacks to models.
 
 #ifndef STAGE_RECORDING_RECORDER_HH
 #define STAGE_RECORDING_RECORDER_HH
@@ -23,26 +23,26 @@ namespace Stg::recording {
 
 struct LogOptions {
   std::string file;
-  usec_t every = 0;                 ///< simulated; 0: whenever something has updated
-  std::vector<std::string> robots;  ///< names, or patterns of them with * and ?; empty: all
+  usec_t every = 0;                 ///< simulated time; 0: at every update
+  std::vector<std::string> robots;  ///< names, or patterns with * and ?; empty: all
   Compression compression = UsualCompression();
   RangeConvention ranges = RangeConvention::kRep117;
 };
 
 class Recorder {
  public:
-  /// Makes the file, or empties an earlier log. Throws std::runtime_error if it can't be written,
-  /// or holds something else.
+  /// Creates the file or empties an earlier log. Throws std::runtime_error if it cannot be written,
+  /// or exists and is not a log.
   explicit Recorder(const LogOptions& options);
   ~Recorder();
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// To be called when the world is loaded: writes how things are, and from then on what each step
-  /// changes, until the world is unloaded. If the file can't be written any more, the world is to
-  /// quit. Throws std::runtime_error if there is no such robot, or if there are too many topics.
+  /// Call when the world is loaded. Writes its state now and the changes of each step, until the
+  /// world is unloaded. If the file can no longer be written, it asks the world to quit. Throws
+  /// std::runtime_error if no robot matches, or if there are too many topics.
   void Attach(World* world);
-  /// Ends the file. Throws std::runtime_error if anything could not be written.
+  /// Completes the file. Throws std::runtime_error if anything could not be written.
   void Finish();
 
  private:

@@ -19,7 +19,7 @@ namespace {
 
 usec_t Microseconds(uint64_t nanoseconds) { return nanoseconds / 1000; }
 
-/// As a ranger of that many samples has them.
+/// Sets the bearings of a sensor with that many samples.
 void SetBearings(ModelRanger::Sensor* sensor) {
   const size_t count = sensor->ranges.size();
   sensor->bearings.assign(count, 0);
@@ -63,7 +63,7 @@ void Replay::Fail(const std::string& what) const {
   throw std::runtime_error(messages::Shortened(name_, messages::kLongestDetail) + ": " + what);
 }
 
-/// Of all models: what comes later tells of those alone that have moved since.
+/// Finds the poses of all models. Later messages contain only models that have moved since.
 void Replay::FindFirstPoses() {
   bool found = false, good = true;
   for (const McapReader::Chunk& chunk : log_.chunks()) {
@@ -98,7 +98,7 @@ void Replay::Attach(World* world) {
   handle_ = WorldHandle(world);
   life_ = world->engine().life;
   FindTargets();
-  // Windows show data of models that somebody has subscribed to.
+  // The window shows sensor data only for models with subscribers.
   for (const auto& [id, target] : targets_) target.ranger->Subscribe();
   for (Model* model : world->engine().models)
     if (auto* position = dynamic_cast<ModelPosition*>(model)) {
@@ -124,7 +124,7 @@ void Replay::GoTo(usec_t time) {
   if (!IsThere()) return;
   time = std::clamp(time, start_, end_);
   world_->ShowTime(time);
-  // From a while before: the last readings of slow sensors are there.
+  // Reading starts a while earlier, to include the last readings of slow sensors.
   constexpr usec_t kWhile = 2'000'000;
   const auto& chunks = log_.chunks();
   const auto first = std::ranges::find_if(chunks, [&](const McapReader::Chunk& chunk) {
@@ -154,8 +154,8 @@ void Replay::ShowUntil(usec_t time) {
   ShowPoses();
 }
 
-/// Takes what was logged up to that time. A damaged message is passed over: the file is whole, so
-/// somebody else has written it.
+/// Applies everything logged up to this time. Skips damaged messages: the file is complete, so
+/// another program has written them.
 void Replay::ReadOn(usec_t time) {
   for (;;) {
     if (at_ >= records_.size()) {
@@ -184,7 +184,7 @@ void Replay::ReadOn(usec_t time) {
 }
 
 void Replay::ShowPoses() {
-  // Most models have never moved: the few that have are placed once.
+  // Each model is placed once: at its latest pose, or at its first one if it has never moved.
   std::unordered_map<uint32_t, const ModelPose*> now;
   for (const ModelPose& pose : poses_) now[pose.model] = &pose;
   for (const ModelPose& first : first_poses_) {
@@ -193,7 +193,7 @@ void Replay::ShowPoses() {
   }
 }
 
-/// Models that controllers had made are not there.
+/// Skips models that controllers had created: this world does not have them.
 void Replay::Place(const ModelPose& pose) {
   Model* model = world_->FindModel(pose.model);
   if (!model) return;

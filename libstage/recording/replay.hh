@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Shows a log again, in a world that was loaded from the files in it, without controllers: after
-// each step, models are where they were at that time, and range sensors have the readings that they
-// had.
+// Replays a log in a world that was loaded from the log's files, without controllers. After each
+// step, models have their logged poses and range sensors their logged readings.
 
 #ifndef STAGE_RECORDING_REPLAY_HH
 #define STAGE_RECORDING_REPLAY_HH
@@ -25,25 +24,26 @@ namespace Stg::recording {
 
 class Replay {
  public:
-  /// Throws std::runtime_error, one line that names the file, if it is damaged, or no log of a
-  /// Stage run, or if there is nothing in it yet.
+  /// Throws std::runtime_error with one line that names the file, if it is damaged, empty, or not
+  /// the log of a Stage run.
   explicit Replay(const std::string& file);
   ~Replay();
   Replay(const Replay&) = delete;
   Replay& operator=(const Replay&) = delete;
 
   bool ends_early() const { return log_.ends_early(); }
-  /// To be loaded, without controllers, with these settings and that seed.
+  /// The world to load without controllers: its files, settings and seed.
   const std::vector<WorldFile>& files() const { return files_; }
   const std::vector<std::string>& settings() const { return settings_; }
   uint64_t seed() const { return seed_; }
   usec_t start() const { return start_; }
   usec_t end() const { return end_; }
 
-  /// To be called when the world is loaded. Shows how things were at the start; from then on each
-  /// step shows what it changed. The world has to live until it is unloaded or this is deleted.
+  /// Call when the world is loaded. Shows the state at the start; each step then shows its changes.
+  /// The world must live until it is unloaded or this object is deleted.
   void Attach(World* world);
-  /// Shows that time, or the nearest one that the log knows. Nothing if the world was unloaded.
+  /// Shows the state at this time, or at the nearest logged time. Does nothing if the world was
+  /// unloaded.
   void GoTo(usec_t time);
 
  private:
@@ -69,14 +69,14 @@ class Replay {
   usec_t start_ = 0, end_ = 0;
   int poses_channel_ = -1;
   std::vector<ModelPose> first_poses_, poses_;
-  std::map<uint16_t, Target> targets_;  // of scans, by channel
+  std::map<uint16_t, Target> targets_;  // scans by channel
   World* world_ = nullptr;
-  WorldHandle handle_;  // of it
+  WorldHandle handle_;  // of world_
   uint64_t life_ = 0;
-  // How far the log was read: the next record of a chunk that is unpacked.
+  // Read position: the next record in a decompressed chunk.
   size_t next_chunk_ = 0, at_ = 0;
   Buffer records_;
-  std::shared_ptr<Replay*> self_;  // for calls that outlive this
+  std::shared_ptr<Replay*> self_;  // for callbacks that may outlive this object
 };
 
 }  // namespace Stg::recording

@@ -13,7 +13,7 @@ namespace Stg::recording {
 
 namespace {
 
-/// The uppermost position that carries it, or else the top of its tree.
+/// Returns the topmost position that carries the model, or else the root of its tree.
 Model* CarrierOf(Model* model) {
   Model *carrier = nullptr, *top = model;
   for (Model* m = model; m; m = m->Parent()) {
@@ -29,7 +29,7 @@ bool IsMoved(const Model* sensor, const Model* robot) {
   return false;
 }
 
-/// Letters, digits and single underscores, no digit first.
+/// Reduces a name to letters, digits and single underscores that do not start with a digit.
 std::string RosName(const std::string& token) {
   std::string name;
   for (const char c : token) {
@@ -41,7 +41,7 @@ std::string RosName(const std::string& token) {
   return std::isdigit(static_cast<unsigned char>(name[0])) ? "_" + name : name;
 }
 
-/// One that nothing has yet.
+/// Returns a name that is not taken yet, and marks it as taken.
 std::string FreeName(const std::string& token, std::set<std::string>* taken) {
   const std::string name = RosName(token);
   std::string free = name;
@@ -49,7 +49,7 @@ std::string FreeName(const std::string& token, std::set<std::string>* taken) {
   return free;
 }
 
-/// Rangers are numbered if there are several; of one with several sensors, the first has its name.
+/// Numbers rangers if there are several. The first sensor of a ranger has the ranger's name.
 void NameScans(const std::string& prefix, std::vector<ScanSource>* scans) {
   std::vector<const ModelRanger*> rangers;
   for (const ScanSource& scan : *scans)
@@ -72,7 +72,7 @@ void NameRobot(const std::string& prefix, Robot* robot) {
   NameScans(prefix, &robot->scans);
 }
 
-/// What is no robot has a prefix in any case, and comes last: it takes no name from one.
+/// Models that are not robots always get a prefix. They are named last, so robots keep their names.
 void NameAll(std::vector<Robot>* robots) {
   size_t count = 0;
   for (const Robot& robot : *robots) count += robot.position != nullptr;
@@ -106,15 +106,15 @@ std::vector<Robot> RobotsOf(const std::vector<Model*>& models) {
 }
 
 Pose MountOf(const ScanSource& source, const Model& robot) {
-  // Headings and places in the plane from link to link: so they don't depend on where the robot is.
-  // A top-level ranger is its own robot.
+  // Headings and positions are added up along the chain of parents, so that rounding does not
+  // depend on where the robot is. A top-level ranger is its own robot.
   Pose below;
   for (const Model* m = source.ranger; m != &robot; m = m->Parent())
     below = m->GetSensedLocalPose() + below;
   const Pose frame = source.ranger->SensorFrame(below);
   const ModelRanger::Sensor& sensor = source.ranger->GetSensors()[source.sensor];
   Pose mount = ModelRanger::OriginOf(sensor, frame, SinCos(frame.a));
-  // Heights depend on what stands on what.
+  // Heights depend on stacking, so they come from global poses.
   mount.z += source.ranger->GetSensedPose().z - robot.GetSensedPose().z - below.z;
   return mount;
 }

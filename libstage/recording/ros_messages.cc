@@ -39,7 +39,7 @@ constexpr char kMapMetaData[] =
     "nav_msgs/MapMetaData\nbuiltin_interfaces/Time map_load_time\nfloat32 resolution\n"
     "uint32 width\nuint32 height\ngeometry_msgs/Pose origin\n";
 
-/// The types that a message's has in it come behind a line of 80 signs each.
+/// Appends the definitions of nested types, each after a line of 80 equal signs.
 std::string WithTypes(std::string definition, std::initializer_list<const char*> types) {
   for (const char* type : types) definition += std::string(80, '=') + "\nMSG: " + type;
   return definition;
@@ -47,7 +47,7 @@ std::string WithTypes(std::string definition, std::initializer_list<const char*>
 
 // ---- parts of messages --------------------------------------------------------------------------
 
-constexpr size_t kStampPlace = kCdrHead;  // each message begins with its time
+constexpr size_t kStampPlace = kCdrHead;  // each message begins with its time stamp
 
 void SetStamp(usec_t time, uint8_t* place) {
   const auto seconds = static_cast<int32_t>(time / 1'000'000);
@@ -66,7 +66,7 @@ void PutHeader(usec_t time, std::string_view frame, CdrWriter* to) {
   to->PutText(frame);
 }
 
-/// Position and orientation of a pose: the same in Pose and in Transform.
+/// Position and orientation, serialized alike in Pose and Transform.
 struct PlaceInSpace {
   explicit PlaceInSpace(const Pose& pose) {
     const SineCosine half = SinCos(pose.a / 2);
@@ -80,7 +80,7 @@ void PutPlace(const Pose& pose, CdrWriter* to) {
   for (const double number : PlaceInSpace(pose).numbers) to->Put(number);
 }
 
-/// Doubles as floats, behind their count; `converted` is called with each.
+/// Writes a float sequence: the count, then converted(value) for each value.
 template <typename F>
 void WriteFloats(const std::vector<double>& from, size_t count, F converted, uint8_t* to) {
   const auto size = static_cast<uint32_t>(count);
@@ -172,7 +172,7 @@ size_t ScanMaker::Prepare(const ModelRanger::Sensor& sensor) {
     count_ = SamplesOf(sensor);
     fov_ = sensor.fov;
     range_ = sensor.range;
-    const bool one = count_ < 2;  // it looks straight ahead
+    const bool one = count_ < 2;  // a single sample looks straight ahead
     head_.Clear();
     CdrWriter to(&head_);
     PutHeader(0, frame_, &to);
@@ -299,7 +299,7 @@ bool GetModelPoses(std::string_view message, std::vector<ModelPose>* poses) {
   from.Get<int32_t>();
   from.Get<uint32_t>();
   from.GetText();
-  // There may be millions: they are read where they lie.
+  // There may be millions of elements, so they are read in place.
   const std::string_view models = from.GetSequence<uint32_t>();
   const std::string_view parents = from.GetSequence<uint32_t>();
   std::string_view numbers[4];

@@ -23,14 +23,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Absolute, without links and dots, as far as the file is there.
+/// Returns the absolute path; resolves links and dots in the part that exists.
 fs::path PlaceOf(const std::string& name) {
   std::error_code unknown;
   const fs::path place = fs::weakly_canonical(fs::absolute(name, unknown), unknown);
   return unknown ? fs::path("/") / fs::path(name).filename() : place;
 }
 
-/// The lowest folder that all of them lie in.
+/// Returns the deepest folder that contains all files.
 fs::path CommonFolder(const std::vector<fs::path>& places) {
   fs::path common = places[0].parent_path();
   for (const fs::path& place : places)

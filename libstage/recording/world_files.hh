@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The files that a world was loaded from, to be kept in a log and unpacked from it.
+// The files that a world was loaded from, to be stored in a log and unpacked from it.
 
 #ifndef STAGE_RECORDING_WORLD_FILES_HH
 #define STAGE_RECORDING_WORLD_FILES_HH
@@ -15,26 +15,26 @@ class World;
 namespace Stg::recording {
 
 struct WorldFile {
-  std::string name;  ///< relative to a folder that all of them lie in
+  std::string name;  ///< relative to a folder that contains all files
   std::string content;
 };
 
-/// The world file first, as it was when it was read, then what it includes, and its pictures. Empty
-/// if nothing is loaded. Pictures that can't be read any more are left out, with a warning.
+/// Returns the world file as it was read, then its includes and images. Empty if no world is
+/// loaded. Images that can no longer be read are skipped with a warning.
 std::vector<WorldFile> FilesOf(World* world);
 
-/// A folder of its own with these files in it, which is deleted with it.
+/// A temporary folder with these files. The destructor deletes it.
 class UnpackedFiles {
  public:
-  /// Throws std::runtime_error if that fails, or if a name leads out of the folder.
+  /// Throws std::runtime_error on failure, or if a name points outside of the folder.
   explicit UnpackedFiles(const std::vector<WorldFile>& files);
   ~UnpackedFiles();
   UnpackedFiles(const UnpackedFiles&) = delete;
   UnpackedFiles& operator=(const UnpackedFiles&) = delete;
 
-  /// The first of the files.
+  /// Path of the first file.
   const std::string& world_file() const { return world_file_; }
-  /// All folders that files lie in, for STAGEPATH: with `:` between them.
+  /// All folders that contain files, separated by `:`, for STAGEPATH.
   const std::string& folders() const { return folders_; }
 
  private:
