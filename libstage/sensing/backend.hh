@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The door of a backend: what a plug-in that brings a prefilter exports. Behind it C++ objects of
-// both sides meet, so that it says first how they were built; a plug-in that was built otherwise is
-// refused before anything of it is called.
+// The entry point of a backend: what a plug-in with a prefilter exports. Plug-in and libstage share
+// C++ objects, so the entry point first states how they were built. A plug-in with another version
+// or layout is rejected before any of its code is called.
+//
+// A plug-in needs only this line, in one of its source files:
 //
 //   STAGE_EXPORT_BACKEND(Make, List)
-//
-// in one source of the plug-in is all that it takes.
 
 #ifndef STAGE_SENSING_BACKEND_HH
 #define STAGE_SENSING_BACKEND_HH
@@ -23,10 +23,10 @@
 
 namespace Stg::internal::sensing {
 
-/// To be raised whenever what a plug-in may call, or is called for, changes its meaning.
+/// Raise it whenever the meaning of an interface between libstage and plug-ins changes.
 inline constexpr uint32_t kBackendVersion = 5;
 
-/// A number that differs where objects that pass the door are laid out differently.
+/// A hash that differs if the layout of shared objects differs.
 constexpr uint64_t BackendLayout() {
   uint64_t hash = 0xcbf29ce484222325u;
   for (const std::size_t size : {sizeof(void*),
@@ -53,24 +53,23 @@ constexpr uint64_t BackendLayout() {
   return hash;
 }
 
-/// Takes a text, of which it keeps a copy.
+/// Receives a text, which it must copy.
 using TakeText = void (*)(void* user, const char* text);
 
-/// What is exported as `stage_backend`. The first three members stay what they are in every
-/// version.
+/// Exported as `stage_backend`. The first three members are the same in every version.
 struct Backend {
   uint32_t version;  ///< kBackendVersion
-  uint32_t size;     ///< of this struct
+  uint32_t size;     ///< size of this struct in bytes
   uint64_t layout;   ///< BackendLayout()
-  /// A prefilter, to be deleted by the caller. `choice`: which device (empty: the best one). Null
-  /// and a message if there is no such device; the message lists those that there are. Throws
-  /// nothing.
+  /// Makes a prefilter, which the caller must delete. `choice` selects the device (empty: the best
+  /// one). If there is no such device, returns null and reports a message that lists the devices.
+  /// Never throws.
   Prefilter* (*make)(const char* choice, TakeText tell, void* user);
-  /// Gives a text with one line for each device, or why there is none. Throws nothing.
+  /// Reports a text with one line per device, or the reason why there is none. Never throws.
   void (*list)(TakeText tell, void* user);
 };
 
-/// Calls `f`, which may throw, for a plug-in, and tells what was thrown.
+/// Calls `f` on behalf of a plug-in and reports an exception as a message.
 template <typename F>
 void CallForBackend(TakeText tell, void* user, F f) noexcept {
   try {
@@ -84,8 +83,8 @@ void CallForBackend(TakeText tell, void* user, F f) noexcept {
 
 }  // namespace Stg::internal::sensing
 
-/// `make_prefilter`: a std::unique_ptr to a prefilter, or null, from (const std::string& choice,
-/// std::string* message). `list_devices`: a std::string from ().
+/// `make_prefilter`(const std::string& choice, std::string* message) returns a std::unique_ptr to a
+/// prefilter, or null. `list_devices`() returns a std::string.
 #define STAGE_EXPORT_BACKEND(make_prefilter, list_devices)                                   \
   extern "C" __attribute__((visibility("default")))                                          \
   const Stg::internal::sensing::Backend stage_backend;                                       \

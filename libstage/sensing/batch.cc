@@ -73,7 +73,7 @@ void RayBatch::Close(const DirectionTables& tables) {
 const Direction* RayBatch::DirectionsOf(const Fan& fan) const {
   const uint32_t in_tables = static_cast<uint32_t>(tables_->all().size());
   const uint32_t first = fan.record.first_direction;
-  // By data(): a fan without samples may come behind the last one.
+  // Uses data(), because a fan without samples may have an index past the end.
   return first < in_tables ? tables_->all().data() + first
                            : own_directions_.data() + (first - in_tables);
 }
@@ -115,7 +115,7 @@ SelfMask RayBatch::PlanSelfMask(const grid::Drawings& own) {
 
 namespace {
 
-/// The cells of the part that have bodies of other trees too.
+/// Mask of the part's cells that also hold bodies of other trees.
 uint64_t CellsOfOthers(const grid::Grid& grid, const grid::TilePart& part, const void* tree) {
   const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != tree; };
   uint64_t cells = 0;
@@ -127,7 +127,7 @@ uint64_t CellsOfOthers(const grid::Grid& grid, const grid::TilePart& part, const
   return cells;
 }
 
-/// The cells in the part's tile that are drawn exactly for bodies of other trees.
+/// Mask of the cells in the part's tile that exact outlines of other trees touch.
 uint64_t OutlinesOfOthers(const grid::Grid& grid, const grid::TilePart& part, const void* tree) {
   uint64_t cells = 0;
   grid.ForEachOutline(grid.OutlinesIn(part.slot), [&](const grid::OutlinePart& outline) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The batch of a step: the fans of all sensors that are due, in the order in which they came.
+// The batch of a step: the fans of all sensors that are due, in order of arrival.
 
 #ifndef STAGE_SENSING_BATCH_HH
 #define STAGE_SENSING_BATCH_HH
@@ -15,24 +15,24 @@
 
 namespace Stg::internal::sensing {
 
-/// Tiles of the grid whose marked cells hold nothing but one tree of models. Rays of that tree's
-/// sensors, which never stop at their own tree, need not look at them.
+/// Tiles whose marked cells hold nothing but one tree of models. Rays of that tree's sensors skip
+/// these cells, because they never stop at their own tree.
 struct SelfMask {
   int32_t x = 0, y = 0;  ///< tile coordinates of the first tile
   uint32_t width = 0, height = 0;
-  uint32_t first = 0;  ///< index of its first word among the batch's
+  uint32_t first = 0;  ///< index of the first word in the batch's mask words
   uint32_t words() const { return width * height; }
 };
-/// A self-mask has at most this many tiles a side; larger bodies are looked at like any other.
+/// Maximum width and height of a self-mask, in tiles. Larger bodies get none.
 inline constexpr uint32_t kMaxMaskSide = 16;
 
-/// How much of a batch.
+/// Element counts of a part of a batch, or the offsets at which that part begins.
 struct BatchShare {
   uint64_t rays = 0;
   uint32_t fans = 0;
-  uint32_t words = 0;        ///< of self-masks
-  uint32_t turned_fans = 0;  ///< those with directions of their own
-  size_t turns = 0;          ///< these directions
+  uint32_t words = 0;        ///< words of self-masks
+  uint32_t turned_fans = 0;  ///< fans with their own directions
+  size_t turns = 0;          ///< directions of these fans
 
   BatchShare& operator+=(const FanList::Entry& o) {
     rays += o.samples;
@@ -51,64 +51,64 @@ struct BatchShare {
   }
 };
 
-/// What a device needs of a fan, on its own: that of all fans is read in one go.
+/// The data of a fan that a device needs, apart from Fan so that all of them are read in sequence.
 struct DeviceFan {
   FanRecord record{};
   grid::LayerIndex layer = 0;
-  bool fits = false;  ///< it is of a single leg and has rays, and is not left to the host
+  bool fits = false;  ///< a device may walk it: it has rays and a single leg, and was not excluded
 };
 
 class RayBatch {
  public:
   void Clear();
 
-  /// Adds a fan of `samples` rays. It is walked past the cells of the self-mask.
+  /// Adds a fan of `samples` rays. The walk ignores the cells of the self-mask.
   void Add(Fan fan, uint32_t samples, const SelfMask& mask);
 
-  /// The self-mask of a tree with these drawings: their cells in which there is nothing else.
-  /// `tree` as in grid::Body; `exact`: which drawing of the bodies.
+  /// Makes the self-mask of a tree of models: the cells of its footprints `own` that hold nothing
+  /// else. `tree` is as in grid::Body; `exact` selects the kind of rasterization.
   SelfMask MakeSelfMask(const grid::Grid& grid, const grid::Drawings& own, const void* tree,
                         bool exact);
 
-  // The same in parts, for many fans at once: first it is counted what comes, then room is made,
-  // and then several threads fill it in.
+  // Parallel alternative to the above: count all elements, allocate them with AddRoom(), then let
+  // several threads fill them in.
 
-  /// Appends room, all of which has to be filled; returns what was there before it.
+  /// Allocates elements, all of which must then be filled in. Returns their offsets.
   BatchShare AddRoom(const BatchShare& share);
-  /// Puts a fan into its room. `first_ray`: of the batch.
+  /// Stores a fan at `index`. `first_ray` is the index of its first ray in the batch.
   void Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples, const SelfMask& mask);
-  /// The same with one of a list; its room begins at `first`.
+  /// Stores a fan of a list at the offsets `first`.
   void Put(const BatchShare& first, const FanList& list, const FanList::Entry& entry,
            const SelfMask& mask);
-  /// A self-mask around a body without its words, with `first` 0.
+  /// The position and size of a self-mask for these footprints, with `first` 0.
   static SelfMask PlanSelfMask(const grid::Drawings& own);
   void FillSelfMask(const SelfMask& mask, const grid::Grid& grid, const grid::Drawings& own,
                     const void* tree, bool exact);
 
   std::span<const Fan> fans() const { return {fans_.data(), fan_count_}; }
-  /// For a layer that was not known when the fan was put in.
+  /// Sets the layer of a fan whose layer was still unknown when it was added.
   void SetLayer(uint32_t index, grid::LayerIndex layer) {
     fans_[index].layer = device_fans_[index].layer = layer;
   }
-  /// Leaves a fan to the host.
+  /// Excludes a fan from the device, so that the host traces it.
   void KeepFromDevice(uint32_t index) { device_fans_[index].fits = false; }
   std::span<const DeviceFan> device_fans() const { return {device_fans_.data(), fan_count_}; }
   uint64_t ray_count() const { return ray_count_; }
-  /// Whether a device can tell the rays apart: it has 32 bits for their numbers.
+  /// True if a device can number the rays: it has 32 bits for that.
   bool FitsDevice() const { return ray_count_ <= UINT32_MAX; }
   const std::vector<uint64_t>& mask_words() const { return mask_words_; }
-  /// Directions of this step's noisy sensors. Their indices begin where those of the tables end.
+  /// Directions of this step's noisy sensors. Their indices start where those of the tables end.
   const std::vector<Direction>& own_directions() const { return own_directions_; }
-  /// To be called once all fans are in.
+  /// Call when all fans are in.
   void Close(const DirectionTables& tables);
 
   const Direction* DirectionsOf(const Fan& fan) const;
-  /// The same in doubles, for the exact ray model.
+  /// Like DirectionsOf(), in doubles for the exact ray model.
   const SineCosine* TurnsOf(const Fan& fan) const;
   ray_mask_t SelfMaskOf(const Fan& fan) const;
 
  private:
-  std::vector<Fan> fans_;  // the first fan_count_: they are made once, and put in again and again
+  std::vector<Fan> fans_;  // first fan_count_ are in use; the memory is reused
   std::vector<DeviceFan> device_fans_;
   uint32_t fan_count_ = 0;
   std::vector<uint64_t> mask_words_;

@@ -13,12 +13,11 @@ namespace Stg::internal::sensing {
 
 using threads::WallClock;
 
-/// A part of a batch, every so many of its runs, that is traced on the path that seems to be the
-/// slower one, to see how long it takes there; the others go the usual way. All of the batch would
-/// cost much time.
+/// Every n-th interval of fans, traced on the path that seems slower to measure it there. The
+/// others take the usual path, because probing the whole batch would be expensive.
 class BatchTracer::Probe {
  public:
-  /// One of `of` runs, at least 2.
+  /// Selects one interval in `of`, which is at least 2.
   Probe(const std::vector<FanRun>& runs, std::size_t of) : runs_(runs), of_(of) {}
 
   std::size_t count() const { return (runs_.size() + of_ - 1) / of_; }
@@ -95,7 +94,7 @@ void BatchTracer::Drop() noexcept {
   scene_.batch_number++;
 }
 
-/// `choosing`: the chooser learns what it took.
+/// `choosing`: report the time to the path chooser.
 void BatchTracer::TraceAll(bool on_device, bool choosing) {
   device_in_use_ = on_device;
   const double start = WallClock();
@@ -110,9 +109,8 @@ void BatchTracer::TraceAll(bool on_device, bool choosing) {
   if (choosing) chooser_.Report(WallClock() - start);
 }
 
-/// In the order of the batch, in which lists come: with these the grid is hardly looked at, so that
-/// there is nothing to be gained from other orders. What the device does not do is left to the
-/// host.
+/// Traces in the order of the batch, in which hit lists arrive. With hit lists the host hardly
+/// reads the grid, so other orders gain nothing. The host traces what the device does not.
 void BatchTracer::TraceOnDevice() {
   const double start = WallClock();
   HitLists lists = Prefilter(scene_.batch.ray_count());
@@ -130,8 +128,8 @@ void BatchTracer::TraceOnDevice() {
   statistics_.trace_seconds += WallClock() - start - waited;
 }
 
-/// For the lists of this fan. Returns how many fans have theirs, or can't expect any: all if there
-/// are no lists, or none any more as the device has been lost.
+/// Waits for the hit lists of this fan. Returns the number of fans whose lists have arrived. That
+/// is all of them if there are no lists, or if the device has just failed.
 std::size_t BatchTracer::WaitFor(std::size_t fan, HitLists* lists) {
   if (lists->per_ray == 0) return scene_.batch.fans().size();
   try {
@@ -145,10 +143,10 @@ std::size_t BatchTracer::WaitFor(std::size_t fan, HitLists* lists) {
   }
 }
 
-/// Traces the batch, a part of it as a probe. False if it has not been traced: there are too few
-/// fans, or what part of the time a part would take cannot be told.
+/// Traces the batch with a part of it as a probe. Returns false, without tracing, if there are too
+/// few fans or if the time of a part would not tell the time of the whole.
 bool BatchTracer::TraceWithProbe(bool probe_device) {
-  // A device of its own takes about as long for few rays as for many.
+  // On a device with its own processors, few rays take about as long as many.
   if (probe_device != prefilter_->UsesHost()) return false;
   constexpr std::size_t kSharesOfAThread = 8, kMost = 8;
   const std::vector<FanRun>& runs = fan_order_.Of(scene_.batch);
@@ -184,16 +182,16 @@ void BatchTracer::TraceProbe(const Probe& probe, bool probe_device) {
   statistics_.trace_seconds += WallClock() - walked;
   if (!prefilter_) return;  // it has just been lost
   if (!probe_device) return chooser_.Report(probed - walked, rays);
-  // What it takes to send the grid does not depend on how many rays there are.
+  // The time to send the grid does not depend on the number of rays.
   const double send = statistics_.prefilter.send_seconds - sent_before;
   const double parts = static_cast<double>(all) / static_cast<double>(rays);
   chooser_.Report(send + (probed - start - send) * parts);
 }
 
-/// `rays`: of the fans that are not left to the host.
+/// `rays` is the number of rays in fans that the device may walk.
 HitLists BatchTracer::Prefilter(uint64_t rays) {
-  // Threads that wait would be in the way of a device that is the host's own processor; until the
-  // next batch, for it also takes what is sent ahead.
+  // On a device that is the host's CPU, spinning threads would compete with it. Applies until the
+  // next batch, because SendAhead() uses the device too.
   workers_->HoldProcessors(!prefilter_->UsesHost());
   try {
     const HitLists lists = prefilter_->Walk(scene_.grid, scene_.tables, scene_.batch, workers_);
@@ -223,10 +221,10 @@ void BatchTracer::LoseDevice(const PrefilterError& error) {
   SetPrefilter(nullptr, false);
 }
 
-/// Traces the runs at(0) to at(count - 1).
+/// Traces the fans of at(0) .. at(count - 1).
 template <typename At>
 void BatchTracer::TraceRuns(const HitLists& lists, std::size_t count, At at) {
-  // Waking threads takes as long as tracing some hundred rays.
+  // Waking threads takes as long as tracing a few hundred rays.
   constexpr uint32_t kTooFewRays = 500;
   const std::size_t grain =
       scene_.batch.ray_count() < kTooFewRays ? count : workers_->Grain(count, 32);

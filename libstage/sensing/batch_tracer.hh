@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What becomes of the batch of a step: a device or the host walks its rays, the predicates decide
-// on the host, and the hits go to the sensors.
+// Traces the batch of a step: a device or the host walks the rays, predicates decide on the host,
+// and sensors receive the hits.
 
 #ifndef STAGE_SENSING_BATCH_TRACER_HH
 #define STAGE_SENSING_BATCH_TRACER_HH
@@ -24,45 +24,44 @@ namespace Stg::internal::sensing {
 
 class BatchTracer {
  public:
-  /// Of this scene's batches; the scene outlives it.
+  /// Traces batches of this scene, which must outlive the tracer.
   explicit BatchTracer(Scene* scene) : scene_(*scene) {}
   ~BatchTracer();
 
-  /// These share the work, until it is told otherwise; before that nothing can be traced.
+  /// Sets the threads to trace with. Must be called before the first Trace().
   void SetWorkers(threads::WorkerPool* workers);
-  /// Null: none. `always`: every batch that fits a device goes there.
+  /// Null means no device. `always`: send every batch that fits the device to it.
   void SetPrefilter(std::unique_ptr<Prefilter> prefilter, bool always);
-  /// One on the device of another tracer, if it has one that can be shared.
+  /// Uses the device of another tracer, if it has one that can be shared.
   void SharePrefilterOf(const BatchTracer& other, bool always);
-  /// Goes on with the one there is, in a world that begins anew. False if there is none.
+  /// Keeps the prefilter when a new world begins. Returns false if there is none.
   bool KeepPrefilter(bool always);
 
-  /// Which path batches take: the faster one, or, for measurements, one of the two.
+  /// The path that batches take: the faster one or, for measurements, a fixed one.
   enum class Path { kFaster, kHost, kDevice };
   void ForcePath(Path path) { path_ = path; }
 
-  /// Traces the rays of the scene's batch and hands the hits to their sinks; empties the batch.
+  /// Traces the scene's batch, passes the hits to their sinks and empties the batch.
   void Trace();
-  /// Empties the batch.
+  /// Empties the batch without tracing it.
   void Drop() noexcept;
-  /// While callbacks run that leave the grid alone: bodies have moved, and mostly stay where they
-  /// are until the next batch. Sends a device that is in use what has changed so far.
+  /// Sends the changes of the grid so far to a device in use. Call it while callbacks run that do
+  /// not change the grid: bodies have moved and mostly stay in place until the next batch.
   void SendAhead();
 
-  /// Before a batch is traced that has a ray of this finder, tag and sample, the observer gets its
-  /// record. Null: nobody wants any.
+  /// Gives the observer a record of this ray before each batch that contains it. Null ends that.
   void Observe(const Model* finder, uint32_t tag, uint32_t sample, RayObserver* observer) {
     observed_ = {finder, tag, sample, observer};
   }
 
   const TraceStatistics& statistics() const { return statistics_; }
-  /// That it took so far, of the wall clock.
+  /// Wall-clock time spent so far, in seconds.
   double seconds() const { return statistics_.prefilter_seconds + statistics_.trace_seconds; }
   void SetStatistics(const TraceStatistics& statistics) { statistics_ = statistics; }
 
  private:
-  struct alignas(64) ThreadData {  // cache lines of its own, as it is written to all the time
-    Tracer::Hits hits;             // of the rays that are traced together
+  struct alignas(64) ThreadData {  // aligned, because each thread writes to its own all the time
+    Tracer::Hits hits;             // of the rays traced together
     TraceCounters counters;
   };
   class Probe;
@@ -92,7 +91,7 @@ class BatchTracer {
   std::unique_ptr<sensing::Prefilter> prefilter_;
   PathChooser chooser_;
   Path path_ = Path::kFaster;
-  bool device_in_use_ = false;  // the last batch was there
+  bool device_in_use_ = false;  // for the last batch
   struct Observed {
     const Model* finder = nullptr;
     uint32_t tag = 0, sample = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Where there is something in the blocks around a robot, for the lanes of a vector. What
-// wide_walk_lanes.hh says of code that is compiled for some processors only holds here too.
+// Region maps of the blocks around a robot, for the lanes of a vector. The rules in
+// wide_walk_lanes.hh for code that is compiled for particular processors apply here too.
 
 #ifndef STAGE_SENSING_BLOCK_MAP_HH
 #define STAGE_SENSING_BLOCK_MAP_HH
@@ -11,7 +11,7 @@
 namespace Stg::internal::sensing {
 namespace {
 
-/// The region maps of blocks. Those near a place are looked up once for all rays.
+/// Looks up region maps of blocks. The maps near one place are loaded once for all rays.
 template <class Lanes>
 class BlockMap {
  public:
@@ -19,11 +19,11 @@ class BlockMap {
   using M = typename Lanes::M;
   using Words = typename Lanes::Words;
 
-  /// `supers`: those near the same place, which must stay.
+  /// `supers` must be near the same place and outlive this object.
   BlockMap(const ray_grid_t& grid, const SuperMap<Lanes>& supers, int32_t x, int32_t y)
       : maps_(grid.region_maps), supers_(supers), near_(x, y) {}
 
-  /// Those of the cells in these lanes, whose superregions are known; in others anything.
+  /// Region maps of the cells in `lanes`, whose superregions are known; other lanes are undefined.
   Words Of(M lanes, V super, V x, V y) {
     if (!is_filled_) Fill();
     const V block_x = Lanes::template Right<RAY_BLOCK_SHIFT>(x);
@@ -37,7 +37,7 @@ class BlockMap {
   }
 
  private:
-  /// Short rays never ask.
+  /// Deferred until the first use, because short rays never need it.
   void Fill() {
     is_filled_ = true;
     for (int i = 0; i < near_.kCount; i++) {

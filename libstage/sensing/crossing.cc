@@ -13,11 +13,11 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-/// A corner as the line sees it.
+/// A corner relative to the line.
 struct Seen {
-  double along;   // metres from the start of the line
-  double side;    // metres to its left; 0 if that may be mere rounding
-  double unsure;  // what rounding may amount to, metres
+  double along;   // metres along the line from its start
+  double side;    // metres to the left of the line; 0 if within rounding
+  double unsure;  // bound of the rounding error, metres
 };
 
 inline Seen See(const Line& line, const point_t& p) {
@@ -28,7 +28,7 @@ inline Seen See(const Line& line, const point_t& p) {
           std::fabs(side) <= unsure ? 0.0 : side, unsure};
 }
 
-/// Where the line through both crosses theirs; negative behind the start.
+/// Distance at which the edge crosses the line; negative behind the start.
 double Along(const Seen& a, const Seen& b) {
   if (a.side == 0) return b.side == 0 ? std::min(a.along, b.along) : a.along;
   if (b.side == 0) return b.along;
@@ -39,8 +39,8 @@ double Crossing(const Seen& a, const Seen& b) {
   if ((a.side > 0 && b.side > 0) || (a.side < 0 && b.side < 0)) return kNone;
   const double along = Along(a, b);
   if (along >= 0) return along;
-  // Behind the start, by no more than rounding: the start's distance from the edge is that along
-  // the line times the sine of the angle between them.
+  // The crossing lies behind the start. It counts if that may be rounding: the distance from the
+  // start to the edge is the distance along the line times the sine of the angle between them.
   const double unsure = std::max(a.unsure, b.unsure);
   const double across = std::fabs(a.side - b.side), length = across + std::fabs(a.along - b.along);
   if (across == 0) return std::max(a.along, b.along) >= -unsure ? 0.0 : kNone;
@@ -52,7 +52,7 @@ double Crossing(const Seen& a, const Seen& b) {
 double FirstCrossing(const Line& line, const point_t* points, uint32_t edges) {
   double nearest = kNone;
   Seen to{};
-  uint32_t seen = 0;  // the last corner
+  uint32_t seen = 0;  // index of the corner in `to`
   for (; edges != 0; edges &= edges - 1) {
     const auto i = static_cast<uint32_t>(std::countr_zero(edges));
     const Seen from = i == seen && i != 0 ? to : See(line, points[i]);

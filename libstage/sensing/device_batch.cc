@@ -12,11 +12,11 @@ namespace {
 
 constexpr uint32_t kNoGroup = 0xffffffffu;
 
-// Fans that one thread puts into their groups.
+// Number of fans that one thread sorts at a time.
 constexpr std::size_t kBlock = 64;
 std::size_t CountBlocks(std::size_t fans) { return (fans + kBlock - 1) / kBlock; }
 
-/// Calls f(block, first, end) for each block of so many fans, on all threads.
+/// Calls f(block, first, end) for each block of fans, on all threads.
 template <typename F>
 void ForEachBlock(std::size_t fans, threads::WorkerPool* workers, F f) {
   workers->Run(CountBlocks(fans), 1, [&](std::size_t begin, std::size_t end, unsigned) {
@@ -27,8 +27,8 @@ void ForEachBlock(std::size_t fans, threads::WorkerPool* workers, F f) {
 
 }  // namespace
 
-/// By layer and number of samples; within these in their own order. There are few kinds of sensors,
-/// so few groups, and mostly the same ones from batch to batch.
+/// Groups fans by layer and number of samples and keeps their order within a group. There are few
+/// kinds of sensors, so there are few groups, mostly the same from batch to batch.
 void DeviceBatch::Sort(const RayBatch& batch, threads::WorkerPool* workers) {
   const std::span<const DeviceFan> fans = batch.device_fans();
   if (!CountGroups(fans, workers)) {
@@ -46,7 +46,7 @@ void DeviceBatch::Sort(const RayBatch& batch, threads::WorkerPool* workers) {
   NameLayers();
 }
 
-/// False if there is a fan of none of the groups.
+/// Counts the fans of each group. Returns false if a fan belongs to no known group.
 bool DeviceBatch::CountGroups(std::span<const DeviceFan> fans, threads::WorkerPool* workers) {
   group_of_fan_.resize(fans.size());
   next_in_group_.assign(CountBlocks(fans.size()) * groups_.size(), 0);
@@ -66,7 +66,7 @@ bool DeviceBatch::CountGroups(std::span<const DeviceFan> fans, threads::WorkerPo
   return all_known;
 }
 
-/// Makes the groups anew.
+/// Rebuilds the list of groups.
 void DeviceBatch::FindGroups(std::span<const DeviceFan> fans) {
   groups_.clear();
   uint32_t last = 0;
@@ -79,7 +79,7 @@ void DeviceBatch::FindGroups(std::span<const DeviceFan> fans) {
   }
 }
 
-/// kNoGroup if there is none. `likely` is looked at first: neighbours are of one kind.
+/// Index of the fan's group, or kNoGroup. Tests `likely` first: neighbours are mostly alike.
 uint32_t DeviceBatch::GroupOf(const DeviceFan& fan, uint32_t likely) const {
   const auto fits = [&](const Group& group) {
     return group.layer == fan.layer && group.samples == fan.record.samples;
@@ -108,7 +108,7 @@ void DeviceBatch::PlanLaunches(std::span<const double> shares, std::size_t work_
   std::erase_if(launches_, [](const Launch& launch) { return launch.items == 0; });
 }
 
-/// Parts begin with a block of fans, as it is known where those of a block go.
+/// Parts start at block borders, because the destination of each block is known.
 void DeviceBatch::PlanParts(std::span<const double> shares) {
   const std::size_t fans = group_of_fan_.size(), blocks = CountBlocks(fans);
   parts_.clear();
@@ -121,14 +121,14 @@ void DeviceBatch::PlanParts(std::span<const double> shares) {
   }
 }
 
-/// Where the group's fans from this one of the batch on go, which begins a part.
+/// Index, among sorted fans, of the first fan of the group in the part that starts at `fan`.
 uint32_t DeviceBatch::FirstOfGroup(std::size_t group, std::size_t fan) const {
   const Group& g = groups_[group];
   if (fan == group_of_fan_.size()) return g.first_fan + g.fans;
   return next_in_group_[fan / kBlock * groups_.size() + group];
 }
 
-/// The fans of a group that are in the part.
+/// Plans the fans of a group that are in the part.
 void DeviceBatch::PlanGroup(std::size_t group, std::size_t part, std::size_t work_group,
                             bool one_for_each_group, LayerPlace place) {
   constexpr std::size_t kMostItems = 0xffffffffu;
@@ -166,7 +166,7 @@ void DeviceBatch::Write(const RayBatch& batch, void* memory, threads::WorkerPool
     uint32_t* const next = next_in_group_.data() + block * groups_.size();
     for (std::size_t i = first; i < end; i++)
       if (group_of_fan_[i] != kNoGroup) records[next[group_of_fan_[i]]++] = fans[i].record;
-    const std::size_t word = masks.size() * block / blocks;  // and a share of the self-masks
+    const std::size_t word = masks.size() * block / blocks;  // plus a slice of the self-masks
     std::copy(masks.data() + word, masks.data() + masks.size() * (block + 1) / blocks,
               words + word);
   });

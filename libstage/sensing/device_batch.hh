@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A batch as a device gets it, whatever the device: its fans sorted into groups that look alike to
-// the kernel, and one piece of memory with the records of all, laid out as kernels/records.h says.
+// Prepares a batch for any device: sorts its fans into groups that are alike for the kernel, and
+// writes all records into one buffer, laid out as kernels/records.h defines.
 
 #ifndef STAGE_SENSING_DEVICE_BATCH_HH
 #define STAGE_SENSING_DEVICE_BATCH_HH
@@ -21,41 +21,40 @@ namespace Stg::internal::sensing {
 
 class DeviceBatch {
  public:
-  /// Groups that are walked together. Their items follow each other, one for each ray, each group's
-  /// rounded up to whole work-groups.
+  /// Groups that one kernel launch walks. There is one work-item per ray; the items of each group
+  /// are padded to whole work-groups.
   struct Launch {
     std::size_t first_group, end_group, items;
     std::size_t part;
   };
-  /// Fans that are next to each other in the batch, which are walked, and told of, before those of
-  /// the next part.
+  /// An interval of fans in the batch. Each part is walked and delivered before the next one.
   struct Part {
     std::size_t first_fan, end_fan;
   };
-  /// Where a layer begins in the device's copy of the grid.
+  /// Offsets of a layer in the device's copy of the grid, in words.
   struct LayerPlace {
     uint32_t region_maps, tile_maps, tiles;
   };
 
-  /// Sorts the fans that a device can walk. First of all.
+  /// Sorts the fans that a device can walk. Call it first.
   void Sort(const RayBatch& batch, threads::WorkerPool* workers);
-  /// Those that the fans look through, each named once.
+  /// Layers that these fans use, without duplicates.
   const std::vector<grid::LayerIndex>& layers() const { return layers_; }
 
-  /// `shares`: of all fans, how many are in a part or before it, the last one 1. As few launches
-  /// for each part as there are numbers for rays, or one for each group. Secondly.
+  /// Plans the launches; call it after Sort(). `shares` are the cumulative fractions of fans at the
+  /// end of each part; the last one is 1. Each part gets as few launches as 32-bit ray numbers
+  /// allow, or one per group.
   void PlanLaunches(std::span<const double> shares, std::size_t work_group, bool one_for_each_group,
                     const std::function<LayerPlace(grid::LayerIndex)>& place_of);
   const std::vector<Part>& parts() const { return parts_; }
-  /// Part after part.
+  /// Launches, ordered by part.
   const std::vector<Launch>& launches() const { return launches_; }
 
-  /// What Write() writes: group records; fan records, whose places are counted from the beginning,
-  /// too; self-masks.
+  /// Size in bytes of what Write() writes: group records, fan records, self-masks.
   std::size_t bytes() const { return masks_at() + mask_words_ * sizeof(uint64_t); }
-  /// Of the first self-mask, in words of it.
+  /// Index of the first self-mask word, counted in words from the start of the buffer.
   uint32_t first_mask() const { return static_cast<uint32_t>(masks_at() / sizeof(uint64_t)); }
-  /// The same batch as before. `memory` is aligned to 16 bytes.
+  /// Writes the records of the batch given to Sort(). `memory` must be aligned to 16 bytes.
   void Write(const RayBatch& batch, void* memory, threads::WorkerPool* workers);
 
  private:
@@ -74,18 +73,19 @@ class DeviceBatch {
   void FindGroups(std::span<const DeviceFan> fans);
   uint32_t GroupOf(const DeviceFan& fan, uint32_t likely) const;
   void NameLayers();
-  // Of fan records, among them those that would fit into the room of the groups' records.
+  // Index of the first fan record: the group records occupy the space of the records before it.
   std::size_t first_fan_record() const {
     return (groups_.size() * parts_.size() * sizeof(ray_group_record_t) + sizeof(FanRecord) - 1) /
            sizeof(FanRecord);
   }
   std::size_t masks_at() const { return (first_fan_record() + fan_count_) * sizeof(FanRecord); }
 
-  // Scratch, kept for its memory.
-  std::vector<Group> groups_;  // some may have no fans in this batch
+  // Reused buffers.
+  std::vector<Group> groups_;  // some may be empty in this batch
   std::vector<uint32_t> group_of_fan_;
-  std::vector<uint32_t> next_in_group_;  // by block and group: fans, then where the next one goes
-  std::size_t fan_count_ = 0;            // in groups
+  std::vector<uint32_t>
+      next_in_group_;          // by block and group: number of fans, later index of the next one
+  std::size_t fan_count_ = 0;  // fans in groups
   std::size_t mask_words_ = 0;
   std::vector<ray_group_record_t> group_records_;
   std::vector<Part> parts_;

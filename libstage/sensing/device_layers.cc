@@ -10,17 +10,17 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-// Of a region: its tile map and its tiles; the bodies in these.
+// Words per region: tile map and tiles of a layer; bodies of its tiles.
 constexpr std::size_t kWordsPerRegion = 1 + grid::kTilesPerRegion;
 constexpr std::size_t kBodyWordsPerRegion = grid::kTilesPerRegion / 2;
 
-/// The bodies of the tiles 2 * word and 2 * word + 1.
+/// The OnlyBody() words of the tiles 2 * word and 2 * word + 1.
 uint64_t BodiesOf(const grid::Grid& grid, std::size_t word) {
   const auto slot = static_cast<uint32_t>(2 * word);
   return grid.OnlyBody(slot) | uint64_t{grid.OnlyBody(slot + 1)} << 32;
 }
 
-/// Calls f(word) for words of bodies of which one has changed.
+/// Calls f(word) for each word of bodies that has changed.
 template <typename F>
 void ForEachChangedPair(const grid::Grid& grid, F f) {
   constexpr uint64_t kEvenTiles = 0x5555555555555555u;
@@ -30,7 +30,7 @@ void ForEachChangedPair(const grid::Grid& grid, F f) {
   });
 }
 
-/// Calls f(region, tiles) for regions with changed tiles; those from `known` on are new.
+/// Calls f(region, tiles) for each region with changed tiles. Regions from `known` on are new.
 template <typename F>
 void ForEachChangedRegion(const grid::Occupancy& cells, std::size_t known, F f) {
   cells.changed().ForEachRegion([&](std::size_t region, uint64_t tiles) {
@@ -54,12 +54,12 @@ void DeviceLayers::MakeRoom(const grid::Grid& grid, const std::vector<grid::Laye
   for (const grid::LayerIndex index : wanted)
     if (Find(index) == layers_.size()) layers_.push_back({index, 0, 0});
   if (grid.region_count() <= room_ && grid.region_maps().size() <= map_room_) return;
-  // A multiple of eight: each layer then begins with a cache line of the device, and a row of a
-  // region's tiles, eight words, is one.
+  // A multiple of eight, so that each layer, and each row of eight tiles of a region, is aligned to
+  // a cache line of the device.
   const auto room_for = [](std::size_t count) { return (count + count / 4 + 7) / 8 * 8; };
   room_ = room_for(grid.region_count());
   map_room_ = room_for(grid.region_maps().size());
-  Lose();  // all places change
+  Lose();  // all offsets change
 }
 
 std::size_t DeviceLayers::words() const { return FirstWord(layers_.size()); }
@@ -74,7 +74,7 @@ void DeviceLayers::Lose() {
   for (Layer& layer : layers_) layer.made = 0;
 }
 
-/// The number of its place; that of the next one if it has none.
+/// Index of the layer, or of the next new one if it is unknown.
 std::size_t DeviceLayers::Find(grid::LayerIndex index) const {
   const auto found = std::find_if(layers_.begin(), layers_.end(),
                                   [&](const Layer& layer) { return layer.index == index; });
@@ -123,8 +123,8 @@ void DeviceLayers::NoteSent(const grid::Occupancy& cells, Layer* layer) {
   cells.ForgetChanges();
 }
 
-/// Calls f(map) for the region maps that may have changed: where a region gets its first body, or
-/// loses its last, the only body of one of its tiles changes; where regions have come or gone, all.
+/// Calls f(map) for the region maps that may have changed. If a region gets its first body or loses
+/// its last one, its OnlyBody() changes too. If regions came or went, all maps may have changed.
 template <typename F>
 void DeviceLayers::ForEachChangedMap(const grid::Grid& grid, F f) const {
   if (grid.structure_version() == structure_version_)

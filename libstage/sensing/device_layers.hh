@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a device's copy of the grid lacks, whatever the device. It is one piece of memory of 64-bit
-// words: Grid::OnlyBody() of all tiles, two in a word, the one with the even slot in its lower
-// half; the region maps; then for each layer room for its tile maps and room for its tiles.
+// Tracks what a device's copy of the grid lacks, for any device. The copy is one buffer of 64-bit
+// words: Grid::OnlyBody() of all tiles, two per word with the even slot in the lower half; the
+// region maps; then per layer its tile maps and its tiles, each with spare capacity.
 
 #ifndef STAGE_SENSING_DEVICE_LAYERS_HH
 #define STAGE_SENSING_DEVICE_LAYERS_HH
@@ -18,33 +18,31 @@ namespace Stg::internal::sensing {
 
 class DeviceLayers {
  public:
-  /// Finds room for these layers, each named once: they are the wanted ones below. First of all.
+  /// Allocates offsets for the wanted layers, each given once. Call it first.
   void MakeRoom(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted);
-  /// That the memory has to have.
+  /// Required size of the buffer in words.
   std::size_t words() const;
-  /// The memory was made anew: nothing is in it.
+  /// Call when the buffer was reallocated: its content is lost.
   void Lose();
 
-  /// Where a layer that has room begins.
+  /// Offsets of a layer that MakeRoom() has seen.
   DeviceBatch::LayerPlace PlaceOf(grid::LayerIndex index) const;
 
-  /// Whether a wanted layer is new, or much of it has changed: then all words are sent, otherwise
-  /// the changed ones.
+  /// True if a wanted layer is new or has many changes: then send all words, else only changes.
   bool LacksAll(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) const;
-  /// words() of them. Uses up the lists of changes of the bodies and of all layers that have room.
+  /// Writes all words(). Resets the changes of bodies and of all known layers.
   void WriteAll(const grid::Grid& grid, uint64_t* words);
   std::size_t CountChanges(const grid::Grid& grid,
                            const std::vector<grid::LayerIndex>& wanted) const;
-  /// So many words, and the place of each. Uses up the lists of changes of the bodies and of the
-  /// wanted layers.
+  /// Writes CountChanges() values and offsets. Resets the changes of bodies and wanted layers.
   void WriteChanges(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted,
                     uint64_t* values, uint32_t* places);
 
  private:
   struct Layer {
     grid::LayerIndex index;
-    std::size_t regions;  // that the device knows
-    uint64_t made;        // which incarnation of the layer it knows; 0: none
+    std::size_t regions;  // regions that the device has
+    uint64_t made;        // Occupancy::made() of the device's copy; 0: none
   };
   std::size_t Find(grid::LayerIndex index) const;
   std::size_t FirstWord(std::size_t layer) const;
@@ -54,10 +52,10 @@ class DeviceLayers {
   template <typename F>
   void ForEachChangedMap(const grid::Grid& grid, F f) const;
 
-  std::size_t room_ = 0;            // regions that a layer has room for
-  std::size_t map_room_ = 0;        // region maps that there is room for
-  std::vector<Layer> layers_;       // in the order of their places
-  uint64_t structure_version_ = 0;  // of the region maps that the device knows
+  std::size_t room_ = 0;            // capacity of each layer in regions
+  std::size_t map_room_ = 0;        // capacity in region maps
+  std::vector<Layer> layers_;       // in the order of their offsets
+  uint64_t structure_version_ = 0;  // of the region maps that the device has
 };
 
 }  // namespace Stg::internal::sensing

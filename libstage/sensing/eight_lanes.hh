@@ -14,11 +14,11 @@ namespace {
 
 struct EightLanes : VectorLanes<int32_t> {
   using F [[gnu::vector_size(kBytes)]] = float;
-  /// 64 bits a lane: the lower and the upper halves.
+  /// One 64-bit word per lane, as lower and upper halves.
   struct Words {
     V low, high;
   };
-  /// Which of the next numbers goes to which lane.
+  /// For each lane, the index of its number in a sequence for Expand().
   using Places = V;
 
   static V Load(const int32_t* p) { return Get<V>(p); }
@@ -27,14 +27,14 @@ struct EightLanes : VectorLanes<int32_t> {
 
   static V AddWhere(M m, V a, V b) { return Add(a, And(m.bits, b)); }
   static V Multiply(V a, V b) { return Signed(Bits(a) * Bits(b)); }
-  /// The number before, but of 0 and less 0.
+  /// max(a - 1, 0).
   static V LessOne(V a) { return And(Add(a, All(-1)), a > All(0)); }
   static V LowHalf(V a) { return a; }
   using VectorLanes::Without;
   static Words Without(const Words& a, const Words& b) {
     return {Without(a.low, b.low), Without(a.high, b.high)};
   }
-  /// a & 1 | b.
+  /// (a & 1) | b.
   static V OddOr(V a, V b) { return (a & All(1)) | b; }
   template <int kBits>
   static V Right(V a) {
@@ -46,7 +46,7 @@ struct EightLanes : VectorLanes<int32_t> {
   static M Zero(V a) { return {a == All(0)}; }
   static M Zero(const Words& a) { return Zero(Or(a.low, a.high)); }
   static int CountOf(M m) { return __builtin_popcount(BitsOf(m)); }
-  /// The first `count` of them.
+  /// The first `count` lanes of m.
   static M First(M m, int count) {
     for (int i = 0; i < kCount; i++)
       if (m.bits[i] != 0 && count-- <= 0) m.bits[i] = 0;
@@ -63,7 +63,7 @@ struct EightLanes : VectorLanes<int32_t> {
              Number(p[uint32_t(i[3])]), Number(p[uint32_t(i[4])]), Number(p[uint32_t(i[5])]),
              Number(p[uint32_t(i[6])]), Number(p[uint32_t(i[7])])};
   }
-  /// 0 where not m. The first of the numbers may be read for those.
+  /// Lanes outside m are 0; they may read p[0].
   static Words Gather(M m, const uint64_t* p, V i) {
     const Words words = Gather(p, And(m.bits, i));
     return {And(m.bits, words.low), And(m.bits, words.high)};
@@ -74,7 +74,7 @@ struct EightLanes : VectorLanes<int32_t> {
       p[i[lane]] = static_cast<uint32_t>(a[lane]);
     }
   }
-  /// The next numbers go to the lanes of m, in their order.
+  /// Assigns consecutive indices to the lanes of m.
   static Places PlacesOf(M m) {
     Places places = All(0);
     int next = 0;
@@ -84,7 +84,7 @@ struct EightLanes : VectorLanes<int32_t> {
     }
     return places;
   }
-  /// first, first + 1 and so on in the lanes that the next numbers go to.
+  /// Returns first, first + 1, ... in these lanes.
   static V Rank(const Places& places, uint32_t first) {
     return Add(places, All(static_cast<int32_t>(first)));
   }
@@ -97,7 +97,7 @@ struct EightLanes : VectorLanes<int32_t> {
   static F Select(M m, F a, F b) {
     return _mm256_blendv_ps(b, a, _mm256_castsi256_ps(ToI(m.bits)));
   }
-  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
+  /// Bit (`bits` modulo 64) of each word, as the lowest bit. The other bits are unspecified.
   static V BitOf(const Words& a, V bits) {
     const __m256 upper = _mm256_castsi256_ps(ToI(Left<26>(bits)));
     const __m256 half =
@@ -111,12 +111,12 @@ struct EightLanes : VectorLanes<int32_t> {
                                 int64_t(p[uint32_t(i[first + 4])]),
                                 int64_t(p[uint32_t(i[first + 5])]));
     };
-    // 0 1 4 5 and 2 3 6 7, so that the two can be shuffled in place.
+    // Lanes 0 1 4 5 and 2 3 6 7: the order in which the 256-bit shuffle interleaves them correctly.
     const __m256 even = _mm256_castsi256_ps(half(0)), odd = _mm256_castsi256_ps(half(2));
     return {ToV(_mm256_castps_si256(_mm256_shuffle_ps(even, odd, 0x88))),
             ToV(_mm256_castps_si256(_mm256_shuffle_ps(even, odd, 0xdd)))};
   }
-  /// table[i], i from 0 to 15; its bits above are ignored.
+  /// table[i & 15].
   static V OfSixteen(const int32_t* table, V i) {
     const __m256 first = _mm256_permutevar8x32_ps(Get<F>(table), ToI(i));
     const __m256 second = _mm256_permutevar8x32_ps(Get<F>(table + 8), ToI(i));
@@ -131,7 +131,7 @@ struct EightLanes : VectorLanes<int32_t> {
     return Select(m, F(_mm256_permutevar8x32_ps(Get<F>(p), ToI(places))), other);
   }
 
-  /// The lower halves of (a * b - c * d) >> bits, up to 32.
+  /// Lower halves of (a * b - c * d) >> bits, with bits at most 32.
   static V ProductsRight(V a, V b, V c, V d, V bits) {
     const Pair difference = Difference(a, b, c, d);
     const __m256i low = _mm256_set1_epi64x(0xffffffff);
@@ -139,7 +139,7 @@ struct EightLanes : VectorLanes<int32_t> {
     const __m256i odd = _mm256_srlv_epi64(difference.odd, _mm256_srli_epi64(ToI(bits), 32));
     return ToV(_mm256_blend_epi32(even, _mm256_slli_epi64(odd, 32), 0xaa));
   }
-  /// a * b < c * d, or not larger where `ties`.
+  /// a * b < c * d, or <= where `ties`.
   static M ProductsBelow(V a, V b, V c, V d, M ties) {
     const Pair behind = Difference(a, b, c, d);
     const V signs = ToV(_mm256_blend_epi32(_mm256_srli_epi64(behind.even, 32), behind.odd, 0xaa));
@@ -152,7 +152,7 @@ struct EightLanes : VectorLanes<int32_t> {
   /// Rounds towards 0.
   static V ToInteger(F a) { return ToV(_mm256_cvttps_epi32(a)); }
   static F Smaller(F a, F b) { return _mm256_min_ps(a, b); }
-  /// Numbers of 64 bits, of which the tables have the lower and the upper halves.
+  /// 64-bit table entries, given as tables of lower and upper halves.
   static Words OfSixteen(const int32_t* low, const int32_t* high, V i) {
     return {OfSixteen(low, i), OfSixteen(high, i)};
   }
@@ -160,7 +160,7 @@ struct EightLanes : VectorLanes<int32_t> {
   static F Times(F a, F b) { return a * b; }
 
  private:
-  /// 64 bits each: of lanes 0, 2, 4, 6 and of lanes 1, 3, 5, 7.
+  /// 64 bits per lane: lanes 0, 2, 4, 6 and lanes 1, 3, 5, 7.
   struct Pair {
     __m256i even, odd;
   };

@@ -30,7 +30,7 @@ void ExactGroup::Trace(const RayGroup& rays, const Part* parts, const FirstHits&
   }
 }
 
-/// True if a ray meets the same in both tiles.
+/// True if both tiles hold the same edges of the same single outline.
 bool ExactGroup::HaveSame(grid::OutlineList a, grid::OutlineList b) const {
   if (b == FirstHits::kNothing) return false;
   const grid::OutlinePart &of_a = grid_.outline(a), &of_b = grid_.outline(b);
@@ -54,7 +54,7 @@ void ExactGroup::Settle(const Run& run, grid::OutlineList outlines, const FirstH
   }
 }
 
-/// Gathers the outlines of a tile that the fan's rays may stop at, in the order of their numbers.
+/// Collects the outlines of a tile that may stop the fan's rays, sorted by Body::number.
 void ExactGroup::Gather(const Fan& fan, grid::OutlineList outlines) {
   bodies_.clear();
   edges_.clear();
@@ -70,7 +70,7 @@ void ExactGroup::Gather(const Fan& fan, grid::OutlineList outlines) {
   });
 }
 
-/// Notes what the rays have met.
+/// Stores the hits of the interval.
 void ExactGroup::Keep(const Run& run) {
   const double range = run.part.fan->range;
   for (uint32_t i = 0; i < run.count(); i++) {
@@ -80,7 +80,7 @@ void ExactGroup::Keep(const Run& run) {
   }
 }
 
-/// A ray, which has this hit, may meet something nearer in other tiles.
+/// Completes a ray with this first potential hit, which may meet something nearer in other tiles.
 void ExactGroup::GoOn(const Run& run, uint32_t ray, uint32_t hit) {
   const Fan& fan = *run.part.fan;
   const FanRecord& record = fan.record;

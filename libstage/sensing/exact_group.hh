@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Rays of the exact model that are traced together: what each of them meets first.
+// Traces a group of rays of the exact model and finds what each meets first.
 //
-// A ray asks the outlines in the tile of its first potential hit. Most rays meet one of them before
-// they leave the tile, and are settled. Most others meet one just behind the tile: they ask the
-// next tile too. What is left goes on alone.
+// A ray tests the outlines in the tile of its first potential hit. Most rays meet one of them
+// before they leave the tile and are finished. Most others meet one in the next tile and test that
+// too. The rest is traced ray by ray.
 
 #ifndef STAGE_SENSING_EXACT_GROUP_HH
 #define STAGE_SENSING_EXACT_GROUP_HH
@@ -22,29 +22,29 @@ namespace Stg::internal::sensing {
 
 class ExactGroup {
  public:
-  /// What else is to be known of a part of a group.
+  /// Per-slice data that the exact model needs in addition to FanPart.
   struct Part {
     const Fan* fan;
-    const SineCosine* turns;  ///< one for each of its rays
+    const SineCosine* turns;  ///< one per ray
   };
 
   explicit ExactGroup(const grid::Grid& grid) : grid_(grid) {}
 
-  /// Traces the rays of a group, whose first potential hits are known. `parts` are those of the
-  /// group. `ranges` are those that `first` has written; those of the rays come out.
+  /// Traces a group of rays whose first potential hits are known. `parts` are the slices of the
+  /// group. On entry `ranges` holds what `first` wrote, on return the ranges of the rays in metres.
   void Trace(const RayGroup& rays, const Part* parts, const FirstHits& first, double* ranges,
              TraceCounters* counters);
 
-  /// What a ray of them has met; null if nothing.
+  /// The model that a ray of the group hits, or null.
   Model* Met(uint32_t ray) const { return met_[ray] ? met_[ray]->model : nullptr; }
 
  private:
-  /// Neighbouring rays of a part that have hits in tiles with the same outlines.
+  /// Consecutive rays of a slice whose first potential hits are in tiles with the same outlines.
   struct Run {
     const Part& part;
-    const Direction* directions;  // of the rays of that
-    uint32_t first;               // the first of them, in the group
-    uint32_t from, end;           // the rays, in the group
+    const Direction* directions;  // of the slice's rays
+    uint32_t first;               // index in the group of the slice's first ray
+    uint32_t from, end;           // half-open interval of rays in the group
 
     uint32_t count() const { return end - from; }
   };
@@ -59,8 +59,8 @@ class ExactGroup {
   const RayGroup* rays_ = nullptr;
   double* ranges_ = nullptr;
   TraceCounters* counters_ = nullptr;
-  const grid::Body* met_[RayGroup::kMost];  // so far, each at the range of the ray
-  // Of a run: the outlines of the tile, and where the rays meet which of them.
+  const grid::Body* met_[RayGroup::kMost];  // nearest bodies so far, at the rays' ranges
+  // Per interval: the outlines of its tile, and the range and index of each ray's hit.
   std::vector<const grid::Body*> bodies_;
   std::vector<OutlineEdges> edges_;
   double now_[WideHits::kRoom];

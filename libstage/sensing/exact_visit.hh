@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The exact ray model, one ray at a time: what decides what a ray meets.
+// The exact ray model for a single ray: finds the outline that the ray meets first.
 
 #ifndef STAGE_SENSING_EXACT_VISIT_HH
 #define STAGE_SENSING_EXACT_VISIT_HH
@@ -20,40 +20,40 @@ inline bool PassesAboveOrBelow(const Fan& fan, const grid::Body& body) {
   return fan.z_test && (fan.z < body.z_min || fan.z > body.z_max);
 }
 
-/// Of bodies that a ray meets at the same place, it stops at that with the smallest number, in
-/// whatever order it gets to know them.
+/// Orders hits by distance. At equal distance the body with the smaller number wins, independent of
+/// the order of the visits.
 inline bool IsNearer(double along, const grid::Body& body, double nearest,
                      const grid::Body& other) {
   return along < nearest || (along == nearest && body.number < other.number);
 }
 
-/// The range itself still counts.
+/// Inclusive: a hit exactly at the range counts.
 inline bool IsWithin(double along, double range) { return along <= range && std::isfinite(along); }
 
-/// Takes no notes of how a ray is traced: nothing is left of it in the code.
+/// Records nothing and compiles to nothing.
 struct NoNotes {
   void Leg(double, const ray_t&) const {}
   void Cell(const ray_t&) const {}
   void Body(const grid::Body&, RayRecord::Answer, double = 0) const {}
 };
 
-/// Visits the cells that a ray reaches and intersects it with the outlines in their tiles, until no
-/// cell to come can hold a nearer crossing: the exact model.
+/// Visits the cells along a ray and intersects the ray with the outlines in their tiles, until no
+/// further cell can hold a nearer crossing.
 template <class Taking = NoNotes>
 class ExactVisit {
  public:
   ExactVisit(const grid::Grid& grid, const Fan& fan, const Line& line, const Taking& notes = {})
       : grid_(grid), fan_(fan), line_(line), nearest_(fan.range), notes_(notes) {}
 
-  /// What the ray meets, null if nothing, and how far away.
+  /// The body that the ray meets, or null, and its distance in metres.
   const grid::Body* met() const { return hit_; }
   double range() const { return nearest_; }
   RayHit hit() const { return {nearest_, hit_ ? hit_->model : nullptr}; }
-  /// Whether the leg that begins so many metres from the start can change nothing any more.
+  /// True if a leg that starts `leg_start` metres from the ray's start cannot change the result.
   bool IsDoneBefore(double leg_start) const { return hit_ && nearest_ <= leg_start; }
   void BeginLeg(double leg_start) { leg_start_ = leg_start; }
 
-  /// True ends the walk.
+  /// Returns true to end the walk.
   bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t) {
     const auto slot = static_cast<uint32_t>(grid::Grid::CellAt(region, tile, 0) >> 6);
     if (slot == asked_) return false;
@@ -62,7 +62,7 @@ class ExactVisit {
     EndAtNearest(ray);
     return PastLimits(*ray, ray->u + 1, ray->v) && PastLimits(*ray, ray->u, ray->v + 1);
   }
-  /// True if an outline in the tile is nearer than what was met before.
+  /// Returns true if an outline in the tile is nearer than the nearest one so far.
   bool Ask(uint32_t slot) {
     asked_ = slot;
     bool nearer = false;
@@ -70,11 +70,11 @@ class ExactVisit {
                          [&](const grid::OutlinePart& part) { nearer |= Offer(part); });
     return nearer;
   }
-  /// It is known that the ray meets this outline, if it is not null.
+  /// Sets a known hit, unless it is null.
   void Know(const grid::Body* met, double along) {
     if (met) StopAt(*met, along);
   }
-  /// Cells that the ray enters behind the nearest crossing are of no interest any more.
+  /// Ends the walk at the nearest crossing: cells behind it do not matter.
   void EndAtNearest(ray_t* ray) const {
     if (!hit_) return;
     const double share = ShareOfLeg(nearest_ - leg_start_, fan_.leg_length);
@@ -83,7 +83,7 @@ class ExactVisit {
   }
 
  private:
-  /// Takes note of the body if the ray meets this part of it first.
+  /// Returns true and stores the body if this part of it is the nearest hit so far.
   bool Offer(const grid::OutlinePart& part) {
     const grid::Body& body = grid_.body(part.id);
     if (PassesAboveOrBelow(fan_, body)) return Decline(body, RayRecord::Answer::kOtherHeight);
@@ -118,7 +118,7 @@ class ExactVisit {
   double leg_start_ = 0;
   double nearest_;
   const grid::Body* hit_ = nullptr;
-  uint32_t asked_ = 0;  // the tile whose outlines were the last to be asked
+  uint32_t asked_ = 0;  // slot of the tile that was tested last
   [[no_unique_address]] const Taking notes_;
 };
 

@@ -16,7 +16,7 @@ namespace {
 constexpr double kQ16 = 65536.0;
 constexpr double kQ30 = 1073741824.0;
 
-/// Nearest integer, halves away from zero, whatever the rounding mode of the thread.
+/// Rounds to the nearest integer, ties away from zero, in any rounding mode.
 int32_t Rounded(double value) {
   return static_cast<int32_t>(value < 0 ? -std::floor(0.5 - value) : std::floor(value + 0.5));
 }
@@ -48,7 +48,7 @@ double SampleBearing(double fov, uint32_t count, uint32_t i) {
 DirectionTables::DirectionTables() { Find(0.0, 1); }
 
 void DirectionTables::Trim() {
-  // Those that came back in the step after they were forgotten are in use.
+  // Directions that were in use again one step after Trim() set the new limit.
   if (std::exchange(just_forgotten_, false)) most_ = std::max(kPlenty, 4 * all_.size());
   if (all_.size() < most_) return;
   first_.clear();
@@ -65,7 +65,7 @@ uint32_t DirectionTables::Find(double fov, uint32_t count) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (const auto known = first_.find({fov, count}); known != first_.end()) return known->second;
   const uint32_t first = Append(count, [&](uint32_t i) { return SampleBearing(fov, count, i); });
-  // Last, as there may be too little memory for any of it.
+  // Stored last, because any of the above may throw bad_alloc.
   return first_[{fov, count}] = first;
 }
 
@@ -78,7 +78,7 @@ uint32_t DirectionTables::Find(const std::vector<double>& bearings) {
   return first_of_bearings_[bearings] = first;
 }
 
-/// Returns the index of the first one.
+/// Appends directions and returns the index of the first one.
 template <typename BearingOf>
 uint32_t DirectionTables::Append(uint32_t count, BearingOf bearing_of) {
   const size_t first = all_.size();

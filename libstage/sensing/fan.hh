@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A fan: the rays that one sensor casts in one step. They share their start and length; each has a
-// direction relative to the sensor's heading, taken from a table that is made once for each kind of
-// sensor. So a fan is one small record, however many rays it has.
+// A fan: the rays that one sensor casts in one step. They share a start and a length; their
+// directions relative to the sensor's heading come from a table per kind of sensor. So a fan is one
+// small record, however many rays it has.
 
 #ifndef STAGE_SENSING_FAN_HH
 #define STAGE_SENSING_FAN_HH
@@ -29,31 +29,31 @@ namespace sensing {
 using Direction = ray_direction_t;
 Direction MakeDirection(const SineCosine& turn);
 Direction MakeDirection(double bearing);
-/// Sine and cosine of a bearing, of 0 if it is not finite.
+/// Sine and cosine of a bearing in radians; those of 0 if it is not finite.
 SineCosine TurnOf(double bearing);
 
-/// Bearing of sample i of `count` over the field of view `fov`, counter-clockwise, both ends
-/// included; a single sample looks straight ahead.
+/// Bearing, in radians, of sample i of `count` over the field of view `fov`. Samples run
+/// counter-clockwise and include both ends; a single sample points straight ahead.
 double SampleBearing(double fov, uint32_t count, uint32_t i);
 
-/// The direction tables of all kinds of sensors in use, one behind the other.
+/// The direction tables of all kinds of sensors in use, concatenated.
 class DirectionTables {
  public:
   DirectionTables();
-  /// Index of the first direction of the table for this kind of sensor; makes it if need be. For
-  /// several threads at once, as long as nobody reads tables.
+  /// Index of the first direction of this kind of sensor; makes the table if needed. Several
+  /// threads may call it at once, as long as none reads the tables.
   uint32_t Find(double fov, uint32_t count);
-  /// The same for any bearings, in radians.
+  /// Like Find(fov, count), for arbitrary bearings in radians.
   uint32_t Find(const std::vector<double>& bearings);
-  /// To be called between steps: if there is far more in tables than sensors use (as they keep
-  /// changing), forgets them all. Indices got before are void if the generation has changed.
+  /// Call between steps. Forgets all tables if they hold far more than the sensors use, because
+  /// bearings keep changing. Indices are void when generation() has changed.
   void Trim();
   uint64_t generation() const { return generation_; }
   const std::vector<Direction>& all() const { return all_; }
-  /// The same in doubles, one for each.
+  /// Directions in doubles, with the same indices.
   const std::vector<SineCosine>& turns() const { return turns_; }
 
-  /// A table of one direction: straight ahead.
+  /// Index of a table with one direction, straight ahead.
   static constexpr uint32_t kAhead = 0;
 
  private:
@@ -66,15 +66,15 @@ class DirectionTables {
   std::vector<Direction> all_;
   std::vector<SineCosine> turns_;
   uint64_t generation_ = 0;
-  static constexpr std::size_t kPlenty = 4000000;  // directions: 96 MB
-  std::size_t most_ = kPlenty;                     // before they are forgotten
+  static constexpr std::size_t kPlenty = 4000000;  // number of directions: 96 MB
+  std::size_t most_ = kPlenty;                     // limit before all are forgotten
   bool just_forgotten_ = false;
 };
 
-/// What a device needs to know of a fan.
+/// The data of a fan that a device needs.
 using FanRecord = ray_fan_record_t;
 
-/// How far a ray of a fan of a single leg goes, in Q16 cells.
+/// Vector from start to end of a ray with a single leg, in Q16 cells.
 struct Displacement {
   int x, y;
 };
@@ -82,7 +82,7 @@ inline Displacement DisplacementOf(const FanRecord& fan, const Direction& d) {
   return {ray_rotate_x(fan.cosine, fan.sine, d.cosine, d.sine),
           ray_rotate_y(fan.cosine, fan.sine, d.cosine, d.sine)};
 }
-/// At its start.
+/// Prepares a walk from the start of the fan.
 inline void BeginRay(const ray_grid_t& grid, const FanRecord& fan, const Displacement& way,
                      ray_t* ray) {
   ray_begin(ray, &grid, fan.x, fan.y, static_cast<int>(fan.fraction & 0xffff),
@@ -91,33 +91,32 @@ inline void BeginRay(const ray_grid_t& grid, const FanRecord& fan, const Displac
 
 struct Fan {
   FanRecord record{};
-  bool exact = false;   ///< ranges go to outlines, not to cells
+  bool exact = false;   ///< ranges refer to outlines instead of cells
   double x = 0, y = 0;  ///< start, metres
   double z = 0;         ///< height of the rays, metres
   SineCosine heading{0, 1};
   double range = 0;       ///< metres, may be infinite
-  double leg_length = 0;  ///< metres: a long ray is walked in several legs
-  double leg_cells = 0;   ///< the same in cells
+  double leg_length = 0;  ///< metres; a long ray is walked in several legs
+  double leg_cells = 0;   ///< length of a leg in cells
   double legs = 1;        ///< whole number; infinite for an infinite range
-  bool nothing = false;   ///< casts no ray: no length, or starts outside the grid
+  bool nothing = false;   ///< casts no rays: zero length, or start outside of the grid
   bool z_test = true;
-  uint32_t layer = 0;  ///< of the grid: what the rays may stop at is in it
+  uint32_t layer = 0;  ///< layer of the grid with what the rays may hit
   ray_test_func_t predicate = nullptr;
   const Model* finder = nullptr;
   const void* arg = nullptr;
   RaySink* sink = nullptr;
   uint32_t tag = 0;
 
-  /// One leg: a device can walk it.
+  /// True if a device can walk it.
   bool single_leg() const { return !nothing && legs == 1; }
 };
 
-/// Fills in the start, heading, length and legs of a fan from `origin`, global; its heading need
-/// not be normalised. `range` is in metres, not negative and not NaN.
+/// Sets start, heading, length and legs from `origin`, a global pose whose angle need not be
+/// normalized. `range` is in metres, neither negative nor NaN.
 void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre);
 
-/// Splits a coordinate in cells into its cell and a 16-bit fraction. False if it is out of the
-/// grid.
+/// Splits a coordinate in cells into cell and 16-bit fraction. Returns false outside of the grid.
 bool SplitCell(double coordinate, int32_t* cell, uint32_t* fraction);
 
 }  // namespace sensing
@@ -125,7 +124,7 @@ bool SplitCell(double coordinate, int32_t* cell, uint32_t* fraction);
 }  // namespace Stg
 
 namespace Stg {
-namespace sensing = internal::sensing;  // for the rooms above: clients see no such header
+namespace sensing = internal::sensing;  // for internal modules: clients do not see this header
 }
 
 #endif

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Fans on their way into the batch of a step. Models that update on several threads at once list
-// theirs first; when all are listed, each has its own room in the batch.
+// Fans on their way into the batch of a step. Models that update on several threads first list
+// their fans; then each fan gets its place in the batch.
 
 #ifndef STAGE_SENSING_FAN_LIST_HH
 #define STAGE_SENSING_FAN_LIST_HH
@@ -20,14 +20,14 @@ class FanList {
   struct Entry {
     Fan fan;
     uint32_t samples = 0;
-    bool past_own_tree = false;  ///< it is walked past the cells of the finder's own tree
-    bool turned = false;         ///< its directions are `samples` turns of its own
+    bool past_own_tree = false;  ///< its rays pass cells of the finder's own tree
+    bool turned = false;         ///< has `samples` own directions, from first_turn on
     size_t first_turn = 0;
   };
 
-  /// A fan with directions of the tables.
+  /// Adds a fan with directions from the tables.
   void Add(const Fan& fan, uint32_t samples, bool past_own_tree = true);
-  /// One with bearings of its own, in radians.
+  /// Adds a fan with its own bearings, in radians.
   void Add(const Fan& fan, std::span<const double> bearings);
 
   size_t size() const { return entries_.size(); }

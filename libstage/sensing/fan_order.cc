@@ -10,7 +10,7 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-/// The bits of a number with a zero bit after each.
+/// Inserts a zero bit after each bit of the number.
 uint64_t Spread(uint32_t number) {
   uint64_t bits = number;
   bits = (bits | bits << 16) & 0x0000ffff0000ffff;
@@ -22,7 +22,7 @@ uint64_t Spread(uint32_t number) {
 
 }  // namespace
 
-/// The place of the cell's tile along the Z-order curve (G. M. Morton, 1966).
+/// Index of the cell's tile on the Z-order curve (G. M. Morton, 1966).
 uint64_t PlaceKeyOf(int32_t cell_x, int32_t cell_y) {
   constexpr uint32_t kSign = 0x80000000u;
   const uint32_t x = static_cast<uint32_t>(cell_x) ^ kSign;

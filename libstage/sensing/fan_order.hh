@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The order in which fans are best traced: those of a robot together, and those of neighbours one
-// after the other, since they look at the same cells, which are then at hand.
+// Order of tracing: fans of one robot together, then those of its neighbours, because they read the
+// same cells, which are then in the cache.
 
 #ifndef STAGE_SENSING_FAN_ORDER_HH
 #define STAGE_SENSING_FAN_ORDER_HH
@@ -14,20 +14,20 @@
 
 namespace Stg::internal::sensing {
 
-/// Fans of a batch that are traced together: the next to each other in it, of one model, with no
-/// more rays than are walked together.
+/// Consecutive fans of a batch that are traced together: of one model, with at most RayGroup::kMost
+/// rays, except for a single larger fan.
 struct FanRun {
   uint32_t first, count;
 };
 
-/// Fans that begin in cells with keys next to each other begin near each other.
+/// Sort key of a start cell: cells with similar keys are mostly close to each other.
 uint64_t PlaceKeyOf(int32_t cell_x, int32_t cell_y);
 
 class FanOrder {
  public:
-  /// All fans of the batch. As sensors don't move far in a step, an old order serves for a while.
+  /// All fans of the batch, sorted by place. Reused for some batches, as sensors move slowly.
   const std::vector<FanRun>& Of(const RayBatch& batch);
-  /// The same in the order of the batch.
+  /// All fans in the order of the batch.
   const std::vector<FanRun>& InBatch(const RayBatch& batch);
 
  private:
@@ -41,8 +41,8 @@ class FanOrder {
     FanRun run;
   };
   std::vector<Keyed> keyed_;  // scratch
-  uint32_t fans_ = 0;         // of the batch that the order is of
-  unsigned age_ = 0;          // batches
+  uint32_t fans_ = 0;         // number of fans in the batch that was sorted
+  unsigned age_ = 0;          // number of batches since
 };
 
 }  // namespace Stg::internal::sensing

@@ -12,7 +12,7 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-/// Sets the ray to where it leaves the box: a leap of ray_next(). It begins anywhere.
+/// Moves a ray that starts in the box to where it leaves the box, with a leap of ray_next().
 void LeaveBox(const grid::CellBox& box, ray_t* ray) {
   const int left = ray->x0 - box.min_x, right = box.max_x - ray->x0;
   const int below = ray->y0 - box.min_y, above = box.max_y - ray->y0;
@@ -111,7 +111,7 @@ void FirstHits::WalkOneByOne(const RayGroup& rays) {
   FindBodies(rays);
 }
 
-/// How the ray passes the cell of its hit: as ray_begin() has it.
+/// Sets the passage of a ray through the cell of its hit, with ray_begin()'s offsets.
 void FirstHits::SetPassage(uint32_t i, const FanRecord& fan, const Displacement& way) {
   const auto [dx, dy] = way;
   const int u = ray_packed_u(hits_[i]), v = ray_packed_v(hits_[i]);
@@ -123,10 +123,10 @@ void FirstHits::SetPassage(uint32_t i, const FanRecord& fan, const Displacement&
   along_[i] = dy == 0 ? kNearlyNothing : std::abs(dy);
 }
 
-/// Its middle comes out as 1, which is the end of the ray.
+/// Sentinel passage: FindMiddles() returns 1 (the end of the ray).
 void FirstHits::SetNoPassage(uint32_t i) { in_x_[i] = in_y_[i] = across_[i] = along_[i] = 1; }
 
-/// Those that are 0: what is in the cells of the hits, which have been prefetched.
+/// Looks up the body lists that the device did not supply (0). The cells have been prefetched.
 void FirstHits::FindBodies(const RayGroup& rays) {
   for (uint32_t i = 0; i < rays.count; i++) {
     if (HitsNothing(i))
@@ -161,7 +161,7 @@ void FirstHits::EndParts(const RayGroup& rays) {
   }
 }
 
-/// Neighbouring rays mostly hit the same tile.
+/// Caches the last tile, because neighbouring rays mostly hit the same one.
 grid::CellRef FirstHits::CellAt(int32_t x, int32_t y) {
   const int32_t tile_x = x >> RAY_TILE_SHIFT, tile_y = y >> RAY_TILE_SHIFT;
   if (slot_ == 0 || tile_x != tile_x_ || tile_y != tile_y_) {

@@ -21,11 +21,11 @@ struct FourLanes : VectorLanes<int64_t> {
   static D Load(const double* p) { return Get<D>(p); }
   static void Store(int64_t* p, V v) { Put(p, v); }
   static void Store(double* p, D d) { Put(p, d); }
-  /// The lower halves.
+  /// Stores the lower halves.
   static void Store(uint32_t* p, V v) { Put(p, __builtin_convertvector(v, Halves)); }
   static void Store(int32_t* p, V v) { Put(p, __builtin_convertvector(v, Halves)); }
   static void Store(float* p, D d) { Put(p, __builtin_convertvector(d, Floats)); }
-  /// Up to four pairs of 32-bit numbers; Multiply() looks at the lower half of a lane only.
+  /// Loads up to four pairs of 32-bit numbers into lower halves of lanes, as for Multiply().
   static void LoadPairs(const void* pairs, uint32_t count, V* first, V* second) {
     if (count >= kCount) {
       *first = Get<V>(pairs);
@@ -35,7 +35,7 @@ struct FourLanes : VectorLanes<int64_t> {
     }
     *second = Logical<32>(*first);
   }
-  /// The same of doubles.
+  /// Loads up to four pairs of doubles.
   static void LoadPairs(const void* pairs, uint32_t count, D* first, D* second) {
     D halves[2] = {};
     __builtin_memcpy(halves, pairs, (count < kCount ? count : kCount) * 2 * sizeof(double));
@@ -52,12 +52,12 @@ struct FourLanes : VectorLanes<int64_t> {
   static V Gather(const uint64_t* p, V i) {
     return Signed(UnsignedV{p[i[0]], p[i[1]], p[i[2]], p[i[3]]});
   }
-  /// 0 where not m. The first of the numbers may be read for those.
+  /// Lanes outside m are 0; they may read p[0].
   template <typename Number>
   static V Gather(M m, const Number* p, V i) {
     return And(m.bits, Gather(p, And(m.bits, i)));
   }
-  /// table[i], i from 0 to 15.
+  /// table[i & 15].
   static V OfSixteen(const int64_t* table, V i) {
     i &= All(15);
     return V{table[i[0]], table[i[1]], table[i[2]], table[i[3]]};
@@ -74,7 +74,7 @@ struct FourLanes : VectorLanes<int64_t> {
   static D Divide(D a, D b) { return a / b; }
   static D DivideOr0(D a, D b) { return AsD(And(AsV(a / b), b != AllOf(0))); }
 
-  /// Rounds towards 0. Of numbers of 32 bits.
+  /// Rounds towards 0. The results must fit in 32 bits.
   static V ToInteger(D a) { return __builtin_convertvector(__builtin_convertvector(a, Halves), V); }
   static D Magnitude(D a) { return AsD(And(AsV(a), All(INT64_MAX))); }
   using VectorLanes::Below;
@@ -95,26 +95,26 @@ struct FourLanes : VectorLanes<int64_t> {
   static D Select(M m, D a, D b) {
     return _mm256_blendv_pd(b, a, _mm256_castsi256_pd(ToI(m.bits)));
   }
-  /// Of numbers within 2^51 of 0.
+  /// The numbers must be within 2^51 of 0.
   static D ToDouble(V a) { return AsD(Add(a, AsV(AllOf(kToBits)))) - AllOf(kToBits); }
-  /// Of two zeros, b.
+  /// Returns b if both are zeros.
   static D Larger(D a, D b) { return _mm256_max_pd(a, b); }
   static D Smaller(D a, D b) { return _mm256_min_pd(a, b); }
 
-  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
+  /// Bit (`bits` modulo 64) of each word, as the lowest bit. The other bits are unspecified.
   static V BitOf(V a, V bits) { return Signed(Bits(a) >> Bits(And(bits, All(63)))); }
 
  private:
   using Halves [[gnu::vector_size(kBytes / 2)]] = int32_t;
   using Floats [[gnu::vector_size(kBytes / 2)]] = float;
 
-  // The same bits as another type.
+  // Reinterprets the bits.
   static V AsV(D a) { return reinterpret_cast<V>(a); }
   static D AsD(V a) { return reinterpret_cast<D>(a); }
-  /// Of a whole number that is added to it, the lower bits of the sum are the bits.
+  /// The low mantissa bits of kToBits + n are those of the integer n.
   static constexpr double kToBits = 0x1p52 + 0x1p51;
 
-  /// Zeros come in from above.
+  /// Shifts in zeros.
   template <int kBits>
   static V Logical(V a) {
     return Signed(Bits(a) >> kBits);

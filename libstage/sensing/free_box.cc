@@ -10,18 +10,17 @@ namespace {
 
 using grid::CellBox;
 
-/// What is looked at: the region in the middle and those around it.
+/// Size of the area that is examined: the region of the start and its neighbours.
 constexpr int kRegions = 3, kTiles = 8 * kRegions;
 
-/// Tiles min to max of a row.
+/// Mask of tiles min to max of a row.
 uint32_t Between(int min, int max) {
-  // Boxes lie within what is looked at, which clang-tidy can't know.
+  // Boxes lie within that area, which clang-tidy cannot know.
   // NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult)
   return (uint32_t{2} << max) - (uint32_t{1} << min);
 }
 
-/// Which tiles around a cell are occupied. Boxes are in tiles, counted from the corner of what is
-/// looked at.
+/// Occupied tiles around a cell. Boxes are in tiles, relative to the corner of the area.
 class Surroundings {
  public:
   Surroundings(const ray_grid_t& grid, int32_t x, int32_t y)
@@ -32,12 +31,12 @@ class Surroundings {
       for (int k = 0; k < kRegions; k++) TakeRegion(i, k);
   }
 
-  /// A cell's tile, which may lie outside.
+  /// Column and row of a cell's tile. They may lie outside of the area.
   int ColumnOf(int32_t x) const { return (x >> RAY_TILE_SHIFT) - 8 * region_x_; }
   int RowOf(int32_t y) const { return (y >> RAY_TILE_SHIFT) - 8 * region_y_; }
-  /// One bit for each tile of the row.
+  /// Mask of the occupied tiles in a row.
   uint32_t row(int y) const { return rows_[y]; }
-  /// One bit for each column in which something is, in the rows of the box.
+  /// Mask of the columns that are occupied in the rows of the box.
   uint32_t Columns(const CellBox& box) const {
     uint32_t columns = 0;
     for (int y = box.min_y; y <= box.max_y; y++) columns |= rows_[y];
@@ -52,7 +51,7 @@ class Surroundings {
             (y + box.max_y) * 8 + 7};
   }
 
-  /// Takes tiles for empty in which there is nothing but what the self-mask hides.
+  /// Marks tiles as empty that hold nothing but what the self-mask hides.
   void Hide(const ray_mask_t& mask) {
     const int first_x = mask.x - 8 * region_x_, first_y = mask.y - 8 * region_y_;
     for (int i = 0; i < static_cast<int>(mask.height); i++) {
@@ -96,7 +95,7 @@ class Surroundings {
   uint32_t rows_[kTiles] = {};
 };
 
-/// The box grown tile by tile towards the signs of x and y, as far as there is nothing.
+/// Grows the box tile by tile towards the signs of x and y while it stays empty.
 CellBox Grown(const Surroundings& around, CellBox box, int x, int y) {
   int* const far_x = x > 0 ? &box.max_x : &box.min_x;
   int* const far_y = y > 0 ? &box.max_y : &box.min_y;
@@ -112,8 +111,8 @@ CellBox Grown(const Surroundings& around, CellBox box, int x, int y) {
   return box;
 }
 
-/// The tiles that the rays start in; only that of the first if others are too far off, or if there
-/// is something among them.
+/// The tiles that the rays start in, or that of the first if the others are too far away or
+/// something lies between them.
 CellBox StartsOf(const RayGroup& rays, const Surroundings& around) {
   const auto tile_of = [&](const FanRecord& fan) {
     const int x = around.ColumnOf(fan.x), y = around.RowOf(fan.y);
@@ -133,7 +132,7 @@ CellBox StartsOf(const RayGroup& rays, const Surroundings& around) {
 }  // namespace
 
 FreeBoxes FindFreeBoxesOfMany(const RayGroup& rays) {
-  constexpr uint32_t kMany = 16;  // looking around takes as long as some ten rays
+  constexpr uint32_t kMany = 16;  // searching costs as much as about ten rays
   return rays.count < kMany ? FreeBoxes() : FindFreeBoxes(rays);
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How far rays get for certain. Those of a robot all begin at about the same place, and meet the
-// same emptiness near it: that is looked at once for all of them, and each begins its walk where it
-// leaves it.
+// Free space around the starts of rays. All rays of a robot start at about the same place in the
+// same empty surroundings, which are examined once: each ray starts where it leaves them.
 
 #ifndef STAGE_SENSING_FREE_BOX_HH
 #define STAGE_SENSING_FREE_BOX_HH
@@ -12,16 +11,16 @@
 
 namespace Stg::internal::sensing {
 
-/// A box for each direction of travel, in which there is nothing but what the self-mask hides.
+/// Per direction of travel, a box that holds nothing but what the self-mask hides.
 struct FreeBoxes {
-  /// [goes to smaller y][goes to smaller x]
+  /// [dy < 0][dx < 0]
   grid::CellBox towards[2][2];
 };
 
-/// Boxes around the starts of the rays, or around that of the first, up to three regions wide.
-/// Empty if there is something in the very tiles that they start in.
+/// Boxes around the starts of all rays, or around the first, up to three regions wide. Empty if the
+/// start tiles are occupied.
 FreeBoxes FindFreeBoxes(const RayGroup& rays);
-/// The same if there are enough rays for that to pay, else empty ones.
+/// Like FindFreeBoxes(), but returns empty boxes if there are too few rays for it to pay.
 FreeBoxes FindFreeBoxesOfMany(const RayGroup& rays);
 
 }  // namespace Stg::internal::sensing

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kSide = 1 << RAY_TILE_SHIFT;
 
-/// A leg as it goes along one axis, from a cell that lies so many borders away from its start.
+/// One axis of a leg, seen from a cell that lies `borders` borders from its start.
 class Axis {
  public:
   Axis(int32_t start, uint32_t fraction, int displacement, int borders)
@@ -27,8 +27,7 @@ class Axis {
   int32_t cell() const { return cell_; }
   /// A cell of the next tile.
   int32_t behind() const { return displacement_ < 0 ? cell_ - kSide : cell_ + kSide; }
-  /// How many more tiles the leg's walk comes to, if it ends after this share of it; 2 means two or
-  /// more.
+  /// Number of further tiles (at most 2) that the leg reaches if it ends after this fraction of it.
   uint32_t TilesBehind(double share) const {
     const int limit = LimitOf(share, std::abs(displacement_));
     if ((next_tile_ << 16) - offset_ > limit) return 0;
@@ -38,7 +37,7 @@ class Axis {
  private:
   int displacement_, offset_;
   int32_t cell_;
-  int next_tile_;  // borders to there
+  int next_tile_;  // index of the border to the next tile
 };
 
 }  // namespace
@@ -54,7 +53,7 @@ LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double
 
 namespace {
 
-/// What a ray meets first of these outlines: sets ranges and which.
+/// Finds the nearest outline of one ray: sets its range and which.
 void MeetAlone(const OutlineRays& rays, uint32_t ray, const Outlines& outlines,
                OutlineHits* found) {
   const Line line = LineOf(*rays.fan, rays.turns[ray]);

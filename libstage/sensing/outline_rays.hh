@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Rays of the exact model that have come to a tile: where they meet the outlines in there, and
-// whether they could meet others before. Mostly they can't.
+// Rays of the exact model that have reached a tile: where they meet its outlines, and whether they
+// could meet others before. Mostly they cannot.
 
 #ifndef STAGE_SENSING_OUTLINE_RAYS_HH
 #define STAGE_SENSING_OUTLINE_RAYS_HH
@@ -14,32 +14,31 @@
 
 namespace Stg::internal::sensing {
 
-/// Some rays of a fan of a single leg that have potential hits.
+/// Some rays, with potential hits, of a fan with a single leg.
 struct OutlineRays {
   const Fan* fan;
-  const Direction* directions;  ///< one for each of the rays
-  const SineCosine* turns;      ///< the same
-  const uint32_t* hits;         ///< first potential hits, as ray_pack() has it; with the room
-                                ///< behind them of WideHits
+  const Direction* directions;  ///< one per ray
+  const SineCosine* turns;      ///< one per ray
+  const uint32_t* hits;         ///< first potential hits, as by ray_pack(), padded like WideHits
   uint32_t count;               ///< at most RayGroup::kMost
 };
 
-/// Some edges of an outline: bit i stands for that from corners[i] to corners[i + 1], in metres.
+/// Edges of an outline: bit i selects the edge from corners[i] to corners[i + 1], in metres.
 struct OutlineEdges {
   const point_t* corners;
   uint32_t edges;
 };
-/// Several outlines. No std::span, as wide_walk_lanes.hh says.
+/// Several outlines; not a std::span, see wide_walk_lanes.hh.
 struct Outlines {
   const OutlineEdges* edges;
   uint32_t count;
 };
 
-/// A bit for each ray; those of rays that there are not may be anything, but the last one is 0.
+/// One bit per ray. Bits past the last ray are unspecified, but the very last is 0 (sentinel).
 struct SettledRays {
   uint64_t words[RayGroup::kMost / 64 + 1];
 
-  /// The first ray from this one on that is not settled, or one that there is not.
+  /// The first unsettled ray from `ray` on, or an index past the last ray.
   uint32_t FirstOther(uint32_t ray) const {
     uint32_t word = ray / 64;
     uint64_t others = ~words[word] >> ray % 64 << ray % 64;
@@ -48,27 +47,25 @@ struct SettledRays {
   }
 };
 
-/// What rays meet first of some outlines.
+/// First hits of rays among some outlines.
 struct OutlineHits {
-  double* ranges;   ///< of each ray, metres; infinity if it meets none
-  uint32_t* which;  ///< of the outlines; of several at the same place the first; 0 if none
+  double* ranges;   ///< per ray, metres; infinity if it meets none
+  uint32_t* which;  ///< per ray: index of the outline, the smallest at equal range; 0 if none
   SettledRays settled;
 };
 
-// Ray by ray; in lanes: wide_outlines.hh. Ranges and outlines have room for the last lanes: that of
-// WideHits.
+// Ray by ray; wide_outlines.hh does it in lanes. Ranges and outlines are padded like WideHits.
 
-/// Finds out what the rays meet, and which are settled then: they meet something within their
-/// range, and before that they do not leave the tile of their potential hit.
+/// Finds what the rays meet and which of them are settled: those that meet something within their
+/// range before they leave the tile of their potential hit.
 void MeetOneByOne(const OutlineRays& rays, const Outlines& outlines, OutlineHits* found);
 
-/// Where the leg of a ray ends, seen from a tile that it comes to.
+/// The end of a ray's leg, seen from a tile on its way.
 struct LegEnd {
-  uint32_t tiles;  ///< further than the tile: 0: in there, 1: in the one behind it, 2: elsewhere
-  int32_t x, y;    ///< a cell of the tile where it ends
+  uint32_t tiles;  ///< where the leg ends: 0 in this tile, 1 in the next one, 2 further away
+  int32_t x, y;    ///< a cell of the tile in which it ends
 };
-/// Of a ray of a fan of a single leg that has a hit in the tile and goes no further than this share
-/// of the leg.
+/// For a ray of a single leg with a hit in the tile, which ends after this fraction of the leg.
 LegEnd FindLegEnd(const FanRecord& fan, const Direction& direction, uint32_t hit, double share);
 
 }  // namespace Stg::internal::sensing

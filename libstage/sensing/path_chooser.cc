@@ -8,11 +8,11 @@ namespace Stg::internal::sensing {
 
 namespace {
 constexpr uint64_t kProbeBatches = 3;
-constexpr double kShareOfProbes = 0.005;  // probes may cost this share of the time
-constexpr double kNoise = 0.1;            // costs differ by that for no reason
-constexpr double kClearly = 1.5;          // times slower
-constexpr uint64_t kShortestWait = 16, kLongestWait = 20000;  // batches between probes
-// A great change of mind may be due to a bad moment: probes come after 4, 32, 256 ... batches then.
+constexpr double kShareOfProbes = 0.005;  // fraction of the time that probes may cost
+constexpr double kNoise = 0.1;            // relative noise of costs
+constexpr double kClearly = 1.5;          // ratio of costs that is beyond doubt
+constexpr uint64_t kShortestWait = 16, kLongestWait = 20000;  // limits of Wait(), in batches
+// A large change may be a disturbance. Early probes check it after 4, 32, 256 ... batches.
 constexpr uint64_t kFirstWait = 4;
 constexpr int kEarlyProbes = 4;
 }  // namespace
@@ -42,7 +42,7 @@ bool PathComparison::Choose() {
   if (!host_.known()) return false;
   if (!compares_) {
     BeginToCompare();
-  } else if (is_probe_) {  // the batch before
+  } else if (is_probe_) {  // the previous batch
     if (probe_batches_ > 0 && !ProbeIsClear()) {
       probe_batches_--;
       return device_chosen_;
@@ -50,15 +50,15 @@ bool PathComparison::Choose() {
     EndProbe();
   }
   seems_slower_ = TimesSlower() * (1 + kNoise) < 1 ? seems_slower_ + 1 : 0;
-  if (seems_slower_ == kShortestWait) wait_ = std::min(wait_, Wait());  // it is no bad moment
+  if (seems_slower_ == kShortestWait) wait_ = std::min(wait_, Wait());  // no disturbance
   if (batches_ < last_probe_ + wait_) return device_faster_;
   probe_batches_ =
-      device_faster_ ? kProbeBatches - 1 : kProbeBatches;  // the device has to catch up first
+      device_faster_ ? kProbeBatches - 1 : kProbeBatches;  // the device must catch up first
   return !device_faster_;
 }
 
-/// Both are known by a single batch each. One that was interrupted may have taken many times as
-/// long: only if that could not have turned the outcome, there are no early probes.
+/// Each path is known by a single batch, which may have been interrupted and taken many times as
+/// long. Early probes follow unless even that could not change the outcome.
 void PathComparison::BeginToCompare() {
   constexpr double kInterrupted = 30;
   compares_ = true;
@@ -68,7 +68,7 @@ void PathComparison::BeginToCompare() {
   wait_ = Wait();
 }
 
-/// Only now is a change of mind possible: between probes, what is known of the other path is old.
+/// Changes the path only here: between probes, the data on the other path are old.
 void PathComparison::EndProbe() {
   last_probe_ = batches_;
   early_probes_ = TimesSlower() * kClearly < 1 ? kEarlyProbes : std::max(early_probes_ - 1, 0);
@@ -76,7 +76,7 @@ void PathComparison::EndProbe() {
   wait_ = Wait();
 }
 
-/// By how much the path that is not used seems to be slower; below 1 if it seems to be faster.
+/// Ratio of the unused path's cost to that of the path in use; below 1 if it seems faster.
 double PathComparison::TimesSlower() const {
   const double times = device_.typical() / host_.typical();
   return device_faster_ ? 1 / times : times;
@@ -86,8 +86,8 @@ bool PathComparison::ProbeIsClear() const {
   return last_cost_ > kClearly * (device_chosen_ ? host_ : device_).typical();
 }
 
-/// Batches between probes. The more a probe costs, the more: some batches on the other path, and
-/// before or after these the device has to catch up. The more it may bring, the fewer.
+/// Number of batches until the next probe. It grows with the cost of a probe (some batches on the
+/// other path, and the device catching up) and shrinks with the possible gain.
 uint64_t PathComparison::Wait() const {
   const double times_slower = TimesSlower();
   const double used = (device_faster_ ? device_ : host_).typical();

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The prefilter: walks all rays of a step at once and says where each may hit. It never decides:
-// the predicate that is run on its answer does, on the host. This is the whole interface between
-// the simulator and a device.
+// The prefilter walks all rays of a step and finds where each may hit. It never decides: the host
+// runs the predicates on its results. This is the whole interface between simulator and device.
 
 #ifndef STAGE_SENSING_PREFILTER_HH
 #define STAGE_SENSING_PREFILTER_HH
@@ -20,22 +19,22 @@
 
 namespace Stg::internal::sensing {
 
-/// The first potential hits of each ray of a batch: 1 + per_ray words for each.
+/// The first potential hits of each ray of a batch, 1 + per_ray words per ray.
 struct HitLists {
   const uint32_t* words = nullptr;
   uint32_t per_ray = 0;
 
   std::size_t WordsOf(std::size_t rays) const { return rays * (1 + per_ray); }
-  /// Grid::OnlyBody() of the tile of the first hit, if there is a hit; or 0, and the host looks it
-  /// up.
+  /// Grid::OnlyBody() of the tile of the first hit, or 0 if the host must look it up. Undefined if
+  /// there is no hit.
   uint32_t BodyOf(std::size_t ray) const { return words[WordsOf(ray)]; }
-  /// per_ray hits, packed (ray_walk.h); RAY_NO_HIT ends a list early. A full list may go on: the
-  /// host resumes behind its last.
+  /// per_ray hits, packed as by ray_pack(). RAY_NO_HIT ends a list early; after a full list the
+  /// host resumes behind its last hit.
   const uint32_t* ListOf(std::size_t ray) const { return words + WordsOf(ray) + 1; }
 };
 
-/// Thrown by a prefilter that can't go on; a plug-in that was let in (backend.hh) shares this type.
-/// The run goes on without it, with the same results.
+/// Thrown by a prefilter that cannot continue; plug-ins share this type. The run continues without
+/// the device, with the same results.
 class PrefilterError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -45,36 +44,34 @@ class Prefilter {
  public:
   virtual ~Prefilter() = default;
 
-  /// Walks every fan of the batch that fits a device. The lists of other fans' rays are undefined.
-  /// The result is valid until the next call. The grid's list of changes has been used up
-  /// afterwards. The threads may help to get the batch ready. Throws PrefilterError.
+  /// Walks every fan of the batch that fits a device. Lists of other fans are undefined. The result
+  /// is valid until the next call. Resets the grid's changes. `workers` may help. Throws
+  /// PrefilterError.
   virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch,
                         threads::WorkerPool* workers) = 0;
 
-  /// The lists may come part by part. Waits until those of the batch's fan number `fan`, and of all
-  /// before it, are there. Returns how many fans have theirs, more than `fan`. The batch is the one
-  /// that was walked last. Throws PrefilterError.
+  /// Waits for the lists, which may arrive in parts, of fans 0 .. `fan` of the batch walked last.
+  /// Returns the number of fans whose lists have arrived, more than `fan`. Throws PrefilterError.
   virtual std::size_t WaitFor(const RayBatch& batch, std::size_t /*fan*/) {
     return batch.fans().size();
   }
 
-  /// Sends the changes of the grid so far, if that helps: Walk() sends the rest. The grid must not
-  /// change meanwhile, but may be read. Throws PrefilterError.
+  /// Sends the changes of the grid so far, if that helps; Walk() sends the rest. The grid may be
+  /// read but not changed meanwhile. Throws PrefilterError.
   virtual void SendAhead(grid::Grid&) {}
 
-  /// One on the same device for another world, which may be stepped at the same time. What does not
-  /// depend on a grid is shared: nothing is opened or compiled. Null: the device has to be opened
-  /// once more.
+  /// A prefilter on the same device for another world, which may run on another thread. Shares what
+  /// does not depend on a grid, so nothing is opened or compiled again. Null if unsupported.
   virtual std::unique_ptr<Prefilter> ForAnotherWorld() const { return nullptr; }
 
-  /// This process has been forked: the driver's threads are not there, and who lets go of the
-  /// device may wait for them without end. It has to be left as it is.
+  /// True in a forked process: the driver's threads do not exist here, and releasing the device
+  /// could wait for them forever. The prefilter must be leaked.
   virtual bool IsFromAnotherProcess() const { return false; }
 
-  /// It walks on the host's own processors, which are not to be kept from it meanwhile.
+  /// True if the device is the host's CPU, whose cores must then be left to it.
   virtual bool UsesHost() const { return false; }
 
-  /// Such as "gpu NVIDIA H200 (NVIDIA CUDA)".
+  /// For example "gpu NVIDIA H200 (NVIDIA CUDA)".
   virtual std::string DeviceName() const = 0;
   virtual const PrefilterStatistics& statistics() const = 0;
 };
@@ -82,7 +79,7 @@ class Prefilter {
 }  // namespace Stg::internal::sensing
 
 namespace Stg {
-namespace sensing = internal::sensing;  // for the rooms above: clients see no such header
+namespace sensing = internal::sensing;  // for internal modules: clients do not see this header
 }
 
 #endif

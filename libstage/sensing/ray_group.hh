@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Rays that are walked together: of one or several fans, such as a robot's sonars.
+// Rays that are walked together, from one or several fans, such as a robot's sonars.
 
 #ifndef STAGE_SENSING_RAY_GROUP_HH
 #define STAGE_SENSING_RAY_GROUP_HH
@@ -9,17 +9,17 @@
 
 namespace Stg::internal::sensing {
 
-/// Some rays of a fan of a single leg.
+/// A slice of the rays of a fan with a single leg.
 struct FanPart {
   const FanRecord* fan;
-  const Direction* directions;  ///< one for each of the rays
+  const Direction* directions;  ///< one per ray
   uint32_t count;
   double leg_length;       ///< metres
-  const uint32_t* walked;  ///< from its first ray on: see HitLists; null if no device walked them
+  const uint32_t* walked;  ///< HitLists data from its first ray on; null if no device walked it
 };
 
-/// What a device says of the part's rays, one after the other: bodies, 0 where it knows none, and
-/// first hits. Static, as wide_walk_lanes.hh says.
+/// Copies a device's results for the slice: bodies (0 if unknown) and first hits. Static for the
+/// reason given in wide_walk_lanes.hh.
 static inline void TakeOver(const FanPart& part, uint32_t words_of_a_ray, uint32_t* bodies,
                             uint32_t* hits) {
   const uint32_t* words = part.walked;
@@ -29,13 +29,12 @@ static inline void TakeOver(const FanPart& part, uint32_t words_of_a_ray, uint32
   }
 }
 
-/// Of rays of the exact model a device says nothing but where their hits are.
+/// Clears the bodies: for exact rays a device supplies hits only.
 static inline void ForgetBodies(uint32_t count, uint32_t* bodies) {
   for (uint32_t i = 0; i < count; i++) bodies[i] = 0;
 }
 
-/// Rays that have a layer of the grid and a self-mask in common: those of the parts, one after the
-/// other.
+/// Rays with a common layer and self-mask: those of all slices, one after the other.
 struct RayGroup {
   static constexpr uint32_t kMost = 256;
 
@@ -43,9 +42,9 @@ struct RayGroup {
   const ray_mask_t* mask;
   const FanPart* parts;
   uint32_t part_count;
-  uint32_t count;           ///< of rays, at most kMost
-  uint32_t words_of_a_ray;  ///< of those that a device walked
-  bool exact = false;       ///< of the exact model
+  uint32_t count;           ///< number of rays, at most kMost
+  uint32_t words_of_a_ray;  ///< words per ray in `walked`
+  bool exact = false;       ///< rays of the exact model
 };
 
 }  // namespace Stg::internal::sensing

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What the models of a world share: the grid that they are drawn in and the batch of the step.
+// State that the models of a world share: the grid and the batch of the step.
 
 #ifndef STAGE_SENSING_SCENE_HH
 #define STAGE_SENSING_SCENE_HH
@@ -16,29 +16,28 @@ namespace Stg::internal::sensing {
 
 struct Scene {
   double cells_per_metre = 50;
-  RayModel ray_model = RayModel::kCell;  ///< of sensors that don't say
-  bool exact_drawing = false;            ///< bodies are drawn for the exact ray model too
+  RayModel ray_model = RayModel::kCell;  ///< for sensors that do not set it
+  bool exact_drawing = false;            ///< bodies have an exact rasterization too
   grid::Grid grid;
   DirectionTables tables;
   RayBatch batch;
-  FanList fans;  ///< of the model that is updating, if it does so alone; for its memory
-  /// The world is being deleted or reset: nothing is seen any more, and no body taken off the grid,
-  /// which goes as a whole.
+  FanList fans;  ///< scratch of a model that updates alone
+  /// True while the world is deleted or reset: rays see nothing, and bodies are not removed one by
+  /// one, because the grid is dropped as a whole.
   bool going = false;
   void Go() {
     going = true;
     grid.Hide();
   }
-  /// All is gone; another world begins here.
+  /// Clears the grid for a new world.
   void Return() {
     going = false;
     grid.Become(grid::Grid());
   }
-  uint64_t body_changes = 0;  ///< counts changes of the shapes of bodies
-  uint64_t batch_number = 1;  ///< counts batches: tells what is left over from an earlier one
+  uint64_t body_changes = 0;  ///< number of changes of body shapes
+  uint64_t batch_number = 1;  ///< number of batches: identifies data left over from earlier ones
 
-  /// Makes the layers that rangers' fans look for, at heights that nobody looked at so far: those
-  /// of the finder in the batch, from the given one on.
+  /// Makes the missing layers of the finder's consecutive fans in the batch, from first_fan on.
   void MakeLayers(uint32_t first_fan, const Model* finder) {
     for (uint32_t i = first_fan; i < batch.fans().size(); i++) {
       const Fan& fan = batch.fans()[i];
@@ -47,7 +46,7 @@ struct Scene {
         batch.SetLayer(i, grid.RangerLayer(fan.z, fan.z_test, fan.exact));
     }
   }
-  /// The plane area that anything was ever drawn in.
+  /// Bounding box in metres of everything that was ever rasterized.
   bounds3d_t Extent() const {
     const grid::CellBox box = grid.extent();
     bounds3d_t extent;

@@ -15,7 +15,7 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-/// First and last leg, of `legs`, that may touch the occupied box on one axis: those for which
+/// Narrows *first .. *last to the legs that may touch the occupied box on one axis: those for which
 /// [start + k * step, start + (k + 1) * step] meets [low, high]. All in Q16.
 void CutLegs(double start, double step, double low, double high, double* first, double* last) {
   if (step == 0) {
@@ -33,12 +33,13 @@ void CutLegs(double start, double step, double low, double high, double* first, 
   *last = std::min(*last, std::ceil((high - start) / step));
 }
 
-/// Numbers of the legs to walk, ends included.
+/// Interval of legs to walk, ends included.
 struct LegRange {
   double first, last;
 };
 
-/// The legs that may touch the occupied box. `x`, `y`: the start, `dx`, `dy`: a leg, all in Q16.
+/// Legs that may touch the occupied box. (x, y) is the start, (dx, dy) a leg's displacement, in
+/// Q16.
 LegRange LegsInBox(const Fan& fan, const ray_grid_t& view, int64_t x, int64_t y, int32_t dx,
                    int32_t dy) {
   if (fan.legs == 1) return {0, 0};
@@ -52,7 +53,7 @@ LegRange LegsInBox(const Fan& fan, const ray_grid_t& view, int64_t x, int64_t y,
 
 using Answer = RayRecord::Answer;
 
-/// Writes it down.
+/// Records how a ray is traced.
 class Notes {
  public:
   Notes(const ray_grid_t& view, const ray_mask_t& mask, RayRecord* record)
@@ -74,13 +75,13 @@ class Notes {
   }
 
  private:
-  static constexpr size_t kMostSteps = 65536;  // of a leg, which has at most half as many cells
+  static constexpr size_t kMostSteps = 65536;  // per leg, which has at most half as many cells
   const ray_grid_t& view_;
   const ray_mask_t& mask_;
   RayRecord& record_;
 };
 
-/// Visits the cells that a ray reaches until a body's predicate accepts it: the cell model.
+/// The cell ray model: visits the cells along a ray until a predicate accepts a body.
 template <class Taking = NoNotes>
 class CellVisit {
  public:
@@ -89,7 +90,7 @@ class CellVisit {
 
   Model* hit() const { return hit_; }
 
-  /// True ends the walk.
+  /// Returns true to end the walk.
   bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t bit) {
     notes_.Cell(*ray);
     return grid_.AnyAt(region, tile, bit, [this](grid::BodyId id) { return Accepts(id); });
@@ -119,7 +120,7 @@ class CellVisit {
 
 }  // namespace
 
-/// How a ray is walked.
+/// The constant inputs of a ray's walk.
 struct Tracer::Walk {
   const ray_grid_t& view;
   const ray_mask_t& mask;
@@ -130,7 +131,7 @@ struct Tracer::Walk {
 
 namespace {
 
-/// The start, Q16 cells.
+/// Start of the fan in Q16 cells.
 int64_t StartX(const Fan& fan) {
   return int64_t{fan.record.x} * 65536 + (fan.record.fraction & 0xffff);
 }
@@ -140,25 +141,25 @@ int64_t StartY(const Fan& fan) {
 
 }  // namespace
 
-/// Begins a leg at (x, y), Q16.
+/// Begins a leg at (x, y), in Q16 cells.
 void Tracer::Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y) {
   ray_begin(ray, &walk.view, static_cast<int32_t>(x >> 16), static_cast<int32_t>(y >> 16),
             static_cast<int>(x & 0xffff), static_cast<int>(y & 0xffff), walk.dx, walk.dy);
 }
 
-/// A ray of one leg, in the first cell of the list.
+/// Resumes a ray of one leg in the first cell of its list.
 void Tracer::BeginAtFirst(ray_t* ray, const Fan& fan, const Walk& walk) {
   Begin(ray, walk, StartX(fan), StartY(fan));
   ray_resume(ray, ray_packed_u(*walk.list.hits), ray_packed_v(*walk.list.hits));
 }
 
-/// Takes `visit` to the cells in which something is, in their order along the ray: those of the
-/// list but the first, where it has been, then those that the walk finds behind them.
+/// Calls `visit` for the occupied cells along the ray until it returns true: the cells of the list
+/// except the first, which was visited before, then those that the walk finds.
 template <typename Visit>
 void Tracer::Follow(const Walk& walk, ray_t* ray, Visit* visit) const {
   for (uint32_t i = 1; i < walk.list.count; i++) {
     const uint32_t hit = walk.list.hits[i];
-    if (hit == RAY_NO_HIT) return;  // the ray ended; there is nothing behind
+    if (hit == RAY_NO_HIT) return;  // the ray ended
     ray_resume(ray, ray_packed_u(hit), ray_packed_v(hit));
     const int32_t x = ray->x0 + ray->sx * ray->u, y = ray->y0 + ray->sy * ray->v;
     walk.counters->potential_hits++;
@@ -217,7 +218,7 @@ void Tracer::Record(const Fan& fan, const Bearing& bearing, const ray_mask_t& ma
       fan.exact ? TraceExact(fan, walk, bearing.turn, notes) : TraceCells(fan, walk, notes);
 }
 
-/// Legs join without rounding: each begins where the one before has ended.
+/// Legs join without rounding: each begins where the previous one ended.
 template <class Taking>
 RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk, const Taking& notes) const {
   const int64_t start_x = StartX(fan), start_y = StartY(fan);
@@ -236,7 +237,7 @@ RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk, const Taking& notes)
   return {fan.range, nullptr};
 }
 
-/// A ray of one leg, of which the first cell of the list is known not to end it.
+/// Traces a ray of one leg whose first listed cell is known not to stop it.
 RayHit Tracer::TraceCellsFrom(const Fan& fan, const Walk& walk) const {
   CellVisit<> visit(grid_, fan);
   ray_t ray;
@@ -246,8 +247,8 @@ RayHit Tracer::TraceCellsFrom(const Fan& fan, const Walk& walk) const {
   return {MiddleOf(PassageOf(ray), fan.legs) * fan.leg_length, visit.hit()};
 }
 
-/// Each leg begins on the true ray, so that the walk stays as near to it as the outlines' margin in
-/// the grid allows for, however far out it gets.
+/// Each leg starts on the true ray, so that the walk stays within the grid's margin for outlines
+/// however far it gets.
 template <class Taking>
 RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& turn,
                           const Taking& notes) const {
@@ -271,7 +272,7 @@ RayHit Tracer::TraceExact(const Fan& fan, const Walk& walk, const SineCosine& tu
 
 namespace {
 
-/// Rays `begin` to `end` - 1 of a fan have hit the model. If begin is 0, the fan begins.
+/// Adds a result for the rays `begin` .. `end` - 1 of a fan. A `begin` of 0 starts a new fan.
 void AddRun(uint32_t begin, uint32_t end, Model* model, std::vector<HitRun>* runs) {
   if (begin > 0 && runs->back().model == model)
     runs->back().end = end;
@@ -281,7 +282,7 @@ void AddRun(uint32_t begin, uint32_t end, Model* model, std::vector<HitRun>* run
 
 }  // namespace
 
-/// Rays that are walked together, as they come.
+/// Collects the rays of fans and traces them in groups.
 class Tracer::Group {
  public:
   Group(const Tracer& tracer, const RayBatch& batch, const HitLists& lists, Hits* hits,
@@ -295,8 +296,7 @@ class Tracer::Group {
         first_(tracer.grid_),
         exact_(tracer.grid_) {}
 
-  /// Adds a fan. Those before it are traced if there is no room left, or if it does not go with
-  /// them.
+  /// Adds a fan. First traces the group if it is full or incompatible with the fan.
   void Add(const Fan& fan) {
     if (part_count_ > 0 && !GoTogether(*fans_[0], fan)) Trace();
     for (uint32_t begin = 0; begin < fan.record.samples;) {
@@ -311,14 +311,14 @@ class Tracer::Group {
       begin += count;
     }
   }
-  /// A fan whose rays are traced on their own.
+  /// Traces a fan ray by ray.
   void AddAlone(const Fan& fan) {
     Trace();
     tracer_.TraceOneByOne(batch_, fan, ranges_, &runs_, counters_);
     ranges_ += fan.record.samples;
   }
 
-  /// Traces what has been added.
+  /// Traces the collected group.
   void Trace() {
     if (part_count_ == 0) return;
     view_ = tracer_.grid_.View(fans_[0]->layer);
@@ -347,20 +347,20 @@ class Tracer::Group {
   }
 
  private:
-  /// The walk of both is through the same cells.
+  /// True if both walk through the same cells: same layer and self-mask.
   static bool GoTogether(const Fan& a, const Fan& b) {
     return a.layer == b.layer && a.record.mask_size == b.record.mask_size &&
            (a.record.mask_size == 0 || a.record.mask_first == b.record.mask_first);
   }
 
-  /// What the device says of the fan's rays from this one on.
+  /// The device's results for the fan's rays from `ray` on.
   const uint32_t* WordsOf(const Fan& fan, uint32_t ray) const {
     if (lists_.per_ray == 0) return nullptr;
     return lists_.words + lists_.WordsOf(size_t{fan.record.first_ray} + ray);
   }
 
-  /// Finds out what the rays of a part hit, the first of which is `ray` of the group. Where there
-  /// is nothing, they have the fan's range already: it is the length of the only leg.
+  /// Resolves the hits of one slice; `ray` is the index of its first ray in the group. Rays without
+  /// a hit keep the fan's range, which is the length of the only leg.
   void Settle(uint32_t part, uint32_t ray) {
     const uint32_t end = ray + parts_[part].count;
     Run run{part, ray, ray, ray};
@@ -375,13 +375,13 @@ class Tracer::Group {
     }
   }
 
-  /// The same in the exact model, for all parts.
+  /// Traces all slices in the exact model.
   void TraceExactly(const RayGroup& group) {
     for (uint32_t i = 0; i < part_count_; i++)
       exact_parts_[i] = {fans_[i], batch_.TurnsOf(*fans_[i]) + begins_[i]};
     exact_.Trace(group, exact_parts_, first_, ranges_, counters_);
   }
-  /// Of a part, the first ray of which is `ray` of the group.
+  /// Stores the results of a slice; `ray` is the index of its first ray in the group.
   void WriteRuns(uint32_t part, uint32_t ray) {
     const uint32_t end = ray + parts_[part].count;
     for (Run run{part, ray, ray, ray}; run.end < end; run.from = run.end) {
@@ -392,21 +392,21 @@ class Tracer::Group {
     }
   }
 
-  /// Neighbouring rays of a part.
+  /// Consecutive rays of a slice.
   struct Run {
-    uint32_t part, first;  // the first ray of that
-    uint32_t from, end;    // the rays, in the group
+    uint32_t part, first;  // index in the group of the slice's first ray
+    uint32_t from, end;    // half-open interval of rays in the group
   };
-  /// Of a ray, in its fan.
+  /// Index of a ray in its fan.
   uint32_t SampleOf(const Run& run, uint32_t ray) const {
     return begins_[run.part] + ray - run.first;
   }
-  /// The rays have hit the model, and their ranges are known.
+  /// Stores the hit of rays whose ranges are known.
   void End(const Run& run, Model* hit) {
     AddRun(SampleOf(run, run.from), SampleOf(run, run.end), hit, &runs_);
   }
 
-  /// Of rays with potential hits in cells that have these bodies.
+  /// Resolves rays whose potential hits lie in cells with these bodies.
   void SettleCells(const Run& run, grid::BodyList bodies) {
     counters_->potential_hits += run.end - run.from;
     const Fan& fan = *fans_[run.part];
@@ -416,7 +416,7 @@ class Tracer::Group {
       EndAt(run, ray, tracer_.TraceCellsFrom(fan, WalkOn(run, ray)));
   }
 
-  /// How a ray is walked on from its first potential hit.
+  /// Prepares to resume a ray behind its first potential hit.
   Walk WalkOn(const Run& run, uint32_t ray) const {
     HitList list{&first_.Packed(ray), 1, 0};
     if (lists_.per_ray > 0)
@@ -424,7 +424,7 @@ class Tracer::Group {
     const Fan& fan = *fans_[run.part];
     return WalkOf(fan, view_, batch_.DirectionsOf(fan)[SampleOf(run, ray)], mask_, list, counters_);
   }
-  /// A single ray of the run has hit this.
+  /// Stores the hit of a single ray.
   void EndAt(const Run& run, uint32_t ray, const RayHit& hit) {
     ranges_[ray] = hit.range;
     const uint32_t sample = SampleOf(run, ray);
@@ -434,7 +434,7 @@ class Tracer::Group {
   const Tracer& tracer_;
   const RayBatch& batch_;
   const HitLists& lists_;
-  double* ranges_;  // of the rays to come
+  double* ranges_;  // of the group's rays
   std::vector<HitRun>& runs_;
   TraceCounters* counters_;
   FirstHits first_;
@@ -443,13 +443,13 @@ class Tracer::Group {
 
   uint32_t part_count_ = 0, rays_ = 0;
   const Fan* fans_[RayGroup::kMost];
-  uint32_t begins_[RayGroup::kMost];  // ray of the fan that a part begins with
+  uint32_t begins_[RayGroup::kMost];  // index in its fan of a slice's first ray
   FanPart parts_[RayGroup::kMost];
   ExactGroup exact_;
   ExactGroup::Part exact_parts_[RayGroup::kMost];
 };
 
-/// Rays of several legs, which no device walks, or of none.
+/// For fans that no device walks: with several legs, or without rays to cast.
 void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, double* ranges,
                            std::vector<HitRun>* runs, TraceCounters* counters) const {
   const Direction* directions = batch.DirectionsOf(fan);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Rays to hits: the walk finds cells in which something is, the predicate decides.
+// Traces rays: the walk finds occupied cells, the predicate decides whether the ray stops.
 
 #ifndef STAGE_SENSING_TRACER_HH
 #define STAGE_SENSING_TRACER_HH
@@ -21,20 +21,20 @@ namespace Stg::internal::sensing {
 
 class Tracer {
  public:
-  /// The grid must not change meanwhile.
+  /// The grid must outlive the tracer and not change meanwhile.
   explicit Tracer(const grid::Grid& grid) : grid_(grid) {}
 
-  /// A ray's direction relative to its fan's heading, for the walk and for the exact model.
+  /// Direction of a ray relative to its fan's heading: for the walk, and for the exact model.
   struct Bearing {
     Direction direction;
     SineCosine turn;
   };
-  /// What some fans have hit, each with runs of its own.
+  /// The results of some fans, with separate runs per fan.
   struct Hits {
-    std::vector<double> ranges;  ///< of all rays, and some room behind them
+    std::vector<double> ranges;  ///< of all rays, plus padding
     std::vector<HitRun> runs;
 
-    /// Calls f(fan, its RayHits) for the fans that these are of.
+    /// Calls f(fan, RayHits of the fan) for each of these fans.
     template <typename F>
     void ForEachFan(std::span<const Fan> fans, F f) const {
       const double* of_fan = ranges.data();
@@ -50,26 +50,26 @@ class Tracer {
     }
   };
 
-  /// One ray of a fan, through `view` of the fan's layer.
+  /// Traces one ray of a fan; `view` is that of the fan's layer.
   RayHit Trace(const Fan& fan, const ray_grid_t& view, const Bearing& bearing,
                const ray_mask_t& mask, TraceCounters* counters) const;
 
-  /// The same, with notes of how it came to that: fills in all of *record but `sample`. The hit is
-  /// that of Trace(), of which each step is taken here too.
+  /// Like Trace(), and fills in all of *record but `sample`. Executes the same steps as Trace(), so
+  /// the hit is the same.
   void Record(const Fan& fan, const Bearing& bearing, const ray_mask_t& mask,
               RayRecord* record) const;
 
-  /// All rays of some fans of the batch: those of the first fan, then those of the next. Fastest if
-  /// they are of one robot, so that they look at the same cells.
+  /// Traces all rays of consecutive fans of the batch, in order. Fastest for fans of one robot,
+  /// which read the same cells.
   void TraceFans(const RayBatch& batch, std::span<const Fan> fans, const HitLists& lists,
                  Hits* hits, TraceCounters* counters) const;
 
  private:
-  /// What is known beforehand of where a ray may stop.
+  /// Potential hits that are known before the walk.
   struct HitList {
-    const uint32_t* hits = nullptr;  // as HitLists has them
+    const uint32_t* hits = nullptr;  // as in HitLists
     uint32_t count = 0;              // 0: nothing is known
-    uint32_t of_device = 0;          // 1 if it is from one
+    uint32_t of_device = 0;          // 1 if the list is from a device
   };
   struct Walk;
   class Group;

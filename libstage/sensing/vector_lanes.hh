@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Lanes for wide_walk_lanes.hh in the 256 bits of AVX2. Written with the vectors of GCC and Clang;
-// what these say badly or can't say is said in the processor's own words. This is what four lanes
-// of 64 bits (four_lanes.hh) and eight of 32 (eight_lanes.hh) have in common. What
-// wide_walk_lanes.hh says of code that is compiled for some processors only holds here too.
+// Lanes for wide_walk_lanes.hh in 256-bit AVX2 vectors: the common part of four lanes of 64 bits
+// (four_lanes.hh) and eight of 32 (eight_lanes.hh). Uses the vector extensions of GCC and Clang,
+// and intrinsics where these generate poor code or lack an operation. The rules in
+// wide_walk_lanes.hh for code that is compiled for particular processors apply here too.
 
 #ifndef STAGE_SENSING_VECTOR_LANES_HH
 #define STAGE_SENSING_VECTOR_LANES_HH
@@ -23,7 +23,7 @@ struct VectorLanes {
 
   using Number = Integer;
   using V [[gnu::vector_size(kBytes)]] = Integer;
-  /// All ones or none in each lane.
+  /// Each lane is all ones or all zeros.
   struct M {
     V bits;
   };
@@ -45,7 +45,7 @@ struct VectorLanes {
   static V Absolute(V a) { return Subtract(Xor(a, SignOf(a)), SignOf(a)); }
 
   static M Greater(V a, V b) { return {a > b}; }
-  /// As unsigned numbers, of which b has no sign.
+  /// Unsigned a < b. The sign bit of b must be 0.
   static M Below(V a, V b) { return {Without(b > a, SignOf(a))}; }
   static M Equal(V a, V b) { return {a == b}; }
   static M Differ(V a, V b) { return {a != b}; }
@@ -62,7 +62,7 @@ struct VectorLanes {
  protected:
   using UnsignedV [[gnu::vector_size(kBytes)]] = std::make_unsigned_t<Integer>;
 
-  // The same bits as another type.
+  // Reinterprets the bits.
   static UnsignedV Bits(V a) { return reinterpret_cast<UnsignedV>(a); }
   static V Signed(UnsignedV a) { return reinterpret_cast<V>(a); }
   static __m256i ToI(V a) { return reinterpret_cast<__m256i>(a); }

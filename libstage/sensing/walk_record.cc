@@ -10,15 +10,15 @@ namespace {
 
 using Kind = WalkStep::Kind;
 
-/// The part of the displacement at which a border is crossed.
+/// Fraction of the displacement at which a border is crossed.
 double ShareAt(int border, int offset, int displacement) {
   return displacement == 0 ? 1.0 : (border * 65536.0 - offset) / displacement;
 }
 
 struct Ground {
-  Kind kind;      // of what the cell lies in: the largest that is empty
+  Kind kind;      // kind of the largest empty square around the cell
   int shift;      // its side is 2^shift cells
-  bool occupied;  // the cell itself
+  bool occupied;  // true if the cell itself is occupied
 };
 
 Ground GroundAt(const ray_grid_t& grid, const ray_mask_t& mask, int x, int y) {
@@ -38,8 +38,8 @@ Ground GroundAt(const ray_grid_t& grid, const ray_mask_t& mask, int x, int y) {
   return {Kind::kCell, 0, ((word >> ray_place(x, y, 3)) & 1) != 0};
 }
 
-/// Goes to the border of the square of 2^shift cells that the ray is in, as ray_next() does;
-/// returns the share of the displacement that it is at then.
+/// Moves to the border of the ray's square of 2^shift cells, as ray_next() does. Returns the
+/// position there, as a fraction of the displacement.
 double Leap(ray_t* ray, int x, int y, int shift) {
   const int to_x = ray->u + 1 + ray_cells_left(x, ray->sx, shift);
   const int to_y = ray->v + 1 + ray_cells_left(y, ray->sy, shift);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What lies where rays have ended, in terms of the lanes of a vector: ranges, bodies, and runs of
-// rays with the same bodies; for rays that were walked here (wide_walk_lanes.hh) or by a device.
-// What that file says of code that is compiled for some processors only holds here too.
+// Results of rays in the lanes of a vector: ranges, bodies, and intervals of rays with the same
+// bodies. For rays that were walked here (wide_walk_lanes.hh) or by a device. The rules in
+// wide_walk_lanes.hh for code that is compiled for particular processors apply here too.
 
 #ifndef STAGE_SENSING_WIDE_HITS_HH
 #define STAGE_SENSING_WIDE_HITS_HH
@@ -14,14 +14,14 @@
 namespace Stg::internal::sensing {
 namespace {
 
-/// Where hits are.
+/// Finds the ranges and bodies of hits.
 template <class Lanes>
 class HitPlaces {
  public:
   HitPlaces(const RayStarts<Lanes>& rays, const grid::Grid::Tables& tables)
       : rays_(rays), tables_(tables) {}
 
-  /// The ranges and the bodies of all rays.
+  /// Sets ranges and bodies of all rays.
   void Find(const SuperMap<Lanes>& supers, const WideHits& found) {
     for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount) {
       const Stop stop = Take(found.hits);
@@ -32,9 +32,9 @@ class HitPlaces {
       FindBodies(found, Take(found.hits).here, All(WideHits::kNothing));
   }
 
-  /// The ranges of all rays, and those bodies that are 0.
+  /// Sets ranges of all rays, and bodies where they are unknown (0).
   void Complete(const RayGroup& rays, const WideHits& found) {
-    uint32_t unknown = 0;  // vectors with such rays
+    uint32_t unknown = 0;  // number of vectors with unknown bodies
     for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount) {
       const Stop stop = Take(found.hits);
       PutRanges(stop, found);
@@ -69,10 +69,10 @@ class HitPlaces {
   }
 
   struct Stop {
-    M here;  // rays that have a hit
-    V u, v;  // of that; of others 0
+    M here;  // rays with a hit
+    V u, v;  // position of the hit; 0 without one
   };
-  /// Takes the rays from first_ on.
+  /// Loads the hits of the rays from first_ on.
   Stop Take(const uint32_t* hits) {
     taken_ = Lanes::FirstOf(rays_.count - first_);
     const V hit = Load(hits);
@@ -81,18 +81,18 @@ class HitPlaces {
             Lanes::Select(here, Lanes::template Right<16>(hit), All(0))};
   }
 
-  /// Of the rays that are taken: those of which the bodies are still to be looked up.
+  /// Active lanes whose body list is still unknown (0).
   M Unknown(V bodies) const { return Lanes::And(taken_, Lanes::Equal(bodies, All(0))); }
 
   void PutRanges(const Stop& stop, const WideHits& found) const {
-    // Those of exact rays are found out in other ways.
+    // Ranges of exact rays are computed elsewhere.
     const D end = Lanes::AllOf(1.0);
     const D middles = rays_.exact ? end : Lanes::Select(stop.here, Middles(stop.u, stop.v), end);
     Lanes::Store(taken_, found.ranges + first_,
                  Lanes::Times(middles, Lanes::Load(rays_.leg_lengths + first_)));
   }
 
-  /// Looks up what is in cells_; `others` are the bodies of the rays that are not looked for.
+  /// Looks up the bodies of cells_ in the lanes `looked_for`; the other lanes get `others`.
   void FindBodies(const WideHits& found, M looked_for, V others) const {
     const V bodies = Bodies(looked_for, Lanes::Load(cells_ + first_));
     Lanes::Store(found.bodies + first_, Lanes::Select(looked_for, bodies, others));
@@ -112,12 +112,12 @@ class HitPlaces {
     return rays_.exact ? Outlines(looked_for, cells) : Lists(looked_for, cells);
   }
 
-  /// Grid::OutlinesIn().
+  /// Grid::OutlinesIn() in lanes.
   V Outlines(M looked_for, V cells) const {
     return Lanes::Gather(looked_for, tables_.outlines, Lanes::template Right<6>(cells));
   }
 
-  /// Grid::ListIn().
+  /// Grid::ListIn() in lanes.
   V Lists(M looked_for, V cells) const {
     using Tile = grid::Grid::TileCells;
     constexpr int64_t kWords = sizeof(Tile) / sizeof(uint64_t), kHalves = 2 * kWords;
@@ -135,7 +135,7 @@ class HitPlaces {
     return Lanes::Select(several, list, bodies);
   }
 
-  /// The bits of MiddleOf(), see middle.hh.
+  /// Bit-equal to MiddleOf() in middle.hh.
   D Middles(V u, V v) const {
     const V across = Lanes::Absolute(Load(rays_.dx)), along = Lanes::Absolute(Load(rays_.dy));
     const V in_x = Lanes::Subtract(Lanes::template Left<16>(u), Load(rays_.ox));
@@ -148,7 +148,7 @@ class HitPlaces {
       return Lanes::Divide(Lanes::ToDouble(Lanes::Select(in_lanes_of_x, x, y)),
                            Lanes::ToDouble(Lanes::Select(in_lanes_of_x, across, along)));
     };
-    // The larger and the smaller of two quotients, told by their cross products.
+    // The larger and the smaller of two quotients, selected by their cross products.
     const D in = quotient(
         Lanes::Greater(Lanes::Multiply(in_x, along), Lanes::Multiply(in_y, across)), in_x, in_y);
     const D out =
@@ -162,13 +162,13 @@ class HitPlaces {
 
   const RayStarts<Lanes>& rays_;
   const grid::Grid::Tables& tables_;
-  alignas(64) int64_t cells_[RayStarts<Lanes>::kRoom];  // of rays with a hit
+  alignas(64) int64_t cells_[RayStarts<Lanes>::kRoom];  // cells of the hits
   uint32_t firsts_[RayStarts<Lanes>::kRoom / Lanes::kCount];
   M taken_ = Lanes::None();
   uint32_t first_ = 0;
 };
 
-/// Where runs of rays with the same bodies end.
+/// Finds the ends of intervals of rays with the same bodies.
 template <class Lanes>
 void FindEnds(uint32_t count, const WideHits& found) {
   static_assert(Lanes::kCount <= 8, "fewer than there is room for behind the bodies");
@@ -181,7 +181,7 @@ void FindEnds(uint32_t count, const WideHits& found) {
   }
 }
 
-/// TakeOver() of lists of one hit. The last lanes may reach into what comes behind.
+/// TakeOver() for lists of one hit. The last lanes may overwrite what follows.
 template <class Lanes>
 void TakeOverPairs(const FanPart& part, uint32_t* to_bodies, uint32_t* to_hits) {
   for (uint32_t done = 0; done < part.count; done += Lanes::kCount) {

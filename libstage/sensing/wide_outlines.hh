@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// MeetOneByOne() in the lanes of a vector, to the very bits. What wide_walk_lanes.hh says of code
-// that is compiled for some processors only holds here too.
+// MeetOneByOne() in the lanes of a vector, bit-equal. The rules in wide_walk_lanes.hh for code that
+// is compiled for particular processors apply here too.
 
 #ifndef STAGE_SENSING_WIDE_OUTLINES_HH
 #define STAGE_SENSING_WIDE_OUTLINES_HH
@@ -15,7 +15,7 @@
 namespace Stg::internal::sensing {
 namespace {
 
-/// FirstCrossing() of several lines from one place.
+/// FirstCrossing() for several lines with a common start.
 template <class Lanes>
 class LineLanes {
  public:
@@ -28,7 +28,7 @@ class LineLanes {
   D FirstCrossing(const OutlineEdges& some) const {
     D nearest = All(kNone);
     Corner to{};
-    int seen = 0;  // the last corner
+    int seen = 0;  // index of the corner in `to`
     for (uint32_t edges = some.edges; edges != 0; edges &= edges - 1) {
       const int i = __builtin_ctz(edges);
       const Corner from = i == seen && i != 0 ? to : See(some.corners[i]);
@@ -46,10 +46,10 @@ class LineLanes {
   static constexpr double kNone = __builtin_inf();
   static D All(double number) { return Lanes::AllOf(number); }
 
-  /// A corner as the lines see it: see crossing.cc.
+  /// A corner relative to the lines, see crossing.cc.
   struct Corner {
     D along, side;
-    double unsure;  // the same for all of them
+    double unsure;  // equal for all lines
   };
 
   Corner See(const point_t& p) const {
@@ -61,7 +61,7 @@ class LineLanes {
     return {along, Lanes::Select(far, side, All(0)), unsure};
   }
 
-  /// Those lines that have the corners on different sides, or one on themselves.
+  /// Lines that have the corners on different sides, or pass through one.
   static M Meet(const Corner& a, const Corner& b) {
     const M left = Lanes::And(Lanes::Below(All(0), a.side), Lanes::Below(All(0), b.side));
     const M right = Lanes::And(Lanes::Below(a.side, All(0)), Lanes::Below(b.side, All(0)));
@@ -80,7 +80,7 @@ class LineLanes {
     return Lanes::Select(behind, Behind(along, a, b), along);
   }
 
-  /// Of crossings behind the start.
+  /// Handles crossings behind the start.
   static D Behind(D along, const Corner& a, const Corner& b) {
     const D unsure = All(a.unsure > b.unsure ? a.unsure : b.unsure), none = All(0);
     const D across = Lanes::Magnitude(Lanes::Minus(a.side, b.side));
@@ -98,18 +98,18 @@ class LineLanes {
   const D sines_, cosines_;
 };
 
-/// Legs as they go along one axis, and the cells of their first potential hits.
+/// One axis of several legs.
 template <class Lanes>
 struct LegLanes {
   using V = typename Lanes::V;
   using D = typename Lanes::D;
   using M = typename Lanes::M;
 
-  V cell;          // that they begin in
-  V offset;        // and where in there, in the direction of travel
+  V cell;          // start cell
+  V offset;        // offset of the start in it, in the direction of travel
   V displacement;  // Q16 cells
 
-  /// Those that do not leave the tile of the cell `borders` away within this share of the leg.
+  /// Lanes that stay in the tile of the cell `borders` away within this fraction of the leg.
   M StayInTile(V borders, D share) const {
     const V back = Lanes::SignOf(displacement);
     const V reached = Lanes::Xor(Reached<Lanes>(cell, borders, back), back);
@@ -125,8 +125,7 @@ struct LegLanes {
   static V All(int64_t number) { return Lanes::All(number); }
 };
 
-/// Those of some rays, from `first` on, that meet nothing before the outline, which they meet at
-/// these ranges.
+/// Rays from `first` on that meet nothing before the outline that they meet at `ranges`.
 template <class Lanes>
 typename Lanes::M Settled(const OutlineRays& rays, uint32_t first, typename Lanes::D ranges) {
   using V = typename Lanes::V;
@@ -154,7 +153,7 @@ void MeetInLanes(const OutlineRays& rays, const Outlines& outlines, OutlineHits*
   for (uint32_t first = 0; first < rays.count; first += Lanes::kCount) {
     D sines, cosines;
     Lanes::LoadPairs(rays.turns + first, rays.count - first, &sines, &cosines);
-    // LineOf().
+    // LineOf() in lanes.
     const LineLanes<Lanes> lines(
         fan.x, fan.y, Lanes::Plus(Lanes::Times(sine, cosines), Lanes::Times(cosine, sines)),
         Lanes::Minus(Lanes::Times(cosine, cosines), Lanes::Times(sine, sines)));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Rays in the lanes of a vector, and where in the grid they are: what the walk (wide_walk_lanes.hh)
-// and what comes after it (wide_hits.hh) have in common. What wide_walk_lanes.hh says of code that
-// is compiled for some processors only holds here too.
+// Rays in the lanes of a vector, and their places in the grid: the common part of the walk
+// (wide_walk_lanes.hh) and its evaluation (wide_hits.hh). The rules in wide_walk_lanes.hh for code
+// that is compiled for particular processors apply here too.
 
 #ifndef STAGE_SENSING_WIDE_RAYS_HH
 #define STAGE_SENSING_WIDE_RAYS_HH
@@ -13,8 +13,8 @@
 namespace Stg::internal::sensing {
 namespace {
 
-/// The superregions at these coordinates, in superregions: ray_find_super(). Mostly they are in the
-/// first slot that is looked at.
+/// ray_find_super() for several superregions, given by their coordinates. Mostly the first probe of
+/// the hash table succeeds in all lanes.
 template <class Lanes>
 typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typename Lanes::V y) {
   using V = typename Lanes::V;
@@ -44,8 +44,8 @@ typename Lanes::V FindSupers(const ray_grid_t& grid, typename Lanes::V x, typena
   return Lanes::Load(super);
 }
 
-/// The 4 x 4 squares of 2^kShift cells around a cell, so that a ray may go one and a half of them
-/// to each side.
+/// The 4 x 4 squares of 2^kShift cells around a cell. They extend at least one and a half squares
+/// from the cell to each side.
 template <class Lanes, int kShift>
 class SquaresNear {
  public:
@@ -57,10 +57,10 @@ class SquaresNear {
   /// Coordinates of square i, in squares.
   int XOf(int i) const { return x_ + i % kSide; }
   int YOf(int i) const { return y_ + i / kSide; }
-  /// The number of a square.
+  /// Index of a square.
   int NumberOf(int x, int y) const { return x - x_ + (y - y_) * kSide; }
 
-  /// Sets *numbers to those of the squares in these lanes, unless one of them is not near.
+  /// Sets *numbers to the indices of the squares. Returns false if one in `lanes` is not near.
   bool Find(typename Lanes::M lanes, V x, V y, V* numbers) const {
     const V i = Lanes::Subtract(x, Lanes::All(x_));
     const V k = Lanes::Subtract(y, Lanes::All(y_));
@@ -76,7 +76,7 @@ class SquaresNear {
   const int32_t x_, y_;
 };
 
-/// Where the superregions are. Those near a place are known without looking into the directory.
+/// Looks up superregions. Those near one place are found without the directory.
 template <class Lanes>
 class SuperMap {
  public:
@@ -86,7 +86,7 @@ class SuperMap {
     for (int i = 0; i < near_.kCount; i++)
       supers_[i] = static_cast<Number>(ray_find_super(&grid, near_.XOf(i), near_.YOf(i)));
   }
-  /// The same for other lanes.
+  /// Converts a map to other lanes.
   template <class Others>
   SuperMap(const SuperMap<Others>& same, int32_t x, int32_t y) : grid_(same.grid()), near_(x, y) {
     for (int i = 0; i < near_.kCount; i++)
@@ -94,7 +94,7 @@ class SuperMap {
   }
   const ray_grid_t& grid() const { return grid_; }
 
-  /// Those of the cells in these lanes; of others anything.
+  /// The superregions of the cells in `lanes`. Other lanes are unspecified.
   V Of(typename Lanes::M lanes, V x, V y) const {
     const V super_x = Lanes::template Right<RAY_SUPER_SHIFT>(x);
     const V super_y = Lanes::template Right<RAY_SUPER_SHIFT>(y);
@@ -103,7 +103,7 @@ class SuperMap {
       return FindSupers<Lanes>(grid_, super_x, super_y);
     return Lanes::OfSixteen(supers_, numbers);
   }
-  /// One of those near the place.
+  /// A superregion near the place.
   uint32_t At(int super_x, int super_y) const {
     return static_cast<uint32_t>(supers_[near_.NumberOf(super_x, super_y)]);
   }
@@ -116,7 +116,7 @@ class SuperMap {
   alignas(64) Number supers_[SquaresNear<Lanes, RAY_SUPER_SHIFT>::kCount];
 };
 
-/// Those near the group.
+/// The superregions near the group.
 template <class Lanes>
 SuperMap<Lanes> SupersNear(const RayGroup& rays) {
   return {*rays.grid, rays.parts[0].fan->x, rays.parts[0].fan->y};
@@ -126,7 +126,7 @@ SuperMap<Lanes> SupersNear(const RayGroup& rays, const SuperMap<Others>& same) {
   return {same, rays.parts[0].fan->x, rays.parts[0].fan->y};
 }
 
-/// The displacements of rays of a fan, as many as there are lanes, or `count`.
+/// Displacements of a fan's rays: one per lane, at most `count`.
 template <class Lanes>
 void Displace(const FanRecord& fan, const Direction* directions, uint32_t count,
               typename Lanes::V* dx, typename Lanes::V* dy) {
@@ -141,14 +141,14 @@ void Displace(const FanRecord& fan, const Direction* directions, uint32_t count,
   *dy = Lanes::template Right<30>(Lanes::Add(y, half));
 }
 
-/// The start inside its cell, in the direction of travel.
+/// Offset of the start in its cell, in the direction of travel.
 template <class Lanes>
 typename Lanes::V OffsetOf(int64_t fraction, typename Lanes::V displacement) {
   return Lanes::Select(Lanes::Greater(Lanes::All(0), displacement), Lanes::All(65536 - fraction),
                        Lanes::All(fraction));
 }
 
-/// Where the rays begin, and which way they go.
+/// Starts and displacements of a group's rays.
 template <class Lanes>
 class RayStarts {
  public:
@@ -160,14 +160,14 @@ class RayStarts {
     uint32_t first = 0;
     for (uint32_t i = 0; i < rays.part_count; i++) {
       const FanPart& part = rays.parts[i];
-      // The last lanes may reach into the next part, which comes after them, or into the room.
+      // The last lanes may write into the next slice, which is written later, or into the padding.
       for (uint32_t done = 0; done < part.count; done += Lanes::kCount)
         Prepare(part, done, first + done);
       first += part.count;
     }
   }
 
-  /// Rays are prepared some at a time, up to the last lane.
+  /// Capacity, padded because rays are prepared a whole vector at a time.
   static constexpr uint32_t kRoom = RayGroup::kMost + 16;
   static_assert(Lanes::kCount <= 16);
 
@@ -183,7 +183,7 @@ class RayStarts {
  private:
   static V All(int64_t number) { return Lanes::All(number); }
 
-  /// The part's rays from `done` on.
+  /// Prepares a vector of the slice's rays, from `done` on.
   void Prepare(const FanPart& part, uint32_t done, uint32_t first) {
     const FanRecord& fan = *part.fan;
     V to_x, to_y;
@@ -198,15 +198,15 @@ class RayStarts {
   }
 };
 
-/// The coordinate that lies so many borders away from the start; `back`: all ones if it goes that
-/// way.
+/// The coordinate `borders` borders from the start. `back`: all ones where the ray travels
+/// backwards.
 template <class Lanes>
 typename Lanes::V Reached(typename Lanes::V start, typename Lanes::V borders,
                           typename Lanes::V back) {
   return Lanes::Add(start, Lanes::Subtract(Lanes::Xor(borders, back), back));
 }
 
-/// The regions of cells, of which the superregions are known.
+/// The regions of cells, given their superregions.
 template <class Lanes>
 typename Lanes::V RegionOf(const ray_grid_t& grid, typename Lanes::V super, typename Lanes::V x,
                            typename Lanes::V y) {
@@ -216,7 +216,7 @@ typename Lanes::V RegionOf(const ray_grid_t& grid, typename Lanes::V super, type
                        Lanes::Add(Lanes::template Left<8>(super), Lanes::Or(row, column)));
 }
 
-/// A cell's tile in its region.
+/// Index of a cell's tile in its region.
 template <class Lanes>
 typename Lanes::V TileInRegion(typename Lanes::V x, typename Lanes::V y) {
   const auto row = Lanes::And(y, Lanes::All(0x38));

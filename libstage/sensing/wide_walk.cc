@@ -10,7 +10,7 @@
 
 namespace Stg::internal::sensing {
 
-// Each is in the file wide_walk_*.cc of that name.
+// Each is defined in the file wide_walk_*.cc of the same name.
 #ifdef STAGE_WALK_AVX512
 extern const WideWalk kWalkAvx512;
 #endif

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// First potential hits of several rays side by side, one in each lane of the processor's vectors.
-// The walk is that of kernels/ray_walk.h: it finds the very cells that ray_next() finds.
+// First potential hits of several rays in lock-step, one per lane of the processor's vectors. The
+// walk is that of kernels/ray_walk.h and finds the same cells as ray_next().
 //
-// Other processors than those of the files wide_walk_*.cc walk ray by ray.
+// Processors without one of the files wide_walk_*.cc walk ray by ray.
 
 #ifndef STAGE_SENSING_WIDE_WALK_HH
 #define STAGE_SENSING_WIDE_WALK_HH
@@ -17,14 +17,14 @@
 
 namespace Stg::internal::sensing {
 
-/// What stands in the way of each ray of a group.
+/// Output arrays: the first potential hits of a group's rays.
 struct WideHits {
-  uint32_t* hits;          ///< as ray_pack() has it, or RAY_NO_HIT; kRoom of them
-  grid::BodyList* bodies;  ///< in the cell of the hit, or, of exact rays, the OutlineList of its
-                           ///< tile; kNothing if there is no hit; kRoom of them
-  double* ranges;          ///< to the middle of that cell; that of the fan if there is no hit
-  uint64_t* ends;  ///< bit i: the bodies of ray i + 1 are others than those of ray i; kEndWords,
-                   ///< those of the last ray may be anything
+  uint32_t* hits;          ///< kRoom elements: as by ray_pack(), or RAY_NO_HIT
+  grid::BodyList* bodies;  ///< kRoom elements: bodies in the cell of the hit; for exact rays the
+                           ///< OutlineList of its tile; kNothing without a hit
+  double* ranges;          ///< to the middle of that cell; the fan's range without a hit
+  uint64_t* ends;  ///< kEndWords words: bit i is set if rays i and i + 1 have different bodies; the
+                   ///< last ray's bit is unspecified
   static constexpr uint32_t kRoom = RayGroup::kMost + 16;
   static constexpr uint32_t kEndWords = RayGroup::kMost / 64 + 1;
   static constexpr grid::BodyList kNothing = 0xffffffffu;
@@ -32,20 +32,20 @@ struct WideHits {
 
 struct WideWalk {
   const char* name = "none";
-  /// Walks the rays. `tables` are the grid's.
+  /// Walks the rays. `tables` are those of the grid.
   void (*walk)(const RayGroup& rays, const grid::Grid::Tables& tables,
                const WideHits& found) = nullptr;
-  /// The same for rays that a device has walked.
+  /// Fills in the rest for rays that a device has walked.
   void (*look)(const RayGroup& rays, const grid::Grid::Tables& tables,
                const WideHits& found) = nullptr;
-  /// MeetOneByOne().
+  /// MeetOneByOne() in lanes.
   void (*meet)(const OutlineRays& rays, const Outlines& outlines, OutlineHits* found) = nullptr;
 };
 
-/// Those that the library was made with and this processor can run, the fastest first.
+/// The variants in this build that the processor supports, fastest first.
 std::vector<WideWalk> WideWalks();
-/// The fastest of them, or the one that the environment variable STAGE_LANES named when this was
-/// called first. Null pointers if there is none.
+/// The fastest variant, or the one named by the environment variable STAGE_LANES at the first call.
+/// Has null pointers if there is none.
 const WideWalk& FindWideWalk();
 
 }  // namespace Stg::internal::sensing

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// For x86-64 processors with AVX2, and called on no others.
+// For x86-64 processors with AVX2. Must not be called on others.
 
 #ifdef STAGE_WALK_AVX2
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// For x86-64 processors with AVX-512 (F, DQ, VL), and called on no others.
+// For x86-64 processors with AVX-512 (F, DQ, VL). Must not be called on others.
 
 #ifdef STAGE_WALK_AVX512
 
-// GCC 12 takes vectors for uninitialised that its own header leaves open on purpose.
+// GCC 12 warns of vectors that its own header leaves uninitialized on purpose.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
@@ -17,7 +17,7 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-/// Lanes of 64 bits, for what comes before the walk and after it.
+/// 64-bit lanes, for the work before and after the walk.
 struct Eight {
   using Number = int64_t;
   using V = __m512i;
@@ -38,7 +38,7 @@ struct Eight {
   static D Load(const double* p) { return _mm512_loadu_pd(p); }
   static void Store(int64_t* p, V v) { _mm512_storeu_si512(p, v); }
   static void Store(double* p, D d) { _mm512_storeu_pd(p, d); }
-  /// The lower halves.
+  /// Stores the lower halves.
   static void Store(uint32_t* p, V v) {
     _mm256_storeu_si256(static_cast<__m256i*>(static_cast<void*>(p)), _mm512_cvtepi64_epi32(v));
   }
@@ -46,12 +46,12 @@ struct Eight {
     _mm256_storeu_si256(static_cast<__m256i*>(static_cast<void*>(p)), _mm512_cvtepi64_epi32(v));
   }
   static void Store(float* p, D d) { _mm256_storeu_ps(p, _mm512_cvtpd_ps(d)); }
-  /// Up to eight pairs of 32-bit numbers; Multiply() looks at the lower half of a lane only.
+  /// Loads up to eight pairs of 32-bit numbers into lower halves of lanes, as for Multiply().
   static void LoadPairs(const void* pairs, uint32_t count, V* first, V* second) {
     *first = _mm512_maskz_loadu_epi64(FirstOf(count), pairs);
     *second = _mm512_srli_epi64(*first, 32);
   }
-  /// The same of doubles.
+  /// Loads up to eight pairs of doubles.
   static void LoadPairs(const void* pairs, uint32_t count, D* first, D* second) {
     const double* numbers = static_cast<const double*>(pairs);
     const D low = _mm512_maskz_loadu_pd(FirstOf(2 * count), numbers);
@@ -80,13 +80,13 @@ struct Eight {
   static V Right(V a) {
     return _mm512_srai_epi64(a, kBits);
   }
-  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
+  /// Bit (`bits` modulo 64) of each word, as the lowest bit. The other bits are unspecified.
   static V BitOf(V a, V bits) { return _mm512_rorv_epi64(a, bits); }
   static V SignOf(V a) { return _mm512_srai_epi64(a, 63); }
   static V Absolute(V a) { return _mm512_abs_epi64(a); }
 
   static M Greater(V a, V b) { return _mm512_cmpgt_epi64_mask(a, b); }
-  /// As unsigned numbers.
+  /// Unsigned a < b.
   static M Below(V a, V b) { return _mm512_cmplt_epu64_mask(a, b); }
   static M Equal(V a, V b) { return _mm512_cmpeq_epi64_mask(a, b); }
   static M Differ(V a, V b) { return _mm512_cmpneq_epi64_mask(a, b); }
@@ -112,21 +112,21 @@ struct Eight {
     return _mm512_cvtepu32_epi64(_mm512_i64gather_epi32(i, p, 4));
   }
   static V Gather(const uint64_t* p, V i) { return _mm512_i64gather_epi64(i, p, 8); }
-  /// 0 where not m.
+  /// Lanes outside m are 0.
   static V Gather(M m, const uint32_t* p, V i) {
     return _mm512_cvtepu32_epi64(_mm512_mask_i64gather_epi32(_mm256_setzero_si256(), m, i, p, 4));
   }
   static V Gather(M m, const uint64_t* p, V i) {
     return _mm512_mask_i64gather_epi64(_mm512_setzero_si512(), m, i, p, 8);
   }
-  /// table[i], i from 0 to 15.
+  /// table[i & 15].
   static V OfSixteen(const int64_t* table, V i) {
     return _mm512_permutex2var_epi64(Load(table), i, Load(table + 8));
   }
   static void Store(M m, double* p, D a) { _mm512_mask_storeu_pd(p, m, a); }
 
   static D ToDouble(V a) { return _mm512_cvtepi64_pd(a); }
-  /// Rounds towards 0. Of numbers of 32 bits.
+  /// Rounds towards 0. The results must fit in 32 bits.
   static V ToInteger(D a) { return _mm512_cvttpd_epi64(a); }
   static D AllOf(double d) { return _mm512_set1_pd(d); }
   static D Plus(D a, D b) { return _mm512_add_pd(a, b); }
@@ -136,7 +136,7 @@ struct Eight {
   static D DivideOr0(D a, D b) {
     return _mm512_maskz_div_pd(_mm512_cmp_pd_mask(b, _mm512_setzero_pd(), _CMP_NEQ_OQ), a, b);
   }
-  /// Of two zeros, b.
+  /// Returns b if both are zeros.
   static D Larger(D a, D b) { return _mm512_max_pd(a, b); }
   static D Smaller(D a, D b) { return _mm512_min_pd(a, b); }
   static D Magnitude(D a) { return _mm512_abs_pd(a); }
@@ -144,18 +144,18 @@ struct Eight {
   static M Zero(D a) { return _mm512_cmp_pd_mask(a, _mm512_setzero_pd(), _CMP_EQ_OQ); }
 };
 
-/// Lanes of 32 bits, to walk with.
+/// 32-bit lanes, for the walk.
 struct Sixteen {
   using Number = int32_t;
   using V = __m512i;
   using F = __m512;
   using M = __mmask16;
   static constexpr int kCount = 16;
-  /// 64 bits a lane: the lower and the upper halves.
+  /// One 64-bit word per lane, as lower and upper halves.
   struct Words {
     V low, high;
   };
-  /// The next numbers go to these lanes, in their order.
+  /// The lanes that receive consecutive numbers in Expand().
   using Places = M;
 
   static V All(int32_t n) { return _mm512_set1_epi32(n); }
@@ -167,7 +167,7 @@ struct Sixteen {
   static V AddWhere(M m, V a, V b) { return _mm512_mask_add_epi32(a, m, a, b); }
   static V Subtract(V a, V b) { return _mm512_sub_epi32(a, b); }
   static V Multiply(V a, V b) { return _mm512_mullo_epi32(a, b); }
-  /// The number before, but of 0 and less 0.
+  /// max(a - 1, 0).
   static V LessOne(V a) {
     return _mm512_max_epi32(_mm512_sub_epi32(a, All(1)), _mm512_setzero_si512());
   }
@@ -180,7 +180,7 @@ struct Sixteen {
   static Words Without(const Words& a, const Words& b) {
     return {Without(a.low, b.low), Without(a.high, b.high)};
   }
-  /// a & 1 | b.
+  /// (a & 1) | b.
   static V OddOr(V a, V b) { return _mm512_ternarylogic_epi32(a, All(1), b, 0xea); }
   template <int kBits>
   static V Left(V a) {
@@ -192,7 +192,7 @@ struct Sixteen {
   }
   static V ShiftLeft(V a, V bits) { return _mm512_sllv_epi32(a, bits); }
   static V ShiftRight(V a, V bits) { return _mm512_srav_epi32(a, bits); }
-  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
+  /// Bit (`bits` modulo 64) of each word, as the lowest bit. The other bits are unspecified.
   static V BitOf(const Words& a, V bits) {
     const M upper = _mm512_test_epi32_mask(bits, All(32));
     return _mm512_rorv_epi32(_mm512_mask_blend_epi32(upper, a.low, a.high), bits);
@@ -202,7 +202,7 @@ struct Sixteen {
   static V Larger(V a, V b) { return _mm512_max_epi32(a, b); }
 
   static M Greater(V a, V b) { return _mm512_cmpgt_epi32_mask(a, b); }
-  /// As unsigned numbers.
+  /// Unsigned a < b.
   static M Below(V a, V b) { return _mm512_cmplt_epu32_mask(a, b); }
   static M Equal(V a, V b) { return _mm512_cmpeq_epi32_mask(a, b); }
   static M Differ(V a, V b) { return _mm512_cmpneq_epi32_mask(a, b); }
@@ -217,7 +217,7 @@ struct Sixteen {
   static M Not(M a) { return _knot_mask16(a); }
   static bool Any(M m) { return !_kortestz_mask16_u8(m, m); }
   static int CountOf(M m) { return __builtin_popcount(m); }
-  /// The first `count` of them.
+  /// The first `count` lanes of m.
   static M First(M m, int count) { return static_cast<M>(_pdep_u32((1u << count) - 1, m)); }
   static V Select(M m, V a, V b) { return _mm512_mask_blend_epi32(m, b, a); }
   static F Select(M m, F a, F b) { return _mm512_mask_blend_ps(m, b, a); }
@@ -230,7 +230,7 @@ struct Sixteen {
     return _mm512_i32gather_epi32(i, p, 4);
   }
   static Words Gather(const uint64_t* p, V i) { return Gather(M{0xffff}, p, i); }
-  /// 0 where not m.
+  /// Lanes outside m are 0.
   static Words Gather(M m, const uint64_t* p, V i) {
     const auto lanes = [&](int half) {
       const __m256i places = half ? _mm512_extracti64x4_epi64(i, 1) : _mm512_castsi512_si256(i);
@@ -243,28 +243,28 @@ struct Sixteen {
     return {_mm512_permutex2var_epi32(first, even, second),
             _mm512_permutex2var_epi32(first, Add(even, All(1)), second)};
   }
-  /// table[i], i from 0 to 15.
+  /// table[i & 15].
   static V OfSixteen(const int32_t* table, V i) { return _mm512_permutexvar_epi32(i, Load(table)); }
-  /// Numbers of 64 bits, of which the tables have the lower and the upper halves.
+  /// 64-bit table entries, given as tables of lower and upper halves.
   static Words OfSixteen(const int32_t* low, const int32_t* high, V i) {
     return {OfSixteen(low, i), OfSixteen(high, i)};
   }
   static void Scatter(M m, uint32_t* p, V i, V a) { _mm512_mask_i32scatter_epi32(p, m, i, a, 4); }
   static Places PlacesOf(M m) { return m; }
-  /// The next numbers from p on in these lanes; the others as they were.
+  /// Loads consecutive numbers from p into these lanes; other lanes keep `other`.
   static V Expand(M m, Places, const int32_t* p, V other) {
     return _mm512_mask_expand_epi32(other, m, Load(p));
   }
   static F Expand(M m, Places, const float* p, F other) {
     return _mm512_mask_expand_ps(other, m, Load(p));
   }
-  /// first, first + 1 and so on in these lanes.
+  /// Returns first, first + 1, ... in these lanes.
   static V Rank(Places places, uint32_t first) {
     const V ranks = _mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
     return Add(_mm512_maskz_expand_epi32(places, ranks), All(static_cast<int32_t>(first)));
   }
 
-  /// The lower halves of (a * b - c * d) >> bits, up to 32.
+  /// Lower halves of (a * b - c * d) >> bits, with bits at most 32.
   static V ProductsRight(V a, V b, V c, V d, V bits) {
     const Pair difference = Difference(a, b, c, d);
     const V even =
@@ -272,11 +272,11 @@ struct Sixteen {
     const V odd = _mm512_srlv_epi64(difference.odd, _mm512_srli_epi64(bits, 32));
     return _mm512_mask_blend_epi32(kOdd, even, _mm512_slli_epi64(odd, 32));
   }
-  /// a * b < c * d, or not larger where `ties`.
+  /// a * b < c * d, or <= where `ties`.
   static M ProductsBelow(V a, V b, V c, V d, M ties) {
     const Pair behind = Difference(a, b, c, d);
     const V signs = _mm512_mask_blend_epi32(kOdd, _mm512_srli_epi64(behind.even, 32), behind.odd);
-    // A difference is 0 if both of its halves are.
+    // A difference is 0 if both of its halves are 0.
     const V rest = _mm512_mask_blend_epi32(kOdd, behind.even, _mm512_slli_epi64(behind.odd, 32));
     const V any = Or(signs, rest);
     return static_cast<M>(_mm512_movepi32_mask(signs) | (ties & Zero(any)));
@@ -290,7 +290,7 @@ struct Sixteen {
 
  private:
   static constexpr M kOdd = 0xaaaa;
-  /// 64 bits each: of lanes 0, 2, 4 and so on, and of the others.
+  /// 64 bits per lane: the even and the odd lanes.
   struct Pair {
     V even, odd;
   };

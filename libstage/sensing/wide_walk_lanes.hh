@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The walk itself, in terms of the lanes of a vector. Included by one file for each kind of vector,
-// which is compiled for processors that have it: nothing in here may end up in code that others run
-// too. Hence the nameless namespace, and no function of the standard library.
+// The walk in the lanes of a vector. Each file wide_walk_*.cc includes this header for one kind of
+// vector and is compiled for processors that have it. No code from here may be shared with files
+// for other processors. Hence the unnamed namespace, and no function of the standard library.
 //
 // `Lanes` is a class of static functions on vectors V of 64-bit integers, D of doubles and masks M.
-// Those that are walked with have 32 bits a lane, F of floats, and Words of 64 bits. What is what,
-// and why, is told in ray_walk.h; names are the same.
+// The walk itself uses 32-bit lanes, with vectors F of floats and Words of 64 bits. Algorithm and
+// names are those of ray_walk.h.
 
 #ifndef STAGE_SENSING_WIDE_WALK_LANES_HH
 #define STAGE_SENSING_WIDE_WALK_LANES_HH
@@ -21,24 +21,24 @@
 namespace Stg::internal::sensing {
 namespace {
 
-/// How rays go: as a ray_t has it.
+/// Slope and offsets of rays, as in ray_t.
 template <class Lanes>
 struct Slant {
   typename Lanes::V ox, oy, adx, ady;
   typename Lanes::F dy_per_dx, dx_per_dy;
 };
 
-/// A border that no ray reaches, in Q16: the longest one and a superregion more.
+/// A border, in Q16, that no ray reaches: the longest ray plus a superregion.
 constexpr float kBeyond = 1.2e9f;
 
-/// How far a border lies from the start inside a cell.
+/// Distance in Q16 from the start to a border.
 template <class Lanes>
 typename Lanes::V Offset(typename Lanes::V border, typename Lanes::V start) {
   return Lanes::Subtract(Lanes::template Left<16>(border), start);
 }
 
-/// Sets u and v to where the leap lands that crosses the border to_x, if `in_x`, or to_y:
-/// ray_land(). A float tells that place to within a hundredth of a border.
+/// ray_land(): sets u and v to where a leap across the border to_x (if `in_x`) or to_y lands. The
+/// float guess is accurate to a hundredth of a border.
 template <class Lanes>
 void Leap(const Slant<Lanes>& ray, typename Lanes::M in_x, typename Lanes::V to_x,
           typename Lanes::V to_y, typename Lanes::V* u, typename Lanes::V* v) {
@@ -50,9 +50,9 @@ void Leap(const Slant<Lanes>& ray, typename Lanes::M in_x, typename Lanes::V to_
   const V from = Lanes::Select(in_x, *v, *u), one = Lanes::All(1);
   const V at = Offset<Lanes>(to, Lanes::Select(in_x, ray.ox, ray.oy));
   const auto slope = Lanes::Select(in_x, ray.dy_per_dx, ray.dx_per_dy);
-  // Beyond the end of any ray it is enough to know that.
+  // Clamp: beyond the end of any ray the exact place does not matter.
   const auto guess = Lanes::Smaller(Lanes::Times(Lanes::ToFloat(at), slope), Lanes::AllOf(kBeyond));
-  // Less than that by what a guess may be wrong, twice over: it lies before the place for certain.
+  // Subtract twice the error of the guess, so that it surely lies before the place.
   const V before = Lanes::Add(Lanes::Add(Lanes::ToInteger(guess), other_offset), Lanes::All(-512));
   V n = Lanes::Larger(Lanes::template Right<16>(before), from);
   const V next = Offset<Lanes>(Lanes::Add(n, one), other_offset);
@@ -61,7 +61,7 @@ void Leap(const Slant<Lanes>& ray, typename Lanes::M in_x, typename Lanes::V to_
   *v = Lanes::Select(in_x, n, to);
 }
 
-/// The rays, ready to be walked: what ray_begin() prepares, for each of them.
+/// Rays prepared for the walk, as by ray_begin().
 template <class Lanes, class Narrow>
 class ReadyRays : public RayStarts<Lanes> {
  public:
@@ -77,11 +77,11 @@ class ReadyRays : public RayStarts<Lanes> {
   }
 
   const ray_mask_t& mask;
-  uint32_t next = 0;  ///< the ray to be taken up
+  uint32_t next = 0;  ///< index of the next ray to begin
 
   alignas(64) int32_t limits_x[kRoom], limits_y[kRoom];
   alignas(64) float dy_per_dx[kRoom], dx_per_dy[kRoom];
-  alignas(64) int32_t u[kRoom], v[kRoom];  ///< where the walk begins
+  alignas(64) int32_t u[kRoom], v[kRoom];  ///< position where the walk begins
 
  private:
   static V All(int64_t number) { return Lanes::All(number); }
@@ -100,7 +100,7 @@ class ReadyRays : public RayStarts<Lanes> {
     Lanes::Store(dx_per_dy + first, Lanes::DivideOr0(across, along));
   }
 
-  /// The walk begins where the ray leaves the box, or at its start if that is outside.
+  /// Begins the walk where the ray leaves the free box, or at its start if that lies outside.
   void LeaveFreeBox(uint32_t first) {
     using N = typename Narrow::V;
     const auto load = [&](const auto* numbers) { return Narrow::Load(numbers + first); };
@@ -116,7 +116,7 @@ class ReadyRays : public RayStarts<Lanes> {
     const N x = load(this->x0), y = load(this->y0);
     const N min_x = side(&grid::CellBox::min_x), max_x = side(&grid::CellBox::max_x);
     const N min_y = side(&grid::CellBox::min_y), max_y = side(&grid::CellBox::max_y);
-    // Compared, as the distance to a box that is far away may not fit.
+    // Comparisons, because the distance to a far box may overflow.
     const auto outside =
         Narrow::Or(Narrow::Or(Narrow::Greater(min_x, x), Narrow::Greater(x, max_x)),
                    Narrow::Or(Narrow::Greater(min_y, y), Narrow::Greater(y, max_y)));
@@ -136,7 +136,7 @@ class ReadyRays : public RayStarts<Lanes> {
     Narrow::Store(v + first, Narrow::Select(outside, none, over_y));
   }
 
-  /// ray_limit().
+  /// ray_limit() in lanes.
   static V Limit(V displacement, V size, V offset, V start, int64_t low, int64_t high) {
     const V none = All(0);
     const M back = Lanes::Greater(none, displacement);
@@ -152,8 +152,7 @@ class ReadyRays : public RayStarts<Lanes> {
   const FreeBoxes free_;
 };
 
-/// Rays that are walked side by side, with 32 bits a lane. A lane whose ray has ended takes up the
-/// next one.
+/// Rays that walk in lock-step, in 32-bit lanes. A lane whose ray has ended takes the next ray.
 template <class Lanes, class Rays>
 class LaneGroup {
  public:
@@ -162,7 +161,7 @@ class LaneGroup {
 
   bool AtWork() const { return Lanes::Any(active_); }
 
-  /// Begins the next rays in lanes that have none, if there are enough of these to stop for it.
+  /// Begins the next rays in free lanes, if enough lanes are free for that to pay.
   void TakeUp() {
     const uint32_t left = rays_.count - rays_.next;
     M taken = Lanes::Not(active_);
@@ -174,7 +173,7 @@ class LaneGroup {
     active_ = Lanes::Or(active_, taken);
   }
 
-  /// Looks up what there is where the rays are. Takes its time: the numbers wait for memory.
+  /// Loads the grid's data at the rays' positions. Mostly waits for memory.
   void Look() {
     x_ = Reached<Lanes>(x0_, u_, back_x_);
     y_ = Reached<Lanes>(y0_, v_, back_y_);
@@ -190,11 +189,11 @@ class LaneGroup {
       squares_ = Lanes::Select(in_block_, blocks_.Of(look_up, super_, x_, y_), squares_);
   }
 
-  /// One leap, or one walk within a tile or a region, of each ray, after Look().
+  /// After Look(): advances each ray by one leap, or by one walk within a word.
   void GoOn() {
     const V none = All(0), one = All(1), seven = All(7);
-    // What to walk in: the cells of a tile, the tiles of a region, the regions of a block, or
-    // nothing but a leap.
+    // The squares to walk in: cells of a tile, tiles of a region, regions of a block; none for a
+    // leap.
     const M leaps = Lanes::Zero(squares_), in_tile = Lanes::Not(Lanes::Zero(word_));
     const V leap_shift =
         Lanes::Select(Lanes::Equal(super_, none), All(RAY_SUPER_SHIFT), All(RAY_BLOCK_SHIFT));
@@ -205,15 +204,14 @@ class LaneGroup {
     const V bit = Lanes::Or(Lanes::And(square_x, seven),
                             Lanes::template Left<3>(Lanes::And(square_y, seven)));
 
-    // The next borders of the square. Cells left to its far side: those to its near side, counted
-    // from the other end.
+    // The next borders of the square. The number of cells to its far side is inner & ~(x ^ back).
     const V inner = Lanes::Subtract(Lanes::ShiftLeft(one, shift), one);
     const V to_x = Lanes::Add(Lanes::Add(u_, one), Lanes::Without(inner, Lanes::Xor(x_, back_x_)));
     const V to_y = Lanes::Add(Lanes::Add(v_, one), Lanes::Without(inner, Lanes::Xor(y_, back_y_)));
     const V near_x = Lanes::And(Lanes::Xor(square_x, back_x_), seven);
     const V near_y = Lanes::And(Lanes::Xor(square_y, back_y_), seven);
-    // Steps change e by whole multiples of 2^16 squares: below that, bits have no say in its sign,
-    // and above it there are no more than 31.
+    // Steps change e by multiples of 2^16 squares: lower bits never affect its sign, and the others
+    // fit in 31 bits.
     const V e = Lanes::ProductsRight(Offset(to_x, ox_), ady_, Offset(to_y, oy_), adx_,
                                      Lanes::Add(shift, All(16)));
     const V at = Lanes::Add(
@@ -230,12 +228,12 @@ class LaneGroup {
     Leap<Lanes>({ox_, oy_, adx_, ady_, dy_per_dx_, dx_per_dy_}, Lanes::MaskOf(last_in),
                 Lanes::Add(to_x, Lanes::ShiftLeft(Lanes::LessOne(steps_x), shift)),
                 Lanes::Add(to_y, Lanes::ShiftLeft(Lanes::LessOne(steps_y), shift)), &u_, &v_);
-    // In a tile it is enough to count.
+    // In a tile the counted steps suffice.
     u_ = Lanes::Select(in_tile, u_counted, u_);
     v_ = Lanes::Select(in_tile, v_counted, v_);
   }
 
-  /// Writes down where rays have ended, if any have.
+  /// Stores the hits of rays that have ended and frees their lanes.
   void Report() {
     const M beyond = Lanes::Or(Lanes::Greater(Offset(u_, ox_), limit_x_),
                                Lanes::Greater(Offset(v_, oy_), limit_y_));
@@ -253,22 +251,23 @@ class LaneGroup {
   using M = typename Lanes::M;
   using Words = typename Lanes::Words;
 
-  /// Room for fewer rays is not filled while others are at work.
+  /// Minimum number of free lanes to refill.
   static constexpr uint32_t kRoom = Lanes::kCount / 4;
 
-  /// A walk within a word of 8 x 8 squares, in one number, so that a step is one addition: the
-  /// square's bit, plus 128 so that it can't become negative, and in the two fields above it how
-  /// far the square is from the near side of the word in x and y. These reach 8 outside.
+  /// State of a walk within a word of 8 x 8 squares, packed into one number so that a step is one
+  /// addition: the square's bit, plus 128 to keep it positive, and two fields above it with the
+  /// distances of the square from the near side of the word in x and y. A field of 8 means that the
+  /// ray has left the word.
   static constexpr int kFieldX = 16, kFieldY = 24;
   static constexpr int32_t kInside = 128;
   static constexpr int32_t kOutside = 8 << kFieldX | 8 << kFieldY;
 
   struct WordWalk {
     Words squares;
-    V e, at;  // in the beginning
+    V e, at;  // initial values
   };
   struct WordEnd {
-    V in, at;  // the step that was the last, and where it has led
+    V in, at;  // direction of the last step, and the state after it
   };
 
   static V All(int32_t number) { return Lanes::All(number); }
@@ -302,9 +301,8 @@ class LaneGroup {
     to_next_x_ = Lanes::Subtract(Lanes::Add(forth_x, All(1 << kFieldX)), to_next_y_);
   }
 
-  /// Walks the rays of `go` to an occupied square, or out of the word. All lanes go on until the
-  /// last one stops, so that the next step need not wait for who stops where: that is noted beside
-  /// it.
+  /// Walks the rays of `go` to an occupied square or out of the word. All lanes step until the last
+  /// one stops, so that no step depends on which lanes have stopped. Their results are kept aside.
   WordEnd WalkInWord(const WordWalk& walk, M go) const {
     const V outside = All(kOutside), both = Lanes::Add(adx_, ady_);
     V e = walk.e, at = walk.at;
@@ -321,7 +319,7 @@ class LaneGroup {
     return end;
   }
 
-  /// The words of the tiles, without what the self-mask hides; 0 in lanes that are not to look.
+  /// The words of the tiles, without cells that the self-mask hides. Lanes outside `to_look` are 0.
   Words Visible(M to_look, V tile) const {
     const ray_mask_t& mask = rays_.mask;
     const Words word = Lanes::Gather(to_look, rays_.grid.tiles, tile);
@@ -341,24 +339,25 @@ class LaneGroup {
   uint32_t* hits_;
   M active_ = Lanes::None();
 
-  // Of the ray.
-  V ray_ = All(0);  // its number
+  // Constants of the ray in each lane.
+  V ray_ = All(0);  // index of the ray
   V x0_ = All(0), y0_ = All(0), adx_ = All(0), ady_ = All(0);
-  V back_x_ = All(0), back_y_ = All(0);  // all ones if it goes that way
+  V back_x_ = All(0), back_y_ = All(0);  // all ones if it travels backwards
   V ox_ = All(0), oy_ = All(0), limit_x_ = All(0), limit_y_ = All(0);
   F dy_per_dx_ = Lanes::AllOf(0), dx_per_dy_ = Lanes::AllOf(0);
-  V to_next_y_ = All(0), to_next_x_ = All(0);  // a step in y, and what is added for one in x
+  V to_next_y_ = All(0),
+    to_next_x_ = All(0);  // a step in y, and the amount that turns it into a step in x
 
-  // Where it is, and what Look() found there.
+  // Position, and the results of Look().
   V u_ = All(0), v_ = All(0), x_ = All(0), y_ = All(0);
   V super_ = All(0);
-  Words squares_{}, word_{};  // of the region or the block, and of the tile
+  Words squares_{}, word_{};  // of the region or block, and of the tile
   M in_block_ = Lanes::None();
   M in_hit_ = Lanes::None();
 };
 
-/// Two groups in turn: while the numbers of one wait for memory, the other has something to do.
-/// Rays are prepared and hits looked at with 64 bits a lane, and walked with 32.
+/// Alternates between two groups, so that one computes while the other waits for memory. Rays are
+/// prepared and hits evaluated in 64-bit lanes, and walked in 32-bit lanes.
 template <class Lanes, class Narrow>
 void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
   using Ready = ReadyRays<Lanes, Narrow>;

@@ -14,12 +14,12 @@ namespace Stg::internal::sensing {
 
 namespace {
 
-/// Lanes of 64 bits, for what comes before the walk and after it.
+/// 64-bit lanes, for the work before and after the walk.
 struct Two {
   using Number = int64_t;
   using V = int64x2_t;
   using D = float64x2_t;
-  using M = uint64x2_t;  // all ones or none
+  using M = uint64x2_t;  // each lane is all ones or all zeros
   static constexpr int kCount = 2;
 
   static V All(int64_t n) { return vdupq_n_s64(n); }
@@ -29,18 +29,18 @@ struct Two {
   static D Load(const double* p) { return vld1q_f64(p); }
   static void Store(int64_t* p, V v) { vst1q_s64(p, v); }
   static void Store(double* p, D d) { vst1q_f64(p, d); }
-  /// The lower halves.
+  /// Stores the lower halves.
   static void Store(uint32_t* p, V v) { vst1_u32(p, vmovn_u64(Bits(v))); }
   static void Store(int32_t* p, V v) { vst1_s32(p, vmovn_s64(v)); }
   static void Store(float* p, D d) { vst1_f32(p, vcvt_f32_f64(d)); }
-  /// Up to two pairs of 32-bit numbers; Multiply() looks at the lower half of a lane only.
+  /// Loads up to two pairs of 32-bit numbers into lower halves of lanes, as for Multiply().
   static void LoadPairs(const void* pairs, uint32_t count, V* first, V* second) {
     int64_t words[kCount] = {};
     __builtin_memcpy(words, pairs, (count < kCount ? count : kCount) * sizeof words[0]);
     *first = Load(words);
     *second = vreinterpretq_s64_u64(vshrq_n_u64(Bits(*first), 32));
   }
-  /// The same of doubles.
+  /// Loads up to two pairs of doubles.
   static void LoadPairs(const void* pairs, uint32_t count, D* first, D* second) {
     double words[2 * kCount] = {};
     __builtin_memcpy(words, pairs, (count < kCount ? count : kCount) * 2 * sizeof words[0]);
@@ -67,7 +67,7 @@ struct Two {
   static V Right(V a) {
     return vshrq_n_s64(a, kBits);
   }
-  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
+  /// Bit (`bits` modulo 64) of each word, as the lowest bit. The other bits are unspecified.
   static V BitOf(V a, V bits) {
     return vreinterpretq_s64_u64(vshlq_u64(Bits(a), vnegq_s64(And(bits, All(63)))));
   }
@@ -75,7 +75,7 @@ struct Two {
   static V Absolute(V a) { return vabsq_s64(a); }
 
   static M Greater(V a, V b) { return vcgtq_s64(a, b); }
-  /// As unsigned numbers.
+  /// Unsigned a < b.
   static M Below(V a, V b) { return vcltq_u64(Bits(a), Bits(b)); }
   static M Below(D a, D b) { return vcltq_f64(a, b); }
   static M Equal(V a, V b) { return vceqq_s64(a, b); }
@@ -102,13 +102,13 @@ struct Two {
     return V{static_cast<int64_t>(p[vgetq_lane_s64(i, 0)]),
              static_cast<int64_t>(p[vgetq_lane_s64(i, 1)])};
   }
-  /// 0 where not m. The first of the numbers may be read for those.
+  /// Lanes outside m are 0; they may read p[0].
   template <typename Integer>
   static V Gather(M m, const Integer* p, V i) {
     const V mask = vreinterpretq_s64_u64(m);
     return And(mask, Gather(p, And(mask, i)));
   }
-  /// table[i], i from 0 to 15.
+  /// table[i & 15].
   static V OfSixteen(const int64_t* table, V i) { return Gather(table, And(i, All(15))); }
   static void Store(M m, double* p, D a) {
     if (vgetq_lane_u64(m, 0) != 0) p[0] = vgetq_lane_f64(a, 0);
@@ -116,7 +116,7 @@ struct Two {
   }
 
   static D ToDouble(V a) { return vcvtq_f64_s64(a); }
-  /// Rounds towards 0. Of numbers of 32 bits.
+  /// Rounds towards 0. The results must fit in 32 bits.
   static V ToInteger(D a) { return vcvtq_s64_f64(a); }
   static D AllOf(double d) { return vdupq_n_f64(d); }
   static D Plus(D a, D b) { return vaddq_f64(a, b); }
@@ -124,7 +124,7 @@ struct Two {
   static D Times(D a, D b) { return vmulq_f64(a, b); }
   static D Divide(D a, D b) { return vdivq_f64(a, b); }
   static D DivideOr0(D a, D b) { return Select(Zero(b), AllOf(0), Divide(a, b)); }
-  /// Of two zeros, b.
+  /// Returns b if both are zeros.
   static D Larger(D a, D b) { return Select(vcgtq_f64(a, b), a, b); }
   static D Smaller(D a, D b) { return Select(vcltq_f64(a, b), a, b); }
   static D Magnitude(D a) { return vabsq_f64(a); }
@@ -133,18 +133,18 @@ struct Two {
   static uint64x2_t Bits(V a) { return vreinterpretq_u64_s64(a); }
 };
 
-/// Lanes of 32 bits, to walk with.
+/// 32-bit lanes, for the walk.
 struct Four {
   using Number = int32_t;
   using V = int32x4_t;
   using F = float32x4_t;
-  using M = uint32x4_t;  // all ones or none
+  using M = uint32x4_t;  // each lane is all ones or all zeros
   static constexpr int kCount = 4;
-  /// 64 bits a lane: the lower and the upper halves.
+  /// One 64-bit word per lane, as lower and upper halves.
   struct Words {
     V low, high;
   };
-  /// Which of the next numbers goes to which lane.
+  /// For each lane, the index of its number in a sequence for Expand().
   using Places = V;
 
   static V All(int32_t n) { return vdupq_n_s32(n); }
@@ -156,7 +156,7 @@ struct Four {
   static V AddWhere(M m, V a, V b) { return Add(a, And(Signed(m), b)); }
   static V Subtract(V a, V b) { return vsubq_s32(a, b); }
   static V Multiply(V a, V b) { return vmulq_s32(a, b); }
-  /// The number before, but of 0 and less 0.
+  /// max(a - 1, 0).
   static V LessOne(V a) { return vmaxq_s32(Subtract(a, All(1)), All(0)); }
   static V LowHalf(V a) { return a; }
   static V And(V a, V b) { return vandq_s32(a, b); }
@@ -167,7 +167,7 @@ struct Four {
   static Words Without(const Words& a, const Words& b) {
     return {Without(a.low, b.low), Without(a.high, b.high)};
   }
-  /// a & 1 | b.
+  /// (a & 1) | b.
   static V OddOr(V a, V b) { return Or(And(a, All(1)), b); }
   template <int kBits>
   static V Left(V a) {
@@ -179,7 +179,7 @@ struct Four {
   }
   static V ShiftLeft(V a, V bits) { return vshlq_s32(a, bits); }
   static V ShiftRight(V a, V bits) { return vshlq_s32(a, vnegq_s32(bits)); }
-  /// Bit `bits` modulo 64 of a word, as the lowest bit; the others may be anything.
+  /// Bit (`bits` modulo 64) of each word, as the lowest bit. The other bits are unspecified.
   static V BitOf(const Words& a, V bits) {
     const V half = Select(vtstq_s32(bits, All(32)), a.high, a.low);
     return Signed(vshlq_u32(Bits(half), vnegq_s32(And(bits, All(31)))));
@@ -189,7 +189,7 @@ struct Four {
   static V Larger(V a, V b) { return vmaxq_s32(a, b); }
 
   static M Greater(V a, V b) { return vcgtq_s32(a, b); }
-  /// As unsigned numbers.
+  /// Unsigned a < b.
   static M Below(V a, V b) { return vcltq_u32(Bits(a), Bits(b)); }
   static M Equal(V a, V b) { return vceqq_s32(a, b); }
   static M Differ(V a, V b) { return Not(Equal(a, b)); }
@@ -204,7 +204,7 @@ struct Four {
   static M Not(M a) { return vmvnq_u32(a); }
   static bool Any(M m) { return vmaxvq_u32(m) != 0; }
   static int CountOf(M m) { return -vaddvq_s32(Signed(m)); }
-  /// The first `count` of them.
+  /// The first `count` lanes of m.
   static M First(M m, int count) { return And(m, vcltq_s32(PlacesOf(m), All(count))); }
   static V Select(M m, V a, V b) { return vbslq_s32(m, a, b); }
   static F Select(M m, F a, F b) { return vbslq_f32(m, a, b); }
@@ -223,18 +223,18 @@ struct Four {
     const V low = vreinterpretq_s32_u64(first), high = vreinterpretq_s32_u64(second);
     return {vuzp1q_s32(low, high), vuzp2q_s32(low, high)};
   }
-  /// 0 where not m. The first of the numbers may be read for those.
+  /// Lanes outside m are 0; they may read p[0].
   static Words Gather(M m, const uint64_t* p, V i) {
     const Words words = Gather(p, And(Signed(m), i));
     return {And(Signed(m), words.low), And(Signed(m), words.high)};
   }
-  /// table[i], i from 0 to 15.
+  /// table[i & 15].
   static V OfSixteen(const int32_t* table, V i) {
     uint8x16x4_t bytes;
     for (int k = 0; k < 4; k++) bytes.val[k] = vreinterpretq_u8_s32(Load(table + 4 * k));
     return vreinterpretq_s32_u8(vqtbl4q_u8(bytes, BytesOf(And(i, All(15)))));
   }
-  /// Numbers of 64 bits, of which the tables have the lower and the upper halves.
+  /// 64-bit table entries, given as tables of lower and upper halves.
   static Words OfSixteen(const int32_t* low, const int32_t* high, V i) {
     return {OfSixteen(low, i), OfSixteen(high, i)};
   }
@@ -247,7 +247,7 @@ struct Four {
     for (int k = 0; k < kCount; k++)
       if (is[k] != 0) p[places[k]] = numbers[k];
   }
-  /// The next numbers go to the lanes of m, in their order: how many of those lanes come before.
+  /// Assigns consecutive indices to the lanes of m: the number of such lanes before each.
   static Places PlacesOf(M m) {
     const V none = All(0);
     V before = vextq_s32(none, Signed(m), 3);
@@ -263,19 +263,19 @@ struct Four {
     const uint8x16_t next = vqtbl1q_u8(vreinterpretq_u8_f32(Load(p)), BytesOf(places));
     return Select(m, vreinterpretq_f32_u8(next), other);
   }
-  /// first, first + 1 and so on in the lanes that the next numbers go to.
+  /// Returns first, first + 1, ... in these lanes.
   static V Rank(Places places, uint32_t first) {
     return Add(places, All(static_cast<int32_t>(first)));
   }
 
-  /// The lower halves of (a * b - c * d) >> bits, up to 32.
+  /// Lower halves of (a * b - c * d) >> bits, with bits at most 32.
   static V ProductsRight(V a, V b, V c, V d, V bits) {
     const V left = vnegq_s32(bits);
     const int64x2_t low = vshlq_s64(LowDifference(a, b, c, d), vmovl_s32(vget_low_s32(left)));
     const int64x2_t high = vshlq_s64(HighDifference(a, b, c, d), vmovl_high_s32(left));
     return vmovn_high_s64(vmovn_s64(low), high);
   }
-  /// a * b < c * d, or not larger where `ties`.
+  /// a * b < c * d, or <= where `ties`.
   static M ProductsBelow(V a, V b, V c, V d, M ties) {
     const V less_one = Signed(ties);
     const int64x2_t low = vaddw_s32(LowDifference(a, b, c, d), vget_low_s32(less_one));
@@ -290,7 +290,7 @@ struct Four {
   static F Smaller(F a, F b) { return Select(vcltq_f32(a, b), a, b); }
 
  private:
-  // The same bits as another type.
+  // Reinterprets the bits.
   static uint32x4_t Bits(V a) { return vreinterpretq_u32_s32(a); }
   static V Signed(uint32x4_t a) { return vreinterpretq_s32_u32(a); }
 
@@ -298,11 +298,11 @@ struct Four {
   static uint32_t PlaceAt(V i) {
     return vgetq_lane_u32(Bits(i), kLane);
   }
-  /// Where the bytes of these numbers are.
+  /// Byte indices of the 32-bit numbers with these indices, for a table lookup.
   static uint8x16_t BytesOf(V numbers) {
     return vreinterpretq_u8_s32(vmlaq_n_s32(All(0x03020100), numbers, 0x04040404));
   }
-  /// a * b - c * d with 64 bits each, of the first two lanes and of the others.
+  /// a * b - c * d in 64 bits: LowDifference() for lanes 0 and 1, the next one for lanes 2 and 3.
   static int64x2_t LowDifference(V a, V b, V c, V d) {
     return vmlsl_s32(vmull_s32(vget_low_s32(a), vget_low_s32(b)), vget_low_s32(c), vget_low_s32(d));
   }

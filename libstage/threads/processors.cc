@@ -48,7 +48,7 @@ double LeastGrant(const std::string& mount, std::string group) {
 }
 
 /// Folder below the mount point for the controllers of a line of /proc/self/cgroup: "" for
-/// "0::/a/b", "/cpu,cpuacct" for "4:cpu,cpuacct:/a". False if no CPU controller.
+/// "0::/a/b", "/cpu,cpuacct" for "4:cpu,cpuacct:/a". False for other controllers.
 bool FindMount(const std::string& controllers, std::string* folder) {
   if (!controllers.empty() && ("," + controllers + ",").find(",cpu,") == std::string::npos)
     return false;

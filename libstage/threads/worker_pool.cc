@@ -113,7 +113,7 @@ void WorkerPool::NoteFailure(size_t begin) {
 
 void WorkerPool::WakeAll(WaitQueue* queue) {
   if (queue->asleep == 0) return;
-  // Sleepers hold the mutex until they wait: locking it here rules out a lost wake-up.
+  // A thread counted as asleep holds the mutex until it waits; locking it avoids lost wake-ups.
   { const std::lock_guard<std::mutex> lock(mutex_); }
   queue->wake_up.notify_all();
 }

@@ -41,9 +41,9 @@ class WorkerPool {
 
   /// Calls job(begin, end, thread) for ranges that partition [0, count), on the caller (thread 0)
   /// and the workers; thread < threads(). Returns when all are done. Each thread starts with the
-  /// same slice in every job, for its cache, and then helps others: results must not depend on it.
+  /// same slice in every job, for its cache, and then helps others. Results must not depend on it.
   /// If the job throws, ranges behind the failed one may be skipped; ranges before it still run.
-  /// When all have finished, the first range's exception is rethrown, as in a serial loop.
+  /// When all have finished, the exception of the first range that threw is rethrown.
   using Job = std::function<void(size_t begin, size_t end, unsigned thread)>;
   void Run(size_t count, size_t grain, const Job& job) { RunBeside(nullptr, count, grain, job); }
   /// Like Run(). If workers take part, the caller first calls `first` (unless null) and then joins
@@ -122,8 +122,7 @@ class WorkerPool {
   std::atomic<int> patience_{0};  // microseconds of spinning before a thread sleeps
   // Late workers skip the job: the caller waits only for workers that have already entered.
   static constexpr unsigned kOpen = 1, kOneInside = 2;
-  alignas(64) std::atomic<unsigned> gate_{
-      0};  // current job: kOpen flag plus kOneInside per worker inside
+  alignas(64) std::atomic<unsigned> gate_{0};  // kOpen, plus kOneInside per worker in the job
 
   alignas(64) const Job* job_ = nullptr;
   size_t grain_ = 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What becomes of a ray. Part of <stage.hh>.
+// Results of rays. Part of <stage.hh>.
 
 #ifndef STAGE_SENSING_RAY_HIT_HH
 #define STAGE_SENSING_RAY_HIT_HH
@@ -11,38 +11,38 @@ namespace Stg {
 
 class Model;
 
-/// True if the ray of `finder` stops at `candidate`. May be called by several threads at once. It
-/// must say the same of the same arguments within a step: it is not asked again for each ray.
+/// True if the ray of `finder` stops at `candidate`. Several threads may call it concurrently.
+/// Within a step it must be a pure function of its arguments: one call may count for several rays.
 typedef bool (*ray_test_func_t)(Model* candidate, const Model* finder, const void* arg);
 
 namespace internal {
 namespace sensing {
 
 struct RayHit {
-  double range;  ///< metres; that of the fan if nothing was hit
-  Model* model;  ///< null if nothing was hit
+  double range;  ///< metres; the fan's range without a hit
+  Model* model;  ///< null without a hit
 };
 
-/// Neighbouring rays that have hit the same model, or nothing.
+/// Consecutive rays with a hit on the same model, or without a hit.
 struct HitRun {
-  uint32_t end;  ///< the number of the ray behind the last one, in its fan
+  uint32_t end;  ///< index in the fan, one past the last ray
   Model* model;  ///< as in RayHit
 };
 
-/// What the rays of a fan have hit.
+/// Results of the rays of a fan.
 struct RayHits {
-  const double* ranges;  ///< as in RayHit: one for each sample
-  const HitRun* runs;    ///< one after the other; the last one ends at `count`
-  uint32_t count;        ///< of rays
+  const double* ranges;  ///< one per sample, as in RayHit
+  const HitRun* runs;    ///< contiguous; the last one ends at `count`
+  uint32_t count;        ///< number of rays
 };
 
-/// Takes the outcome of fans. Different fans may be handed over by different threads at once.
+/// Receives the results of fans. Several threads may deliver different fans concurrently.
 class RaySink {
  public:
   virtual ~RaySink() = default;
-  /// Says that TakeHits() will be called soon: what it writes to may be fetched meanwhile.
+  /// Announces a call of TakeHits(), so that the memory it writes to can be prefetched.
   virtual void ExpectHits(uint32_t /*tag*/) const {}
-  /// `tag` is the one that came with the fan.
+  /// `tag` is that of the fan.
   virtual void TakeHits(uint32_t tag, const RayHits& hits) = 0;
 };
 
