@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Environments for reinforcement learning, from a world file and a task.
+"""Environments for reinforcement learning, made from a world file and a task.
 
-Importing this registers "Stage/Navigate-v0", "Stage/Disperse-v0", "Stage/Forage-v0" and
+Importing this module registers "Stage/Navigate-v0", "Stage/Disperse-v0", "Stage/Forage-v0" and
 "Stage/Measured-v0" with Gymnasium.
 """
 
@@ -21,7 +21,7 @@ from .task import Outcome, Scene, Task, seen_from
 from .tasks import TASKS, Disperse, Forage, Measured, Navigate
 from .vector import StageVectorEnv
 
-#: As PettingZoo's environments call it.
+#: The name that PettingZoo's environments use.
 parallel_env = StageParallelEnv
 
 __all__ = [

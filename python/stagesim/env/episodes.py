@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Episodes of a task in a batch of worlds: what all environments are made of."""
+"""Episodes of a task in a batch of worlds: the common engine of all environments."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ AnyTask = Union[Task, "type[Task]", str]
 
 
 def task_of(task: AnyTask) -> Task:
-    """The task that is meant; ValueError if there is none of that name."""
+    """Converts the argument to a task. Raises ValueError if there is no task of that name."""
     if isinstance(task, str):
         if task not in TASKS:
             raise ValueError(f"found the task {task!r}, expected one of {', '.join(sorted(TASKS))}")
@@ -37,12 +37,12 @@ def task_of(task: AnyTask) -> Task:
 
 @dataclass
 class Moment:
-    """What has come of an action in each of n worlds.
+    """The result of an action in each of n worlds.
 
-    Robots that had come to their end before, and worlds that were not stepped, have no reward, and don't end.
+    For robots that were not live and worlds that were not stepped, rewards are 0 and the flags are False.
     """
 
-    observations: Observations  # (n, robots, size), a new array
+    observations: Observations  # (n, robots, size): a new array
     rewards: Floats             # (n, robots)
     terminated: Bools           # (n, robots)
     truncated: Bools            # (n, robots)
@@ -50,12 +50,12 @@ class Moment:
 
     @property
     def worlds_truncated(self) -> Bools:
-        """Whose episode was cut off: shape (n,)."""
+        """True for worlds whose episode was truncated: shape (n,)."""
         return self.truncated.any(1)
 
 
 class Episodes:
-    """Worlds in which a task goes on: everything about environments but the shape that users see."""
+    """The worlds and the task of an environment; environments only convert its arrays to their interface."""
 
     def __init__(self, world: str | os.PathLike[str] | World | None, task: AnyTask, n: int,
                  robots: str | None, threads: int | None, options: dict[str, Any],
@@ -74,7 +74,7 @@ class Episodes:
         self.task.prepare(self.scene)
         self.size = self.task.size(self.scene)
         self.action_size = int(np.count_nonzero(self.task.top_speed))
-        self.fps = 1 / (prototype.dt * self.task.steps)  #: actions in a second of simulated time
+        self.fps = 1 / (prototype.dt * self.task.steps)  #: actions per second of simulated time
         self.renderer = Renderer(render_mode, render_size, self.fps)
         self._has_clipped = False
 
@@ -87,26 +87,26 @@ class Episodes:
         self._ended = self.batch.ended
 
     def metadata(self) -> dict[str, Any]:
-        """What Gymnasium and PettingZoo want to know of pictures."""
+        """The metadata about rendering for Gymnasium and PettingZoo."""
         return {"render_modes": list(MODES), "render_fps": self.fps}
 
     def observation_space(self, robots: int = 1) -> Box:
-        """That of so many robots, one after the other."""
+        """The observation space of `robots` robots, concatenated."""
         low, high = self.task.bounds
         return Box(low, high, (robots * self.size,), np.float32)
 
     def action_space(self, robots: int = 1) -> Box:
-        """That of so many robots, one after the other."""
+        """The action space of `robots` robots, concatenated."""
         return Box(-1, 1, (robots * self.action_size,), np.float32)
 
     def begin(self, which: Bools, randoms: Sequence[np.random.Generator]) -> Observations:
-        """Episodes begin in these worlds; `randoms` has a generator for each of all n worlds.
+        """Begins episodes in the worlds of the mask `which`; `randoms` has a generator per world of the batch.
 
         Returns:
-            What robots of all worlds observe: (n, robots, size), a new array.
+            The observations of all worlds, a new array of shape (n, robots, size).
         """
         scene, chosen = self.scene, np.flatnonzero(which).tolist()
-        # Below 2**63: some learners keep seeds as signed numbers.
+        # Seeds stay below 2**63, because some learners keep them as signed integers.
         self.batch.reset([int(randoms[i].integers(2**63)) for i in chosen], ids=chosen)
         self._check(chosen)
         poses, moved = np.zeros((scene.n, scene.robots, 3)), np.zeros(scene.n, bool)
@@ -124,15 +124,15 @@ class Episodes:
         return self._observe()
 
     def step(self, actions: npt.ArrayLike, which: Bools) -> Moment:
-        """One action in these worlds.
+        """Applies an action in some worlds.
 
         Args:
-            actions: numbers, n * robots * action_size of them.
-            which: a mask of shape (n,).
+            actions: n * robots * action_size numbers in any shape; they are clipped to -1 to 1.
+            which: mask of the worlds, shape (n,).
 
         Raises:
-            ResetNeeded: an episode among them is over, or has not begun.
-            ValueError: actions have another shape, or are not finite.
+            ResetNeeded: an episode of these worlds is over or has not begun.
+            ValueError: the number of actions is wrong, or an action is not finite.
             StageError: a world has failed.
         """
         scene = self.scene
@@ -154,7 +154,7 @@ class Episodes:
         return Moment(self._observe(), rewards, terminated, truncated, info)
 
     def all_terminated(self, moment: Moment) -> Bools:
-        """Worlds whose robots have all come to their end, the last of them now: shape (n,)."""
+        """True for worlds whose last live robot was terminated by this action: shape (n,)."""
         return moment.terminated.any(1) & ~self.scene.live.any(1) & ~moment.worlds_truncated
 
     def _command(self, actions: npt.ArrayLike, which: Bools) -> None:
@@ -195,13 +195,13 @@ class Episodes:
 
 
 def opened(episodes: Episodes | None) -> Episodes:
-    """Those of an environment; ResetNeeded if it has been closed, and has none any more."""
+    """The episodes of an environment. Raises ResetNeeded if the environment has been closed."""
     if episodes is None:
         raise ResetNeeded("the environment is closed: make another one")
     return episodes
 
 
 def _wide(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Bools, int64 or float64: what single numbers become in Python."""
+    """Converts to bool, int64 or float64, whose elements become plain Python values by item()."""
     kind = values.dtype.kind
     return np.array(values, np.bool_ if kind == "b" else np.int64 if kind in "iu" else np.float64)

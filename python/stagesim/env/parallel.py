@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""One world as a parallel environment of PettingZoo."""
+"""The PettingZoo parallel environment of one world."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[st
 
 
 class StageParallelEnv(ParallelEnv[str, Observations, npt.NDArray[np.float32]]):
-    """One world as a parallel environment of PettingZoo: each robot is an agent of its own.
+    """A PettingZoo parallel environment of one world, in which each robot is an agent.
 
-    Agents are called as the robots are. Each observes a Box of shape (size,) and acts by one of shape
-    (numbers,) from -1 to 1, both float32. One that has come to its end is gone from `agents` for the rest of
-    the episode, and stands still. After `limit` actions of the task, all that are left are truncated.
+    The agents have the names of the robots. Each observes a Box of shape (size,) and acts by a Box of shape
+    (numbers,) from -1 to 1, both float32. A terminated agent leaves `agents` for the rest of the episode and
+    stands still. After the task's `limit` of actions, all remaining agents are truncated.
 
-    Seeds are as in StageEnv. step() takes actions of exactly the agents that are left, and returns
-    dictionaries of exactly these, copies all.
+    Seeds work as in StageEnv. step() takes actions of exactly the agents in `agents` and returns dictionaries
+    with exactly these keys. All returned arrays are copies.
 
     The arguments are those of StageEnv().
 
     Raises:
         WorldError: the file can't be loaded.
-        GoneError: there are no such robots, or they lack what the task needs.
-        ValueError: an argument is out of range, two robots have the same name, actions are not those of the
-            agents that are left, are not finite or have another shape.
-        ResetNeeded: of gymnasium.error: step() before reset().
+        GoneError: there are no such robots, or they lack a sensor that the task needs.
+        ValueError: an argument is out of range, two robots have the same name, or actions are for other
+            agents, are not finite or have a wrong shape.
+        ResetNeeded: (gymnasium.error) step() was called before reset().
     """
 
     metadata: dict[str, Any] = {"name": "stage_v0", "render_modes": list(MODES), "render_fps": 5}
@@ -51,11 +51,11 @@ class StageParallelEnv(ParallelEnv[str, Observations, npt.NDArray[np.float32]]):
                                                    render_size)
         self.metadata = {"name": "stage_v0", **self._episodes.metadata()}
         self.render_mode = render_mode
-        self.task = self._episodes.task  #: what the robots are to do
-        self.possible_agents = list(self._episodes.batch.names)  #: all robots
+        self.task = self._episodes.task  #: the task of the robots
+        self.possible_agents = list(self._episodes.batch.names)  #: names of all robots
         if len(set(self.possible_agents)) < len(self.possible_agents):
             raise ValueError(f"found {self.possible_agents}, expected names that differ")
-        self.agents: list[str] = []  #: those that are left
+        self.agents: list[str] = []  #: names of the robots that still take part
         self.observation_spaces = {agent: self._episodes.observation_space() for agent in self.possible_agents}
         self.action_spaces = {agent: self._episodes.action_space() for agent in self.possible_agents}
         self._rows = {agent: row for row, agent in enumerate(self.possible_agents)}
@@ -64,16 +64,16 @@ class StageParallelEnv(ParallelEnv[str, Observations, npt.NDArray[np.float32]]):
         self._last: Observations | None = None
 
     def observation_space(self, agent: str) -> Box:
-        """What an agent observes; always the same object."""
+        """Returns the observation space of an agent; always the same object."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> Box:
-        """How an agent acts; always the same object."""
+        """Returns the action space of an agent; always the same object."""
         return self.action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[
             dict[str, Observations], dict[str, dict[str, Any]]]:
-        """Begins an episode: observations and infos. `options` are ignored."""
+        """Begins an episode; returns observations and empty infos. `options` is ignored."""
         if seed is not None or self._random is None:
             self._random, _ = np_random(seed)
         self._last = opened(self._episodes).begin(self._all, [self._random])[0]
@@ -81,7 +81,7 @@ class StageParallelEnv(ParallelEnv[str, Observations, npt.NDArray[np.float32]]):
         return self._observed(self.agents), {agent: {} for agent in self.agents}
 
     def step(self, actions: dict[str, npt.ArrayLike]) -> Step:
-        """One action of each agent: observations, rewards, terminations, truncations and infos of each."""
+        """Applies an action of each agent; returns observations, rewards, terminations, truncations, infos."""
         episodes, agents = opened(self._episodes), self.agents
         if self._last is None:
             raise ResetNeeded("no episode has begun: call reset()")
@@ -106,18 +106,18 @@ class StageParallelEnv(ParallelEnv[str, Observations, npt.NDArray[np.float32]]):
                  for agent, row in rows.items()})
 
     def state(self) -> Observations:
-        """What all robots observe, those that have come to their end too: shape (robots * size,)."""
+        """Returns the observations of all robots, including terminated ones: shape (robots * size,)."""
         if self._last is None:
             raise ResetNeeded("no episode has begun: call reset()")
         return self._last.reshape(-1).copy()
 
     def render(self) -> Pixels | None:
-        """With render_mode "rgb_array" a picture as World.render() makes it; else None."""
+        """Returns a picture as World.render() does if render_mode is "rgb_array", else None."""
         episodes = opened(self._episodes)
         return episodes.renderer.picture(episodes.batch, 0) if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
-        """Gives the world back, and closes the window."""
+        """Frees the world and closes the window."""
         if self._episodes is not None:
             self._episodes.renderer.close()
         self._episodes = None

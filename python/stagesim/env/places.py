@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Where robots can get to."""
+"""Finds the places that a robot can reach."""
 
 from __future__ import annotations
 
@@ -21,17 +21,19 @@ ALL_AROUND = np.linspace(-np.pi, np.pi, 16, endpoint=False)
 
 def reachable_places(world: World, start: npt.ArrayLike, spacing: float = 0.25, clearance: float = 0.3,
                      most: int = 20000) -> Floats:
-    """Places on a grid to which a way leads along its lines, without coming near to anything but robots.
+    """Finds the points of a grid that can be reached from `start` along free grid lines.
+
+    It is a breadth-first search. The world's map is an obstacle; robots are not.
 
     Args:
-        world: whose map counts.
-        start: x, y, where ways begin, a place in any case: shape (2,).
-        spacing: of the grid's lines, metres.
-        clearance: how much is free around each other place, metres.
-        most: when there are so many, those further off are left out.
+        world: the world whose map is used.
+        start: x, y of the first grid point, metres: shape (2,). It is always part of the result.
+        spacing: distance between neighbouring grid points, metres.
+        clearance: min distance of every other point to obstacles, metres.
+        most: max number of points.
 
     Returns:
-        x, y, metres: shape (m, 2), those at the end of shorter ways first.
+        x, y, metres: shape (m, 2), sorted by the length of the path.
     """
     origin = np.asarray(start, np.float64)
     front = np.zeros((1, 2), np.int64)
@@ -51,13 +53,13 @@ def _poses(cells: Cells, origin: Floats, spacing: float) -> Floats:
 
 
 def _next(world: World, cells: Cells, origin: Floats, spacing: float) -> Cells:
-    """The neighbours that nothing separates from these cells."""
+    """The neighbours of these cells that no obstacle separates from them."""
     open_sides = world.cast(_poses(cells, origin, spacing), QUARTERS, spacing) >= spacing
     return (cells[:, None] + SIDES)[open_sides]
 
 
 def _new_ones(cells: Cells, seen: set[tuple[int, int]]) -> Cells:
-    """Those that have not been seen, each once; they have been seen then."""
+    """The cells that are not in `seen`, each once; adds them to `seen`."""
     fresh = []
     for x, y in cells.tolist():
         if (x, y) not in seen:

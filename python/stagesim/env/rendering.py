@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Pictures of environments, as arrays or in a window."""
+"""Renders environments to arrays or in a window."""
 
 from __future__ import annotations
 
@@ -11,22 +11,21 @@ from gymnasium.error import DependencyNotInstalled
 from ..batch import Batch
 from ..pictures import Pixels
 
-#: Those that can be had here: a window needs pygame.
+#: The available render modes; "human" needs pygame.
 MODES = ("human", "rgb_array") if importlib.util.find_spec("pygame") else ("rgb_array",)
 
 
 class Renderer:
-    """What render() of an environment does.
+    """Implements the render modes of environments.
 
     Args:
-        mode: "rgb_array": pictures are returned; "human": they are shown in a window, which needs pygame;
-            None: there are none.
-        size: of pictures, width and height, pixels.
-        fps: pictures a second in a window, so that it runs in real time.
+        mode: "rgb_array": return pictures; "human": show them in a window, which needs pygame; None: neither.
+        size: width and height of pictures, pixels.
+        fps: max pictures per second in the window, so that it runs in real time.
 
     Raises:
         ValueError: there is no such mode.
-        DependencyNotInstalled: of gymnasium.error: pygame is not there.
+        DependencyNotInstalled: (gymnasium.error) pygame is not installed.
     """
 
     def __init__(self, mode: str | None, size: tuple[int, int], fps: float) -> None:
@@ -38,12 +37,12 @@ class Renderer:
         self._window = _Window(size, fps) if mode == "human" else None
 
     def picture(self, batch: Batch, index: int) -> Pixels:
-        """World number `index`."""
+        """Renders world `index`."""
         width, height = self._size
         return batch.render(index, width, height)
 
     def show(self, batch: Batch, index: int = 0) -> None:
-        """In the window, if there is one."""
+        """Shows world `index` in the window, if there is one."""
         if self._window is not None:
             self._window.show(self.picture(batch, index))
 
@@ -60,7 +59,7 @@ class Renderer:
 
 
 class _Window:
-    """A window with a picture, by pygame. It opens with the first picture."""
+    """A pygame window, which opens with the first picture."""
 
     def __init__(self, size: tuple[int, int], fps: float) -> None:
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""One world as an environment of Gymnasium."""
+"""The Gymnasium environment of one world."""
 
 from __future__ import annotations
 
@@ -17,36 +17,36 @@ from .rendering import MODES
 
 
 class StageEnv(gymnasium.Env[Observations, npt.NDArray[np.float32]]):
-    """One world as an environment of Gymnasium: its robots are one team with one learner.
+    """A Gymnasium environment of one world, whose robots are one team with one learner.
 
-    Observations are a Box of shape (robots * size,), actions one of shape (robots * numbers,) from -1 to 1,
-    both float32, one robot after the other; the reward is the sum of the robots'. It is terminated when all
-    robots have come to their end, and truncated after `limit` actions of the task, or when a controller
-    wants the world to quit. Robots that have come to their end stand still. `info` has what the task says:
-    numbers if there is one robot, or else arrays of shape (robots,), and then the robots' rewards, too.
+    The observation space is a Box of shape (robots * size,); the action space is a Box of shape
+    (robots * numbers,) from -1 to 1. Both are float32, robot after robot. The reward is the sum over the
+    robots. An episode is terminated when the task has terminated all robots, and truncated after the task's
+    `limit` of actions or when a controller asks the world to quit. Terminated robots stand still. `info` has
+    the values of the task: numbers for a single robot, else arrays of shape (robots,) and also `rewards`.
 
-    `reset(seed=s)` gives the same episode each time, to the last bit; other seeds give others, and without
-    a seed another episode follows. All that is returned is copied.
+    Episodes with the same `reset(seed=s)` are bit-equal. Without a seed, the next episode differs from the one
+    before. All returned arrays are copies.
 
-    Environments can be pickled and deep-copied, in the middle of an episode too: see World.
+    Environments can be pickled and deep-copied, even within an episode: see World.
 
     Args:
-        world: a world file, a plain name as in World(), or a World; None: the task's own.
-        task: a Task, its class, or "Navigate", "Disperse" or "Forage".
-        robots: a pattern of names or types: who takes part, as in World.fleet(); others are left to their
-            controllers.
-        threads: that work on it.
-        render_mode: "rgb_array": render() returns a picture; "human": each action is shown in a window, in
-            real time, which needs pygame; None: neither.
+        world: a world file, the name of a shipped world, or a World; None: the default world of the task.
+        task: a Task, its class, or the name of a shipped one: "Navigate", "Disperse", "Forage" or "Measured".
+        robots: a pattern of names or types as in World.fleet(): the robots that take part. All others are
+            left to their controllers.
+        threads: number of threads that share a step, 1 to 1024.
+        render_mode: "rgb_array": render() returns a picture. "human": each action is shown in a window, in
+            real time; this needs pygame. None: no pictures.
         render_size: width and height of pictures, pixels.
         options: `opencl`, `ray_model`, `controllers`, `settings` as in World().
 
     Raises:
         WorldError: the file can't be loaded.
-        GoneError: there are no such robots, or they lack what the task needs.
-        ValueError: an argument is out of range, or an action is not finite or has another shape.
-        ResetNeeded: of gymnasium.error: step() before reset(), or after the end of an episode.
-        DependencyNotInstalled: of gymnasium.error: "human" without pygame.
+        GoneError: there are no such robots, or they lack a sensor that the task needs.
+        ValueError: an argument is out of range, or an action is not finite or has a wrong shape.
+        ResetNeeded: (gymnasium.error) step() was called before reset(), or after the end of an episode.
+        DependencyNotInstalled: (gymnasium.error) "human" without pygame.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(MODES), "render_fps": 5}
@@ -58,20 +58,20 @@ class StageEnv(gymnasium.Env[Observations, npt.NDArray[np.float32]]):
                                                    render_size)
         self.metadata = self._episodes.metadata()
         self.render_mode = render_mode
-        self.task = self._episodes.task  #: what the robots are to do
-        self.agents = self._episodes.batch.names  #: of the robots, in their order
+        self.task = self._episodes.task  #: the task of the robots
+        self.agents = self._episodes.batch.names  #: names of the robots, in the order of observations
         self.observation_space = self._episodes.observation_space(len(self.agents))
         self.action_space = self._episodes.action_space(len(self.agents))
         self._all = np.ones(1, bool)
 
     def reset(self, *, seed: int | None = None,
               options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
-        """Begins an episode: see the class. `options` are ignored."""
+        """Begins an episode and returns its first observation and an empty info. `options` is ignored."""
         super().reset(seed=seed)
         return opened(self._episodes).begin(self._all, [self.np_random]).reshape(-1), {}
 
     def step(self, action: npt.ArrayLike) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
-        """One action: observation, reward, terminated, truncated, info."""
+        """Applies an action; returns observation, reward, terminated, truncated and info."""
         episodes = opened(self._episodes)
         moment = episodes.step(action, self._all)
         info = {name: values[0] if values.shape[1] > 1 else values[0, 0].item()
@@ -82,12 +82,12 @@ class StageEnv(gymnasium.Env[Observations, npt.NDArray[np.float32]]):
                 bool(episodes.all_terminated(moment)[0]), bool(moment.worlds_truncated[0]), info)
 
     def render(self) -> Pixels | None:  # type: ignore[override]
-        """With render_mode "rgb_array" a picture as World.render() makes it; else None."""
+        """Returns a picture as World.render() does if render_mode is "rgb_array", else None."""
         episodes = opened(self._episodes)
         return episodes.renderer.picture(episodes.batch, 0) if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
-        """Gives the world back, and closes the window."""
+        """Frees the world and closes the window."""
         if self._episodes is not None:
             self._episodes.renderer.close()
         self._episodes = None

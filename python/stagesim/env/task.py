@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What a task is, and what it sees of the worlds."""
+"""The base class of tasks, and the view of the worlds that tasks get."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 
 
 class Scene:
-    """The worlds of an environment, as a task sees them: `n` worlds of `robots` robots; n is 1 if it is single.
+    """The worlds of an environment as a task sees them.
 
     Attributes:
-        batch: the worlds. To be looked at; the environment steps and resets them.
-        world: one more of the same file, as it was loaded: for models of the map, and for cast().
-        n: how many worlds.
-        robots: how many robots in each.
-        actions: how many actions each world has seen in this episode: integers, shape (n,).
-        live: which robots take part still: bools, shape (n, robots).
-        notes: arrays of the task's own, the first axis that of the worlds.
+        batch: the worlds. Tasks only read it; the environment steps and resets it.
+        world: another world of the same file, in the state after loading: for the map and for cast().
+        n: number of worlds; 1 in a single environment.
+        robots: number of robots per world.
+        actions: number of actions since the episode began: int64, shape (n,).
+        live: True for robots that still take part in the episode: shape (n, robots).
+        notes: the task's own arrays by name; their first axis is the world.
     """
 
     def __init__(self, batch: Batch, world: World) -> None:
@@ -44,35 +44,34 @@ class Scene:
 
     @property
     def pose(self) -> Floats:
-        """x, y (metres) and heading (radians): shape (n, robots, 3), live."""
+        """Poses: x, y (metres) and heading (radians), shape (n, robots, 3), live."""
         return self.batch.pose
 
     @property
     def velocity(self) -> Floats:
-        """Forwards, to the left (m/s) and turning (rad/s): shape (n, robots, 3), live."""
+        """Set speeds: forwards, to the left (m/s) and turning (rad/s), shape (n, robots, 3), live."""
         return self.batch.velocity
 
     @property
     def stalled(self) -> Bools:
-        """Blocked at the last attempt to move: shape (n, robots), live."""
+        """True if blocked at the last attempt to move: shape (n, robots), live."""
         return self.batch.stalled
 
     @property
     def ranges(self) -> Floats:
-        """Those of the first ranger, metres: shape (n, robots, samples), live."""
+        """Ranges of the first ranger, metres: shape (n, robots, samples), live."""
         return self.batch.ranges
 
     @property
     def metrics(self) -> dict[str, Floats]:
-        """What the metrics of the world file come to since the episode began: by name, shape (n,), new arrays. NaN where
-        there is no value."""
+        """The world file's metrics since the episode began, by name: new arrays of shape (n,); NaN: no value."""
         return self.batch.metrics
 
     @property
     def places(self) -> Floats:
-        """Where the first of the robots can get to from where the file puts it: x, y, shape (m, 2).
+        """Places that the first robot can reach from its pose in the file: x, y, metres, shape (m, 2).
 
-        On a grid of 0.25 m, with 0.3 m around each place free; the nearest come first.
+        They form a grid of 0.25 m, have a clearance of 0.3 m and are sorted by the length of the path.
         """
         if self._places is None:
             self._places = reachable_places(self.world, self._start)
@@ -80,19 +79,19 @@ class Scene:
 
     def scatter(self, random: np.random.Generator, count: int, gap: float = 0.7,
                 choice: Floats | None = None) -> Floats:
-        """Some of the places, by chance, no two nearer to each other than `gap` metres.
+        """Draws random places with a minimum distance from each other.
 
         Args:
-            random: the generator of the world that it is for.
-            count: how many.
-            gap: metres.
-            choice: places to choose from, shape (m, 2); None: all of `places`.
+            random: the random generator of the world.
+            count: number of places.
+            gap: min distance between two of them, metres.
+            choice: places to draw from, shape (m, 2); None: all of `places`.
 
         Returns:
-            x, y: shape (count, 2).
+            x, y, metres: shape (count, 2).
 
         Raises:
-            StageError: there is no room.
+            StageError: there is not enough space.
         """
         left = self.places if choice is None else choice
         found = np.empty((count, 2))
@@ -106,12 +105,12 @@ class Scene:
 
 @dataclass
 class Outcome:
-    """What a task says after an action.
+    """The result of an action.
 
     Attributes:
-        reward: of each robot: shape (n, robots).
-        terminated: which robots have come to their end: bools, shape (n, robots).
-        info: more about each robot, by name: numbers or bools, shape (n, robots).
+        reward: reward of each robot: shape (n, robots).
+        terminated: True for robots whose episode is terminated: shape (n, robots).
+        info: further values of each robot by name: numbers or bools, shape (n, robots).
     """
 
     reward: Floats
@@ -120,20 +119,20 @@ class Outcome:
 
 
 class Task:
-    """What robots are to do: a base class. Override `size`, `begin`, `observe` and `judge`.
+    """Base class of tasks. Override `size`, `begin`, `observe` and `judge`.
 
-    All work on arrays of all worlds at once; nothing in them may depend on the number of worlds. A task
-    keeps what it knows of an episode in `scene.notes`, so that the same object can serve several
-    environments. What it draws by chance comes from the generator that begin() is given.
+    The methods process arrays of all worlds at once; the results of a world must not depend on the number of
+    worlds. A task keeps the state of an episode in `scene.notes`, so that one object can serve several
+    environments. It draws random numbers only from the generator that begin() gets.
 
     Attributes:
-        world: the world file that is taken if none is given.
-        steps: steps of the world for each action.
-        limit: actions after which an episode is cut off (truncated).
-        top_speed: forwards, to the left (m/s) and turning (rad/s) at an action of 1. An action has a
-            number from -1 to 1 for each of these that is not 0.
-        bounds: the smallest and the largest number of an observation. Others are clipped; the first one
-            is told by a RuntimeWarning.
+        world: the default world file.
+        steps: steps of the world per action.
+        limit: max number of actions of an episode, after which it is truncated.
+        top_speed: speeds forwards, to the left (m/s) and turning (rad/s) for an action of 1. An action has a
+            number from -1 to 1 for each of them that is not 0.
+        bounds: min and max of observations. Values outside are clipped; the first one causes a
+            RuntimeWarning.
     """
 
     world: str = "arena.world"
@@ -143,34 +142,34 @@ class Task:
     bounds: tuple[float, float] = (-1.0, 1.0)
 
     def prepare(self, scene: Scene) -> None:
-        """Called once: makes arrays in `scene.notes`, and reads what doesn't change."""
+        """Called once per environment: creates arrays in `scene.notes` and reads constant data."""
 
     def size(self, scene: Scene) -> int:
-        """How many numbers a robot observes."""
+        """Returns the number of elements of a robot's observation."""
         raise NotImplementedError
 
     def begin(self, scene: Scene, index: int, random: np.random.Generator) -> npt.ArrayLike | None:
-        """An episode begins in world number `index`, which has just been reset.
+        """Begins an episode in world `index`, which has just been reset.
 
         Returns:
-            x, y, heading where the robots are put: shape (robots, 3); None: they stay where the file has
-            them. They stand still for one step then, so that sensors have measured.
+            Start poses x, y (metres) and heading (radians): shape (robots, 3); None: the poses in the file. The
+            robots then stand still for one step, in which their sensors measure.
         """
         return None
 
     def observe(self, scene: Scene) -> npt.NDArray[Any]:
-        """What each robot observes: a new array of shape (n, robots, size). NaN becomes 0."""
+        """Returns the observations as a new array of shape (n, robots, size). NaN becomes 0."""
         raise NotImplementedError
 
     def judge(self, scene: Scene) -> Outcome:
-        """What has come of the last action; called once after each. NaN becomes a reward of 0.
+        """Returns the result of the last action; called once after each. A reward of NaN becomes 0.
 
-        Rows of robots that are not live, and of worlds whose episode is over, don't count.
+        Rows of robots that are not live and of worlds whose episode is over are ignored.
         """
         raise NotImplementedError
 
     def command(self, scene: Scene, actions: Floats) -> Floats:
-        """Speeds for actions of shape (n, robots, numbers), -1 to 1: shape (n, robots, 3)."""
+        """Converts actions of -1 to 1, shape (n, robots, numbers), to speeds, shape (n, robots, 3)."""
         speeds = np.zeros((scene.n, scene.robots, 3))
         driven = np.flatnonzero(self.top_speed)
         speeds[..., driven] = actions * np.asarray(self.top_speed)[driven]
@@ -178,17 +177,17 @@ class Task:
 
 
 def seen_from(pose: Floats, point: Floats) -> tuple[Floats, Floats]:
-    """Where points are for robots.
+    """Computes distances and bearings of points, seen from robots.
 
     Args:
-        pose: x, y, heading: shape (..., 3).
-        point: x, y: shape (..., 2).
+        pose: x, y (metres) and heading (radians) of the robots: shape (..., 3).
+        point: x, y of the points, metres: shape (..., 2).
 
     Returns:
-        The distance (metres, shape (...)), and the cosine and sine of the bearing, relative to the
-        heading: shape (..., 2). A point right where the robot is lies ahead.
+        The distances (metres, shape (...)), and cosine and sine of the bearings relative to the headings:
+        shape (..., 2). A point at the robot's position counts as straight ahead.
     """
-    # New arrays, without gaps: NumPy takes the same way through all of them, and so rounds alike.
+    # Contiguous copies make NumPy use the same loops, and thus the same rounding, for any number of worlds.
     away_x, away_y = point[..., 0] - pose[..., 0], point[..., 1] - pose[..., 1]
     heading = np.array(pose[..., 2])
     cosine, sine = np.cos(heading), np.sin(heading)
@@ -202,6 +201,6 @@ def seen_from(pose: Floats, point: Floats) -> tuple[Floats, Floats]:
 
 
 def distance_to(pose: Floats, point: Floats) -> Floats:
-    """The first half of what seen_from() returns."""
+    """Computes only the distances of seen_from()."""
     away_x, away_y = point[..., 0] - pose[..., 0], point[..., 1] - pose[..., 1]
     return np.sqrt(away_x * away_x + away_y * away_y)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The tasks that come with the package."""
+"""The shipped tasks."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import numpy.typing as npt
 from ..fleet import Floats
 from .task import Outcome, Scene, Task, distance_to, seen_from
 
-STALL_PENALTY = 0.05  # for each action that ends against something
+STALL_PENALTY = 0.05  # per action after which the robot is stalled
 
 
 def _senses(scene: Scene, reach: float, top_speed: tuple[float, float, float]) -> list[Floats]:
-    """Speeds and ranges, -1 to 1 and 0 to 1; what a ranger has not measured counts as free."""
+    """Observed speeds (-1 to 1) and ranges (0 to 1); a sample without a reading counts as free (1)."""
     speeds = np.stack([scene.velocity[..., 0] / (top_speed[0] or 1),
                        scene.velocity[..., 2] / (top_speed[2] or 1)], -1)
     ranges = scene.ranges / reach
@@ -24,7 +24,7 @@ def _senses(scene: Scene, reach: float, top_speed: tuple[float, float, float]) -
 
 
 def _towards(scene: Scene, points: Floats, far: float) -> list[Floats]:
-    """What is observed of points: how far they are (0 to 1), cosine and sine of their bearing."""
+    """Observed points: distance in units of `far` (0 to 1), cosine and sine of the bearing."""
     distance, bearing = seen_from(scene.pose, points)
     return [np.minimum(distance / far, 1)[..., None], bearing]
 
@@ -35,17 +35,17 @@ def _with_headings(places: Floats, random: np.random.Generator) -> Floats:
 
 @dataclass
 class Navigate(Task):
-    """Each robot drives to a goal of its own. It comes to its end there.
+    """Each robot drives to a goal of its own, where its episode is terminated.
 
-    Start and goal are places by chance that a way leads to. Reward: metres that it came nearer, 1 at the
-    goal, -0.05 for an action that ends against something. Observed: distance to the goal in units of `far`
-    (0 to 1), cosine and sine of its bearing, speed forwards and of turning in units of `top_speed`, ranges
-    in units of `reach`. Info: `distance` (metres), `is_success`.
+    Starts and goals are random reachable places. Reward: progress towards the goal in metres, 1 at the goal,
+    -0.05 for an action that ends stalled. Observation: distance to the goal in units of `far` (0 to 1),
+    cosine and sine of its bearing, speeds forwards and turning in units of `top_speed`, ranges in units of
+    `reach`. Info: `distance` (metres), `is_success`.
 
     Args:
-        goal_radius: how near it has to come, metres.
-        far: metres: distances beyond it look alike.
-        reach: metres: ranges beyond it look alike.
+        goal_radius: distance at which a goal is reached, metres.
+        far: distances are clipped to this, metres.
+        reach: ranges are clipped to this, metres.
         steps, limit, top_speed: see Task.
     """
 
@@ -85,16 +85,16 @@ class Navigate(Task):
 
 @dataclass
 class Disperse(Task):
-    """Robots that begin in a cluster get away from each other, until each is alone within `spread` metres.
+    """Robots start in a cluster and disperse until no two are within `spread` metres of each other.
 
-    Reward: metres that the nearest other one is further off than before, up to `spread`; 1 for all when all
-    are alone, which is the end; -0.05 for an action that ends against something. Observed: distance to the
-    nearest other robot in units of `spread` (0 to 1), cosine and sine of its bearing, speeds, ranges, as in
-    Navigate. Info: `nearest` (metres, `spread` at most), `is_success`.
+    Reward: increase of the distance to the nearest other robot, which counts up to `spread`, in metres; 1 for
+    each robot when all are dispersed, which terminates the episode; -0.05 for an action that ends stalled.
+    Observation: distance to the nearest other robot in units of `spread` (0 to 1), cosine and sine of its
+    bearing, speeds and ranges as in Navigate. Info: `nearest` (metres, max `spread`), `is_success`.
 
     Args:
-        spread: metres.
-        reach: metres: ranges beyond it look alike.
+        spread: the distance to be reached, metres.
+        reach: ranges are clipped to this, metres.
         steps, limit, top_speed: see Task.
     """
 
@@ -136,8 +136,7 @@ class Disperse(Task):
 
 
 def _nearest(pose: Floats) -> tuple[Floats, npt.NDArray[np.intp]]:
-    """How far the nearest other robot is, and which it is: shape (n, robots) each. Robots that are gone are
-    far away."""
+    """Distance and index of the nearest other robot: shape (n, robots) each. A deleted robot is infinitely far."""
     away = pose[:, :, None, :2] - pose[:, None, :, :2]
     squares = away[..., 0] * away[..., 0] + away[..., 1] * away[..., 1]
     squares[np.isnan(squares)] = np.inf
@@ -148,16 +147,16 @@ def _nearest(pose: Floats) -> tuple[Floats, npt.NDArray[np.intp]]:
 
 @dataclass
 class Forage(Task):
-    """Robots fetch things at the model "source" of the world and bring them to the model "sink".
+    """Robots fetch items at the model "source" of the world and bring them to the model "sink".
 
-    A robot gets one, without end, when it comes within `zone_radius` of the source without one, and leaves
-    it when it comes as near to the sink. Reward: 1 for each it gets and each it brings, 0.1 for a metre
-    nearer to where it has to go next, -0.05 for an action that ends against something. Observed: whether it
-    carries one (1 or -1), distance to where it has to go next in units of `far` (0 to 1), cosine and sine of
-    its bearing, speeds, ranges, as in Navigate. Info: `brought`, in this episode. It never ends by itself.
+    An empty robot within `zone_radius` of the source picks up an item; the supply is unlimited. Within the same
+    distance of the sink it drops the item. Reward: 1 for each item picked up or delivered, 0.1 per metre of
+    progress towards the next zone, -0.05 for an action that ends stalled. Observation: 1 with an item or -1
+    without, distance to the next zone in units of `far` (0 to 1), cosine and sine of its bearing, speeds and
+    ranges as in Navigate. Info: `brought`, the items delivered in this episode. It never terminates.
 
     Args:
-        zone_radius: metres.
+        zone_radius: radius of both zones, metres.
         far, reach: see Navigate.
         steps, limit, top_speed: see Task.
     """
@@ -188,7 +187,7 @@ class Forage(Task):
         return starts
 
     def _next_zone(self, scene: Scene) -> Floats:
-        """Where each robot has to go next: shape (n, robots, 2)."""
+        """Position of each robot's next zone, metres: shape (n, robots, 2)."""
         return np.take_along_axis(scene.notes["zones"], scene.notes["carries"][..., None], 1)
 
     def observe(self, scene: Scene) -> Floats:
@@ -209,19 +208,19 @@ class Forage(Task):
 
 @dataclass
 class Measured(Task):
-    """Robots together get what the metrics of the world file gain: rewards, and the end, that are worked out in C++.
+    """A team task whose rewards and end are metrics of the world file, computed in C++.
 
-    Those that come with Stage will do (`docs/properties.md`), such as the area that was swept, and those that a
-    plug-in of your own registers. The shipped world has a room to be swept. Robots begin at places by chance.
-    Reward of each robot: the sum over `reward` of the weight times what the metric of that name has grown by in the
-    action; no value counts as 0. All come to their end when the metric `end` has a value of at least `end_at`.
-    Observed: speeds, ranges, as in Navigate. Info: each metric of `reward`, by name.
+    The metrics may be built-in ones (`docs/properties.md`), such as the area swept, or come from your own
+    plug-in. In the default world, robots sweep a room. They start at random places. Reward of each robot: the
+    sum over `reward` of the weight times the growth of that metric during the action; a missing value counts
+    as 0. All robots are terminated when the metric `end` is at least `end_at`. Observation: speeds and ranges
+    as in Navigate. Info: each metric of `reward`, by name.
 
     Args:
-        reward: weights of metrics, by name.
-        end: the name of a metric; None: it never ends by itself.
-        end_at: what it has to come to.
-        reach: metres: ranges beyond it look alike.
+        reward: weights by name of the metric.
+        end: name of the metric that terminates the episode; None: it never terminates.
+        end_at: value of the metric `end` at which the episode is terminated.
+        reach: ranges are clipped to this, metres.
         steps, limit, top_speed: see Task.
     """
 
@@ -249,7 +248,7 @@ class Measured(Task):
         return _with_headings(scene.scatter(random, scene.robots), random)
 
     def _measured(self, known: Mapping[str, Floats]) -> Floats:
-        """What the metrics of the reward come to: shape (n, metrics)."""
+        """Values of the metrics in `reward`, 0 where there is none: shape (n, metrics)."""
         return np.nan_to_num(np.stack([known[name] for name in self.reward], -1), posinf=0, neginf=0)
 
     def observe(self, scene: Scene) -> Floats:
@@ -266,6 +265,6 @@ class Measured(Task):
         return Outcome(gained[:, None] * robots, ended[:, None] & (robots > 0), info)
 
 
-#: By the names that gymnasium.make() knows.
+#: The shipped tasks by the names that gymnasium.make() knows.
 TASKS: dict[str, type[Task]] = {"Navigate": Navigate, "Disperse": Disperse, "Forage": Forage,
                                "Measured": Measured}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Many worlds as a vector environment of Gymnasium."""
+"""The Gymnasium vector environment of many worlds."""
 
 from __future__ import annotations
 
@@ -24,64 +24,65 @@ Step = tuple[Observations, Floats, Bools, Bools, dict[str, Any]]
 
 
 class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArray[Any]]):
-    """Many worlds as a vector environment of Gymnasium: one Batch, so that threads step them.
+    """A Gymnasium vector environment of many worlds, which are one Batch stepped by several threads.
 
-    Each of the `num_envs` worlds is to the last bit what a StageEnv is: observations have the shape
-    (num_envs, robots * size), actions (num_envs, robots * numbers), rewards (float64), terminations and
-    truncations (num_envs,). All that is returned is copied.
+    Each world is bit-equal to a StageEnv. Observations have the shape (num_envs, robots * size), actions
+    (num_envs, robots * numbers), rewards (float64), terminations and truncations (num_envs,). All returned
+    arrays are copies.
 
-    Seeds: `reset(seed=s)` gives world i the seed s + i; a list has one for each, None to go on.
-    `reset(options={"reset_mask": mask})` begins anew in some worlds only; others observe what they did.
+    Seeds: `reset(seed=s)` gives world i the seed s + i. A list has a seed per world, or None to continue its
+    random sequence. `reset(options={"reset_mask": mask})` resets only the worlds in the mask; the others
+    return their last observations.
 
-    Autoreset, as `gymnasium.vector.SyncVectorEnv` does it: with NEXT_STEP, the step after the end of an
-    episode begins another one, whatever the action; with SAME_STEP the same step does, and its last
-    observation and info are `infos["final_obs"]` and `infos["final_info"]`; with DISABLED, you do.
+    Autoreset works as in `gymnasium.vector.SyncVectorEnv`. NEXT_STEP: the step after the end of an episode
+    ignores the action and begins a new episode. SAME_STEP: the last step itself does, and puts its final
+    observation and info into `infos["final_obs"]` and `infos["final_info"]`. DISABLED: call reset() yourself.
 
     Args:
-        num_envs: how many worlds, 1 or more.
+        num_envs: number of worlds, 1 or more.
         world, task, robots, options: as in StageEnv().
-        threads: that work on them, each on other worlds; None: one for each processor that the process
-            may use.
+        threads: number of threads that the worlds are distributed over, 1 to 1024; None: one per available
+            processor.
         render_mode, render_size: as in StageEnv(); a window shows the first world.
-        autoreset_mode: an AutoresetMode, or its value: "NextStep", "SameStep", "Disabled".
+        autoreset_mode: an AutoresetMode, or its value: "NextStep", "SameStep" or "Disabled".
 
-    Raises what StageEnv() does; TypeError and ValueError for a reset_mask that is none.
+    Raises the errors of StageEnv(), and TypeError or ValueError for an invalid reset_mask.
     """
 
     def __init__(self, num_envs: int = 1, world: str | os.PathLike[str] | World | None = None,
                  task: AnyTask = "Navigate", *, robots: str | None = None, threads: int | None = None,
                  autoreset_mode: AutoresetMode | str = "NextStep", render_mode: str | None = None,
                  render_size: tuple[int, int] = (640, 480), **options: Any) -> None:
-        self.autoreset_mode = AutoresetMode(autoreset_mode)  #: which of the three
+        self.autoreset_mode = AutoresetMode(autoreset_mode)  #: how episodes are reset
         self._episodes: Episodes | None = Episodes(world, task, num_envs, robots, threads, options, render_mode,
                                                    render_size)
         self.metadata = {**self._episodes.metadata(), "autoreset_mode": self.autoreset_mode}
         self.render_mode = render_mode
         self.num_envs = self._episodes.batch.n
         num_envs = self.num_envs
-        self.task = self._episodes.task  #: what the robots are to do
-        self.agents = self._episodes.batch.names  #: of the robots of each world, in their order
+        self.task = self._episodes.task  #: the task of the robots
+        self.agents = self._episodes.batch.names  #: names of each world's robots, in the order of observations
         self.single_observation_space = self._episodes.observation_space(len(self.agents))
         self.single_action_space = self._episodes.action_space(len(self.agents))
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._randoms = [np_random() for _ in range(num_envs)]
         self._last = np.zeros((num_envs, len(self.agents) * self._episodes.size), np.float32)
-        self._over = np.zeros(num_envs, bool)  # the next step begins an episode there
+        self._over = np.zeros(num_envs, bool)  # worlds whose episode is over
 
     @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
-        """Of each world."""
+        """The random generator of each world."""
         return tuple(random for random, _ in self._randoms)
 
     @property
     def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
-        """What each world was seeded with last."""
+        """The last seed of each world."""
         return tuple(seed for _, seed in self._randoms)
 
     def reset(self, *, seed: int | Iterable[int | None] | None = None,
               options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
-        """Begins episodes: see the class."""
+        """Begins episodes: see the class. Returns the observations and an empty info."""
         which = self._mask((options or {}).get("reset_mask"))
         for i, number in enumerate(self._seeds(seed)):
             if which[i] and number is not None:
@@ -91,7 +92,7 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         return self._last.copy(), {}
 
     def step(self, actions: npt.ArrayLike) -> Step:
-        """One action in each world: observations, rewards, terminations, truncations, infos."""
+        """Applies an action in each world; returns observations, rewards, terminations, truncations, infos."""
         if self.autoreset_mode is AutoresetMode.DISABLED and self._over.any():
             raise ResetNeeded(f"the episodes {np.flatnonzero(self._over).tolist()} are over: call reset()")
         episodes, going, waiting = opened(self._episodes), ~self._over, self._over
@@ -109,14 +110,14 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         return self._last.copy(), moment.rewards.sum(1), terminations, truncations, infos
 
     def render(self) -> tuple[Pixels, ...] | None:  # type: ignore[override]
-        """With render_mode "rgb_array" a picture of each world; else None."""
+        """Returns a picture of each world if render_mode is "rgb_array", else None."""
         episodes = opened(self._episodes)
         if self.render_mode != "rgb_array":
             return None
         return tuple(episodes.renderer.picture(episodes.batch, i) for i in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Gives the worlds back, and closes the window."""
+        """Frees the worlds and closes the window."""
         if self._episodes is not None:
             self._episodes.renderer.close()
         self._episodes = None
@@ -126,7 +127,7 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         self._last[which] = seen[which]
 
     def _infos(self, moment: Moment, which: Bools) -> dict[str, Any]:
-        """What these worlds have to say, and for each key who has: as SyncVectorEnv puts it."""
+        """The infos of these worlds, and masks "_key" of worlds with a value, in the format of SyncVectorEnv."""
         infos: dict[str, Any] = {}
         if not which.any():
             return infos
@@ -140,7 +141,7 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         return infos
 
     def _final_infos(self, moment: Moment) -> dict[str, Any]:
-        """The infos of a step that begins other episodes where one is over."""
+        """The infos of a step after which finished episodes are reset at once (SAME_STEP)."""
         over = self._over
         infos = self._infos(moment, ~over)
         final = np.full(self.num_envs, None, object)
