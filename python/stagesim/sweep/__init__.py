@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Sweeps: a world with many settings and seeds, on one machine or by the workers of an executor.
+"""Sweeps: runs of a world with many settings and seeds, on this machine or on the workers of an executor.
 
-`run()` does an experiment and gives its `Results`. The runs themselves are done by the program `stage sweep`;
-what is finished is in a folder, so that whatever is killed goes on with the same call.
+`run()` does an experiment and returns its `Results`. The program `stage sweep` does the runs and stores each
+finished one in a folder, so that a sweep that was killed continues with the same call.
 """
 
 from __future__ import annotations
@@ -26,25 +26,25 @@ def run(experiment: Experiment, executor: Any = None, *, out: str | os.PathLike[
         chunk: int | None = None, retry_failed: bool = False, progress: bool | Progress = False) -> Results:
     """Does all runs of an experiment that are not finished yet.
 
-    Called again with the same experiment and folder, it goes on where it was, wherever it was killed. Runs
-    that fail three times have a record that says so, see `Results.failed`; they raise nothing.
+    A call with the same experiment and folder continues a sweep that was interrupted. A run that fails three
+    times raises no error; it has a record, see `Results.failed`.
 
     Args:
-        experiment: what is to be tried.
-        executor: whose workers do it: anything with the submit() of concurrent.futures, or a function that
-            makes one, which is called again when a killed worker has broken the first. All workers need this
-            package and the same folder. None: processes of this machine.
-        out: the folder of the sweep; it is made.
-        jobs: how many runs at a time; None: one for each processor that the process may use. With an executor: how
-            many workers it has.
-        chunk: with an executor, how many runs a task has; None: a quarter of each worker's share, 1000 at most.
-        retry_failed: runs that have failed are tried again.
-        progress: whether it is shown; with an executor, also a function of how many runs are finished and
-            how many there are.
+        experiment: the experiment.
+        executor: an object with the submit() of concurrent.futures, or a function that makes one, which is
+            called again if a killed worker breaks the executor. All workers need this package and access to
+            the same folder. None: processes on this machine.
+        out: the folder of the sweep; it is created.
+        jobs: number of simultaneous runs; with an executor, its number of workers. None: one per available
+            processor.
+        chunk: with an executor, runs per task; None: a quarter of the mean runs per worker, at most 1000.
+        retry_failed: True: try failed runs again.
+        progress: True: show the progress; with an executor, also a function of the numbers of finished and of
+            all runs.
 
     Raises:
-        SweepError: the experiment can't be begun, the folder has another one's runs, or runs are still
-            missing and nobody gets on with them.
+        SweepError: the experiment is invalid, the folder holds another experiment or something else, or runs
+            are still missing after several attempts.
     """
     check_place(Path(out))
     folder = Path(out).resolve()

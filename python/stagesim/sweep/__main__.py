@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""`python -m stagesim.sweep merge|report`: what `stage merge` and `stage report` call."""
+"""The command line `python -m stagesim.sweep merge|report`, called by `stage merge` and `stage report`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .merge import merge
 
 
 def arguments() -> argparse.ArgumentParser:
-    """What the command line may say."""
+    """The parser of the command line."""
     parser = argparse.ArgumentParser(prog="python -m stagesim.sweep", allow_abbrev=False,
                                      description="Merges the runs of a sweep into one file, or makes a report.")
     commands = parser.add_subparsers(dest="command", required=True, metavar="merge|report")
@@ -30,7 +30,7 @@ def arguments() -> argparse.ArgumentParser:
 
 
 def main() -> int:
-    """The exit status."""
+    """Runs the command; returns the exit status."""
     options = arguments().parse_args()
     try:
         if options.command == "merge":

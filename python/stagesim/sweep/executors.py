@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Sweeps by the workers of an executor: Dask's, MPI's, or processes of this machine.
+"""Sweeps on the workers of an executor, such as Dask, MPI or processes on this machine.
 
-A task is a range of runs, which a subprocess of the worker does. Whatever becomes of it, what counts is
-which records there are in the folder. Executors differ in what they do when a worker is killed: some lose
-all that was pending, some repeat what was finished, some are of no use afterwards.
+A task is a range of runs, which a subprocess of the worker does. The result of a task is ignored: only the
+records in the folder count. This is because executors differ when a worker is killed: some lose all pending
+tasks, some repeat finished ones, and some cannot be used afterwards.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from . import program
 from .plan import Plan, SweepError, missing
 from .progress import Progress
 
-#: Rounds through what is left that may come to nothing.
+#: Max number of successive rounds without a finished run.
 MOST_IDLE_ROUNDS = 3
-PAUSE = 0.25  # seconds, after the first of them; longer after others
+PAUSE = 0.25  # seconds after the first idle round; n times as long after the n-th
 LARGEST_CHUNK = 1000
 TASKS_PER_JOB = 4
 
 
 class BadUsage(SweepError):
-    """The program doesn't take its words, and won't in another try."""
+    """The program refuses its arguments, so another attempt is useless."""
 
 
 def run_chunk(job: program.Job, first: int, last: int) -> str:
-    """The task of a worker: the runs from `first` to before `last` that have no record yet.
+    """The task of a worker: does the runs in [first, last) that have no record yet.
 
     Returns:
-        What the program said last; of interest only if there are still some that have none.
+        The last line that the program wrote, which explains why runs are still missing.
     """
     status, said = job.resume([f"--only={first}:{last}", "--jobs=1", "--no-progress"])
     if status == program.BAD_USAGE:
@@ -42,25 +42,25 @@ def run_chunk(job: program.Job, first: int, last: int) -> str:
 
 
 def shortened(indices: Sequence[int]) -> str:
-    """The first few of the numbers, for a message."""
+    """Formats the first few numbers for a message."""
     shown = ", ".join(map(str, indices[:5]))
     return shown if len(indices) <= 5 else f"{shown}, ..."
 
 
 class Round:
-    """Submits tasks, a few at a time, and forgets each when it is done."""
+    """Submits the tasks of one pass over the missing runs, with at most `most` pending at a time."""
 
     def __init__(self, executor: Any, job: program.Job, most: int) -> None:
         self._executor = executor
         self._job = job
         self._most = most
         self._done: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._pending: dict[Any, int] = {}  # how many runs each has
-        self.said = ""  #: by the last task
-        self.broken = False  #: the executor takes nothing any more
+        self._pending: dict[Any, int] = {}  # number of runs by future
+        self.said = ""  #: the last message of a task
+        self.broken = False  #: the executor accepts no more tasks
 
     def run(self, parts: Sequence[Sequence[int]], after_each: Callable[[int], None]) -> None:
-        """A task for each part of the runs, as long as the executor takes any; tells how many runs each had."""
+        """Submits a task per part until the executor breaks; calls after_each(runs) after each finished task."""
         try:
             for part in parts:
                 if self.broken or not self._submit(part):
@@ -76,7 +76,7 @@ class Round:
     def _submit(self, part: Sequence[int]) -> bool:
         try:
             future = self._executor.submit(run_chunk, self._job, part[0], part[-1] + 1)
-        except (BrokenExecutor, RuntimeError) as error:  # the latter: it was shut down
+        except (BrokenExecutor, RuntimeError) as error:  # RuntimeError: the executor was shut down
             self.broken, self.said = True, str(error)
             return False
         self._pending[future] = len(part)
@@ -84,7 +84,7 @@ class Round:
         return True
 
     def _collect(self) -> int:
-        """Waits for a task; returns how many runs it had."""
+        """Waits for a task; returns its number of runs."""
         future = self._done.get()
         runs = self._pending.pop(future)
         error = None if future.cancelled() else future.exception()
@@ -100,31 +100,31 @@ class Round:
 
 
 class Count:
-    """How many runs are finished, told after each task."""
+    """Counts the finished runs and reports the progress after each task."""
 
     def __init__(self, done: int, total: int, progress: Progress) -> None:
         self._done, self._total, self._progress = done, total, progress
         progress(done, total)
 
     def add(self, runs: int) -> None:
-        """So many more."""
+        """Adds finished runs and reports the progress."""
         self._done += runs
         self._progress(self._done, self._total)
 
 
 def run_with(executor: Any, job: program.Job, plan: Plan, jobs: int | None, chunk: int | None,
              progress: Progress) -> None:
-    """Lets the executor's workers do what the sweep lacks.
+    """Does the missing runs of a sweep on the workers of an executor.
 
     Args:
-        executor: has submit(), whose futures have those of concurrent.futures; or a function that makes one,
-            and then makes another one when the first is broken.
-        jobs: how many workers there are; None: as many as this machine has processors. Twice as many tasks
-            are pending at a time.
-        chunk: runs of a task; None: a quarter of each worker's share, 1000 at most.
+        executor: an object whose submit() returns futures as concurrent.futures does, or a function that makes
+            one and is called again after it broke.
+        jobs: number of workers; None: number of available processors. Up to twice as many tasks are pending.
+        chunk: runs per task; None: a quarter of the mean runs per worker, at most 1000.
 
     Raises:
-        SweepError: some runs are still missing, and nobody gets on with them.
+        SweepError: runs are still missing after MOST_IDLE_ROUNDS rounds without a finished run, or the
+            executor broke.
     """
     makes = None if hasattr(executor, "submit") else executor
     jobs = jobs or _core.count_processors()
@@ -141,7 +141,7 @@ def run_with(executor: Any, job: program.Job, plan: Plan, jobs: int | None, chun
                 current.shutdown(wait=not work.broken)
         before, left = len(left), missing(job.folder, plan)
         idle = idle + 1 if len(left) == before else 0
-        time.sleep(PAUSE * idle)  # what a killed worker has started may not have noticed yet
+        time.sleep(PAUSE * idle)  # gives processes of killed workers time to end
         if left and (idle == MOST_IDLE_ROUNDS or (work.broken and not makes)):
             raise SweepError(
                 f"{job.folder}: {len(left)} of {plan.count} runs are missing: {shortened(left)}; the last that was "

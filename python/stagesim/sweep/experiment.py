@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What is to be tried."""
+"""The description of an experiment."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from .. import _paths
 from ..world import setting_text
 from .plan import SweepError
 
-#: How many, a range, or the first one and the one after the last.
+#: Runs of each set of values: their number, a range, or (first, last) where `last` is excluded.
 Runs = Union[int, range, "tuple[int, int]"]
-#: Options of `stage sweep` that are no part of a sweep's plan.
+#: Options of `stage sweep` that say how runs are done; they are not part of a sweep's plan.
 EFFORT = {"fresh", "limit-mb", "limit-seconds", "tries"}
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A world file, settings of it that are varied, and seeds: each set of values with each seed is a run.
+    """A world file, values of its settings, and seeds: each combination of values with each seed is a run.
 
     Attributes:
-        world: the world file; a plain name as in World().
-        set: for each setting, as in World(), the values that it takes: a list or the like for several, or
-            just one. A value may be a number, a text, or a tuple as in world files.
-        runs: of each set of values: how many, or which: range(100, 200), or (100, 200).
-        seed: of the experiment. Each run gets a seed of its own, made from this one, its values and its number.
-        common_seeds: runs of the same number get the same seed, whatever the values: for comparisons in pairs.
-        duration: simulated seconds of a run; None: as long as the world file says.
-        metrics: what else is measured, in Python: "module:name" of a function that gets the World at the end
-            of a run and returns a dict of numbers; or of a class that is made with the World before the
-            first step, whose step() is called after each step, and whose result() returns the dict. Whoever
-            runs it has to be able to import the module.
-        options: of `stage sweep` by their names, such as {"ray-model": "exact", "limit-seconds": 60}. True: an
+        world: path of the world file, or the name of a shipped world, as in World().
+        set: for each setting, as in World(), one value or a list of values. A value is a number, a string, or a
+            tuple as in world files.
+        runs: runs of each set of values: their number, or range(100, 200), or (100, 200).
+        seed: seed of the experiment. The seed of a run is derived from it, the run's values and its number.
+        common_seeds: True: derive it without the values, so that sets can be compared in pairs.
+        duration: simulated seconds of a run; None: the quit time of the world file.
+        metrics: additional metrics in Python, as "module:name". A function gets the World at the end of a run
+            and returns a dict of numbers. A class is instantiated with the World before the first step, its
+            step() is called after each step, and its result() returns the dict. All workers must be able to
+            import the module.
+        options: options of `stage sweep` by name, such as {"ray-model": "exact", "limit-seconds": 60}; True: an
             option without a value.
     """
 
@@ -51,10 +51,10 @@ class Experiment:
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def arguments(self) -> list[str]:
-        """Those of `stage sweep` that say the same, all but where the results go.
+        """The arguments of `stage sweep` for this experiment, without the output folder.
 
         Raises:
-            ValueError: there is no such run, or no value.
+            ValueError: there are no runs, or a setting has no values or one with a comma.
         """
         first, last = bounds_of(self.runs)
         words = [_paths.resolve(self.world), f"--runs={first}:{last}", f"--seed={self.seed}"]
@@ -70,12 +70,12 @@ class Experiment:
         return words + option_words(self.options, lambda name: name not in EFFORT)
 
     def effort(self) -> list[str]:
-        """Of its options those that say how runs are done, not which."""
+        """The options in EFFORT, which say how runs are done but not which."""
         return option_words(self.options, lambda name: name in EFFORT)
 
 
 def bounds_of(runs: Runs) -> tuple[int, int]:
-    """The first run, and the one after the last; ValueError if there is none."""
+    """The runs as (first, last) with `last` excluded. Raises ValueError if there are none."""
     if isinstance(runs, range):
         first, last = runs.start, runs.stop
         if runs.step != 1:
@@ -88,14 +88,14 @@ def bounds_of(runs: Runs) -> tuple[int, int]:
 
 
 def values_of(values: Any) -> list[Any]:
-    """Of an axis: those in a list or the like, or the only one."""
+    """The values of a setting as a list."""
     if isinstance(values, (list, tuple, range, np.ndarray)):
         return list(values)
     return [values]
 
 
 def option_words(options: Mapping[str, Any], wanted: Callable[[str], bool]) -> list[str]:
-    """Options of a program as words of a command line; None and False leave one out."""
+    """Formats options as arguments of a command line; None and False omit an option."""
     words = []
     for name, value in options.items():
         if not wanted(name):

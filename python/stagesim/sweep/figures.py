@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The pictures of a report of a sweep."""
+"""The pictures of a sweep's report."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ ADVICE = 'pip install "stagesim[report]" installs it'
 LINES = [(plots.BLUE, "o", "-"), (plots.RED, "s", "--"), (plots.GREEN, "^", "-."), (plots.PURPLE, "D", ":"),
          (plots.ORANGE, "v", "-"), (plots.SKY, "P", "--"), (plots.BLACK, "X", "-.")]
 MOST_PANELS = 6
-LOGS_EACH = 20  # that a picture of places is made from
+LOGS_EACH = 20  # max logs per panel of the picture of places
 CELLS_ACROSS = 60
-APART = 0.012  # between lines, of the width of a panel
-MOST_LABELLED = 100  # cells of a heat map with their numbers in them
-LOGARITHMIC = 20.0  # the greatest value, in least ones, from which on an axis is logarithmic
+APART = 0.012  # offset between lines, as a fraction of the panel's width
+MOST_LABELLED = 100  # max cells of a heat map with numbers in them
+LOGARITHMIC = 20.0  # min ratio of max to min value for a logarithmic axis
 
 
 @dataclass(frozen=True)
 class Picture:
-    """One that was drawn: its file, and what it shows."""
+    """A picture file and its caption."""
 
     file: Path
     caption: str
@@ -42,15 +42,15 @@ class Picture:
 
 
 def some(count: int, most: int) -> list[int]:
-    """Of 0 to count - 1, at most so many, spread evenly, both ends among them."""
+    """Up to `most` evenly spread indices in [0, count), including both ends."""
     return sorted({round(at) for at in np.linspace(0, count - 1, min(count, most))})
 
 
 def draw_all(study: Study, folder: Path) -> list[Picture]:
-    """All pictures of a study, in this folder.
+    """Draws all pictures of a study into a folder.
 
     Raises:
-        PlotsMissing: matplotlib is not there.
+        PlotsMissing: matplotlib is not installed.
     """
     pyplot = plots.load_pyplot(STYLE, ADVICE)
     made = []
@@ -64,10 +64,10 @@ def draw_all(study: Study, folder: Path) -> list[Picture]:
 
 
 def draw_traces(study: Study, logs: Mapping[int, Path], folder: Path) -> Picture | None:
-    """Where robots have been, from the logs of runs: a panel for each value of the first axis, or for all runs.
+    """Draws where robots spent their time: a panel for each value of the first axis, or one for all runs.
 
-    A cell has the share of the robots' time that was spent there. The first logs of each panel count, LOGS_EACH
-    of them at most. None if nothing has moved in them.
+    A cell shows its percentage of the robots' time. Each panel uses the first LOGS_EACH logs of its runs. Returns
+    None if nothing has moved in them.
     """
     pyplot = plots.load_pyplot(STYLE, ADVICE)
     over = study.axes[0] if study.axes else None
@@ -93,14 +93,14 @@ def draw_traces(study: Study, logs: Mapping[int, Path], folder: Path) -> Picture
 
 
 def places_of(study: Study, common: Sequence[tuple[Axis, int]], logs: Mapping[int, Path]) -> Any:
-    """Of robots that had moved, at all moments of some logs: x, y in metres, shape (n, 2)."""
+    """Positions of moving robots at all moments of the first LOGS_EACH logs: x, y in metres, shape (n, 2)."""
     runs = [int(index) for index in study.index[study.at(common)] if int(index) in logs][:LOGS_EACH]
     read = [np.frombuffer(_core.places_in_log(str(logs[index]))).reshape(-1, 2) for index in runs]
     return np.concatenate([np.empty((0, 2)), *read])
 
 
 def shares_of_time(places: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-    """The edges of square cells that have all of the places, along x and y; and for each group per cent in cells."""
+    """The cell edges of a square grid over all places, along x and y, and the percentages of each group in it."""
     together = np.concatenate(places)
     low, high = together.min(0), together.max(0)
     side = max(high - low) / CELLS_ACROSS or 1.0
@@ -110,12 +110,12 @@ def shares_of_time(places: Sequence[Any]) -> tuple[list[Any], list[Any]]:
 
 
 def file_name(*parts: str) -> str:
-    """Of a picture."""
+    """Makes a file name from parts, with underscores for special characters."""
     return "-".join(re.sub(r"[^A-Za-z0-9_.]+", "_", part) for part in parts) + ".png"
 
 
 class Panels:
-    """Small multiples: one panel for each value of an axis, or a single one."""
+    """Small multiples: a panel for each value of an axis, or a single panel."""
 
     def __init__(self, pyplot: Any, over: Axis | None, size: tuple[float, float]) -> None:
         self.over = over
@@ -130,7 +130,7 @@ class Panels:
             unused.set_visible(False)
 
     def each(self) -> list[tuple[Any, list[tuple[Axis, int]]]]:
-        """Each panel with what its runs have in common; it has got its title."""
+        """Sets the titles; returns each panel with the value that selects its runs."""
         found = []
         for panel, code in zip(self.axes, self.codes):
             if self.over:
@@ -144,7 +144,7 @@ class Panels:
 
 
 def positions(axis: Axis) -> tuple[list[float], bool]:
-    """Where the values of an axis stand, and whether on a logarithmic scale; texts stand side by side."""
+    """Positions of an axis's values, and whether its scale is logarithmic; strings are evenly spaced."""
     if not axis.numeric:
         return list(range(len(axis.values))), False
     values = [float(value) for value in axis.values]
@@ -152,7 +152,7 @@ def positions(axis: Axis) -> tuple[list[float], bool]:
 
 
 def moved(axis: Axis, aside: float) -> list[float]:
-    """Where its values stand, to the right by such a share of the whole."""
+    """Positions of an axis's values, moved right by the fraction `aside` of the panel's width."""
     places, logarithmic = positions(axis)
     if logarithmic:
         return [place * (max(places) / min(places)) ** aside for place in places]
@@ -160,7 +160,7 @@ def moved(axis: Axis, aside: float) -> list[float]:
 
 
 def set_values(panel: Any, axis: Axis) -> None:
-    """Ticks where there are values, as far as there is room."""
+    """Sets ticks at up to 8 of the axis's values."""
     from matplotlib import ticker  # pylint: disable=import-outside-toplevel
 
     places, logarithmic = positions(axis)
@@ -175,7 +175,7 @@ def set_values(panel: Any, axis: Axis) -> None:
 
 
 def draw_curves(pyplot: Any, study: Study, metric: Metric, axis: Axis, folder: Path) -> Picture:
-    """The metric over the axis: a line for each value of a second axis, a panel for each of a third."""
+    """Draws a metric over an axis: a line for each value of a second axis, a panel for each of a third."""
     others = [other for other in study.axes if other is not axis]
     lines, over = (others + [None, None])[:2]
     panels = Panels(pyplot, over, (6.4, 4.0))
@@ -202,7 +202,7 @@ def draw_curves(pyplot: Any, study: Study, metric: Metric, axis: Axis, folder: P
 
 
 def each_of(thing: str, axis: Axis | None, most: int) -> str:
-    """Of a caption."""
+    """The phrase of a caption for the lines or panels, or an empty string without an axis."""
     if axis is None:
         return ""
     return f", a {thing} for {'each' if len(axis.values) <= most else f'{most} values of'} {axis.name}"
@@ -210,7 +210,7 @@ def each_of(thing: str, axis: Axis | None, most: int) -> str:
 
 def draw_line(panel: Any, study: Study, metric: Metric, axis: Axis, chosen: Sequence[tuple[Axis, int]],
               look: tuple[str, str, str], label: str | None, aside: float) -> None:
-    """Means and intervals of one line, moved aside, so that intervals don't hide each other."""
+    """Draws the means and intervals of one line, moved by `aside`, so that intervals don't hide each other."""
     places = moved(axis, aside)
     means = [study.mean(metric, study.at([*chosen, (axis, code)])) for code in range(len(places))]
     colour, marker, dashes = look
@@ -223,7 +223,7 @@ def draw_line(panel: Any, study: Study, metric: Metric, axis: Axis, chosen: Sequ
 
 
 def draw_heat_map(pyplot: Any, study: Study, metric: Metric, x: Axis, y: Axis, folder: Path) -> Picture:
-    """The metric's mean over two axes: a panel for each value of a third."""
+    """Draws a metric's mean over two axes: a panel for each value of a third."""
     others = [other for other in study.axes if other is not x and other is not y]
     over = others[0] if others else None
     panels = Panels(pyplot, over, (1.8 + max(0.62 * len(x.values), 3.4), 1.2 + max(0.42 * len(y.values), 2.0)))
@@ -248,13 +248,13 @@ def draw_heat_map(pyplot: Any, study: Study, metric: Metric, x: Axis, y: Axis, f
 
 
 def set_cells(set_ticks: Callable[..., object], axis: Axis) -> None:
-    """Of a heat map: values at the middles of cells, as far as there is room."""
+    """Sets the ticks of a heat map at the centers of up to 10 cells."""
     shown = some(len(axis.values), 10)
     set_ticks(shown, [axis.text(at) for at in shown])
 
 
 def write_cells(panel: Any, cells: Any, vmin: float, vmax: float) -> None:
-    """The numbers, dark on bright cells."""
+    """Writes the numbers into cells: black on bright cells, white on dark ones."""
     for (j, i), value in np.ndenumerate(cells):
         if np.isfinite(value):
             bright = vmax > vmin and (value - vmin) / (vmax - vmin) > 0.55

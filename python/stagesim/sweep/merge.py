@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""All records of a sweep as one file: CSV, Parquet, HDF5.
+"""Merges all records of a sweep into one CSV, Parquet or HDF5 file.
 
-The same records give the same bytes, with the same version of the package that writes them: rows are in the
-order of their indices, and nothing is written that tells of time or place.
+Equal records give equal bytes, if the package that writes the file has the same version: rows are sorted by
+index, and neither times nor paths are written.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .table import Column, merge_csv, read_columns
 
 
 def merge(folders: Sequence[Path], file: Path, *, timings: bool = False, partial: bool = False) -> None:
-    """Writes the file, whole or not at all: see Results.merge(). Each folder has a part of the same sweep."""
+    """Writes the file atomically: see Results.merge(). Each folder has a part of the same sweep."""
     if file.suffix == ".csv":
         merge_csv(folders, file, timings, partial)
         return
@@ -42,20 +42,20 @@ def merge(folders: Sequence[Path], file: Path, *, timings: bool = False, partial
 
 
 def beginning(file: Path) -> bytes:
-    """A few bytes."""
+    """The first 8 bytes of a file."""
     with open(file, "rb") as begun:
         return begun.read(8)
 
 
 def current_umask() -> int:
-    """Which rights new files don't get; the system only tells by setting it."""
+    """The process's umask, which can only be read by setting it."""
     mask = os.umask(0)
     os.umask(mask)
     return mask
 
 
 def needed(name: str, ending: str) -> Any:
-    """The package of that name; SweepError if it is not installed."""
+    """Imports a package. Raises SweepError if it is not installed."""
     try:
         return __import__(name, fromlist=["*"])
     except ImportError:
@@ -64,7 +64,7 @@ def needed(name: str, ending: str) -> Any:
 
 
 def write_parquet(file: Path, columns: Sequence[Column], plan: Plan) -> None:
-    """With nulls where there is no value; the plan is in the schema's metadata."""
+    """Writes a Parquet file with nulls for missing values, and with the plan in the schema's metadata."""
     arrow, parquet = needed("pyarrow", ".parquet"), needed("pyarrow.parquet", ".parquet")
     types = {"key": arrow.int64(), "count": arrow.int64(), "figure": arrow.float64(), "text": arrow.string()}
     schema = arrow.schema([(column.name, types[column.kind]) for column in columns],
@@ -75,7 +75,7 @@ def write_parquet(file: Path, columns: Sequence[Column], plan: Plan) -> None:
 
 
 def write_hdf5(file: Path, columns: Sequence[Column], plan: Plan) -> None:
-    """A dataset for each column, in their order; NaN, -1 and an empty text where there is no value."""
+    """Writes an HDF5 file with a dataset per column; missing values are NaN, -1 or an empty string."""
     h5py = needed("h5py", ".h5")
     with h5py.File(file, "w", libver=("v110", "v110"), track_order=True) as out:
         out.attrs["stage_sweep"] = plan.text
@@ -84,7 +84,7 @@ def write_hdf5(file: Path, columns: Sequence[Column], plan: Plan) -> None:
 
 
 def hdf5_array(column: Column, h5py: Any) -> Any:
-    """Its values in the type that they have in the file."""
+    """The values of a column, in their type in HDF5 files."""
     if column.kind == "text":
         texts = [(value or "").encode() for value in column.values]
         longest = max(map(len, texts), default=0)
@@ -94,6 +94,6 @@ def hdf5_array(column: Column, h5py: Any) -> Any:
     return np.array([-1 if value is None else value for value in column.values], np.int64)
 
 
-#: By the ending of a file's name: how such files begin, and who writes them.
+#: File formats by the ending of the name: the first bytes of such files, and the writer.
 FORMATS: dict[str, tuple[bytes, Callable[[Path, Sequence[Column], Plan], None]]] = {
     ".parquet": (b"PAR1", write_parquet), ".h5": (b"\x89HDF", write_hdf5)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The folder of a sweep: its plan, and which of its runs are finished."""
+"""The folder of a sweep: its plan and its finished runs."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from typing import Any
 
 from ..errors import StageError
 
-#: The only one that there has been so far.
+#: Version of sweep.json; there is only one so far.
 FORMAT = 1
 RUNS_PER_FOLDER = 1000
 
 
 class SweepError(StageError):
-    """Something that a sweep can't do. Its text says what was found, and what was expected."""
+    """An error of a sweep. The message says what was found and what was expected."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What --set varies: a setting, and its values as texts."""
+    """A setting that is varied by --set, and its values as strings."""
 
     name: str
     values: tuple[str, ...]
@@ -30,18 +30,18 @@ class Axis:
 
 @dataclass(frozen=True)
 class Plan:
-    """Which runs a sweep has: `sweep.json` in its folder.
+    """The runs of a sweep, as in `sweep.json` in its folder.
 
     Attributes:
-        world: the path of the world file.
-        axes: what is varied; the last one varies fastest.
-        first, last: run numbers of each set of values: from `first` to before `last`.
-        seed: of the experiment, which the seeds of its runs are made from.
-        common_seeds: runs of the same number have the same seed in all sets.
-        duration: simulated seconds of a run; None: as long as the world file says.
-        options: how worlds are run.
-        count: how many runs there are.
-        text: all of the file.
+        world: path of the world file.
+        axes: the settings that are varied; the last one varies fastest.
+        first, last: each set of values has the run numbers in [first, last).
+        seed: seed of the experiment, from which the seeds of the runs are derived.
+        common_seeds: True: runs with the same number have the same seed in all sets.
+        duration: simulated seconds of a run; None: the quit time of the world file.
+        options: options of the worlds.
+        count: total number of runs.
+        text: the contents of the file.
     """
 
     world: str
@@ -57,10 +57,10 @@ class Plan:
 
     @classmethod
     def read(cls, folder: str | os.PathLike[str]) -> Plan:
-        """That of the sweep in this folder.
+        """Reads the plan of the sweep in a folder.
 
         Raises:
-            SweepError: there is none, or it is of another version.
+            SweepError: there is no plan, or it has another version.
         """
         file = plan_file(folder)
         try:
@@ -80,7 +80,7 @@ class Plan:
             raise SweepError(f"{file}: found no plan of a sweep ({error})") from None
 
     def values_of(self, index: int) -> dict[str, str]:
-        """The value of each axis in this run."""
+        """The value of each axis in run `index`."""
         number = index // (self.last - self.first)
         values = []
         for axis in reversed(self.axes):
@@ -89,12 +89,12 @@ class Plan:
         return dict(reversed(values))
 
     def run_of(self, index: int) -> int:
-        """The number of this run among those of its set."""
+        """The run number of run `index` within its set of values."""
         return self.first + index % (self.last - self.first)
 
 
 def plan_file(folder: str | os.PathLike[str]) -> Path:
-    """Where the plan lies."""
+    """The path of the plan."""
     return Path(folder) / "sweep.json"
 
 
@@ -102,7 +102,7 @@ def check_place(folder: Path) -> None:
     """Refuses a folder that may hold anything but a sweep, by the rules of `stage sweep -o`.
 
     Raises:
-        SweepError: it is the root folder or a home folder, or it is not empty and has no plan.
+        SweepError: it is the root folder or a home folder, it is no folder, or it holds other files.
     """
     if folder.is_symlink() and not folder.exists():
         found = "a symbolic link that leads nowhere"
@@ -120,19 +120,19 @@ def check_place(folder: Path) -> None:
 
 
 def is_of_a_sweep(entry: Path) -> bool:
-    """Whether it is one of what a sweep makes before and beside its plan."""
+    """True for files that a sweep creates beside its plan or before it."""
     if entry.name.startswith(("lock.", ".stage-", ".plan-")):
         return True
     return entry.name == "runs" and entry.is_dir() and not any(entry.iterdir())
 
 
 def record_file(folder: str | os.PathLike[str], index: int) -> Path:
-    """Where the record of a run lies, once it is finished."""
+    """The path of the record of a finished run."""
     return Path(folder) / "runs" / f"{index // RUNS_PER_FOLDER:03d}" / f"{index:06d}.json"
 
 
 def finished(folder: str | os.PathLike[str]) -> list[int]:
-    """The runs that have a record, in order. An empty file is none: the disk was full."""
+    """The sorted indices of runs with a record. An empty file, which a full disk leaves, is no record."""
     found = []
     runs = Path(folder) / "runs"
     for part in os.scandir(runs) if runs.is_dir() else ():
@@ -146,6 +146,6 @@ def finished(folder: str | os.PathLike[str]) -> list[int]:
 
 
 def missing(folder: str | os.PathLike[str], plan: Plan) -> list[int]:
-    """The runs of the plan that have no record, in order."""
+    """The sorted indices of runs of the plan without a record."""
     known = set(finished(folder))
     return [index for index in range(plan.count) if index not in known]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Calls of the program `stage sweep`, which does the runs."""
+"""Calls the program `stage sweep`, which does the runs."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from .experiment import Experiment, folder_of
 from .plan import Plan, SweepError, plan_file
 
 PACKAGES = str(Path(_paths.FOLDER).parent)
-BAD_USAGE = 2  # the program's status for words that it doesn't take
+BAD_USAGE = 2  # the program's exit status for invalid arguments
 PR_SET_PDEATHSIG = 1
 LIBC = ctypes.CDLL(None)
 
 
 def worker_words(metrics: str | None) -> list[str]:
-    """The options that let a Python worker do the runs, if it has something to measure. The plan keeps them."""
+    """The option that makes a Python worker do the runs if there are metrics. It is stored in the plan."""
     if metrics is None:
         return []
     return [f"--worker={shlex.join(['python3', '-m', 'stagesim.sweep.worker', '--metrics', metrics])}"]
 
 
 def environment(folders: Sequence[str]) -> dict[str, str]:
-    """Of the program: its Python, and `python3`, is this one, and finds this package, and modules in these folders."""
+    """The program's environment: it uses this Python, which finds this package and modules in `folders`."""
     own = [] if PACKAGES in site.getsitepackages() else [PACKAGES]
     paths = [*own, *folders, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
     programs = [os.path.dirname(sys.executable), os.environ.get("PATH", os.defpath)]
@@ -44,18 +44,19 @@ def environment(folders: Sequence[str]) -> dict[str, str]:
 
 
 def end_with_parent(parent: int) -> None:
-    """In the child: no runs go on for a worker that was killed, while others do them again."""
+    """Makes the child end with its parent, so that a killed worker's runs don't go on while others repeat them."""
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != parent:
-        os._exit(1)  # it was too quick
+        os._exit(1)  # the parent ended before prctl()
 
 
 def call(words: Sequence[str], folders: Sequence[str] = (), shown: bool = False) -> tuple[int, str]:
-    """Runs `stage` with these words: its exit status, and the last line that it wrote as an error.
+    """Runs `stage`; returns its exit status and the last line of its standard error.
 
     Args:
-        folders: where else Python finds modules.
-        shown: what it writes as errors, which its progress is, is also seen here.
+        words: the arguments of the program.
+        folders: additional folders of Python modules.
+        shown: True: its standard error, which has the progress, is shown instead of kept.
     """
     with tempfile.TemporaryFile() as errors, subprocess.Popen(
             [_paths.PROGRAM, *words], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
@@ -73,10 +74,10 @@ def call(words: Sequence[str], folders: Sequence[str] = (), shown: bool = False)
 
 
 def make_plan(experiment: Experiment, folder: Path) -> Plan:
-    """The plan of the experiment in that folder: a new one, or that of its earlier runs.
+    """Creates the plan of an experiment in a folder, or checks that the folder's plan is equal to it.
 
     Raises:
-        SweepError: the folder has another sweep, or there can't be such a sweep.
+        SweepError: the folder has another sweep, or the experiment is invalid.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".plan-") as place:
@@ -97,11 +98,11 @@ def make_plan(experiment: Experiment, folder: Path) -> Plan:
 
 @dataclass(frozen=True)
 class Job:
-    """How any part of a sweep is done, wherever that is.
+    """Everything that a worker on any machine needs to do runs of a sweep.
 
     Attributes:
-        folder: of the sweep.
-        folders: where the module of its metrics is.
+        folder: the folder of the sweep.
+        folders: the folders of the modules with its metrics.
         words: options of the program.
     """
 
@@ -111,14 +112,14 @@ class Job:
 
     @classmethod
     def of(cls, experiment: Experiment, folder: Path) -> Job:
-        """Of an experiment."""
+        """The job of an experiment."""
         return cls(str(folder), tuple(metric_folders(experiment)), tuple(experiment.effort()))
 
     def resume(self, words: Sequence[str], shown: bool = False) -> tuple[int, str]:
-        """Does what the sweep lacks, as far as the words say: see call()."""
+        """Does missing runs of the sweep, as the arguments say; returns what call() does."""
         return call(["sweep", "--resume", self.folder, *self.words, *words], self.folders, shown)
 
 
 def metric_folders(experiment: Experiment) -> list[str]:
-    """Where Python finds the module of its metrics."""
+    """The folders of the modules with the experiment's metrics."""
     return [] if experiment.metrics is None else [folder_of(experiment.metrics)]

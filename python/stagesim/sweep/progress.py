@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How far a sweep is."""
+"""Shows the progress of a sweep."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Callable, Iterator
 
 from ..benchkit.progress import Progress as Bar
 
-#: Gets how many runs are finished, and how many there are.
+#: A function that gets the number of finished runs and the number of all runs.
 Progress = Callable[[int, int], object]
 
 
 @contextmanager
 def shown(progress: bool | Progress) -> Iterator[Progress]:
-    """A function to be told of it: the caller's own, one that draws a bar, or one that is silent."""
+    """Yields the progress function: the caller's own, one that draws a bar (True), or a silent one (False)."""
     if callable(progress):
         yield progress
     elif not progress:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The report of a sweep: one page that needs nothing else, and its pictures beside it."""
+"""The report of a sweep: a self-contained HTML page, and its pictures as files beside it."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ code, pre { font-size: .85rem; background: #f5f5f5; } pre { padding: .5rem; over
 
 
 def write_report(folder: Path) -> Path:
-    """Makes the folder `report` in that of a sweep; returns the path of its page.
+    """Writes the folder `report` in the folder of a sweep; returns the path of its page.
 
     Raises:
-        SweepError: there is no sweep, or no run of it is done.
-        PlotsMissing: matplotlib is not there.
+        SweepError: there is no sweep, or none of its runs has succeeded.
+        PlotsMissing: matplotlib is not installed.
     """
     plan = Plan.read(folder)
     columns = read_columns([folder], plan, timings=True)
@@ -65,7 +65,7 @@ def escaped(text: object) -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]], texts: int = 1) -> str:
-    """A table; the first so many columns are texts."""
+    """An HTML table, whose first `texts` columns hold text."""
     def row(cells: Sequence[object], tag: str) -> str:
         return "<tr>" + "".join(f"<{tag}{' class=text' if at < texts else ''}>{escaped(cell)}</{tag}>"
                                 for at, cell in enumerate(cells)) + "</tr>"
@@ -73,19 +73,19 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]], texts: int = 1)
 
 
 def shown(value: float) -> str:
-    """Three digits; a dash where there is none."""
+    """Formats a number with three digits; a dash if it is not finite."""
     if not math.isfinite(value):
         return "–"
     return number(value) if value >= 0 else f"−{number(-value)}"
 
 
 def interval(low: float, high: float) -> str:
-    """From, to."""
+    """Formats an interval."""
     return f"{shown(low)} to {shown(high)}" if math.isfinite(low) else "–"
 
 
 def page_text(study: Study, pictures: Sequence[Picture], failed: Sequence[dict[str, Any]], lacking: int) -> str:
-    """All of the page."""
+    """The HTML of the whole page."""
     title = f"Sweep of {Path(study.plan.world).name}"
     parts = [f"<!DOCTYPE html><html lang=en><meta charset=utf-8><title>{escaped(title)}</title>"
              f"<meta name=viewport content='width=device-width'><style>{STYLE}</style>"
@@ -104,7 +104,7 @@ def page_text(study: Study, pictures: Sequence[Picture], failed: Sequence[dict[s
 
 
 def summary_text(study: Study, failed: int, lacking: int) -> str:
-    """What was run."""
+    """The summary: world, settings, and numbers of runs."""
     plan = study.plan
     seeds = "the same seeds in all sets" if plan.common_seeds else "other seeds in each set"
     lines = [f"<code>{escaped(plan.world)}</code>, "
@@ -122,7 +122,7 @@ def summary_text(study: Study, failed: int, lacking: int) -> str:
 
 
 def differences_text(comparisons: Sequence[Comparison]) -> str:
-    """What differs significantly, and, folded, the rest."""
+    """The significant differences, and the other comparisons in a collapsed section."""
     tested = [one for one in comparisons if math.isfinite(one.probability)]
     sure = [one for one in tested if one.probability < SIGNIFICANT]
     rest = [one for one in comparisons if one not in sure]
@@ -147,7 +147,7 @@ def comparison_row(one: Comparison) -> tuple[str, ...]:
 
 
 def failed_text(failed: Sequence[dict[str, Any]]) -> str:
-    """Each with its end, and what repeats it."""
+    """The failed runs: how each ended, the command that repeats it, and its output."""
     parts = []
     for record in failed[:MOST_FAILED]:
         values = ", ".join(f"{name}={value}" for name, value in record["set"].items())
@@ -162,7 +162,7 @@ def failed_text(failed: Sequence[dict[str, Any]]) -> str:
 
 
 def figure_text(picture: Picture) -> str:
-    """A picture in the page itself."""
+    """A figure with the picture embedded in the page."""
     data = base64.b64encode(picture.file.read_bytes()).decode()
     caption = escaped(picture.caption)
     return (f"<figure><img alt=\"{caption}\" src='data:image/png;base64,{data}'>"
@@ -170,7 +170,7 @@ def figure_text(picture: Picture) -> str:
 
 
 def means_text(study: Study) -> str:
-    """A row for each set of values."""
+    """The table of means: a row for each set of values."""
     rows = []
     for chosen in study.sets():
         which = study.at(chosen)
@@ -184,7 +184,7 @@ def means_text(study: Study) -> str:
 
 
 def mean_text(mean: Mean) -> str:
-    """With its interval."""
+    """Formats a mean with its interval."""
     if math.isfinite(mean.low) and mean.low != mean.high:
         return f"{shown(mean.mean)} ({interval(mean.low, mean.high)})"
     return shown(mean.mean)

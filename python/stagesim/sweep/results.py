@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What has come of a sweep."""
+"""The results of a sweep."""
 
 from __future__ import annotations
 
@@ -16,32 +16,31 @@ from .table import Column, failed_records, read_columns
 
 
 class Results:
-    """The runs of a sweep that are finished, as its folder has them.
+    """The finished runs of a sweep, read from its folder.
 
     Args:
-        folder: of the sweep.
+        folder: the folder of the sweep.
 
     Raises:
-        SweepError: it has no sweep.
+        SweepError: the folder has no sweep.
     """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        self.folder = Path(folder)  #: where all of it is
-        self.plan = Plan.read(folder)  #: which runs there are to be
+        self.folder = Path(folder)  #: the folder of the sweep
+        self.plan = Plan.read(folder)  #: the runs of the sweep
 
     def table(self, *, timings: bool = False, pandas: bool = False) -> Any:
-        """All finished runs, a row for each, in the order of their indices.
+        """Returns all finished runs as columns, sorted by index.
 
         Args:
-            timings: also what differs from time to time: `timing_load_seconds`, `timing_wall_seconds` and
-                `timing_r_acc`, robots times simulated seconds for each real one.
-            pandas: as a DataFrame of pandas, which has to be installed.
+            timings: True: also the times, which are not reproducible: `timing_load_seconds`,
+                `timing_wall_seconds` and `timing_r_acc` (robots times simulated seconds per real second).
+            pandas: True: return a pandas DataFrame; pandas must be installed.
 
         Returns:
-            By name, arrays of shape (runs,): `index`, `run`, `seed` (int64), each axis (int64, float64 or str,
-            as its values are), `status`, `state_hash` (str), then figures, as float64: `steps`,
-            `simulated_seconds`, `rays`, `robots`, energies (joules), metrics. NaN, and an empty text, stand
-            where there is no value, as in runs that failed.
+            Arrays of shape (runs,) by name: `index`, `run`, `seed` (int64), each axis (int64, float64 or str,
+            by its values), `status`, `state_hash` (str), then as float64 `steps`, `simulated_seconds`, `rays`,
+            `robots`, energies (joules) and metrics. Missing values, as in failed runs, are NaN or empty strings.
         """
         columns = {column.name: array_of(column) for column in read_columns([self.folder], self.plan, timings)}
         if not pandas:
@@ -51,32 +50,32 @@ class Results:
         return frames.DataFrame(columns)
 
     def merge(self, file: str | os.PathLike[str], *, timings: bool = False, partial: bool = False) -> None:
-        """Writes all runs into one file. The same runs give the same bytes, whoever did them in whatever order.
+        """Writes all runs into one file. Equal runs give equal bytes, in whatever order and where they were done.
 
         Args:
             file: ends with .csv, .parquet (needs pyarrow) or .h5 (needs h5py).
             timings: as in table().
-            partial: some runs may be missing.
+            partial: True: allow missing runs.
 
         Raises:
-            SweepError: runs are missing, the ending is another one, or a package is.
+            SweepError: runs or a package are missing, or the ending of the name is another one.
         """
         merge([self.folder], Path(file), timings=timings, partial=partial)
 
     def report(self) -> Path:
-        """Makes a page and pictures of it, in the folder `report`; returns the page's path. Needs matplotlib."""
+        """Writes a page with pictures into the folder `report`; returns the page's path. Needs matplotlib."""
         from .report import write_report  # pylint: disable=import-outside-toplevel
 
         return write_report(self.folder)
 
     @property
     def failed(self) -> list[dict[str, Any]]:
-        """The records of runs that failed three times: `index`, `set`, `run`, `lines`, `replay` and the like."""
+        """Records of runs that failed in all attempts, with keys `index`, `set`, `run`, `lines`, `replay`, ..."""
         return failed_records(self.folder, read_columns([self.folder], self.plan))
 
     @property
     def missing(self) -> list[int]:
-        """The indices of runs that are not finished."""
+        """Indices of the runs that are not finished."""
         return missing(self.folder, self.plan)
 
     def __len__(self) -> int:
@@ -87,7 +86,7 @@ class Results:
 
 
 def array_of(column: Column) -> npt.NDArray[Any]:
-    """Texts, whole numbers where all are there, or else float64."""
+    """Converts a column to an array: str for text, int64 for keys, else float64."""
     if column.kind == "text":
         return np.array(["" if value is None else value for value in column.values], str)
     if column.kind == "key":

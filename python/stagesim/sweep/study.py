@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the runs of a sweep say: means over seeds with intervals, and what differs. No pictures."""
+"""The statistics of a sweep: means over seeds with intervals, and comparisons. Pictures: see figures.py."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from .table import Column
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-#: Columns that every sweep has, which are no results.
+#: Columns of every sweep that are not results.
 FIXED = {"index", "run", "seed", "status", "state_hash", "steps", "simulated_seconds", "rays", "robots"}
 SPEED = "timing_r_acc"
-#: Of the kinds of metrics that come with Stage.
+#: Units of the built-in kinds of metrics.
 KIND_UNITS = {"distance": "m", "coverage": "m²", "time_to_goal": "s", "nearest": "m", "collisions": ""}
-#: Of properties that are often varied.
+#: Units of properties that are often varied.
 PROPERTY_UNITS = {"resolution": "m", "radius": "m", "interval_sim": "ms", "update_interval": "ms", "fov": "°",
                   "joules": "J", "watts": "W"}
-#: An axis with more values is compared from each value to the next alone.
+#: If an axis has more values, only successive values and the two ends are compared.
 MOST_FOR_ALL_PAIRS = 4
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What was varied.
+    """A setting that was varied.
 
     Attributes:
-        name: of the setting.
-        label: with its unit, if that is known.
-        values: numbers, or texts.
-        codes: for each run, which of the values it had.
+        name: name of the setting.
+        label: the name with its unit, if it is known.
+        values: its values: numbers or strings.
+        codes: for each run the index of its value in `values`.
     """
 
     name: str
@@ -49,18 +49,18 @@ class Axis:
 
     @property
     def numeric(self) -> bool:
-        """Whether it can be an axis of a curve."""
+        """True if the values are numbers."""
         return not isinstance(self.values[0], str)
 
     def text(self, at: int) -> str:
-        """A value as people read it."""
+        """Formats the value number `at`."""
         value = self.values[at]
         return value if isinstance(value, str) else f"{value:g}"
 
 
 @dataclass(frozen=True)
 class Metric:
-    """A result of each run; NaN where a run has none."""
+    """A result of each run; NaN: no value."""
 
     name: str
     label: str
@@ -69,7 +69,7 @@ class Metric:
 
 @dataclass(frozen=True)
 class Mean:
-    """Of some runs that differ by their seeds alone: the interval is one of 95 %."""
+    """Mean of `count` runs that differ only by their seeds, with a 95 % interval from `low` to `high`."""
 
     mean: float
     low: float
@@ -79,7 +79,7 @@ class Mean:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Of two values of an axis: `probability` is corrected for the number of comparisons."""
+    """Comparison of two values of an axis; `probability` is corrected for the number of comparisons."""
 
     metric: Metric
     axis: Axis
@@ -92,7 +92,7 @@ class Comparison:
 
 
 def units_of_metrics(world: str) -> dict[str, str]:
-    """By name, those of the metrics that a world file asks for, as far as it says so itself."""
+    """Units by name of the metrics in a world file; files that it includes are not read."""
     try:
         text = Path(world).read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -106,7 +106,7 @@ def units_of_metrics(world: str) -> dict[str, str]:
 
 
 def with_unit(name: str, unit: str) -> str:
-    """A label."""
+    """A label: the name, with its unit in brackets if there is one."""
     return f"{name} ({unit})" if unit else name
 
 
@@ -114,8 +114,8 @@ class Study:
     """The finished runs of a sweep.
 
     Args:
-        plan: of the sweep.
-        columns: of its runs, with timings.
+        plan: the plan of the sweep.
+        columns: the columns of its runs, with timings.
     """
 
     def __init__(self, plan: Plan, columns: Sequence[Column]) -> None:
@@ -135,7 +135,7 @@ class Study:
                     np.array([place[value] for value in column.values], np.int64))
 
     def _metrics(self, columns: Sequence[Column]) -> tuple[list[Metric], dict[str, float]]:
-        """Those whose values differ, speed last; and those that are the same in all runs, or nowhere there."""
+        """The metrics whose values differ, and the values of those that are equal in all runs (NaN: no value)."""
         units = {"energy_dissipated": "J", **units_of_metrics(self.plan.world)}
         left_out = FIXED | {axis.name for axis in self.plan.axes}
         metrics, same = [], {}
@@ -162,31 +162,31 @@ class Study:
 
     @property
     def numeric_axes(self) -> list[Axis]:
-        """Those that can be axes of curves."""
+        """The axes whose values are numbers."""
         return [axis for axis in self.axes if axis.numeric]
 
     def mean(self, metric: Metric, which: Mask) -> Mean:
-        """Of these runs, as far as they have a value."""
+        """The mean over the selected runs that have a value."""
         values = metric.values[which & ~np.isnan(metric.values)]
         if values.size == 0:
             return Mean(np.nan, np.nan, np.nan, 0)
         return Mean(float(values.mean()), *mean_bounds(values), values.size)
 
     def at(self, chosen: Sequence[tuple[Axis, int]]) -> Mask:
-        """The runs that are done with these values, see Axis.codes."""
+        """Mask of the successful runs with these values, given as pairs of an axis and a code."""
         mask = self.done.copy()
         for axis, code in chosen:
             mask &= axis.codes == code
         return mask
 
     def sets(self, without: Sequence[Axis] = ()) -> Iterator[list[tuple[Axis, int]]]:
-        """Every combination of values of the axes, those aside."""
+        """Yields every combination of values of the axes that are not in `without`."""
         axes = [axis for axis in self.axes if all(axis is not other for other in without)]
         for codes in itertools.product(*(range(len(axis.values)) for axis in axes)):
             yield list(zip(axes, codes))
 
     def comparisons(self) -> list[Comparison]:
-        """Of all metrics but speed, between values of each axis; the surest first."""
+        """Compares the values of each axis in all metrics except for speed; the most significant come first."""
         made = [self._compare(metric, axis, first, second)
                 for metric in self.metrics if metric.name != "r_ACC"
                 for axis in self.axes for first, second in pairs(len(axis.values))]
@@ -198,7 +198,7 @@ class Study:
         return sorted(found, key=lambda comparison: (np.isnan(comparison.probability), comparison.probability))
 
     def _compare(self, metric: Metric, axis: Axis, first: int, second: int) -> Comparison | None:
-        """Each combination of the other axes' values is a group; None if there is none with both."""
+        """Compares two values of an axis within each combination of the other axes; None if none has both."""
         paired = self.plan.common_seeds
         more, less = [], []
         for others in self.sets([axis]):
@@ -221,7 +221,7 @@ class Study:
 
 
 def pairs(count: int) -> list[tuple[int, int]]:
-    """Which values are compared: all with all others, or of many each with the next, and the ends."""
+    """Pairs of value indices to compare: all pairs, or, if there are many values, neighbours and the two ends."""
     if count <= MOST_FOR_ALL_PAIRS:
         return list(itertools.combinations(range(count), 2))
     return [(at, at + 1) for at in range(count - 1)] + [(0, count - 1)]

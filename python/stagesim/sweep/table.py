@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The finished runs of a sweep as columns: those that `stage merge` gives them."""
+"""The finished runs of a sweep as columns, as `stage merge` writes them."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ TYPES: dict[str, Callable[[str], Any]] = {"key": int, "count": int, "figure": fl
 
 @dataclass
 class Column:
-    """A figure of all finished runs; None where a run has none.
+    """A value of all finished runs; None: no value.
 
-    `kind`: "key" (a whole number that all have), "count" (a whole number), "figure" or "text".
+    `kind`: "key" (an integer that all runs have), "count" (an integer), "figure" (a float) or "text".
     """
 
     name: str
@@ -33,7 +33,7 @@ class Column:
 
 
 def axis_kind(values: Iterable[str]) -> str:
-    """What an axis with these values is: "key", "figure" or "text"."""
+    """The kind of an axis with these values: "key", "figure" or "text"."""
     for kind in ("key", "figure"):
         try:
             for value in values:
@@ -45,11 +45,11 @@ def axis_kind(values: Iterable[str]) -> str:
 
 
 def read_columns(folders: Sequence[Path], plan: Plan, timings: bool = False, partial: bool = True) -> list[Column]:
-    """All finished runs, by index; each folder has some of them.
+    """Reads all finished runs, sorted by index; each folder has a part of them.
 
     Raises:
-        SweepError: a record is not whole, the folders are of different sweeps, or runs are missing and `partial`
-            does not allow that.
+        SweepError: a record is incomplete, the folders are of different sweeps, or runs are missing although
+            `partial` is False.
     """
     with tempfile.TemporaryDirectory() as place:
         file = Path(place) / "all.csv"
@@ -66,7 +66,7 @@ def read_columns(folders: Sequence[Path], plan: Plan, timings: bool = False, par
 
 
 def merge_csv(folders: Sequence[Path], file: Path, timings: bool, partial: bool) -> None:
-    """Lets the program do it."""
+    """Merges the runs into a CSV file by calling `stage merge`."""
     words = ["--timings"] * timings + ["--partial"] * partial
     status, said = program.call(["merge", *map(str, folders), "-o", str(file), *words])
     if status != 0:
@@ -74,7 +74,7 @@ def merge_csv(folders: Sequence[Path], file: Path, timings: bool, partial: bool)
 
 
 def failed_records(folder: str | os.PathLike[str], columns: Iterable[Column]) -> list[dict[str, Any]]:
-    """Those of the runs that failed, by index."""
+    """The records of failed runs, in the order of the columns."""
     known = {column.name: column.values for column in columns}
     return [json.loads(record_file(folder, index).read_text(encoding="utf-8"))
             for index, status in zip(known["index"], known["status"]) if status == "failed"]

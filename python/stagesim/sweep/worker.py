@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""`python -m stagesim.sweep.worker FOLDER`: does runs of a sweep in Python, with metrics in Python.
+"""`python -m stagesim.sweep.worker FOLDER`: does runs of a sweep with metrics in Python.
 
-`stage sweep --worker` starts it, and tells it what to do by lines on one file, to which it replies by lines
-on another: `check INDEX`, `run INDEX ATTEMPT`. It ends where these lines end. What goes wrong in a run, such
-as an exception of a metric, ends the worker, as a crash would: `stage sweep` tries again, and notes what the
-worker has said.
+`stage sweep --worker` starts it and sends commands as lines, `check INDEX` or `run INDEX ATTEMPT`, on one file
+descriptor; replies are lines on another. The worker ends at the end of the commands. An error in a run, such
+as an exception of a metric, ends the worker like a crash: `stage sweep` tries the run again and records the
+worker's output.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from ..world import World
 from .merge import current_umask
 from .plan import Plan, SweepError, record_file
 
-#: The numbers of the files.
+#: File descriptors of commands and replies.
 COMMANDS, REPLIES = 3, 4
 LIBC = ctypes.CDLL(None)
 
-#: As Experiment.metrics says.
+#: A function or a class, see Experiment.metrics.
 Metrics = Callable[[World], Any]
 
 
 def load_metrics(name: str) -> Metrics:
-    """What "module:name" means.
+    """Imports the metrics called "module:name".
 
     Raises:
         SweepError: there is no such function or class.
@@ -57,7 +57,7 @@ def load_metrics(name: str) -> Metrics:
 
 
 def measured(metrics: Metrics | None, world: World, go: Callable[[int], int], steps: int) -> Mapping[str, Any]:
-    """Makes the steps; returns what the metrics say at the end."""
+    """Makes `steps` steps by calling go(n); returns the values of the metrics at the end."""
     if metrics is None or not inspect.isclass(metrics):
         go(steps)
         return metrics(world) if metrics else {}
@@ -72,7 +72,7 @@ def measured(metrics: Metrics | None, world: World, go: Callable[[int], int], st
 
 
 def number(name: str, value: Any) -> float | None:
-    """A value of a metric; TypeError if it is no number."""
+    """Converts a metric's value; None: not finite. Raises TypeError if it is no number."""
     if value is None:
         return None
     try:
@@ -83,12 +83,12 @@ def number(name: str, value: Any) -> float | None:
 
 
 def shell_word(text: str) -> str:
-    """In single quotes where a shell would see more than a word in it."""
+    """Quotes a string for a shell if that is necessary."""
     return text if re.fullmatch(r"[\w./=:,@%+-]+", text, re.ASCII) else "'" + text.replace("'", "'\\''") + "'"
 
 
 def seed_of(plan: Plan, index: int) -> int:
-    """Of a run: as the program makes it."""
+    """The seed of run `index`, derived as the program does it."""
     pairs = [] if plan.common_seeds else sorted(plan.values_of(index).items())
     digest = 0xcbf29ce484222325  # FNV-1a
     for byte in "".join(f"{name}={value}\n" for name, value in pairs).encode():
@@ -97,7 +97,7 @@ def seed_of(plan: Plan, index: int) -> int:
 
 
 def replay_command(plan: Plan, index: int) -> str:
-    """What does that run alone, for a shell: as the program writes it."""
+    """The shell command that does only run `index`, formatted as the program does it."""
     words = ["stage", "-g", "--seed", str(seed_of(plan, index))]
     for name, value in plan.values_of(index).items():
         words += ["--set", shell_word(f"{name}={value}")]
@@ -113,11 +113,11 @@ def replay_command(plan: Plan, index: int) -> str:
 
 
 class BadRun(Exception):
-    """A run that can't be done, however often it is tried."""
+    """A run can't be done, and another attempt is useless."""
 
 
 class Worker:
-    """Does runs of the sweep in a folder, one after the other; worlds with the same settings are used again."""
+    """Does runs of a sweep one after the other. Successive runs with equal settings reuse the world."""
 
     def __init__(self, folder: str, metrics: Metrics | None) -> None:
         self._folder = folder
@@ -128,7 +128,7 @@ class Worker:
         _core.set_controller_arguments(self._plan.options["args"])
 
     def obey(self, line: str) -> str:
-        """What to reply to a command."""
+        """Executes a command; returns the reply."""
         command, index, *attempt = line.split()
         try:
             if command == "check":
@@ -140,9 +140,9 @@ class Worker:
             return f"error {error}"
 
     def _load(self, index: int) -> tuple[World, float]:
-        """The world of that run, and the simulated seconds that it takes."""
+        """The world of run `index`, and the duration of the run in simulated seconds."""
         settings, seed = self._plan.values_of(index), seed_of(self._plan, index)
-        # The library leaves the C library's generators alone; controllers of old use them.
+        # Seed the C library's generators, which libstage does not use, for old controllers that do.
         LIBC.srand48(ctypes.c_long(seed))
         LIBC.srandom(ctypes.c_uint(seed & 0xffffffff))
         try:
@@ -204,8 +204,8 @@ class Worker:
 
 
 def write_whole(file: Path, text: str) -> None:
-    """The file is there as a whole or not at all; its folder exists."""
-    # The name can't be foretold, and no link of that name is followed: the folder may be everybody's.
+    """Writes a file atomically; its folder must exist."""
+    # An unpredictable name that follows no link is safe even if everybody may write into the folder.
     handle, part = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
     with os.fdopen(handle, "w", encoding="utf-8") as out:
         out.write(text)
@@ -214,14 +214,14 @@ def write_whole(file: Path, text: str) -> None:
 
 
 def main() -> None:
-    """Obeys until there are no more commands."""
+    """Executes commands until there are no more."""
     parser = argparse.ArgumentParser(prog="python -m stagesim.sweep.worker", allow_abbrev=False,
                                      description="Does runs of a sweep: for stage sweep --worker.")
     parser.add_argument("--metrics", metavar="MODULE:NAME", help="what to measure besides: see docs/sweeps.md")
     parser.add_argument("folder", metavar="FOLDER", help="of the sweep")
     options = parser.parse_args()
     try:
-        # Controllers must not write where replies go, nor programs that they start hold it open.
+        # Child processes of controllers must not inherit these descriptors, or they would keep them open.
         for file in (COMMANDS, REPLIES):
             os.set_inheritable(file, False)
     except OSError:
