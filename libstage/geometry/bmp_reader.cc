@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// BMP pictures, uncompressed, of all depths. There is no library for them alone, and they are
-// simple.
+// Reads uncompressed BMP pictures of all depths. Own code, because the format is simple and no
+// library reads only BMP.
 #include <algorithm>
 #include <bit>
 #include <cstdint>
@@ -16,12 +16,12 @@ namespace picture {
 namespace {
 
 constexpr std::uint32_t kFileHeader = 14;  // bytes
-// Sizes of the headers of OS/2 1, of Windows 3, and of all forms that there are, in bytes.
+// Header sizes in bytes: OS/2 1.x, Windows 3, and all known variants.
 constexpr std::uint32_t kCoreHeader = 12, kInfoHeader = 40;
 constexpr std::uint32_t kHeaders[] = {kCoreHeader, kInfoHeader, 52, 56, 64, 108, 124};
 constexpr std::uint32_t kNoCompression = 0, kMasks = 3, kMasksWithAlpha = 6;
 
-// Bytes of a file, least significant byte first.
+// Little-endian bytes of a file.
 class Bytes {
  public:
   Bytes(const Input& input, std::size_t count) : bytes_(count) {
@@ -76,7 +76,7 @@ class BmpReader {
     compression_ = header.U32(12);
     colors_ = header.U32(28);
     if (compression_ != kMasks && compression_ != kMasksWithAlpha) return;
-    // The masks lie in the header's later forms, or behind its first one.
+    // Later headers contain the masks; the first one is followed by them.
     red_mask_ = header_size_ > kInfoHeader ? header.U32(36) : Bytes(input_, 12).U32(0);
   }
 
@@ -89,7 +89,7 @@ class BmpReader {
     if (red_mask_ == 0) red_mask_ = depth_ == 16 ? 0x7c00 : 0xff0000;
   }
 
-  // Entries are blue, green, red, and in later files a byte of nothing.
+  // Entries are blue, green, red and, in later files, a padding byte.
   void ReadPalette() {
     const std::size_t entry = header_size_ == kCoreHeader ? 3 : 4, most = std::size_t{1} << depth_;
     const std::size_t count = colors_ == 0 ? most : std::min<std::size_t>(colors_, most);
@@ -122,7 +122,7 @@ class BmpReader {
     }
   }
 
-  // From 0 to 255.
+  // Red component, scaled to 0..255.
   std::uint32_t RedOf(std::uint32_t pixel) const {
     const std::uint64_t most = red_mask_ >> std::countr_zero(red_mask_);
     return static_cast<std::uint32_t>(

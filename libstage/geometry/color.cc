@@ -12,7 +12,7 @@
 
 namespace Stg {
 
-// constinit: other files' static objects may use these before main() starts.
+// constinit, because static objects of other files may use these before main() starts.
 constinit const Color Color::blue(0, 0, 1);
 constinit const Color Color::red(1, 0, 0);
 constinit const Color Color::green(0, 1, 0);
@@ -36,7 +36,7 @@ const geometry::X11Color* FindExactly(const std::string& name) {
   return found == table.end() || found->name != name ? nullptr : &*found;
 }
 
-/// X11 compares names without regard to case and blanks.
+/// Normalizes a name: X11 ignores case and blanks.
 std::string Folded(std::string_view name) {
   std::string folded;
   for (const char c : name)
@@ -51,8 +51,8 @@ const geometry::X11Color* FindFolded(const std::string& name) {
   return nullptr;
 }
 
-/// `text` is "#RGB" with one to four hexadecimal digits for each of red, green and blue. As in X11,
-/// fewer digits are the most significant ones of more.
+/// Parses "#RGB" with one to four hexadecimal digits per channel. As in X11, the value is a
+/// fraction of the largest number with that many digits.
 bool ReadDigits(std::string_view text, Color* color) {
   const size_t digits = (text.size() - 1) / 3;
   if (text[0] != '#' || text.size() % 3 != 1 || digits < 1 || digits > 4) return false;

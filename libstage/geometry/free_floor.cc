@@ -9,12 +9,12 @@ namespace Stg::geometry {
 
 namespace {
 
-/// Cells of one index are neighbours; far-away ones may share one, which only takes time.
+/// Hash key of a grid cell. Distant cells may share a key, which only costs time.
 uint64_t KeyOf(int64_t column, int64_t row) {
   return static_cast<uint64_t>(column) * 0x9e3779b97f4a7c15u + static_cast<uint64_t>(row);
 }
 
-/// Those beyond all numbers of an index are in the last cells that have neighbours.
+/// Index of the grid cell that contains x. Clamped, so that far coordinates cannot overflow.
 int64_t IndexOf(double x, double cell) {
   return static_cast<int64_t>(std::clamp(std::floor(x / cell), -0x1p62, 0x1p62));
 }
@@ -90,7 +90,7 @@ bool FreeFloor::IsNear(const Edge& edge, const point_t& point, double clearance)
          Squared(clearance);
 }
 
-/// Counts the edges to the right of the point, body by body: those of a body lie together.
+/// Even-odd rule with a ray to the right, body by body: the edges of a body are stored together.
 bool FreeFloor::IsSolid(const point_t& point) const {
   uint32_t body = 0;
   bool odd = false;

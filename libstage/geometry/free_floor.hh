@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Where there is room for round things in the plane.
+// Finds free space for discs in the plane.
 
 #ifndef STAGE_GEOMETRY_FREE_FLOOR_HH
 #define STAGE_GEOMETRY_FREE_FLOOR_HH
@@ -14,20 +14,20 @@
 
 namespace Stg::geometry {
 
-/// The ground less the bodies that stand on it. Lengths in metres.
+/// The floor without the bodies that stand on it. Lengths in metres.
 class FreeFloor {
  public:
-  /// The outlines of one body. Where an odd number of them is around a point, it is solid: a room
-  /// has an outline within that of its walls.
+  /// Adds the outlines of one body. A point inside of an odd number of them is solid: a room is an
+  /// outline within the outline of its walls.
   void AddBody(const std::vector<std::vector<point_t>>& outlines);
   bool empty() const { return edges_.empty(); }
-  /// The smallest rectangle that has all bodies in it. Only if there are some.
+  /// Bounding box of all bodies. Precondition: not empty().
   bounds3d_t Bounds() const;
 
-  /// To be called when all bodies are there. `reach`: the largest clearance that will be asked for,
-  /// greater than 0.
+  /// Builds the index; call it after the last AddBody(). `reach` is the largest clearance for
+  /// IsFree() and greater than 0.
   void Finish(double reach);
-  /// No body at the point, nor nearer than that.
+  /// True if no body contains the point or is nearer to it than `clearance`.
   bool IsFree(const point_t& point, double clearance) const;
 
  private:
@@ -35,7 +35,7 @@ class FreeFloor {
     point_t from, to;
     uint32_t body;
   };
-  using Cell = std::vector<uint32_t>;  // edges
+  using Cell = std::vector<uint32_t>;  // indices of edges
 
   bool IsNear(const Edge& edge, const point_t& point, double clearance) const;
   bool IsSolid(const point_t& point) const;
@@ -43,18 +43,18 @@ class FreeFloor {
 
   std::vector<Edge> edges_;
   uint32_t bodies_ = 0;
-  double cell_ = 1;                          // side
-  std::unordered_map<uint64_t, Cell> near_;  // the edges whose boxes come near a cell
-  std::vector<Cell> rows_;                   // the edges that pass a strip of the ground
+  double cell_ = 1;                          // side of a grid cell
+  std::unordered_map<uint64_t, Cell> near_;  // edges whose bounding boxes come near a cell
+  std::vector<Cell> rows_;                   // edges that cross a horizontal strip
   double first_row_ = 0, row_height_ = 0;
 };
 
-/// Discs that keep apart.
+/// Discs that keep a minimum distance from each other.
 class Discs {
  public:
-  /// No disc will be larger than that.
+  /// `largest_radius` bounds the radius of all discs; `gap` is the minimum distance.
   explicit Discs(double largest_radius, double gap);
-  /// False, and nothing is added, if it would come nearer than the gap to another one.
+  /// Returns false, without adding the disc, if another disc is nearer than the gap.
   bool AddIfClear(const point_t& centre, double radius);
 
  private:

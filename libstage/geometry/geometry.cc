@@ -14,8 +14,8 @@ point_t* unit_square_points_create() {
 
 double normalize(double a) {
   if (a >= -M_PI && a <= M_PI) return a;
-  // The common case, off by one turn: corrected by one addition, as Stage users know it. For other
-  // angles a loop of additions might never end.
+  // Out of range by less than a turn: one addition gives the results that Stage users know. For
+  // other angles a loop of additions might never end.
   if (std::fabs(a) < 3.0 * M_PI) return a > M_PI ? a - 2.0 * M_PI : a + 2.0 * M_PI;
   return std::remainder(a, 2.0 * M_PI);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// GIF pictures, read by giflib. Of an animation the first picture counts.
+// Reads GIF pictures with giflib. Of an animation, only the first picture is read.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -34,7 +34,7 @@ class GifReader {
     const GifImageDesc& picture = gif_->Image;
     const std::uint64_t width = static_cast<unsigned>(gif_->SWidth);
     const std::uint64_t height = static_cast<unsigned>(gif_->SHeight);
-    // A code of 12 bits stands for 3838 equal pixels at most.
+    // A 12-bit code stands for at most 3838 equal pixels.
     Bitmap bitmap = MakeBitmap(input_, width, height, 8, width * height / 2700);
     if (picture.Left < 0 || picture.Top < 0 || picture.Width < 1 || picture.Height < 1 ||
         picture.Left + picture.Width > gif_->SWidth || picture.Top + picture.Height > gif_->SHeight)
@@ -52,7 +52,7 @@ class GifReader {
   }
 
  private:
-  // Skips what stands before the first picture: comments, times, transparency.
+  // Skips extensions before the first picture: comments, times, transparency.
   void FindPicture() {
     for (;;) {
       GifRecordType type = UNDEFINED_RECORD_TYPE;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// JPEG pictures, read by libjpeg or libjpeg-turbo.
+// Reads JPEG pictures with libjpeg or libjpeg-turbo.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -20,8 +20,8 @@ namespace picture {
 #ifdef STAGE_HAVE_JPEG
 namespace {
 
-// libjpeg reports errors by a call that must not return: it jumps. All calls that can fail go
-// through Guarded(), from which nothing with a destructor may be skipped.
+// libjpeg reports errors by a callback that must not return, so it uses longjmp(). All calls that
+// can fail go through Guarded(); a jump must not skip destructors.
 class JpegReader {
  public:
   explicit JpegReader(const Input& input) : input_(input) {
@@ -61,15 +61,15 @@ class JpegReader {
 
   Bitmap MakeBitmapOfHeader() const {
     const std::uint64_t width = jpeg_.image_width, height = jpeg_.image_height;
-    // A progressive picture is kept as coefficients of 16 bits until its last scan has been read.
+    // A progressive picture's coefficients (16 bits) are kept until its last scan has been read.
     const unsigned bits_per_sample = jpeg_.progressive_mode ? 24 : 8;
-    // 64 pixels take a bit at least.
+    // 64 pixels take at least one bit.
     return MakeBitmap(input_, width, height,
                       static_cast<unsigned>(jpeg_.num_components) * bits_per_sample,
                       jpeg_.arith_code ? 0 : width * height / 512);
   }
 
-  // Chosen so that the result does not depend on the version of the library.
+  // Fixes all options, so that the result does not depend on the version of the library.
   void SetConversions() {
     if (jpeg_.jpeg_color_space == JCS_CMYK || jpeg_.jpeg_color_space == JCS_YCCK)
       Fail(input_, "this is a JPEG picture in CMYK; save it in grey or RGB, or as PNG");
@@ -97,7 +97,7 @@ class JpegReader {
     std::longjmp(self->jump_, 1);
   }
 
-  // libjpeg would fill in missing pixels with grey.
+  // Turns warnings about missing data into errors: libjpeg would fill missing pixels with grey.
   static void OnMessage(j_common_ptr jpeg, int) {
     const int code = jpeg->err->msg_code;
     if (code != JWRN_JPEG_EOF && code != JWRN_HIT_MARKER) return;
@@ -105,7 +105,7 @@ class JpegReader {
     std::longjmp(Self(jpeg)->jump_, 1);
   }
 
-  // A small file may declare thousands of scans of a large picture, each of which takes time.
+  // Limits the time: a small file may declare thousands of scans of a large picture.
   static void OnProgress(j_common_ptr jpeg) {
     constexpr int kMostScans = 200;
     const auto* const self = reinterpret_cast<j_decompress_ptr>(jpeg);

@@ -48,7 +48,7 @@ bool IsPnm(std::string_view head) {
          std::string_view(" \t\n\v\f\r#").find(head[2]) != std::string_view::npos;
 }
 
-// What a file that is not accepted seems to be.
+// Names the likely format of a file that is not accepted.
 std::string KindOf(std::string_view head) {
   static constexpr struct {
     std::string_view start;
@@ -89,7 +89,7 @@ using File = std::unique_ptr<std::FILE, CloseFile>;
 
 Bitmap Load(const std::string& path, std::uint8_t threshold) {
   Input input{nullptr, 0, path, threshold};
-  // Checked before the file is opened: opening a pipe could wait for ever.
+  // Checked before opening, because opening a pipe could block forever.
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::is_directory(status)) Fail(input, "this is a directory, not a picture");
@@ -112,7 +112,7 @@ Bitmap LoadFromMemory(const void* data, std::size_t size, const std::string& nam
                       std::uint8_t threshold) {
   Input input{nullptr, size, name, threshold};
   if (size == 0) Fail(input, "the file is empty");
-  const File file(fmemopen(const_cast<void*>(data), size, "rb"));  // only read, as "rb" says
+  const File file(fmemopen(const_cast<void*>(data), size, "rb"));  // "rb" never writes to it
   if (file == nullptr) Fail(input, std::string("cannot read the picture: ") + std::strerror(errno));
   input.file = file.get();
   return Read(input);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Picture files (PNG, JPEG, GIF, BMP, PBM, PGM, PPM) as bitmaps: which pixels are solid.
+// Reads picture files (PNG, JPEG, GIF, BMP, PBM, PGM, PPM) into bitmaps of solid pixels.
 
 #ifndef STAGE_GEOMETRY_PICTURE_HH
 #define STAGE_GEOMETRY_PICTURE_HH
@@ -12,19 +12,18 @@
 namespace Stg {
 namespace picture {
 
-/// What a picture file may be at most. None of it is near what maps need: a building of a kilometre
-/// at 0.1 m a pixel is 10000 pixels long. A file at these limits takes less than a second and less
-/// than 100 MB, however it is compressed.
-inline constexpr std::uint64_t kMaxSide = 32768;               // pixels
+/// Limits on picture files, far above what maps need: a building of a kilometre at 0.1 m per pixel
+/// is 10000 pixels long. A file at these limits takes less than a second and less than 100 MB.
+inline constexpr std::uint64_t kMaxSide = 32768;               // pixels per side
 inline constexpr std::uint64_t kMaxPixels = 100'000'000;       // 10000 x 10000
-inline constexpr std::uint64_t kMaxSampleBytes = 110'000'000;  // of all samples, decoded
+inline constexpr std::uint64_t kMaxSampleBytes = 110'000'000;  // all samples, decoded
 inline constexpr std::uint64_t kMaxFileBytes = 300'000'000;
 
-/// The solid pixels of a picture. Rows count from the top, columns from the left.
+/// The solid pixels of a picture. Rows are counted from the top, columns from the left.
 class Bitmap {
  public:
   Bitmap() = default;
-  /// With nothing solid.
+  /// Starts without solid pixels.
   Bitmap(int width, int height)
       : width_(width),
         height_(height),
@@ -36,7 +35,7 @@ class Bitmap {
   bool IsSolid(std::size_t x, std::size_t y) const { return (Row(y)[x / 64] >> (x % 64) & 1) != 0; }
   void MakeSolid(std::size_t x, std::size_t y) { Row(y)[x / 64] |= std::uint64_t{1} << (x % 64); }
 
-  /// 64 pixels a word, the leftmost one in the lowest bit; the bits beyond the width are 0.
+  /// 64 pixels per word, the leftmost in the lowest bit. Bits past the width are 0.
   const std::uint64_t* Row(std::size_t y) const { return words_.data() + y * words_per_row_; }
   std::uint64_t* Row(std::size_t y) { return words_.data() + y * words_per_row_; }
   std::size_t words_per_row() const { return words_per_row_; }
@@ -49,14 +48,14 @@ class Bitmap {
 };
 
 /// Reads the picture file at `path`. A pixel is solid if its sample is at most `threshold`. The
-/// sample is its grey value, or its red one if the picture has colours; palettes are looked up
-/// first, 16-bit samples are cut to their high byte, transparency is ignored.
-/// Throws LoadError (exit status 255; one line, "PATH: reason") if it is missing, not a file, not a
-/// picture of an accepted format, damaged, cut short, or larger than the limits above. A file too
-/// short for the picture that it declares is refused before memory is taken.
+/// sample is the grey value, or the red channel of a colour picture. Palettes are applied first,
+/// 16-bit samples are truncated to the high byte, transparency is ignored.
+/// Throws LoadError (exit status 255, one line "PATH: reason") if the file is missing, not a
+/// regular file, not of an accepted format, damaged, truncated, or larger than the limits above. A
+/// file too short for the declared picture is rejected before memory is allocated.
 Bitmap Load(const std::string& path, std::uint8_t threshold = 127);
 
-/// The same for a picture file that is in memory; `name` is what errors call it.
+/// Like Load(), for a file in memory. Errors refer to it as `name`.
 Bitmap LoadFromMemory(const void* data, std::size_t size, const std::string& name,
                       std::uint8_t threshold = 127);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What the readers of the picture formats share. Part of picture.cc.
+// Common interface of the readers for picture formats. Private to picture.cc and the readers.
 
 #ifndef STAGE_GEOMETRY_PICTURE_READER_HH
 #define STAGE_GEOMETRY_PICTURE_READER_HH
@@ -13,7 +13,7 @@
 namespace Stg {
 namespace picture {
 
-/// A picture file from its first byte on. `size` is its length in bytes.
+/// An open picture file, positioned at its start. `size` is in bytes.
 struct Input {
   std::FILE* file;
   std::uint64_t size;
@@ -21,23 +21,22 @@ struct Input {
   std::uint8_t threshold;
 };
 
-/// Throws LoadError: "NAME: reason".
+/// Throws LoadError with the message "NAME: reason".
 [[noreturn]] void Fail(const Input& input, const std::string& reason);
 
-/// An empty bitmap for the picture. Refuses what is too large before memory is taken for it.
-/// `bits_per_pixel`: of all samples, decoded; `least_size`: a file of this picture cannot be
-/// smaller.
+/// Makes an empty bitmap for the picture. Throws LoadError before allocation if it is too large.
+/// `bits_per_pixel` counts all samples, decoded; `least_size` is the file's minimum size in bytes.
 Bitmap MakeBitmap(const Input& input, std::uint64_t width, std::uint64_t height,
                   std::uint64_t bits_per_pixel, std::uint64_t least_size);
 
 Bitmap ReadPng(const Input& input);
 
-/// PBM, PGM, PPM.
+/// Reads PBM, PGM and PPM.
 Bitmap ReadPnm(const Input& input);
 
 Bitmap ReadBmp(const Input& input);
 
-// Without their libraries, these two refuse the picture and say so.
+// Without their libraries, these two throw a LoadError that says so.
 Bitmap ReadJpeg(const Input& input);
 Bitmap ReadGif(const Input& input);
 

@@ -13,9 +13,8 @@ namespace Stg {
 namespace picture {
 namespace {
 
-// libpng reports errors by a jump out of its functions. All calls that can fail go through
-// Guarded(), whose callees own nothing that would need a destructor; from there on the error is an
-// exception.
+// libpng reports errors by longjmp(). All calls that can fail go through Guarded(), whose callees
+// own nothing with a destructor. It turns the jump into an exception.
 class PngReader {
  public:
   explicit PngReader(const Input& input) : input_(input) {
@@ -54,10 +53,10 @@ class PngReader {
 
   void ReadHeader() {
     png_set_read_fn(png_, input_.file, ReadBytes);
-    // Our own limits are checked next, with a better message, before memory is taken.
+    // Our limits are checked later but before allocation, with a better message.
     png_set_user_limits(png_, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
-    // Texts, colour profiles and the like may unpack to a thousand times their size: pass over all
-    // that does not change the samples.
+    // Texts, colour profiles and the like may unpack to a thousand times their size, so all chunks
+    // that do not affect the samples are skipped.
     png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
     png_set_chunk_malloc_max(png_, 4000000);
 #ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
@@ -70,8 +69,8 @@ class PngReader {
     const std::uint64_t width = png_get_image_width(png_, info_);
     const std::uint64_t height = png_get_image_height(png_, info_);
     const unsigned bits = png_get_channels(png_, info_) * unsigned{png_get_bit_depth(png_, info_)};
-    // The compression of PNG saves at most a factor of 1032; a file that declares far more than it
-    // can hold is refused here, before any of it is unpacked.
+    // PNG compresses by a factor of at most 1032. A file that declares far more than it can hold is
+    // rejected here, before anything is unpacked.
     const std::uint64_t least_size = width * height / 8 * bits / 1040;
     return MakeBitmap(input_, width, height, bits, least_size);
   }
@@ -84,12 +83,12 @@ class PngReader {
     png_read_update_info(png_, info_);
   }
 
-  // One of the seven reduced pictures that make up an interlaced one. libpng could put them
-  // together as well, but only if it is given memory for all channels of the picture.
+  // Reads one of the seven passes of an interlaced picture. libpng could combine them, but only in
+  // a buffer for all channels of the picture.
   void ReadPass(Bitmap& bitmap, int pass) {
     const unsigned width = static_cast<unsigned>(bitmap.width());
     const unsigned height = static_cast<unsigned>(bitmap.height());
-    if (PNG_PASS_COLS(width, pass) == 0) return;  // such a pass has no rows in the file
+    if (PNG_PASS_COLS(width, pass) == 0) return;  // the file has no rows for such a pass
     const unsigned rows = PNG_PASS_ROWS(height, pass);
     for (unsigned row = 0; row < rows; ++row) {
       ReadRow(bitmap, PNG_ROW_FROM_PASS_ROW(row, pass), PNG_PASS_START_COL(pass),
@@ -97,7 +96,7 @@ class PngReader {
     }
   }
 
-  // Reads a row, which has the pixels at first_x, first_x + step_x, ...
+  // Reads a row with the pixels at first_x, first_x + step_x, ...
   void ReadRow(Bitmap& bitmap, std::size_t y, std::size_t first_x, std::size_t step_x) {
     Guarded([this] { png_read_row(png_, row_.data(), nullptr); });
     const std::size_t channels = png_get_channels(png_, info_);

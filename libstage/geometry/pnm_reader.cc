@@ -63,7 +63,7 @@ class PnmReader {
     return first;
   }
 
-  // The digits of a plain bitmap need nothing between them.
+  // Plain bitmaps need no blanks between digits.
   bool ReadBit() {
     const int byte = SkipBlanks();
     if (byte != '0' && byte != '1') FailAt(byte, "0 or 1");
@@ -75,11 +75,11 @@ class PnmReader {
       Fail(input_, "sample " + std::to_string(sample) + " is above the largest one declared, " +
                        std::to_string(largest_));
     }
-    // True 16-bit samples are cut to their high byte, as they are in a PNG.
+    // True 16-bit samples are truncated to their high byte, as in a PNG.
     return static_cast<std::uint8_t>(largest_ == 65535 ? sample >> 8 : sample * 255 / largest_);
   }
 
-  // Skips white space and comments; the byte after them is taken.
+  // Skips white space and comments. Consumes and returns the byte after them.
   int SkipBlanks() {
     for (;;) {
       const int byte = GetByte();
@@ -95,7 +95,7 @@ class PnmReader {
     for (int byte = GetByte(); byte != '\n' && byte != EOF;) byte = GetByte();
   }
 
-  // Raw samples start after the one blank, or the comment, that ends the header.
+  // Skips the single blank, or the comment, that ends the header before raw samples.
   void SkipSeparator() {
     const int byte = GetByte();
     if (byte == '#') {
@@ -144,14 +144,14 @@ class PnmReader {
   static bool IsBlank(int byte) { return byte == ' ' || (byte >= '\t' && byte <= '\r'); }
 
   const Input& input_;
-  bool plain_ = false;   // samples are written as decimal numbers
-  bool bitmap_ = false;  // samples are bits, 1 is black
+  bool plain_ = false;   // samples are decimal numbers
+  bool bitmap_ = false;  // samples are bits; 1 is black
   unsigned channels_ = 1;
   unsigned largest_ = 1;
   std::vector<std::uint8_t> row_;
   std::array<std::uint8_t, 1 << 16> buffer_;
-  std::size_t at_ = 0;   // in the buffer
-  std::size_t end_ = 0;  // of what is in the buffer
+  std::size_t at_ = 0;   // read position in the buffer
+  std::size_t end_ = 0;  // number of bytes in the buffer
 };
 
 }  // namespace

@@ -50,8 +50,8 @@ double RandomStream::Uniform(double lo, double hi) {
 }
 
 std::uint32_t RandomStream::Choose(std::uint32_t count) {
-  // The upper half of a product of 32-bit numbers: no number is likelier than another by more than
-  // one part in 2^32.
+  // The upper half of a product of 32-bit numbers. The probabilities of two numbers differ by less
+  // than one part in 2^32.
   return static_cast<std::uint32_t>((Next() >> 32) * count >> 32);
 }
 
@@ -71,7 +71,7 @@ std::uint64_t MixSeeds(std::uint64_t seed, std::uint64_t part) {
   return SplitMix(mixed);
 }
 
-// A callback may delete the model or the world that owns the stream.
+// Clears references, because a callback may delete the model or world that owns the stream.
 LazyRandomStream::~LazyRandomStream() {
   for (RandomScope* scope = innermost_scope; scope; scope = scope->outer_)
     if (scope->stream_ == this) scope->stream_ = nullptr;

@@ -19,19 +19,18 @@ namespace Stg {
 namespace picture {
 namespace {
 
-// The ways in which an edge can leave a corner, in the order of the corners that they lead to
-// (x, then row).
+// Directions of edges from a corner, sorted by the corner that they lead to (by x, then row).
 enum Direction : unsigned { kLeft, kUp, kDown, kRight };
 
 // 64 corners between two rows of pixels, one bit each.
 struct CornerWords {
   std::array<std::uint64_t, 4> edges;  // by direction
-  std::uint64_t turns;                 // where an outline changes its direction
-  std::uint64_t crossings;             // where two outlines, or two parts of one, touch
+  std::uint64_t turns;                 // outline changes its direction
+  std::uint64_t crossings;             // two outlines, or two parts of one, touch
 };
 
-// From the four pixels around each corner. There is an edge between a solid pixel and one that is
-// not; the solid one is on its right (rows count downwards).
+// Computes the corners from the four pixels around each. An edge separates a solid pixel, on its
+// right, from a free one (rows count downwards).
 CornerWords CornersAmong(std::uint64_t above_left, std::uint64_t above_right,
                          std::uint64_t below_left, std::uint64_t below_right) {
   CornerWords words;
@@ -46,8 +45,8 @@ CornerWords CornersAmong(std::uint64_t above_left, std::uint64_t above_right,
   return words;
 }
 
-// The corners where outlines turn. An edge that leaves one is straight up to the next one in its
-// row or column. Corners are numbered row by row.
+// The corners where outlines turn. An edge from one runs straight to the next one in its row or
+// column. Corners are numbered row by row.
 class Turns {
  public:
   explicit Turns(const Bitmap& bitmap) {
@@ -73,16 +72,16 @@ class Turns {
  private:
   struct Turn {
     std::uint16_t x, row;
-    std::uint32_t column_place;  // in by_column_
-    std::uint8_t edges;          // those not yet in a polygon, one bit for each direction
+    std::uint32_t column_place;  // index in by_column_
+    std::uint8_t edges;          // edges not yet in a polygon, one bit per direction
   };
 
-  // The corners between two rows of pixels.
+  // Adds the corners between two rows of pixels.
   void AddRow(std::size_t row, const std::uint64_t* above, const std::uint64_t* below,
               std::size_t width) {
     std::uint64_t last_above = 0, last_below = 0;
     for (std::size_t x = 0; x <= width; x += 64) {
-      // The last corner may be beyond the last word of pixels.
+      // The last corner may lie past the last word of pixels.
       const std::uint64_t right_above = x < width ? above[x / 64] : 0;
       const std::uint64_t right_below = x < width ? below[x / 64] : 0;
       AddCorners(x, row,
@@ -112,7 +111,7 @@ class Turns {
   }
 
   void SortByColumn(std::size_t width) {
-    std::vector<std::uint32_t> next(width + 2);  // place in each column
+    std::vector<std::uint32_t> next(width + 2);  // next free index per column
     for (const Turn& turn : turns_) ++next[turn.x + 1U];
     for (std::size_t x = 1; x < next.size(); ++x) next[x] += next[x - 1];
     by_column_.resize(turns_.size());
@@ -122,9 +121,9 @@ class Turns {
     }
   }
 
-  // A straight edge has corners at its ends only. The exceptions, which trace.hh promises: the
-  // first step and the last one are not joined to others, so there is a corner one pixel after the
-  // start, and one a pixel before the end.
+  // A straight edge has corners only at its ends, with the exceptions that trace.hh promises: the
+  // first and the last step stay separate, so there is a corner one pixel after the start and one
+  // pixel before the end.
   std::vector<point_t> TakePolygon(std::uint32_t start) {
     std::vector<point_t> polygon{PointOf(turns_[start], kRight, 0)};
     for (std::uint32_t at = start;;) {
@@ -141,7 +140,7 @@ class Turns {
     }
   }
 
-  // Removes the first edge of a turn, moves on to the turn where it ends.
+  // Removes the first edge of a turn and moves to the turn at its other end.
   Direction TakeEdge(std::uint32_t* at) {
     Turn& turn = turns_[*at];
     const auto direction = static_cast<Direction>(std::countr_zero(turn.edges));
@@ -163,16 +162,16 @@ class Turns {
     return direction;
   }
 
-  // `steps` pixels further on.
+  // The point `steps` pixels from the turn.
   static point_t PointOf(const Turn& turn, Direction direction, int steps) {
     static constexpr int kX[] = {-1, 0, 0, 1}, kRow[] = {0, -1, 1, 0};
-    // Negated as an integer: the top row is at 0, not at the floating point -0.
+    // Negated as an integer, so that the top row is at 0 instead of -0.
     return point_t(turn.x + kX[direction] * steps, -(turn.row + kRow[direction] * steps));
   }
 
   std::vector<Turn> turns_;
-  std::vector<std::uint32_t> by_column_;  // their numbers by x, then by row
-  std::size_t count_ = 0;                 // of all polygons' corners
+  std::vector<std::uint32_t> by_column_;  // indices of turns, sorted by x, then by row
+  std::size_t count_ = 0;                 // corners of all polygons
 };
 
 }  // namespace
@@ -196,7 +195,7 @@ int polys_from_image_file(const std::string& filename, std::vector<std::vector<p
   try {
     polys = picture::OutlinesOf(filename).polygons;
     return 0;
-  } catch (const std::exception& error) {  // also memory that does not suffice for the polygons
+  } catch (const std::exception& error) {  // including bad_alloc for the polygons
     messages::Report(LogLevel::kError, error.what());
     return 1;
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The names and values are those of the colour list that comes with X11 (rgb.txt), in both of its
-// spellings.
+// Names and values from the colour list of X11 (rgb.txt), in both of its spellings.
 #include "geometry/x11_colors.hh"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What all results rest on: doubles as IEEE 754 says, each operation rounded on its own. Compilers
-// that are told to do something else are refused here, as nobody would notice afterwards that
-// simulations no longer repeat from one machine to the next. Part of <stage.hh>.
+// All results rely on IEEE 754 doubles with each operation rounded separately. Compiler options
+// that change this are rejected here, because otherwise results would silently differ between
+// machines. Part of <stage.hh>.
 
 #ifndef STAGE_GEOMETRY_ARITHMETIC_HH
 #define STAGE_GEOMETRY_ARITHMETIC_HH

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The value types of Stage's interface: poses, velocities, sizes, bounds, points.
-// Lengths are metres, angles radians, counter-clockwise, unless a name says otherwise.
-// This header is part of <stage.hh> and compiles as C++11.
+// The value types of Stage's interface: poses, velocities, sizes, bounds, points. Lengths are in
+// metres and angles in radians, counter-clockwise, unless a name says otherwise.
+// Part of <stage.hh>; compiles as C++11.
 
 #ifndef STAGE_GEOMETRY_GEOMETRY_HH
 #define STAGE_GEOMETRY_GEOMETRY_HH
@@ -37,18 +37,18 @@ const double billion = 1e9;
 inline double rtod(double r) { return r * 180.0 / M_PI; }
 inline double dtor(double d) { return d * M_PI / 180.0; }
 
-/// The same angle in [-pi, pi]; both ends are allowed. An infinite angle gives NaN.
-/// Angles already in range come back unchanged, bit for bit.
+/// The equivalent angle in [-pi, pi], both ends included. Angles in range are returned bit for bit.
+/// An infinite angle gives NaN.
 double normalize(double a);
 
-/// -1 for negative arguments, else 1.
+/// Returns -1 for negative arguments, otherwise 1.
 inline int sgn(int a) { return a < 0 ? -1 : 1; }
 inline double sgn(double a) { return a < 0 ? -1.0 : 1.0; }
 
-/// val, or the nearer bound where it is outside [minval, maxval]. NaN passes through.
+/// Clamps val to [minval, maxval]. NaN passes through.
 double constrain(double val, double minval, double maxval);
 
-/// A box's extent along x, y and z.
+/// Extent of a box along x, y and z.
 class Size {
  public:
   meters_t x, y, z;
@@ -61,7 +61,7 @@ class Size {
   void Save(Worldfile* wf, int section, const char* keyword) const;
 };
 
-/// A position and a heading about the z axis; also the frame that these define.
+/// A position and a heading about the z axis; also the coordinate frame that they define.
 class Pose {
  public:
   meters_t x, y, z;
@@ -73,22 +73,22 @@ class Pose {
   Pose& operator=(const Pose&) = default;
   virtual ~Pose() {}
 
-  /// Uniform in the rectangle and over all headings, z = 0; from RandomStream::Current() or the
-  /// stream given.
+  /// A random pose: uniform in the rectangle and over all headings, with z = 0. Uses
+  /// RandomStream::Current() or the given stream.
   static Pose Random(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax);
   static Pose Random(RandomStream& random, meters_t xmin, meters_t xmax, meters_t ymin,
                      meters_t ymax);
 
   virtual void Print(const char* prefix) const;
-  /// "[ x y z a ]", three decimals each.
+  /// Returns "[ x y z a ]" with three decimals each.
   std::string String() const;
 
   bool IsZero() const { return x == 0 && y == 0 && z == 0 && a == 0; }
   void Zero() { x = y = z = a = 0.0; }
 
-  /// p, which is given in this frame, in the frame that this pose is given in.
+  /// Transforms p from this frame to the parent frame of this pose.
   Pose operator+(const Pose& p) const;
-  /// Nearer to the origin of the plane.
+  /// True if this pose is nearer to the origin of the plane.
   bool operator<(const Pose& p) const { return x * x + y * y < p.x * p.x + p.y * p.y; }
   bool operator==(const Pose& o) const { return x == o.x && y == o.y && z == o.z && a == o.a; }
   bool operator!=(const Pose& o) const { return !(*this == o); }
@@ -99,7 +99,7 @@ class Pose {
   void Save(Worldfile* wf, int section, const char* keyword);
 };
 
-/// Metres per second forwards, to the left and up; radians per second of turn.
+/// Speeds forwards, to the left and upwards in m/s; rate of turn in radians per second.
 class Velocity : public Pose {
  public:
   Velocity(double vx, double vy, double vz, double va) : Pose(vx, vy, vz, va) {}
@@ -109,7 +109,7 @@ class Velocity : public Pose {
   void Print(const char* prefix) const override;
 };
 
-/// Where a model's body lies in the model's own frame, and how large it is.
+/// Pose of a model's body in the model's frame, and its size.
 class Geom {
  public:
   Pose pose;
@@ -182,7 +182,7 @@ class point_int_t {
   bool operator==(const point_int_t& o) const { return x == o.x && y == o.y; }
 };
 
-/// A rectangle anywhere in the plane.
+/// A rectangle at any pose in the plane.
 typedef struct {
   Pose pose;
   Size size;
@@ -193,7 +193,7 @@ typedef struct {
   radians_t angle;
 } fov_t;
 
-/// A new array of the corners (0, 0), (1, 0), (1, 1) and (0, 1); to be freed with delete[].
+/// Returns a new array of (0, 0), (1, 0), (1, 1) and (0, 1). The caller must delete[] it.
 point_t* unit_square_points_create();
 
 }  // namespace Stg

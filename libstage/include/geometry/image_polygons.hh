@@ -12,7 +12,7 @@
 namespace Stg {
 
 /// Replaces `polys` by the outlines of the picture in `filename` (see geometry/trace.hh; threshold
-/// 127) and returns 0. If it cannot be read, says why on the standard error output, leaves `polys`
+/// 127) and returns 0. If the file cannot be read, reports why on standard error, leaves `polys`
 /// alone and returns another number.
 int polys_from_image_file(const std::string& filename, std::vector<std::vector<point_t>>& polys);
 

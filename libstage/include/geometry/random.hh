@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Random numbers. No result of a simulation depends on a generator that the whole process shares,
-// such as the C library's: anybody may draw from those, drivers and other threads too. Every world
-// and every model has a stream of its own instead (World::random(), Model::random()).
-// Part of <stage.hh>; C++11.
+// Random numbers. No simulation result depends on a generator of the whole process such as the C
+// library's, which drivers and other threads may use too. Every world and every model has its own
+// stream instead (World::random(), Model::random()). Part of <stage.hh>; C++11.
 
 #ifndef STAGE_GEOMETRY_RANDOM_HH
 #define STAGE_GEOMETRY_RANDOM_HH
@@ -15,34 +14,34 @@ namespace Stg {
 
 class StateExchange;
 
-/// A small deterministic random number generator: the same seed gives the same numbers on every
-/// machine. The generator is xoshiro256** 1.0 and its state is filled by splitmix64, both by
-/// D. Blackman and S. Vigna (https://prng.di.unimi.it, public domain; "Scrambled Linear
-/// Pseudorandom Number Generators", ACM TOMS 47(4), 2021). Not safe to share between threads.
+/// A small deterministic random number generator: equal seeds give equal numbers on every machine.
+/// The generator is xoshiro256** 1.0, seeded by splitmix64, both by D. Blackman and S. Vigna
+/// (https://prng.di.unimi.it, public domain; "Scrambled Linear Pseudorandom Number Generators", ACM
+/// TOMS 47(4), 2021). Must not be shared between threads.
 class RandomStream {
  public:
   explicit RandomStream(std::uint64_t seed = 1) { Seed(seed); }
 
   void Seed(std::uint64_t seed);
 
-  /// 64 random bits.
+  /// Returns 64 random bits.
   std::uint64_t Next();
 
-  /// In [0, 1), a multiple of 2^-53.
+  /// Returns a multiple of 2^-53 in [0, 1).
   double Uniform();
 
-  /// In [lo, hi); lo where the interval is empty.
+  /// Returns a number in [lo, hi), or lo if the interval is empty.
   double Uniform(double lo, double hi);
 
-  /// From 0 to count - 1, each number equally likely; 0 where count is 0.
+  /// Returns 0 .. count - 1 with equal probability, or 0 if count is 0.
   std::uint32_t Choose(std::uint32_t count);
 
-  /// The stream for functions that are not given one: Pose::Random() and Color::RandomColor().
-  /// While a model loads, and during its callbacks and its controller's Init(), it is that model's
-  /// stream; otherwise, while a world loads or steps, the world's; otherwise one of this thread.
+  /// The stream for functions without a stream argument: Pose::Random() and Color::RandomColor().
+  /// It is the model's stream while the model loads, in its callbacks and in its controller's
+  /// Init(); otherwise the world's while a world loads or steps; otherwise one per thread.
   static RandomStream& Current();
 
-  /// Begins this thread's own stream anew, and those of threads that have not drawn from theirs.
+  /// Reseeds this thread's own stream, and those of threads that have not used theirs yet.
   static void SeedThreads(std::uint64_t seed);
 
  private:
@@ -50,11 +49,11 @@ class RandomStream {
   std::uint64_t state_[4];
 };
 
-/// A new seed, made from a seed and a number. Seeds of neighbouring numbers have nothing in common:
-/// with them the parts of a whole get streams of their own.
+/// Derives a seed from a seed and a number, so that parts have separate streams. Seeds of
+/// neighbouring numbers are uncorrelated.
 std::uint64_t MixSeeds(std::uint64_t seed, std::uint64_t part);
 
-/// A stream that is only made when somebody draws from it: most models never do.
+/// A stream that is created at its first use, because most models never use theirs.
 class LazyRandomStream {
  public:
   explicit LazyRandomStream(std::uint64_t seed) : seed_(seed) {}
@@ -62,7 +61,7 @@ class LazyRandomStream {
 
   std::uint64_t seed() const { return seed_; }
   RandomStream& Get();
-  /// The next number will be the first one again.
+  /// Restarts the sequence.
   void Restart() { stream_.reset(); }
   void Restart(std::uint64_t seed) {
     seed_ = seed;
@@ -78,8 +77,8 @@ class LazyRandomStream {
   std::unique_ptr<RandomStream> stream_;
 };
 
-/// While an object of it lives, RandomStream::Current() of this thread is the given stream, unless
-/// that has been deleted.
+/// While it exists, RandomStream::Current() of this thread is the given stream, if that still
+/// exists.
 class RandomScope {
  public:
   explicit RandomScope(LazyRandomStream* stream);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Sine, cosine, arc tangent and hypotenuse that give the same bits on every processor.
+// Sine, cosine, arc tangent and hypotenuse with bit-equal results on every processor.
 //
-// A C library picks variants of sin() and the like by processor (with or without fused
-// multiply-add), and these differ in the last bit; so would trajectories, from one machine to the
-// next. Here only operations are used that IEEE 754 rounds correctly, additions, multiplications,
-// divisions and square roots, so that the results depend on the argument alone. Method of sine and
-// cosine: Cody-Waite reduction by pi/2 in three parts and the minimax polynomials of Sun's fdlibm
-// (K. C. Ng, 1993), error below one unit in the last place for |angle| up to about 1e6.
+// C libraries select variants of sin() and the like by processor (with or without fused
+// multiply-add). These differ in the last bit, and so would trajectories on different machines. The
+// functions here use only operations that IEEE 754 rounds correctly: addition, multiplication,
+// division and square root. Method of sine and cosine: Cody-Waite reduction by pi/2 in three parts
+// and the minimax polynomials of Sun's fdlibm (K. C. Ng, 1993), with an error below one unit in the
+// last place for |angle| up to about 1e6.
 
 #ifndef STAGE_GEOMETRY_TRIGONOMETRY_HH
 #define STAGE_GEOMETRY_TRIGONOMETRY_HH
@@ -51,12 +51,12 @@ inline double CosineKernel(double r, double tail) {
 
 }  // namespace trigonometry
 
-/// Both at once. NaN for NaN and for infinite angles.
+/// Sine and cosine of an angle in radians. NaN for NaN and infinite angles.
 inline SineCosine SinCos(double angle) {
-  // For larger angles the reduction below would not be exact; remainder() always is.
+  // For larger angles the reduction below would not be exact; std::remainder() always is.
   if (!(std::fabs(angle) < 1e6)) angle = std::remainder(angle, 2.0 * M_PI);
 
-  // Nearest multiple of pi/2; halves go away from zero on either side, for symmetry.
+  // Nearest multiple of pi/2. Ties round away from zero, for symmetry.
   const double quotient =
       std::trunc(angle * 6.36619772367581382433e-01 + std::copysign(0.5, angle));
   const double first = angle - quotient * 1.57079632673412561417e+00;  // exact: 33-bit constant
@@ -68,7 +68,7 @@ inline SineCosine SinCos(double angle) {
 
   const double sine = trigonometry::SineKernel(r, tail);
   const double cosine = trigonometry::CosineKernel(r, tail);
-  // Before the switch: NaN can't be converted to an integer.
+  // Tested before the switch, because NaN cannot be converted to an integer.
   if (std::isnan(quotient)) return {quotient, quotient};
   switch (static_cast<long>(quotient) & 3) {
     case 0:
@@ -84,8 +84,8 @@ inline SineCosine SinCos(double angle) {
 
 namespace trigonometry {
 
-/// atan(x) for x >= 0: fdlibm's reduction to the angle from the nearest of atan(0), atan(1/2),
-/// atan(1), atan(3/2) and atan(infinity), given in two parts, and its polynomial.
+/// atan(x) for x >= 0, with fdlibm's polynomial. Reduces to the angle from the nearest of atan(0),
+/// atan(1/2), atan(1), atan(3/2) and atan(infinity), each given in two parts.
 inline double ArcTangentOfRatio(double x) {
   double high = 0.0, low = 0.0, t = x;
   if (x >= 2.4375) {
@@ -122,8 +122,8 @@ inline double ArcTangentOfRatio(double x) {
 
 }  // namespace trigonometry
 
-/// The angle of the point (x, y), in [-pi, pi]: what atan2() gives, in the last bit the same on
-/// every processor. NaN for NaN and if both are infinite.
+/// The angle of the point (x, y) in [-pi, pi], as atan2() returns it but bit-equal on every
+/// processor. NaN for NaN and if both are infinite.
 inline double ArcTangent(double y, double x) {
   const double ax = std::fabs(x), ay = std::fabs(y);
   double angle = ax == 0 && ay == 0 ? 0.0 : trigonometry::ArcTangentOfRatio(ay / ax);
@@ -132,11 +132,11 @@ inline double ArcTangent(double y, double x) {
   return std::copysign(angle, y);
 }
 
-/// The length of (x, y): what hypot() gives, to two units in the last place. Infinite if a part is.
+/// The length of (x, y), as hypot() to two units in the last place. Infinity wins over NaN.
 inline double Hypotenuse(double x, double y) {
   const double square = x * x + y * y;
   if (square > 1e-280 && square < 1e300) return std::sqrt(square);
-  // The squares are beyond what a number holds, or their sum is 0 or NaN.
+  // The squares overflow or underflow, or the sum is 0 or NaN.
   const double ax = std::fabs(x), ay = std::fabs(y), most = ax > ay ? ax : ay;
   if (std::isinf(ax) || std::isinf(ay)) return HUGE_VAL;
   if (!(most > 0)) return ax + ay;
