@@ -70,7 +70,7 @@ double ModelActuator::GetPosition() const {
          axis_.y * (dx * turn.sine + dy * turn.cosine) + axis_.z * (pose.z - reference_.z);
 }
 
-/// In the actuator's own frame.
+/// Displacement in the actuator's own frame.
 Pose ModelActuator::Displacement(double distance) const {
   if (type_of_joint_ == TYPE_ROTATIONAL) return Pose(0, 0, 0, distance);
   return Pose(axis_.x * distance, axis_.y * distance, axis_.z * distance, 0);
@@ -81,7 +81,7 @@ Pose ModelActuator::Displacement(double distance) const {
 void ModelActuator::Load() {
   if (!wf) return;
   const Watch watch(*this);
-  if (has_reference_) SetPose(reference_);  // it is loaded again
+  if (has_reference_) SetPose(reference_);  // when it is loaded again
   if (watch.gone() || !LoadCommon()) return;
   LoadJoint();
   reference_ = pose;
@@ -98,7 +98,7 @@ void ModelActuator::Load() {
 
 void ModelActuator::Save() {
   if (!SaveCommon() || !wf->PropertyExists(wf_entity, "start_position")) return;
-  // Loaded again, the start position is added to the pose: they are saved apart.
+  // The start position is added to the pose in loading, so they are saved separately.
   const double position = GetPosition();
   Pose without = pose + Displacement(-position);
   without.Save(wf, wf_entity, "pose");
@@ -184,12 +184,12 @@ void ModelActuator::Gather(internal::sensing::FanList*) {
     velocity_ = at_end ? 0.0 : goal_;
   } else {
     goal_ = constrain(goal_, min_position_, max_position_);
-    velocity_ = goal_ - position;  // a gain of 1/s
+    velocity_ = goal_ - position;  // gain of 1/s
   }
   velocity_ = constrain(velocity_, -max_speed_, max_speed_);
 }
 
-/// How far to go in this step: not beyond a limit, nor beyond the goal.
+/// Signed length of this step's motion, limited by the range of positions and by the goal.
 double ModelActuator::StepLength(double position) const {
   const double step = velocity_ * (static_cast<double>(world->sim_interval) / kSecond);
   const bool to_goal = control_mode_ == CONTROL_POSITION;
@@ -204,7 +204,7 @@ void ModelActuator::Move() {
   if (step == 0) return;
   const Pose old_pose = pose;
   pose = pose + Displacement(step);
-  if (!std::isfinite(pose.x + pose.y + pose.z)) {  // limits beyond the range of numbers
+  if (!std::isfinite(pose.x + pose.y + pose.z)) {  // the limits may be infinite
     pose = old_pose;
     stall = true;
     return;

@@ -14,7 +14,7 @@ Ancestor::Ancestor() : debug(false) {}
 Ancestor::~Ancestor() { DeleteChildren(); }
 
 void Ancestor::DeleteChildren() {
-  // A child's destructor takes it off the list.
+  // A child's destructor removes it from the list.
   while (!children.empty()) delete children.back();
 }
 
@@ -29,7 +29,7 @@ void Ancestor::AddChild(Model* mod) {
 }
 
 void Ancestor::RemoveChild(Model* mod) {
-  // Mostly in the order of creation, unless some have come from other parents.
+  // The list is in the order of creation unless children have come from other parents.
   auto found =
       std::lower_bound(children.begin(), children.end(), mod,
                        [](const Model* a, const Model* b) { return a->GetId() < b->GetId(); });
@@ -39,7 +39,7 @@ void Ancestor::RemoveChild(Model* mod) {
 }
 
 void Ancestor::ForEachDescendant(model_callback_t func, void* arg) {
-  // By index and with a look at the size: func may add models.
+  // By index: func may add models.
   for (size_t i = 0; i < children.size(); i++) {
     Model* child = children[i];
     func(child, arg);

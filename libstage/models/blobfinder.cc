@@ -24,15 +24,15 @@ namespace {
 constexpr double kWatts = 2.0;
 constexpr unsigned kMaxWidth = 100'000;
 constexpr size_t kMostColors = 1000;
-/// Everything is taken to be twice as high as this, metres, and seen at half its height.
+/// Blob heights assume bodies of twice this height in metres, centered on the optical axis.
 constexpr double kHalfHeight = 0.3;
 
-/// Rays pass the finder's own tree and models without a blob_return.
+/// Rays pass through the finder's own tree and models without blob_return.
 bool StopsBlobfinder(Model* candidate, const Model* finder, const void*) {
   return candidate->vis.blob_return && !candidate->IsRelated(finder);
 }
 
-/// Opacity plays no part. Each colour looks like itself, even one that is not a number.
+/// Compares colors without opacity. Comparisons with NaN count as equal.
 bool LooksLike(const Color& a, const Color& b) {
   constexpr double kTolerance = 1e-5;
   return !(std::fabs(a.r - b.r) > kTolerance || std::fabs(a.g - b.g) > kTolerance ||
@@ -88,11 +88,11 @@ void ModelBlobfinder::Load() {
   LoadColors();
 }
 
-/// The first `colors_count` of `colors`.
+/// Reads the first `colors_count` elements of `colors`.
 void ModelBlobfinder::LoadColors() {
   if (!wf->PropertyExists(wf_entity, "colors")) return;
   colors_.clear();
-  wf->ReadString(wf_entity, "colors", "");  // it counts as read, whatever the count
+  wf->ReadString(wf_entity, "colors", "");  // marks the property as read, whatever the count
   const size_t length = wf->TupleLength(wf_entity, "colors");
   if (!wf->PropertyExists(wf_entity, "colors_count"))
     wf->Warn(wf_entity, "colors",
@@ -185,11 +185,11 @@ void ModelBlobfinder::TakeHits(uint32_t, const sensing::RayHits& hits) {
     if (Reports(seen)) {
       const double sum = std::accumulate(hits.ranges + first, hits.ranges + i, 0.0);
       Blob blob = MakeBlob(seen, sum / (i - first));
-      blob.left = hits.count - i;  // rays are counted from the right, pixels from the left
+      blob.left = hits.count - i;  // rays are numbered from the right, pixels from the left
       blob.right = hits.count - first - 1;
       blobs_.push_back(blob);
     }
-    // The ray that ended it is left out.
+    // The ray that ended the blob belongs to none.
     if (i < hits.count && ++i == run->end) run++;
   }
 }

@@ -25,10 +25,10 @@ Block::~Block() = default;
 
 namespace {
 
-/// A heading in (0, pi].
+/// True for headings in (0, pi].
 bool HeadsUp(const point_t& edge) { return edge.y > 0 || (edge.y == 0 && edge.x < 0); }
 
-/// From one point to another; an edge without length counts as one along x.
+/// Vector between two points; an edge without length counts as one along x.
 point_t Edge(const point_t& from, const point_t& to) {
   const point_t edge(to.x - from.x, to.y - from.y);
   return edge.x == 0 && edge.y == 0 ? point_t(1, 0) : edge;
@@ -36,10 +36,10 @@ point_t Edge(const point_t& from, const point_t& to) {
 
 }  // namespace
 
-/// The turns at all corners make a whole number of full turns: as many as the heading passes that
-/// of the negative x axis, counter-clockwise less clockwise. That takes comparisons only; a sum of
-/// angles would be rounded, and for figures of eight its sign would be an accident. About turns
-/// pass nothing.
+/// The turns at all corners add up to a whole number of full turns: the number of times that the
+/// heading crosses the negative x axis counter-clockwise minus clockwise. Counting needs only
+/// comparisons; a sum of angles would have rounding errors, and its sign would be arbitrary for
+/// figures of eight. U-turns cross nothing.
 void OrientPolygon(std::vector<point_t>* points) {
   const size_t n = points->size();
   int full_turns = 0;
@@ -59,7 +59,7 @@ void BlockGroup::NoteChange() {
   owner_.scene().body_changes++;
 }
 
-/// The blocks as they are fitted now become what later fitting starts from.
+/// Makes the fitted shape of the blocks the source of later fitting.
 void BlockGroup::FreezeShape() {
   KeepLoaded();
   if (frozen_) return;
@@ -129,7 +129,7 @@ bounds3d_t EmptyBox() {
 
 double Extent(const Bounds& bounds) { return bounds.max - bounds.min; }
 
-/// What an extent has to be multiplied by to become `size`; `otherwise` if there is hardly any.
+/// Factor that scales an extent to `size`; `otherwise` if the extent is almost zero.
 double Scale(double extent, double size, double otherwise) {
   return extent < std::numeric_limits<double>::epsilon() ? otherwise : size / extent;
 }
@@ -167,7 +167,7 @@ void BlockGroup::Fit(const Size& size) {
   frozen_ = blocks_.empty();
   told_too_large_ = false;
   const double dx = Extent(box.x), dy = Extent(box.y);
-  // What has no extent lies in the middle, at the height that it has.
+  // Axes without extent are centered; without height, z is kept.
   const double scale_x = Scale(dx, size.x, 0), scale_y = Scale(dy, size.y, 0);
   const double scale_z = Scale(Extent(box.z), size.z, 1);
   const double centre_x = box.x.min + dx / 2.0, centre_y = box.y.min + dy / 2.0;
@@ -212,7 +212,7 @@ struct BlockGroup::Shapes {
   bool frozen;
   Bounds frame_x, frame_y;
 
-  /// A body without a frame has the state hash that it had before there were frames.
+  /// Bodies without a frame keep the state hash that they had before frames were introduced.
   void ExchangeState(StateExchange& x) {
     x(blocks, radius, frozen);
     if (!x.hashing() || frame_x.max > frame_x.min) x(frame_x, frame_y);
@@ -234,7 +234,7 @@ BlockGroup::Shapes BlockGroup::CopyShapes() const {
   return shapes;
 }
 
-/// Takes the body off the grid if its blocks are others; true then.
+/// If the blocks differ, replaces them, erases the body from the grid and returns true.
 bool BlockGroup::TakeShapes(const Shapes& shapes) {
   radius_ = shapes.radius;
   frozen_ = shapes.frozen;
@@ -253,7 +253,7 @@ bool BlockGroup::TakeShapes(const Shapes& shapes) {
   return true;
 }
 
-/// To be called before blocks change.
+/// Call it before blocks change.
 void BlockGroup::KeepLoaded() {
   if (!is_as_loaded_) return;
   if (!as_loaded_) as_loaded_ = std::make_unique<const Shapes>(CopyShapes());
@@ -366,7 +366,7 @@ void Placement::PlanBody(Model& model, const Pose& global) {
   const Pose frame = global + model.geom.pose;
   const SineCosine turn = SinCos(frame.a);
   const double lift = global.z + model.geom.pose.z;
-  double cells = 0, drawn = 0;  // of this body: those planned, those that it is drawn in now
+  double cells = 0, drawn = 0;  // cells of this body: planned, and drawn now
   for (const auto& block : model.blockgroup->blocks()) {
     items_.push_back({&model, block.get(), corners_.size(), parts_.size(),
                       Bounds(block->z_.min + lift, block->z_.max + lift), true, 0});
@@ -387,7 +387,7 @@ void Placement::PlanBody(Model& model, const Pose& global) {
   PlanCells(first_item);
 }
 
-/// The cells of all items from this one on.
+/// Computes the cells of all items from `first_item` on.
 void Placement::PlanCells(size_t first_item) {
   for (size_t i = first_item; i < items_.size(); i++) {
     items_[i].first_part = parts_.size();
@@ -396,7 +396,7 @@ void Placement::PlanCells(size_t first_item) {
   }
 }
 
-/// Takes back what was planned for the last body, of so many cells.
+/// Rejects the last body, which has `cells` cells, and removes its corners.
 void Placement::Refuse(size_t first_item, double cells) {
   growth_ -= cells;
   const size_t first_corner = items_[first_item].first_corner;
@@ -410,7 +410,7 @@ void Placement::Refuse(size_t first_item, double cells) {
   }
 }
 
-/// Appends the corners of a block that lies in the grid; of others, none.
+/// Appends the corners of a block, or none if it exceeds the grid.
 void Placement::AppendCorners(const Block& block, const Pose& frame, const SineCosine& turn,
                               const sensing::Scene& scene) {
   const size_t first = corners_.size();
@@ -429,7 +429,7 @@ void Placement::AppendCorners(const Block& block, const Pose& frame, const SineC
   }
 }
 
-/// How many cells the outline with these corners passes.
+/// Number of cells that the outline with these corners crosses.
 double Placement::CellsOfOutline(size_t first_corner, size_t end) const {
   double cells = 0;
   for (size_t c = first_corner; c < end; c++) {
@@ -439,7 +439,7 @@ double Placement::CellsOfOutline(size_t first_corner, size_t end) const {
   return cells;
 }
 
-/// That bodies may be drawn in, in the world of this one.
+/// Maximum number of cells that may be drawn in the model's world.
 double Placement::MostCells(const Model& model) {
   const double models = static_cast<double>(model.world->host().models.size());
   return kDrawnToLoaded * (kMostCells + kMostCellsPerModel * models);
@@ -472,7 +472,7 @@ Model* Placement::CollisionOf(const Item& item) const {
     });
   };
 
-  // Where the body is now, only cells with others in them are of interest.
+  // In cells where the body already is, only those with several bodies matter.
   const std::vector<grid::TilePart>& now = item.block->cells_;
   if (!item.moved) {
     for (const grid::TilePart& part : now) look_at(part.slot, grid.Crowded(part));
@@ -501,7 +501,7 @@ void Include(grid::CellBox* box, const point_int_t& p) {
 }  // namespace
 
 bool Placement::IsNearlyFull(const Model& model) {
-  // Bodies that turn pass other numbers of cells, but not twice as many.
+  // Turning a body changes its number of cells, but less than twofold.
   return static_cast<double>(model.scene().grid.drawn_cells()) > MostCells(model) / 2;
 }
 
@@ -521,8 +521,7 @@ size_t Placement::MostExactParts(size_t tiles) const {
   return parts;
 }
 
-/// An outline stays within the box of its corners. For the exact model it is drawn in all cells
-/// that it comes near.
+/// An outline stays within the box of its corners. The exact drawing includes adjacent cells.
 grid::CellBox Placement::Cells() const {
   grid::CellBox box;
   for (const Item& item : items_) {
@@ -590,7 +589,7 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
   }
   if (!item.moved) return;
   const std::span<grid::TilePart> parts = PartsOf(item);
-  // What takes memory comes first: the block has to know what is drawn of it.
+  // Allocates first, so that the block always matches what is drawn.
   block.cells_.reserve(parts.size());
   block.corners_.reserve(corners.size());
   grid.Redraw(block.body_, block.cells_, parts, edit);
@@ -606,7 +605,7 @@ void Placement::AddExactDrawings() {
   }
 }
 
-/// `body`: what the grid knows of the block.
+/// `body` holds the properties of the block in the grid.
 void Placement::DrawExactly(const Item& item, const grid::Body& body, grid::Grid::Edit* edit) {
   Block& block = *item.block;
   sensing::Scene& scene = item.model->scene();

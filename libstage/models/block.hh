@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Bodies: a model's body is a group of blocks, each a polygon with a height interval. Only their
-// outlines are drawn in the grid.
+// A model's body: a group of blocks, each a polygon with a height interval. Only outlines are drawn
+// in the grid.
 
 #ifndef STAGE_MODELS_BLOCK_HH
 #define STAGE_MODELS_BLOCK_HH
@@ -26,11 +26,11 @@ struct Scene;
 }
 }  // namespace internal
 
-/// How many cells the outlines of all bodies of a world may pass, each time counted, when its file
-/// is loaded. They take some 75 bytes each; a hospital in cells of 5 mm has 9 million.
+/// Maximum number of outline cells, counted with multiplicity, of all bodies when a world file is
+/// loaded. A cell takes about 75 bytes; a hospital with 5 mm cells has 9 million.
 inline constexpr double kMostCells = 16'000'000, kMostCellsPerModel = 1000;
-/// So many times as many may be drawn later. An outline passes up to 1.42 times as many cells when
-/// it is turned: no world that was loaded comes to this limit, unless bodies are added or grow.
+/// Factor by which more cells may be drawn later. Turning an outline adds at most 42 % of its
+/// cells, so a loaded world reaches this limit only if bodies are added or grow.
 inline constexpr double kDrawnToLoaded = 2;
 
 class Block {
@@ -38,16 +38,16 @@ class Block {
   Block(std::vector<point_t> points, Bounds z_range);
   ~Block();
 
-  /// Corners in the model's frame, counter-clockwise as a rule, after fitting.
+  /// Corners in the model's frame, usually counter-clockwise, after fitting.
   const std::vector<point_t>& points() const { return points_; }
   const Bounds& z_range() const { return z_; }  ///< after fitting
 
-  // How it is drawn in the grid, but for the exact ray model.
+  // Drawing in the grid, except that for the exact ray model.
   bool drawn() const { return drawn_; }
   grid::BodyId body() const { return body_; }
   const std::vector<grid::TilePart>& cells() const { return cells_; }
-  /// The stamp that the body had when the world had been loaded, see grid::Grid::Stamp(); 0 if it
-  /// was not there.
+  /// Draw-order stamp that the body had after loading, see grid::Grid::Stamp(); 0 if it was not
+  /// drawn then.
   uint64_t loading_stamp() const { return loading_stamp_; }
   void NoteLoadingStamp(uint64_t stamp) { loading_stamp_ = stamp; }
 
@@ -55,13 +55,13 @@ class Block {
   friend class BlockGroup;
   friend class Placement;
 
-  // As they came, and as they are after fitting to the model's size.
+  // Shape before and after fitting to the model's size.
   std::vector<point_t> source_points_, points_;
   Bounds source_z_, z_;
-  bool fills_height_ = false;  // while it is loaded: see BlockGroup::FillHeights()
+  bool fills_height_ = false;  // while loading: see BlockGroup::FillHeights()
 
-  // What is drawn in the grid now.
-  std::unique_ptr<ExactDrawing> exact_;  // only if some sensor wants it
+  // Current drawing in the grid.
+  std::unique_ptr<ExactDrawing> exact_;  // null unless a sensor uses the exact ray model
   bool drawn_ = false;
   grid::BodyId body_ = 0;
   uint64_t loading_stamp_ = 0;
@@ -69,8 +69,8 @@ class Block {
   std::vector<grid::TilePart> cells_;
 };
 
-/// Puts a polygon in the order that Stage wants: if the sum of its turning angles is not positive,
-/// it is reversed. The same on every processor.
+/// Reverses a polygon if the sum of its turning angles is not positive, as Stage does. Gives the
+/// same result on every processor.
 void OrientPolygon(std::vector<point_t>* points);
 
 class BlockGroup {
@@ -81,64 +81,62 @@ class BlockGroup {
   BlockGroup& operator=(const BlockGroup&) = delete;
 
   bool empty() const { return blocks_.empty(); }
-  /// It has blocks, none of which is drawn.
+  /// True if the group has blocks, none of which is drawn.
   bool IsUndrawn() const { return !blocks_.empty() && !drawn_; }
   const std::vector<std::unique_ptr<Block>>& blocks() const { return blocks_; }
 
-  /// New blocks are in the frame that the fitted ones are in. The group must be fitted and drawn
-  /// again afterwards.
+  /// Adds a block in the frame of the fitted blocks. Fit and draw the group again afterwards.
   void Add(std::vector<point_t> points, Bounds z_range);
   void AddRectangle(double x, double y, double dx, double dy, Bounds z_range);
-  /// Adds a block without heights of its own, which FillHeights() gives it.
+  /// Adds a block without a height interval; FillHeights() sets it.
   void AddWithoutHeights(std::vector<point_t> points);
-  /// Blocks without heights get those of the whole body, from 0 on at least; [0 1] if no block has
-  /// any. To be called when all blocks are there, before the body is fitted.
+  /// Gives blocks without heights the height interval of the whole body, extended to 0, or [0 1] if
+  /// no block has one. Call it after adding all blocks, before fitting.
   void FillHeights();
-  /// The rectangle counts as part of the body in plan when that is fitted, but nothing of it is
-  /// drawn: the paper that a picture was painted on.
+  /// Sets a rectangle that counts as part of the body in fitting but is not drawn, such as the
+  /// margins of a picture.
   void SetFrame(Bounds x, Bounds y);
   bool has_frame() const { return frame_x_.max > frame_x_.min; }
-  /// Changes a block that is a rectangle, as AddRectangle() makes them. Draw it again afterwards.
+  /// Changes a block made by AddRectangle(). Draw the group again afterwards.
   void ChangeRectangle(size_t index, const bounds3d_t& box);
-  /// Erases the body from the grid and forgets it.
+  /// Erases the body from the grid and deletes all blocks.
   void Clear();
-  /// How often it was cleared: tells whether blocks that one has added are still there.
+  /// Number of calls of Clear(): tells whether added blocks still exist.
   unsigned times_cleared() const { return times_cleared_; }
-  /// Another number after each change of the blocks: tells whether a picture of them is still good.
+  /// Changes with each change of the blocks: tells whether a picture of them is up to date.
   unsigned version() const { return version_; }
 
-  /// Stretches and centres the body in plan to fill size.x by size.y; heights are scaled to
-  /// size.z in all, and not shifted. A body without extent along x or y lies in the middle there;
-  /// one without height stays at the height that it has.
+  /// Scales and centers the body in plan to fill size.x by size.y. Scales heights to size.z without
+  /// shifting them. A body without extent along an axis is centered on it; one without height keeps
+  /// its z.
   void Fit(const Size& size);
   bounds3d_t BoundingBox() const;
-  /// The body has blocks, and all of them are at one height: rangers see it there alone.
+  /// True if the body has blocks, all at one height: rangers see it only at that height.
   bool IsFlat() const;
-  /// Of a circle about the origin of the body's frame that all blocks lie in, seen from above.
+  /// Radius of a circle around the origin of the body's frame that contains all blocks in plan.
   double radius() const { return radius_; }
 
-  /// Takes the body off the grid.
+  /// Removes the body from the grid.
   void Erase();
-  /// For the last time: the model is going. Takes no memory.
+  /// Final Erase() by the model's destructor. Does not allocate.
   void EraseForGood() {
     Erase();
     NoteChange();
   }
-  /// The cells of those blocks that are drawn; `exact`: for the exact ray model.
+  /// Appends the drawings of drawn blocks; `exact`: those for the exact ray model.
   void AppendDrawings(grid::Drawings* drawings, bool exact) const;
-  /// Calls f(grid::BodyId, const std::vector<grid::TilePart>&) for all that is drawn of it.
+  /// Calls f(grid::BodyId, const std::vector<grid::TilePart>&) for each drawn body of the group.
   template <typename F>
   void ForEachBody(F f) const;
-  /// Some of it may have been drawn since the world was loaded, or a snapshot says that it was.
+  /// True if some block may have been drawn since loading, or before restoring a snapshot.
   bool drawn_since_loading() const { return drawn_since_loading_; }
   void NoteDrawnSinceLoading(bool drawn) { drawn_since_loading_ = drawn; }
-  /// The blocks are those that the model was loaded with: until they change, ExchangeState() saves
-  /// no more than that.
+  /// Marks the blocks as loaded: ExchangeState() saves only a flag until they change.
   void NoteLoaded() { is_as_loaded_ = true; }
   bool is_as_loaded() const { return is_as_loaded_; }
-  /// Restoring other blocks than there are takes the body off the grid; true then.
+  /// Restoring other blocks erases the body from the grid. Returns true then.
   bool ExchangeState(StateExchange& exchange);
-  /// How the blocks are drawn, for a copy of the grid: see AdoptDrawings().
+  /// Drawing of a block, for a copy of the grid: see AdoptDrawings().
   struct Drawing {
     std::vector<point_int_t> corners;
     std::vector<grid::TilePart> cells;
@@ -147,10 +145,10 @@ class BlockGroup {
     bool drawn = false;
   };
   std::vector<Drawing> Drawings() const;
-  /// The grid has become a copy of one that a group with as many blocks was drawn in so: this one
-  /// is, too. To be drawn again afterwards, which only takes time where it has to lie elsewhere.
+  /// Adopts the drawings of a group with equally many blocks, after the grid has become a copy of
+  /// its grid. Draw the group afterwards; that is fast for blocks that stay in place.
   void AdoptDrawings(const std::vector<Drawing>& drawings);
-  /// To be called when the owner's visibility to rangers changed.
+  /// Call it when the owner's visibility to rangers has changed.
   void RefreshVisibility(bool ranger_visible);
 
  private:
@@ -170,13 +168,14 @@ class BlockGroup {
   Model& owner_;
   std::vector<std::unique_ptr<Block>> blocks_;
   double radius_ = 0;
-  Bounds frame_x_, frame_y_;  // see SetFrame(), in the frame of the source points; none: both 0
-  bool frozen_ = true;        // the blocks are as they came; so are those that are added
-  bool drawn_ = false;        // some of them
+  Bounds frame_x_, frame_y_;  // see SetFrame(); in the frame of the source points; no frame: both
+                              // empty
+  bool frozen_ = true;        // the blocks are not fitted since the last change
+  bool drawn_ = false;        // at least one block is drawn
   bool drawn_since_loading_ = true;
   bool is_as_loaded_ = false;
-  std::unique_ptr<const Shapes> as_loaded_;  // once it has been changed
-  bool told_too_large_ = false;              // of the body that it is since it was fitted
+  std::unique_ptr<const Shapes> as_loaded_;  // set when the body has changed since loading
+  bool told_too_large_ = false;              // since the last fit
   unsigned times_cleared_ = 0;
   unsigned version_ = 0;
 };
@@ -190,34 +189,34 @@ void BlockGroup::ForEachBody(F f) const {
   }
 }
 
-/// Where the bodies of a model and its descendants would lie in the grid, with the poses that the
-/// models have at the moment of Plan(). They can be tested and drawn there.
+/// Proposed position in the grid of the bodies of a model and its descendants, at the poses at the
+/// time of Plan(). They can be tested for collisions and drawn there.
 class Placement {
  public:
-  /// `with_children`: also the bodies of all descendants.
+  /// `with_children`: include the bodies of all descendants.
   void Plan(Model& model, bool with_children);
 
-  /// The first model that a body would run into: one that is an obstacle, not related, of
-  /// overlapping height, and drawn in one of the cells. The ground, where a body reaches below z 0.
+  /// Returns the first model with which a body would collide: an unrelated obstacle of overlapping
+  /// height drawn in one of its cells, or the ground if a body reaches below z 0.
   Model* Collision(Model* ground) const;
-  /// How many cells the outlines pass, each time counted, those of bodies that are too large too.
+  /// Outline cells summed over all bodies, with multiplicity, including rejected oversized bodies.
   double CountCells() const { return cells_; }
-  /// Moves the drawings there. A body that is too large is not drawn, with a message. `edit`: for
-  /// one of several threads at once, see MayShareEdit().
+  /// Moves the drawings to the proposed position. Oversized bodies are not drawn, with a message.
+  /// `edit` is used in a shared edit, see MayShareEdit().
   void Commit(grid::Grid::Edit* edit = nullptr);
-  /// Draws the outlines for the exact ray model, of those bodies that are drawn, and nothing else.
+  /// Draws outlines for the exact ray model, only of bodies that are drawn.
   void AddExactDrawings();
 
-  /// So many cells are drawn in that a move could be refused for it: the order of moves matters.
+  /// True if so many cells are drawn that a move might be refused: the order of moves matters then.
   static bool IsNearlyFull(const Model& model);
-  /// The drawings can be moved in a shared edit of the grid (see Grid::BeginSharedEdit()): each is
-  /// there already.
+  /// True if the drawings can be moved in a shared edit of the grid (see Grid::BeginSharedEdit()):
+  /// all of them exist already.
   bool MayShareEdit() const;
-  /// All cells that Collision() and Commit() may look at or change.
+  /// Box of all cells that Collision() and Commit() may read or change.
   grid::CellBox Cells() const;
-  /// The cells that bodies would be drawn in anew. Without slots, which a shared edit needs.
+  /// Cells in which bodies will be drawn. Their slots, which a shared edit needs, are not set yet.
   std::span<grid::TilePart> NewParts() { return parts_; }
-  /// In how many parts they would be drawn for the exact model at most, in so many tiles.
+  /// Maximum number of tile parts of the exact drawings if they touch `tiles` tiles.
   size_t MostExactParts(size_t tiles) const;
   size_t body_count() const { return items_.size(); }
 
@@ -225,11 +224,11 @@ class Placement {
   struct Item {
     Model* model;
     Block* block;
-    size_t first_corner;  // there are none if it is not to be drawn
-    size_t first_part;    // of the cells that it will be drawn in; none if it stays where it is
+    size_t first_corner;  // no corners if it is not to be drawn
+    size_t first_part;    // of its new cells; none if it does not move
     Bounds z;
-    bool moved;            // it will be drawn in other cells than now
-    double refused_cells;  // of its body, if that is too large; else 0
+    bool moved;            // its cells will change
+    double refused_cells;  // cells of its body if that is too large; otherwise 0
   };
   void PlanModel(Model& model, const Pose& global, bool with_children);
   void PlanBody(Model& model, const Pose& global);
@@ -250,9 +249,9 @@ class Placement {
   std::vector<Item> items_;
   std::vector<point_int_t> corners_;
   std::vector<grid::TilePart> parts_;
-  std::vector<point_t> exact_corners_;  // the corners, global metres; only for the exact drawing
+  std::vector<point_t> exact_corners_;  // global corners in metres; only for the exact drawing
   double cells_ = 0;                    // see CountCells()
-  double growth_ = 0;                   // by how many cells more than now will be drawn
+  double growth_ = 0;                   // number of additional cells that will be drawn
 };
 
 }  // namespace Stg

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Properties of whole bodies in world files: heights that are left out, and the frame of a picture.
+// World-file properties of whole bodies: missing heights, and the frame of a picture.
 
 #include <algorithm>
 #include <limits>

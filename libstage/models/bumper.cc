@@ -140,13 +140,13 @@ void ModelBumper::AddLine(uint32_t index, const Pose& frame, sensing::FanList* f
   fan.sink = this;
   fan.tag = index;
   fan.z_test = false;
-  PlaceFan(&fan, start, config.length, RayModel::kCell);  // contact is a matter of cells
+  PlaceFan(&fan, start, config.length, RayModel::kCell);  // contact is defined by cells
   fan.record.first_direction = sensing::DirectionTables::kAhead;
   fans->Add(fan, 1);
 }
 
 void ModelBumper::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
-  // It may have been shut down since the rays were made.
+  // The bumper may have been shut down since the rays were added.
   if (!samples || tag >= results_.size()) return;
   BumperSample& sample = results_[tag];
   sample.hit = hits.runs[0].model;

@@ -19,17 +19,17 @@ namespace Stg {
 namespace {
 
 constexpr int kLongestSide = 16384;       // pixels
-constexpr int kMostPixels = 4096 * 2304;  // in all
+constexpr int kMostPixels = 4096 * 2304;  // in total
 constexpr camera::Rgba kFloor{255, 255, 255, 255};
 
-/// Of a picture's sides.
+/// True if a picture may have these sides.
 bool IsPossible(int width, int height) {
   return width >= 0 && height >= 0 && width <= kLongestSide && height <= kLongestSide &&
          width * height <= kMostPixels;
 }
 
 uint8_t Byte(double share) {
-  // Not-a-number is 0.
+  // NaN becomes 0.
   return share > 0 ? static_cast<uint8_t>(share < 1 ? share * 255 + 0.5 : 255) : uint8_t{0};
 }
 
@@ -37,7 +37,7 @@ camera::Rgba Opaque(const Color& color) {
   return {Byte(color.r), Byte(color.g), Byte(color.b), 255};
 }
 
-/// The tangent of half a field of view that is given in degrees.
+/// Tangent of half a field of view given in degrees.
 double HalfTangent(double fov) {
   const SineCosine half = SinCos(dtor(fov) / 2);
   return half.sine / half.cosine;
@@ -45,7 +45,7 @@ double HalfTangent(double fov) {
 
 double PlanarLength(const Pose& p) { return std::sqrt(p.x * p.x + p.y * p.y); }
 
-/// Of a circle about the model's origin that its body and those of its descendants lie in.
+/// Radius of a circle around the model's origin that contains the bodies of it and its descendants.
 double TreeRadius(const Model& mod) {
   double radius = PlanarLength(mod.GetGeom().pose) + mod.body().radius();
   for (const Model* child : mod.GetChildren()) {
@@ -159,7 +159,7 @@ void ModelCamera::TakePicture() {
   camera::Raster& raster = picture_->raster;
   raster.Begin(lens, width_, height_, picture_->depth.data(), picture_->color.data());
   for (const Model* mod : world->GetChildren()) DrawTree(*mod, mod->GetPose());
-  DrawFloor();  // last, so that flat bodies on the floor are seen
+  DrawFloor();  // last, so that flat bodies on the floor stay visible
   raster.Finish();
 }
 
@@ -179,7 +179,7 @@ void ModelCamera::DrawBody(const Model& mod, const Pose& global) {
     const Bounds& z = blocks[i]->z_range();
     raster.DrawWalls(blocks[i]->points(), frame, Bounds(z.min + frame.z, z.max + frame.z), paint);
   }
-  // A body that was traced from a picture has holes: neighbours of equal height go together.
+  // Bodies traced from pictures have holes, so adjacent blocks of equal height are filled together.
   const auto draw_level = [&](double Bounds::*end, auto visible) {
     for (size_t i = 0; i < blocks.size(); i++) {
       const double level = blocks[i]->z_range().*end + frame.z;
@@ -190,7 +190,7 @@ void ModelCamera::DrawBody(const Model& mod, const Pose& global) {
         raster.FillOutlines(level, paint);
     }
   };
-  // Undersides of tops, and floors from above, are seen by those only who look into the body.
+  // Tops from below and bottoms from above are visible only from inside the body.
   const bool cut = raster.MayBeCut(frame.x, frame.y, mod.body().radius());
   draw_level(&Bounds::max,
              [&](double z) { return raster.IsBelowEye(z) || (cut && raster.IsAboveEye(z)); });
@@ -202,7 +202,7 @@ void ModelCamera::DrawFloor() {
   camera::Raster& raster = picture_->raster;
   const double level = 0.0;
   if (!raster.IsBelowEye(level) && !raster.IsAboveEye(level)) return;
-  const bounds3d_t extent = scene().Extent();  // of its own: others ask too
+  const bounds3d_t extent = scene().Extent();  // a copy, because other threads ask too
   const Bounds &x = extent.x, &y = extent.y;
   picture_->floor.assign({{x.min, y.min}, {x.max, y.min}, {x.max, y.max}, {x.min, y.max}});
   raster.AddOutline(picture_->floor, Pose(), level);

@@ -13,12 +13,12 @@ namespace {
 
 constexpr Rgba kBackground{178, 178, 204, 255};
 
-/// A view that is tilted so far that it goes almost all around is not narrowed down from above.
+/// Below this value, the tilted view covers nearly all headings and is not bounded by a wedge.
 constexpr double kSteep = 1e-3;
 
 enum Side : unsigned { kLeft = 1, kRight = 2, kFar = 4 };
 
-/// The first of the pixels from 0 to `limit` whose middle is at `at` or beyond.
+/// Index of the first pixel in [0, limit) with its center at `at` or beyond, or `limit`.
 int FirstPixel(double at, int limit) {
   const double pixel = std::ceil(at - 0.5);
   if (!(pixel > 0)) return 0;
@@ -47,8 +47,8 @@ void Raster::Begin(const Lens& lens, int width, int height, float* depth, Rgba* 
   tilt_cosine_ = tilt.cosine;
   tilt_sine_ = tilt.sine;
 
-  // A visible point at depth d is d (cos t + v sin t) ahead, |v| <= half_height, and at most
-  // d half_width to the side.
+  // A visible point at depth d lies d (cos t + v sin t) ahead, |v| <= half_height, and at most d
+  // half_width to the side.
   const double spread = lens.half_height * std::fabs(tilt.sine);
   const double least = tilt.cosine - spread;
   wedge_ = least > kSteep ? lens.half_width / least : -1;
@@ -89,7 +89,7 @@ void Raster::PlaceCorners(const std::vector<point_t>& outline, const Pose& frame
   const double dx = frame.x - lens_.eye.x, dy = frame.y - lens_.eye.y;
   const double ahead = dx * view_cosine_ + dy * view_sine_;
   const double right = dx * view_sine_ - dy * view_cosine_;
-  // Cosine and sine of the heading that is looked along, as seen from the frame.
+  // Cosine and sine of the view's heading relative to the frame.
   const double cosine = turn.cosine * view_cosine_ + turn.sine * view_sine_;
   const double sine = turn.cosine * view_sine_ - turn.sine * view_cosine_;
   corners_.clear();
@@ -105,7 +105,7 @@ Raster::Point Raster::At(const Corner& corner, double height) const {
           corner.ahead * tilt_cosine_ - height * tilt_sine_};
 }
 
-/// The plane of the points p with (right, up, depth) * p = product.
+/// Returns the plane of the points p with (right, up, depth) * p = product.
 Raster::Plane Raster::MakePlane(double right, double up, double depth, double product) const {
   const double x = right * lens_.half_width, y = up * lens_.half_height;
   return {(depth - x - y) / product, 2 * x / (product * width_), 2 * y / (product * height_)};
@@ -121,10 +121,10 @@ void Raster::DrawWalls(const std::vector<point_t>& outline, const Pose& frame, c
   for (size_t i = 0; i < count; i++) {
     const Corner &a = corners_[i], &b = corners_[i + 1 < count ? i + 1 : 0];
     if (a.beyond & b.beyond) continue;
-    // Its normal is horizontal: `right` to the right and `ahead` ahead.
+    // The normal is horizontal: `right` to the right and `ahead` ahead.
     const double right = b.ahead - a.ahead, ahead = a.right - b.right;
     const double product = right * a.right + ahead * a.ahead;
-    if (product == 0) continue;  // seen from its edge, or no wall at all
+    if (product == 0) continue;  // seen edge-on, or no wall at all
     polygon_.assign({At(a, low), At(b, low), At(b, high), At(a, high)});
     AddPolygon();
     Fill(MakePlane(right, ahead * tilt_sine_, ahead * tilt_cosine_, product), color);
@@ -164,7 +164,7 @@ void Raster::AddPolygon() {
     AddEdge(polygon_[i], polygon_[i + 1 < polygon_.size() ? i + 1 : 0]);
 }
 
-/// Cuts off what is nearer than the near plane (Sutherland and Hodgman).
+/// Clips the polygon to the near plane (Sutherland-Hodgman).
 void Raster::ClipToNear() {
   clipped_.clear();
   const double near = lens_.near;
@@ -173,7 +173,7 @@ void Raster::ClipToNear() {
     const bool keep_a = a.depth >= near, keep_b = b.depth >= near;
     if (keep_a) clipped_.push_back(a);
     if (keep_a == keep_b) continue;
-    // From the end that stays: faces that share the edge find the same point, bit for bit.
+    // Starts at the kept end: faces that share the edge then compute bit-equal points.
     const Point &stays = keep_a ? a : b, &goes = keep_a ? b : a;
     const double share = (stays.depth - near) / (stays.depth - goes.depth);
     clipped_.push_back({stays.right + (goes.right - stays.right) * share,
@@ -182,10 +182,10 @@ void Raster::ClipToNear() {
   polygon_.swap(clipped_);
 }
 
-/// From here on `right` and `up` are pixels.
+/// Adds the crossings of an edge with pixel rows; `right` and `up` are in pixels here.
 void Raster::AddEdge(const Point& from, const Point& to) {
   const bool upwards = from.up < to.up;
-  // Always from the lower end, so that neighbours agree on their common edge.
+  // Always starts at the lower end, so that adjacent faces agree on their common edge.
   const Point &low = upwards ? from : to, &high = upwards ? to : from;
   const int begin = FirstPixel(low.up, height_), end = FirstPixel(high.up, height_);
   if (begin >= end) return;
@@ -200,7 +200,7 @@ void Raster::AddEdge(const Point& from, const Point& to) {
   }
 }
 
-/// Fills the polygons added, and forgets them.
+/// Fills the added polygons and removes them.
 void Raster::Fill(const Plane& plane, Rgba color) {
   for (int row = first_row_; row < end_row_; row++) FillRow(row, plane, color);
   crossings_.clear();

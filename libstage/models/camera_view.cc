@@ -14,12 +14,12 @@ namespace Stg {
 
 namespace {
 
-constexpr double kLowest = 0.1;    // m: a perspective camera that is moved
-constexpr double kLeastScale = 1;  // pixels per metre
-constexpr double kLeastZoom = 1.1, kGreatestZoom = 2.5, kZoomUnit = 25;  // of a turn of the wheel
+constexpr double kLowest = 0.1;  // m: lower limit of the height of a perspective camera when moved
+constexpr double kLeastScale = 1;                                        // pixels per metre
+constexpr double kLeastZoom = 1.1, kGreatestZoom = 2.5, kZoomUnit = 25;  // per turn of the wheel
 constexpr double kFarthestPan = 100;                                     // m
 
-/// Old files hold pitches that were taken for radians when they were saved.
+/// Old files contain pitches that were converted to degrees twice.
 double PitchFromFile(double pitch) { return pitch > 180 ? dtor(pitch) : pitch; }
 
 }  // namespace
@@ -105,7 +105,7 @@ void OrthoCamera::SetProjection(double, double, double, double) {}
 
 void OrthoCamera::move(double x, double y) {
   const SineCosine yaw = SinCos(dtor(_yaw)), pitch = SinCos(dtor(_pitch));
-  // The floor is foreshortened where it is looked at from the side.
+  // The floor is foreshortened when viewed at an angle.
   const double right = x / _scale;
   const double away =
       constrain(y / (_scale * std::max(pitch.cosine, 1e-9)), -kFarthestPan, kFarthestPan);
@@ -125,7 +125,7 @@ void OrthoCamera::scale(double amount, double shift_x, double h, double shift_y,
   const double old = _scale;
   _scale = std::max(amount < 0 ? old * factor : old / factor, kLeastScale);
   if (w <= 0 || h <= 0) return;
-  // What is under the pointer stays there: the centre moves towards it, or away.
+  // Zooms about the pointer: the point below it stays in place.
   const double x = shift_x - w / 2, y = h / 2 - shift_y;
   const double gain = 1 / old - 1 / _scale;
   const SineCosine yaw = SinCos(dtor(_yaw));

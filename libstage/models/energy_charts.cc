@@ -16,7 +16,7 @@ namespace {
 constexpr size_t kChartLength = 1200;
 constexpr float kChartWidth = 200, kChartHeight = 40;  // pixels
 
-/// All that is further away than numbers of squares go is in the outermost ones.
+/// Index of a square; clamped to +-2^30.
 int SquareOf(double metres) {
   constexpr double kFarthest = 1 << 30;
   return std::isnan(metres)
@@ -40,7 +40,7 @@ joules_t DissipationVis::At(double x, double y) const {
 }
 
 EnergyCharts::EnergyCharts(Model* model)
-    // "input" is the name that world files have for it.
+    // World files call it "energy_input".
     : output(0, 100, kChartWidth, kChartHeight, kChartLength, Color(1, 0, 0), Color(0, 0, 0, 0.5),
              "energy output", "energy_input"),
       stored(0, 142, kChartWidth, kChartHeight, kChartLength, Color(0, 1, 0), Color(0, 0, 0, 0.5),

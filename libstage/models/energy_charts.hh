@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a window shows of a power pack: two charts, and a map of where energy was dissipated.
+// Visualizers of a power pack: two charts, and a map of where energy was dissipated.
 
 #ifndef STAGE_MODELS_ENERGY_CHARTS_HH
 #define STAGE_MODELS_ENERGY_CHARTS_HH
@@ -12,21 +12,21 @@
 
 namespace Stg {
 
-/// Energy by squares of 1 m.
+/// Dissipated energy per square of 1 m side.
 class DissipationVis : public Visualizer {
  public:
-  /// `greatest`: of all squares of all packs of a world.
+  /// `greatest` is the maximum over all squares of all packs of the world; Accumulate() updates it.
   explicit DissipationVis(joules_t* greatest)
       : Visualizer("energy dissipation", "energy_dissipation"), greatest_(greatest) {}
 
   void Accumulate(double x, double y, joules_t amount);
   joules_t At(double x, double y) const;
-  /// Of all squares of all packs of the world: what the shades are relative to.
+  /// Maximum over all squares of all packs of the world: the reference of the shades.
   joules_t Greatest() const { return *greatest_; }
 
   const std::map<point_int_t, joules_t>& squares() const { return squares_; }
 
-  /// Draws nothing: those who make pictures read the squares.
+  /// Draws nothing; renderers read squares().
   void Visualize(Model*, Camera*) override {}
 
  private:
@@ -36,7 +36,7 @@ class DissipationVis : public Visualizer {
 
 class EnergyCharts {
  public:
-  /// Attaches them to the model.
+  /// Adds the charts to the model's visualizers.
   explicit EnergyCharts(Model* model);
   ~EnergyCharts();
 

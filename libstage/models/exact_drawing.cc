@@ -11,7 +11,7 @@ namespace Stg {
 
 namespace {
 
-/// A circle around the corners.
+/// Sets the body's bounding circle.
 void Enclose(grid::Body* part) {
   const point_t* begin = part->corners;
   const point_t* end = begin + part->edges + 1;
@@ -42,8 +42,8 @@ void ExactDrawing::Draw(grid::Grid* grid, const grid::Body& body, std::span<cons
   }
   const size_t runs = RunsOf(count);
   if (runs != runs_.size()) Erase(grid);
-  // There may be too little memory at any time: bodies of the grid never refer to corners that are
-  // gone, and runs know what is drawn of them.
+  // Exception safety: allocations may fail at any time, but bodies in the grid must never refer to
+  // freed corners, and runs_ must match what is drawn.
   std::vector<point_t> before;
   if (corners_.capacity() < count + 1) {
     std::swap(before, corners_);
@@ -77,7 +77,7 @@ grid::Body ExactDrawing::BodyOf(const grid::Body& body, size_t run) const {
 
 void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metre,
                            grid::Grid::Edit* edit) {
-  static thread_local std::vector<grid::TilePart> cells;  // for its memory
+  static thread_local std::vector<grid::TilePart> cells;  // static to reuse its memory
   Run& run = runs_[index];
   cells.clear();
   grid::PartsMaker maker(&cells);
@@ -92,7 +92,7 @@ void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metr
     });
   }
   maker.Finish();
-  run.cells.reserve(cells.size());  // before: the run has to know what is drawn of it
+  run.cells.reserve(cells.size());  // allocate first, so that run.cells always matches the grid
   grid->Redraw(run.body, run.cells, cells, edit);
   run.cells.assign(cells.begin(), cells.end());
 }

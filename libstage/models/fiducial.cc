@@ -19,7 +19,7 @@ namespace Stg {
 
 namespace {
 
-/// Everything but the finder's own tree blocks the view.
+/// All bodies block the view except the finder's own tree.
 bool StopsFinder(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder);
 }
@@ -116,7 +116,7 @@ void ModelFiducial::CollectCandidates() {
   }
 }
 
-/// Everything that decides but the line of sight. False: it can't be found.
+/// Tests all conditions except the line of sight. Returns false if the target cannot be found.
 bool ModelFiducial::MakeCandidate(const Pose& own, Model* target, const Pose& there,
                                   Fiducial* candidate) const {
   if (target->vis.fiducial_key != vis.fiducial_key) return false;
@@ -137,7 +137,7 @@ bool ModelFiducial::MakeCandidate(const Pose& own, Model* target, const Pose& th
   return true;
 }
 
-/// One fan with a ray for each candidate. The rays are as long as the range: they go on behind the
+/// Adds one fan with a ray to each candidate. Rays have the full range, so they extend beyond the
 /// candidate's origin.
 void ModelFiducial::AddFan(sensing::FanList* fans) {
   sensing::Fan fan;
@@ -145,14 +145,14 @@ void ModelFiducial::AddFan(sensing::FanList* fans) {
   fan.finder = this;
   fan.sink = this;
   PlaceFan(&fan, GetGlobalPose() + geom.pose, max_range_anon, RayModel::kDefault);
-  static thread_local std::vector<double> bearings;  // for its memory
+  static thread_local std::vector<double> bearings;  // static to reuse its memory
   bearings.clear();
   for (const Fiducial& candidate : candidates_) bearings.push_back(candidate.bearing);
   fans->Add(fan, bearings);
 }
 
 void ModelFiducial::TakeHits(uint32_t, const sensing::RayHits& hits) {
-  if (candidates_.size() != hits.count) return;  // nobody has wanted to know for a while
+  if (candidates_.size() != hits.count) return;  // the finder lost its subscribers meanwhile
   fiducials_.clear();
   const sensing::HitRun* run = hits.runs;
   for (uint32_t i = 0; i < hits.count; i++) {

@@ -14,8 +14,8 @@ namespace Stg {
 
 namespace {
 
-/// Metres. Half the usual range of a finder: it then looks at five strips, and at few targets that
-/// are too far to the left or right.
+/// Metres. Half the usual range of a finder: it then searches five strips and few targets too far
+/// left or right.
 constexpr double kStripWidth = 4.0;
 
 double StripOf(double x) { return std::floor(x / kStripWidth); }
@@ -31,9 +31,9 @@ bool FiducialIndex::Place::operator<(const Place& o) const {
 }
 
 void FiducialIndex::Refresh(const std::vector<Model*>& models, uint64_t step) {
-  sightings_known_ = false;  // finders look for targets now, which they will then point to
+  sightings_known_ = false;  // finders may now find and keep new targets
   if (known_ && step_ == step) return;
-  known_ = false;  // if there is too little memory
+  known_ = false;  // in case memory is exhausted
   targets_.clear();
   places_.clear();
   for (Model* model : models) {
@@ -49,7 +49,7 @@ void FiducialIndex::Refresh(const std::vector<Model*>& models, uint64_t step) {
 }
 
 const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reach) const {
-  static thread_local std::vector<uint32_t> near;  // for its memory
+  static thread_local std::vector<uint32_t> near;  // static to reuse its memory
   near.clear();
   if (!std::isfinite(x) || !std::isfinite(y) || !(reach >= 0)) return near;
   const double last_strip = StripOf(x + reach);
@@ -57,11 +57,11 @@ const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reac
   auto place = std::lower_bound(places_.begin(), places_.end(), from);
   while (place != places_.end() && place->strip <= last_strip) {
     const double strip = place->strip;
-    // This may be the first place of a later strip than the one that was looked for.
+    // `place` may be in a later strip than intended, so the search in its strip starts here.
     place = std::lower_bound(place, places_.end(), Place{strip, y - reach, 0});
     for (; place != places_.end() && place->strip == strip && place->y <= y + reach; ++place)
       if (std::fabs(targets_[place->target].pose.x - x) <= reach) near.push_back(place->target);
-    // The next strip. So far out that adding 1 changes nothing the next number is all the same.
+    // Next strip. nextafter() because adding 1 has no effect on very large numbers.
     const double beyond = std::nextafter(strip, std::numeric_limits<double>::infinity());
     place = std::lower_bound(place, places_.end(), Place{beyond, y - reach, 0});
   }
@@ -87,7 +87,7 @@ void FiducialIndex::Forget(const Model* model) {
     sightings_known_ = false;
 }
 
-/// Those who delete one model mostly delete more before the next is found.
+/// The sightings are kept, because clients that delete one model often delete more.
 void FiducialIndex::ForgetSightings(const Model* target) {
   if (!sightings_known_ && !CollectSightings()) {
     for (ModelFiducial* finder : finders_) finder->ForgetTarget(target);
@@ -108,7 +108,7 @@ void FiducialIndex::ForgetSightings(const Model* target) {
   }
 }
 
-/// False if there is too little memory.
+/// Returns false if memory is exhausted.
 bool FiducialIndex::CollectSightings() {
   sightings_.clear();
   try {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What fiducial finders may see, so arranged that each of them looks only at what is near it; and
-// which finders there are.
+// Spatial index of what fiducial finders may see, so that each examines only nearby targets, and
+// the list of finders.
 
 #ifndef STAGE_MODELS_FIDUCIAL_INDEX_HH
 #define STAGE_MODELS_FIDUCIAL_INDEX_HH
@@ -23,28 +23,28 @@ class FiducialIndex {
     Pose pose;  ///< global
   };
 
-  /// Reads all models with a fiducial_return, unless it was done in this step before. To be called
-  /// before finders look for targets. `models` are all there are, in the order of creation.
+  /// Collects all models with a fiducial_return, once per step. Call it before finders look for
+  /// targets. `models` are all models in the order of creation.
   void Refresh(const std::vector<Model*>& models, uint64_t step);
 
-  /// The targets whose x and y both lie within +-reach of the point, in the order of creation.
-  /// Valid until this thread's next call. The time it takes grows with the number of targets that
-  /// are near, not of all.
+  /// Returns the targets whose x and y lie within +-reach of the point, in the order of creation.
+  /// Valid until this thread's next call. The cost depends on the number of nearby targets, not of
+  /// all.
   const std::vector<uint32_t>& Near(double x, double y, double reach) const;
   const Target& target(uint32_t i) const { return targets_[i]; }
 
-  /// Subscribed finders: those that keep pointers to targets.
+  /// Registers subscribed finders, which keep pointers to targets.
   void AddFinder(ModelFiducial* finder);
   void RemoveFinder(ModelFiducial* finder);
 
-  /// A model that is going to be deleted.
+  /// Call before a model is deleted.
   void Forget(const Model* model);
   void Clear();
-  /// How many sightings were looked at to forget models: the work that these have made.
+  /// Number of sightings examined in forgetting models; a measure of the work.
   uint64_t looked_at() const { return looked_at_; }
 
  private:
-  // The plane is cut into strips along y, in each of which targets are sorted by y.
+  // The plane is divided into strips along y. Targets are sorted by strip, then by y.
   struct Place {
     double strip, y;
     uint32_t target;
@@ -52,8 +52,8 @@ class FiducialIndex {
   };
 
   struct Sighting {
-    const Model* target;  // may be gone; it is only compared
-    uint32_t finder;      // its number
+    const Model* target;  // may be dangling; only compared
+    uint32_t finder;      // model id
   };
   void ForgetSightings(const Model* target);
   bool CollectSightings();
@@ -63,7 +63,7 @@ class FiducialIndex {
   std::vector<ModelFiducial*> finders_;  // in the order of creation
   uint64_t step_ = 0;
   bool known_ = false;
-  // All pointers to targets that finders have, and perhaps some more; sorted by target.
+  // Superset of the targets that finders point to, sorted by target.
   std::vector<Sighting> sightings_;
   bool sightings_known_ = false;
   uint64_t looked_at_ = 0;

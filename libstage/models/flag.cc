@@ -36,7 +36,7 @@ Model::Flag* Model::PopFlag() {
 void Model::RemoveFlag(Flag* flag) {
   if (!flag) return;
   flag_list.remove(flag);
-  CallCallbacks(CB_FLAGDECR);  // whether it was there or not: users of Stage 4.3 may count on it
+  CallCallbacks(CB_FLAGDECR);  // even if it was not there, as in Stage 4.3
 }
 
 }  // namespace Stg

@@ -23,19 +23,19 @@ namespace Stg {
 
 namespace {
 
-constexpr double kStep = 0.05;      // of fingers and lift, in one update
-constexpr double kRounding = 1e-9;  // a full travel takes 20 steps, however they add up
+constexpr double kStep = 0.05;      // change of finger and lift position per update
+constexpr double kRounding = 1e-9;  // tolerance, so that a full travel takes exactly 20 steps
 
-// The order of the gripper's own blocks, which are the first of its body.
+// Indices of the gripper's own blocks, which are the first of its body.
 constexpr size_t kBase = 0, kLeft = 1, kRight = 2;
 
-constexpr uint32_t kFirstContact = 2;  // the tags of the rays before it are the beams'
+constexpr uint32_t kFirstContact = 2;  // tags of contact rays start here; lower ones are beams
 
 bool StopsGripper(Model* candidate, const Model* finder, const void*) {
   return candidate != finder && candidate->vis.gripper_return;
 }
 
-/// From `range`, the share `unit` of the way. Exact at both ends.
+/// Interpolates linearly from range.min (unit 0) to range.max (unit 1). Exact at both ends.
 double Along(const Bounds& range, double unit) {
   return range.min * (1.0 - unit) + range.max * unit;
 }
@@ -84,7 +84,7 @@ ModelGripper::ModelGripper(World* world_, Model* parent_, const std::string& typ
   config_.break_beam_inset[1] = 0.25 * config_.paddle_size.x;
   geom.size = Size(0.2, 0.3, 0.2);
   color = Color(0.3, 0.3, 0.3);
-  has_default_block = false;  // blocks of the world file come on top of the gripper's
+  has_default_block = false;  // blocks of the world file are added to the gripper's own
   BuildBody();
   blockgroup->Fit(geom.size);
 }
@@ -96,7 +96,7 @@ ModelGripper::~ModelGripper() { world->host().FinishRaysOf(this); }
 void ModelGripper::Load() {
   if (wf) {
     const Watch watch(*this);
-    if (config_.gripped) Drop();  // it is loaded again
+    if (config_.gripped) Drop();  // loaded again
     if (watch.gone()) return;
     LoadConfig();
     const bool no_body = wf->ReadInt(wf_entity, "noblocks", 0);
@@ -183,7 +183,7 @@ void ModelGripper::ExchangeState(StateExchange& exchange) {
 
 // ---- body ---------------------------------------------------------------------------------------
 
-/// In the unit cube, for fitting.
+/// Builds the body in the unit cube, to be fitted.
 void ModelGripper::BuildBody() {
   blockgroup->Clear();
   for (size_t i = 0; i < 3; i++) blockgroup->AddRectangle(0, 0, 1, 1, Bounds(0, 1));
@@ -191,10 +191,10 @@ void ModelGripper::BuildBody() {
   ShapeBody();
 }
 
-/// False if somebody has cleared the blocks.
+/// False if the blocks have been cleared by a client.
 bool ModelGripper::HasBody() const { return blockgroup->times_cleared() == body_made_; }
 
-/// In the unit cube.
+/// Box of a finger in the unit cube.
 bounds3d_t ModelGripper::Finger(bool left) const {
   const Size& size = config_.paddle_size;
   const double from_edge = config_.paddle_position * (0.5 - size.y);
@@ -203,8 +203,8 @@ bounds3d_t ModelGripper::Finger(bool left) const {
   return bounds3d_t(Bounds(1.0 - size.x, 1.0), Bounds(y, y + size.y), Bounds(z, z + size.z));
 }
 
-/// Gives the gripper's own blocks the shape of the moment, in the box that they fill now. Map() it
-/// afterwards.
+/// Shapes the gripper's own blocks for the current positions, within the box that they fill now.
+/// Call Map() afterwards.
 void ModelGripper::ShapeBody() {
   shape_due_ = false;
   if (!HasBody()) return;
@@ -301,8 +301,8 @@ void ModelGripper::AddRays(sensing::FanList* fans) {
   const Size& body = geom.size;
   const Size& paddle = config_.paddle_size;
   const double side = (1.0 - config_.paddle_position) * (body.y / 2.0 - body.y * paddle.y);
-  // A beam ends a cell short of the other finger: what that finger presses against lies in its
-  // cell.
+  // A beam ends one cell short of the other finger, because the cell of the finger also contains
+  // what it presses against.
   const double beam = 2.0 * side - 1.0 / scene().cells_per_metre;
   for (uint32_t i = 0; i < 2; i++)
     AddRay(i, Pose(body.x * (1.0 - config_.break_beam_inset[i]) - body.x / 2.0, side, 0, -M_PI / 2),
@@ -318,9 +318,9 @@ void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length, sensin
   fan.finder = this;
   fan.sink = this;
   fan.tag = tag;
-  PlaceFan(&fan, LocalToGlobal(local), length, RayModel::kCell);  // contact is a matter of cells
+  PlaceFan(&fan, LocalToGlobal(local), length, RayModel::kCell);  // contact is defined by cells
   fan.record.first_direction = sensing::DirectionTables::kAhead;
-  // No self-mask: what the gripper's own robot carries breaks beams too.
+  // Without self-mask: parts of the gripper's own robot break beams too.
   fans->Add(fan, 1, false);
 }
 
@@ -344,30 +344,30 @@ void ModelGripper::Sensed() {
   if (config_.autosnatch) {
     if (config_.beam[0] || config_.beam[1])
       command_ = CMD_CLOSE;
-    else if (!config_.gripped || drop)  // what is held may be clear of the beams
+    else if (!config_.gripped || drop)  // a held object may lie outside of the beams
       command_ = CMD_OPEN;
   }
-  // These come last: they call callbacks, which may delete the gripper and what it holds.
+  // Called last: their callbacks may delete the gripper and the object.
   if (drop)
     Drop();
   else if (config_.paddles == PADDLE_CLOSING && !config_.gripped)
     Grip();
 }
 
-/// What touches a finger, the left one first; not the robot itself.
+/// Returns the object that touches a finger, left first; ignores the gripper's own robot.
 Model* ModelGripper::Grippable() const {
   for (Model* thing : config_.contact)
-    // A callback may have deleted it since the rays were traced.
+    // A callback may have deleted the object since the rays were traced.
     if (thing && IsIn(*world, thing) && !IsAntecedent(thing)) return thing;
   return nullptr;
 }
 
-/// Takes it into the gripper's own place.
+/// Makes the object a child at the gripper's own position.
 void ModelGripper::Grip() {
   Model* thing = Grippable();
   if (!thing) return;
   const Watch here(*this), there(*thing);
-  // The share py / 2 is taken for metres, as Stage always did.
+  // Treats the fraction py / 2 as metres, as Stage always has.
   const double width = geom.size.y - config_.paddle_size.y / 2.0;
   const double close_limit = std::max(0.0, 1.0 - thing->GetGeom().size.y / width);
   const Pose place(0, 0, stack_children ? -geom.size.z : 0.0, 0);
@@ -383,7 +383,7 @@ void ModelGripper::Drop() {
   if (!thing) return;
   const Watch there(*thing);
   const Pose place = GetGlobalPose();
-  thing->SetParent(nullptr);  // RemoveChild() follows
+  thing->SetParent(nullptr);  // calls RemoveChild()
   if (!there.gone()) thing->SetPose(place);
 }
 

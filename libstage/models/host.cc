@@ -17,7 +17,7 @@ Model* Host::FindModel(uint32_t id) const {
 }
 
 void Host::FinishRaysOf(const Model* finder) {
-  // The whole batch, so that the other sensors' readings are not lost.
+  // Traces the whole batch, so that readings of other sensors are not lost.
   const auto& fans = scene.batch.fans();
   if (std::ranges::any_of(fans, [&](const sensing::Fan& fan) { return fan.finder == finder; }))
     TraceBatch();
@@ -34,12 +34,12 @@ void Host::Erase(std::vector<Model*>* list, const Model* model) {
 }
 
 void Host::KeepForNow(std::forward_list<std::shared_ptr<void>> data) noexcept {
-  orphans_.splice_after(orphans_.before_begin(), data);  // takes no memory
+  orphans_.splice_after(orphans_.before_begin(), data);  // does not allocate
 }
 
 void Host::LetOrphansGo() {
   if (!IsIdle()) return;
-  // What is freed may free more.
+  // Swaps first, because freeing the data may add more.
   const std::forward_list<std::shared_ptr<void>> gone = std::exchange(orphans_, {});
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What models need of the running world that they are in, below World's public interface: the scene
-// that they share, and the lists that say whose turn it is. The engine of a world is one.
+// Interface of the running world to its models, below World's public interface: the shared scene,
+// and the lists of models that are due. Implemented by WorldEngine.
 
 #ifndef STAGE_MODELS_HOST_HH
 #define STAGE_MODELS_HOST_HH
@@ -31,8 +31,8 @@ namespace picture {
 struct Outlines;
 }
 
-/// Numbers for the updates that a model plans one after the other. Those of different models
-/// differ, even of two that have had the same place in memory.
+/// Numbers of a model's successive scheduled updates. Numbers of different models differ, even if
+/// the models were allocated at the same address.
 struct UpdateChain {
   static uint64_t First(uint32_t model_id) { return uint64_t{model_id} << 32; }
   static uint64_t Next(uint64_t chain) {
@@ -49,90 +49,90 @@ class Host {
   std::vector<Model*> models;  ///< in the order of creation, the ground first
   ModelNames names;
   uint32_t next_model_id = 0;
-  /// Flags that snapshots have taken from models, for others that they give flags to.
+  /// Flags that restoring a snapshot removed from models, to be reused for others.
   std::vector<Model::Flag*> spare_flags;
-  std::deque<Model::Flag> own_flags;  ///< those made for that
-  uint64_t family_changes = 0;        ///< of who there is and whose child it is
+  std::deque<Model::Flag> own_flags;  ///< flags created for that
+  uint64_t family_changes = 0;        ///< counts added, removed and moved models
   std::vector<ModelWifi*> radios;     ///< in the order of creation
-  FiducialIndex fiducials;            ///< what fiducial finders may see
-  Watch* watches = nullptr;           ///< the list of all, see Watch
-  double greatest_dissipation = 0;    ///< J, of a square metre: see DissipationVis
+  FiducialIndex fiducials;            ///< candidates of fiducial finders
+  Watch* watches = nullptr;           ///< list of all watches, see Watch
+  double greatest_dissipation = 0;    ///< joules in one square metre: see DissipationVis
   size_t controllers_left_out = 0;    ///< see RunOptions::controllers
-  /// A robot has been given a command that it may not hear: see ModelPosition::TellIfUnheard().
-  /// Robots of several threads set it.
+  /// A robot without subscribers has got a command: see ModelPosition::TellIfUnheard(). Set by
+  /// several threads.
   std::atomic<bool> unheard_command{false};
 
-  /// Null if there is none of that number.
+  /// Returns null if there is no model with this id.
   Model* FindModel(uint32_t id) const;
-  /// In and out of a list in the order of creation; nothing if it is there, or isn't.
+  /// Insert into or erase from a list sorted by id. Without effect if already (not) in the list.
   static void Insert(std::vector<Model*>* list, Model* model);
   static void Erase(std::vector<Model*>* list, const Model* model);
 
   // ---- bodies and rays ----
 
   sensing::Scene scene;
-  Placement placement;                      ///< of the model that moves, if it does so alone
-  std::vector<Model*> hidden_from_rangers;  ///< drawn while rangers looked through them
+  Placement placement;                      ///< for models that move alone
+  std::vector<Model*> hidden_from_rangers;  ///< bodies drawn while invisible to rangers
 
-  /// Traces the rays that are waiting in the batch. To be called before anything changes that they
-  /// may meet, and before callbacks: rays meet the world as it was when the sensor updated, batch
-  /// or no batch.
+  /// Traces the rays in the batch. Call it before changing anything that rays may hit, and before
+  /// callbacks, so that rays see the world as it was when the sensor updated, with or without a
+  /// batch.
   virtual void TraceBatch() = 0;
-  /// As TraceBatch, for what must not throw, such as destructors: what is thrown is thrown by the
-  /// next TraceBatch instead, and the rays are left untraced.
+  /// Like TraceBatch(), for destructors and others that must not throw. An exception is rethrown by
+  /// the next TraceBatch(); the rays stay untraced.
   virtual void TraceBatchAndPostponeThrowing() noexcept = 0;
-  /// Traces the batch if there are rays of a model in it, which is going to be deleted.
+  /// Traces the batch if it has rays of this model, which is about to be deleted.
   void FinishRaysOf(const Model* finder);
 
   // ---- the steps ----
 
-  std::vector<Model*> moving;                ///< those that asked for it, in the order of creation
-  std::vector<Model*> energy;                ///< running ones with a pack, in the same order
-  std::vector<Model*> sensed;                ///< models with a rest of their update to do
+  std::vector<Model*> moving;  ///< models that asked to move, in the order of creation
+  std::vector<Model*> energy;  ///< running models with a pack, in the same order
+  std::vector<Model*> sensed;  ///< models whose Sensed() must be called
   std::vector<Model*> update_callbacks_due;  ///< models that updated in this step
-  bool stepping = false;                     ///< a step is being made
-  uint32_t steps_begun = 0;                  ///< by this engine; it never goes back
+  bool stepping = false;                     ///< a step is in progress
+  uint32_t steps_begun = 0;                  ///< monotonic count of steps of this engine
 
-  /// Plans a model's update. It is void if the model has another chain by then.
+  /// Schedules an update of a model. It is void if the model has another chain by then.
   virtual void ScheduleUpdate(Model* model, usec_t time, uint64_t chain) = 0;
-  /// Move() is called once a step from now on, or no longer.
+  /// Start or stop calling Move() once per step.
   void StartMoving(Model* model) { Insert(&moving, model); }
   void StopMoving(Model* model) { Erase(&moving, model); }
-  /// The same of UpdateCharge().
+  /// Start or stop calling UpdateCharge().
   void EnableEnergy(Model* model) { Insert(&energy, model); }
   void DisableEnergy(Model* model) { Erase(&energy, model); }
 
   // ---- loading ----
 
-  bool loading = false;  ///< bodies are drawn when all is loaded
+  bool loading = false;  ///< bodies are drawn after loading
   MemoryBudget memory;
-  /// Of pictures, by path. Copies of a world share them.
+  /// Outlines of pictures by path. Copies of a world share them.
   using Outlines = std::map<std::string, std::shared_ptr<const picture::Outlines>>;
   Outlines outlines_of_pictures;
 
-  /// Loads the plug-in that is the first word of `text` and registers its Init() as a callback of
-  /// type CB_INIT. Throws LoadError with status 255.
+  /// Loads the plug-in named by the first word of `text` and registers its Init() as a CB_INIT
+  /// callback. Throws LoadError with status 255.
   virtual void LoadController(Model* model, const std::string& text) = 0;
-  /// What a callback of type CB_INIT, which got these arguments, has just thrown; to be called in
-  /// the handler of the exception.
+  /// Describes the exception thrown by a CB_INIT callback with these arguments. Call it in the
+  /// exception handler.
   virtual std::string DescribeInitFailure(const std::string& model_name,
                                           const void* arguments) const = 0;
 
   // ---- callbacks ----
 
-  // They may do anything. Who calls some and goes on afterwards shares in the host, so that it is
-  // still there, and looks at these.
-  uint64_t life = 0;       ///< another number once everything there was is gone
+  // Callbacks may do anything. Code that calls them and continues must share ownership of the host,
+  // to keep it alive, and check these members.
+  uint64_t life = 0;       ///< incremented when all models are deleted
   bool deserted = false;   ///< the world has been deleted
-  bool writing = false;    ///< the world is loaded again, or saved
-  unsigned int calls = 0;  ///< of callbacks, outside of steps, in progress
-  unsigned int loads = 0;  ///< in progress: one within another
+  bool writing = false;    ///< the world is being reloaded or saved
+  unsigned int calls = 0;  ///< number of callbacks running outside of steps
+  unsigned int loads = 0;  ///< depth of nested loads in progress
 
-  /// No callback is running, nor anything that calls some.
+  /// True if neither a callback nor anything that calls callbacks is running.
   bool IsIdle() const { return !stepping && !writing && loads == 0 && calls == 0; }
-  /// Keeps what a model has adopted that is being deleted, perhaps by a callback that uses it.
+  /// Keeps the adopted data of a model that is being deleted, possibly by a callback that uses it.
   void KeepForNow(std::forward_list<std::shared_ptr<void>> data) noexcept;
-  /// Frees that if the world is idle.
+  /// Frees the kept data if the world is idle.
   void LetOrphansGo();
 
  private:

@@ -16,7 +16,7 @@ void LineInBodies::Begin(const point3_t& from, const point3_t& to) {
   insides_.clear();
 }
 
-/// The part of the line whose height is in the interval, ends included; min > max if there is none.
+/// Part of the line with heights in the closed interval; min > max if empty.
 Bounds LineInBodies::PartBetween(const Bounds& heights) const {
   const double rise = to_.z - from_.z;
   if (rise == 0)
@@ -46,8 +46,8 @@ void LineInBodies::AddBodyOf(const Model& model) {
   AddInsides();
 }
 
-/// Crossings outside of the part count at its ends, so that the winding number is right within it
-/// and 0 beyond.
+/// Crossings outside `part` are moved to its ends, so that winding numbers are right within it and
+/// 0 outside.
 void LineInBodies::AddBlock(const Block& block, const point_t& from, const point_t& to,
                             const Bounds& part) {
   const double dx = to.x - from.x, dy = to.y - from.y;
@@ -67,7 +67,7 @@ void LineInBodies::AddBlock(const Block& block, const point_t& from, const point
   }
 }
 
-/// By the winding number, for pictures' holes are outlines of their own that turn the other way.
+/// Uses winding numbers, because holes in pictures are separate outlines of opposite orientation.
 void LineInBodies::AddInsides() {
   std::sort(crossings_.begin(), crossings_.end());
   int winding = 0;

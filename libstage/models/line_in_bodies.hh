@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How much of a straight line runs inside bodies: exact geometry, where the grid knows outlines
+// Computes how much of a straight line is inside bodies, with exact geometry; the grid has outlines
 // only.
 
 #ifndef STAGE_MODELS_LINE_IN_BODIES_HH
@@ -17,19 +17,18 @@ class Model;
 
 class LineInBodies {
  public:
-  /// A new line, between two global points.
+  /// Starts a new line between two global points.
   void Begin(const point3_t& from, const point3_t& to);
   void AddBodyOf(const Model& model);
-  /// The share of the line, 0 to 1, that is inside of any body added, bodies that overlap counted
-  /// once.
+  /// Fraction of the line, 0 to 1, that is inside of at least one of the added bodies.
   double ShareInside();
-  /// Where, from 0 to 1, the line first is inside of a body; 1 if it is nowhere.
+  /// Fraction of the line, 0 to 1, at which it first enters a body; 1 if it enters none.
   double FirstInside() const;
 
  private:
   struct Crossing {
-    double along;  // the line: 0 is its start, 1 its end
-    int turns;     // what the winding number of the body's outlines changes by
+    double along;  // fraction of the line: 0 is its start, 1 its end
+    int turns;     // change of the outlines' winding number
     bool operator<(const Crossing& o) const { return along < o.along; }
   };
   void AddBlock(const Block& block, const point_t& from, const point_t& to, const Bounds& part);
@@ -37,8 +36,8 @@ class LineInBodies {
   void AddInsides();
 
   point3_t from_, to_;
-  std::vector<Crossing> crossings_;  // of one body
-  std::vector<Bounds> insides_;      // of all bodies
+  std::vector<Crossing> crossings_;  // of the current body
+  std::vector<Bounds> insides_;      // of all bodies added
 };
 
 }  // namespace Stg

@@ -13,7 +13,7 @@ namespace Stg {
 std::vector<LogEntry> LogEntry::log;
 
 namespace {
-std::mutex log_mutex;  // different threads may run worlds
+std::mutex log_mutex;  // several threads may run worlds
 }
 
 LogEntry::LogEntry(usec_t timestamp, Model* mod)

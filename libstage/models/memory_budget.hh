@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How much memory a world file may ask for.
+// Limits the memory that a world file may request.
 
 #ifndef STAGE_MODELS_MEMORY_BUDGET_HH
 #define STAGE_MODELS_MEMORY_BUDGET_HH
@@ -13,26 +13,26 @@ namespace Stg {
 
 class Worldfile;
 
-/// Adds up what the numbers in a world file make of memory, such as the samples of sensors: with
-/// macros, a short file may ask for more than any machine has. It is an estimate from below, and
-/// the same on every machine. Outside of loading, each model is looked at by itself.
+/// Sums a lower bound of the memory that numbers in a world file imply, such as those of samples:
+/// with macros, a short file can request more than any machine has. Independent of the machine.
+/// Outside of loading, each request is checked alone.
 class MemoryBudget {
  public:
   static constexpr double kUsualMegabytes = 2000;
-  /// Bytes for each of the things that files ask for by number.
+  /// Bytes per item that files request by number.
   static constexpr double kCorner = 48, kPixel = 8, kSample = 24, kBumper = 120;
 
-  /// Before a world is loaded.
+  /// Call before a world is loaded.
   void Begin(double megabytes) {
     most_ = megabytes > 0 ? megabytes * 1e6 : std::numeric_limits<double>::infinity();
     taken_ = 0;
     adds_up_ = true;
   }
-  /// The world is loaded.
+  /// Call after the world is loaded.
   void End() { adds_up_ = false; }
 
-  /// Throws LoadError, with the place of the property that asks for so many things of that many
-  /// bytes each, if it is too much. To be called before the memory is taken.
+  /// Call before allocating `count` items of `bytes_each` bytes. Throws LoadError at the place of
+  /// the property if the total is too large.
   void Take(const Worldfile& wf, int entity, const char* property, std::size_t count,
             double bytes_each, const std::string& things);
 

@@ -28,7 +28,7 @@ bool AllFinite(const Pose& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
 }
 
-/// Sets a number of a model, unless it is not finite.
+/// Sets *target unless the value is not finite.
 void SetFinite(const Model& model, const char* name, double value, double* target) {
   if (std::isfinite(value))
     *target = value;
@@ -36,7 +36,7 @@ void SetFinite(const Model& model, const char* name, double value, double* targe
     WarnAbout(model, "refused the %s %f, which is not finite", name, value);
 }
 
-/// A pose in the frame of another one.
+/// Transforms a global pose into a frame.
 Pose SeenFrom(const Pose& frame, const Pose& p) {
   const Pose turn(0, 0, 0, -frame.a);
   const Pose turned = turn + Pose(p.x - frame.x, p.y - frame.y, 0, 0);
@@ -47,12 +47,12 @@ Ancestor& AboveOf(Model* parent, World* world) {
   return parent ? static_cast<Ancestor&>(*parent) : *world;
 }
 
-/// Names have no part in it, as they may change.
+/// Seed of a model. Does not depend on names, as these may change.
 uint64_t SeedOfPlace(uint64_t seed_above, const std::string& type, unsigned int count) {
   return MixSeeds(MixSeeds(seed_above, HashOf(type)), count);
 }
 
-/// The same, and unless it is negative.
+/// Sets *target unless the value is negative or not finite.
 void SetNotNegative(const Model& model, const char* name, double value, double* target) {
   if (value < 0)
     WarnAbout(model, "refused the %s %f, which is negative", name, value);
@@ -115,7 +115,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       controllers_(0),
       random_(SeedOfPlace(parent ? parent->random_.seed() : world_->seed(), type_,
                           AboveOf(parent, world_).CountOfType(type_))) {
-  if (!parent) gui.move = true;  // it may have been given one
+  if (!parent) gui.move = true;  // the default may have been false before
   Ancestor& above = AboveOf(parent, world);
   const unsigned int count = above.CountOfType(type);
   Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);
@@ -124,13 +124,13 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
   try {
     above.AddChild(this);
     world->AddModel(this);
-  } catch (...) {  // no destructor follows
+  } catch (...) {  // no destructor will run
     Leave();
     throw;
   }
 }
 
-/// Takes it off the lists of its parent and its world.
+/// Removes the model from the lists of its parent and its world.
 void Model::Leave() {
   AboveOf(parent, world).RemoveChild(this);
   world->RemoveModel(this);
@@ -241,7 +241,7 @@ void Model::ClearBlocks() {
 }
 
 void Model::Map() {
-  if (world->host().loading) return;  // all bodies are drawn when everything is loaded
+  if (world->host().loading) return;  // all bodies are drawn after loading
   world->host().TraceBatch();
   Placement& placement = world->host().placement;
   placement.Plan(*this, true);
@@ -283,7 +283,7 @@ void Model::Rasterize(uint8_t* data, unsigned int width, unsigned int height, me
       const point_t from = cell_of(points[i]), to = cell_of(points[(i + 1) % points.size()]);
       const double dx = to.x - from.x, dy = to.y - from.y;
       const double steps = std::max(std::fabs(dx), std::fabs(dy));
-      if (!(steps <= 1e6)) continue;  // not a raster that anybody could have made
+      if (!(steps <= 1e6)) continue;  // unreasonably large
       for (double s = 0; s <= steps; s += 1.0) {
         const double along = steps > 0 ? s / steps : 0;
         mark(std::floor(from.x + dx * along), std::floor(from.y + dy * along));
@@ -334,7 +334,7 @@ kg_t Model::GetMassOfChildren() const {
 
 kg_t Model::GetTotalMass() const { return mass + GetMassOfChildren(); }
 
-// What is seen of a model, and how, is that of the time when a sensor updated.
+// Pending rays must see the old values: readings are those of the time of the sensor's update.
 void Model::SetColor(Color col) {
   world->host().TraceBatch();
   color = col;
@@ -388,7 +388,7 @@ void Model::Unsubscribe() {
   if (--subs == 0) Shutdown();
 }
 
-/// What is pending is void.
+/// Schedules the next update and voids a pending one.
 void Model::ScheduleUpdate() {
   update_chain_ = UpdateChain::Next(update_chain_);
   world->host().ScheduleUpdate(this, NextUpdateAfter(world->SimTimeNow()), update_chain_);
@@ -401,7 +401,7 @@ void Model::Startup() {
 }
 
 void Model::Shutdown() {
-  update_chain_ = UpdateChain::Next(update_chain_);  // what is pending is void
+  update_chain_ = UpdateChain::Next(update_chain_);  // voids a pending update
   world->host().DisableEnergy(this);
   StopCharging();
   CallCallbacks(CB_SHUTDOWN);
@@ -411,7 +411,7 @@ void Model::Update() {
   if (subs == 0) return;
   updated_at_ = world->SimTimeNow();
   root->tree_updated_in_ = world->host().steps_begun;
-  // What is pending is void: an update that somebody else calls takes its place.
+  // Voids a pending update, in case the update was called by a client.
   ScheduleUpdate();
   if (HasCallbacks(CB_UPDATE)) world->host().update_callbacks_due.push_back(this);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Calling back, whatever a callback does to the model and to its world.
+// Calling callbacks, which may change or delete the model and its world.
 
 #include <algorithm>
 
@@ -32,7 +32,7 @@ void Model::AddCallback(const Callback& entry) {
 
 int Model::RemoveCallback(callback_type_t t, model_callback_t callback) {
   if (!callbacks_) return 0;
-  // During a round entries are only struck out, as somebody is walking along them.
+  // During a round, entries are only set to null, because a loop is running over them.
   for (Callback& entry : callbacks_->all)
     if (entry.type == t && entry.function == callback) entry.function = nullptr;
   if (callbacks_->rounds == 0) callbacks_->Tidy();
@@ -48,7 +48,7 @@ void Model::Callbacks::Tidy() {
   std::erase_if(all, [](const Callback& c) { return !c.function; });
 }
 
-/// While somebody walks along the callbacks, which may throw.
+/// Lifetime of a loop over the callbacks, which may throw.
 struct Model::Callbacks::Round {
   explicit Round(Callbacks* callbacks) : all(callbacks) { all->rounds++; }
   ~Round() {
@@ -59,7 +59,7 @@ struct Model::Callbacks::Round {
   Callbacks* all;
 };
 
-/// Counts callbacks that run outside of a step: those of a step may run in several threads.
+/// Counts callbacks running outside of a step; those of a step may run on several threads.
 class CallOutsideOfStep {
  public:
   explicit CallOutsideOfStep(World* world) {
@@ -77,14 +77,14 @@ class CallOutsideOfStep {
   std::shared_ptr<Host> host_;  // a callback may delete the world
 };
 
-/// Calls call(entry) for each callback of the type, which returns what that does.
+/// Calls call(entry) for each callback of the type. Returns how many callbacks remain.
 template <typename F>
 int Model::CallEach(callback_type_t t, F call) {
   if (!HasCallbacks(t)) return 0;
-  // A callback may read what others sensed, and change what they see.
+  // A callback may read readings of other models and change what they see.
   world->host().TraceBatch();
-  // By index, for a callback may add callbacks (called from the next round on), remove any, or
-  // delete the model: then the rest is not called and nothing of it is touched any more.
+  // By index: a callback may add callbacks (called from the next round on), remove some, or delete
+  // the model. After a deletion, the rest is skipped and the model is not touched.
   const std::shared_ptr<Callbacks> callbacks = callbacks_;
   const RandomScope random_numbers(&random_);
   const size_t count = callbacks->all.size();
@@ -115,10 +115,10 @@ bool Model::SurvivesCallbacks(callback_type_t t) {
   return !callbacks->orphaned;
 }
 
-/// What a controller throws becomes a LoadError.
+/// Calls the Init callbacks. Turns exceptions of controllers into a LoadError.
 void Model::InitOrThrow() {
   if (!HasCallbacks(CB_INIT)) return;
-  const std::string where = wf ? wf->Where(wf_entity, "ctrl") + ": " : "";  // it may be deleted
+  const std::string where = wf ? wf->Where(wf_entity, "ctrl") + ": " : "";  // Init may delete it
   const std::string name = token;
   const std::shared_ptr<Host> host = world->ShareHost();
   CallEach(CB_INIT, [&](const Callback& entry) {

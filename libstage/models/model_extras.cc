@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Models: energy, trails, what windows show, and the hash of their state.
+// Models: energy, trails, and what windows show.
 
 #include <algorithm>
 #include <utility>
@@ -25,13 +25,13 @@ PowerPack* Model::FindPowerPack() const {
 
 void Model::UpdateCharge() {
   PowerPack* pack = FindPowerPack();
-  if (!pack) return;  // it had one when it started, and was given to another parent since
+  if (!pack) return;  // the model had one when it started, but has another parent now
   const double seconds = static_cast<double>(kEnergyInterval) / 1e6;
   if (watts > 0) pack->Dissipate(watts * seconds, GetGlobalPose());
   if (!(watts_give > 0)) return;
 
   StopCharging();
-  static thread_local std::vector<Model*> touching;  // for its memory
+  static thread_local std::vector<Model*> touching;  // static to reuse its memory
   touching.clear();
   AppendTouchingModels(&touching);
   for (Model* taker : touching) {
@@ -51,12 +51,12 @@ void Model::StopCharging() {
 void Model::AppendTouchingModels(std::vector<Model*>* touching) const {
   const auto begin = static_cast<std::ptrdiff_t>(touching->size());
   const grid::Grid& grid = scene_->grid;
-  // In a crowd, bodies share many cells: each is looked at once.
-  static thread_local std::vector<uint64_t> last_look;  // by body
+  // Bodies in a crowd share many cells, so each body is examined only once.
+  static thread_local std::vector<uint64_t> last_look;  // last value of `look`, by body
   static thread_local uint64_t look = 0;
   look++;
   if (last_look.size() < grid.body_count()) last_look.resize(grid.body_count());
-  static thread_local grid::Drawings drawings;  // for its memory
+  static thread_local grid::Drawings drawings;  // static to reuse its memory
   drawings.of_bodies.clear();
   blockgroup->AppendDrawings(&drawings, false);
   drawings.ForEachCell([&](grid::CellRef cell) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Models from and to world files.
+// Loads models from world files and saves them.
 
 #include <algorithm>
 #include <cmath>
@@ -26,17 +26,17 @@ namespace Stg {
 
 namespace {
 
-/// Thickness of the rectangles that `boundary 1` adds, metres.
+/// Thickness in metres of the rectangles that `boundary 1` adds.
 constexpr double kBoundaryThickness = 0.01;
 
-// A macro may give these to thousands of models.
+// Limited, because a macro may repeat these for thousands of models.
 constexpr size_t kMostControllers = 100;
 constexpr size_t kLongestText = 1000;  // bytes
 
 constexpr int kMostPoints = 100000;
 constexpr int kLongestTrail = 100000;
 
-/// How a picture is fitted to the size of its model.
+/// Reads whether the whole picture or only its dark part is fitted to the model's size.
 bool ReadKeepsFrame(Worldfile* wf, int entity) {
   const std::string frame = wf->ReadString(entity, "bitmap_frame", "dark");
   if (frame != "dark" && frame != "picture")
@@ -51,7 +51,7 @@ std::string TooLong(const std::string& text) {
          std::to_string(kLongestText);
 }
 
-/// The outlines of the model's picture, which other models may have too.
+/// Outlines of the model's picture, which models share.
 const picture::Outlines& OutlinesOfPicture(World* world, Worldfile* wf, int entity,
                                            const std::string& name) {
   const std::string path = PathOfPicture(wf, entity, name);
@@ -102,7 +102,7 @@ void Model::Load(Worldfile* file, int entity) {
 void Model::Load() {
   if (!wf) return;
   const Watch watch(*this);                  // callbacks may delete the model
-  wf->ReadInt(wf_entity, "event_queue", 0);  // overwritten when the model starts: no effect
+  wf->ReadInt(wf_entity, "event_queue", 0);  // has no effect: it is overwritten at startup
   LoadEnergy();
   debug = wf->ReadInt(wf_entity, "debug", debug);
   LoadName();
@@ -117,7 +117,7 @@ void Model::Load() {
   SetPose(new_pose.Load(wf, wf_entity, "pose"));
   if (watch.gone()) return;
   color.Load(wf, wf_entity);
-  // Loaded again, the model keeps its body (pictures do not change) and its controllers.
+  // When loaded again, the model keeps its body (pictures do not change) and its controllers.
   if (!loaded_) LoadBody();
 
   stack_children = wf->ReadInt(wf_entity, "stack_children", stack_children);
@@ -130,7 +130,7 @@ void Model::Load() {
   if (!loaded_) LoadControllers();
   loaded_ = true;
 
-  // At least a microsecond: an interval of zero means every step.
+  // At least one microsecond; an interval of zero means every step.
   const int milliseconds =
       wf->ReadInt(wf_entity, "update_interval", static_cast<int>(interval / 1000));
   if (milliseconds < 0)
@@ -160,7 +160,7 @@ void Model::LoadTrail() {
     return static_cast<unsigned int>(taken);
   };
   trail_length = count("trail_length", trail_length, 0, kLongestTrail);
-  if (world->IsGUI() && wf->PropertyExists(wf_entity, "trail_length"))  // else nobody records any
+  if (world->IsGUI() && wf->PropertyExists(wf_entity, "trail_length"))  // no trail otherwise
     world->host().memory.Take(*wf, wf_entity, "trail_length", trail_length, sizeof(TrailItem),
                               "items of a trail");
   trail_interval = count("trail_interval", trail_interval, 1, std::numeric_limits<int>::max());
@@ -215,7 +215,7 @@ void Model::LoadName() {
                  std::to_string(kLongestText));
 }
 
-/// Looked up by name, only the last of several models is found.
+/// Warns about duplicate names: a lookup by name finds only the last model.
 void Model::TakeName(const std::string& name) {
   const Model* holder = world->host().names.Find(name, world->host());
   if (holder && holder != this && holder->token == name)
@@ -235,8 +235,8 @@ void Model::LoadBody() {
   if (boundary) AddBoundary();
 }
 
-/// Adds the outlines of a picture as blocks. `keeps_frame`: the whole picture is fitted to the
-/// size, else its dark part.
+/// Adds the outlines of a picture as blocks. `keeps_frame`: fits the whole picture to the size, not
+/// only its dark part.
 void Model::LoadPicture(bool keeps_frame) {
   const std::string name = wf->ReadString(wf_entity, "bitmap", "");
   if (name.empty())
@@ -318,7 +318,7 @@ void Model::LoadGuiState() {
 }
 
 void Model::LoadControllers() {
-  wf->ReadElement(wf_entity, "ctrl", 0);  // an empty list counts as read too
+  wf->ReadElement(wf_entity, "ctrl", 0);  // marks an empty list as read too
   const size_t count = wf->TupleLength(wf_entity, "ctrl");
   if (count > kMostControllers)
     wf->Fail(wf_entity, "ctrl",

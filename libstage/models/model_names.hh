@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Which model has which name.
+// Maps names to models.
 
 #ifndef STAGE_MODELS_MODEL_NAMES_HH
 #define STAGE_MODELS_MODEL_NAMES_HH
@@ -16,20 +16,20 @@ namespace Stg {
 class Model;
 class Host;
 
-/// The names that the models of a world have and have had. Models are kept by number: what names a
-/// model that is gone finds nobody, and is swept out with many others.
+/// Present and former names of a world's models. Stores model ids; entries of deleted models find
+/// nothing and are removed in batches.
 class ModelNames {
  public:
-  /// The name is the model's from now on, whoever had it before.
+  /// Assigns the name to the model, replacing any earlier owner.
   void Add(const Model* model, const std::string& name);
-  /// Null if no model of the host's has it.
+  /// Returns null if no model of the host has the name.
   Model* Find(const std::string& name, const Host& host) const;
-  /// To be called when a model has been taken out of the host's.
+  /// Call it after a model has been removed from the host.
   void NoteRemoved(const Host& host);
-  /// Drops names of models that are gone: from here on others may have their numbers.
+  /// Drops names of deleted models. Call it before their ids are used again.
   void DropRemoved(const Host& host);
   void Clear();
-  /// Calls f(std::string, uint32_t id) for all, in alphabetical order.
+  /// Calls f(std::string, uint32_t id) for all names in alphabetical order.
   template <typename F>
   void ForEach(F f) const {
     for (const auto& [name, id] : std::map<std::string, uint32_t>(ids_.begin(), ids_.end()))
@@ -37,12 +37,12 @@ class ModelNames {
   }
 
   std::size_t size() const { return ids_.size(); }
-  /// How many names were looked at to sweep: the work that removed models have made.
+  /// Number of names examined in removing entries; a measure of the work.
   uint64_t looked_at() const { return looked_at_; }
 
  private:
   std::unordered_map<std::string, uint32_t> ids_;
-  std::size_t removed_ = 0;  // models, since the last sweep
+  std::size_t removed_ = 0;  // models removed since the last cleanup
   uint64_t looked_at_ = 0;
 };
 

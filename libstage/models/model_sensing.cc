@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Models that cast rays: how their fans come into the batch.
+// Models that cast rays: how their fans enter the batch.
 
 #include "models/block.hh"
 #include "models/host.hh"
@@ -12,7 +12,7 @@
 
 namespace Stg {
 
-/// By the name, unless another model has had it.
+/// Depends on the name only, unless another model has had the same name.
 uint64_t Model::NoiseSeed(const std::string& device) const {
   const uint64_t seed = world->seed() ^ HashOf(device);
   return shares_name_ ? MixSeeds(seed, random_.seed()) : seed;
@@ -73,7 +73,7 @@ void Model::GatherAlone() {
 }
 
 const grid::Drawings& Model::OwnDrawings(bool exact) const {
-  static thread_local grid::Drawings drawings;  // for its memory
+  static thread_local grid::Drawings drawings;  // static to reuse its memory
   drawings.of_bodies.clear();
   CollectDrawings(&drawings, exact);
   return drawings;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What decides the future of a model of any type.
+// The state of a model of any type: everything that decides its future.
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ namespace Stg {
 
 namespace {
 
-constexpr uint32_t kNobody = 0xffffffffu;  // no model's number
+constexpr uint32_t kNobody = 0xffffffffu;  // not a model id
 
 const Ancestor& AboveOf(Model& model) {
   return model.Parent() ? static_cast<Ancestor&>(*model.Parent()) : *model.GetWorld();
@@ -77,7 +77,7 @@ void Model::ExchangeState(StateExchange& exchange) {
   const double stand_before = StandOnZ();
   exchange(pose, geom, vis, color, mass, friction, map_resolution, boundary);
   exchange(alwayson, used, interval, disabled, stall, stack_children);
-  // The time of the last update has no influence on the future; it is the time of the readings.
+  // The time of the last update does not affect the future; it is the time of the readings.
   if (!exchange.hashing() && !exchange.leaves_readings_out()) exchange(updated_at_);
   ExchangeSubscriptions(exchange);
   exchange(watts, watts_give, watts_take, say_string, random_);
@@ -99,15 +99,14 @@ void Model::ExchangeState(StateExchange& exchange) {
     Map();
 }
 
-/// Those who only look on subscribe too. So the hash knows whether there is anybody, and not how
-/// many there are.
+/// Observers subscribe too, so only whether there are subscribers is hashed, not their number.
 void Model::ExchangeSubscriptions(StateExchange& exchange) {
   bool running = subs > 0;
   exchange(running);
   if (!exchange.hashing()) exchange(subs);
 }
 
-/// Of how it came to be what it is: it matters to who loads or changes it further.
+/// Construction flags; needed only to continue loading or editing the model.
 void Model::ExchangeMarks(StateExchange& exchange) {
   if (!exchange.hashing()) exchange(has_default_block, loaded_, shares_name_);
 }
@@ -139,7 +138,7 @@ void Model::ExchangeFlags(StateExchange& exchange) {
   }
 }
 
-/// So many flags, whatever they are like. None is deleted: who made them may know them.
+/// Sets the number of flags. Keeps removed ones: their creators may hold pointers to them.
 void Model::CarryFlags(uint64_t count) {
   std::vector<Flag*>& spare = world->host().spare_flags;
   for (; flag_list.size() > count; flag_list.pop_back()) spare.push_back(flag_list.back());
@@ -150,8 +149,8 @@ void Model::CarryFlags(uint64_t count) {
   }
 }
 
-/// Functions have other addresses in other processes: which they are, nobody can tell. They are not
-/// hashed, so that those who look on make no difference.
+/// Function addresses differ between processes, so only the types of callbacks are saved. They are
+/// not hashed: observers must not change the hash.
 void Model::ExchangeCallbacks(StateExchange& exchange) {
   if (exchange.hashing()) return;
   uint64_t count = 0;

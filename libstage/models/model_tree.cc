@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Names, parents and children; how deep models may be nested.
+// Names, parents and children of models, and the limit of nesting.
 
 #include <algorithm>
 #include <cstdio>
@@ -75,8 +75,8 @@ void Model::SetRoot(Model* new_root) {
   for (Model* child : children) child->SetRoot(new_root);
 }
 
-/// Null: the world. It is drawn nowhere afterwards, and its pose is still that under the old
-/// parent.
+/// Changes the parent; null means the world. Removes the model from the grid and keeps the pose
+/// relative to the old parent.
 void Model::MoveTo(Model* newparent) {
   world->host().family_changes++;
   UnMapWithChildren();
@@ -116,8 +116,7 @@ void Model::BecomeParentOf(Model* child) {
   child->Map();
 }
 
-// ---- depth
-// ----------------------------------------------------------------------------------------
+// ---- depth --------------------------------------------------------------------------------------
 
 const unsigned int Model::kDeepest;
 
@@ -127,15 +126,15 @@ unsigned int Model::Depth() const {
   return depth;
 }
 
-/// How many models lie below it, counted along the longest branch.
+/// Number of levels of models below this one.
 unsigned int Model::Height() const {
   unsigned int height = 0;
   for (const Model* child : children) height = std::max(height, child->Height() + 1);
   return height;
 }
 
-/// What walks along a tree calls itself for each model on the way down. So there is a limit to how
-/// deep models can be nested, the same for all who nest them.
+/// Functions that walk a tree recurse once per level, so nesting is limited, equally for all ways
+/// of nesting.
 Model* Model::FitParent(const World& world, Model* parent) {
   if (!parent || parent->Depth() < kDeepest) return parent;
   WarnAbout(world, "found a model to be nested more than %u deep; it is put at the top level",

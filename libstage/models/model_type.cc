@@ -13,26 +13,26 @@ namespace Stg {
 
 namespace {
 
-// Types come while libraries are loaded, and never go: whoever looks for one needs no lock.
+// Types are registered while libraries are loaded and never removed, so lookups need no lock.
 struct Node {
   ModelType type;
   std::atomic<Node*> next{nullptr};
 };
 std::atomic<Node*> oldest{nullptr};
 
-// Guards what follows, Model::name_map, and the adding of types. Threads that make models at the
-// same time only read: they don't wait for each other.
+// Guards names_are_kept, Model::name_map and the adding of types. Threads that create models only
+// take it shared.
 std::shared_mutex mutex;
 bool names_are_kept = false;  // Model::name_map has been filled
 
-/// Calls f(type) for all, in their order, until it returns false.
+/// Calls f(type) for each type in the order of registration until it returns false.
 template <typename F>
 void ForEachType(F f) {
   const Node* node = oldest.load(std::memory_order_acquire);
   while (node && f(node->type)) node = node->next.load(std::memory_order_acquire);
 }
 
-/// The oldest one.
+/// Returns the first registered type for which `fits` is true, or null.
 template <typename F>
 const ModelType* FindType(F fits) {
   const ModelType* found = nullptr;
@@ -64,7 +64,7 @@ bool RegisterModelType(const ModelType& type) {
 }
 
 const ModelType* FindModelType(const Model& model) {
-  // Asked of each model in each step. Whichever thread finds it finds the same.
+  // Cached, as it is needed for each model in each step. All threads compute the same value.
   const std::atomic_ref<const ModelType*> known(model.known_type_);
   if (const ModelType* const type = known.load(std::memory_order_relaxed)) return type;
   const std::type_info& of = typeid(model);
@@ -76,7 +76,7 @@ const ModelType* FindModelType(const Model& model) {
 const ModelType* FindNearestModelType(const Model& model) {
   const ModelType* nearest = FindModelType(model);
   if (nearest) return nearest;
-  // A type is registered after those that it is derived from.
+  // Derived types are registered after their bases.
   ForEachType([&](const ModelType& type) {
     if (*type.of != typeid(Model) && type.is(model)) nearest = &type;
     return true;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Model::name_map, for worlds that load in several threads while others register types.
+// Thread-safe access to Model::name_map, for worlds loaded in parallel with registrations.
 
 #ifndef STAGE_MODELS_MODEL_TYPE_NAMES_HH
 #define STAGE_MODELS_MODEL_TYPE_NAMES_HH
@@ -12,10 +12,10 @@
 
 namespace Stg {
 
-/// Null if there is none.
+/// Returns null if the type is unknown.
 creator_t FindCreator(const std::string& type);
 std::vector<std::string> ModelTypeNames();
-/// Puts all types into Model::name_map that have been registered, and from now on each that is.
+/// Copies all registered types to Model::name_map, and keeps it up to date from now on.
 void NameModelTypes();
 
 }  // namespace Stg

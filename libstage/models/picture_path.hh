@@ -8,8 +8,8 @@ namespace Stg {
 
 class Worldfile;
 
-/// The path of the picture `name` of an entity: beside the world file, in STAGEPATH, or among those
-/// that come with Stage.
+/// Path of the picture `name` of an entity. Searches the folder of the world file, STAGEPATH, and
+/// the pictures installed with Stage.
 std::string PathOfPicture(Worldfile* wf, int entity, const std::string& name);
 
 }  // namespace Stg

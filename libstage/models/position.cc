@@ -25,14 +25,14 @@ namespace {
 
 constexpr double kSecond = 1e6;  // microseconds
 
-// Of the default odometry errors: widths of uniform distributions about zero.
+// Widths of the uniform distributions, centered on zero, of the default odometry errors.
 constexpr double kErrorWidthXY = 0.03, kErrorWidthA = 0.05;
 
-// Position control, with a gain of 1/s.
+// Parameters of position control, which has a gain of 1/s.
 constexpr double kMaxApproach = 0.4;     // m/s
 constexpr double kMaxTurn = 1.0;         // rad/s
-constexpr double kCloseEnough = 0.02;    // m, on either axis
-constexpr double kFacing = M_PI / 16.0;  // rad: drive on only if the goal is this far ahead
+constexpr double kCloseEnough = 0.02;    // m, per axis
+constexpr double kFacing = M_PI / 16.0;  // rad: drive forward only if the goal is within this angle
 
 double Symmetric(double value, double limit) { return constrain(value, -limit, limit); }
 
@@ -44,13 +44,13 @@ bool AllFinite(const Pose& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
 }
 
-/// (x, y) turned by an angle.
+/// Rotates (x, y) by an angle in radians.
 point_t Turned(double x, double y, double angle) {
   const SineCosine turn = SinCos(angle);
   return point_t(x * turn.cosine - y * turn.sine, x * turn.sine + y * turn.cosine);
 }
 
-// Gathered in a way of its own: see GatherPhase.
+// CB_VELOCITY callbacks need special treatment in GatherPhase.
 [[maybe_unused]] const bool kRegistered = RegisterModelType(
     ModelTypeOf<ModelPosition>("position").Updates(ModelType::kShared | ModelType::kCallsVelocity));
 
@@ -73,7 +73,7 @@ ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& t
   DrawErrors();
 }
 
-/// Draws the errors of the odometry. Those that the world file gives stay.
+/// Draws random odometry errors. Errors given in the world file are kept.
 void ModelPosition::DrawErrors() {
   RandomStream& random = world->random();
   const double x = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
@@ -102,7 +102,7 @@ void ModelPosition::SetSpeed(Velocity vel) {
   if (!vel.IsZero()) NoteCommand();
 }
 
-/// A controller may command first and subscribe then: whether anybody obeys shows in the next step.
+/// A controller may send a command before it subscribes, so the check is made in the next step.
 void ModelPosition::NoteCommand() {
   if (HasSubscribers() || told_unheard_) return;
   maybe_unheard_ = true;
@@ -182,7 +182,7 @@ void ModelPosition::SetOdom(Pose odom) {
   }
   est_pose = odom;
   driven_ = Pose();
-  // The frame in which the present pose reads `odom`.
+  // Computes the frame in which the present pose reads `odom`.
   const Pose g = GetGlobalPose();
   const double da = normalize(g.a - odom.a);
   const point_t offset = Turned(odom.x, odom.y, da);
@@ -200,7 +200,7 @@ void ModelPosition::ExchangeState(StateExchange& exchange) {
            last_update_);
   exchange(est_pose, est_pose_error, est_origin, velocity_bounds, acceleration_bounds, waypoints);
   if (localization_mode == LOCALIZATION_ODOM) exchange(driven_);
-  // The sensed pose has no influence on the future.
+  // The sensed pose does not affect the future.
   if (!exchange.hashing() && !exchange.leaves_readings_out()) exchange(sensed_pose_, sensed_at_);
 }
 
@@ -230,7 +230,7 @@ void ModelPosition::Load() {
     wf->ReadTuple(wf_entity, name, 0, 8, "llllllaa", &b[0].min, &b[0].max, &b[1].min, &b[1].max,
                   &b[2].min, &b[2].max, &b[3].min, &b[3].max);
     CheckInOrder(*wf, wf_entity, name, b, 4);
-    for (const int axis : {0, 3})  // the others are often closed on purpose
+    for (const int axis : {0, 3})  // other axes are often blocked on purpose
       WarnIfEqual(wf, wf_entity, name, b[axis].min, b[axis].max,
                   axis == 0 ? "commands do not change how it drives forwards"
                             : "commands do not change how it turns");
@@ -241,7 +241,7 @@ void ModelPosition::Load() {
   StartLocalization();
 }
 
-/// Many world files have six numbers, the diagonal of a covariance matrix: [x y z roll pitch yaw].
+/// Many world files give six numbers, the diagonal of a covariance matrix: [x y z roll pitch yaw].
 void ModelPosition::LoadOdomError() {
   constexpr char kName[] = "odom_error";
   Velocity& error = integration_error;
@@ -312,7 +312,7 @@ double ModelPosition::SecondsSinceUpdate() {
 }
 
 void ModelPosition::Update() {
-  const Watch watch(*this);  // a callback of its velocity may delete it
+  const Watch watch(*this);  // a CB_VELOCITY callback may delete the model
   GatherAlone();
   if (!watch.gone()) Model::Update();
 }
@@ -324,13 +324,13 @@ void ModelPosition::Gather(internal::sensing::FanList*) {
     car_warned_ = true;
   }
   Velocity vel = WantedVelocity(dt);
-  if (!AllNumbers(vel)) vel = Velocity();  // such as a car's whose steering angle is infinite
+  if (!AllNumbers(vel)) vel = Velocity();  // for example a car with an infinite steering angle
   double power = PowerOf(vel);
   vel.x = velocity_bounds[0].Constrain(vel.x);
   vel.y = velocity_bounds[1].Constrain(vel.y);
   vel.z = velocity_bounds[2].Constrain(vel.z);
   vel.a = velocity_bounds[3].Constrain(vel.a);
-  // Before the bounds, as Stage has it; an infinite command costs what the bounds leave of it.
+  // Uses the unbounded velocity, as Stage does, unless that is infinite.
   if (!std::isfinite(power)) power = PowerOf(vel);
   if (std::isfinite(power)) watts = power;
   TakeVelocity(vel);
@@ -371,7 +371,7 @@ Velocity ModelPosition::AccelerationMode(double dt) const {
   if (drive_mode == DRIVE_CAR) return vel;
   const auto bounded = [this](int axis, double value) {
     const Bounds& b = acceleration_bounds[axis];
-    return std::max(b.min, std::min(b.max, value));  // the upper bound first, then the lower
+    return std::max(b.min, std::min(b.max, value));  // upper bound first, then lower
   };
   vel.x += bounded(0, goal.x) * dt;
   vel.y = drive_mode == DRIVE_OMNI ? vel.y + bounded(1, goal.y) * dt : 0.0;
@@ -380,7 +380,7 @@ Velocity ModelPosition::AccelerationMode(double dt) const {
 }
 
 Velocity ModelPosition::PositionMode() const {
-  // With GPS this is the estimate of the step before, as in Stage 4.3.
+  // With GPS this is the estimate of the previous step, as in Stage 4.3.
   const Pose here = localization_mode == LOCALIZATION_GPS ? est_pose : EstimateNow();
   const double ex = goal.x - here.x, ey = goal.y - here.y;
   const double ea = normalize(goal.a - here.a);
@@ -408,14 +408,14 @@ void ModelPosition::NoteSensed() {
   driven_ = Pose();
 }
 
-/// The estimate of the present pose.
+/// Estimate of the present pose.
 Pose ModelPosition::EstimateNow() const {
   if (localization_mode == LOCALIZATION_GPS) return sensed_pose_;
   const Pose next = est_pose + driven_;
-  return AllFinite(next) ? next : est_pose;  // a client may have written what is not finite
+  return AllFinite(next) ? next : est_pose;  // a client may have set a value that is not finite
 }
 
-// A robot without subscribers notes no poses, and does not move by itself.
+// Robots without subscribers neither record poses nor move by themselves.
 
 Pose ModelPosition::GetSensedPose() const {
   return HasSubscribers() ? sensed_pose_ : Model::GetSensedPose();
@@ -426,7 +426,7 @@ Pose ModelPosition::GetSensedLocalPose() const {
   return parent ? parent->LocalPoseOf(sensed_pose_, parent->GetSensedPose()) : sensed_pose_;
 }
 
-/// Adds the motion of this step, times the errors of the odometry, to what it has driven.
+/// Adds this step's motion, scaled by the odometry errors, to the distance driven.
 void ModelPosition::CountMotion() {
   if (localization_mode == LOCALIZATION_GPS) return;
   const Pose next = driven_ + MotionOfStep(GetEstimatedVelocity());
@@ -458,7 +458,7 @@ void ModelPosition::Move() {
 bool ModelPosition::BeginMove(Placement* placement) {
   if (StaysStill()) return false;
   pose_before_move_ = pose;
-  // Along the old heading, then turn.
+  // Translates along the old heading, then turns.
   pose = pose + MotionOfStep(velocity);
 
   if (!AllFinite(pose)) {  // an infinite speed without bounds

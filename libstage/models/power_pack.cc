@@ -22,12 +22,12 @@ joules_t PowerPack::global_input = 0;
 
 namespace {
 
-/// Different threads may run worlds, and callbacks of one world.
+/// Atomic, as several threads may run worlds, or callbacks of one world.
 void AddTo(joules_t* total, joules_t change) {
   if (change != 0) std::atomic_ref<joules_t>(*total).fetch_add(change, std::memory_order_relaxed);
 }
 
-/// What an amount, which may be infinite, contributes to a total.
+/// An amount's contribution to a total; 0 if it is infinite.
 joules_t Countable(joules_t amount) { return amount > 0 && std::isfinite(amount) ? amount : 0; }
 
 }  // namespace
@@ -58,7 +58,7 @@ void PowerPack::ExchangeState(StateExchange& exchange) {
   joules_t stored = stored_, capacity = capacity_;
   exchange(stored, capacity, dissipated_, *charging_);
   if (!exchange.restoring() || exchange.failed()) return;
-  SetCapacity(capacity);  // they count in the totals
+  SetCapacity(capacity);  // through the setters, to update the totals
   Store(stored);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What values of properties have to be. Each throws LoadError with the place of the property.
+// Checks of property values. The Check functions throw LoadError with the property's place.
 
 #ifndef STAGE_MODELS_PROPERTY_CHECKS_HH
 #define STAGE_MODELS_PROPERTY_CHECKS_HH
@@ -11,16 +11,16 @@ namespace Stg {
 
 class Worldfile;
 
-/// `value` is what the property of that name said, or its default.
+/// `value` is the value of property `name`, or its default.
 void CheckNotNegative(const Worldfile& wf, int entity, const char* name, double value);
-/// `lower` and `upper` are two values of it, as messages call them.
+/// Checks that two values of property `name` satisfy lower <= upper.
 void CheckInOrder(const Worldfile& wf, int entity, const char* name, double lower, double upper);
-/// The same of `count` intervals.
+/// Checks that each of `count` intervals satisfies min <= max.
 void CheckInOrder(const Worldfile& wf, int entity, const char* name, const Bounds* bounds,
                   int count);
 
-/// Warns if the property is given and its two values are equal, which leaves no choice; `effect`
-/// tells what follows from that.
+/// Warns if the property is given and its two values are equal, which leaves no choice. `effect`
+/// describes the consequence.
 void WarnIfEqual(Worldfile* wf, int entity, const char* name, double lower, double upper,
                  const char* effect);
 

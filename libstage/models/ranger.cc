@@ -30,13 +30,13 @@ constexpr double kWattsPerSensor = 0.2;
 constexpr unsigned kMaxSamples = 1'000'000;
 constexpr uint32_t kNoDirection = 0xffffffffu;
 
-/// Rays pass the ranger's own tree and models with a negative ranger_return. A ranger_return of 0
-/// stops them.
+/// Rays pass through the ranger's own tree and models with a negative ranger_return, but stop at a
+/// ranger_return of 0.
 bool StopsRanger(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0.0);
 }
 
-/// What is not a usable length, which may be infinite, counts as 0.
+/// Negative lengths and NaN count as 0; infinity is allowed.
 double Magnitude(double value) { return value > 0 ? value : 0.0; }
 
 double FiniteOr0(double value) { return std::isfinite(value) ? value : 0.0; }
@@ -93,7 +93,7 @@ void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
     color.Load(wf, entity);
 }
 
-/// The one property that may be infinite: range [0 "inf"].
+/// Reads the only property that may be infinite: range [0 "inf"].
 void ModelRanger::Sensor::LoadRange(Worldfile* wf, int entity) {
   const std::string text = wf->ReadElement(entity, "range", 1);
   if (text == "inf" || text == "infinity") {
@@ -130,14 +130,14 @@ bool ModelRanger::Sensor::HasTable(uint64_t generation) const {
   return first_direction_ != kNoDirection && table_generation_ == generation;
 }
 
-/// Makes sure that the directions of its rays are in the tables.
+/// Makes sure that the tables contain the directions of the sensor's rays.
 void ModelRanger::Sensor::FindTable(sensing::DirectionTables* tables) {
   if (HasTable(tables->generation())) return;
   first_direction_ = tables->Find(table_fov_, sample_count);
   table_generation_ = tables->generation();
 }
 
-/// The angle from one ray to the next.
+/// Angle between adjacent rays, radians.
 double ModelRanger::Sensor::Increment() const {
   return table_fov_ / (sample_count > 1 ? sample_count - 1 : 1);
 }
@@ -155,7 +155,7 @@ bool ModelRanger::Sensor::HasAngleNoise() const {
 ModelRanger::ModelRanger(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_) {
   ClearBlocks();
-  has_default_block = true;  // there is none, but the first block replaces nothing else
+  has_default_block = true;  // no block exists, but the first block added replaces none
   geom.size = Size(0.15, 0.15, 0.2);
   color = Color(0, 0, 0.5);
 }
@@ -202,7 +202,7 @@ void ModelRanger::ExchangeState(StateExchange& exchange) {
 void ModelRanger::Reseed(uint64_t seed) {
   Model::Reseed(seed);
   for (Sensor& sensor : sensors_)
-    if (sensor.IsNoisy()) sensor.seeded_ = false;  // others draw no random numbers
+    if (sensor.IsNoisy()) sensor.seeded_ = false;  // other sensors draw no random numbers
 }
 
 void ModelRanger::DropReadings() {
@@ -232,7 +232,7 @@ void ModelRanger::Update() {
 void ModelRanger::Gather(sensing::FanList* fans) {
   const Pose frame = SensorFrame(GetGlobalPose());
   const SineCosine turn = SinCos(frame.a);
-  static thread_local std::vector<double> bearings;  // for its memory
+  static thread_local std::vector<double> bearings;  // static to reuse its memory
   for (uint32_t i = 0; i < sensors_.size(); i++) {
     Sensor& sensor = sensors_[i];
     if (sensor.sample_count == 0) continue;
@@ -270,7 +270,7 @@ sensing::Fan ModelRanger::FanOf(uint32_t index, const Pose& frame, const SineCos
   return fan;
 }
 
-/// Before its rays are made: what concerns no other sensor.
+/// Prepares a sensor for casting rays. Only touches the sensor itself.
 void ModelRanger::Prepare(Sensor* sensor, uint32_t index) {
   if (sensor->sample_count > kMaxSamples) {
     WarnAbout(*this,
@@ -347,7 +347,7 @@ void ModelRanger::ExpectHits(uint32_t tag) const {
 }
 
 void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
-  // A callback may have changed the sensors since the rays were made.
+  // A callback may have changed the sensors since the rays were added.
   if (tag >= sensors_.size() || sensors_[tag].ranges.size() != hits.count) return;
   Sensor& sensor = sensors_[tag];
   std::copy(hits.ranges, hits.ranges + hits.count, sensor.ranges.begin());
@@ -356,15 +356,15 @@ void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
   const sensing::HitRun* run = hits.runs;
   for (uint32_t i = 0; i < hits.count; run++) {
     const double intensity = run->model ? run->model->vis.ranger_return : 0.0;
-    // Most stay as they are: what isn't written needs no way back to memory.
+    // Usually intensities do not change; not writing them saves memory bandwidth.
     for (; i < run->end; i++)
       if (intensities[i] != intensity) intensities[i] = intensity;
   }
   sensor.AddRangeNoise();
 }
 
-/// Noise keeps a range between the sensor's minimum and maximum. A range that is the maximum, or
-/// below the minimum, where the sensor measures nothing, stays as it is.
+/// Adds noise, keeping ranges between the sensor's minimum and maximum. Ranges at the maximum or
+/// below the minimum are not measurements and stay unchanged.
 void ModelRanger::Sensor::AddRangeNoise() {
   const double share = FiniteOr0(range_noise);
   const double deviation = std::sqrt(Magnitude(FiniteOr0(range_noise_const)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The property `ray_model` of worlds and of range sensors.
+// Reads the property `ray_model` of worlds and range sensors.
 
 #ifndef STAGE_MODELS_RAY_MODEL_READER_HH
 #define STAGE_MODELS_RAY_MODEL_READER_HH
@@ -11,7 +11,7 @@ namespace Stg {
 
 class Worldfile;
 
-/// "cell", "exact", or `fallback` if the entity doesn't say; fails for anything else.
+/// Reads "cell" or "exact"; returns `fallback` if not given. Fails for other values.
 RayModel ReadRayModel(Worldfile* wf, int entity, RayModel fallback);
 
 }  // namespace Stg

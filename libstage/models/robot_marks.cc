@@ -12,15 +12,15 @@ namespace Stg {
 
 namespace {
 
-// Shares of the way from the middle of the body to its outline.
+// Positions as fractions of the distance from the body's center to its outline.
 constexpr double kTip = 0.9, kBase = -0.3, kHalfWidth = 0.4;
 
-/// How far the outlines reach from the middle, along the model's axes; 0: no outline is there.
+/// Extent of the outlines from the center along the model's axes; 0 where there is no outline.
 struct Reach {
   double ahead = 0, left = 0, right = 0;
 };
 
-/// Where the edge from a to b crosses the x axis, whichever way it goes; nothing: nowhere.
+/// X coordinate at which the edge from a to b crosses the x axis, if it does.
 std::optional<double> CrossXAxis(const point_t& a, const point_t& b) {
   if ((a.y > 0) == (b.y > 0)) return std::nullopt;
   return a.x + (b.x - a.x) * a.y / (a.y - b.y);
@@ -34,7 +34,7 @@ void Extend(const point_t& a, const point_t& b, Reach* reach) {
   }
 }
 
-/// `heading`: of the body's frame in the model's.
+/// `heading` is the rotation of the body's frame in the model's frame.
 Reach ReachOf(const BlockGroup& body, double heading) {
   const SineCosine turn = SinCos(heading);
   const auto turned = [&](const point_t& p) {
@@ -59,7 +59,7 @@ std::optional<Nose> NoseOf(const BlockGroup& body, const Pose& frame) {
   const Reach reach = ReachOf(body, frame.a);
   const double side = std::min(reach.left, reach.right);
   if (!(reach.ahead > 0 && side > 0)) return std::nullopt;
-  // A long body has a nose that is no longer than twice its width.
+  // The nose of a long body is at most twice as long as the body is wide.
   const double length = std::min(reach.ahead, 4 * side) * (kTip - kBase);
   const double tip = frame.x + kTip * reach.ahead;
   const double half = kHalfWidth * std::min(side, reach.ahead);
@@ -68,7 +68,7 @@ std::optional<Nose> NoseOf(const BlockGroup& body, const Pose& frame) {
 }
 
 Color NoseColor(const Color& body) {
-  constexpr double kLightened = 0.85, kDarkened = 0.8;  // of the way to white, and to black
+  constexpr double kLightened = 0.85, kDarkened = 0.8;  // of the way to white, to black
   const bool is_dark = 0.3 * body.r + 0.6 * body.g + 0.1 * body.b < 0.5;
   const auto shade = [&](double part) {
     return is_dark ? part + kLightened * (1 - part) : part * (1 - kDarkened);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The self-masks of a tree of models in the batch of a step: what hides its body from its own rays.
+// Self-masks of a tree of models in the batch of a step: they hide the tree from its own rays.
 
 #ifndef STAGE_MODELS_SELF_MASKS_HH
 #define STAGE_MODELS_SELF_MASKS_HH
@@ -13,13 +13,13 @@
 
 namespace Stg {
 
-/// One for each drawing of the bodies; each for the batch with its number.
+/// The tree's masks for the cell and the exact drawing, each with the number of its batch.
 struct Model::SelfMasks {
   struct OfDrawing {
     sensing::SelfMask mask;
     uint64_t batch = 0;
 
-    /// True for the one caller, of several threads, that is to make the self-mask for this batch.
+    /// Returns true for exactly one of several threads, which must make the mask for this batch.
     bool Claim(uint64_t number) {
       const std::atomic_ref<uint64_t> made_for(batch);
       return made_for.load(std::memory_order_relaxed) != number &&
@@ -29,11 +29,11 @@ struct Model::SelfMasks {
   OfDrawing of[2];
 };
 
-/// Those self-masks of its tree that one of several models, which update at once, is to make.
+/// The self-masks that a model must make for its tree while several models update at once.
 class Model::SelfMasksToMake {
  public:
-  /// Before a fan of the model: the words of its self-mask, if that falls to the model; else 0. The
-  /// tree's self-masks have to be there if several threads are at work.
+  /// Call before adding a fan of the model. Returns the size in words of the self-mask if this
+  /// model must make it, otherwise 0. If several threads run, the tree's self_masks_ must exist.
   uint32_t Plan(const Model& model, bool exact) {
     if (!model.root->self_masks_) model.root->self_masks_ = std::make_unique<SelfMasks>();
     SelfMasks::OfDrawing& own = model.root->self_masks_->of[exact];
@@ -42,7 +42,7 @@ class Model::SelfMasksToMake {
     own.mask = sensing::RayBatch::PlanSelfMask(model.root->OwnDrawings(exact));
     return own.mask.words();
   }
-  /// They begin here, among the words of the batch.
+  /// Sets the position of the masks among the words of the batch.
   void Place(const Model& model, uint32_t first_word) const {
     for (const bool exact : {false, true}) {
       if (!planned_[exact]) continue;

@@ -9,8 +9,8 @@
 
 namespace Stg {
 
-/// An enumeration from 0 to `last`, for a StateExchange: restoring fails where a file has any other
-/// number.
+/// An enumeration with values from 0 to `last`, for a StateExchange. Restoring fails if a file has
+/// another number.
 template <typename E>
 class StateChoice {
  public:

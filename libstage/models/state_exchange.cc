@@ -13,7 +13,7 @@ namespace {
 constexpr uint64_t kFirstHash = 0xcbf29ce484222325u;
 constexpr uint32_t kNoModel = 0xffffffffu, kGoneModel = 0xfffffffeu;
 
-/// Stands for a model that has been deleted: like any pointer to one it must not be followed.
+/// A placeholder for a deleted model. It must not be dereferenced.
 Model* GoneModel() {
   alignas(Model) static char nobody[1];
   return reinterpret_cast<Model*>(nobody);
@@ -53,7 +53,7 @@ StateExchange::StateExchange(const std::vector<Model*>& models, const unsigned c
       leaves_readings_out_(false) {}
 
 void StateExchange::Finish() {
-  if (use_ != kSave || at_ == end_) return;  // there is no room left over
+  if (use_ != kSave || at_ == end_) return;  // there is no spare capacity
   to_->resize(saved());
   end_ = at_ = to_->data() + to_->size();
 }

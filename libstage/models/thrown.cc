@@ -14,7 +14,7 @@ namespace Stg {
 namespace {
 thread_local char thrower[400];
 
-/// Names come from files: what would steer a terminal is left out.
+/// Replaces control characters, because names come from files.
 void Clean(char* text) {
   for (; *text; text++)
     if (static_cast<unsigned char>(*text) < 0x20 || *text == 0x7f) *text = '?';

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Who threw what is on its way out of a step. A callback may throw anything; it goes through the
-// step to whoever called World::Update(), as it is. What is known of its origin is noted beside it.
+// Records the origin of exceptions. A callback may throw anything; it propagates unchanged through
+// the step to the caller of World::Update(). Its origin is recorded separately.
 
 #ifndef STAGE_MODELS_THROWN_HH
 #define STAGE_MODELS_THROWN_HH
@@ -12,19 +12,19 @@
 
 namespace Stg {
 
-/// The text is that of the calling thread: "a callback of model "r0" in wander.so", or empty.
+/// Origin recorded by the calling thread, such as `a callback of model "r0" in wander.so`, or "".
 const char* Thrower() noexcept;
 void SetThrower(const char* text) noexcept;
 void ForgetThrower() noexcept;
-/// To be called while the exception of a callback passes. The innermost one counts. `model` may be
-/// null. Needs no memory, as there may be none.
+/// Call it while the exception of a callback propagates; the innermost call counts. `model` may be
+/// null. Does not allocate, because memory may be exhausted.
 void NoteThrower(const char* what, const Model* model, void (*function)()) noexcept;
 
-/// To be called while an exception of a model's update passes: NoteThrower(), unless it is for lack
-/// of memory, which is no fault of the model.
+/// Call it while an exception of a model's update propagates. Like NoteThrower(), but ignores
+/// std::bad_alloc, which is not caused by the model.
 void NoteUpdateThrower(const Model* model) noexcept;
 
-/// The exception that is being handled: "the number 42".
+/// Describes the exception being handled, such as "the number 42".
 std::string DescribeException();
 
 }  // namespace Stg

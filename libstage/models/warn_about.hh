@@ -6,8 +6,8 @@ namespace Stg {
 
 class Ancestor;
 
-/// Reports "stage: warning: NAME: TEXT", NAME being that of the model or world. The format is that
-/// of printf(); names among the arguments are to be messages::Quoted().
+/// Reports "stage: warning: NAME: TEXT", where NAME is the name of the model or world. The format
+/// is that of printf(). Apply messages::Quoted() to names among the arguments.
 [[gnu::format(printf, 2, 3)]] void WarnAbout(const Ancestor& who, const char* format, ...);
 
 }  // namespace Stg

@@ -13,7 +13,7 @@ Watch::Watch(const Model& model)
 }
 
 Watch::~Watch() {
-  if (gone()) return;  // then it is on no list any more, and there may be none
+  if (gone()) return;  // already unlinked, and the list may not exist any more
   while (*list_ != this) list_ = &(*list_)->next_;
   *list_ = next_;
 }

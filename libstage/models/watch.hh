@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// For code that calls callbacks and goes on with a model afterwards: they may have deleted it.
+// Detects that a callback has deleted a model, for code that then continues to use it.
 
 #ifndef STAGE_MODELS_WATCH_HH
 #define STAGE_MODELS_WATCH_HH
@@ -9,7 +9,7 @@
 
 namespace Stg {
 
-/// Tells whether a model has been deleted since. On the stack, of the thread that has the world.
+/// Tells whether a model has been deleted. Lives on the stack of the thread that has its world.
 class Watch {
  public:
   explicit Watch(const Model& model);
@@ -19,12 +19,12 @@ class Watch {
 
   bool gone() const { return model_ == nullptr; }
 
-  /// Tells those of a list that watch the model that it goes.
+  /// Notifies the watches of a model in the list that it is being deleted.
   static void Tell(Watch** list, const Model* model);
 
  private:
   const Model* model_;
-  Watch** list_;  // of the model's world
+  Watch** list_;  // list of watches of the model's world
   Watch* next_;
 };
 

@@ -26,15 +26,15 @@ namespace {
 
 constexpr double kWatts = 2.5;
 constexpr size_t kMaxNameLength = 31;
-constexpr double kSmallestDistance = 0.01;  // where the logarithm of 0 would be needed
+constexpr double kSmallestDistance = 0.01;  // metres; avoids the logarithm of 0
 
-// Free space loss in dB for kilometres and megahertz: 20 log (4 pi 10^9 / c).
+// Free-space path loss in dB for kilometres and megahertz: 20 log10(4 pi 10^9 / c).
 constexpr double kFriis = 32.44177;
 constexpr double kItuIndoor = -28.0;
-constexpr double kDecibelsPerMetre = 100.0;  // of obstacle, times the wall factor
+constexpr double kDecibelsPerMetre = 100.0;  // of obstacle, times wall_factor
 
-/// From additions, multiplications and divisions only, to be the same on every processor: the
-/// series of the area tangent, for a mantissa in [sqrt(1/2), sqrt(2)).
+/// Uses only additions, multiplications and divisions to be equal on every processor: the artanh
+/// series for a mantissa in [sqrt(1/2), sqrt(2)).
 double Log10(double x) {
   if (!(x > 0)) return std::numeric_limits<double>::quiet_NaN();
   int exponent = 0;
@@ -89,7 +89,7 @@ ModelWifi::ModelWifi(World* world_, Model* parent_, const std::string& type_)
 
 ModelWifi::~ModelWifi() {
   world->host().FinishRaysOf(this);
-  // In the order of creation.
+  // The list is sorted by id.
   std::vector<ModelWifi*>& radios = world->host().radios;
   radios.erase(std::lower_bound(
       radios.begin(), radios.end(), this,
@@ -179,7 +179,7 @@ void ModelWifi::Gather(sensing::FanList* fans) {
     for (size_t i = 0; i < path_count_; i++) AddRay(static_cast<uint32_t>(i), here, fans);
 }
 
-/// In dB, obstacles not counted.
+/// Path loss in dB without obstacles.
 double ModelWifi::Loss(double distance) {
   const double log_distance = Log10(std::max(distance, kSmallestDistance));
   const double log_frequency = Log10(freq);
@@ -199,7 +199,7 @@ double ModelWifi::Loss(double distance) {
   return 0;
 }
 
-/// If the other device may be in reach.
+/// Adds a path to the other device if that may be in reach.
 void ModelWifi::AddPath(const ModelWifi& other, const Pose& here) {
   if (!seeded_) {
     random_.Seed(NoiseSeed(token));
@@ -226,7 +226,7 @@ void ModelWifi::AddPath(const ModelWifi& other, const Pose& here) {
   path.neighbor.freq = other.freq;
 }
 
-/// The ray's part is to tell, quickly, which bodies are on the way; it stops at none of them.
+/// Collects the bodies on the way. Always returns false, so that the ray passes through all.
 bool ModelWifi::NoteObstacle(Model* candidate, const Model* finder, const void* arg) {
   const Path& path = *static_cast<const Path*>(arg);
   if (candidate->vis.ranger_return < 0 || candidate->IsRelated(finder) ||
@@ -247,9 +247,9 @@ void ModelWifi::AddRay(uint32_t index, const Pose& here, sensing::FanList* fans)
   fan.arg = &path;
   fan.sink = this;
   fan.tag = index;
-  fan.z_test = false;  // the line may rise; heights are looked at afterwards
+  fan.z_test = false;  // the line may rise; heights are checked in TakeHits()
   const double heading = ArcTangent(there.y - here.y, there.x - here.x);
-  // The bodies' own geometry is looked at afterwards: cells will do to find them.
+  // Cells suffice to find the bodies; their exact geometry is evaluated in TakeHits().
   PlaceFan(&fan, Pose(here.x, here.y, here.z, heading), path.distance, RayModel::kCell);
   fan.record.first_direction = sensing::DirectionTables::kAhead;
   fans->Add(fan, 1);
@@ -258,7 +258,7 @@ void ModelWifi::AddRay(uint32_t index, const Pose& here, sensing::FanList* fans)
 void ModelWifi::TakeHits(uint32_t tag, const sensing::RayHits&) {
   Path& path = paths_[tag];
   if (path.obstacles.empty()) return;
-  static thread_local LineInBodies line;  // for its memory
+  static thread_local LineInBodies line;  // static to reuse its memory
   const Pose& there = path.neighbor.pose;
   line.Begin(point3_t(here_.x, here_.y, here_.z), point3_t(there.x, there.y, there.z));
   for (const Model* obstacle : path.obstacles) line.AddBodyOf(*obstacle);
@@ -274,7 +274,7 @@ void ModelWifi::Sensed() {
     if (propagation != PROPAGATION_SIMPLE && !heard) continue;
     path.neighbor.db = propagation == PROPAGATION_SIMPLE ? 1.0 : power - path.loss;
     if (count == neighbors_.size()) neighbors_.emplace_back();
-    std::swap(neighbors_[count++], path.neighbor);  // both keep their memory
+    std::swap(neighbors_[count++], path.neighbor);  // swapping lets both keep their memory
   }
   neighbors_.resize(count);
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// ModelActuator: a joint that slides along a line or turns about z, and takes its children along.
-// Part of <stage.hh>.
+// ModelActuator: a linear or rotational joint that moves its children. Part of <stage.hh>.
 
 #ifndef STAGE_MODELS_ACTUATOR_HH
 #define STAGE_MODELS_ACTUATOR_HH
@@ -10,8 +9,8 @@
 
 namespace Stg {
 
-/// Positions are displacements from the pose of the world file: metres if it is linear, radians if
-/// it is rotational (they count whole turns).
+/// Positions are displacements from the pose in the world file: metres if linear, radians including
+/// whole turns if rotational.
 class ModelActuator : public Model {
  public:
   typedef enum { CONTROL_VELOCITY, CONTROL_POSITION } ControlMode;
@@ -20,22 +19,21 @@ class ModelActuator : public Model {
   ModelActuator(World* world, Model* parent, const std::string& type);
   ~ModelActuator();
 
-  // Commands take effect at the next update, within the limits. One that is not a number is
-  // ignored, with a message.
+  // Commands take effect at the next update, clipped to the limits. NaN is ignored with a message.
 
-  /// Per second.
+  /// Metres or radians per second.
   void SetSpeed(double speed);
   void GoTo(double pose);
 
-  /// The goal, be it a speed or a position.
+  /// The goal: a speed or a position, depending on the control mode.
   double GetSpeed() const { return goal_; }
   double GetPosition() const;
-  /// In force now, per second.
+  /// Current velocity, in metres or radians per second.
   double GetVelocity() const { return velocity_; }
   double GetMaxPosition() const { return max_position_; }
   double GetMinPosition() const { return min_position_; }
   ActuatorType GetType() const { return type_of_joint_; }
-  /// Of a linear one, in its own frame; a unit vector.
+  /// Axis of a linear actuator in its own frame; a unit vector.
   point3_t GetAxis() const { return axis_; }
   Pose GetSensedLocalPose() const override { return HasSubscribers() ? sensed_pose_ : pose; }
 
@@ -49,14 +47,14 @@ class ModelActuator : public Model {
   void Shutdown() override;
   void Update() override;
   void Gather(internal::sensing::FanList*) override;
-  /// One step; refused as a whole if it would end in an obstacle.
+  /// Moves by one step, or not if that would end in an obstacle.
   void Move() override;
   void NoteSensed() override { sensed_pose_ = pose; }
   void DropReadings() override;
 
  private:
   friend class MovePhase;
-  /// Move() has nothing to do.
+  /// True if Move() does nothing.
   bool StaysStill() const { return velocity_ == 0 || disabled; }
 
   void LoadJoint();
@@ -70,9 +68,9 @@ class ModelActuator : public Model {
   point3_t axis_;
   double goal_, velocity_;
   double max_speed_, max_position_, min_position_;
-  Pose reference_;      // where the position is 0, in the parent's frame
-  bool has_reference_;  // else it is where the actuator starts
-  double turned_;       // near the position of a rotational one: tells the number of turns
+  Pose reference_;      // pose at position 0, in the parent's frame
+  bool has_reference_;  // false: reference_ is set at startup
+  double turned_;       // unwraps a rotational position to count turns
   Pose sensed_pose_;    // in the parent's frame
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What World and Model have in common: a name and children. Part of <stage.hh>; C++11.
+// Base of World and Model: a name and children. Part of <stage.hh>; C++11.
 
 #ifndef STAGE_MODELS_ANCESTOR_HH
 #define STAGE_MODELS_ANCESTOR_HH
@@ -17,8 +17,8 @@ class Model;
 class StateExchange;
 class World;
 
-/// Zero to stay registered, non-zero to be removed. Clients cast functions of other signatures to
-/// these types, so they are plain function pointers.
+/// Returning non-zero removes the callback. Clients cast functions of other signatures to these
+/// types, so they are plain function pointers.
 typedef int (*model_callback_t)(Model* mod, void* user);
 typedef int (*world_callback_t)(World* world, void* user);
 
@@ -27,13 +27,13 @@ class Ancestor {
   Ancestor();
   virtual ~Ancestor();
 
-  /// Direct children in the order of creation; a live reference.
+  /// Direct children in the order of creation. The reference stays up to date.
   std::vector<Model*>& GetChildren() { return children; }
   const std::vector<Model*>& GetChildren() const { return children; }
-  /// Calls func for all descendants, parents before their children. Its result is ignored.
+  /// Calls func for all descendants, parents before children. Ignores its result.
   void ForEachDescendant(model_callback_t func, void* arg);
 
-  /// Children of the type that there have been so far.
+  /// Number of children of the type created so far.
   unsigned int CountOfType(const std::string& type) const;
   virtual void AddChild(Model* mod);
   virtual void RemoveChild(Model* mod);
@@ -45,15 +45,15 @@ class Ancestor {
   /// An empty name is refused with a message.
   virtual void SetToken(const std::string& str);
 
-  /// An untyped pointer under a name; not owned.
+  /// Stores an untyped pointer under a name. Does not take ownership.
   void SetProperty(const std::string& key, void* value) { props[key] = value; }
   void* GetProperty(const std::string& key) const;
 
  protected:
-  /// See Model::ExchangeState(). Children are neither made nor given away by restoring.
+  /// See Model::ExchangeState(). Restoring neither creates nor deletes children.
   void ExchangeState(StateExchange& exchange);
   void ExchangeTypeCounts(StateExchange& exchange);
-  /// Deletes the children, the youngest first.
+  /// Deletes the children, youngest first.
   void DeleteChildren();
 
   std::map<std::string, unsigned int> child_type_counts;

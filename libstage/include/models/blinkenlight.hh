@@ -9,13 +9,13 @@
 
 namespace Stg {
 
-/// It needs no subscription to blink.
+/// Blinks even without subscribers.
 class ModelBlinkenlight : public Model {
  public:
   ModelBlinkenlight(World* world, Model* parent, const std::string& type);
 
   bool IsOn() const;
-  /// What to draw the body in: its colour, at half the brightness while it is off.
+  /// Its color, at half the brightness while it is off.
   Color GetShownColor() const override;
 
   using Model::Load;
@@ -23,7 +23,7 @@ class ModelBlinkenlight : public Model {
 
  private:
   double dutycycle_;  // time on / time off
-  usec_t period_;     // of both together
+  usec_t period_;     // on and off together
   bool enabled_;
 };
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// ModelBlobfinder: a camera with one row of pixels that tracks colours. Part of <stage.hh>.
+// ModelBlobfinder: a camera with one row of pixels that detects blobs of color. Part of <stage.hh>.
 //
-// Each pixel of the row is a ray; a run of rays that meet the same colour makes a blob. The ray
-// directly after a run can't begin the next one, so blobs that touch leave a gap of a pixel. Rays
-// look past heights: they meet whatever stands in their way, however high or low, if it is not in
-// the finder's own tree and its blob_return is set.
+// Each pixel of the row is a ray; consecutive rays that hit the same color form a blob. The ray
+// after a blob cannot begin the next one, so adjacent blobs have a gap of one pixel. Rays hit
+// bodies at any height if their blob_return is set and they are not in the finder's own tree.
 //
-// Edge cases, one rule each (they are tested in tests/models/blobfinder_test.cc):
+// Edge cases, tested in tests/models/blobfinder_test.cc:
 //   width 0                 no blobs
 //   height 0                blobs without height
 //   range 0, negative, NaN  no blobs; a negative one is refused in a world file
@@ -39,11 +38,11 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
   explicit ModelBlobfinder(World* world, Model* parent, const std::string& type);
   ~ModelBlobfinder();
 
-  /// What the last update saw, from the right of the image to the left.
+  /// Blobs of the last update, from right to left in the image.
   const std::vector<Blob>& GetBlobs() const { return blobs_; }
   std::vector<Blob>& GetBlobsMutable() { return blobs_; }
 
-  // The colours to report; if there are none, all are.
+  // Colors to report; if empty, all colors are reported.
   void AddColor(Color col);
   void RemoveColor(Color col);
   void RemoveAllColors();
@@ -51,19 +50,19 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
   using Model::Load;
   void Load() override;
   void Startup() override;
-  /// Forgets the blobs.
+  /// Deletes the blobs.
   void Shutdown() override;
-  /// Puts the row's rays into the batch of the step; blobs follow when it is traced.
+  /// Adds the row's rays to the batch of the step. The blobs follow when it is traced.
   void Update() override;
   void Gather(internal::sensing::FanList* fans) override;
 
   void ExchangeState(StateExchange& exchange) override;
 
   radians_t fov;             ///< of the row; also spans the height of the image
-  radians_t pan;             ///< heading of the middle of the image, relative to the model
-  meters_t range;            ///< beyond it nothing is seen
+  radians_t pan;             ///< heading of the image center relative to the model
+  meters_t range;            ///< maximum distance of blobs
   unsigned int scan_height;  ///< of the image, pixels
-  unsigned int scan_width;   ///< the same, and the number of rays
+  unsigned int scan_width;   ///< of the image, pixels; also the number of rays
 
  private:
   void LoadColors();
@@ -74,9 +73,9 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
 
   std::vector<Blob> blobs_;
   std::vector<Color> colors_;
-  bool rays_out_;  // on the way
+  bool rays_out_;  // rays are in the batch
 
-  // What the direction table was made for.
+  // Parameters of the current direction table.
   double table_fov_;
   unsigned int table_width_;
   uint64_t table_generation_;

@@ -14,10 +14,10 @@ namespace Stg {
 
 class ModelBumper : public Model, private internal::sensing::RaySink {
  public:
-  /// A touch line: as long as `length`, across the direction that the pose faces, its centre there.
+  /// A line of the given length, centered at the pose and perpendicular to its heading.
   class BumperConfig {
    public:
-    Pose pose;  ///< in the bumper's frame; z has no effect
+    Pose pose;  ///< in the bumper's frame; z is ignored
     meters_t length;
 
     BumperConfig() : length(0) {}
@@ -25,8 +25,8 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
 
   class BumperSample {
    public:
-    Model* hit;         ///< what touches the line, at any height, obstacle or not; null: nothing
-    point_t hit_point;  ///< of the last contact, global
+    Model* hit;         ///< model that touches the line, obstacle or not, at any height; or null
+    point_t hit_point;  ///< of the latest contact, global
 
     BumperSample() : hit(NULL) {}
   };
@@ -34,21 +34,21 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
   ModelBumper(World* world, Model* parent, const std::string& type);
   ~ModelBumper();
 
-  // The arrays belong to the model. The sensors may be changed in place.
+  // Owned by the model. The sensors may be changed in place.
   uint32_t bumper_count;
   BumperConfig* bumpers;  ///< null if there are none
-  BumperSample* samples;  ///< null before the first update and after the last subscriber left
+  BumperSample* samples;  ///< null before the first update and without subscribers
 
   using Model::Load;
   void Load() override;
-  /// One line: 1 or 0 for each sensor.
+  /// Prints one line with 1 or 0 for each sensor.
   void Print(char* prefix) const override;
   void ExchangeState(StateExchange& exchange) override;
 
  protected:
   void Startup() override;
   void Shutdown() override;
-  /// Puts the touch lines into the batch of the step; the samples follow when it is traced.
+  /// Adds the touch lines to the batch of the step. The samples follow when it is traced.
   void Update() override;
   void Gather(internal::sensing::FanList* fans) override;
 
@@ -63,8 +63,8 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
 
   std::vector<BumperConfig> configs_;
   std::vector<BumperSample> results_;
-  std::vector<uint32_t> hit_ids_;  // of the models in results_, which may be gone
-  std::vector<Line> lines_;        // of this update
+  std::vector<uint32_t> hit_ids_;  // ids of the models in results_, which may be deleted
+  std::vector<Line> lines_;        // of the current update
 };
 
 }  // namespace Stg

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// ModelCamera: takes pictures of the scene, in colour and in depth. Part of <stage.hh>.
+// ModelCamera: takes pictures of the scene in color and depth. Part of <stage.hh>.
 //
-// It looks from its own position along its own heading. Bodies are opaque and in their flat colour,
-// its own tree's bodies included: mount a camera above or outside of them. Needs no window.
+// The camera looks along its own heading. Bodies are opaque and flat-colored, including those of
+// its own tree: mount a camera above or outside of them. It works without a window.
 
 #ifndef STAGE_MODELS_CAMERA_HH
 #define STAGE_MODELS_CAMERA_HH
@@ -13,7 +13,7 @@
 #include "models/camera_view.hh"
 #include "models/model.hh"
 
-// As OpenGL has them, whose headers clients may include as well.
+// Declared as in OpenGL, whose headers clients may also include.
 typedef float GLfloat;
 typedef unsigned char GLubyte;
 
@@ -25,25 +25,25 @@ class ModelCamera : public Model {
   ~ModelCamera();
 
   void Load() override;
-  /// Takes a picture: of the bodies as the last step left them.
+  /// Takes a picture of the bodies at the end of the last step.
   void Update() override;
   void Gather(internal::sensing::FanList*) override;
 
-  /// Pixels.
+  /// Picture size in pixels.
   int getWidth(void) const { return width_; }
   int getHeight(void) const { return height_; }
-  /// Lens and clipping planes, and the pose of the latest picture.
+  /// Lens, clipping planes, and the pose of the latest picture.
   const PerspectiveCamera& getCamera(void) const { return camera_; }
 
-  // Null until the first picture. Pixel (i, j) is element i + j * width; i = 0 is at the left, and
-  // j = 0 is the bottom row.
+  // Null before the first picture. Pixel (i, j) is element i + j * width, with i = 0 at the left
+  // and j = 0 at the bottom.
 
-  /// Metres along the direction of view; the far clipping distance where there is nothing.
+  /// Metres along the direction of view; the far clipping distance if nothing is there.
   const GLfloat* FrameDepth() const;
   /// Red, green, blue and opacity (always 255) of each pixel.
   const GLubyte* FrameColor() const;
 
-  /// How the camera is mounted, degrees: down, and to the right.
+  /// Mounting angles in degrees: pitch down, yaw to the right.
   void setPitch(double pitch) { tilt_ = pitch; }
   void setYaw(double yaw) { pan_ = yaw; }
   double getTilt() const { return tilt_; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Flags: coloured tokens that models carry and hand on. Part of <stage.hh>; C++11.
+// Flags: colored tokens that models carry and pass on. Part of <stage.hh>; C++11.
 
 #ifndef STAGE_MODELS_FLAG_HH
 #define STAGE_MODELS_FLAG_HH
@@ -14,7 +14,7 @@ namespace Stg {
 
 class Model::Flag {
  public:
-  /// `size`: its diameter, metres.
+  /// `size` is the diameter in metres.
   Flag(const Color& color, double size) : color_(color), size_(size) {}
 
   void SetColor(const Color& c) { color_ = c; }
@@ -22,11 +22,11 @@ class Model::Flag {
   Color GetColor() { return color_; }
   double GetSize() { return size_; }
 
-  /// A new flag of the same colour that takes `portion` of the size, or what is left of it; null if
-  /// nothing is. It belongs to the caller.
+  /// Splits off a flag of the same color with size `portion`, or what remains; null if nothing
+  /// does. The caller owns it.
   Flag* Nibble(double portion);
 
-  /// Of a library without a window: draws nothing.
+  /// The library has no window, so this draws nothing.
   void Draw(GLUquadric*) {}
 
  private:

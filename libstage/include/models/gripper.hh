@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// ModelGripper: two fingers that close and a lift. Part of <stage.hh>.
+// ModelGripper: two closing fingers (paddles) and a lift. Part of <stage.hh>.
 //
-// Two break beams run from finger to finger, and along each finger's inner face a contact strip.
-// They notice models with a gripper_return. Only contacts while the fingers close grip.
+// Two break beams run between the fingers, and a contact strip along each finger's inner face. They
+// detect models with gripper_return. Objects are gripped only on contact while closing.
 
 #ifndef STAGE_MODELS_GRIPPER_HH
 #define STAGE_MODELS_GRIPPER_HH
@@ -20,30 +20,30 @@ class ModelGripper : public Model, private internal::sensing::RaySink {
   typedef enum { CMD_NOOP = 0, CMD_OPEN, CMD_CLOSE, CMD_UP, CMD_DOWN } cmd_t;
 
   struct config_t {
-    Size paddle_size;  ///< of a finger, as shares of the body's size
+    Size paddle_size;  ///< finger size as fractions of the body's size
     paddle_state_t paddles;
     lift_state_t lift;
     double paddle_position;      ///< 0 open, 1 closed
     double lift_position;        ///< 0 down, 1 up
-    Model* gripped;              ///< a child of the gripper while it is held
-    bool paddles_stalled;        ///< something touches a finger
-    double close_limit;          ///< what is gripped stops the fingers at this position
-    bool autosnatch;             ///< closes by itself when a beam is broken
-    double break_beam_inset[2];  ///< from the finger tips, as shares of the body's length
-    Model* beam[2];              ///< what breaks the inner and the outer beam
-    Model* contact[2];           ///< what touches the left and the right finger
+    Model* gripped;              ///< a child of the gripper while held
+    bool paddles_stalled;        ///< an object touches a finger
+    double close_limit;          ///< finger position at which the held object blocks
+    bool autosnatch;             ///< closes automatically if a beam is broken
+    double break_beam_inset[2];  ///< from the finger tips, as fractions of the body's length
+    Model* beam[2];              ///< models that break the inner and the outer beam
+    Model* contact[2];           ///< models that touch the left and the right finger
   };
 
   ModelGripper(World* world, Model* parent, const std::string& type);
   ~ModelGripper();
 
-  /// As of the last update.
+  /// Configuration and state as of the last update.
   config_t GetConfig() { return config_; }
-  /// All but what the gripper holds and senses. One with a number that is not finite is refused
-  /// with a message.
+  /// Sets all members except those for held and sensed objects. Refused with a message if a number
+  /// is not finite.
   void SetConfig(config_t& newcfg);
 
-  /// Obeyed from the next update on, until another one comes.
+  /// Takes effect at the next update and stays in force until replaced.
   void SetCommand(cmd_t cmd) { command_ = cmd; }
   void CommandOpen() { SetCommand(CMD_OPEN); }
   void CommandClose() { SetCommand(CMD_CLOSE); }
@@ -57,10 +57,10 @@ class ModelGripper : public Model, private internal::sensing::RaySink {
   void ExchangeState(StateExchange& exchange) override;
 
  protected:
-  /// Moves fingers and lift, and puts the beams into the batch of the step.
+  /// Moves fingers and lift, and adds the rays to the batch of the step.
   void Update() override;
   void Gather(internal::sensing::FanList* fans) override;
-  /// Grips and drops, and draws the fingers where they are.
+  /// Grips or drops, and redraws the fingers.
   void Sensed() override;
 
  private:
@@ -82,8 +82,8 @@ class ModelGripper : public Model, private internal::sensing::RaySink {
   config_t config_;
   cmd_t command_;
   bool drop_due_, shape_due_;
-  unsigned body_made_;  // the group's count of clearings then: if it changed, the fingers are gone
-  Model* hits_[4];      // of the beams, then the contacts
+  unsigned body_made_;  // times_cleared() at BuildBody(): if it differs, the fingers are gone
+  Model* hits_[4];      // two beams, then two contacts
   uint32_t hit_ids_[4];
 };
 

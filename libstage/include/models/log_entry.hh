@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A log of where models were when. Part of <stage.hh>; C++11.
+// A log of the poses of models. Part of <stage.hh>; C++11.
 
 #ifndef STAGE_MODELS_LOG_ENTRY_HH
 #define STAGE_MODELS_LOG_ENTRY_HH
@@ -15,28 +15,28 @@ namespace Stg {
 
 class Model;
 
-/// What World::Log() writes down.
+/// An entry made by World::Log().
 class LogEntry {
  public:
-  /// With the model's pose of now. Appends itself to `log` if the model's world is listed.
+  /// Records the model's current pose. Appends itself to `log` if the model's world is listed.
   LogEntry(usec_t timestamp, Model* mod);
 
   usec_t timestamp() const { return timestamp_; }
   uint32_t model_id() const { return model_id_; }
   const Pose& pose() const { return pose_; }
 
-  /// Of all listed worlds; World::log() has the entries of one. Not to be touched while another
-  /// thread may write down something.
+  /// Entries of all listed worlds; World::log() has those of one. Do not access it while another
+  /// thread may add entries.
   static std::vector<LogEntry> log;
 
   static size_t Count();
   static void Clear();
-  /// One line each on standard output: seconds, the model's number, its pose.
+  /// Prints one line per entry on standard output: seconds, model id, pose.
   static void Print();
 
  private:
   usec_t timestamp_;
-  uint32_t model_id_;  // the model may be gone when the log is printed
+  uint32_t model_id_;  // an id, because the model may be deleted before printing
   Pose pose_;
 };
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // The message macros of Stage's interface, for controllers and programs. Errors go to standard
-// error, warnings and messages to standard output. The first argument is a string literal, a format
-// as of printf. Names in them are made printable. The library itself reports through
-// messages/report.hh.
+// error, warnings and messages to standard output. The first argument is a printf format, a string
+// literal. Arguments are made printable. The library itself uses messages/report.hh.
 
 #ifndef STAGE_MODELS_MESSAGES_HH
 #define STAGE_MODELS_MESSAGES_HH
@@ -61,7 +60,7 @@
 #define PRINT_DEBUG5(m, a, b, c, d, e)
 #endif
 
-/// A `for` header over a container with an iterator I; C is evaluated twice and must not change.
+/// A `for` header over a container with an iterator I. C is evaluated twice and must not change.
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a name that is declared stands in no parentheses.
 #define VAR(V, init) __typeof(init) V = (init)
 #define FOR_EACH(I, C) for (VAR(I, (C).begin()), ite = (C).end(); (I) != ite; ++(I))

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Model: anything that is in a world. Part of <stage.hh>.
+// Model: an object in a world. Part of <stage.hh>.
 //
-// Lengths are metres, angles radians, times microseconds of simulated time. Pointers handed in are
-// not owned by the library, pointers handed out stay owned by it, nothing throws.
+// Lengths are in metres, angles in radians, times in microseconds of simulated time. Passing or
+// returning a pointer never transfers ownership. Functions do not throw.
 
 #ifndef STAGE_MODELS_MODEL_HH
 #define STAGE_MODELS_MODEL_HH
@@ -51,10 +51,10 @@ struct Drawings;
 }
 }  // namespace internal
 
-/// Makes a model of one type: what Model::name_map holds for each type name.
+/// Creates a model of one type. Model::name_map holds one for each type name.
 typedef Model* (*creator_t)(World* world, Model* parent, const std::string& type);
 
-/// How sensors and bodies perceive a model.
+/// How sensors and other bodies perceive a model.
 class Visibility {
  public:
   bool blob_return;
@@ -62,7 +62,7 @@ class Visibility {
   int fiducial_return;
   bool gripper_return;
   bool obstacle_return;
-  double ranger_return;  ///< intensity; negative: rangers look through it
+  double ranger_return;  ///< intensity; negative: invisible to rangers
 
   Visibility()
       : blob_return(true),
@@ -96,58 +96,57 @@ class Model : public Ancestor {
     __CB_TYPE_COUNT
   } callback_type_t;
 
-  /// So many models lie above another at most.
+  /// Maximum number of ancestors of a model.
   static const unsigned int kDeepest = 1000;
 
-  /// The known types. Clients may add their own after Init() and before loading a world;
-  /// RegisterModelType() does it at any time, and tells more of them.
+  /// The known types. Clients may add their own after Init() and before loading a world.
+  /// RegisterModelType() is possible at any time and describes types more fully.
   static std::map<std::string, creator_t> name_map;
 
-  /// Registers with the world and the parent (null: top level). An empty name is made up:
-  /// "type:n", after "parent." for children. The body is one block that fills the default size.
-  /// A parent that is kDeepest below the top level is refused with a message; then the model stands
-  /// at the top level.
+  /// Registers the model with its world and parent (null: top level). An empty name is replaced by
+  /// "type:n", prefixed with "parent." for children. The body is one block of the default size. If
+  /// the parent is kDeepest levels deep, the model is placed at the top level, with a message.
   Model(World* world, Model* parent = NULL, const std::string& type = "model",
         const std::string& name = "");
   virtual ~Model();
 
   // ---- names and the tree ----
 
-  /// Old names stay valid for World::GetModel().
+  /// Former names remain valid for World::GetModel().
   void SetToken(const std::string& str) override;
   const std::string& GetModelType() const { return type; }
-  /// A serial number, unique in the world: the ground has 0, models of a file follow in its order.
+  /// Unique in the world: the ground has 0, models of a file follow in its order.
   uint32_t GetId() const { return id; }
-  /// The model of that number; null if there is none. With several worlds World::FindModel() is
-  /// meant: this takes the oldest of them that has one.
+  /// Finds a model by id in the listed worlds, oldest first; null if there is none. With several
+  /// worlds use World::FindModel().
   static Model* LookupId(uint32_t id);
   std::string PoseString() { return GetPose().String(); }
-  /// Its name and its descendants', a line each.
+  /// Prints the names of the model and its descendants, one per line.
   virtual void Print(char* prefix) const;
-  /// "name @ [x,y,z,a]", global. Valid until this thread's next call for any model.
+  /// "name @ [x,y,z,a]", global. Valid until this thread's next call.
   virtual const char* PrintWithPose() const;
 
   World* GetWorld() const { return world; }
   Model* Parent() const { return parent; }
   Model* Root() { return root; }
   const Model* Root() const { return root; }
-  /// Whether it is a ModelPosition.
+  /// True if the model is a ModelPosition.
   bool Drives() const { return drives_; }
-  /// The model called "<token>.<name>"; null and a warning if there is none.
+  /// Returns the model called "<token>.<name>"; null with a warning if there is none.
   Model* GetChild(const std::string& name) const;
-  /// This model or the first descendant of the type that was not handed out before; marks it.
-  /// Null if there is none, with a warning at top level.
+  /// Returns the first model of the type among this one and its descendants that was not returned
+  /// before, and marks it. Null if there is none, with a warning at top level.
   Model* GetUnusedModelOfType(const std::string& type);
-  /// The same, first without subscribers; nothing is marked.
+  /// Like GetUnusedModelOfType(), for models without subscribers, and without marking.
   Model* GetUnsubscribedModelOfType(const std::string& type) const;
   bool IsAntecedent(const Model* testmod) const;
   bool IsDescendent(const Model* testmod) const;
-  /// In the same top-level tree; a model is related to itself.
+  /// True if both are in the same top-level tree. A model is related to itself.
   bool IsRelated(const Model* testmod) const { return root == testmod->root; }
-  /// How many models lie above it.
+  /// Number of ancestors.
   unsigned int Depth() const;
-  /// Moves to another parent (null: top level) and keeps the global pose. One that descends from
-  /// this model is refused with a message, and so is one that would nest models too deeply: 1.
+  /// Changes the parent (null: top level) and keeps the global pose. Refused with a message,
+  /// returning 1, if the new parent is a descendant or models would be nested too deeply.
   int SetParent(Model* newparent);
   void BecomeParentOf(Model* child);
 
@@ -155,72 +154,73 @@ class Model : public Ancestor {
 
   Pose GetPose() const { return pose; }
   Pose GetGlobalPose() const override;
-  // A step senses first, then moves. Its readings belong to the poses before its moves. These two
-  // tell those poses afterwards, for the last step in which a model of this tree updated.
+  // A step senses first and then moves, so its readings belong to the poses before its moves.
+  // GetSensedPose() and GetSensedLocalPose() return those poses, for the last step in which a model
+  // of this tree updated.
 
-  /// In the frame of the world.
+  /// In world coordinates.
   virtual Pose GetSensedPose() const;
   /// In the parent's frame.
   virtual Pose GetSensedLocalPose() const { return pose; }
-  /// In the parent's frame. No collision test. A pose with a coordinate that is not finite is
-  /// refused with a message.
+  /// Relative to the parent. Does not test collisions. Refused with a message if not finite.
   void SetPose(const Pose& pose);
   void SetGlobalPose(const Pose& gpose);
   void AddToPose(const Pose& pose);
   void AddToPose(double dx, double dy, double dz, double da);
   Geom GetGeom() const { return geom; }
-  /// One with a number that is not finite is refused with a message.
+  /// Refused with a message if a number is not finite.
   void SetGeom(const Geom& src);
-  /// A global pose in this model's frame; the body's offset plays no part.
+  /// Transforms a global pose into this model's frame, ignoring the body's offset (geom.pose).
   Pose GlobalToLocal(const Pose& pose) const;
-  /// The other way, with the body's offset: not the exact inverse if there is one.
+  /// Transforms from the body's frame, including its offset, so it is not the inverse of
+  /// GlobalToLocal() if there is an offset.
   Pose LocalToGlobal(const Pose& pose) const;
   point_t LocalToGlobal(const point_t& pt) const;
   std::vector<point_int_t> LocalToPixels(const std::vector<point_t>& local) const;
 
-  /// One with a number that is not finite is refused with a message.
+  /// Refused with a message if a number is not finite.
   void AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz);
   void ClearBlocks();
-  /// Marks the cells of a raster that the body's outlines pass, centred on the body; row 0 is at
+  /// Marks the cells of a raster, centered on the body, that the body's outlines cross. Row 0 has
   /// the smallest y.
   void Rasterize(uint8_t* data, unsigned int width, unsigned int height, meters_t cellwidth,
                  meters_t cellheight);
-  /// Does the body, or a descendant's, overlap an obstacle now?
+  /// True if the body, or a descendant's, overlaps an obstacle now.
   bool HasCollision();
-  /// Random poses in the rectangle until one is free; gives up after max_iter further ones (0:
-  /// never), and at once, with a message, if the rectangle is not finite.
+  /// Tries random poses in the rectangle until one is free. Gives up after max_iter further ones
+  /// (0: never), or immediately with a message if the rectangle is not finite.
   bool RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
                              size_t max_iter = 0);
-  /// The same, unless the present pose is free.
+  /// Like RandomPoseInFreeSpace(), but keeps the present pose if that is free.
   bool PlaceInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
                         size_t max_iter = 0);
   kg_t GetTotalMass() const;
   kg_t GetMassOfChildren() const;
-  /// SetMass(), SetRangerReturn() and SetWatts() refuse what is not finite with a message; the
-  /// first and the last also what is negative.
+  /// SetMass(), SetRangerReturn() and SetWatts() refuse non-finite values with a message; SetMass()
+  /// and SetWatts() also negative ones.
   void SetMass(kg_t m);
 
   // ---- life cycle ----
 
-  /// Counted. A model produces data only while it has subscribers. It updates in the first step at
-  /// or after each multiple of its interval, whenever it was subscribed to: models with the same
-  /// interval update together.
+  /// Subscriptions are counted; only models with subscribers produce data. A model updates in the
+  /// first step at or after each multiple of its interval, whenever it was subscribed to, so models
+  /// with equal intervals update together.
   void Subscribe();
   void Unsubscribe();
   unsigned int GetSubscriptionCount() const { return subs; }
   bool HasSubscribers() const { return subs > 0; }
   usec_t GetInterval() { return interval; }
   usec_t GetUpdateInterval() const { return interval; }
-  /// When an update is due after one at `now`.
+  /// Time of the first due update after one at `now`.
   usec_t NextUpdateAfter(usec_t now) const {
     return interval > 1 ? (now / interval + 1) * interval : now + interval;
   }
-  /// The simulated time of the last update; 0: there was none.
+  /// Simulated time of the last update; 0 if none.
   usec_t GetLastUpdate() const { return updated_at_; }
   usec_t GetEnergyInterval() const { return kEnergyInterval; }
-  /// Never: nobody takes note of who has read the data.
+  /// Always false: reads of the data are not tracked.
   bool DataIsFresh() const { return false; }
-  /// A disabled model is not moved by its velocity.
+  /// A disabled model does not move.
   void Enable() { disabled = false; }
   void Disable() { disabled = true; }
   bool IsEnabled() const { return !disabled; }
@@ -231,33 +231,32 @@ class Model : public Ancestor {
   virtual void Save();
   void LoadBlock(Worldfile* wf, int entity);
   void InitControllers();
-  /// Loads a plug-in for this model; `lib` is the text of a `ctrl` string. Its Init() is called
-  /// with InitControllers(). Throws LoadError while a world is loaded; otherwise prints why not.
+  /// Loads a plug-in for this model; `lib` is the text of a `ctrl` string. InitControllers() calls
+  /// its Init(). On failure throws LoadError while a world is loaded, otherwise prints the reason.
   void LoadControllerModule(const char* lib);
 
-  /// Blocked at the last attempt to move.
+  /// True if the last attempt to move was blocked.
   bool Stalled() const { return stall; }
   void SetStall(bool blocked) { stall = blocked; }
 
   // ---- callbacks ----
 
-  /// Calls cb(model, user) at each event of the type, in the order of registration. A callback may
-  /// make and delete models, this one included, and load, unload or delete the world. The pair
-  /// (cb, user) is kept once. A callback that returns non-zero is removed.
+  /// Calls cb(model, user) at each event of the type, in registration order. A callback may create
+  /// and delete models, including this one, and load, unload or delete the world. Adding a pair
+  /// (cb, user) again has no effect. A callback that returns non-zero is removed.
   void AddCallback(callback_type_t type, model_callback_t cb, void* user);
-  /// The same, of a callback that keeps to itself, so that those of several robots may be called by
-  /// several threads at once: it looks at and changes nothing but the models of this model's tree
-  /// and data that no other callback changes; it casts no rays, makes and deletes no models, moves
-  /// none by hand, adds and removes no callbacks and subscribes to nothing. Callbacks of the same
-  /// tree, and others, are still called one after the other, in their order. So the outcome is that
-  /// of AddCallback(). CB_UPDATE makes use of it; callbacks of other types are called as ever.
+  /// Like AddCallback(), for callbacks that may run in parallel with those of other robots. Such a
+  /// callback may only access models of this model's tree and data that no other callback changes.
+  /// It must not cast rays, create, delete or place models, change callbacks, or subscribe.
+  /// Callbacks of one tree still run one after the other, so results equal those of AddCallback().
+  /// Only CB_UPDATE runs in parallel.
   void AddParallelCallback(callback_type_t type, model_callback_t cb, void* user);
-  /// Removes all entries with that function; returns how many entries remain.
+  /// Removes all entries with that function. Returns how many entries of the type remain.
   int RemoveCallback(callback_type_t type, model_callback_t callback);
   int CallCallbacks(callback_type_t type);
 
-  /// Keeps data of a controller for as long as the model lives; and if a callback or Init() deletes
-  /// the model, until that is over.
+  /// Keeps data of a controller alive as long as the model; and if a callback or Init() deletes the
+  /// model, until that function has returned.
   void Adopt(const std::shared_ptr<void>& data);
 
   class cb_t {
@@ -276,12 +275,11 @@ class Model : public Ancestor {
     bool operator==(const cb_t& o) const { return callback == o.callback; }
   };
 
-  // ---- chance ----
+  // ---- random numbers ----
 
-  /// The model's own random numbers, for its controller: seeded by the world's seed and by the
-  /// model's place, that is the how-manieth child of its type it was made as, of which parent.
-  /// Neither other models' draws or names, nor other worlds, nor threads have a say in them. A
-  /// parallel callback may draw from the streams of its own tree.
+  /// The model's random numbers, for its controller. Seeded from the world's seed, the model's
+  /// parent, and its index among siblings of the same type at creation. Independent of names, other
+  /// models, other worlds and threads. A parallel callback may use the generators of its own tree.
   RandomStream& random() { return random_.Get(); }
 
   // ---- appearance and visibility ----
@@ -306,73 +304,73 @@ class Model : public Ancestor {
   void Say(const std::string& str) { say_string = str; }
   std::string GetSayString() { return say_string; }
 
-  // Without a window, what follows does nothing.
+  // The following functions have no effect without a window.
 
-  /// Not owned: it must live as long as it is attached. The first visualizer of a menu name decides
-  /// whether the option is on at first.
+  /// Does not take ownership: the visualizer must live as long as it is attached. The first
+  /// visualizer with a menu name decides whether the option is initially on.
   void AddVisualizer(Visualizer* custom_visual, bool on_by_default);
   void RemoveVisualizer(Visualizer* custom_visual);
   void NeedRedraw();
   void Redraw();
-  /// A stack of colours, for drawing in Visualizer::Visualize().
+  /// A stack of colors for drawing in Visualizer::Visualize().
   virtual void PushColor(Color col);
   virtual void PushColor(double r, double g, double b, double a);
   virtual void PopColor();
 
   // ---- energy and flags ----
 
-  /// Power drawn while it has subscribers and a power pack.
+  /// Power drawn while the model has subscribers and a power pack.
   void SetWatts(watts_t w);
-  /// Its own, or the nearest ancestor's that has one, or null.
+  /// The model's power pack, or that of the nearest ancestor with one, or null.
   PowerPack* FindPowerPack() const;
 
-  // Flags are not owned; null is ignored.
+  // Does not take ownership of flags; ignores null.
 
   void AddFlag(Flag* flag);   ///< at the end
   void PushFlag(Flag* flag);  ///< at the front
   Flag* PopFlag();            ///< from the front; null if there is none
-  /// All occurrences.
+  /// Removes all occurrences.
   void RemoveFlag(Flag* flag);
   unsigned int GetFlagCount() const { return static_cast<unsigned int>(flag_list.size()); }
 
   // ---- state ----
 
-  /// Lists all that decides the future of this model, see state_exchange.hh: its pose, its data,
-  /// what was set. A type with data of its own overrides it and calls its parent class first. Used
-  /// between steps.
+  /// Enumerates everything that decides the future of this model, see state_exchange.hh: pose,
+  /// data, settings. Types with own data override it and call the base class first. Called between
+  /// steps.
   virtual void ExchangeState(StateExchange& exchange);
 
-  /// What a controller remembers of this model from one step to the next belongs to the state too.
-  /// `data` is plain: it holds no pointers, and no bytes that have no meaning. It must live as long
-  /// as the model, see Adopt(). `name`: which of the model's this is, for messages.
+  /// Declares data that a controller keeps from one step to the next as part of the state. `data`
+  /// must be plain bytes without pointers or padding, and live as long as the model, see Adopt().
+  /// `name` identifies the data in messages.
   void KeepState(const std::string& name, void* data, size_t bytes);
-  /// The same of something that lists what it remembers itself.
+  /// Like KeepState() above, for a keeper that enumerates its state itself.
   void KeepState(const std::string& name, StateKeeper* keeper);
-  /// A controller that remembers nothing says so.
+  /// Declares that a controller keeps no state.
   void KeepsNoState(const std::string& name);
-  /// All of its controllers have said so, or keep their state.
+  /// True if every controller has called KeepState() or KeepsNoState().
   bool StateIsKept() const;
 
-  /// Draws the body for rangers again if it was hidden from them and no longer is; true if so. For
-  /// the library's own rooms, like the next one.
+  /// Makes the body visible to rangers again after ranger_return was negative. Returns true if it
+  /// did. Internal, like CollectDrawings().
   bool ShowAgainToRangers();
   const BlockGroup& body() const { return *blockgroup; }
-  /// Appends the cells of this model and all below it.
+  /// Appends the cells of this model and its descendants.
   void CollectDrawings(internal::grid::Drawings* drawings, bool exact) const;
-  /// Remembers a body that is drawn while rangers look through it.
+  /// Registers a body that is drawn while invisible to rangers.
   void NoteDrawn();
-  /// NoteDrawn() has nothing to do.
+  /// True if NoteDrawn() has nothing to do.
   bool is_noted() const { return !(vis.ranger_return < 0) || hidden_from_rangers_; }
-  /// It is among those that NoteDrawn() remembers.
+  /// True if registered by NoteDrawn().
   bool is_hidden_from_rangers() const { return hidden_from_rangers_; }
-  /// An update that was scheduled is still to happen. For the library's own rooms.
+  /// True if the scheduled update with this number is still valid. Internal.
   bool ExpectsUpdate(uint64_t chain) const { return subs > 0 && chain == update_chain_; }
-  /// What the world's models share.
+  /// The scene that the world's models share.
   internal::sensing::Scene& scene() const { return *scene_; }
 
-  // ---- for those who draw ----
+  // ---- for renderers ----
 
-  /// A place where the model has been.
+  /// A former pose of the model.
   class TrailItem {
    public:
     usec_t time;
@@ -381,36 +379,36 @@ class Model : public Ancestor {
 
     TrailItem(usec_t t, const Pose& p, const Color& c) : time(t), pose(p), color(c) {}
   };
-  /// What to draw the body in now: lights may be on or off.
+  /// Color of the body now: lights may be on or off.
   virtual Color GetShownColor() const { return color; }
-  /// Whether it may be dragged by the mouse.
+  /// True if the model may be dragged with the mouse.
   bool IsMovable() const { return gui.move; }
   bool HasGuiGrid() const { return gui.grid; }
   bool HasGuiNose() const { return gui.nose; }
-  /// What Rasterize() gave last; kept only in worlds with a window.
+  /// The last result of Rasterize(); kept only in worlds with a window.
   struct Raster {
     std::vector<uint8_t> cells;
     unsigned int width, height;
     meters_t cellwidth, cellheight;
   };
   const Raster* last_raster() const { return last_raster_.get(); }
-  /// Whether children stand on top of it.
+  /// True if children stand on top of the model.
   bool StacksChildren() const { return stack_children; }
-  /// The front is the one pushed last.
+  /// Front: the flag pushed last.
   const std::list<Flag*>& flags() const { return flag_list; }
   const std::vector<Visualizer*>& visualizers() const { return cv_list; }
   const std::string& speech() const { return say_string; }
-  /// The number of items that a full trail has.
+  /// Length of a full trail.
   unsigned int trail_capacity() const { return trail_length; }
-  /// The trail, the oldest item first.
+  /// The trail, oldest item first.
   std::vector<TrailItem> Trail() const;
   template <typename F>
   void ForEachTrailItem(F f) const {
     for (size_t i = 0; i < trail.size(); i++) f(trail[(trail_index + i) % trail.size()]);
   }
-  /// The child's global pose, given this model's.
+  /// Global pose of the child if this model were at `global`.
   Pose ChildGlobalPose(const Pose& global, const Model& child) const;
-  /// The local pose that a child of this model has at `global`, while this model is at `frame`.
+  /// Pose relative to this model of a child at `global` while this model is at `frame`.
   Pose LocalPoseOf(const Pose& global, const Pose& frame) const;
 
  protected:
@@ -426,90 +424,89 @@ class Model : public Ancestor {
   struct GuiState {
     bool grid, move, nose, outline;
   };
-  /// Each step of a world pays for this much time, microseconds.
+  /// Energy is drawn for this much time per step, in microseconds, whatever the step's length.
   static const usec_t kEnergyInterval = 100000;
 
   virtual void Startup();
   virtual void Shutdown();
-  /// One update. Overriding it, call Model::Update(), which schedules the next.
+  /// Does one update. Overrides must call Model::Update(), which schedules the next one.
   virtual void Update();
 
-  // What an update of one of the library's types does for itself, in parts, so that several threads
-  // may do the same for many models. All models get ready; then all say what they add to the batch
-  // of rays; then each fills in its own room there. Meanwhile each changes nothing but itself, and
-  // looks at nothing that others change. GatherAlone() does it for one model.
+  // Updates of the library's types are split into stages so that several threads can process many
+  // models. First all models run GetReady(), then all measure the space that they need in the batch
+  // of rays, then each fills in its space. In each stage a model changes only itself and reads
+  // nothing that others change. GatherAlone() runs the stages for one model.
 
-  /// The sensing itself. Rays are listed.
+  /// Senses, and adds rays to the list.
   virtual void Gather(internal::sensing::FanList*) {}
-  /// Returns what has to be there before that: some of these.
+  /// Returns which of the following preparations are needed first.
   virtual unsigned GetReady() { return 0; }
-  static const unsigned kPartsThatLack = 1;  ///< FinishGettingReady() makes them
-  static const unsigned kExactRays = 2;      ///< the bodies drawn for the exact ray model
-  /// While no other thread does anything.
+  static const unsigned kPartsThatLack = 1;  ///< FinishGettingReady() must run
+  static const unsigned kExactRays = 2;      ///< bodies must be drawn for the exact ray model
+  /// Runs while no other thread is active.
   virtual void FinishGettingReady() {}
   class SelfMasksToMake;
-  /// Gather(), and what the listed fans take in the batch. Types that know that beforehand may do
-  /// all in FillRoom(), without a list.
+  /// Calls Gather() and returns the space that the listed fans need in the batch. Types that know
+  /// it in advance may do all work in FillRoom(), without a list.
   virtual internal::sensing::BatchShare MeasureRoom(internal::sensing::FanList* fans,
                                                     SelfMasksToMake* masks);
-  /// Puts the `count` fans from `first_fan` of the list, which MeasureRoom() has added, into the
-  /// room. False if the layer of a fan is still to be made; it has kNoLayer then.
+  /// Writes the `count` fans of the list from `first_fan` on, which MeasureRoom() added, to the
+  /// batch. Returns false if the layer of a fan must still be made; the fan has kNoLayer then.
   virtual bool FillRoom(internal::sensing::BatchShare room, const internal::sensing::FanList& fans,
                         size_t first_fan, size_t count);
   void GatherAlone();
 
-  /// The rest of an update, for what has to wait until the rays of the step are traced, such as
-  /// changes of bodies. Called if Update() asked World::QueueSensed() for it, before bodies move.
+  /// The part of an update that must wait until the step's rays are traced, such as changing
+  /// bodies. Called before moves, if Update() added the model to Host::sensed.
   virtual void Sensed() {}
-  /// One step of motion, of models that asked World::StartMoving() for it.
+  /// Moves by one step. Called for models that called Host::StartMoving().
   virtual void Move() {}
-  /// Notes the present pose, for GetSensedPose(). It is called for models that asked for Move(),
-  /// after the updates of a step and before its moves, if a model of their tree has updated.
-  /// Several threads may call it for different models at once.
+  /// Stores the present pose for GetSensedPose(). Called for moving models after the updates and
+  /// before the moves of a step in which a model of their tree updated. Several threads may call it
+  /// for different models at once.
   virtual void NoteSensed() {}
 
-  /// Forgets the readings that ExchangeState() leaves out, see
-  /// StateExchange::leaves_readings_out(): the world has gone back to a state whose readings nobody
-  /// knows.
+  /// Deletes the readings that ExchangeState() omits, see StateExchange::leaves_readings_out(): the
+  /// restored state does not contain them.
   virtual void DropReadings() { updated_at_ = 0; }
-  /// See World::Reseed(): the model's random numbers are to follow from these two. A type with
-  /// generators of its own overrides it and calls its parent class first.
+  /// See World::Reseed(). Makes random numbers depend on their current seed and this one. Types
+  /// with their own generators override it and call the base class first.
   virtual void Reseed(uint64_t seed);
-  /// Draws what a new model of this type takes from World::random(): see World::BeginAgain(). A
-  /// type whose constructor draws overrides it.
+  /// Draws the numbers that the constructor of this type takes from World::random(): see
+  /// World::BeginAgain(). Overridden by types whose constructor does so.
   virtual void DrawAtBeginning() {}
-  /// Makes the model's random numbers begin as those of a new model do that is number `index` of
-  /// its type below its parent.
+  /// Restarts the model's random numbers as those of a new model with index `index` among siblings
+  /// of its type.
   void RestartRandomNumbers(unsigned index);
 
-  /// The model's share in the world's energy phase; see power_pack.hh.
+  /// The model's part in the energy phase; see power_pack.hh.
   virtual void UpdateCharge();
 
-  /// Adds the unrelated models whose outlines share a cell with one of this model's own blocks,
-  /// whatever their height, in the order of creation.
+  /// Appends the unrelated models whose outlines share a cell with one of this model's own blocks,
+  /// at any height, in the order of creation.
   void AppendTouchingModels(std::vector<Model*>* touching) const;
-  /// Load() and Save() of this class, for those of others, which go on afterwards: false if they
-  /// shall not, as there is no world file, or as a callback has deleted the model.
+  /// Load() and Save() for derived classes. Return false if the caller must stop, because there is
+  /// no world file or a callback has deleted the model.
   bool LoadCommon();
   bool SaveCommon();
-  /// Calls the callbacks; false if one has deleted the model.
+  /// Calls the callbacks. Returns false if one has deleted the model.
   bool SurvivesCallbacks(callback_type_t t);
 
-  /// Writes down where the model is, over the oldest item if the trail is full.
+  /// Records the current pose, overwriting the oldest item if the trail is full.
   void UpdateTrail();
   void RegisterOption(Option* option);
 
-  /// Draws the model's body, and those of its descendants, where they are now.
+  /// Draws the bodies of the model and its descendants at their current poses.
   void Map();
   void UnMapWithChildren();
-  /// Places a fan of rays that may stop at anything, and picks its layer of the grid.
+  /// Initializes a fan of rays that may hit anything, and selects its grid layer.
   void PlaceFan(internal::sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model);
-  /// For the errors of a device that is called so: another one for each device of a world.
+  /// Seed for the noise of a device; differs for each device name of a world.
   uint64_t NoiseSeed(const std::string& device) const;
 
   struct Charged {
-    std::shared_ptr<bool> charging;  // whether it is, which the pack shares
-    uint32_t model;                  // the number of that whose pack it is; perhaps gone
+    std::shared_ptr<bool> charging;  // shared with the pack: whether it is charging
+    uint32_t model;                  // id of the pack's model, which may be deleted
   };
 
   bool alwayson;
@@ -523,9 +520,9 @@ class Model : public Ancestor {
   uint32_t id;
   meters_t map_resolution;
   kg_t mass;
-  std::vector<Charged> charging_;  // the packs that this model charged in its last update
+  std::vector<Charged> charging_;  // packs that this model charged in its last update
   std::string say_string;
-  std::vector<TrailItem> trail;  // once it is full, trail_index is the oldest item
+  std::vector<TrailItem> trail;  // ring buffer: once full, trail_index is the oldest item
   unsigned int trail_index, trail_length, trail_interval;
   const std::string type;
   bool used;
@@ -533,15 +530,15 @@ class Model : public Ancestor {
   Worldfile* wf;
   int wf_entity;
 
-  // What steps look at, from here on: next to each other, as the models of a step don't fit into
-  // the processor's caches.
+  // Members used in each step are adjacent from here on, because the models of a step exceed the
+  // processor's caches.
   std::unique_ptr<PowerPack> power_pack;
   bool disabled;
   bool stack_children;
   bool stall;
   unsigned int subs;
   usec_t interval;
-  mutable const ModelType* known_type_;  // that FindModelType() has found; or null
+  mutable const ModelType* known_type_;  // result of FindModelType(), or null
   std::unique_ptr<BlockGroup> blockgroup;
   World* world;
   Pose pose;
@@ -554,18 +551,18 @@ class Model : public Ancestor {
 
  private:
   struct Callback {
-    model_callback_t function;  // null: struck out
+    model_callback_t function;  // null: removed
     void* user;
     callback_type_t type;
-    bool parallel;  // it may be called while those of other trees are
+    bool parallel;  // may be called in parallel with those of other trees
     bool operator==(const Callback& o) const {
       return function == o.function && user == o.user && type == o.type;
     }
   };
   struct Callbacks {
-    std::vector<Callback> all;  // in the order of registration
-    bool orphaned = false;      // the model is gone
-    int rounds = 0;             // in progress
+    std::vector<Callback> all;  // in registration order
+    bool orphaned = false;      // the model has been deleted
+    int rounds = 0;             // number of loops in progress
     struct Round;
     int CountLeft(callback_type_t t) const;
     void Tidy();
@@ -583,7 +580,7 @@ class Model : public Ancestor {
   void ExchangeFlags(StateExchange& exchange);
   void ExchangeMarks(StateExchange& exchange);
   void CarryFlags(uint64_t count);
-  /// Above it, where its children stand.
+  /// Height above the origin at which children stand.
   double StandOnZ() const { return stack_children ? geom.size.z : 0; }
   void AddKeptState(const KeptState& kept);
   void MoveTo(Model* newparent);
@@ -600,14 +597,14 @@ class Model : public Ancestor {
   void AddBoundary();
   void SetRoot(Model* new_root);
   unsigned int Height() const;
-  /// The global pose of what stands on this model, which is at `global`, at a local pose.
+  /// Global pose of a child at local pose `local`, while this model is at `global`.
   Pose PlacedOnThis(const Pose& global, const Pose& local) const;
   static Model* FitParent(const World& world, Model* parent);
   bool RefusesParent(const Model& newparent) const;
   void InitOrThrow();
   template <typename F>
   int CallEach(callback_type_t t, F call);
-  /// The same alone; valid until the thread's next call.
+  /// CollectDrawings() into a buffer that is valid until the thread's next call.
   const internal::grid::Drawings& OwnDrawings(bool exact) const;
   void StopCharging();
   void ScheduleUpdate();
@@ -622,28 +619,28 @@ class Model : public Ancestor {
   struct SelfMasks;
 
   internal::sensing::Scene* scene_;
-  std::shared_ptr<Callbacks> callbacks_;   // most models have none
-  std::unique_ptr<SelfMasks> self_masks_;  // only of roots that carry ray sensors
-  uint64_t update_chain_;                  // a pending update of an older chain is void
-  usec_t updated_at_;                      // simulated time; 0: not yet
-  uint32_t tree_updated_in_;               // of a root: Host::steps_begun at the tree's last update
-  uint64_t callback_run_;                  // of a root: the last one with callbacks of its tree
-  bool serial_update_callbacks_;           // has had one of CB_UPDATE that may not be parallel
-  bool hidden_from_rangers_;               // its body was drawn while rangers looked through it
-  bool loaded_;                            // not for the first time, if it loads again
-  bool shares_name_;                       // another model had its name before
-  bool drives_ = false;                    // it is a ModelPosition
-  uint16_t controllers_;                   // loaded
+  std::shared_ptr<Callbacks> callbacks_;   // null for most models
+  std::unique_ptr<SelfMasks> self_masks_;  // only in roots with ray sensors
+  uint64_t update_chain_;                  // pending updates of an older chain are void
+  usec_t updated_at_;                      // simulated time; 0: never
+  uint32_t tree_updated_in_;               // in roots: Host::steps_begun at the tree's last update
+  uint64_t callback_run_;                  // in roots: the last interval with callbacks of the tree
+  bool serial_update_callbacks_;           // a CB_UPDATE callback is not parallel
+  bool hidden_from_rangers_;               // body was drawn while invisible to rangers
+  bool loaded_;                            // Load() has run
+  bool shares_name_;                       // another model had this name before
+  bool drives_ = false;                    // the model is a ModelPosition
+  uint16_t controllers_;                   // number loaded
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
-  // Most models have neither.
+  // Empty for most models.
   std::forward_list<std::shared_ptr<void> > adopted_;
   std::forward_list<KeptState> kept_state_;  // in the order of the calls
 };
 
-/// A plug-in's entry point gets one of these; both strings belong to this entry and are writable.
+/// Argument of a plug-in's entry point. Both strings belong to this entry and may be modified.
 struct CtrlArgs {
-  std::string worldfile;  ///< the whole `ctrl` string, library name included
+  std::string worldfile;  ///< the whole `ctrl` string, including the library name
   std::string cmdline;    ///< the text of --args
 
   CtrlArgs(std::string w, std::string c) : worldfile(std::move(w)), cmdline(std::move(c)) {}

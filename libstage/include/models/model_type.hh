@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Model types: what is known of a class of models beside the class itself, in one place for each.
-// Part of <stage.hh>; C++11.
+// Model types: descriptions of model classes, each in one place. Part of <stage.hh>; C++11.
 //
 //   static const bool registered =
 //       Stg::RegisterModelType(Stg::ModelTypeOf<Sonar>("sonar").Senses(DescribeSonar));
 //
-// beside a class makes it known, as soon as its library is loaded. examples/model is a plug-in with
-// a type of its own.
+// beside a class registers it as soon as its library is loaded. See the plug-in in examples/model.
 
 #ifndef STAGE_MODELS_MODEL_TYPE_HH
 #define STAGE_MODELS_MODEL_TYPE_HH
@@ -23,41 +21,40 @@
 
 namespace Stg {
 
-/// How much a sensor looks at in one update.
+/// Amount of data that a sensor processes in one update.
 struct SensorExtent {
-  size_t parts = 1;        ///< a ranger's sensors, a bumper's lines, a gripper's beams
-  uint64_t rays = 0;       ///< all of them together
-  bool rays_vary = false;  ///< it is not known before how many: `rays` is 0
+  size_t parts = 1;        ///< sensors of a ranger, lines of a bumper, beams of a gripper
+  uint64_t rays = 0;       ///< sum over all parts
+  bool rays_vary = false;  ///< unknown in advance: `rays` is 0
   uint64_t pixels = 0;     ///< of a camera's picture
 };
 
 struct ModelType {
-  /// How the updates of the very class may be made. All but kAlone promise that Update() does what
-  /// Model::Update() and Model::Gather() do and no more, so that several models may update at once.
+  /// How updates of exactly this class may run. All values except kAlone promise that Update() does
+  /// no more than Model::Update() and Model::Gather(), so that several models may update at once.
   enum Updates : unsigned {
-    kAlone = 0,              ///< in their turn, with nothing else going on
+    kAlone = 0,              ///< one at a time, with nothing else running
     kShared = 1,             ///< several models at once
-    kPastOwnTree = 2,        ///< and its rays pass its own tree
-    kLooksForFiducials = 4,  ///< and it looks at those that fiducial finders may see
-    kThroughAllHeights = 8,  ///< and its rays go through the layer of all heights
-    kHasRest = 16,           ///< and it asks for Sensed()
-    kCallsVelocity = 32,     ///< and it calls callbacks of CB_VELOCITY; alone, if there are any
+    kPastOwnTree = 2,        ///< its rays ignore its own tree
+    kLooksForFiducials = 4,  ///< it reads the index of fiducials
+    kThroughAllHeights = 8,  ///< its rays use the layer of all heights
+    kHasRest = 16,           ///< it requests Sensed()
+    kCallsVelocity = 32,     ///< it calls CB_VELOCITY callbacks; runs alone if there are any
   };
   std::string name;          ///< as in world files
   const std::type_info* of;  ///< the class
-  size_t size;               ///< of an object, bytes
+  size_t size;               ///< of an object, in bytes
   creator_t create;
-  bool (*is)(const Model&);  ///< of the class, or of one derived from it
-  unsigned updates;          ///< of Updates
-  /// Empty: it senses nothing.
+  bool (*is)(const Model&);  ///< whether a model is of the class or a derived one
+  unsigned updates;          ///< combination of Updates
+  /// Describes a sensor's extent; empty if it is no sensor.
   std::function<void(const Model&, SensorExtent*)> describe;
-  /// Its ExchangeState() lists all that updates change, so that they can be measured, and put back
-  /// (World::MeasureStepCosts()).
+  /// True if ExchangeState() covers all that updates change, so that they can be measured and
+  /// undone (World::MeasureStepCosts()).
   bool measurable;
 };
 
-/// A type in the making. The class M has a constructor for (World*, Model* parent, const
-/// std::string& type).
+/// Builder of a ModelType. M needs a constructor M(World*, Model* parent, const std::string& type).
 template <class M>
 class ModelTypeOf {
  public:
@@ -97,13 +94,13 @@ class ModelTypeOf {
   ModelType type_;
 };
 
-/// Makes a type known for as long as the process lives; at any time, from any thread. False, after
-/// a message, if there is one of that name already.
+/// Registers a type for the lifetime of the process. Can be called at any time from any thread.
+/// Returns false with a message if the name is taken.
 bool RegisterModelType(const ModelType& type);
 
-/// That of the model's very class, the first one if it has several; null if it has none.
+/// Returns the first type registered for exactly the model's class, or null.
 const ModelType* FindModelType(const Model& model);
-/// The same, or else that of a class that it is derived from; null if that is Model alone.
+/// Like FindModelType(), but also accepts base classes other than Model.
 const ModelType* FindNearestModelType(const Model& model);
 
 }  // namespace Stg

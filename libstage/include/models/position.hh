@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// ModelPosition: a body that drives. Part of <stage.hh>.
+// ModelPosition: a mobile robot base. Part of <stage.hh>.
 
 #ifndef STAGE_MODELS_POSITION_HH
 #define STAGE_MODELS_POSITION_HH
@@ -23,11 +23,11 @@ class ModelPosition : public Model {
   ModelPosition(World* world, Model* parent, const std::string& type);
   ~ModelPosition();
 
-  // Commands take effect at the next update, clipped to the bounds. One with a component that is
-  // not a number is ignored, with a message; so is a goal that is not finite. Infinite speeds are
-  // clipped like others. Where there is nothing to clip them, the robot stalls.
+  // Commands take effect at the next update, clipped to the bounds. Commands with NaN are ignored
+  // with a message; so are goals that are not finite. Infinite speeds are clipped; without bounds,
+  // the robot stalls.
 
-  /// Metres per second forwards and to the left (omni only), radians per second; for a car, `a` is
+  /// Metres per second forward and to the left (omni only), radians per second. For a car, `a` is
   /// the steering angle.
   void SetSpeed(double x, double y, double a);
   void SetSpeed(Velocity vel);
@@ -36,45 +36,45 @@ class ModelPosition : public Model {
   void SetZSpeed(double z);
   void SetTurnSpeed(double a);
   void Stop();
-  /// Drives towards a pose in the frame of est_pose.
+  /// Drives to a pose in the frame of est_pose.
   void GoTo(double x, double y, double a);
   void GoTo(Pose pose);
-  /// Not for cars.
+  /// Not available for cars.
   void SetAcceleration(double x, double y, double a);
 
-  /// In force now, in the body frame. Not reset by a stall.
+  /// The velocity in force, in the body frame. A stall does not reset it.
   Velocity GetVelocity() const { return velocity; }
-  /// At once and unclipped; overwritten at the next update.
+  /// Takes effect immediately and unclipped; overwritten at the next update.
   void SetVelocity(const Velocity& val);
   Velocity GetGlobalVelocity() const;
-  /// The velocity of the last step's motion, in the body frame: zero if the robot was blocked, is
+  /// Velocity of the last step's motion, in the body frame: zero if the robot was blocked, is
   /// disabled or has no subscribers.
   Velocity GetActualVelocity() const;
-  /// The velocity that localization measures: GetActualVelocity() with the errors of the odometry,
-  /// or without any in gps mode.
+  /// Velocity as measured by localization: GetActualVelocity() with odometry errors, or without
+  /// them in gps mode.
   Velocity GetEstimatedVelocity() const;
   LocalizationMode GetLocalizationMode() const { return localization_mode; }
   void SetGlobalVelocity(const Velocity& gvel);
 
-  /// Relative errors of the odometry along x, y and about z; z is not used.
+  /// Relative odometry errors along x, y and about z; z is not used.
   Velocity GetOdomError() const { return integration_error; }
-  /// Makes the estimate read `odom` here. In gps mode the next step overwrites it. A pose that is
-  /// not finite is refused with a message.
+  /// Sets the estimate of the present pose to `odom`. In gps mode the next step overwrites it.
+  /// Refused with a message if not finite.
   void SetOdom(Pose odom);
 
-  /// The estimate starts anew: in gps mode as the true pose, in odom mode as that pose seen from
-  /// the origin that the world file gives.
+  /// Restarts the estimate: in gps mode at the true pose, in odom mode at the true pose relative to
+  /// the origin given in the world file.
   void StartLocalization();
-  /// Where the robot believes that it is. Refreshed in each step in which the robot, or a model of
-  /// its tree, updates, before the moves of the step: it belongs to the same instant as the newest
-  /// readings of the robot's sensors, and to GetSensedPose(). In a callback that is one step before
-  /// GetPose(). In gps mode it is the true pose in world coordinates. In odom mode it is relative
-  /// to est_origin, and goes on by the motion that was made, times the errors of the odometry.
+  /// The robot's estimate of its pose. Refreshed before the moves of each step in which a model of
+  /// its tree updates, so it belongs to the same instant as the newest readings and
+  /// GetSensedPose(). In a callback that is one step before GetPose(). In gps mode it is the true
+  /// global pose. In odom mode it is relative to est_origin and integrates the actual motion,
+  /// scaled by the odometry errors.
   Pose est_pose;
   Pose est_pose_error;  ///< always zero
-  Pose est_origin;      ///< the origin of the odometry's frame
-  /// The simulated time of the step that est_pose, GetSensedPose() and the newest readings of the
-  /// robot's sensors belong to; 0: that before the first step.
+  Pose est_origin;      ///< origin of the odometry frame
+  /// Simulated time of the step to which est_pose, GetSensedPose() and the newest readings of the
+  /// robot's sensors belong; 0 before the first step.
   usec_t GetSensedTime() const { return sensed_at_; }
   Pose GetSensedPose() const override;
   Pose GetSensedLocalPose() const override;
@@ -91,11 +91,11 @@ class ModelPosition : public Model {
     Waypoint(meters_t x, meters_t y, meters_t z, radians_t a, Color c)
         : pose(x, y, z, a), color(c) {}
     Waypoint() {}
-    /// Of a library without a window: draws nothing.
+    /// The library has no window, so this draws nothing.
     void Draw() const {}
     void ExchangeState(StateExchange& exchange);
   };
-  std::vector<Waypoint> waypoints;  ///< to look at; no effect on motion
+  std::vector<Waypoint> waypoints;  ///< only displayed; no effect on motion
 
   void ExchangeState(StateExchange& exchange) override;
 
@@ -104,7 +104,7 @@ class ModelPosition : public Model {
   friend class MovePhase;
   friend class WorldEngine;
 
-  /// One step of motion; refused as a whole if it would end in an obstacle.
+  /// Moves by one step, or not if that would end in an obstacle.
   void Move() override;
   void NoteSensed() override;
   void DropReadings() override;
@@ -126,22 +126,22 @@ class ModelPosition : public Model {
   Velocity PositionMode() const;
   Pose EstimateNow() const;
   double SecondsSinceUpdate();
-  /// The displacement of one step, in the body frame.
+  /// Displacement of one step in the body frame.
   Pose MotionOfStep(const Velocity& v) const;
   void CountMotion();
 
   void TakeVelocity(const Velocity& val);
   void NoteCommand();
-  /// Warns, once, if it has been given a command and has no subscriber: then it does not move.
+  /// Warns once if the robot got a command but has no subscriber, and so does not move.
   void TellIfUnheard();
-  /// Move() has nothing to do.
+  /// True if Move() does nothing.
   bool StaysStill() const { return velocity.IsZero() || disabled; }
 
-  // The parts of Move(), for several threads at once: each touches this model's tree alone.
+  // Stages of Move(), which may run in parallel: each only accesses this model's tree.
 
-  /// Steps to where the velocity leads and plans the bodies there. False if the robot stays.
+  /// Applies the velocity and plans the bodies there. Returns false if the robot does not move.
   bool BeginMove(Placement* placement);
-  /// Steps back from a collision. True if there is none: then the plan is to be carried out.
+  /// Undoes a move that collides. Returns true if it does not: then commit the plan.
   bool EndMove(const Placement& placement);
 
   Velocity velocity;
@@ -151,14 +151,14 @@ class ModelPosition : public Model {
   DriveMode drive_mode;
   LocalizationMode localization_mode;
   Velocity integration_error;
-  bool errors_given_ = false;  // by the world file
+  bool errors_given_ = false;  // in the world file
   double wheelbase;
-  usec_t last_update_;  // simulated time of the last update; that of the subscription at first
+  usec_t last_update_;  // simulated time of the last update or subscription
   bool car_warned_;
-  Pose driven_;       // since est_pose was refreshed, as odometry has it; of no use to gps
+  Pose driven_;       // odometry since est_pose was refreshed; not used with gps
   Pose sensed_pose_;  // global; see GetSensedPose()
   usec_t sensed_at_;
-  bool maybe_unheard_ = false;  // the last command came while it had no subscriber
+  bool maybe_unheard_ = false;  // the last command came while there was no subscriber
   bool told_unheard_ = false;
 };
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Energy: what models draw from, hand over and dissipate. Part of <stage.hh>; C++11.
+// Energy: how models store, draw, transfer and dissipate it. Part of <stage.hh>; C++11.
 //
-// Once in each step of a world, after the callbacks, every running model that has a pack (its own
-// or an ancestor's) takes watts * 0.1 J from it, and hands energy to those that touch it if it
-// is a charger. The 0.1 s are those of Stage 4.3, which its worlds are tuned to; they do not depend
-// on the length of the step. An empty pack changes nothing for the model that has it.
+// Once per step, after the callbacks, every running model with a pack (its own or an ancestor's)
+// draws watts * 0.1 J from it. Chargers also transfer energy to the models that touch them. The 0.1
+// s are independent of the step's length, as in Stage 4.3, for which worlds are tuned. An empty
+// pack has no effect on its model.
 
 #ifndef STAGE_MODELS_POWER_PACK_HH
 #define STAGE_MODELS_POWER_PACK_HH
@@ -22,65 +22,65 @@ class EnergyCharts;
 class Model;
 class StateExchange;
 
-/// Of the packs of a world. Infinite supplies do not count as stored.
+/// Totals over the packs of a world. Infinite supplies do not count as stored.
 struct EnergyTotals {
-  joules_t stored, capacity;   ///< of the packs that there are
-  joules_t dissipated, input;  ///< since the world was loaded: of all packs, by infinite supplies
+  joules_t stored, capacity;   ///< of the present packs
+  joules_t dissipated, input;  ///< since loading: by all packs, from infinite supplies
 
   EnergyTotals() : stored(0), capacity(0), dissipated(0), input(0) {}
 };
 
 class PowerPack {
  public:
-  /// An empty pack without capacity. It belongs to whoever made it and must go before the model's
-  /// world does. (Packs from world files belong to their models.)
+  /// Creates an empty pack without capacity. The caller owns it and must delete it before the
+  /// model's world. (Packs from world files belong to their models.)
   explicit PowerPack(Model* mod);
   ~PowerPack();
 
-  /// Draws nothing: the gauge that Stage once had is not used any more.
+  /// Draws nothing; kept for compatibility.
   void Visualize(Camera*) {}
   void Print(const char* prefix) const;
 
-  /// A negative amount, or an infinite one, means an infinite supply: it can give for ever and
-  /// takes nothing.
+  /// A negative or infinite amount means an infinite supply, which gives without limit and takes
+  /// nothing.
   joules_t GetStored() const { return stored_; }
   joules_t GetCapacity() const { return capacity_; }
   joules_t GetDissipated() const { return dissipated_; }
   joules_t RemainingCapacity() const { return IsInfinite() ? 0 : capacity_ - stored_; }
-  /// 1 if infinite; not a number without any capacity.
+  /// 1 if infinite; NaN without capacity.
   double ProportionRemaining() const { return IsInfinite() ? 1.0 : stored_ / capacity_; }
-  /// Not clipped to the capacity. What is not a number is refused with a message.
+  /// Not clipped to the capacity. NaN is refused with a message.
   void SetStored(joules_t j);
-  /// What is stored beyond it is lost; so a negative one makes an infinite supply. May be infinite.
-  /// What is not a number is refused with a message.
+  /// Energy beyond the capacity is lost; so a negative capacity makes an infinite supply. May be
+  /// infinite. NaN is refused with a message.
   void SetCapacity(joules_t cap);
 
-  // Amounts that are not positive, or not numbers, do nothing. An infinite one is as much as there
-  // is, or as there is room for; where there is no end to that, it does nothing.
+  // Amounts that are not positive, or NaN, are ignored. An infinite amount means all that is stored
+  // or fits; if that is infinite too, it is ignored.
 
-  /// Takes what there is room for; the pack is then charging.
+  /// Adds as much as fits. The pack counts as charging then.
   void Add(joules_t j);
-  /// Gives what there is.
+  /// Removes up to the stored amount.
   void Subtract(joules_t j);
-  /// Moves what there is, what there is room for, `amount` at most.
+  /// Transfers as much as is stored and fits, up to `amount`.
   void TransferTo(PowerPack* dest, joules_t amount);
-  /// Turns into heat what there is. The second form says where, for those who map it.
+  /// Turns up to the stored amount into heat. The second form gives the place, for the map.
   void Dissipate(joules_t j);
   void Dissipate(joules_t j, const Pose& p);
 
-  /// While somebody charges it.
+  /// True while the pack is being charged.
   bool GetCharging() const { return *charging_; }
   void ChargeStart() { *charging_ = true; }
   void ChargeStop() { *charging_ = false; }
   const Model& model() const { return *mod_; }
   void ExchangeState(StateExchange& exchange);
-  /// For its charger, who may outlive it.
+  /// For a charger, which may outlive the pack.
   const std::shared_ptr<bool>& ShareCharging() const { return charging_; }
 
-  /// Over the packs of all listed worlds; World::energy_totals() has those of one. Infinite
-  /// supplies do not count.
+  /// Totals over the packs of all listed worlds, without infinite supplies; World::energy_totals()
+  /// has those of one world.
   static joules_t global_stored, global_capacity;
-  /// Since the program began: what packs dissipated, what infinite supplies gave.
+  /// Since the program started: dissipated by packs, drawn from infinite supplies.
   static joules_t global_dissipated, global_input;
 
  private:
@@ -95,7 +95,7 @@ class PowerPack {
   Model* mod_;
   joules_t stored_, capacity_, dissipated_;
   std::shared_ptr<bool> charging_;
-  std::unique_ptr<EnergyCharts> charts_;  // only in worlds with a window
+  std::unique_ptr<EnergyCharts> charts_;  // null unless the world has a window
 };
 
 }  // namespace Stg

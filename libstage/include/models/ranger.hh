@@ -2,15 +2,14 @@
 //
 // ModelRanger: range sensors that cast rays. Part of <stage.hh>.
 //
-// Edge cases, one rule each (they are tested in tests/models/ranger_test.cc):
+// Edge cases, tested in tests/models/ranger_test.cc:
 //   no samples             empty vectors
 //   over 1 000 000 samples refused in a world file; through the API 1 000 000, with a message
 //   one sample             straight ahead, whatever the field of view
 //   maximum range 0        no ray is cast: all readings 0, intensity 0
 //   range below a cell     a ray like any other
-//   infinite range         allowed (in a world file "inf"); the reading is infinite where nothing
-//                          is hit
-//   negative or NaN range  refused in a world file; set through the API it counts as 0
+//   infinite range         allowed ("inf" in a world file); infinite reading if nothing is hit
+//   negative or NaN range  refused in a world file; through the API it counts as 0
 //   minimum range          stored, no effect: nearer hits are reported as they are
 //   min > max              max is used
 //   field of view 0        all samples look ahead
@@ -20,9 +19,8 @@
 //   sensor out of the grid nothing is hit: readings are the maximum range
 //   negative noise         refused in a world file; through the API it counts as 0
 //   infinite or NaN noise  refused in a world file; through the API it counts as 0
-//   noise beyond the range the reading is the minimum or the maximum; what is below the minimum, or
-//   is
-//                          the maximum, has no noise
+//   noise beyond the range the reading is clamped to minimum and maximum range
+//   no measurement         readings below the minimum or at the maximum get no noise
 
 #ifndef STAGE_MODELS_RANGER_HH
 #define STAGE_MODELS_RANGER_HH
@@ -43,26 +41,26 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   class Sensor {
    public:
     Pose pose;     ///< in the ranger's frame
-    Size size;     ///< the rays leave at half its height
+    Size size;     ///< rays start at half its height
     Bounds range;  ///< metres
     radians_t fov;
-    double angle_noise;         ///< of a ray's heading, as a share of half the sample increment
-    double range_noise;         ///< largest error as a share of the range
+    double angle_noise;  ///< error of a ray's heading, as a fraction of half the sample increment
+    double range_noise;  ///< maximum error as a fraction of the range
     double range_noise_const;   ///< variance of a normal error, square metres
     unsigned int sample_count;  ///< up to 1 000 000
     Color color;
-    RayModel ray_model;  ///< what its ranges go to
+    RayModel ray_model;  ///< what ranges are measured to
 
-    // Data: empty until the first update, then sample_count elements each. Sample 0 is at the
-    // right-hand end of the field of view.
-    std::vector<meters_t> ranges;     ///< range.max where nothing was hit
-    std::vector<double> intensities;  ///< ranger_return of what was hit, 0 for nothing
+    // Data: empty before the first update, then sample_count elements each. Sample 0 is at the
+    // right end of the field of view.
+    std::vector<meters_t> ranges;     ///< range.max if nothing was hit
+    std::vector<double> intensities;  ///< ranger_return of the model hit, or 0
     std::vector<double> bearings;     ///< radians, relative to the sensor
 
     Sensor();
     void Load(Worldfile* wf, int entity);
     std::string String() const;
-    /// How far its rays go: range.max, or 0 if that is negative or not a number.
+    /// Length of the rays: range.max, or 0 if that is negative or NaN.
     meters_t Reach() const;
     void ExchangeState(StateExchange& exchange);
 
@@ -77,28 +75,28 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     void Resize();
     void LoadRange(Worldfile* wf, int entity);
 
-    // What the bearings and the direction table were made for.
+    // Parameters of the current bearings and direction table.
     double table_fov_;
     unsigned int table_count_;
     uint32_t first_direction_;
     uint64_t table_generation_;
-    RandomStream random_;  // of its noise, seeded at its first use
+    RandomStream random_;  // for noise; seeded at its first use
     bool seeded_;
   };
 
   ModelRanger(World* world, Model* parent, const std::string& type);
   ~ModelRanger();
 
-  /// One for each `sensor` section, in file order.
+  /// One per `sensor` section, in file order.
   const std::vector<Sensor>& GetSensors() const { return sensors_; }
   std::vector<Sensor>& GetSensorsMutable() { return sensors_; }
-  /// The rays that a sensor casts when its frame is there (see SensorFrame(); `turn`: its
-  /// heading's), all but their directions. Their layer is kNoLayer if the grid has none for them
+  /// Returns the fan of a sensor without its directions. `frame` is from SensorFrame(), `turn` has
+  /// the cosine and sine of its heading. The layer is kNoLayer if the grid has none for these rays
   /// yet.
   internal::sensing::Fan FanOf(uint32_t sensor, const Pose& frame, const SineCosine& turn) const;
-  /// Where the sensors' poses count from while the ranger is at `global`.
+  /// Frame of the sensors' poses while the ranger is at `global`.
   Pose SensorFrame(const Pose& global) const { return global + geom.pose; }
-  /// Where the rays of a sensor begin. `turn`: of the frame's heading, which all sensors share.
+  /// Start of a sensor's rays. `turn` is the cosine and sine of the frame's heading.
   static Pose OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn);
   void LoadSensor(Worldfile* wf, int entity);
   void Print(char* prefix) const override;
@@ -109,14 +107,14 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   void Reseed(uint64_t seed) override;
   void Startup() override;
   void Shutdown() override;
-  /// Puts the sensors' rays into the batch of the step; the readings follow when it is traced.
+  /// Adds the sensors' rays to the batch of the step. The readings follow when it is traced.
   void Update() override;
 
  private:
   void Gather(internal::sensing::FanList* fans) override;
   unsigned GetReady() override;
   void FinishGettingReady() override;
-  // Without angular noise, which is drawn sample by sample, all fans are known beforehand.
+  // Without angle noise, which is drawn per sample, the sizes of all fans are known in advance.
   internal::sensing::BatchShare MeasureRoom(internal::sensing::FanList* fans,
                                             SelfMasksToMake* masks) override;
   bool FillRoom(internal::sensing::BatchShare room, const internal::sensing::FanList& fans,

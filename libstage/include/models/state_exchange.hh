@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// One list of what a class keeps, for all who need it: the state hash, those who put a world back
-// to where it was. Part of <stage.hh>; C++11.
+// Enumerates the state of a class once for all purposes: hashing, saving and restoring. Part of
+// <stage.hh>; C++11.
 
 #ifndef STAGE_MODELS_STATE_EXCHANGE_HH
 #define STAGE_MODELS_STATE_EXCHANGE_HH
@@ -22,28 +22,28 @@ namespace Stg {
 
 class Model;
 
-/// Visits the state of models value by value. What it does with a value is up to who made it: it
-/// saves it as bytes, restores it from bytes that were saved, or hashes it. A class lists each
-/// value that decides its future once, in an order that depends on nothing else:
+/// Visits the state of models value by value. Depending on its constructor, it saves each value as
+/// bytes, restores it from saved bytes, or hashes it. A class lists each value that decides its
+/// future once, always in the same order:
 ///
 ///     void ModelSonar::ExchangeState(StateExchange& exchange) {
 ///       Model::ExchangeState(exchange);
 ///       exchange(gain_, readings_, nearest_);
 ///     }
 ///
-/// Values may be numbers, bool, enumerations, strings, the geometry and colours of this library,
-/// random streams, pointers to models of the same world (also null), arrays and vectors of these,
-/// and classes with such a function of their own. The bytes are the same on every processor.
+/// Values may be numbers, bool, enumerations, strings, geometry and colors of this library, random
+/// streams, pointers to models of the same world or null, arrays and vectors of these, and classes
+/// with an ExchangeState() function. The bytes are the same on every processor.
 class StateExchange {
  public:
   typedef std::vector<unsigned char> Bytes;
 
-  /// Hashes (FNV-1a, http://www.isthe.com/chongo/tech/comp/fnv). `models`: those of the world, in
-  /// the order of creation.
+  /// Hashes the values (FNV-1a, http://www.isthe.com/chongo/tech/comp/fnv). `models` are those of
+  /// the world in the order of creation.
   explicit StateExchange(const std::vector<Model*>& models);
-  /// Saves: appends to *to, which is complete after Finish().
+  /// Saves the values: appends to *to, which is complete after Finish().
   StateExchange(const std::vector<Model*>& models, Bytes* to);
-  /// Restores what was saved of models of the same kind, in the same order.
+  /// Restores values saved from models of the same types in the same order.
   StateExchange(const std::vector<Model*>& models, const unsigned char* from, size_t size);
 
   ~StateExchange() { Finish(); }
@@ -53,37 +53,36 @@ class StateExchange {
     const int in_order[] = {0, (Exchange(values), 0)...};
     static_cast<void>(in_order);
   }
-  /// `size` plain bytes, which are the same on every processor.
+  /// Exchanges `size` bytes that do not depend on the processor.
   void Plain(void* bytes, size_t size);
-  /// A model that may have been deleted meanwhile, and the number that it had: `model` is not
-  /// followed.
+  /// Exchanges a pointer to a model that may have been deleted, and its id. The pointer is not
+  /// dereferenced.
   void Reference(Model*& model, uint32_t& id);
-  /// How many values follow, each of a byte at least: restoring, as many as there were.
+  /// Exchanges the number of following values, each of at least one byte. Returns it.
   size_t Count(size_t count);
-  /// For what is no variable: it is saved and hashed, and restoring fails if it differs from what
-  /// was saved.
+  /// Saves and hashes a value that is not a variable. Restoring fails if the saved value differs.
   void Expect(uint64_t value, const char* what);
 
   bool restoring() const { return use_ == kRestore; }
   bool hashing() const { return use_ == kHash; }
-  /// Readings of sensors that will have sensed again before anybody reads them are left out: what
-  /// this is true for saves none, and keeps what it has when it is restored.
+  /// True if readings that will be replaced before anything can read them are omitted: the model
+  /// saves no readings, and keeps its own when restored.
   bool leaves_readings_out() const { return leaves_readings_out_; }
   void LeaveReadingsOut(bool leave) { leaves_readings_out_ = leave; }
-  /// Restoring fails with this message, unless it has failed before. All further values stay as
-  /// they are.
+  /// Makes restoring fail with this message, unless it has failed already. Later values stay
+  /// unchanged.
   void Fail(const std::string& message);
   bool failed() const { return failed_; }
   const std::string& message() const { return message_; }
-  /// Of all values so far, if it hashes.
+  /// Hash of all values so far, when hashing.
   uint64_t hash() const { return hash_; }
-  /// Those that it was made with.
+  /// The models passed to the constructor.
   const std::vector<Model*>& models() const { return models_; }
-  /// Bytes that are left to restore from.
+  /// When restoring: number of bytes left.
   size_t left() const { return static_cast<size_t>(end_ - at_); }
-  /// Saving: how many bytes have been saved.
+  /// When saving: number of bytes saved.
   size_t saved() const { return static_cast<size_t>(at_ - to_->data()); }
-  /// Saving: gives what was saved its size. To be called before the bytes are looked at.
+  /// When saving: trims *to to its final size. Call it before reading *to.
   void Finish();
 
  private:
@@ -92,7 +91,7 @@ class StateExchange {
   StateExchange(const StateExchange&);
   StateExchange& operator=(const StateExchange&);
 
-  /// The lowest kBytes bytes of *bits, the lowest one first.
+  /// Exchanges the lowest kBytes bytes of *bits, lowest first.
   template <size_t kBytes>
   void Number(uint64_t* bits) {
     if (use_ == kHash) {
@@ -129,12 +128,13 @@ class StateExchange {
   }
 #endif
   void HashByte(uint64_t byte) { hash_ = (hash_ ^ byte) * 0x100000001b3u; }
-  /// Saving: for so many more bytes. Restoring: fails, as there are not so many left.
+  /// When saving: reserves space for `bytes` more bytes. When restoring: fails, as too few are
+  /// left.
   void MakeRoom(size_t bytes);
 
   template <typename T>
   typename std::enable_if<std::is_integral<T>::value>::type Exchange(T& value) {
-    // The sign goes into all bytes, of which sizeof(T) count.
+    // Sign-extended; only the lowest sizeof(T) bytes are used.
     uint64_t bits = static_cast<uint64_t>(value);  // NOLINT(bugprone-signed-char-misuse)
     Number<sizeof(T)>(&bits);
     value = static_cast<T>(bits);
@@ -179,7 +179,7 @@ class StateExchange {
     if (restoring() && !failed_) values.resize(size);
     for (T& value : values) Exchange(value);
   }
-  /// Classes with a list of their own.
+  /// For classes with an ExchangeState() function.
   template <typename T>
   auto Exchange(T& value) -> decltype(value.ExchangeState(*this)) {
     value.ExchangeState(*this);
@@ -188,15 +188,15 @@ class StateExchange {
   const std::vector<Model*>& models_;
   const Use use_;
   Bytes* const to_;
-  // Saving: where in *to_ the next byte goes, and the end of the room there. Restoring: what is
-  // left, which is not written to.
+  // Saving: where in *to_ the next byte goes, and the end of the reserved space. Restoring: the
+  // rest of the input, which is not written to.
   unsigned char *at_, *end_;
   uint64_t hash_;
   bool failed_, leaves_readings_out_;
   std::string message_;
 };
 
-/// Something that keeps state beside a model, such as what a controller remembers.
+/// An object that keeps state for a model, such as a controller's memory.
 class StateKeeper {
  public:
   virtual ~StateKeeper() {}

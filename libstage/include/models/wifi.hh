@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// ModelWifi: a radio that knows which others it reaches. Part of <stage.hh>.
+// ModelWifi: a radio that determines which others it reaches. Part of <stage.hh>.
 //
-// Of each device that is not in its own tree it works out the loss on the way there, in dB; with f
-// the sender's frequency in MHz and d the distance in the plane in metres, at least 1 cm:
+// Computes the path loss in dB to each device outside its own tree. With f the sender's frequency
+// in MHz and d the horizontal distance in metres, at least 1 cm:
 //   friis         32.44177 + 20 log f + 20 log (d / 1000): free space
 //   ITU indoor    20 log f + plc log d - 28
 //   log distance  the friis loss at 1 m + 10 ple log d + a normal error of deviation sigma
 //   raytrace      ITU indoor + 100 wall_factor for each metre inside of obstacles: bodies that
 //                 rangers see, where the straight line between the devices meets them
-// It reaches a device if its own power less the loss is at least the other's sensitivity. A
-// "simple" one reaches those within its range.
+// A device is reached if this one's power minus the loss is at least the other's sensitivity. With
+// "simple" propagation, devices within range are reached.
 
 #ifndef STAGE_MODELS_WIFI_HH
 #define STAGE_MODELS_WIFI_HH
@@ -32,7 +32,7 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
     Pose pose;  ///< global, at the start of the step
     std::string essid, mac, ip;
     double freq;  ///< MHz
-    double db;    ///< what arrives there of this device's power, dBm; 1 if that is "simple"
+    double db;    ///< power of this device's signal there, dBm; 1 if "simple"
 
     Neighbor() : freq(0), db(0) {}
     void ExchangeState(StateExchange& exchange);
@@ -50,13 +50,13 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
   ModelWifi(World* world, Model* parent, const std::string& type);
   ~ModelWifi();
 
-  /// What the last update found, in the order of the devices' creation.
+  /// Devices reached at the last update, in the order of their creation.
   const std::vector<Neighbor>& GetNeighbors() const { return neighbors_; }
 
   // May be changed at any time.
   Propagation propagation;
   std::string ip, mac, essid;
-  double power;        ///< of the sender, dBm
+  double power;        ///< of the transmitter, dBm
   double sensitivity;  ///< of the receiver, dBm
   double freq;         ///< MHz
   meters_t range;
@@ -64,7 +64,7 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
   double ple;          ///< path loss exponent
   double sigma;        ///< dB
   double wall_factor;  ///< hundreds of dB per metre
-  double range_db;     ///< the level whose contour is drawn, dBm
+  double range_db;     ///< level whose contour is drawn, dBm
 
   using Model::Load;
   void Load() override;
@@ -74,18 +74,18 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
   void Reseed(uint64_t seed) override;
   void Startup() override;
   void Shutdown() override;
-  /// Works out who may be in reach and puts the lines past obstacles into the batch of the step.
+  /// Collects devices in reach and adds rays towards them to the batch of the step.
   void Update() override;
   void Gather(internal::sensing::FanList* fans) override;
-  /// Makes the list of neighbours.
+  /// Completes the list of neighbors.
   void Sensed() override;
 
  private:
   struct Path {
     Neighbor neighbor;
-    const Model* tree;  // of the other device; to compare with only
+    const Model* tree;  // of the other device; only compared
     double distance, loss, budget;
-    mutable std::vector<const Model*> obstacles;  // that its ray came by
+    mutable std::vector<const Model*> obstacles;  // that the ray passed through
   };
 
   static bool NoteObstacle(Model* candidate, const Model* finder, const void* path);
@@ -96,10 +96,9 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
   void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   std::vector<Neighbor> neighbors_;
-  std::vector<Path>
-      paths_;  // those of this update come first; the others are kept for their memory
+  std::vector<Path> paths_;  // only path_count_ are used; the rest keep their memory
   size_t path_count_;
-  Pose here_;  // of this update
+  Pose here_;  // pose at the current update
   RandomStream random_;
   bool seeded_;
 };

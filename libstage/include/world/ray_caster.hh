@@ -20,7 +20,7 @@ namespace Stg {
 class Model;
 class World;
 
-/// What rays hit: all models that rangers see (ranger_return is not negative), except:
+/// Selects what rays hit among the models that rangers see (ranger_return is not negative).
 struct CastOptions {
   double z;            ///< height of the rays, metres; NaN: they hit bodies at any height
   bool robots;         ///< whether rays hit models of trees whose root is a position
