@@ -10,8 +10,8 @@ namespace Stg::cl {
 
 namespace {
 
-// Of a cache. Processors that share memory keep it in step by whole lines: a range that ends within
-// one would make them copy the rest of it aside.
+// Size of a cache line. Processors with shared memory keep it coherent by whole lines; if a range
+// ended within one, drivers would copy the rest of the line aside.
 constexpr std::size_t kLine = 64;
 
 std::size_t WholeLines(std::size_t bytes) { return (bytes + kLine - 1) / kLine * kLine; }
@@ -22,14 +22,14 @@ PinnedMemory::~PinnedMemory() {
   try {
     Release(0);
   } catch (const ::cl::Error&) {
-    // The device is lost; so is its memory.
+    // The device is lost, and its memory with it.
   }
 }
 
 void* PinnedMemory::Take(std::size_t bytes) {
   constexpr std::size_t kAlignment = 256;
   bytes = (bytes + kAlignment - 1) / kAlignment * kAlignment;
-  // A new block has room for all that was taken before, so that later it alone will do.
+  // A new block has room for all that was taken so far, so that later it suffices alone.
   if (blocks_.empty() || used_ + bytes > blocks_.back().size) AddBlock(taken_ + bytes);
   char* room = blocks_.back().data + used_;
   used_ += bytes;
@@ -63,12 +63,12 @@ Buffer::~Buffer() {
   try {
     Unmap();
   } catch (const ::cl::Error&) {
-    // The device is lost; so is the buffer.
+    // The device is lost, and the buffer with it.
   }
 }
 
 bool Buffer::Reserve(std::size_t bytes) {
-  bytes = std::max(bytes, kLine);  // an empty buffer is an error in OpenCL
+  bytes = std::max(bytes, kLine);  // OpenCL rejects empty buffers
   if (bytes <= capacity_) return false;
   Unmap();
   const std::size_t roomy = WholeLines(bytes + bytes / 2);
@@ -92,13 +92,13 @@ void* Buffer::MapForWriting(std::size_t bytes) {
   Unmap();
   bytes = std::max<std::size_t>(bytes, 1);
   common_.counts.bytes_copied += bytes;
-  // 1.1 has no way to say that the old contents don't matter.
+  // OpenCL 1.1 cannot express that the old contents do not matter.
   if (common_.shared) return Map(CL_MAP_WRITE, bytes, nullptr);
   to_send_ = bytes;
   return mapped_ = common_.to_device.Take(bytes);
 }
 
-/// The beginning of it; at once, or when `done` has happened if that is given.
+/// Maps the start of the buffer. Waits, unless `done` is given to signal completion.
 void* Buffer::Map(cl_map_flags flags, std::size_t bytes, ::cl::Event* done) {
   bytes = WholeLines(std::max<std::size_t>(bytes, 1));
   mapped_ = common_.queue.enqueueMapBuffer(memory_, done ? CL_FALSE : CL_TRUE, flags, 0, bytes,
@@ -123,7 +123,7 @@ const void* Buffer::StartReading(std::size_t bytes, std::size_t begin, std::size
 
 void Buffer::Unmap() {
   if (mapped_ == nullptr) return;
-  void* const data = std::exchange(mapped_, nullptr);  // once, even if that fails
+  void* const data = std::exchange(mapped_, nullptr);  // only once, even if this fails
   const std::size_t bytes = std::exchange(to_send_, 0);
   if (bytes > 0)
     common_.queue.enqueueWriteBuffer(memory_, CL_FALSE, 0, bytes, data);

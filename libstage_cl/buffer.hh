@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Buffers that the host writes and reads. Where host and device share memory, the host maps them
-// and nothing is copied. A device with memory of its own gets and gives their contents through
-// pinned memory, without the host waiting.
+// and nothing is copied. To a device with separate memory, contents are transferred through pinned
+// memory, without the host waiting.
 
 #ifndef STAGE_CL_BUFFER_HH
 #define STAGE_CL_BUFFER_HH
@@ -15,7 +15,7 @@
 
 namespace Stg::cl {
 
-/// Memory of the host that the device can fetch from by itself.
+/// Host memory that the device can access directly (DMA).
 class PinnedMemory {
  public:
   PinnedMemory(const ::cl::Context& context, const ::cl::CommandQueue& queue,
@@ -25,9 +25,9 @@ class PinnedMemory {
   PinnedMemory(const PinnedMemory&) = delete;
   PinnedMemory& operator=(const PinnedMemory&) = delete;
 
-  /// Room for so many bytes, until Reset().
+  /// Allocates `bytes` bytes, which are valid until Reset().
   void* Take(std::size_t bytes);
-  /// All room is free again; no transfer must be under way.
+  /// Frees all allocations. No transfer may be in progress.
   void Reset();
 
  private:
@@ -37,20 +37,20 @@ class PinnedMemory {
     std::size_t size;
   };
   void AddBlock(std::size_t bytes);
-  /// All blocks but the last `kept` ones.
+  /// Frees all blocks but the last `kept` ones.
   void Release(std::size_t kept);
 
   ::cl::Context context_;
   ::cl::CommandQueue queue_;
   sensing::PrefilterStatistics& counts_;
-  std::vector<Block> blocks_;  // room is taken from the last one
-  std::size_t used_ = 0;       // of that one
-  std::size_t taken_ = 0;      // of all, since Reset()
+  std::vector<Block> blocks_;  // allocations come from the last one
+  std::size_t used_ = 0;       // bytes of the last block
+  std::size_t taken_ = 0;      // bytes since Reset()
 };
 
-/// What all buffers of a prefilter share.
+/// State that all buffers of a prefilter share.
 struct Memory {
-  /// `counts`: bytes that are mapped or copied are added there.
+  /// `counts` receives the numbers of bytes mapped and copied.
   Memory(const ::cl::Context& context_, const ::cl::CommandQueue& queue_, bool shared_,
          sensing::PrefilterStatistics* counts_)
       : context(context_),
@@ -62,7 +62,7 @@ struct Memory {
 
   ::cl::Context context;
   ::cl::CommandQueue queue;
-  bool shared;  ///< by host and device
+  bool shared;  ///< host and device share memory
   sensing::PrefilterStatistics& counts;
   PinnedMemory to_device, from_device;
 };
@@ -74,15 +74,15 @@ class Buffer {
   Buffer(const Buffer&) = delete;
   Buffer& operator=(const Buffer&) = delete;
 
-  /// Makes room for so many bytes; what was in it is lost if it has to grow. True if it had to.
+  /// Ensures a capacity of `bytes`. Returns true if it reallocated, which loses the content.
   bool Reserve(std::size_t bytes);
-  /// Writes to its beginning, after making room.
+  /// Writes to the start of the buffer, after Reserve().
   void Write(const void* data, std::size_t bytes);
-  /// For the host to write all of; Unmap() hands it to the device. What was in it before is lost.
+  /// Returns memory that the host must fill completely and then pass to the device by Unmap().
   void* MapForWriting(std::size_t bytes);
-  /// What the device writes, `bytes` in all, for the host to read until Unmap() or until pinned
-  /// memory is reset: those from `begin` to `end` - 1 are there as soon as `done` has happened,
-  /// which stays as it is if these are none. All at once where memory is shared.
+  /// Starts reading the first `bytes` bytes. The bytes from `begin` to `end` - 1 are valid when
+  /// `done` has happened, until Unmap() or until pinned memory is reset. Leaves `done` alone if
+  /// begin == end. Shared memory is mapped as a whole.
   const void* StartReading(std::size_t bytes, std::size_t begin, std::size_t end,
                            ::cl::Event* done);
   void Unmap();
@@ -96,8 +96,8 @@ class Buffer {
   ::cl::Buffer memory_;
   std::size_t capacity_ = 0;
   void* mapped_ = nullptr;
-  char* reading_ = nullptr;  // pinned memory that parts of it are read into
-  std::size_t to_send_ = 0;  // bytes of pinned memory, to be sent by Unmap()
+  char* reading_ = nullptr;  // pinned memory that parts are read into
+  std::size_t to_send_ = 0;  // bytes of pinned memory that Unmap() sends
 };
 
 }  // namespace Stg::cl

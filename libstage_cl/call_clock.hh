@@ -9,18 +9,18 @@
 
 namespace Stg::cl {
 
-/// Finds calls that take too long. It counts its own naps instead of reading a clock: a process
-/// that is stopped, or a laptop that sleeps, is no slow driver.
+/// Detects calls that take too long. Counts its own naps instead of reading a clock, because a
+/// stopped process or a sleeping laptop does not mean a slow driver.
 class CallClock {
  public:
-  /// 0: calls may take as long as they like.
+  /// `seconds` is the limit; 0 means no limit.
   explicit CallClock(unsigned seconds)
       : limit_(std::chrono::seconds(seconds)), nap_(seconds == 1 ? 50 : 200) {}
 
-  /// What to sleep between looks.
+  /// Time to sleep between checks.
   std::chrono::milliseconds nap() const { return nap_; }
 
-  /// After each nap, for one and the same record. True if its call has taken too long.
+  /// Call after each nap, always for one record. Returns true if its call has taken too long.
   bool IsOverdue(const calls::Record& record) {
     const uint32_t begun = record.begun.load(std::memory_order_relaxed);
     const bool same = record.call.load(std::memory_order_acquire) != nullptr && begun == begun_;

@@ -6,14 +6,14 @@ namespace Stg::cl::calls {
 
 namespace {
 
-// Without a destructor that does anything: drivers are called until the very end of the process.
+// Trivially destructible, because drivers are called until the very end of the process.
 std::array<Record, 64> g_records;
-Record g_spare;  // of the threads that have none of their own; nobody reads it
+Record g_spare;  // shared by threads without a record; never read
 
-// Of the calling thread. A plain pointer: it can be used even after the thread's destructors.
+// The calling thread's record. A plain pointer, which stays usable after the thread's destructors.
 thread_local Record* t_record = nullptr;
 
-/// Gives a thread's record back when the thread ends.
+/// Releases a thread's record when the thread ends.
 struct Seat {
   Record* record = nullptr;
   ~Seat() {

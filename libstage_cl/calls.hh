@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What each thread is doing in a driver: every call of OpenCL leaves a mark while it runs. Whoever
-// finds that a call doesn't come back, or that it ends the process, can say which one it was.
+// Records which OpenCL call each thread executes, so that a hanging or fatal call can be named.
 
 #ifndef STAGE_CL_CALLS_HH
 #define STAGE_CL_CALLS_HH
@@ -17,32 +16,31 @@
 
 namespace Stg::cl::calls {
 
-/// Of one thread, read by others: also by signal handlers, and by the parent of a process that has
-/// been forked.
+/// State of one thread. Read by other threads, signal handlers and the parent of a forked process.
 struct Record {
-  std::atomic<bool> taken{false};  ///< by a thread
+  std::atomic<bool> taken{false};  ///< a thread uses it
   std::atomic<pthread_t> thread{};
-  std::atomic<const char*> call{nullptr};  ///< under way; a literal, so that it lasts
-  std::atomic<uint32_t> begun{0};          ///< calls so far
+  std::atomic<const char*> call{nullptr};  ///< call in progress; points to a string literal
+  std::atomic<uint32_t> begun{0};          ///< number of calls so far
   std::array<std::atomic<char>, 128> driver{};
 };
 
-/// All threads'. A thread that finds all of them taken goes without marks.
+/// The records of all threads. If all are taken, further threads are not recorded.
 std::array<Record, 64>& Records();
-/// That of the calling thread.
+/// The record of the calling thread.
 Record& OfThisThread();
-/// From now on the marks of the calling thread go there. For a process that has just been forked.
+/// Redirects the calling thread to this record, for a process that has just been forked.
 void MoveThisThread(Record* record);
 
-/// Whose calls the calling thread makes from now on, such as "NVIDIA CUDA".
+/// Names the driver that the calling thread calls from now on, such as "NVIDIA CUDA".
 void SetDriver(const std::string& name);
-/// Copies it from there, with a zero behind it.
+/// Copies the name of the driver, zero-terminated.
 void CopyDriver(const Record& record, char (*name)[128]);
 
-/// If not null, called after each call.
+/// If not null, called after each OpenCL call.
 inline std::atomic<void (*)()> g_after_call{nullptr};
 
-/// Marks a call as long as it lives.
+/// Marks a call as in progress during its lifetime.
 class Mark {
  public:
   explicit Mark(const char* call) : record_(OfThisThread()) {
@@ -63,12 +61,12 @@ class Mark {
 
 template <std::size_t size>
 struct Name {
-  // NOLINTNEXTLINE(google-explicit-constructor): a literal is to become one
+  // NOLINTNEXTLINE(google-explicit-constructor): converts string literals
   constexpr Name(const char (&literal)[size]) { std::copy_n(literal, size, text); }
   char text[size] = {};
 };
 
-/// Marked<"clFinish", &clFinish>::Call is clFinish with a mark.
+/// Marked<"clFinish", &clFinish>::Call is clFinish() with a Mark.
 template <Name name, auto function>
 struct Marked;
 template <Name name, typename Result, typename... Arguments, Result (*function)(Arguments...)>

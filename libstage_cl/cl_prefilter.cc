@@ -16,17 +16,17 @@ namespace Stg::cl {
 
 namespace {
 
-// Rays in a work-group. A CPU takes one group after the other and pays for each; on a GPU small
-// groups spread better.
+// Rays per work-group. A CPU runs groups one after the other, with some overhead per group; a GPU
+// balances small groups better.
 constexpr std::size_t kWorkGroupCpu = 256, kWorkGroupGpu = 64;
 
-// Parts of a large batch, as shares of its fans up to there. The host traces the first one while
-// the device is at the second, and that while it is at the third; a part takes a few launches and
-// some waiting, so there are no more of them, and none in a batch that the device walks in no time.
+// Cumulative fractions of fans in the parts of a large batch. While the host traces one part, the
+// device walks the next. Each part costs some launches and waiting, so there are few, and only one
+// in batches that the device walks quickly.
 constexpr double kParts[] = {0.125, 0.375, 1};
 constexpr std::size_t kRaysWorthParts = 500'000;
 
-/// For what it stands for; nothing if there was nothing to do.
+/// Waits for an event. A null event means that there was nothing to do.
 void Await(const ::cl::Event& event) {
   if (event() != nullptr) event.wait();
 }
@@ -36,7 +36,7 @@ double Now() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
-/// As the device says, unless STAGE_CL_MEMORY in the environment says otherwise.
+/// Asks the device, unless the environment variable STAGE_CL_MEMORY overrides it.
 bool SharesMemory(const ::cl::Device& device) {
   const std::string wanted = FromEnvironment("STAGE_CL_MEMORY");
   if (wanted == "own" || wanted == "shared") return wanted == "shared";
@@ -79,8 +79,8 @@ ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits
   forget_grid();
 }
 
-/// Drivers do much when something happens for the first time, a thousand times what a step takes
-/// with few robots: it happens now, while the world is loaded, on a scene that nobody needs.
+/// Walks a dummy scene while the world loads: the first use of each function of a driver may take a
+/// thousand times as long as a step with few robots.
 void ClPrefilter::WarmUp() {
   const sensing::PrefilterStatistics before = statistics_;
   grid::Grid grid;
@@ -96,7 +96,7 @@ void ClPrefilter::WarmUp() {
   batch.Add(fan, 1, {});
   batch.Close(tables);
   threads::WorkerPool workers(1);
-  for (int32_t x = 0; x < 2; x++) {  // all of the grid, then what has changed
+  for (int32_t x = 0; x < 2; x++) {  // first the whole grid, then changes
     grid::TilePart cell{.cells = uint64_t{1} << x};
     grid.Redraw(body, {}, std::span(&cell, 1));
     Walk(grid, tables, batch, &workers);
@@ -116,7 +116,7 @@ std::unique_ptr<sensing::Prefilter> ClPrefilter::ForAnotherWorld() const {
   } catch (const sensing::PrefilterError&) {
   } catch (const ::cl::Error&) {
   }
-  return nullptr;  // whoever opens the device anew is told why that fails
+  return nullptr;  // opening the device again reports the error
 }
 
 sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
@@ -124,7 +124,7 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
                                     threads::WorkerPool* workers) try {
   CheckProcess();
   const double start = Now();
-  calls::SetDriver(device_->found.platform);  // the thread may have others
+  calls::SetDriver(device_->found.platform);  // the thread may use other drivers too
   if (under_way_) Finish();
   hits_.Unmap();
   memory_.from_device.Reset();
@@ -164,7 +164,7 @@ std::size_t ClPrefilter::WaitFor(const sensing::RayBatch& batch, std::size_t fan
   throw AsPrefilterError(error);
 }
 
-/// Nothing of the batch is under way any more: pinned memory is free again.
+/// Waits for the whole batch and frees pinned memory.
 void ClPrefilter::Finish() {
   queue_.finish();
   memory_.to_device.Reset();
@@ -173,7 +173,7 @@ void ClPrefilter::Finish() {
 
 void ClPrefilter::SendAhead(grid::Grid& grid) try {
   CheckProcess();
-  if (sent_ahead_) return;  // pinned memory is free again when a batch has been walked
+  if (sent_ahead_) return;  // pinned memory is not free until a batch has been walked
   const double start = Now();
   SendGrid(grid);
   queue_.flush();
@@ -183,18 +183,18 @@ void ClPrefilter::SendAhead(grid::Grid& grid) try {
   throw AsPrefilterError(error);
 }
 
-/// A process that was forked has none of the driver's threads, and would wait for them.
+/// A forked process lacks the driver's threads and would wait for them.
 void ClPrefilter::CheckProcess() const {
   if (IsFromAnotherProcess()) throw sensing::PrefilterError("this process has been forked");
 }
 
-/// What the walks need of it.
+/// Sends the parts of the grid that the walks need.
 void ClPrefilter::SendGrid(const grid::Grid& grid) {
   CountSent(grid_->Send(grid, sorted_.layers()));
 }
 
 void ClPrefilter::SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers) {
-  // A processor does better with a launch for each group.
+  // A CPU is faster with one launch per group.
   const bool in_parts = !memory_.shared && batch.ray_count() >= kRaysWorthParts;
   const std::span<const double> shares = in_parts ? std::span(kParts) : std::span(kParts).last(1);
   sorted_.PlanLaunches(shares, work_group_, is_cpu_,
@@ -218,7 +218,7 @@ void ClPrefilter::SendDirections(const sensing::DirectionTables& tables,
   CountSent(bytes);
 }
 
-/// Walks the rays of a part and fetches their lists, without waiting for that. Returns where those
+/// Starts to walk the rays of a part and to fetch their lists. Returns the address where the lists
 /// of the batch's first ray will be.
 const uint32_t* ClPrefilter::EnqueuePart(const grid::Grid& grid, const sensing::RayBatch& batch,
                                          std::size_t part) {
@@ -245,12 +245,12 @@ void ClPrefilter::Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::La
   walk_.setArg(i++, grid_->regions());
   walk_.setArg(i++, grid_->words());
   walk_.setArg(i++, box);
-  walk_.setArg(i++, batch_.memory());  // its groups
+  walk_.setArg(i++, batch_.memory());  // group records
   walk_.setArg(i++, static_cast<cl_uint>(launch.first_group));
   walk_.setArg(i++, static_cast<cl_uint>(launch.end_group));
-  walk_.setArg(i++, batch_.memory());  // its fans
+  walk_.setArg(i++, batch_.memory());  // fan records
   walk_.setArg(i++, directions_.memory());
-  walk_.setArg(i++, batch_.memory());  // its self-masks
+  walk_.setArg(i++, batch_.memory());  // self-masks
   walk_.setArg(i++, static_cast<cl_uint>(sorted_.first_mask()));
   walk_.setArg(i++, static_cast<cl_uint>(per_ray_));
   walk_.setArg(i++, hits_.memory());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The prefilter on an OpenCL device. The device keeps a copy of the grid's layers; each step sends
-// it the tiles that changed and one record for each fan, and fetches the hit lists.
+// The prefilter on an OpenCL device. The device keeps a copy of the grid's layers. Each step sends
+// the changed tiles and one record per fan, and fetches the hit lists.
 
 #ifndef STAGE_CL_CL_PREFILTER_HH
 #define STAGE_CL_CL_PREFILTER_HH
@@ -46,14 +46,14 @@ class ClPrefilter final : public sensing::Prefilter {
                               std::size_t part);
   void Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::Launch& launch,
                ::cl::Event* done);
-  /// Of their lists.
+  /// Size of the lists of this many rays.
   std::size_t BytesOf(uint64_t rays) const {
     return static_cast<std::size_t>(rays) * (1 + per_ray_) * sizeof(uint32_t);
   }
   void Finish();
   void CountSent(std::size_t bytes) { statistics_.bytes_sent += bytes; }
 
-  const std::shared_ptr<const OpenDevice> device_;  // the last to go
+  const std::shared_ptr<const OpenDevice> device_;  // destroyed last
   const pid_t process_ = getpid();
   const bool is_cpu_;
   const uint32_t per_ray_;
@@ -66,15 +66,15 @@ class ClPrefilter final : public sensing::Prefilter {
   std::unique_ptr<DeviceGrid> grid_;
   bool sent_ahead_ = false;  // since the last batch
   sensing::DeviceBatch sorted_;
-  Buffer batch_;  // what it writes
+  Buffer batch_;  // output of sorted_.Write()
   Buffer directions_, hits_;
-  // Of each part of the batch, if it has rays: walked, and lists fetched.
+  // Per part of the batch: events for walked rays and fetched lists; null without rays.
   struct Progress {
     ::cl::Event walked, fetched;
   };
   std::vector<Progress> progress_;
-  bool under_way_ = false;           // some of it may not be there yet
-  std::size_t directions_sent_ = 0;  // of the tables, of this generation
+  bool under_way_ = false;           // the batch is not complete yet
+  std::size_t directions_sent_ = 0;  // number of table directions sent, of generation_sent_
   uint64_t generation_sent_ = 0;
 };
 

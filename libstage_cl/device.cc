@@ -17,7 +17,7 @@ namespace Stg::cl {
 
 namespace {
 
-// What an OpenCL loader answers where there is no driver at all.
+// Error code of an OpenCL loader without any driver.
 constexpr cl_int kPlatformNotFound = -1001;
 
 const char* KindOf(cl_device_type type) {
@@ -65,8 +65,7 @@ FoundDevice Examine(const ::cl::Platform& platform, const ::cl::Device& device) 
   return found;
 }
 
-/// The file of a driver that is registered; empty if there is none. By the rules of the usual
-/// loaders.
+/// Path of a registered driver's .icd file, or empty. Searches like the usual loaders.
 std::string RegisteredDriver() {
   std::string folder = FromEnvironment("OCL_ICD_VENDORS");
   if (folder.empty()) folder = FromEnvironment("OPENCL_VENDOR_PATH");
@@ -78,7 +77,7 @@ std::string RegisteredDriver() {
   return "";
 }
 
-/// What to do if Mesa's driver offers nothing: it has to be told which devices it may use.
+/// Advice if Mesa's driver offers no device: it must be told which ones it may use.
 std::string WhyRusticlIsEmpty(const std::string& driver) {
   if (driver.find("rusticl") == std::string::npos || !FromEnvironment("RUSTICL_ENABLE").empty())
     return "";
@@ -86,7 +85,7 @@ std::string WhyRusticlIsEmpty(const std::string& driver) {
          "llvmpipe";
 }
 
-/// What to do if there is no driver.
+/// Advice if no driver works.
 std::string Advice() {
   if (const std::string driver = RegisteredDriver(); !driver.empty())
     return "the OpenCL driver that " + driver +
@@ -145,7 +144,7 @@ Search SearchDevices() {
 }  // namespace
 
 const std::vector<FoundDevice>& FindDevices(std::string* reason) {
-  // Never deleted: when the process ends, drivers may end before us.
+  // Never deleted, because drivers may end before this library does.
   static const Search* const search = new Search(SearchDevices());
   *reason = search->reason;
   return search->found;

@@ -38,7 +38,7 @@ std::size_t DeviceGrid::SendAll(const grid::Grid& grid) {
   return bytes;
 }
 
-/// The words that have changed, and where they belong.
+/// Sends the changed words and their indices.
 std::size_t DeviceGrid::SendChanges(const grid::Grid& grid,
                                     const std::vector<grid::LayerIndex>& wanted) {
   const std::size_t count = layers_.CountChanges(grid, wanted);

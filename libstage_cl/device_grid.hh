@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// An OpenCL device's copy of the grid: the directory of regions, and the layers that somebody
-// wants. All layers are in one buffer, so that what has changed in them goes there in one piece.
+// An OpenCL device's copy of the grid: the directory of regions, and the wanted layers. All layers
+// are in one buffer, so that all changes are sent together.
 
 #ifndef STAGE_CL_DEVICE_GRID_HH
 #define STAGE_CL_DEVICE_GRID_HH
@@ -18,10 +18,10 @@ namespace Stg::cl {
 
 class DeviceGrid {
  public:
-  /// `update`: the kernel update_words.
+  /// `update` is the kernel update_words.
   DeviceGrid(Memory* memory, const ::cl::Kernel& update, std::size_t work_group);
 
-  /// Brings these layers up to date, each named once. Returns how many bytes that took.
+  /// Updates these layers, each given once. Returns the number of bytes sent.
   std::size_t Send(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted);
 
   const ::cl::Buffer& directory() const { return directory_.memory(); }
@@ -37,10 +37,10 @@ class DeviceGrid {
   Memory& memory_;
   ::cl::Kernel update_;
   std::size_t work_group_;
-  Buffer directory_, regions_;  // of superregions; of regions in them
+  Buffer directory_, regions_;  // directory of superregions, and their region tables
   uint64_t structure_version_ = 0;
   sensing::DeviceLayers layers_;
-  Buffer words_;  // of these
+  Buffer words_;  // content of layers_
   Buffer changes_;
 };
 

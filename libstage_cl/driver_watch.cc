@@ -25,17 +25,17 @@ namespace {
 
 struct Crash {
   int signal;
-  const char* name;  // strsignal() may allocate
+  const char* name;  // stored here because strsignal() may allocate
   struct sigaction before;
 };
-// Made once, never changed in size: the signal handler reads it.
+// Never resized, because the signal handler reads it.
 Crash g_crashes[] = {{SIGSEGV, "Segmentation fault", {}},
                      {SIGBUS, "Bus error", {}},
                      {SIGILL, "Illegal instruction", {}},
                      {SIGFPE, "Floating point exception", {}},
                      {SIGABRT, "Aborted", {}}};
 
-/// One line on standard error, made and written without allocating: also in signal handlers.
+/// One line on standard error. Never allocates, so that signal handlers can use it.
 class Line {
  public:
   Line() { *this << "stage: "; }
@@ -46,7 +46,7 @@ class Line {
     length_ += count;
     return *this;
   }
-  /// "the OpenCL driver NAME"
+  /// Appends "the OpenCL driver of NAME", or without a name "the OpenCL driver".
   Line& AddDriver(const calls::Record& record) {
     char name[128];
     calls::CopyDriver(record, &name);
@@ -67,7 +67,7 @@ class Line {
   size_t length_ = 0;
 };
 
-/// The call that this thread has under way; otherwise one of another thread. Null if there is none.
+/// This thread's call in progress, otherwise another thread's, otherwise null.
 const calls::Record* RecordOfCrash(bool* is_own) {
   const calls::Record* other = nullptr;
   for (const calls::Record& record : calls::Records()) {
@@ -88,7 +88,7 @@ void TellOfCrash(const char* name) {
   Line line;
   if (is_own) {
     line.AddDriver(*record) << " has crashed in " << call << " (" << name << ")";
-  } else {  // a thread of the driver's, most likely
+  } else {  // most likely a thread of the driver
     line << "a thread has crashed (" << name << ") while ";
     line.AddDriver(*record) << " was in " << call;
   }
@@ -101,7 +101,7 @@ void OnCrash(int signal, siginfo_t* info, void*) {
     if (crash.signal != signal) continue;
     TellOfCrash(crash.name);
     sigaction(signal, &crash.before, nullptr);
-    // A fault happens again as soon as we return; what somebody sent has to be sent again.
+    // After return, a fault happens again by itself; a sent signal must be raised again.
     if (info->si_code <= 0) raise(signal);
   }
   errno = error;
@@ -124,7 +124,7 @@ void RemoveHandlers() {
   }
 }
 
-/// When the process ends: has a driver ended it?
+/// Reports at the end of the process if a driver has ended it.
 void TellOfExit() {
   bool is_own = false;
   const calls::Record* const record = RecordOfCrash(&is_own);
@@ -140,12 +140,12 @@ void TellOfExit() {
   (Line().AddDriver(record) << " hangs: " << (call ? call : "a call") << " has not come back for "
                             << text << " s (STAGE_CL_TIMEOUT)")
       .Write();
-  // What was printed is to be seen; whoever hangs may hold the stream.
+  // Flush earlier output, unless the hanging thread holds the stream.
   if (ftrylockfile(stdout) == 0) fflush_unlocked(stdout);
   _exit(EXIT_FAILURE);  // destructors would wait for the driver
 }
 
-/// Looks at all threads' calls until it is told to stop.
+/// A thread that checks the calls of all threads until it is stopped.
 class Watchdog {
  public:
   explicit Watchdog(unsigned seconds) : seconds_(seconds), thread_([this] { Watch(); }) {}
@@ -180,7 +180,7 @@ class Watchdog {
   std::thread thread_;
 };
 
-/// What all watches of the process share. Never deleted: worlds may outlive our destructors.
+/// State of all watches in the process. Never deleted: worlds may outlive static destructors.
 struct Shared {
   std::mutex mutex;
   unsigned watches = 0;
@@ -205,7 +205,7 @@ DriverWatch::DriverWatch(unsigned seconds) {
   try {
     shared.watchdog = std::make_unique<Watchdog>(seconds);
   } catch (const std::system_error&) {
-    // No thread to spare: calls may hang unseen.
+    // No thread available: hanging calls stay undetected.
   }
 }
 
@@ -213,7 +213,7 @@ DriverWatch::~DriverWatch() {
   Shared& shared = TheShared();
   const std::lock_guard lock(shared.mutex);
   if (--shared.watches > 0) return;
-  // A process that was forked since has no such thread to wait for.
+  // A forked process does not have this thread, so it must not join it.
   if (shared.watchdog && !shared.watchdog->IsOfThisProcess())
     static_cast<void>(shared.watchdog.release());
   shared.watchdog.reset();

@@ -1,30 +1,29 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Watches the drivers while this process uses OpenCL. A driver that crashes, ends the process or
-// doesn't come back can't be saved here; but the user is told, in one line, which driver it was, in
-// which call, and how to go on without it.
+// Watches the drivers while the process uses OpenCL. If a driver crashes, ends the process or
+// hangs, the process cannot be saved; but one line tells the user which driver it was, in which
+// call, and how to run without it.
 
 #ifndef STAGE_CL_DRIVER_WATCH_HH
 #define STAGE_CL_DRIVER_WATCH_HH
 
 namespace Stg::cl {
 
-/// Drivers are watched as long as there is one of these.
+/// Drivers are watched while at least one object of this class exists.
 ///
-/// A signal of a crash goes on to whom it went before, once the line is out: the process ends by
-/// it, and leaves a core dump where these are wanted. A call that takes longer than
-/// STAGE_CL_TIMEOUT says ends the process with status 1.
+/// A crash signal goes to the previous handler after the line was printed: the process ends by the
+/// signal and may dump core. A call that exceeds STAGE_CL_TIMEOUT ends the process with status 1.
 class DriverWatch {
  public:
-  /// `seconds`: that a call may take; 0: as long as it likes.
+  /// `seconds` is the time limit per call; 0 means no limit.
   explicit DriverWatch(unsigned seconds);
   ~DriverWatch();
   DriverWatch(const DriverWatch&) = delete;
   DriverWatch& operator=(const DriverWatch&) = delete;
 };
 
-/// While a driver is set up, within a DriverWatch. Compilers in drivers then put signal handlers of
-/// their own in place of ours; these are put back after each call.
+/// Use it, within a DriverWatch, while a driver is set up. Compilers in drivers then replace our
+/// signal handlers by their own; ours are restored after each call.
 class SetUpWatch {
  public:
   SetUpWatch();

@@ -11,13 +11,13 @@
 
 namespace Stg::cl {
 
-/// What a variable of the environment says; nothing if there is no such variable.
+/// Value of an environment variable, or an empty string if it is not set.
 inline std::string FromEnvironment(const char* name) {
   const char* text = std::getenv(name);
   return text ? text : "";
 }
 
-/// A whole number; `usual` if there is no such variable. Throws sensing::PrefilterError.
+/// Value of an integer variable, or `usual` if it is not set. Throws sensing::PrefilterError.
 inline uint32_t NumberFromEnvironment(const std::string& name, uint32_t usual, uint32_t least,
                                       uint32_t most) {
   const std::string text = FromEnvironment(name.c_str());

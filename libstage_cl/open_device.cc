@@ -16,7 +16,7 @@ namespace Stg::cl {
 
 namespace {
 
-/// The log on one line, not too long.
+/// Puts a log on one line and limits its length.
 std::string Shortened(std::string log) {
   constexpr size_t kLongest = 400;
   std::replace(log.begin(), log.end(), '\n', ' ');
@@ -24,10 +24,11 @@ std::string Shortened(std::string log) {
   return log.size() > kLongest ? log.substr(0, kLongest) + "..." : log;
 }
 
-/// What the kernels need that not every device has. Of the embedded profile's lower limits none
-/// matters: floats only guess, there are no images, and arguments take some 100 bytes.
+/// Checks requirements of the kernels that not every device meets. Other lower limits of the
+/// embedded profile do not matter: floats only guess, images are not used, arguments take about 100
+/// bytes.
 void CheckDevice(const ::cl::Device& device) {
-  constexpr unsigned kBits = 8 * 16;  // of the most aligned record
+  constexpr unsigned kBits = 8 * 16;  // alignment of the most aligned record
   if (device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>() == CL_FALSE)
     throw sensing::PrefilterError("its driver has no compiler for the kernels");
   if (IsEmbedded(device) &&

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A device that is open: its context, and the kernels compiled for it. Prefilters of several worlds
-// share one. What particular drivers need is in open_device.cc and nowhere else.
+// An open device: its context and the compiled kernels. Prefilters of several worlds share it. All
+// code for particular drivers is in open_device.cc.
 
 #ifndef STAGE_CL_OPEN_DEVICE_HH
 #define STAGE_CL_OPEN_DEVICE_HH
@@ -15,12 +15,12 @@
 namespace Stg::cl {
 
 struct OpenDevice {
-  /// Compiles the kernels; throws cl::Error, or sensing::PrefilterError with the first lines of the
-  /// compiler's log. STAGE_CL_OPTIONS in the environment adds options for the compiler. `watch`:
-  /// of the driver, for as long as the device is open; may be null.
+  /// Compiles the kernels. Throws cl::Error, or sensing::PrefilterError with the start of the
+  /// compiler's log. The environment variable STAGE_CL_OPTIONS adds compiler options. `watch`
+  /// watches the driver while the device is open; may be null.
   OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch);
 
-  std::unique_ptr<DriverWatch> watch;  ///< the last to go
+  std::unique_ptr<DriverWatch> watch;  ///< destroyed last
   FoundDevice found;
   double compile_seconds;
   ::cl::Context context;

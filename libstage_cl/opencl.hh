@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// OpenCL's C++ bindings, with errors as exceptions. Host calls up to 1.1 only, for old drivers.
+// OpenCL's C++ bindings with exceptions. Uses host calls up to OpenCL 1.1 only, for old drivers.
 // All calls are marked (calls.hh).
 
 #ifndef STAGE_CL_OPENCL_HH
@@ -11,7 +11,7 @@
 #define CL_HPP_ENABLE_EXCEPTIONS
 #define CL_HPP_MINIMUM_OPENCL_VERSION 110
 #define CL_HPP_TARGET_OPENCL_VERSION 110
-// Newer bindings mention a function of 1.2, without calling it: it has to be declared.
+// Newer bindings mention a function of 1.2, which must be declared although it is never called.
 #define CL_TARGET_OPENCL_VERSION 120
 #define CL_USE_DEPRECATED_OPENCL_1_1_APIS
 
@@ -25,8 +25,8 @@
 #pragma GCC diagnostic ignored "-Wignored-attributes"
 #include <CL/opencl.h>
 
-// The bindings call the functions by these names: here is all that the plug-in calls. A test finds
-// calls that are missing.
+// Redirects the functions that the bindings call to marked ones. The list has all functions that
+// the plug-in uses; a test finds missing ones.
 #define STAGE_CL_MARKED(function) Stg::cl::calls::Marked<#function, &::function>::Call
 #define clBuildProgram STAGE_CL_MARKED(clBuildProgram)
 #define clCreateBuffer STAGE_CL_MARKED(clCreateBuffer)

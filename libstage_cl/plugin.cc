@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What the plug-in exports. Whatever calls drivers is tried in a child process first.
+// The exports of the plug-in. Everything that calls drivers is first tried in a child process.
 
 #include <functional>
 #include <map>
@@ -20,13 +20,13 @@ namespace Stg::cl {
 
 namespace {
 
-/// STAGE_CL_HITS: how many potential hits a ray's list holds.
+/// STAGE_CL_HITS: number of potential hits per ray's list.
 uint32_t HitsPerRay() { return NumberFromEnvironment("STAGE_CL_HITS", 1, 1, 16); }
 
-/// STAGE_CL_TIMEOUT: seconds that a call may take.
+/// STAGE_CL_TIMEOUT: time limit of a call in seconds.
 uint32_t Timeout() { return NumberFromEnvironment("STAGE_CL_TIMEOUT", 120, 0, 100000); }
 
-/// Null and a message if there is no such device, or if it can't be used.
+/// Returns null and sets *message if there is no such device or it cannot be used.
 std::unique_ptr<ClPrefilter> Make(const std::string& choice, uint32_t hits_per_ray,
                                   std::unique_ptr<DriverWatch> watch, std::string* message) {
   std::string reason;
@@ -53,13 +53,13 @@ std::unique_ptr<ClPrefilter> Make(const std::string& choice, uint32_t hits_per_r
   return nullptr;
 }
 
-// Drivers have been called in this process: a child of it would lack their threads, and hang.
+// True after drivers were called in this process: a forked child would lack their threads and hang.
 bool g_drivers_called = false;
-std::mutex g_mutex;  // of the above, and of the search for devices
+std::mutex g_mutex;  // guards g_drivers_called and the search for devices
 
-/// Tries in a child process what is to be done in this one; what is wrong, or nothing. Takes its
-/// time for the first world alone: an error is remembered under `key`, and after a success drivers
-/// are called here.
+/// Tries `task` in a child process before it is done in this one. Returns the error, or an empty
+/// string. Costs time only for the first world: errors are cached under `key`, and after a success
+/// drivers are called directly.
 std::string TryFirst(const std::string& key, const std::function<std::string()>& task,
                      uint32_t timeout) {
   static auto* const errors = new std::map<std::string, std::string>;
@@ -90,7 +90,7 @@ std::unique_ptr<sensing::Prefilter> MakeWatched(const std::string& choice, std::
   return Make(choice, hits_per_ray, std::move(watch), message);
 }
 
-/// A line for each device, or why there is none.
+/// One line per device, or the reason why there is none.
 std::string ListDevices() {
   const uint32_t timeout = Timeout();
   const std::lock_guard lock(g_mutex);

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// By the rules of PoCL; empty if it would be a folder in /tmp.
+/// PoCL's cache folder, by its own rules; empty if it would be in /tmp.
 std::string CacheFolder() {
   if (std::string own = FromEnvironment("POCL_CACHE_DIR"); !own.empty()) return own;
   if (const std::string cache = FromEnvironment("XDG_CACHE_HOME"); !cache.empty())
@@ -29,14 +29,14 @@ std::string CacheFolder() {
   return "";
 }
 
-/// A folder that nobody else can write to.
+/// True if only this user can write to the folder.
 bool IsOurs(const std::string& folder) {
   struct stat status = {};
   return lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) &&
          status.st_uid == geteuid() && (status.st_mode & 022) == 0;
 }
 
-/// Lasts until the user logs out. Empty if there is none.
+/// A folder that lasts until the user logs out, or empty.
 std::string FolderOfSession() {
   const std::string session = FromEnvironment("XDG_RUNTIME_DIR");
   if (session.empty() || !IsOurs(session)) return "";
@@ -45,7 +45,7 @@ std::string FolderOfSession() {
   return IsOurs(folder) ? folder : "";
 }
 
-/// For this process alone, which removes it at its end. Empty if there is none.
+/// A folder for this process, which removes it at its end, or empty.
 std::string FolderOfProcess() {
   static std::string folder;
   const std::string temporary = FromEnvironment("TMPDIR");
@@ -59,7 +59,7 @@ std::string FolderOfProcess() {
   return folder;
 }
 
-/// Why files can't be written there; empty if they can. Tries it, with about what kernels take.
+/// Tries to write about as much as kernels need. Returns the error, or an empty string.
 std::string WhyNotWritable(const std::string& folder) {
   constexpr off_t kRoom = 1 << 20;
   std::error_code error;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// PoCL, the driver for processors, works through files: it keeps what it has compiled in a folder,
-// and fails in many ways where it can't.
+// PoCL, the driver for CPUs, caches compiled kernels in a folder. If it cannot write there, it
+// fails in many ways.
 
 #ifndef STAGE_CL_POCL_CACHE_HH
 #define STAGE_CL_POCL_CACHE_HH
@@ -10,14 +10,14 @@
 
 namespace Stg::cl {
 
-/// Without a home, PoCL would take a folder in /tmp that anybody may have made, and run the code
-/// that lies there. It is told to take one of this user's own. Before drivers are loaded.
+/// Gives PoCL a private cache folder. Without a home directory it would use a folder in /tmp, which
+/// anyone may have created, and run the code in it. Call it before drivers are loaded.
 void KeepPoclCachePrivate();
 
-/// Why the driver of this name fails, if it is PoCL and can't write there: text to append to the
-/// failure. Nothing otherwise.
+/// If the named driver is PoCL and cannot write to its cache, returns text to append to an error
+/// message; otherwise an empty string.
 std::string WhyPoclCantWrite(const std::string& driver);
-/// The same for a driver that crashes, which files that are damaged may cause as well.
+/// Like WhyPoclCantWrite(), for a crash, which damaged cache files may cause as well.
 std::string WhyPoclCrashes(const std::string& driver);
 
 }  // namespace Stg::cl

@@ -23,13 +23,13 @@ namespace Stg::cl {
 
 namespace {
 
-// How the child ends, unless a driver ends it: numbers that no driver will use.
+// Exit statuses of the child unless a driver ends it. Drivers are unlikely to use these numbers.
 constexpr int kDone = 90, kEndedByDriver = 91;
 
-/// What the child leaves to its parent, in memory of both.
+/// Result of the child, in memory shared with its parent.
 struct Report {
   calls::Record record;
-  char wrong[8192] = "";  // nothing: all is well
+  char wrong[8192] = "";  // empty: success
 };
 
 class SharedReport {
@@ -57,7 +57,7 @@ class SharedReport {
   for (const int crash : {SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT}) signal(crash, SIG_DFL);
   const struct rlimit no_core = {0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-  // A driver that calls exit() must not run what the parent has for its own end.
+  // If a driver calls exit(), handlers that the parent registered must not run.
   std::atexit([] { _exit(kEndedByDriver); });
   calls::MoveThisThread(&report->record);
   const std::string wrong = task();
@@ -65,12 +65,12 @@ class SharedReport {
   _exit(kDone);
 }
 
-/// Waits for the child's end, of which the pipe tells; false if it had to be killed.
+/// Waits for the child to end, which closes the pipe. Returns false if the child had to be killed.
 bool WaitFor(pid_t child, int pipe, const calls::Record& record, unsigned seconds, int* status) {
   CallClock clock(seconds);
   struct pollfd end = {pipe, POLLIN, 0};
   while (waitpid(child, status, WNOHANG) == 0) {
-    // A process that a driver leaves behind may keep the pipe open: hence no wait without an end.
+    // Polls with a timeout, because a process left behind by a driver may keep the pipe open.
     const int ended = poll(&end, 1, static_cast<int>(clock.nap().count()));
     if (ended > 0) {
       waitpid(child, status, 0);
@@ -84,7 +84,7 @@ bool WaitFor(pid_t child, int pipe, const calls::Record& record, unsigned second
   return true;
 }
 
-/// Such as "an OpenCL driver (NAME) crashes in CALL (SIGNAL)".
+/// Returns, for example, "an OpenCL driver (NAME) crashes in CALL (SIGNAL)".
 std::string Accuse(const calls::Record& record, const std::string& deed, const std::string& how) {
   char driver[128];
   calls::CopyDriver(record, &driver);
