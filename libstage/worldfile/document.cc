@@ -14,7 +14,7 @@ std::uint32_t NameTable::Intern(std::string_view text) {
   return number;
 }
 
-/// The map's keys are texts of this table.
+/// Rebuilds the map, whose keys point to the texts of this table.
 void NameTable::NumberAll() {
   numbers_.clear();
   for (std::uint32_t number = 0; number < Count(); number++)

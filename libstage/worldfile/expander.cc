@@ -29,8 +29,8 @@ void Expander::Expand(const Child& child) {
   ExpandUnder(child, 0, 1);
 }
 
-// Children of base macros come first, those of the instance last. CheckLimits() keeps the recursion
-// from going too deep.
+// Adds children of base macros first, those of the instance last. CheckLimits() bounds the
+// recursion depth.
 void Expander::ExpandUnder(const Child& child, std::uint32_t parent, std::size_t depth) {
   CheckLimits(child, depth);
   const std::uint32_t chain = ResolveChain(child);
@@ -40,8 +40,7 @@ void Expander::ExpandUnder(const Child& child, std::uint32_t parent, std::size_t
       {child.body, chain, child.name_token, static_cast<std::int32_t>(parent)});
 
   for (std::size_t i = document_.chains[chain].macros.size(); i-- > 0;) {
-    // By number: the arrays of chains and macros may grow, and so move, while children are
-    // expanded.
+    // By index: the arrays of chains and macros may be reallocated during the expansion.
     const std::uint32_t macro = document_.chains[chain].macros[i];
     document_.macros[macro].expanding = true;
     ExpandChildren(document_.macros[macro].body, entity, depth);
@@ -81,12 +80,12 @@ void Expander::CheckUsable(const Chain& chain, const Child& child) const {
   for (const std::uint32_t number : chain.macros) {
     const Macro& macro = document_.macros[number];
     if (!macro.error.empty()) throw LoadError(macro.error);
-    // A macro that is used in its own body would expand for ever.
+    // A macro used in its own body would expand infinitely.
     if (macro.expanding) FailRecursive(number, child);
   }
 }
 
-// The result is kept with the macro and is good until another macro is defined.
+// The chain is cached in the macro until another macro is defined.
 std::uint32_t Expander::ResolveChain(const Child& child) {
   const std::uint32_t number = MacroNumber(child.name);
   if (number == kNone) return PlainChain(child.name);

@@ -10,9 +10,9 @@
 
 namespace Stg::worldfile {
 
-/// Macro expansion: from entities as written to the numbered entities of the world. Names are
-/// looked up among the macros that are defined at that moment. Throws LoadError for recursive
-/// macros, for macros with mistakes in their bodies and where a limit is passed.
+/// Macro expansion: creates the numbered entities of the world from entities as written. Looks
+/// names up among the macros defined so far. Throws LoadError for recursive macros, for errors in
+/// macro bodies, and if a limit is exceeded.
 class Expander {
  public:
   explicit Expander(Document& document) : document_(document) {}
@@ -20,10 +20,10 @@ class Expander {
   void AddMacro(Macro macro);
   const Macro* FindMacro(std::uint32_t name) const;
 
-  /// Adds an entity of the world with all that its macros give it.
+  /// Adds an entity of the world, including everything from its macros.
   void Expand(const Child& child);
 
-  /// For macros with mistakes that nobody used.
+  /// Warns about unused macros with errors.
   void WarnOfUnusedErrors();
 
  private:

@@ -19,9 +19,9 @@
 namespace Stg::worldfile {
 namespace {
 
-// 0 if the file can be read, else the error number that says why not.
+// Returns 0 if the file is readable, otherwise the error number.
 int WhyUnreadable(const std::string& path) {
-  // An embedded NUL would make the system see another, shorter path.
+  // The system would truncate the path at an embedded NUL.
   if (path.find('\0') != std::string::npos) return EINVAL;
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) return EISDIR;
@@ -30,8 +30,8 @@ int WhyUnreadable(const std::string& path) {
 
 constexpr std::string_view kWorlds = "worlds/", kBitmaps = "bitmaps/";
 
-// The folders of the worlds that come with Stage: as seen from the running library, and where it
-// was to be installed.
+// Folders of the worlds installed with Stage: relative to the running library, and the configured
+// installation path.
 std::vector<std::string> ShippedFolders() {
   std::vector<std::string> folders;
   const std::string library = files::LibraryFolder();
@@ -40,7 +40,7 @@ std::vector<std::string> ShippedFolders() {
   return folders;
 }
 
-// The names, without it, of the files that come with Stage and have that ending, sorted.
+// Sorted names, without extension, of the shipped files with this extension.
 std::vector<std::string> ShippedStems(const std::string& ending) {
   std::set<std::string> names;
   for (const std::string& folder : ShippedFolders()) {

@@ -37,7 +37,7 @@ bool StartsLikeHex(std::string_view text) {
          std::isxdigit(static_cast<unsigned char>(text[1])) != 0;
 }
 
-// A character that may stand in a number of any notation, refused ones such as 0x1f too.
+// True for characters in numbers of any notation, including refused ones such as 0x1f.
 bool IsNotationPart(char c) { return IsLetter(c) || IsNumberPart(c) || c == '_'; }
 
 std::string DescribeByte(char c) {
@@ -48,7 +48,7 @@ std::string DescribeByte(char c) {
   return text;
 }
 
-// Equal for different paths to the same file.
+// Returns the same key for different paths to a file.
 std::string FileKey(const std::string& path) {
   std::error_code error;
   const std::filesystem::path canonical = std::filesystem::canonical(path, error);
@@ -66,7 +66,7 @@ std::string ReadWholeFile(const std::string& path) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::is_directory(status)) fail("found a directory, expected a file");
-  // Reading some of the regular files of /proc and /sys would wait for ever.
+  // Some regular files in /proc and /sys would block forever.
   const int no_wait = std::filesystem::is_regular_file(status) ? O_NONBLOCK : 0;
   const int opened = open(path.c_str(), O_RDONLY | O_CLOEXEC | no_wait);
   const std::unique_ptr<std::FILE, CloseFile> file(opened < 0 ? nullptr : fdopen(opened, "rb"));
@@ -169,7 +169,7 @@ void Lexer::LexNumber(Cursor& cursor) {
   const std::string_view run = cursor.text.substr(start, cursor.at - start);
   const std::string_view rest = cursor.text.substr(cursor.at);
   const bool has_digit = std::any_of(run.begin(), run.end(), IsDigit);
-  // Any other letters right behind a number begin a word of their own: `3name "foo"`.
+  // Other letters directly after a number start a new word: `3name "foo"`.
   if (has_digit && StartsLikeExponent(rest)) {
     const std::size_t length = ExponentLength(rest);
     const bool more = length < rest.size() && IsNotationPart(rest[length]);
@@ -252,8 +252,8 @@ std::string Lexer::IncludeName(Cursor& cursor, std::size_t word) const {
   return std::string(cursor.text.substr(start, end - start));
 }
 
-// What follows an include's name on its line is not read, as in Stage 4.3, and not saved either.
-// Only a comment goes without a warning.
+// The rest of an include line is neither read, as in Stage 4.3, nor saved. Warns unless it is a
+// comment.
 void Lexer::SkipRestOfLine(Cursor& cursor) {
   const std::size_t start = cursor.at;
   while (cursor.at < cursor.text.size() && !IsLineEnd(cursor.text[cursor.at])) ++cursor.at;

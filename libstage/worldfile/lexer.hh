@@ -12,20 +12,20 @@
 
 namespace Stg::worldfile {
 
-/// Reads a whole file. Throws LoadError ("NAME: REASON") if it is a directory, cannot be read or
-/// is larger than kMaxTextBytes. Waits for nothing but a pipe's writer.
+/// Reads a whole file. Throws LoadError ("NAME: REASON") if it is a directory, unreadable or larger
+/// than kMaxTextBytes. Blocks only on pipes without a writer.
 std::string ReadWholeFile(const std::string& path);
 
-/// Turns the world file (source 0 of the document) into tokens. The tokens of an included file
-/// stand where its include line is. Ends with one kEnd token at the end of the world file.
+/// Splits the world file (source 0 of the document) into tokens. Tokens of included files replace
+/// their include line. The last token is kEnd.
 class Lexer {
  public:
-  /// `base_directory` is where relative includes are looked for. `progress` (may be null) gets
-  /// "[Include NAME]" for each include.
+  /// Relative includes are searched in `base_directory`. Reports "[Include NAME]" as progress for
+  /// each include.
   Lexer(Document& document, std::string base_directory);
 
   void Run();
-  /// Adds the tokens of another source, without a kEnd.
+  /// Appends the tokens of another source, without kEnd.
   void LexText(std::uint16_t source) { LexSource(source); }
 
  private:
@@ -51,7 +51,7 @@ class Lexer {
 
   Document& document_;
   std::string base_directory_;
-  std::vector<std::uint16_t> open_;  // the file being read, the ones that include it before it
+  std::vector<std::uint16_t> open_;  // the file being read, preceded by the files that include it
   std::size_t includes_ = 0;
   std::size_t bytes_ = 0;
   bool gap_ = true;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How the value types of the geometry room are read from a world file and written to one. It is
-// here so that geometry does not depend on this room.
+// Reading and writing the geometry types in world files. Implemented here so that the geometry
+// module does not depend on this one.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -16,13 +16,13 @@
 namespace Stg {
 namespace {
 
-/// "; did you mean "dodger blue"?", or "" if no colour has a similar name.
+/// "; did you mean "dodger blue"?", or "" if no color has a similar name.
 std::string SimilarColor(const std::string& name) {
   const auto is_upper = [](char c) { return c >= 'A' && c <= 'Z'; };
   std::string lower = name;
   for (char& c : lower)
     if (is_upper(c)) c = static_cast<char>(c - 'A' + 'a');
-  std::vector<std::string> names;  // all colours have one without capitals
+  std::vector<std::string> names;  // every color has a lower-case name
   for (const geometry::X11Color& color : geometry::X11Colors())
     if (std::ranges::none_of(color.name, is_upper)) names.emplace_back(color.name);
   const std::string similar = worldfile::MostSimilar(lower, names);

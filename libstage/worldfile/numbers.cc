@@ -19,7 +19,7 @@ namespace {
 bool IsSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-// Of a number up to its exponent, as far as the lexer is concerned.
+// True for characters that the lexer accepts in a number before its exponent.
 bool IsRunPart(char c) { return IsDigit(c) || c == '+' || c == '-' || c == '.'; }
 
 bool OnlySpaces(std::string_view text) { return std::all_of(text.begin(), text.end(), IsSpace); }
@@ -29,7 +29,7 @@ std::string_view WithoutLeadingSpaces(std::string_view text) {
   return text;
 }
 
-// ".000" and the like, then perhaps blanks.
+// True for zero fractions such as ".000", optionally followed by blanks.
 bool IsZeroFraction(std::string_view text) {
   if (text.empty() || text.front() != '.') return false;
   text.remove_prefix(1);
@@ -45,7 +45,7 @@ locale_t CLocale() {
 }  // namespace
 
 ReadNumber ReadFloatText(std::string_view text) {
-  const std::string copy(text);  // ends with a NUL, which the view need not
+  const std::string copy(text);  // NUL-terminated, unlike the view
   char* end = nullptr;
   const double value = strtod_l(copy.c_str(), &end, CLocale());
   if (end == copy.c_str()) return {0, false};
@@ -62,10 +62,10 @@ std::optional<double> ReadWholeFloat(std::string_view text) {
 
 namespace {
 
-// Reads a text of digits, a point and an exponent. False for hexadecimal numbers and whatever else
-// C knows: the caller then reads it as C's atoi does.
+// Reads digits with an optional point and exponent. Returns false for other notations of C, such as
+// hexadecimal; the caller then reads the text like atoi().
 bool ReadDecimal(std::string_view text, ReadInteger* integer) {
-  constexpr double kAllExact = 9007199254740992.0;  // 2^53: beyond it not every integer is a double
+  constexpr double kAllExact = 9007199254740992.0;  // 2^53: not every larger integer is a double
   const auto decimal = [](char c) { return IsRunPart(c) || IsSpace(c) || c == 'e' || c == 'E'; };
   const ReadNumber number = ReadFloatText(text);
   if (!number.clean || !(std::fabs(number.value) <= kAllExact)) return false;
@@ -95,8 +95,8 @@ ReadInteger ReadIntText(std::string_view text) {
 
 namespace {
 
-// The shortest text that is read as the same number again. It has an exponent only where that saves
-// many digits.
+// Shortest text that reads back as the same number. Uses an exponent only where that saves many
+// digits.
 std::string ShortestText(double value) {
   constexpr double kFewestDecimals = 1e-6, kTooManyDigits = 1e15;
   const double size = std::fabs(value);
@@ -120,7 +120,7 @@ double RoundToDigits(double value, int digits) {
 std::string FloatText(double value) { return ShortestText(value); }
 
 std::string TextInUnit(double value, double unit) {
-  constexpr int kMostDigits = 17;  // tell any two doubles apart
+  constexpr int kMostDigits = 17;  // enough to distinguish any two doubles
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   if (unit == 1) return ShortestText(value);
   const double scaled = value / unit;

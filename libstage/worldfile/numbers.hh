@@ -6,47 +6,46 @@
 #include <string>
 #include <string_view>
 
-/// Text to numbers and back, whatever the user's locale is.
+/// Locale-independent conversion between text and numbers.
 namespace Stg::worldfile {
 
 struct ReadNumber {
   double value = 0;
-  bool clean = false;  // digits, and nothing after them but blanks
+  bool clean = false;  // only blanks follow the number
 };
 
 struct ReadInteger {
   long long value = 0;
-  bool clean = false;  // the same; a fraction that is zero ("3.0") is clean too
+  bool clean = false;  // also true for a zero fraction ("3.0")
 };
 
-/// As C's atof in the C locale: what cannot be read is 0, what follows the number is ignored.
-/// May give infinities and NaN.
+/// Like atof() in the C locale: returns 0 for invalid text and ignores what follows the number. May
+/// return infinities and NaN.
 ReadNumber ReadFloatText(std::string_view text);
 
-/// The number that all of the text is: digits, with a point, an exponent and a minus sign or
-/// without, no blanks, in the range of doubles. As std::from_chars would read it, which libc++ has
-/// for doubles from version 20 on only.
+/// Reads the whole text as a number: digits with optional point, exponent and minus sign, no
+/// blanks, within the range of doubles. Replaces std::from_chars, which libc++ has for doubles only
+/// since version 20.
 std::optional<double> ReadWholeFloat(std::string_view text);
 
-/// As C's atoi, but values beyond `long long` stop at its ends, and exponents count.
+/// Like atoi(), but clamps to the range of `long long` and accepts exponents.
 ReadInteger ReadIntText(std::string_view text);
 
-/// The shortest text that is read as the same number again: "1", "0.1235", "0.30000000000000004",
+/// Shortest text that reads back as the same number: "1", "0.1235", "0.30000000000000004",
 /// "1e+300".
 std::string FloatText(double value);
 
-/// The shortest text of a value in units of the file that is read as the same number again, if
-/// there is one: degrees in radians may have none, and then come back within a rounding.
+/// Shortest text of the value in units of the file that reads back as the same number. Some angles
+/// given in degrees have none; their text reads back within rounding.
 std::string TextInUnit(double value, double unit);
 
-/// Whether a text begins like what follows a number's digits: e6, E+6, e-06, e-. It need not be
-/// complete.
+/// True if the text begins like an exponent, complete or not: e6, E+6, e-06, e-.
 bool StartsLikeExponent(std::string_view text);
 
-/// The length of the exponent at the start of a text; 0 if there is none.
+/// Length of the exponent at the start of a text, or 0.
 std::size_t ExponentLength(std::string_view text);
 
-/// True if `text` may stand in a world file without quotes.
+/// True if `text` can be written without quotes in a world file.
 bool IsNumberToken(std::string_view text);
 
 }  // namespace Stg::worldfile

@@ -10,10 +10,10 @@ namespace {
 
 constexpr std::string_view kAnyType = "*";
 
-/// A property of older Stages, or a section type.
+/// A property or section type of older Stages.
 struct OldName {
-  std::string_view type;  ///< of the sections that had the property; "" is the world
-  std::string_view name;  ///< with empty indices
+  std::string_view type;  ///< type of the sections that had the property; "" is the world
+  std::string_view name;  ///< without numbers in its indices
   std::string_view advice;
 };
 
@@ -141,7 +141,7 @@ constexpr OldName kTypes[] = {
     {"", "gui", "use window"},
 };
 
-/// Shipped files with models like those of the files that came with older Stages.
+/// Maps files of older Stages to shipped files with similar models.
 struct OldFile {
   std::string_view name, advice;
 };
@@ -191,7 +191,7 @@ std::string SuccessorOfInclude(std::string_view file) {
 }
 
 std::string KindOfForeignFile(std::string_view text) {
-  constexpr std::size_t kLook = 4096;  // bytes: what a file is shows at its beginning
+  constexpr std::size_t kLook = 4096;  // bytes; the beginning identifies a file's format
   const std::string_view start = text.substr(0, kLook);
   const std::size_t first = start.find_first_not_of(" \t\r\n");
   const char begin = first == std::string_view::npos ? '\0' : start[first];

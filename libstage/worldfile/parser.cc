@@ -12,7 +12,7 @@ namespace {
 
 bool IsValue(TokenKind kind) { return kind == TokenKind::kNumber || kind == TokenKind::kString; }
 
-// Makes room for many more elements without doubling.
+// Reserves memory for large additions only; small ones grow by doubling.
 template <typename T>
 void ReserveFor(std::vector<T>& list, std::size_t more) {
   if (more > list.size()) list.reserve(list.size() + more);
@@ -50,7 +50,7 @@ void Parser::ParseDefine() {
   next_ = FindClose(open) + 1;
 }
 
-// Reads `NAME BASE`; returns the token number of the parenthesis that follows.
+// Reads `NAME BASE`. Returns the index of the parenthesis that follows.
 std::uint32_t Parser::ParseDefineHead(std::uint32_t define) {
   std::uint32_t words = 0;
   while (At(TokenKind::kWord)) {
@@ -70,7 +70,7 @@ std::uint32_t Parser::ParseDefineHead(std::uint32_t define) {
   return next_;
 }
 
-// The first definition of a name stays.
+// Adds a macro, unless one of that name exists.
 void Parser::AddMacro(std::uint32_t name_token, std::uint32_t base_token, std::uint32_t open) {
   const std::uint32_t name = Name(name_token);
   const Macro* earlier = expander_.FindMacro(name);
@@ -78,7 +78,7 @@ void Parser::AddMacro(std::uint32_t name_token, std::uint32_t base_token, std::u
     const Token& here = document_.tokens[name_token];
     const Token& first = document_.tokens[earlier->name_token];
     const bool same = here.source == first.source && here.offset == first.offset;
-    if (same || document_.HasAllWarnings()) return;  // same: its file is included twice
+    if (same || document_.HasAllWarnings()) return;  // `same`: the file is included twice
     document_.Warn(here, "macro " + Quoted(document_.names.Text(name)) +
                              " is defined again; the first definition, at " +
                              document_.PlaceOf(first).Text() + ", stays");
@@ -93,11 +93,11 @@ void Parser::AddMacro(std::uint32_t name_token, std::uint32_t base_token, std::u
   expander_.AddMacro(std::move(macro));
 }
 
-// A mistake in a macro's body matters only when the macro is used: Stage 4.3 reads the body then.
+// Errors in a macro's body are reported only if the macro is used, as in Stage 4.3.
 void Parser::ParseMacroBody(Macro& macro, std::uint32_t open) {
   const std::size_t properties = open_properties_.size();
   const std::size_t children = open_children_.size();
-  FindClose(open);  // a missing parenthesis is fatal here and now
+  FindClose(open);  // a missing parenthesis is an immediate error
   next_ = open;
   in_macro_ = true;
   try {
@@ -145,7 +145,7 @@ Child Parser::ParseChild(std::uint32_t name_token, std::size_t depth) {
   return {name, name_token, ParseBody(depth)};
 }
 
-// Reads `( ... )`; returns the number of the body.
+// Reads `( ... )`. Returns the number of the body.
 std::uint32_t Parser::ParseBody(std::size_t depth) {
   const std::size_t first_property = open_properties_.size();
   const std::size_t first_child = open_children_.size();
@@ -190,11 +190,11 @@ void Parser::ParseTuple(Property& property) {
     if (At(TokenKind::kCloseBracket)) break;
     if (!IsValue(Peek().kind)) Fail(Peek(), "a number, a quoted string or ']' in a tuple");
   }
-  property.value_count = count & 0x3fffffffU;  // changes nothing: there are fewer tokens than that
+  property.value_count = count & 0x3fffffffU;  // never masks: there are fewer tokens
   ++next_;
 }
 
-// Moves what was gathered for a body to its place in the document.
+// Moves the collected properties and children of a body to the document.
 void Parser::CloseBody(std::uint32_t body, std::size_t first_property, std::size_t first_child) {
   Body& into = document_.bodies[body];
   into.in_macro = in_macro_;
@@ -207,7 +207,7 @@ void Parser::CloseBody(std::uint32_t body, std::size_t first_property, std::size
   open_children_.erase(children, open_children_.end());
 }
 
-// Sorted by name; of properties with the same name the last wins.
+// Stores properties sorted by name. Of properties with equal names, the last wins.
 void Parser::StoreProperties(Body& body, std::size_t first) {
   const auto begin = open_properties_.begin() + static_cast<std::ptrdiff_t>(first);
   std::sort(begin, open_properties_.end(), [](const Property& a, const Property& b) {
@@ -255,7 +255,7 @@ void Parser::Fail(const Token& token, const std::string& expected) const {
   document_.Fail(token, "syntax error: found " + Describe(token) + ", expected " + expected);
 }
 
-// Reports an error at the line end or comment that stands before the next token.
+// Reports an error at the line end or comment before the next token.
 void Parser::FailAtGap(const std::string& expected) const {
   const Token& before = Previous();
   const std::string_view text = document_.sources.Text(before.source);
@@ -274,7 +274,7 @@ void Parser::FailUnclosed(const Token& open) const {
                      document_.PlaceOf(open).Text());
 }
 
-// `size[1 2 3]` is the word `size[1` and two numbers: say what is wrong with it.
+// Explains `size[1 2 3]`, which is read as the word `size[1` and two numbers.
 std::string Parser::BlankHint() const {
   if (last_name_ == kNone) return "";
   const std::string_view name = document_.Text(document_.tokens[last_name_]);

@@ -20,15 +20,15 @@ namespace Stg::worldfile {
 ///     body     := { entity | property }
 ///     property := NAME ( number | string | '[' { number | string } ']' )
 ///
-/// An entity of the world is expanded as soon as it is read, so that macros mean what they mean at
-/// that point of the file. Throws LoadError.
+/// An entity of the world is expanded as soon as it is read, using the macros defined so far.
+/// Throws LoadError.
 class Parser {
  public:
   explicit Parser(Document& document) : document_(document), expander_(document) {}
 
   void ParseFile();
 
-  /// Knows the macros of the file.
+  /// Holds the macros of the file.
   Expander& expander() { return expander_; }
 
  private:
@@ -62,9 +62,9 @@ class Parser {
   Expander expander_;
   std::uint32_t next_ = 0;
   bool in_macro_ = false;
-  std::uint32_t last_name_ = kNone;  // token: the name of the property read last
-  // What the bodies that are still open have so far; the innermost body's is at the end. Deques,
-  // as a body may hold a large part of the file, and a vector doubles.
+  std::uint32_t last_name_ = kNone;  // token of the last property's name
+  // Contents of the bodies still open, those of the innermost at the end. Deques, because a body
+  // may be large and a vector doubles when it grows.
   std::deque<Property> open_properties_;
   std::deque<Child> open_children_;
 };

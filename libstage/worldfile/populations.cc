@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Populations: so many models of a type, without writing them out one by one.
+// Populations: many models of one type without writing them out.
 #include <algorithm>
 #include <deque>
 #include <map>
@@ -22,7 +22,7 @@ namespace {
 constexpr char kSection[] = "population";
 constexpr int kMostMembers = 100'000;
 
-/// robot of robots: what one of them is called.
+/// Name of a member of `name`, such as "robot" for "robots".
 std::string Singular(const std::string& name) {
   return name.size() > 1 && name.ends_with('s') ? name.substr(0, name.size() - 1) : name;
 }
@@ -46,7 +46,7 @@ Token MakeToken(std::uint32_t source, TokenKind kind, const std::string& part, s
   return token;
 }
 
-/// A body for each: a name, and behind it a pose, which does not count unless it is asked for.
+/// Makes a body per member with a name, followed by a pose that is hidden unless needed.
 std::vector<std::uint32_t> NamedBodies(Document& document, const std::string& name, int count) {
   std::string text;
   std::vector<std::uint32_t> bodies;
@@ -74,7 +74,7 @@ std::vector<std::uint32_t> NamedBodies(Document& document, const std::string& na
   return bodies;
 }
 
-/// `at`: the token that errors point to.
+/// Adds the members of a population. Errors refer to token `at`.
 std::vector<int> MakeMembers(Document& document, Expander* expander, const std::string& model,
                              const std::string& name, int count, std::uint32_t at) {
   std::vector<int> members;
@@ -84,13 +84,13 @@ std::vector<int> MakeMembers(Document& document, Expander* expander, const std::
     const auto member = static_cast<std::uint32_t>(document.entities.size());
     members.push_back(static_cast<int>(member));
     expander->Expand({type, at, body});
-    // So that there is a pose to be written.
+    // Ensures that there is a pose to write to.
     if (document.FindInFile(member, pose) == kNone) document.bodies[body].property_count = 2;
   }
   return members;
 }
 
-/// Those outside of all others that are of that type or macro.
+/// Top-level entities of the type or macro.
 std::vector<std::uint32_t> OnTop(const Document& document, const std::string& type) {
   std::vector<std::uint32_t> found;
   for (std::uint32_t entity = 1; entity < document.entities.size(); ++entity) {
@@ -103,7 +103,7 @@ std::vector<std::uint32_t> OnTop(const Document& document, const std::string& ty
   return found;
 }
 
-/// With all that is in them. `entities`: sorted.
+/// Removes the entities, which must be sorted, and everything in them.
 void Remove(Document& document, const std::vector<std::uint32_t>& entities) {
   std::vector<std::int32_t> moved(document.entities.size(), -1);
   std::deque<Entity> kept;
@@ -118,10 +118,10 @@ void Remove(Document& document, const std::vector<std::uint32_t>& entities) {
   document.entities.swap(kept);
 }
 
-/// What a setting TYPE=COUNT means where there is no population of that name.
+/// The meaning of a setting TYPE=COUNT if there is no population of that name.
 struct Order {
   std::string type;
-  std::uint32_t at = 0;  // the token of the first one that it is in place of
+  std::uint32_t at = 0;  // name token of the first replaced entity
   int count = 0;
 };
 
@@ -167,7 +167,7 @@ bool Worldfile::HasPopulation(const std::string& name) {
 }
 
 void Worldfile::AddPopulations(worldfile::Expander* expander) {
-  // All that goes before what comes: entities are known by their numbers.
+  // Removes all replaced entities before adding any, because entities are identified by number.
   std::map<std::string, worldfile::Order> orders;
   for (const std::string& text : settings_) {
     const worldfile::Setting setting = worldfile::ReadSetting(text);
@@ -196,7 +196,7 @@ void Worldfile::AddPopulation(int entity, worldfile::Expander* expander) {
     Fail(entity, "model", "found a population without a model, expected model \"TYPE\"");
   if (model == worldfile::kSection)
     Fail(entity, "model", "found a population of populations, expected the type of a model");
-  ReadFloat(entity, "count", 1);  // says so if it is not finite
+  ReadFloat(entity, "count", 1);  // warns if it is not finite
   const std::string count = ReadString(entity, "count", "1");
   if (worldfile::ReadCount(count) < 0) Fail(entity, "count", worldfile::CountError(count));
   const std::uint32_t at = document.entities[static_cast<std::size_t>(entity)].name_token;

@@ -22,7 +22,7 @@ bool IsQuoted(std::string_view text) {
   return text.size() >= 2 && text.front() == '"' && text.back() == '"';
 }
 
-/// As a world file has it: words get their quotes.
+/// The value as written in a world file: words get quotes.
 std::string ValueText(const Setting& setting) {
   const std::string& value = setting.value;
   if (value.starts_with('[') || IsQuoted(value) || IsNumberToken(value)) return value;
@@ -40,7 +40,7 @@ bool IsValue(const Token& token) {
   return token.kind == TokenKind::kNumber || token.kind == TokenKind::kString;
 }
 
-/// The tokens are NAME VALUE or NAME [ VALUE ... ], from `first` to the last one there is.
+/// Makes a property of NAME VALUE or NAME [ VALUE ... ], the tokens from `first` to the last.
 Property MakeProperty(Document& document, std::uint32_t first) {
   const std::uint32_t last = LastToken(document);
   std::uint32_t from = first + 1, to = last;
@@ -66,13 +66,13 @@ Property MakeProperty(Document& document, std::uint32_t first) {
   return property;
 }
 
-/// A property or the name of an entity that is like the given one, or "".
+/// A suggestion of the most similar candidate, or "".
 std::string DidYouMean(const std::string& name, const std::vector<std::string>& candidates) {
   const std::string similar = MostSimilar(name, candidates);
   return similar.empty() ? "" : "; did you mean " + Quoted(similar) + "?";
 }
 
-/// What selectors may be, in the order of the file.
+/// All valid selectors, sorted.
 std::vector<std::string> Selectors(const Document& document) {
   std::vector<std::string> names{"world"};
   for (std::uint32_t entity = 1; entity < document.entities.size(); ++entity) {

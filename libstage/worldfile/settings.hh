@@ -6,26 +6,26 @@
 
 #include "worldfile/document.hh"
 
-/// Values that are given from outside a world file, in place of those that are written in it: the
-/// `--set` of a run. See Worldfile::Set() for what they look like.
+/// Values given from outside that override those in a world file: the `--set` of a run. See
+/// Worldfile::Set() for their syntax.
 namespace Stg::worldfile {
 
 inline constexpr std::size_t kMaxSettings = 1000;
 
 struct Setting {
-  std::string selector;  // "world", a type, the name of a macro, of a model or of a population
-  std::string property;  // empty: how many there are of `selector`
+  std::string selector;  // "world", a type, or the name of a macro, model or population
+  std::string property;  // empty: the number of `selector`
   std::string value;
 };
 
-/// Throws LoadError if it is none.
+/// Throws LoadError if the text is not a setting.
 Setting ReadSetting(const std::string& text);
 
-/// From now on that property has that value in all entities that the selector names, also in those
-/// that come later. Later settings win over earlier ones.
+/// Overrides the property in all entities that match the selector, including later ones. Later
+/// settings override earlier ones.
 void Override(Document& document, const Setting& setting);
 
-/// Throws LoadError for the first one that nobody has read, and says why.
+/// Throws LoadError for the first setting that no reader has used, with the reason.
 void CheckOverridesAreRead(const Document& document);
 
 }  // namespace Stg::worldfile

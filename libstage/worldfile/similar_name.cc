@@ -9,7 +9,7 @@ namespace Stg::worldfile {
 namespace {
 
 // Optimal string alignment distance: the number of letters to insert, remove, replace or swap with
-// their neighbour.
+// a neighbor.
 std::size_t EditDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
@@ -27,13 +27,13 @@ std::size_t EditDistance(const std::string& a, const std::string& b) {
   return last[b.size()];
 }
 
-// How many mistakes a name may have: in a short name two would turn it into any other.
+// Maximum edit distance. Smaller for short names, which would otherwise match any other.
 std::size_t MostMistakes(const std::string& name) {
   if (name.size() < 3) return 0;
   return name.size() < 6 ? 1 : 2;
 }
 
-// "point" of "point[3]".
+// The part before an index: "point" for "point[3]".
 std::string Stem(const std::string& name) { return name.substr(0, name.find('[')); }
 
 }  // namespace
@@ -78,11 +78,11 @@ std::string NameAdviser::SimilarName(std::uint32_t entity, std::uint32_t name) c
     const std::size_t longer = std::max(candidate.size(), text.size());
     if (longer - std::min(candidate.size(), text.size()) >= best) continue;
     const bool indexed = text.find('[') != std::string::npos;
-    // point[9] is one point too many, not a misspelt point[8].
+    // point[9] is an additional point, not a misspelt point[8].
     if (indexed && Stem(candidate) == Stem(text)) continue;
     if (document_.Find(entity, other) != kNone) continue;
     const std::size_t distance = EditDistance(text, candidate);
-    // Of several names at the same distance, the first in the alphabet.
+    // Ties are resolved alphabetically.
     if (distance < best || (distance == best && !similar.empty() && candidate < similar)) {
       best = distance;
       similar = candidate;

@@ -9,7 +9,7 @@
 namespace Stg::worldfile {
 namespace {
 
-constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // of UTF-8
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // UTF-8
 
 bool IsLineEnd(char c) { return c == '\n' || c == '\r'; }
 
@@ -38,7 +38,7 @@ int SourceSet::Find(std::string_view key) const {
   return -1;
 }
 
-// Reads on from a mark until the line of `offset` is known.
+// Advances a mark to the line that contains `offset`.
 SourceSet::Mark SourceSet::Advance(std::string_view text, Mark from, std::size_t offset) {
   while (from.offset < offset) {
     const std::size_t length = LineEndLength(text, from.offset);

@@ -11,7 +11,7 @@
 
 namespace Stg::worldfile {
 
-/// A place in a file: line and column count from 1, columns in bytes (a TAB is one).
+/// A place in a file. Lines and columns count from 1, columns in bytes (a TAB is one).
 struct Place {
   std::string file;
   std::size_t line = 1;
@@ -21,20 +21,20 @@ struct Place {
   std::string Text() const;
 };
 
-/// The length of the line end at text[at]: 2 for CR LF and LF CR, 1 for LF or CR alone, else 0.
+/// Length of the line end at text[at]: 2 for CR LF and LF CR, 1 for a single LF or CR, otherwise 0.
 std::size_t LineEndLength(std::string_view text, std::size_t at);
 
-/// The texts that make up a world: source 0 is the world file, the others are what it includes.
+/// The texts of a world: source 0 is the world file, the others are included files.
 class SourceSet {
  public:
-  /// Adds a text. `name` is what messages call it, `key` tells files apart.
+  /// Adds a text. `name` is used in messages, `key` identifies the file.
   std::uint32_t Add(std::string name, std::string key, std::string text);
 
-  /// The number of the source with this key, or -1.
+  /// Number of the source with this key, or -1.
   int Find(std::string_view key) const;
 
   std::string_view Text(std::uint32_t source) const { return sources_[source].text; }
-  /// Where it begins: behind a byte order mark, from where the columns of its first line count.
+  /// Offset after the byte order mark, if any. Columns of the first line count from it.
   std::size_t Start(std::uint32_t source) const { return sources_[source].start; }
   const std::string& Name(std::uint32_t source) const { return sources_[source].name; }
   std::size_t Count() const { return sources_.size(); }
@@ -56,13 +56,13 @@ class SourceSet {
     std::string key;
     std::string text;
     std::size_t start = 0;
-    mutable std::vector<Mark> marks;  // every few kilobytes; made when first asked for
+    mutable std::vector<Mark> marks;  // every few kilobytes; made on first use
   };
 
   static Mark Advance(std::string_view text, Mark from, std::size_t offset);
   static std::vector<Mark> MakeMarks(const Source& source);
 
-  std::deque<Source> sources_;  // a deque, so that texts stay where they are
+  std::deque<Source> sources_;  // a deque keeps the texts in place
 };
 
 }  // namespace Stg::worldfile

@@ -8,9 +8,9 @@
 namespace Stg::worldfile {
 namespace {
 
-// Goes through the properties of all entities. One that has been fetched, or found to be unfetched,
-// is taken off its body's list, so that no other entity with that body looks at it again. One that
-// is overridden in an entity stays on the list.
+// Visits the properties of all entities. A property that is fetched, or reported as unfetched, is
+// removed from the list of its body, so that other entities sharing the body skip it. A property
+// that is overridden in an entity stays on the list.
 class Search {
  public:
   Search(const Document& document, const std::vector<bool>& fetched)
@@ -36,8 +36,8 @@ class Search {
   }
 
  private:
-  // A limit to the work. Only a hostile file comes near it: one with thousands of entities that
-  // give all the properties of their macros again.
+  // Bounds the work. Reached only by hostile files, with thousands of entities that override all
+  // properties of their macros.
   static constexpr std::size_t kMostOverridden = 5'000'000;
 
   void VisitBody(std::uint32_t entity, std::uint32_t body) {
@@ -59,8 +59,8 @@ class Search {
 
   const Document& document_;
   const std::vector<bool>& fetched_;
-  std::vector<std::uint32_t> left_;        // properties; those of a body lie together
-  std::vector<std::uint32_t> left_count_;  // by body: how many of its properties are left
+  std::vector<std::uint32_t> left_;        // property numbers, grouped by body
+  std::vector<std::uint32_t> left_count_;  // remaining properties of each body
   std::size_t overridden_ = 0;
   std::vector<Unfetched> found_;
 };

@@ -20,8 +20,8 @@ std::string UnusedFamily::Message() const {
 
 namespace {
 
-/// The name that the properties of a family share. `polygon[0].points` and `polygon[1].point[2]`
-/// have the same successor.
+/// Common name of the properties of a family. `polygon[0].points` and `polygon[1].point[2]` have
+/// the same successor and belong together.
 std::string FamilyName(const UnusedProperty& property) {
   if (property.successor.empty()) return WithoutIndices(property.name);
   return property.name.substr(0, property.name.find('['));

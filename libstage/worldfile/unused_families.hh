@@ -10,17 +10,17 @@
 
 namespace Stg::worldfile {
 
-/// Unused properties that one line is enough for: their names differ in indices alone, and there is
-/// the same to say about all of them.
+/// Unused properties reported in one line: their names differ only in indices, and they have the
+/// same suggestion.
 struct UnusedFamily {
   UnusedProperty first;  ///< in file order
-  std::size_t more = 0;  ///< number of the others
+  std::size_t more = 0;  ///< number of further members
 
-  /// Tells that the properties are never read, and what to use instead as far as that is known.
+  /// Says that the properties are never read, and what to use instead if known.
   std::string Message() const;
 };
 
-/// The families of the properties, in the order of their first members.
+/// Groups the properties into families, in the order of their first members.
 std::vector<UnusedFamily> GroupUnused(const std::vector<UnusedProperty>& unused);
 
 }  // namespace Stg::worldfile

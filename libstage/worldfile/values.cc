@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The typed readers and writers of Worldfile.
+// Typed readers and writers of Worldfile.
 #include <algorithm>
 #include <cmath>
 #include <cstdarg>
@@ -24,21 +24,21 @@ constexpr long long kIntMin = std::numeric_limits<int>::min();
 constexpr long long kIntMax = std::numeric_limits<int>::max();
 constexpr long long kUnsignedMax = std::numeric_limits<unsigned int>::max();
 
-// A new C string, to be freed by the caller, as with Stage 4.3.
+// Copies to a new C string that the caller must free(), as in Stage 4.3.
 char* NewString(const std::string& text) {
   char* copy = strdup(text.c_str());
   if (copy == nullptr) throw std::bad_alloc();
   return copy;
 }
 
-// An element of a tuple that was read but not handed out yet.
+// An element of a tuple that has been read but not yet stored.
 struct Element {
   double number = 0;
   long long integer = 0;
   std::string text;
 };
 
-// A va_list that can be handed on by reference, which a plain one cannot on every platform.
+// Wraps a va_list, which cannot be passed by reference on every platform.
 struct Arguments {
   std::va_list list;
 };
@@ -60,8 +60,7 @@ void HandOut(Arguments& args, char kind, const Element& element) {
   }
 }
 
-// The text as a string of a world file can hold it: there are no escapes, so some characters are
-// replaced.
+// Replaces characters that strings in world files cannot contain, because there are no escapes.
 std::string StringText(std::string text) {
   for (char& c : text) {
     if (c == '"') c = '\'';
@@ -108,7 +107,7 @@ long long Worldfile::ReadInteger(int entity, int property, std::size_t index, lo
                                  long long high) {
   const std::string_view text = impl_->Value(entity, property, index);
   const worldfile::ReadInteger number = worldfile::ReadIntText(text);
-  // "nan" would be read as 0 and "1e999" as 1: like all that is not finite, they are refused.
+  // Values such as "nan" and "1e999" are refused, not read as 0 and 1.
   if (!number.clean && !std::isfinite(worldfile::ReadFloatText(text).value)) {
     FailAt(property, index, "found " + worldfile::Quoted(text) + ", expected a finite number");
   }
@@ -124,7 +123,7 @@ long long Worldfile::ReadInteger(int entity, int property, std::size_t index, lo
 
 // ---- scalars ----
 
-// Fetch() for readers of a single value: an empty tuple counts as absent.
+// Fetch() for readers of a single value: treats an empty tuple as absent.
 int Worldfile::FetchScalar(int entity, const char* name) {
   const int property = Fetch(entity, name);
   if (property < 0) return -1;
@@ -195,7 +194,7 @@ int Worldfile::ReadTuple(const int entity, const char* name, const unsigned int 
            "found a tuple of length " + std::to_string(length) + ", expected at least " +
                std::to_string(end) + " values");
   }
-  // Everything is read before anything is handed out, so that an error changes nothing.
+  // Reads all elements before storing any, so that an error changes nothing.
   std::vector<Element> elements;
   for (std::size_t i = 0; i < count && IsFormat(format[i]); ++i) {
     elements.push_back({});
@@ -247,7 +246,8 @@ void Worldfile::WriteTuple(const int entity, const char* name, const unsigned in
 
 // ---- writing ----
 
-// A value that is not finite (`valid` false) could not be read again: the old one stays.
+// Records a new value. Non-finite values (`valid` is false), which could not be read back, are
+// refused.
 void Worldfile::WriteValue(int entity, const char* name, std::size_t index, const std::string& text,
                            bool valid) {
   const int number = Find(entity, name);

@@ -116,7 +116,7 @@ void Worldfile::Parse() {
   }
 }
 
-// An empty stream, in contrast, is how programs ask for a world without models.
+// Only for files: programs use an empty stream for a world without models.
 void Worldfile::WarnIfEmpty() {
   const worldfile::Document& document = impl_->document;
   if (document.entities.size() > 1 || document.bodies[0].property_count > 0) return;
@@ -211,7 +211,7 @@ std::string_view Worldfile::Impl::Value(int entity, int property, std::size_t in
   return document.Text(document.tokens[from.first_value + index]);
 }
 
-// The number of a property, or -1.
+// Index of a property, or -1.
 int Worldfile::Find(int entity, const char* name) const {
   const worldfile::Document& document = impl_->document;
   const std::uint32_t number = impl_->AskedName(name);
@@ -220,7 +220,7 @@ int Worldfile::Find(int entity, const char* name) const {
   return property == kNone ? -1 : static_cast<int>(property);
 }
 
-// The same for those who fetch values: marks the property as used.
+// Like Find(), for readers of values: marks the property as used.
 int Worldfile::Fetch(int entity, const char* name) {
   const int number = Find(entity, name);
   if (number < 0) return -1;
@@ -234,13 +234,13 @@ int Worldfile::Fetch(int entity, const char* name) {
   return number;
 }
 
-// Values before `end` have been read.
+// Records that values before `end` have been read.
 void Worldfile::NoteRead(int property, std::size_t end) const {
   std::uint32_t& read = impl_->document.properties[static_cast<std::size_t>(property)].read_end;
   read = std::max(read, static_cast<std::uint32_t>(end));
 }
 
-// What a setting stands for counts as read.
+// Marks the overridden property in the file as used.
 void Worldfile::NoteOverridden(int entity, unsigned name) {
   worldfile::Document& document = impl_->document;
   const std::uint32_t property = document.FindInFile(static_cast<std::uint32_t>(entity), name);
@@ -249,7 +249,7 @@ void Worldfile::NoteOverridden(int entity, unsigned name) {
 
 bool Worldfile::PropertyExists(int entity, const char* name) { return Find(entity, name) >= 0; }
 
-// A reader that asks for the number of values can take any number.
+// Marks all values as read: readers that ask for the length accept any number.
 std::size_t Worldfile::TupleLength(int entity, const char* name) {
   const int property = Find(entity, name);
   if (property < 0) return 0;
@@ -342,7 +342,7 @@ std::vector<std::string> Worldfile::AskedNames() const {
   return names;
 }
 
-// A tuple that is too long is often one that was meant for another order of values.
+// An overlong tuple often means that its values are in the wrong order.
 void Worldfile::WarnOfLongTuples() {
   const worldfile::Document& document = impl_->document;
   for (std::size_t number = 0; number < document.properties.size(); ++number) {

@@ -22,28 +22,27 @@ namespace worldfile {
 /// An entity and the name of a property.
 using Slot = std::pair<std::uint32_t, std::uint32_t>;
 
-/// New values of a property, those that were written.
+/// New values of a property; unchanged ones are empty.
 using Written = std::vector<std::optional<std::string>>;
 
-/// The text of the world file with what was written in its place (see Worldfile::Save). Adds a
-/// warning for what cannot be expressed.
+/// Text of the world file with the written values (see Worldfile::Save()). Warns about changes that
+/// cannot be expressed.
 std::string SavedText(Document& document, const std::vector<Population>& populations,
                       const std::map<Slot, Written>& written);
 
-/// The candidate that the name may have been meant to be, or "".
+/// The candidate most similar to the name, or "" if none is close.
 std::string MostSimilar(const std::string& name, const std::vector<std::string>& candidates);
 
-/// `polygon[3].point[0]` is one of a family of properties: `polygon[].point[]`.
+/// Removes numbers in indices: `polygon[3].point[0]` becomes `polygon[].point[]`.
 std::string WithoutIndices(std::string_view name);
 
-/// Tells what names may have been meant.
+/// Suggests names for misspelt ones.
 class NameAdviser {
  public:
-  /// `asked`, by name: somebody asked for it.
+  /// `asked[name]`: some reader has asked for the name.
   NameAdviser(const Document& document, const std::vector<bool>& asked);
 
-  /// The name that a property's name may have been meant to be, or "". It is one of those that
-  /// somebody asked for, and none that the entity has anyway.
+  /// Returns the most similar name that some reader has asked for and that the entity lacks, or "".
   std::string SimilarName(std::uint32_t entity, std::uint32_t name) const;
 
  private:
@@ -52,14 +51,14 @@ class NameAdviser {
   std::vector<std::uint32_t> candidates_;
 };
 
-/// A property that nobody fetched, and an entity that has it.
+/// A property that no reader fetched, and an entity that has it.
 struct Unfetched {
   std::uint32_t property;
   std::uint32_t entity;
 };
 
-/// Those that are neither marked as used nor in `fetched`, in file order, each once; kMaxWarnings
-/// of them at most.
+/// Finds properties that are neither marked as used nor in `fetched`, in file order without
+/// duplicates, up to kMaxWarnings.
 std::vector<Unfetched> FindUnfetched(const Document& document, const std::vector<bool>& fetched);
 
 }  // namespace worldfile
@@ -68,11 +67,12 @@ struct Worldfile::Impl {
   worldfile::Document document;
   std::string base_directory;
   std::map<worldfile::Slot, worldfile::Written> written;
-  std::vector<bool> asked;  // by name: somebody looked for a property of that name
+  std::vector<bool> asked;  // by name: some reader has asked for it
   std::map<worldfile::Slot, std::unique_ptr<CProperty>> handles;
-  std::unordered_set<std::string> kept_strings;  // what const char* results point to
+  std::unordered_set<std::string> kept_strings;  // owns the results of type const char*
   std::vector<Population> populations;
-  std::uint32_t files = 0;  // of the document's sources; the rest are settings and the like
+  std::uint32_t files = 0;  // number of sources that are files; later ones are settings and
+                            // populations
   std::size_t warnings_printed = 0;
 
   std::uint32_t AskedName(const char* name);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Saving: the world file's own text is written again with some places changed, so that its layout
-// and its comments stay. What was written through Worldfile goes
-//   - into the value's own place, if the value belongs to this entity alone;
-//   - into a new property of the instance, if the value is a macro's;
-//   - into the macro, if the entity is a child that a macro makes and all such children agree.
-// A population becomes models that are written out one by one, as they stand somewhere else now.
+// Saving: the file's text is kept except for changed values, so its layout and comments remain. A
+// written value is stored
+//   - in place, if the value belongs to this entity alone;
+//   - as a new property of the instance, if the value is a macro's;
+//   - in the macro, if the entity is a child made by the macro and all such children agree.
+// Populations are replaced by individual models, because their members may have moved.
 
 #include <algorithm>
 #include <cerrno>
@@ -29,14 +29,14 @@ struct Edit {
   std::string text;
 };
 
-// Whether a value that stands in the file is another one now.
+// True if a value in the file has changed.
 bool Differs(std::string_view old, const std::string& now) {
   if (old == now) return false;
   const ReadNumber before = ReadFloatText(old), after = ReadFloatText(now);
   return !(before.clean && after.clean && before.value == after.value);
 }
 
-// Gathers the changes to the text of the world file.
+// Collects the edits to the text of the world file.
 class SavePlan {
  public:
   SavePlan(Document& document, const std::vector<Population>& populations,
@@ -46,7 +46,7 @@ class SavePlan {
   std::string Text();
 
  private:
-  struct Shared {  // what the instances of one property in a macro's child have become
+  struct Shared {  // new values of a property of a child made by a macro
     std::size_t entities = 0;
     std::uint32_t entity = 0;
     std::uint32_t property = 0;
@@ -91,7 +91,7 @@ std::string SavePlan::Text() {
   return Apply();
 }
 
-// The section makes room for its members.
+// Replaces the section by its members.
 void SavePlan::PlanPopulation(const Population& population) {
   if (population.entity < 0) {
     document_.Warn(document_.tokens[0], "what --set has asked for is not saved");
@@ -184,7 +184,7 @@ std::string SavePlan::NewToken(const Token& token, const std::string& text) cons
   return quotes ? "\"" + text + "\"" : text;
 }
 
-// Included files are not written, and a number that is still the same keeps its text.
+// Replaces values, except in included files. Numbers with equal values keep their text.
 void SavePlan::Replace(std::uint32_t property, const Written& values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Token& token = ValueToken(property, i);
@@ -194,8 +194,8 @@ void SavePlan::Replace(std::uint32_t property, const Written& values) {
   }
 }
 
-// Adds a property before the parenthesis that closes a body; on a line of its own if the
-// parenthesis has one.
+// Adds a property before the closing parenthesis of a body; on a separate line if the parenthesis
+// is on one.
 void SavePlan::Insert(std::uint32_t body, std::uint32_t property, const Written& values) {
   if (document_.bodies[body].close_token == kNone) return;
   const Token& close = document_.tokens[document_.bodies[body].close_token];
@@ -211,7 +211,7 @@ void SavePlan::Insert(std::uint32_t body, std::uint32_t property, const Written&
 
 std::string SavePlan::PropertyText(std::uint32_t property, const Written& values) const {
   const Property& from = document_.properties[property];
-  // A tuple of one value reads like the value alone, but its brackets are kept.
+  // Keeps brackets around a single value.
   const bool tuple = document_.tokens[from.first_value - 1].kind == TokenKind::kOpenBracket;
   std::string text = document_.names.Text(from.name) + (tuple ? " [" : " ");
   for (std::size_t i = 0; i < values.size(); ++i) {

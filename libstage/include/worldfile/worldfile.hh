@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Worldfile: what the models of a world file read from it. Part of <stage.hh>; C++11.
+// Worldfile: the content of a world file, as models read it. Part of <stage.hh>; C++11.
 
 #ifndef STAGE_WORLDFILE_WORLDFILE_HH
 #define STAGE_WORLDFILE_WORLDFILE_HH
@@ -17,7 +17,7 @@ namespace worldfile {
 class Expander;
 }
 
-/// A property of one entity, for code that walks properties itself. Owned by the Worldfile.
+/// A property of one entity, for code that iterates over properties. Owned by the Worldfile.
 class CProperty {
  public:
   CProperty(int of_entity, const char* property_name, int at_line)
@@ -25,40 +25,40 @@ class CProperty {
 
   int entity;
   std::string name;
-  std::vector<int> values;  ///< the numbers of the values' tokens
-  std::string file;         ///< where the name stands
+  std::vector<int> values;  ///< indices of the values' tokens
+  std::string file;         ///< place of the name
   int line;
   int column;
-  bool used;  ///< its value has been fetched (setting it counts as fetching)
+  bool used;  ///< its value has been read or set
 };
 
-/// A property that nobody asked for.
+/// A property that no reader asked for.
 struct UnusedProperty {
   std::string file;
   int line;
   int column;
   std::string name;
-  std::string suggestion;  ///< a similar name that was asked for; empty if there is none
-  std::string successor;   ///< what replaces it, if older Stages had it; else empty
+  std::string suggestion;  ///< a similar name that a reader asked for, or ""
+  std::string successor;   ///< its replacement if it is from older Stages, or ""
 };
 
-/// Models that a section `population ( model "TYPE" count N )` of the world asks for, or a setting
-/// TYPE=N. They are entities like those that are written out.
+/// Models made by a section `population ( model "TYPE" count N )` of the world, or by a setting
+/// TYPE=N. They are entities like those written out.
 struct Population {
-  std::string name;          ///< what messages call it
-  int entity;                ///< of the section; -1: a setting asked for it
+  std::string name;          ///< used in messages
+  int entity;                ///< the section; -1: made by a setting
   std::vector<int> members;  ///< entities
 };
 
-/// A world file: a tree of numbered entities with properties. Entity 0 is the world; -1 means "no
-/// entity". Values are text; whoever reads one decides its type. The readers give the default when
-/// the property is absent, take the first element of a tuple, and mark the property as used.
+/// A world file: a tree of numbered entities with properties. Entity 0 is the world; -1 means none.
+/// Values are text, which readers convert. Readers return the default if the property is absent,
+/// read the first element of a tuple, and mark the property as used.
 ///
-/// Mistakes in the file throw Stg::LoadError, whose text is `FILE:LINE:COLUMN: what was found,
-/// expected what`: from Load (syntax, missing files), and from the numeric readers (values that
-/// are not finite, tuples that are too short). World::Load turns them into its `false`.
+/// Errors in the file throw Stg::LoadError with the text `FILE:LINE:COLUMN: found ..., expected
+/// ...`: Load() for syntax errors and missing files, numeric readers for values that are not finite
+/// and tuples that are too short. World::Load() then returns false.
 ///
-/// Not safe to use from several threads at once.
+/// Not thread-safe.
 class Worldfile {
  public:
   Worldfile();
@@ -66,39 +66,37 @@ class Worldfile {
   Worldfile(const Worldfile&) = delete;
   Worldfile& operator=(const Worldfile&) = delete;
 
-  /// Values in place of those that are written in the files that are loaded from now on. Each is
-  ///   NAME.PROPERTY=VALUE  where NAME is "world", a type or a macro, or the name that a section
-  ///   has; NAME=COUNT           so many models of the population of that name. Without one: of the
-  ///   type
-  ///                        of that name (an s at its end is ignored), in place of those of the
-  ///                        type that stand outside of all others.
-  /// A value that is no number and no tuple in brackets is a text; quotes around it may be left
-  /// out. The last one that fits holds. Load() throws LoadError for one that is none of these.
+  /// Overrides values of files loaded from now on. Settings have two forms:
+  ///   NAME.PROPERTY=VALUE  NAME is "world", a type, a macro, or the name that a section has.
+  ///   NAME=COUNT  sets the size of the population NAME. If there is none, COUNT models replace
+  ///   all top-level models of type NAME, or NAME without a final s.
+  /// A VALUE that is neither a number nor a tuple in brackets is a string; its quotes are optional.
+  /// The last matching setting applies. Load() throws LoadError for invalid settings.
   void Set(const std::vector<std::string>& settings);
-  /// Throws LoadError if there is one that nobody has read so far.
+  /// Throws LoadError if a setting has not been used by any reader.
   void CheckSettings() const;
   const std::vector<Population>& populations() const;
 
-  /// Reads a file, which is looked for as given, then in STAGEPATH. Always returns true: what goes
-  /// wrong throws LoadError, and then there are no entities but the world.
+  /// Reads a file, searched as given and then in STAGEPATH. Always returns true: errors throw
+  /// LoadError and leave only the world entity.
   bool Load(const std::string& file);
-  /// The same from a stream. `file` (may be empty) is only what relative names are relative to.
+  /// Reads a stream. `file` (may be empty) only determines what relative names refer to.
   bool Load(std::istream& world_content, const std::string& file = std::string());
 
-  /// Writes the world file with the values as they are now, to the file it came from if `file` is
-  /// empty. The layout stays; line ends become LF. A value that comes from a macro and is no longer
-  /// the macro's is added to the instance. Written to a temporary file first, so that nothing is
-  /// ever half written. Returns false, after a message on standard error, if that fails.
+  /// Saves the current values, to the original file if `file` is empty. Keeps the layout; line ends
+  /// become LF. A value that differs from its macro's is added to the instance. Writes to a
+  /// temporary file first, so the file is never incomplete. Returns false with a message on
+  /// failure.
   bool Save(const std::string& file);
 
-  /// Prints what Unused() and warnings() tell on standard error, each once, and which tuples have
-  /// more values than anybody has read. Properties that differ in an index alone, and those that
-  /// several sections have, share a line. True if there were unused properties.
+  /// Prints warnings() and Unused() on standard error, each once, and warns of tuples with more
+  /// values than were read. Properties that differ only in an index, or occur in several sections,
+  /// share a line. Returns true if there were unused properties.
   bool WarnUnused();
-  /// The properties that nobody fetched, in file order. One that a macro gives to many entities is
-  /// here once, and only if it was fetched for none. A thousand of them at most.
+  /// Properties that no reader fetched, in file order, at most 1000. A macro's property is listed
+  /// once, and only if it was fetched for none of its entities.
   std::vector<UnusedProperty> Unused() const;
-  /// The names of properties that anybody has looked for, whether there were any or not.
+  /// Names of all properties that readers have looked for, present or not.
   std::vector<std::string> AskedNames() const;
 
   const std::string ReadString(int entity, const char* name, const std::string& value);
@@ -107,69 +105,69 @@ class Worldfile {
   void WriteInt(int entity, const char* name, int value);
   double ReadFloat(int entity, const char* name, double value);
   void WriteFloat(int entity, const char* name, double value);
-  /// In metres.
+  /// Returns metres.
   double ReadLength(int entity, const char* name, double value);
   void WriteLength(int entity, const char* name, double value);
-  /// In radians.
+  /// Returns radians.
   double ReadAngle(int entity, const char* name, double value);
-  /// Completed with the world file's directory. The result stays valid as long as the Worldfile;
-  /// `value` comes back as it is.
+  /// Completes the path with the world file's directory. The result is valid as long as the
+  /// Worldfile; `value` is returned unchanged.
   const char* ReadFilename(int entity, const char* name, const char* value);
 
-  /// An element of a tuple as text; "" if the property or the element is absent.
+  /// Returns an element of a tuple as text; "" if the property or element is absent.
   std::string ReadElement(int entity, const char* name, std::size_t index);
 
-  /// Reads `count` elements of a tuple from element `first` on. `format` has a letter for each:
-  /// i int*, u unsigned*, f l a double* (plain, length, angle), s char** (gets a new string, to be
-  /// freed). Returns `count`, or 0, with nothing changed, if the property is absent.
+  /// Reads `count` elements of a tuple, starting at `first`. `format` has a letter per element: i
+  /// int*, u unsigned*, f l a double* (plain, length, angle), s char** (new string, to be freed by
+  /// the caller). Returns `count`, or 0 without changes if the property is absent.
   int ReadTuple(const int entity, const char* name, const unsigned int first,
                 const unsigned int count, const char* format, ...);
-  /// Takes values where ReadTuple takes pointers. Writing (here and above) has no effect where the
-  /// property or the element is absent.
+  /// Takes values where ReadTuple() takes pointers. All Write functions have no effect if the
+  /// property or element is absent.
   void WriteTuple(const int entity, const char* name, const unsigned int first,
                   const unsigned int count, const char* format, ...);
 
   bool PropertyExists(int entity, const char* name);
   CProperty* GetProperty(int entity, const char* name);
   const char* GetPropertyValue(CProperty* property, int index);
-  /// The number of values; 0 if the property is absent.
+  /// Number of values; 0 if the property is absent.
   std::size_t TupleLength(int entity, const char* name);
 
   int GetEntityCount();
-  /// Whether that is the entity's type, one of its macros, or its name.
+  /// True if `selector` is the entity's type, one of its macros, or its name.
   bool IsCalled(int entity, const std::string& selector);
-  /// The type at the bottom of the entity's macros; "" for the world.
+  /// Plain type of the entity, with macros expanded; "" for the world.
   const char* GetEntityType(int entity);
   /// -1 for the world.
   int GetEntityParent(int entity);
-  /// The first entity of the type, or -1.
+  /// First entity of the type, or -1.
   int LookupEntity(const char* type);
 
-  /// "FILE:LINE:COLUMN" of the property's value, or of the entity if it has no such property.
+  /// "FILE:LINE:COLUMN" of the property's value, or of the entity if it lacks the property.
   std::string Where(int entity, const char* name) const;
-  /// Throws LoadError: "FILE:LINE:COLUMN: message", with the place that Where tells.
+  /// Throws LoadError "FILE:LINE:COLUMN: message" with the place given by Where().
   [[noreturn]] void Fail(int entity, const char* name, const std::string& message) const;
-  /// Adds a warning about that place to warnings().
+  /// Adds a warning with that place to warnings().
   void Warn(int entity, const char* name, const std::string& message);
-  /// One line each, "FILE:LINE:COLUMN: warning: ...".
+  /// Each is one line, "FILE:LINE:COLUMN: warning: ...".
   const std::vector<std::string>& warnings() const;
 
-  /// Takes back what was written to it since it was read.
+  /// Reverts all written values.
   void ForgetWritten();
-  /// As it was when it was read, without reading it again.
+  /// Returns a copy in the state after loading, without reading the file again.
   std::unique_ptr<Worldfile> Copy() const;
 
-  /// The texts that it was read from: the world file's first, then those of what it includes. The
-  /// name is the path that was opened.
+  /// The texts that were read: the world file, followed by included files. `name` is the path that
+  /// was opened.
   struct Text {
     std::string name, text;
   };
   std::vector<Text> Texts() const;
 
-  /// As given to Load; if the file came from STAGEPATH, the path where it was found.
+  /// The name given to Load(), or the path where the file was found in STAGEPATH.
   std::string filename;
-  double unit_length;  ///< metres in one unit of length of the file
-  double unit_angle;   ///< radians in one unit of angle of the file
+  double unit_length;  ///< metres per unit of length in the file
+  double unit_angle;   ///< radians per unit of angle in the file
 
  private:
   struct Impl;
