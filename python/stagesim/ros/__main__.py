@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""`python -m stagesim.ros` is the node."""
+"""Runs the node: `python -m stagesim.ros`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 
 def main() -> None:
-    """Runs the node; says in one line what is missing."""
+    """Runs the node, or exits with one line if a Python module is missing."""
     try:
         from .main import run
     except ModuleNotFoundError as error:

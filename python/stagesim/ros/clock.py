@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the node says on /clock."""
+"""Publishes /clock."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .messages import stamp_of
 
 
 class ClockFeed:
-    """Publishes simulated time, with each step or at a rate of its own.
+    """Publishes simulated time, once per step or at a fixed rate.
 
     Args:
-        node: that publishes.
-        rate: messages in a second of real time; 0: one for each step.
+        node: the node.
+        rate: messages per second of real time; 0: one per step.
     """
 
     def __init__(self, node: Node, rate: float) -> None:
@@ -25,12 +25,12 @@ class ClockFeed:
         self.begin()
 
     def begin(self) -> None:
-        """Time may go back."""
-        self._told = -1  # microseconds
-        self._due = 0.0  # when the next message is due, in real time
+        """Starts anew after a reset or a restore: time may go back."""
+        self._told = -1  # the last published time, microseconds
+        self._due = 0.0  # real time at which the next message is due, seconds
 
     def tell(self, now: int, always: bool = False) -> None:
-        """It is that time (microseconds). It goes back to no earlier one, and is published if it is due or `always`."""
+        """Publishes the time `now` (microseconds) if a message is due or `always`. It never goes back."""
         real = time.monotonic()
         if self._rate > 0:
             if real < self._due and not always:
@@ -43,5 +43,5 @@ class ClockFeed:
         self._publisher.publish(message)
 
     def wait(self) -> float:
-        """Seconds of real time until the next message is due, whether a step comes or not; infinity: with a step."""
+        """Seconds of real time until the next message is due; infinity if messages come only with steps."""
         return max(0.0, self._due - time.monotonic()) if self._rate > 0 else float("inf")

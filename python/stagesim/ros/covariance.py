@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Covariances of odometry: how far an estimate may be off.
+"""Covariances of odometry.
 
-ROS takes a matrix of zeros for one that is not known, so none is published. What is known exactly has EXACT on the
-diagonal, and what is not measured at all UNKNOWN.
+In ROS, a matrix of zeros means that the covariance is unknown, so none is published. Exact values have EXACT on the
+diagonal, and values that are not measured have UNKNOWN.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 EXACT, UNKNOWN = 1e-9, 1e6
-#: Where x, y and the heading are among x, y, z, roll, pitch, yaw.
+#: Indices of x, y and the heading in x, y, z, roll, pitch, yaw.
 PLANE = np.array([0, 1, 5])
 
 
 def in_space(planar: Array) -> Array:
-    """Matrices of x, y and heading as ROS has them: shape (n, 3, 3) becomes (n, 36), row by row.
+    """Converts covariances of x, y and heading, shape (n, 3, 3), to ROS's 6 x 6 matrices, shape (n, 36).
 
-    Nothing is measured of z, roll and pitch.
+    They are stored row by row. z, roll and pitch are UNKNOWN.
     """
     whole = np.zeros((len(planar), 6, 6))
     whole[:, PLANE[:, None], PLANE] = planar
@@ -31,15 +31,15 @@ def in_space(planar: Array) -> Array:
 
 
 class OdometryErrors:
-    """How the errors of odometry have grown into errors of the estimated poses.
+    """Propagates the errors of odometry to the covariances of the estimated poses.
 
-    Odometry adds a share of each motion forwards, to the left and turning, the property `odom_error`. To first order an
-    estimate is off by J e, where e are the three shares and J is the derivative of the pose by them, which each motion
-    changes. The covariance is J diag(e^2) J^T: each share counts as an independent error with its value as the standard
-    deviation.
+    Odometry scales each motion forwards, to the left and turning by 1 + e, where e is the property `odom_error`. To
+    first order the error of an estimated pose is J e, where J is the Jacobian of the pose with respect to e; each
+    motion updates it. The covariance is J diag(e^2) J^T: the components of e count as independent errors with
+    themselves as standard deviations.
 
     Args:
-        shares: forwards, to the left and turning, shape (n, 3).
+        shares: e forwards, to the left and turning, as fractions of the motion: shape (n, 3).
     """
 
     def __init__(self, shares: Array) -> None:
@@ -48,17 +48,17 @@ class OdometryErrors:
         self._before: Array | None = None
 
     def begin(self, poses: Array, jacobian: Array | None = None) -> None:
-        """The world is at another time.
+        """Starts anew after a reset or a restore.
 
         Args:
-            poses: the estimates there, x, y and heading, shape (n, 3).
-            jacobian: what `jacobian` was at that time; None: nothing has been driven.
+            poses: the estimated poses x, y and heading, shape (n, 3).
+            jacobian: the value of `jacobian` at the restored time; None: zeros, as before any motion.
         """
         self.jacobian = np.zeros_like(self.jacobian) if jacobian is None else jacobian.copy()
         self._before = poses.copy()
 
     def move(self, poses: Array) -> None:
-        """The estimates of the next step, shape (n, 3)."""
+        """Adds a step, after which the estimated poses are `poses`, shape (n, 3)."""
         if self._before is None:
             self.begin(poses)
             return
@@ -67,7 +67,7 @@ class OdometryErrors:
         c, s = np.cos(self._before[:, 2]), np.sin(self._before[:, 2])
         ahead, left = c * motion[:, 0] + s * motion[:, 1], c * motion[:, 1] - s * motion[:, 0]
         j = self.jacobian
-        # An error of the heading turns the motion.
+        # An error of the heading rotates the motion.
         j[:, 0] -= motion[:, 1, None] * j[:, 2]
         j[:, 1] += motion[:, 0, None] * j[:, 2]
         j[:, 0, 0] += c * ahead
@@ -78,10 +78,10 @@ class OdometryErrors:
         self._before[:] = poses
 
     def pose(self) -> Array:
-        """Of the estimated poses, as ROS has it: shape (n, 36)."""
+        """Covariances of the estimated poses in ROS's format: shape (n, 36)."""
         found = np.einsum("nij,nj,nkj->nik", self.jacobian, self._variances, self.jacobian)
         return in_space((found + found.transpose(0, 2, 1)) / 2)  # symmetric to the last bit
 
     def twist(self, velocities: Array) -> Array:
-        """Of the velocities (forwards, to the left, turning; shape (n, 3)), as ROS has it: shape (n, 36)."""
+        """Covariances of velocities (forwards, to the left, turning; shape (n, 3)) in ROS's format: (n, 36)."""
         return in_space((self._variances * velocities**2)[:, :, None] * np.eye(3))

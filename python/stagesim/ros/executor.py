@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Lets ROS into a thread that has other things to do as well."""
+"""An executor for a thread that does other work beside ROS callbacks."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from rclpy.executors import Executor as RosExecutor
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
-#: Seconds of real time in which spin() takes what has arrived, at least.
+#: Min time in seconds during which spin() keeps calling callbacks while there are any.
 SLICE = 0.02
 
 make_executor: Callable[[], RosExecutor] = SingleThreadedExecutor
-try:  # since ROS 2 Kilted; it takes a twentieth of the time where there are hundreds of topics
+try:  # since ROS 2 Kilted; 20 times as fast with hundreds of topics
     from rclpy.experimental.events_executor import EventsExecutor
 except ModuleNotFoundError:
     pass
@@ -23,10 +23,10 @@ else:
 
 
 class Executor:
-    """Calls the callbacks of a node, in the thread that calls spin().
+    """Calls the callbacks of a node in the thread that calls spin().
 
     Attributes:
-        calls: to be raised by callbacks, which shows that more may be waiting.
+        calls: counter that callbacks increment, so that spin() sees whether any callback was called.
     """
 
     def __init__(self, node: Node) -> None:
@@ -35,12 +35,12 @@ class Executor:
         self._executor.add_node(node)
 
     def spin(self, seconds: float) -> float:
-        """Waits so long for something to arrive, and takes all that has arrived.
+        """Waits up to `seconds` for a message, then calls callbacks until no message is left.
 
-        It goes on for that time, and for a slice at most: clients that send without end leave the rest to others.
+        It returns after max(seconds, SLICE) at the latest, so that clients that never pause don't stop the world.
 
         Returns:
-            Seconds of processor time that it took.
+            The processor time used, seconds.
         """
         start = time.thread_time()
         try:
@@ -51,11 +51,11 @@ class Executor:
                 calls = self.calls
                 self._executor.spin_once(timeout_sec=0)
         except ExternalShutdownException:
-            pass  # the node sees it by rclpy.ok()
+            pass  # the node checks rclpy.ok()
         return time.thread_time() - start
 
     def wake(self, do: Callable[[], None]) -> None:
-        """May be called by any thread: spin() ends its wait and calls do()."""
+        """Makes spin() stop waiting and call do(). Any thread may call it."""
         def task() -> None:
             self.calls += 1
             do()
@@ -63,5 +63,5 @@ class Executor:
         self._executor.create_task(task)
 
     def close(self) -> None:
-        """Forgets the node."""
+        """Shuts the executor down."""
         self._executor.shutdown()

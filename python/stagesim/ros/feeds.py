@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What is published of the robots: a feed for each topic.
+"""The topics of robots: a feed for each topic.
 
-A feed takes nothing from the world before somebody listens: reading a sensor makes it work.
+A feed reads nothing from the world before its topic has a subscriber, because reading a sensor makes it work.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from ..fleet import Fleet
 from .covariance import OdometryErrors, in_space
 from .messages import FLOAT_MARK, MARK, Array, Template, planar, stamp_of
 
-#: What a finder reports at most.
+#: Max number of detections in a message of a fiducial finder or a blobfinder.
 MOST_SIGHTS = 32
 
 
 class Feed:
-    """What goes to one topic.
+    """The messages of one topic.
 
     Attributes:
-        message: the type of its messages.
-        topic: with the robot's prefix.
-        sensor: it is a sensor's, whose reliability a parameter of the node sets.
-        interval: microseconds of simulated time between messages on average; 0: in each step.
-        model: the sensor; None: the data are not one sensor's.
-        attached: it has asked the world for its data.
-        active: somebody listens.
+        message: the type of the messages.
+        topic: the name of the topic, with the robot's prefix.
+        sensor: True: the data come from a sensor, so the parameter `sensor_qos` sets the reliability.
+        interval: mean interval of messages, microseconds of simulated time; 0: one per step.
+        model: the sensor's model; None: no single sensor.
+        attached: True: the feed reads arrays of the world.
+        active: True: the topic has subscribers.
     """
 
     message: type = object
@@ -51,47 +51,47 @@ class Feed:
         self.publisher: Any = None
 
     def attach(self) -> None:
-        """Asks the world for the data, from now on."""
+        """Starts reading the data from the world; further calls have no effect."""
         if not self.attached:
             self.attached = True
             self.connect()
 
     def connect(self) -> None:
-        """Makes the arrays that the feed reads."""
+        """Gets the arrays that the feed reads. Called once, by attach()."""
 
     def due(self, now: int, step: int) -> bool:
-        """Whether there are new data at that time, after a step that took so long (both microseconds).
+        """Returns whether there are new data at time `now`, after a step of duration `step` (both microseconds).
 
         Models update in the first step at or after each multiple of their interval.
         """
         return self.interval == 0 or now // self.interval != (now - step) // self.interval
 
     def when(self, now: int, step: int) -> int:
-        """The time that the data belong to, microseconds."""
+        """The time stamp of the data, microseconds."""
         if self.model is None or self.due(now, step):
             return now
         return round(self.model.last_update * 1e6) or now
 
     def make(self, stamp: Array) -> Any:
-        """A message, or its bytes, for that time; None if there is nothing to say yet."""
+        """Returns a message, or its bytes, with that time stamp; None: no data yet."""
         raise NotImplementedError
 
     def send(self, now: int, step: int) -> None:
-        """Publishes what there is at that time, after a step that took so long (both microseconds)."""
+        """Publishes the data at time `now`, after a step of duration `step` (both microseconds)."""
         message = self.make(stamp_of(self.when(now, step)))
         if message is not None:
             self.publisher.publish(message)
 
 
 class Bodies:
-    """Poses and speeds of all robots, and how sure they are, as messages have them: worked out once a step if asked for.
+    """Poses, velocities and covariances of all robots in ROS's formats, computed once per step on demand.
 
-    A step of the world senses first, then moves. All of this is of the beginning of the step in which the robot
-    or a sensor of it updated last, like the readings with the same stamp.
+    A step senses first and then moves. All values belong to the beginning of the last step in which the robot or
+    one of its sensors updated, like the readings with the same stamp.
 
     Args:
         fleet: the robots.
-        errors: of their odometry.
+        errors: the errors of their odometry.
     """
 
     def __init__(self, fleet: Fleet, errors: OdometryErrors) -> None:
@@ -101,38 +101,38 @@ class Bodies:
         self._moved = False
 
     def forget(self, moved: bool = False) -> None:
-        """The world has changed; `moved`: somebody has put robots elsewhere since the last step."""
+        """Called when the world has changed. `moved`: a client has moved robots since the last step."""
         self._known.clear()
         self._moved = moved
 
     def estimate(self) -> Array:
-        """Where the robots believe that they are: shape (n, 7)."""
+        """Estimated poses as position and quaternion: shape (n, 7)."""
         return self._once("estimate", lambda: planar(self._fleet.estimate))
 
     def estimated_velocity(self) -> Array:
-        """How they believe to move: shape (n, 3)."""
+        """Estimated velocities forwards, to the left and turning: shape (n, 3)."""
         return self._fleet.estimated_velocity
 
     def truth(self) -> Array:
-        """Where they are: shape (n, 7)."""
+        """True poses as position and quaternion: shape (n, 7)."""
         return self._once("truth", lambda: planar(
             self._fleet.pose if self._moved else self._fleet.sensed_pose))
 
     def velocity(self) -> Array:
-        """How they move: shape (n, 3)."""
+        """True velocities forwards, to the left and turning: shape (n, 3)."""
         return self._fleet.actual_velocity
 
     def times(self) -> Array:
-        """What estimates and poses are stamped with: microseconds, shape (n,)."""
+        """Time stamps of poses and estimates, microseconds: shape (n,)."""
         return self._once("times", lambda: np.rint(self._fleet.sensed_time * 1e6).astype(np.int64))
 
     def covariance(self) -> tuple[Array, Array]:
-        """Of the estimates and of the velocities that odometry says: shape (n, 36) each."""
+        """Covariances of the estimated poses and velocities: shape (n, 36) each."""
         return (self._once("pose", self._errors.pose),
                 self._once("twist", lambda: self._errors.twist(self._fleet.estimated_velocity)))
 
     def exact(self) -> tuple[Array, Array]:
-        """Of poses and velocities that are true."""
+        """Covariances of the true poses and velocities: shape (n, 36) each."""
         return self._exact, self._exact
 
     def _once(self, name: str, make: Callable[[], Array]) -> Array:
@@ -143,11 +143,12 @@ class Bodies:
 
 
 class OdometryFeed(Feed):
-    """A pose and a speed.
+    """The pose and the velocity of a robot.
 
     Args:
-        poses: gives those of all robots.
-        covariances: gives those of the poses and of the speeds of all robots.
+        poses, velocities: functions that return the values of all robots, see Bodies.
+        covariances: a function that returns the covariances of poses and velocities of all robots.
+        frame, child: frame of the pose, and frame of the velocity.
     """
 
     message = Odometry
@@ -186,7 +187,7 @@ class OdometryFeed(Feed):
 
 
 class StallFeed(Feed):
-    """Whether a robot is blocked: it would drive, and something stands in its way."""
+    """Whether an obstacle has blocked the last move of a robot."""
 
     message = Bool
     sensor = False
@@ -200,15 +201,15 @@ class StallFeed(Feed):
 
 
 def rep117(readings: Array, least: float, most: float) -> Array:
-    """Readings as REP 117 has them: infinity beyond `most`, minus infinity below `least`. What is NaN stays NaN."""
+    """Converts readings to REP 117: infinity from `most` on, minus infinity below `least`. NaN stays NaN."""
     return np.where(readings >= most, np.inf, np.where(readings < least, -np.inf, readings))
 
 
 class Beams(Feed):
-    """A sensor of a ranger: samples `first` to `first` + sensor.samples - 1 of those of the ranger.
+    """One sensor of a ranger: the samples [first, first + sensor.samples) of the ranger.
 
-    `sources` gives the ranger's rows of this robot when it is asked first: ranges and intensities. `by_rep117`: ranges
-    are published as REP 117 has them, or else as Stage does: the maximum where nothing is.
+    `sources` returns the robot's rows of ranges and intensities. `by_rep117`: ranges follow REP 117; otherwise they
+    are the maximum range where nothing is hit.
     """
 
     def __init__(self, topic: str, interval: int, sources: Callable[[], tuple[Array, Array]],
@@ -224,16 +225,16 @@ class Beams(Feed):
         self._source, self._brightness = ranges[self._part], intensities[self._part]
 
     def readings(self) -> Array:
-        """The ranges, as they are to be published."""
+        """The ranges to publish."""
         return rep117(self._source, *self._bounds) if self._by_rep117 else self._source
 
     def nothing_yet(self) -> bool:
-        """The sensor has not measured."""
+        """True if the sensor has not measured yet."""
         return len(self._source) > 0 and np.isnan(self._source[0])
 
 
 class ScanFeed(Beams):
-    """A fan of rays."""
+    """A sensor of several rays as a LaserScan."""
 
     message = LaserScan
 
@@ -261,7 +262,7 @@ class ScanFeed(Beams):
 
 
 class RangeFeed(Beams):
-    """A single ray, such as a sonar's."""
+    """A sensor of a single ray, such as a sonar, as a Range."""
 
     message = Range
 
@@ -283,9 +284,9 @@ class RangeFeed(Beams):
 
 
 class ImageFeed(Feed):
-    """Pictures of a camera, in colour or in depth. `source` gives them: shape (height, width, ...).
+    """Colour or depth images of a camera, which `source` returns: shape (height, width, ...).
 
-    `by_rep117`: depths are published as REP 117 has them, or else as Stage does: the far plane where nothing is.
+    `by_rep117`: depths follow REP 117; otherwise they are the far clipping distance where nothing is seen.
     """
 
     message = Image
@@ -313,14 +314,14 @@ class ImageFeed(Feed):
 
     def make(self, stamp: Array) -> bytes | None:
         if self._kind == np.float32 and np.isnan(self._source).all():
-            return None  # the camera has not looked yet
+            return None  # the camera has taken no image yet
         self._template.stamp(stamp)
         self._pixels[...] = rep117(self._source, *self._bounds) if self._by_rep117 else self._source
         return self._template.bytes()
 
 
 class CameraInfoFeed(Feed):
-    """The lens of a camera, without distortion."""
+    """The intrinsic parameters of a camera, without distortion."""
 
     message = CameraInfo
 
@@ -341,7 +342,7 @@ class CameraInfoFeed(Feed):
 
 
 class SightsFeed(Feed):
-    """What a finder sees, as markers: the first one takes away those of the message before."""
+    """The detections of a finder as markers; the first marker deletes those of the message before."""
 
     message = MarkerArray
 
@@ -372,7 +373,7 @@ class SightsFeed(Feed):
 
 
 class FiducialsFeed(SightsFeed):
-    """An arrow for each fiducial, from it along its heading; its id is the text."""
+    """An arrow for each fiducial, from its position along its heading, with its id as text."""
 
     def _seen(self, stamp: Array, number: int) -> Marker:
         seen, at = self._sights, (self._robot, number)
@@ -389,7 +390,7 @@ class FiducialsFeed(SightsFeed):
 
 
 class BlobsFeed(SightsFeed):
-    """A ball in its colour for each blob; `points` are the left top and right bottom of its box in pixels."""
+    """A sphere for each blob, in its colour; `points` are the top left and bottom right of its box in pixels."""
 
     def __init__(self, topic: str, interval: int, robot: int, sights: Callable[[], Any], frame: str,
                  view: View) -> None:
@@ -414,7 +415,7 @@ class BlobsFeed(SightsFeed):
 
 
 class BumperFeed(Feed):
-    """1 for each line of a bumper that something touches, or else 0."""
+    """The lines of a bumper: 1 if something touches the line, else 0."""
 
     message = UInt8MultiArray
 
@@ -431,7 +432,7 @@ class BumperFeed(Feed):
 
 
 class BatteryFeed(Feed):
-    """How full the power pack of a robot is. Stage counts joules and knows no volts: those are NaN."""
+    """The state of charge of a robot's power pack. Voltages are NaN, because Stage only counts joules."""
 
     message = BatteryState
     sensor = False
@@ -449,7 +450,7 @@ class BatteryFeed(Feed):
         stored = float(self._fleet.energy[self._robot])
         message = self._message
         message.header.stamp.sec, message.header.stamp.nanosec = int(stamp[0]), int(stamp[1])
-        # An infinite supply, which Stage writes as a negative amount, is always full.
+        # Stage represents an infinite supply by a negative amount; it is always full.
         infinite = stored < 0 or not np.isfinite(stored)
         message.percentage = 1.0 if infinite else stored / self._capacity if self._capacity > 0 else 0.0
         message.power_supply_status = self._status(stored, infinite)
@@ -457,7 +458,7 @@ class BatteryFeed(Feed):
         return message
 
     def _status(self, stored: float, infinite: bool) -> int:
-        """By what has become of it since the message before."""
+        """The status, by the change since the message before."""
         if infinite or stored >= self._capacity:
             return BatteryState.POWER_SUPPLY_STATUS_FULL
         if stored > self._before:

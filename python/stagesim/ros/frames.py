@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Frames that poses for robots may be in."""
+"""The coordinate frames of poses that clients send."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ Pose = tuple[float, float, float]
 
 
 class Frames:
-    """The frames of a world that lie in the plane: the map's, and the odometry and the body of each robot.
+    """The planar frames of a world: the map, and the odometry and the body of each robot.
 
     Args:
-        look: what they are called.
-        prefixes: of the robots' frames.
+        look: the names of the frames.
+        prefixes: the prefix of each robot's frames.
         fleet: the robots.
     """
 
@@ -29,15 +29,15 @@ class Frames:
                         for name in (look.footprint, look.base)}
 
     def origins(self) -> Array:
-        """Of the odometry of each robot in the frame of the map, where the robot truly is: shape (n, 3)."""
+        """Origins of the odometry frames in the map frame, by the robots' true poses: x, y, heading, (n, 3)."""
         return frames_between(self._fleet.sensed_pose, self._fleet.estimate)
 
     def in_world(self, pose: Pose, frame: str) -> Pose:
-        """The pose in the frame of the map; x, y and heading.
+        """Transforms a pose (x, y, heading) to the map frame.
 
         Args:
-            pose: in that frame.
-            frame: empty: the map's. A slash before it means nothing, as in ROS 1.
+            pose: the pose in `frame`.
+            frame: name of the frame; empty: the map. A leading slash is ignored, as in ROS 1.
 
         Raises:
             ValueError: there is no such frame.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Drives a robot by the keyboard: `python -m stagesim.ros.keyboard [ROBOT]`.
+"""Drives a robot with the keyboard: `python -m stagesim.ros.keyboard [ROBOT]`.
 
-For those who have no ROS 2 installation, whose teleop_twist_keyboard has the same keys.
+It is for users without a ROS 2 installation and has the keys of ROS 2's teleop_twist_keyboard.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from rclpy.utilities import remove_ros_args
 
 from .names import joined
 
-# Ahead and to the left, as shares of the speeds.
+# Factors of the speeds forwards and turning left.
 KEYS = {"u": (1, 1), "i": (1, 0), "o": (1, -1), "j": (0, 1), "k": (0, 0), "l": (0, -1),
         "m": (-1, -1), ",": (-1, 0), ".": (-1, 1)}
-PERIOD = 0.05  # seconds between commands: the node's watchdog wants to hear of them
+PERIOD = 0.05  # seconds between commands; must be below the timeout of the node's watchdog
 
 
 class Keyboard(Node):
-    """Publishes the command of the key that was pressed last, again and again."""
+    """Publishes the command of the last key repeatedly."""
 
     def __init__(self, robot: str, stamped: bool, speed: float, turn: float) -> None:
         super().__init__("keyboard")
@@ -36,7 +36,7 @@ class Keyboard(Node):
                                                 joined(robot, "cmd_vel"), 10)
 
     def press(self, key: str) -> bool:
-        """Takes a key; False if it is one that ends the program: q, or Ctrl-C."""
+        """Handles a key; returns False if it ends the program: q or Ctrl-C."""
         if key in ("q", "\x03", ""):
             self._twist = Twist()
             return False
@@ -45,12 +45,12 @@ class Keyboard(Node):
         return True
 
     def repeat(self) -> None:
-        """Says it once more."""
+        """Publishes the command again."""
         self._publisher.publish(TwistStamped(twist=self._twist) if self._stamped else self._twist)
 
 
 def main() -> None:
-    """Reads keys until q is pressed."""
+    """Handles keys until q is pressed."""
     parser = argparse.ArgumentParser(prog="python -m stagesim.ros.keyboard",
                                      description="Drives a robot: i , ahead and back, j l turn, u o m . both; other "
                                                  "keys stop it, q ends.")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Simulated time that waits for those who said that they would answer."""
+"""Lock-step: simulated time waits for the answers of clients."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import Iterable
 
 
 class Lockstep:
-    """Who has to answer before the next step, and who has.
+    """Tracks which clients must still answer before the next step.
 
-    A robot is answered for by a command that carries the time of the world; any other name by a message on
-    the topic `done` that does. Answers for another time, or at a time when nobody is waited for, don't count.
+    The answer for a robot is a command with the current time of the world as stamp. The answer for any other name
+    is such a message on the topic `done`. Answers with another stamp, and unexpected ones, are ignored.
 
     Args:
-        names: who is waited for.
-        interval: microseconds of simulated time between answers; 0: after each step. Nobody is waited for at
-            time 0: sensors have not measured then.
+        names: robots and other clients that must answer.
+        interval: microseconds of simulated time between answers; 0: after each step. No answer is expected at
+            time 0, because sensors have not measured yet.
     """
 
     def __init__(self, names: Iterable[str] = (), interval: int = 0) -> None:
@@ -27,28 +27,28 @@ class Lockstep:
 
     @property
     def is_used(self) -> bool:
-        """Somebody is waited for."""
+        """True if there are names that must answer."""
         return bool(self.names)
 
     def begin(self, now: int, step: int) -> None:
-        """The world is at another time, that of a new step (microseconds, and how long a step is)."""
+        """Starts a new step at the time `now`; `step` is its duration (both microseconds)."""
         asked = now > 0 and (self._interval == 0 or now // self._interval > (now - step) // self._interval)
         self._missing = set(self.names) if asked else set()
         self._since = time.monotonic()
 
     def answer(self, name: str) -> bool:
-        """That one has answered for the time that it is now; whether it was waited for."""
+        """Records an answer for the current time; returns whether it was expected."""
         if name not in self._missing:
             return False
         self._missing.discard(name)
         return True
 
     def missing(self) -> list[str]:
-        """Who has not answered yet."""
+        """The sorted names that have not answered yet."""
         return sorted(self._missing)
 
     def is_late(self, seconds: float) -> bool:
-        """Whether it has waited for so long, in real time; if so it begins to count again."""
+        """Returns whether answers have been missing for `seconds` of real time; if so, starts counting anew."""
         if time.monotonic() - self._since < seconds:
             return False
         self._since = time.monotonic()
@@ -56,5 +56,5 @@ class Lockstep:
 
 
 def split(text: str) -> list[str]:
-    """The names in a text, with commas or spaces between them."""
+    """Splits a string of names at commas and spaces."""
     return text.replace(",", " ").split()

@@ -21,7 +21,7 @@ from .node import StageNode
 
 
 def options(argv: Sequence[str]) -> argparse.Namespace:
-    """What the command line says beside ROS's own arguments."""
+    """Parses the command line without ROS's own arguments."""
     parser = argparse.ArgumentParser(
         prog="python -m stagesim.ros", description="The robots of a world as ROS 2 robots.",
         epilog="ROS's arguments follow, such as: --ros-args -p naming:=stage_ros -p speed:=2.0")
@@ -38,7 +38,7 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--gui", type=_port_of, nargs="?", const=0, metavar="PORT",
                         help="show the world in a page for browsers of this machine, which takes the place of a "
                              "window: --gui=PORT, or --gui for any port that is free")
-    given = {printable(word): word for word in argv}  # ROS takes Unicode alone
+    given = {printable(word): word for word in argv}  # ROS accepts only valid Unicode
     try:
         own = [given.get(word, word) for word in remove_ros_args([printable(word) for word in argv])[1:]]
     except RuntimeError as error:
@@ -57,10 +57,10 @@ def _port_of(text: str) -> int:
 
 
 def world_file(given: str | None) -> str:
-    """The world's file: from the command line, or else from the parameter; empty if there is neither."""
+    """The world file from the command line, or else from the parameter `world_file`; may be empty."""
     if given:
         return given
-    # The node itself needs the world, so this one only asks.
+    # The real node can't be made without the world, so a temporary node reads the parameter.
     asker = Node("stage", start_parameter_services=False, enable_rosout=False)
     try:
         return str(asker.declare_parameter("world_file", "").value)
@@ -69,16 +69,16 @@ def world_file(given: str | None) -> str:
 
 
 def statistics(node: StageNode, seconds: float) -> str:
-    """What took how long since the node began to run, as JSON."""
+    """Statistics of a run as JSON; `seconds` is its duration in real time."""
     world = node.world
     return json.dumps({"robots": len(node.robots), "steps": world.steps, "simulated": world.time,
                        "real": seconds, "state": world.state_hash(), **node.times})
 
 
 def run(argv: Sequence[str]) -> int | str:
-    """Runs the node; what the program exits with: 0, or one line that says what is wrong."""
+    """Runs the node; returns the argument of sys.exit(): 0, or an error in one line."""
     chosen = options(argv)
-    logging.basicConfig(format="%(message)s")  # what worlds warn about
+    logging.basicConfig(format="%(message)s")  # shows the warnings of worlds
     rclpy.init(args=[printable(word) for word in argv])
     try:
         return _run(chosen)
@@ -87,7 +87,7 @@ def run(argv: Sequence[str]) -> int | str:
         return f"stagesim.ros: {error}"
     except KeyboardInterrupt:
         return 0
-    except RuntimeError:  # of rclpy, where a signal has shut it down while the node was at work
+    except RuntimeError:  # rclpy raises it if a signal has shut it down while the node was working
         if rclpy.ok():
             raise
         return 0

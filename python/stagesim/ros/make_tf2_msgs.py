@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Makes the ROS package tf2_msgs, whose TFMessage PyPI's ROS wheels lack: for /tf and /tf_static.
+"""Generates the ROS package tf2_msgs with the message TFMessage, which /tf and /tf_static need.
 
     python -m stagesim.ros.make_tf2_msgs
 
-A ROS 2 installation has it. Here ROS's own generators make it from the definition of its one message that
-is needed, into the virtual environment in use. That takes CMake, a C++ compiler and Python's headers. It has
-the type and the type hash that the original has, so it talks to it.
+ROS 2 installations have this package, but PyPI's ROS wheels lack it. ROS's own generators make it from the
+definition of the message and install it into the current virtual environment. This needs CMake, a C++ compiler
+and Python's headers. Type and type hash equal the original's, so both can communicate.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PACKAGE = """\
 </package>
 """
 
-# The wheels name the headers of the Python that they were made with, which is elsewhere here.
+# The wheels contain the include path of the Python that built them, which is wrong here, so it is cleared.
 BUILD = """\
 cmake_minimum_required(VERSION 3.20)
 project(tf2_msgs)
@@ -54,7 +54,7 @@ ament_package()
 
 
 def make(folder: Path) -> None:
-    """Builds it in that folder, and installs it; CalledProcessError if that fails."""
+    """Builds the package in `folder` and installs it. Raises CalledProcessError if a command fails."""
     (folder / "msg").mkdir()
     (folder / "msg" / "TFMessage.msg").write_text(MESSAGE)
     (folder / "package.xml").write_text(PACKAGE)
@@ -73,7 +73,7 @@ def make(folder: Path) -> None:
 
 
 def main() -> int | str:
-    """Makes it unless it is there; what the program exits with."""
+    """Makes the package unless it exists; returns the argument of sys.exit()."""
     if importlib.util.find_spec("tf2_msgs"):
         return 0
     if sys.prefix == sys.base_prefix:

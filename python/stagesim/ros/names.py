@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What topics, frames and robots are called: as stage_ros2 or as stage_ros has it."""
+"""Names of topics, frames and robots, in the scheme of stage_ros2 or stage_ros."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Sequence
 
 @dataclass(frozen=True)
 class Scheme:
-    """A way to name things.
+    """A naming scheme.
 
     Attributes:
-        ground_truth: the topic of the true pose.
-        separator: between a name and its number, where a robot has several of a kind.
-        numbered_robots: robots are robot_0, robot_1 and so on; False: as in the world file.
-        scan_frame, camera_frame: frames of rangers and cameras, without their numbers.
+        ground_truth: topic of the true pose.
+        separator: separator between name and number, if a robot has several sensors of a kind.
+        numbered_robots: True: robots are called robot_0, robot_1, ...; False: as in the world file.
+        scan_frame, camera_frame: frames of rangers and cameras, without numbers.
     """
 
     ground_truth: str
@@ -33,17 +33,17 @@ SCHEMES = {
 
 
 def numbered(scheme: Scheme, base: str, number: int, count: int) -> str:
-    """The name of number `number` of `count` things of one kind: plain if it is the only one."""
+    """The name of thing `number` of `count` of one kind; without a number if it is the only one."""
     return base if count == 1 else f"{base}{scheme.separator}{number}"
 
 
 def part_of(name: str, number: int) -> str:
-    """The name of sensor number `number` of a ranger: the first one has the ranger's own."""
+    """The name of sensor `number` of the ranger `name`; the first sensor has the name of the ranger."""
     return name if number == 0 else f"{name}_sensor_{number}"
 
 
 def prefixes(scheme: Scheme, robots: Sequence[str], always: bool) -> list[str]:
-    """What goes before the topics and frames of each robot; empty for the only one, unless `always`."""
+    """Prefixes of each robot's topics and frames. A single robot has an empty one, unless `always`."""
     if len(robots) == 1 and not always:
         return [""]
     if scheme.numbered_robots:
@@ -61,11 +61,11 @@ def prefixes(scheme: Scheme, robots: Sequence[str], always: bool) -> list[str]:
 
 
 def ros_name(name: str) -> str:
-    """The name with what ROS allows in names: letters, digits and underscores, no digit first."""
+    """Converts a name to a valid ROS name: letters, digits and underscores, no digit first."""
     plain = re.sub("_+", "_", re.sub("[^A-Za-z0-9_]", "_", name)).strip("_") or "robot"
     return f"_{plain}" if plain[0].isdigit() else plain
 
 
 def joined(prefix: str, name: str) -> str:
-    """prefix/name; the name alone if there is no prefix."""
+    """Returns prefix/name, or only the name if the prefix is empty."""
     return f"{prefix}/{name}" if prefix else name

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The node: a world, its robots' topics, and services to reset, pause, step and the like.
+"""The node: a world, the topics of its robots, and services such as reset, pause and step.
 
-One thread does all of it. Between two steps it takes what has arrived; then it moves the world on, and
-publishes what somebody listens to. So commands take effect in the order in which they came, between steps.
+A single thread does all work. Between two steps it handles the messages that have arrived; then it makes a step
+and publishes the topics with subscribers. Therefore commands take effect between steps, in the order of arrival.
 """
 
 from __future__ import annotations
@@ -38,39 +38,39 @@ from .robots import Look, make_robots
 
 try:
     from tf2_msgs.msg import TFMessage
-except ModuleNotFoundError:  # not among PyPI's wheels
+except ModuleNotFoundError:  # PyPI's wheels lack it, see make_tf2_msgs.py
     TFMessage = None
 
-MOST_STEPS = 1_000_000  #: that may be asked for
+MOST_STEPS = 1_000_000  #: max steps that a client may ask for
 
 if TYPE_CHECKING:
     from ..live.server import Server
     from .window import NodeRun
 
-#: Seconds of real time between looks at who listens, and between repeats while clients are waited for.
+#: Seconds of real time between checks for subscribers, and between repeated messages in lock-step.
 LISTENERS_PERIOD, REPEAT_PERIOD = 0.1, 0.5
-#: Seconds of real time that the world makes up for. With longer delays it is slower than it should be.
+#: Max delay in real time that the world catches up, seconds. Longer delays make it slower.
 MOST_DELAY = 0.05
 
 
 class StageNode(Node):
-    """The robots of a world on ROS 2.
+    """The ROS 2 node of a world.
 
     Args:
         world: the world.
-        name: of the node.
-        parameters: values of parameters by their names; what the command line gives goes before.
-        gui: the port of the page that shows the world while run() runs, 0: any that is free; None: what the
-            parameter `gui` says, with any port.
+        name: name of the node.
+        parameters: values of parameters by name; those of the command line take precedence.
+        gui: port of the page that shows the world while run() runs; 0: any free port; None: the page is shown
+            at any free port if the parameter `gui` is true.
 
     Attributes:
-        times: seconds of real time so far: in steps of the world, in publishing, in answering to ROS.
-        paused: the world stands still.
-        steps_asked: so many steps are made nevertheless, one in each turn.
-        url: of the page; empty if there is none.
+        times: seconds of real time spent so far: in "step", "publish" and "answer" (callbacks).
+        paused: True: the world is paused.
+        steps_asked: number of steps still to make while paused.
+        url: address of the page; empty: no page.
 
     Raises:
-        ValueError: a parameter can't be what it was given as.
+        ValueError: a parameter has an invalid value.
         GoneError: the world has no robot.
         StageError: the page can't be served.
     """
@@ -95,7 +95,7 @@ class StageNode(Node):
             raise
 
     def _begin(self) -> None:
-        """Makes all that the parameters ask for."""
+        """Makes robots, publishers, subscriptions and services by the parameters."""
         world = self.world
         self.paused = self._value("paused")
         self._fleet = world.fleet()
@@ -113,7 +113,7 @@ class StageNode(Node):
         self._feeds = [feed for robot in self.robots for feed in robot.feeds]
         self._frames = Frames(look, [robot.prefix for robot in self.robots], self._fleet)
         self._snapshot: Snapshot | None = None
-        self._jacobian: Array | None = None  # of the odometry, at the snapshot
+        self._jacobian: Array | None = None  # OdometryErrors.jacobian at the snapshot
         self._last_look = 0.0
         self._pace = Pace(self.speed, not self.paused, MOST_DELAY)
         self._make_publishers()
@@ -124,7 +124,7 @@ class StageNode(Node):
         self._world_is_new()
 
     def _open_window(self, port: int) -> None:
-        from .window import open_window  # which needs more packages
+        from .window import open_window  # imported here, because it needs more packages
 
         self._window, self._server = open_window(self, self._executor.wake, port)
         self.url = self._server.url
@@ -133,7 +133,7 @@ class StageNode(Node):
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value
 
-    # ---- what is published ----
+    # ---- publishing ----
 
     def _make_publishers(self) -> None:
         effort = (ReliabilityPolicy.RELIABLE if self._value("sensor_qos") == "reliable"
@@ -155,7 +155,7 @@ class StageNode(Node):
         make = (TFMessage, TransformStamped)
         look = self._look
         self._tf = self.create_publisher(TFMessage, "/tf", 100)
-        self._transforms: dict[bytes, Transforms] = {}  # of some robots, see _transforms_of()
+        self._transforms: dict[bytes, Transforms] = {}  # cache, see _transforms_of()
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         static = self.create_publisher(TFMessage, "/tf_static", kept)
         mounts = [mount for robot in self.robots for mount in robot.mounts]
@@ -163,7 +163,7 @@ class StageNode(Node):
         static.publish(Transforms(make, [mount[:2] for mount in mounts]).bytes(stamp_of(0), poses))
 
     def _transforms_of(self, which: Array) -> Transforms:
-        """The message of the robots with True; most of the time those are all that move."""
+        """The message with the transforms of the selected robots. Messages are cached by the selection."""
         key = which.tobytes()
         if key not in self._transforms:
             if len(self._transforms) > 64:
@@ -178,30 +178,30 @@ class StageNode(Node):
         return self._transforms[key]
 
     def _send_transforms(self, now: int, everything: bool) -> None:
-        """Those of the robots of which something was sensed at that time, or of all."""
+        """Publishes the transforms of all robots (`everything`), or of those that sensed at time `now`."""
         times = self._bodies.times()
         which = np.full(len(times), True) if everything else times == now
         if not which.any():
             return
         stamps, poses = stamps_of(times[which]), self._bodies.estimate()[which]
         if self._value("publish_map_tf"):
-            # From the map to the odometry: there the robot is where it truly is.
+            # The transform from map to odometry corrects the estimate to the true pose.
             stamps = np.concatenate([stamps, stamps])
             poses = np.concatenate([poses, planar(self._frames.origins())[which]])
         self._tf.publish(self._transforms_of(which).bytes(stamps, poses))
 
     @property
     def now(self) -> int:
-        """Microseconds of simulated time."""
+        """Simulated time, microseconds."""
         return round(self.world.time * 1e6)
 
     @property
     def _step_time(self) -> int:
-        """Microseconds of simulated time that a step takes."""
+        """Duration of a step, microseconds of simulated time."""
         return round(self.world.dt * 1e6)
 
     def publish(self, everything: bool = False) -> None:
-        """Publishes what is new at this time, or all there is, to those who listen."""
+        """Publishes the new data, or all data, on topics with subscribers."""
         start = time.perf_counter()
         now = self.now
         self._look_for_listeners()
@@ -211,7 +211,7 @@ class StageNode(Node):
         self.times["publish"] += time.perf_counter() - start
 
     def _send(self, feeds: list[Feed], everything: bool) -> None:
-        """The time comes first, then the transforms: so what is known of a stamp is there before its data."""
+        """Publishes the time, then transforms, then data, so that a stamp's time and frames precede its data."""
         now, step = self.now, self._step_time
         self._time_feed.tell(now, always=self.paused or self._lockstep.is_used)
         if self._tf_active:
@@ -220,7 +220,7 @@ class StageNode(Node):
             feed.send(now, step)
 
     def _tell_time_between(self) -> float:
-        """Lets /clock go on between two steps, if it has a rate; seconds of real time until it is to go on again."""
+        """Publishes /clock between two steps if it has a fixed rate; returns the real seconds until it is due again."""
         if self._lockstep.is_used or self._pace.is_unlimited:
             return float("inf")
         if self._time_feed.wait() == 0:
@@ -229,7 +229,7 @@ class StageNode(Node):
 
 
     def _look_for_listeners(self) -> list[Feed]:
-        """Sees who listens to what, from time to time; returns what somebody has begun to listen to."""
+        """Checks for subscribers once per LISTENERS_PERIOD; returns the feeds that have got their first one."""
         if time.monotonic() - self._last_look < LISTENERS_PERIOD:
             return []
         self._last_look = time.monotonic()
@@ -244,16 +244,16 @@ class StageNode(Node):
         return found
 
     def _greet(self) -> None:
-        """In a pause: who has come to listen gets what there is."""
+        """Publishes the current data to new subscribers; called while paused."""
         found = self._look_for_listeners()
         if found:
             self._send(found, everything=True)
 
-    # ---- what robots are told ----
+    # ---- subscriptions ----
 
     def _make_commands(self) -> None:
         self._cmd = self._fleet.cmd
-        self._told = np.full(len(self._fleet), -1, np.int64)  # when, in microseconds; -1: never
+        self._told = np.full(len(self._fleet), -1, np.int64)  # time of the last command, microseconds; -1: none
         stamped = self._value("stamped_cmd_vel")
         for i, robot in enumerate(self.robots):
             def command(message: Any, robot: int = i) -> None:
@@ -291,7 +291,7 @@ class StageNode(Node):
             self._lockstep.answer(message.frame_id)
 
     def _stop_the_silent(self) -> None:
-        """The watchdog."""
+        """The watchdog: stops robots whose last command is older than `base_watchdog_timeout`."""
         patience = self._value("base_watchdog_timeout")
         if patience > 0:
             silent = (self._told >= 0) & (self.now - self._told > patience * 1e6)
@@ -314,7 +314,7 @@ class StageNode(Node):
         self.moved()
 
     def moved(self) -> None:
-        """Somebody has put things somewhere else. In a pause, who listens hears of it at once."""
+        """Called when a client has moved things. While paused, the new poses are published at once."""
         self._bodies.forget(moved=True)
         if self._window is not None:
             self._window.has_changed()
@@ -331,7 +331,7 @@ class StageNode(Node):
             self.create_service(Trigger, f"~/{name}", self._answering(does))
 
     def _answering(self, does: Any) -> Any:
-        """A handler that reports what goes wrong instead of ending the node."""
+        """A service handler that reports exceptions in its response instead of ending the node."""
         def handle(_: Any, response: Trigger.Response) -> Trigger.Response:
             try:
                 response.message = does()
@@ -344,7 +344,7 @@ class StageNode(Node):
         return handle
 
     def _reset_positions(self, _: Any, response: Empty.Response) -> Empty.Response:
-        """As stage_ros: robots go back to where they began, and stand still; time goes on."""
+        """Moves robots back to their start poses and stops them, as stage_ros does; time goes on."""
         self._fleet.teleport(self._home)
         self._cmd[self._told >= 0] = 0.0
         self.moved()
@@ -357,12 +357,12 @@ class StageNode(Node):
         return response
 
     def pause(self, on: bool) -> None:
-        """The world stands still, or goes on."""
+        """Pauses the world or lets it run."""
         self.paused, self.steps_asked = on, 0
         self._pace.change(running=not on)
 
     def ask_steps(self, count: int) -> None:
-        """Pauses after so many steps, which run() makes."""
+        """Makes run() do `count` more steps and then pause."""
         asked = self.steps_asked
         self.pause(True)
         self.steps_asked = min(asked + count, MOST_STEPS)
@@ -373,7 +373,7 @@ class StageNode(Node):
         return f"began anew with the seed {self.world.seed}"
 
     def reset(self, seed: int | None) -> None:
-        """Begins anew; None: with the same seed."""
+        """Resets the world with the seed; None: with the current one."""
         self.world.reset(seed)
         self._told[:] = -1
         self._world_is_new()
@@ -404,16 +404,16 @@ class StageNode(Node):
         return f"went back to {self.world.time:g} s"
 
     def _world_is_new(self, jacobian: Array | None = None) -> None:
-        """After loading, a reset or a restore; `jacobian`: see OdometryErrors."""
+        """Called after loading, a reset or a restore; `jacobian`: see OdometryErrors.begin()."""
         self.steps_asked = 0
-        self._cmd[self._told < 0] = np.nan  # left to the robots' own controllers
-        # Sensors first, as after a reset: the order is part of the state.
+        self._cmd[self._told < 0] = np.nan  # robots without a command obey their own controllers
+        # Attach sensors before robots, as after a reset: the order of subscriptions is part of the state.
         if self._value("always_on") or self._lockstep.names:
             for feed in self._feeds:
                 feed.attach()
         for robot in self.robots:
             if robot.model.subscribers == 0:
-                robot.model.subscribe()  # its odometry works from the beginning
+                robot.model.subscribe()  # so that its odometry works from the beginning
         self._bodies.forget()
         self._errors.begin(self._fleet.estimate, jacobian)
         self._lockstep.begin(self.now, self._step_time)
@@ -426,7 +426,7 @@ class StageNode(Node):
     # ---- time ----
 
     def _set_lockstep(self) -> None:
-        """Takes over the parameters."""
+        """Applies the parameters of lock-step. Raises ValueError if they don't fit the others."""
         self._lockstep_taken = self._lockstep_parameters()
         text, interval = self._lockstep_taken
         names = set(split(text))
@@ -442,7 +442,7 @@ class StageNode(Node):
         return self._value("lockstep"), self._value("lockstep_interval")
 
     def advance(self) -> int:
-        """Makes a step and publishes what has become of it; the number of steps made: 0 if the world ended."""
+        """Makes a step and publishes the new data; returns the number of steps made: 0 if the world has ended."""
         self._stop_the_silent()
         start = time.perf_counter()
         made = self.world.step()
@@ -457,16 +457,16 @@ class StageNode(Node):
         return made
 
     def run(self, duration: float = float("inf")) -> None:
-        """Runs until the context is shut down, or until that time of the world (seconds).
+        """Runs until ROS is shut down, the world ends or its time reaches `duration` (seconds).
 
         Raises:
-            ValueError: a parameter that was changed doesn't fit the others.
+            ValueError: a changed parameter doesn't fit the others.
         """
         while rclpy.ok() and self.world.time < duration and not self.world.ended:
             self._turn()
 
     def _turn(self) -> None:
-        """Makes a step, if one is due, and answers to ROS."""
+        """Makes a step if one is due, and serves ROS."""
         if self._lockstep_parameters() != self._lockstep_taken:
             self._set_lockstep()
         dt = self.world.dt
@@ -491,7 +491,7 @@ class StageNode(Node):
         self._answer(0.02)
         missing = ", ".join(self._lockstep.missing())
         if missing and self._lockstep.is_late(REPEAT_PERIOD):
-            # Clients that came late, or have missed something, get it now.
+            # Publish again for clients that came late or lost a message.
             self.get_logger().info(f"waiting for {missing}", throttle_duration_sec=10)
             self._last_look = 0.0
             self.publish(everything=True)
@@ -500,22 +500,22 @@ class StageNode(Node):
 
     @property
     def speed(self) -> float:
-        """Simulated seconds in a second; 0: as many as possible."""
+        """Simulated seconds per real second; 0: as fast as possible."""
         return float(self._value("speed"))
 
     def _answer(self, seconds: float) -> None:
-        """Lets ROS and the page in: what has arrived, and what arrives within that time."""
+        """Serves ROS and the page for up to `seconds`."""
         if self._window is not None:
             seconds = min(seconds, self._window.turn())
         self.times["answer"] += self._executor.spin(seconds)
 
     @property
     def topics(self) -> int:
-        """How many topics the robots have."""
+        """Number of the robots' topics."""
         return len(self._feeds)
 
     def close(self) -> None:
-        """Takes the node off ROS, and its page away. The world stays."""
+        """Stops the page and destroys the node. The world stays valid."""
         if self._server is not None:
             self._server.stop()
         self._executor.close()

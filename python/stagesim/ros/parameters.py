@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The node's parameters: their defaults, what they may be, and what they mean."""
+"""The node's parameters: defaults, valid values and descriptions."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .names import SCHEMES
 
 @dataclass(frozen=True)
 class Parameter:
-    """One of them.
+    """A parameter of the node.
 
     Attributes:
-        default: its value unless one is given.
-        text: what it means.
-        expected: what it may be, in words.
-        fits: whether a value of the right type may be taken.
-        fixed: it can't be changed while the node runs.
+        default: the default value, which also determines the type.
+        text: the description.
+        expected: the valid values in words; empty: any value of the type.
+        fits: whether a value of the right type is valid.
+        fixed: True: it can't be changed while the node runs.
     """
 
     default: Any
@@ -80,10 +80,10 @@ PARAMETERS = {
 
 
 def declare(node: Node) -> None:
-    """Declares all of them; ValueError if one that was given can't be."""
+    """Declares all parameters. Raises ValueError if a given value is invalid."""
     for name, parameter in PARAMETERS.items():
         number = isinstance(parameter.default, (int, float)) and not isinstance(parameter.default, bool)
-        # 2 is as good as 2.0, so a number's type is looked at here and not by rclpy.
+        # Types of numbers are checked here and not by rclpy, which would refuse 2 instead of 2.0.
         node.declare_parameter(name, parameter.default, ParameterDescriptor(
             description=parameter.text, read_only=parameter.fixed, dynamic_typing=number))
         complaint = complaint_about(name, node.get_parameter(name).value)
@@ -93,7 +93,7 @@ def declare(node: Node) -> None:
 
 
 def complaint_about(name: str, value: Any) -> str:
-    """Why it can't be the value of that parameter; empty if it can."""
+    """Describes why the value is invalid for the parameter; empty if it is valid."""
     known = PARAMETERS.get(name)
     if known is None:
         return ""

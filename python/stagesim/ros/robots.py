@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What each robot of a world publishes, and where its sensors are."""
+"""The topics and frames of each robot of a world."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .names import SCHEMES, Scheme, joined, numbered, part_of, prefixes
 
 @dataclass(frozen=True)
 class Look:
-    """How topics and frames look: parameters of the node.
+    """The parameters of the node that determine topics and frames.
 
     Attributes:
-        scheme: how things are called.
-        enforce_prefixes: a single robot has a prefix, too.
+        scheme: the naming scheme.
+        enforce_prefixes: True: a single robot has a prefix, too.
         odom, base, footprint, map: names of frames.
-        single_beams: sensors of one ray are published as "scan", "range" or not at all: "none".
-        by_rep117: ranges and depths are published as REP 117 has them, or else as Stage does.
+        single_beams: sensors of one ray are published as "scan", as "range" or not ("none").
+        by_rep117: True: ranges and depths follow REP 117; False: they are published as Stage has them.
     """
 
     scheme: Scheme = SCHEMES["stage_ros2"]
@@ -40,13 +40,13 @@ class Look:
 
 @dataclass
 class Robot:
-    """A robot, as ROS sees it.
+    """A robot in ROS.
 
     Attributes:
-        model: in the world.
-        prefix: of its topics and frames; may be empty.
+        model: its model in the world.
+        prefix: prefix of its topics and frames; may be empty.
         feeds: its topics.
-        mounts: frames that don't move: parent, child, and position and quaternion, shape (7,).
+        mounts: its static frames: parent, child, and position and quaternion, shape (7,).
     """
 
     model: Model
@@ -56,22 +56,22 @@ class Robot:
 
 
 def make_robots(world: World, fleet: Fleet, bodies: Bodies, look: Look) -> list[Robot]:
-    """All robots of the fleet, with their feeds and frames."""
+    """Makes all robots of the fleet, with their feeds and frames."""
     names = prefixes(look.scheme, fleet.names, look.enforce_prefixes)
-    models = {model.id: model for model in world.models}  # several may have the same name
+    models = {model.id: model for model in world.models}  # by id, because names may be ambiguous
     return [_Maker(world, fleet, bodies, look, i, Robot(models[fleet.ids[i]], names[i])).robot
             for i in range(len(fleet))]
 
 
 def tree(model: Model) -> Iterator[Model]:
-    """The model and all that stands on it, in the order in which fleets count sensors."""
+    """Yields the model and all its descendants, in the order in which fleets number sensors."""
     yield model
     for child in model.children:
         yield from tree(child)
 
 
 def sensors_of(model: Model) -> list[RangeSensor] | None:
-    """Of a ranger, whatever plug-in its type may come from; None: it is none."""
+    """The sensors of a ranger, including types from plug-ins; None if the model is no ranger."""
     try:
         return model.sensors
     except TypeError:
@@ -79,7 +79,7 @@ def sensors_of(model: Model) -> list[RangeSensor] | None:
 
 
 class _Maker:
-    """Makes one robot."""
+    """Makes the feeds and frames of one robot."""
 
     def __init__(self, world: World, fleet: Fleet, bodies: Bodies, look: Look, number: int,
                  robot: Robot) -> None:
@@ -110,7 +110,7 @@ class _Maker:
         return joined(self.robot.prefix, name)
 
     def _interval(self, model: Model) -> int:
-        """Microseconds between updates, on average: they come with steps."""
+        """Mean interval between updates, microseconds; at least a step, because updates happen in steps."""
         return max(round(model.interval * 1e6), self._step)
 
     def _feed(self, feed: Feed, model: Model | None = None) -> None:
@@ -119,7 +119,7 @@ class _Maker:
 
     def _mount(self, frame: str, pose: tuple[float, float, float, float], pan: float = 0.0,
                tilt: float = 0.0, parent: str | None = None) -> str:
-        """A frame on the robot; returns its name."""
+        """Adds a static frame at a pose (x, y, z, heading); angles in radians. Returns its name."""
         x, y, z, heading = pose
         half, down = (heading + pan) / 2, tilt / 2
         turn = (-np.sin(half) * np.sin(down), np.cos(half) * np.sin(down),
@@ -129,7 +129,7 @@ class _Maker:
                                   np.array([x, y, z, *turn])))
         return name
 
-    # ---- what there is ----
+    # ---- feeds ----
 
     def _add_odometry(self, bodies: Bodies) -> None:
         look = self._look
@@ -162,7 +162,7 @@ class _Maker:
         scheme, row, fleet, view = self._look.scheme, self._number, self._fleet, model.view
         frame = self._mount(numbered(scheme, scheme.camera_frame, index, count), model.pose_in_tree,
                             view.pan, view.tilt)
-        # Pictures have z ahead, x to the right and y down.
+        # Optical frames have z forwards, x to the right and y down (REP 103).
         eye = f"{frame}_optical"
         self.robot.mounts.append((frame, eye, np.array([0, 0, 0, -0.5, 0.5, -0.5, 0.5])))
         interval = self._interval(model)
@@ -199,7 +199,7 @@ class _Maker:
 
 def composed(place: tuple[float, float, float, float],
              inner: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
-    """The pose `inner`, which is in the frame of `place`, in the frame that that one is in."""
+    """Transforms the pose `inner` from the frame `place` to the parent frame of `place`."""
     x, y, z, a = place
     c, s = float(np.cos(a)), float(np.sin(a))
     return (x + inner[0] * c - inner[1] * s, y + inner[0] * s + inner[1] * c, z + inner[2], a + inner[3])

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The page of stagesim.live as the node's window.
 
-The node makes the steps, in its thread and at its pace. What the page wants is done there as well, like what
-comes from ROS: a pause by the page and one by the service are the same thing.
+The node makes the steps in its own thread. Orders of the page are executed there, too, like requests from ROS:
+pausing by the page and pausing by the service have the same effect.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 class NodeRun(Show):
-    """A node's world as the page sees it.
+    """Shows the world of a node on the page.
 
     Args:
-        node: whose world it is.
-        wake: has the node's thread call soon what it is given; any thread may call it.
+        node: the node.
+        wake: wake(f) makes the node's thread call f() soon; any thread may call it.
     """
 
     def __init__(self, node: StageNode, wake: Callable[[Callable[[], None]], None]) -> None:
@@ -36,52 +36,52 @@ class NodeRun(Show):
         self._node, self._wake = node, wake
         self._known = self._mode()
 
-    # ---- from anywhere ----
+    # ---- any thread ----
 
     def start(self) -> None:
-        """Nothing: the node's run() does it."""
+        """Does nothing: the node's run() makes the steps."""
 
     def stop(self, patience: float | None = None) -> None:
-        """From now on the page gets nothing more. There is no step to wait for: the node makes them."""
+        """Stops showing the world and refuses further orders. The node's steps go on."""
         self._end()
 
     def order(self, do: Callable[[Show], Any]) -> Future[Any]:
-        """As Show has it; the node waits no longer for ROS."""
+        """See Show.order(). It also ends the node's wait for ROS."""
         future = super().order(do)
         if not self._over.is_set():
             self._wake(self._take_orders)
         return future
 
-    # ---- in orders ----
+    # ---- for orders ----
 
     def pause(self, on: bool) -> None:
-        """As the service does."""
+        """Pauses the world or lets it run, as the service `pause` does."""
         self._node.pause(on)
 
     def set_speed(self, speed: float) -> None:
-        """Sets the node's parameter."""
+        """Sets the node's parameter `speed`."""
         change = Parameter("speed", value=checked_speed(speed))
         result = self._node.set_parameters([change])[0]
         if not result.successful:
             raise ValueError(result.reason)
 
     def make_steps(self, count: int) -> None:
-        """So many, and then pauses. ROS is answered between them, other than with the service."""
+        """Makes steps, then pauses. Unlike with the service `step`, ROS is served between the steps."""
         self._node.ask_steps(checked_count(count))
 
     def reset(self, seed: int | None = None) -> None:
-        """As the service does; the parameter `seed` stays what it is."""
+        """Resets the world as the service `reset` does; None: the current seed. The parameter `seed` is not used."""
         self._node.reset(seed)
 
     def move(self, thing: int, pose: tuple[float, float, float]) -> None:
-        """As Show has it; in a pause, who listens gets the new places."""
+        """See Show.move(). While paused, the new poses are published at once."""
         super().move(thing, pose)
         self._node.moved()
 
-    # ---- by the node ----
+    # ---- for the node ----
 
     def turn(self) -> float:
-        """Called between steps. Shows what is new; returns how long nothing is to be done here (seconds)."""
+        """Called between steps: shows changes. Returns the seconds until it must be called again."""
         self._release_old()
         mode = self._mode()
         if mode != self._known:  # ROS may have changed it
@@ -92,13 +92,13 @@ class NodeRun(Show):
         return max(0.0, self._next_frame - time.monotonic()) if self._changed else math.inf
 
     def has_changed(self, note: str | None = None) -> None:
-        """There is something new to be seen; `note`: why the world stands still, if there is a reason."""
+        """Requests a new frame. `note` is the reason why the world stands still; None: unchanged."""
         self._changed = True
         if note is not None:
             self._note = note
 
     def world_is_new(self) -> None:
-        """After a reset or a restore: nobody drives."""
+        """Called after a reset or a restore: robots are no longer driven by the page."""
         for driven in self._driven.values():
             driven.fleet.cmd[:] = np.nan
         self._driven.clear()
@@ -111,20 +111,20 @@ class NodeRun(Show):
     def _pace(self) -> tuple[bool, float, float]:
         paused, speed = self._mode()
         times = self._node.times
-        # ROS takes infinity as well, which is as fast as 0, and which JSON has no number for.
+        # The parameter may be infinity, which means the same as 0, and which JSON can't represent.
         return paused, speed if math.isfinite(speed) else 0.0, times["step"] + times["publish"]
 
 
 def open_window(node: StageNode, wake: Callable[[Callable[[], None]], None], port: int) -> tuple[NodeRun, Server]:
-    """Serves the page to programs of this machine.
+    """Serves the page to this machine.
 
     Args:
-        node: whose world is shown.
+        node: the node whose world is shown.
         wake: see NodeRun.
-        port: 0: any that is free.
+        port: the port; 0: any free port.
 
     Raises:
-        StageError: the port can't be had, or the package websockets is missing.
+        StageError: the port can't be opened, or the package websockets is missing.
     """
     run = NodeRun(node, wake)
     return run, Server(node.world, port=port, run=run).start()
