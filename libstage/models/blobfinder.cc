@@ -24,7 +24,7 @@ namespace {
 constexpr double kWatts = 2.0;
 constexpr unsigned kMaxWidth = 100'000;
 constexpr size_t kMostColors = 1000;
-/// Blob heights assume bodies of twice this height in metres, centered on the optical axis.
+/// Blob heights assume bodies of twice this height in metres, centred on the optical axis.
 constexpr double kHalfHeight = 0.3;
 
 /// Rays pass through the finder's own tree and models without blob_return.
@@ -32,7 +32,7 @@ bool StopsBlobfinder(Model* candidate, const Model* finder, const void*) {
   return candidate->vis.blob_return && !candidate->IsRelated(finder);
 }
 
-/// Compares colors without opacity. Comparisons with NaN count as equal.
+/// Compares colours without opacity. Comparisons with NaN count as equal.
 bool LooksLike(const Color& a, const Color& b) {
   constexpr double kTolerance = 1e-5;
   return !(std::fabs(a.r - b.r) > kTolerance || std::fabs(a.g - b.g) > kTolerance ||

@@ -167,7 +167,7 @@ void BlockGroup::Fit(const Size& size) {
   frozen_ = blocks_.empty();
   told_too_large_ = false;
   const double dx = Extent(box.x), dy = Extent(box.y);
-  // Axes without extent are centered; without height, z is kept.
+  // Axes without extent are centred; without height, z is kept.
   const double scale_x = Scale(dx, size.x, 0), scale_y = Scale(dy, size.y, 0);
   const double scale_z = Scale(Extent(box.z), size.z, 1);
   const double centre_x = box.x.min + dx / 2.0, centre_y = box.y.min + dy / 2.0;

@@ -106,8 +106,8 @@ class BlockGroup {
   /// Changes with each change of the blocks: tells whether a picture of them is up to date.
   unsigned version() const { return version_; }
 
-  /// Scales and centers the body in plan to fill size.x by size.y. Scales heights to size.z without
-  /// shifting them. A body without extent along an axis is centered on it; one without height keeps
+  /// Scales and centres the body in plan to fill size.x by size.y. Scales heights to size.z without
+  /// shifting them. A body without extent along an axis is centred on it; one without height keeps
   /// its z.
   void Fit(const Size& size);
   bounds3d_t BoundingBox() const;

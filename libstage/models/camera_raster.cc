@@ -18,7 +18,7 @@ constexpr double kSteep = 1e-3;
 
 enum Side : unsigned { kLeft = 1, kRight = 2, kFar = 4 };
 
-/// Index of the first pixel in [0, limit) with its center at `at` or beyond, or `limit`.
+/// Index of the first pixel in [0, limit) with its centre at `at` or beyond, or `limit`.
 int FirstPixel(double at, int limit) {
   const double pixel = std::ceil(at - 0.5);
   if (!(pixel > 0)) return 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Renders prisms in color and depth as a pinhole camera sees them.
+// Renders prisms in colour and depth as a pinhole camera sees them.
 //
 // View coordinates: `right` and `ahead` are horizontal, `ahead` along the camera's heading; heights
 // are relative to the eye. For a camera tilted down by t,
@@ -69,7 +69,7 @@ class Raster {
   struct Point {
     double right, up, depth;
   };
-  struct Crossing {  // of an edge with the center line of a pixel row
+  struct Crossing {  // of an edge with the centre line of a pixel row
     double x;
     int direction;
     int next;  // index of the next in the row, or -1

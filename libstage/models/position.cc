@@ -25,7 +25,7 @@ namespace {
 
 constexpr double kSecond = 1e6;  // microseconds
 
-// Widths of the uniform distributions, centered on zero, of the default odometry errors.
+// Widths of the uniform distributions, centred on zero, of the default odometry errors.
 constexpr double kErrorWidthXY = 0.03, kErrorWidthA = 0.05;
 
 // Parameters of position control, which has a gain of 1/s.

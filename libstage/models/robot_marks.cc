@@ -12,10 +12,10 @@ namespace Stg {
 
 namespace {
 
-// Positions as fractions of the distance from the body's center to its outline.
+// Positions as fractions of the distance from the body's centre to its outline.
 constexpr double kTip = 0.9, kBase = -0.3, kHalfWidth = 0.4;
 
-/// Extent of the outlines from the center along the model's axes; 0 where there is no outline.
+/// Extent of the outlines from the centre along the model's axes; 0 where there is no outline.
 struct Reach {
   double ahead = 0, left = 0, right = 0;
 };

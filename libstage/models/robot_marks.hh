@@ -24,7 +24,7 @@ using Nose = std::array<point_t, 3>;
 /// not enclose the frame's origin, so that there is nothing to draw it on.
 std::optional<Nose> NoseOf(const BlockGroup& body, const Pose& frame);
 
-/// A light tone of a dark body's color, a dark tone of a light one, with the same opacity.
+/// A light tone of a dark body's colour, a dark tone of a light one, with the same opacity.
 Color NoseColor(const Color& body);
 
 /// In pixels. Robots narrower than a dot are drawn as a dot, to be visible at any distance. Dots
@@ -34,8 +34,8 @@ inline constexpr std::size_t kManyRobots = 1000;
 inline double DotWidth(std::size_t robots) {
   return robots > kManyRobots ? kSmallDotWidth : kDotWidth;
 }
-/// In pixels. Narrower bodies have no edges drawn, which would hide the color; narrower robots have
-/// no nose, which would be illegible.
+/// In pixels. Narrower bodies have no edges drawn, which would hide the colour; narrower robots
+/// have no nose, which would be illegible.
 inline constexpr double kEdgeWidth = 5, kNoseWidth = 6;
 
 }  // namespace Stg

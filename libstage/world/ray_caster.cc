@@ -90,7 +90,7 @@ void RayCaster::PlaceFans(const Pose* poses, size_t count, meters_t range, uint3
   });
 }
 
-/// Sorts the poses so that neighbors are adjacent and their rays are walked together.
+/// Sorts the poses so that neighbours are adjacent and their rays are walked together.
 void RayCaster::OrderByPlace(const Pose* poses, size_t count) {
   const double cells_per_metre = world_.Resolution();
   order_.resize(count);

@@ -17,12 +17,12 @@ namespace {
 
 constexpr size_t kMostStarts = 10;  // number of robots that are named
 
-/// Center of a robot's own body, and the height range including all that it carries.
+/// Centre of a robot's own body, and the height range including all that it carries.
 struct Spot {
   const ModelPosition* robot;
   point_t middle;
   Bounds z;
-  int winding = 0;  // winding number of the current obstacle's outlines around the center
+  int winding = 0;  // winding number of the current obstacle's outlines around the centre
 };
 
 void WidenHeights(const Model& model, Bounds* z) {

@@ -16,13 +16,13 @@
 namespace Stg {
 namespace {
 
-/// "; did you mean "dodger blue"?", or "" if no color has a similar name.
+/// "; did you mean "dodger blue"?", or "" if no colour has a similar name.
 std::string SimilarColor(const std::string& name) {
   const auto is_upper = [](char c) { return c >= 'A' && c <= 'Z'; };
   std::string lower = name;
   for (char& c : lower)
     if (is_upper(c)) c = static_cast<char>(c - 'A' + 'a');
-  std::vector<std::string> names;  // every color has a lower-case name
+  std::vector<std::string> names;  // every colour has a lower-case name
   for (const geometry::X11Color& color : geometry::X11Colors())
     if (std::ranges::none_of(color.name, is_upper)) names.emplace_back(color.name);
   const std::string similar = worldfile::MostSimilar(lower, names);

@@ -9,7 +9,7 @@ namespace Stg::worldfile {
 namespace {
 
 // Optimal string alignment distance: the number of letters to insert, remove, replace or swap with
-// a neighbor.
+// a neighbour.
 std::size_t EditDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;

@@ -15,7 +15,7 @@ class ModelBlinkenlight : public Model {
   ModelBlinkenlight(World* world, Model* parent, const std::string& type);
 
   bool IsOn() const;
-  /// Its color, at half the brightness while it is off.
+  /// Its colour, at half the brightness while it is off.
   Color GetShownColor() const override;
 
   using Model::Load;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// ModelBlobfinder: a camera with one row of pixels that detects blobs of color. Part of <stage.hh>.
+// ModelBlobfinder: a camera with one row of pixels that detects coloured blobs. Part of <stage.hh>.
 //
-// Each pixel of the row is a ray; consecutive rays that hit the same color form a blob. The ray
+// Each pixel of the row is a ray; consecutive rays that hit the same colour form a blob. The ray
 // after a blob cannot begin the next one, so adjacent blobs have a gap of one pixel. Rays hit
 // bodies at any height if their blob_return is set and they are not in the finder's own tree.
 //
@@ -42,7 +42,7 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
   const std::vector<Blob>& GetBlobs() const { return blobs_; }
   std::vector<Blob>& GetBlobsMutable() { return blobs_; }
 
-  // Colors to report; if empty, all colors are reported.
+  // Colours to report; if empty, all colours are reported.
   void AddColor(Color col);
   void RemoveColor(Color col);
   void RemoveAllColors();
@@ -59,7 +59,7 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
   void ExchangeState(StateExchange& exchange) override;
 
   radians_t fov;             ///< of the row; also spans the height of the image
-  radians_t pan;             ///< heading of the image center relative to the model
+  radians_t pan;             ///< heading of the image centre relative to the model
   meters_t range;            ///< maximum distance of blobs
   unsigned int scan_height;  ///< of the image, pixels
   unsigned int scan_width;   ///< of the image, pixels; also the number of rays

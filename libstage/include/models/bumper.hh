@@ -14,7 +14,7 @@ namespace Stg {
 
 class ModelBumper : public Model, private internal::sensing::RaySink {
  public:
-  /// A line of the given length, centered at the pose and perpendicular to its heading.
+  /// A line of the given length, centred at the pose and perpendicular to its heading.
   class BumperConfig {
    public:
     Pose pose;  ///< in the bumper's frame; z is ignored

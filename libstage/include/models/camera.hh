@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// ModelCamera: takes pictures of the scene in color and depth. Part of <stage.hh>.
+// ModelCamera: takes pictures of the scene in colour and depth. Part of <stage.hh>.
 //
-// The camera looks along its own heading. Bodies are opaque and flat-colored, including those of
+// The camera looks along its own heading. Bodies are opaque and flat-coloured, including those of
 // its own tree: mount a camera above or outside of them. It works without a window.
 
 #ifndef STAGE_MODELS_CAMERA_HH

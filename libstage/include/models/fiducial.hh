@@ -58,7 +58,7 @@ class ModelFiducial : public Model, private internal::sensing::RaySink {
   meters_t max_range_anon;  ///< maximum range
   meters_t max_range_id;    ///< maximum range at which ids are readable
   meters_t min_range;       ///< nearer targets are reported at this range
-  radians_t fov;            ///< centered ahead
+  radians_t fov;            ///< centred ahead
   radians_t heading;        ///< no effect
   int key;                  ///< no effect: vis.fiducial_key must match
   bool ignore_zloc;         ///< also find targets if the ray hits nothing

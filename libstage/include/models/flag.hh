@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Flags: colored tokens that models carry and pass on. Part of <stage.hh>; C++11.
+// Flags: coloured tokens that models carry and pass on. Part of <stage.hh>; C++11.
 
 #ifndef STAGE_MODELS_FLAG_HH
 #define STAGE_MODELS_FLAG_HH
@@ -22,7 +22,7 @@ class Model::Flag {
   Color GetColor() { return color_; }
   double GetSize() { return size_; }
 
-  /// Splits off a flag of the same color with size `portion`, or what remains; null if nothing
+  /// Splits off a flag of the same colour with size `portion`, or what remains; null if nothing
   /// does. The caller owns it.
   Flag* Nibble(double portion);
 

@@ -16,7 +16,7 @@ class ModelLightIndicator : public Model {
   /// Off by default.
   void SetState(bool isOn) { is_on_ = isOn; }
   bool IsOn() const { return is_on_; }
-  /// Its color, darkened while it is off.
+  /// Its colour, darkened while it is off.
   Color GetShownColor() const override;
   void ExchangeState(StateExchange& exchange) override;
 

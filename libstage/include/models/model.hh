@@ -181,7 +181,7 @@ class Model : public Ancestor {
   /// Refused with a message if a number is not finite.
   void AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz);
   void ClearBlocks();
-  /// Marks the cells of a raster, centered on the body, that the body's outlines cross. Row 0 has
+  /// Marks the cells of a raster, centred on the body, that the body's outlines cross. Row 0 has
   /// the smallest y.
   void Rasterize(uint8_t* data, unsigned int width, unsigned int height, meters_t cellwidth,
                  meters_t cellheight);
@@ -312,7 +312,7 @@ class Model : public Ancestor {
   void RemoveVisualizer(Visualizer* custom_visual);
   void NeedRedraw();
   void Redraw();
-  /// A stack of colors for drawing in Visualizer::Visualize().
+  /// A stack of colours for drawing in Visualizer::Visualize().
   virtual void PushColor(Color col);
   virtual void PushColor(double r, double g, double b, double a);
   virtual void PopColor();
@@ -379,7 +379,7 @@ class Model : public Ancestor {
 
     TrailItem(usec_t t, const Pose& p, const Color& c) : time(t), pose(p), color(c) {}
   };
-  /// Color of the body now: lights may be on or off.
+  /// Colour of the body now: lights may be on or off.
   virtual Color GetShownColor() const { return color; }
   /// True if the model may be dragged with the mouse.
   bool IsMovable() const { return gui.move; }

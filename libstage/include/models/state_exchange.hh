@@ -31,7 +31,7 @@ class Model;
 ///       exchange(gain_, readings_, nearest_);
 ///     }
 ///
-/// Values may be numbers, bool, enumerations, strings, geometry and colors of this library, random
+/// Values may be numbers, bool, enumerations, strings, geometry and colours of this library, random
 /// streams, pointers to models of the same world or null, arrays and vectors of these, and classes
 /// with an ExchangeState() function. The bytes are the same on every processor.
 class StateExchange {

@@ -77,7 +77,7 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
   /// Collects devices in reach and adds rays towards them to the batch of the step.
   void Update() override;
   void Gather(internal::sensing::FanList* fans) override;
-  /// Completes the list of neighbors.
+  /// Completes the list of neighbours.
   void Sensed() override;
 
  private:

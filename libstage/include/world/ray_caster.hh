@@ -70,7 +70,7 @@ class RayCaster : private internal::sensing::RaySink {
   std::vector<char> seen_;  // by model id
   double* ranges_;          // destination of the current call
   struct Place {
-    uint64_t key;  // similar for neighbors in the plane
+    uint64_t key;  // similar for neighbours in the plane
     uint32_t pose;
   };
   std::vector<Place> order_;  // order of the poses in the batch

@@ -289,7 +289,7 @@ class World : public Ancestor {
   virtual void OfferVisualizer(Visualizer*, bool) {}
   /// Draws a line in the next picture (coordinates in metres). Ignored without a window.
   void RecordRay(double x1, double y1, double x2, double y2);
-  /// Like RecordRay(), with a color that may be transparent.
+  /// Like RecordRay(), with a colour that may be transparent.
   void RecordLine(double x1, double y1, double x2, double y2, const Color& color);
   void ClearRays() { ray_list.clear(); }
   struct RecordedRay {

@@ -45,7 +45,7 @@ class CallbackPhase {
 
   FirstThrower thrower_;
   RunFinder runs_;
-  // Neighbors of the same tree form a group, which one thread calls. Holds the begin of each group
+  // Neighbours of the same tree form a group, which one thread calls. Holds the begin of each group
   // and the end of the last.
   std::vector<uint32_t> group_begins_;
   std::vector<uint8_t> begins_group_;  // for each model, whether a group begins there

@@ -7,7 +7,7 @@
 //   each item is examined once, although the items of a short interval are asked for one by one;
 //   an interval too short to pay for waking threads is left to the caller;
 //   the minimum length is measured: the first interval of a step must keep one thread busy longer
-//   than waking others takes (a favorable guess); each further one must last much longer.
+//   than waking others takes (a favourable guess); each further one must last much longer.
 
 #ifndef STAGE_WORLD_PHASES_RUN_FINDER_HH
 #define STAGE_WORLD_PHASES_RUN_FINDER_HH
