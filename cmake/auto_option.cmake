@@ -2,10 +2,9 @@
 
 # stage_auto_option(NAME DOC FOUND)
 #
-# An option for a part that needs an optional package: AUTO (the default) builds the part if the
-# variable called FOUND is true, ON insists on it, OFF leaves it out. Sets NAME_ENABLED. It is no
-# plain option() with a default, because that would remember a package's absence after the package
-# has been installed.
+# Adds an option for a part that needs an optional package. AUTO (the default) builds the part if the variable named
+# FOUND is true, ON requires it, OFF omits it. Sets NAME_ENABLED. A plain option() with a default would remember that
+# a package was missing after it has been installed.
 function(stage_auto_option name doc found)
   set(${name} AUTO CACHE STRING "${doc}: AUTO, ON or OFF")
   set_property(CACHE ${name} PROPERTY STRINGS AUTO ON OFF)

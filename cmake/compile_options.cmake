@@ -9,11 +9,11 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Type of build" FORCE)
 endif()
 
-# The same IEEE arithmetic on every processor: no fused multiply-add, nothing reordered.
+# Equal IEEE arithmetic on every processor: no fused multiply-add, no reordering.
 add_compile_options(-ffp-contract=off -fno-fast-math)
 include(forbid_fused)
 
-# x87 registers round twice, so that results would differ from those of other processors.
+# x87 registers round twice, so results would differ from other processors.
 include(CheckCXXSourceCompiles)
 check_cxx_source_compiles("
   #include <cfloat>
@@ -24,18 +24,18 @@ if(NOT STAGE_DOUBLES_ARE_PLAIN)
                       "CXXFLAGS='-msse2 -mfpmath=sse', as the preset i386 does")
 endif()
 
-# On 32-bit processors too, files may have more than 2 GB, and file systems more than 2^32 files.
+# Files larger than 2 GB and file systems with more than 2^32 files, also on 32-bit processors.
 add_compile_definitions(_FILE_OFFSET_BITS=64)
 
-# Messages name files from the top of the tree, not of the machine that they were built on.
+# Messages name files relative to the project root, not to the build machine's folders.
 add_compile_options("-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=")
 
-# Lines for debuggers and profilers, but not all they could know: a quarter less to compile.
+# Only line numbers for debuggers and profilers: saves a quarter of the compile time.
 add_compile_options("$<$<CONFIG:RelWithDebInfo>:-g1>")
 
 add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wconversion)
 if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
-  add_compile_options(-Wno-sign-conversion) # part of GCC's -Wconversion for C only
+  add_compile_options(-Wno-sign-conversion) # GCC's -Wconversion includes it for C only
 endif()
 if(STAGE_WERROR)
   add_compile_options(-Werror)
@@ -52,7 +52,7 @@ else()
 endif()
 if(sanitizers)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # GCC 12 takes the standard library's own code for uninitialised once it is instrumented.
+    # GCC 12 warns of uninitialized variables in its own standard library if that is instrumented.
     add_compile_options(-Wno-maybe-uninitialized)
   endif()
   add_compile_options(-fsanitize=${sanitizers} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# What logs may be compressed with: the imported targets stage_LZ4 and stage_ZSTD, with LZ4_FOUND and
-# ZSTD_FOUND. Debian's packages of them have no files for CMake.
+# Finds the compression libraries for logs. Defines the imported targets stage_LZ4 and stage_ZSTD, LZ4_FOUND and
+# ZSTD_FOUND. Debian's packages of these libraries contain no files for CMake.
 
 # stage_find_library(NAME HEADER LIBRARY)
 function(stage_find_library name header library)

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Text files as constants in the program, so that there is nothing to find at run time.
+# Embeds text files as constants, so that the program needs no files at run time.
 #
 #   stage_embed_texts(TARGET HEADER NAMESPACE SYMBOL FILE [SYMBOL FILE]...)
 #
-# gives TARGET a generated header that declares in NAMESPACE, for each FILE, a
-# `extern const char* const SYMBOL`: its contents with a zero byte at the end. FILEs are relative to
-# the project root. The same file, run as a script (cmake -P), writes one constant's source.
+# adds a generated header to TARGET. For each FILE it declares `extern const char* const SYMBOL` in NAMESPACE: the
+# zero-terminated contents. FILEs are relative to the project root. This file also runs as a script (cmake -P), which
+# writes the source of one constant.
 
 if(CMAKE_SCRIPT_MODE_FILE)
-  # A list of character constants, one line for each line of the file: unlike string literals it has
-  # no length limit, and nothing in the text can end it.
+  # Writes a list of character constants, one line per line of the file: it has no length limit, unlike string
+  # literals, and nothing in the text can end it.
   file(READ "${INPUT}" bytes HEX)
   string(REGEX REPLACE "(..)" "'\\\\x\\1'," bytes "${bytes}")
   string(REPLACE "'\\x0a'," "'\\x0a',\n" bytes "${bytes}")

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Run at installation: installs stage.hh and every header of ours that it includes, directly or not,
-# into DESTINATION under the name by which it is included. INCLUDE_ROOTS are the folders to look in;
-# the header OPTIONAL is left out unless
-# WITH_OPTIONAL is on.
+# Runs at installation: installs stage.hh, and every header of this project that it includes directly or indirectly,
+# into DESTINATION under the name by which it is included. INCLUDE_ROOTS are the folders to search. The header
+# OPTIONAL is skipped unless WITH_OPTIONAL is on.
 #
-# Installed headers name each other relative to themselves ("../geometry/color.hh"), so that clients
-# may say <Stage-5.0/stage.hh> as well as <stage.hh>. The changed copies are kept in STAGING_DIR and
-# only rewritten if they differ: installing again does not make clients compile again.
+# Installed headers include each other by relative paths ("../geometry/color.hh"), so that clients may include
+# <Stage-5.0/stage.hh> as well as <stage.hh>. The modified copies are kept in STAGING_DIR and only rewritten if they
+# change, so that reinstalling does not recompile clients.
 
 cmake_policy(VERSION 3.22)
 
@@ -22,8 +21,8 @@ function(find_header variable name)
   message(FATAL_ERROR "the public header ${name} was not found in ${INCLUDE_ROOTS}")
 endfunction()
 
-# Sets VARIABLE to the text of the header at PATH, which lies in FOLDER of the installation and
-# includes the headers ARGN, with relative includes.
+# Sets VARIABLE to the text of the header at PATH, which will be installed in FOLDER, with relative includes of the
+# headers in ARGN.
 function(read_with_relative_includes variable path folder)
   file(READ "${path}" text)
   foreach(include IN LISTS ARGN)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# What `cmake --install` puts where. The components are those that packages.cmake makes packages of.
+# Rules of `cmake --install`. packages.cmake makes one package per component.
 
 include(CMakePackageConfigHelpers)
 
@@ -53,8 +53,8 @@ install(
 set(pkgconfig_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 file(RELATIVE_PATH pkgconfig_to_prefix "/prefix/${pkgconfig_dir}" "/prefix")
 string(REGEX REPLACE "/$" "" pkgconfig_to_prefix "${pkgconfig_to_prefix}")
-# Clients that don't use the window are not tied to its libraries: these come after libstage, which
-# has the functions that both have.
+# --as-needed: clients without a window do not depend on the window's libraries. These come after libstage, whose
+# definitions take precedence for functions that both define.
 set(pkgconfig_window_libraries "")
 if(STAGE_GUI_ENABLED)
   string(JOIN " " pkgconfig_window_libraries "-Wl,--push-state,--as-needed" -lstagegui
@@ -66,8 +66,7 @@ install(
   DESTINATION "${pkgconfig_dir}"
   COMPONENT libstage-dev)
 
-# CMake finds lower-case file names, and folders in any case, for find_package(stage), (Stage) and
-# (STAGE) alike.
+# CMake finds lower-case file names, and folders in any case, for find_package(stage), (Stage) and (STAGE).
 set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/Stage")
 set(library_link "${CMAKE_INSTALL_LIBDIR}/libstage.so")
 set(library_file "${library_link}.${PROJECT_VERSION}")
@@ -85,7 +84,7 @@ install(
         "${PROJECT_BINARY_DIR}/stage-config-version.cmake"
   DESTINATION "${package_dir}"
   COMPONENT libstage-dev)
-# Where ROS looks for it.
+# ROS looks for it here.
 install(
   FILES package.xml
   DESTINATION "${CMAKE_INSTALL_DATADIR}/Stage"

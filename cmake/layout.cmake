@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Where things lie. The build tree looks like an installation (bin/, lib/, lib/stage-5.0/, share/stage/worlds), so that
-# the program finds its library, and the library its plug-ins and worlds, in both by the same relative paths.
+# Layout of the build tree. It equals that of an installation (bin/, lib/, lib/stage-5.0/, share/stage/worlds), so
+# that the program finds its library, and the library its plug-ins and worlds, by the same relative paths in both.
 
-# Installations and packages take what has been built: that need not include tests and benchmarks.
+# Installations and packages take what was built, which need not include tests and benchmarks.
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 
-# PREFIX/lib everywhere: clients of Stage look for plug-ins there.
+# Always PREFIX/lib, because clients of Stage look for plug-ins there.
 set(CMAKE_INSTALL_LIBDIR lib CACHE PATH "Directory of libraries, below the prefix")
 include(GNUInstallDirs)
 
@@ -16,7 +16,7 @@ set(STAGE_INSTALL_DATA_DIR "${CMAKE_INSTALL_DATADIR}/stage")
 set(STAGE_INSTALL_INCLUDE_DIR
     "${CMAKE_INSTALL_INCLUDEDIR}/Stage-${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
 
-# The worlds that come with Stage, as seen from the folder of the library.
+# Path of the installed worlds, relative to the folder of the library.
 file(RELATIVE_PATH STAGE_WORLDS_FROM_LIBRARY "/prefix/${CMAKE_INSTALL_LIBDIR}" "/prefix/${STAGE_INSTALL_DATA_DIR}/worlds")
 file(MAKE_DIRECTORY "${PROJECT_BINARY_DIR}/share/stage")
 file(CREATE_LINK "${PROJECT_SOURCE_DIR}/worlds" "${PROJECT_BINARY_DIR}/share/stage/worlds" SYMBOLIC)
@@ -26,8 +26,8 @@ set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/lib")
 set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/lib")
 set(STAGE_PLUGIN_OUTPUT_DIR "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/${STAGE_PLUGIN_SUBDIR}")
 
-# Relative run paths keep build trees and installations movable; stage_set_run_path(TARGET PATH)
-# gives both the same one. Tests and benchmarks are not installed and keep CMake's own.
+# stage_set_run_path(TARGET PATH) sets the same relative run path for the build tree and the installation, so that
+# both can be moved. Tests and benchmarks are not installed and keep CMake's default.
 function(stage_set_run_path target path)
   set_target_properties(${target} PROPERTIES INSTALL_RPATH "${path}" BUILD_WITH_INSTALL_RPATH ON)
 endfunction()
@@ -35,7 +35,7 @@ file(RELATIVE_PATH bin_to_lib "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FU
 set(STAGE_PROGRAM_RPATH "$ORIGIN/${bin_to_lib}")
 set(STAGE_PLUGIN_RPATH "$ORIGIN/..")
 
-# stage_add_plugin(TARGET SOURCE...): a plug-in TARGET.so beside the others, linked to libstage;
+# stage_add_plugin(TARGET SOURCE...): adds a plug-in TARGET.so, linked to libstage, in the folder of plug-ins.
 # install_rules.cmake installs it.
 function(stage_add_plugin target)
   add_library(${target} MODULE ${ARGN})
@@ -44,7 +44,7 @@ function(stage_add_plugin target)
     ${target} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY "${STAGE_PLUGIN_OUTPUT_DIR}")
   stage_set_run_path(${target} "${STAGE_PLUGIN_RPATH}")
   if(NOT STAGE_SANITIZE AND NOT STAGE_FUZZ)
-    # A symbol that nobody defines shows when the plug-in is built, not when a robot needs it.
+    # Report undefined symbols when the plug-in is built, not when it is loaded.
     target_link_options(${target} PRIVATE LINKER:--no-undefined)
   endif()
   set_property(GLOBAL APPEND PROPERTY STAGE_PLUGIN_TARGETS ${target})

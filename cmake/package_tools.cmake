@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Run by cpack before it makes packages: without these programs it fails, and does not say why.
+# Runs in cpack before it makes packages: without these programs cpack fails and does not say why.
 
 set(missing "")
 if(NOT EXISTS /usr/bin/dpkg-shlibdeps)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Debian packages: `cpack -G DEB` in the build folder makes one for each component, of what has been built. Builds and
-# installations do not notice.
+# Debian packages: `cpack -G DEB` in the build folder makes one per component from what was built. Builds and
+# installations are not affected.
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME stage)
@@ -18,9 +18,9 @@ set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
-# Libraries of others: what the files were linked with. Our own: the component, see below.
+# Dependencies on foreign libraries come from the linked files, those on our components from stage_package().
 if(CMAKE_CROSSCOMPILING)
-  # dpkg-shlibdeps knows the packages of this machine alone.
+  # dpkg-shlibdeps only knows the packages of the build machine.
   set(CPACK_DEBIAN_LIBSTAGE5_PACKAGE_DEPENDS
       "libc6 (>= 2.34), libgcc-s1, libstdc++6 (>= 12), libpng16-16 | libpng16-16t64, zlib1g")
   if(STAGE_JPEG_ENABLED)
@@ -42,16 +42,16 @@ else()
   set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}")
 endif()
 
-# Files that Debian wants in each package: a changelog in its own format, compressed, and the licence.
+# Files that Debian requires in each package: a compressed changelog in its own format, and the licence.
 string(TIMESTAMP package_date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 set(package_files "${PROJECT_BINARY_DIR}/package")
 configure_file(cmake/debian/changelog.in "${package_files}/changelog" @ONLY)
 execute_process(COMMAND gzip -9nf "${package_files}/changelog" COMMAND_ERROR_IS_FATAL ANY)
-# Debian's trigger brings the linker's cache up to date after installation and removal.
+# Debian's trigger updates the linker's cache after installation and removal.
 file(COPY cmake/debian/triggers DESTINATION "${package_files}")
 
-# stage_package(NAME SECTION SUMMARY DESCRIPTION [COMPONENT...]): the package NAME, of the component of that
-# name, which needs the other components.
+# stage_package(NAME SECTION SUMMARY DESCRIPTION [COMPONENT...]): makes the package NAME from the component of that
+# name. It depends on the packages of the other components.
 macro(stage_package name section summary description)
   list(APPEND CPACK_COMPONENTS_ALL ${name})
   string(TOUPPER ${name} upper_name)
@@ -76,7 +76,7 @@ if(STAGE_GUI_ENABLED)
     libstagegui5 libs "2D multi-robot simulator, window" "The window of Stage, and pictures and films without one."
     libstage5)
   set(CPACK_DEBIAN_LIBSTAGEGUI5_PACKAGE_RECOMMENDS "libgl1-mesa-dri | libgl1-nvidia-glvnd-glx")
-  # What <stage.hh> includes, and what stage.pc links with.
+  # For the includes of <stage.hh> and the libraries in stage.pc.
   set(CPACK_DEBIAN_LIBSTAGE-DEV_PACKAGE_DEPENDS
       "libfltk1.3-dev, libgl-dev, libglu1-mesa-dev | libglu-dev")
   set(CPACK_DEBIAN_STAGE_PACKAGE_RECOMMENDS libstagegui5)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# What the Python package is built with: Python's headers, and nanobind with its backend, which are on
-# PyPI. tools/setup --python puts them into build/venv, whose Python is taken if it is there. Sets
-# python_package_FOUND, STAGE_NANOBIND_DIR, what find_package(Python) sets, and
-# STAGE_PYTHON_SANITIZER: the libraries that Python has to load first if a sanitizer has gone over the package.
+# Finds what the Python package is built with: Python's headers, and nanobind with its backend from PyPI. tools/setup
+# --python installs these into build/venv, whose Python is preferred. Sets python_package_FOUND, STAGE_NANOBIND_DIR,
+# the variables of find_package(Python) and STAGE_PYTHON_SANITIZER: libraries that Python must preload if the package
+# is built with a sanitizer.
 
 set(python_package_FOUND OFF)
 if(CMAKE_CROSSCOMPILING OR STAGE_FUZZ)

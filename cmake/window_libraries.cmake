@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# What the window is made with: the imported targets stage_fltk, OpenGL::GL, OpenGL::GLU, and
-# OpenGL::EGL where there is one, Freetype::Freetype and Fontconfig::Fontconfig. window_libraries_FOUND says whether all but the last are there.
+# Finds the window's libraries. Defines the imported targets stage_fltk, OpenGL::GL, OpenGL::GLU, Freetype::Freetype,
+# Fontconfig::Fontconfig and, if available, OpenGL::EGL. window_libraries_FOUND is true if all but EGL were found.
 
 set(OpenGL_GL_PREFERENCE GLVND)
 find_package(OpenGL QUIET OPTIONAL_COMPONENTS EGL)

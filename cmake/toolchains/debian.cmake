@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# For other processors, with Debian's cross compilers and the libraries of a tree that tools/cross has
-# made. Included by the toolchain file of each, which says
+# Cross-compiles with Debian's compilers and the libraries of a tree made by tools/cross. The toolchain file of each
+# processor includes it after setting
 #   CMAKE_SYSTEM_PROCESSOR
-#   stage_architecture          Debian's name of it
-#   stage_triplet               that its compilers begin with
-#   stage_triplet_of_libraries  of the folders with libraries
-#   stage_emulator              what runs its programs; nothing if this machine can
+#   stage_architecture          Debian's name of the architecture
+#   stage_triplet               prefix of the compilers
+#   stage_triplet_of_libraries  name of the library folders
+#   stage_emulator              runs the programs; empty if this machine can run them
 
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_CXX_COMPILER ${stage_triplet}-g++)

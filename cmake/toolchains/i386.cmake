@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# 32-bit x86 with SSE2: x87 registers would round twice.
+# 32-bit x86 with SSE2, because x87 registers would round twice.
 
 set(CMAKE_SYSTEM_PROCESSOR i686)
 set(stage_architecture i386)
