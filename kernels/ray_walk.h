@@ -53,7 +53,7 @@ typedef uint32_t ray_uint;
 #define RAY_BLOCK_SHIFT 9   /* a block: 8 x 8 regions, one bit each in its region map */
 #define RAY_SUPER_SHIFT 10  /* a superregion: 2 x 2 blocks */
 #define RAY_NO_HIT 0xffffffffu
-#define RAY_BEHIND (-131072) /* a limit that the start is beyond already */
+#define RAY_BEHIND (-131072) /* a limit that lies behind any start */
 
 /* A slot of the directory of superregions: a hash table with linear probing. index 0: free. */
 typedef struct RAY_ALIGNED(16) {
@@ -92,8 +92,8 @@ typedef struct {
   float dy_per_dx, dx_per_dy;
   int u, v;           /* borders crossed so far */
   int reported;       /* the current cell was returned already */
-  ray_uint region;    /* region of the cell that ray_next() returned, */
-  ray_uint tile, bit; /* index of its tile in the region, its bit in the tile */
+  ray_uint region;    /* region of the cell that ray_next() returned */
+  ray_uint tile, bit; /* tile in that region, and bit in that tile */
 } ray_t;
 
 RAY_FUNCTION ray_long ray_product(int a, int b) { return (ray_long)a * (ray_long)b; }

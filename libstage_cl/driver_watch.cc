@@ -28,7 +28,7 @@ struct Crash {
   const char* name;  // stored here because strsignal() may allocate
   struct sigaction before;
 };
-// Never resized, because the signal handler reads it.
+// A plain array, because the signal handler reads it.
 Crash g_crashes[] = {{SIGSEGV, "Segmentation fault", {}},
                      {SIGBUS, "Bus error", {}},
                      {SIGILL, "Illegal instruction", {}},

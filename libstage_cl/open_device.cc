@@ -24,9 +24,8 @@ std::string Shortened(std::string log) {
   return log.size() > kLongest ? log.substr(0, kLongest) + "..." : log;
 }
 
-/// Checks requirements of the kernels that not every device meets. Other lower limits of the
-/// embedded profile do not matter: floats only guess, images are not used, arguments take about 100
-/// bytes.
+/// Checks what the kernels need and not every device has. Other limits of the embedded profile do
+/// not matter: floats only guess, images are not used, arguments take about 100 bytes.
 void CheckDevice(const ::cl::Device& device) {
   constexpr unsigned kBits = 8 * 16;  // alignment of the most aligned record
   if (device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>() == CL_FALSE)

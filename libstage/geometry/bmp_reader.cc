@@ -76,7 +76,7 @@ class BmpReader {
     compression_ = header.U32(12);
     colors_ = header.U32(28);
     if (compression_ != kMasks && compression_ != kMasksWithAlpha) return;
-    // Later headers contain the masks; the first one is followed by them.
+    // Later headers contain the masks; after the one of Windows 3 they follow.
     red_mask_ = header_size_ > kInfoHeader ? header.U32(36) : Bytes(input_, 12).U32(0);
   }
 

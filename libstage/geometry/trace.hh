@@ -23,8 +23,7 @@ inline constexpr std::size_t kMaxCorners = 500'000;
 /// vertices is fixed, since simulation results depend on it. A polygon starts at the smallest
 /// remaining corner (by x, then by row), keeps the solid side on its right and, where two ways lead
 /// on, takes the one to the smaller corner. Unit steps in one direction are merged, except the
-/// first two and the last two. Throws LoadError (exit status 255) if there are more than
-/// kMaxCorners.
+/// first two and the last two. Throws LoadError (exit status 255) beyond kMaxCorners.
 std::vector<std::vector<point_t>> Trace(const Bitmap& bitmap);
 
 /// The outlines of a picture, and its size.

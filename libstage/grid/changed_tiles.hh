@@ -22,7 +22,7 @@ class ChangedTiles {
   ChangedTiles(ChangedTiles&&) = default;
   ChangedTiles& operator=(ChangedTiles&&) = default;
 
-  /// Starts or stops recording. Both clear the set.
+  /// Starts or stops recording, and clears the set.
   void Track(bool on) {
     tracking_ = on;
     Forget();

@@ -132,11 +132,11 @@ class Grid {
     bool shared = false;
     PoolShare own_lists, own_nodes, own_outlines;
     int64_t drawn_cells = 0, empty_regions = 0;  // increase since the edit began
-    uint64_t first_drawing = 0, drawings = 0;    // see Stamp()
+    uint64_t first_drawing = 0, drawings = 0;    // stamps: before the edit, and last
     CellBox extent;                              // what this edit adds to Grid::extent()
 
    public:
-    /// Concurrent edits only: the next stamp is that of the redraw number `bodies`, counted from 0.
+    /// Concurrent edits only: sets the next stamp, as if `bodies` redraws preceded it in this edit.
     void Follow(uint64_t bodies) { drawings = first_drawing + bodies; }
 
    private:
@@ -167,8 +167,7 @@ class Grid {
   /// with its own Edit. Two threads must never use the same tile at once, and thin parts need their
   /// slots. `most` gives upper bounds, for which memory is reserved. Other changes are forbidden.
   struct EditSize {
-    std::size_t parts = 0,
-                cells = 0;  ///< thin outlines: tile parts, and cells of all parts together
+    std::size_t parts = 0, cells = 0;  ///< thin outlines: tile parts, and cells in all of them
     std::size_t exact_parts = 0;
     uint64_t bodies = 0;  ///< number of redraws
   };
@@ -356,8 +355,7 @@ class Grid {
 
   struct Statistics {
     std::size_t superregions, regions, tiles, bytes;
-    uint64_t
-        entered;  ///< number of superregions entered into the directory so far: a measure of work
+    uint64_t entered;  ///< insertions into the directory so far: a measure of work
   };
   Statistics statistics() const;
 

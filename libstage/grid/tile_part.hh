@@ -19,10 +19,9 @@ namespace Stg::internal::grid {
 /// A set of cells in one tile of 8 x 8 cells.
 struct TilePart {
   int32_t x = 0, y = 0;  ///< coordinates of the tile, in tiles
-  uint32_t slot =
-      0;  ///< index of the tile in the grid: region * 64 + tile; 0: the region does not exist
-  uint32_t edges = 0;  ///< exact rasterization: bit i: edge i of the body is near the tile
-  uint64_t cells = 0;  ///< mask of cells, see BitOf()
+  uint32_t slot = 0;     ///< index in the grid: region * 64 + tile; 0: the region does not exist
+  uint32_t edges = 0;    ///< exact rasterization: bit i: edge i of the body is near the tile
+  uint64_t cells = 0;    ///< mask of cells, see BitOf()
 
   /// Bit of a cell in its tile.
   static uint32_t BitOf(int32_t x, int32_t y) { return static_cast<uint32_t>(ray_place(x, y, 3)); }

@@ -83,9 +83,8 @@ class DeviceBatch {
   // Reused buffers.
   std::vector<Group> groups_;  // some may be empty in this batch
   std::vector<uint32_t> group_of_fan_;
-  std::vector<uint32_t>
-      next_in_group_;          // by block and group: number of fans, later index of the next one
-  std::size_t fan_count_ = 0;  // fans in groups
+  std::vector<uint32_t> next_in_group_;  // by block and group: number of fans, then next index
+  std::size_t fan_count_ = 0;            // fans in groups
   std::size_t mask_words_ = 0;
   std::vector<ray_group_record_t> group_records_;
   std::vector<Part> parts_;

@@ -50,7 +50,7 @@ bool PathComparison::Choose() {
     EndProbe();
   }
   seems_slower_ = TimesSlower() * (1 + kNoise) < 1 ? seems_slower_ + 1 : 0;
-  if (seems_slower_ == kShortestWait) wait_ = std::min(wait_, Wait());  // no disturbance
+  if (seems_slower_ == kShortestWait) wait_ = std::min(wait_, Wait());  // too long for noise
   if (batches_ < last_probe_ + wait_) return device_faster_;
   probe_batches_ =
       device_faster_ ? kProbeBatches - 1 : kProbeBatches;  // the device must catch up first

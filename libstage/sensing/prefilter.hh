@@ -45,8 +45,7 @@ class Prefilter {
   virtual ~Prefilter() = default;
 
   /// Walks every fan of the batch that fits a device. Lists of other fans are undefined. The result
-  /// is valid until the next call. Resets the grid's changes. `workers` may help. Throws
-  /// PrefilterError.
+  /// is valid until the next call. Resets the grid's changes. Throws PrefilterError.
   virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch,
                         threads::WorkerPool* workers) = 0;
 

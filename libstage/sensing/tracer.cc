@@ -38,8 +38,7 @@ struct LegRange {
   double first, last;
 };
 
-/// Legs that may touch the occupied box. (x, y) is the start, (dx, dy) a leg's displacement, in
-/// Q16.
+/// Legs that may touch the occupied box. (x, y) is the start, (dx, dy) one leg, in Q16.
 LegRange LegsInBox(const Fan& fan, const ray_grid_t& view, int64_t x, int64_t y, int32_t dx,
                    int32_t dy) {
   if (fan.legs == 1) return {0, 0};
@@ -434,7 +433,7 @@ class Tracer::Group {
   const Tracer& tracer_;
   const RayBatch& batch_;
   const HitLists& lists_;
-  double* ranges_;  // of the group's rays
+  double* ranges_;  // output for the next rays
   std::vector<HitRun>& runs_;
   TraceCounters* counters_;
   FirstHits first_;

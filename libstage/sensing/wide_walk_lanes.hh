@@ -192,8 +192,7 @@ class LaneGroup {
   /// After Look(): advances each ray by one leap, or by one walk within a word.
   void GoOn() {
     const V none = All(0), one = All(1), seven = All(7);
-    // The squares to walk in: cells of a tile, tiles of a region, regions of a block; none for a
-    // leap.
+    // The squares to walk in: cells of a tile, tiles of a region, regions of a block; or a leap.
     const M leaps = Lanes::Zero(squares_), in_tile = Lanes::Not(Lanes::Zero(word_));
     const V leap_shift =
         Lanes::Select(Lanes::Equal(super_, none), All(RAY_SUPER_SHIFT), All(RAY_BLOCK_SHIFT));
@@ -345,8 +344,7 @@ class LaneGroup {
   V back_x_ = All(0), back_y_ = All(0);  // all ones if it travels backwards
   V ox_ = All(0), oy_ = All(0), limit_x_ = All(0), limit_y_ = All(0);
   F dy_per_dx_ = Lanes::AllOf(0), dx_per_dy_ = Lanes::AllOf(0);
-  V to_next_y_ = All(0),
-    to_next_x_ = All(0);  // a step in y, and the amount that turns it into a step in x
+  V to_next_y_ = All(0), to_next_x_ = All(0);  // step in y; change to a step in x
 
   // Position, and the results of Look().
   V u_ = All(0), v_ = All(0), x_ = All(0), y_ = All(0);

@@ -47,8 +47,8 @@ double LeastGrant(const std::string& mount, std::string group) {
   }
 }
 
-/// Folder below the mount point for the controllers of a line of /proc/self/cgroup: "" for
-/// "0::/a/b", "/cpu,cpuacct" for "4:cpu,cpuacct:/a". False for other controllers.
+/// Sets *folder, below the mount point, for the controllers of a line of /proc/self/cgroup: "" for
+/// "0::/a/b", "/cpu,cpuacct" for "4:cpu,cpuacct:/a". Returns false if the CPU is not among them.
 bool FindMount(const std::string& controllers, std::string* folder) {
   if (!controllers.empty() && ("," + controllers + ",").find(",cpu,") == std::string::npos)
     return false;

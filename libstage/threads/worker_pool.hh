@@ -17,7 +17,7 @@
 
 namespace Stg::threads {
 
-/// Number of forks between the first ancestor that counted them and this process.
+/// Number of forks between this process and the ancestor that loaded the library.
 unsigned CountForks();
 
 class WorkerPool {

@@ -77,8 +77,7 @@ class LazyRandomStream {
   std::unique_ptr<RandomStream> stream_;
 };
 
-/// While it exists, RandomStream::Current() of this thread is the given stream, if that still
-/// exists.
+/// While it exists, RandomStream::Current() of this thread is the given stream (unless deleted).
 class RandomScope {
  public:
   explicit RandomScope(LazyRandomStream* stream);
