@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A running world in a browser: a page of its own, and Foxglove.
+"""Shows a running world in a browser, on its own page and in Foxglove.
 
-`python -m stagesim.live WORLD` does it for a world file, `Server` for a world that a program has made. It
-needs `pip install "stagesim[live]"`, and `stagesim[foxglove]` for Foxglove.
+`python -m stagesim.live WORLD` shows a world file; `Server` shows a world of a Python program. The page needs
+`pip install "stagesim[live]"`, Foxglove needs `stagesim[foxglove]`.
 """
 
 from __future__ import annotations

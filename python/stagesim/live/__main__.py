@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""`python -m stagesim.live WORLD`: a running world in a browser."""
+"""Shows a running world in a browser: `python -m stagesim.live WORLD`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PORT, FOXGLOVE_PORT = 8642, 8765
 
 
 def arguments() -> argparse.ArgumentParser:
-    """What the command line may say."""
+    """The parser of the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m stagesim.live", description="Runs a world and shows it in a browser.", allow_abbrev=False)
     parser.add_argument("world", metavar="WORLD", help="a world file, or the name of a shipped world")
@@ -45,7 +45,7 @@ def arguments() -> argparse.ArgumentParser:
 
 
 def server_of(options: argparse.Namespace) -> Server:
-    """What the options ask for, not started yet."""
+    """Makes the server for the options; it is not started yet."""
     world = World(options.world, seed=options.seed, threads=options.threads, opencl=options.opencl,
                   opencl_always=options.opencl_always, ray_model=options.ray_model,
                   controllers=not options.no_controllers)
@@ -54,7 +54,7 @@ def server_of(options: argparse.Namespace) -> Server:
 
 
 def show(server: Server, browser: bool) -> None:
-    """Until Ctrl-C."""
+    """Runs the server until SIGINT (Ctrl-C) or SIGTERM."""
     over = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: over.set())
@@ -69,19 +69,19 @@ def show(server: Server, browser: bool) -> None:
 
 
 def parsed(words: Sequence[str]) -> argparse.Namespace:
-    """The options. What may go without a value takes none but behind a =, or it would be the world's name."""
+    """Parses the arguments. Options with an optional value accept it only as --opt=VALUE; see with_port()."""
     return arguments().parse_args(with_port(with_device(words), "--foxglove", FOXGLOVE_PORT))
 
 
 def main() -> int:
-    """Returns the exit status: 1 if the world or a port can't be had."""
+    """Returns the exit status: 1 if the world can't be loaded or a port can't be opened."""
     options = parsed(sys.argv[1:])
     try:
         show(server_of(options), not options.no_browser)
     except (StageError, ValueError) as error:
         print(f"stage: {error}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:  # while the world is loaded
+    except KeyboardInterrupt:  # Ctrl-C while the world is being loaded
         return 130
     return 0
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A run as Foxglove sees it: a WebSocket server of the subprotocol foxglove.sdk.v1."""
+"""Shows a run in Foxglove: a WebSocket server with the subprotocol foxglove.sdk.v1."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from .scene import Frame, Scene, State, Wish
 from .show import Show
 from .solids import entity_of
 
-WORLD = "world"  # the frame that everything is in
-HOLD = 1.5  # seconds for which a cmd_vel holds: Foxglove's panel sends one a second
-WAIT = 10.0  # seconds that an order may take
+WORLD = "world"  # name of the root frame
+HOLD = 1.5  # seconds for which a cmd_vel is valid; Foxglove's panel sends one per second
+WAIT = 10.0  # max seconds to wait for an order
 _STATE = {"type": "object", "properties": {
     name: {"type": kind} for name, kind in (
         ("time", "number"), ("steps", "integer"), ("seed", "string"), ("paused", "boolean"),
@@ -37,19 +37,19 @@ _STATE = {"type": "object", "properties": {
 
 
 class Bridge:
-    """Serves Foxglove.
+    """The server for Foxglove.
 
-    Topics: /scene, /tf, /state, and ROBOT/scan, ROBOT/scan_1, ... of each sensor of robots, if these are
-    few. From viewers: geometry_msgs/Twist as JSON on ROBOT/cmd_vel, or /cmd_vel for the first robot.
-    Parameters: speed, paused, seed; setting the seed begins anew. Services: /step, /reset, /pause.
+    Topics: /scene, /tf, /state, and ROBOT/scan, ROBOT/scan_1, ... for each sensor of up to FEW_ROBOTS robots.
+    Viewers publish geometry_msgs/Twist as JSON on ROBOT/cmd_vel, or on /cmd_vel for the first robot.
+    Parameters: speed, paused, seed; setting the seed resets the world. Services: /step, /reset, /pause.
 
     Args:
-        run: what is shown.
+        run: the run to show.
         host: the address to serve at.
-        port: 0: any that is free.
+        port: the port; 0: any free port.
 
     Raises:
-        StageError: the port can't be had.
+        StageError: the port can't be opened.
     """
 
     def __init__(self, run: Show, host: str, port: int) -> None:
@@ -60,8 +60,8 @@ class Bridge:
         self._state = Channel("/state", schema=_schema("stage.State", _STATE), message_encoding="json",
                               context=self._context)
         self._scans: dict[tuple[int, int], LaserScanChannel] = {}
-        self._shown_scene: Scene | None = None  # that viewers have
-        self._shown: dict[int, tuple[str, int]] = {}  # name and shape of each thing in it
+        self._shown_scene: Scene | None = None  # the scene that viewers have
+        self._shown: dict[int, tuple[str, int]] = {}  # name and shape of each thing in that scene, by id
         self._last_time = 0.0
         self._told: tuple[Any, ...] = ()
         self._listener = _Listener(run)
@@ -79,23 +79,23 @@ class Bridge:
 
     @property
     def port(self) -> int:
-        """That is served."""
+        """The port that is served."""
         return self._server.port
 
     def close(self) -> None:
-        """Ends the server."""
+        """Stops the server."""
         self._server.stop()
 
     # ---- frames ----
 
     def show(self, frame: Frame) -> None:
-        """Called by the run."""
+        """Sends a frame to viewers. Called by the run."""
         now = round(frame.state.time * 1e9)
         if frame.state.time < self._last_time:
             self._server.clear_session()
         self._last_time = frame.state.time
         self._server.broadcast_time(now)
-        if self._listener.wants_scene.is_set():  # somebody has nothing of it yet
+        if self._listener.wants_scene.is_set():  # a new viewer needs the whole scene
             self._listener.wants_scene.clear()
             self._shown = {}
         if self._shown_scene is not frame.scene or not self._shown:
@@ -107,11 +107,11 @@ class Bridge:
         self._tell(frame, now)
 
     def _show_scene(self, scene: Scene, now: int) -> None:
-        """What is new; everything, if nothing has been shown."""
+        """Sends the changes of the scene, or the whole scene if `_shown` is empty."""
         looks = {thing.id: (name, shape)
                  for thing, name, shape in zip(scene.things, scene.names, scene.shape_of)}
         if scene.shapes is not (self._shown_scene and self._shown_scene.shapes):
-            self._shown = {}  # numbers of shapes mean something else now
+            self._shown = {}  # a new table of shapes: the old shape numbers are invalid
         if self._shown:
             deletions = [SceneEntityDeletion(id=str(thing), type=SceneEntityDeletionType.MatchingId)
                          for thing in self._shown if thing not in looks]
@@ -162,17 +162,17 @@ class Bridge:
 
 
 class _Listener(ServerListener):
-    """What viewers want; called by threads of the server."""
+    """Handles the events of viewers; called by threads of the server."""
 
     def __init__(self, run: Show) -> None:
         self._run = run
         self._lock = threading.Lock()
         self._subscribers: dict[str, set[int]] = {}
         self._published: dict[tuple[int, int], str] = {}
-        self._velocities: dict[tuple[int, str], tuple[float, float, float]] = {}  # that no order has taken yet
-        self._complained = -math.inf  # when
-        self.server: WebSocketServer | None = None  #: which viewers are told by
-        self.topics: frozenset[str] = frozenset()  #: that anybody reads
+        self._velocities: dict[tuple[int, str], tuple[float, float, float]] = {}  # not yet taken by an order
+        self._complained = -math.inf  # time of the last complaint
+        self.server: WebSocketServer | None = None  #: the server that sends complaints
+        self.topics: frozenset[str] = frozenset()  #: topics with subscribers
         self.wants_scene = threading.Event()
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
@@ -181,7 +181,7 @@ class _Listener(ServerListener):
             self.topics = frozenset(self._subscribers)
         if channel.topic == "/scene":
             self.wants_scene.set()
-        self._run.order(lambda run: None)  # a frame, even if it stands still
+        self._run.order(lambda run: None)  # causes a frame, even if the world is paused
 
     def on_unsubscribe(self, client: Client, channel: ChannelView) -> None:
         with self._lock:
@@ -212,11 +212,11 @@ class _Listener(ServerListener):
         with self._lock:
             is_waiting = key in self._velocities
             self._velocities[key] = velocity
-        if not is_waiting:  # of velocities that come faster than steps the last one counts
+        if not is_waiting:  # if velocities arrive faster than orders are executed, the last one counts
             self._run.order(lambda run: _drive(run, ("foxglove", client.id), robot, self._take_velocity(key)))
 
     def _complain(self, text: str) -> None:
-        """Tells viewers what one of them did wrong, and no more often than once a second."""
+        """Shows an error to all viewers, at most once per second."""
         now = time.monotonic()
         if self.server is not None and now - self._complained >= 1:
             self._complained = now
@@ -236,7 +236,7 @@ class _Listener(ServerListener):
         for parameter in parameters:
             try:
                 _set(self._run, parameter.name, parameter.get_value())
-            except (ValueError, StageError, TimeoutError) as error:  # the answer says what the value is
+            except (ValueError, StageError, TimeoutError) as error:  # the answer contains the unchanged value
                 self._complain(str(error) or f"{parameter.name}: the world did not answer in {WAIT:g} s")
         return self.on_get_parameters(client, [parameter.name for parameter in parameters])
 
@@ -275,7 +275,7 @@ def _object(data: bytes) -> dict[str, Any]:
 
 
 def _velocity(twist: dict[str, Any]) -> tuple[float, float, float]:
-    """Of a Twist or a TwistStamped. ValueError if it is neither."""
+    """Speeds forwards, to the left and turning of a Twist or a TwistStamped. Raises ValueError if it is neither."""
     twist = twist.get("twist", twist)
     parts = [twist.get(name) if isinstance(twist, dict) else None for name in ("linear", "angular")]
     if not all(isinstance(part, dict) for part in parts):
@@ -305,7 +305,7 @@ def _transforms(frame: Frame, now: int) -> FrameTransforms:
 
 
 def _scans(words: bytes, now: int) -> list[LaserScan]:
-    """Of each sensor of a thing, see scene.hh; in the frame of the world, as rays begin there."""
+    """The scans of a thing's sensors, unpacked from `words` (see scene.hh); poses are in the world frame."""
     scans, at, stamp = [], 0, _stamp(now)
     while at < len(words):
         _, count, x, y, a, _, _ = struct.unpack_from("<II5f", words, at)

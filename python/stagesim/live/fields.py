@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Values in what clients send: each is checked, and what does not fit is named in one line.
+"""Checks the values that clients send, with one-line errors.
 
-All functions take an object of JSON and the name of a field in it, and raise ValueError.
+All functions but found() take a JSON object and the name of a field, and raise ValueError if its value is invalid.
 """
 
 from __future__ import annotations
@@ -10,20 +10,20 @@ import math
 from typing import Any
 
 MOST_NUMBER = 1e300
-_LONGEST = 40  # characters of a value that a message shows
+_LONGEST = 40  # max characters of a value in a message
 
 
 def found(value: Any) -> str:
-    """The value as messages show it: cut, as it may be of any size."""
+    """Formats a value for a message, shortened, because it may have any size."""
     if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**_LONGEST:
-        return f"a number of {len(f'{abs(value):x}')} hexadecimal digits"  # others may be too many to be printed
+        return f"a number of {len(f'{abs(value):x}')} hexadecimal digits"  # Python limits decimal conversions
     if isinstance(value, (list, dict)):
         return "a list" if isinstance(value, list) else "an object"
     return "nothing" if value is None else ascii(value)[:_LONGEST]
 
 
 def number(fields: dict[str, Any], name: str, default: float | None = None) -> float:
-    """A finite number."""
+    """A finite number with an absolute value up to MOST_NUMBER."""
     value = fields.get(name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= MOST_NUMBER:
         raise ValueError(f"{name}: found {found(value)}, expected a number")
@@ -31,7 +31,7 @@ def number(fields: dict[str, Any], name: str, default: float | None = None) -> f
 
 
 def integer(fields: dict[str, Any], name: str, default: int | None = None) -> int:
-    """A whole number of 32 bits, not negative."""
+    """An unsigned 32-bit integer."""
     value = fields.get(name, default)
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not is_number or not 0 <= value < 2**32 or value != math.floor(value):
@@ -65,7 +65,7 @@ def triple(fields: dict[str, Any], name: str) -> tuple[float, float, float]:
 
 
 def seed(fields: dict[str, Any], name: str = "seed") -> int | None:
-    """A seed, or None if none is given: a whole number of 64 bits, or its digits, as JavaScript's numbers have 53."""
+    """An unsigned 64-bit seed, as a number or as digits (JavaScript's numbers have 53 bits); None: not given."""
     value = fields.get(name)
     if value is None:
         return None

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What goes between the server and the page.
+"""The messages between the server and the page.
 
-A message to the page is binary: the length of a header (a word), the header (JSON, filled up with blanks to
-whole words), and words of 32 bits, the lowest byte first, that the header tells the meaning of. A message
-from the page is JSON: see `order_of`.
+A message to the page is binary: the length of the header (a word), the header (JSON, padded with blanks to whole
+words), and little-endian 32-bit words whose meaning the header defines. A message from the page is JSON: see
+`order_of`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .fields import flag, found, integer, items, number, seed, triple
 from .scene import Frame, Scene, State, Wish
 from .show import Show
 
-#: Bytes of a message from the page.
+#: Max size of a message from the page, bytes.
 LONGEST_ORDER = 16_384
 MOST_SCANS = 256
 
@@ -27,22 +27,22 @@ Order = Callable[[Show], Any]
 
 
 def packed(header: dict[str, Any], *words: bytes) -> bytes:
-    """A message to the page."""
+    """Makes a message to the page."""
     text = json.dumps(header, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     return b"".join((struct.pack("<I", len(text)), text, *words))
 
 
 def unpacked(message: bytes) -> tuple[dict[str, Any], bytes]:
-    """The header and the words of a message to the page."""
+    """Splits a message to the page into its header and its words."""
     (length,) = struct.unpack_from("<I", message)
     return json.loads(message[4:4 + length]), message[4 + length:]
 
 
 def scene_message(scene: Scene, known: int, world: str, dt: float) -> bytes:
-    """Things, and the shapes beyond those that are known, one after the other.
+    """Makes the message with a scene: its things, and the shapes from number `known` on, as words (see scene.hh).
 
-    `first` is the number of the first of these; `lengths` says how many words each has. See scene.hh.
+    In the header, `first` is the number of the first of these shapes, and `lengths` are their lengths in words.
     """
     things = [{"id": t.id, "name": name, "type": t.type, "robot": t.robot, "movable": t.movable, "shape": shape}
               for t, name, shape in zip(scene.things, scene.names, scene.shape_of)]
@@ -52,13 +52,13 @@ def scene_message(scene: Scene, known: int, world: str, dt: float) -> bytes:
 
 
 def places_words(frame: Frame) -> bytes:
-    """x, y and heading of each thing, and then whether it is blocked: a bit each, the lowest first."""
+    """Packs x, y and heading of each thing (float32), then a bit per thing that is set if it is stalled, LSB first."""
     bits = np.packbits(frame.stalled, bitorder="little").tobytes()
     return frame.places.astype("<f4").tobytes() + bits + b"\0" * (-len(bits) % 4)
 
 
 def frame_message(frame: Frame, places: bytes, wish: Wish) -> bytes:
-    """Places, then the scans that are wished for. `places` is what places_words() makes."""
+    """Makes the message with a frame: `places` (see places_words()), then the scans that the client wishes."""
     wanted = frame.scene.robot_ids if wish.all_scans else []
     scans = [frame.scans[thing] for thing in dict.fromkeys([*wanted, *wish.scans]) if thing in frame.scans]
     details = None if wish.chosen is None else frame.details.get(wish.chosen)
@@ -69,12 +69,12 @@ def frame_message(frame: Frame, places: bytes, wish: Wish) -> bytes:
 
 
 def state_of(state: State) -> dict[str, Any]:
-    """As the page wants it; the seed as text, as numbers of JavaScript have 53 bits."""
+    """The state for the page; the seed is a string, because JavaScript's numbers have 53 bits."""
     return {**vars(state), "seed": str(state.seed)}
 
 
 def finite(value: Any) -> Any:
-    """None instead of numbers that JSON doesn't know."""
+    """Replaces NaN and infinities, which JSON can't represent, by None."""
     if isinstance(value, float):
         return value if abs(value) < float("inf") else None
     if isinstance(value, list):
@@ -85,18 +85,18 @@ def finite(value: Any) -> Any:
 
 
 def error_message(text: str) -> bytes:
-    """What was wrong with an order."""
+    """Makes the message about an invalid order."""
     return packed({"type": "error", "text": text[:500]})
 
 
 # ---- orders ----
 
 def order_of(message: str | bytes, owner: Hashable) -> Order:
-    """What the page wants: {"do": NAME, ...}. Raises ValueError if it is nothing of these.
+    """Parses an order {"do": NAME, ...} of the page. Raises ValueError if it is invalid.
 
-    {"do": "pause", "on": true}; "speed", "factor"; "step", "count"; "reset", "seed": digits or null;
-    "move", "thing", "pose": [x, y, heading]; "drive", "thing", "velocity": [forwards, left, turning];
-    "sense", "thing"; "watch", "chosen": thing or null, "scans": [things], "all": true.
+    The names with their fields are: "pause", "on": true; "speed", "factor"; "step", "count"; "reset", "seed":
+    digits or null; "move", "thing", "pose": [x, y, heading]; "drive", "thing", "velocity": [forwards, left,
+    turning]; "sense", "thing"; "watch", "chosen": thing or null, "scans": [things], "all": true.
     """
     if isinstance(message, bytes):
         raise ValueError("found bytes, expected text")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Requests as they come from the network, and why some are refused.
+"""Checks HTTP requests before the package websockets gets them.
 
-The package websockets knows GET alone, and closes a connection without a word where it can't read a request. Here the
-head of each request is read first, so that everybody gets an answer of one line.
+websockets only supports GET and closes a connection without an answer if it can't parse a request. Here the head of
+each request is parsed first, so that every client gets an answer in one line.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from websockets.asyncio.server import ServerConnection
 from .fields import found
 
 _LONGEST_HEAD = 16_384  # bytes
-_LONGEST_LINE = 8_000
+_LONGEST_LINE = 8_000  # bytes
 _MOST_LINES = 100
-_PATIENCE = 8.0  # seconds that a head may take; websockets gives up after 10
-_LINGER = 2.0  # seconds in which a client that is refused may read why
+_PATIENCE = 8.0  # max seconds until the head is complete; websockets gives up after 10
+_LINGER = 2.0  # seconds until the connection of a refused client is closed
 _LINE = re.compile(rb"([!-~]+) ([!-~]+) (HTTP/\d\.\d)")
 _FIELD = re.compile(rb"[!#$%&'*+.^_`|~0-9A-Za-z-]+:[\t -~\x80-\xff]*")
 
 
 class Refused(Exception):
-    """A request that gets an answer and nothing else.
+    """A request is refused with an HTTP error.
 
     Attributes:
-        status: of HTTP.
-        headers: that the answer has to have.
+        status: the HTTP status.
+        headers: additional header fields of the answer.
     """
 
     def __init__(self, status: http.HTTPStatus, text: str, **headers: str) -> None:
@@ -39,7 +39,7 @@ class Refused(Exception):
         self.status, self.headers = status, headers
 
     def answer(self) -> bytes:
-        """As it goes to the client."""
+        """The whole answer for the client."""
         body = f"{self}\n".encode()
         head = {"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body)), "Connection": "close",
                 **self.headers}
@@ -48,13 +48,13 @@ class Refused(Exception):
 
 
 def method_of(head: bytes) -> str:
-    """GET or HEAD.
+    """Returns the method of a request: GET or HEAD.
 
     Args:
-        head: the lines of a request, without the empty one at its end.
+        head: the lines of the request without the empty one at the end.
 
     Raises:
-        Refused: it is no request, or none that is served here.
+        Refused: it is not a valid request, or not supported.
     """
     first, *rest = head.split(b"\r\n")
     method = _method_of_line(first)
@@ -94,10 +94,10 @@ def _shown(line: bytes) -> str:
 
 
 class Target:
-    """What a request asks for: a path and a query, and the server's name if it is a whole URL.
+    """The target of a request: a path and a query; of an absolute URL also the server's name (`authority`).
 
     Raises:
-        Refused: it is neither.
+        Refused: it is neither a path nor a URL.
     """
 
     def __init__(self, text: str) -> None:
@@ -105,7 +105,7 @@ class Target:
         if not text.startswith("/"):
             try:
                 parts = urlsplit(text)
-                parts.port  # noqa: B018  # which raises ValueError if it is none
+                parts.port  # noqa: B018  # raises ValueError if the port is invalid
             except ValueError:
                 parts = urlsplit("")
             if parts.scheme not in ("http", "https", "ws", "wss") or not parts.netloc:
@@ -118,10 +118,10 @@ class Target:
 
 
 class Connection(ServerConnection):
-    """A connection whose request is looked at before websockets gets it.
+    """A connection that checks its request before websockets gets it.
 
     Attributes:
-        method: of the request, once there is one.
+        method: the method of the request; empty until its head is complete.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:
@@ -161,8 +161,8 @@ class Connection(ServerConnection):
         super().connection_lost(exc)
 
     def _look(self) -> None:
-        """Takes the head, if all of it is there."""
-        while self._head.startswith(b"\r\n"):  # as RFC 9112 has it
+        """Parses the head if it is complete. Raises Refused as soon as it is invalid."""
+        while self._head.startswith(b"\r\n"):  # RFC 9112, 2.2: empty lines before a request are ignored
             del self._head[:2]
         head, end, _ = bytes(self._head[:_LONGEST_HEAD]).partition(b"\r\n\r\n")
         if end:
@@ -177,7 +177,7 @@ class Connection(ServerConnection):
                           f"found {_LONGEST_HEAD} bytes of header fields or more, expected fewer")
 
     def _refuse(self, refused: Refused) -> None:
-        """Answers, and takes nothing more. The connection ends a little later, so that the answer arrives."""
+        """Sends the answer and ignores further data. The connection is closed later, so that the answer arrives."""
         self._is_refused = True
         self._stop_timer()
         if self.transport.is_closing():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A world that runs in a thread of its own, at a pace, and takes orders from many."""
+"""Runs a world in its own thread, at a given speed, with orders from other threads."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ..pace import Pace
 from ..world import World
 from .show import MOST_STEPS, Show, checked_count, checked_speed
 
-_SLICE = 0.012  # seconds of steps before orders are looked at
-_LAG = 0.25  # seconds of real time that it makes up for
+_SLICE = 0.012  # approximate max duration of steps between two checks for orders, seconds
+_LAG = 0.25  # max delay in real time that the world catches up, seconds
 
 
 class Run(Show):
-    """A world in a thread of its own, which takes the orders. Nobody else may use the world while it runs.
+    """Runs a world in its own thread, which also executes the orders. No other code may use the world meanwhile.
 
     Args:
-        world: what runs.
-        speed: simulated seconds for each real one, 0: as many as can be.
-        paused: wait for somebody to let it run.
-        control: called before each step, with the world: a controller of all robots, say.
-        frames: that are shown in a second, at most.
+        world: the world to run.
+        speed: simulated seconds per real second; 0: as fast as possible.
+        paused: True: start paused.
+        control: called with the world before each step, for example to control all robots.
+        frames: max number of frames per second.
     """
 
     def __init__(self, world: World, *, speed: float = 1.0, paused: bool = False,
@@ -37,23 +37,23 @@ class Run(Show):
         self._paused = paused
         self._steps_asked = 0
         self._quit_minded = True
-        self._step_cost = math.inf  # seconds; not known yet
+        self._step_cost = math.inf  # seconds per step; infinity: unknown
         self._busy = 0.0
         self._clock = Pace(self._speed, not paused, _LAG)
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._work, name="stagesim.live", daemon=True)
 
-    # ---- from anywhere ----
+    # ---- any thread ----
 
     def start(self) -> None:
-        """Begins."""
+        """Starts the thread."""
         self._thread.start()
 
     def stop(self, patience: float | None = None) -> None:
-        """Ends after the step that is being made. The world can be used by others then.
+        """Stops after the current step. Afterwards, other code can use the world.
 
         Args:
-            patience: seconds to wait for that step at most; None: as long as it takes.
+            patience: max seconds to wait for that step; None: no limit.
         """
         self._stopping.set()
         self.order(lambda run: None)  # wakes the thread
@@ -61,10 +61,10 @@ class Run(Show):
             self._thread.join(patience)
         self._end()
 
-    # ---- in orders ----
+    # ---- for orders ----
 
     def pause(self, on: bool) -> None:
-        """Stops, or goes on: also past the quit time of the file, and if a controller wanted an end."""
+        """Pauses, or goes on, even past the file's quit time or after a controller asked to quit."""
         if not on:
             self._note = ""
             if self.world.ended:
@@ -76,20 +76,20 @@ class Run(Show):
         self._clock.change(running=not on)
 
     def set_speed(self, speed: float) -> None:
-        """Simulated seconds for each real one; 0: as many as can be."""
+        """Sets the simulated seconds per real second; 0: as fast as possible."""
         self._speed = checked_speed(speed)
         self._clock.change(speed=self._speed)
 
     def make_steps(self, count: int) -> None:
-        """So many, and then pauses."""
+        """Makes `count` steps, then pauses."""
         count = checked_count(count)
         asked = self._steps_asked
-        self.pause(False)  # also past the quit time of the file
+        self.pause(False)  # allows steps past the quit time of the file
         self.pause(True)
         self._steps_asked = min(asked + count, MOST_STEPS)
 
     def reset(self, seed: int | None = None) -> None:
-        """Begins anew; None: with the same seed."""
+        """Resets the world with the seed; None: with the current one."""
         self.world.reset(seed)
         self._driven.clear()
         self._marks.clear()
@@ -106,13 +106,13 @@ class Run(Show):
                 if not self._stopping.is_set():
                     self._advance()
                     self._show()
-        except GoneError as error:  # somebody has closed the world, or a controller has deleted it
+        except GoneError as error:  # the world was closed, or a controller has deleted it
             logging.getLogger("stagesim").error("%s", error)
         finally:
             self._end()
 
     def _time_to_wait(self) -> float:
-        """For an order, until there is something else to do."""
+        """Max seconds to wait for an order until a step or a frame is due."""
         now = time.monotonic()
         longest = max(0.0, self._next_frame - now) if self._changed else 0.2
         return 0.0 if self._steps_asked else min(longest, self._clock.wait(self.world.dt))
@@ -142,7 +142,7 @@ class Run(Show):
             self._stop_with("the quit time of the world file has come")
 
     def _step(self, count: int) -> int:
-        """Returns how many were made."""
+        """Makes up to `count` steps; returns their number. An exception of a controller pauses the run."""
         made = 0
         try:
             if self._control is None:
@@ -152,7 +152,7 @@ class Run(Show):
                 if self.world.step() == 0:
                     break
                 made += 1
-        except Exception as error:  # of a controller, or of control()
+        except Exception as error:  # thrown by a controller or by control()
             if _is_gone(self.world):
                 raise
             if not isinstance(error, StageError):
@@ -186,7 +186,7 @@ class Run(Show):
 
 
 def _is_gone(world: World) -> bool:
-    """Whether it is closed or deleted, as far as that can be told: not while another thread is using it."""
+    """True if the world is closed or deleted; False if that is unknown because another thread is using it."""
     try:
         return not world._core.is_open
     except StageError:

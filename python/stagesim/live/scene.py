@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What there is to be seen in a world, and the frames that tell where it is now."""
+"""Scenes, which have the things of a world with their shapes, and frames, which have their current poses."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from ..errors import GoneError
 from ..text import printable
 from ..world import World
 
-#: Scans of all robots are sent where there are no more robots than that.
+#: Max number of robots of which all scans are sent.
 FEW_ROBOTS = 64
-#: Samples of all scans in a frame, about a megabyte.
+#: Max number of samples of all scans in a frame, about a megabyte.
 MOST_SAMPLES = 120_000
 
 
 class Shapes:
-    """All shapes that things of a run have had: whoever looks gets each of them once.
+    """The table of all shapes that things of a run have had. Each viewer gets each shape once.
 
-    When they have become too many, another table takes over, which counts from 0.
+    When the table is full, a new one replaces it, which numbers its shapes from 0.
     """
 
     MOST = 4096
@@ -34,27 +34,28 @@ class Shapes:
         self.table: dict[bytes, int] = {}
 
     def next(self) -> Shapes:
-        """This one, or another if this is full."""
+        """Returns this table, or a new one if this is full."""
         return self if len(self.table) < self.MOST else Shapes()
 
     def number(self, shape: bytes) -> int:
-        """Of a shape, as it is in the table."""
+        """Returns the number of a shape; adds it to the table if necessary."""
         return self.table.setdefault(shape, len(self.table))
 
     def after(self, known: int) -> list[bytes]:
-        """Those beyond the first ones that somebody has already."""
+        """Returns the shapes from number `known` on."""
         return list(itertools.islice(self.table, known, None))
 
 
 class Scene:
-    """The things of a world and their shapes. Robots are often alike: they share a shape.
+    """The things of a world and their shapes. Things of equal shape share it.
 
-    A thing is what moves as a whole: a robot, or a model on the ground with all that it carries.
+    A thing is a rigid group of models: a robot, or a model on the ground with everything that it carries except for
+    robots.
     """
 
     def __init__(self, world: World, before: Scene | None = None) -> None:
-        self.number: int = before.number + 1 if before else 1  #: of scenes of this run
-        self.key = world._core.scene_key()  #: of the state that it shows
+        self.number: int = before.number + 1 if before else 1  #: number of the scene in this run, from 1
+        self.key = world._core.scene_key()  #: hash of the state that it shows
         self.things = world._core.things()
         self.names = [printable(thing.name) for thing in self.things]
         self.ids = np.array([thing.id for thing in self.things], np.uint32)
@@ -67,47 +68,47 @@ class Scene:
 
 @dataclass(frozen=True)
 class State:
-    """How a run goes on."""
+    """The state of a run."""
 
-    time: float  #: simulated, seconds
+    time: float  #: simulated time, seconds
     steps: int
     seed: int
     paused: bool
-    speed: float  #: simulated seconds for each real one that are wished for; 0: as many as can be
-    rate: float  #: those that there are
-    busy: float  #: the share of the time in which steps are made
-    note: str  #: why it stands still, if there is a reason
+    speed: float  #: requested simulated seconds per real second; 0: as fast as possible
+    rate: float  #: actual simulated seconds per real second
+    busy: float  #: fraction of the time spent in steps
+    note: str  #: reason why the world stands still; may be empty
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A world at a moment."""
+    """The state of a world at one moment."""
 
     scene: Scene
     state: State
-    places: npt.NDArray[np.float32]  #: x, y and heading of each thing
+    places: npt.NDArray[np.float32]  #: x, y (metres) and heading (radians) of each thing: shape (things, 3)
     stalled: npt.NDArray[np.bool_]
-    #: What the rangers of things read that somebody wants to see: see scene.hh.
+    #: The scans that viewers wish to see, by things, packed as in scene.hh.
     scans: Mapping[int, bytes] = field(default_factory=dict)
     details: Mapping[int, dict[str, Any]] = field(default_factory=dict)
 
     @property
     def r_acc(self) -> float:
-        """Robots times simulated seconds for each real second."""
+        """Number of robots times simulated seconds per real second."""
         return len(self.scene.robot_ids) * self.state.rate
 
 
 @dataclass(frozen=True)
 class Wish:
-    """What somebody who looks wants to see beside all places."""
+    """The data that a viewer wishes to see in addition to all poses."""
 
-    chosen: int | None = None  #: details of that thing
-    scans: tuple[int, ...] = ()  #: what the rangers of these things read
-    all_scans: bool = False  #: and those of all robots, if they are few
+    chosen: int | None = None  #: the thing whose details are shown
+    scans: tuple[int, ...] = ()  #: things whose scans are shown
+    all_scans: bool = False  #: also show the scans of all robots, if there are at most FEW_ROBOTS
 
 
 def places_of(world: World, scene: Scene) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
-    """x, y and heading of each thing, and which are blocked."""
+    """Returns x, y and heading of each thing, and whether it is stalled."""
     places = np.empty((len(scene.ids), 3), np.float32)
     stalled = np.empty(len(scene.ids), bool)
     world._core.places(scene.ids, places, stalled)
@@ -115,7 +116,7 @@ def places_of(world: World, scene: Scene) -> tuple[npt.NDArray[np.float32], npt.
 
 
 def scans_of(world: World, scene: Scene, wishes: list[Wish]) -> dict[int, bytes]:
-    """The readings that somebody wants to see, by things."""
+    """Returns the scans that viewers wish to see, by things."""
     wanted = {thing for wish in wishes for thing in wish.scans if thing in scene.index}
     if any(wish.all_scans for wish in wishes) and len(scene.robot_ids) <= FEW_ROBOTS:
         wanted.update(scene.robot_ids)
@@ -129,7 +130,7 @@ def scans_of(world: World, scene: Scene, wishes: list[Wish]) -> dict[int, bytes]
 
 
 def model_of(world: World, thing: int) -> Model:
-    """The model of that number; raises GoneError if there is none any more."""
+    """Returns the model with this id. Raises GoneError if it no longer exists."""
     model = world._core.find_id(thing)
     if model is None:
         raise GoneError(f"there is no model number {thing}")
@@ -137,7 +138,7 @@ def model_of(world: World, thing: int) -> Model:
 
 
 def details_of(world: World, scene: Scene, thing: int) -> dict[str, Any]:
-    """What the page says about a thing that has been chosen."""
+    """Returns the details of a thing for the page."""
     described = scene.things[scene.index[thing]]
     model = model_of(world, thing)
     rangers = rangers_of(model)
@@ -151,7 +152,7 @@ def details_of(world: World, scene: Scene, thing: int) -> dict[str, Any]:
 
 
 def rangers_of(model: Model) -> list[Model]:
-    """The rangers that a model carries, without those of robots on it."""
+    """Returns the rangers that a model carries, without those of robots on it."""
     found = [model] if model.type == "ranger" else []
     for child in model.children:
         if child.type != "position":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Runs a world and lets people look at it."""
+"""The server, which runs a world and shows it in browsers."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ from .show import Show
 if TYPE_CHECKING:
     from .bridge import Bridge
 
-_PATIENCE = 5.0  #: seconds that the end of the program waits for a step of each server
+_PATIENCE = 5.0  #: max seconds that the exit of the program waits for the step of each server
 _running: set[Server] = set()
 
 
 class Server:
-    """Runs a world, in a thread of its own unless `run` is given, and shows it to browsers.
+    """Runs a world in its own thread, unless `run` is given, and shows it in browsers.
 
-    It begins with start(), or in a `with`, and ends with stop(), or with the program. Until then nobody else may
-    use the world; what is to be done with it goes through `run`: see `Run.order`.
+    It runs from start() to stop(), or in a `with` statement; the exit of the program stops it, too. Meanwhile no
+    other code may use the world, except through orders to `run`: see `Run.order`.
 
     Args:
-        world: what runs.
-        host: the address to serve at. Only programs of this machine reach the usual one.
-        port: 0: any that is free; None: no page.
-        foxglove: the port of a server for Foxglove, 0: any that is free; None: none.
-        speed: simulated seconds for each real one, 0: as many as can be; None: what the world file says,
-            or else 1.
-        paused: wait for somebody to let it run.
-        control: called before each step, with the world: a controller of all robots, say.
-        run: what makes the steps of that world, if it is not a thread of this server's; speed, paused and
-            control are its business then.
+        world: the world to run.
+        host: the address to serve at. Only this machine can reach the default one.
+        port: port of the page; 0: any free port; None: no page.
+        foxglove: port of the server for Foxglove; 0: any free port; None: no such server.
+        speed: simulated seconds per real second; 0: as fast as possible; None: the speed in the world file, or
+            else 1.
+        paused: True: start paused.
+        control: called with the world before each step, for example to control all robots.
+        run: an object that makes the steps in place of this server's thread; `speed`, `paused` and `control` are
+            then ignored.
 
     Raises:
-        StageError: a port can't be had, or a package is missing.
+        StageError: a port can't be opened, or a package is missing.
     """
 
     def __init__(self, world: World, *, host: str = "127.0.0.1", port: int | None = 0,
@@ -51,15 +51,15 @@ class Server:
         if speed is None:
             speed = world._core.speedup if world._core.speedup > 0 else 1.0
         self.run: Show = run or Run(world, speed=speed, paused=paused, control=control)
-        self.url = ""  #: of the page
-        self.foxglove_url = ""  #: what Foxglove is told
+        self.url = ""  #: URL of the page; empty: no page
+        self.foxglove_url = ""  #: URL for Foxglove; empty: none
         self._host, self._port, self._foxglove_port = host, port, foxglove
         self._bridge: Bridge | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._thread: threading.Thread | None = None
 
     def start(self) -> Server:
-        """Begins to serve and to run."""
+        """Starts to serve and to run; returns this object."""
         try:
             if self._port is not None:
                 self._start_page()
@@ -73,11 +73,11 @@ class Server:
         return self
 
     def stop(self) -> None:
-        """Ends both. The world is as after its last step."""
+        """Stops serving and running. The world stays in the state after its last step."""
         self._stop(None)
 
     def _stop(self, patience: float | None) -> None:
-        """Ends both; waits for the world's step, and then for the page, so many seconds at most."""
+        """Stops both; waits up to `patience` seconds each for the world's step and for the page."""
         _running.discard(self)
         self.run.stop(patience)
         if self._bridge is not None:
@@ -144,13 +144,13 @@ class Server:
 
 @atexit.register
 def _stop_all() -> None:
-    """Ends what still runs when the program ends."""
+    """Stops all servers when the program exits."""
     for server in list(_running):
         server._stop(_PATIENCE)
 
 
 def _shown(host: str) -> str:
-    """The name of this machine for all of its addresses."""
+    """The host in URLs: the name of this machine if all of its addresses are served."""
     return socket.gethostname() if host in ("0.0.0.0", "::", "") else host
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A world that is shown to many and takes orders from them, whatever makes its steps."""
+"""The base class of runs: shows a world to viewers and takes orders from them."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from ..world import World
 from .scene import Frame, Scene, State, Wish, details_of, model_of, places_of, rangers_of, scans_of
 
 MOST_SPEED = 1e6
-MOST_STEPS = 1_000_000  #: that may be asked for
-MOST_ORDERS = 4096  #: that wait to be carried out
-_WINDOW = 1.0  # seconds that rates are measured over
-_SHARE = 0.1  # of the time may go into frames
-_ORDERS_SLICE = 0.006  # seconds of orders before a step is looked at
+MOST_STEPS = 1_000_000  #: max steps per order
+MOST_ORDERS = 4096  #: max number of pending orders
+_WINDOW = 1.0  # seconds over which rates are measured
+_SHARE = 0.1  # max fraction of the time that is spent on frames
+_ORDERS_SLICE = 0.006  # max seconds of orders between two steps
 
 
 @dataclass
 class _Driven:
-    """A robot that somebody drives."""
+    """A robot that a viewer drives, until the monotonic time `until`."""
 
     owner: Hashable
     fleet: Fleet
@@ -40,46 +40,46 @@ class _Driven:
 
 
 class Show(ABC):
-    """A world that is shown and operated. Who makes its steps is a subclass's business, and at what pace.
+    """Shows a world and executes orders. Subclasses make the steps and determine their pace.
 
-    All methods but start(), stop() and order() are for orders, which are carried out between two steps:
+    All methods except for start(), stop() and order() are for orders, which are executed between two steps:
     `order(lambda run: run.reset(5))`, or `order(lambda run: run.world.model("r0").pose).result()`.
 
     Args:
-        world: what runs.
-        frames: that are shown in a second, at most.
+        world: the world to show.
+        frames: max number of frames per second.
     """
 
     def __init__(self, world: World, frames: float = 30.0) -> None:
         self.world = world
         self.scene = Scene(world)
-        self._note = ""  # why it stands still, if there is a reason
+        self._note = ""  # reason why the world stands still
         self._orders: queue.SimpleQueue[tuple[Callable[[Any], Any], Future[Any]]] = queue.SimpleQueue()
-        self._over = threading.Event()  # no orders are taken any more
+        self._over = threading.Event()  # set: orders are refused
         self._listeners: list[tuple[Callable[[Frame], None], Callable[[], bool]]] = []
         self._wishes: dict[Hashable, Wish] = {}
         self._driven: dict[int, _Driven] = {}
         self._marks: deque[tuple[float, float, float]] = deque()
         self._period, self._next_frame, self._changed = 1 / frames, 0.0, True
 
-    # ---- from anywhere ----
+    # ---- any thread ----
 
     @abstractmethod
     def start(self) -> None:
-        """Begins."""
+        """Starts the run."""
 
     @abstractmethod
     def stop(self, patience: float | None = None) -> None:
-        """Ends after the step that is being made. The world can be used by others then.
+        """Stops after the current step. Afterwards, other code can use the world.
 
         Args:
-            patience: seconds to wait for that step at most; None: as long as it takes.
+            patience: max seconds to wait for that step; None: no limit.
         """
 
     def order(self, do: Callable[[Show], Any]) -> Future[Any]:
-        """Has do(run) called soon, between two steps. What it returns or raises is in the future.
+        """Makes the run call do(run) soon, between two steps. The future gets its result or exception.
 
-        If MOST_ORDERS wait already, the future has a StageError.
+        If MOST_ORDERS orders are pending, the future gets a StageError; after the end of the run, a GoneError.
         """
         future: Future[Any] = Future()
         if self._orders.qsize() >= MOST_ORDERS:
@@ -90,14 +90,14 @@ class Show(ABC):
             self._refuse_orders()
         return future
 
-    # ---- in orders ----
+    # ---- for orders ----
 
     def listen(self, listener: Callable[[Frame], None], is_wanted: Callable[[], bool]) -> None:
-        """From now on calls it, where steps are made, with each frame that is_wanted() asks for."""
+        """Adds a listener, which is called with each frame if is_wanted(), in the thread that makes the steps."""
         self._listeners.append((listener, is_wanted))
 
     def wish(self, owner: Hashable, wish: Wish | None) -> Wish | None:
-        """What the owner wants to see; None: it has gone, and drives no robot any more. Returns it."""
+        """Sets the data that a viewer wishes to see; None: it has gone, so its robots are released. Returns `wish`."""
         if wish is None:
             self._wishes.pop(owner, None)
             for thing in [t for t, driven in self._driven.items() if driven.owner == owner]:
@@ -108,35 +108,35 @@ class Show(ABC):
 
     @abstractmethod
     def pause(self, on: bool) -> None:
-        """Stops, or goes on."""
+        """Pauses the world or lets it run."""
 
     @abstractmethod
     def set_speed(self, speed: float) -> None:
-        """Simulated seconds for each real one; 0: as many as can be."""
+        """Sets the simulated seconds per real second; 0: as fast as possible."""
 
     @abstractmethod
     def make_steps(self, count: int) -> None:
-        """So many, and then pauses."""
+        """Makes `count` steps, then pauses."""
 
     @abstractmethod
     def reset(self, seed: int | None = None) -> None:
-        """Begins anew; None: with the same seed."""
+        """Resets the world with the seed; None: with the current one."""
 
     def move(self, thing: int, pose: tuple[float, float, float]) -> None:
-        """Puts a thing somewhere else: x, y, heading in the frame of the world."""
+        """Moves a thing to the pose x, y (metres), heading (radians) in the world frame."""
         if not self._thing(thing).movable:
             raise ValueError(f"{printable(self._thing(thing).name)!r} is not to be moved")
         self._model(thing).global_pose = _finite(pose)
 
     def drive(self, owner: Hashable, thing: int, velocity: tuple[float, float, float],
               hold: float = 0.6) -> None:
-        """Drives a robot for a short while, over what its controller says; to be repeated until it is let go.
+        """Drives a robot for a short time, overriding its controller. Repeat it until the robot is released.
 
         Args:
-            owner: who does it.
-            thing: the robot.
-            velocity: forwards, to the left (m/s), turning (rad/s). All 0 lets it go.
-            hold: seconds of real time.
+            owner: the viewer that drives it.
+            thing: id of the robot.
+            velocity: forwards, to the left (m/s), turning (rad/s). All 0 releases the robot.
+            hold: seconds of real time after which the robot is released.
         """
         if not self._thing(thing).robot:
             raise ValueError(f"{printable(self._thing(thing).name)!r} can't drive")
@@ -152,17 +152,17 @@ class Show(ABC):
         driven.fleet.cmd[:] = velocity
 
     def sense(self, thing: int) -> None:
-        """Lets the rangers of a thing work from now on, as a controller that subscribes to them does."""
+        """Subscribes to the rangers of a thing, so that they work from now on."""
         for ranger in rangers_of(self._model(thing)):
             if not ranger.subscribers:
                 ranger.subscribe()
 
-    # ---- orders, and their end ----
+    # ---- orders ----
 
     def _take_orders(self, wait: float = 0.0) -> None:
-        """Carries out those that there are; waits so long for the first one (seconds).
+        """Executes pending orders; waits up to `wait` seconds for the first one.
 
-        It takes a slice of time at most, or clients that give orders without end would leave none for steps.
+        It ends after _ORDERS_SLICE, so that clients that give orders without pause don't stop the steps.
         """
         try:
             do, future = self._orders.get(timeout=wait) if wait > 0 else self._orders.get_nowait()
@@ -178,12 +178,12 @@ class Show(ABC):
             return
         try:
             future.set_result(do(self))
-        except Exception as error:  # whoever gave the order is told
+        except Exception as error:  # the future passes it to the client
             future.set_exception(error)
         self._changed = True
 
     def _end(self) -> None:
-        """From now on orders are refused."""
+        """Refuses pending and further orders."""
         self._over.set()
         self._refuse_orders()
 
@@ -204,7 +204,7 @@ class Show(ABC):
             self._release(thing)
 
     def _release(self, thing: int) -> None:
-        """Stops the robot; its controller, if it has one, goes on."""
+        """Stops driving the robot; its controller, if it has one, takes over."""
         driven = self._driven.pop(thing)
         driven.fleet.cmd[:] = np.nan
         if thing in self.scene.index:
@@ -249,7 +249,7 @@ class Show(ABC):
                      scans_of(self.world, self.scene, wishes), details)
 
     def state(self) -> State:
-        """How it goes on now."""
+        """Returns the current state of the run."""
         now, world = time.monotonic(), self.world
         paused, speed, in_steps = self._pace()
         self._marks.append((now, world.time, in_steps))
@@ -263,18 +263,18 @@ class Show(ABC):
 
     @abstractmethod
     def _pace(self) -> tuple[bool, float, float]:
-        """Whether it is paused, its speed, and the seconds that have gone into steps so far."""
+        """Returns whether the run is paused, its speed, and the seconds spent in steps so far."""
 
 
 def checked_speed(speed: float) -> float:
-    """The speed; ValueError if it can't be one."""
+    """Returns the speed. Raises ValueError unless it is 0, or 0.001 to MOST_SPEED."""
     if not (speed == 0 or 1e-3 <= speed <= MOST_SPEED):
         raise ValueError(f"found the speed {speed}, expected 0 or 0.001 to 1000000")
     return float(speed)
 
 
 def checked_count(count: int) -> int:
-    """The number of steps; ValueError if nobody may ask for so many."""
+    """Returns the number of steps. Raises ValueError unless it is 1 to MOST_STEPS."""
     if not 1 <= count <= MOST_STEPS:
         raise ValueError(f"found {count} steps, expected 1 to {MOST_STEPS}")
     return count

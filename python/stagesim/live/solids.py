@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Shapes of things as what Foxglove draws: see scene.hh for what a shape is."""
+"""Converts shapes of things, which scene.hh defines, to entities of Foxglove."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ Corners = list[tuple[float, float]]
 
 @dataclass(frozen=True)
 class Area:
-    """Polygons of one colour and height."""
+    """Polygons of one colour and height range; `low` and `high` are in metres."""
 
-    rgba: tuple[float, float, float, float]  #: 0 to 1
+    rgba: tuple[float, float, float, float]  #: each component is 0 to 1
     low: float
     high: float
     outlines: list[Corners]
 
 
 def areas_of(shape: bytes) -> Iterator[Area]:
-    """Takes a shape apart."""
+    """Yields the areas of a packed shape."""
     at = 0
     while at < len(shape):
         red, green, blue, opacity, low, high, count = struct.unpack_from("<4BffI", shape, at)
@@ -41,7 +41,7 @@ def areas_of(shape: bytes) -> Iterator[Area]:
 
 
 def entity_of(thing: Thing, frame: str) -> SceneEntity:
-    """Of a thing: the sides of all of it, and lids, which scenery does without: it may have holes."""
+    """The entity of a thing: the sides of all areas, and lids except for scenery, which may have holes."""
     triangles, lines = [], []
     for area in areas_of(thing.shape):
         triangles.append(_sides(area, lids=thing.robot or thing.movable))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The page, and what goes to and fro with it."""
+"""Serves the page and its WebSocket."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .scene import Frame, Scene, Wish
 from .show import Show
 
 MOST_CLIENTS = 32
-#: Orders a second, and how many may come at once: of each client, and of all.
+#: Orders per second of a client and of all clients, and the number of orders in a burst.
 CLIENT_RATE, ALL_RATE, BURST = 100.0, 1000.0, 50.0
 _PAGE = Path(__file__).parent / "page"
 _TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
@@ -34,7 +34,7 @@ _POLICY = "default-src 'self'; connect-src 'self' ws: wss:; frame-ancestors 'non
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only programs of this machine can come there."""
+    """True if only this machine can reach the host."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -42,19 +42,19 @@ def is_loopback(host: str) -> bool:
 
 
 class Door:
-    """Who may come in.
+    """Access control.
 
-    A page of somebody else's, open in a browser of this machine, must not reach the server: browsers say
-    with Origin where a script came from. Nor may such a page's name be made to point here (DNS rebinding):
-    Host has to be an address or a name of this machine.
+    Pages of other sites in a browser on this machine must not reach the server, so the header Origin must name the
+    server itself. Against DNS rebinding, Host must be an address or a name of this machine. If other machines can
+    reach the server, clients also need a token.
     """
 
     def __init__(self, host: str) -> None:
-        self.token = "" if is_loopback(host) else secrets.token_urlsafe(16)  #: empty: none is needed
+        self.token = "" if is_loopback(host) else secrets.token_urlsafe(16)  #: empty: no token is needed
         self._names = {"localhost", host.lower(), socket.gethostname().lower()}
 
     def refusal(self, request: Request, target: Target) -> str:
-        """Why the request is refused; empty: it is not."""
+        """The reason for refusing the request; empty: it is accepted."""
         hosts = request.headers.get_all("Host")
         if len(hosts) != 1 or not self._is_ours(hosts[0]):
             return "this is not the name of the server"
@@ -66,10 +66,10 @@ class Door:
         return ""
 
     def knows(self, target: Target) -> bool:
-        """Whether it has the token, if one is needed."""
+        """True if the request has the token, or none is needed."""
         try:
             given = parse_qs(target.query, max_num_fields=8).get("token", [""])[0]
-        except ValueError:  # too many fields
+        except ValueError:  # the query has too many fields
             given = ""
         return not self.token or secrets.compare_digest(given.encode(), self.token.encode())
 
@@ -90,14 +90,14 @@ class Door:
 
 
 class Allowance:
-    """Lets so many orders through in a second. More have to wait."""
+    """A rate limiter: delays orders to `rate` per second, after a burst of `burst`."""
 
     def __init__(self, rate: float, burst: float = BURST) -> None:
         self._each, self._most_saved = 1 / rate, burst / rate
-        self._next = 0.0  # when the next one may come, were none saved up
+        self._next = 0.0  # earliest time of the next order, without a burst
 
     async def wait(self) -> None:
-        """Until one more may come."""
+        """Waits until the next order is allowed."""
         now = asyncio.get_running_loop().time()
         self._next = max(self._next, now - self._most_saved) + self._each
         if self._next > now:
@@ -105,7 +105,7 @@ class Allowance:
 
 
 class Client:
-    """Somebody who looks. Frames that come while one is being sent are left out, but for the last."""
+    """A connected viewer. While a frame is being sent, only the last new frame is kept."""
 
     def __init__(self, connection: ServerConnection) -> None:
         self.connection = connection
@@ -113,10 +113,10 @@ class Client:
         self.wish = Wish(all_scans=True)
         self.latest: tuple[Frame, bytes] | None = None
         self.news = asyncio.Event()
-        self.scene: Scene | None = None  # that was sent last
+        self.scene: Scene | None = None  # the last scene sent
 
     async def send_frames(self, world: str, dt: float) -> None:
-        """Until the connection ends."""
+        """Sends frames, and scenes before their first frame, until the connection is closed."""
         while True:
             await self.news.wait()
             self.news.clear()
@@ -128,12 +128,12 @@ class Client:
             await self.connection.send(frame_message(frame, places, self.wish))
 
     def _shapes(self, scene: Scene) -> int:
-        """How many of the scene's table it has already."""
+        """The number of shapes of the scene's table that the viewer already has."""
         return self.scene.shape_count if self.scene and self.scene.shapes is scene.shapes else 0
 
 
 class Web:
-    """Serves the page and shows it a run. All but show() belongs to the event loop."""
+    """Serves the page and sends it the frames of a run. Call everything but show() in the event loop."""
 
     def __init__(self, run: Show, host: str) -> None:
         self.door = Door(host)
@@ -146,10 +146,10 @@ class Web:
         self._loop: asyncio.AbstractEventLoop | None = None
 
     async def open(self, host: str, port: int) -> SocketServer:
-        """Begins to serve. Raises OSError if the port can't be had."""
+        """Starts to serve. Raises OSError if the port can't be opened."""
         self._loop = asyncio.get_running_loop()
         logger = logging.getLogger("stagesim.live")
-        logger.setLevel(logging.CRITICAL)  # what clients do wrong is nobody's business here
+        logger.setLevel(logging.CRITICAL)  # errors of clients are not logged
         server = await serve(self._serve, host, port, process_request=self._request, logger=logger,
                              create_connection=Connection, close_timeout=2, max_size=LONGEST_ORDER, max_queue=8,
                              compression=None, server_header=None)
@@ -157,11 +157,11 @@ class Web:
         return server
 
     def show(self, frame: Frame) -> None:
-        """Called by the run."""
+        """Sends a frame to all viewers. Called by the run, in its thread."""
         if self._loop is not None:
             try:
                 self._loop.call_soon_threadsafe(self._hand_out, frame)
-            except RuntimeError:  # the loop has just been closed
+            except RuntimeError:  # the event loop has been closed
                 pass
 
     def _hand_out(self, frame: Frame) -> None:
@@ -173,7 +173,7 @@ class Web:
     # ---- plain requests ----
 
     def _request(self, connection: ServerConnection, request: Request) -> Response | None:
-        """None lets a connection become a WebSocket."""
+        """Answers a request; returns None for a connection that becomes a WebSocket."""
         try:
             target = Target(request.path)
         except Refused as refused:
@@ -225,14 +225,14 @@ class Web:
             await asyncio.gather(sender, return_exceptions=True)
 
     async def _obey(self, client: Client, message: str | bytes) -> None:
-        """Carries out an order before the next one of this client is read."""
+        """Executes an order and waits for it, before the next one of this client is read."""
         try:
             wish = await asyncio.wrap_future(self._run.order(order_of(message, client)))
             if isinstance(wish, Wish):
                 client.wish = wish
         except ConnectionClosed:
             raise
-        except Exception as error:  # whatever it is, the client is told, and goes on
+        except Exception as error:  # every error is sent to the client, which stays connected
             await client.connection.send(error_message(str(error) or type(error).__name__))
 
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A line of what a figure was in the last minute.
+// A line chart of a value over the last minute.
 
 const SPAN = 60; // seconds
 
 export class Chart {
-  /** `most`: the top of the chart; 0: the greatest value. */
+  /** `most`: the value at the top of the chart; 0: scale to the maximum. */
   constructor(canvas, { most = 0 } = {}) {
     this.canvas = canvas;
     this.most = most;

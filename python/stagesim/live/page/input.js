@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Mouse, touch and keys.
+// Input by mouse, touch and keys.
 
 const DRIVE = { // forwards, to the left, turning
   ArrowUp: [1, 0, 0], KeyW: [1, 0, 0], ArrowDown: [-1, 0, 0], KeyS: [-1, 0, 0],
   ArrowLeft: [0, 0, 1], KeyA: [0, 0, 1], ArrowRight: [0, 0, -1], KeyD: [0, 0, -1],
   KeyQ: [0, 1, 0], KeyE: [0, -1, 0],
 };
-const METRES = 0.5, RADIANS = 0.9, FASTER = 2.5; // a second
-const REPEAT = 200; // milliseconds: an order to drive holds for longer than that
-const MOVE = 40; // milliseconds between two orders to move
-const CLICK = 4; // pixels that a click may move
+const METRES = 0.5, RADIANS = 0.9, FASTER = 2.5; // m/s, rad/s, factor with Shift
+const REPEAT = 200; // milliseconds between drive orders; less than the time for which one is valid
+const MOVE = 40; // milliseconds between two move orders
+const CLICK = 4; // max movement of a click, pixels
 
-/** Mouse and touch: moves about, chooses and moves things. */
+/** Mouse and touch: moves and zooms the view, selects and moves things. */
 export class Pointer {
   /** `page` has choose(thing), follow(), move(thing, pose), changed(). */
   constructor(view, page) {
@@ -84,7 +84,7 @@ export class Pointer {
     this.page.changed();
   }
 
-  /** To where the pointer is, or its front to there. */
+  /** Moves the held thing to the pointer, or turns its front towards the pointer. */
   moveThing([px, py], last) {
     const i = this.view.scene?.index.get(this.held);
     if (i === undefined || !this.view.frame) return;
@@ -97,9 +97,9 @@ export class Pointer {
   }
 }
 
-/** Keys: `keys` has a function for each key that is not for driving, by the name of event.key. */
+/** Handles keys. `keys` maps values of event.key to functions, for keys that don't drive. */
 export class Keys {
-  /** `drive(velocity)` is called while keys for it are down, and with zeros after that. */
+  /** `drive.to(velocity)` is called repeatedly while driving keys are down, and with zeros afterwards. */
   constructor(keys, drive) {
     Object.assign(this, { keys, drive, down: new Set(), fast: false, timer: 0 });
     addEventListener("keydown", (event) => this.press(event));

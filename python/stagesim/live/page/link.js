@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The connection to the server. messages.py tells what goes through it.
+// The connection to the server. messages.py defines the messages.
 
-const AGAIN = 1000; // milliseconds until the next try
+const AGAIN = 1000; // milliseconds until the next attempt
 
-/** Calls back with each message: scene(scene), frame(frame), error(text), state(connected). */
+/** Connects and reconnects. Callbacks: scene(scene), frame(frame), error(text), state(connected). */
 export class Link {
   constructor(callbacks) {
     this.callbacks = callbacks;
-    this.shown = null; // the scene that frames are of
+    this.shown = null; // number of the current scene
     this.connect();
   }
 
@@ -24,7 +24,7 @@ export class Link {
     };
   }
 
-  /** Gives an order, such as send("pause", { on: true }). */
+  /** Sends an order, such as send("pause", { on: true }). */
   send(what, parts = {}) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ do: what, ...parts }));
   }
@@ -44,7 +44,7 @@ export class Link {
   }
 }
 
-/** Words of 32 bits, one after the other. */
+/** Reads 32-bit words sequentially. */
 export class Words {
   constructor(buffer, start) {
     this.whole = new Uint32Array(buffer, start);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The page: what its parts tell each other.
+// The main module of the page, which connects its parts.
 
 import { Chart } from "./chart.js";
 import { Keys, Pointer } from "./input.js";
@@ -11,8 +11,8 @@ import { View } from "./view.js";
 const SPEEDS = [[0.25, "¼×"], [0.5, "½×"], [1, "1×"], [2, "2×"], [5, "5×"], [20, "20×"], [0, "max"]];
 const PAUSE_ICON = "M7 5h4v14H7zM13 5h4v14h-4z", GO_ICON = "M7 4l13 8-13 8z";
 const CHART = 200; // milliseconds between two points
-const FEW = 64; // robots: scans of so many are drawn
-const LOOK = 500; // milliseconds between two looks at which robots are in view
+const FEW = 64; // max number of robots whose scans are drawn
+const LOOK = 500; // milliseconds between two checks of which robots are in view
 
 const $ = (id) => document.getElementById(id);
 const number = (value, digits = 2) => value === null || value === undefined ? "–" : value.toFixed(digits);
@@ -40,14 +40,14 @@ const link = new Link({
   error: toast,
   state(connected) {
     $("light").classList.toggle("on", connected);
-    $("note").textContent = connected ? "loading" : "no connection"; // until there is a frame
+    $("note").textContent = connected ? "loading" : "no connection"; // until the first frame arrives
     watch.last = "";
     if (connected) watch();
     else latest = null;
   },
 });
 
-// ---- what is shown ----
+// ---- display ----
 
 function tell(frame) {
   const before = state;
@@ -102,7 +102,7 @@ function tellChosen(facts) {
   $("chosen-hint").hidden = !facts.velocity;
 }
 
-/** What the page shows of the plane: for people, and for programs that use the page. */
+/** Shows the scale, and stores the view in the body's data attributes for programs that use the page. */
 function tellScale() {
   const [left, top] = view.camera.toWorld(0, 0);
   Object.assign(document.body.dataset, { scale: view.camera.scale, left, top });
@@ -119,9 +119,9 @@ function toast(text) {
   toast.timer = setTimeout(() => $("toast").classList.remove("on"), 4000);
 }
 
-// ---- what is done ----
+// ---- actions ----
 
-/** Says what to send: scans of all robots, if they are few, and of those in view, if these are. */
+/** Tells the server which data to send: scans of all robots, or of those in view, if they are few. */
 function watch() {
   const scans = view.showScans ? view.robotsInView() : [];
   if (scans.length > FEW) scans.length = 0;
@@ -206,7 +206,7 @@ $("let-go").onclick = () => choose(null);
 $("sense").onclick = () => link.send("sense", { thing: view.chosen });
 $("seed").onkeydown = (event) => { if (event.key === "Enter") reset(); };
 for (const button of document.querySelectorAll("button")) {
-  button.addEventListener("click", () => button.blur()); // or Space would press it again
+  button.addEventListener("click", () => button.blur()); // otherwise Space would press it again
 }
 
 new Pointer(view, {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The shapes of things, ready to be drawn.
+// The things of a world and their shapes, prepared for drawing.
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
-/** What there is: things, each with a shape, of which robots that are alike share one. `before`: the
- *  scene before, for the shapes that the server doesn't tell again. */
+/** The things of a world. Things of equal shape share it. `before` is the previous scene, whose shapes
+ *  the server doesn't send again. */
 export class Scene {
   constructor(message, before) {
     this.number = message.scene;
@@ -19,7 +19,7 @@ export class Scene {
   shape(i) { return this.shapes[this.things[i].shape]; }
 }
 
-/** Areas, the lowest first, each a path in metres; and how far they reach from the origin. */
+/** Unpacks a shape: its areas from low to high, each a path in metres, its radius and its bounding box. */
 function shapeOf(words, length) {
   const end = words.at + length;
   const shape = { areas: [], radius: 0, box: [Infinity, Infinity, -Infinity, -Infinity] };
@@ -51,7 +51,7 @@ function addOutline(words, path, shape) {
   path.closePath();
 }
 
-/** Colours of world files are meant for a light floor: dark ones are made lighter on a dark one. */
+/** Sets an area's colours. World files assume a light floor; on a dark one, dark colours are lightened. */
 function paint(area) {
   let rgb = area.rgb;
   const light = (0.3 * rgb[0] + 0.59 * rgb[1] + 0.11 * rgb[2]) / 255;
@@ -64,7 +64,7 @@ function paint(area) {
   area.line = `rgb(${line.join(" ")} / ${area.opacity})`;
 }
 
-/** Calls back after the colours of the scene that `get` returns have been made anew. */
+/** When the colour scheme changes, updates the colours of the scene get(), then calls back. */
 export function watchColours(get, callback) {
   dark.addEventListener("change", () => {
     for (const shape of get()?.shapes ?? []) shape.areas.forEach(paint);

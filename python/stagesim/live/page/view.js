@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Draws the world as it is seen from above.
+// Draws the world from above.
 
-// Pixels, as in libstage/models/robot_marks.hh: a robot that is narrower than a dot is drawn as one.
+// Sizes in pixels, as in libstage/models/robot_marks.hh. A robot narrower than a dot is drawn as a dot.
 const DOT_WIDTH = 5, SMALL_DOT_WIDTH = 3;
-const EDGE_WIDTH = 5; // a narrower body has no edges
-const SCAN_WIDTH = 10; // the scans of narrower robots are not asked for
+const EDGE_WIDTH = 5; // min width of a body with edges
+const SCAN_WIDTH = 10; // min width of robots whose scans are requested
 const MARGIN = 16; // pixels
-const NEAR = 9; // pixels: a click that is so near to a robot is meant for it
-const MANY = 1000; // robots: the dots of more are small
-const SHORT_TRAIL = 900; // points
+const NEAR = 9; // max distance of a click from a robot that it selects, pixels
+const MANY = 1000; // with more robots, dots are small
+const SHORT_TRAIL = 900; // max number of points
 
-/** A place in the plane and a scale; metres become pixels of CSS. */
+/** The center and the scale of the view. Maps metres to CSS pixels. */
 export class Camera {
   constructor() { Object.assign(this, { x: 0, y: 0, scale: 40, width: 1, height: 1 }); }
   toScreen(x, y) {
@@ -20,15 +20,15 @@ export class Camera {
   toWorld(px, py) {
     return [(px - this.width / 2) / this.scale + this.x, this.y - (py - this.height / 2) / this.scale];
   }
-  /** What is under that pixel stays there. */
+  /** Zooms by a factor; the point at the pixel (px, py) stays in place. */
   zoom(factor, px = this.width / 2, py = this.height / 2) {
     const [x, y] = this.toWorld(px, py);
     this.scale = Math.min(5000, Math.max(0.02, this.scale * factor));
     this.x = x - (px - this.width / 2) / this.scale;
     this.y = y + (py - this.height / 2) / this.scale;
   }
-  /** Shows a box between what else is on the page: so many pixels at the right and at the bottom, and,
-   *  if there is room for it, at the left. */
+  /** Fits a box (metres) into the free part of the page, without `aside` pixels at the right, `below` at the
+   *  bottom, and up to `before` at the left if there is space. */
   fit([left, bottom, right, top], aside, below, before) {
     if (!(right >= left)) [left, bottom, right, top] = [-5, -5, 5, 5];
     const width = Math.max(50, this.width - aside - 2 * MARGIN);
@@ -45,9 +45,9 @@ export class View {
   constructor(canvas) {
     this.canvas = canvas;
     this.camera = new Camera();
-    this.still = document.createElement("canvas"); // what has not moved yet, as it was drawn last
+    this.still = document.createElement("canvas"); // cached picture of things that have not moved yet
     this.showScans = true;
-    this.chosen = null; // the number of a thing
+    this.chosen = null; // id of the selected thing
     this.trail = [];
     this.resize();
   }
@@ -63,14 +63,14 @@ export class View {
     this.stillKey = "";
   }
 
-  /** Takes colours from the style sheet. */
+  /** Reads the colours of the style sheet. */
   restyle() {
     const style = getComputedStyle(document.documentElement);
     for (const name of ["floor", "grid", "accent", "bad"]) this[name] = style.getPropertyValue(`--${name}`);
     this.stillKey = "";
   }
 
-  /** The scene of the next frame. */
+  /** Sets the scene of the next frame. */
   setScene(scene) {
     this.next = scene;
   }
@@ -101,7 +101,7 @@ export class View {
     if (some) this.listStill();
   }
 
-  /** What is drawn of things that have not moved yet. */
+  /** Lists the things that have not moved yet, as a key for their cached picture. */
   listStill() {
     const still = this.scene.things.filter((_, i) => !this.moves[i]);
     this.stillThings = still.map((thing) => `${thing.id}:${thing.shape}`).join();
@@ -119,7 +119,7 @@ export class View {
 
   place(i) { return this.frame.places.subarray(3 * i, 3 * i + 3); }
 
-  /** Of all that there is. */
+  /** Returns the bounding box of all things: left, bottom, right, top in metres. */
   box() {
     const box = [Infinity, Infinity, -Infinity, -Infinity];
     this.scene?.things.forEach((_, i) => {
@@ -136,7 +136,7 @@ export class View {
     return box;
   }
 
-  /** The number of the robot there, or else of the movable thing; undefined: none. */
+  /** Returns the id of the robot at a pixel, or else of the movable thing; undefined: none. */
   find(px, py) {
     if (!this.frame) return undefined;
     const [x, y] = this.camera.toWorld(px, py);
@@ -151,7 +151,7 @@ export class View {
     return best;
   }
 
-  /** Whether a point lies in the body of a thing. */
+  /** Returns whether a point is inside the body of a thing. */
   isIn(i, x, y) {
     const [tx, ty, a] = this.place(i), dx = x - tx, dy = y - ty;
     const own = [dx * Math.cos(a) + dy * Math.sin(a), dy * Math.cos(a) - dx * Math.sin(a)];
@@ -160,7 +160,7 @@ export class View {
     return this.scene.shape(i).areas.some((area) => context.isPointInPath(area.path, ...own, "evenodd"));
   }
 
-  /** Numbers of the robots that are large enough to be seen with their scans. */
+  /** Returns the ids of visible robots that are large enough to show their scans. */
   robotsInView() {
     if (!this.frame) return [];
     return this.scene.things.filter((thing, i) => thing.robot && this.isSeen(i) &&
@@ -253,7 +253,7 @@ export class View {
     }
   }
 
-  /** What its rays have swept; of a single one, as wide as its transducer looks. */
+  /** Draws the area that the rays have swept; for a single ray, the cone of its field of view. */
   drawScan(context, scan) {
     this.enter(context, scan.x, scan.y, scan.a);
     const longest = 4 * (this.camera.width + this.camera.height) / this.camera.scale;
@@ -305,9 +305,9 @@ export class View {
     context.stroke();
   }
 
-  // ---- help ----
+  // ---- helpers ----
 
-  /** Pixels. */
+  /** Returns the width of a thing in pixels. */
   width(i) { return 2 * this.scene.shape(i).radius * this.camera.scale; }
 
   isSeen(i) {
@@ -316,7 +316,7 @@ export class View {
       Math.abs(y - camera.y) <= camera.height / 2 / camera.scale + reach + 1;
   }
 
-  /** From now on the context draws in the frame of a thing, in metres. */
+  /** Makes the context draw in the frame of a thing, in metres. */
   enter(context, x, y, a) {
     const [px, py] = this.camera.toScreen(x, y), size = this.ratio * this.camera.scale;
     const cosine = size * Math.cos(a), sine = size * Math.sin(a);
