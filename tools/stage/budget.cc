@@ -24,18 +24,18 @@ namespace Stg::program {
 
 namespace {
 
-constexpr usec_t kStart = 1000000;  // simulated, where --duration doesn't say: sensors sense then
+constexpr usec_t kStart = 1000000;  // default start, simulated: sensors have readings by then
 constexpr uint32_t kMostScenarios = 100000;
 
-/// The results, in seconds.
+/// The results. Times are in seconds.
 struct Budget {
-  uint64_t steps = 0;  // of a scenario
+  uint64_t steps = 0;  // per scenario
   unsigned threads = 1;
-  uint32_t scenarios = 0;      // that fit
-  bool is_least = false;       // time was up before one more was seen not to fit
-  double decision = 0;         // with so many of them
-  double scenario = 0;         // one of them, on one thread
-  size_t row = 0, shared = 0;  // bytes
+  uint32_t scenarios = 0;      // maximum number that fits
+  bool is_least = false;       // the search ran out of time before a number did not fit
+  double decision = 0;         // for that many scenarios
+  double scenario = 0;         // for one scenario on one thread
+  size_t row = 0, shared = 0;  // bytes per branch, and shared by all
 };
 
 class Gauge {
@@ -46,12 +46,12 @@ class Gauge {
   bool IsReady() const { return branches_.IsReady(); }
   unsigned threads() const { return branches_.threads(); }
 
-  /// Bytes of a branch at its end.
+  /// Size of a branch at its end, bytes.
   size_t RowBytes() const { return branches_.StateOf(0).size(); }
-  /// Seconds for so many scenarios: the median of some tries, of the fewer the longer they take.
+  /// Seconds for this many scenarios: the median of up to kTries runs, fewer if they take long.
   double Seconds(uint32_t scenarios) {
     constexpr size_t kTries = 5;
-    constexpr double kEnough = 0.5;  // seconds of tries
+    constexpr double kEnough = 0.5;  // seconds after which no further run starts
     std::vector<double> seconds;
     const double start = Now();
     do seconds.push_back(OneTry(scenarios));
@@ -59,7 +59,7 @@ class Gauge {
     std::ranges::sort(seconds);
     return seconds[(seconds.size() - 1) / 2];
   }
-  /// Makes the worlds of the threads, and returns what one scenario takes with that.
+  /// Creates the threads' worlds. Returns the time of one scenario including that.
   double WarmUp() { return OneTry(1); }
 
  private:
@@ -82,11 +82,11 @@ class Gauge {
   Branches branches_;
 };
 
-/// Looks for the most scenarios that take no longer than the budget, as long as there is time.
+/// Searches for the maximum number of scenarios within the budget, in limited time.
 class Search {
  public:
-  /// A measurement takes about twice the budget at most, so the whole search takes some six times
-  /// the budget, or fifteen seconds and a little.
+  /// A measurement takes at most about twice the budget. The whole search therefore takes about six
+  /// budgets, or slightly over fifteen seconds.
   Search(double seconds, Gauge* gauge, Budget* budget, bool shows_progress)
       : seconds_(seconds),
         end_(Now() + std::max(15.0, 4 * seconds)),
@@ -96,10 +96,10 @@ class Search {
 
   void Go() {
     gauge_.WarmUp();
-    uint32_t more = 1;  // known not to fit, once the first loop has ended with time left
+    uint32_t more = 1;  // does not fit, once the loop below has ended with time left
     bool fits = true;
     while (more < kMostScenarios && HasTime() && (fits = Fits(more))) {
-      // The number that would fit if each took as long as these, and twice as many at most.
+      // The number that would fit at the measured rate, but at most twice the last one.
       const double guess = more * seconds_ / std::max(budget_.decision, 1e-9);
       more = std::min(2 * more, std::max(more + 1, static_cast<uint32_t>(std::min(guess, 1e9))));
     }
@@ -112,7 +112,7 @@ class Search {
   }
 
  private:
-  /// Whether there is more to find out, if so many don't fit: to 1 %, as times vary by more.
+  /// True if the interval is wider than 1 %; timings vary by more than that.
   bool IsWide(uint32_t more) const {
     return budget_.scenarios + budget_.scenarios / 100 + 1 < more;
   }
@@ -171,7 +171,7 @@ nlohmann::json JsonOf(const Options& options, const World& world, const Budget& 
           {"shared_bytes", budget.shared}};
 }
 
-/// Null, with a message, if it can't be loaded.
+/// Returns null, after a message, if the world cannot be loaded.
 World* LoadAndRun(const Options& options) {
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
   if (LoadWorlds(options, &worlds) != 0) return nullptr;
@@ -191,7 +191,7 @@ int TellBudget(const Options& options) {
   World* world = nullptr;
   Snapshot now;
   {
-    const OutputToError redirected;  // what loading and controllers say
+    const OutputToError redirected;  // messages of loading and of controllers
     world = LoadAndRun(options);
     if (!world || !world->Take(&now, Snapshot::kLean)) return 1;
     const double steps =
@@ -206,7 +206,7 @@ int TellBudget(const Options& options) {
     if (!one.IsReady() || !all.IsReady()) return 1;
     budget.threads = all.threads();
     budget.scenario = one.WarmUp();
-    // No number of threads makes a single scenario faster, so one that is far too long is run once.
+    // Threads do not make a single scenario faster, so one that is far too long is run only once.
     const bool is_hopeless = budget.scenario > std::max(4 * seconds, 1.0);
     if (!is_hopeless) budget.scenario = one.Seconds(1);
     budget.row = one.RowBytes();

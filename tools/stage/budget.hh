@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// --budget-ms: how many scenarios fit into a time, on this machine.
+// --budget-ms: the number of scenarios that fit into a time on this machine.
 
 #ifndef STAGE_TOOLS_STAGE_BUDGET_HH
 #define STAGE_TOOLS_STAGE_BUDGET_HH
@@ -9,7 +9,7 @@
 
 namespace Stg::program {
 
-/// Prints it. Returns the status to exit with.
+/// Prints the result and returns the exit status.
 int TellBudget(const Options& options);
 
 }  // namespace Stg::program

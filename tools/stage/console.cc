@@ -15,8 +15,8 @@ namespace Stg::program {
 namespace {
 
 std::atomic<bool> shows_all{false};
-std::atomic<bool> loading_line{false};  // on standard error, to which more may be added
-std::atomic<bool> clock_line{false};    // on standard output
+std::atomic<bool> loading_line{false};  // an unfinished line on standard error
+std::atomic<bool> clock_line{false};    // an unfinished line on standard output
 
 bool IsPart(const std::string& text) {
   for (const char* begin : {"[Loading ", "[Include ", "[Image ", "[threads "})
@@ -24,10 +24,10 @@ bool IsPart(const std::string& text) {
   return false;
 }
 
-/// In one call, so that lines of several threads don't mix.
+/// A single call keeps lines of several threads apart.
 void PrintOnStandardError(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
-/// The clock is written over again and again.
+/// The clock overwrites its own line.
 void ShowClock(const std::string& text) {
   EndLine();
   clock_line = true;
@@ -35,8 +35,8 @@ void ShowClock(const std::string& text) {
   std::fflush(stdout);
 }
 
-/// "[Loading a.world][Include b.inc][Image "c.png"]" is one line; what controllers say has lines of
-/// its own.
+/// "[Loading a.world][Include b.inc][Image "c.png"]" is built up on one line; messages of
+/// controllers get their own lines.
 void ShowProgress(const std::string& text) {
   if (text.starts_with("[Stage: ")) return ShowClock(text);
   if (!shows_all) return;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Messages while the program runs. Standard output has only what options, or a world's show_clock,
-// ask for, so that it can be piped into other programs. Warnings and errors go to standard error;
-// so does what is being done (files that are loaded, remarks of controllers, the end), but only
-// with a terminal, or with --progress.
+// Console output during a run. Standard output only carries what options or a world's show_clock
+// ask for, so that it can be piped into other programs. Warnings and errors go to standard error.
+// So do progress messages (loaded files, remarks of controllers, the end), but only on a terminal
+// or with --progress.
 
 #ifndef STAGE_PROGRAM_CONSOLE_HH
 #define STAGE_PROGRAM_CONSOLE_HH
@@ -13,13 +13,13 @@
 
 namespace Stg::program {
 
-/// Takes all messages of the library from now on. `all`: those about what is being done, too;
+/// Routes all messages of the library here. `all` selects whether progress messages are shown;
 /// unset: only if standard error is a terminal.
 void ShowMessages(std::optional<bool> all);
 bool ShowsAll();
-/// Prints a line about what is being done, if such lines are wanted.
+/// Prints a progress message if progress is shown.
 void Say(const std::string& line);
-/// Ends the line that goes on, such as that of the files that are loaded, if there is one.
+/// Ends an unfinished line on standard error, such as that of loaded files.
 void EndLine();
 /// Ends the line of the clock, if there is one.
 void EndClock();

@@ -12,13 +12,13 @@ namespace {
 
 constexpr double kMegabyte = 1024.0 * 1024.0;
 
-/// What all updates of a kind add up to in a step.
+/// Number of updates per step of all sensors of a kind.
 double Updates(const SensorKind& kind) {
   return kind.subscribed ? static_cast<double>(kind.models) * kind.updates_per_step : 0;
 }
 
-/// Kinds that were not measured, as there are so many, count like the others of their type; if
-/// there are none, like the average of all.
+/// Fills in kinds that were not measured, because there are too many: with the mean of their type,
+/// or with the mean of all kinds if no kind of the type was measured.
 std::vector<SensorCost> WithoutGaps(const SceneSummary& scene, std::vector<SensorCost> costs) {
   const std::vector<SensorCost> measured = costs;
   const auto mean_of = [&](const std::string& type, double SensorCost::*field) {
@@ -77,7 +77,7 @@ void EstimateStep(const SceneSummary& scene, const StepCosts& costs, const RunOp
       Count(energy, "model") + Format(" x %.0f ns", costs.energy_ns));
 }
 
-/// Cameras keep what they draw with: that is measured, where the system can.
+/// Cameras keep rendering buffers. Their size is measured where the system supports it.
 double PicturesMb(const SceneSummary& scene, const StepCosts& costs) {
   double bytes = 0;
   for (size_t i = 0; i < scene.sensors.size(); i++)

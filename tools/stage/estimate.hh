@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a run of a world will take, worked out before it runs: from what is in it, what the parts
-// of a step were measured to cost, and the memory of this process.
+// Predicts the cost of a run from the world's content, the measured cost of each part of a step,
+// and the memory of this process.
 
 #ifndef STAGE_TOOLS_STAGE_ESTIMATE_HH
 #define STAGE_TOOLS_STAGE_ESTIMATE_HH
@@ -13,31 +13,30 @@
 
 namespace Stg::program {
 
-/// Memory of the process, MB.
+/// Memory of the process in MB at three times.
 struct MemoryReadings {
-  double before = 0;  ///< the world was loaded
-  double after = 0;   ///< that and its controllers' Init functions
-  double peak = 0;    ///< until then
+  double before = 0;  ///< before the world was loaded
+  double after = 0;   ///< after loading the world and calling the controllers' Init functions
+  double peak = 0;    ///< maximum so far
 };
 
 struct Part {
-  std::string name;  ///< for JSON too: lower case, with underscores
+  std::string name;  ///< also used in JSON: lower case with underscores
   double value;      ///< milliseconds or MB
-  std::string text;  ///< what it is, for people
+  std::string text;  ///< description for people
 };
 
 struct Estimate {
-  std::vector<Part> step;  ///< milliseconds of real time for an average step
-  double step_ms = 0;      ///< their sum
-  std::vector<double>
-      kind_ms;               ///< of that: what each kind of sensors takes (SceneSummary::sensors)
-  std::vector<Part> memory;  ///< MB
-  double memory_mb = 0;      ///< their sum
-  double peak_mb = 0;        ///< the same, or what loading took if that was more
-  double rays = 0;           ///< a step, as far as known; of subscribed sensors
+  std::vector<Part> step;       ///< milliseconds of real time for an average step
+  double step_ms = 0;           ///< their sum
+  std::vector<double> kind_ms;  ///< of these, per kind of sensor in SceneSummary::sensors
+  std::vector<Part> memory;     ///< MB
+  double memory_mb = 0;         ///< their sum
+  double peak_mb = 0;           ///< memory_mb, or the peak while loading if that was higher
+  double rays = 0;              ///< per step, of subscribed sensors, as far as known
 };
 
-/// An explained world.
+/// One world's explanation.
 struct Explanation {
   std::string file;
   World* world = nullptr;
@@ -51,10 +50,10 @@ struct Explanation {
 Estimate MakeEstimate(const SceneSummary& scene, const StepCosts& costs,
                       const MemoryReadings& memory, const RunOptions& options);
 
-/// Nanoseconds for a ray of this kind, on the path that a run will choose.
+/// Nanoseconds per ray of this kind on the path that a run will choose.
 double RayNs(const SensorCost& cost, const RunOptions& options);
 
-/// Which knobs would pay, the best first; a sentence each.
+/// Returns suggestions that would pay off, best first, one sentence each.
 std::vector<std::string> Hints(const Explanation& world);
 
 }  // namespace Stg::program

@@ -15,7 +15,7 @@ namespace Stg::program {
 
 namespace {
 
-/// Warns of options that have no meaning without a run.
+/// Warns of options that only affect a run.
 void WarnOfIdleOptions(const Options& options) {
   std::string names;
   const auto add = [&names](bool given, const char* name) {
@@ -33,7 +33,7 @@ double StepsLeft(const World& world) {
                    static_cast<double>(world.sim_interval));
 }
 
-/// Loads the worlds one by one. Returns the status of the one that fails, or 0.
+/// Loads the worlds one by one. Returns 0, or the exit status of the first failure.
 int LoadAll(const Options& options, std::vector<Explanation>* explanations) {
   // Never deleted, as in a run.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
@@ -55,7 +55,7 @@ int LoadAll(const Options& options, std::vector<Explanation>* explanations) {
 void Complete(const RunOptions& options, Explanation* e) {
   e->steps = StepsLeft(*e->world);
   e->scene = e->world->Summary();
-  if (e->scene.exact_sensors > 0) {  // what the first step would do
+  if (e->scene.exact_sensors > 0) {  // done here as in the first step
     e->world->DrawForExactRays();
     e->scene = e->world->Summary();
     e->memory.after = MemoryMb();
@@ -72,7 +72,7 @@ int Explain(const Options& options) {
 
   std::vector<Explanation> worlds;
   {
-    // Messages of loading and of controllers are no part of the explanation.
+    // Messages of loading and of controllers are not part of the explanation.
     const OutputToError redirected;
     if (const int status = LoadAll(options, &worlds); status != 0) return status;
     for (Explanation& world : worlds) Complete(options.run, &world);

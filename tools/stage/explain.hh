@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// --explain: loads worlds and says what would run, what not, and what it would take.
+// --explain: loads worlds and reports what would run, what is left out and what a step will cost.
 
 #ifndef STAGE_TOOLS_STAGE_EXPLAIN_HH
 #define STAGE_TOOLS_STAGE_EXPLAIN_HH
@@ -13,12 +13,12 @@
 
 namespace Stg::program {
 
-/// Returns the status to exit with. Throws UsageError, std::runtime_error.
+/// Returns the exit status. Throws UsageError, std::runtime_error.
 int Explain(const Options& options);
 
-/// For people: aligned lines, about a screen for each world.
+/// Text for people: aligned lines, about a screen per world.
 std::string ExplanationText(const Explanation& world);
-/// One world's figures lie in the object itself; those of several in objects of its array "worlds".
+/// A JSON object with the values of a single world, or with an array "worlds" of several.
 std::string ExplanationJson(const std::vector<Explanation>& worlds, const RunOptions& options);
 
 }  // namespace Stg::program

@@ -147,7 +147,7 @@ std::string ExplanationJson(const std::vector<Explanation>& worlds, const RunOpt
     json.update(list[0]);
   else
     json["worlds"] = list;
-  // Names of files need not be UTF-8, JSON has to be; in ASCII no terminal obeys what they hold.
+  // File names may be invalid UTF-8 or contain control characters; the output is plain ASCII.
   return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }
 

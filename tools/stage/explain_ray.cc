@@ -26,7 +26,7 @@ constexpr double kLongestSeconds = 1e12;
   throw UsageError("--explain-ray: found " + messages::Quoted(text) + ", expected " + kForm);
 }
 
-/// The part behind the last `separator`, which is taken off the text.
+/// Removes the last `separator` and what follows from the text, and returns what follows.
 std::string CutLast(std::string* text, char separator, const std::string& whole) {
   const size_t at = text->rfind(separator);
   if (at == std::string::npos) Refuse(whole);
@@ -59,7 +59,7 @@ std::vector<ModelRanger*> RangersOf(const World& world) {
   return rangers;
 }
 
-/// By number among the robot's, or by name: in full, or what follows the robot's.
+/// Finds a ranger by index in the robot, by full name, or by the part after the robot's name.
 ModelRanger* RangerOf(Model* robot, const std::string& which) {
   std::vector<ModelRanger*> rangers;
   AppendRangers(*robot, &rangers);
@@ -99,7 +99,7 @@ void CheckSample(const ModelRanger& ranger, const RayChoice& choice) {
                      std::to_string(samples) + ", counted from 0");
 }
 
-/// Steps the world to that time, or to its end if that is earlier.
+/// Steps the world to this time, or to its end if that is earlier.
 void RunTo(World* world, double seconds) {
   const auto time = static_cast<usec_t>(std::llround(seconds * 1e6));
   while (CaughtSignal() == 0 && world->SimTimeNow() + world->sim_interval <= time)
@@ -126,7 +126,7 @@ ModelRanger* FindRanger(const World& world, const std::string& name) {
     throw UsageError("--explain-ray: found " + std::to_string(rangers.size()) + " rangers of " +
                      messages::Quoted(name) + ", expected one, or which: " + kForm);
   }
-  // Names have colons, too: any of them may be the one between robot and ranger.
+  // Names may contain colons, so each colon may be the one between robot and ranger.
   for (size_t at = name.find(':'); at != std::string::npos; at = name.find(':', at + 1)) {
     Model* const robot = FindModel(world, name.substr(0, at));
     ModelRanger* const ranger = robot ? RangerOf(robot, name.substr(at + 1)) : nullptr;
@@ -142,10 +142,10 @@ int ExplainRay(const Options& options) {
     throw UsageError("--explain-ray: found " + std::to_string(options.worldfiles.size()) +
                      " world files, expected one");
   const std::optional<ReportFile> report = OpenReport(options);
-  static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;  // as in a run
+  static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;  // not deleted
   ExplainedRay explained{nullptr, choice.sensor, choice.sample, {}};
   {
-    const OutputToError redirected;  // what loading and controllers say
+    const OutputToError redirected;  // messages of loading and of controllers
     if (const int status = LoadWorlds(options, &worlds); status != 0) return status;
     World* const world = worlds.front().world;
     const ModelRanger* const ranger = FindRanger(*world, choice.ranger);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// --explain-ray: runs a world to some time and says why a ranger's sample reads what it reads.
+// --explain-ray: runs a world to a time and explains the reading of a ranger's sample.
 
 #ifndef STAGE_TOOLS_STAGE_EXPLAIN_RAY_HH
 #define STAGE_TOOLS_STAGE_EXPLAIN_RAY_HH
@@ -13,7 +13,7 @@
 
 namespace Stg::program {
 
-/// ROBOT:RANGER:SENSOR:SAMPLE@SECONDS, as far as it can be read without a world.
+/// ROBOT:RANGER:SENSOR:SAMPLE@SECONDS, parsed as far as possible without a world.
 struct RayChoice {
   std::string ranger;  ///< ROBOT:RANGER, ROBOT or RANGER
   uint32_t sensor = 0, sample = 0;
@@ -23,13 +23,13 @@ struct RayChoice {
 /// Throws UsageError.
 RayChoice ParseRayChoice(const std::string& text);
 
-/// The ranger that a choice names. Throws UsageError with names that there are.
+/// Returns the chosen ranger. Throws UsageError with a list of valid names.
 ModelRanger* FindRanger(const World& world, const std::string& name);
 
-/// Returns the status to exit with. Throws UsageError, std::runtime_error.
+/// Returns the exit status. Throws UsageError, std::runtime_error.
 int ExplainRay(const Options& options);
 
-/// A ray and the sensor that cast it.
+/// A ray and its sensor.
 struct ExplainedRay {
   const ModelRanger* ranger;
   uint32_t sensor, sample;

@@ -50,7 +50,7 @@ const char* AnswerText(RayRecord::Answer answer) {
   return "stops the ray";
 }
 
-/// How many steps of each kind the walk took, up to the hit.
+/// Number of steps of each kind that the ray walk took up to the hit.
 struct Leaps {
   size_t cells = 0, tiles = 0, regions = 0, superregions = 0;
 

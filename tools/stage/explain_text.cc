@@ -11,7 +11,7 @@ namespace Stg::program {
 
 namespace {
 
-constexpr size_t kMostKinds = 10;  // of sensors and models, that are listed one by one
+constexpr size_t kMostKinds = 10;  // number of sensor and model kinds that are listed one by one
 constexpr size_t kMostIdleKinds = 6;
 constexpr size_t kMostHeights = 6;
 constexpr size_t kMostNames = 3;
@@ -48,7 +48,7 @@ class Page {
     text_ += Wrapped(Format("  %-11s %s", label.c_str(), text.c_str()), 14) + "\n";
   }
 
-  // ---- what there is ----
+  // ---- content ----
 
   void PrintModelled() {
     Heading("What is modelled");
@@ -143,7 +143,7 @@ class Page {
     for (const std::string& doubt : s_.doubts) text_ += Wrapped("  " + Printable(doubt), 4) + "\n";
   }
 
-  /// Names the heights at which rangers look past all robots, if there is anything to be seen.
+  /// Lists heights at which rangers see no robot at all, if the world has at least two robots.
   std::string RobotsUnseen() const {
     if (s_.robots + s_.undriven < 2) return "";
     std::vector<std::string> heights;
@@ -154,7 +154,7 @@ class Page {
     return "none has a body where rangers look, at " + Joined(heights);
   }
 
-  // ---- what there is not ----
+  // ---- left out ----
 
   void PrintLeftOut() {
     Heading("What is left out, as nobody asks for it");
@@ -243,7 +243,7 @@ class Page {
         Rounded(Megabytes(s_.dense_bytes)).c_str());
   }
 
-  // ---- what it takes ----
+  // ---- cost ----
 
   void PrintStep() {
     Heading("What a step will take, milliseconds");

@@ -7,16 +7,16 @@
 
 namespace Stg::program {
 
-/// As printf() would print it.
+/// Formats like printf().
 [[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...);
 
-/// A number of things: "1 robot", "12 robots".
+/// A count with a noun: "1 robot", "12 robots".
 std::string Count(double number, const std::string& thing);
-/// With three digits, or all those of a whole number: "0.0123", "4.5", "12345".
+/// Three significant digits, or all digits of a whole number: "0.0123", "4.5", "12345".
 std::string Rounded(double value);
-/// "0.3 s", "45 s", "4 min", "2.5 h", "3 days".
+/// A duration: "0.3 s", "45 s", "4 min", "2.5 h", "3 days".
 std::string Time(double seconds);
-/// In lines of at most 100 characters; all but the first begin with `indent` blanks.
+/// Wraps text at 100 characters; all lines but the first start with `indent` blanks.
 std::string Wrapped(const std::string& text, size_t indent);
 
 }  // namespace Stg::program

@@ -5,7 +5,7 @@
 
 namespace Stg::program {
 
-/// What --help prints.
+/// The output of --help.
 extern const char kHelpText[];
 
 }  // namespace Stg::program

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Which knobs would pay.
+// Suggestions for options and settings that would make a run cheaper.
 
 #include <algorithm>
 
@@ -37,7 +37,7 @@ class Hinter {
   }
 
  private:
-  /// Below that nobody cares, ms and MB.
+  /// Below these limits, milliseconds and MB, a hint is not worthwhile.
   static constexpr double kFewMs = 1, kFewMb = 20;
 
   double Share(double ms) const { return e_.step_ms > 0 ? ms / e_.step_ms : 0; }
@@ -79,7 +79,7 @@ class Hinter {
       HintAtMeasuredDevice();
       return;
     }
-    constexpr double kUsualBreakEven = 10000;  // rays a step: --help says so too
+    constexpr double kUsualBreakEven = 10000;  // rays per step, as in --help
     hints_.push_back(
         Format("--opencl: %s a step, likely %s break-even (some ten thousand); "
                "--explain --opencl measures it",
@@ -87,7 +87,7 @@ class Hinter {
   }
 
   void HintAtMeasuredDevice() {
-    const SensorCost* most = nullptr;  // the kind with the most rays is the first
+    const SensorCost* most = nullptr;  // kinds are sorted by rays, so the first one counts
     for (const SensorCost& cost : w_.costs.sensors)
       if (!most && cost.device_ray_ns >= 0 && cost.ray_ns > 0) most = &cost;
     if (!most) return;

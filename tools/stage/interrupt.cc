@@ -22,8 +22,8 @@ std::atomic<void (*)()> on_signal{nullptr};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<void (*)()>::is_always_lock_free,
               "signal handlers need it");
 
-// A signal may come between looking at `caught` and going to sleep, or to another thread: a byte
-// in a pipe wakes the sleeper in either case.
+// A signal may arrive between the check of `caught` and sleeping, or in another thread. A byte in a
+// pipe wakes the sleeper in both cases.
 int wake_pipe[2] = {-1, -1};
 
 void Note(int signal) {
@@ -37,12 +37,12 @@ void Note(int signal) {
 
 void Catch(int signal) {
   struct sigaction action = {};
-  // What is ignored stays ignored: nohup, and shells that start a job in the background, want that.
+  // Signals that are ignored stay ignored: nohup and background jobs of shells rely on it.
   if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) return;
   action = {};
   action.sa_handler = Note;
   action.sa_flags = SA_RESTART;
-  // A terminal that is closed sends SIGHUP itself and has the shell send another.
+  // Closing a terminal sends SIGHUP directly and again through the shell.
   if (signal != SIGHUP) action.sa_flags |= static_cast<int>(SA_RESETHAND);
   sigemptyset(&action.sa_mask);
   sigaction(signal, &action, nullptr);
@@ -56,7 +56,7 @@ double Now() {
 }
 
 void CatchSignals() {
-  if (pipe(wake_pipe) != 0) return;  // then signals kill, as they would without us
+  if (pipe(wake_pipe) != 0) return;  // without the pipe, signals keep their default action
   for (const int end : wake_pipe) {
     fcntl(end, F_SETFD, FD_CLOEXEC);
     fcntl(end, F_SETFL, O_NONBLOCK);

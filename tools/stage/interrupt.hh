@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// An orderly end on SIGINT, SIGTERM and SIGHUP, and waiting that they cut short.
+// Handles SIGINT, SIGTERM and SIGHUP so that a run can end in order; signals also interrupt waits.
 
 #ifndef STAGE_TOOLS_STAGE_INTERRUPT_HH
 #define STAGE_TOOLS_STAGE_INTERRUPT_HH
 
 namespace Stg::program {
 
-/// Seconds since some fixed moment.
+/// Seconds since a fixed moment.
 double Now();
 
-/// From here on, the first SIGINT or SIGTERM is only noted; a second of the same kind kills. Any
-/// SIGHUP is only noted.
+/// Installs the handlers. The first SIGINT or SIGTERM is only recorded; a second one of the same
+/// kind kills the process. SIGHUP is always only recorded.
 void CatchSignals();
-/// Called by the signal handler, with all that this forbids, after the signal was noted.
+/// Sets an async-signal-safe function that the handler calls after recording a signal.
 void OnSignal(void (*action)());
-/// The signal that was noted; 0: none.
+/// The recorded signal; 0: none.
 int CaughtSignal();
-/// Sleeps until Now() is `time`. False, and at once, if a signal was caught.
+/// Sleeps until Now() is `time`. Returns false immediately if a signal was caught.
 bool SleepUntil(double time);
-/// Ends the process by the signal, as if it had never been caught, so that the caller's shell sees
-/// it. Returns the status to exit with where that is impossible.
+/// Terminates the process by the signal's default action, so that the calling shell sees it.
+/// Returns an exit status if that is impossible.
 int DieOf(int signal);
 
 }  // namespace Stg::program

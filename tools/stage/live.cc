@@ -12,7 +12,7 @@ namespace Stg::program {
 
 namespace {
 
-/// Throws if there is an option that only a run of this program has.
+/// Throws if an option is given that --live and --foxglove do not support.
 void CheckOptions(const Options& options) {
   const std::pair<bool, const char*> others[] = {
       {!options.controller_args.empty(), "--args"},
@@ -25,7 +25,7 @@ void CheckOptions(const Options& options) {
       {!options.pictures.shots.empty(), "--screenshot"},
       {options.state_hash, "--state-hash"},
       {!options.stats_file.empty(), "--stats"},
-      {options.run.duration > 0, "--duration"},  // the last one: pictures set it, too
+      {options.run.duration > 0, "--duration"},  // checked last, since pictures set it as well
   };
   for (const auto& [given, name] : others)
     if (given) throw UsageError(std::string(name) + " does not go with --live and --foxglove");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A running world in a browser, or in Foxglove: the Python module stagesim.live.
+// --live and --foxglove: shows a run in a browser or Foxglove; the Python module stagesim.live.
 
 #ifndef STAGE_TOOLS_STAGE_LIVE_HH
 #define STAGE_TOOLS_STAGE_LIVE_HH
@@ -9,8 +9,8 @@
 
 namespace Stg::program {
 
-/// Becomes that module, with what the options say. Throws UsageError if they ask for something that
-/// it does not do, and what BecomePythonModule() throws.
+/// Replaces this process by that module with the given options. Throws UsageError for options that
+/// the module does not support, and everything that BecomePythonModule() throws.
 [[noreturn]] void ShowLive(const Options& options);
 
 }  // namespace Stg::program

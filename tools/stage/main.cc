@@ -40,14 +40,14 @@ namespace {
 constexpr int kFailure = 1;
 constexpr int kBadUsage = 2;
 
-/// Says whether an OpenCL device was of use; with --opencl, that is what a user wants to know.
+/// With --opencl, reports whether the device was of use.
 void TellOfDevice(const Options& options, const std::vector<LoadedWorld>& worlds) {
   if (!options.run.opencl) return;
   for (const LoadedWorld& loaded : worlds)
     Say("[OpenCL: " + DeviceUse(loaded.world->statistics(), options.run) + "]");
 }
 
-/// Returns the status to exit with.
+/// Returns the exit status.
 int Finish(const Options& options, const std::optional<ReportFile>& report,
            const std::vector<LoadedWorld>& worlds, std::optional<OutputToError>* redirected) {
   EndClock();
@@ -62,7 +62,7 @@ int Finish(const Options& options, const std::optional<ReportFile>& report,
   return CaughtSignal() != 0 ? DieOf(CaughtSignal()) : 0;
 }
 
-/// The log that --log asks for, or null. Throws UsageError.
+/// Opens the log requested by --log, or returns null. Throws UsageError.
 std::unique_ptr<recording::Recorder> OpenLog(const Options& options) try {
   if (options.log.file.empty()) return nullptr;
   return std::make_unique<recording::Recorder>(options.log);
@@ -75,19 +75,19 @@ int Run(const Options& options, ReplayRun* replay) {
   std::optional<SnapshotSaver> saver = OpenSaver(options);
   const std::unique_ptr<PictureRun> pictures = PictureRun::Open(options);
   const std::unique_ptr<recording::Recorder> log = OpenLog(options);
-  // Where the figures go to standard output, nothing else does: a program may read them.
+  // A program may parse a report on standard output, so everything else goes to standard error.
   std::optional<OutputToError> redirected;
   if (report && report->IsStandardOutput()) redirected.emplace();
   Say(std::string("Stage ") + Version() + " " + options.tags);
   World* const special = pictures ? pictures->MakeWorld() : OpenWindow(options, replay);
-  // Never deleted, like the worlds in it: nothing is torn down at the end.
+  // Never deleted, like the worlds in it: the process ends without tearing them down.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
   if (replay) replay->BeginLoading();
   const int status = LoadWorlds(options, &worlds, special);
   if (replay) replay->EndLoading();
   if (status != 0) return status;
   if (!StartFromSnapshot(options, worlds)) return kFailure;
-  CatchSignals();  // not before: while loading there is nothing to be finished
+  CatchSignals();  // only now: while loading there is nothing to finish in order
   if (replay) replay->Attach(worlds.front().world);
   if (log) log->Attach(worlds.front().world);
   RunWorlds(options, &worlds, pictures.get(), saver ? &*saver : nullptr);
@@ -120,8 +120,8 @@ int Main(int argc, char* argv[]) {
   }
   ShowMessages(options.progress);
   const std::unique_ptr<ReplayRun> replay = ReplayRun::Open(&options);
-  World::run_options = options.run;  // before Init(), which seeds the random numbers
-  // The library leaves the C library's generators alone; controllers of old use them.
+  World::run_options = options.run;  // before Init(), which seeds the random generators
+  // The library does not use the C library's generators, but old controllers do.
   srand48(static_cast<long>(options.run.seed));
   srandom(static_cast<unsigned>(options.run.seed));
   World::ctrlargs = options.controller_args;
@@ -140,12 +140,12 @@ const char* AdviceFor(int argc, char* argv[]) {
 }
 
 void Complain(const std::string& text, const char* advice = "") {
-  constexpr std::size_t kLongest = 250;  // bytes: it may quote anything
+  constexpr std::size_t kLongest = 250;  // bytes; the text may quote anything
   const std::string shown = messages::Shortened(text, kLongest);
   messages::Report(LogLevel::kError, "stage: " + shown + advice);
 }
 
-/// `message` is null if it is no exception of the standard library's.
+/// `message` is null if the exception is not a std::exception.
 void TellWhatWasThrown(const char* message) {
   std::fflush(stdout);
   const std::string thrower = Thrower();

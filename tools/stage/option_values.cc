@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kMostThreads = 1024;
 
-/// Why getopt did not find a long option: there is none, or more than one begins like that.
+/// Describes why getopt rejected a long option: it is unknown, or an ambiguous prefix.
 std::string UnknownLongOption(const option* table, const std::string& given) {
   const std::string prefix = given.substr(2, given.find('=') - 2);
   std::string candidates;
@@ -49,7 +49,7 @@ void RefuseOption(int id, const option* table, const std::string& word) {
 double ParseWithin(const std::string& option, double least, double most, const char* expected,
                    const std::string& text) {
   const std::optional<double> value = ParseNumber<double>(text);
-  // The comparisons are false for what is not a number.
+  // The comparisons are false for NaN.
   if (!value || !(*value >= least && *value <= most)) RefuseValue(option, expected, text);
   return *value;
 }

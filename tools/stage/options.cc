@@ -22,7 +22,7 @@ namespace Stg::program {
 
 namespace {
 
-// Values of options without a short form lie above all characters.
+// Options without a short form have values above all characters.
 enum Id : int {
   kArgs = 'a',
   kClock = 'c',
@@ -61,10 +61,10 @@ enum Id : int {
   kFoxglove
 };
 
-// The colon in front: getopt keeps quiet and tells a missing value from an unknown option.
+// The leading colon makes getopt silent; it then tells a missing value from an unknown option.
 constexpr char kShortOptions[] = ":a:cgh";
 
-// The values of --clock, --gui and --help are taken and ignored, as ever.
+// Values of --clock, --gui and --help are accepted and ignored for compatibility.
 constexpr option kLongOptions[] = {
     {"args", required_argument, nullptr, kArgs},
     {"budget-horizon", required_argument, nullptr, kHorizon},
@@ -103,9 +103,9 @@ constexpr option kLongOptions[] = {
     {nullptr, 0, nullptr, 0},
 };
 
-constexpr int kMostPixels = 16384;  // a side of a picture
+constexpr int kMostPixels = 16384;  // maximum side of an image
 constexpr usec_t kAtTheEnd = std::numeric_limits<usec_t>::max();
-constexpr usec_t kShotTime = 1000000;  // of a run without an end
+constexpr usec_t kShotTime = 1000000;  // for runs without an end
 
 std::string NameOf(int id) {
   for (const option* o = kLongOptions; o->name; o++)
@@ -117,7 +117,7 @@ std::string NameOf(int id) {
   RefuseValue(NameOf(id), expected, found);
 }
 
-/// FILE@SECONDS
+/// Parses FILE@SECONDS.
 Options::SnapshotOrder ParseSnapshotOrder(const std::string& text) {
   const size_t at = text.rfind('@');
   const std::optional<double> seconds =
@@ -127,7 +127,7 @@ Options::SnapshotOrder ParseSnapshotOrder(const std::string& text) {
   return {text.substr(0, at), static_cast<usec_t>(std::llround(*seconds * 1e6))};
 }
 
-/// FILE.png or FILE.png@SECONDS; names may have an @ of their own.
+/// Parses FILE.png or FILE.png@SECONDS; names may contain an @.
 offscreen::Orders::Shot ParseShot(const std::string& text) {
   offscreen::Orders::Shot shot{text, kAtTheEnd};
   const size_t at = text.rfind('@');
@@ -339,7 +339,7 @@ class Parser {
   }
 
   void Fail(int id) {
-    // '?' is no option of ours as far as getopt knows, because it also stands for any mistake.
+    // '?' is not among getopt's options, because getopt also returns it for any mistake.
     if (id == kQuestion && optopt == '?') {
       options_.action = Options::Action::kHelp;
       return;
@@ -347,9 +347,9 @@ class Parser {
     RefuseOption(id, kLongOptions, arguments_[static_cast<size_t>(optind - 1)]);
   }
 
-  std::vector<char*> arguments_;  // a copy: getopt sorts it
+  std::vector<char*> arguments_;  // a copy, because getopt reorders it
   Options options_;
-  int log_option_ = 0;  // one that says how to log
+  int log_option_ = 0;  // an option given that requires --log
 };
 
 bool LoadsWorlds(const Options& options) {
@@ -357,14 +357,14 @@ bool LoadsWorlds(const Options& options) {
          options.action == Options::Action::kBudget || options.action == Options::Action::kLive;
 }
 
-/// For the option of that name.
+/// Throws UsageError, naming the option, if there are several worlds.
 void RequireOneWorld(const Options& options, const std::string& name) {
   if (options.worldfiles.size() > 1)
     throw UsageError(name + ": found " + std::to_string(options.worldfiles.size()) +
                      " world files, expected one");
 }
 
-/// The environment chooses a device where the command line leaves that open.
+/// STAGE_CL_DEVICE selects the device if the command line does not.
 void TakeDeviceFromEnvironment(Options* options) {
   const char* choice = std::getenv("STAGE_CL_DEVICE");
   if (!options->run.opencl || !options->run.device.empty() || !choice) return;
@@ -373,7 +373,7 @@ void TakeDeviceFromEnvironment(Options* options) {
     options->action = Options::Action::kListDevices;
 }
 
-/// Snapshots are of one world, and taken without a window.
+/// Checks and completes snapshot options: they need a single world and no window.
 void SettleSnapshots(Options* options) {
   if (options->first_snapshot.empty() && !options->snapshot) return;
   RequireOneWorld(*options, NameOf(options->snapshot ? kSaveSnapshot : kFromSnapshot));
@@ -386,7 +386,7 @@ void SettleSnapshots(Options* options) {
                std::to_string(static_cast<double>(options->snapshot->time) / 1e6));
 }
 
-/// Pictures are made without a window, of one world, while it runs.
+/// Checks and completes image options: they need a single world and no window.
 void SettlePictures(Options* options) {
   offscreen::Orders& orders = options->pictures;
   if (orders.shots.empty() && orders.film.empty()) {
@@ -417,8 +417,8 @@ bool IsWorld(const std::string& file, const std::vector<std::string>& worldfiles
          });
 }
 
-/// Each output needs a place of its own; and where a FILE was forgotten, the next word, a world
-/// file, was taken for it.
+/// Each output needs its own file. A world file as output is refused too: it was taken for a FILE
+/// that was forgotten.
 void CheckOutputs(const Options& options) {
   std::vector<std::pair<int, std::string>> outputs;
   if (!options.stats_file.empty() && options.stats_file != "-")
@@ -436,7 +436,7 @@ void CheckOutputs(const Options& options) {
   }
 }
 
-/// A replay shows one log, and nothing that a run would do.
+/// A replay needs exactly one log and excludes options of a run.
 void CheckReplay(const Options& options) {
   if (!options.replay) return;
   if (options.worldfiles.size() != 1)
@@ -447,7 +447,7 @@ void CheckReplay(const Options& options) {
     throw UsageError("replay: found an option of runs, expected those of what you see alone");
 }
 
-/// Worlds are what a run is about; other actions need none.
+/// Runs need worlds; other actions do not.
 void CheckWorlds(const Options& options) {
   if (LoadsWorlds(options) && options.worldfiles.empty())
     throw UsageError("found no world file, expected at least one, such as worlds/simple.world");

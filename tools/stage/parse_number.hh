@@ -12,7 +12,7 @@
 
 namespace Stg::program {
 
-/// All of the text has to be the number; no blanks, no sign in front of unsigned ones.
+/// Parses text that must consist of a number alone: no blanks, and no sign for unsigned types.
 template <typename Number>
 std::optional<Number> ParseNumber(std::string_view text) {
   if constexpr (std::is_floating_point_v<Number>) {

@@ -23,10 +23,10 @@ World* PictureRun::MakeWorld() { return world_ = pictures_->MakeWorld(); }
 void PictureRun::Begin(const Options& options) {
   std::string message;
   if (!pictures_->Begin(&message)) throw PictureError("no pictures: " + message);
-  world_->speedup = 0;  // nobody watches
+  world_->speedup = 0;  // as fast as possible
   Make();
   const bool film = !options.pictures.film.empty();
-  if (options.run.duration == 0 && !film) world_->Quit();  // all pictures are of the beginning
+  if (options.run.duration == 0 && !film) world_->Quit();  // all images show the start
 }
 
 void PictureRun::Make() {

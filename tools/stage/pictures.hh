@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// --screenshot and --record: pictures of a run without a window. What makes them is in the library
-// of the window, which is loaded only when it is wanted.
+// --screenshot and --record: images of a run without a window. They are made by the window's
+// library, which is loaded on demand.
 
 #ifndef STAGE_TOOLS_STAGE_PICTURES_HH
 #define STAGE_TOOLS_STAGE_PICTURES_HH
@@ -15,24 +15,24 @@
 
 namespace Stg::program {
 
-/// what() is one line that says why there are no pictures.
+/// what() is one line that explains why there are no images.
 class PictureError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// What goes wrong throws PictureError.
+/// Makes the images of a run. All failures throw PictureError.
 class PictureRun {
  public:
-  /// Null if the options ask for no pictures. Throws UsageError if a file can't be written.
+  /// Returns null if the options ask for no images. Throws UsageError if a file cannot be written.
   static std::unique_ptr<PictureRun> Open(const Options& options);
 
   World* MakeWorld();
-  /// To be called when the world is loaded.
+  /// Call when the world is loaded.
   void Begin(const Options& options);
-  /// To be called before the first step and after each.
+  /// Call before the first step and after each step.
   void Make();
-  /// To be called when the run has come to its end, or was `interrupted`.
+  /// Call at the end of the run, or when it was `interrupted`.
   void End(bool interrupted);
 
  private:

@@ -18,10 +18,10 @@ namespace Stg::program {
 namespace {
 
 double Megabytes(const char* key) {
-  return std::atof(FromProc("/proc/self/status", key).c_str()) / 1024;  // it counts in KiB
+  return std::atof(FromProc("/proc/self/status", key).c_str()) / 1024;  // /proc counts in KiB
 }
 
-/// errno was 0 before the last output. What went wrong longer ago is known only as such.
+/// Requires errno to be 0 before the last output. The reason of an earlier failure is unknown.
 void CheckOutput() {
   const bool flushed = std::fflush(stdout) == 0;
   if (flushed && std::ferror(stdout) == 0) return;
@@ -42,7 +42,7 @@ std::string FromProc(const char* file, const std::string& key) {
 }
 
 double PeakMemoryMb() {
-  // getrusage() may tell the peak of the process that started this one.
+  // getrusage() may report the peak of the parent process.
   const double peak = Megabytes("VmHWM:");
   if (peak > 0) return peak;
   rusage usage = {};
@@ -53,7 +53,7 @@ double PeakMemoryMb() {
 double MemoryMb() { return Megabytes("VmRSS:"); }
 
 void KeepStandardFiles() {
-  // Opened the wrong way round, so that writing to standard output still fails.
+  // Opened in the wrong direction, so that writing to standard output still fails.
   for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(file, F_GETFD) < 0) open("/dev/null", file == STDOUT_FILENO ? O_RDONLY : O_WRONLY);
 }
@@ -77,7 +77,7 @@ OutputToError::OutputToError() : saved_(-1) {
 
 OutputToError::~OutputToError() {
   std::fflush(stdout);
-  std::clearerr(stdout);  // what standard error has lost
+  std::clearerr(stdout);  // clears errors of writing to standard error
   if (saved_ < 0) return;
   dup2(saved_, STDOUT_FILENO);
   close(saved_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What the system knows of this process and of the machine.
+// Properties of this process and of the machine.
 
 #ifndef STAGE_TOOLS_STAGE_PROCESS_HH
 #define STAGE_TOOLS_STAGE_PROCESS_HH
@@ -9,24 +9,23 @@
 
 namespace Stg::program {
 
-/// The text after the colon of the first line of a file in /proc that begins with `key`; empty if
-/// there is none.
+/// Returns the text after the colon in the first line of a /proc file that starts with `key`; empty
+/// if there is none.
 std::string FromProc(const char* file, const std::string& key);
 
-/// Memory of this process in MB (2^20 bytes): the most so far, and now. The latter is 0 where the
-/// system does not tell.
+/// Peak and current memory of this process in MB (2^20 bytes). Current memory is 0 if unknown.
 double PeakMemoryMb();
 double MemoryMb();
 
-/// To be called first: where one of the three standard files is closed, the next file to be opened
-/// would take its place, and what is printed would go there.
+/// Call first. If a standard stream is closed, the next file to be opened would get its descriptor
+/// and receive what is printed.
 void KeepStandardFiles();
-/// Print to standard output, and see to it that all has come out. Throw std::runtime_error if this
-/// or anything that was printed before is lost.
+/// Print to standard output and verify that everything arrived. Throw std::runtime_error if this or
+/// any earlier output was lost.
 void PrintWhole(const std::string& text);
 void FlushOutput();
 
-/// While it lives, what goes to standard output comes out at standard error.
+/// Redirects standard output to standard error during its lifetime.
 class OutputToError {
  public:
   OutputToError();

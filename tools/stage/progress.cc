@@ -14,10 +14,10 @@ namespace Stg::program {
 
 namespace {
 
-constexpr double kPeriod = 0.25;     // seconds between two prints
-constexpr size_t kMostSamples = 20;  // so the speed is that of the last five seconds
+constexpr double kPeriod = 0.25;     // seconds between updates
+constexpr size_t kMostSamples = 20;  // averages the speed over the last five seconds
 
-/// Worlds advance step by step together, so it is their number that tells who comes last.
+/// Worlds advance in lock-step, so the one with the most steps left finishes last.
 double StepsLeft(const World* world) {
   const usec_t end = world->GetQuitTime(), now = world->SimTimeNow();
   return end > now ? static_cast<double>(end - now) / static_cast<double>(world->sim_interval) : 0;

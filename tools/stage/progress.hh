@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The line on a terminal that says how far a run is.
+// A progress line on the terminal.
 
 #ifndef STAGE_TOOLS_STAGE_PROGRESS_HH
 #define STAGE_TOOLS_STAGE_PROGRESS_HH
@@ -20,7 +20,7 @@ class Progress {
   /// `wanted` unset: only if standard error is a terminal, the end is known and no clock is shown.
   Progress(std::optional<bool> wanted, const std::vector<LoadedWorld>& worlds);
 
-  /// To be called after each round. Prints a few times a second.
+  /// Call after each round. Updates the line a few times per second.
   void Tick();
 
  private:
@@ -30,9 +30,9 @@ class Progress {
 
   std::string Text(double now);
 
-  World* last_ = nullptr;  // the world that will be done last; null: nothing is shown
+  World* last_ = nullptr;  // the world that will finish last; null: no line
   double next_;
-  std::deque<Sample> samples_;  // of the last seconds
+  std::deque<Sample> samples_;  // within the last seconds
   StatusLine line_;
 };
 

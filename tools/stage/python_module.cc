@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Its arguments: a folder of packages or nothing, the module, and those of the module. What is in
-// the working folder is not imported.
+// Arguments: a folder of packages or "", the module, and the module's own arguments. Packages in
+// the working directory are not imported.
 constexpr char kStart[] = R"(
 import sys
 sys.path[:] = [sys.argv[1]] * bool(sys.argv[1]) + [path for path in sys.path if path]
@@ -30,7 +30,7 @@ sys.argv[:3] = [sys.argv[2]]
 runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
 )";
 
-/// That of this program; empty if the system does not tell.
+/// Returns the folder of this program, or an empty path if unknown.
 fs::path OwnFolder() {
   std::error_code failed;
   return fs::read_symlink("/proc/self/exe", failed).parent_path();
@@ -41,8 +41,8 @@ bool Exists(const fs::path& path) {
   return fs::exists(path, failed);
 }
 
-/// The folder that has the package, if it belongs to this program. In a wheel the program is
-/// stagesim/bin/stage; in a build tree bin/stage, beside python/stagesim.
+/// Returns the folder with the package that belongs to this program. In a wheel the program is
+/// stagesim/bin/stage, in a build tree bin/stage beside python/stagesim.
 fs::path PackagesFolder() {
   const fs::path folder = OwnFolder();
   if (folder.empty()) return {};

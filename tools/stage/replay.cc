@@ -23,7 +23,7 @@ std::unique_ptr<ReplayRun> ReplayRun::Open(Options* options) {
   options->run.settings = run->replay_.settings();
   options->run.seed = run->replay_.seed();
   options->run.controllers = false;
-  options->run.opencl = false;  // there is nothing to trace
+  options->run.opencl = false;  // a replay traces no rays
   return run;
 }
 

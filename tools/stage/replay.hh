@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// `stage replay LOG`: a run that shows what --log has recorded. Its world is loaded from the files
-// that are in the log.
+// `stage replay LOG`: shows a run recorded with --log. The world is loaded from the files in the
+// log.
 
 #ifndef STAGE_TOOLS_STAGE_REPLAY_HH
 #define STAGE_TOOLS_STAGE_REPLAY_HH
@@ -19,20 +19,19 @@ namespace Stg::program {
 
 class ReplayRun {
  public:
-  /// Null if the options ask for no replay. Otherwise they are made those of a run of the world in
-  /// the log. Throws std::runtime_error if that can't be read.
+  /// Returns null if the options ask for no replay. Otherwise changes them to run the world in the
+  /// log. Throws std::runtime_error if the log cannot be read.
   static std::unique_ptr<ReplayRun> Open(Options* options);
 
-  /// To be called before and after the world is loaded. In between, what lay in other folders is
-  /// found as what lies in STAGEPATH is; not longer, as plug-ins are looked for there too, and a
-  /// log is nobody to trust.
+  /// Call before and after loading the world. In between, the log's folders are on STAGEPATH. They
+  /// are removed afterwards, because plug-ins are looked up there too and a log is not trusted.
   void BeginLoading();
   void EndLoading();
-  /// To be called when the world is loaded.
+  /// Call when the world is loaded.
   void Attach(World* world);
-  /// Shows that time, simulated seconds.
+  /// Shows this time, in simulated seconds.
   void GoTo(double seconds);
-  /// The log's name, without folders.
+  /// The log's file name without folders.
   const std::string& name() const { return name_; }
   double start() const { return static_cast<double>(replay_.start()) / 1e6; }
   double end() const;
@@ -47,9 +46,9 @@ class ReplayRun {
 
   const std::string name_;
   recording::Replay replay_;
-  const usec_t duration_;                          // wanted; 0: all of it
+  const usec_t duration_;                          // wanted duration; 0: the whole log
   std::optional<recording::UnpackedFiles> files_;  // until the world is loaded
-  std::optional<std::string> path_before_;         // STAGEPATH
+  std::optional<std::string> path_before_;         // the original STAGEPATH
 };
 
 }  // namespace Stg::program

@@ -29,7 +29,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// 0 where there is nothing to divide by: JSON has no infinity.
+/// Returns 0 instead of dividing by 0: JSON has no infinity.
 double Ratio(double a, double b) {
   const double ratio = b != 0 ? a / b : 0;
   return std::isfinite(ratio) ? ratio : 0;
@@ -37,8 +37,8 @@ double Ratio(double a, double b) {
 
 // ---- the process and the machine ----------------------------------------------------------------
 
-/// The board's name from the device tree, where there is one: it says more than that of the core,
-/// which is all that ARMv7 calls its model, while aarch64 names none at all.
+/// Prefers the board's name from the device tree: ARMv7 only reports the core's name, and aarch64
+/// none at all.
 std::string CpuName() {
   std::ifstream tree("/proc/device-tree/model");
   std::string board;
@@ -59,7 +59,7 @@ Json Machine() {
 
 Json OpenCl(const RunStatistics& run) {
   if (run.device.empty() && run.device_steps == 0) return nullptr;
-  return {{"device", run.device},  // empty: it failed in mid-run
+  return {{"device", run.device},  // empty: it failed during the run
           {"steps_on_device", run.device_steps},
           {"rays_on_device", run.device_rays},
           {"compile_seconds", run.prefilter.compile_seconds},
@@ -120,12 +120,12 @@ Json Describe(const LoadedWorld& loaded) {
   throw std::runtime_error("can't write the statistics to '" + name + "': " + std::strerror(error));
 }
 
-/// Whether a file begins as Statistics() and ExplanationJson() do.
+/// True if a file starts like the output of Statistics() and ExplanationJson().
 bool IsReport(std::string_view beginning) {
   return beginning.starts_with("{\n  \"program\": \"stage\",");
 }
 
-/// Whether the name is that of standard output, in one of several ways.
+/// True if the name refers to standard output.
 bool IsStandardOutput(const std::string& name) {
   for (const char* known : {"-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"})
     if (name == known) return true;
@@ -152,7 +152,7 @@ std::string Statistics(const std::vector<LoadedWorld>& worlds) {
   }
   json["peak_memory_mb"] = PeakMemoryMb();
   json["machine"] = Machine();
-  // Names of files need not be UTF-8, JSON has to be; in ASCII no terminal obeys what they hold.
+  // File names may be invalid UTF-8 or contain control characters; the output is plain ASCII.
   return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Figures of a run, as JSON: --stats.
+// --stats: statistics of a run as JSON.
 
 #ifndef STAGE_TOOLS_STAGE_REPORT_HH
 #define STAGE_TOOLS_STAGE_REPORT_HH
@@ -13,18 +13,18 @@
 
 namespace Stg::program {
 
-/// The statistics of a run: an object with a line end. One world's figures lie in the object
-/// itself; those of several in objects of its array "worlds".
+/// Returns the statistics of a run as a JSON object with a line end. The values of a single world
+/// are in the object itself, those of several in its array "worlds".
 std::string Statistics(const std::vector<LoadedWorld>& worlds);
 
-/// Whether the device of a run with --opencl was faster than the host's threads, in a few words.
+/// With --opencl: says in a few words whether the device was faster than the host's threads.
 std::string DeviceUse(const RunStatistics& run, const RunOptions& options);
 
-/// Where a report will go: a file, which is written whole or not at all, or standard output.
+/// Destination of a report: standard output, or a file that is written completely or not at all.
 class ReportFile {
  public:
-  /// `name`: "-" is standard output. Throws std::runtime_error if it could not be written, or holds
-  /// something else than an earlier report; leaves no trace.
+  /// `name`: "-" is standard output. Throws std::runtime_error if it cannot be written, or exists
+  /// and is not a report. Does not change the file.
   explicit ReportFile(const std::string& name);
   bool IsStandardOutput() const { return place_.empty(); }
   /// Throws std::runtime_error.
@@ -35,10 +35,10 @@ class ReportFile {
   std::string place_;  // empty: standard output
 };
 
-/// Prints the text on standard output; on standard error if a report goes to the former.
+/// Prints text on standard output, or on standard error if the report goes to standard output.
 void PrintBeside(const std::optional<ReportFile>& report, const std::string& text);
 
-/// The file that --stats names, if it does. Throws UsageError if it could not be written.
+/// Opens the file named by --stats, if any. Throws UsageError if it cannot be written.
 std::optional<ReportFile> OpenReport(const Options& options);
 
 }  // namespace Stg::program

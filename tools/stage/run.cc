@@ -19,14 +19,14 @@ namespace {
 
 bool IsDone(World* world) { return world->PastQuitTime() || world->TestQuit(); }
 
-/// A controller may delete its world.
+/// Exits if a controller has deleted its world.
 void EndIfDeleted(const LoadedWorld& loaded) {
   if (loaded.handle) return;
   messages::Report(LogLevel::kError, "stage: a callback has deleted the world of " + loaded.file);
   std::exit(1);
 }
 
-/// One step, when it is due. True if the world has none left.
+/// Makes one step when it is due. Returns true if the world is done.
 bool Step(LoadedWorld* loaded) {
   if (!IsDone(loaded->world) && !loaded->pacer.Wait(*loaded->world)) return false;
   const double start = Now();
@@ -36,7 +36,7 @@ bool Step(LoadedWorld* loaded) {
   return done;
 }
 
-/// One step of each world. True if all are done; stops early if a signal comes.
+/// Makes one step in each world. Returns true if all are done; returns early on a signal.
 bool Round(std::vector<LoadedWorld>* worlds) {
   bool all_done = true;
   for (LoadedWorld& loaded : *worlds) {
@@ -50,8 +50,8 @@ bool Round(std::vector<LoadedWorld>* worlds) {
 
 bool Pacer::Wait(const World& world) {
   if (!(world.speedup > 0)) return true;
-  // Late steps are caught up with, but not after a long stop, such as a suspended process: robots
-  // that race for minutes to make up for it are no use to anybody who watches.
+  // Late steps are caught up with, but not after a long stop such as a suspended process: robots
+  // racing for minutes are of no use to the viewer.
   constexpr double kMostArrears = 0.5;
   const double now = Now();
   const double period = static_cast<double>(world.sim_interval) / 1e6 / world.speedup;
@@ -61,8 +61,8 @@ bool Pacer::Wait(const World& world) {
 
 int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* with_window) {
   for (const std::string& file : options.worldfiles) {
-    // Never deleted: controllers may hold on to models until the very end of the process, and that
-    // frees the memory of a million models faster than anything else.
+    // Never deleted: controllers may use models until the process ends, which also frees a million
+    // models fastest.
     World* world = with_window ? std::exchange(with_window, nullptr) : new World;
     worlds->push_back({world, WorldHandle(world), file, 0, {}});
     const bool loaded = world->Load(file);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Loading and stepping worlds.
+// Loads and steps worlds.
 
 #ifndef STAGE_TOOLS_STAGE_RUN_HH
 #define STAGE_TOOLS_STAGE_RUN_HH
@@ -17,34 +17,33 @@ namespace Stg::program {
 
 class SnapshotSaver;
 
-/// Keeps a world's steps to the pace that its `speedup` asks for.
+/// Keeps the steps of a world at the pace that its `speedup` asks for.
 class Pacer {
  public:
-  /// Sleeps until the world's next step is due. False if a signal came.
+  /// Sleeps until the next step is due. Returns false if a signal came.
   bool Wait(const World& world);
 
  private:
-  double due_ = -1;  // of the last step; negative: there was none
+  double due_ = -1;  // when the last step was due; negative: none yet
 };
 
 struct LoadedWorld {
   World* world;
-  WorldHandle handle;  ///< of it
+  WorldHandle handle;  ///< handle of `world`
   std::string file;    ///< as on the command line
-  /// Spent in steps: without loading and waiting. With a window: from the start to the end.
+  /// Time spent in steps, without loading and waiting. With a window: from start to end.
   double wall_seconds = 0;
   Pacer pacer;
 };
 
-/// Loads the world files, in their order. Returns 0, or the status to exit with: then something is
-/// wrong with one of them, and was reported. `with_window`: the world for the first of them, if it
-/// has to be this one.
+/// Loads the world files in order. Returns 0, or the exit status after reporting an error.
+/// `with_window` is the world to use for the first file, or null.
 int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds,
                World* with_window = nullptr);
 
-/// Steps all worlds in turn until all are done, or a signal comes; one with a window until that is
-/// closed. `pictures`: what makes pictures of the only world, or null; `saver`: the
-/// same for a snapshot. Throws PictureError, and std::runtime_error if a file can't be written.
+/// Steps all worlds in turn until all are done or a signal comes, or until the window is closed.
+/// `pictures` and `saver` work on the only world, and may be null. Throws PictureError, and
+/// std::runtime_error if a file cannot be written.
 void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds,
                PictureRun* pictures = nullptr, SnapshotSaver* saver = nullptr);
 

@@ -40,7 +40,7 @@ SnapshotSaver::SnapshotSaver(const Options::SnapshotOrder& order)
 void SnapshotSaver::SaveIfDue(World* world) {
   if (done_ || world->SimTimeNow() < order_.time) return;
   Snapshot snapshot;
-  if (!world->Take(&snapshot)) std::exit(EXIT_FAILURE);  // it has said why
+  if (!world->Take(&snapshot)) std::exit(EXIT_FAILURE);  // Take() has reported the reason
   std::ostringstream content;
   snapshot.Write(content);
   if (const int error = files::ReplaceFile(place_, content.view(), IsSnapshot); error != 0)

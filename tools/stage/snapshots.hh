@@ -13,15 +13,15 @@
 
 namespace Stg::program {
 
-/// Takes the snapshot that was ordered, when its time has come.
+/// Takes the requested snapshot when its time has come.
 class SnapshotSaver {
  public:
-  /// Throws UsageError if the file could not be written, or holds something else than a snapshot.
+  /// Throws UsageError if the file cannot be written, or exists and is not a snapshot.
   explicit SnapshotSaver(const Options::SnapshotOrder& order);
-  /// To be called between steps. Throws std::runtime_error.
+  /// Call between steps. Throws std::runtime_error.
   void SaveIfDue(World* world);
   bool IsDone() const { return done_; }
-  /// Of a run that ended before the snapshot's time; returns the status to exit with.
+  /// Reports that the run ended before the snapshot's time. Returns the exit status.
   int TellTooEarlyAnEnd(const std::vector<LoadedWorld>& worlds) const;
 
  private:
@@ -32,7 +32,7 @@ class SnapshotSaver {
 
 std::optional<SnapshotSaver> OpenSaver(const Options& options);
 
-/// False, with a message, if the world can't go on from the snapshot that was asked for.
+/// Returns false, after a message, if the world cannot continue from the requested snapshot.
 bool StartFromSnapshot(const Options& options, const std::vector<LoadedWorld>& worlds);
 
 }  // namespace Stg::program

@@ -8,7 +8,7 @@
 namespace Stg::program {
 
 void StatusLine::Print(const std::string& text) {
-  // Blanks wipe out what is left of a longer line before.
+  // Trailing blanks erase the rest of a longer line.
   std::fprintf(stderr, "\r%-*s", static_cast<int>(length_), text.c_str());
   std::fflush(stderr);
   length_ = text.size();

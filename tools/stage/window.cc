@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kFailure = 1, kSeveralWorlds = 255;
 
-World* running = nullptr;  // for the signal handler
+World* running = nullptr;  // read by the signal handler
 
 bool HasDisplay() {
   const char* name = std::getenv("DISPLAY");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The window, which is in a library of its own and loaded only when it is wanted.
+// Opens the window. It is in a separate library that is loaded on demand.
 
 #ifndef STAGE_TOOLS_STAGE_WINDOW_HH
 #define STAGE_TOOLS_STAGE_WINDOW_HH
@@ -14,8 +14,7 @@
 
 namespace Stg::program {
 
-/// The window can't be had though there is a display; what() says why. With the status to exit
-/// with.
+/// There is a display, but no window can be opened; what() says why. Carries the exit status.
 class WindowError : public std::runtime_error {
  public:
   WindowError(const std::string& text, int exit_status)
@@ -23,12 +22,12 @@ class WindowError : public std::runtime_error {
   const int status;
 };
 
-/// A world with a window, if the options and the machine are for one. Null otherwise, with a line
-/// on standard error if it was wanted: then the run goes on without. Throws WindowError.
-/// `replay`: what the window shows, or null.
+/// Returns a world with a window if the options and the machine allow one. Otherwise returns null,
+/// after a line on standard error if a window was wanted. `replay`: the replay to show, or null.
+/// Throws WindowError.
 World* OpenWindow(const Options& options, ReplayRun* replay);
 
-/// Runs the world until its window is closed, all is to end, or a signal comes.
+/// Runs the world until its window is closed, all worlds are to end, or a signal comes.
 void RunWindow(World* world);
 
 }  // namespace Stg::program

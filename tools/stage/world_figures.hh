@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Figures of a world that several reports have.
+// World statistics shared by several reports.
 
 #ifndef STAGE_TOOLS_STAGE_WORLD_FIGURES_HH
 #define STAGE_TOOLS_STAGE_WORLD_FIGURES_HH
@@ -12,13 +12,13 @@
 
 namespace Stg::program {
 
-/// Of models.
+/// Numbers of models.
 struct ModelCounts {
-  size_t models = 0, positions = 0, robots = 0;  ///< robots: positions that somebody drives
+  size_t models = 0, positions = 0, robots = 0;  ///< positions with subscribers
 };
 ModelCounts CountModels(World& world);
 
-/// An object; null for a metric that has no value.
+/// Returns an object of the metrics; null for a metric without a value.
 nlohmann::ordered_json MetricsOf(const World& world);
 
 }  // namespace Stg::program

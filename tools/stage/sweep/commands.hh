@@ -9,8 +9,8 @@
 
 namespace Stg::program {
 
-/// The status to exit with if argv[1] is one of these commands. Throws UsageError and
-/// std::runtime_error, in one line.
+/// Runs argv[1] and returns the exit status if it is one of these commands. Throws UsageError and
+/// std::runtime_error with a one-line message.
 std::optional<int> ObeySweepCommand(int argc, char* argv[]);
 
 int Sweep(int argc, char* argv[]);

@@ -19,12 +19,12 @@ namespace Stg::program {
 
 namespace {
 
-constexpr double kHousekeeping = 0.05;  // seconds between two looks at limits and progress
-constexpr double kSync = 5;             // a crash of the system loses so many seconds
-constexpr double kLookAtGroups = 0.5;   // seconds between two looks at the memory of children
-constexpr double kLongestLoad = 600;    // seconds, in the first look
-constexpr double kLongestRun = 86400;   // seconds
-constexpr size_t kMostChecked = 8;      // values of an axis
+constexpr double kHousekeeping = 0.05;  // seconds between checks of limits and progress
+constexpr double kSync = 5;             // seconds of work that a system crash may lose
+constexpr double kLookAtGroups = 0.5;   // seconds between checks of the memory of child processes
+constexpr double kLongestLoad = 600;    // default limit for loading a world in Check(), seconds
+constexpr double kLongestRun = 86400;   // default limit for a run, seconds
+constexpr size_t kMostChecked = 8;      // maximum number of values per axis
 
 std::string Describe(const RunSpec& spec) {
   std::string text = "run " + std::to_string(spec.index);
@@ -40,7 +40,7 @@ std::string Unexpected(const std::string& answer, const std::string& expected) {
   return "replied '" + messages::Shortened(answer) + "', expected '" + expected + "'";
 }
 
-/// One run for each value of each axis, the other axes at their first value.
+/// One run for each value of each axis, with the other axes at their first value.
 std::set<uint64_t> RunsToCheck(const Plan& plan) {
   std::set<uint64_t> runs = {0};
   uint64_t stride = plan.Count();
@@ -51,9 +51,9 @@ std::set<uint64_t> RunsToCheck(const Plan& plan) {
   return runs;
 }
 
-/// The command of a worker; empty: this program's own.
+/// The command of a worker; empty selects this program.
 std::vector<std::string> WordsOf(const std::string& command) {
-  // The shell is replaced, so that what is killed is the worker.
+  // `exec` replaces the shell, so that killing the process kills the worker.
   if (!command.empty()) return {"/bin/sh", "-c", "exec " + command + " \"$1\"", "sh"};
   std::error_code failed;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", failed);
@@ -88,8 +88,8 @@ void Coordinator::Check() {
   line_.Erase();
 }
 
-/// Loads the world of that run, in another process if the worker has died of it, as often as
-/// --tries says: it may have been killed by somebody else.
+/// Loads the world of a run. If the worker dies, retries in a new process up to --tries times,
+/// because something else may have killed it.
 void Coordinator::CheckOne(std::unique_ptr<WorkerProcess>* worker, uint64_t index) {
   std::optional<Death> death;
   for (int i = 0; i < effort_.tries && CaughtSignal() == 0; i++) {
@@ -97,7 +97,7 @@ void Coordinator::CheckOne(std::unique_ptr<WorkerProcess>* worker, uint64_t inde
     death = TryToLoad(worker->get(), index);
     if (!death) return;
     worker->reset();
-    if (!death->reason.empty()) break;  // it would be so again
+    if (!death->reason.empty()) break;  // Stage killed it, and would do so again
   }
   if (CaughtSignal() != 0 || !death) return;
   line_.Erase();
@@ -105,8 +105,8 @@ void Coordinator::CheckOne(std::unique_ptr<WorkerProcess>* worker, uint64_t inde
                            Describe(*death) + "'" + LastOf(*death));
 }
 
-/// Returns how the worker has ended, or nothing if the world was loaded or a signal has come.
-/// Throws std::runtime_error if the worker says that the world can't be loaded.
+/// Returns how the worker died, or nothing if the world was loaded or a signal came. Throws
+/// std::runtime_error if the worker reports that the world cannot be loaded.
 std::optional<Death> Coordinator::TryToLoad(WorkerProcess* worker, uint64_t index) {
   const double since = Now(),
                limit = effort_.limit_seconds > 0 ? effort_.limit_seconds : kLongestLoad;
@@ -148,7 +148,7 @@ void Coordinator::Run() {
   line_.Erase();
 }
 
-/// A command that is no worker, or not on this machine, is an error, not a failure of every run.
+/// Reports a foreign command that is missing or no worker once, instead of failing every run.
 void Coordinator::TryForeignWorker() { CheckOne(&slots_[0].process, todo_[0]); }
 
 void Coordinator::Employ(Slot* slot) {
@@ -166,7 +166,7 @@ void Coordinator::Employ(Slot* slot) {
   slot->process->Order("run " + std::to_string(slot->index) + " " + std::to_string(attempt));
 }
 
-/// Waits until a worker says something, or it is time to look at limits.
+/// Waits for output of a worker, or until limits are due for a check.
 void Coordinator::Wait() {
   std::vector<pollfd> files;
   for (const Slot& slot : slots_) {
@@ -194,7 +194,7 @@ void Coordinator::Settle(Slot* slot, const std::string& answer) {
     death.reason = "its world can't be loaded";
     death.lines = {answer.substr(6)};
   } else if (index == kNone || answer != done) {
-    // Somebody else may write to that file, such as a controller that writes to all.
+    // Other code may write to that descriptor, such as a controller that writes to all of them.
     slot->process->Kill(Unexpected(answer, index == kNone ? "nothing" : done));
     return;
   } else if (!folder_.HasRecord(index)) {
@@ -209,15 +209,15 @@ void Coordinator::Settle(Slot* slot, const std::string& answer) {
   if (effort_.fresh) slot->process.reset();
 }
 
-/// The worker is dead.
+/// Handles the death of a slot's worker.
 void Coordinator::Mourn(Slot* slot) {
   const uint64_t index = std::exchange(slot->index, kNone);
   const std::unique_ptr<WorkerProcess> process = std::move(slot->process);
   const Death death = process->Bury();
-  if (index == kNone) return;                  // it had nothing to do
-  const bool limited = !death.reason.empty();  // as it would be again
+  if (index == kNone) return;                  // it was idle
+  const bool limited = !death.reason.empty();  // Stage killed it, and would do so again
   if (!limited && folder_.HasRecord(index)) {
-    done_++;  // it died after its work
+    done_++;  // it died after writing its record
     return;
   }
   if (++attempts_[index] >= effort_.tries || limited)
@@ -238,7 +238,7 @@ void Coordinator::Fail(uint64_t index, const Death& death) {
   failed_++;
 }
 
-/// The reason to kill a worker that has been at it since then; empty if there is none.
+/// Returns the reason to kill a worker that has worked since then, or an empty string.
 std::string Coordinator::BrokenLimit(const WorkerProcess& worker, double since,
                                      double seconds) const {
   char reason[80] = "";
@@ -256,7 +256,7 @@ void Coordinator::EnforceLimits(Slot* slot) {
   if (!reason.empty()) slot->process->Kill(reason);
 }
 
-/// The processes that controllers have started count as well, but are looked at less often.
+/// Processes started by controllers count as well, but are checked less often.
 void Coordinator::EnforceLimitsOfGroups(const std::vector<WorkerProcess*>& workers) {
   if (effort_.limit_mb == 0 || Now() < next_look_at_groups_) return;
   std::set<pid_t> groups;

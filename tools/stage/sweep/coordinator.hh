@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Has the runs of a sweep done by workers, and begins anew with those whose workers die.
+// Distributes the runs of a sweep to workers, and restarts runs whose worker died.
 
 #ifndef STAGE_TOOLS_STAGE_SWEEP_COORDINATOR_HH
 #define STAGE_TOOLS_STAGE_SWEEP_COORDINATOR_HH
@@ -20,38 +20,37 @@
 
 namespace Stg::program {
 
-/// How a sweep is done, which is no part of what it is.
+/// How a sweep is executed; does not affect its results.
 struct Effort {
-  unsigned jobs = 0;   ///< workers; at least 1 once it is settled
-  bool fresh = false;  ///< a process of its own for each run
-  double limit_seconds =
-      0;                  ///< wall clock, of one run; 0: a day, and ten minutes to load its world
-  double limit_mb = 0;    ///< memory of a worker and its children, in 2^20 bytes; 0: no limit
-  int tries = 3;          ///< a run whose workers die so often has failed
-  std::string worker;     ///< a command instead of the plan's; empty: the plan's
-  bool progress = false;  ///< a line on standard error
+  unsigned jobs = 0;         ///< number of workers; at least 1 once resolved
+  bool fresh = false;        ///< a separate process for each run
+  double limit_seconds = 0;  ///< real time per run; 0: a day, and ten minutes for loading
+  double limit_mb = 0;       ///< of a worker and its children, in 2^20 bytes; 0: no limit
+  int tries = 3;             ///< a run fails if this many of its workers die
+  std::string worker;        ///< a command that overrides the plan's; empty: the plan's
+  bool progress = false;     ///< show a line on standard error
 };
 
 class Coordinator {
  public:
-  /// `todo`: indices of runs, in the order in which they are to be done.
+  /// `todo`: indices of the runs, in the order of execution.
   Coordinator(const SweepFolder& folder, const Plan& plan, const Effort& effort,
               std::vector<uint64_t> todo);
 
-  /// The first look: has the worlds of some runs loaded, each value of an axis, up to a few. Throws
-  /// std::runtime_error for the first one that can't be. Returns early if a signal comes.
+  /// Loads the worlds of some runs first, covering each value of an axis up to a limit. Throws
+  /// std::runtime_error for the first that fails. Returns early on a signal.
   void Check();
-  /// Returns when all is done, or a signal comes. Throws std::runtime_error, in one line.
+  /// Returns when all runs are done or a signal comes. Throws std::runtime_error with one line.
   void Run();
 
-  uint64_t done() const { return done_; }  ///< with a record, failed ones too
+  uint64_t done() const { return done_; }  ///< runs with a record, including failed ones
   uint64_t failed() const { return failed_; }
 
  private:
   static constexpr uint64_t kNone = UINT64_MAX;
   struct Slot {
     std::unique_ptr<WorkerProcess> process;
-    uint64_t index = kNone;  ///< of the run that it does
+    uint64_t index = kNone;  ///< current run
     double since = 0;
   };
 
@@ -77,9 +76,9 @@ class Coordinator {
   const Effort& effort_;
   const std::string foreign_worker_;  // a command; empty: this program
   std::vector<uint64_t> todo_;
-  size_t next_ = 0;                   // in todo_
-  std::deque<uint64_t> again_;        // whose worker has died
-  std::map<uint64_t, int> attempts_;  // of runs that a worker has died of
+  size_t next_ = 0;                   // index into todo_
+  std::deque<uint64_t> again_;        // runs whose worker died
+  std::map<uint64_t, int> attempts_;  // per run, the number of workers that died
   std::vector<Slot> slots_;
   uint64_t done_ = 0, failed_ = 0;
   double begun_ = 0, next_housekeeping_ = 0, next_sync_ = 0, next_look_at_groups_ = 0;

@@ -37,10 +37,10 @@ constexpr uint64_t kRunsInAFolder = 1000;
                            "': " + std::strerror(error));
 }
 
-/// Special files are refused: a pipe, say, would never end.
+/// Reads a file. Special files are refused, since a pipe might never end.
 std::string ReadWhole(const std::string& name) {
   constexpr uintmax_t kLargest =
-      1 << 28;  // bytes; a plan has up to some megabytes, a record a few kB
+      1 << 28;  // bytes; plans have a few megabytes at most, records a few kB
   std::error_code failed;
   const auto status = std::filesystem::status(name, failed);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
@@ -54,7 +54,7 @@ std::string ReadWhole(const std::string& name) {
   return text.str();
 }
 
-/// Whether it is one of what a sweep makes before and beside its plan.
+/// True if a sweep may have created the file before or beside its plan.
 bool IsOfASweep(const std::filesystem::path& file) {
   const std::string name = file.filename().string();
   for (const char* beginning : {"lock.", ".stage-", ".plan-"})
@@ -90,7 +90,7 @@ void MakeFolder(const std::string& name) {
   if (error) Fail("make", name, error.value());
 }
 
-/// Marks those whose records are in that folder and not empty.
+/// Marks runs that have a non-empty record in this folder.
 void MarkFinished(const std::string& folder, std::vector<bool>* finished) {
   const std::unique_ptr<DIR, int (*)(DIR*)> files(opendir(folder.c_str()), closedir);
   if (!files) {
@@ -107,7 +107,7 @@ void MarkFinished(const std::string& folder, std::vector<bool>* finished) {
     const auto index = ParseNumber<size_t>(name.substr(0, name.size() - 5));
     struct stat about = {};
     if (!index || *index >= finished->size()) continue;
-    // A crash of the system may leave one that was not written out yet.
+    // After a system crash, a record that was not synced may be empty.
     if (fstatat(dirfd(files.get()), file->d_name, &about, 0) == 0 && S_ISREG(about.st_mode) &&
         about.st_size > 0)
       (*finished)[*index] = true;
@@ -162,7 +162,7 @@ void SweepFolder::Write(const Plan& plan) const {
   MakeFolder(path_ + "/runs");
   const std::string text = ToJson(plan);
   const int error = files::MakeFile(PlanFile(), text);
-  if (error == EEXIST) {  // another part of the same sweep may have made it
+  if (error == EEXIST) {  // another part of the same sweep may have written it
     if (ReadWhole(PlanFile()) == text) return;
     throw std::runtime_error("found another sweep in '" + path_ +
                              "', expected a new folder, or --resume to go on with that one");
@@ -222,7 +222,7 @@ void SweepFolder::Sync() const {
 
 SweepLock::SweepLock(const SweepFolder& folder, const std::string& part)
     : name_(folder.path() + "/lock." + part) {
-  do {  // until the file that is locked is the one of that name: the last owner removes it
+  do {  // repeats until the locked file still has its name, because the last owner removes it
     file_ = open(name_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
     if (file_ < 0) Fail("write", name_, errno);
     if (flock(file_, LOCK_EX | LOCK_NB) == 0) continue;
@@ -235,7 +235,7 @@ SweepLock::SweepLock(const SweepFolder& folder, const std::string& part)
   } while (!IsInPlace());
 }
 
-/// Closes the file otherwise.
+/// True if the locked file still has its name. Closes it otherwise.
 bool SweepLock::IsInPlace() {
   struct stat held = {}, named = {};
   if (fstat(file_, &held) == 0 && stat(name_.c_str(), &named) == 0 && held.st_ino == named.st_ino)

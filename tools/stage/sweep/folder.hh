@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A sweep's folder: the plan, sweep.json, and a record of each finished run, in
-// runs/000/000017.json. It is all that a sweep knows of itself: whatever is killed, what is there
-// is whole, and the rest can be run by anybody who sees the folder.
+// The folder of a sweep: the plan in sweep.json, and a record per finished run in
+// runs/000/000017.json. This is the sweep's entire state. Files are always complete, so any process
+// that sees the folder can run what is left after a crash.
 
 #ifndef STAGE_TOOLS_STAGE_SWEEP_FOLDER_HH
 #define STAGE_TOOLS_STAGE_SWEEP_FOLDER_HH
@@ -16,7 +16,7 @@
 
 namespace Stg::program {
 
-/// Functions throw std::runtime_error, in one line, if a file can't be read or written.
+/// Functions throw std::runtime_error with one line if a file cannot be read or written.
 class SweepFolder {
  public:
   explicit SweepFolder(std::string path) : path_(std::move(path)) {}
@@ -24,27 +24,26 @@ class SweepFolder {
   const std::string& path() const { return path_; }
   std::string PlanFile() const { return path_ + "/sweep.json"; }
   std::string RecordFile(uint64_t index) const;
-  /// Where --log records that run.
+  /// The file for the run's --log.
   std::string LogFile(uint64_t index) const;
 
   bool HasPlan() const;
   Plan Read() const;
-  /// Whether the folder was not there and was made. Throws UsageError for a place that may hold
-  /// anything but a sweep: a folder that is not empty and has no plan, the root folder, a home
-  /// folder.
+  /// Creates the folder. Returns true if it did not exist. Throws UsageError for a folder that may
+  /// hold other data: one that is not empty and has no plan, the root folder, a home folder.
   bool Make() const;
-  /// If it has a plan already, that has to be the same.
+  /// Writes the plan. An existing plan must be equal.
   void Write(const Plan& plan) const;
 
-  /// By index: whether that run has a record.
+  /// Returns, by index, whether the run has a record.
   std::vector<bool> Finished(const Plan& plan) const;
   bool HasRecord(uint64_t index) const;
   std::string ReadRecord(uint64_t index) const;
-  /// Throws std::runtime_error if the file holds something else than the record of that run.
+  /// Throws std::runtime_error if the file is not the record of that run.
   nlohmann::ordered_json Record(const Plan& plan, uint64_t index) const;
-  /// Whole or not at all; safe from a crash of the system after the next Sync().
+  /// Writes the record completely or not at all. It survives a system crash after the next Sync().
   void WriteRecord(uint64_t index, const std::string& record) const;
-  /// For what is to be written there.
+  /// Creates the folder that will contain the run's files.
   void MakeFolderOf(uint64_t index) const;
   void Sync() const;
 
@@ -52,12 +51,12 @@ class SweepFolder {
   std::string path_;
 };
 
-/// Held while a sweep works on a folder, or on its part of it; the system lets go of it whatever
-/// becomes of the process.
+/// Locks a folder, or a part of its sweep. The system releases the lock when the process ends in
+/// any way.
 class SweepLock {
  public:
-  /// `part`: what else must not be worked on at the same time, such as "1-of-4". Throws
-  /// std::runtime_error if another process holds it.
+  /// `part` names what is locked, such as "1-of-4". Throws std::runtime_error if another process
+  /// holds the lock.
   SweepLock(const SweepFolder& folder, const std::string& part);
   ~SweepLock();
   SweepLock(const SweepLock&) = delete;

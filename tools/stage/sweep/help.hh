@@ -5,7 +5,7 @@
 
 namespace Stg::program {
 
-/// What --help prints.
+/// The outputs of --help.
 extern const char kSweepHelpText[];
 extern const char kMergeHelpText[];
 

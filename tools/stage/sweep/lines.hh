@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Lines through pipes.
+// Reads and writes lines through pipes.
 
 #ifndef STAGE_TOOLS_STAGE_SWEEP_LINES_HH
 #define STAGE_TOOLS_STAGE_SWEEP_LINES_HH
@@ -15,14 +15,14 @@ class LineReader {
  public:
   explicit LineReader(int file) : file_(file) {}
 
-  /// Waits for it. Nothing at the end of the file.
+  /// Waits for the next line. Returns nothing at the end of the file.
   std::optional<std::string> Next();
-  /// Takes in what is there; waits if there is nothing, unless the file doesn't block. False at its
-  /// end, and behind 64 kB that nobody has taken: no line is so long.
+  /// Reads available bytes; blocks if there are none, unless the file is non-blocking. Returns
+  /// false at the end of the file, and while more than 64 kB are unclaimed: no line is that long.
   bool Fill();
-  /// One that was taken in.
+  /// Returns a line that was read already, if there is one.
   std::optional<std::string> Take();
-  /// Whether Fill() has given up since nobody takes so much.
+  /// True if Fill() stopped because too much is unclaimed.
   bool is_full() const { return text_.size() > kMostWaiting; }
 
  private:
@@ -31,7 +31,7 @@ class LineReader {
   std::string text_;
 };
 
-/// False if nobody reads, or if a file that doesn't block takes no more.
+/// Returns false if nobody reads, or if a non-blocking file accepts no more.
 bool WriteWhole(int file, std::string_view text);
 
 }  // namespace Stg::program

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// stage merge: the records of a sweep as one table. The same records give the same bytes.
+// stage merge: writes the records of a sweep as one table. Equal records give equal bytes.
 
 #include <getopt.h>
 
@@ -29,7 +29,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct MergeOptions {
-  std::vector<std::string> folders;  // of one sweep, parts of which were done in each
+  std::vector<std::string> folders;  // folders of one sweep, each with a part of its runs
   std::string file;
   bool partial = false, timings = false, help = false;
 };
@@ -71,7 +71,7 @@ MergeOptions ParseMergeOptions(int argc, char* argv[]) {
   RefuseValue("--out", "a name that ends in .csv, .parquet or .h5", options.file);
 }
 
-/// The table: rows are runs, in their order.
+/// The table: one row per run, in order.
 class Table {
  public:
   Table(const MergeOptions& options, const Plan& plan) : options_(options) {
@@ -107,11 +107,11 @@ class Table {
   }
 
  private:
-  // Columns that every record has, in front of and behind the values of the sweep's axes.
+  // Columns of every record, before and after the values of the axes.
   static constexpr const char* kNames[] = {"index", "run", "seed"};
   static constexpr const char* kResults[] = {"status", "state_hash", "steps", "simulated_seconds",
                                              "rays"};
-  using Row = std::vector<std::string>;  // by column; shorter where the rest is empty
+  using Row = std::vector<std::string>;  // indexed by column; missing trailing cells are empty
 
   static std::string Cell(const std::string& text) {
     if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
@@ -137,7 +137,7 @@ class Table {
     for (const auto& [name, value] : values.items()) Put(row, prefix + name, value);
   }
 
-  /// One that has the name of another column becomes metric_NAME.
+  /// A metric with the name of another column becomes metric_NAME.
   void PutMetrics(Row* row, const Json& metrics) {
     for (const auto& [name, value] : metrics.items()) {
       const auto column = columns_.find(name);
@@ -147,15 +147,15 @@ class Table {
   }
 
   const MergeOptions& options_;
-  size_t fixed_ = 0;                // columns that every finished run has, in front of metrics
-  std::vector<std::string> names_;  // in the order in which they were seen
+  size_t fixed_ = 0;                // number of columns before the metrics
+  std::vector<std::string> names_;  // in the order of first appearance
   std::map<std::string, size_t> columns_;
   std::vector<Row> rows_;
 };
 
 constexpr size_t kNowhere = SIZE_MAX;
 
-/// By index: the folder that has its record; kNowhere if it is not finished.
+/// Returns, by run index, which folder has the record; kNowhere if unfinished.
 std::vector<size_t> FindRecords(const std::vector<SweepFolder>& folders, const Plan& plan) {
   std::vector<size_t> places(static_cast<size_t>(plan.Count()), kNowhere);
   for (size_t i = folders.size(); i-- > 0;) {
@@ -177,7 +177,7 @@ void CheckWhole(const SweepFolder& folder, const std::vector<size_t>& places, bo
   messages::Warn(text);
 }
 
-/// That of the first; the others' has to be the same.
+/// Reads the first folder's plan and checks that all others are equal.
 Plan PlanOf(const std::vector<SweepFolder>& folders) {
   Plan plan = folders[0].Read();
   const std::string text = ToJson(plan);

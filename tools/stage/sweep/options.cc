@@ -94,7 +94,7 @@ constexpr option kLongOptions[] = {
     {nullptr, 0, nullptr, 0},
 };
 
-// Those that say what a sweep is. A folder's plan has said it already.
+// Options that define a sweep. They are refused for a folder that already has a plan.
 constexpr int kOfThePlan[] = {kArgs,     kCommonSeeds, kDuration, kLog,  kLogCompression,
                               kLogEvery, kLogModels,   kOut,      kRuns, kNoControllers,
                               kOpencl,   kRayModel,    kSeed,     kSet,  kThreads,
@@ -106,7 +106,7 @@ std::string NameOf(int id) {
   return "";
 }
 
-/// A, the separator, B
+/// Parses two numbers with the separator between them.
 std::optional<Range> ParsePair(const std::string& text, char separator) {
   const size_t at = std::min(text.find(separator), text.size());
   const auto first = ParseNumber<uint64_t>(text.substr(0, at));
@@ -307,7 +307,7 @@ class Parser {
       throw UsageError("sweep: expected -o FOLDER, where the results go");
     options_.plan.worker = options_.effort.worker;
     const std::string found =
-        worldfile::FindFile("", words[0]);  // such as one that comes with Stage
+        worldfile::FindFile("", words[0]);  // also finds worlds that come with Stage
     options_.plan.world =
         std::filesystem::absolute(found.empty() ? words[0] : found).lexically_normal().string();
     std::set<std::string> names;
@@ -324,7 +324,7 @@ class Parser {
         1u, threads::CountUsableProcessors() / static_cast<unsigned>(options_.plan.run.threads));
   }
 
-  std::vector<char*> arguments_;  // a copy: getopt sorts it
+  std::vector<char*> arguments_;  // a copy, because getopt reorders it
   std::set<int> given_;
   SweepOptions options_;
 };

@@ -20,10 +20,10 @@ struct SweepOptions {
 
   Action action = Action::kRun;
   std::string folder;
-  Plan plan;  ///< with kRun, kDryRun, kPlanOnly; its digest is not known yet
+  Plan plan;  ///< for kRun, kDryRun and kPlanOnly; without its digest
   Effort effort;
-  std::optional<std::pair<uint64_t, uint64_t>> shard;  ///< the first of them: 1 of as many
-  std::optional<std::pair<uint64_t, uint64_t>> only;   ///< indices; the second is not included
+  std::optional<std::pair<uint64_t, uint64_t>> shard;  ///< (number from 1, number of shards)
+  std::optional<std::pair<uint64_t, uint64_t>> only;   ///< run indices, the second excluded
   bool retry_failed = false;
 };
 

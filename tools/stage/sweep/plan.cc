@@ -26,7 +26,7 @@ uint64_t HashOf(std::string_view text) {
   return hash;
 }
 
-/// Depends on what is varied and how, not on the order of --set.
+/// Derives the seed from the varied values; independent of the order of --set.
 uint64_t SeedOf(const Plan& plan, const RunSpec& spec) {
   std::vector<std::pair<std::string, std::string>> sorted;
   if (!plan.common_seeds) sorted = spec.set;
@@ -36,7 +36,7 @@ uint64_t SeedOf(const Plan& plan, const RunSpec& spec) {
   return MixSeeds(MixSeeds(plan.seed, HashOf(canonical)), spec.run) >> 11;
 }
 
-/// In single quotes where a shell would see more than a word in it.
+/// Quotes text with single quotes if a shell would not read it as one word.
 std::string ShellWord(const std::string& text) {
   constexpr char kPlain[] =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,@%+";
@@ -46,7 +46,7 @@ std::string ShellWord(const std::string& text) {
   return quoted + "'";
 }
 
-/// So that it reads as the same number.
+/// Formats seconds so that parsing returns the same number.
 std::string SecondsText(usec_t time) {
   char text[40];
   std::snprintf(text, sizeof text, "%.17g", static_cast<double>(time) / 1e6);
@@ -97,7 +97,7 @@ void ReadOptions(const Json& options, Plan* plan) {
   if (!options.at("log").is_null()) plan->log = LogOf(options.at("log"));
 }
 
-/// Where the value that begins there ends: at the next comma outside of quotes and brackets.
+/// Returns where the value ends that starts at `begin`: at a comma outside of quotes and brackets.
 size_t EndOfValue(const std::string& text, size_t begin) {
   int brackets = 0;
   bool quoted = false;
@@ -117,7 +117,7 @@ size_t EndOfValue(const std::string& text, size_t begin) {
 uint64_t Plan::Count() const {
   uint64_t count = RunsEach();
   for (const Axis& axis : axes) {
-    if (count > kMostRuns) break;  // too many anyway, and still far from an overflow
+    if (count > kMostRuns) break;  // too many runs, but no overflow yet
     count *= axis.values.size();
   }
   return count;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a sweep is to run: every combination of its axes' values, each so many times.
+// The definition of a sweep: every combination of its axes' values, several runs each.
 
 #ifndef STAGE_TOOLS_STAGE_SWEEP_PLAN_HH
 #define STAGE_TOOLS_STAGE_SWEEP_PLAN_HH
@@ -16,56 +16,56 @@
 
 namespace Stg::program {
 
-/// Of --set NAME=VALUE,VALUE
+/// One --set NAME=VALUE,VALUE.
 struct Axis {
   std::string name;
   std::vector<std::string> values;  ///< at least one
 };
 
 struct Plan {
-  std::string world;             ///< an absolute path
-  std::string digest;            ///< of the texts that the world is read from
+  std::string world;             ///< absolute path
+  std::string digest;            ///< digest of the texts that the world is read from
   std::vector<Axis> axes;        ///< the last one varies fastest
-  uint64_t first = 0, last = 1;  ///< runs of each combination: numbers first..last-1
-  uint64_t seed = 1;             ///< of the sweep
+  uint64_t first = 0, last = 1;  ///< run numbers per combination: first..last-1
+  uint64_t seed = 1;             ///< base seed of the sweep
   bool common_seeds = false;     ///< run n has the same seed in every combination
   usec_t duration = 0;           ///< 0: the world's quit_time
   std::string controller_args;
-  std::string worker;  ///< a command, for a shell, whose processes do the runs; empty: this program
-  RunOptions run;      ///< threads, device, ray model, controllers; the rest is not used
-  std::optional<recording::LogOptions> log;  ///< its file is not used
+  std::string worker;  ///< shell command of a foreign worker; empty: this program
+  RunOptions run;      ///< only threads, device, ray model and controllers are used
+  std::optional<recording::LogOptions> log;  ///< its file name is not used
 
   uint64_t RunsEach() const { return last - first; }
-  /// Runs in all.
+  /// Total number of runs.
   uint64_t Count() const;
 };
 
 /// One run of a sweep.
 struct RunSpec {
-  uint64_t index = 0;  ///< in the plan
-  uint64_t run = 0;    ///< of those with the same values
-  uint64_t seed = 0;   ///< below 2^53, which every reader of JSON knows exactly
-  std::vector<std::pair<std::string, std::string>> set;  ///< names and values
+  uint64_t index = 0;  ///< index in the plan
+  uint64_t run = 0;    ///< number among the runs with equal values
+  uint64_t seed = 0;   ///< below 2^53, which JSON represents exactly
+  std::vector<std::pair<std::string, std::string>> set;  ///< (name, value) of each axis
 };
 
 constexpr uint64_t kMostRuns = 100'000'000;
 
-/// NAME=VALUE,VALUE: commas within quotes or brackets belong to a value. Throws UsageError.
+/// Parses NAME=VALUE,VALUE. Commas within quotes or brackets belong to a value. Throws UsageError.
 Axis ParseAxis(const std::string& text);
 
-/// `index` below the plan's Count().
+/// `index` must be below the plan's Count().
 RunSpec RunAt(const Plan& plan, uint64_t index);
-/// As for RunOptions::settings.
+/// Returns the values in the format of RunOptions::settings.
 std::vector<std::string> SettingsOf(const RunSpec& spec);
 RunOptions RunOptionsOf(const Plan& plan, const RunSpec& spec);
-/// A line for a shell that does that run alone.
+/// A shell command that repeats this run alone.
 std::string ReplayCommand(const Plan& plan, const RunSpec& spec);
 
-/// Of the world file and all that it includes. Throws LoadError.
+/// Digest of the world file and all its includes. Throws LoadError.
 std::string DigestOf(const std::string& world);
 
 std::string ToJson(const Plan& plan);
-/// Throws std::runtime_error, in one line, for what is no plan of this version.
+/// Throws std::runtime_error with one line if the text is not a plan of this version.
 Plan ReadPlan(const std::string& json);
 
 }  // namespace Stg::program

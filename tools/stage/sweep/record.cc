@@ -43,7 +43,7 @@ std::string Text(const Json& record, const char* name) {
   return found == record.end() ? "nothing" : messages::Shortened(found->dump());
 }
 
-/// Metrics and the like: numbers by their names, null where there is no value.
+/// Checks an object of numbers by name, such as the metrics. A null stands for a missing value.
 void CheckNumbers(const Json& record, const char* name) {
   const auto found = record.find(name);
   if (found == record.end()) return;

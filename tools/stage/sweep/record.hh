@@ -13,23 +13,23 @@
 
 namespace Stg::program {
 
-/// `wall_seconds`: spent in steps.
+/// `wall_seconds`: time spent in steps.
 std::string RecordOf(const Plan& plan, const RunSpec& spec, World* world, double wall_seconds,
                      int attempt);
 
-/// How a process has ended.
+/// How a process ended.
 struct Death {
   int wait_status = 0;             ///< see waitpid()
-  std::string reason;              ///< where Stage itself has ended it; otherwise empty
-  std::vector<std::string> lines;  ///< the last ones that it has printed
+  std::string reason;              ///< why Stage ended it; otherwise empty
+  std::vector<std::string> lines;  ///< the last lines that it printed
 };
 std::string FailureRecordOf(const Plan& plan, const RunSpec& spec, const Death& death,
                             int attempts);
-/// Throws std::runtime_error, in one line, if the record is none of that run of the plan: another
-/// run's, or without what every record has.
+/// Throws std::runtime_error with one line if the record belongs to another run or misses a field
+/// that every record has.
 void CheckRecord(const nlohmann::ordered_json& record, const Plan& plan, uint64_t index);
 
-/// "SIGSEGV", "exit status 3", or the reason.
+/// Returns "SIGSEGV", "exit status 3", or the reason.
 std::string Describe(const Death& death);
 
 }  // namespace Stg::program

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// stage sweep
+// The command `stage sweep`.
 
 #include <algorithm>
 #include <cstdio>
@@ -27,7 +27,7 @@ namespace {
 using Action = SweepOptions::Action;
 using Json = nlohmann::ordered_json;
 
-constexpr uint64_t kMostShown = 10;  // of a list that people read
+constexpr uint64_t kMostShown = 10;  // maximum length of a list for people
 
 std::string Number(uint64_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
@@ -55,7 +55,7 @@ int TellPlan(const Plan& plan) {
   return 0;
 }
 
-/// "run 17 robots=10: SIGSEGV: last line", and the command.
+/// Returns "run 17 robots=10: SIGSEGV: last line" and the replay command.
 std::string DescribeFailure(const Json& record) {
   const auto text_of = [](const Json& value) {
     return value.is_string() ? value.get<std::string>() : value.dump();
@@ -71,7 +71,7 @@ std::string DescribeFailure(const Json& record) {
 
 bool HasFailed(const Json& record) { return record.value("status", "") == "failed"; }
 
-/// Failed records are short and say so near their beginning, but each file has to be opened.
+/// Failed records are short and say so near the start, but every file must be opened.
 std::vector<size_t> FailedOf(const SweepFolder& folder, const Plan& plan,
                              const std::vector<bool>& finished) {
   std::vector<size_t> failed;
@@ -137,7 +137,7 @@ int TellResult(const SweepFolder& folder, const Coordinator& coordinator, size_t
   return coordinator.failed() > 0 ? 1 : 0;
 }
 
-/// Two parts of a sweep may be worked on at the same time; nobody works twice on the same.
+/// Name of the lock: different parts of a sweep may run at the same time, but no part twice.
 std::string PartOf(const SweepOptions& options) {
   if (options.only)
     return std::to_string(options.only->first) + "-" + std::to_string(options.only->second);
@@ -145,8 +145,8 @@ std::string PartOf(const SweepOptions& options) {
   return std::to_string(options.shard->first) + "-of-" + std::to_string(options.shard->second);
 }
 
-/// --only names runs by their numbers, so a range beyond them is a mistake. More shards than runs
-/// are none: those who start them need not know how many runs there are.
+/// A range of --only beyond the last run is a mistake. More shards than runs are valid, because a
+/// job array need not know the number of runs.
 void RefuseEmptyPart(const Plan& plan, const SweepOptions& options) {
   if (options.only && options.only->first >= plan.Count())
     throw UsageError("--only: found " + std::to_string(options.only->first) + ":" +
@@ -177,8 +177,8 @@ int Work(const SweepFolder& folder, const Plan& plan, const SweepOptions& option
   return TellResult(folder, coordinator, count, Now() - start);
 }
 
-/// Looks at a new sweep before anything runs. If its worlds can't be loaded, or a signal comes, no
-/// plan is left, nor a folder that was made for it.
+/// Checks a new sweep before anything runs. If its worlds cannot be loaded, or a signal comes,
+/// removes the plan and any folder created for it.
 void LookFirst(const SweepFolder& folder, const Plan& plan, const Effort& effort, bool was_made) {
   const auto clear = [&] {
     std::error_code ignored;

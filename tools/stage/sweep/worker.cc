@@ -25,7 +25,7 @@ namespace Stg::program {
 
 namespace {
 
-/// A run that can't be done, however often it is tried.
+/// A run that fails however often it is tried.
 class BadRun : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -62,9 +62,9 @@ class Worker {
     return RunAt(plan_, index);
   }
 
-  /// Loads or resets the world, so that the run begins as in a process of its own.
+  /// Loads or resets the world, so that the run starts as in a new process.
   void Load(const RunSpec& spec) {
-    // The library leaves the C library's generators alone; controllers of old use them.
+    // The library does not use the C library's generators, but old controllers do.
     srand48(static_cast<long>(spec.seed));
     srandom(static_cast<unsigned>(spec.seed));
     const RunOptions options = RunOptionsOf(plan_, spec);
@@ -100,7 +100,7 @@ class Worker {
   std::unique_ptr<World> world_;
 };
 
-/// Returns the answer to a line.
+/// Executes a command line and returns the answer.
 std::string Obey(Worker* worker, const std::string& line) try {
   std::istringstream words(line);
   std::string command;
@@ -123,16 +123,16 @@ std::string Obey(Worker* worker, const std::string& line) try {
 }  // namespace
 
 int RunWorker(const std::string& folder) {
-  // Programs that controllers become or start must not hold the coordinator's files.
+  // Programs started by controllers must not inherit the coordinator's files.
   for (const int file : {kCommandsFile, kAnswersFile}) fcntl(file, F_SETFD, FD_CLOEXEC);
   Worker worker(folder);
   LineReader commands(kCommandsFile);
   while (const std::optional<std::string> line = commands.Next()) {
     const std::string answer = Obey(&worker, *line) + "\n";
     std::fflush(stdout);
-    if (!WriteWhole(kAnswersFile, answer)) return 1;  // nobody listens any more
+    if (!WriteWhole(kAnswersFile, answer)) return 1;  // the coordinator has closed its end
   }
-  // Controllers may hold on to models until the very end.
+  // Skips destructors, since controllers may use models until the process ends.
   std::_Exit(0);
 }
 

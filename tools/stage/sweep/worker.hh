@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A worker: a process that does runs of a sweep, one after the other, as it is told to.
+// A worker: a process that executes runs of a sweep, one after the other, on command.
 //
-// It is started as COMMAND FOLDER. Commands come in as lines on file descriptor 3, answers go out
-// as lines on 4; what it prints is for people.
+// It is started as COMMAND FOLDER. It reads commands as lines from file descriptor 3 and answers
+// with lines on 4. Its standard output and error are for people.
 //
-//   check INDEX         load the world of that run; answer "ok"
-//   run INDEX ATTEMPT   do that run, write its record; answer "done INDEX"
+//   check INDEX         loads the world of that run; answers "ok"
+//   run INDEX ATTEMPT   executes that run and writes its record; answers "done INDEX"
 //
-// The answer is "error MESSAGE" where the world can't be loaded. At the end of the file the worker
-// ends. Worlds stay loaded: a run with the values of the one before starts with a reset.
+// The answer is "error MESSAGE" if the world cannot be loaded. The worker ends at the end of its
+// input. A run with the same values as the previous one resets the world instead of loading it.
 
 #ifndef STAGE_TOOLS_STAGE_SWEEP_WORKER_HH
 #define STAGE_TOOLS_STAGE_SWEEP_WORKER_HH
@@ -20,10 +20,10 @@ namespace Stg::program {
 
 constexpr int kCommandsFile = 3, kAnswersFile = 4;
 
-/// What the program is called with to be a worker, in front of the folder.
+/// Argument that makes the program a worker; the folder follows.
 constexpr char kWorkerCommand[] = "sweep-worker";
 
-/// Returns the status to exit with. Throws std::runtime_error.
+/// Returns the exit status. Throws std::runtime_error.
 int RunWorker(const std::string& folder);
 
 }  // namespace Stg::program

@@ -26,11 +26,11 @@ namespace Stg::program {
 
 namespace {
 
-constexpr size_t kMostPrinted = 4096;  // bytes that are kept
-constexpr size_t kMostLines = 10;      // of these, in a record
-constexpr size_t kMostRead = 1 << 18;  // bytes at a time: there may be no end of them
-constexpr double kFarewell = 0.5;      // seconds from the end of the answers to that of the worker
-constexpr double kLongestDeath = 5;    // seconds that the system may take to end a killed process
+constexpr size_t kMostPrinted = 4096;  // bytes of output that are kept
+constexpr size_t kMostLines = 10;      // lines of these in a record
+constexpr size_t kMostRead = 1 << 18;  // maximum bytes per read, since output may never end
+constexpr double kFarewell = 0.5;      // seconds that a worker may outlive its answers
+constexpr double kLongestDeath = 5;    // seconds to wait for a killed process
 
 struct Pipe {
   int from = -1, to = -1;
@@ -44,15 +44,15 @@ struct Pipe {
   }
 };
 
-/// The descriptors lie above those that they are to become, so that none is overwritten too early.
+/// Duplicates a descriptor above the ones that dup2() will overwrite.
 int Above(int file) { return fcntl(file, F_DUPFD_CLOEXEC, 10); }
 
-/// In the new process. Only what is allowed after a fork.
+/// Runs in the child process. Only async-signal-safe calls are allowed after a fork.
 [[noreturn]] void Become(char* const words[], pid_t parent, int commands, int answers, int output) {
-  // A coordinator that is killed takes its workers with it.
+  // Workers die with a coordinator that is killed.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);
-  setpgid(0, 0);  // Ctrl-C is for the coordinator alone, and the whole group can be killed
+  setpgid(0, 0);  // Ctrl-C reaches only the coordinator, and the group can be killed as a whole
   const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
   const int high[] = {Above(commands), Above(answers), Above(output)};
   dup2(nothing, STDIN_FILENO);
@@ -67,10 +67,10 @@ int Above(int file) { return fcntl(file, F_DUPFD_CLOEXEC, 10); }
   _exit(127);
 }
 
-/// The memory of a process, of which pages that it shares count in part (its PSS).
+/// Proportional set size (PSS) of a process: shared pages count in part.
 double ShareOfMemoryMb(pid_t pid) {
   const std::string file = "/proc/" + std::to_string(pid) + "/smaps_rollup";
-  return std::atof(FromProc(file.c_str(), "Pss:").c_str()) / 1024;  // it counts in KiB
+  return std::atof(FromProc(file.c_str(), "Pss:").c_str()) / 1024;  // /proc counts in KiB
 }
 
 }  // namespace
@@ -92,7 +92,7 @@ WorkerProcess::WorkerProcess(const std::vector<std::string>& command, const std:
   output_ = output.from;
   if (pid_ < 0)
     throw std::runtime_error(std::string("can't start a worker: ") + std::strerror(errno));
-  setpgid(pid_, pid_);  // the child does it as well: whoever comes first
+  setpgid(pid_, pid_);  // also done by the child, because either may run first
   for (const int file : {commands_, answers_, output_}) fcntl(file, F_SETFL, O_NONBLOCK);
   reader_ = LineReader(answers_);
 }
@@ -122,8 +122,8 @@ bool WorkerProcess::IsDead() const {
 }
 
 bool WorkerProcess::HasEnded() {
-  // A process that a controller has started may hold the other end of the pipes open, so only the
-  // worker's own death counts.
+  // A process started by a controller may keep the pipes open, so only the worker's own death
+  // counts.
   if (IsDead()) return true;
   if (reader_.is_full()) Kill("replied with a line that has no end");
   if (silent_since_ > 0 && Now() - silent_since_ > kFarewell)
@@ -146,8 +146,8 @@ void WorkerProcess::ReadOutput() {
   }
 }
 
-/// The group is killed before its leader is waited for: until then nobody else gets its number. A
-/// process that the system can't end, such as one that waits for a broken disk, is left behind.
+/// Kills the group before waiting for its leader, whose id is not reused until then. A process that
+/// cannot be killed, for example while it waits for a broken disk, is left behind.
 void WorkerProcess::Reap() {
   if (pid_ < 0) return;
   const double start = Now();
