@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 # shellcheck shell=bash
-# Setting up and building, shared by tools/run and tools/test, which source this file. Everything
-# here reports on standard error: standard output belongs to the program that is run.
+# Shared by the tools that source this file: setting up and building. Functions report on standard error, because
+# standard output belongs to the program that is run.
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 
 oldest_cmake=3.22
 
-# stage_fail TEXT...: says in one line why the tool can't go on and what to do about it, and ends it.
+# stage_fail TEXT...: prints one line (the problem and what to do) and exits.
 stage_fail() {
   echo "tools/${0##*/}: $*" >&2
   exit 1
 }
 
-# stage_check_writable PATH...: fails in one line if one of these is there and must not be written, as in a tree of
-# somebody else's or on a medium that can only be read.
+# stage_check_writable PATH...: fails with one line if a path exists and is not writable, for example in another user's
+# tree or on a read-only medium.
 stage_check_writable() {
   local path owner advice
   for path in "$@"; do
@@ -26,7 +26,7 @@ stage_check_writable() {
   done
 }
 
-# stage_check_tree PRESET: whether there can be a build of it here.
+# stage_check_tree PRESET: fails unless the preset can be built in this tree.
 stage_check_tree() {
   local cache=$root/build/$1/CMakeCache.txt source
   if [[ ! -e $root/build ]]; then stage_check_writable "$root"; fi
@@ -37,7 +37,7 @@ stage_check_tree() {
   fi
 }
 
-# stage_check_cmake: presets need a CMake that is new enough.
+# stage_check_cmake: fails if CMake is too old for presets.
 stage_check_cmake() {
   local version
   command -v cmake >/dev/null || stage_fail "CMake is not installed: install CMake $oldest_cmake or later"
@@ -48,7 +48,7 @@ stage_check_cmake() {
   fi
 }
 
-# stage_alone COMMAND...: two builds in one folder at once would spoil it; the second waits.
+# stage_alone COMMAND...: runs the command under a lock, because two builds in one folder would corrupt it.
 stage_alone() {
   mkdir -p "$root/build"
   (
@@ -61,9 +61,9 @@ stage_alone() {
 stage_configure() {
   local preset=$1 log=$root/build/$1/configure.log
   shift
-  # Without root some packages may stay missing; whether that matters, CMake knows.
+  # Without root, some packages may stay missing. CMake decides whether that is fatal.
   if ! "$root/tools/setup" "$@" >&2; then
-    # tools/setup has said why, and what to do.
+    # tools/setup has printed the reason and what to do.
     if ! command -v cmake >/dev/null || ! command -v "${CXX:-c++}" >/dev/null; then exit 1; fi
     echo "tools/${0##*/}: going on with what is there" >&2
   fi
@@ -78,8 +78,7 @@ stage_configure() {
   fi
 }
 
-# stage_jobs: how many compilers may run at once: as many as there are processors, if each finds the
-# memory that the largest files take.
+# stage_jobs: prints the number of parallel compilers: one per processor, if memory allows for the largest files.
 stage_jobs() {
   local jobs memory most
   jobs=$(nproc)
@@ -89,8 +88,8 @@ stage_jobs() {
   echo $((jobs < 1 ? 1 : jobs))
 }
 
-# stage_show_build: passes on what a build prints, without what CMake says of itself and the line for each file that is
-# compiled: on a terminal the last of these stays in place, elsewhere every tenth of them is printed.
+# stage_show_build: prints a build's output without CMake's messages. Progress lines stay in place on a terminal;
+# elsewhere every tenth of the build is printed.
 stage_show_build() {
   local line tenth=-1 open=no terminal=no
   if [[ -t 2 ]]; then terminal=yes; fi
@@ -116,9 +115,8 @@ stage_show_build() {
 
 # stage_build PRESET TARGET [SETUP OPTION]...
 #
-# Installs what tools/setup with these options finds missing, configures and builds. When the same
-# set-up has led to a finished build before (a stamp says so), only the build tool runs, which takes
-# no time if nothing has changed.
+# Installs what tools/setup finds missing with these options, configures and builds. A stamp records a finished build
+# with these options; after that, only the build tool runs.
 stage_build() {
   stage_check_tree "$1"
   stage_alone stage_build_alone "$@"

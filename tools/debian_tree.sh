@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 # shellcheck shell=bash
-# How debootstrap reaches Debian from this machine, shared by tools/fresh and tools/cross, which source
-# this file.
+# Access to Debian with debootstrap, shared by tools/fresh and tools/cross, which source this file.
 
-# host_mirror: prints where apt gets Debian from on this machine; nothing if it has another system.
+# host_mirror: prints the mirror that apt uses on this machine; prints nothing if this is not Debian.
 host_mirror() {
   command -v apt-get >/dev/null || return 0
   # shellcheck disable=SC2016 # apt expands it
@@ -11,7 +10,7 @@ host_mirror() {
     sed -n 's/^Debian|Debian|//p' | sed -n 1p
 }
 
-# use_proxies: apt's proxies for debootstrap, which knows the environment alone.
+# use_proxies: exports apt's proxies, because debootstrap only reads the environment.
 use_proxies() {
   command -v apt-config >/dev/null || return 0
   local http='' https=''
@@ -20,7 +19,7 @@ use_proxies() {
   if [[ -n $https && $https != DIRECT ]]; then export https_proxy=$https; fi
 }
 
-# stage_make_links_relative TREE: links that begin at the root would lead out of the tree.
+# stage_make_links_relative TREE: makes absolute links relative, so that they do not leave the tree.
 stage_make_links_relative() {
   local tree=$1 link target
   find "$tree" -xdev -type l -lname '/*' -print0 | while IFS= read -r -d '' link; do
@@ -29,8 +28,8 @@ stage_make_links_relative() {
   done
 }
 
-# stage_merge_usr TREE: what packages have unpacked into /lib64 and the like goes into /usr, as it does where
-# apt installs them; the tree can't be set up otherwise.
+# stage_merge_usr TREE: moves what packages unpacked into /lib64 and the like to /usr, as apt does. Otherwise the tree
+# cannot be set up.
 stage_merge_usr() {
   local tree=$1 name
   for name in lib32 lib64 libo32 libx32; do
@@ -42,8 +41,8 @@ stage_merge_usr() {
   done
 }
 
-# stage_fetch_tree ARCH: the libraries that programs of that processor are linked with, in
-# build/cross/ARCH, unless they are there. Nothing in it is run.
+# stage_fetch_tree ARCH: fetches the libraries to link with into build/cross/ARCH, unless they exist. Runs nothing from
+# the tree.
 stage_fetch_tree() {
   local arch=$1 tree=$root/build/cross/$1
   if [[ -e $tree.made ]]; then return; fi
@@ -74,8 +73,7 @@ stage_fetch_tree() {
   : >"$tree.made"
 }
 
-# stage_run_foreign_programs ARCH: makes the kernel run programs of that processor, in an emulator if it
-# is another one than this machine's.
+# stage_run_foreign_programs ARCH: enables the kernel to run programs for that processor, in an emulator if necessary.
 stage_run_foreign_programs() {
   local tree=$root/build/cross/$1 name registry=/proc/sys/fs/binfmt_misc
   export QEMU_LD_PREFIX=$tree
@@ -84,7 +82,7 @@ stage_run_foreign_programs() {
     armhf) name=qemu-arm ;;
     *)
       name=''
-      # This processor's own, with the tree's libraries. The loader passes over those of the other kind.
+      # Programs for i386 run natively with the tree's libraries. The loader ignores libraries of the other word size.
       export LD_LIBRARY_PATH=$tree/usr/lib/i386-linux-gnu:$tree/lib/i386-linux-gnu${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
       ;;
   esac

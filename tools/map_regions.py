@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Regions of a black and white picture, for tools/draw_maps."""
+"""Regions of a black-and-white picture, for tools/draw_maps."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import numpy as np
 
 
 def runs_of(line: np.ndarray) -> list[tuple[int, int]]:
-    """The [begin, end) ranges of true values in a row."""
+    """Return the half-open ranges [begin, end) of true values in a row."""
     change = np.flatnonzero(np.diff(np.concatenate(([0], line.astype(np.int8), [0]))))
     return list(zip(change[0::2].tolist(), change[1::2].tolist()))
 
 
 def connected_parts(free: np.ndarray) -> list[list[tuple[int, int, int]]]:
-    """The parts of a mask that hang together by pixel edges, largest first, as row runs."""
+    """Return the edge-connected components of a mask, largest first, as runs (row, begin, end)."""
     parent: list[int] = []
     runs: list[tuple[int, int, int]] = []
 
@@ -45,7 +45,7 @@ def connected_parts(free: np.ndarray) -> list[list[tuple[int, int, int]]]:
 
 
 def grown_by_disc(mask: np.ndarray, radius: int) -> np.ndarray:
-    """The mask grown by a disc of `radius` pixels."""
+    """Return the mask dilated by a disc of `radius` pixels."""
     rows, columns = mask.shape
     grown = np.zeros((rows + 2 * radius, columns + 2 * radius), dtype=bool)
     for dy in range(-radius, radius + 1):

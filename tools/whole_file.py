@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Files that are written whole or not at all, for the scripts in this folder; as
-libstage/files/whole_file.hh does it for programs."""
+"""Writes files completely or not at all, for the scripts in this folder. libstage/files/whole_file.hh does
+the same for programs."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from typing import Callable
 
 
 def write_whole(path: Path, content: bytes, is_ours: Callable[[bytes], bool] | None = None) -> None:
-    """Make the file or replace it, where nobody ever sees half of it. A link stays one, and a mode
-    stays. Raises OSError; EEXIST if the present content is not ours."""
+    """Create or replace a file atomically. Keeps a link and the file's mode. Raises OSError; EEXIST if the
+    present content is not ours."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -37,7 +37,7 @@ def write_whole(path: Path, content: bytes, is_ours: Callable[[bytes], bool] | N
 
 
 def check_replaceable(place: Path, is_ours: Callable[[bytes], bool] | None) -> None:
-    """Raises the OSError that write_whole() would raise over what is there."""
+    """Raise the OSError that write_whole() would raise because of the present content."""
     mode = place.stat().st_mode
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(place))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The colcon package: an executable and launch files. The node is stagesim.ros."""
+"""The colcon package: an executable and launch files for the node in stagesim.ros."""
 
 from glob import glob
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """ros2 launch stage_ros2 stage.launch.py world:=simple.world [naming:=stage_ros] [speed:=2.0] ...
 
-Starts the node; with rviz:=true RViz as well, on simulated time.
+Starts the node and, with rviz:=true, RViz on simulated time.
 """
 
 from pathlib import Path
@@ -13,7 +13,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-# Argument: its default, the type of the node's parameter of that name, and what it means.
+# Maps each argument to its default, the type of the node's parameter of that name, and its description.
 ARGUMENTS = {
     "naming": ("stage_ros2", str, "names of topics and frames: stage_ros2 or stage_ros"),
     "enforce_prefixes": ("false", bool, "a single robot has a prefix, too"),
@@ -32,7 +32,7 @@ ARGUMENTS = {
 
 
 def generate_launch_description() -> LaunchDescription:
-    """The node, and RViz on request."""
+    """Return the node and, on request, RViz."""
     view = str(Path(__file__).resolve().parent.parent / "rviz" / "stage.rviz")
     parameters = {name: ParameterValue(LaunchConfiguration(name), value_type=kind)
                   for name, (_, kind, _) in ARGUMENTS.items()}

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""`ros2 run stage_ros2 stage_ros2 WORLD`: the node of stagesim.ros."""
+"""`ros2 run stage_ros2 stage_ros2 WORLD` starts the node of stagesim.ros."""
 
 import sys
 
 
 def main() -> None:
-    """Runs the node; says in one line if stagesim is not installed."""
+    """Run the node, or exit with one line if stagesim is not installed."""
     try:
         from stagesim.ros.__main__ import main as run
     except ModuleNotFoundError as error:
