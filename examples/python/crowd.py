@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Drives all robots of a world by one controller in NumPy.
+"""Drives all robots of a world with one controller in NumPy.
 
-Each turns away from where it is narrow, and the slower the nearer something is. There is no loop over
-robots: every line works on all of them at once.
+Each robot turns away from obstacles and slows down near them. There is no loop over robots: every line
+processes all of them at once.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ import stagesim as st
 
 
 def commands(bearings: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """The speeds of n robots from their scans, shape (n, samples): forwards, to the left, turning."""
+    """Return speeds of n robots (m/s forwards, m/s left, rad/s) from scans of shape (n, samples)."""
     near = np.nan_to_num(1 / np.maximum(ranges, 0.05), nan=0.0)
     ahead = np.abs(bearings) < np.radians(40)
     free = np.nanmin(np.where(ahead, ranges, np.inf), axis=1, initial=8.0)
-    # What is near pushes, from the front more than from behind.
+    # Near things repel, more strongly in front than behind.
     push = -(near**2 * np.sin(bearings) * (1 + np.cos(bearings))).mean(axis=1)
     turn = np.clip(2 * push, -1.2, 1.2)
     blocked = free < 0.5
-    # Not just away: two that meet head on would wait for each other.
+    # Blocked robots turn at full speed: two that meet head-on would otherwise wait for each other.
     turn[blocked] = np.where(turn[blocked] < 0, -1.2, 1.2)
     speed = np.where(blocked, 0.0, np.clip(0.5 * (free - 0.4), 0.05, 0.5))
     return np.stack([speed, np.zeros_like(speed), turn], axis=1)
 
 
 def run(file: str, seconds: float, seed: int, threads: int, film: str | None) -> dict[str, float]:
-    """Metres driven on average, the share of robots that are blocked at the end, steps a second."""
+    """Return metres driven per robot, the fraction of blocked robots at the end, and steps per second."""
     world = st.World(file, seed=seed, threads=threads, controllers=False)
     fleet = world.fleet()
     scan = fleet.ranger(0)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Evolves a controller by CMA-ES, over any executor of concurrent.futures.
+"""Evolves a controller with CMA-ES, on any executor of concurrent.futures.
 
-A genome is the weights of a small controller of the five robots of arena.world. It is worth the way that
-they drive without a stall. Genomes are tried in worlds of their own, by threads or processes; the results
-are the same whatever the executor. Needs `pip install cma`.
+A genome holds the weights of a small controller for the five robots of arena.world. Its fitness is the
+distance that they drive without a stall. Each genome runs in its own world, in threads or processes;
+results do not depend on the executor. Needs `pip install cma`.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ import cma
 import numpy as np
 import stagesim as st
 
-SECTORS = 8  # of a scan
+SECTORS = 8  # sectors of a scan
 WEIGHTS = 2 * (SECTORS + 1)
 
 
 def commands(genome: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """Speeds from scans: a layer of neurons that see how near things are in each sector."""
+    """Return speeds from scans: one layer of neurons, whose inputs tell how near things are per sector."""
     near = 1 - ranges.reshape(len(ranges), SECTORS, -1).min(axis=2) / 4
     seen = np.concatenate([near, np.ones((len(near), 1))], axis=1)
-    # Sums in a fixed order: results don't depend on a library for matrices.
+    # Summing in a fixed order keeps results independent of a matrix library.
     out = np.tanh((seen[:, None, :] * genome.reshape(1, 2, SECTORS + 1)).sum(axis=2))
     return np.stack([0.5 * out[:, 0], np.zeros(len(out)), 1.5 * out[:, 1]], axis=1)
 
 
 def worth(genome: np.ndarray, seconds: float) -> float:
-    """Metres that a robot drives forwards on average; steps at which it is stalled cost."""
+    """Return the mean forward distance of a robot in metres, minus a penalty for stalled steps."""
     world = st.World("arena.world")
     fleet = world.fleet()
     scan = fleet.ranger(0)
@@ -50,7 +50,7 @@ def worth(genome: np.ndarray, seconds: float) -> float:
 
 def evolve(executor: Executor, generations: int, population: int, seconds: float,
            seed: int) -> dict[str, float]:
-    """The worth of the first mean, and of the best genome that was found."""
+    """Return the fitness of the first mean and of the best genome."""
     strategy = cma.CMAEvolutionStrategy(WEIGHTS * [0.0], 0.5, {
         "seed": seed, "popsize": population, "verbose": -9})
     value = functools.partial(worth, seconds=seconds)

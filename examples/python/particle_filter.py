@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Lets a robot find out where it is, by Monte Carlo localization on World.cast().
+"""Localizes a robot by Monte Carlo localization with World.cast().
 
 A robot of cave.world drives with its own controller. The filter gets its laser scans and its motion with
-errors, not where it is. It begins with a guess that is off, and particles all around it, and prints how
-far its guess is from the truth.
+errors, but not its pose. It starts with a wrong guess and particles around it, and prints the distance of
+its guess from the truth.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ import argparse
 import numpy as np
 import stagesim as st
 
-RAYS = 24  # of the scan, that are looked at
-SIGMA = 0.3  # metres: how well a reading has to agree
-ASTRAY = np.array([1.5, -1.0, 0.3])  # how far the first guess is off: metres, radians
-SPREAD = np.array([2.0, 2.0, 0.5])  # of the particles around it
-DRIFT = np.array([0.02, 0.02, 0.02])  # of a motion: metres, radians
+RAYS = 24  # rays of a scan that are used
+SIGMA = 0.3  # standard deviation of a reading, metres
+ASTRAY = np.array([1.5, -1.0, 0.3])  # error of the first guess: metres, radians
+SPREAD = np.array([2.0, 2.0, 0.5])  # standard deviation of the first particles
+DRIFT = np.array([0.02, 0.02, 0.02])  # standard deviation of a motion: metres, radians
 
 
 class Filter:
-    """Particles: poses where the robot may be."""
+    """A particle filter; particles are possible poses of the robot."""
 
     def __init__(self, world: st.World, around: np.ndarray, count: int, seed: int) -> None:
         self.map = world
@@ -30,7 +30,7 @@ class Filter:
         self.poses = around + self.random.normal(size=(count, 3)) * SPREAD
 
     def move(self, forwards: float, left: float, turn: float) -> None:
-        """By what odometry says, and some error each."""
+        """Move the particles by odometry, each with a random error."""
         x, y, heading = self.poses.T
         c, s = np.cos(heading), np.sin(heading)
         self.poses += np.stack([forwards * c - left * s, forwards * s + left * c,
@@ -38,11 +38,11 @@ class Filter:
         self.poses += self.random.normal(size=self.poses.shape) * DRIFT
 
     def see(self, bearings: np.ndarray, ranges: np.ndarray, most: float, ahead: float) -> None:
-        """Keeps those particles whose scans would be like this one."""
+        """Resample the particles by how well their expected scans match this one."""
         eyes = self.poses.copy()
         eyes[:, :2] += ahead * np.stack([np.cos(eyes[:, 2]), np.sin(eyes[:, 2])], axis=1)
         expected = self.map.cast(eyes, bearings, most, z=0.32)
-        # What is wrong by far, such as another robot in the way, counts no more than by 1.5 m.
+        # Large errors, for example by another robot in the way, count as 1.5 m at most.
         wrong = np.minimum(np.abs(expected - ranges), 1.5) / SIGMA
         likelihood = -0.5 * (wrong**2).mean(axis=1) * 6
         weights = np.exp(likelihood - likelihood.max())
@@ -58,19 +58,19 @@ class Filter:
 
 
 def motion(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """From one pose to the next: forwards, to the left, turn."""
+    """Return the motion between two poses: forwards, left, turn."""
     dx, dy, turn = after - before
     c, s = np.cos(before[2]), np.sin(before[2])
     return np.array([dx * c + dy * s, dy * c - dx * s, (turn + np.pi) % (2 * np.pi) - np.pi])
 
 
 def distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Metres between two poses."""
+    """Return the distance between two poses in metres."""
     return float(np.hypot(*(one - other)[:2]))
 
 
 def run(robot: str, rounds: int, count: int, seed: int) -> dict[str, float]:
-    """The errors at first and at last, metres."""
+    """Return the first and the last error in metres."""
     world = st.World("cave.world", seed=seed, threads=2)
     fleet = world.fleet(robot)
     laser = fleet.ranger(1)
@@ -84,7 +84,7 @@ def run(robot: str, rounds: int, count: int, seed: int) -> dict[str, float]:
     last = fleet.pose[0].copy()
     for number in range(rounds):
         world.step(4)
-        here = fleet.pose[0].copy()  # where the scan of the next step is taken
+        here = fleet.pose[0].copy()  # the next step's scan is taken here
         world.step()
         moved = motion(last, here)
         last = here

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Trains a policy by policy gradients, in NumPy alone, on a Batch of worlds.
+"""Trains a policy with policy gradients, using only NumPy, on a Batch of worlds.
 
-The policy gives all robots of all worlds of arena.world their speeds: a Gaussian around what is linear in
-what they see. The reward of an action is how far a robot got forwards, less something for a stall and for
-turning: it is best to go straight where it is free, and to turn in time. The policy that only goes straight
-is what the trained one has to beat.
+The policy gives speeds to all robots in all worlds of arena.world: a Gaussian around a linear function of
+what they see. The reward of an action is the distance driven forwards, minus penalties for stalls and
+turns. A good policy goes straight where it is free and turns in time. It must beat the policy that only
+goes straight.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ import argparse
 import numpy as np
 import stagesim as st
 
-SECTORS = 8  # of a scan
+SECTORS = 8  # sectors of a scan
 FEATURES = SECTORS + 1
-FASTEST = np.array([0.5, 1.5])  # m/s forwards, rad/s
-NOISE = 0.4  # of the policy, as a share of the fastest
-STEPS = 5  # of the world for each action
+FASTEST = np.array([0.5, 1.5])  # maximum speeds: m/s forwards, rad/s
+NOISE = 0.4  # standard deviation of the policy, as a fraction of FASTEST
+STEPS = 5  # world steps per action
 DISCOUNT = 0.9
 
 
 def features(ranges: np.ndarray) -> np.ndarray:
-    """How near things are in each sector, 0 to 1, and a 1: shape (n, robots, FEATURES)."""
+    """Return how near things are per sector, 0 to 1, and a constant 1: shape (n, robots, FEATURES)."""
     shape = (*ranges.shape[:2], SECTORS, -1)
     near = 1 - np.nan_to_num(ranges, nan=4.0).reshape(shape).min(axis=3) / 4
     return np.concatenate([near, np.ones((*near.shape[:2], 1))], axis=2)
 
 
 def act(batch: st.Batch, actions: np.ndarray) -> np.ndarray:
-    """Does it in all worlds; the rewards: metres, mostly."""
+    """Execute actions in all worlds and return the rewards, mainly metres."""
     before = batch.pose.copy()
     speeds = np.clip(actions, -1, 1) * FASTEST
     batch.cmd[..., 0] = speeds[..., 0]
@@ -45,7 +45,7 @@ def act(batch: st.Batch, actions: np.ndarray) -> np.ndarray:
 
 
 def scatter(batch: st.Batch, random: np.random.Generator) -> None:
-    """A new episode: robots look elsewhere, so that worlds differ."""
+    """Start a new episode with random headings, so that worlds differ."""
     batch.reset()
     poses = batch.pose.copy()
     poses[..., 2] = random.uniform(-np.pi, np.pi, poses.shape[:2])
@@ -55,7 +55,7 @@ def scatter(batch: st.Batch, random: np.random.Generator) -> None:
 
 def episode(batch: st.Batch, weights: np.ndarray, noise: float, actions: int,
             random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What was seen, how actions differed from the policy's means, and rewards; one row a moment."""
+    """Return features, deviations from the policy's means, and rewards; one row per action."""
     scatter(batch, random)
     seen, strayed, rewards = [], [], []
     for _ in range(actions):
@@ -69,7 +69,7 @@ def episode(batch: st.Batch, weights: np.ndarray, noise: float, actions: int,
 
 def gradient(seen: np.ndarray, strayed: np.ndarray, rewards: np.ndarray,
              weights: np.ndarray) -> np.ndarray:
-    """Of the expected reward: actions are made likelier by what came of them, more than of others."""
+    """Return the gradient of the expected reward: actions with an above-average return become likelier."""
     gains = np.zeros_like(rewards)
     gain = np.zeros_like(rewards[0])
     for moment in reversed(range(len(rewards))):
@@ -83,7 +83,7 @@ def gradient(seen: np.ndarray, strayed: np.ndarray, rewards: np.ndarray,
 
 
 def train(worlds: int, episodes: int, actions: int, seed: int) -> dict[str, float]:
-    """What a robot gets in an episode, without the policy's noise: before, after, by going straight."""
+    """Return the reward per episode without noise: before training, after it, and for going straight."""
     random = np.random.default_rng(seed)
     batch = st.Batch("arena.world", worlds)
     weights = np.zeros((FEATURES, 2))
@@ -99,7 +99,7 @@ def train(worlds: int, episodes: int, actions: int, seed: int) -> dict[str, floa
     for number in range(1, episodes + 1):
         seen, strayed, rewards = episode(batch, weights, NOISE, actions, random)
         slope = gradient(seen, strayed, rewards, weights)
-        # Adam.
+        # Adam optimizer.
         mean += 0.1 * (slope - mean)
         square += 0.01 * (slope**2 - square)
         weights += 0.1 * (mean / (1 - 0.9**number)) / (np.sqrt(square / (1 - 0.99**number)) + 1e-9)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Metrics in Python: a function that is called at the end of a run, and a class that looks at each step."""
+"""Metrics in Python: a function called at the end of a run, and a class that observes each step."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ import stagesim as st
 
 
 def spread(world: st.World) -> dict[str, float]:
-    """How far the robots are from their middle, metres, when the run ends."""
+    """Return the mean distance of the robots from their centre at the end of the run, metres."""
     places = world.fleet().pose[:, :2]
     return {"spread": float(np.hypot(*(places - places.mean(0)).T).mean())}
 
 
 class Crowding:
-    """The share of steps in which some robot stood still because another one, or a wall, was in its way."""
+    """The fraction of steps in which at least one robot was stopped by another one or by a wall."""
 
     def __init__(self, world: st.World) -> None:
-        """Before the first step."""
+        """Called before the first step."""
         self.fleet = world.fleet()
         self.steps = self.crowded = 0
 
     def step(self) -> None:
-        """After each step."""
+        """Called after each step."""
         self.steps += 1
         self.crowded += bool(self.fleet.stalled.any())
 
     def result(self) -> dict[str, float]:
-        """At the end."""
+        """Return the metrics; called at the end."""
         return {"crowded": self.crowded / self.steps}

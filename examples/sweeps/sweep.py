@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A sweep by processes of this machine, by Dask, or by MPI.
+"""A sweep on processes of this machine, on Dask, or on MPI.
 
     python sweep.py out --by processes
     python sweep.py out --by dask
     mpiexec -n 3 python -m mpi4py.futures sweep.py out --by mpi
 
-Killed, in whole or in part, it goes on with the same command, or with another engine. `--jobs` is how many
-workers there are. It ends by writing out/all.csv, whose bytes are the same each time.
+After an interruption, the same command continues the sweep, also with another engine. `--jobs` is the
+number of workers. The result is out/all.csv, with the same bytes every time.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ WORLD = Path(__file__).resolve().parent / "room.world"
 
 
 def executor_of(engine: str, jobs: int, stack: ExitStack) -> Any:
-    """Whose workers do the runs; None: those of `stage sweep`."""
+    """Return an executor for the engine; None selects the workers of `stage sweep`."""
     if engine == "processes":
-        # A function that makes one: a pool that has lost a worker is of no use any more.
+        # A factory, because a pool that has lost a worker cannot be used again.
         return lambda: ProcessPoolExecutor(jobs)
     if engine == "dask":
         from dask.distributed import Client, LocalCluster
@@ -43,7 +43,7 @@ def executor_of(engine: str, jobs: int, stack: ExitStack) -> Any:
 
 
 def main() -> None:
-    """Does what is not done yet."""
+    """Run what is not finished yet."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=Path, help="the folder of the sweep")
     parser.add_argument("--by", choices=("program", "processes", "dask", "mpi"), default="program", help="the engine")
