@@ -5,11 +5,11 @@
 //
 //   ctrl "disperse [speed=0.4] [gain=1.0] [turn=1.5] [margin=0.1] [horizon=5.0]"
 //
-// speed and turn are the greatest speeds (m/s, rad/s), gain is the turn speed for each radian that
-// the goal is off, margin the distance to keep from everything (m), horizon how far readings count
-// (m). Looks through all sensors of all the robot's rangers that nobody else uses, whenever the
-// first of them has new data. Refuses models that are no
-// positions, robots without such a ranger, and arguments that make no sense.
+// speed and turn are maximum speeds (m/s, rad/s). gain is the turn speed per radian of bearing to
+// the goal. margin is the distance to keep from everything (m). horizon is the maximum range of
+// readings that count (m). Uses all sensors of all rangers of the robot that no other controller
+// uses, and runs when the first ranger has new data. Rejects models that are not positions, robots
+// without such a ranger, and invalid arguments.
 
 #include "support/arguments.hh"
 #include "support/disperse_rule.hh"
@@ -17,26 +17,26 @@
 
 namespace {
 
-/// A sensor on its robot.
+/// A sensor and its mount on the robot.
 struct Eye {
   Stg::ModelRanger* ranger = nullptr;
   size_t sensor = 0;
   Stg::Pose pose;  ///< in the robot's frame
-  double fov = 0;  ///< that the table was made for
+  double fov = 0;  ///< the field of view of `table`
   const ctrl::RayTable* table = nullptr;
 };
 
 struct Robot {
   Stg::ModelPosition* position = nullptr;
   ctrl::DisperseRule rule;
-  double radius = 0;  ///< of the disc to be kept free, m
+  double radius = 0;  ///< radius of the disc that must stay free, m
   std::vector<Eye> eyes;
   bool backing = false;
 
   void ExchangeState(Stg::StateExchange& exchange) { exchange(backing); }
 };
 
-/// Adds what one sensor sees.
+/// Adds the readings of one sensor.
 void Look(const Robot& robot, Eye* eye, ctrl::Surroundings* seen) {
   if (eye->sensor >= eye->ranger->GetSensors().size()) return;
   const Stg::ModelRanger::Sensor& sensor = eye->ranger->GetSensors()[eye->sensor];
@@ -52,7 +52,7 @@ void Look(const Robot& robot, Eye* eye, ctrl::Surroundings* seen) {
                       seen);
 }
 
-/// A robot that stalls, perhaps in turning, backs a little every other update.
+/// Backs a stalled robot slightly every other update, since it may have stalled while turning.
 bool BackOff(Robot* robot) {
   robot->backing = robot->position->Stalled() && !robot->backing;
   if (robot->backing) robot->position->SetSpeed(-robot->rule.speed / 4, 0, 0);
@@ -67,8 +67,8 @@ void Update(Robot* robot) {
   robot->position->SetSpeed(drive.forward, 0, drive.turn);
 }
 
-/// Where the ranger's sensors are mounted, in the frame of the robot. Added up from the local
-/// poses: those are the same, bit for bit, for all robots of a kind, so that they share tables.
+/// Frame of the ranger's sensors on the robot. It is computed from local poses, which are bitwise
+/// equal for all robots of a kind, so that they share tables.
 Stg::Pose FrameOnRobot(const Stg::ModelRanger& ranger, const Stg::Model& robot) {
   Stg::Pose frame = ranger.GetPose() + ranger.GetGeom().pose;
   for (const Stg::Model* above = ranger.Parent(); above && above != &robot; above = above->Parent())
@@ -76,13 +76,13 @@ Stg::Pose FrameOnRobot(const Stg::ModelRanger& ranger, const Stg::Model& robot) 
   return frame;
 }
 
-/// The disc about the origin of the model that its body and the margin fit in.
+/// Radius of a disc about the model's origin that contains its body and the margin.
 double RadiusOf(const Stg::Geom& geom, double margin) {
   return Stg::Hypotenuse(geom.pose.x, geom.pose.y) + Stg::Hypotenuse(geom.size.x, geom.size.y) / 2 +
          margin;
 }
 
-/// Subscribes to a ranger and looks through all its sensors from now on.
+/// Subscribes to a ranger and uses all its sensors.
 void Use(Stg::ModelRanger* ranger, const Stg::Model& model, Robot* robot) {
   const Stg::Pose frame = FrameOnRobot(*ranger, model);
   const auto& sensors = ranger->GetSensors();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// dynamic: puts a hundred little blue boxes on its model, at random. Shows how to make models while
-// the program runs.
+// dynamic: puts a hundred small blue boxes at random places on its model. An example of creating
+// models at run time.
 
 #include "stage.hh"
 

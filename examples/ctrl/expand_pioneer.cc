@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// expand_pioneer: drives a Pioneer with its ring of sonars towards open space, where it rests.
+// expand_pioneer: drives a Pioneer with its sonar ring towards open space, where it rests.
 
 #include "support/expand_rule.hh"
 
 namespace {
 
-// Sonars 3 and 4 look ahead, 2 and 5, then 1 and 6 more and more sideways.
+// Sonars 3 and 4 look ahead; 2 and 5, then 1 and 6, look increasingly sideways.
 constexpr ctrl::Clearance kClearances[] = {{3, 0.75},  {4, 0.75},   {2, 0.375},
                                            {5, 0.375}, {1, 0.1875}, {6, 0.1875}};
 constexpr size_t kSensorsNeeded = 7;
@@ -32,7 +32,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
   robot->sonars = ctrl::RequireUnusedRanger("expand_pioneer", model);
   if (robot->sonars->GetSensors().size() < kSensorsNeeded)
     ctrl::GiveUp("expand_pioneer", *model, "found a ranger of fewer than 7 sensors, expected 16");
-  model->GetUnusedModelOfType("ranger");  // the laser: taken, so that no other controller uses it
+  model->GetUnusedModelOfType("ranger");  // reserves the laser, so that no other controller uses it
   ctrl::CallOnUpdate<Robot, Update>(robot->sonars, robot);
   robot->sonars->Subscribe();
   robot->position->Subscribe();

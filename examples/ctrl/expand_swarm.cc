@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// expand_swarm: drives a small round robot with a ring of twelve infrared sensors (the first looks
-// ahead, the others follow counter-clockwise) towards open space, where it rests.
+// expand_swarm: drives a small round robot towards open space, where it rests. The robot has a ring
+// of twelve infrared sensors; the first looks ahead, the others follow counter-clockwise.
 
 #include "support/expand_rule.hh"
 
 namespace {
 
 constexpr size_t kSensorsNeeded = 12;
-constexpr double kClear = 0.5;  // m ahead; less at the sides
+constexpr double kClear = 0.5;  // clearance ahead, m; less at the sides
 constexpr ctrl::Clearance kClearances[] = {
     {0, kClear},        {1, kClear / 1.5}, {11, kClear / 1.5}, {2, kClear / 3.0},
     {10, kClear / 3.0}, {3, kClear / 5.0}, {9, kClear / 5.0}};

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// fasr: foraging. Carries flags from the model "source" to the model "sink" and recharges when
-// power runs low. It finds its way by fixed tables, made for one world of 16 m by 16 m.
+// fasr: foraging. Carries flags from the model "source" to the model "sink", and recharges when
+// power runs low. It navigates by fixed tables made for one world of 16 m by 16 m.
 //
 // The robot needs a power pack, a laser ranger:1 and a fiducial finder that sees the charger.
-// Refuses robots that lack something of this.
+// Rejects robots that lack one of these.
 
 #include "support/fasr_tables.hh"
 #include "support/foraging.hh"
 
 namespace {
 
-constexpr double kHungry = 0.25;        // of the power pack's capacity
-constexpr int kWorkUpdates = 20;        // to load or unload a flag
+constexpr double kHungry = 0.25;        // fraction of the power pack's capacity
+constexpr int kWorkUpdates = 20;        // duration of loading or unloading a flag
 constexpr unsigned kPayload = 1;        // flags
 constexpr double kUndockedRange = 0.3;  // m
 const Stg::Pose kSourcePlace(-7, -7, 0, 0), kSinkPlace(7, 7, 0, 0);

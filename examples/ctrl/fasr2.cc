@@ -7,7 +7,7 @@
 // Each word is a task: carry flags from the model WORD_source to the model WORD_sink. Robots choose
 // tasks at random, find their way through the model "cave", and recharge in the model "fuel_zone".
 // A robot needs a power pack, sonars ranger:0, a laser ranger:1 and a fiducial finder that sees
-// chargers. Refuses robots that lack something of this.
+// chargers. Rejects robots that lack one of these.
 
 #include <deque>
 #include <optional>
@@ -18,10 +18,10 @@
 
 namespace {
 
-constexpr double kHungry = 0.2;             // of the power pack's capacity
-constexpr double kChanceToGiveUp = 0.0005;  // in each update of waiting for a flag
+constexpr double kHungry = 0.2;             // fraction of the power pack's capacity
+constexpr double kChanceToGiveUp = 0.0005;  // per update while waiting for a flag
 constexpr unsigned kPayload = 1;            // flags
-constexpr double kGoalMoved = 0.5;          // m: plan again
+constexpr double kGoalMoved = 0.5;          // m; replan if the goal has moved further
 constexpr double kUndockedRange = 0.2;      // m
 constexpr double kRearClearance = 0.2;      // m
 constexpr size_t kRearSonars[] = {10, 11, 12, 13};
@@ -30,10 +30,10 @@ const Stg::Color kDelivered(0, 1, 0);
 
 struct Task {
   Stg::Model *source, *sink;
-  int participants;  // for those who watch
+  int participants;  // only for display
 };
 
-/// What all robots of a world share. A property of the cave, so that it goes with the world.
+/// State shared by all robots of a world. It is a property of the cave and lives as long.
 struct Shared {
   std::deque<Task> tasks;
   ctrl::PathPlanner planner;
@@ -69,7 +69,7 @@ struct Robot {
   Task* task = nullptr;
   Stg::Model* goal = nullptr;
   const ctrl::Path* path = nullptr;
-  Stg::Pose path_from, path_to;  // what it was planned for
+  Stg::Pose path_from, path_to;  // endpoints that the path was planned for
   Stg::Pose planned_goal;
   ctrl::ObstacleState obstacles;
   ctrl::ChargerSight charger;
@@ -90,7 +90,7 @@ void Plan(Robot* robot, const Stg::Pose& target) {
   robot->path = robot->shared->planner.Plan(robot->path_from, robot->path_to);
 }
 
-/// Paths are found again, from what they were planned for.
+/// Paths are not saved: they are found again from their endpoints.
 void Robot::ExchangeState(Stg::StateExchange& exchange) {
   bool has_path = path != nullptr;
   uint32_t task_number = 0;
@@ -119,7 +119,7 @@ void ChooseTask(Robot* robot) {
   robot->task->participants++;
 }
 
-/// At the source. False if the robot is tired of waiting and wants to recharge.
+/// Handles the source. Returns false if the robot gives up waiting and will recharge.
 bool Load(Robot* robot, bool inside) {
   const unsigned carried = robot->position->GetFlagCount();
   if (inside && carried == 0) robot->waiting = true;
@@ -147,7 +147,7 @@ void Unload(Robot* robot, bool inside) {
   if (robot->position->GetFlagCount() == 0) SetGoal(robot, robot->task->source);
 }
 
-/// False if there is nothing more to be done in this update.
+/// Returns false if this update is finished.
 bool HandleFlags(Robot* robot) {
   const double distance = robot->position->GetPose().Distance(robot->goal->GetPose());
   const bool inside = distance < robot->goal->GetGeom().size.x / 2;
@@ -177,7 +177,7 @@ std::optional<double> Direction(const Robot& robot) {
   return ctrl::DirectionAlong(*robot.path, robot.position->GetPose());
 }
 
-/// The heading that the plan says, a new one if need be. Without any, to the east.
+/// Returns the planned heading, after replanning if necessary; east if there is no plan.
 double HeadingToGoal(Robot* robot) {
   const Stg::Pose target = robot->goal->GetPose();
   std::optional<double> direction = Direction(*robot);
@@ -202,7 +202,7 @@ void Work(Robot* robot) {
   robot->position->SetXSpeed(ctrl::kCruiseSpeed);
 }
 
-/// Towards the charger that is in sight, onto its axis.
+/// Drives towards the visible charger and onto its axis.
 void Approach(Robot* robot) {
   const ctrl::ChargerSight& charger = robot->charger;
   const double off_axis = Stg::normalize(M_PI - (charger.bearing - charger.heading));
@@ -260,7 +260,7 @@ void ReturnToWork(Robot* robot) {
   robot->sonar.Switch(false);
 }
 
-/// Backs out of the charger, turns around, and leaves.
+/// Backs out of the charger, turns around and leaves.
 void Undock(Robot* robot) {
   if (robot->charger.range < kUndockedRange) return BackOut(robot);
   const double off = Stg::normalize(robot->position->GetPose().a - (robot->docked_heading + M_PI));
@@ -303,7 +303,7 @@ ctrl::PathPlanner MakePlanner(Stg::Model* cave) {
   return ctrl::PathPlanner(std::move(cells), size.x, size.y);
 }
 
-/// The first robot's arguments name the tasks of all.
+/// Returns the shared state. The first robot's arguments define the tasks of all robots.
 Shared* FindShared(const Stg::Model& model, const std::string& ctrl_string) {
   return ctrl::SharedInWorld<Shared>(model.GetWorld(), "fasr2", [&] {
     Stg::Model* cave = ctrl::RequireModel("fasr2", model, "cave");

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// lasernoise: on a ranger; multiplies every range of its first sensor by a random number close to
-// one, normally distributed. Callbacks are called in the order in which they were registered: to be
-// noticed, it has to come before the controllers that use the ranges. Refuses models
-// that are no rangers.
+// lasernoise: multiplies every range of a ranger's first sensor by a random number, normally
+// distributed around 1. Callbacks run in the order of registration, so it must precede the
+// controllers that use the ranges. Rejects models that are not rangers.
 
 #include "support/set_up.hh"
 
@@ -11,7 +10,7 @@ namespace {
 
 constexpr double kDeviation = 0.05;
 
-/// Mean 1. The sum of twelve uniform numbers is close to a normal distribution of variance 1.
+/// Random number with mean 1. The sum of twelve uniform numbers is nearly normal with variance 1.
 double Noise(Stg::RandomStream* random) {
   double sum = 0;
   for (int i = 0; i < 12; i++) sum += random->Uniform();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// pioneer_flocking: a flock of Pioneers, each with eight sonars in front and a fiducial finder that
-// sees the others. Drives to where it is open, and in the direction that the nearest other goes.
-// Refuses models that are no positions, robots without a ranger of eight sensors or without a
-// fiducial finder.
+// pioneer_flocking: a flock of Pioneers, each with eight front sonars and a fiducial finder that
+// sees the others. A robot drives to open space and aligns with the heading of its nearest
+// neighbour. Rejects models that are not positions, and robots without a ranger of eight sensors or
+// without a fiducial finder.
 
 #include "support/expand_rule.hh"
 #include "support/foraging.hh"
@@ -17,7 +17,7 @@ constexpr ctrl::Clearance kClearances[] = {{2, kSafe}, {3, kSafe},       {4, kSa
                                            {5, kSafe}, {1, kSafe / 2.0}, {6, kSafe / 2.0}};
 const ctrl::ExpandRule kRule{0.4, kClearances, 0.3};
 constexpr double kFlockGain = 0.3;   // rad/s per rad
-constexpr double kLittleTurn = 0.1;  // rad/s: a robot that is blocked and turns less is stuck
+constexpr double kLittleTurn = 0.1;  // rad/s; a blocked robot that turns less is stuck
 
 struct Robot {
   Stg::ModelPosition* position = nullptr;

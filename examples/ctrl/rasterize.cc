@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// rasterize: prints the outline of a model's body in characters, once. Shows how to use
-// Model::Rasterize().
+// rasterize: prints the outline of a model's body as text, once. An example of Model::Rasterize().
 
 #include <cstdint>
 #include <string>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// sink: on a zone that flags are brought to. Counts those that arrive in all such zones of the
-// world, whose property "delivered" points to the count, an unsigned long.
+// sink: a zone that flags are brought to. Counts the flags that arrive in all such zones of the
+// world. Their property "delivered" points to the count, an unsigned long.
 
 #include "support/set_up.hh"
 
 namespace {
 
-/// Flags, by all sinks of a world.
+/// Number of flags delivered to all sinks of a world.
 struct Delivered : Stg::StateKeeper {
   unsigned long count = 0;
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// source: on a zone that flags are taken from. Makes one flag in each update of the model, until it
-// holds as many as it has room for.
+// source: a zone that flags are taken from. Creates one flag in each update of the model, up to its
+// capacity.
 //
 //   ctrl "source 10"
 //
-// The argument is that number; further ones are ignored. Refused if it is missing, or not a
-// number from 1 to 1000000.
+// The argument is the capacity, a number from 1 to 1000000. Further arguments are ignored.
 
 #include <deque>
 
@@ -18,7 +17,7 @@ namespace {
 const Stg::Color kYellow(1, 1, 0);
 constexpr double kFlagSize = 0.25;  // m
 
-/// They live as long as the world's ground: nobody says when a flag is of no use any more.
+/// Flags live as long as the world's ground, because it is unknown when one is no longer used.
 using Flags = std::deque<Stg::Model::Flag>;
 
 struct Zone {

@@ -3,7 +3,7 @@
 // wander: drives about at random and avoids obstacles.
 //
 // Uses the first of the robot's children ranger:0 to ranger:15 whose first sensor has more than 8
-// samples. Refuses models that are no positions, and robots without such a ranger.
+// samples. Rejects models that are not positions, and robots without such a ranger.
 
 #include "support/find_laser.hh"
 #include "support/obstacle_rule.hh"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// wander_accel: as wander, but commands accelerations, which the robot's acceleration bounds limit.
+// wander_accel: like wander, but commands accelerations within the robot's acceleration bounds.
 //
 // Uses the first of the robot's children ranger:0 to ranger:15 whose first sensor has more than 8
-// samples. Refuses models that are no positions, and robots without such a ranger.
+// samples. Rejects models that are not positions, and robots without such a ranger.
 
 #include "support/find_laser.hh"
 #include "support/obstacle_rule.hh"
@@ -14,7 +14,7 @@ struct Robot {
   Stg::ModelPosition* position = nullptr;
   Stg::ModelRanger* laser = nullptr;
   ctrl::ObstacleState state;
-  double turn = 0;  // rad/s, wanted
+  double turn = 0;  // wanted turn speed, rad/s
 
   void ExchangeState(Stg::StateExchange& exchange) { exchange(state, turn); }
 };
@@ -26,7 +26,7 @@ void Update(Robot* robot) {
                                             ctrl::DrawFrom(robot->position));
   if (!command) return;
   if (command->turn) robot->turn = *command->turn;
-  // What it takes to have the wanted speeds after one update.
+  // The acceleration that reaches the wanted speeds after one update.
   const double seconds = static_cast<double>(robot->position->GetUpdateInterval()) / Stg::million;
   const Stg::Velocity now = robot->position->GetVelocity();
   robot->position->SetAcceleration((command->forward - now.x) / seconds, 0,

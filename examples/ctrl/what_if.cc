@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// what_if GOAL_X GOAL_Y [go]: drives to a place (metres) among others who don't look where it goes.
+// what_if GOAL_X GOAL_Y [go]: drives to a place (metres) among robots that ignore it.
 //
-// Twice a second it asks what would come of going on as now, and of some other ways to drive for a
-// second: each is tried in a copy of the world, for a few seconds. It does what brings it nearest
-// to the goal without a collision. In a window the futures it has considered are faint lines, grey
-// where it would have been free, red where it would have run into something; the chosen one is
-// blue. With `go` it asks nothing, and goes on as now all the time: for comparisons.
+// Twice a second, it tries its present plan and other ways to drive for a second, each for a few
+// seconds in a copy of the world. It chooses the one that gets nearest to the goal without a
+// collision. The window shows the futures as faint lines: grey for free, red for collisions, blue
+// for the chosen one. With `go`, it never asks and always keeps its plan, for comparison.
 //
 // Uses the first of the robot's children ranger:0 to ranger:15 whose first sensor has more than 8
 // samples.
@@ -22,18 +21,18 @@
 namespace {
 
 constexpr double kArrived = 0.5;      // m from the goal
-constexpr int kUpdatesADecision = 5;  // of the laser, each 0.1 s as a rule
-constexpr int kPlanUpdates = 10;      // that a plan lasts
+constexpr int kUpdatesADecision = 5;  // laser updates per decision, usually 0.1 s each
+constexpr int kPlanUpdates = 10;      // duration of a plan
 constexpr Stg::usec_t kHorizon = 4000000;
-constexpr uint64_t kBudget = 2000;  // steps of all scenarios: the same on every machine
+constexpr uint64_t kBudget = 2000;  // steps of all scenarios; equal on every machine
 constexpr double kFastest = 0.5;    // m/s
-constexpr double kCollision = 10;   // m that a collision is worth
+constexpr double kCollision = 10;   // penalty of a collision, m
 const char kProperty[] = "what_if.robot";
 
 /// A way to drive for a while.
 struct Plan {
   double speed = 0, turn = 0;
-  int left = 0;  // updates; 0: go on as now
+  int left = 0;  // remaining updates; 0: go on as now
 };
 
 struct Robot {
@@ -42,7 +41,7 @@ struct Robot {
   double goal_x = 0, goal_y = 0;
   bool asks = true;
   std::unique_ptr<Stg::ConsequenceEngine> engine;
-  // What it remembers:
+  // State carried from step to step:
   ctrl::ObstacleState avoidance;
   Plan plan;
   int until_decision = 0;
@@ -59,7 +58,7 @@ struct Robot {
 
 // ---- going on as now ----------------------------------------------------------------------------
 
-/// Towards the goal; where something is in the way, around it.
+/// Drives towards the goal, and around obstacles.
 void GoOn(Robot* robot) {
   ctrl::ObstacleRule rule;
   rule.front_distance = 0.8;
@@ -89,7 +88,8 @@ std::vector<Plan> Plans() {
   return plans;
 }
 
-/// How much nearer to the goal it gets. A collision is the end, and worse than anything else.
+/// Scores the progress towards the goal. A collision ends a scenario and is worse than anything
+/// else.
 class Nearer : public Stg::Judge {
  public:
   Nearer(const Robot& robot, const std::vector<Plan>& plans)
@@ -118,7 +118,7 @@ class Nearer : public Stg::Judge {
   }
   const uint32_t id_;
   const std::vector<Plan>& plans_;
-  const double distance_, step_;  // m: to the goal; in one step
+  const double distance_, step_;  // distance to the goal now; maximum distance per step
 };
 
 void DrawFuture(Stg::World* world, const Stg::Pose& from, const Stg::Outcome& outcome,
@@ -149,7 +149,7 @@ void Decide(Stg::World& world, Robot* robot) {
   if (!world.Take(&question.now, Stg::Snapshot::kLean)) return;
   question.candidates.resize(plans.size());
   question.horizon = kHorizon;
-  question.seed = 1 + world.UpdateCount();  // what really comes by chance, nobody knows
+  question.seed = 1 + world.UpdateCount();  // the real outcome of random events is unknown
   Stg::Budget budget;
   budget.scenario_steps = kBudget;
   Nearer judge(*robot, plans);

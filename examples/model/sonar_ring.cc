@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A model type of its own, in a plug-in: a ring of sonars, which look all around with cones. World
-// files that say `plugins "sonar_ring"` may have models `sonar_ring( )`. See README.md.
+// A custom model type in a plug-in: a ring of sonars with conical beams. World files with `plugins
+// "sonar_ring"` may contain models `sonar_ring( )`. See README.md.
 
 #include "sonar_ring.hh"
 
@@ -13,18 +13,18 @@ constexpr int kMostSonars = 1000;
 constexpr std::size_t kRaysOfACone = 3;
 constexpr double kWatts = 0.5;
 
-/// Sound stops at whatever rangers see, but for the robot that the ring is on.
+/// Sound stops at everything that rangers see, except the robot that carries the ring.
 bool StopsSound(Stg::Model* candidate, const Stg::Model* ring, const void*) {
   return !candidate->IsRelated(ring) && !(candidate->vis.ranger_return < 0);
 }
 
-/// For `stage --explain`.
+/// Describes the sensor for `stage --explain`.
 void Describe(const SonarRing& ring, Stg::SensorExtent* extent) {
   extent->parts = ring.ranges().size();
   extent->rays = extent->parts * kRaysOfACone;
 }
 
-// Runs when the plug-in is loaded. From then on worlds know the type.
+// Registers the type when the plug-in is loaded.
 [[maybe_unused]] const bool kRegistered =
     Stg::RegisterModelType(Stg::ModelTypeOf<SonarRing>("sonar_ring").Senses(Describe).Measurable());
 
@@ -32,7 +32,7 @@ void Describe(const SonarRing& ring, Stg::SensorExtent* extent) {
 
 SonarRing::SonarRing(Stg::World* world_, Stg::Model* parent_, const std::string& type_)
     : Stg::Model(world_, parent_, type_), ranges_(8, reach_), cone_(kRaysOfACone) {
-  ClearBlocks();  // it has no body, unless the file gives it one
+  ClearBlocks();  // no body unless the world file defines one
 }
 
 void SonarRing::Load() {
@@ -68,7 +68,7 @@ void SonarRing::Update() {
     for (const Stg::RaytraceResult& ray : cone_) range = std::min(range, ray.range);
     heading.a = Stg::normalize(heading.a + turn);
   }
-  Stg::Model::Update();  // makes the next one due, and calls whoever waits for the data
+  Stg::Model::Update();  // schedules the next update and calls the callbacks
 }
 
 void SonarRing::ExchangeState(Stg::StateExchange& exchange) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Controllers that read the sonars include this and link to nothing but Stage: the plug-in is there
-// when the world is. A model with GetModelType() == "sonar_ring" is one of these; dynamic_cast
-// would need the plug-in at link time.
+// The class of the plug-in's models. Controllers include this and link to nothing but Stage, since
+// the plug-in is loaded with the world. Models with GetModelType() == "sonar_ring" are of this
+// class; dynamic_cast would need the plug-in at link time.
 
 #ifndef SONAR_RING_HH
 #define SONAR_RING_HH
@@ -16,8 +16,8 @@ class SonarRing : public Stg::Model {
  public:
   SonarRing(Stg::World* world, Stg::Model* parent, const std::string& type);
 
-  /// Metres to the nearest thing in each cone, the one ahead first, then counter-clockwise; the
-  /// reach where there is nothing.
+  /// Distance to the nearest thing in each cone, metres, or the maximum range. The first cone looks
+  /// ahead, the others follow counter-clockwise.
   const std::vector<double>& ranges() const { return ranges_; }
 
   using Stg::Model::Load;
@@ -31,9 +31,9 @@ class SonarRing : public Stg::Model {
 
  private:
   double reach_ = 5;    // metres
-  double width_ = 0.3;  // of a cone, radians
+  double width_ = 0.3;  // width of a cone, radians
   std::vector<double> ranges_;
-  std::vector<Stg::RaytraceResult> cone_;  // scratch
+  std::vector<Stg::RaytraceResult> cone_;  // scratch buffer
 };
 
 #endif

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// stest: a program of its own that drives many robots from one callback. A benchmark, and an
-// example of how to use the library without a controller plug-in.
+// stest: a separate program that drives many robots from one callback. A benchmark, and an example
+// of using the library without a controller plug-in.
 //
 //   stest WORLD N
 //
-// Loads the world and runs it until its quit time (for ever if it has none), without a window. The
-// robots r0 to r(N-1), each with a ranger ranger:0 of four or more sensors of one ray, drive
+// Loads the world and runs it without a window until its quit time, or forever if it has none. The
+// robots r0 to r(N-1), each with a ranger ranger:0 of four or more single-ray sensors, drive
 // towards open space.
 
 #include <charconv>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// choose: the program of docs/what-if.md, which explains it.
+// choose: the program explained in docs/what-if.md.
 //
 //   choose examples/what_if/choose.world
 
@@ -27,7 +27,7 @@ void TryTurns(Stg::World* world, Stg::ModelPosition* robot) {
 
 // ---- fork, score --------------------------------------------------------------------------------
 
-/// Adds up how far the robot drives; what stands still has lost.
+/// Adds up the distance that the robot drives. A scenario ends when the robot stalls.
 class Distance : public Stg::Scenario {
  public:
   explicit Distance(uint32_t robot) : robot_(robot) {}
@@ -61,7 +61,7 @@ void TryLuck(const Stg::World& world, uint32_t robot) {
 
 // ---- choose -------------------------------------------------------------------------------------
 
-/// To the north as far as possible, and into nothing.
+/// Scores how far north the robot gets. A collision ends a scenario with a penalty.
 class Northward : public Stg::Judge {
  public:
   explicit Northward(uint32_t robot) : robot_(robot) {}

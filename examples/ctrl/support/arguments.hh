@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The arguments of a controller: the words after its name in the `ctrl` string.
+// Parses a controller's arguments: the words after its name in the `ctrl` string.
 
 #ifndef EXAMPLES_CTRL_SUPPORT_ARGUMENTS_HH
 #define EXAMPLES_CTRL_SUPPORT_ARGUMENTS_HH
@@ -13,7 +13,7 @@
 
 namespace ctrl {
 
-/// Splits at blanks and tabs.
+/// Splits text at blanks and tabs.
 inline std::vector<std::string> SplitWords(std::string_view text) {
   std::vector<std::string> words;
   for (size_t begin = text.find_first_not_of(" \t"); begin != std::string_view::npos;) {
@@ -24,18 +24,18 @@ inline std::vector<std::string> SplitWords(std::string_view text) {
   return words;
 }
 
-/// A number that may be given as NAME=VALUE.
+/// A numeric argument, given as NAME=VALUE.
 struct NumberArgument {
   std::string_view name;
-  double* value;  ///< holds the default, gets what is given
+  double* value;  ///< holds the default; receives the given value
   double min, max;
 };
 
-/// Reads the whole text as a number within the bounds of the argument; false if it is not one.
+/// Parses the whole text as a number within the argument's bounds. Returns false on failure.
 inline bool ReadNumber(std::string_view text, const NumberArgument& argument) {
   double value = 0;
-  // No blanks, names, hexadecimals. strtod would care for the locale of the process, and libc++ has
-  // std::from_chars for doubles from version 20 on only.
+  // Rejects blanks, names and hexadecimals. strtod depends on the process's locale, and libc++
+  // supports std::from_chars for doubles only from version 20 on.
   if (text.find_first_not_of("0123456789.eE+-") != std::string_view::npos) return false;
   if (!text.empty() && text.front() == '+') return false;
   std::istringstream stream{std::string(text)};
@@ -46,7 +46,7 @@ inline bool ReadNumber(std::string_view text, const NumberArgument& argument) {
   return true;
 }
 
-/// "speed=NUMBER, gain=NUMBER"
+/// Returns "speed=NUMBER, gain=NUMBER".
 inline std::string Usage(const std::vector<NumberArgument>& arguments) {
   std::string usage;
   for (const NumberArgument& a : arguments)
@@ -54,8 +54,8 @@ inline std::string Usage(const std::vector<NumberArgument>& arguments) {
   return usage;
 }
 
-/// Reads the words after the first one of a `ctrl` string. Returns an empty text, or else what is
-/// wrong with them.
+/// Parses the words of a `ctrl` string after the first. Returns an empty text, or a description of
+/// the mistake.
 inline std::string ReadArguments(std::string_view ctrl_string,
                                  const std::vector<NumberArgument>& arguments) {
   const std::vector<std::string> words = SplitWords(ctrl_string);

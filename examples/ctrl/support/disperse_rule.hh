@@ -1,25 +1,23 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Driving away from what is near, with any range sensors: one laser of whatever field of view, or a
-// ring of single rays. Robots among others that do the same spread over the whole place, and those
-// that are spread stay so.
+// Drives a robot away from near things, with any range sensors: a laser of any field of view, or a
+// ring of single rays. Robots that all follow this rule spread over the whole place and stay
+// spread.
 //
-// What is looked at are things: the nearest readings of all round, those that are nearer than what
-// is to both sides of them. So a robot counts as much as a wall, although far fewer rays meet it;
-// were readings added up ray by ray, walls would press a crowd together in the middle. A wall,
-// which is known by its width, counts as if it were a mirror, and another robot stood as far behind
-// it: a robot wants as much room to itself at a wall as it has among others.
+// Things are local minima of the readings over all directions. A robot thus counts as much as a
+// wall, although far fewer rays hit it. If readings were added up ray by ray, walls would press a
+// crowd together in the middle. A wall, recognized by its width, counts like a mirror with another
+// robot as far behind it. So a robot keeps as much space to a wall as to other robots.
 //
-// Where to: away from all things, from each by 1/distance^2, none beyond the horizon. What the
-// sensors do not cover counts as average, as nothing is known of it: otherwise a laser that looks
-// ahead would find everything to be ahead. The length of the sum, compared to that of its parts, is
-// the imbalance: 0 where things are evenly spread (there the robot rests), 1 where all is on one
-// side. Robots that see all round come to rest; those with a few single beams only, between which
-// others come and go, stay spread but keep changing places a little.
+// Direction: away from all things within the horizon, each weighted by 1/distance^2. Directions
+// that no sensor covers count as average; otherwise a laser that looks ahead would find everything
+// ahead. The length of the sum relative to the sum of lengths is the imbalance. It is 0 if things
+// are evenly spread (the robot rests) and 1 if all are on one side. Robots with an all-round view
+// come to rest. Robots with a few single beams, which others pass unseen, keep shifting a little.
 //
-// How fast: by the imbalance, by how far the goal is ahead, and by the free path: how far the
-// robot, taken to be a disc, could go straight on before the disc touches a point that some ray has
-// hit.
+// Speed: proportional to the imbalance, to how far ahead the goal is, and to the free path. The
+// free path is how far the robot, as a disc, could go straight ahead before touching a point that a
+// ray has hit.
 
 #ifndef EXAMPLES_CTRL_SUPPORT_DISPERSE_RULE_HH
 #define EXAMPLES_CTRL_SUPPORT_DISPERSE_RULE_HH
@@ -38,15 +36,14 @@
 
 namespace ctrl {
 
-/// A free path that nothing limits.
+/// An unlimited free path.
 constexpr double kFarthest = 1000.0;  // m
 
-/// The surroundings are seen in that many sectors of the same width, from straight ahead to the
-/// left.
+/// Number of sectors of equal width, counted from straight ahead to the left.
 constexpr size_t kSectors = 72;
 constexpr double kSectorWidth = 2 * M_PI / kSectors;
 
-/// Where the middle of a sector is.
+/// Unit vector of a sector's centre.
 inline const Stg::SineCosine& MiddleOf(size_t sector) {
   static const auto middles = [] {
     std::array<Stg::SineCosine, kSectors> directions{};
@@ -57,19 +54,18 @@ inline const Stg::SineCosine& MiddleOf(size_t sector) {
   return middles[sector];
 }
 
-/// The directions of a sensor's rays in the robot's frame. The same for all robots with such a
-/// sensor, so they share it.
+/// Unit vectors of a sensor's rays in the robot's frame, shared by all robots with an equal sensor.
 struct RayTable {
-  /// Successive rays in one sector.
+  /// A range of consecutive rays in one sector.
   struct Run {
     size_t sector, begin, end;
   };
 
   std::vector<double> cosine, sine;
   std::vector<Run> runs;
-  size_t front_begin = 0, front_end = 0;  ///< all rays that look ahead, perhaps some others
+  size_t front_begin = 0, front_end = 0;  ///< covers all rays that look ahead, possibly some more
 
-  /// `mount`: the heading of the sensor on the robot, `bearings`: those of its rays, in radians.
+  /// `mount`: heading of the sensor on the robot. `bearings`: headings of its rays. Radians.
   RayTable(double mount, const std::vector<double>& bearings) {
     for (size_t i = 0; i < bearings.size(); i++) {
       const Stg::SineCosine direction = Stg::SinCos(mount + bearings[i]);
@@ -94,22 +90,22 @@ struct RayTable {
   }
 };
 
-/// The table of a kind of sensor, made when first asked for. Several threads may ask.
+/// Returns the table for a kind of sensor, built on first use. Thread-safe.
 inline const RayTable* FindRayTable(double mount, double fov, const std::vector<double>& bearings) {
   static std::mutex mutex;
   const std::lock_guard<std::mutex> lock(mutex);
   static std::map<std::tuple<double, double, size_t>, RayTable> tables;
-  const double key_fov = std::isnan(fov) ? 0.0 : fov;  // as the ranger has it
+  const double key_fov = std::isnan(fov) ? 0.0 : fov;  // as in the ranger
   const std::tuple<double, double, size_t> key(mount, key_fov, bearings.size());
   return &tables.try_emplace(key, mount, bearings).first->second;
 }
 
 /// The nearest reading in a sector.
 struct Sight {
-  bool seen = false;               ///< some ray looks there
-  double range = kFarthest;        ///< m; kFarthest: nothing within reach
-  const double* from = nullptr;    ///< the readings among which it is, if it is any
-  const double* cosine = nullptr;  ///< of their directions
+  bool seen = false;               ///< a ray looks into the sector
+  double range = kFarthest;        ///< m; kFarthest if nothing is within reach
+  const double* from = nullptr;    ///< the readings that contain it, if any
+  const double* cosine = nullptr;  ///< unit vectors of these readings
   const double* sine = nullptr;
 
   Stg::SineCosine Direction() const {
@@ -119,13 +115,13 @@ struct Sight {
   }
 };
 
-/// What all rays of a robot have seen in one update.
+/// Readings of all rays of a robot in one update.
 struct Surroundings {
   std::array<Sight, kSectors> sectors;
-  double free_path = kFarthest;  ///< m, of the disc's centre
+  double free_path = kFarthest;  ///< of the disc's centre, m
 };
 
-/// Two numbers that the processor handles at once: what x86-64 and AArch64 all have.
+/// A vector of two doubles, which every x86-64 and AArch64 processor supports.
 typedef double Pair __attribute__((vector_size(16)));
 
 inline Pair LoadPair(const double* from) {
@@ -137,7 +133,7 @@ inline Pair LoadPair(const double* from) {
 inline Pair Both(double value) { return Pair{value, value}; }
 inline Pair Lesser(Pair a, Pair b) { return a < b ? a : b; }
 
-/// The least of some ranges, or `most` if there is none below.
+/// Returns the minimum of some ranges, at most `most`.
 inline double Least(const double* begin, const double* end, double most) {
   Pair least = Both(most);
   for (; end - begin >= 2; begin += 2) least = Lesser(LoadPair(begin), least);
@@ -145,7 +141,7 @@ inline double Least(const double* begin, const double* end, double most) {
   return std::min(least[0], least[1]);
 }
 
-/// Adds a sensor's readings; there are table.size() of them. From `cap` on they count as nothing.
+/// Adds a sensor's table.size() readings. Readings of `cap` and above are ignored.
 inline void AddReadings(const RayTable& table, const double* ranges, double cap,
                         Surroundings* seen) {
   for (const RayTable::Run& run : table.runs) {
@@ -161,11 +157,11 @@ inline void AddReadings(const RayTable& table, const double* ranges, double cap,
   }
 }
 
-/// A disc of some radius about the robot's origin that goes straight on, and a sensor at (x, y).
+/// A disc about the robot's origin that moves straight ahead, and a sensor at (x, y).
 struct Path {
   double x, y, radius;
 
-  /// How far ahead the points are that the rays have hit; kFarthest for those not in the way.
+  /// Distance ahead of the points that the rays have hit; kFarthest for points beside the way.
   Pair FreeUpTo(Pair range, Pair cosine, Pair sine) const {
     const Pair ahead = Both(x) + range * cosine;
     const Pair aside = Both(y) + range * sine;
@@ -174,8 +170,8 @@ struct Path {
   }
 };
 
-/// Shortens the free path by what a sensor has hit. (Not inlined: where GCC 12 sees a single
-/// reading it warns of a load that the loop never makes.)
+/// Shortens the free path by a sensor's hits. Not inlined, because GCC 12 would warn of a load that
+/// the loop never executes if there is a single reading.
 [[gnu::noinline]] inline void LimitFreePath(const RayTable& table, const double* ranges,
                                             const Path& path, Surroundings* seen) {
   const double *cosine = table.cosine.data(), *sine = table.sine.data();
@@ -190,22 +186,22 @@ struct Path {
 }
 
 struct DisperseRule {
-  double speed = 0.4;       ///< m/s at most
-  double gain = 1.0;        ///< rad/s for each rad that the goal is off
+  double speed = 0.4;       ///< maximum, m/s
+  double gain = 1.0;        ///< rad/s per rad of bearing to the goal
   double max_turn = 1.5;    ///< rad/s
-  double margin = 0.1;      ///< m between the robot and anything else
-  double horizon = 5.0;     ///< m: what is farther away counts as nothing
-  double balanced = 0.1;    ///< rest where the imbalance is less
-  double unbalanced = 0.3;  ///< full speed where it is more
+  double margin = 0.1;      ///< to keep from everything, m
+  double horizon = 5.0;     ///< things further away are ignored, m
+  double balanced = 0.1;    ///< rest if the imbalance is less
+  double unbalanced = 0.3;  ///< full speed if the imbalance is more
 };
 
-/// What pushes a robot.
+/// Computes how strongly the things around a robot repel it.
 class Things {
  public:
   Things(const Surroundings& seen, double radius, double horizon)
       : seen_(seen), radius_(radius), horizon_(horizon) {}
 
-  /// 1/m^2: how strongly the thing in a sector pushes; 0 if there is none.
+  /// Repulsion of the thing in a sector, 1/m^2; 0 if there is none.
   double PushOf(size_t sector) const {
     const double range = At(sector).range;
     if (!(range < horizon_) || !IsNearest(sector)) return 0;
@@ -217,8 +213,8 @@ class Things {
  private:
   const Sight& At(size_t sector) const { return seen_.sectors[sector % kSectors]; }
 
-  /// Nearer than all to both sides of it, to a little more than the 22.5 degrees between the beams
-  /// of a ring of sixteen. Of two that are equal the first counts.
+  /// True if the sector is a local minimum. The neighbourhood is slightly wider than the 22.5
+  /// degrees between the beams of a ring of sixteen. The first of two equal sectors counts.
   bool IsNearest(size_t sector) const {
     constexpr size_t kAside = 5;
     const double range = At(sector).range;
@@ -228,13 +224,13 @@ class Things {
     return true;
   }
 
-  /// Wider than two robots like this one.
+  /// True if the thing is wider than two robots like this one.
   bool IsWall(size_t sector) const {
     const size_t width = 1 + Extent(sector, 1) + Extent(sector, kSectors - 1);
     return static_cast<double>(width) * kSectorWidth * At(sector).range > 4 * radius_;
   }
 
-  /// How many sectors further, in steps to the left or to the right, the thing is about as near.
+  /// Number of further sectors, in steps to the left or right, in which the thing is about as near.
   size_t Extent(size_t sector, size_t step) const {
     constexpr double kAboutAsNear = 1.3;
     size_t extent = 0;
@@ -251,7 +247,7 @@ class Things {
   double radius_, horizon_;
 };
 
-/// Where to, and how much there is to it.
+/// Direction to drive, and its urgency.
 struct Goal {
   double x = 0, y = 0;   ///< 1/m^2, in the robot's frame
   double imbalance = 0;  ///< 0 to 1
@@ -274,21 +270,21 @@ inline Goal FindGoal(const Surroundings& seen, double radius, double horizon) {
     goal.y -= push * direction.sine;
   }
   if (!(total > 0)) return Goal();
-  // As if what is not seen pushed like the average of the rest.
+  // Unseen directions repel like the average of the others.
   goal.x += total / count * cosines;
   goal.y += total / count * sines;
   goal.imbalance = std::sqrt(goal.x * goal.x + goal.y * goal.y) / total;
   return goal;
 }
 
-/// How a disc of that radius is to move.
+/// Returns the command for a disc of this radius.
 inline Drive Disperse(const Surroundings& seen, double radius, const DisperseRule& rule) {
   const Goal goal = FindGoal(seen, radius, rule.horizon);
   if (!(goal.imbalance > rule.balanced)) return Drive();
 
-  // Gently where there is little to gain, so that robots that are all but at rest don't rock.
+  // Moves gently if there is little to gain, so that robots almost at rest do not oscillate.
   const double urge = std::min(1.0, goal.imbalance / rule.unbalanced);
-  // Full speed from a few radii of room on, so that the robot comes to a gentle halt.
+  // Full speed needs a few radii of space, so that the robot stops smoothly.
   const double room = (seen.free_path - radius) / (4.0 * radius);
   const double facing = goal.x / std::sqrt(goal.x * goal.x + goal.y * goal.y);
   return Drive{rule.speed * std::max(0.0, std::min(urge, room)) * std::max(0.0, facing),

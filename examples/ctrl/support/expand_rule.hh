@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Driving towards open space with a ring of sensors of one ray each: every reading pulls the robot
-// in its direction, the more the farther it reaches.
+// Drives towards open space with a ring of single-ray sensors: each reading attracts the robot in
+// its direction, in proportion to its range.
 
 #ifndef EXAMPLES_CTRL_SUPPORT_EXPAND_RULE_HH
 #define EXAMPLES_CTRL_SUPPORT_EXPAND_RULE_HH
@@ -17,15 +17,15 @@
 namespace ctrl {
 
 using Sensors = std::vector<Stg::ModelRanger::Sensor>;
-/// All of them, or the first ones.
+/// All sensors, or the first ones.
 using SensorSpan = std::span<const Stg::ModelRanger::Sensor>;
 
-/// The reading of a sensor with one ray; 0 if it has none.
+/// Returns the reading of a single-ray sensor; 0 if it has none.
 inline double Reading(const Stg::ModelRanger::Sensor& sensor) {
   return sensor.ranges.empty() ? 0.0 : sensor.ranges[0];
 }
 
-/// The vector sum of all readings, each in the direction that its sensor looks in.
+/// Returns the vector sum of all readings in their sensors' directions.
 inline Stg::point_t OpenSpace(SensorSpan sensors) {
   Stg::point_t sum;
   for (const auto& sensor : sensors) {
@@ -36,7 +36,7 @@ inline Stg::point_t OpenSpace(SensorSpan sensors) {
   return sum;
 }
 
-/// The robot drives on only if this sensor reads more than this distance.
+/// The robot moves only if this sensor reads more than the distance.
 struct Clearance {
   size_t sensor;
   double distance;  ///< m
@@ -44,13 +44,13 @@ struct Clearance {
 
 struct ExpandRule {
   double speed;                           ///< m/s
-  std::span<const Clearance> clearances;  ///< all have to hold
+  std::span<const Clearance> clearances;  ///< all must hold
   double turn_gain = 1.0;                 ///< rad/s per rad
-  double ahead = 0.5;                     ///< rad: drive on only if the goal is this far ahead
+  double ahead = 0.5;                     ///< rad; move only if the goal is this far ahead
 };
 
-/// One update; nothing if the sum lies exactly on an axis, in which case the last command stands.
-/// `sensors` must have all those that the rule names.
+/// Returns the command of one update; nothing if the sum lies exactly on an axis, so that the last
+/// command stands. `sensors` must contain all sensors of the rule.
 inline std::optional<Drive> Expand(SensorSpan sensors, const ExpandRule& rule) {
   const Stg::point_t open = OpenSpace(sensors);
   if (open.x == 0.0 || open.y == 0.0) return std::nullopt;

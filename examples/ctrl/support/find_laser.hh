@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Finds the laser among a robot's rangers, for the Init() of controllers that drive by it.
+// Finds the laser among a robot's rangers, for Init() of controllers that drive by laser.
 
 #ifndef EXAMPLES_CTRL_SUPPORT_FIND_LASER_HH
 #define EXAMPLES_CTRL_SUPPORT_FIND_LASER_HH
@@ -9,11 +9,11 @@
 
 namespace ctrl {
 
-/// The first of the children ranger:0 to ranger:15 whose first sensor has more than 8 samples.
-/// Gives up if there is none.
+/// Returns the first of the children ranger:0 to ranger:15 whose first sensor has more than 8
+/// samples. Gives up if there is none.
 inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::Model& model) {
   constexpr int kNamesTried = 16;
-  constexpr unsigned kFewSamples = 8;  // as many or fewer make no laser
+  constexpr unsigned kFewSamples = 8;  // a laser has more
   for (int i = 0; i < kNamesTried; i++) {
     const std::string name = "ranger:" + std::to_string(i);
     auto* ranger = dynamic_cast<Stg::ModelRanger*>(FindChild(model, name));
@@ -25,8 +25,8 @@ inline Stg::ModelRanger* RequireLaser(const std::string& controller, const Stg::
          "found none of ranger:0 to ranger:15 with more than 8 samples, expected one");
 }
 
-/// The state of one more robot that is driven by its laser: a struct with the members position and
-/// laser. Returns it. Both are subscribed to; kUpdate is called whenever the laser has new data.
+/// Creates and returns the state of a robot that drives by laser: a struct with the members
+/// position and laser. Subscribes to both; kUpdate is called whenever the laser has new data.
 template <class Robot, void (*kUpdate)(Robot*)>
 Robot* DriveByLaser(const std::string& controller, Stg::Model* model) {
   Robot* robot = NewRobot<Robot>(controller, model);

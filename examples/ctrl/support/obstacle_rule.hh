@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Driving about without running into things, with one laser-like sensor: straight ahead as long as
-// the way is free; otherwise a turn to the freer side that is kept up for a random time.
+// Drives about without collisions, with one laser-like sensor: straight ahead while the way is
+// free, otherwise a turn to the freer side for a random time.
 
 #ifndef EXAMPLES_CTRL_SUPPORT_OBSTACLE_RULE_HH
 #define EXAMPLES_CTRL_SUPPORT_OBSTACLE_RULE_HH
@@ -15,28 +15,28 @@
 namespace ctrl {
 
 struct ObstacleRule {
-  size_t window_divisor = 3;    ///< the samples ahead: all but 1/window_divisor at either end
-  double front_distance = 1.0;  ///< m: something ahead that is nearer is to be avoided
-  double stop_distance = 0.3;   ///< m: something anywhere that is nearer stops the robot
+  size_t window_divisor = 3;    ///< all samples but 1/window_divisor at either end count as ahead
+  double front_distance = 1.0;  ///< m; avoid things ahead that are nearer
+  double stop_distance = 0.3;   ///< m; stop if anything is nearer
   double cruise_speed = 0.4;    ///< m/s
   double avoid_speed = 0.05;    ///< m/s
   double avoid_turn = 0.5;      ///< rad/s
-  int avoid_duration = 10;      ///< updates: a turn lasts as many to twice as many less one
+  int avoid_duration = 10;      ///< n: a turn lasts n to 2n - 1 updates
 };
 
 struct ObstacleState {
-  int avoid_count = 0;  ///< updates left of the present turn
+  int avoid_count = 0;  ///< remaining updates of the present turn
 
   void ExchangeState(Stg::StateExchange& exchange) { exchange(avoid_count); }
 };
 
 struct ObstacleCommand {
   double forward;              ///< m/s
-  std::optional<double> turn;  ///< rad/s; none: turn as before
+  std::optional<double> turn;  ///< rad/s; none: keep turning as before
   bool avoiding;
 };
 
-/// What the ranges say, sample 0 being the rightmost one.
+/// Summary of the ranges; sample 0 is the rightmost.
 struct ObstacleView {
   bool obstructed = false, stop = false;
   double min_left = 1e6, min_right = 1e6;
@@ -55,8 +55,8 @@ inline ObstacleView LookForObstacles(const std::vector<double>& ranges, const Ob
   return view;
 }
 
-/// One update; nothing where there are no ranges. `draw` is called once, at the beginning of a
-/// turn, with a number of choices: it returns one of them, counted from 0.
+/// Computes one update; returns nothing if there are no ranges. At the start of a turn, it calls
+/// `draw` once with a number of choices, which returns the index of one.
 template <class Draw>
 std::optional<ObstacleCommand> AvoidObstacles(const std::vector<double>& ranges,
                                               const ObstacleRule& rule, ObstacleState* state,

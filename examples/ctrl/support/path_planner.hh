@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Paths through a map of 32 by 32 cells (A*), kept for all robots that want them.
+// Plans paths through a map of 32 by 32 cells with A*. Paths are cached for all robots.
 
 #ifndef EXAMPLES_CTRL_SUPPORT_PATH_PLANNER_HH
 #define EXAMPLES_CTRL_SUPPORT_PATH_PLANNER_HH
@@ -31,13 +31,13 @@ struct MapCell {
   bool operator==(const MapCell&) const = default;
 };
 
-/// The places to pass, from the goal back to the start.
+/// Waypoints from the goal back to the start.
 using Path = std::vector<Stg::point_t>;
 
 class PathPlanner {
  public:
   /// `occupied`: kMapSide * kMapSide bytes, row 0 in the south. The map is `width` by `height`
-  /// metres about the origin.
+  /// metres, centred at the origin.
   PathPlanner(std::vector<uint8_t> occupied, double width, double height)
       : occupied_(std::move(occupied)), width_(width), height_(height) {}
 
@@ -46,7 +46,7 @@ class PathPlanner {
     return {Centre1(cell.x, width_), Centre1(cell.y, height_)};
   }
 
-  /// Empty if there is no way. Valid as long as the planner.
+  /// Returns an empty path if there is no way. Valid as long as the planner.
   const Path* Plan(const Stg::Pose& from, const Stg::Pose& to) {
     const MapCell start = CellOf(from.x, from.y), goal = CellOf(to.x, to.y);
     const auto [entry, is_new] =
@@ -72,7 +72,7 @@ class PathPlanner {
 
   Path Search(const MapCell& start, const MapCell& goal) const {
     Path path;
-    // The start may be anywhere, as robots do get into walls' cells.
+    // The start may be an occupied cell, since robots can get close to walls.
     if (!start.InMap() || (!Free(goal) && !(goal == start))) return path;
     const std::vector<int> came_from = Explore(start, goal);
     if (came_from[static_cast<size_t>(goal.index())] < 0) return path;
@@ -82,14 +82,14 @@ class PathPlanner {
     }
   }
 
-  /// For each cell that was reached the one before it; -1 for the others.
+  /// Returns the predecessor of each reached cell, and -1 for the others.
   std::vector<int> Explore(const MapCell& start, const MapCell& goal) const {
     constexpr int kUnknown = 1 << 30;
     const auto distance = [&](const MapCell& c) {
       return std::abs(c.x - goal.x) + std::abs(c.y - goal.y);
     };
     std::vector<int> came_from(kMapSide * kMapSide, -1), cost(kMapSide * kMapSide, kUnknown);
-    using Entry = std::tuple<int, int, int>;  // estimate, order of discovery, cell
+    using Entry = std::tuple<int, int, int>;  // (estimate, order of discovery, cell)
     std::priority_queue<Entry, std::vector<Entry>, std::greater<Entry>> open;
     int discovered = 0;
     const auto reach = [&](const MapCell& cell, int from, int new_cost) {
@@ -118,8 +118,8 @@ class PathPlanner {
   std::map<std::tuple<int, int, int, int>, Path> plans_;
 };
 
-/// The heading towards the place on the path that is next to the goal, of those within sight (walls
-/// ignored), a little to its left: this makes two lanes of traffic. Nothing if none is in sight.
+/// Returns the heading to the waypoint nearest to the goal among those within sight (walls are
+/// ignored), slightly to its left, which makes two lanes of traffic. Nothing if none is in sight.
 inline std::optional<double> DirectionAlong(const Path& path, const Stg::Pose& pose) {
   constexpr double kSight = 5.0;      // m
   constexpr double kLaneBias = 0.25;  // rad

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What the Init() functions of these controllers share: finding devices, and giving up.
+// Shared by the Init() functions of these controllers: finding devices, and giving up.
 
 #ifndef EXAMPLES_CTRL_SUPPORT_SET_UP_HH
 #define EXAMPLES_CTRL_SUPPORT_SET_UP_HH
@@ -13,28 +13,28 @@
 
 namespace ctrl {
 
-/// What a controller commands in one update: metres and radians per second.
+/// A command: metres per second and radians per second.
 struct Drive {
   double forward = 0, turn = 0;
 };
 
-/// Makes the loading of the world fail: a robot without its controller would make the whole run
-/// worthless. To be called within Init().
+/// Makes loading the world fail, since a robot without its controller would make the run worthless.
+/// Call within Init().
 [[noreturn]] inline void GiveUp(const std::string& controller, const Stg::Model& model,
                                 const std::string& reason) {
   throw std::runtime_error(controller + ": " + Stg::Printable(model.TokenStr(), 30) + ": " +
                            reason);
 }
 
-/// The child of that name, without the one of its parent; null if there is none. Model::GetChild()
-/// warns then, but a controller may look for several.
+/// Returns the child of that name, without its parent's prefix, or null. Unlike Model::GetChild()
+/// it does not warn, because a controller may try several names.
 inline Stg::Model* FindChild(const Stg::Model& model, const std::string& name) {
   for (Stg::Model* child : model.GetChildren())
     if (child->TokenStr() == model.TokenStr() + "." + name) return child;
   return nullptr;
 }
 
-/// The model as a position model. Gives up if it is another one.
+/// Returns the model as a position. Gives up if it is another type.
 inline Stg::ModelPosition* RequirePosition(const std::string& controller, Stg::Model* model) {
   if (auto* position = dynamic_cast<Stg::ModelPosition*>(model)) return position;
   GiveUp(controller, *model,
@@ -43,15 +43,15 @@ inline Stg::ModelPosition* RequirePosition(const std::string& controller, Stg::M
              ", expected a position: this controller drives robots");
 }
 
-/// The model's first ranger that no controller has taken yet. Gives up if there is none.
+/// Returns the model's first ranger that no controller uses yet. Gives up if there is none.
 inline Stg::ModelRanger* RequireUnusedRanger(const std::string& controller, Stg::Model* model) {
   Stg::Model* found = model->GetUnusedModelOfType("ranger");
   if (auto* ranger = dynamic_cast<Stg::ModelRanger*>(found)) return ranger;
   GiveUp(controller, *model, "found no ranger that is not in use, expected one on the robot");
 }
 
-/// A callback that stays registered and hands its second argument on with its type. A wrapper
-/// instead of the customary cast of the function pointer, which is undefined behaviour.
+/// A callback that passes on its second argument with its type and stays registered. The customary
+/// cast of the function pointer would be undefined behaviour.
 template <class Robot, void (*kUpdate)(Robot*)>
 int CallUpdate(Stg::Model*, void* user) {
   kUpdate(static_cast<Robot*>(user));
@@ -63,18 +63,18 @@ void CallOnUpdate(Stg::Model* sensor, Robot* robot) {
   sensor->AddCallback(Stg::Model::CB_UPDATE, CallUpdate<Robot, kUpdate>, robot);
 }
 
-/// The same, of a controller that keeps to its own robot: see Model::AddParallelCallback().
+/// Like CallOnUpdate(), but with Model::AddParallelCallback(): kUpdate may only access its robot.
 template <class Robot, void (*kUpdate)(Robot*)>
 void CallOnUpdateInParallel(Stg::Model* sensor, Robot* robot) {
   sensor->AddParallelCallback(Stg::Model::CB_UPDATE, CallUpdate<Robot, kUpdate>, robot);
 }
 
-/// Chooses one of so many, counted from 0, by the model's own random numbers.
+/// Returns a function that draws an index below `choices` from the model's random numbers.
 inline auto DrawFrom(Stg::Model* model) {
   return [model](unsigned choices) { return model->random().Choose(choices); };
 }
 
-/// Has something to remember from one step to the next.
+/// True for types that carry state from one step to the next.
 template <class Robot>
 concept Remembers = requires(Robot robot, Stg::StateExchange& exchange) {
   robot.ExchangeState(exchange);
@@ -89,8 +89,8 @@ struct KeptRobot : Stg::StateKeeper {
   }
 };
 
-/// What a controller knows of one more robot; it lives as long as the model. What it remembers,
-/// which its ExchangeState() lists, is part of the model's state.
+/// Creates a controller's state for a robot. It lives as long as the model, and what its
+/// ExchangeState() lists is part of the model's state.
 template <class Robot>
 Robot* NewRobot(const std::string& controller, Stg::Model* model) {
   const auto kept = std::make_shared<KeptRobot<Robot>>();
@@ -102,8 +102,8 @@ Robot* NewRobot(const std::string& controller, Stg::Model* model) {
   return &kept->robot;
 }
 
-/// What all controllers of a kind share in a world; made by the first one, gone with what was
-/// loaded. `name` is that of a property of the world's ground.
+/// Returns the state that all controllers of a kind share in a world. The first caller creates it;
+/// it lives as long as the loaded world. `name` is a property of the world's ground.
 template <class T, class Make>
 T* SharedInWorld(Stg::World* world, const char* name, Make make) {
   Stg::Model* const ground = world->GetGround();
