@@ -170,7 +170,7 @@ class BlockGroup {
   double radius_ = 0;
   Bounds frame_x_, frame_y_;  // see SetFrame(); in the frame of the source points; no frame: both
                               // empty
-  bool frozen_ = true;        // the blocks are not fitted since the last change
+  bool frozen_ = true;        // source and current shape agree: blocks may be added
   bool drawn_ = false;        // at least one block is drawn
   bool drawn_since_loading_ = true;
   bool is_as_loaded_ = false;

@@ -64,7 +64,7 @@ class Host {
 
   /// Returns null if there is no model with this id.
   Model* FindModel(uint32_t id) const;
-  /// Insert into or erase from a list sorted by id. Without effect if already (not) in the list.
+  /// Insert into or erase from a list sorted by id, unless the model is in it, or is not.
   static void Insert(std::vector<Model*>* list, Model* model);
   static void Erase(std::vector<Model*>* list, const Model* model);
 

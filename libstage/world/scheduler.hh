@@ -64,7 +64,7 @@ class Scheduler {
 
   // The models share a few update intervals, so there are few distinct times.
   std::map<usec_t, List> due_;
-  List* last_list_ = nullptr;  // list of last_time_, to which was added last
+  List* last_list_ = nullptr;  // of last_time_: the list that was added to last
   usec_t last_time_ = 0;
   std::vector<List> spare_;                 // empty lists, kept for their memory
   std::unordered_set<uint32_t> forgotten_;  // ids of models whose events are void

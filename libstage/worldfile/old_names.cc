@@ -42,7 +42,7 @@ constexpr OldName kProperties[] = {
     {"", "size", "the world is as large as what is in it"},
     {"", "window_size", "use size in a section window"},
     {"", "ppm", "use resolution, the side of a cell in metres"},
-    // Sensors that are rangers now.
+    // Sensors that rangers replace.
     {"ranger", "range_max", kRange},
     {"sensor", "range_max", "use range [LEAST MOST]"},
     {"ranger", "range_min", kRange},
@@ -89,7 +89,7 @@ constexpr OldName kProperties[] = {
     {kAnyType, "offset", "use origin [X Y Z HEADING]"},
     {kAnyType, "center_of_rotation", "use origin [X Y Z HEADING]"},
     {kAnyType, "height", "use the third number of size"},
-    // Looks in a window.
+    // Appearance in a window.
     {kAnyType, "gui_boundary", "use gui_outline"},
     {kAnyType, "gui_movemask", "use gui_move 0 or 1"},
     {kAnyType, "gui_polygons", "bodies are always drawn filled"},

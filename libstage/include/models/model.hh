@@ -3,7 +3,7 @@
 // Model: an object in a world. Part of <stage.hh>.
 //
 // Lengths are in metres, angles in radians, times in microseconds of simulated time. Passing or
-// returning a pointer never transfers ownership. Functions do not throw.
+// returning a pointer never transfers ownership. Functions do not throw unless stated.
 
 #ifndef STAGE_MODELS_MODEL_HH
 #define STAGE_MODELS_MODEL_HH
@@ -105,7 +105,7 @@ class Model : public Ancestor {
 
   /// Registers the model with its world and parent (null: top level). An empty name is replaced by
   /// "type:n", prefixed with "parent." for children. The body is one block of the default size. If
-  /// the parent is kDeepest levels deep, the model is placed at the top level, with a message.
+  /// the parent has kDeepest ancestors, the model is placed at the top level, with a message.
   Model(World* world, Model* parent = NULL, const std::string& type = "model",
         const std::string& name = "");
   virtual ~Model();

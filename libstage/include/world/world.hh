@@ -259,7 +259,7 @@ class World : public Ancestor {
                 const ray_test_func_t func, const Model* model, const void* arg, const bool ztest,
                 std::vector<RaytraceResult>& results);
 
-  /// Records the state of the model in the log.
+  /// Records the model's pose in the log.
   void Log(Model* mod);
   /// Entries recorded by Log() since the world was loaded.
   const std::vector<LogEntry>& log() const { return log_; }

@@ -16,7 +16,7 @@ namespace Stg {
 /// rethrows the exception with the lowest index in the job; the name must belong to that one.
 class FirstThrower {
  public:
-  /// To be called before the job begins.
+  /// Call it before the job begins.
   void Begin() {
     index_ = SIZE_MAX;
     text_[0] = '\0';

@@ -123,7 +123,7 @@ class MovePhase {
   struct Plan {
     ModelPosition* model;  // null if the model stays
     bool moves, shared;    // it moves; it does so in parallel
-    grid::CellBox tiles;   // that the move may read or change
+    grid::CellBox tiles;   // may be read or changed by the move
     uint32_t rank;
     uint64_t bodies_before;  // bodies of the robots before it that move in parallel
     Placement placement;
