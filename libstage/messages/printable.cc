@@ -59,8 +59,8 @@ void AppendEscaped(char c, std::string* to) {
 
 std::string WithoutMiddle(const std::string& text, std::size_t longest) {
   constexpr std::string_view kGap = "...";
-  // Keeps more of the beginning, which is more informative, but also some of the end: generated
-  // names may differ only there.
+  // Keeps more of the beginning, which tells more, and some of the end: names made by programs may
+  // differ only there.
   std::size_t tail = text.size() - longest / 4;
   std::size_t head = longest - std::min(longest, longest / 4 + kGap.size());
   while (head > 0 && IsContinuation(text[head])) head--;
