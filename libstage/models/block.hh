@@ -128,7 +128,7 @@ class BlockGroup {
   /// Calls f(grid::BodyId, const std::vector<grid::TilePart>&) for each drawn body of the group.
   template <typename F>
   void ForEachBody(F f) const;
-  /// True if some block may have been drawn since loading, or before restoring a snapshot.
+  /// True if some block may have been drawn since loading, in this world or a restored snapshot.
   bool drawn_since_loading() const { return drawn_since_loading_; }
   void NoteDrawnSinceLoading(bool drawn) { drawn_since_loading_ = drawn; }
   /// Marks the blocks as loaded: ExchangeState() saves only a flag until they change.

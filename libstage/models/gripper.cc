@@ -320,7 +320,7 @@ void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length, sensin
   fan.tag = tag;
   PlaceFan(&fan, LocalToGlobal(local), length, RayModel::kCell);  // contact is defined by cells
   fan.record.first_direction = sensing::DirectionTables::kAhead;
-  // Without self-mask: parts of the gripper's own robot break beams too.
+  // Without self-mask: what the gripper's own robot carries breaks beams too.
   fans->Add(fan, 1, false);
 }
 

@@ -71,7 +71,7 @@ class Host {
   // ---- bodies and rays ----
 
   sensing::Scene scene;
-  Placement placement;                      ///< for models that move alone
+  Placement placement;                      ///< for models that move serially
   std::vector<Model*> hidden_from_rangers;  ///< bodies drawn while invisible to rangers
 
   /// Traces the rays in the batch. Call it before changing anything that rays may hit, and before

@@ -399,7 +399,7 @@ void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fo
   if (fan.exact) DrawForExactRays();
   sensing::PlaceFan(&fan, gpose, range, Resolution());
 
-  // A client's predicate may accept any body, so no layer and no self-mask is used.
+  // A client's predicate may accept any body: uses the layer of everything and no self-mask.
   grid::Grid& grid = engine_->scene.grid;
   const sensing::Tracer tracer(grid);
   const ray_grid_t view = grid.View(grid.EverythingLayer(fan.exact));

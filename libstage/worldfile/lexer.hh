@@ -13,7 +13,7 @@
 namespace Stg::worldfile {
 
 /// Reads a whole file. Throws LoadError ("NAME: REASON") if it is a directory, unreadable or larger
-/// than kMaxTextBytes. Blocks only on pipes without a writer.
+/// than kMaxTextBytes. Blocks only on pipes, for their writer.
 std::string ReadWholeFile(const std::string& path);
 
 /// Splits the world file (source 0 of the document) into tokens. Tokens of included files replace

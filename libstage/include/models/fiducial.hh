@@ -35,7 +35,7 @@ class ModelFiducial : public Model, private internal::sensing::RaySink {
     Pose geom;          ///< x, y, z: the target's size; a: its heading relative to the finder
     Pose pose;          ///< global pose of the target
     Model* mod;         ///< the target; the entry is removed with it
-    int id;             ///< its fiducial_return; 0 from max_range_id on
+    int id;             ///< its fiducial_return; 0 at max_range_id and beyond
 
     Fiducial() : range(0), bearing(0), mod(NULL), id(0) {}
     void ExchangeState(StateExchange& exchange);

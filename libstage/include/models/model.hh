@@ -248,8 +248,8 @@ class Model : public Ancestor {
   /// Like AddCallback(), for callbacks that may run in parallel with those of other robots. Such a
   /// callback may only access models of this model's tree and data that no other callback changes.
   /// It must not cast rays, create, delete or place models, change callbacks, or subscribe.
-  /// Callbacks of one tree still run one after the other, so results equal those of AddCallback().
-  /// Only CB_UPDATE runs in parallel.
+  /// Callbacks of one tree, and all others, still run one after the other, so results equal those
+  /// of AddCallback(). Only CB_UPDATE callbacks run in parallel.
   void AddParallelCallback(callback_type_t type, model_callback_t cb, void* user);
   /// Removes all entries with that function. Returns how many entries of the type remain.
   int RemoveCallback(callback_type_t type, model_callback_t callback);
