@@ -3,9 +3,11 @@
 """The commands of README and of all pages work, in the order in which they stand.
 
 Each `stage ...` is run in a folder that looks like the source tree, with the PATH that the page prescribes, without a
-window and for a moment only; a command of the tree (tools/..., build/release/...) has to be there. The full form runs
-all of README's own commands in a bare tree: tools/fresh bookworm python3 tests/docs/docs_commands_test.py --full after
-tools/setup --tools has brought Python."""
+window and for a moment only. `cmake --install` installs into that folder, Python imports the package, and a command of
+the tree (tools/..., build/release/...) has to be there. Not run are commands that install packages of the system or of
+PyPI (apt, pip, git), and those of ROS, whose tests are in tests/ros. tutorial_test.py and guides_test.py compile what
+their pages show, install_test.py does it for README. The full form runs all of README's own commands in a bare tree:
+tools/fresh bookworm python3 tests/docs/docs_commands_test.py --full after tools/setup --tools has brought Python."""
 
 from __future__ import annotations
 
@@ -24,14 +26,15 @@ from patience import PATIENCE  # noqa: E402
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2]).resolve()
 BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release").resolve()
 FULL = "--full" in sys.argv
-# tests/docs/tutorial_test.py runs the tutorial's commands. The others have none that this test could run.
+# tutorial_test.py and guides_test.py run the commands of the tutorial and of the guide to controllers.
 PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.stem != "tutorial"),
-         ROOT / "examples/ctrl/README.md", ROOT / "examples/model/README.md"]
+         ROOT / "examples/model/README.md"]
 EXPORT = "export PATH=$PWD/build/release/bin:$PATH"
 # Commands that wait for somebody, or need what is not in every build.
 NOT_RUN = ("--live", "--foxglove", "--opencl", "report")
-LINE = re.compile(r"^(?: {4}|\$ )?((?:[A-Z]+=\S+ )*(?:stage|tools/\w+|build/release/\S+|export) .*)$")
-INLINE = re.compile(r"`((?:stage|tools/\w+|export) [^`]+)`")
+PROGRAMS = r"stage|tools/\w+|build/release/\S+|export|cmake --install|build/venv/bin/python"
+LINE = re.compile(rf"^(?: {{4}}|\$ )?((?:[A-Z]+=\S+ )*(?:{PROGRAMS})(?: .*)?)$")
+INLINE = re.compile(r"`((?:stage|tools/\w+|export|cmake --install) [^`]+)`")
 
 
 def commands_of(page: Path) -> list[str]:
@@ -71,6 +74,7 @@ class Place:
             (folder / name).symlink_to(ROOT / name)
         (folder / "build").mkdir()
         (folder / "build" / "release").symlink_to(BINARY_DIR)
+        (folder / "build" / "venv").symlink_to(ROOT / "build" / "venv")
         self.path = os.environ["PATH"]
 
     def run(self, text: str) -> subprocess.CompletedProcess[str]:
@@ -83,8 +87,10 @@ class DocsCommandsTest(unittest.TestCase):
     def test_commands_are_found(self) -> None:
         readme = commands_of(ROOT / "README.md")
         for text in (EXPORT, "tools/populate hospital 10000 -o big.world", "stage replay run.mcap",
-                     "stage merge out -o swarm.csv", "stage worlds/corridor.world"):
+                     "stage merge out -o swarm.csv", "stage worlds/corridor.world",
+                     "cmake --install build/release --prefix /opt/stage"):
             self.assertIn(text, readme)
+        self.assertIn("PYTHONPATH=build/release/python build/venv/bin/python", commands_of(ROOT / "docs/python.md"))
         self.assertLess(readme.index(EXPORT), readme.index("stage worlds/corridor.world"))
         self.assertGreater(sum(len(commands_of(page)) for page in PAGES), 40)
 
@@ -102,8 +108,9 @@ class DocsCommandsTest(unittest.TestCase):
             place.path = f"{place.folder}/build/release/bin:{place.path}"
             return
         words = shlex.split(text)
+        variables = []
         while re.match(r"[A-Z]+=", words[0]):
-            words.pop(0)
+            variables.append(words.pop(0))
         if words[0].startswith("tools/") or words[0].startswith("build/release/benchmarks/"):
             self.assertTrue((ROOT / words[0]).exists() or words[0].startswith("build/"), f"{page}: {text}")
             trees = words[0] in ("tools/fresh", "tools/cross")  # they make trees of their own
@@ -115,7 +122,13 @@ class DocsCommandsTest(unittest.TestCase):
             return
         elif words[0] == "stage":
             words = shortened(words)
-        done = place.run(shlex.join(words))
+        elif words[0] == "cmake":
+            words[-1] = str(place.folder / "installed")
+        elif words[0].endswith("python"):
+            if not list((BINARY_DIR / "python" / "stagesim").glob("_core*.so")):
+                return
+            words += ["-c", "import stagesim; stagesim.World('simple.world').step()"]
+        done = place.run(" ".join([*variables, shlex.join(words)]))
         self.assertEqual(done.returncode, 0, f"{page}: {text}\n{shlex.join(words)}\n{done.stdout[-2000:]}")
 
     def test_budget_prints_what_the_page_shows(self) -> None:
@@ -125,7 +138,7 @@ class DocsCommandsTest(unittest.TestCase):
         done = subprocess.run([BINARY_DIR / "bin" / "stage", "--budget-ms", "50", "worlds/corridor.world"], cwd=ROOT,
                               text=True, check=True, capture_output=True, timeout=PATIENCE)
         def shape(text: str) -> str:
-            return re.sub(r"\bthreads?\b", "threads", re.sub(r"[\d.]+", "N", text))
+            return re.sub(r"\b(thread|scenario)s?\b", r"\1s", re.sub(r"[\d.]+", "N", text))
         self.assertIn(shape(shown), shape(done.stdout))
 
 

@@ -3,8 +3,7 @@
 """docs/tutorial.md does what it says: its files are written and its commands run, in a home of their
 own, with an installation of this build; then it is looked at what came out.
 
-A block of the page is commands if its language is sh; else a file, whose name the paragraph before it
-gives: "Save this as `NAME`". STAGE_NEW_PICTURES=1 writes the pictures anew: look at each before you commit it."""
+STAGE_NEW_PICTURES=1 writes the pictures anew: look at each before you commit it."""
 
 from __future__ import annotations
 
@@ -17,24 +16,20 @@ import subprocess
 import sys
 import tempfile
 import unittest
-from dataclasses import dataclass
 from pathlib import Path
 
 from PIL import Image, ImageChops, ImageFilter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from pages import BINARY_DIR, COMPILER, HASH, Block, Home, blocks_of  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
-BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
 SOURCE_DIR = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
 PAGE = SOURCE_DIR / "docs" / "tutorial.md"
 PICTURES = PAGE.parent / "pictures" / "tutorial"
 LARGEST_PICTURE = 60_000  # bytes
 
-FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-NAMED = re.compile(r"[Ss]ave (?:this|it) as `([\w.]+)`|and this as `([\w.]+)`")
 PICTURE = re.compile(r"!\[[^\]]+\]\(([^)]+)\)")
-HASH = re.compile(r"^state-hash ([0-9a-f]{16})$", re.MULTILINE)
 
 # Beside the controller of the page: says where its robot is, and whether it stands in front of
 # something.
@@ -51,36 +46,6 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
   return 0;
 }
 """
-
-
-@dataclass
-class Block:
-    """A fenced one. `file`: empty if it is commands."""
-    file: str
-    text: str
-
-
-def blocks_of(page: str) -> list[Block]:
-    found = []
-    end = 0  # of the last block
-    for block in FENCED.finditer(page):
-        language, text = block.groups()
-        before = " ".join(page[end:block.start()].strip().split("\n\n")[-1].split())  # a paragraph
-        end = block.end()
-        names = NAMED.findall(before)
-        if language == "sh":
-            found.append(Block("", text))
-        elif len(names) == 1:
-            found.append(Block("".join(names[0]), text))
-        else:
-            raise AssertionError(f"neither commands nor a file: {before}\n```{language}\n{text}")
-    return found
-
-
-def cache_entry(name: str) -> str:
-    text = (BINARY_DIR / "CMakeCache.txt").read_text(encoding="utf-8")
-    found = re.search(rf"^{name}:\w+=(.*)$", text, re.MULTILINE)
-    return found[1] if found else ""
 
 
 def extremes(picture: Image.Image) -> tuple[Image.Image, Image.Image]:
@@ -128,39 +93,6 @@ def robots_elsewhere(a: Path, b: Path) -> int:
 
 
 FEW_PIXELS = 20
-
-COMPILER = cache_entry("CMAKE_CXX_COMPILER")
-CMAKE = cache_entry("CMAKE_COMMAND")
-
-
-class Home:
-    """Of a reader: a folder in which commands run, one after the other in the same shell."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.state = folder / ".state"
-        commands = folder / ".commands"  # found under the names that the page uses
-        commands.mkdir()
-        (commands / "c++").symlink_to(COMPILER)
-        (commands / "cmake").symlink_to(CMAKE)
-        self.variables = {name: value for name, value in os.environ.items()
-                          if name not in ("CMAKE_PREFIX_PATH", "CPATH", "DESTDIR", "DISPLAY",
-                                          "LD_LIBRARY_PATH", "PKG_CONFIG_PATH", "STAGEPATH")}
-        self.variables.update(HOME=str(folder), PATH=f"{commands}:{os.environ['PATH']}",
-                              CXX=COMPILER, CMAKE_GENERATOR=cache_entry("CMAKE_GENERATOR"))
-        self.state.write_text(f"cd '{folder}'\n", encoding="utf-8")
-
-    def run(self, commands: str) -> str:
-        """What they print. All of them have to succeed."""
-        script = (f". '{self.state}'\n{commands}\n"
-                  f"{{ export -p; printf 'cd %q\\n' \"$PWD\"; }} > '{self.state}'\n")
-        done = subprocess.run(["bash", "-euc", script], env=self.variables, text=True, check=False,
-                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=PATIENCE)
-        if done.returncode != 0:
-            raise AssertionError(f"{commands}\nended with {done.returncode}:\n{done.stdout}")
-        return done.stdout
-
 
 def no_pictures(folder: Path) -> str:
     """Why there can be none here; empty if there can."""
