@@ -26,8 +26,7 @@ bool IsObeyed(std::uint32_t code) {
          (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069) || code == 0xfeff;
 }
 
-/// Decodes the first character of a non-empty text. Bytes that are not valid UTF-8 (RFC 3629) are
-/// returned one at a time.
+/// Decodes the first character. Bytes that are not UTF-8 (RFC 3629) are returned one at a time.
 Character FirstOf(std::string_view text) {
   const auto lead = static_cast<unsigned char>(text[0]);
   if (lead < 0x80) return {1, IsPlain(text[0])};

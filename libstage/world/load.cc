@@ -31,8 +31,7 @@ namespace Stg {
 
 namespace {
 
-/// Limits of the cell size in metres. Beyond them, no realistic body spans a useful number of
-/// cells.
+/// Limits of the cell size, metres: beyond them, no realistic body spans a useful number of cells.
 constexpr double kSmallestCell = 1e-6, kLargestCell = 1e6;
 
 constexpr int kMostThreads = 1024;
