@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// All models of a world, the ground too, in an order that is always the same (the set that
-// World::GetAllModels() returns is in the order of addresses).
+// Lists all models of a world, including the ground, in a reproducible order.
+// World::GetAllModels() returns a set that is sorted by addresses.
 
 #ifndef TESTS_SUPPORT_ALL_MODELS_HH
 #define TESTS_SUPPORT_ALL_MODELS_HH
@@ -13,7 +13,7 @@
 
 namespace all_models {
 
-/// Parents before their children.
+/// All models, parents before their children.
 inline std::vector<Stg::Model*> InTree(Stg::World* world) {
   std::vector<Stg::Model*> models;
   world->ForEachDescendant(
@@ -25,7 +25,7 @@ inline std::vector<Stg::Model*> InTree(Stg::World* world) {
   return models;
 }
 
-/// In the order of creation.
+/// All models in the order of creation.
 inline std::vector<Stg::Model*> ByNumber(Stg::World* world) {
   std::vector<Stg::Model*> models = InTree(world);
   std::ranges::sort(models, {}, &Stg::Model::GetId);

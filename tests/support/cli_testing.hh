@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What tests of the `stage` program need: worlds in a temporary directory, and runs with a time
+// Helpers for tests of the program `stage`: worlds in a temporary directory, and runs with a time
 // limit.
 
 #ifndef STAGE_TESTS_CLI_TESTING_HH
@@ -49,7 +49,7 @@ inline bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Does a part of the text match the regular expression?
+/// True if a part of the text matches the regular expression.
 inline bool MatchesPart(const std::string& text, const std::string& expression) {
   return testing::Matcher<const std::string&>(testing::ContainsRegex(expression)).Matches(text);
 }
@@ -60,7 +60,7 @@ inline size_t CountOf(const std::string& text, const std::string& part) {
   return count;
 }
 
-/// The clock's readings, in their order.
+/// The clock lines that the program has printed, in order.
 inline Strings Clocks(const std::string& out) {
   const std::string before = "\r[Stage: ";
   Strings found;
@@ -71,20 +71,20 @@ inline Strings Clocks(const std::string& out) {
   return found;
 }
 
-/// The one that is tested.
+/// Path of the program under test.
 inline std::string Program() {
   const char* build = std::getenv("STAGE_BINARY_DIR");
   return std::string(build ? build : ".") + "/bin/stage";
 }
 
 struct Result {
-  int status = -1;  ///< 128 + n: ended by signal n
+  int status = -1;  ///< exit status; 128 + n: ended by signal n
   bool hung = false;
   double seconds = 0;
   std::string out, err;
 };
 
-/// A run of the program in a directory; its output goes to files there.
+/// A run of the program in a directory. Its output goes to the files `out` and `err` there.
 class Process {
  public:
   Process(const fs::path& directory, const Strings& arguments, const Environment& environment)
@@ -108,11 +108,11 @@ class Process {
   std::string err() const { return ReadFile(directory_ / "err"); }
   void Send(int signal) const { kill(pid_, signal); }
 
-  /// False if standard output still lacks the text after a long while.
+  /// Waits for a text on standard output; returns false after kPatience seconds.
   bool WaitFor(const std::string& text) const {
     return WaitUntil([&] { return Contains(out(), text); });
   }
-  /// Like WaitFor(), for standard error.
+  /// Does the same as WaitFor() for standard error.
   bool WaitForError(const std::string& text) const {
     return WaitUntil([&] { return Contains(err(), text); });
   }
@@ -180,11 +180,11 @@ class CliTest : public testing::Test {
     fs::create_directories(Path(name).parent_path());
     std::ofstream(Path(name)) << text;
   }
-  /// A world with one model.
+  /// Writes a world with one model.
   void WriteWorld(const std::string& name, const std::string& text) const {
     Write(name, text + "\nmodel( name \"m\" )\n");
   }
-  /// Two robots, of which one is driven and has a noisy sensor with 90 rays.
+  /// Writes a world with two robots, one of which runs and has a noisy sensor with 90 rays.
   void WriteRobots(const std::string& name, const std::string& text) const {
     Write(name, text +
                     "\ndefine scanner ranger( alwayson 1 pose [0 0 -0.1 0] sensor( range [0 8] fov "
@@ -203,7 +203,7 @@ class CliTest : public testing::Test {
     const Result r = Stage(arguments);
     EXPECT_EQ(r.status, status) << testing::PrintToString(arguments) << "\n" << r.out << r.err;
   }
-  /// One line on standard error, nothing on standard output.
+  /// Expects status 2, one line on standard error that contains `part`, and no standard output.
   void ExpectRefused(const Strings& arguments, const std::string& part) const {
     const Result r = Stage(arguments);
     EXPECT_EQ(r.status, 2) << testing::PrintToString(arguments);
@@ -211,7 +211,7 @@ class CliTest : public testing::Test {
     EXPECT_EQ(CountOf(r.err, "\n"), 1u) << r.err;
     EXPECT_TRUE(Contains(r.err, part)) << r.err;
   }
-  /// What a failed load prints: the message, but no end lines.
+  /// Expects that loading fails with a message that contains `part`, and that no run begins.
   void ExpectLoadFails(int status, const Strings& arguments, const std::string& part,
                        const Environment& environment = {}) const {
     const Result r = Stage(arguments, environment);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Can OpenCL be tested here?
+// Tells whether OpenCL can be tested on this machine.
 
 #ifndef STAGE_TESTS_SUPPORT_DEVICE_HH
 #define STAGE_TESTS_SUPPORT_DEVICE_HH
@@ -12,7 +12,7 @@
 
 namespace device {
 
-/// Why no device can be used; empty if one can.
+/// The reason why no OpenCL device can be used; empty if there is one.
 inline std::string WhyNone() {
   std::string message;
   return Stg::LoadPrefilter(Stg::kOpenClPlugin, "", &message) ? "" : message;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Bodies in a grid cell by cell.
+// Rasterizes bodies into a grid cell by cell.
 
 #ifndef STAGE_TESTS_SUPPORT_DRAW_CELLS_HH
 #define STAGE_TESTS_SUPPORT_DRAW_CELLS_HH
@@ -18,14 +18,14 @@ inline grid::TilePart PartOfCell(int32_t x, int32_t y) {
   return {.x = x >> 3, .y = y >> 3, .cells = uint64_t{1} << grid::Grid::BitOf(x, y)};
 }
 
-/// Draws a body in one more cell, in which it may be already.
+/// Adds a cell to a body; the same cell may be added several times.
 inline grid::CellRef DrawCell(grid::Grid* grid, int32_t x, int32_t y, grid::BodyId body) {
   grid::TilePart part = PartOfCell(x, y);
   grid->Redraw(body, {}, std::span(&part, 1));
   return grid::CellOf(part.slot, grid::Grid::BitOf(x, y));
 }
 
-/// Undoes one DrawCell().
+/// Undoes one call of DrawCell().
 inline void EraseCell(grid::Grid* grid, grid::CellRef cell, grid::BodyId body) {
   int32_t x, y;
   grid->Coordinates(cell, &x, &y);
@@ -34,7 +34,7 @@ inline void EraseCell(grid::Grid* grid, grid::CellRef cell, grid::BodyId body) {
   grid->Redraw(body, std::span(&part, 1), {});
 }
 
-/// The parts that these cells make up.
+/// Collects cells into sets, one per tile.
 inline std::vector<grid::TilePart> PartsOf(const grid::Grid& grid,
                                            const std::vector<grid::CellRef>& cells) {
   std::vector<grid::TilePart> parts;
@@ -49,7 +49,7 @@ inline std::vector<grid::TilePart> PartsOf(const grid::Grid& grid,
   return parts;
 }
 
-/// The bodies in a cell, in their order.
+/// The bodies in a cell, in the order of its list.
 inline std::vector<grid::BodyId> BodiesAt(const grid::Grid& grid, int32_t x, int32_t y) {
   std::vector<grid::BodyId> found;
   grid.AnyAt(grid.FindRegion(x, y), grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y),

@@ -7,8 +7,8 @@
 
 namespace Stg::test {
 
-/// Whether an emulator runs this test, as ctest says: its own memory and threads then count as the
-/// test's, and it keeps no limit of memory.
+/// True if an emulator runs this test, as ctest says. The emulator's memory and threads then count
+/// as the test's, and it ignores limits of memory.
 inline bool IsEmulated() { return std::getenv("STAGE_EMULATED") != nullptr; }
 
 }  // namespace Stg::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a device would say of a batch, ray by ray, and what the host makes of it.
+// Simulates the hit lists of a device for a batch, ray by ray, and traces the batch with them.
 
 #ifndef STAGE_TESTS_SUPPORT_HIT_LISTS_HH
 #define STAGE_TESTS_SUPPORT_HIT_LISTS_HH
@@ -14,9 +14,8 @@
 
 namespace Stg::test {
 
-/// The words of HitLists with the first hits of each ray, and with their bodies but where
-/// is_unknown() says that they are not known. Those of fans that a device doesn't walk are
-/// nonsense.
+/// The words of HitLists with the first `per_ray` hits of each ray, and the body of the first hit
+/// unless is_unknown() returns true. Words of fans that a device doesn't walk are garbage.
 template <typename F>
 std::vector<uint32_t> ListHits(const internal::grid::Grid& grid,
                                const internal::sensing::RayBatch& batch, uint32_t per_ray,
@@ -41,7 +40,7 @@ std::vector<uint32_t> ListHits(const internal::grid::Grid& grid,
       for (uint32_t n = 0; n < per_ray; n++) {
         if (!ray_next(&view, &mask, &ray)) {
           list[n] = RAY_NO_HIT;
-          break;  // what follows stays what it was
+          break;  // words past the end of a list stay garbage
         }
         list[n] = ray_pack(ray.u, ray.v);
         if (n == 0) {
@@ -59,7 +58,7 @@ inline std::vector<uint32_t> ListHits(const internal::grid::Grid& grid,
   return ListHits(grid, batch, per_ray, [] { return false; });
 }
 
-/// The hits of all rays of the batch, the fans of which are traced `at_once` at a time.
+/// The hits of all rays of a batch; `at_once` fans are traced at a time.
 inline std::vector<internal::sensing::RayHit> TraceBatch(
     const internal::grid::Grid& grid, const internal::sensing::RayBatch& batch,
     const internal::sensing::HitLists& lists, uint32_t at_once,

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Makes the folder that is the PATH of all tests: the commands that a bare system has after tools/setup.
+"""Creates the folder that is the PATH of all tests, with the commands of a bare system after tools/setup.
 
     installed_commands.py FOLDER
 
-FOLDER gets a link to each command of Debian's smallest installation (essential and required packages, and apt),
-of the packages that tools/test installs, and of what these depend on. Recommended packages don't count, as
-tools/setup does not install them. Packages that tools/setup installs on request only, such as a browser, bring their
-own commands and those of the packages that they name, but nothing that other tests could use by chance.
+FOLDER gets a link to each command of Debian's minimal installation (essential and required packages, and apt), of
+the packages that tools/test installs, and of their dependencies. Recommended packages are left out, because
+tools/setup does not install them. Packages that tools/setup only installs on request, such as a browser, contribute
+their own commands and those of their direct dependencies.
 
-A command that lies around on this machine for another reason is not in FOLDER, so that a test which needs it fails
-here, and not on somebody else's new machine. On systems without dpkg FOLDER is not made.
+Other commands of this machine are not in FOLDER, so a test that needs one fails here and not only on a newly
+installed machine. On systems without dpkg, FOLDER is not created.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-#: The groups of tools/setup that tools/test asks for; tests/rules/commands_test.py compares them with the script.
+#: The groups of tools/setup that tools/test installs; tests/rules/commands_test.py checks them.
 TEST_GROUPS = ("base", "opencl", "gui", "tests", "python")
 FOLDERS = [Path(name) for name in ("/usr/local/bin", "/usr/bin", "/bin", "/usr/sbin", "/sbin", "/usr/local/sbin")]
 
 
 def setup_table() -> list[tuple[str, str, list[str]]]:
-    """The rows of tools/setup: group, package, and what shows that the package is there."""
+    """The rows of tools/setup: group, package, and the probes that show that the package is installed."""
     text = (ROOT / "tools" / "setup").read_text(encoding="utf-8")
     rows = re.search(r"^readonly packages='\n(.*?)^'$", text, re.MULTILINE | re.DOTALL)
     assert rows is not None
@@ -38,7 +38,7 @@ def setup_table() -> list[tuple[str, str, list[str]]]:
 
 
 class Installed:
-    """The packages of this machine."""
+    """The packages that are installed on this machine."""
 
     def __init__(self) -> None:
         fields = "${Package}\t${Essential}\t${Priority}\t${Pre-Depends}, ${Depends}\t${Provides}\t${db:Status-Status}\n"
@@ -60,7 +60,7 @@ class Installed:
 
     @staticmethod
     def _name(text: str) -> str:
-        """A package's name, without version and architecture."""
+        """The name of a package without version and architecture."""
         return re.split(r"[\s(:]", text.strip(), maxsplit=1)[0]
 
     def _found(self, name: str) -> str | None:
@@ -69,12 +69,12 @@ class Installed:
         return next(iter(self._providers.get(name, [])), None)
 
     def needed(self, package: str) -> list[str]:
-        """The packages that this one names as needed; of alternatives the first that is installed."""
+        """The direct dependencies of a package; of alternatives, the first one that is installed."""
         chosen = ([choice for name in choices if (choice := self._found(name))][:1] for choices in self.needs[package])
         return [choice for choices in chosen for choice in choices]
 
     def closure(self, names: list[str]) -> set[str]:
-        """These packages and all that they depend on, as far as they are installed."""
+        """These packages and all their dependencies, as far as they are installed."""
         found: set[str] = set()
         waiting = [package for name in names if (package := self._found(name))]
         while waiting:
@@ -85,13 +85,13 @@ class Installed:
         return found
 
     def with_needed(self, names: list[str]) -> set[str]:
-        """These packages and those that they name as needed."""
+        """These packages and their direct dependencies."""
         found = {package for name in names if (package := self._found(name))}
         return found.union(*map(self.needed, found))
 
     @staticmethod
     def files(packages: set[str]) -> set[str]:
-        """Their files; links among the folders have been followed."""
+        """The commands of these packages, in folders with symbolic links resolved."""
         listed = subprocess.run(["dpkg-query", "-L", *sorted(packages)], capture_output=True, text=True,
                                 check=False).stdout.splitlines()
         commands = [name for name in listed if "bin/" in name or "/alternatives/" in name]
@@ -99,7 +99,7 @@ class Installed:
 
 
 def allowed_commands() -> dict[str, Path]:
-    """The commands of a bare system after tools/setup, by name."""
+    """The commands of a bare system after tools/setup, as paths by name."""
     installed = Installed()
     table = setup_table()
     for_tests = [package for group, package, _ in table if group in TEST_GROUPS]
@@ -109,10 +109,10 @@ def allowed_commands() -> dict[str, Path]:
     for folder in FOLDERS:
         for path in sorted(folder.iterdir()) if folder.is_dir() else []:
             real = os.path.join(os.path.realpath(folder), path.name)
-            # A link through /etc/alternatives belongs to no package, but what it leads to does.
+            # A link through /etc/alternatives belongs to no package, but its target does.
             if real in files or os.path.realpath(path) in files:
                 found.setdefault(path.name, path)
-    # tools/setup installs nothing where its probe finds a command, wherever that came from.
+    # If a probe finds a command, tools/setup installs nothing, so the command is allowed wherever it is from.
     for _, _, probes in table:
         for probe in probes:
             path = shutil.which(probe) if "/" not in probe else None

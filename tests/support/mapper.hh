@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A mapper puts the end points of scans into the frame of the world, by the poses that the robot
-// reports. In a room whose walls are known, the distances of the end points from the walls show how
-// well scans and poses fit together.
+// A mapper transforms the end points of scans to the world frame, by the poses that a robot
+// reports. In a room with known walls, the distances of the end points from the walls show how well
+// scans and poses fit together.
 
 #ifndef STAGE_TESTS_MAPPER_HH
 #define STAGE_TESTS_MAPPER_HH
@@ -18,7 +18,7 @@
 
 namespace Stg {
 
-/// A square room, its walls' inner faces at x and y = +-5 m, and what stands in it.
+/// A world with a square room, whose walls have inner faces at x, y = +-5 m, and with `rest`.
 inline std::string Room(const std::string& rest) {
   return "ray_model \"exact\"\n"
          "model( pose [0 5.5 0 0] size [12 1 10] )\nmodel( pose [0 -5.5 0 0] size [12 1 10] )\n"
@@ -28,15 +28,14 @@ inline std::string Room(const std::string& rest) {
 
 class Mapper {
  public:
-  /// Takes a range that was measured along `bearing` from `sensor`, a pose in the frame of the
-  /// world.
+  /// Adds a range that was measured along `bearing` from `sensor`, a pose in the world frame.
   void Add(const Pose& sensor, double bearing, double range) {
     const SineCosine ray = SinCos(sensor.a + bearing);
     const double x = sensor.x + range * ray.cosine, y = sensor.y + range * ray.sine;
     errors_.push_back(std::fabs(std::max(std::fabs(x), std::fabs(y)) - 5));
   }
   size_t points() const { return errors_.size(); }
-  /// Metres; 0: the least one, 1: the greatest one. NaN without points.
+  /// A quantile of the distances in metres; 0: the minimum, 1: the maximum. NaN without points.
   double Quantile(double share) {
     if (errors_.empty()) return std::nan("");
     const auto place = errors_.begin() +

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A world with robots of all types, and someone who does whatever can be done to them.
+// A world with models of all types, and random changes of them.
 
 #ifndef STAGE_TESTS_SUPPORT_MEDDLER_HH
 #define STAGE_TESTS_SUPPORT_MEDDLER_HH
@@ -20,7 +20,7 @@
 
 namespace Stg {
 
-/// A robot with a part of every type, some things around it, and one that carries others.
+/// Two robots with a device of every type, some obstacles, and a puck that carries a lid.
 inline const char kRobotsOfAllTypes[] =
     "resolution 0.05\n"
     "define robot position( size [0.4 0.4 0.3] joules 1000 alwayson 1 fiducial_return 1\n"
@@ -50,10 +50,10 @@ inline std::unique_ptr<World> LoadRobotsOfAllTypes(uint64_t seed, bool exact = f
   return world;
 }
 
-/// Does something to the world, as a function of the numbers and of what there is in it.
+/// Makes random changes of a world, determined by the seed and the world's models.
 class Meddler {
  public:
-  /// `reach`: how far from the origin it puts things, metres.
+  /// `reach`: max distance from the origin along each axis at which models are placed, metres.
   Meddler(World* world, uint64_t seed, double reach = 3)
       : world_(*world), random_(seed), reach_(reach) {}
 
@@ -134,7 +134,7 @@ class Meddler {
     if (random_.OneIn(2)) made->Subscribe();
   }
 
-  /// Who makes a flag keeps it; here as long as the process, as nobody knows who carries it.
+  /// Models don't own their flags. These are never freed, because any model may carry one.
   static Model::Flag* NewFlag(double size) {
     static std::mutex mutex;
     static std::deque<Model::Flag> flags;
@@ -147,13 +147,13 @@ class Meddler {
   double reach_;
 };
 
-/// Does what is done after a step.
+/// Makes the random changes that follow step number `step`.
 inline void Meddle(World* world, uint64_t seed, int step, double reach = 3) {
   Meddler meddler(world, seed * 1000 + static_cast<uint64_t>(step), reach);
   for (int k = 0; k < 3; k++) meddler.Do();
 }
 
-/// Steps a world and does what is done in these steps, after each.
+/// Makes `steps` steps, each followed by its random changes.
 inline void Go(World* world, uint64_t seed, int first, int steps, double reach = 3) {
   for (int i = first; i < first + steps; i++) {
     world->Update();

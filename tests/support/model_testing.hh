@@ -12,7 +12,7 @@
 
 #include "stage.hh"
 
-/// What the tests of models and worlds share.
+/// Helpers for tests of models and worlds.
 namespace Stg {
 
 inline void InitLibrary() {
@@ -28,7 +28,7 @@ inline std::unique_ptr<World> EmptyWorld() {
   return std::make_unique<World>();
 }
 
-/// A world made from a text, as if it were the file t.world of the current folder.
+/// Loads a world from a text, as if it were the file t.world in the current folder.
 inline std::unique_ptr<World> LoadText(const std::string& text) {
   std::unique_ptr<World> world = EmptyWorld();
   std::istringstream content(text);
@@ -36,13 +36,13 @@ inline std::unique_ptr<World> LoadText(const std::string& text) {
   return world;
 }
 
-/// How loading a text went.
+/// The outcome of loading a text.
 struct LoadOutcome {
   bool loaded = false;
   int status = -1;
-  std::string errors;  ///< all that went to standard error
-  std::string output;  ///< all that went to standard output
-  size_t models = 0;   ///< afterwards, the ground included
+  std::string errors;  ///< everything written to standard error
+  std::string output;  ///< everything written to standard output
+  size_t models = 0;   ///< number of models afterwards, including the ground
 };
 
 inline LoadOutcome TryToLoad(World* world, const std::string& text,
@@ -63,7 +63,7 @@ inline LoadOutcome TryToLoad(const std::string& text) {
   return TryToLoad(EmptyWorld().get(), text);
 }
 
-/// Standard error or output while something is done.
+/// What `action` writes to standard error, and below, to standard output.
 inline std::string ErrorsOf(const std::function<void()>& action) {
   testing::internal::CaptureStderr();
   action();
@@ -79,7 +79,7 @@ inline void Step(World& world, int count = 1) {
   for (int i = 0; i < count; i++) ASSERT_FALSE(world.Update());
 }
 
-/// A model of a type by name. Ends the program if there is none: nothing can be tested then.
+/// The model with this type and name. Aborts the program if there is none.
 template <class M = Model>
 M* Find(const World& world, const std::string& name) {
   M* model = dynamic_cast<M*>(world.GetModel(name));
@@ -90,7 +90,7 @@ M* Find(const World& world, const std::string& name) {
   return model;
 }
 
-/// The same, subscribed.
+/// The model with this type and name, after subscribing to it.
 template <class M>
 M* FindRunning(const World& world, const std::string& name) {
   M* model = Find<M>(world, name);
@@ -106,7 +106,7 @@ inline void ExpectPose(const Pose& pose, double x, double y, double z, double a,
   EXPECT_NEAR(pose.a, a, tolerance);
 }
 
-/// Callbacks write down who was called.
+/// A log of the callbacks that were called.
 struct Journal {
   std::vector<std::string> entries;
   std::string Text() const {
@@ -116,7 +116,7 @@ struct Journal {
   }
 };
 
-/// A side of a cell of the default grid.
+/// Side of a cell at the default resolution, metres.
 inline constexpr double kCell = 0.02;
 
 }  // namespace Stg

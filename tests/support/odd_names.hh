@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Names that a terminal would obey, and a check that none came through.
+// A name with control characters that a terminal would execute, and a check for such characters.
 
 #ifndef STAGE_TESTS_SUPPORT_ODD_NAMES_HH
 #define STAGE_TESTS_SUPPORT_ODD_NAMES_HH
@@ -12,15 +12,15 @@
 
 namespace odd_names {
 
-/// Colours by ESC, a bell, CSI as one byte and as UTF-8, DEL, bytes that are no UTF-8, an override
-/// of the direction of writing. No line end and no quote: it can stand in a world file.
+/// A name with colours by ESC, a bell, CSI as one byte and as UTF-8, DEL, invalid UTF-8, and a
+/// right-to-left override. It has neither a line end nor a quote, so a world file can contain it.
 inline const std::string kEvil =
     "a\x1b[31mb\a\x9b"
     "31mc\xc2\x9b"
     "31md\x7f\xff\xc3(\xe2\x80\xae"
     "e";
 
-/// The length of the UTF-8 sequence at the start of a text, and its code; 0 if it is none.
+/// Decodes the UTF-8 sequence at `at`. Returns its length, or 0 if it is invalid.
 inline std::size_t Decode(const std::string& text, std::size_t at, std::uint32_t* code) {
   const auto byte = [&](std::size_t i) {
     return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0U;
@@ -36,8 +36,8 @@ inline std::size_t Decode(const std::string& text, std::size_t at, std::uint32_t
   return length;
 }
 
-/// Why a text is not fit for a terminal, or "": control characters other than `allowed`, bytes that
-/// are not UTF-8, lines that are too long.
+/// The reason why a text must not be written to a terminal: a control character that is not in
+/// `allowed`, invalid UTF-8, or a line longer than `longest` bytes. Empty if there is none.
 inline std::string WhyUnfit(const std::string& text, std::size_t longest,
                             const std::string& allowed) {
   std::size_t line = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Worlds that share nothing with others, and what they become.
+// Loads worlds that are independent of all others.
 
 #ifndef STAGE_TESTS_SUPPORT_OWN_WORLDS_HH
 #define STAGE_TESTS_SUPPORT_OWN_WORLDS_HH

@@ -6,17 +6,17 @@
 #include <chrono>
 #include <cstdint>
 
-/// How long tests wait, on machines of any speed and under any load. tests/support/patience.py is
-/// the same for Python.
+/// Time limits of tests that hold on machines of any speed and load. tests/support/patience.py is
+/// the equivalent for Python.
 namespace patience {
 
-/// Seconds to wait for what must happen. A test goes on as soon as it has happened, so that the
-/// limit costs nothing unless the test fails. ctest's own limit is longer, so that the test's
-/// message is seen.
+/// Max seconds to wait for an event that must happen. A test goes on as soon as it has happened, so
+/// a high limit costs nothing unless the test fails. ctest's own limit is longer, so that the
+/// test's message is seen.
 inline constexpr double kPatience = 1200;
 
-/// How many times slower this machine is at this moment than an idle machine of two cores; at
-/// least 1. A test that says that something is quick multiplies its limit with it.
+/// The current factor, at least 1, by which this machine is slower than an idle machine with two
+/// cores. A test that limits a duration multiplies the limit by it.
 inline double Slowness() {
   using Clock = std::chrono::steady_clock;
   constexpr int kRounds = 40'000'000;

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How long tests wait, on machines of any speed and under any load.
+"""Time limits of tests that hold on machines of any speed and load.
 
-A test that waits for something that must happen waits PATIENCE seconds; it goes on as soon as the thing has
-happened, so that the limit costs nothing unless the test fails. A test that says that something is quick
-multiplies its limit with slowness().
+A test that waits for an event that must happen waits up to PATIENCE seconds. It goes on as soon as the event has
+happened, so a high limit costs nothing unless the test fails. A test that limits a duration multiplies the limit by
+slowness().
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 
-#: Seconds to wait for what must happen. ctest's own limit is longer, so that the test's message is seen.
+#: Max seconds to wait. ctest's own limit is longer, so that the test's message is seen.
 PATIENCE = 1200
 
 #: Seconds that the program below takes on an idle machine of two cores.
@@ -21,10 +21,10 @@ _PROGRAM = "import json, hashlib\nfor _ in range(20): hashlib.sha256(bytes(50000
 
 
 def slowness() -> float:
-    """How many times slower this machine is at this moment than an idle machine of two cores; at least 1.
+    """The current factor, at least 1, by which this machine is slower than an idle machine with two cores.
 
-    It is measured by a small program of its own, whose start and arithmetic take the same share of a
-    loaded machine as those of the program that a test waits for.
+    It is measured with a small program, whose start and arithmetic are slowed by the load like those of the program
+    under test.
     """
     began = time.monotonic()
     subprocess.run([sys.executable, "-c", _PROGRAM], check=True)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The walk of a ray in the plainest way: the rules at the head of kernels/ray_walk.h, one cell at a
-// time, with integers so wide that nothing can overflow.
+// A reference implementation of the walk of a ray: it applies the rules at the top of
+// kernels/ray_walk.h cell by cell, with integers so wide that nothing overflows.
 
 #ifndef STAGE_TESTS_SUPPORT_PLAIN_WALK_HH
 #define STAGE_TESTS_SUPPORT_PLAIN_WALK_HH
@@ -10,7 +10,7 @@
 
 namespace Stg::test {
 
-/// a * b < c * d, of products with up to 128 bits, which not every processor has a type for.
+/// True if a * b < c * d. Products have up to 128 bits, for which not every compiler has a type.
 inline bool ProductIsLess(uint64_t a, uint64_t b, uint64_t c, uint64_t d) {
   struct Product {
     uint64_t high, low;
@@ -26,14 +26,14 @@ inline bool ProductIsLess(uint64_t a, uint64_t b, uint64_t c, uint64_t d) {
   return first.high != second.high ? first.high < second.high : first.low < second.low;
 }
 
-/// A ray from the fraction (fx, fy) of the cell (x, y), by (dx, dy); fractions and displacement in
-/// 1/65536 cell.
+/// A ray from the fraction (fx, fy) of the cell (x, y), with the displacement (dx, dy). Fractions
+/// and displacement are in 1/65536 cell.
 struct PlainRay {
   int64_t x, y, fx, fy, dx, dy;
 };
 
-/// Calls f(u, v, x, y) for each cell of the ray, in order, until f returns true; (u, v) borders
-/// have been crossed to reach the cell (x, y).
+/// Calls f(u, v, x, y) for each cell of the ray, in order, until f returns true. u and v are the
+/// numbers of borders crossed along x and y to reach the cell (x, y).
 template <typename F>
 void WalkPlainly(const PlainRay& ray, F f) {
   const int64_t sx = ray.dx < 0 ? -1 : 1, sy = ray.dy < 0 ? -1 : 1;

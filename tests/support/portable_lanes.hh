@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Lanes for sensing/wide_walk_lanes.hh on any processor: plain arrays. With them the walk side by
-// side is tested where there are no such vectors, with any number of lanes, and with sanitizers,
-// which see each place that is read.
+// Lanes for sensing/wide_walk_lanes.hh as plain arrays, for any processor. They allow to test the
+// vectorized walk on processors without vectors, with any number of lanes, and with sanitizers,
+// which check each read.
 //
-// Operations wrap where those of the vectors do: what comes out in lanes that have no ray is not
-// used, but it must not be undefined.
+// Operations wrap as those of vectors do, because the unused results of inactive lanes must not be
+// undefined behaviour.
 
 #ifndef STAGE_TESTS_SUPPORT_PORTABLE_LANES_HH
 #define STAGE_TESTS_SUPPORT_PORTABLE_LANES_HH
@@ -19,7 +19,7 @@
 
 namespace Stg::test {
 
-/// Lanes of 64 bits, or, if so called, of 32.
+/// kLanes lanes of 64 bits, or of 32 bits with Integer = int32_t.
 template <int kLanes, typename Integer = int64_t>
 struct PortableLanes {
   using Number = Integer;
@@ -60,7 +60,7 @@ struct PortableLanes {
     for (int i = 0; i < kLanes; i++) p[i] = static_cast<float>(d.n[i]);
   }
   static void Store(double* p, D d) { std::memcpy(p, d.n, sizeof(d.n)); }
-  /// The upper halves are filled with something else: nobody may look at them.
+  /// The upper halves of lanes are filled with garbage, because callers must not use them.
   static void LoadPairs(const void* pairs, uint32_t count, V* first, V* second) {
     *first = *second = All(0);
     for (uint32_t i = 0; i < count && i < kLanes; i++) {
@@ -126,7 +126,7 @@ struct PortableLanes {
       return a.n[i] >> (Bits(bits.n[i]) < kNumberBits ? bits.n[i] : kNumberBits - 1);
     });
   }
-  /// The others are all ones or none, by turns: nobody may look at them.
+  /// Only bit 0 is valid. The others are garbage, all ones or all zeros in turn.
   static V BitOf(V a, V bits) {
     return Make<V>([&](int i) {
       const int64_t others = i % 2 == 0 ? ~int64_t{1} : 0;
@@ -219,7 +219,7 @@ struct PortableLanes {
   static D ToDouble(V a) {
     return Make<D>([&](int i) { return static_cast<double>(a.n[i]); });
   }
-  /// Of what is too large: the smallest number.
+  /// Values that don't fit become the smallest integer.
   static V ToInteger(D a) {
     return Make<V>([&](int i) {
       const bool fits = a.n[i] > -0x1p63 && a.n[i] < 0x1p63;
@@ -260,7 +260,7 @@ struct PortableLanes {
   static int64_t Product(Number a, Number b) {
     return int64_t{static_cast<int32_t>(a)} * static_cast<int32_t>(b);
   }
-  /// f(0), f(1) and so on, in this order.
+  /// Makes lanes from f(0), f(1), ..., called in this order.
   template <typename Numbers, typename F>
   static Numbers Make(F f) {
     Numbers numbers;
@@ -275,7 +275,7 @@ struct PortableLanes {
   }
 };
 
-/// Lanes of 32 bits, with what only these are asked for.
+/// Lanes of 32 bits, with the additional operations that only these need.
 template <int kLanes>
 struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
   using Base = PortableLanes<kLanes, int32_t>;
@@ -292,7 +292,7 @@ struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
   struct Words {
     uint64_t n[kLanes];
   };
-  /// How many numbers come before that of a lane.
+  /// For each active lane, the number of active lanes before it.
   struct Places {
     int n[kLanes];
   };
@@ -314,14 +314,14 @@ struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
   static F Select(M m, F a, F b) {
     return Each<F>([&](int i) { return m.is[i] ? a.n[i] : b.n[i]; });
   }
-  /// The others are all ones or none, by turns: nobody may look at them.
+  /// Only bit 0 is valid. The others are garbage, all ones or all zeros in turn.
   static V BitOf(const Words& a, V bits) {
     return Each<V>([&](int i) {
       const int32_t others = i % 2 == 0 ? ~1 : 0;
       return (a.n[i] >> (bits.n[i] & 63) & 1) == 1 ? others | 1 : others;
     });
   }
-  /// table[i] with 64 bits, of which `low` and `high` have the halves, i from 0 to 15.
+  /// Looks up table[i], 0 <= i <= 15, in a table of 64-bit words whose halves are `low` and `high`.
   static Words OfSixteen(const int32_t* low, const int32_t* high, V places) {
     return Each<Words>([&](int i) {
       const int place = places.n[i] & 15;
@@ -348,7 +348,7 @@ struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
   static V Rank(const Places& places, uint32_t first) {
     return Each<V>([&](int i) { return places.n[i] + static_cast<int32_t>(first); });
   }
-  /// Wraps, as the vectors do in lanes without a ray.
+  /// (a * b - c * d) >> bits. It wraps, as vectors do in inactive lanes.
   static V ProductsRight(V a, V b, V c, V d, V bits) {
     return Each<V>([&](int i) {
       const uint64_t difference = Product(a.n[i], b.n[i]) - Product(c.n[i], d.n[i]);
@@ -366,7 +366,7 @@ struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
   static F ToFloat(V a) {
     return Each<F>([&](int i) { return static_cast<float>(a.n[i]); });
   }
-  /// Of what is too large: the smallest number.
+  /// Values that don't fit become the smallest integer.
   static V ToInteger(F a) {
     return Each<V>([&](int i) {
       const bool fits = a.n[i] > -0x1p31f && a.n[i] < 0x1p31f;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Every property that a world file may have, with a value for it.
+// A table of all properties of world files, each with a valid value.
 
 #ifndef STAGE_TESTS_SUPPORT_PROPERTY_TABLE_HH
 #define STAGE_TESTS_SUPPORT_PROPERTY_TABLE_HH
@@ -21,7 +21,7 @@ struct Property {
   const char* entity;  ///< "world", "window", "sensor", "block" or a model type
   const char* name;
   const char* value;         ///< as in a file; SOURCE stands for the source folder
-  const char* context = "";  ///< other properties, without which nobody asks for this one
+  const char* context = "";  ///< other properties that are required for this one to be read
 };
 
 inline constexpr Property kWorld[] = {
@@ -43,7 +43,7 @@ inline constexpr Property kWorld[] = {
     {"world", "confirm_on_quit", "0"},
 };
 
-/// Sections that are no models. Each property with those without which there is an error.
+/// Sections that are not models. The context has the properties that are mandatory.
 inline constexpr Property kOrders[] = {
     {"population", "name", "\"crowd\"", "model \"position\" area [0 0 9 9]"},
     {"population", "model", "\"position\"", "area [0 0 9 9]"},
@@ -112,7 +112,7 @@ inline constexpr Property kWindow[] = {
     {"window", "vis_graph", "1"},
 };
 
-/// What every model has.
+/// Properties of every model.
 inline constexpr Property kEveryModel[] = {
     {"model", "event_queue", "1"},
     {"model", "joules", "1000"},
@@ -147,7 +147,7 @@ inline constexpr Property kEveryModel[] = {
     {"model", "gui_move", "1"},
     {"model", "map_resolution", "0.2"},
     {"model", "friction", "0.5"},
-    {"model", "ctrl", "\"sink\""},  // a controller that any model may have
+    {"model", "ctrl", "\"sink\""},  // a controller that accepts any model
     {"model", "update_interval", "200"},
     {"model", "say", "\"hello\""},
     {"model", "trail_length", "5"},
@@ -159,7 +159,7 @@ inline constexpr Property kTypes[] = {
     {"position", "velocity", "[0.1 0 0 5]"},
     {"position", "drive", "\"omni\""},
     {"position", "wheelbase", "0.5"},
-    {"position", "odom", "[0 0 0 0]"},  // has no effect, but a message of its own
+    {"position", "odom", "[0 0 0 0]"},  // has no effect except for a message
     {"position", "localization_origin", "[1 1 0 0]"},
     {"position", "odom_error", "[0.01 0.01 0 1]"},
     {"position", "localization", "\"odom\""},
@@ -240,18 +240,18 @@ inline std::string WithSource(std::string text) {
   return at == std::string::npos ? text : text.replace(at, 6, source ? source : "..");
 }
 
-/// A world in which the property, under this name, has its value.
+/// A world in which the property has its value, but is called `name`.
 inline std::string WorldWith(const Property& property, const std::string& name) {
   const std::string entity = property.entity;
   std::string body = name + " " + WithSource(property.value) + " " + property.context + "\n";
   if (entity == "world") return body;
   if (entity == "sensor") return "ranger( sensor( " + body + " ) )\n";
   if (entity == "block") return "model( block( " + body + " ) )\n";
-  const std::string others = entity == "metric" ? "position( )\n" : "";  // that it is about
+  const std::string others = entity == "metric" ? "position( )\n" : "";  // a model to measure
   return entity + "( " + body + " )\n" + others;
 }
 
-/// The elements of a value: one, or those of a tuple.
+/// The elements of a tuple, or the single value.
 inline std::vector<std::string> ElementsOf(const std::string& value) {
   std::string inner = value;
   if (inner.front() == '[') inner = inner.substr(1, inner.size() - 2);

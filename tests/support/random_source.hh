@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Random numbers for tests: the same sequence on every machine.
+// Random numbers for tests, with the same sequence on every machine.
 
 #ifndef STAGE_TESTS_SUPPORT_RANDOM_SOURCE_HH
 #define STAGE_TESTS_SUPPORT_RANDOM_SOURCE_HH
@@ -12,7 +12,7 @@
 
 namespace Stg::test {
 
-/// Splitmix64. Independent of the library's own generator, which is under test itself.
+/// The generator SplitMix64. It is independent of the library's generator, which is under test.
 class RandomSource {
  public:
   explicit RandomSource(uint64_t seed) : state_(seed) {}
@@ -23,7 +23,7 @@ class RandomSource {
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
     return z ^ (z >> 31);
   }
-  /// Both ends included.
+  /// A number in [low, high], including both ends.
   int64_t Between(int64_t low, int64_t high) {
     return low + static_cast<int64_t>(Next() % static_cast<uint64_t>(high - low + 1));
   }

@@ -20,7 +20,7 @@ using Stg::ModelRanger;
 
 namespace {
 
-/// Numbers with all their digits; world files know no exponents.
+/// Concatenates the parts, with numbers in fixed notation, because world files have no exponents.
 template <typename... Parts>
 std::string Text(const Parts&... parts) {
   std::ostringstream text;
@@ -45,7 +45,7 @@ WorldText::WorldText(uint64_t seed) : random_(seed * 7919), seed_(seed) {
 
   text_ = Text("resolution ", cell_, "\nthreads ", 1 + Below(3), "\n");
   if (Chance(0.3)) text_ += "ray_model \"exact\"\n";
-  // A frame all round, closed or not.
+  // A frame around everything, aligned with the grid or not.
   if (Chance(0.7))
     text_ += Text("model( size [", 2 * half_width_, " ", 2 * half_width_, " 3] pose [", centre_x_,
                   " ", centre_y_, " 0 ", Chance(0.5) ? 0.0 : Heading(), "] )\n");
@@ -60,7 +60,7 @@ double WorldText::Heading() {
   return random_.Uniform(-180, 180);
 }
 
-/// Anywhere in the frame; now and then on borders and corners of cells.
+/// A random pose in the frame, sometimes exactly on borders and corners of cells.
 std::string WorldText::Pose(double z) {
   const auto coordinate = [this](double centre) {
     const double value = centre + random_.Uniform(-1, 1) * half_width_;
@@ -76,7 +76,7 @@ std::string WorldText::LocalPose(double reach, double z) {
   return Text(" pose [", x, " ", y, " ", z, " ", Chance(0.5) ? 0 : Heading(), "]");
 }
 
-/// Convex, concave like a star, or crossing itself.
+/// A polygon that is convex, star-shaped or self-intersecting.
 std::string WorldText::Polygon(double reach) {
   const uint32_t corners = 3 + Below(6);
   const bool star = Chance(0.7);
@@ -90,7 +90,7 @@ std::string WorldText::Polygon(double reach) {
   return text + Text(" z [", bottom, " ", bottom + 0.1 * (1 + Below(10)), "] )");
 }
 
-/// The size in plan, and blocks or just a box.
+/// The size of a body, and its blocks unless it is a box.
 std::string WorldText::Body(double size) {
   const bool thin = Chance(0.15);
   std::string text = Text(" size [", size, " ", thin ? 0.1 * cell_ : size * random_.Uniform(0.3, 1),
@@ -118,7 +118,7 @@ std::string WorldText::Sensor() {
   if (Chance(0.1)) samples = 360;
   if (Chance(0.2)) samples = Below(3);
   if (Chance(0.12)) {
-    // Several legs: slow, so only a few of them.
+    // Rays of several legs are slow, so use only a few samples.
     range = Chance(0.5) ? 1e9 : 20000 * cell_;
     samples = std::min(samples, 5u);
   }
@@ -155,14 +155,14 @@ std::string WorldText::Robot(uint32_t number) {
   const uint32_t rangers = 1 + Below(2);
   for (uint32_t i = 0; i < rangers; i++) text += Ranger(reach);
   if (Chance(0.3)) {
-    // A tower on top, which may see, and which other rangers may look through.
+    // Add a tower, which may have a ranger, and may be transparent for other rangers.
     text += Text(" model(", LocalPose(reach, 0), " ranger_return ", static_cast<int>(Below(3)) - 1,
                  Body(reach), Chance(0.5) ? Ranger(reach) : "", " )");
   }
   return text + " )\n";
 }
 
-// ---- what goes on in it -------------------------------------------------------------------------
+// ---- changes ------------------------------------------------------------------------------------
 
 namespace {
 
@@ -172,7 +172,7 @@ uint64_t HashOf(const std::string& text) {
   return hash;
 }
 
-/// All models but the ground, parents before their children.
+/// All models except for the ground, parents before their children.
 std::vector<Model*> AllModels(Stg::World* world) {
   std::vector<Model*> models = all_models::InTree(world);
   std::erase(models, world->GetGround());
@@ -247,7 +247,7 @@ void Driver::ChangeSomething() {
   (this->*changes[Below(std::size(changes))])();
 }
 
-/// A robot with a ranger beside one that there is already.
+/// Creates a robot with a ranger beside an existing model.
 void Driver::Create() {
   const Model* near = AnyAtTop();
   if (!near) return;
@@ -281,7 +281,7 @@ void Driver::JumpAway() {
   }
   jumps_.push_back({model->TokenStr(), model->GetPose(), world_->GetUpdateCount() + 3});
   const double far = Chance(0.5) ? 1e5 : -1e5;
-  // Along an axis: across all that is in between rays take too long.
+  // Jump along an axis, because rays take too long to cross the space in between diagonally.
   model->AddToPose(Chance(0.5) ? far : 0, 0, Chance(0.3) ? 0.2 : 0, Chance(0.3) ? M_PI / 4 : 0);
 }
 
@@ -362,7 +362,7 @@ void Driver::ChangeSubscription() {
     ranger->Subscribe();
 }
 
-// ---- running it ---------------------------------------------------------------------------------
+// ---- runs ---------------------------------------------------------------------------------------
 
 Quiet::Quiet() {
   std::fflush(stdout);
@@ -389,7 +389,7 @@ void InitLibrary() {
   EXPECT_TRUE(done);
 }
 
-/// What gtest prints would be lost in the quiet: a failure is told afterwards.
+/// Loads and steps a world. A failure is reported afterwards, because Quiet would discard it.
 template <typename Load>
 Outcome LoadAndStep(Load load, uint64_t steps, const Stg::RunOptions& options, Driver* driver) {
   InitLibrary();

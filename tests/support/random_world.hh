@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Random worlds and what goes on in them. The same seed gives the same world, driven in the same
-// way, however it is run.
+// Random worlds with random changes. The same seed gives the same world and the same changes, for
+// all options of a run.
 
 #ifndef STAGE_TESTS_SUPPORT_RANDOM_WORLD_HH
 #define STAGE_TESTS_SUPPORT_RANDOM_WORLD_HH
@@ -14,8 +14,8 @@
 
 namespace random_world {
 
-/// A world file: robots with rangers among boxes and polygons, in all kinds of sizes, heights,
-/// resolutions and places.
+/// A random world file: robots with rangers among boxes and polygons, with varied sizes, heights,
+/// resolutions and positions.
 class WorldText {
  public:
   explicit WorldText(uint64_t seed);
@@ -52,12 +52,12 @@ class WorldText {
   std::string text_;
 };
 
-/// Drives a world's robots and changes its models at the end of each step, as a function of the
-/// seed, the models' names and the step.
+/// Drives a world's robots and changes its models at the end of each step. The changes are
+/// determined by the seed, the models' names and the step.
 class Driver {
  public:
-  /// `cell`: metres. `early`: some poses are set in the midst of the updates, by timed callbacks
-  /// and by callbacks of velocities.
+  /// `cell`: resolution, metres. `early`: some poses are set during the updates, by timed callbacks
+  /// and by velocity callbacks.
   Driver(uint64_t seed, double cell, bool early) : seed_(seed), cell_(cell), early_(early) {}
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
@@ -101,19 +101,19 @@ class Driver {
 };
 
 struct Outcome {
-  std::vector<uint64_t> hashes;  ///< of the state, at the beginning and after each step
+  std::vector<uint64_t> hashes;  ///< state hashes at the beginning and after each step
   uint64_t device_steps = 0;
   uint64_t rays = 0;
-  uint64_t hits = 0;     ///< cells that were looked at
-  uint64_t resumed = 0;  ///< rays that went on behind their list
+  uint64_t hits = 0;     ///< occupied cells that were examined
+  uint64_t resumed = 0;  ///< rays that continued past the end of their hit list
 };
 
-/// Loads the world with these options, drives it, and lets it go.
+/// Loads a world with these options and runs it with a Driver.
 Outcome RunWorld(const WorldText& world, const Stg::RunOptions& options, bool early = false);
-/// The same with a file and its own controllers.
+/// Loads a world file with these options and runs it with its own controllers.
 Outcome RunFile(const std::string& path, uint64_t steps, const Stg::RunOptions& options);
 
-/// While there is one, nothing is printed on standard output.
+/// Discards standard output while the object lives.
 class Quiet {
  public:
   Quiet();

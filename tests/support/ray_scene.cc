@@ -22,10 +22,10 @@ using Stg::ray_t;
 
 namespace {
 
-constexpr int32_t kNear = 300;  // cells that most bodies lie within
+constexpr int32_t kNear = 300;  // distance from the centre within which most bodies are, cells
 constexpr uint32_t kTrees = 6;
 
-// The grid knows models and trees by their addresses only.
+// The grid only compares the addresses of models and trees, so these may point to anything.
 char trees[kTrees];
 const void* TreeOf(uint32_t tree) { return &trees[tree]; }
 Stg::Model* ModelOf(uint32_t tree) { return reinterpret_cast<Stg::Model*>(&trees[tree]); }
@@ -33,7 +33,7 @@ Stg::Model* ModelOf(uint32_t tree) { return reinterpret_cast<Stg::Model*>(&trees
 }  // namespace
 
 RayScene::RayScene(uint64_t seed) : random_(seed) {
-  // Now and then at the edge of the grid.
+  // Some scenes are at the edge of the grid.
   const auto centre = [this] {
     const int32_t edge = grid::kMaxCell - 2 * kNear;
     const int32_t places[] = {0, 0, 31, -1000, 123456789, edge, -edge};
@@ -89,7 +89,7 @@ void RayScene::ChangeVisibility(Drawn* drawn) {
   grid_.ChangeBody(drawn->id, body, drawn->cells);
 }
 
-/// A field of dots, a region or more apart: when it is gone, regions are dropped.
+/// Adds a field of dots, a region or more apart. When they are removed, regions are dropped.
 void RayScene::AddDots() {
   const int32_t side = 20, pitch = 70;
   const int32_t x0 = centre_x_ < 0 ? centre_x_ + 5000 : centre_x_ - 5000;
@@ -99,7 +99,7 @@ void RayScene::AddDots() {
   }
 }
 
-/// Along the very edge of the box of all that is occupied.
+/// Adds a frame along the border of the bounding box of all occupied cells.
 void RayScene::AddFrame() {
   const grid::CellBox box = grid_.occupied();
   const int64_t longest = 10000;
@@ -131,15 +131,15 @@ Stg::Pose RayScene::PickOrigin() {
   Stg::Pose origin(centre_x_ + random_.Uniform(-1.3, 1.3) * kNear,
                    centre_y_ + random_.Uniform(-1.3, 1.3) * kNear, PickHeight(),
                    random_.Uniform(-4, 4));
-  // At the edges of the box of all that is occupied.
+  // Sometimes at the edges of the bounding box of occupied cells.
   const grid::CellBox box = grid_.occupied();
   const auto near = [this](int32_t edge) { return edge + random_.Uniform(-1, 2); };
   if (Chance(0.2)) origin.x = near(Chance(0.5) ? box.min_x : box.max_x);
   if (Chance(0.2)) origin.y = near(Chance(0.5) ? box.min_y : box.max_y);
-  // On borders and corners of cells.
+  // Sometimes on borders and corners of cells.
   if (Chance(0.3)) origin.x = std::floor(origin.x);
   if (Chance(0.3)) origin.y = std::floor(origin.y);
-  // Along the axes and the diagonals.
+  // Sometimes along axes and diagonals.
   if (Chance(0.4)) origin.a = M_PI / 4 * (static_cast<int>(Below(9)) - 4);
   return origin;
 }
@@ -184,11 +184,11 @@ void RayScene::MakeBatch() {
   batch_.Close(tables_);
 }
 
-// ---- what is to be found ------------------------------------------------------------------------
+// ---- expected hits ------------------------------------------------------------------------------
 
 namespace {
 
-/// Calls f(fan, ray, number of the ray) for each ray of the single-leg fans, ready to walk.
+/// Calls f(fan, view, ray, index) for each ray of the single-leg fans, at the start of its walk.
 template <typename F>
 void ForEachRay(const RayScene& scene, F f) {
   for (const sensing::Fan& fan : scene.batch().fans()) {
@@ -207,7 +207,7 @@ void ForEachRay(const RayScene& scene, F f) {
   }
 }
 
-/// The occupied cells of one layer, taken from the lists of bodies.
+/// The occupied cells of one layer, computed from the lists of bodies.
 class CellSet {
  public:
   CellSet(const grid::Grid& grid, grid::LayerIndex layer) : grid_(grid), layer_(layer) {}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Random grids and fans for tests of the ray walk, without any models; and what the walk has to
-// find in them. The same seed gives the same scene. One metre is one cell here.
+// Random grids and fans without models for tests of the ray walk, and the hits that are expected in
+// them. The same seed gives the same scene. The resolution is one metre.
 
 #ifndef STAGE_TESTS_SUPPORT_RAY_SCENE_HH
 #define STAGE_TESTS_SUPPORT_RAY_SCENE_HH
@@ -22,10 +22,10 @@ class RayScene {
  public:
   explicit RayScene(uint64_t seed);
 
-  /// Moves, removes and adds bodies; now and then far away, so many that regions are dropped, or
-  /// after so long a time that the layers of heights are.
+  /// Changes, removes and adds bodies. Sometimes it adds so many far away that their removal drops
+  /// regions, or ages layers so much that they are dropped.
   void Change();
-  /// A new batch of random fans, some of them without rays, some with rays of several legs.
+  /// Makes a new batch of random fans. Some have no rays, some have rays of several legs.
   void MakeBatch();
 
   Stg::internal::grid::Grid& grid() { return grid_; }
@@ -61,18 +61,17 @@ class RayScene {
   std::vector<Drawn> bodies_;
 };
 
-/// The lists that a prefilter with room for per_ray hits has to give: those of ray_next(), or of a
-/// walk that crosses one border after the other and looks at each cell. Lists of fans that are
-/// not of a single leg stay 0.
+/// The lists that a prefilter with `per_ray` hits per ray must return, computed by ray_next(), or
+/// by a walk that examines each cell. Lists of fans with several legs stay 0.
 std::vector<uint32_t> ListsByWalk(const RayScene& scene, uint32_t per_ray);
 std::vector<uint32_t> ListsCellByCell(const RayScene& scene, uint32_t per_ray);
 
-/// Where the lists that were found differ first from such ones; empty if nowhere. What stands
-/// behind the end of a list does not count.
+/// Describes the first difference between the lists; empty if they are equal. Words past the end of
+/// a list are ignored.
 std::string FirstDifference(const RayScene& scene, const std::vector<uint32_t>& expected,
                             const Stg::internal::sensing::HitLists& found);
 
-/// The first ray of which `found` tells another body than the grid; empty if there is none.
+/// Describes the first ray whose body in `found` is wrong; empty if there is none.
 std::string FirstWrongBody(const RayScene& scene, const Stg::internal::sensing::HitLists& found);
 
 }  // namespace ray_scene

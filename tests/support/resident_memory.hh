@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-/// Bytes of memory that this process has in use; 0: the system doesn't say.
+/// Resident memory of this process, bytes; 0: unknown.
 inline long ResidentMemory() {
   long total = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> total >> resident;

@@ -8,7 +8,7 @@
 #endif
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || \
     __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-/// Everything is slower with AddressSanitizer or ThreadSanitizer, and takes more memory.
+/// True with AddressSanitizer or ThreadSanitizer, which need more time and memory.
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;

@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-/// A file of the project.
+/// The path of a file in the source tree.
 inline std::string SourceFile(const std::string& path) {
   const char* const source = std::getenv("STAGE_SOURCE_DIR");
   return (std::filesystem::path(source ? source : ".") / path).string();
 }
 
-/// All worlds that the project ships, and one for each stock controller.
+/// The paths of all shipped worlds, and of the test worlds of the stock controllers.
 inline std::vector<std::string> ShippedWorlds() {
   std::vector<std::string> files;
   for (const char* folder : {"worlds", "tests/data/controllers"})

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Snapshot files that somebody has changed, see world/snapshot_file.cc.
+// Modifies snapshot files, see world/snapshot_file.cc.
 
 #ifndef STAGE_TESTS_SUPPORT_SNAPSHOT_FILES_HH
 #define STAGE_TESTS_SUPPORT_SNAPSHOT_FILES_HH
@@ -11,7 +11,7 @@
 
 namespace snapshot_files {
 
-/// Bytes of what lies before the state and behind it.
+/// Sizes of the head before the state and of the checksum after it, bytes.
 inline constexpr std::size_t kHead = 28, kChecksum = 8;
 
 inline void Put(std::uint64_t number, std::size_t place, std::string* file) {
@@ -19,7 +19,7 @@ inline void Put(std::uint64_t number, std::size_t place, std::string* file) {
     (*file)[place + i] = static_cast<char>(number >> 8 * i & 0xff);
 }
 
-/// With a size and a checksum that fit, if it is long enough for them.
+/// Corrects the size and the checksum of a file that is long enough for them.
 inline std::string Signed(std::string file) {
   if (file.size() < kHead + kChecksum) return file;
   const std::size_t end = file.size() - kChecksum;

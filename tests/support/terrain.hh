@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Occupied cells for tests of the ray walk, and rays of every kind that could matter.
+// Random terrains and rays for tests of the ray walk.
 
 #ifndef STAGE_TESTS_SUPPORT_TERRAIN_HH
 #define STAGE_TESTS_SUPPORT_TERRAIN_HH
@@ -23,7 +23,7 @@ namespace Stg::test {
 inline constexpr int64_t kLongest = int64_t{RAY_LEG_CELLS} << 16;
 inline constexpr ray_mask_t kNoMask{nullptr, 0, 0, 0, 0};
 
-/// Occupied cells: a grid, and beside it a picture that the plain walk reads.
+/// Occupied cells, in a grid and in a bitmap for the reference walk.
 class Terrain {
  public:
   static constexpr int kSide = 320;  // more than five regions
@@ -32,7 +32,7 @@ class Terrain {
     for (grid::BodyId& id : bodies_) id = grid_.AddBody(grid::Body());
   }
 
-  /// Coordinates count from the corner of the picture.
+  /// Occupies a cell; coordinates are relative to the corner of the bitmap.
   void Add(int x, int y) {
     if (x < 0 || y < 0 || x >= kSide || y >= kSide) return;
     const size_t place = static_cast<size_t>(y * kSide + x);
@@ -72,7 +72,7 @@ class Terrain {
   int y() const { return y_; }
 
   enum Box { kOfGrid, kTight, kNone };
-  /// With the grid's box (whole regions), the smallest, or one that leaves nothing out.
+  /// A view with the grid's bounding box (whole regions), the smallest one, or an unlimited one.
   ray_grid_t View(Box box) const {
     ray_grid_t view = grid_.View(grid::kEverything);
     if (box == kTight) {
@@ -90,7 +90,7 @@ class Terrain {
  private:
   int x_, y_;
   grid::Grid grid_;
-  /// One in all occupied cells, another in some of them too, in some tiles.
+  /// The first body is in all occupied cells, the second one also in some cells of some tiles.
   grid::BodyId bodies_[2];
   std::vector<bool> picture_;
   std::vector<point_int_t> cells_;
@@ -114,7 +114,7 @@ struct RandomSelfMask {
   }
 };
 
-/// Places that lie badly: across borders of superregions, at the ends of the grid.
+/// Origins at critical places: across borders of superregions and at the ends of the grid.
 struct Place {
   int x, y;
 };
@@ -126,14 +126,14 @@ inline constexpr Place kBadPlaces[] = {
 
 inline int64_t Clamp(int64_t displacement) { return std::clamp(displacement, -kLongest, kLongest); }
 
-/// Rays of every kind that could matter.
+/// A random ray, often one of the critical cases below.
 inline PlainRay RandomRay(RandomSource* random, const Terrain& terrain) {
   PlainRay r;
   r.x = terrain.x() + random->Between(-20, Terrain::kSide + 20);
   r.y = terrain.y() + random->Between(-20, Terrain::kSide + 20);
   r.fx = random->OneIn(4) ? 0 : random->Between(0, 65535);
   r.fy = random->OneIn(4) ? 0 : random->Between(0, 65535);
-  // Mostly some tens of cells: these look at the most places for the time that they take.
+  // Most rays have some tens of cells, which covers most places per unit of time.
   const int64_t reach = int64_t{1} << random->Int(14, 24);
   r.dx = random->Between(-reach, reach);
   r.dy = random->Between(-reach, reach);
@@ -147,18 +147,18 @@ inline PlainRay RandomRay(RandomSource* random, const Terrain& terrain) {
       r.dx = random->Sign() * (random->Between(0, 100) << 16);
       r.dy = random->Sign() * std::abs(r.dx);
       break;
-    case 2:  // through corners now and then
+    case 2:  // through some corners
       r.fx = random->Between(0, 3) << 14;
       r.fy = random->Between(0, 3) << 14;
       r.dx = random->Between(-12, 12) << 16;
       r.dy = random->Between(-12, 12) << 16;
       if (const int64_t times = random->Between(1, 10); true) r.dx *= times, r.dy *= times;
       break;
-    case 3:  // ends exactly on a border, or a hair beside it
+    case 3:  // ends exactly on a border, or 1/65536 cell beside it
       r.dx = (random->Between(-60, 60) << 16) - r.fx + random->Between(-1, 1);
       if (random->OneIn(2)) r.dy = (random->Between(-60, 60) << 16) - r.fy + random->Between(-1, 1);
       break;
-    case 4:  // hardly any displacement
+    case 4:  // a tiny displacement
       r.dx = random->Between(-3, 3);
       r.dy = random->Between(-3, 3);
       r.fx = random->OneIn(2) ? random->Between(0, 2) : random->Between(65533, 65535);
@@ -184,7 +184,7 @@ inline PlainRay RandomRay(RandomSource* random, const Terrain& terrain) {
   return r;
 }
 
-/// The longest rays, from anywhere within their reach, towards the terrain.
+/// A ray of maximum length towards the terrain, from a random cell within that distance.
 inline PlainRay LongRay(RandomSource* random, const Terrain& terrain) {
   const int64_t to_x = terrain.x() + random->Between(0, Terrain::kSide);
   const int64_t to_y = terrain.y() + random->Between(0, Terrain::kSide);
@@ -204,7 +204,7 @@ inline PlainRay LongRay(RandomSource* random, const Terrain& terrain) {
     case 1:
       r.x = to_x, r.dx = random->Between(-1, 1), r.dy = random->Sign() * kLongest;
       break;
-    case 2:  // longer than any that a fan makes: both at once
+    case 2:  // maximum length along both axes: longer than any ray of a fan
       r.dx = random->Sign() * kLongest, r.dy = random->Sign() * kLongest;
       break;
     default:

@@ -9,7 +9,7 @@
 
 namespace Stg::test {
 
-/// Adds a fan with bearings of its own.
+/// Adds a fan with explicit bearings to a batch.
 inline void AddTurned(sensing::RayBatch* batch, const sensing::Fan& fan,
                       const std::vector<double>& bearings, const sensing::SelfMask& mask) {
   sensing::FanList list;

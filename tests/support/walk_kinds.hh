@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// All kinds of lanes that rays can be walked in here.
+// All implementations of the vectorized walk that this machine can run.
 
 #ifndef STAGE_TESTS_SUPPORT_WALK_KINDS_HH
 #define STAGE_TESTS_SUPPORT_WALK_KINDS_HH
@@ -22,12 +22,12 @@ sensing::WideWalk PortableWalk(const char* name) {
   return walk;
 }
 
-/// Those of this processor, and some that any has.
+/// The implementations for this processor, and portable ones with several numbers of lanes.
 inline std::vector<sensing::WideWalk> WalkKinds() {
   std::vector<sensing::WideWalk> kinds = sensing::WideWalks();
   kinds.push_back(PortableWalk<8>("portable8"));
   kinds.push_back(PortableWalk<4>("portable4"));
-  kinds.push_back(PortableWalk<3>("portable3"));  // meets no outlines
+  kinds.push_back(PortableWalk<3>("portable3"));  // does not support outlines
   kinds.push_back(PortableWalk<1>("portable1"));
   return kinds;
 }
