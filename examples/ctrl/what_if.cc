@@ -56,7 +56,7 @@ struct Robot {
   }
 };
 
-// ---- going on as now ----------------------------------------------------------------------------
+// ---- driving without prediction -----------------------------------------------------------------
 
 /// Drives towards the goal, and around obstacles.
 void GoOn(Robot* robot) {
@@ -78,7 +78,7 @@ void GoOn(Robot* robot) {
                             Stg::constrain(error, -0.8, 0.8));
 }
 
-// ---- what if ------------------------------------------------------------------------------------
+// ---- prediction ---------------------------------------------------------------------------------
 
 std::vector<Plan> Plans() {
   std::vector<Plan> plans = {Plan()};
@@ -158,7 +158,7 @@ void Decide(Stg::World& world, Robot* robot) {
   DrawFutures(&world, robot->position->GetGlobalPose(), decision);
 }
 
-// ---- the robot ----------------------------------------------------------------------------------
+// ---- robot --------------------------------------------------------------------------------------
 
 void Update(Robot* robot) {
   if (robot->Distance() < kArrived) return robot->position->Stop();

@@ -188,7 +188,7 @@ uint64_t McapWriter::message_count() const {
   return count;
 }
 
-// ---- the summary --------------------------------------------------------------------------------
+// ---- summary ------------------------------------------------------------------------------------
 
 void McapWriter::PutSchema(size_t index, Buffer* to) const {
   const Record record(Op::kSchema, to);

@@ -35,7 +35,7 @@ double Ratio(double a, double b) {
   return std::isfinite(ratio) ? ratio : 0;
 }
 
-// ---- the process and the machine ----------------------------------------------------------------
+// ---- process and machine ------------------------------------------------------------------------
 
 /// Prefers the board's name from the device tree: ARMv7 only reports the core's name, and aarch64
 /// none at all.
@@ -55,7 +55,7 @@ Json Machine() {
           {"cores", std::thread::hardware_concurrency()}};
 }
 
-// ---- a world ------------------------------------------------------------------------------------
+// ---- world --------------------------------------------------------------------------------------
 
 Json OpenCl(const RunStatistics& run) {
   if (run.device.empty() && run.device_steps == 0) return nullptr;

@@ -29,7 +29,7 @@ struct Layers {
 void DrawSensor(const ModelRanger::Sensor& sensor, size_t index, const Pose& place,
                 const view::ViewOptions& options, const Layers& layers);
 
-// ---- the rest (model_pictures.cc) ----
+// ---- everything else (model_pictures.cc) ----
 
 void DrawFlags(const Model& model, const Pose& global, Painting* painting);
 void DrawSpeech(const Model& model, const Pose& global, Painting* painting);

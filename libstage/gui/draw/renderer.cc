@@ -252,7 +252,7 @@ void Renderer::Impl::DrawTranslucentBodies(const Frame& frame) {
   DrawBodies(frame, &BodyBatch::translucent, Part::kEdges, 1, 0.5f);
 }
 
-// ---- the rest of the world ----------------------------------------------------------------------
+// ---- scene content ------------------------------------------------------------------------------
 
 void Renderer::Impl::DrawVertices(const std::vector<Vertex>& vertices, GLenum mode) {
   if (vertices.empty()) return;
@@ -394,7 +394,7 @@ void Renderer::Impl::DrawScreen(const Frame& frame) {
   writer_.Clear();
 }
 
-// ---- a picture ----------------------------------------------------------------------------------
+// ---- frame --------------------------------------------------------------------------------------
 
 void Renderer::Impl::Clear(const Frame& frame, bool keep) {
   glViewport(0, 0, frame.projection->width(), frame.projection->height());

@@ -154,7 +154,7 @@ void Scene::PlaceItem(Item* item) {
   item->cosine = std::cos(item->a);
 }
 
-// ---- a frame ------------------------------------------------------------------------------------
+// ---- frame --------------------------------------------------------------------------------------
 
 void Scene::Begin(const Job& job) {
   Frame& f = frame_;
@@ -351,7 +351,7 @@ void Scene::AddExtras(const Job& job, const Item& item) {
     DrawModelGrid(model, global, frame_.bodies[item.batch].shape->top, frame_.step, &frame_.marks);
 }
 
-// ---- data ---------------------------------------------------------------------------------------
+// ---- sensor data --------------------------------------------------------------------------------
 
 void Scene::AddData(const Job& job) {
   const view::ViewOptions& options = job.view.options;

@@ -148,7 +148,7 @@ void Parts::Faster() {
 
 void Parts::Slower() { SetSpeed(world.speedup > 0 ? world.speedup * kSlower : kBelowFast); }
 
-// ---- files and the end --------------------------------------------------------------------------
+// ---- files and quitting -------------------------------------------------------------------------
 
 namespace {
 

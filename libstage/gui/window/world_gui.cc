@@ -202,7 +202,7 @@ void WorldGui::RunEventLoop() {
   while (handle && Fl::first_window() && !TestQuit()) Fl::wait(kPatience);
 }
 
-// ---- what is to be seen -------------------------------------------------------------------------
+// ---- view ---------------------------------------------------------------------------------------
 
 void WorldGui::Redraw(void) { parts_->runner.WantFrame(true); }
 
