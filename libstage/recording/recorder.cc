@@ -35,8 +35,8 @@ struct Instant {
   Pose estimate, truth;
 };
 
-/// Returns the newest instant of a robot. A robot without subscribers notes none, so its current
-/// pose counts.
+/// Returns the newest instant of a robot. A robot without subscribers does not sense, so its
+/// current pose counts.
 Instant InstantOf(const ModelPosition& position, usec_t now) {
   if (position.HasSubscribers())
     return {position.GetSensedTime(), position.est_pose, position.GetSensedPose()};
