@@ -39,7 +39,7 @@ class Pictures {
   /// and a one-line reason if one cannot be written.
   virtual bool Make(std::string* error) = 0;
   /// Completes the film at the end of the run. Returns false and a one-line reason if that fails,
-  /// or if an ordered time was not reached although the run was not `interrupted`.
+  /// or if a requested time was not reached although the run was not `interrupted`.
   virtual bool End(bool interrupted, std::string* error) = 0;
 };
 
