@@ -305,6 +305,19 @@ TEST_F(VideoTest, AnInterruptedRunHasAFilm) {
   EXPECT_EQ(Files(), std::vector<std::string>{"a.mp4"});
 }
 
+/// The file that grows has a name from the first frame on: what ends the program while the world is
+/// loaded leaves nothing. The controller kills it in Init(), where nothing can be caught.
+TEST_F(VideoTest, ARunThatEndsWhileItLoadsLeavesNoFile) {
+  WriteFfmpeg("for last; do :; done; cat > \"${last#file:}\"\n");
+  WriteWorld("interval_sim 50 model ( ctrl \"" + std::string(Environment("STAGE_BINARY_DIR")) +
+             "/tests/plugins/nasty.so kill load\" )");
+  const Outcome outcome =
+      Stage(folder_, "--record a.mp4 --duration 1 --size 31x20 t.world",
+            "STAGE_NASTY=1 PATH='" + (folder_ / "bin").string() + "':/usr/bin:/bin");
+  EXPECT_EQ(outcome.status, 128 + SIGKILL) << outcome.errors;
+  EXPECT_TRUE(Files().empty());
+}
+
 /// With the true program, where there is one.
 TEST_F(VideoTest, TheTrueProgramMakesAVideo) {
   if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";

@@ -57,6 +57,20 @@ std::string CannotBeWritten(const std::string& file, int error) {
   return file + " can't be written: " + std::strerror(error);
 }
 
+/// Returns 0 if a file can be made in the folder of `file`, otherwise an errno value. Leaves no
+/// trace, even if the program is killed: the file that it makes has no name.
+int TryToMakeFile(const std::string& file) {
+  const size_t slash = file.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : file.substr(0, slash + 1);
+  const int made = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+  if (made >= 0) {
+    close(made);
+    return 0;
+  }
+  if (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL) return errno;
+  return access(folder.c_str(), W_OK | X_OK) == 0 ? 0 : errno;  // some file systems can't do it
+}
+
 /// Makes a new file beside `file` with its extension. Returns the name, or "" on failure.
 std::string MakeFileBeside(const std::string& file) {
   const std::string ending = file.substr(file.size() - EndingOf(file).size());
@@ -90,9 +104,9 @@ bool Video::Open(const std::string& file, std::string* error) {
     *error = file + " exists, expected a new name";
     return false;
   }
-  unfinished_ = MakeFileBeside(file);
-  if (unfinished_.empty()) *error = CannotBeWritten(file, errno);
-  return !unfinished_.empty();
+  const int problem = TryToMakeFile(file);
+  if (problem != 0) *error = CannotBeWritten(file, problem);
+  return problem == 0;
 }
 
 Video::~Video() {
@@ -102,6 +116,12 @@ Video::~Video() {
 }
 
 bool Video::Start(const Image& image, double frames_per_second, std::string* error) {
+  // Not before the first frame: until the world is loaded, Ctrl-C ends the program at once.
+  unfinished_ = MakeFileBeside(file_);
+  if (unfinished_.empty()) {
+    *error = CannotBeWritten(file_, errno);
+    return false;
+  }
   int ends[2];
   complaints_ = memfd_create("ffmpeg", MFD_CLOEXEC);
   // A socket instead of a pipe: writing to a pipe without a reader would raise SIGPIPE.
@@ -185,7 +205,10 @@ std::string Video::LastComplaint() const {
   return text.empty() ? "it does not say why" : text;
 }
 
-bool Video::Finish(std::string* error) { return End(error) && Publish(error); }
+bool Video::Finish(std::string* error) {
+  if (!End(error)) return false;
+  return unfinished_.empty() || Publish(error);  // empty: no frame was due
+}
 
 /// Renames the file to its final name, unless that name is taken.
 bool Video::Publish(std::string* error) {

@@ -21,7 +21,8 @@ class Video : public Film {
  public:
   ~Video() override;
 
-  /// Returns false and a one-line reason if ffmpeg is missing or the file exists or is unwritable.
+  /// Checks that a film can be made; the first frame makes the file. Returns false and a one-line
+  /// reason if ffmpeg is missing or the file exists or is unwritable.
   bool Open(const std::string& file, std::string* error);
   bool Finish(std::string* error) override;
 
