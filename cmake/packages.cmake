@@ -86,7 +86,7 @@ stage_package(
   "To build programs and controllers for Stage with CMake or pkg-config." libstage5 ${window_component})
 stage_package(
   stage science "2D multi-robot simulator, program" "The program, which runs world files in a window or without one." libstage5)
-set(CPACK_DEBIAN_STAGE_PACKAGE_SUGGESTS stage-opencl)
+set(CPACK_DEBIAN_STAGE_PACKAGE_SUGGESTS "stage-opencl, ffmpeg") # ffmpeg: --record FILE.mp4
 if(STAGE_OPENCL_ENABLED)
   stage_package(
     stage-opencl science "2D multi-robot simulator, OpenCL"

@@ -48,6 +48,10 @@ class PackagesTest(unittest.TestCase):
             for file in ("copyright", "changelog.gz"):
                 self.assertIn(f" ./usr/share/doc/{name}/{file}\n", files)
 
+    def test_the_program_suggests_what_options_need(self) -> None:
+        suggested = run("dpkg-deb", "--field", self.packages["stage"], "Suggests").stdout
+        self.assertEqual(set(suggested.strip().split(", ")), {"stage-opencl", "ffmpeg"})
+
     @unittest.skipUnless(shutil.which("lintian"), "lintian is not installed: tools/setup --packages")
     def test_lintian_finds_no_errors(self) -> None:
         said = run("lintian", "--allow-root", *self.packages.values(), check=False).stdout

@@ -86,6 +86,16 @@ class ManifestTest(unittest.TestCase):
         names = [part.text for part in self.root if part.tag.endswith("depend")]
         self.assertEqual(len(names), len(set(names)))
 
+    def test_names_the_libraries_that_the_build_looks_for(self) -> None:
+        """Each package of tools/setup by the key that rosdep has for it."""
+        keys = {"libpng-dev": "libpng-dev", "libjpeg-dev": "libjpeg", "libgif-dev": "libgif-dev",
+                "nlohmann-json3-dev": "nlohmann-json-dev", "liblz4-dev": "liblz4-dev", "libzstd-dev": "libzstd-dev"}
+        setup = (SOURCE_DIR / "tools" / "setup").read_text(encoding="utf-8")
+        packages = re.findall(r"^base +\| ([\w-]+-dev)\b", setup, re.MULTILINE)
+        self.assertGreaterEqual(len(packages), len(keys))
+        names = {part.text for part in self.root if part.tag in ("depend", "build_depend")}
+        self.assertLessEqual({keys[package] for package in packages}, names)
+
 
 @unittest.skipUnless(PKG_CONFIG, "pkg-config is not installed")
 class NodeTest(unittest.TestCase):
