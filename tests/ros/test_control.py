@@ -212,6 +212,15 @@ def test_snapshot_and_restore(start: Callable[..., Process], client: Client, tmp
     assert sum(after < before for before, after in itertools.pairwise(times)) == 1
 
 
+def test_a_snapshot_replaces_no_other_file(start: Callable[..., Process], client: Client, tmp_path: Path) -> None:
+    file = tmp_path / "notes"
+    file.write_text("precious")
+    start("zoo.world", paused=True, always_on=True, snapshot_file=str(file))
+    answer = client.call("/stage/snapshot")
+    assert not answer.success and "found something else than a snapshot" in answer.message
+    assert file.read_text() == "precious"
+
+
 def test_a_node_that_was_killed_starts_anew(start: Callable[..., Process], client: Client,
                                             two: str) -> None:
     scans = client.listen(LaserScan, "/a/base_scan", SENSOR)

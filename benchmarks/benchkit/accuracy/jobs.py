@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import concurrent.futures
-import shutil
 import threading
 from dataclasses import dataclass
 from pathlib import Path
@@ -289,7 +288,10 @@ class Benchmark:
                     finish([pool.submit(do, job) for job in untimed if job.first == first])
         finally:
             progress.clear()
-        shutil.rmtree(self._kept)
+        for file in self._kept.glob("*.npz"):
+            file.unlink()
+        if not any(self._kept.iterdir()):  # other files are not of the benchmark
+            self._kept.rmdir()
         return len(left)
 
 

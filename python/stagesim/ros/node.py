@@ -53,6 +53,22 @@ LISTENERS_PERIOD, REPEAT_PERIOD = 0.1, 0.5
 MOST_DELAY = 0.05
 
 
+def write_snapshot(file: Path, data: bytes) -> None:
+    """Writes the bytes of a snapshot into a file; an earlier snapshot is replaced.
+
+    Raises:
+        StageError: the file holds something else.
+        OSError: it can't be read or written.
+    """
+    magic = data[:8]
+    if file.exists():
+        with open(file, "rb") as present:
+            if present.read(len(magic)) not in (b"", magic):
+                raise StageError(f"{file}: found something else than a snapshot, expected a new name or an earlier "
+                                 "snapshot; the parameter snapshot_file names it")
+    file.write_bytes(data)
+
+
 class StageNode(Node):
     """The ROS 2 node of a world.
 
@@ -390,7 +406,7 @@ class StageNode(Node):
         self._jacobian = self._errors.jacobian.copy()
         file = self._value("snapshot_file")
         if file:
-            Path(file).write_bytes(self._snapshot.to_bytes())
+            write_snapshot(Path(file), self._snapshot.to_bytes())
         return f"state at {self._snapshot.time:g} s, {self._snapshot.size} bytes"
 
     def _restore(self) -> str:
