@@ -34,7 +34,8 @@ def records(folder: Path) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize("options", [
     {}, {"common-seeds": True}, {"duration": 2.05, "ray-model": "exact", "no-controllers": True},
-    {"args": "it's \"one\"", "log": True, "log-every": 1, "log-models": "bot1"}])
+    {"args": "it's \"one\"", "log": True, "log-every": 1, "log-models": "bot1"},
+    {"args": "\udcff", "log": True, "log-compression": "none", "log-ranges": "stage"}])
 def test_records_are_those_of_the_program_s_worker(world: Path, tmp_path: Path, options: dict[str, Any]) -> None:
     """Also seeds, replay commands, logs."""
     words = Experiment(world, {"bots": [2, 3], "world.resolution": [.02, .1], "bot.color": ["red", "it's blue"]},

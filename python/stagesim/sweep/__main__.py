@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -38,7 +39,8 @@ def main() -> int:
         else:
             from .report import write_report  # pylint: disable=import-outside-toplevel
 
-            print(write_report(options.folder))
+            page = write_report(options.folder)
+            sys.stdout.buffer.write(os.fsencode(page) + b"\n")  # which need not be UTF-8
         return 0
     except (StageError, PlotsMissing, OSError) as error:
         print(f"stage {options.command}: {error}", file=sys.stderr)

@@ -14,6 +14,7 @@ from typing import Any, Callable, Sequence
 
 import numpy as np
 
+from ..text import printable
 from .plan import Plan, SweepError
 from .table import Column, merge_csv, read_columns
 
@@ -67,26 +68,30 @@ def write_parquet(file: Path, columns: Sequence[Column], plan: Plan) -> None:
     """Writes a Parquet file with nulls for missing values, and with the plan in the schema's metadata."""
     arrow, parquet = needed("pyarrow", ".parquet"), needed("pyarrow.parquet", ".parquet")
     types = {"key": arrow.int64(), "count": arrow.int64(), "figure": arrow.float64(), "text": arrow.string()}
-    schema = arrow.schema([(column.name, types[column.kind]) for column in columns],
+    schema = arrow.schema([(printable(column.name), types[column.kind]) for column in columns],
                           metadata={"stage_sweep": plan.text})
-    arrays = [arrow.array(column.values, types[column.kind]) for column in columns]
+    arrays = [arrow.array([printable(value) if isinstance(value, str) else value for value in column.values],
+                          types[column.kind]) for column in columns]
     parquet.write_table(arrow.table(arrays, schema=schema), file, compression="zstd", version="2.6",
                         row_group_size=2**20, store_schema=True)
 
 
 def write_hdf5(file: Path, columns: Sequence[Column], plan: Plan) -> None:
-    """Writes an HDF5 file with a dataset per column; missing values are NaN, -1 or an empty string."""
+    """Writes an HDF5 file with a dataset per column; missing values are NaN, -1 or an empty string.
+
+    Bytes of names that are not UTF-8 are written as \xff and the like, as in Parquet files: both formats require UTF-8.
+    """
     h5py = needed("h5py", ".h5")
     with h5py.File(file, "w", libver=("v110", "v110"), track_order=True) as out:
         out.attrs["stage_sweep"] = plan.text
         for column in columns:
-            out.create_dataset(column.name, data=hdf5_array(column, h5py), track_times=False)
+            out.create_dataset(printable(column.name), data=hdf5_array(column, h5py), track_times=False)
 
 
 def hdf5_array(column: Column, h5py: Any) -> Any:
     """The values of a column, in their type in HDF5 files."""
     if column.kind == "text":
-        texts = [(value or "").encode() for value in column.values]
+        texts = [printable(value or "").encode() for value in column.values]
         longest = max(map(len, texts), default=0)
         return np.array(texts, h5py.string_dtype("utf-8", max(longest, 1)))
     if column.kind == "figure":

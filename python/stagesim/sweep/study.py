@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..benchkit.inference import Contrast, contrast, holm, mean_bounds
+from ..text import printable
 from .plan import Plan
 from .table import Column
 
@@ -94,7 +95,7 @@ class Comparison:
 def units_of_metrics(world: str) -> dict[str, str]:
     """Units by name of the metrics in a world file; files that it includes are not read."""
     try:
-        text = Path(world).read_text(encoding="utf-8", errors="replace")
+        text = Path(world).read_text(encoding="utf-8", errors="surrogateescape")
     except OSError:
         return {}
     units: dict[str, str] = {}
@@ -131,7 +132,9 @@ class Study:
         values = tuple(sorted(set(column.values)) if column.kind != "text" else dict.fromkeys(column.values))
         place = {value: at for at, value in enumerate(values)}
         unit = PROPERTY_UNITS.get(column.name.rpartition(".")[2], "") if "." in column.name else ""
-        return Axis(column.name, with_unit(column.name, unit), values,
+        name, shown = printable(column.name), tuple(printable(value) if isinstance(value, str) else value
+                                                    for value in values)
+        return Axis(name, with_unit(name, unit), shown,
                     np.array([place[value] for value in column.values], np.int64))
 
     def _metrics(self, columns: Sequence[Column]) -> tuple[list[Metric], dict[str, float]]:
@@ -146,9 +149,9 @@ class Study:
             if column.name.startswith("energy_") and column.name != "energy_dissipated":
                 continue
             values = np.array([np.nan if value is None else value for value in column.values], np.float64)
-            name = "r_ACC" if speed else column.name
+            name = "r_ACC" if speed else printable(column.name)
             metric = Metric(name, "speed: r_ACC (robot s / s)" if speed else
-                            with_unit(name.replace("_", " "), units.get(name, "")), values)
+                            with_unit(name.replace("_", " "), units.get(column.name, "")), values)
             there = ~np.isnan(values[self.done])
             if 0 < there.sum() < there.size:
                 share = np.where(self.done, ~np.isnan(values), np.nan).astype(np.float64)

@@ -54,7 +54,7 @@ def read_columns(folders: Sequence[Path], plan: Plan, timings: bool = False, par
     with tempfile.TemporaryDirectory() as place:
         file = Path(place) / "all.csv"
         merge_csv(folders, file, timings, partial)
-        with open(file, newline="", encoding="utf-8") as lines:
+        with open(file, newline="", encoding="utf-8", errors="surrogateescape") as lines:
             names, *rows = csv.reader(lines)
     kinds = {**dict.fromkeys(TEXTS, "text"), **dict.fromkeys(KEYS, "key"), **dict.fromkeys(COUNTS, "count"),
              **{axis.name: axis_kind(axis.values) for axis in plan.axes}}

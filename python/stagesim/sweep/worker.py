@@ -91,7 +91,7 @@ def seed_of(plan: Plan, index: int) -> int:
     """The seed of run `index`, derived as the program does it."""
     pairs = [] if plan.common_seeds else sorted(plan.values_of(index).items())
     digest = 0xcbf29ce484222325  # FNV-1a
-    for byte in "".join(f"{name}={value}\n" for name, value in pairs).encode():
+    for byte in "".join(f"{name}={value}\n" for name, value in pairs).encode(errors="surrogateescape"):
         digest = (digest ^ byte) * 0x100000001b3 % 2**64
     return _core.mix_seeds(_core.mix_seeds(plan.seed, digest), plan.run_of(index)) >> 11
 
@@ -186,7 +186,7 @@ class Worker:
         if order is None:
             return None
         return world._core.record(f"{file.with_suffix('.mcap')}.part", order["every"], order["models"],
-                                  order["compression"])
+                                  order["compression"], order.get("ranges", "rep117"))
 
     def _record(self, world: World, index: int, attempt: int, own: Mapping[str, Any],
                 wall_seconds: float) -> dict[str, Any]:
@@ -227,7 +227,8 @@ def main() -> None:
     except OSError:
         parser.error("found no commands, expected to be started by stage sweep --worker")
     worker = None
-    with os.fdopen(COMMANDS, encoding="utf-8") as commands, os.fdopen(REPLIES, "w", encoding="utf-8") as replies:
+    with os.fdopen(COMMANDS, encoding="utf-8") as commands, \
+            os.fdopen(REPLIES, "w", encoding="utf-8", errors="surrogateescape") as replies:
         for line in commands:
             try:
                 if worker is None:

@@ -24,6 +24,7 @@
 #include "files/whole_file.hh"
 #include "stage/option_values.hh"
 #include "stage/parse_number.hh"
+#include "stage/sweep/json_text.hh"
 #include "stage/sweep/record.hh"
 
 namespace Stg::program {
@@ -188,7 +189,7 @@ nlohmann::ordered_json SweepFolder::Record(const Plan& plan, uint64_t index) con
   const std::string text = ReadRecord(index);
   std::string problem;
   try {
-    nlohmann::ordered_json record = nlohmann::ordered_json::parse(text);
+    nlohmann::ordered_json record = ParseJsonText(text);
     CheckRecord(record, plan, index);
     return record;
   } catch (const nlohmann::json::exception&) {

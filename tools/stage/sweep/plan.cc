@@ -10,6 +10,7 @@
 
 #include "geometry/random.hh"
 #include "stage/option_values.hh"
+#include "stage/sweep/json_text.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg::program {
@@ -68,10 +69,15 @@ const char* NameOfCompression(recording::Compression compression) {
   return compression == recording::Compression::kNone ? "none" : recording::NameOf(compression);
 }
 
+const char* NameOf(recording::RangeConvention ranges) {
+  return ranges == recording::RangeConvention::kStage ? "stage" : "rep117";
+}
+
 Json LogToJson(const recording::LogOptions& log) {
   return {{"every", log.every == 0 ? Json() : Json(static_cast<double>(log.every) / 1e6)},
           {"models", log.robots},
-          {"compression", NameOfCompression(log.compression)}};
+          {"compression", NameOfCompression(log.compression)},
+          {"ranges", NameOf(log.ranges)}};
 }
 
 usec_t TimeOf(const Json& seconds) {
@@ -83,6 +89,8 @@ recording::LogOptions LogOf(const Json& json) {
   log.every = TimeOf(json.at("every"));
   log.robots = json.at("models").get<std::vector<std::string>>();
   log.compression = ParseCompression("the sweep's log", json.at("compression"));
+  // Plans of earlier states of this version have no such option.
+  if (json.contains("ranges")) log.ranges = ParseRanges("the sweep's log", json.at("ranges"));
   return log;
 }
 
@@ -217,7 +225,7 @@ std::string ToJson(const Plan& plan) {
       {"duration", plan.duration == 0 ? Json() : Json(static_cast<double>(plan.duration) / 1e6)},
       {"options", options},
       {"count", plan.Count()}};
-  return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
+  return ToJsonText(json, 2) + "\n";
 }
 
 Plan ReadPlan(const std::string& text) try {
@@ -225,7 +233,7 @@ Plan ReadPlan(const std::string& text) try {
     throw std::runtime_error(
         "found an empty file; the disk was full, or the system has crashed, when "
         "it was written: begin the sweep again");
-  const Json json = Json::parse(text);
+  const Json json = ParseJsonText(text);
   if (json.at("program") != "stage sweep" || json.at("format") != kFormat)
     throw std::runtime_error("found another format");
   Plan plan;

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "messages/report.hh"
+#include "stage/sweep/json_text.hh"
 #include "stage/world_figures.hh"
 #include "world/statistics.hh"
 
@@ -35,12 +36,12 @@ Json Begin(const RunSpec& spec, const char* status) {
 std::string Line(Json* record, const Plan& plan, const RunSpec& spec, int attempts) {
   (*record)["attempts"] = attempts;
   (*record)["replay"] = ReplayCommand(plan, spec);
-  return record->dump(-1, ' ', true, Json::error_handler_t::replace) + "\n";
+  return ToJsonText(*record, -1) + "\n";
 }
 
 std::string Text(const Json& record, const char* name) {
   const auto found = record.find(name);
-  return found == record.end() ? "nothing" : messages::Shortened(found->dump());
+  return found == record.end() ? "nothing" : messages::Shortened(ToJsonText(*found, -1));
 }
 
 /// Checks an object of numbers by name, such as the metrics. A null stands for a missing value.
