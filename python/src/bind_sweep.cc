@@ -70,6 +70,12 @@ recording::Compression CompressionCalled(const std::string& name) {
                                   "', expected none, lz4 or zstd, and one that was built in"};
 }
 
+recording::RangeConvention RangesCalled(const std::string& name) {
+  if (name == "rep117") return recording::RangeConvention::kRep117;
+  if (name == "stage") return recording::RangeConvention::kStage;
+  throw Failure{Kind::kStage, "found the ranges '" + name + "', expected rep117 or stage"};
+}
+
 /// An MCAP log of a world. It keeps the world's Simulation alive.
 class WorldLog {
  public:
@@ -92,13 +98,14 @@ class WorldLog {
 std::shared_ptr<WorldLog> Record(Simulation& simulation, const std::string& file,
                                  std::optional<double> every,
                                  const std::vector<std::string>& robots,
-                                 const std::string& compression) {
+                                 const std::string& compression, const std::string& ranges) {
   return simulation.With([&](World& world) {
     recording::LogOptions options;
     options.file = file;
     options.every = static_cast<usec_t>(every.value_or(0) * 1e6 + 0.5);
     options.robots = robots;
     options.compression = CompressionCalled(compression);
+    options.ranges = RangesCalled(ranges);
     std::shared_ptr<WorldLog> log;
     Recording([&] {
       log = std::make_shared<WorldLog>(simulation.shared_from_this(), options);
@@ -144,7 +151,7 @@ void BindSweep(nb::module_& module, nb::class_<Simulation>& world) {
       .def("finish", [](WorldLog& log) { Recording([&] { log.Finish(); }); });
   world.def("figures", &FiguresOf)
       .def("record", &Record, nb::arg("file"), nb::arg("every").none(), nb::arg("robots"),
-           nb::arg("compression"));
+           nb::arg("compression"), nb::arg("ranges"));
 }
 
 }  // namespace Stg::python

@@ -332,6 +332,35 @@ TEST_F(SweepTest, LogsLieBesideTheRecords) {
               "MCAP");
 }
 
+/// A run's log is what its replay command gives with the same options, each of which changes it.
+TEST_F(SweepTest, AllOptionsOfLogsReachTheRuns) {
+  const std::vector<Strings> options = {{},
+                                        {"--log-every", "0.5"},
+                                        {"--log-models", "*0"},
+                                        {"--log-compression", "none"},
+                                        {"--log-ranges", "stage"}};
+  const std::string help = Stage({"--help"}).out;
+  EXPECT_EQ(CountOf(help, "\n  --log-"), options.size() - 1) << "a new one is to be tried here";
+  std::set<std::string> logs;
+  for (size_t i = 0; i < options.size(); i++) {
+    SCOPED_TRACE(testing::PrintToString(options[i]));
+    const std::string folder = "sw" + std::to_string(i);
+    Strings words = {"w.world", "--log", "-o", folder};
+    words.insert(words.end(), options[i].begin(), options[i].end());
+    const Result r = Sweep(words);
+    ASSERT_EQ(r.status, 0) << r.err;
+    words = WordsOf(Record(folder, 0)["replay"]);
+    words[0] = "--log";
+    words.insert(words.begin() + 1, "replay.mcap");
+    words.insert(words.end(), options[i].begin(), options[i].end());
+    ExpectStatus(0, words);
+    const std::string log = ReadFile(Path(folder + "/runs/000/000000.mcap"));
+    EXPECT_EQ(log, ReadFile(Path("replay.mcap")));
+    logs.insert(log);
+  }
+  EXPECT_EQ(logs.size(), options.size());
+}
+
 /// In one worker, runs come after others in which a robot has left the floor that the file's models
 /// lie on.
 TEST_F(SweepTest, RunsInWhichARobotLeavesTheFloorCanBeReplayed) {

@@ -77,7 +77,7 @@ def write_parquet(file: Path, columns: Sequence[Column], plan: Plan) -> None:
 
 
 def write_hdf5(file: Path, columns: Sequence[Column], plan: Plan) -> None:
-    """Writes an HDF5 file with a dataset per column; missing values are NaN, -1 or an empty string.
+    r"""Writes an HDF5 file with a dataset per column; missing values are NaN, -1 or an empty string.
 
     Bytes of names that are not UTF-8 are written as \xff and the like, as in Parquet files: both formats require UTF-8.
     """

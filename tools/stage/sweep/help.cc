@@ -28,7 +28,7 @@ What to run
   --threads N          of each worker (default 1); --opencl[=DEVICE]: trace rays with that device.
                        Neither changes any result
   --log                record each run as an MCAP file beside its record; --log-every SECONDS,
-                       --log-models NAMES, --log-compression HOW as those of stage
+                       --log-models NAMES, --log-compression HOW, --log-ranges HOW as those of stage
   --dry-run            say what would be run, and end
 
 How to run it

@@ -39,6 +39,7 @@ enum Id : int {
   kLogCompression,
   kLogEvery,
   kLogModels,
+  kLogRanges,
   kNoControllers,
   kNoProgress,
   kOnly,
@@ -73,6 +74,7 @@ constexpr option kLongOptions[] = {
     {"log-compression", required_argument, nullptr, kLogCompression},
     {"log-every", required_argument, nullptr, kLogEvery},
     {"log-models", required_argument, nullptr, kLogModels},
+    {"log-ranges", required_argument, nullptr, kLogRanges},
     {"no-controllers", no_argument, nullptr, kNoControllers},
     {"no-progress", no_argument, nullptr, kNoProgress},
     {"only", required_argument, nullptr, kOnly},
@@ -95,10 +97,10 @@ constexpr option kLongOptions[] = {
 };
 
 // Options that define a sweep. They are refused for a folder that already has a plan.
-constexpr int kOfThePlan[] = {kArgs,     kCommonSeeds, kDuration, kLog,  kLogCompression,
-                              kLogEvery, kLogModels,   kOut,      kRuns, kNoControllers,
-                              kOpencl,   kRayModel,    kSeed,     kSet,  kThreads,
-                              kPlanOnly, kDryRun};
+constexpr int kOfThePlan[] = {kArgs,          kCommonSeeds, kDuration,  kLog,  kLogCompression,
+                              kLogEvery,      kLogModels,   kLogRanges, kOut,  kRuns,
+                              kNoControllers, kOpencl,      kRayModel,  kSeed, kSet,
+                              kThreads,       kPlanOnly,    kDryRun};
 
 std::string NameOf(int id) {
   for (const option* o = kLongOptions; o->name; o++)
@@ -195,6 +197,7 @@ class Parser {
       case kLogCompression:
       case kLogEvery:
       case kLogModels:
+      case kLogRanges:
         ApplyLog(id, value);
         break;
       default:
@@ -208,6 +211,7 @@ class Parser {
     if (id == kLogCompression) log.compression = ParseCompression(NameOf(id), value);
     if (id == kLogEvery) log.every = ParseDuration(NameOf(id), value);
     if (id == kLogModels) log.robots = ParseNames(NameOf(id), value);
+    if (id == kLogRanges) log.ranges = ParseRanges(NameOf(id), value);
   }
 
   void ApplyEffort(int id, const std::string& value) {
