@@ -6,6 +6,7 @@ from __future__ import annotations
 import base64
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -100,6 +101,41 @@ def test_page(experiment: Experiment, tmp_path: Path, own_metrics: None) -> None
     [failed] = results.failed
     assert failed["replay"].replace("'", "&#x27;") in text and "found that seed" in text
     assert "11 of 12 runs are done" in text and "1 failed" in text
+
+
+def test_a_report_replaces_only_reports(experiment: Experiment, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="skipped: matplotlib is not installed; try tools/setup --sweep")
+    results = run(replace(experiment, runs=1), out=tmp_path / "out", jobs=2)
+    out = results.folder / "report"
+
+    def refused(found: str) -> None:
+        before = {file: file.read_bytes() for file in results.folder.rglob("*") if file.is_file()}
+        done = subprocess.run([st._paths.PROGRAM, "report", str(results.folder)], capture_output=True, text=True,
+                              check=False, env={**os.environ, "STAGE_PYTHON": sys.executable})
+        assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
+        assert f"{out}: found {found}" in done.stderr
+        assert {file: file.read_bytes() for file in results.folder.rglob("*") if file.is_file()} == before
+
+    out.mkdir()  # an empty one is nobody's
+    page = results.report()
+    (out / "driven-over-bots.png").write_bytes(b"older")
+    assert results.report() == page and (out / "driven-over-bots.png").read_bytes()[1:4] == b"PNG"
+    assert not list(results.folder.glob(".report-*"))
+    for own in ("notes.txt", "photo.png", ".hidden", "deep/er.txt"):
+        (out / own).parent.mkdir(exist_ok=True)
+        (out / own).write_text("precious")
+        refused(f"'{own.split('/')[0]}', which no report has made")
+        (out / own).unlink()
+    (out / "deep").rmdir()
+    page.write_text("a page of somebody else")
+    refused("'driven-over-bots.png', which no report has made")
+    shutil.rmtree(out)
+    out.write_text("precious")
+    refused("something else than a folder")
+    out.unlink()
+    (tmp_path / "elsewhere").mkdir()
+    out.symlink_to(tmp_path / "elsewhere")
+    refused("something else than a folder")
 
 
 def test_program_makes_the_same_page(experiment: Experiment, tmp_path: Path) -> None:

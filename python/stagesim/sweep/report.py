@@ -6,16 +6,21 @@ from __future__ import annotations
 import base64
 import html
 import math
-import shutil
+import os
+import re
+import tempfile
 from pathlib import Path
 from typing import Any, Iterable, Sequence
 
 from ..benchkit.report import number
+from ..text import printable
 from .figures import Picture, draw_all, draw_traces
 from .plan import Plan, SweepError, missing, record_file
 from .study import Comparison, Mean, Study
-from .table import failed_records, read_columns
+from .table import Column, failed_records, read_columns
 
+#: In a report's page: the names of its pictures.
+FILE_LIST = re.compile(r"<meta name=stage-report content='([^']*)'>")
 SIGNIFICANT = 0.05
 MOST_ROWS = 200
 MOST_FAILED = 100
@@ -33,10 +38,10 @@ code, pre { font-size: .85rem; background: #f5f5f5; } pre { padding: .5rem; over
 
 
 def write_report(folder: Path) -> Path:
-    """Writes the folder `report` in the folder of a sweep; returns the path of its page.
+    """Writes the folder `report` in the folder of a sweep; returns the path of its page. Replaces an earlier report.
 
     Raises:
-        SweepError: there is no sweep, or none of its runs has succeeded.
+        SweepError: there is no sweep, none of its runs has succeeded, or `report` contains other files.
         PlotsMissing: matplotlib is not installed.
     """
     plan = Plan.read(folder)
@@ -46,22 +51,54 @@ def write_report(folder: Path) -> Path:
         raise SweepError(f"{folder}: found no run that is done, expected some; go on with "
                          f"`stage sweep --resume {folder}`")
     out = folder / "report"
-    if out.is_dir():
-        shutil.rmtree(out)
-    out.mkdir()
+    files_of_report(out)  # before the pictures are drawn, which takes a while
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".report-") as place:
+        new = Path(place) / "new"
+        new.mkdir()
+        write_files(study, columns, folder, new)
+        for file in files_of_report(out):
+            file.unlink()
+        os.replace(new, out)  # over the empty folder, if there is one
+    return out / "index.html"
+
+
+def write_files(study: Study, columns: Sequence[Column], folder: Path, out: Path) -> None:
+    """Makes the page and the pictures of a sweep's folder in a new folder."""
     pictures = draw_all(study, out)
     logs = {index: record_file(folder, index).with_suffix(".mcap") for index in study.index.tolist()}
     logs = {index: log for index, log in logs.items() if log.exists()}
     traces = draw_traces(study, logs, out) if logs else None
     pictures += [traces] if traces else []
-    failed = failed_records(folder, columns)
+    text = page_text(study, pictures, failed_records(folder, columns), len(missing(folder, study.plan)))
+    (out / "index.html").write_text(text, encoding="utf-8")
+
+
+def files_of_report(out: Path) -> list[Path]:
+    """The files of an earlier report in this folder: its page, which names the pictures, and these.
+
+    Raises:
+        SweepError: there is anything else: it is somebody's own.
+    """
+    if not out.is_symlink() and not out.exists():
+        return []
+    if out.is_symlink() or not out.is_dir():
+        raise SweepError(f"{out}: found something else than a folder, expected an earlier report or nothing; move "
+                         "it away")
     page = out / "index.html"
-    page.write_text(page_text(study, pictures, failed, len(missing(folder, plan))), encoding="utf-8")
-    return page
+    text = page.read_text(encoding="utf-8", errors="replace") if page.is_file() else ""
+    listed = FILE_LIST.search(text)
+    known = {page.name, *listed[1].split()} if listed else set()
+    files = sorted(out.iterdir())
+    for file in files:
+        if file.name not in known or not file.is_file():
+            raise SweepError(f"{out}: found {file.name!r}, which no report has made, expected an earlier report or "
+                             "nothing; move it away")
+    return files
 
 
 def escaped(text: object) -> str:
-    return html.escape(str(text))
+    """For HTML; bytes that are not UTF-8 as \\xff and the like."""
+    return html.escape(printable(str(text)))
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]], texts: int = 1) -> str:
@@ -88,6 +125,7 @@ def page_text(study: Study, pictures: Sequence[Picture], failed: Sequence[dict[s
     """The HTML of the whole page."""
     title = f"Sweep of {Path(study.plan.world).name}"
     parts = [f"<!DOCTYPE html><html lang=en><meta charset=utf-8><title>{escaped(title)}</title>"
+             f"<meta name=stage-report content='{' '.join(picture.file.name for picture in pictures)}'>"
              f"<meta name=viewport content='width=device-width'><style>{STYLE}</style>"
              f"<h1>{escaped(title)}</h1>", summary_text(study, len(failed), lacking)]
     comparisons = study.comparisons()
