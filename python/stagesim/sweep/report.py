@@ -19,7 +19,7 @@ from .plan import Plan, SweepError, missing, record_file
 from .study import Comparison, Mean, Study
 from .table import Column, failed_records, read_columns
 
-#: In a report's page: the names of its pictures.
+#: The element of a report's page that lists the file names of its pictures.
 FILE_LIST = re.compile(r"<meta name=stage-report content='([^']*)'>")
 SIGNIFICANT = 0.05
 MOST_ROWS = 200
@@ -51,19 +51,19 @@ def write_report(folder: Path) -> Path:
         raise SweepError(f"{folder}: found no run that is done, expected some; go on with "
                          f"`stage sweep --resume {folder}`")
     out = folder / "report"
-    files_of_report(out)  # before the pictures are drawn, which takes a while
+    files_of_report(out)  # checked early, because drawing takes long
     with tempfile.TemporaryDirectory(dir=folder, prefix=".report-") as place:
         new = Path(place) / "new"
         new.mkdir()
         write_files(study, columns, folder, new)
         for file in files_of_report(out):
             file.unlink()
-        os.replace(new, out)  # over the empty folder, if there is one
+        os.replace(new, out)  # replaces the empty folder, if there is one
     return out / "index.html"
 
 
 def write_files(study: Study, columns: Sequence[Column], folder: Path, out: Path) -> None:
-    """Makes the page and the pictures of a sweep's folder in a new folder."""
+    """Writes the page and the pictures of the sweep in `folder` to the new folder `out`."""
     pictures = draw_all(study, out)
     logs = {index: record_file(folder, index).with_suffix(".mcap") for index in study.index.tolist()}
     logs = {index: log for index, log in logs.items() if log.exists()}
@@ -74,10 +74,10 @@ def write_files(study: Study, columns: Sequence[Column], folder: Path, out: Path
 
 
 def files_of_report(out: Path) -> list[Path]:
-    """The files of an earlier report in this folder: its page, which names the pictures, and these.
+    """Lists the files of an earlier report in the folder `out`: its page, and the pictures that the page names.
 
     Raises:
-        SweepError: there is anything else: it is somebody's own.
+        SweepError: the folder contains other files, which belong to the user.
     """
     if not out.is_symlink() and not out.exists():
         return []
@@ -97,7 +97,7 @@ def files_of_report(out: Path) -> list[Path]:
 
 
 def escaped(text: object) -> str:
-    """For HTML; bytes that are not UTF-8 as \\xff and the like."""
+    r"""Escapes a text for HTML; writes bytes that are not UTF-8 as \xff and the like."""
     return html.escape(printable(str(text)))
 
 
