@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The idioms of Stage's clients work.
+// Common idioms of Stage's clients compile and work.
 
 #include "api_testing.hh"
 
-// Clients cast functions of all kinds to the types of callbacks, and nest FOR_EACH.
+// Clients cast various function types to callback types, and nest FOR_EACH.
 #pragma GCC diagnostic ignored "-Wcast-function-type"
 #pragma GCC diagnostic ignored "-Wshadow"
 
@@ -12,7 +12,7 @@ namespace {
 
 // ---- idioms -------------------------------------------------------------------------------------
 
-/// A client in the manner of a ROS node.
+/// A client that works like a ROS node.
 struct Node {
   vector<ModelPosition*> positions;
   vector<ModelRanger*> rangers;

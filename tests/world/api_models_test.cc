@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Stage's interface as its clients use it: models.
+// Stage's interface as clients use it: models.
 
 #include "api_testing.hh"
 
-// Clients cast functions of all kinds to the types of callbacks, and nest FOR_EACH.
+// Clients cast various function types to callback types, and nest FOR_EACH.
 #pragma GCC diagnostic ignored "-Wcast-function-type"
 #pragma GCC diagnostic ignored "-Wshadow"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Stage's interface as its clients use it: that names and signatures are the ones they know (most
-// of this is checked by the compiler), and that their idioms work. Like most clients, this file
-// uses both namespaces as a whole.
+// Stage's interface as clients use it: names and signatures (checked mostly by the compiler), and
+// common idioms. Like most clients, this file has using-directives for both namespaces.
 
 #include <algorithm>
 
@@ -224,7 +223,7 @@ TEST(Api, Rays) {
 
 TEST(Api, ControllerArguments) {
   CtrlArgs arguments("wander fast", "--slow");
-  arguments.worldfile[0] = 'W';  // option parsers do that
+  arguments.worldfile[0] = 'W';  // option parsers modify arguments
   EXPECT_EQ(arguments.worldfile + arguments.cmdline, "Wander fast--slow");
 }
 

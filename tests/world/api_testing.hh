@@ -9,12 +9,13 @@
 
 #include "stage.hh"
 
-// What the tests of the interface share. Like most clients, they use both namespaces as a whole.
+// Helpers for tests of the interface. Like most clients, they have using-directives for both
+// namespaces.
 using namespace Stg;
 using namespace std;
 
-/// Compiles if something converts to the type: for pointers to functions and members, which are of
-/// that type exactly (or of a base class).
+/// Compiles if the argument converts to `Type`. Pointers to functions and members must have exactly
+/// that type, or belong to a base class.
 template <class Type>
 void Has(Type) {}
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// World::BeginAgain() does what Reset() does, where it does anything.
+// World::BeginAgain() either has the same result as Reset(), or refuses.
 
 #include "world/beginning.hh"
 
@@ -92,7 +92,7 @@ TEST_F(Beginning, IsNotTakenWhereLoadingMayDoAnythingWithASeed) {
   EXPECT_FALSE(empty.TakeBeginning());
 }
 
-/// Callbacks go with a reset; who has added some may count on that.
+/// A reset removes callbacks, and clients that have added some may rely on it.
 TEST_F(Beginning, IsRefusedWhereClientsWait) {
   const auto world = Load(kRobot);
   const auto beginning = world->TakeBeginning();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Callbacks on several threads: as if one after the other, whatever the list of models looks like.
+// Callbacks on several threads have the same effect as callbacks in sequence, for any list of
+// models.
 
 #include "world/phases/callback_phase.hh"
 
@@ -22,11 +23,11 @@ using Stg::test::RandomSource;
 
 constexpr int kTrees = 400, kOfTree = 3;
 
-/// What a model's callback knows and does.
+/// The data of a model's callback.
 struct Note {
-  std::atomic<int>* calls;  // of all models
-  std::vector<int>* tree;   // numbers of the models of this tree, as they are called
-  std::vector<int>* seen;   // by serial ones: how many calls there were before; else null
+  std::atomic<int>* calls;  // counter of the calls of all models
+  std::vector<int>* tree;   // numbers of this tree's models in the order of calls
+  std::vector<int>* seen;   // for serial callbacks: calls before each one; else null
   int number;
   static int Take(Stg::Model*, void* user) {
     const auto& note = *static_cast<Note*>(user);
@@ -37,10 +38,10 @@ struct Note {
   }
 };
 
-/// Trees of a robot and two rangers, each of which notes when it is called.
+/// Trees of a robot and two rangers, whose callbacks record their calls.
 class Robots {
  public:
-  /// `is_serial(i)`: the callback of model i must be called alone.
+  /// If is_serial(i), the callback of model i must be called alone.
   template <typename F>
   explicit Robots(F is_serial) : calls_(0), trees_(kTrees), notes_(kTrees * kOfTree) {
     std::string text;
@@ -60,7 +61,8 @@ class Robots {
     std::vector<int> seen;
     bool operator==(const Outcome&) const = default;
   };
-  /// Calls all of the list as the engine does. Counts those that were called together.
+  /// Calls the callbacks of a list as the engine does, and counts those that were called in
+  /// parallel.
   Outcome Call(const std::vector<Stg::Model*>& list, unsigned threads, size_t* together) {
     Stg::threads::WorkerPool workers(threads);
     const Stg::While stepping(&world_->engine().stepping, true);
@@ -99,7 +101,7 @@ class Robots {
   std::vector<Note> notes_;
   std::unique_ptr<Stg::World> world_;
   std::vector<Stg::Model*> models_;
-  Stg::CallbackPhase phase_;  // the same all the time, as trees remember its runs
+  Stg::CallbackPhase phase_;  // reused, because trees remember its runs
 };
 
 void ExpectSameAsInTurn(Robots* robots, const std::vector<Stg::Model*>& list, size_t* together) {
@@ -120,7 +122,8 @@ TEST(CallbackPhase, AllAtOnce) {
 TEST(CallbackPhase, TreesThatComeAgain) {
   Robots robots([](size_t) { return false; });
   std::vector<Stg::Model*> list = robots.models();
-  // The first again behind all others; neighbours; all once more; all in the other order.
+  // Repeat the first model at the end and elsewhere, then a neighbour, then all models in both
+  // orders.
   list.push_back(list[0]);
   list.insert(list.begin() + 700, list[0]);
   list.insert(list.begin() + 500, list[499]);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Callbacks that are called while models update: of CB_VELOCITY, and enqueued ones. Sensors that
-// updated before have sensed the world as it was then, and callbacks see what they sensed, whether
-// rays are traced one by one or in a batch.
+// CB_VELOCITY callbacks and enqueued callbacks are called while models update. Sensors that updated
+// earlier have sensed the world before the callback, which sees their readings, whether rays are
+// traced one by one or in a batch.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 using namespace Stg;
 
-/// One sensor of each type, then a robot whose callback comes, then the same sensors again. All
+/// A sensor of each type, then a robot with a callback, then the same sensors again. All sensors
 /// look at the target.
 const char kWorld[] = R"(
 resolution 0.02
@@ -33,7 +33,7 @@ position( name "between" pose [-2 0 0 0] alwayson 1 )
 looker( name "after" pose [0 -0.5 0 0] )
 )";
 
-/// All that the sensors of a looker have to say.
+/// The readings of all sensors of a looker.
 std::vector<double> Sensed(World* world, const std::string& looker) {
   const auto find = [&](const char* type) { return world->GetModel(looker + "." + type); };
   std::vector<double> all;
@@ -69,10 +69,10 @@ const Change kChanges[] = {
     {"existence", [](Model* target) { delete target; }},
 };
 
-/// A callback that makes a change, and the readings of the sensor `before` that it finds.
+/// A callback that makes a change, and the readings of the looker "before" at that time.
 struct Visit {
   const Change* change;
-  std::vector<double> seen;  // by "before", as the callback sees it
+  std::vector<double> seen;  // readings of "before" as the callback sees them
   static int Do(Model* between, void* user) {
     auto& visit = *static_cast<Visit*>(user);
     World* const world = between->GetWorld();
@@ -100,7 +100,7 @@ Outcome StepOnce(const Change& change, bool timed, bool batch, unsigned threads)
     Visit visit{&change, {}};
     auto* between = static_cast<ModelPosition*>(world->GetModel("between"));
     if (timed) {
-      // What is enqueued now comes behind all models of the file.
+      // An event that is enqueued now comes after the updates of all models in the file.
       world->Enqueue(0, world->sim_interval, between, Visit::Do, &visit);
     } else {
       between->AddCallback(Model::CB_VELOCITY, Visit::Do, &visit);
@@ -120,7 +120,7 @@ TEST(CallbacksBetweenUpdates, SeeWhatWasSensedAndChangeWhatIsSensedLater) {
     for (const Change& change : kChanges) {
       const Outcome expected = StepOnce(change, timed, false, 1);
       EXPECT_EQ(expected.seen, still.before) << change.name << timed;
-      // What is gone is not on lists of models seen.
+      // A deleted model is removed from the lists of models seen.
       if (change.name != std::string("existence")) {
         EXPECT_EQ(expected.before, still.before) << change.name << timed;
       }
@@ -130,7 +130,7 @@ TEST(CallbacksBetweenUpdates, SeeWhatWasSensedAndChangeWhatIsSensedLater) {
   }
 }
 
-/// Else the test above would say little.
+/// Proves that the test above is meaningful: each change has an effect on later sensors.
 TEST(CallbacksBetweenUpdates, ChangeWhatIsSensedLater) {
   const Outcome still = StepOnce(kChanges[0], false, true, 1);
   EXPECT_EQ(still.before.size(), still.after.size());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Clients write `using namespace Stg` and have names of their own. Those of the library's rooms
-// must not get in their way: if they did, this file would not compile.
+// Clients write `using namespace Stg` and define their own names. The names of the library's
+// modules must not conflict with them; otherwise this file would not compile.
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A copy of a world is in the state that its file, loaded anew, gives; whatever has become of the
-// other one.
+// A copy of a world has the state of its newly loaded file, independent of the original's state.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +30,7 @@ std::unique_ptr<World> CopyOf(const World& other, uint64_t seed) {
   return copy;
 }
 
-/// At each step.
+/// The state hashes at the beginning and after each step.
 std::vector<uint64_t> HashesOf(World* world, int steps) {
   std::vector<uint64_t> hashes = {world->StateHash()};
   for (int i = 0; i < steps; i++) {
@@ -83,7 +82,7 @@ TEST_F(CopyTest, WhateverHasBecomeOfTheOther) {
   }
 }
 
-/// Many at once, one after the other changing what they have in common.
+/// Makes many copies at the same time; each modifies data that it shares with the others.
 TEST_F(CopyTest, InManyThreads) {
   const std::unique_ptr<World> other = LoadFile(SourceFile("worlds/simple.world"), 1);
   HashesOf(other.get(), 10);

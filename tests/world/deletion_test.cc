@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What may be made and deleted, and when.
+// Models and worlds may be created and deleted at any time.
 
 #include <string>
 #include <vector>
@@ -21,8 +21,8 @@ int DeleteNamed(Model* mod, void* name) {
   return 0;
 }
 
-/// The first callback of `when` of that type deletes the model whose name is `victim`. The string
-/// has to live as long as the callback.
+/// Makes the first callback of `when` of that type delete the model called `victim`. The string
+/// must outlive the callback.
 void DeleteOnce(Model* when, Model::callback_type_t type, std::string* victim) {
   static bool done;
   done = false;
@@ -39,10 +39,10 @@ void DeleteOnce(Model* when, Model::callback_type_t type, std::string* victim) {
 TEST(Deletion, OfOthersInAModelsCallback) {
   for (const char* name : {"b", "d", "b.c", "d.e"}) {
     for (const char* when : {"a", "d.e"}) {
-      if (name[0] == 'd' && when[0] == 'd') continue;  // that would be itself
+      if (name[0] == 'd' && when[0] == 'd') continue;  // it would delete itself
       const auto world = LoadText(kTrio);
       std::string victim = name;
-      // Callbacks of other models come after the one that deletes.
+      // The callbacks of other models come after the deleting one.
       for (const char* model : {"b", "b.c", "d"})
         Find(*world, model)
             ->AddCallback(
@@ -55,7 +55,7 @@ TEST(Deletion, OfOthersInAModelsCallback) {
 }
 
 TEST(Deletion, DuringUpdates) {
-  // A velocity callback runs while sensors put their rays together.
+  // A velocity callback runs while sensors add their rays to the batch.
   for (const char* name : {"a", "b", "later", "later.l", "first"}) {
     const auto world =
         LoadText("position( name \"first\" alwayson 1 ranger( alwayson 1 sensor( ) ) ) " +
@@ -176,7 +176,7 @@ TEST(SelfDeletion, InAModelsOwnUpdateCallback) {
 
 int DeleteIt(Model* mod, void*) { return delete mod, 0; }
 
-// What is drawn of a model that is gone could still be seen.
+// A deleted model must not leave cells in the grid that sensors could still see.
 TEST(SelfDeletion, InItsParentCallback) {
   for (const auto type : {Model::CB_PARENT, Model::CB_POSE}) {
     const auto world =
@@ -205,14 +205,14 @@ TEST(SelfDeletion, WhenItStartsOrStops) {
     }
 }
 
-// Init functions of controllers delete whom they like: of the others, each is called once.
+// Init functions of controllers delete models; those of all remaining models are called once.
 TEST(SelfDeletion, WhileModelsAreInitialised) {
   Model::name_map["eraser"] = [](World* world, Model* parent, const std::string& type) {
     Model* model = new Model(world, parent, type);
     model->AddCallback(
         Model::CB_INIT,
         [](Model* mod, void*) {
-          const World& all = *mod->GetWorld();  // the model itself is among those that go
+          const World& all = *mod->GetWorld();  // the model itself is deleted, too
           for (const char* name : {"first", "self", "next", "last"})
             if (all.GetChildren().size() > 2) delete Find(all, name);
           return 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The exact ray model: ranges go to the outlines themselves, whatever the cell size.
+// With the exact ray model, ranges end at outlines and do not depend on the cell size.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ namespace {
 
 constexpr double kCells[] = {0.005, 0.02, 0.1, 0.5};
 
-// ---- the truth, without a grid ------------------------------------------------------------------
+// ---- the expected ranges, without a grid --------------------------------------------------------
 
 using Real = long double;
 
@@ -39,7 +39,7 @@ struct Wall {
   const Model* model;
 };
 
-/// All edges of all bodies of the world that rangers stop at.
+/// All edges of bodies that stop rangers.
 std::vector<Wall> WallsOf(const World& world) {
   std::vector<Wall> walls;
   for (Model* model : world.GetAllModels()) {
@@ -62,7 +62,7 @@ std::vector<Wall> WallsOf(const World& world) {
   return walls;
 }
 
-/// How far a ray gets: to the nearest wall, or infinity.
+/// The distance to the nearest wall along a ray, or infinity.
 Real TrueRange(const std::vector<Wall>& walls, const Model* finder, const Pose& origin) {
   const Real c = std::cos(Real{origin.a}), s = std::sin(Real{origin.a});
   Real nearest = std::numeric_limits<Real>::infinity();
@@ -81,10 +81,10 @@ Real TrueRange(const std::vector<Wall>& walls, const Model* finder, const Pose& 
 
 struct Comparison {
   size_t rays = 0, hits = 0, missed = 0, invented = 0;
-  Real worst = 0;  ///< metres
+  Real worst = 0;  ///< max error, metres
 };
 
-/// Compares the readings of a ranger's first sensor with the truth.
+/// Compares the readings of a ranger's first sensor with the expected ranges.
 Comparison Compare(const World& world, const ModelRanger& ranger) {
   const std::vector<Wall> walls = WallsOf(world);
   const ModelRanger::Sensor& sensor = ranger.GetSensors()[0];
@@ -125,8 +125,8 @@ std::string Header(double cell) {
   return text.str();
 }
 
-/// Boxes and stars of all sizes, turned anyhow, some far below the size of a cell, some at heights
-/// at which the rays pass; and lidars among them.
+/// Boxes and stars with random sizes and headings, some much smaller than a cell, some above or
+/// below the rays, with lidars among them.
 std::string RandomScene(RandomSource* random, int lidars) {
   std::ostringstream text;
   text << std::fixed;
@@ -199,7 +199,7 @@ TEST(ExactRays, AreTrueInRandomWorldsAtEveryCellSize) {
 }
 
 TEST(ExactRays, CellsAreLessTrue) {
-  // What the comparison is worth: the cell model fails it by far.
+  // Prove that the comparison is meaningful: the cell model fails it clearly.
   RandomSource random(1);
   std::string text = Header(0.1) + RandomScene(&random, 1);
   text.replace(text.find("exact"), 5, "cell");
@@ -228,7 +228,7 @@ TEST(ExactRays, FollowBodiesThatMove) {
       delete boxes[victim];
       boxes.erase(boxes.begin() + static_cast<long>(victim));
     }
-    // Readings are taken at the beginning of a step: nothing else moves here.
+    // Readings are taken at the beginning of a step; nothing else moves here.
     Step(*world);
     ExpectTrue(*world, *lidar, "step " + std::to_string(step));
     if (HasFailure()) return;
@@ -236,7 +236,7 @@ TEST(ExactRays, FollowBodiesThatMove) {
 }
 
 TEST(ExactRays, InAPictureOfWalls) {
-  // Walls traced from a picture: rectangles and corners that share edges.
+  // Walls traced from a bitmap have rectangles and corners that share edges.
   for (const double cell : {0.02, 0.3}) {
     const std::unique_ptr<World> world = LoadText(
         Header(cell) + "model(size [16 16 1] bitmap \"" + std::getenv("STAGE_SOURCE_DIR") +
@@ -252,7 +252,7 @@ TEST(ExactRays, InAPictureOfWalls) {
 }
 
 TEST(ExactRays, ParallelToTheAxesAndAlongEdges) {
-  // A box whose sides lie on cell borders; rays at multiples of 45 degrees.
+  // The sides of a box are on cell borders; some rays are at multiples of 45 degrees.
   for (const double cell : kCells) {
     const std::string box = Header(cell) + "model(pose [3 0 0 0] size [2 2 1])\n";
     const std::vector<double> from_left = ReadingsIn(box + LidarAt(0, 0, 0));
@@ -278,7 +278,7 @@ TEST(ExactRays, ParallelToTheAxesAndAlongEdges) {
 }
 
 TEST(ExactRays, NoneSlipsBetweenBlocksThatShareACorner) {
-  // Fans of blocks around a point; rays straight at that point and beside it.
+  // Blocks surround a point; rays go exactly to that point and beside it.
   for (const double cell : kCells) {
     std::ostringstream text;
     text << std::fixed;
@@ -306,8 +306,7 @@ TEST(ExactRays, NoneSlipsBetweenBlocksThatShareACorner) {
   }
 }
 
-/// Two boxes in the same place, of which rangers see different intensities; and a lidar that looks
-/// at them with so many samples.
+/// Two boxes in the same place with different intensities, and a lidar with `samples` samples.
 std::string TwoInOnePlace(double first, double second, int samples) {
   std::ostringstream text;
   text << Header(0.02);
@@ -338,7 +337,7 @@ TEST(ExactRays, StopAtTheOlderOfTwoModelsInOnePlaceWhateverMovesLast) {
 }
 
 TEST(ExactRays, LongOnes) {
-  // A wall at 30 km, at the end of 94 legs, and one that ends a nanometre out of reach.
+  // One wall is at 30 km, at the end of 94 legs; another one is a nanometre out of range.
   const auto ahead = [](const std::string& range, double degrees, double wall) {
     std::ostringstream text;
     text << std::fixed;

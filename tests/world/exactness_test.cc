@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How a world is run must not change what happens in it: not the number of threads, not whether
-// rays are batched, not whether a device walks them, not what ran before.
+// The way a world is run must not change its results: neither the number of threads, nor batches of
+// rays, nor a device, nor earlier runs in the same process.
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ std::string FromEnvironment(const char* name) {
   return value ? value : "";
 }
 
-/// One thread, batches, no device: what all others are compared with.
+/// The reference for all comparisons: one thread, batches, no device.
 RunOptions Plain() {
   RunOptions options;
   options.threads = 1;
@@ -42,7 +42,7 @@ RunOptions Plain() {
 RunOptions WithThreads(int threads) {
   RunOptions options = Plain();
   options.threads = threads;
-  options.share_from = 1;  // these worlds are small
+  options.share_from = 1;  // use all threads although these worlds are small
   return options;
 }
 
@@ -58,7 +58,7 @@ RunOptions OnDevice() {
   return options;
 }
 
-/// The first step after which two runs differ; -1: none. 0 is the beginning.
+/// The first step after which two runs differ; 0: at the beginning; -1: none.
 int FirstDifference(const Outcome& a, const Outcome& b) {
   if (a.hashes.size() != b.hashes.size()) return 0;
   for (size_t i = 0; i < a.hashes.size(); i++)
@@ -66,7 +66,7 @@ int FirstDifference(const Outcome& a, const Outcome& b) {
   return -1;
 }
 
-/// Writes the text of a world that failed to a file, and says to which.
+/// Writes the text of a world that failed to a file, and returns its description.
 std::string Keep(const WorldText& world) {
   const std::string path =
       testing::TempDir() + "stage-exactness-" + std::to_string(world.seed()) + ".world";
@@ -86,7 +86,7 @@ struct Mode {
   RunOptions options;
 };
 
-/// Runs random worlds plainly and in all these ways.
+/// Runs random worlds with Plain() options and in all these modes, and compares the results.
 void CompareRandomWorlds(uint64_t worlds, const std::vector<Mode>& modes, bool early) {
   uint64_t hits = 0;
   for (uint64_t seed = 1; seed <= worlds && !testing::Test::HasFailure(); seed++) {
@@ -102,7 +102,7 @@ void CompareRandomWorlds(uint64_t worlds, const std::vector<Mode>& modes, bool e
 }
 
 TEST(ExactnessTest, OnTheHost) {
-  // "again" comes after other worlds in the same process.
+  // The mode "again" runs after other worlds in the same process.
   CompareRandomWorlds(kWorlds,
                       {{"2 threads", WithThreads(2)},
                        {"4 threads", WithThreads(4)},
@@ -172,13 +172,14 @@ INSTANTIATE_TEST_SUITE_P(All, ShippedWorlds,
                            return name.substr(0, name.find('.'));
                          });
 
-// ---- readings are those of single rays ----------------------------------------------------------
+// ---- readings of batches equal those of single rays ---------------------------------------------
 
 bool StopsRangers(Stg::Model* candidate, const Stg::Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0);
 }
 
-/// What a sensor has to read: World::Raytrace() takes neither layers nor self-masks.
+/// The expected readings of a sensor, by World::Raytrace(), which uses neither layers nor
+/// self-masks.
 struct Expected {
   uint32_t ranger;  // its id
   size_t sensor;
@@ -215,7 +216,7 @@ int CountUpdate(Stg::Model* model, void* counts) {
   return 0;
 }
 
-/// One step; returns the number of readings that were compared.
+/// Makes a step and compares readings; returns their number.
 size_t CompareStep(Stg::World* world) {
   std::map<uint32_t, int> updates;
   std::vector<Expected> expected;
@@ -270,7 +271,7 @@ TEST(ExactnessTest, ReadingsAreThoseOfSingleRays) {
 
 // ---- other processes, other seeds ---------------------------------------------------------------
 
-/// What the program says of a world: the line with its state hash.
+/// The line with the state hash that the program prints for a world.
 std::string HashFromProgram(const std::string& world, const std::string& options) {
   const std::string command = FromEnvironment("STAGE_BINARY_DIR") + "/bin/stage -g --state-hash " +
                               options + " '" + world + "'";
@@ -283,7 +284,7 @@ std::string HashFromProgram(const std::string& world, const std::string& options
   return text;
 }
 
-/// A world with all kinds of noise and wandering robots.
+/// Writes a world with all kinds of noise and wandering robots.
 std::string WriteNoisyWorld() {
   std::string path = testing::TempDir() + "stage-exactness-noise.world";
   std::ofstream out(path);

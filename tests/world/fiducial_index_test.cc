@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The index of what fiducial finders may see.
+// The spatial index of the models that fiducial finders may see.
 
 #include "models/fiducial_index.hh"
 
@@ -25,7 +25,7 @@ TEST(FiducialIndex, FindsWhatASearchThroughAllFinds) {
     model->ClearBlocks();
     const double reach = i < 250 ? 10 : 200;
     double x = random.Real(-reach, reach), y = random.Real(-reach, reach);
-    if (i % 5 == 0) x = 4.0 * random.Int(-5, 5);  // at the borders of strips
+    if (i % 5 == 0) x = 4.0 * random.Int(-5, 5);  // exactly on borders of strips
     if (i % 7 == 0) y = random.Int(-5, 5);
     model->SetPose(Pose(x, y, 0, 0));
     model->SetFiducialReturn(random.Int(0, 3));
@@ -68,7 +68,7 @@ TEST(FiducialIndex, IsMadeOnceAStep) {
   index.Refresh(models, 1);
   EXPECT_TRUE(index.Near(0, 0, 1).empty());
   EXPECT_EQ(index.Near(5, 0, 1).size(), 1u);
-  index.Forget(nullptr);  // a deletion: made anew
+  index.Forget(nullptr);  // a deletion rebuilds the index
   model->SetFiducialReturn(0);
   index.Refresh(models, 1);
   EXPECT_TRUE(index.Near(5, 0, 1).empty());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A program that forks: threads stay behind in the parent.
+// Programs that fork: the child process has none of the parent's threads.
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -19,14 +19,14 @@
 namespace Stg {
 namespace {
 
-/// ThreadSanitizer takes threads that a child starts for those of its parent.
+/// ThreadSanitizer confuses the threads of a child with those of its parent.
 #if defined(__SANITIZE_THREAD__)
 #define SKIP_WITH_THREAD_SANITIZER() GTEST_SKIP() << "ThreadSanitizer can't do without the parent"
 #else
 #define SKIP_WITH_THREAD_SANITIZER()
 #endif
 
-/// Runs something in a child process. True if it came out true, in time.
+/// Runs is_so() in a child process. Returns true if it returns true in time.
 template <typename F>
 bool InChild(F is_so) {
   const pid_t child = fork();
@@ -97,7 +97,7 @@ TEST(Fork, TheChildDeletesTheWorld) {
   }));
 }
 
-// In the midst of a step.
+// Forks in the middle of a step.
 TEST(Fork, InACallback) {
   const auto world = CrowdedWorld();
   static bool good;
@@ -108,7 +108,7 @@ TEST(Fork, InACallback) {
       0, 0, world->GetGround(),
       [](Model*, void*) {
         good = InChild([] {
-          // What is left of a step, by hand.
+          // Do the rest of the step explicitly.
           forked->host().TraceBatch();
           return true;
         });

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A world's future depends on its state alone, and not on how it came to be in that state: loaded
-// from a file, reset after another run, restored from a snapshot, branched off, or copied from a
-// world that has moved on. Each way gives the state hashes and the snapshots of a fresh world, step
-// by step.
+// A world's future depends only on its state and not on its history: loaded from a file, reset
+// after another run, restored from a snapshot, branched, or copied from a running world. In each
+// case, state hashes and snapshots equal those of a fresh world at every step.
 //
 // The worlds are random. They span several superregions of the grid, and in each step models are
-// made, deleted, teleported, resized, and given other parents.
+// created, deleted, teleported, resized and reparented.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +29,7 @@ namespace {
 constexpr int kSteps = 20;
 constexpr double kReach = 14;  // metres: superregions are 4 to 10 metres wide
 
-/// Robots with parts of all types around the origin, and some that are about to leave it.
+/// Robots with devices of all types around the origin, some of which will leave it.
 std::string WideWorld(uint64_t seed) {
   test::RandomSource random(seed);
   std::ostringstream text;
@@ -79,7 +78,7 @@ State StateOf(const World& world) {
   return state;
 }
 
-/// A run of a random world, and the ways to come to its states.
+/// A run of a random world with its states, and the various ways to reach them.
 class History {
  public:
   explicit History(uint64_t seed) : seed_(seed), text_(WideWorld(seed)) {
@@ -92,14 +91,14 @@ class History {
   }
 
   std::unique_ptr<World> NewWorld(uint64_t seed) const { return Load(text_, OptionsOf(seed)); }
-  /// A world of the same file that has been through something else.
+  /// A world of the same file with another history.
   std::unique_ptr<World> WorldWithAPast() const {
     std::unique_ptr<World> world = NewWorld(seed_ + 1);
     Go(world.get(), seed_ + 99, 0, 12, kReach);
     Look(world.get());
     return world;
   }
-  /// Onlookers leave no trace.
+  /// Uses functions that must not change the world, such as ray casting.
   static void Look(World* world) {
     double range = 0;
     const Pose pose(1, 2, 0, 0);
@@ -107,7 +106,7 @@ class History {
     options.ray_model = RayModel::kExact;
     EXPECT_TRUE(RayCaster(world, options).Cast(&pose, 1, {0.0}, 9, &range));
   }
-  /// Goes on from a step to the end and compares, and says where it differs; empty: nowhere.
+  /// Steps from `step` to the end and compares states. Describes the first difference; empty: none.
   std::string Follow(World* world, int step, bool looks = false) const {
     if (world->StateHash() != states_[At(step)].hash) return Differs(step);
     for (; step < kSteps; step++) {
@@ -147,10 +146,10 @@ Snapshot FromBytes(const Snapshot& snapshot) {
 class HistoriesTest : public testing::Test {
  protected:
   static void SetUpTestSuite() { Init(nullptr, nullptr); }
-  /// Calls come_by(run), which returns what is wrong, for random runs.
+  /// Calls come_by(run), which returns an error or an empty text, for random runs.
   static void Compare(const std::function<std::string(const History&)>& come_by) {
     constexpr uint64_t kRuns = kSanitized ? 4 : 24;
-    SetLogSink([](LogLevel, const std::string&) {});  // the meddler is told what can't be
+    SetLogSink([](LogLevel, const std::string&) {});  // discards messages about refused changes
     for (uint64_t seed = 0; seed < kRuns; seed++) EXPECT_EQ(come_by(History(seed)), "") << seed;
     SetLogSink(nullptr);
   }
@@ -197,7 +196,7 @@ TEST_F(HistoriesTest, RestoredIntoItself) {
       for (int step = 0; step < kSteps; step++) {
         Snapshot snapshot;
         EXPECT_TRUE(world->Take(&snapshot, keep));
-        Go(world.get(), run.seed() + 7, step, random.Int(1, 4), kReach);  // astray
+        Go(world.get(), run.seed() + 7, step, random.Int(1, 4), kReach);  // diverges
         if (!world->Restore(snapshot)) return "refused to restore step " + std::to_string(step);
         Go(world.get(), run.seed(), step, 1, kReach);
         if (StateOf(*world).snapshot.hash() != run.snapshot(step + 1).hash())
@@ -222,7 +221,7 @@ TEST_F(HistoriesTest, RestoredFromEachStepIntoAnotherWorld) {
   });
 }
 
-/// Does in a branch what is done in the run from some step on, and notes its states.
+/// Repeats in a branch the changes of the run from some step on, and records the states.
 class Meddling : public Scenario {
  public:
   Meddling(const History& run, int first_step) : run_(run), step_(first_step) {}
@@ -244,7 +243,7 @@ TEST_F(HistoriesTest, BranchedOff) {
   Compare([](const History& run) {
     const std::unique_ptr<World> prototype = run.WorldWithAPast();
     Branches branches(*prototype, 3);
-    for (uint32_t round = 0; round < 6; round++) {  // each branch serves several times
+    for (uint32_t round = 0; round < 6; round++) {  // each branch is used several times
       const uint32_t branch = round % branches.count();
       const int step = static_cast<int>(round) * 3;
       branches.Restore(branch, run.snapshot(step));
@@ -260,7 +259,7 @@ TEST_F(HistoriesTest, BranchedOff) {
 
 // ---- the floor that cameras see -----------------------------------------------------------------
 
-/// A robot drives into a superregion where nothing has been; the camera behind it sees the floor
+/// A robot drives into a superregion that was empty before; the camera behind it sees the floor
 /// there. Superregions are 20.48 m wide.
 constexpr char kLeaving[] =
     "resolution 0.02\n"
@@ -304,7 +303,7 @@ TEST_F(HistoriesTest, TheFloorGrowsAgainWhenARobotLeavesItAgain) {
   }
 }
 
-/// A move is planned into a superregion where nothing has been, and stops at a post before it.
+/// A move into an empty superregion is proposed, but a post stops it before.
 TEST_F(HistoriesTest, TheFloorDoesNotGrowByAMoveThatIsNotMade) {
   std::string text =
       "resolution 0.02\n"

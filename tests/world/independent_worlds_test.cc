@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Worlds know nothing of each other: several threads make, load, run, reset and delete worlds of
-// their own at the same time, and each comes out as it does alone.
+// Worlds are independent: several threads create, load, run, reset and delete their own worlds at
+// the same time, with the same results as alone.
 
 #include <gtest/gtest.h>
 

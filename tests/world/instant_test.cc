@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A scan, the estimate and the true pose of one time belong to one instant, whatever the lengths of
-// steps, the intervals of updates, the kind of localization, and the time of the subscription.
+// The scan, the estimate and the true pose with the same time stamp belong to the same instant, for
+// any step length, update interval, localization and time of subscription.
 
 #include <cmath>
 #include <string>
@@ -16,9 +16,9 @@
 namespace Stg {
 namespace {
 
-constexpr double kClose = 1e-9;  // m; with the estimate of another step it is some centimetres
+constexpr double kClose = 1e-9;  // metres; the estimate of another step is off by centimetres
 
-/// Takes the scans of a ranger as a controller does, in its callbacks.
+/// Collects the scans of a ranger in its update callbacks, as a controller does.
 struct Controller {
   ModelPosition* robot;
   ModelRanger* ranger;
@@ -47,7 +47,7 @@ struct Controller {
 struct Case {
   int step, ranger_interval, robot_interval;
   const char* localization;
-  int late;  // steps before somebody subscribes to the ranger
+  int late;  // number of steps before the ranger gets a subscriber
 };
 
 std::vector<Case> Cases() {
@@ -91,7 +91,7 @@ TEST(OneInstant, AMapperInACallbackSeesWallsWhereTheyAre) {
   }
 }
 
-// Readings belong to the pose before the robot was put elsewhere.
+// Readings belong to the pose before the controller moved the robot.
 TEST(OneInstant, HoldsForARobotThatAControllerMovesByHand) {
   const auto world = LoadText(
       Room("position( name \"r\" alwayson 1 ranger( name \"l\" alwayson 1 sensor( range [0 20]"
@@ -110,7 +110,7 @@ TEST(OneInstant, HoldsForARobotThatAControllerMovesByHand) {
   EXPECT_LT(controller.true_places.Quantile(1), kClose);
 }
 
-// Robots and sensors that others carry along: each has its place of that instant.
+// Robots and sensors that other models carry have the poses of the same instant.
 TEST(OneInstant, HoldsForSensorsOnActuatorsAndForRobotsOnRobots) {
   const auto world = LoadText(
       "interval_sim 20\n" +
@@ -147,7 +147,7 @@ TEST(OneInstant, HoldsForSensorsOnActuatorsAndForRobotsOnRobots) {
   }
 }
 
-/// All that a world says of one instant.
+/// Everything that a world reports about one instant.
 std::vector<double> AllOf(World& world) {
   std::vector<double> all;
   for (const Model* model : world.engine().models) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Worlds that come and go: loading again and again, several at once, reloading, deleting.
+// The life cycle of worlds: repeated loading, several worlds at once, reloading and deleting.
 
 #include <cstdlib>
 
@@ -17,7 +17,7 @@ constexpr bool kSanitized = true;
 constexpr bool kSanitized = false;
 #endif
 
-// Of everything something.
+// A world with models of many types.
 const char* const kSmallWorld = R"(
 define robot position
 (
@@ -41,7 +41,7 @@ int Drive(Model* mod, void*) {
   return 0;
 }
 
-/// What a small world has become after some steps.
+/// The state hash of a small world after some steps.
 uint64_t HashAfter(World* world, int steps) {
   for (const char* robot : {"r0", "r1"})
     Find(*world, robot)->AddCallback(Model::CB_UPDATE, Drive, nullptr);
@@ -64,7 +64,7 @@ TEST(Lifecycle, TenThousandCyclesNeedNoMoreMemoryThanAFew) {
   const long growth = ResidentMemory() - start;
   RecordProperty("growth_in_bytes", static_cast<int>(growth));
   EXPECT_GT(start, 0);
-  if (!kSanitized) {  // sanitizers hold on to what was freed
+  if (!kSanitized) {  // sanitizers delay the release of freed memory
     EXPECT_LT(growth, 1 << 20);
   }
 }
@@ -92,7 +92,7 @@ TEST(Lifecycle, AWorldLoadedAgainBeginsAnew) {
   ASSERT_TRUE(LoadSmallWorld(used.get()));
   HashAfter(used.get(), 40);
   used->AddUpdateCallback([](World*, void*) -> int { abort(); }, nullptr);
-  ASSERT_TRUE(LoadSmallWorld(used.get()));  // unloads by itself
+  ASSERT_TRUE(LoadSmallWorld(used.get()));  // unloads the previous world
   EXPECT_EQ(used->SimTimeNow(), 0u);
   EXPECT_EQ(used->UpdateCount(), 0u);
   EXPECT_EQ(used->GetAllModels().size(), fresh->GetAllModels().size());
@@ -130,7 +130,7 @@ TEST(Lifecycle, AWorldThatWasNeverLoadedSteps) {
   Step(*world, 3);
 }
 
-// In a process of its own, which runs nothing else before.
+// It needs a separate process, in which nothing has called Init() before.
 TEST(LifecycleDeathTest, AWorldThatIsMadeBeforeInitCallsIt) {
   testing::GTEST_FLAG(death_test_style) = "threadsafe";
   const auto run = [] {

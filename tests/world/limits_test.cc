@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What a short file may ask for: memory for numbers of things that macros multiply.
+// Limits of memory for short world files, in which macros multiply large numbers of things.
 
 #include "support/model_testing.hh"
 
 namespace Stg {
 namespace {
 
-/// 10 times 10 of them.
+/// A world with 100 instances of the macro, by two levels of macros.
 std::string Hundred(const std::string& define) {
   std::string ten;
   for (int i = 0; i < 10; i++) ten += " inner( )";
@@ -17,9 +17,9 @@ std::string Hundred(const std::string& define) {
 }
 
 struct Greedy {
-  const char* define;   ///< of `inner`
-  const char* place;    ///< of the number in it
-  const char* message;  ///< what was found
+  const char* define;   ///< definition of the macro `inner`
+  const char* place;    ///< line and column of the number in it
+  const char* message;  ///< expected part of the message
 };
 const Greedy kGreedy[] = {
     {"define b block( points 100000 point[0] [1 1] )\n"
@@ -33,7 +33,7 @@ const Greedy kGreedy[] = {
 
 TEST(MemoryLimit, IsSaidInOneLine) {
   for (const Greedy& greedy : kGreedy) {
-    // A smaller limit than the usual one, which blobfinders and bumpers would hardly come to.
+    // A limit below the default, which blobfinders and bumpers would hardly reach.
     const std::string limit = "memory_limit 100 ";
     std::string place = greedy.place;
     place = "1:" + std::to_string(std::stoi(place.substr(2)) + static_cast<int>(limit.size()));
@@ -57,7 +57,7 @@ TEST(MemoryLimit, IsTwoGigabytesUnlessTheWorldHasAnother) {
   EXPECT_NE(outcome.errors.find("expected at most 2000 MB (memory_limit) in all\n"),
             std::string::npos)
       << outcome.errors;
-  // Loading does not allocate the samples: there are no subscribers. So the test needs no 2.4 GB.
+  // Without subscribers, loading does not allocate the samples, so the test does not need 2.4 GB.
   EXPECT_TRUE(TryToLoad("memory_limit 2400\n" + text).loaded);
   EXPECT_TRUE(TryToLoad("memory_limit 0\n" + text).loaded);
   EXPECT_FALSE(TryToLoad("memory_limit 2399\n" + text).loaded);

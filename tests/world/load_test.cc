@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What World::Load() says about world files that are wrong, in one line of the form
-// file:line:column: what was found, what was expected.
+// World::Load() reports errors of world files in one line: file:line:column, what was found and
+// what was expected.
 
 #include <algorithm>
 #include <filesystem>
@@ -40,7 +40,7 @@ struct BadFile {
   std::string text;
   int status;
   const char* place;                   // line:column in t.world
-  std::vector<const char*> fragments;  // of the message
+  std::vector<const char*> fragments;  // expected parts of the message
 };
 
 void PrintTo(const BadFile& bad, std::ostream* out) { *out << bad.text.substr(0, 60); }
@@ -60,7 +60,7 @@ TEST_P(Refused, WithPlaceStatusAndMessage) {
 }
 
 const BadFile kBadFiles[] = {
-    // What is where.
+    // Sections in wrong places.
     {"\n unicorn( )", 1, "2:2", {"\"unicorn\"", "expected", "position", "ranger", "block"}},
     {"define u unicorn( )\nu( )", 1, "2:1", {"unicorn"}},
     {"model( unicorn( ) )", 1, "1:8", {"unicorn"}},
@@ -73,7 +73,7 @@ const BadFile kBadFiles[] = {
     {"model( block( points 0 block( ) ) )", 1, "1:24", {"\"block\" inside a block"}},
     {"ranger( sensor( position( ) ) )", 1, "1:17", {"\"position\" inside a sensor"}},
     {"ranger( sensor( unicorn( ) ) )", 1, "1:17", {"inside a sensor"}},
-    // Files that are named.
+    // Missing or invalid files.
     {"model( bitmap \"missing.png\" )", 255, "1:15", {"missing.png"}},
     {"model( bitmap \"\" )", 255, "1:15", {"empty"}},
     {"model( bitmap \"/dev/null\" )", 255, "1:15", {"/dev/null"}},
@@ -122,7 +122,7 @@ const BadFile kBadFiles[] = {
 };
 INSTANTIATE_TEST_SUITE_P(All, Refused, testing::ValuesIn(kBadFiles));
 
-// ---- limits: what would take all memory, or for ever --------------------------------------------
+// ---- limits of memory and time ------------------------------------------------------------------
 
 std::string Repeated(size_t times, const std::string& text) {
   std::string result;
@@ -176,7 +176,7 @@ TEST(Limits, LongTrailsAreCut) {
       << outcome.errors;
 }
 
-// All these took minutes: each new body, block or picture looked at all there were before.
+// Loading must not take quadratic time: a new body, block or picture must not examine all others.
 TEST(Limits, CrowdsInOnePlace) {
   const auto world = EmptyWorld();
   EXPECT_TRUE(TryToLoad(world.get(), Repeated(20000, "model( )\n")).loaded);
@@ -248,7 +248,7 @@ TEST(Include, AStreamFindsFilesBesideThePathGiven) {
   EXPECT_NE(world->GetModel("robot"), nullptr);
 }
 
-// ---- what is only warned of ---------------------------------------------------------------------
+// ---- warnings -----------------------------------------------------------------------------------
 
 TEST(Warning, UnusedPropertiesOnceWithTheNearestName) {
   const LoadOutcome outcome = TryToLoad(

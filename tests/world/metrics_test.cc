@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The metrics of a world file, against what can be told without them.
+// The metrics of a world file equal values that are computed without them.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ std::map<std::string, double> MetricsOf(const World& world) {
   return metrics;
 }
 
-/// Two robots that drive at 1 m/s: a to the right, b after it at half the speed.
+/// Robot a drives to the right at 1 m/s, robot b follows at half that speed.
 class MetricsTest : public testing::Test {
  protected:
   static void SetUpTestSuite() { Init(nullptr, nullptr); }

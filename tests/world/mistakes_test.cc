@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Mistakes of world files that load all the same: each gets one line with its place.
+// Mistakes in world files that still load get one warning each, with the place in the file.
 
 #include <cctype>
 #include <set>
@@ -19,7 +19,7 @@ size_t CountLines(const std::string& text) {
   return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-/// The lines that loading a text prints, all of which are warnings.
+/// The lines that loading a text prints. It expects that all are warnings.
 std::string WarningsOf(const std::string& text) {
   const LoadOutcome outcome = TryToLoad(text);
   EXPECT_TRUE(outcome.loaded) << text << outcome.errors;
@@ -38,7 +38,7 @@ void ExpectOneLine(const std::string& text, const std::string& line) {
 
 // ---- tuples that are too long -------------------------------------------------------------------
 
-/// Lists, which have as many values as one likes.
+/// True for properties with an arbitrary number of values.
 bool IsList(const Property& property) {
   const std::string name = property.name, entity = property.entity;
   return name == "ctrl" || name == "plugins" || name == "colors" || name == "odom" ||
@@ -109,7 +109,7 @@ TEST(OdomError, AboveTheMotionIsWarnedOf) {
 // ---- properties of older Stages -----------------------------------------------------------------
 
 struct Old {
-  const char* section;  ///< "%" stands for the property
+  const char* section;  ///< the section, in which "%" stands for the property
   const char* property;
   const char* advice;
 };
@@ -184,7 +184,7 @@ TEST(OldProperties, GetOneLineForAllIndices) {
   ExpectOneLine("model( laser_return 1 ) model( laser_return 0 )", "(nor 1 more like it)");
 }
 
-/// A name that is current in one section is old in another.
+/// A name that is obsolete in one section may be valid in another.
 TEST(OldProperties, AreCurrentElsewhere) {
   EXPECT_EQ(WarningsOf("fiducial( range_max 8 range_min 0 ) camera( resolution [8 8] )"), "");
 }
@@ -224,7 +224,7 @@ TEST(OldIncludes, NameWhatComesWithThisStage) {
   EXPECT_EQ(TryToLoad("include \"mine.inc\"\n").errors.find("come with"), std::string::npos);
 }
 
-// ---- files that are no world files --------------------------------------------------------------
+// ---- files of other formats ---------------------------------------------------------------------
 
 TEST(ForeignFiles, AreNamed) {
   const std::pair<const char*, const char*> kFiles[] = {
@@ -266,7 +266,7 @@ TEST(Colours, ThatAreMisspeltGetASuggestion) {
 constexpr char kWall[] = "model( name \"wall\" pose [0 0 0 0] size [2 2 1] )\n";
 
 TEST(Starts, InsideOfSomethingAreWarnedOf) {
-  // On the outline, in the middle where nothing is drawn, and in the floor.
+  // Start on the outline, in the interior without occupied cells, and in the floor.
   ExpectOneLine(std::string(kWall) + "position( name \"r\" pose [1 0 0 0] )",
                 "t.world:2:26: warning: found robot \"r\" where \"wall\" is, expected free space");
   ExpectOneLine(std::string(kWall) + "position( name \"r\" pose [0 0.2 0 0] size [0.4 0.4 0.4] )",
@@ -311,7 +311,7 @@ TEST(Bounds, WithoutChoiceAreWarnedOf) {
       << "a robot that does not slide sideways";
 }
 
-// ---- bodies and sensors that do not meet --------------------------------------------------------
+// ---- sensors that can never see a body ----------------------------------------------------------
 
 TEST(FlatBodies, AreWarnedOfOnceForAKind) {
   ExpectOneLine(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Crowds in which sensors of all types, actuators and callbacks of all kinds are mixed: several
-// threads give the results of one, and do not spend much time on finding out what they may share.
+// Crowds with a mixture of all types of sensors, actuators and callbacks: several threads give the
+// same results as one, and finding parallel work is cheap.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@
 
 namespace {
 
-/// What robots carry.
+/// Devices that robots carry.
 const char* const kParts[] = {
     "ranger( sensor( range [0 4] fov 270 samples 16 ) )",
     "ranger( sensor( range [0 4] fov 90 samples 5 noise [0.01 0.05 0.5] ) sensor( samples 2 ) )",
@@ -43,7 +43,7 @@ const char* const kParts[] = {
 };
 constexpr int kPartCount = std::size(kParts);
 
-/// Robot `i` with these parts, and things between them to be gripped.
+/// Robot `i` with these devices, and a thing beside it that can be gripped.
 std::string Robot(int i, double spacing, const std::vector<std::string>& parts) {
   const auto number = [](double value) { return std::to_string(value); };
   const int row = i / 12;
@@ -57,7 +57,7 @@ std::string Robot(int i, double spacing, const std::vector<std::string>& parts) 
          number(y) + " 0 0] )\n";
 }
 
-/// Different robots have different ones of the parts.
+/// Robots with different selections of the devices.
 std::string MixedRobots(int count) {
   return crowd::Repeat(count, [](int i) {
     std::vector<std::string> parts;
@@ -73,7 +73,7 @@ std::vector<Stg::Model*> ModelsOf(Stg::World* world) {
   return models;
 }
 
-// ---- what is done -------------------------------------------------------------------------------
+// ---- callbacks ----------------------------------------------------------------------------------
 
 int Wander(Stg::Model* model, void*) {
   const double turn = 0.7 * (static_cast<double>(model->GetWorld()->GetUpdateCount() % 7) - 3);
@@ -87,7 +87,7 @@ int Wave(Stg::Model* model, void*) {
   return 0;
 }
 
-/// Looks beyond its own robot: it must be called in its turn.
+/// Reads other robots, so it must be called in sequence.
 int Follow(Stg::Model* model, void* all) {
   double x = 0;
   for (const Stg::Model* other : *static_cast<std::vector<Stg::Model*>*>(all))
@@ -96,7 +96,7 @@ int Follow(Stg::Model* model, void* all) {
   return 0;
 }
 
-/// In the midst of the updates: who comes later has to see it.
+/// Moves another robot during the updates; models that update later must see it.
 int Push(Stg::Model* model, void* other) {
   if (model->GetWorld()->GetUpdateCount() % 3 == 1)
     static_cast<Stg::Model*>(other)->AddToPose(0.02, -0.01, 0, 0.1);
@@ -105,7 +105,7 @@ int Push(Stg::Model* model, void* other) {
 
 struct Mixture {
   int robots;
-  int follow_every, push_every;  // of so many robots one; 0: none
+  int follow_every, push_every;  // every n-th robot has this callback; 0: none
 };
 
 class MixedWorld {
@@ -144,7 +144,7 @@ class MixedWorld {
   std::unique_ptr<Stg::World> world_;
 };
 
-// ---- the same with any number of threads --------------------------------------------------------
+// ---- equal results with any number of threads ---------------------------------------------------
 
 std::vector<uint64_t> HashesOf(const Mixture& mixture, const std::string& text,
                                const Stg::RunOptions& options) {
@@ -178,10 +178,10 @@ TEST(MixedCrowds, WithCallbacksThatLookAtOthers) { ExpectSameWithAnyThreads({60,
 TEST(MixedCrowds, WithCallbacksAmongTheUpdates) { ExpectSameWithAnyThreads({60, 3, 4}); }
 TEST(MixedCrowds, WithCallbacksEverywhere) { ExpectSameWithAnyThreads({30, 2, 1}); }
 
-// ---- how much is looked at, how often threads are woken -----------------------------------------
+// ---- cost of finding parallel work --------------------------------------------------------------
 
 struct Work {
-  double looks, jobs;  // for a step
+  double looks, jobs;  // per step
 };
 
 Work WorkOf(const Mixture& mixture, const std::string& text) {
@@ -189,7 +189,7 @@ Work WorkOf(const Mixture& mixture, const std::string& text) {
   options.threads = 4;
   MixedWorld mixed(mixture, text, options);
   Stg::WorldEngine& engine = mixed.world().engine();
-  mixed.world().Update();  // the first looks are those at costs too
+  mixed.world().Update();  // the first step also measures costs
   constexpr int kSteps = 4;
   const uint64_t looks = engine.looks(), jobs = engine.shared_jobs();
   for (int step = 0; step < kSteps; step++) mixed.world().Update();
@@ -202,16 +202,16 @@ std::string Robots(int count, const std::vector<std::string>& parts) {
 }
 
 constexpr int kMany = 1500;
-// In a step. What is worth waking threads for is measured: with sanitizers, and emulated,
-// everything takes longer, so that more is.
+// Max number of parallel jobs per step. The minimum size of a job is measured, and sanitizers and
+// emulators lower it, because everything takes longer with them.
 const double kMostJobs = kSanitized || Stg::test::IsEmulated() ? 600 : 150;
 const std::string kRanger = "ranger( sensor( range [0 4] fov 270 samples 4 ) )";
 const std::string kFinder = "fiducial( range_max 2 )";
 const std::string kArm = kParts[10];
 
 TEST(MixedCrowds, ShareUpdatesOfDifferentSensors) {
-  // Two thousand things and more update, a thousand and more move and are called: each is looked
-  // at once or twice, and threads share a few dozen jobs, mostly moves of a crowd.
+  // More than 2000 models update, and more than 1000 move and have callbacks. Each is examined once
+  // or twice, and threads share a few dozen jobs, mostly moves.
   const Work work = WorkOf({kMany, 0, 0}, Robots(kMany, {kRanger, kFinder}));
   EXPECT_LE(work.looks, 2 * 6 * kMany);
   EXPECT_GT(work.jobs, 4);
@@ -236,7 +236,7 @@ TEST(MixedCrowds, LeaveUpdatesAmongCallbacksToOneThread) {
   EXPECT_LE(work.jobs, kMostJobs);
 }
 
-/// Among updates of many robots, callbacks that leave runs which are not worth waking threads for.
+/// Serial callbacks split the updates into intervals, some too short to be worth waking threads.
 TEST(MixedCrowds, WakeThreadsOnlyForLongRuns) {
   const Work work = WorkOf({kMany, 12, 12}, Robots(kMany, {kRanger}));
   EXPECT_LE(work.looks, 2 * 6 * kMany);

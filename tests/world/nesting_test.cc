@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Trees of models that are very deep.
+// Very deep trees of models.
 
 #include <algorithm>
 #include <string>
@@ -16,14 +16,14 @@ size_t LinesOf(const std::string& text) {
   return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-/// A chain as long as there may be; its last model.
+/// Makes a chain of models of maximum depth; returns the last one.
 Model* MakeChain(World* world) {
   Model* last = world->CreateModel(nullptr, "model");
   while (last->Depth() < Model::kDeepest) last = world->CreateModel(last, "model");
   return last;
 }
 
-/// All that walks along trees.
+/// Calls all functions that traverse trees.
 void UseAll(World* world, Model* last) {
   last->GetGlobalPose();
   last->Root()->SetPose(Pose(1, 1, 0, 0));
@@ -88,7 +88,7 @@ TEST(Nesting, TreesAreNotPutOnEachOtherBeyondTheLimit) {
     EXPECT_EQ(LinesOf(errors), 1u) << errors;
     EXPECT_EQ(other->Parent(), nullptr);
   }
-  // A lower one is fine.
+  // A depth below the limit is allowed.
   Model* small = world->CreateModel(nullptr, "model");
   EXPECT_EQ(small->SetParent(last->Parent()), 0);
 }

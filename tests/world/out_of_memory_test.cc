@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Whatever is thrown while a world is loaded or in the midst of a step comes out of World::Load()
-// or World::Update(), with any number of threads; the world can be loaded again and deleted.
+// An exception during loading or stepping leaves World::Load() or World::Update(), with any number
+// of threads; afterwards the world can be loaded again and deleted.
 
 #include <gtest/gtest.h>
 
@@ -21,9 +21,9 @@
 
 namespace {
 
-/// Allocations until one fails, on any thread; negative: none does.
+/// Number of allocations, on all threads, until one fails; negative: none fails.
 std::atomic<int64_t> allocations_left{-1};
-/// After the first one that fails, all fail.
+/// If true, all allocations after the first failing one fail, too.
 std::atomic<bool> nothing_left_after{false};
 
 bool FallsToFail() {
@@ -35,13 +35,13 @@ bool FallsToFail() {
 
 }  // namespace
 
-// Not inlined: GCC would take the pair new and free() for a mistake.
+// Not inlined, because GCC would warn of the pair new and free().
 __attribute__((noinline)) void* operator new(std::size_t size) {
   void* memory = FallsToFail() ? nullptr : std::malloc(size > 0 ? size : 1);
   if (!memory) throw std::bad_alloc();
   return memory;
 }
-// As the sanitizers' own goes by another way than the one above.
+// Also replaced, because that of the sanitizers does not call the one above.
 __attribute__((noinline)) void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   return FallsToFail() ? nullptr : std::malloc(size > 0 ? size : 1);
 }
@@ -86,14 +86,14 @@ std::unique_ptr<Stg::World> LoadWith(int threads, const std::string& text) {
   return world;
 }
 
-/// While the rays of other robots wait in the batch.
+/// Deletes a robot while the rays of other robots are in the batch.
 int DeleteLastRobot(Stg::Model* model, void*) {
   Stg::Model* last = model->GetWorld()->GetChildren().back();
   if (last != model) delete last;
   return 0;
 }
 
-/// Steps with an allocator that fails once, at the n-th time. True if it came to that.
+/// Makes a step in which the n-th allocation fails. Returns false if there were fewer.
 bool FailsAt(int64_t n, int threads, const std::string& text) {
   const auto world = LoadWith(threads, text);
   Stg::Model* fifth = world->GetChildren()[5];
@@ -108,7 +108,7 @@ bool FailsAt(int64_t n, int threads, const std::string& text) {
     }
   }
   allocations_left = -1;
-  world->Update();  // whatever is left of it
+  world->Update();  // the world must still be usable
   return failed;
 }
 
@@ -117,7 +117,7 @@ TEST(OutOfMemory, ComesOutOfTheStepWithAnyNumberOfThreads) {
   for (const int threads : {1, 2, 4}) {
     int failures = 0;
     int64_t n = 0;
-    // Every allocation of the beginning, then ever fewer of them.
+    // Fail each of the first allocations, then an increasingly sparse selection.
     for (int in_vain = 0; in_vain < 3; n += 1 + n / 60) {
       if (FailsAt(n, threads, text)) {
         failures++;
@@ -133,7 +133,7 @@ TEST(OutOfMemory, ComesOutOfTheStepWithAnyNumberOfThreads) {
 
 // ---- loading ------------------------------------------------------------------------------------
 
-/// The types that robots carry, and what only a world file has.
+/// A world with all types of devices, and with features that only world files have.
 std::string AllThatIsLoaded() {
   return SensorsOfAllTypes(2) +
          "define puck model( size [0.1 0.1 0.1] block( points 3 point[0] [0 0] point[1] [1 0] "
@@ -146,7 +146,7 @@ std::string AllThatIsLoaded() {
 
 using Load = std::function<bool(Stg::World*)>;
 
-/// Loads with an allocator that fails at the n-th time. True if it came to that.
+/// Loads a world while the n-th allocation fails. Returns false if there were fewer.
 bool LoadFailsAt(int64_t n, const Load& load) {
   Stg::World world;
   bool failed = false;
@@ -162,7 +162,8 @@ bool LoadFailsAt(int64_t n, const Load& load) {
   return failed;
 }
 
-/// How many allocations were made to fail: each of the first ones, then ever fewer of them.
+/// Fails each of the first allocations, then an increasingly sparse selection; returns their
+/// number.
 int CountLoadFailures(const Load& load, int64_t ever_fewer) {
   int failures = 0;
   int64_t n = 0;
@@ -206,7 +207,7 @@ TEST(OutOfMemory, ComesOutOfLoadForEachShippedWorld) {
   nothing_left_after = false;
 }
 
-// ---- what callbacks throw -----------------------------------------------------------------------
+// ---- exceptions of callbacks --------------------------------------------------------------------
 
 struct Plan {
   const Stg::Model* thrower;
@@ -217,7 +218,7 @@ int ThrowSomething(Stg::Model* model, void* plan) {
   return 0;
 }
 
-/// The first of those that throw is told by name, and the world goes on afterwards.
+/// The error names the first model that throws, and the world can go on afterwards.
 TEST(CallbacksThatThrow, AreTheSameWithAnyNumberOfThreads) {
   const std::string text = crowd::Repeat(40, [](int i) {
     return "position( name \"r" + std::to_string(i) + "\" pose [" + std::to_string(i) +

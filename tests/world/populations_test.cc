@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Where populations stand, and that it is the same however a world came to be.
+// The poses of populations, which are the same for loaded, reset and copied worlds.
 
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ std::vector<Pose> PosesOf(World* world, const std::string& name, size_t count) {
   return poses;
 }
 
-/// Four walls about the origin.
+/// Four walls around the origin.
 std::string Room(double side) {
   std::string text;
   for (int i = 0; i < 4; i++) {
@@ -124,7 +124,7 @@ TEST_F(PopulationsTest, ThatFindNoRoomAreErrors) {
       << errors;
 }
 
-/// Loaded, reset after some time, copied: with one seed it is one world.
+/// Loaded, reset and copied worlds with the same seed are equal.
 TEST_F(PopulationsTest, AreTheSameHoweverAWorldCameToBe) {
   for (uint64_t seed = 0; seed < (kSanitized ? 4 : 40); seed++) {
     SCOPED_TRACE(seed);
@@ -149,7 +149,7 @@ TEST_F(PopulationsTest, AreTheSameHoweverAWorldCameToBe) {
   }
 }
 
-/// Whatever was done to a world before, and whatever is done to it afterwards.
+/// A reset undoes all changes of a world.
 TEST_F(PopulationsTest, ResettingUndoesAll) {
   for (uint64_t seed = 0; seed < (kSanitized ? 4 : 40); seed++) {
     SCOPED_TRACE(seed);

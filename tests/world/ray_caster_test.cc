@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// RayCaster: what it says is what rangers read and what World::Raytrace() says.
+// The ranges of RayCaster equal the readings of rangers and the results of World::Raytrace().
 
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ bool IsScenery(Model* candidate, const Model*, const void*) {
   return !dynamic_cast<ModelPosition*>(candidate->Root()) && !(candidate->vis.ranger_return < 0);
 }
 
-/// Sensors of robots that see no other robot read what is cast from there.
+/// Compares cast rays with the readings of sensors that see no other robot.
 void CompareWithRangers(const char* file, RayModel ray_model) {
   RunOptions options;
   options.ray_model = ray_model;
@@ -54,7 +54,7 @@ void CompareWithRangers(const char* file, RayModel ray_model) {
   for (Model* model : world->GetAllModels()) {
     auto* const ranger = dynamic_cast<ModelRanger*>(model);
     if (!ranger) continue;
-    // The readings are those of where the robot was before the last move.
+    // Readings are taken at the pose before the last move.
     Snapshot now;
     ASSERT_TRUE(world->Take(&now));
     const Pose frame = ranger->SensorFrame(ranger->GetGlobalPose());
@@ -87,8 +87,7 @@ TEST(RayCaster, ReadsWhatRangersRead) {
   CompareWithRangers("hospital.world", RayModel::kCell);
 }
 
-/// Rays among robots that they don't meet cost what other rays do: none stops at a robot only to go
-/// on.
+/// Rays that ignore robots cost no more than others: none stops at a robot and resumes.
 TEST(RayCaster, MapRaysDoNotStopAtRobots) {
   for (const RayModel model : {RayModel::kCell, RayModel::kExact}) {
     RunOptions run;
@@ -102,7 +101,7 @@ TEST(RayCaster, MapRaysDoNotStopAtRobots) {
     ASSERT_GT(poses.size(), 10u);
     std::vector<double> bearings(60), ranges(poses.size() * bearings.size());
     for (size_t i = 0; i < bearings.size(); i++) bearings[i] = static_cast<double>(i) * 0.1;
-    constexpr double kReach = 100;  // metres: beyond all walls
+    constexpr double kReach = 100;  // metres; all walls are nearer
     const auto before = world->statistics().trace;
     ASSERT_TRUE(caster.Cast(poses.data(), poses.size(), bearings, kReach, ranges.data()));
     const auto after = world->statistics().trace;
@@ -110,14 +109,14 @@ TEST(RayCaster, MapRaysDoNotStopAtRobots) {
     const auto hits = static_cast<uint64_t>(
         std::ranges::count_if(ranges, [](double range) { return range < kReach; }));
     EXPECT_GT(hits, ranges.size() / 2);
-    // The exact model looks into cells that the ray only passes, too.
+    // The exact model also examines cells in which the ray hits nothing.
     if (model == RayModel::kCell) {
       EXPECT_EQ(after.potential_hits - before.potential_hits, hits);
     }
   }
 }
 
-/// A box is no part of the map while a robot carries it.
+/// A box does not belong to the map while a robot carries it.
 TEST(RayCaster, MapChangesWithWhatStandsOnRobots) {
   InitLibrary();
   World world;
@@ -145,7 +144,7 @@ TEST(RayCaster, ReadsWhatRangersReadInTheExactModel) {
   CompareWithRangers("cave.world", RayModel::kExact);
 }
 
-/// From anywhere, on any number of threads.
+/// Compares rays from random poses, with several numbers of threads.
 TEST(RayCaster, SaysWhatRaytraceSays) {
   RandomSource random(7);
   const std::vector<Pose> poses = RandomPoses(&random, 3000, 9);
@@ -165,7 +164,7 @@ TEST(RayCaster, SaysWhatRaytraceSays) {
           pose.a = normalize(pose.a + bearings[k]);
           const double expected =
               world->Raytrace(pose, range, IsScenery, nullptr, nullptr, false).range;
-          // A heading and a bearing are not rounded like their sum.
+          // The sum of heading and bearing is rounded differently.
           if (std::isinf(expected))
             EXPECT_TRUE(std::isinf(found[i * bearings.size() + k]));
           else
@@ -239,7 +238,7 @@ TEST(RayCaster, IsRefusedInCallbacks) {
   EXPECT_FALSE(told);
 }
 
-/// Nothing of the world is changed, and what is thrown away meanwhile comes back.
+/// Casting does not change the world, and dropped data is restored afterwards.
 TEST(RayCaster, LeavesTheWorldAsItIs) {
   const std::unique_ptr<World> world = LoadShipped("cave.world");
   const std::unique_ptr<World> other = LoadShipped("cave.world");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// World::Raytrace in the cases that Stage 4.3 gets wrong, everywhere and in every direction.
+// World::Raytrace in the cases that Stage 4.3 gets wrong, in many places and in all directions.
 
 #include <gtest/gtest.h>
 
@@ -20,8 +20,8 @@ namespace {
 
 using test::RandomSource;
 
-/// A move of the plane under which every reading should stay what it is: mirrored, turned by
-/// quarter turns, shifted.
+/// An isometry of the plane that must not change any reading: reflections, quarter turns and a
+/// translation.
 struct Move {
   bool mirror_x, mirror_y;
   int quarter_turns;
@@ -39,7 +39,8 @@ struct Move {
     }
     return Pose(x + shift, y + shift, p.z, normalize(a));
   }
-  /// Of a box that is parallel to the axes. It is not turned, so that no corner is rounded.
+  /// Transforms the size of an axis-aligned box, which stays axis-aligned so that nothing is
+  /// rounded.
   Size operator()(const Size& s) const { return quarter_turns % 2 ? Size(s.y, s.x, s.z) : s; }
   std::string Text() const {
     return std::string(mirror_x ? "x mirrored, " : "") + (mirror_y ? "y mirrored, " : "") +
@@ -64,7 +65,7 @@ struct Box {
   Pose pose;
 };
 
-/// A world of boxes, moved.
+/// A world of transformed boxes.
 struct MovedWorld {
   std::unique_ptr<World> world = EmptyWorld();
   std::vector<Model*> models;
@@ -102,7 +103,7 @@ TEST(Unsound, FacesOneCellNearerThanTheRangeAreFound) {
     for (int degrees = 0; degrees < 360; degrees += (range > 100 ? 15 : 5)) {
       const double heading = dtor(degrees), distance = range - kCell;
       const std::unique_ptr<World> world = EmptyWorld();
-      // A box whose face stands across the ray.
+      // A box with a face perpendicular to the ray.
       const double centre = distance + 0.05;
       Model* box = AddBox(world.get(), Size(0.1, 0.06, 1),
                           Pose(x + centre * std::cos(heading), y + centre * std::sin(heading), 0,
@@ -131,7 +132,7 @@ TEST(Unsound, PostsAreNotStridedOver) {
 }
 
 TEST(Unsound, NoPostOfASweepIsMissed) {
-  // The ray passes well within the post, wherever that stands: it has to be seen.
+  // The ray passes well inside the post, so it must see the post at any position.
   for (const double degrees : {-3.0, 182.0, 3.0, 178.0, 87.0, 93.0, -87.0, -93.0}) {
     const std::unique_ptr<World> world = EmptyWorld();
     Model* post = AddBox(world.get(), Size(0.1, 0.1, 1), Pose());
@@ -140,7 +141,7 @@ TEST(Unsound, NoPostOfASweepIsMissed) {
       int missed = 0;
       for (int i = 0; i < 356; i++) {
         const double distance = 0.3 + 0.02 * i + 0.0013;
-        const double aside = 0.03 * ((i % 3) - 1);  // in the middle, or nearer to an end
+        const double aside = 0.03 * ((i % 3) - 1);  // through the middle or beside it
         post->SetPose(Pose(start + distance * std::cos(heading) - aside * std::sin(heading),
                            start + distance * std::sin(heading) + aside * std::cos(heading), 0, 0));
         const RaytraceResult found = Look(world.get(), Pose(start, start, 0.5, heading), 8);
@@ -189,7 +190,7 @@ TEST(Unsound, RangersSeeTheNearWall) {
   }
 }
 
-// 4. At negative coordinates rays looked into the cell beside the right one.
+// 4. At negative coordinates, rays examined the cell beside the right one.
 TEST(Unsound, NegativeCoordinatesAreLikeOthers) {
   ForEachMove([](const Move& move) {
     MovedWorld w(move, {{Size(0.5, 0.4, 1), Pose(2, -0.21, 0, 0)}});
@@ -199,7 +200,7 @@ TEST(Unsound, NegativeCoordinatesAreLikeOthers) {
   });
 }
 
-// 5. Bodies that a ray does not stop at changed it.
+// 5. Bodies that do not stop a ray changed its result.
 TEST(Unsound, ClutterAtAnotherHeightChangesNothing) {
   RandomSource random(1);
   for (const double centre : {0.0, 300.0, -77.7}) {
@@ -225,7 +226,7 @@ TEST(Unsound, ClutterAtAnotherHeightChangesNothing) {
 }
 
 TEST(Unsound, ShortRaysKeepTheirHeading) {
-  // Three degrees off the axis and 15 cells long: the ray rises by one cell.
+  // The ray is 15 cells long and slightly off the axis, so that it rises by one cell.
   ForEachMove([](const Move& move) {
     MovedWorld w(move, {{Size(0.1, 0.1, 1), Pose(0.25, 0.08, 0, 0)}});
     EXPECT_EQ(w.LookFrom(Pose(0.0001, 0.0105, 0, dtor(4.5)), 0.3).mod, w.models[0]);
@@ -241,13 +242,13 @@ TEST(Unsound, RaysShorterThanACell) {
       const RaytraceResult found = w.LookFrom(Pose(2.513, 2.013, 0, 0.3), range);
       EXPECT_EQ(found.mod, w.models[0]) << range;
       EXPECT_LE(found.range, range);
-      // And into the next cell.
+      // Rays into the next cell are also short.
       EXPECT_EQ(w.LookFrom(Pose(2.4998, 2.013, 0, 0), std::max(range, 0.0003)).mod, w.models[0]);
     }
   });
 }
 
-// 7. Ranges beyond 2^31 cells.
+// 7. Ranges beyond 2^31 cells were wrong.
 TEST(Unsound, HugeRangesAreOrdinary) {
   ForEachMove([](const Move& move) {
     MovedWorld w(move, {{Size(0.1, 1, 1), Pose(2.55, 0.3, 0, 0)}});
@@ -261,7 +262,7 @@ TEST(Unsound, HugeRangesAreOrdinary) {
   });
 }
 
-// 8. Grazing: inherent in a grid, but bounded by a cell over the sine of the angle.
+// 8. Errors of grazing rays are inherent in a grid, but at most a cell over the sine of the angle.
 TEST(Unsound, GrazingIsOffByCellsOverTheSine) {
   const std::unique_ptr<World> world = EmptyWorld();
   Model* wall = AddBox(world.get(), Size(200, 1, 1), Pose(0, 10.5, 0, 0));
@@ -273,7 +274,7 @@ TEST(Unsound, GrazingIsOffByCellsOverTheSine) {
   }
 }
 
-// The outermost cells of all that is drawn, at the border of a region: rays along them are seen.
+// Rays along the outermost occupied cells, at the border of a region, hit them.
 TEST(OddRays, AlongTheOutermostCells) {
   ForEachMove([](const Move& move) {
     for (const double size : {0.28, 1.28 * 3}) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// World::Raytrace: known readings, fans, odd arguments, and random worlds against the plain walk.
+// World::Raytrace: known readings, fans, unusual arguments, and random worlds compared with the
+// reference walk.
 
 #include <gtest/gtest.h>
 
@@ -27,8 +28,8 @@ using test::RandomSource;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// How far a reading, which is the middle of the way through the cell, may be from the place where
-/// another convention has it: one and a half cells along the longer axis.
+/// Tolerance of a reading, which is the middle of the ray's path through the cell: one and a half
+/// cells along the longer axis, metres.
 double Slack(double heading) {
   return 1.5 * kCell / std::max(std::fabs(std::cos(heading)), std::fabs(std::sin(heading)));
 }
@@ -76,7 +77,7 @@ TEST(KnownReadings, OfStage43) {
       {2.0, 2.0, 0.5, 0.1, 0.55, 'A', 0.50251045920022763},
       {2.505, 2.0, 0.5, 0.3, 0.021, 'A', 0},  // in the start cell
       {9.7, 6.1, 0.5, -2.2, 18.5, 'E', 17.415043447913526},
-      // Stage 4.3 finds nothing here, as its rays end early.
+      // Stage 4.3 finds nothing here, because its rays end early.
       {2.0, 2.0, 0.5, 0.1, 0.51, 'A', 0.50251045920022763},
       {2.505, 2.0, 0.5, 0.3, 0.019, 'A', 0},
       {9.7, 6.1, 0.5, -2.2, 17.6, 'E', 17.415043447913526},
@@ -119,10 +120,10 @@ TEST(KnownReadings, PredicateFinderArgumentAndHeights) {
   Model* a = known.models.at('A');
   Model* c = known.models.at('C');
   const Ray ray(c, Pose(3, 2, 0.5, M_PI), 20, predicate, a, true);
-  EXPECT_EQ(world->Raytrace(ray).mod, nullptr);  // A is looked through, all else is lower
+  EXPECT_EQ(world->Raytrace(ray).mod, nullptr);  // A is transparent, everything else is lower
   EXPECT_EQ(asked.finder, c);
   EXPECT_EQ(world->Raytrace(Ray(c, Pose(3, 2, 0.5, M_PI), 20, predicate, c, true)).mod, a);
-  // Without the test of heights D is seen from above.
+  // Without the test of heights, the ray sees D from above.
   EXPECT_EQ(Look(world, Pose(0.1, 0.2, 5, -0.8), 8).mod, nullptr);
   EXPECT_EQ(world->Raytrace(Pose(0.1, 0.2, 5, -0.8), 8, Any, nullptr, nullptr, false).mod,
             known.models.at('D'));
@@ -141,7 +142,7 @@ TEST(Fans, RaysAreSpreadFromRightToLeft) {
         Pose ray = from;
         ray.a += -fov / 2 + static_cast<double>(i) * fov / static_cast<double>(count - 1);
         const RaytraceResult single = Look(known.world.get(), ray, 30);
-        // The heading of a ray of a fan is rounded once more: cells may differ in rare cases.
+        // Headings in a fan are rounded once more, so cells differ in rare cases.
         EXPECT_EQ(results[i].mod, single.mod) << fov << " " << i;
         EXPECT_NEAR(results[i].range, single.range, 2.1 * kCell) << fov << " " << i;
       }
@@ -198,7 +199,7 @@ TEST(OddRays, HugeHeadingsEnd) {
 
 // ---- random worlds ------------------------------------------------------------------------------
 
-/// The cells of a world's boxes, drawn here once more.
+/// The cells of a world's boxes, rasterized independently of the library.
 using Picture = std::map<std::pair<int64_t, int64_t>, std::vector<Model*>>;
 
 void Draw(Picture* picture, Model* model) {
@@ -211,7 +212,7 @@ void Draw(Picture* picture, Model* model) {
   });
 }
 
-/// What the plain walk finds.
+/// The model that the reference walk finds.
 Model* Expected(const Picture& picture, const Pose& from, double range) {
   const auto fixed = [](double value) { return static_cast<int64_t>(std::floor(value * 65536)); };
   const double x = from.x * 50, y = from.y * 50;
@@ -261,7 +262,7 @@ TEST(RandomWorlds, EveryRayHitsWhatThePlainWalkFinds) {
       hits++;
       ASSERT_GE(found.range, 0);
       ASSERT_LE(found.range, range);
-      // The point that the range says lies in a cell of what was hit.
+      // The end point of the range must be in or next to a cell of the model hit.
       const double far_x = from.x + found.range * std::cos(from.a);
       const double far_y = from.y + found.range * std::sin(from.a);
       bool close = false;
@@ -278,7 +279,7 @@ TEST(RandomWorlds, EveryRayHitsWhatThePlainWalkFinds) {
 }
 
 TEST(RandomWorlds, ARayBackSeesTheSameGap) {
-  // Both ends of a free line of sight agree that it is free, and a body across it is seen by both.
+  // A free line of sight is free from both ends, and a body across it is seen from both ends.
   RandomSource random(3);
   const std::unique_ptr<World> world = EmptyWorld();
   Model* box = AddBox(world.get(), Size(0.2, 0.2, 1), Pose());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Boxes, and rays that stop at anything, for the tests of World::Raytrace.
+// Helpers for tests of World::Raytrace: boxes, and rays that stop at all models.
 
 #ifndef STAGE_TESTS_RAYTRACE_TESTING_HH
 #define STAGE_TESTS_RAYTRACE_TESTING_HH

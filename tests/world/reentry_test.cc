@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What callbacks may do to the world they are called in: make and delete models while it is loaded
-// again or saved, load, unload and delete it.
+// Callbacks may change their world: create and delete models while it is reloaded or saved, and
+// load, unload or delete it.
 
 #include <string>
 #include <utility>
@@ -48,7 +48,7 @@ TEST(Reentry, ModelsMadeWhileTheWorldIsReloadedOrSaved) {
   Find(*world, "m")->AddCallback(Model::CB_LOAD, MakeModel, nullptr);
   Find(*world, "m")->AddCallback(Model::CB_SAVE, MakeModel, nullptr);
   const size_t before = world->GetAllModels().size();
-  for (int i = 0; i < 20; i++) {  // the list of models has to be moved in memory at times
+  for (int i = 0; i < 20; i++) {  // enough models to reallocate the list of models
     world->Reload();
     ErrorsOf([&] { SaveNowhere(world.get()); });
   }
@@ -65,7 +65,7 @@ TEST(Reentry, ModelsDeletedWhileTheWorldIsReloadedOrSaved) {
         const auto world = LoadText("model( name \"first\" ) " + std::string(type) +
                                     "( name \"m\" ) model( name \"last\" ) " + std::string(type) +
                                     "( name \"next\" )");
-        // Found off when it is loaded again, it starts again.
+        // The model restarts when it is reloaded.
         Find(*world, "m")->SetWorldfile(world->GetWorldFile(), 2);
         uint32_t last = Find(*world, "last")->GetId();
         Find(*world, "m")->AddCallback(when, itself ? DeleteIt : DeleteOther, &last);
@@ -78,7 +78,7 @@ TEST(Reentry, ModelsDeletedWhileTheWorldIsReloadedOrSaved) {
       }
 }
 
-// A model that was made by a program has no world file to read.
+// A model that a program has created has no section in the world file.
 TEST(Reentry, ModelsWithoutAWorldFileReloadToo) {
   const auto world = LoadText(kWorld);
   for (const char* type : kTypes) world->CreateModel(nullptr, type);
@@ -135,14 +135,14 @@ void Put(End end, World* world) {
 int EndIt(Model* mod, void* end) { return Put(*static_cast<const End*>(end), mod->GetWorld()), 0; }
 int EndWorld(World* world, void* end) { return Put(*static_cast<const End*>(end), world), 0; }
 
-/// As many of these as there are until the world is another.
+/// Executes the actions until the world or the model is gone.
 template <typename... Actions>
 void DoWhileThere(World* world, uint32_t model, Actions... actions) {
   const auto there = [&] { return World::Exists(world) && Model::LookupId(model); };
   (..., (there() ? (void)actions(Model::LookupId(model)) : void()));
 }
 
-/// Makes callbacks of all types be called, of the model "m".
+/// Triggers callbacks of all types of model "m".
 void DoAll(World* world, Model* m) {
   static Model::Flag flag(Color::red, 1);
   const auto update = [=](Model*) { world->Update(); };
@@ -157,7 +157,7 @@ void DoAll(World* world, Model* m) {
       [=](Model*) { SaveNowhere(world); }, [](Model* mod) { mod->Unsubscribe(); });
 }
 
-/// Checks the world after a callback has ended it in that way.
+/// Checks the world after a callback has deleted, unloaded or reloaded it.
 void ExpectEnded(World* world, End end) {
   ASSERT_EQ(World::Exists(world), end != End::kDelete);
   if (end == End::kDelete) return;
@@ -193,7 +193,7 @@ TEST(Reentry, AWorldEndsInItsOwnCallbackAndInAnEvent) {
         world->Enqueue(0, 0, Find(*world, "m"), EndIt, &end);
       else
         world->AddUpdateCallback(EndWorld, &end);
-      // Of what comes behind nothing is called.
+      // Later callbacks must not be called.
       world->AddUpdateCallback([](World*, void*) -> int { abort(); }, nullptr);
       EXPECT_EQ(world->Update(), end == End::kDelete);
       ExpectEnded(world, end);
@@ -217,7 +217,7 @@ TEST(Reentry, AWorldEndsInACallbackOfWhatAGripperTakesAndDrops) {
     }
 }
 
-/// While it lives, models of type "model" have a callback from their beginning.
+/// While it lives, models of type "model" are created with a callback.
 class Callback {
  public:
   Callback(Model::callback_type_t type, End end) {
@@ -287,7 +287,7 @@ TEST(Reentry, WhatCallbacksThrowWhileAWorldIsLoadedIsAMessage) {
   for (when = Model::CB_FLAGDECR; when < Model::__CB_TYPE_COUNT;
        when = static_cast<Model::callback_type_t>(when + 1))
     for (const model_callback_t function : {ThrowANumber, CallInit}) {
-      if (when == Model::CB_INIT && function == CallInit) continue;  // it would call itself
+      if (when == Model::CB_INIT && function == CallInit) continue;  // endless recursion
       what = function;
       SCOPED_TRACE(when);
       World world;

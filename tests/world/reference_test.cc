@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Comparison with what Stage 4.3 measured, where the folder with its measurements is at hand
-// (STAGE_SHARED_DIR). Times, poses, velocities and stalls have to agree to the last digits that
-// are printed. Ranges agree as far as Stage's ray trace, which is inexact, allows; the scene made
-// of boxes is compared with exact geometry as well.
+// Comparison with measurements of Stage 4.3, if they are available (STAGE_SHARED_DIR). Times,
+// poses, velocities and stalls must agree in all printed digits. Ranges agree as far as Stage's
+// inexact ray tracing allows; the scene of boxes is also compared with exact geometry.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +20,7 @@ constexpr double kSame = 1e-9;
 
 // ---- measurements -------------------------------------------------------------------------------
 
-/// Which measurement: of a sensor, or (ranger -1) of a drive.
+/// Identifies a measurement of a sensor, or of a drive (ranger -1).
 struct Key {
   usec_t time;
   std::string model;
@@ -30,7 +29,7 @@ struct Key {
 };
 struct Measurement {
   Pose pose;
-  std::vector<std::vector<double>> values;  // as they are grouped by ';'
+  std::vector<std::vector<double>> values;  // groups that ';' separates
 };
 using Measurements = std::map<Key, Measurement>;
 
@@ -64,11 +63,11 @@ Measurements ReadExpected(const std::string& path) {
 
 // ---- a run --------------------------------------------------------------------------------------
 
-/// Writes down all sensors of a ranger at each of its updates.
+/// Records all sensors of a ranger at each of its updates.
 struct RangerRecorder {
   Measurements* to;
   const Model* robot;
-  int number;  // of the ranger on its robot
+  int number;  // index of the ranger on its robot
 
   static int OnUpdate(Model* mod, void* self) {
     const RangerRecorder& r = *static_cast<RangerRecorder*>(self);
@@ -80,8 +79,8 @@ struct RangerRecorder {
   }
 };
 
-/// Writes down the state of a robot at each update, then gives it the next command of a list: each
-/// for 20 updates, after the last it stops.
+/// Records the state of a robot at each update, then sets its command. Each command of a list is
+/// held for 20 updates; after the last one the robot stops.
 struct DriveRecorder {
   Measurements* to;
   std::vector<std::vector<double>> commands;
@@ -107,8 +106,8 @@ class Rerun {
  public:
   explicit Rerun(const std::string& folder) {
     InitLibrary();
-    // The worlds name a controller that only writes down measurements. It is taken out of the text
-    // and its work is done here.
+    // The worlds have a controller that only records measurements. It is removed from the text, and
+    // the recorders replace it.
     std::map<std::string, std::string> controllers;
     std::ifstream in(folder + "/case.world");
     std::string text;
@@ -175,7 +174,7 @@ bool SamePose(const Pose& ours, const Pose& theirs) {
          Near(ours.z, theirs.z, kSame) && Near(ours.a, theirs.a, kSame);
 }
 
-/// Pose, estimate, velocity, stall. Velocities are printed with nine digits.
+/// Compares pose, estimate, velocity and stall. Velocities are printed with nine digits.
 bool SameDrive(const Measurement& ours, const Measurement& theirs) {
   bool same = SamePose(ours.pose, theirs.pose) && ours.values[2] == theirs.values[2];
   for (size_t i = 0; i < 3; i++) {
@@ -199,15 +198,15 @@ TEST_F(Reference, Drives) {
   }
 }
 
-// Six robots between four walls. The room is a model with `boundary 1` and a block, with which
-// Stage corrupts its memory: it forgets whole regions of its grid, and then robots drive through
-// the walls there, or through each other. Up to that moment we agree.
+// Six robots are between four walls. The room is a model with `boundary 1` and a block, with which
+// Stage corrupts its memory: it loses whole regions of its grid, so that robots drive through walls
+// or through each other. Up to that moment the results agree.
 TEST_F(Reference, StallUntilStageLosesItsWalls) {
   Rerun run(folder_ + "stall");
   const Measurements expected = Expected("stall");
   ASSERT_EQ(expected.size(), 1800u);
   EXPECT_EQ(run.measured.size(), expected.size());
-  std::map<std::string, usec_t> parted;         // when
+  std::map<std::string, usec_t> parted;         // time of the first difference, by robot
   for (const auto& [key, theirs] : expected) {  // in the order of time
     ASSERT_TRUE(run.measured.count(key)) << key.model << "@" << key.time;
     const Measurement& ours = run.measured[key];
@@ -224,8 +223,8 @@ TEST_F(Reference, StallUntilStageLosesItsWalls) {
   EXPECT_EQ(parted, known);
 }
 
-// The same, but each step begins where Stage had the robots: all steps agree except those in which
-// something stood in the way in a region that Stage had lost.
+// Each step begins with Stage's poses. All steps agree except for those in which Stage ignores an
+// obstacle in a region that it has lost.
 TEST_F(Reference, StallStepByStep) {
   Rerun run(folder_ + "stall");
   run.world.SetQuitTime(0);
@@ -236,7 +235,7 @@ TEST_F(Reference, StallStepByStep) {
   for (auto& [name, robot] : robots)
     EXPECT_EQ(robot->RemoveCallback(Model::CB_UPDATE, DriveRecorder::OnUpdate), 0);
 
-  std::map<std::string, int> passed;  // steps in which Stage did not stall
+  std::map<std::string, int> passed;  // steps in which only Stage did not stall
   size_t compared = 0;
   for (int step = 1; step < 300; step++) {
     const auto row = [&](const std::string& name, int s) -> const Measurement& {
@@ -266,8 +265,8 @@ TEST_F(Reference, StallStepByStep) {
 
 // ---- sensing ------------------------------------------------------------------------------------
 
-/// Where our readings and Stage's differ. Stage's rays end 1 to 3 % early, skip border cells, and
-/// look into the neighbouring cell at negative coordinates; so it is statistics that agree.
+/// Statistics of the differences between our readings and Stage's. Single readings differ, because
+/// Stage's rays end 1 to 3 % early, skip border cells, and are a cell off at negative coordinates.
 struct Agreement {
   size_t rays = 0, close = 0, only_ours = 0, only_stages = 0;
   std::vector<double> differences;
@@ -297,9 +296,9 @@ struct SensorCase {
   const char* name;
   double cell;
   size_t rays;
-  double median;        // of the differences, in cells, at most
-  double close;         // share of the rays within two cells, at least
-  double ours, stages;  // shares of rays that hit for one only, at most
+  double median;        // max median of the differences, cells
+  double close;         // min fraction of rays within two cells
+  double ours, stages;  // max fractions of rays that hit something only here or only in Stage
 };
 
 void PrintTo(const SensorCase& c, std::ostream* out) { *out << c.name; }
@@ -322,7 +321,7 @@ TEST_P(Sensors, AgreeStatistically) {
         dynamic_cast<const ModelRanger&>(*ranger).GetSensors()[static_cast<size_t>(key.sensor)];
     all.Add(run.measured[key], theirs, sensor.range.max, c.cell);
   }
-  // The files end after two of the three steps that fit into the quit time of 0.25 s.
+  // The files contain only two of the three steps until the quit time of 0.25 s.
   for (const auto& [key, ours] : run.measured)
     EXPECT_EQ(expected.count(key), key.time <= 200000 ? 1u : 0u) << key.model << "@" << key.time;
 
@@ -358,15 +357,15 @@ INSTANTIATE_TEST_SUITE_P(Cases, Sensors, testing::ValuesIn(kSensorCases), [](con
 
 // ---- exact geometry -----------------------------------------------------------------------------
 
-/// A body's outline in the plane, and its heights.
+/// A body's outline in the plane, and its height range.
 struct Outline {
   const Model* model;
   std::vector<point_t> corners;
   double z_min, z_max;
 };
 
-/// The bodies in these worlds are boxes and, those of the robots, one octagon. Stretched to the
-/// model's size like all bodies.
+/// The outline of a model, stretched to its size. Robots in these worlds are octagons, all other
+/// bodies are boxes.
 Outline OutlineOf(const Model& model) {
   static const std::vector<point_t> box = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
   static const std::vector<point_t> octagon = {{-0.2, 0.12},    {-0.2, -0.12},  {-0.12, -0.2555},
@@ -384,7 +383,7 @@ Outline OutlineOf(const Model& model) {
   return outline;
 }
 
-/// How far along a ray it meets a segment; infinite if it does not.
+/// The distance along a ray to a segment; infinite if the ray misses it.
 double DistanceTo(const Pose& ray, const point_t& a, const point_t& b) {
   const double c = std::cos(ray.a), s = std::sin(ray.a);
   const double ex = b.x - a.x, ey = b.y - a.y, ax = a.x - ray.x, ay = a.y - ray.y;
@@ -393,7 +392,7 @@ double DistanceTo(const Pose& ray, const point_t& a, const point_t& b) {
   return cross != 0 && along >= 0 && across >= 0 && across <= 1 ? along : HUGE_VAL;
 }
 
-/// What an exact ranger would read. Without the test of heights it sees all bodies.
+/// The exact range of a ray. Without `z_test` it sees bodies at all heights.
 double ExactRange(const std::vector<Outline>& outlines, const Pose& ray, double max,
                   const Model& finder, bool z_test) {
   double range = max;
@@ -406,7 +405,7 @@ double ExactRange(const std::vector<Outline>& outlines, const Pose& ray, double 
   return range;
 }
 
-/// How far readings are from exact ones.
+/// Statistics of the errors of readings.
 struct Accuracy {
   size_t rays = 0, missed = 0, invented = 0;
   std::vector<double> errors;  // where reading and truth agree on whether there is a hit
@@ -437,7 +436,7 @@ bool Stops(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0);
 }
 
-/// Our rays and Stage's readings against exact geometry.
+/// Statistics of our errors and of Stage's errors with respect to exact geometry.
 struct AccuracyOfBoth {
   Accuracy ours, stages;
 
@@ -447,7 +446,7 @@ struct AccuracyOfBoth {
       if (model->GetModelType() != "ranger" && model != run->world.GetGround())
         outlines.push_back(OutlineOf(*model));
     for (const auto& [key, theirs] : expected) {
-      if (key.time != 100000) continue;  // nothing moves: later ones are the same
+      if (key.time != 100000) continue;  // nothing moves, so later readings are equal
       const Model* ranger =
           Find(run->world, key.model)->GetChild("ranger:" + std::to_string(key.ranger));
       const auto& sensor =
@@ -471,9 +470,9 @@ struct AccuracyOfBoth {
   }
 };
 
-// The measurements' own comparison with exact geometry takes no notice of heights; then an exact
-// walk over these cells has 0 missed and 18 false hits, a median error of 0.0035 m, 99 % within
-// 0.693 m, and 5.7 % of the rays off by more than 0.1 m. Ours must be no worse than that.
+// The comparison that comes with the measurements ignores heights. In it, an exact walk over these
+// cells has 0 missed and 18 false hits, a median error of 0.0035 m, 99 % within 0.693 m, and 5.7 %
+// of the rays off by more than 0.1 m. Our errors must not be larger.
 TEST_F(Reference, BoxesAgainstExactGeometry) {
   Rerun run(folder_ + "boxes");
   AccuracyOfBoth flat(&run, Expected("boxes"), false);
@@ -483,12 +482,12 @@ TEST_F(Reference, BoxesAgainstExactGeometry) {
   EXPECT_LE(flat.ours.Quantile(0.5), 0.00355);
   EXPECT_LE(flat.ours.Quantile(0.99), 0.6935);
   EXPECT_LE(flat.ours.ShareAbove(0.1), 0.0575);
-  // Stage 4.3's figures are those in the table, so it is that row which is compared.
+  // These are the figures of Stage 4.3 in the table of the measurements.
   EXPECT_EQ(flat.stages.missed, 24u);
   EXPECT_EQ(flat.stages.invented, 17u);
   EXPECT_NEAR(flat.stages.Quantile(0.5), 0.0110, 0.0001);
 
-  AccuracyOfBoth solid(&run, Expected("boxes"), true);  // what the rangers report
+  AccuracyOfBoth solid(&run, Expected("boxes"), true);  // rangers test heights
   EXPECT_EQ(solid.ours.missed, 0u);
   EXPECT_LE(solid.ours.invented, 16u);
   EXPECT_LE(solid.ours.Quantile(0.5), 0.00355);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Runs repeat whatever else goes on in the process: all shipped worlds, and one for each stock
-// controller (tests/data/controllers).
+// Runs are reproducible whatever else the process does: all shipped worlds, and a world for each
+// stock controller (tests/data/controllers).
 
 #include <gtest/gtest.h>
 
@@ -21,12 +21,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Steps in which robots look ahead take long.
+/// The number of steps to run; fewer for worlds whose robots plan ahead, which is slow.
 int StepsOf(const fs::path& file) {
   return file.stem() == "corridor" || file.stem() == "what_if" ? 100 : 300;
 }
 
-/// The worlds in which random numbers are drawn that change the state hash.
+/// The worlds whose state hash depends on random numbers.
 const std::set<std::string> kRandom = {
     "corridor", "dynamic", "fasr",   "fasr2",        "foraging", "lasernoise", "pioneer_flocking",
     "simple",   "swarm",   "wander", "wander_accel", "what_if",  "zoo"};
@@ -64,7 +64,7 @@ std::unique_ptr<Stg::World> Run(const fs::path& file, uint64_t seed) {
 
 uint64_t HashOf(const fs::path& file) { return Run(file, 1)->StateHash(); }
 
-/// Where all models are in the end, and what rangers read. The state hash covers the seed itself.
+/// The final poses and readings. The state hash is not used, because it covers the seed itself.
 std::vector<double> ResultOf(const fs::path& file, uint64_t seed) {
   const auto world = Run(file, seed);
   std::vector<double> result;
@@ -82,7 +82,7 @@ std::vector<double> ResultOf(const fs::path& file, uint64_t seed) {
   return result;
 }
 
-/// A thread that draws, all the time, from every generator that it can get at.
+/// A thread that continuously draws numbers from all accessible random generators.
 class Disturbance {
  public:
   Disturbance()

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A world that is saved and loaded again is the same: every type of model, and all worlds that come
-// with Stage. What is saved are poses, sizes, origins and how models are perceived, and what some
-// types add, wherever the file has the property; all else stays as it was in the file.
+// A world that is saved and reloaded is the same, for every type of model and all shipped worlds.
+// Saving writes poses, sizes, origins, visibility and the properties of some types where the file
+// has them; everything else stays as in the file.
 
 #include <algorithm>
 #include <filesystem>
@@ -16,7 +16,7 @@
 namespace Stg {
 namespace {
 
-/// What the file decides of a model.
+/// The properties of a model that are determined by the file.
 struct Traits {
   std::string type, parent, text;
   std::vector<double> numbers;
@@ -49,7 +49,7 @@ Traits TraitsOf(const Model& model) {
   return traits;
 }
 
-/// By name; of those that the file makes, not of those that controllers add.
+/// The models of a world by name.
 std::map<std::string, Model*> ModelsOf(const World& world) {
   std::map<std::string, Model*> models;
   for (Model* model : world.GetAllModels()) models[model->TokenStr()] = model;
@@ -76,9 +76,9 @@ void ExpectSameVisibility(const Visibility& a, const Visibility& b) {
   EXPECT_NEAR(a.ranger_return, b.ranger_return, 1e-6);
 }
 
-constexpr double kSaved = 2e-6;  // metres and radians: what is lost in writing
+constexpr double kSaved = 2e-6;  // max rounding error of saved values, metres and radians
 
-/// The world that was saved is as the one that saved it; what is not saved as in the first file.
+/// Expects that saved properties equal those of `saving`, and all others those of `original`.
 void ExpectSaved(const World& saving, const World& saved, const World& original) {
   const auto expected = ModelsOf(saving), found = ModelsOf(saved), begun = ModelsOf(original);
   ASSERT_EQ(found.size(), begun.size());
@@ -147,7 +147,7 @@ const Example kExamples[] = {
     {"wifi", "model \"friis\" ip \"10.0.0.2\" mac \"0a\" essid \"net\" power 40 freq 2400"},
 };
 
-/// One model of the type in some surroundings, with all that every model may have.
+/// A model of the type among others, with all common properties.
 std::string WorldWith(const Example& example) {
   return std::string("# a comment that stays\n") + "define thing " + example.type +
          "( mass 3 color \"blue\" size [0.4 0.3 0.5] )\n"
@@ -195,8 +195,8 @@ TEST_P(OfEveryType, WhatWasMovedIsThere) {
   const Pose found = Find(*saved, "it")->GetPose();
   ExpectPose(found, place.x, place.y, place.z, place.a, kSaved);
 
-  // Saved again, it is the same text. An actuator's position is worked out from its pose, and comes
-  // back within a rounding.
+  // Saving again gives the same text, except for an actuator's position, which is computed from its
+  // pose and may differ by a rounding error.
   ASSERT_TRUE(saved->Save(Path("c.world").c_str()));
   if (GetParam().type != std::string("actuator")) {
     EXPECT_EQ(TextOf(Path("c.world")), TextOf(Path("b.world")));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Loads, deletions and steps take work in proportion to the number of models. The work is counted
-// here; benchmarks/scaling.cc measures the time.
+// The work of loading, deleting and stepping is proportional to the number of models. Work is
+// counted here; benchmarks/scaling.cc measures time.
 
 #include <set>
 
@@ -29,12 +29,12 @@ void DeleteAll(World* world) {
   for (const Model* model : models) delete model;
 }
 
-/// Each in a superregion of its own.
+/// Each body is in a separate superregion.
 TEST(Scaling, ScatteredBodiesAreEnteredAFewTimesEach) {
   const auto world = LoadText(Many("model", 30, ""));
   const grid::Grid::Statistics statistics = world->host().scene.grid.statistics();
   EXPECT_GT(statistics.superregions, kMany);
-  // The directory doubles: 1 + 1/2 + 1/4 + ...
+  // The directory grows by doubling, so the total work is 1 + 1/2 + 1/4 + ...
   EXPECT_LT(statistics.entered, 3 * statistics.superregions);
 }
 
@@ -44,7 +44,7 @@ TEST(Scaling, DeletedModelsNamesAreSweptTogether) {
   EXPECT_GT(names.size(), kMany);
   DeleteAll(world.get());
   EXPECT_LT(names.looked_at(), 4 * kMany);
-  // And they do not pile up.
+  // Names of deleted models do not accumulate.
   for (size_t i = 0; i < 2 * kMany; i++) delete new Model(world.get());
   EXPECT_LT(names.size(), 2000u);
   EXPECT_LT(names.looked_at(), 16 * kMany);
@@ -69,14 +69,14 @@ TEST(Scaling, DeletedModelsAreForgottenByThoseWhoSawThem) {
   EXPECT_LT(world->engine().fiducials.looked_at(), 3 * found);
 }
 
-// ---- and nothing is left of them ----------------------------------------------------------------
+// ---- deleted models leave nothing behind --------------------------------------------------------
 
 int Count(Model*, void* calls) {
   ++*static_cast<int*>(calls);
   return 0;
 }
 
-/// The next model may lie where the last one lay in memory: its events are its own.
+/// A new model may have the address of a deleted one, but must not get its events.
 TEST(Scaling, EventsOfDeletedModelsAreNotTheirSuccessors) {
   const auto world = EmptyWorld();
   int calls = 0;
@@ -88,7 +88,7 @@ TEST(Scaling, EventsOfDeletedModelsAreNotTheirSuccessors) {
     model->Subscribe();
     delete model;
   }
-  // Else this proves nothing. AddressSanitizer keeps places for a while.
+  // Check that addresses were reused. AddressSanitizer delays that.
   if (!kSanitized) {
     EXPECT_LT(places.size(), 50u);
   }
@@ -133,7 +133,7 @@ TEST(Scaling, AFinderForgetsOnlyWhoIsDeleted) {
   EXPECT_TRUE(finder->GetFiducials().empty());
 }
 
-/// A pack that is gone is no longer charged; one that lives on knows that its charger went.
+/// A deleted pack is no longer charged, and a pack forgets its deleted charger.
 TEST(Scaling, ChargersAndPacksMayGoInAnyOrder) {
   const char kPair[] =
       "model( name \"giver\" alwayson 1 joules -1 give_watts 10 size [1 1 1] )"

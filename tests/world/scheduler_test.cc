@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// When things happen: update intervals, subscriptions, the order of a step, quitting, the clock.
+// Scheduling: update intervals, subscriptions, the order of a step, quitting, and the clock.
 
 #include "support/model_testing.hh"
 
 namespace Stg {
 namespace {
 
-/// Notes "name@milliseconds" at each update of a model.
+/// Records "name@milliseconds" at each update of a model.
 int NoteUpdate(Model* mod, void* journal) {
   static_cast<Journal*>(journal)->entries.push_back(
       mod->TokenStr() + "@" + std::to_string(mod->GetWorld()->SimTimeNow() / 1000));
@@ -38,7 +38,7 @@ class Restless : public Model {
 
 // ---- intervals ----------------------------------------------------------------------------------
 
-// Stage counts from the update and rounds up to whole steps: 150 ms become 200 ms.
+// Stage adds the interval to the time of the last update and rounds up: 150 ms become 200 ms.
 TEST(Intervals, AreKeptInTheLongRunByUpdatesInTheFirstStepAfterEachMultiple) {
   struct {
     const char *interval, *updates;
@@ -48,7 +48,7 @@ TEST(Intervals, AreKeptInTheLongRunByUpdatesInTheFirstStepAfterEachMultiple) {
                      {"150", "a@200 a@300 a@500 a@600"},
                      {"200", "a@200 a@400 a@600"},
                      {"250", "a@300 a@500"},
-                     // Stage hangs with 0 and never updates with -5.
+                     // With 0, Stage hangs; with -5, it never updates.
                      {"0", "a@100 a@200 a@300 a@400 a@500 a@600"},
                      {"-5", "a@100 a@200 a@300 a@400 a@500 a@600"},
                      {"33.7", "a@100 a@200 a@300 a@400 a@500 a@600"},
@@ -138,7 +138,7 @@ TEST(Subscriptions, AreCounted) {
   Step(*world);
   a->Unsubscribe();
   Step(*world, 3);
-  EXPECT_EQ(journal.Text(), "a@300 a@400");  // Stage updates once more
+  EXPECT_EQ(journal.Text(), "a@300 a@400");  // Stage makes one more update
 }
 
 TEST(Subscriptions, CannotFallBelowZero) {
@@ -153,7 +153,7 @@ TEST(Subscriptions, CannotFallBelowZero) {
   EXPECT_EQ(a->GetSubscriptionCount(), 1u);
 }
 
-// In Stage each subscription before the pending event fires begins another chain of updates.
+// In Stage, each subscription before the pending event starts an additional series of updates.
 TEST(Subscriptions, AModelIsUpdatedOncePerIntervalHoweverOftenItIsSubscribedTo) {
   const auto world = LoadText("model( name \"a\" update_interval 200 )");
   Journal journal;
@@ -168,7 +168,7 @@ TEST(Subscriptions, AModelIsUpdatedOncePerIntervalHoweverOftenItIsSubscribedTo) 
   EXPECT_EQ(journal.Text(), "a@200 a@400 a@600 a@800");
 }
 
-// An update out of turn takes the place of the next one; it used to begin a second series.
+// An explicit update replaces the next scheduled one and does not start a second series.
 TEST(Subscriptions, AnUpdateByHandBeginsTheIntervalAnew) {
   const auto world = EmptyWorld();
   auto* model = new Restless(world.get());
@@ -204,7 +204,7 @@ TEST(Subscriptions, CanBeChangedInCallbacks) {
         return 0;
       },
       nullptr);
-  Step(*world, 6);  // on after 100, 300, 500; off after 200, 400, 600
+  Step(*world, 6);  // on after 100, 300, 500 ms; off after 200, 400, 600 ms
   EXPECT_EQ(journal.Text(), "b@200 b@400 b@600");
   a->AddCallback(
       Model::CB_UPDATE, [](Model* mod, void*) { return mod->Unsubscribe(), 0; }, nullptr);
@@ -247,8 +247,8 @@ TEST(Order, SensorsThenMotionThenCallbacks) {
           &seen);
   for (int i = 0; i < 10; i++) {
     Step(*world);
-    EXPECT_NEAR(seen.pose, 0.05 * (i + 1), 1e-9);           // moved already
-    EXPECT_NEAR(seen.range, 2.5 - 0.05 * i, 1.01 * kCell);  // measured before
+    EXPECT_NEAR(seen.pose, 0.05 * (i + 1), 1e-9);           // after the move
+    EXPECT_NEAR(seen.range, 2.5 - 0.05 * i, 1.01 * kCell);  // measured before the move
     EXPECT_EQ(seen.time, 100000u * static_cast<unsigned>(i + 1));
     EXPECT_EQ(seen.updates, static_cast<uint64_t>(i));  // not complete yet
   }
@@ -268,7 +268,7 @@ TEST(Order, ModelCallbacksThenThoseOfTheWorld) {
   EXPECT_EQ(journal.Text(), "a@100 world a@200 world");
 }
 
-// Stage tests against where the leader was two steps ago if the follower was made first.
+// If the follower was created first, Stage tests it against the leader's pose of two steps ago.
 TEST(Order, AConvoyDrivesInWhicheverOrderItWasMade) {
   for (const bool follower_first : {true, false}) {
     const std::string follower = "position( name \"f\" pose [0 0 0 0] size [0.4 0.4 0.2] )\n",
@@ -288,12 +288,12 @@ TEST(Order, AConvoyDrivesInWhicheverOrderItWasMade) {
 }
 
 TEST(Order, ModelsMoveInTheOrderOfCreation) {
-  // Two robots want the place between them: the one made first gets it.
+  // Two robots move to the same place; the one that was created first gets it.
   for (const bool left_first : {true, false}) {
     const std::string left = "position( name \"l\" pose [-0.25 0 0 0] size [0.4 0.4 0.2] )\n",
                       right = "position( name \"r\" pose [0.25 0 0 180] size [0.4 0.4 0.2] )\n";
     const auto world = LoadText(left_first ? left + right : right + left);
-    // Subscribed in the other order, which must not matter.
+    // Subscribe in the opposite order, which must not matter.
     ModelPosition *second = FindRunning<ModelPosition>(*world, left_first ? "r" : "l"),
                   *first = FindRunning<ModelPosition>(*world, left_first ? "l" : "r");
     first->SetSpeed(0.6, 0, 0);

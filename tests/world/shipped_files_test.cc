@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Worlds, includes and pictures that come with Stage are found by their names from any folder,
-// after what lies beside the world file and in STAGEPATH; and the includes under the names of older
-// Stages have robots that work.
+// Shipped worlds, includes and pictures are found by name from any folder, after those beside the
+// world file and in STAGEPATH. Includes with the names of older Stages define working robots.
 
 #include <cstdlib>
 #include <filesystem>
@@ -36,7 +35,7 @@ class ShippedFiles : public testing::Test {
     if (fs::path(name).has_parent_path()) fs::create_directories(fs::path(name).parent_path());
     std::ofstream(name) << text;
   }
-  /// The message about a file that can't be found; "" if the world is loaded.
+  /// The error message of loading a world; empty if it is loaded.
   static std::string Complaint(const std::string& name) {
     World world;
     testing::internal::CaptureStderr();
@@ -154,8 +153,8 @@ TEST_P(OldRobots, HaveTheirSizeAndSensors) {
   EXPECT_EQ(sick->GetSensors()[0].sample_count, 180u);
 }
 
-// A wall ahead is at the right distance for the sonars that look ahead and for the laser, and
-// another robot of the kind is seen by both: none looks over the other.
+// Forward sonars and the laser measure the right distance to a wall, and see another robot of the
+// same type, so that none looks over the other.
 TEST_P(OldRobots, SeeWallsAndEachOther) {
   const Robot& robot = GetParam();
   for (const bool wall : {true, false}) {
@@ -207,10 +206,10 @@ TEST_F(ShippedFiles, OldLasersAndZones) {
   for (int i = 0; i < 3; i++) world.Update();
   const auto* sick = dynamic_cast<ModelRanger*>(world.GetModel("r")->GetChild("ranger:0"));
   ASSERT_NE(sick, nullptr);
-  EXPECT_NEAR(sick->GetSensors()[0].ranges[90], 1.9, 0.02);  // the zone is looked through
+  EXPECT_NEAR(sick->GetSensors()[0].ranges[90], 1.9, 0.02);  // the zone is transparent
 }
 
-// Each macro that worlds for older Stages name is there.
+// All macros of older Stages are defined.
 TEST_F(ShippedFiles, OldMacrosAreThere) {
   for (const char* macro :
        {"p2dx_sonar", "p2dx_sonar_front", "p3dx_sonar", "p3at_sonar", "amigo_sonar", "sickcommon",

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A snapshot of each state that a world can come to can be read back: by the world itself, by a
-// fresh one, by one with another past and by a copy; full and lean; from memory and from bytes.
-// Taken again, the snapshot is the same, and the world goes on as the first one does.
+// A snapshot of any state can be restored by the world itself, by a fresh world, by one with
+// another history, and by a copy; full and lean; from memory and from bytes. A snapshot taken
+// afterwards is equal, and the worlds have the same future.
 //
-// The cases are the product of ray models, energy, what has been done to the world, and how much of
-// the state the snapshot keeps.
+// The cases are the product of ray models, energy, changes of the world, and kinds of snapshots.
 
 #include <gtest/gtest.h>
 
@@ -26,14 +25,14 @@
 namespace Stg {
 namespace {
 
-/// How a world of the product is made.
+/// The properties of a world in the product.
 struct Kind {
-  bool exact;   ///< rays go to outlines
-  bool energy;  ///< the robots have power packs
-  bool far;     ///< the oldest model lies where there are no cells
+  bool exact;   ///< use the exact ray model
+  bool energy;  ///< robots have power packs
+  bool far;     ///< the first model is outside of the grid's coordinates
 };
 
-/// Two robots with a part of each type. The gripper of the first one can reach the puck.
+/// Two robots with a device of each type. The gripper of the first robot can reach the puck.
 std::string TextOf(const Kind& kind) {
   std::ostringstream text;
   if (kind.exact) text << "ray_model \"exact\"\n";
@@ -175,7 +174,7 @@ std::vector<Case> AllCases() {
   return cases;
 }
 
-/// Empty, or what is wrong with the world that has gone back to the snapshot.
+/// Restores the snapshot and checks the world. Returns the first error; empty: none.
 std::string WrongWith(World* world, const Snapshot& from, uint64_t hash, uint64_t later,
                       Snapshot::Keep keep) {
   messages::Collector complaints;
@@ -190,7 +189,7 @@ std::string WrongWith(World* world, const Snapshot& from, uint64_t hash, uint64_
   return "";
 }
 
-/// Brings a world into the state of the case, and compares all ways of coming back to it.
+/// Brings a world into the state of the case, and compares all ways of restoring it.
 void Check(const Case& c) {
   const std::string text = TextOf(c.kind);
   const std::unique_ptr<World> world = Load(text, 1);

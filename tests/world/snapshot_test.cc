@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A world that goes back to a snapshot goes on as if nothing had happened since: the same state
+// A restored world continues as if nothing had happened since the snapshot: it has the same state
 // hashes after further steps, in place and in another world of the same file.
 
 #include "world/snapshot.hh"
@@ -38,14 +38,14 @@ uint64_t HashAfter(World* world, int steps) {
   return world->StateHash();
 }
 
-/// How a model is drawn in the grid, but for the order of bodies in cells.
+/// The bodies and cells of a model in the grid, without the order of bodies in cells.
 std::vector<double> DrawingOf(World* world, const Model& model) {
   std::vector<double> all;
   const internal::grid::Grid& grid = world->engine().scene.grid;
   model.body().ForEachBody([&](uint32_t id, const std::vector<internal::grid::TilePart>& parts) {
     const internal::grid::Body& body = grid.body(id);
     all.insert(all.end(), {body.z_min, body.z_max});
-    // What rangers look through may be shown to them or not.
+    // For transparent models the flag of visibility does not matter.
     all.push_back(body.ranger_visible || model.vis.ranger_return < 0);
     all.push_back(static_cast<const Model*>(body.tree)->GetId());
     for (const internal::grid::TilePart& part : parts)
@@ -54,7 +54,7 @@ std::vector<double> DrawingOf(World* world, const Model& model) {
   return all;
 }
 
-/// What two worlds that should be in the same state don't have in common.
+/// Describes the first difference between two worlds; empty if they are in the same state.
 std::string Difference(World* a, World* b) {
   const std::vector<Model*> of_a = all_models::ByNumber(a), of_b = all_models::ByNumber(b);
   if (of_a.size() != of_b.size()) return "the number of models";
@@ -99,7 +99,7 @@ TEST_F(SnapshotTest, ShippedWorldsGoOnAsIfNothingHadHappened) {
       EXPECT_EQ(HashAfter(world.get(), kSteps), later) << "in place, " << round;
     }
     for (const int steps : {0, 7}) {
-      const std::unique_ptr<World> other = LoadFile(file, 2);  // with another past
+      const std::unique_ptr<World> other = LoadFile(file, 2);  // with another history
       HashAfter(other.get(), steps);
       ASSERT_TRUE(other->Restore(snapshot));
       EXPECT_EQ(other->StateHash(), hash) << steps;
@@ -126,7 +126,7 @@ TEST_F(SnapshotTest, TakingAndGoingBackInEachStepChangesNothing) {
   }
 }
 
-/// What lean snapshots leave out is there again after a step.
+/// After a step, the data that lean snapshots leave out is complete again.
 TEST_F(SnapshotTest, LeanOnesAreAsGoodFromTheNextStepOn) {
   for (const std::string& file : ShippedWorlds()) {
     SCOPED_TRACE(file);
@@ -174,7 +174,7 @@ TEST_F(SnapshotTest, LeanOnesAreSmall) {
 
 // ---- random operations --------------------------------------------------------------------------
 
-/// Steps three worlds, two of which go astray and back on the way, and compares them.
+/// Steps three worlds, two of which diverge and are restored several times, and compares them.
 void GoAstrayAndBack(uint64_t seed, Snapshot::Keep keep) {
   constexpr int kAllSteps = 30;
   const std::unique_ptr<World> undisturbed = LoadRobotsOfAllTypes(seed),
@@ -186,7 +186,7 @@ void GoAstrayAndBack(uint64_t seed, Snapshot::Keep keep) {
     const int steps = random.Int(1, 6);
     Snapshot snapshot;
     ASSERT_TRUE(world->Take(&snapshot, keep));
-    Go(world.get(), seed + 1000 + static_cast<uint64_t>(i), 0, random.Int(1, 5));  // astray
+    Go(world.get(), seed + 1000 + static_cast<uint64_t>(i), 0, random.Int(1, 5));  // diverges
     ASSERT_TRUE(world->Restore(snapshot));
     if (keep == Snapshot::kFull) {
       ASSERT_EQ(Difference(world.get(), undisturbed.get()), "") << i;
@@ -211,7 +211,7 @@ TEST_F(SnapshotTest, WhateverWasDoneSinceIsUndone) {
     }
 }
 
-/// One world serves many futures in turn; each is what it is alone.
+/// One world simulates many futures alternately; each is the same as alone.
 TEST_F(SnapshotTest, FuturesOfOneWorldDoNotMeet) {
   constexpr uint64_t kFutures = 24;
   constexpr int kRounds = 4, kRound = 5, kTurns = kSanitized ? 60 : 2000;
@@ -246,7 +246,8 @@ TEST_F(SnapshotTest, FuturesOfOneWorldDoNotMeet) {
   }
 }
 
-/// The number of a model that is gone may be another one's, after going back; its name is not.
+/// After restoring, the id of a deleted model may be reused, but its name must not find another
+/// model.
 TEST_F(SnapshotTest, NamesOfModelsThatAreGoneLeadNowhere) {
   const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
   Snapshot now;
@@ -261,7 +262,7 @@ TEST_F(SnapshotTest, NamesOfModelsThatAreGoneLeadNowhere) {
   ErrorsOf([&] { EXPECT_EQ(world->GetModel("first"), nullptr); });
 }
 
-// ---- what can't be done -------------------------------------------------------------------------
+// ---- errors -------------------------------------------------------------------------------------
 
 int DoNothing(Model*, void*) { return 0; }
 
@@ -320,9 +321,9 @@ TEST_F(SnapshotTest, FilesKeepAll) {
   EXPECT_TRUE(read.empty());
 }
 
-/// Files that were written once and for all, with the state hash of two seconds later; the names
-/// are those of worlds. After a change of Snapshot's version, STAGE_NEW_SNAPSHOTS=1 writes them
-/// anew.
+/// Stored snapshot files can be read, and give the stored state hash two seconds later. They are
+/// named after their worlds. STAGE_NEW_SNAPSHOTS=1 rewrites them after a change of the format
+/// version.
 TEST_F(SnapshotTest, FilesOfOldAreRead) {
   const std::filesystem::path folder = SourceFile("tests/data/snapshots");
   for (const std::string name : {"simple", "zoo"}) {
@@ -376,7 +377,7 @@ TEST_F(SnapshotTest, StatesThatNoWorldIsInDoNoHarm) {
       taken++;
       try {
         world->Update();
-      } catch (const std::bad_alloc&) {  // such as for a very wide picture
+      } catch (const std::bad_alloc&) {  // for example, a very wide picture
       }
       ASSERT_TRUE(world->Restore(good));
     } else {

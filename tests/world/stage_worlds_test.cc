@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The world files that users of Stage have, where they are at hand (STAGE_SHARED_DIR): all load and
-// run, or fail with the message that this list says. So the list cannot go stale.
+// World files of Stage's users, if they are available (STAGE_SHARED_DIR). Each loads and runs, or
+// fails with the message in this list, so the list is always up to date.
 
 #include <algorithm>
 #include <cstdlib>
@@ -14,12 +14,12 @@ namespace {
 
 struct StageWorld {
   const char* file;
-  size_t models;        ///< that it makes, the ground included; 0: it can't be loaded
-  const char* place;    ///< of the error: file:line:column
-  const char* message;  ///< how the error begins
+  size_t models;        ///< number of models, including the ground; 0: it can't be loaded
+  const char* place;    ///< place of the error: file:line:column
+  const char* message;  ///< beginning of the error
 };
 
-// Those without models are wrong for good.
+// Files with 0 models contain errors that will not be fixed.
 const StageWorld kWorlds[] = {
     {"benchmark/cave.world", 302, nullptr, nullptr},
     {"benchmark/hospital.world", 2002, nullptr, nullptr},
@@ -29,15 +29,14 @@ const StageWorld kWorlds[] = {
     {"camera.world", 6, nullptr, nullptr},
     {"everything.world", 58, nullptr, nullptr},
     {"roomba.world", 4, nullptr, nullptr},
-    // These test the parser of an old Stage; their models are of types that are long gone.
+    // These files test the parser of an old Stage and use obsolete model types.
     {"tests/macro-01.world", 0, "tests/macro-01.world:24:1", "found \"environment\", expected"},
     {"tests/macro-02.world", 0, "tests/macro-02.world:27:1", "found \"environment\", expected"},
     {"tests/syntax-01.world", 0, "tests/syntax-01.world:10:1", "found \"environment\", expected"},
     {"tests/include-01.world", 0, "tests/include-01.world:9:9", "unable to open include file"},
     {"tests/include-02.world", 0, "tests/include-02.world:9:9",
      "syntax error in include statement"},
-    // Stage counts the line end between a name and its parenthesis twice: where it says one line
-    // more, the true line is here.
+    // Stage counts a line end between a name and its parenthesis twice. The correct lines are here.
     {"tests/syntax-02.world", 0, "tests/syntax-02.world:14:10", "syntax error"},
     {"tests/syntax-03.world", 0, "tests/syntax-03.world:19:1", "missing ')'"},
     {"tests/syntax-04.world", 0, "tests/syntax-04.world:16:1", "syntax error"},
@@ -48,7 +47,7 @@ const StageWorld kWorlds[] = {
 
 void PrintTo(const StageWorld& world, std::ostream* out) { *out << world.file; }
 
-/// The folder of the worlds; empty if it is not at hand.
+/// The folder of the worlds; empty if it is not available.
 std::string WorldsFolder() {
   const char* shared = std::getenv("STAGE_SHARED_DIR");
   return shared ? std::string(shared) + "/stage-worlds/" : "";
@@ -107,7 +106,7 @@ TEST(StageWorldsFolder, HasNoWorldThatIsNotListed) {
   EXPECT_EQ(found, std::size(kWorlds));
 }
 
-/// What the controllers of these worlds do: everybody who can drives.
+/// The controllers of these worlds make the robots drive.
 TEST(StageWorldsFolder, RobotsMove) {
   if (WorldsFolder().empty()) GTEST_SKIP() << "STAGE_SHARED_DIR is not set: no worlds to run";
   const auto world = EmptyWorld();

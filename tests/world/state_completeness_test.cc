@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Whatever decides the future of a world is part of its state: each thing that the interface can
-// change changes the state hash, and restoring what was saved before changes it back.
+// All data that determines the future of a world is part of its state: each change by the interface
+// changes the state hash, and restoring the saved state restores the hash.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace Stg {
 namespace {
 
-/// Of every type one, running for a while.
+/// A world with a model of every type, after some steps.
 struct Scene {
   Scene()
       : world(LoadText(
@@ -53,7 +53,7 @@ struct Scene {
     for (Model* model : models) model->ExchangeState(exchange);
     return bytes;
   }
-  /// Empty, or why not.
+  /// Restores the state. Returns an error; empty: none.
   std::string Restore(const StateExchange::Bytes& bytes) const {
     const std::vector<Model*> models = Models();
     StateExchange exchange(models, bytes.data(), bytes.size());
@@ -68,7 +68,7 @@ struct Scene {
 struct Change {
   std::string name;
   std::function<void(const Scene&)> make;
-  bool comes_back = true;  // by restoring: what makes or takes away things does not
+  bool comes_back = true;  // restoring undoes it; false for creating and deleting models
 };
 
 void PrintTo(const Change& change, std::ostream* out) { *out << change.name; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What World::StateHash() covers, whatever the type of a model.
+// World::StateHash() covers the common state of models of all types.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 class StateHashOf : public testing::TestWithParam<std::string> {};
 
-// A type that overrides ExchangeState() is to call its parent class.
+// A type that overrides ExchangeState() must call its parent class.
 TEST_P(StateHashOf, CoversThePose) {
   const auto world = EmptyWorld();
   Model* model = world->CreateModel(nullptr, GetParam());

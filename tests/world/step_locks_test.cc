@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Steps of different worlds lock nothing in common: a batch of thousands of worlds would wait for
-// it. All locks are seen, as this program puts a function of its own in place of the C library's.
+// Steps of different worlds have no lock in common, for which a batch of thousands of worlds would
+// wait. This program replaces the C library's function, so it sees all locks.
 
 #include <dlfcn.h>
 #include <gtest/gtest.h>
@@ -22,13 +22,13 @@ namespace {
 
 using Mutexes = std::multiset<const void*>;
 
-/// Counts the locking of each mutex while it is not null. Only one thread does so.
+/// The set that collects the mutexes locked by the noting thread; null: none.
 Mutexes* locked = nullptr;
 thread_local bool noting = false;
 
 }  // namespace
 
-// Sanitizers have functions of their own in that place.
+// Sanitizers replace this function themselves.
 #if !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
 extern "C" int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
   using Lock = int (*)(pthread_mutex_t*);
@@ -95,7 +95,7 @@ TEST_F(StepLocks, StepsOfAllShippedWorldsHaveNoneInCommon) {
       World first(OptionsOf(listed)), second(OptionsOf(listed));
       ASSERT_TRUE(first.Load(file) && second.Load(file)) << file;
       const auto steps_of = [](World* world) {
-        for (int i = 0; i < 3; i++) world->Update();  // controllers make tables that they share
+        for (int i = 0; i < 3; i++) world->Update();  // controllers create shared tables first
         return LockedBy([&] {
           for (int i = 0; i < 5; i++) world->Update();
         });
@@ -104,7 +104,7 @@ TEST_F(StepLocks, StepsOfAllShippedWorldsHaveNoneInCommon) {
     }
 }
 
-/// Controllers make and delete models in the middle of a step.
+/// Controllers create and delete models in the middle of a step.
 TEST_F(StepLocks, MakingAndDeletingModelsHasNoneInCommon) {
   for (const bool listed : {false, true}) {
     World first(OptionsOf(listed)), second(OptionsOf(listed));
@@ -115,12 +115,12 @@ TEST_F(StepLocks, MakingAndDeletingModelsHasNoneInCommon) {
         delete made;
       });
     };
-    changes_of(&first);  // makes what is made once for all, such as the table of types
+    changes_of(&first);  // creates global data, such as the table of types
     EXPECT_TRUE(InCommon(changes_of(&first), changes_of(&second)).empty()) << listed;
   }
 }
 
-/// One look at the list of all worlds for each round, however many there are.
+/// A round locks the list of all worlds only once, for any number of worlds.
 TEST_F(StepLocks, RoundsLookAtTheListOnce) {
   std::vector<std::unique_ptr<World>> worlds;
   for (int i = 0; i < 20; i++) worlds.push_back(std::make_unique<World>(OptionsOf(true)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How many threads a step uses where nobody has said so.
+// The choice of the number of threads for a step, if the user has not set it.
 
 #include "world/phases/thread_choice.hh"
 
@@ -20,7 +20,7 @@
 namespace Stg {
 namespace {
 
-/// The number of steps that are made on all threads, of so many.
+/// The number of steps, out of `steps`, that use all threads.
 int CountShared(ThreadChoice* choice, int steps, size_t models, double alone, double shared) {
   int count = 0;
   for (int i = 0; i < steps; i++) {
@@ -49,7 +49,7 @@ TEST(ThreadChoice, LongStepsUseWhatIsFaster) {
   EXPECT_LT(CountShared(&slower, 1000, 10, 1e-3, 3e-3), 50);
 }
 
-/// Sensors with different intervals make large steps and small ones.
+/// Sensors with different intervals alternate large and small steps, which are measured separately.
 TEST(ThreadChoice, SizesAreApart) {
   ThreadChoice choice;
   int large = 0, small = 0;
@@ -85,7 +85,7 @@ TEST_F(ChosenThreads, AreAllProcessorsByDefault) {
   EXPECT_FALSE(Load("hospital.world", 3)->engine().chooses_threads());
 }
 
-/// A world that says so keeps its threads, and gets them again when it is loaded once more.
+/// The number of threads in a world file is kept, and is applied again when it is loaded again.
 TEST_F(ChosenThreads, TheWorldFileHasItsWay) {
   World world;
   const auto load = [&world](const std::string& text) {
@@ -102,7 +102,7 @@ TEST_F(ChosenThreads, TheWorldFileHasItsWay) {
   EXPECT_EQ(world.engine().most_threads(), 1u);
 }
 
-/// With more threads than this machine has processors, too: whatever a step chooses.
+/// The choice must not change results, even with more threads than processors.
 TEST_F(ChosenThreads, ChangeNoResult) {
   for (const char* file : {"simple.world", "cave.world", "hospital.world"}) {
     const std::unique_ptr<World> chosen = Load(file, 0), alone = Load(file, 1);

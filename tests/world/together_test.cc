@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What several threads do at once: updates, moves, callbacks. Random worlds are compared in
-// exactness_test.cc; here are the cases that take some arranging.
+// Parallel updates, moves and callbacks, in special cases. Random worlds are compared in
+// exactness_test.cc.
 
 #include <gtest/gtest.h>
 
@@ -86,12 +86,12 @@ bool Overlap(const CellBox& a, const CellBox& b) {
   return a.min_x <= b.max_x && b.min_x <= a.max_x && a.min_y <= b.max_y && b.min_y <= a.max_y;
 }
 
-/// Whom the threads find out to share a tile with others, round after round.
+/// TileClaims names the boxes that share a tile with others, in several rounds.
 TEST(TileClaimsTest, NameThoseWhoShareTilesAndNobodyElse) {
   Stg::RandomStream random(5);
   Stg::grid::Grid grid;
   const Stg::grid::BodyId body = grid.AddBody({.z_max = 1});
-  // Regions are 8 x 8 tiles: there are those of x < 40.
+  // Regions are 8 x 8 tiles. Only regions with x < 40 exist.
   for (int x = -40; x < 40; x += 8)
     for (int y = -40; y < 48; y += 8) {
       Stg::grid::TilePart part{.x = x, .y = y, .cells = 1};
@@ -105,7 +105,7 @@ TEST(TileClaimsTest, NameThoseWhoShareTilesAndNobodyElse) {
       const int y = static_cast<int>(random.Uniform(-40, 36));
       boxes.push_back({x, y, x + i % 3, y + i % 4});
     }
-    boxes.push_back({38, 38, 41, 39});  // reaches out of the regions
+    boxes.push_back({38, 38, 41, 39});  // extends beyond the existing regions
     std::vector<std::atomic<bool>> named(boxes.size());
     std::vector<char> known(boxes.size());
     claims.Begin(grid);
@@ -128,7 +128,7 @@ TEST(TileClaimsTest, NameThoseWhoShareTilesAndNobodyElse) {
 
 // ---- moves --------------------------------------------------------------------------------------
 
-/// Robots that run into each other, and now and then out of the regions of the grid that there are.
+/// Robots collide with each other, and sometimes leave the existing regions of the grid.
 int RowOf(int i) { return i / 15; }
 
 crowd::Crowd Crowded(const std::string& extras, int robots, double cell, double spacing) {
@@ -164,7 +164,7 @@ TEST(MovesTogether, InACrowd) {
   EXPECT_GT(StallsOf(crowd::ExpectSameHoweverItIsRun(Crowded("", 150, 0.1, 0.5))), 100);
 }
 
-/// So many that what is to come next is noted by several threads too; with one rhythm and with two.
+/// So many robots that several threads also schedule the next updates, with one interval or two.
 TEST(MovesTogether, ManyRobots) {
   for (const char* extras :
        {"", "position( alwayson 1 update_interval 200 pose [-9 -9 0 0] size [0.1 0.1 0.1] )\n"}) {
@@ -191,8 +191,8 @@ TEST(MovesTogether, OutlinesForExactRays) {
   crowd::ExpectSameHoweverItIsRun(Crowded("ray_model \"exact\"\n", 80, 0.05, 0.5));
 }
 
-/// Robots with an edge on a border of regions (of 64 cells), along which they drive: cells on the
-/// other side are drawn too, in regions where nothing else is.
+/// Robots drive with an edge on a border of regions (64 cells), so that cells on the other side, in
+/// otherwise empty regions, are rasterized, too.
 TEST(MovesTogether, OutlinesForExactRaysOnBordersOfRegions) {
   Stg::World::run_options.threads = 4;
   Stg::World::run_options.share_from = 1;
@@ -212,7 +212,7 @@ TEST(MovesTogether, OutlinesForExactRaysOnBordersOfRegions) {
   const Stg::grid::Grid& grid = world->host().scene.grid;
   for (int step = 0; step < 10; step++) {
     Stg::Step(*world);
-    // What has found no region of its own would be in number 0, where there is nothing.
+    // Region 0 must stay empty: cells without a region would be there.
     for (Stg::grid::LayerIndex layer = 0; layer < grid.layer_count(); layer++)
       ASSERT_EQ(grid.occupancy(layer).tile_maps()[0], 0u) << step;
     ASSERT_NE(grid.OutlinesIn(grid.FindTileSlot(-1, static_cast<int>(112 * step + 112))), 0u);
@@ -256,7 +256,7 @@ TEST(MovesTogether, BodiesThatRangersLookThrough) {
 
 void ExpectSameOfFastRobots(const std::string& extras) {
   crowd::Crowd crowd = Crowded(extras, 100, 0.05, 0.6);
-  crowd.speed = 80;  // 160 cells a step: tiles and regions come and go
+  crowd.speed = 80;  // 160 cells per step, so that tiles and regions appear and disappear
   crowd.world = "define fast position( velocity_bounds [-100 100 0 0 0 0 -90 90] )\n" + crowd.world;
   for (size_t at; (at = crowd.world.find("\nposition(")) != std::string::npos;)
     crowd.world.replace(at, 10, "\nfast(");
@@ -283,7 +283,7 @@ int Note(Stg::Model*, void* user) {
 constexpr const char* kTwoRangers =
     "position( size [0.3 0.3 0.3] ranger( sensor( samples 3 ) ) ranger( sensor( samples 2 ) ) )\n";
 
-/// A world of robots with two rangers each, that runs on four threads.
+/// A world with robots with two rangers each, which runs on four threads.
 std::unique_ptr<Stg::World> RobotsWithTwoRangers(int count) {
   Stg::World::run_options.threads = 4;
   Stg::World::run_options.share_from = 1;
@@ -384,7 +384,7 @@ TEST(CallbacksTogether, OneThatReturnsNonZeroIsRemoved) {
 
 // ---- updates ------------------------------------------------------------------------------------
 
-/// A ranger of a class of its own counts its updates.
+/// A ranger class that counts its updates.
 class CountingRanger : public Stg::ModelRanger {
  public:
   explicit CountingRanger(Stg::World* its_world) : ModelRanger(its_world, nullptr, "ranger") {}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Model types of plug-ins that do what they must not: the world says so in one line and goes on, or
-// is not loaded. What they throw names their model.
+// Model types of plug-ins that violate the rules: the world reports the error in one line and goes
+// on, or is not loaded. Errors about their exceptions name the model.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@
 namespace Stg {
 namespace {
 
-/// Where a model of the type "unruly" does something.
+/// The place where a model of the type "unruly" executes `deed`.
 enum class Place { kNowhere, kConstructor, kLoad, kStartup, kUpdate, kSensed, kGather };
 Place place = Place::kNowhere;
 void (*deed)(Model*) = nullptr;
@@ -47,11 +47,11 @@ class Unruly : public Model {
 
  private:
   void DoAt(Place here) {
-    if (here == place) deed(this);  // which may delete this model
+    if (here == place) deed(this);  // may delete this model
   }
 };
 
-/// A type of which several models update at once.
+/// A type whose models update in parallel.
 class UnrulyGatherer : public Model {
  public:
   UnrulyGatherer(World* world_, Model* parent_, const std::string& type_)

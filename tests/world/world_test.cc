@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Worlds: what they are at first, loading, several of them, world callbacks, saving.
+// Worlds: defaults, loading, several worlds, world callbacks and saving.
 
 #include <filesystem>
 #include <fstream>
@@ -111,7 +111,7 @@ TEST(Loading, TwiceGivesTheSecondWorld) {
   EXPECT_EQ(journal.Text(), "");
 }
 
-// What the first file says must not be a default for the second.
+// Properties of the first file must not become defaults for the second one.
 TEST(Loading, TwiceForgetsTheFirstFilesProperties) {
   const auto world = LoadText("interval_sim 50 resolution 0.1 show_clock 1 show_clock_interval 7");
   std::istringstream content("model( )");
@@ -207,7 +207,7 @@ TEST_F(WorldCallbacks, AreCalledInOrderDuplicatesAllowed) {
   EXPECT_EQ(journal.Text(), "y x y y x y");
 }
 
-// In Stage the next one misses its turn, or all are called again.
+// In Stage, the next callback is skipped, or all are called again.
 TEST_F(WorldCallbacks, ThatRemoveThemselvesDoNotDisturbOthers) {
   world->AddUpdateCallback(NoteOnce, &x);
   world->AddUpdateCallback(Note, &y);
@@ -254,7 +254,7 @@ TEST_F(WorldCallbacks, CanUnloadTheWorld) {
   world->AddUpdateCallback([](World* w, void*) { return w->UnLoad(), 0; }, nullptr);
   world->AddUpdateCallback(Note, &x);
   Step(*world, 3);
-  EXPECT_EQ(journal.Text(), "");  // it went with the world
+  EXPECT_EQ(journal.Text(), "");  // unloading has removed the callback
   EXPECT_EQ(world->GetAllModels().size(), 1u);
 }
 
@@ -289,7 +289,7 @@ TEST(Saving, CallsCallbacksAndWritesToTheFileThatWasLoaded) {
   ASSERT_TRUE(world->Load(path));
   ExpectPose(Find(*world, "r")->GetPose(), 3, 4, 0, 0);
   std::filesystem::remove(path);
-  EXPECT_FALSE(EmptyWorld()->Save("nowhere.world"));  // nothing was loaded
+  EXPECT_FALSE(EmptyWorld()->Save("nowhere.world"));  // no world file was loaded
 }
 
 }  // namespace

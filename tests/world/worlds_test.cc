@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The worlds that come with Stage: each loads without a warning and runs, and together they show
-// every type of model.
+// The shipped worlds: each loads without a warning and runs, and together they use every type of
+// model.
 
 #include <algorithm>
 #include <cstdlib>
@@ -18,7 +18,7 @@ std::filesystem::path WorldsFolder() {
   return std::filesystem::path(source ? source : "..") / "worlds";
 }
 
-/// Sorted, so that a failure can be told from its number.
+/// The shipped world files, sorted, so that the index in a failure identifies the file.
 std::vector<std::string> WorldFiles() {
   std::vector<std::string> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(WorldsFolder()))
@@ -27,7 +27,7 @@ std::vector<std::string> WorldFiles() {
   return files;
 }
 
-/// Loads the world in silence; what it says on standard error is returned.
+/// Loads the world and returns its output on standard error; standard output is discarded.
 std::string LoadErrors(World* world, const std::string& file) {
   testing::internal::CaptureStdout();
   bool loaded = false;
