@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The actuator: where it starts, how it moves, what stops it. In Stage 4.3 it never moves.
+// The actuator: start position, motion and stops. In Stage 4.3 actuators never move.
 
 #include <cmath>
 #include <cstdio>
@@ -15,7 +15,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A world with one actuator, "j", subscribed.
+/// A world with a subscribed actuator "j".
 struct Joint {
   explicit Joint(const std::string& properties, const std::string& rest = "")
       : world(LoadText("actuator( name \"j\" size [0.2 0.2 0.2] " + properties + " )\n" + rest)),
@@ -163,7 +163,7 @@ TEST(Actuator, StopsAtItsLimits) {
 TEST(Actuator, StopsAtItsLimitsBetweenUpdatesToo) {
   Joint joint("update_interval 1000 max_position 0.33", "interval_sim 10");
   joint.actuator->SetSpeed(0.5);
-  EXPECT_EQ(joint.PositionAfter(99), 0);  // the command waits for the update
+  EXPECT_EQ(joint.PositionAfter(99), 0);  // the command takes effect at the next update
   EXPECT_NEAR(joint.PositionAfter(11), 0.055, 1e-12);
   EXPECT_NEAR(joint.PositionAfter(80), 0.33, 1e-12);
 }
@@ -174,7 +174,7 @@ TEST(Actuator, OutsideOfItsLimitsItMovesOnlyBack) {
   EXPECT_NEAR(joint.PositionAfter(5), 3, 1e-12);
   joint.actuator->SetSpeed(-0.5);
   EXPECT_NEAR(joint.PositionAfter(2), 2.9, 1e-12);
-  joint.actuator->GoTo(4);  // means 1
+  joint.actuator->GoTo(4);  // is clipped to 1
   EXPECT_NEAR(joint.PositionAfter(1), 2.8, 1e-12);
   EXPECT_EQ(joint.actuator->GetSpeed(), 1);
 }
@@ -209,7 +209,7 @@ TEST(Actuator, TurnsMoreThanHalfATurnIfItsLimitsAllow) {
   EXPECT_NEAR(joint.PositionAfter(20), 10, 1e-9);
   joint.actuator->GoTo(-5);
   EXPECT_NEAR(joint.PositionAfter(300), -5, 1e-6);
-  joint.actuator->SetPose(Pose(0, 0, 0, M_PI / 4 - 4));  // somebody turns it by hand
+  joint.actuator->SetPose(Pose(0, 0, 0, M_PI / 4 - 4));  // a client turns it
   EXPECT_NEAR(joint.actuator->GetPosition(), -4, 1e-6);
 }
 
@@ -230,7 +230,7 @@ TEST(Actuator, TakesItsChildrenAlongAndMovesWithItsParent) {
 
 TEST(Actuator, ObstaclesStopIt) {
   Joint joint("max_position 5", "model( name \"box\" pose [0.45 0 0 0] size [0.2 0.2 0.2] )");
-  joint.actuator->SetSpeed(0.5);  // 0.05 m a step; the gap is 0.25 m
+  joint.actuator->SetSpeed(0.5);  // 0.05 m per step; the gap is 0.25 m
   EXPECT_NEAR(joint.PositionAfter(20), 0.2, 0.051);
   EXPECT_TRUE(joint.actuator->Stalled());
   const Pose stuck = joint.actuator->GetPose();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The part of a picture that is stretched to the size of its model.
+// The part of a bitmap that is stretched to the size of its model.
 
 #include <cstdio>
 #include <fstream>
@@ -11,7 +11,7 @@
 namespace Stg {
 namespace {
 
-/// Dark from column 20 to 29 and from row 10 to 29, of 50 x 50 pixels: off the middle in y.
+/// A bitmap of 50 x 50 pixels, dark in columns 20 to 29 and rows 10 to 29, so off-center in y.
 std::string Picture() {
   const std::string path = testing::TempDir() + "bitmap_frame_test.pbm";
   std::ofstream out(path);
@@ -65,12 +65,12 @@ TEST(BitmapFrame, UnknownOnesAreWarnedOf) {
             "warning: found \"trimmed\", expected \"dark\" or \"picture\"; using \"dark\"\n");
 }
 
-/// Less than a cell does not matter to anybody.
+/// Margins of less than a cell have no effect.
 TEST(BitmapFrame, MarginsBelowACellAreNotMentioned) {
   EXPECT_EQ(TryToLoad("resolution 5\n" + Map("")).errors, "");
 }
 
-/// The frame goes with the body, whatever happens to that.
+/// The frame stays with the body when the body changes.
 TEST(BitmapFrame, StaysWithABodyThatChanges) {
   const auto world = LoadText(Map("bitmap_frame \"picture\""));
   Model* const map = Find(*world, "a");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The colours that blobfinders look for.
+// Selection of the colours that blobfinders detect.
 
 #include <cmath>
 
@@ -84,7 +84,7 @@ TEST(Colors, RemovingTakesAllEqualOnesAndNoOthers) {
     scene.finder->AddColor(c);
   scene.finder->RemoveColor(Color::blue);
   EXPECT_EQ(Seen(&scene), "g");
-  scene.finder->RemoveColor(Color(0, 1, 0, 0.5));  // opacity counts here
+  scene.finder->RemoveColor(Color(0, 1, 0, 0.5));  // another opacity is another colour
   EXPECT_EQ(Seen(&scene), "g");
   scene.finder->RemoveColor(Color(0.00005, 1, 0));
   EXPECT_EQ(Seen(&scene), "rgb");

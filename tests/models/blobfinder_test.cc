@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The blobfinder: what it makes of the colours ahead.
+// The blobfinder: the blobs that it detects.
 
 #include <algorithm>
 #include <cmath>
@@ -48,7 +48,7 @@ TEST(Reference, WithoutBlobReturnAModelIsAsGoodAsAbsent) {
                                                     {"cyan", 0, 3, 19, 57, 0.580}});
 }
 
-// The green blob is a side that is seen at a slant: a ray more changes its mean range.
+// The green blob is a side at an oblique angle, so one more ray changes its mean range.
 TEST(Reference, ChosenColors) {
   ExpectBlobs(ReferenceBlobs("colors [\"blue\" \"green\"] colors_count 2 image [160 120] fov 90"
                              " pan -20 range 4",
@@ -94,12 +94,12 @@ TEST(Blobfinder, PropertiesAreRead) {
   const ModelBlobfinder* finder = Find<ModelBlobfinder>(*world, "b");
   EXPECT_EQ(finder->scan_width, 7u);
   EXPECT_EQ(finder->scan_height, 5u);
-  EXPECT_EQ(finder->range, 3.5);  // metres, whatever the unit
+  EXPECT_EQ(finder->range, 3.5);  // metres for any unit_length
   EXPECT_EQ(finder->fov, 1.5);
   EXPECT_EQ(finder->pan, -0.25);
 }
 
-// Probes tell what only subclasses can see.
+// A subclass that exposes protected members.
 class Probe : public ModelBlobfinder {
  public:
   Probe(World* w, Model* p, const std::string& t) : ModelBlobfinder(w, p, t) {}
@@ -195,7 +195,7 @@ TEST(Sight, ABlobIsWhereTheThingIs) {
   EXPECT_EQ(blob.left, 11u);
   EXPECT_EQ(blob.right, 69u);
   EXPECT_NEAR(blob.range, 2.58, kCell);
-  // atan(0.3 / 2.58) = 6.6 degrees, of one each.
+  // The angle is atan(0.3 / 2.58) = 6.6 degrees; a pixel is one degree.
   EXPECT_EQ(blob.top, 24u);
   EXPECT_EQ(blob.bottom, 36u);
 }
@@ -228,7 +228,7 @@ TEST(Sight, TheGapIsThereBesideColorsThatAreNotReported) {
 
 TEST(Sight, ANeighbourOfOnePixelIsLost) {
   const std::string post = "model( color \"green\" pose [2.45 0 0 0] size [0.06 0.06 1] )\n";
-  Scene alone(post, "fov 120");  // 64 mm a pixel there
+  Scene alone(post, "fov 120");  // 64 mm per pixel at that distance
   ASSERT_EQ(alone.Blobs().size(), 1u);
   EXPECT_EQ(alone.finder->GetBlobs()[0].left, 40u);
   EXPECT_EQ(alone.finder->GetBlobs()[0].right, 40u);
@@ -312,9 +312,9 @@ TEST(Sight, TheFieldOfViewCanBeChangedAtRunTime) {
   EXPECT_EQ(scene.Blobs().at(0).left, 11u);
   scene.finder->fov = dtor(90);
   const Blob blob = scene.Blobs().at(0);
-  EXPECT_GE(blob.left, 20u);  // 21.8 of 45 degrees
+  EXPECT_GE(blob.left, 20u);  // 21.8 out of 45 degrees
   EXPECT_LE(blob.left, 21u);
-  EXPECT_EQ(blob.bottom, 34u);  // 6.6 degrees, of 1.5 each
+  EXPECT_EQ(blob.bottom, 34u);  // 6.6 degrees; a pixel is 1.5 degrees
   scene.finder->scan_width = 41;
   EXPECT_LE(scene.Blobs().at(0).right, 40u);
 }

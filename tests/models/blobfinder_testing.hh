@@ -9,7 +9,7 @@
 
 #include "support/model_testing.hh"
 
-/// What the tests of blobfinders share.
+/// Helpers for tests of blobfinders.
 namespace Stg {
 
 using Blob = ModelBlobfinder::Blob;
@@ -17,8 +17,8 @@ using Blob = ModelBlobfinder::Blob;
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A world with a blobfinder "b" at the origin, subscribed. Its image is 81 pixels wide, so that
-/// ray 40 looks straight ahead.
+/// A world with a subscribed blobfinder "b" at the origin. Its image is 81 pixels wide, so ray 40
+/// points straight ahead.
 struct Scene {
   explicit Scene(const std::string& rest, const std::string& properties = "")
       : world(LoadText("blobfinder( name \"b\" image [81 60] " + properties + " )\n" + rest)),
@@ -31,14 +31,13 @@ struct Scene {
   ModelBlobfinder* finder;
 };
 
-/// A box whose near face is at x = 2.5, two metres wide, its middle ahead.
+/// A box straight ahead, two metres wide, with its near face at x = 2.5.
 inline std::string Box(const std::string& color, const std::string& more = "") {
   return "model( name \"" + color + "\" color \"" + color + "\" pose [3 0 0 0] size [1 2 1] " +
          more + " )\n";
 }
 
-/// Two touching boxes, 2.5 m away: the first to the right of straight ahead, the second to the
-/// left.
+/// Two touching boxes 2.5 m away, the first to the right of the center, the second to the left.
 inline std::string Neighbours(const std::string& right, const std::string& left) {
   return "model( " + right + " pose [3 -1 0 0] size [1 2 1] )\nmodel( " + left +
          " pose [3 1 0 0] size [1 2 1] )\n";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Blocks without heights of their own.
+// Blocks without a height range.
 
 #include "looking.hh"
 #include "models/block.hh"
@@ -18,7 +18,7 @@ std::unique_ptr<World> WorldOf(const std::string& blocks) {
   return LoadText("model( name \"a\" size [1 1 3]" + blocks + " )");
 }
 
-/// From 0 to the height of the model, and not above.
+/// Expects a body from 0 to the height of the model.
 void ExpectFull(World& world) {
   EXPECT_TRUE(SeenAt(world, 0));
   EXPECT_TRUE(SeenAt(world, 0.001));
@@ -31,7 +31,7 @@ TEST(BlockHeights, ABlockWithoutThemFillsTheModel) {
   ExpectFull(*WorldOf(Block("") + Block("")));
 }
 
-/// With others that say where they are, whatever their unit, and in both orders.
+/// Mixes blocks with and without height ranges, in both orders, with ranges in any unit.
 TEST(BlockHeights, ABlockWithoutThemFillsTheModelBesideOthers) {
   for (const char* z : {"[0 1]", "[0 0.2]", "[0 50]", "[0.1 0.2]", "[2 4]", "[0 0]", "[-1 0]"}) {
     for (const bool first : {true, false}) {
@@ -52,7 +52,7 @@ TEST(BlockHeights, OthersKeepTheirShareOfTheHeight) {
   EXPECT_EQ(blocks[2]->z_range().max, 3);
 }
 
-/// A ranger sees a robot of such a block, as the benchmark against VMAS has them.
+/// A ranger sees a robot of such a block, as in the benchmark against VMAS.
 TEST(BlockHeights, RangersSeeRobotsOfBlocksWithoutThem) {
   const auto world =
       LoadText("position( name \"other\" pose [2 0 0 0] size [0.4 0.4 0.3]" + Block("") +

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The bumper: what its touch lines report.
+// The bumper: the reports of its touch lines.
 
 #include <cmath>
 
@@ -11,8 +11,8 @@
 namespace Stg {
 namespace {
 
-/// A robot at the origin, 0.4 m square, with bumpers "b" that are subscribed. Robots stop before
-/// contact, hence the line 0.25 m ahead, which the tests use mostly.
+/// A square robot of 0.4 m at the origin with subscribed bumpers "b". Robots stop before contact,
+/// so most tests use a line 0.25 m ahead.
 struct Robot {
   explicit Robot(const std::string& bumpers, const std::string& rest,
                  const std::string& pose = "0 0 0 0")
@@ -96,7 +96,7 @@ TEST(Bumper, ReportsThePointOfContact) {
   Step(*robot.world);
   EXPECT_NEAR(robot.bumper->samples[0].hit_point.x, 0.25, 1e-9);
   EXPECT_NEAR(robot.bumper->samples[0].hit_point.y, 0.15, kCell);
-  // It stays when nothing is touched any more.
+  // The point keeps its value when the contact ends.
   const point_t point = robot.bumper->samples[0].hit_point;
   Find(*robot.world, "box")->SetPose(Pose(9, 9, 0, 0));
   EXPECT_EQ(robot.Hit(), nullptr);
@@ -106,7 +106,7 @@ TEST(Bumper, ReportsThePointOfContact) {
 TEST(Bumper, ReportsThePointOfContactOfATurnedRobot) {
   Robot robot("bcount 1 blength 0.4 bpose[0] [0 -0.25 0 -90] origin [0.1 0 0 0]",
               Box("3.3 4.1 0 0"), "3 4 0 90");
-  // The robot looks along +y, its right-hand side along +x. The bumper's own frame is at (3, 4.1).
+  // The robot faces +y, so its right side is +x. The bumper's frame is at (3, 4.1).
   Step(*robot.world);
   ASSERT_NE(robot.bumper->samples[0].hit, nullptr);
   EXPECT_NEAR(robot.bumper->samples[0].hit_point.x, 3.25, 1e-9);
@@ -143,13 +143,13 @@ TEST(Bumper, LinesInsideTheBodyTouchNothing) {
               Box("0.31 0.1 0 0"));
   Step(*robot.world);
   EXPECT_EQ(robot.Hit(0), nullptr);
-  EXPECT_EQ(robot.Hit(1), nullptr);  // no length
+  EXPECT_EQ(robot.Hit(1), nullptr);  // the line has no length
 }
 
 TEST(Bumper, SensesBeforeTheBodiesOfTheStepMove) {
   Robot robot(kAhead, Box("0.4 0.1 0 0"));
   auto* drive = FindRunning<ModelPosition>(*robot.world, "r");
-  drive->SetSpeed(0.7, 0, 0);  // 0.07 m in the first step: then the line is at 0.32
+  drive->SetSpeed(0.7, 0, 0);  // after the first step of 0.07 m, the line is at 0.32
   EXPECT_EQ(robot.Hit(), nullptr);
   EXPECT_NEAR(drive->GetPose().x, 0.07, 1e-9);
   EXPECT_NE(robot.Hit(), nullptr);
@@ -179,7 +179,7 @@ TEST(Bumper, SensorsMayBeChangedInPlace) {
   EXPECT_EQ(robot.Hit(), nullptr);
   robot.bumper->bumpers[0].pose.x = -0.25;
   EXPECT_NE(robot.Hit(), nullptr);
-  robot.bumper->bumper_count = 7;  // more than there are: counts as 1
+  robot.bumper->bumper_count = 7;  // larger than the actual number; treated as 1
   EXPECT_NE(robot.Hit(), nullptr);
   EXPECT_EQ(robot.bumper->bumper_count, 1u);
 }
@@ -204,7 +204,7 @@ TEST(Bumper, MayBeDeletedOrStoppedWhileItsRaysWait) {
   EXPECT_EQ(robot.world->GetAllModels().size(), 3u);  // the ground, the robot, the box
 }
 
-// Robots that run about and bump into each other.
+// Robots move around and collide with each other.
 TEST(Bumper, ResultsDoNotDependOnHowTheyAreMade) {
   const auto bot = [](int i) {
     const int column = i % 10, row = i / 10;

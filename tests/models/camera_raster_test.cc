@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The camera's raster against the rays of its pixels.
+// The camera's rasterizer gives the same depths as rays through the pixels.
 #include "models/camera_raster.hh"
 
 #include <gtest/gtest.h>
@@ -13,9 +13,9 @@ namespace Stg {
 namespace {
 
 constexpr int kWidth = 37, kHeight = 23;
-constexpr double kRadius = 0.7072;  // of a circle around the box, rounded up
+constexpr double kRadius = 0.7072;  // radius of the box's circumscribed circle, rounded up
 
-/// A square of 1 m, turned and shifted, with a height interval; and who looks at it.
+/// A square box of 1 m with a random pose and height range, and a camera that looks at it.
 struct Scene {
   camera::Lens lens;
   Pose frame;
@@ -62,13 +62,13 @@ void Draw(const Scene& scene, camera::Raster* raster) {
   raster->Finish();
 }
 
-/// The depth that the ray through the middle of a pixel meets the box at, beyond the near plane;
-/// nothing where that is too close to call.
+/// The depth at which the ray through the center of a pixel hits the box, beyond the near plane; no
+/// value if rounding could decide.
 std::optional<double> ExpectedDepth(const Scene& scene, int i, int j) {
   const camera::Lens& lens = scene.lens;
   const double u = ((i + 0.5) / kWidth * 2 - 1) * lens.half_width;
   const double v = ((j + 0.5) / kHeight * 2 - 1) * lens.half_height;
-  // The ray at depth 1, in the world and then in the box's frame.
+  // Transform the ray at depth 1 to the world frame, then to the frame of the box.
   const double ca = std::cos(lens.eye.a), sa = std::sin(lens.eye.a);
   const double ct = std::cos(lens.tilt), st = std::sin(lens.tilt);
   const double ahead = ct + v * st, up = v * ct - st;

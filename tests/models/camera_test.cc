@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The camera: pictures of simple scenes, pixel by pixel at chosen places.
+// The camera: selected pixels of images of simple scenes.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,14 +16,14 @@ namespace {
 std::atomic<long> allocations{0};
 }  // namespace
 
-// Counted, to show that pictures need no more memory once the first one is taken. Not inline, as
-// compilers would complain of a free() that meets a new.
+// Counts allocations, to prove that images need no further memory after the first one. Not inlined,
+// because compilers would warn of the pair new and free().
 [[gnu::noinline]] void* operator new(size_t size) {
   allocations++;
   if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
   throw std::bad_alloc();
 }
-// As the sanitizers' own goes by another way than the one above.
+// The nothrow version is replaced, too, because that of the sanitizers does not call the one above.
 [[gnu::noinline]] void* operator new(size_t size, const std::nothrow_t&) noexcept {
   allocations++;
   return std::malloc(size > 0 ? size : 1);
@@ -53,7 +53,7 @@ void ExpectPixel(const ModelCamera& camera, int x, int y, const Pixel& color, do
   EXPECT_NEAR(DepthAt(camera, x, y), depth, 1e-5) << x << ", " << y;
 }
 
-/// A robot at the origin, the eye of its camera at (0.3, 0, 0.42).
+/// A robot at the origin with a camera, whose eye is at (0.3, 0, 0.42).
 std::string Robot(const std::string& camera = "") {
   return "position( name \"r\" size [0.3 0.3 0.22] color \"gray\" camera( pose [0.3 0 0.2 0] "
          "name \"eye\" alwayson 1 " +
@@ -75,8 +75,8 @@ struct Scene {
   ModelCamera& camera;
 };
 
-/// Where a point at these tangents of the angles from the middle (rightwards, upwards) is in a
-/// picture of 32 x 32 with fields of view of 70 and 40 degrees.
+/// The column of a point in an image of 32 x 32 pixels with fields of view of 70 and 40 degrees, by
+/// the tangent of its angle to the right of the center; below, the row by the angle upwards.
 int PixelX(double tangent) {
   return static_cast<int>(std::floor((tangent / std::tan(dtor(35)) + 1) * 16));
 }
@@ -181,9 +181,9 @@ TEST(CameraTest, ReferenceCase) {
 
 TEST(CameraTest, FloorIsWhiteAtItsDistanceAlongTheAxis) {
   const Scene scene(Robot() + Box("red", "3 0 0 0"));
-  const double tangent = 31.0 / 32.0 * std::tan(dtor(20));  // of the middle of the lowest row
+  const double tangent = 31.0 / 32.0 * std::tan(dtor(20));  // of the center of the lowest row
   for (const int x : {0, 10, 31}) ExpectPixel(scene.camera, x, 0, kFloor, 0.42 / tangent);
-  // The boxes' fronts are 0.58 m higher than the eye: 2.5 m away that is above the picture.
+  // The front of the box is 0.58 m higher than the eye, which is above the image at 2.5 m.
   ExpectPixel(scene.camera, 16, PixelY(0.0), kRed, 2.5);
   ExpectPixel(scene.camera, 16, PixelY(0.56 / 2.5), kRed, 2.5);
   ExpectPixel(scene.camera, 16, PixelY(0.62 / 2.5), kSky, kNothing);
@@ -191,7 +191,8 @@ TEST(CameraTest, FloorIsWhiteAtItsDistanceAlongTheAxis) {
 
 TEST(CameraTest, EdgesOfABoxAreWhereGeometryPutsThem) {
   const Scene scene(Robot("resolution [700 400]") + Box("red", "3 0 0 0"));
-  // The front: y from -0.2 to 0.2, z from 0 to 1, 2.5 m from an eye 0.42 m high.
+  // The front has y from -0.2 to 0.2 and z from 0 to 1; the eye is 2.5 m away at a height of 0.42
+  // m.
   const double half_width = 0.2 / 2.5 / std::tan(dtor(35)) * 350;
   const int left = static_cast<int>(std::lround(350 - half_width));
   const int right = static_cast<int>(std::lround(350 + half_width));
@@ -260,13 +261,13 @@ TEST(CameraTest, CanBeTurnedByItsUser) {
 }
 
 TEST(CameraTest, StraightDownAndBeyond) {
-  // From 3 m above, the box's top fills the middle.
+  // From 3 m above, the top of the box fills the center.
   const std::string camera = "camera( name \"eye\" pose [0 0 3 0] alwayson 1 fov [60 60] pantilt ";
   const Scene down(camera + "[0 90] )" + Box("red", "0 0 0 0"), "eye");
   ExpectPixel(down.camera, 16, 16, kRed, 2.0);
   ExpectPixel(down.camera, 2, 2, kFloor, 3.0);
   ExpectPixel(down.camera, 31, 31, kFloor, 3.0);
-  // Beyond the vertical, the picture's upper edge looks backwards.
+  // With a tilt beyond the vertical, the upper edge of the image looks backwards.
   const Scene back(camera + "[0 120] )" + Box("red", "-1.5 0 0 0"), "eye");
   EXPECT_EQ(ColorAt(back.camera, 16, 16), kRed);
 }
@@ -290,7 +291,7 @@ TEST(CameraTest, OverlappingFacesBelongToTheOlderModel) {
 TEST(CameraTest, ClipsAtItsPlanes) {
   const Scene far(Robot("range [0.2 2.4]") + Box("red", "3 0 0 0"));
   ExpectPixel(far.camera, 16, 16, kSky, 2.4);
-  // The front is too near, the back can be seen from inside.
+  // The front is nearer than the near plane, so the back is seen from inside.
   const Scene near(Robot("range [2.6 8]") + Box("red", "3 0 0 0"));
   ExpectPixel(near.camera, 16, 16, kRed, 2.9);
 }
@@ -346,7 +347,7 @@ TEST(CameraTest, SeesABodyFromInside) {
   ExpectPixel(up.camera, 16, 16, kGreen, 1.5);
 }
 
-/// A body of blocks, given by their outlines, seen from 3 m above its origin.
+/// A body of the given blocks, seen from 3 m above its origin.
 Scene FromAbove(const std::string& blocks) {
   return Scene(
       "camera( name \"eye\" pose [0 0 3.5 90] pantilt [0 90] fov [60 60] alwayson 1 )\n"
@@ -435,7 +436,7 @@ TEST(CameraTest, PicturesArePartOfTheStateHashAndRepeat) {
   Find(*other.world, "b")->SetColor(Color("blue"));
   Step(*scene.world);
   Step(*other.world);
-  // Only the pictures differ, as of then.
+  // From now on, only the images differ.
   Find(*other.world, "b")->SetColor(Color("red"));
   EXPECT_NE(scene.world->StateHash(), other.world->StateHash());
 }
@@ -451,7 +452,7 @@ long AllocationsIn(const std::string& text) {
 
 TEST(CameraTest, TakesNoMoreMemoryOnceItRuns) {
   const std::string boxes = Box("red", "3 0 0 0") + Box("blue", "3 1 0 0");
-  // The world's own bookkeeping may take some.
+  // The world itself may allocate memory.
   EXPECT_EQ(AllocationsIn(Robot("resolution [160 120]") + boxes),
             AllocationsIn("model( alwayson 1 )" + boxes));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The views of a window: numbers only.
+// The view parameters of a window, without drawing.
 #include <gtest/gtest.h>
 
 #include "support/model_testing.hh"
@@ -52,7 +52,7 @@ TEST(CameraViewTest, OrthoZoomsAndPans) {
   view.reset();
   EXPECT_EQ(view.pitch(), 0);
   view.setPose(0, 0);
-  view.scale(-1, 300, 400, 100, 400);  // the point 100 pixels right of and above the middle
+  view.scale(-1, 300, 400, 100, 400);  // around a point 100 pixels right of and above the center
   EXPECT_GT(view.scale(), 16);
   EXPECT_NEAR(view.x() + 100 / view.scale(), 100 / 15.0, 1e-9);
   EXPECT_NEAR(view.y() + 100 / view.scale(), 100 / 15.0, 1e-9);

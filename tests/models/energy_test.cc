@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Energy: power packs, their world-file properties, what running models draw, charging by touch.
+// Energy: power packs, their properties in world files, consumption, and charging by contact.
 
 #include <cmath>
 #include <limits>
@@ -18,7 +18,7 @@ PowerPack* PackOf(const World& world, const std::string& name) {
   return pack;
 }
 
-/// What a model called "m" with these properties has.
+/// Stored energy and capacity of a model, joules.
 struct Amounts {
   double stored, capacity;
   bool operator==(const Amounts& o) const { return stored == o.stored && capacity == o.capacity; }
@@ -31,7 +31,7 @@ Amounts AmountsFor(const std::string& properties) {
   return {pack->GetStored(), pack->GetCapacity()};
 }
 
-/// What the pack of a model stores after each of some steps.
+/// The energy in a model's pack at the beginning and after each step.
 std::vector<double> StoredOver(World& world, const std::string& name, int steps) {
   std::vector<double> stored = {PackOf(world, name)->GetStored()};
   for (int i = 0; i < steps; i++) {
@@ -164,7 +164,7 @@ TEST_F(Pack, AmountsThatAreNotPositiveDoNothing) {
     pack.Dissipate(amount);
     pack.TransferTo(&other, amount);
   }
-  other.SetStored(8);  // more than it can hold: there is less than no room
+  other.SetStored(8);  // more than the capacity
   pack.TransferTo(&other, 1);
   EXPECT_EQ(pack.GetStored(), 5);
   EXPECT_EQ(other.GetStored(), 8);
@@ -258,7 +258,7 @@ TEST(Consumption, OnlyRunningModelsDraw) {
 }
 
 TEST(Consumption, PartsDrawFromTheRobotsPack) {
-  // The robot itself 1 W, its two sensors 0.2 W each, the lamp 7 W.
+  // The robot consumes 1 W, its two sensors 0.2 W each, the lamp 7 W.
   const auto world = LoadText(
       "position( name \"r\" joules 10 ranger( name \"l\" sensor( ) sensor( ) ) "
       "model( name \"lamp\" watts 7 alwayson 1 ) )");
@@ -322,7 +322,7 @@ TEST(Consumption, APackThatIsGivenAwayIsMissed) {
 
 // ---- charging -----------------------------------------------------------------------------------
 
-// A charger of 1 m x 1 m at the origin, and takers whose outlines touch its own.
+// A charger of 1 m x 1 m at the origin. The takers in the tests touch its outline.
 const char* const kCharger =
     "model( name \"giver\" size [1 1 1] joules -1 give_watts 100 alwayson 1 )\n";
 
@@ -477,7 +477,7 @@ TEST(EnergyTotals, TheStateHashSeesEnergy) {
 
 // ---- windows ------------------------------------------------------------------------------------
 
-/// A world that says it has a window.
+/// A world that claims to have a window.
 class WorldWithWindow : public World {
  public:
   bool IsGUI() const override { return true; }

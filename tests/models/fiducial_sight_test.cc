@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The fiducial finder: which models it finds.
+// The fiducial finder: the models that it finds.
 
 #include <algorithm>
 #include <cmath>
@@ -92,7 +92,7 @@ TEST(Found, InTheOrderOfCreation) {
   Ids expected;
   for (int i = 1; i <= n; i++) expected.push_back(i);
   EXPECT_EQ(scene.Ids(), expected);
-  // Also after a new start, with addresses used again.
+  // The order must also hold if new models reuse addresses.
   delete Find(*scene.world, "t20");
   delete Find(*scene.world, "t3");
   Model* late = scene.world->CreateModel(nullptr, "model");
@@ -200,7 +200,7 @@ TEST(Sight, IgnoringHeightsWhatIsBehindStillMatters) {
   EXPECT_EQ(scene.Ids(), Ids{});
 }
 
-// Finders on robots look exactly along the upper edges of robots of the same kind.
+// Finders on robots look exactly along the upper edges of robots of the same type.
 TEST(Sight, EdgesOfHeightAreSeen) {
   test::RandomSource random(4);
   for (int i = 0; i < 100; i++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The fiducial finder: which models it finds, and what it tells of them.
+// The fiducial finder: the models that it finds and the reported values.
 
 #include <algorithm>
 #include <cmath>
@@ -60,7 +60,7 @@ TEST(Reference, Defaults) {
   ExpectReference("", {{3, 1.0, 0, 1.571}, {0, 6.3246, 0.3218, kTen}, {-6, 2.5, 0.6435, kTen}});
 }
 
-// Stage reports the first at 1.0.
+// Stage reports the first fiducial at a range of 1.0.
 TEST(Reference, MinimumRange) {
   ExpectReference("range_min 1.5",
                   {{3, 1.5, 0, 1.571}, {0, 6.3246, 0.3218, kTen}, {-6, 2.5, 0.6435, kTen}});
@@ -214,7 +214,7 @@ TEST(Report, NearerThanTheMinimumIsAtTheMinimum) {
               "range_min 1.5 range_max_id 1.2");
   ASSERT_EQ(scene.Found().size(), 2u);
   EXPECT_EQ(scene.finder->GetFiducials()[0].range, 1.5);
-  EXPECT_EQ(scene.finder->GetFiducials()[0].id, 1);  // the id goes by the true distance
+  EXPECT_EQ(scene.finder->GetFiducials()[0].id, 1);  // the true distance decides on the id
   EXPECT_EQ(scene.finder->GetFiducials()[0].bearing, 0);
   EXPECT_EQ(scene.finder->GetFiducials()[1].range, 2);
   for (const double none : {-1.0, kNaN}) {
@@ -223,7 +223,7 @@ TEST(Report, NearerThanTheMinimumIsAtTheMinimum) {
   }
 }
 
-// Body offsets play no part, except that rays leave the finder's.
+// Origins of bodies are ignored, except that rays start at that of the finder.
 TEST(Report, GoesByOrigins) {
   Scene scene("model( pose [2 0 0 0] origin [0 0.05 0 45] size [0.5 0.5 0.5] fiducial_return 1 )",
               "origin [0.3 0 0 0]");
@@ -231,14 +231,14 @@ TEST(Report, GoesByOrigins) {
   EXPECT_EQ(scene.finder->GetFiducials()[0].range, 2);
   EXPECT_EQ(scene.finder->GetFiducials()[0].bearing, 0);
   EXPECT_EQ(scene.finder->GetFiducials()[0].geom.a, 0);
-  // A post at the origin's offset that the ray would meet if it began at the finder itself.
+  // A post is where the ray would hit it if it started at the finder's own pose.
   Scene post(
       Target("a", 2, 0, "fiducial_return 1") + "model( pose [0.15 0 0 0] size [0.05 0.05 1] )",
       "origin [0.3 0 0 0]");
   EXPECT_EQ(post.Ids(), Ids{1});
 }
 
-// Positions move after sensing: what is told is where they were at the start of the step.
+// Position models move after sensing, so reports have their poses at the start of the step.
 TEST(Report, IsOfTheStartOfTheStep) {
   Scene scene("position( name \"p\" pose [2 0 0 0] size [0.2 0.2 0.5] fiducial_return 1 )",
               "fov 360");
@@ -289,7 +289,7 @@ TEST(Deletion, WhileRaysAreOnTheirWay) {
   for (const bool batch : {true, false})
     for (const char* properties : {"", "ignore_zloc 1"}) {
       World::run_options.batch = batch;
-      // Before and after the finder's update: events are served in the order of their making.
+      // Delete it before or after the finder's update; events are handled in the order of creation.
       Scene after(kPair, properties);
       after.world->Enqueue(0, 100000, after.finder, DeleteIt, Find(*after.world, "a"));
       EXPECT_EQ(after.Ids(), Ids{2});
@@ -307,7 +307,7 @@ TEST(Deletion, WhileRaysAreOnTheirWay) {
   World::run_options = RunOptions();
 }
 
-// The second finder must not find what was deleted between the two.
+// The second finder must not find a model that was deleted between the updates of both.
 TEST(Deletion, BetweenTwoFinders) {
   const auto world =
       LoadText("fiducial( name \"f\" )\nfiducial( name \"g\" ignore_zloc 1 )\n" + kPair);
@@ -375,8 +375,8 @@ TEST(Tracing, ResultsDoNotDependOnHow) {
       {crowd::Repeat(60, robot), 10, 0.5,
        [](size_t i) { return 0.1 * (static_cast<double>(i % 7) - 3); }, look});
   EXPECT_GT(outcome.sensed.size(), 7u * 1200);
-  EXPECT_GT(outcome.rays, outcome.sensed.size() / 7);  // rays to those that are hidden
-  EXPECT_LT(outcome.rays, 60u * 59 * 10 / 4);          // but only to those that are near and ahead
+  EXPECT_GT(outcome.rays, outcome.sensed.size() / 7);  // rays also go to hidden models
+  EXPECT_LT(outcome.rays, 60u * 59 * 10 / 4);          // but only to models in range and view
 }
 
 TEST(Tracing, TheStateHashCoversWhatWasFound) {

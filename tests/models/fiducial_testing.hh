@@ -9,7 +9,7 @@
 
 #include "support/model_testing.hh"
 
-/// What the tests of fiducial finders share.
+/// Helpers for tests of fiducial finders.
 namespace Stg {
 
 using Fiducial = ModelFiducial::Fiducial;
@@ -23,13 +23,13 @@ inline std::string Number(double value) {
   return text;
 }
 
-/// A post of half a metre's height.
+/// A post with a height of 0.5 m.
 inline std::string Target(const std::string& name, double x, double y, const std::string& more) {
   return "model( name \"" + name + "\" pose [" + Number(x) + " " + Number(y) +
          " 0 0] size [0.2 0.2 0.5] " + more + " )\n";
 }
 
-/// A world with a finder "f" at the origin, subscribed.
+/// A world with a subscribed finder "f" at the origin.
 struct Scene {
   explicit Scene(const std::string& rest, const std::string& properties = "")
       : world(LoadText("fiducial( name \"f\" " + properties + " )\n" + rest)),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What all models can carry besides bodies and energy: flags, trails, visualizers, options, log
-// entries, speech, properties.
+// Attachments of all models besides bodies and energy: flags, trails, visualizers, options, log
+// entries, speech and properties.
 
 #include "support/model_testing.hh"
 
@@ -53,7 +53,7 @@ TEST_F(Flags, AreRemovedWhereverTheyAre) {
   ExpectCalls(3, 1);
   m->RemoveFlag(&c);
   EXPECT_EQ(m->GetFlagCount(), 1u);
-  ExpectCalls(3, 2);  // though it was not there
+  ExpectCalls(3, 2);  // even though there was no such flag
 }
 
 TEST_F(Flags, OfNoFlagNothingHappens) {
@@ -106,7 +106,7 @@ TEST_F(Flags, AreSeenByTheStateHash) {
 
 // ---- trails -------------------------------------------------------------------------------------
 
-/// A position that lets its trail be seen.
+/// A position model that exposes its trail.
 class Walker : public ModelPosition {
  public:
   using Model::Trail;
@@ -131,7 +131,7 @@ class Trails : public testing::Test {
   }
   void TearDown() override { Model::name_map.erase("walker"); }
 
-  /// A walker that goes 1 m/s along x, and records its trail.
+  /// Loads a walker that moves at 1 m/s along x and records its trail.
   void Load(const std::string& properties) {
     world = LoadText("walker( name \"w\" size [0.2 0.2 0.2] " + properties + " )");
     walker = FindRunning<Walker>(*world, "w");
@@ -202,7 +202,7 @@ class Picture : public Visualizer {
   void Visualize(Model*, Camera*) override {}
 };
 
-/// A world that says it has a window, and a model type that shows what is attached to it.
+/// A world that claims to have a window and exposes its options.
 class WorldWithWindow : public World {
  public:
   using World::option_table;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What grippers sense and hold. The figures are those of Stage 4.3, except where a comment says
-// that it is deliberately not followed.
+// Beams, contacts and gripping of grippers. Figures are those of Stage 4.3, except where a comment
+// describes a deliberate difference.
 
 #include <algorithm>
 #include <cmath>
@@ -76,7 +76,7 @@ TEST(Gripper, CarriesAndDropsWhereItIs) {
   robot.gripper->CommandOpen();
   robot.Step();
   ExpectPose(puck->GetPose(), 3.5, 4.23, 0.02, M_PI / 2);
-  // Stage loses it: it is nobody's child.
+  // In Stage the puck then has no parent and is not a child of the world.
   const std::vector<Model*>& top = robot.world->GetChildren();
   EXPECT_EQ(std::count(top.begin(), top.end(), puck), 1);
   EXPECT_EQ(puck->Root(), puck);
@@ -136,7 +136,7 @@ TEST(Gripper, EachFingerHasItsContact) {
   EXPECT_NE(config.contact[0], nullptr);
   EXPECT_EQ(config.contact[1], nullptr);
   EXPECT_TRUE(config.paddles_stalled);
-  EXPECT_EQ(config.gripped, nullptr);  // it is not closing
+  EXPECT_EQ(config.gripped, nullptr);  // the gripper is not closing
   Find(*robot.world, "puck")->SetPose(Pose(0.27, -0.13, 0, 0));
   config = robot.Step();
   EXPECT_EQ(config.contact[0], nullptr);
@@ -179,7 +179,7 @@ TEST(Gripper, LetsGoOfWhatIsTakenAway) {
   EXPECT_EQ(robot.Step(20).paddles, Gripper::PADDLE_OPEN);
 }
 
-// Stage lets go and snatches again, for ever.
+// Stage releases and snatches again endlessly.
 TEST(Gripper, AutosnatchClosesAndHolds) {
   Robot robot("", "autosnatch 1");
   EXPECT_EQ(robot.Step(5).paddles, Gripper::PADDLE_OPEN);
@@ -281,7 +281,7 @@ TEST(Gripper, ResultsDoNotDependOnHowTheyAreMade) {
        "define thing model( size [0.08 0.08 0.1] gripper_return 1 obstacle_return 0 )\n" +
            crowd::Repeat(60, bot_and_thing),
        60, 0.2, [](size_t i) { return i % 2 ? 0.3 : -0.2; }, look});
-  EXPECT_GT(outcome.sensed.size(), 100u);  // some of them for a while
+  EXPECT_GT(outcome.sensed.size(), 100u);  // some grippers hold something
 }
 
 }  // namespace

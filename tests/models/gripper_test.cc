@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The gripper: fingers, lift, beams, contacts, what it holds. The figures are those of Stage 4.3,
-// except where a comment says that it is deliberately not followed.
+// The gripper: fingers, lift, beams, contacts and gripping. Figures are those of Stage 4.3, except
+// where a comment describes a deliberate difference.
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +38,7 @@ TEST(Gripper, DefaultsAreThoseOfStage) {
                config.contact[0] || config.contact[1]);
 }
 
-// Stage scales the proportions by unit_length and does not move the beams.
+// Stage scales the proportions by unit_length, and does not adapt the beams.
 TEST(Gripper, PaddleSizeIsProportions) {
   const auto world =
       LoadText("unit_length \"cm\"\ngripper( name \"g\" paddle_size [0.5 0.2 0.3] autosnatch 1 )");
@@ -132,7 +132,7 @@ TEST(GripperBody, FingersMoveWithTheirPositions) {
   ExpectBounds(BoxOf(robot.gripper, 2).z, 0.03, 0.11);
 }
 
-/// What a ray across the gripper's fingers meets, from outside.
+/// The distance from outside to the fingers, along a ray across them.
 double DistanceToFingers(const World& world, double z) {
   const auto any = [](Model*, const Model*, const void*) { return true; };
   return const_cast<World&>(world)
@@ -167,14 +167,14 @@ TEST(GripperBody, HasTheSizeThatItIsGiven) {
   ExpectBounds(BoxOf(gripper, 1).x, 0, 1);
 }
 
-// In Stage the fingers then refer to deleted blocks.
+// In Stage the fingers then point to deleted blocks.
 TEST(GripperBody, FurtherBlocksAreFurtherBody) {
   const auto world = LoadText(
       "gripper( name \"g\" block( points 4 point[0] [0.1 -0.15] point[1] [0.3 -0.15]\n"
       "  point[2] [0.3 0.15] point[3] [0.1 0.15] z [0 0.2] ) )");
   auto* gripper = FindRunning<Gripper>(*world, "g");
   ASSERT_EQ(gripper->body().blocks().size(), 4u);
-  ExpectBounds(BoxOf(gripper, 0).x, -0.1, -0.066);  // all together fill the size
+  ExpectBounds(BoxOf(gripper, 0).x, -0.1, -0.066);  // all blocks together fill the size
   ExpectBounds(BoxOf(gripper, 1).x, -0.066, 0);
   ExpectBounds(BoxOf(gripper, 3).x, 0, 0.1);
   gripper->CommandClose();
@@ -214,7 +214,7 @@ TEST(GripperBody, SetConfigKeepsTheScale) {
   ExpectBounds(BoxOf(robot.gripper, 1).x, 0, 0.1);
   ExpectBounds(BoxOf(robot.gripper, 1).y, -0.105, -0.045);
   ExpectBounds(BoxOf(robot.gripper, 2).z, 0.1, 0.2);
-  EXPECT_EQ(robot.gripper->GetConfig().gripped, nullptr);  // these are not settings
+  EXPECT_EQ(robot.gripper->GetConfig().gripped, nullptr);  // outputs can't be set
   EXPECT_NE(robot.gripper->GetConfig().beam[0], nullptr);
 }
 
@@ -255,7 +255,7 @@ TEST(Gripper, MotionGoesOnUnderAnotherCommand) {
   const Gripper::config_t config = robot.Step(2);
   EXPECT_NEAR(config.paddle_position, 0.3, 1e-9);
   EXPECT_NEAR(config.lift_position, 0.1, 1e-9);
-  robot.gripper->CommandOpen();  // turns round, the lift goes on
+  robot.gripper->CommandOpen();  // reverses the fingers; the lift goes on
   EXPECT_NEAR(robot.Step(2).paddle_position, 0.2, 1e-9);
   EXPECT_NEAR(robot.gripper->GetConfig().lift_position, 0.2, 1e-9);
 }

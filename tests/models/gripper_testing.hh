@@ -9,13 +9,13 @@
 #include "models/block.hh"
 #include "support/model_testing.hh"
 
-/// What the tests of grippers share.
+/// Helpers for tests of grippers.
 namespace Stg {
 
 using Gripper = ModelGripper;
 
-/// A robot with a subscribed gripper "r.g", of which the fingers reach from x = 0.198 to 0.33 and
-/// from y = -0.15 to 0.15, at a height of 0.02 to 0.1.
+/// A robot with a subscribed gripper "r.g". Its fingers extend from x = 0.198 to 0.33, from y =
+/// -0.15 to 0.15, and from z = 0.02 to 0.1.
 struct Robot {
   explicit Robot(const std::string& rest = "", const std::string& properties = "",
                  const std::string& pose = "0 0 0 0")
@@ -36,7 +36,7 @@ inline std::string Puck(const std::string& pose = "0.25 0 0 0", const std::strin
          "] size [0.08 0.08 0.1] gripper_return 1 color \"blue\" " + more + " )\n";
 }
 
-/// The box that a block of the gripper fills, in the gripper's frame.
+/// The bounding box of a block in the gripper's frame.
 inline bounds3d_t BoxOf(const Model* model, size_t index) {
   const Block& block = *model->body().blocks().at(index);
   bounds3d_t box(Bounds(1e9, -1e9), Bounds(1e9, -1e9), block.z_range());

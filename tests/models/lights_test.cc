@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Lamps: the blinkenlight and the lightindicator.
+// Lights: the blinkenlight and the lightindicator.
 
 #include "support/model_testing.hh"
 
 namespace Stg {
 namespace {
 
-/// '#' for on, '.' for off, one for each step of 100 ms.
+/// The states of a light, one per step of 100 ms: '#' is on, '.' is off.
 std::string Pattern(World& world, const ModelBlinkenlight* light, int steps) {
   std::string pattern;
   for (int i = 0; i < steps; i++) {

@@ -4,20 +4,20 @@
 
 #include "support/model_testing.hh"
 
-/// What rays from outside find of models.
+/// Helpers that find models by rays from outside.
 namespace Stg {
 
 inline bool Everything(Model* candidate, const Model* finder, const void*) {
   return candidate != finder;
 }
 
-/// Where a ray through the whole world stops.
+/// Casts a ray that stops at any model.
 inline RaytraceResult Look(World& world, double x, double y, double z, double heading,
                            double range = 20) {
   return world.Raytrace(Pose(x, y, z, heading), range, Everything, nullptr, nullptr, true);
 }
 
-/// What four rays from outside find of model "a", which is alone: its extents in x and y.
+/// Expects these extents of the only model "a", measured with four rays from outside.
 inline void ExpectExtent(World& world, double xmin, double xmax, double ymin, double ymax,
                          double z) {
   const double x = (xmin + xmax) / 2, y = (ymin + ymax) / 2;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The bodies of models, and what they run into.
+// The bodies of models and their collisions.
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ TEST(Body, TheDefaultOneFillsTheSize) {
 }
 
 TEST(Body, BlocksAreStretchedToTheSizeTogether) {
-  // Two blocks over 0..4 by 0..2: the right-hand half is the lower one.
+  // Two blocks cover 0..4 by 0..2; the right half is lower.
   const auto world = LoadText(
       "model( name \"a\" size [2 4 1]\n"
       "  block( points 4 point[0] [0 0] point[1] [2 0] point[2] [2 2] point[3] [0 2] z [0 10] )\n"
@@ -57,7 +57,7 @@ TEST(Body, OddPointListsAreHarmless) {
   EXPECT_EQ(Look(*world, -5, 8, 0, 0).mod, nullptr);
 }
 
-/// Pictures of a model's body and of the same one with its block's points in reverse.
+/// A block with clockwise points gives the same body as one with counter-clockwise points.
 TEST(Body, ClockwiseBlocksAreReversed) {
   const std::string in_order = "point[0] [0 0] point[1] [4 1] point[2] [5 5] point[3] [1 3] ";
   const std::string clockwise = "point[3] [0 0] point[2] [4 1] point[1] [5 5] point[0] [1 3] ";
@@ -91,7 +91,7 @@ TEST(Body, NoblocksRemovesIt) {
   EXPECT_TRUE(SeenAt(*with_block, 0.5));
 }
 
-// Stage corrupts its memory with this.
+// Stage corrupts its memory in this case.
 TEST(Body, ABoundaryAddsAFrameToTheDefaultBody) {
   for (const char* size : {"[1 1 1]", "[3 2 0.4]"}) {
     const auto world = LoadText("model( name \"a\" boundary 1 size " + std::string(size) + " )");
@@ -176,7 +176,7 @@ TEST(Body, RasterLeavesOtherBytesAlone) {
   Find(*world, "a")->Rasterize(raster.data(), 10, 10, 0.1, 0.05);  // half of the body
   EXPECT_EQ(raster[0], 1);
   EXPECT_EQ(raster[5 + 10 * 5], 7);
-  Find(*world, "a")->Rasterize(raster.data(), 10, 10, 1e-9, 1e-9);  // far too fine: no harm
+  Find(*world, "a")->Rasterize(raster.data(), 10, 10, 1e-9, 1e-9);  // extremely fine, but safe
 }
 
 // ---- collisions ---------------------------------------------------------------------------------

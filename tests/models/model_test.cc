@@ -133,7 +133,7 @@ TEST(Tree, FindsModelsWithoutSubscribers) {
   EXPECT_EQ(robot->GetUnsubscribedModelOfType("blinkenlight"), nullptr);
 }
 
-// Stage lifts the model by its parent's height and loses it from the children of the world.
+// Stage raises the model by its parent's height and drops it from the children of the world.
 TEST(Tree, SetParentKeepsTheGlobalPose) {
   const auto world = LoadText(
       "model( name \"a\" pose [1 2 0.5 30] size [1 1 0.7] ) model( name \"b\" pose [4 -1 0 -90]"
@@ -206,7 +206,7 @@ TEST(Frames, ChildrenStandOnTheirParents) {
       "model( name \"a\" pose [1 2 0.1 90] size [1 1 0.7] origin [5 5 0.5 45]\n"
       "  model( name \"b\" pose [0.5 0 0.2 0] stack_children 0 size [0.1 0.1 0.3]\n"
       "    model( name \"c\" pose [0 0 0 0] ) ) )");
-  ExpectPose(Find(*world, "a.b")->GetGlobalPose(), 1, 2.5, 1.0, M_PI / 2);  // origin plays no part
+  ExpectPose(Find(*world, "a.b")->GetGlobalPose(), 1, 2.5, 1.0, M_PI / 2);  // ignores the origin
   ExpectPose(Find(*world, "a.b.c")->GetGlobalPose(), 1, 2.5, 1.0, M_PI / 2);
 }
 
@@ -221,7 +221,7 @@ TEST(Frames, LocalToGlobalHasTheBodysOffsetAndGlobalToLocalHasNot) {
   ExpectPose(a->GlobalToLocal(Pose(1, 3, 0.5, -M_PI)), 1, 0, 0, -1.5 * M_PI);  // not normalised
 }
 
-// Stage lifts a child of a stacking parent by the parent's height each time.
+// Stage raises a child of a stacking parent by the parent's height at each call.
 TEST(Frames, SetGlobalPoseDoesNotLift) {
   const auto world = LoadText(
       "model( name \"a\" pose [1 2 0 30] size [1 1 0.7] model( name \"b\" pose [0.1 0.2 0.25 10] ) "
@@ -313,7 +313,7 @@ TEST_F(Callbacks, RemoveCallbackRemovesAllWithThatFunction) {
   a->CallCallbacks(Model::CB_POSE);
   a->CallCallbacks(Model::CB_GEOM);
   EXPECT_EQ(journal.Text(), "y z");
-  a->AddCallback(Model::CB_POSE, Note, &x);  // can come back
+  a->AddCallback(Model::CB_POSE, Note, &x);  // can be added again
   a->CallCallbacks(Model::CB_POSE);
   EXPECT_EQ(journal.Text(), "y z x");
 }
@@ -323,7 +323,7 @@ TEST_F(Callbacks, CanAddOthersForTheNextRound) {
       Model::CB_POSE,
       [](Model* mod, void* entry) {
         static char kNumbers[100];
-        for (size_t i = 0; i < 100; i++)  // enough to make any list grow
+        for (size_t i = 0; i < 100; i++)  // enough to reallocate any list
           mod->AddCallback(
               Model::CB_POSE, [](Model*, void*) { return 1; }, &kNumbers[i]);
         mod->AddCallback(Model::CB_POSE, Note, entry);
@@ -373,7 +373,7 @@ TEST_F(Callbacks, EventsOfAModel) {
     entries.push_back({&journal, name});
     a->AddCallback(type, Note, &entries.back());
   }
-  a->SetPose(a->GetPose());  // changed or not
+  a->SetPose(a->GetPose());  // called even if nothing changes
   a->SetGeom(a->GetGeom());
   a->Subscribe();
   a->Subscribe();

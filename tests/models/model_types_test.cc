@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Model types: what is known of the library's own ones, and types of others, which the library has
-// never heard of. examples/model brings one.
+// Model types: the properties of the built-in types, and types from plug-ins, such as that of
+// examples/model.
 
 #include <algorithm>
 #include <atomic>
@@ -21,7 +21,8 @@ const std::vector<double>& RangesOf(World& world, const std::string& name) {
   return static_cast<SonarRing*>(model)->ranges();
 }
 
-/// Robots that drive about, each with a ring and a ranger, so that kinds of updates take turns.
+/// Driving robots, each with a sonar ring and a ranger, so that parallel and serial updates
+/// alternate.
 std::string CrowdText(int robots) {
   std::string text = "plugins \"sonar_ring\"\n";
   for (int i = 0; i < robots; i++)
@@ -67,7 +68,7 @@ class Derived : public ModelBlobfinder {
 TEST(ModelTypes, OfDerivedClassesAreThoseOfTheirBase) {
   const auto world = EmptyWorld();
   const Derived derived(world.get(), nullptr, "derived");
-  EXPECT_EQ(FindModelType(derived), nullptr);  // its updates may do anything
+  EXPECT_EQ(FindModelType(derived), nullptr);  // unknown: its updates may do anything
   ASSERT_NE(FindNearestModelType(derived), nullptr);
   EXPECT_EQ(FindNearestModelType(derived)->name, "blobfinder");
 }
@@ -85,7 +86,7 @@ TEST(ModelTypes, ComeWithThePluginsOfAWorld) {
   constexpr double kCell = 0.02;
   EXPECT_NEAR(ranges[0], 2.95, 2 * kCell);
   EXPECT_NEAR(ranges[6], 2.95, 2 * kCell);
-  // The wall is at the side; the cones' edges see no nearer.
+  // The wall is at the side; the edges of the cones see nothing nearer.
   EXPECT_NEAR(ranges[3], 1.95, 2 * kCell);
   EXPECT_NEAR(ranges[9], 1.95, 2 * kCell);
 }

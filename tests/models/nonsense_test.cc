@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Numbers that make no sense: a negative one in every property that is a number, and pairs the
-// wrong way round. Each is answered by one line, or stands in a list of those that may be.
+// Meaningless numbers: negative values of every numeric property, and swapped pairs. Each causes
+// one message, or is in a list of allowed values.
 
 #include <algorithm>
 #include <fstream>
@@ -19,7 +19,7 @@ using properties::WorldWith;
 
 // ---- negative numbers ---------------------------------------------------------------------------
 
-/// Properties that may be negative, with the reason. docs/properties.md says so too.
+/// Properties that may be negative, with the reasons. docs/properties.md documents them.
 const std::set<std::string> kMayBeNegative = {
     // places, headings and directions
     "pose", "origin", "point[0]", "point[2]", "localization_origin", "odom", "bpose[0]", "pan",
@@ -28,7 +28,7 @@ const std::set<std::string> kMayBeNegative = {
     "velocity_bounds", "acceleration_bounds", "z", "min_position", "max_position", "start_position",
     // speeds, errors, levels
     "velocity", "odom_error", "power", "sensitivity", "range_db",
-    // identities, and what means something else if negative
+    // identifiers, and properties in which negative values have a special meaning
     "seed", "fiducial_key", "fiducial_return", "ranger_return", "joules", "joules_capacity",
     "kjoules", "kjoules_capacity", "quit_time", "speedup", "color_rgba",
     // mirrored, with a warning
@@ -36,7 +36,7 @@ const std::set<std::string> kMayBeNegative = {
     // read, no effect
     "map_resolution", "friction", "event_queue"};
 
-/// Flags: everything but 0 is yes.
+/// Flags, in which every value except for 0 means yes.
 const std::set<std::string> kFlags = {
     "show_clock",      "test",        "paused",         "confirm_on_quit", "debug",
     "noblocks",        "boundary",    "stack_children", "blob_return",     "gripper_return",
@@ -45,7 +45,7 @@ const std::set<std::string> kFlags = {
 
 bool MayBeNegative(const Property& property) {
   const std::string name = property.name, entity = property.entity;
-  // A fan of rays in the other order; a fiducial finder's and a camera's are refused.
+  // A negative fov reverses a fan of rays; fiducial finders and cameras refuse it.
   if (name == "fov") return entity == "sensor" || entity == "blobfinder";
   return kMayBeNegative.count(name) > 0 || kFlags.count(name) > 0;
 }
@@ -65,7 +65,7 @@ std::string WorldWithElement(const Property& property, size_t index, const std::
   return WorldWith(changed, property.name);
 }
 
-/// One line, with a place in the only line of the file.
+/// Expects one message with a place in the only line of the file.
 void ExpectOneLine(const LoadOutcome& outcome, const std::string& text) {
   EXPECT_EQ(outcome.errors.rfind("t.world:1:", 0), 0u) << text << '\n' << outcome.errors;
   EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << text << '\n'
@@ -97,7 +97,8 @@ TEST(Nonsense, NegativeNumbersAreAnsweredOrListed) {
   for (const std::string& name : kFlags) EXPECT_EQ(met.count(name), 1u) << name;
 }
 
-/// Negative sizes mirror; an error of -3 is larger than the motion.
+/// Properties whose negative values cause warnings: sizes mirror; an error of -3 exceeds the
+/// motion.
 const std::set<std::string> kWarnedOf = {"size", "odom_error"};
 
 TEST(Nonsense, NegativeNumbersThatAreListedLoad) {
@@ -123,8 +124,8 @@ TEST(Nonsense, NegativeNumbersThatAreListedLoad) {
 
 struct Contradiction {
   const char* text;
-  bool loads;           ///< with a warning
-  const char* message;  ///< a part of it
+  bool loads;           ///< true: it loads with a warning
+  const char* message;  ///< expected part of the message
 };
 
 const Contradiction kContradictions[] = {

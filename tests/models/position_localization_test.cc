@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Where positions believe to be: GPS and odometry. The figures are those of Stage 4.3, except where
-// a comment says that it is deliberately not followed.
+// Localization of position models: GPS and odometry. Figures are those of Stage 4.3, except where a
+// comment describes a deliberate difference.
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ TEST(Localization, GpsTellsThePoseBeforeTheMove) {
   ExpectPose(robot.position->GetPose(), 1, 2.1, 0, M_PI / 2);
 }
 
-// In Stage the origin counts with GPS, too, but in the estimate of before the first update alone.
+// In Stage the origin also affects GPS, but only the estimate before the first update.
 TEST(Localization, OriginIsThatOfTheOdometryAndNothingToGps) {
   Robot gps("pose [3 2 0 0] localization_origin [1 2 0.5 450]");
   EXPECT_DOUBLE_EQ(gps.position->est_origin.a, 2.5 * M_PI);  // as it was given
@@ -50,7 +50,7 @@ TEST(Localization, TheFirstStepIsNoJump) {
         const Pose first = robot.position->est_pose;
         robot.position->SetSpeed(0.5, 0, 1.2);
         while (robot.position->GetLastUpdate() == 0) Step(*robot.world);
-        // The sensing of the first update comes before its move.
+        // The first update senses before it moves.
         ExpectPose(robot.position->est_pose, first.x, first.y, first.z, first.a);
         ExpectPose(robot.position->GetSensedPose(), 3, 2, 0, M_PI / 4);
       }
@@ -65,7 +65,7 @@ TEST(Odometry, StartsAtTheOriginGiven) {
   ExpectPose(robot.position->est_pose, 3.1, 2, 0, 0);
 }
 
-// Stage gives the sideways part the wrong sign: (0.05, -0.04).
+// In Stage the sideways part has the wrong sign: (0.05, -0.04).
 TEST(Odometry, SidewaysIsToTheLeft) {
   Robot robot("drive \"omni\" localization \"odom\" odom_error [0 0 0 0]");
   robot.position->SetSpeed(0.5, 0.4, 0);
@@ -74,8 +74,8 @@ TEST(Odometry, SidewaysIsToTheLeft) {
   ExpectPose(robot.position->GetPose(), 0.1, 0.08, 0, 0);
 }
 
-// Stage integrates the command before the motion that it leads to, and turns first, which motion
-// does last.
+// Stage integrates the command before the motion that it causes, and turns first, whereas the
+// motion turns last.
 TEST(Odometry, IsTheMotionThatWasMade) {
   Robot robot("localization \"odom\" odom_error [0 0 0 0]");
   robot.position->SetSpeed(0.5, 0, 1);
@@ -121,7 +121,7 @@ TEST(Odometry, ATimeWithoutSubscribersDoesNotCount) {
   EXPECT_NEAR(p.est_pose.x, 0.15, 1e-12);
 }
 
-// Stage's goes on: there wheels slip.
+// In Stage the odometry goes on, as if the wheels slipped.
 TEST(Odometry, StandsStillWhileTheRobotIsStalled) {
   Robot robot("localization \"odom\" odom_error [0 0 0 0]", "model( pose [0.7 0 0 0] )");
   ModelPosition& p = *robot.position;
@@ -147,7 +147,7 @@ TEST(Odometry, ErrorsAreSharesOfTheMotionThatWasMade) {
   ExpectPose(p.GetActualVelocity(), 0.5, 0.4, 0, 1);
 }
 
-// The estimate is a public variable: a client may set it.
+// The estimate is a public variable, which a client may set.
 TEST(Odometry, GoesOnFromWhatAClientHasWritten) {
   Robot robot("localization \"odom\" odom_error [0 0 0 0]");
   ModelPosition& p = *robot.position;
@@ -188,7 +188,7 @@ TEST(Odometry, SetOdomMakesTheEstimateReadThat) {
   robot.position->SetSpeed(0.5, 0, 0);
   Step(*robot.world, 2);
   ExpectPose(robot.position->est_pose, 5 + 0.05 * std::cos(0.3), 6 + 0.05 * std::sin(0.3), 0, 0.3);
-  // The true pose of then, seen in the frame of est_origin, is the estimate.
+  // The estimate is the true pose at that time in the frame of est_origin.
   const Pose seen = robot.position->est_origin + robot.position->est_pose;
   ExpectPose(seen, 1, 30.05, 0, M_PI / 2);
 }

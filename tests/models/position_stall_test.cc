@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Positions that run into things, and those that ride on others.
+// Stalls of position models, and position models on other models.
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 // ---- stalls -------------------------------------------------------------------------------------
 
 TEST(Stall, RefusesTheStepKeepsTheVelocityAndTriesAgain) {
-  // The robot's front is at 0.2, the box's face at 0.29: one step of 0.05 fits.
+  // The robot's front is at 0.2 and the face of the box at 0.29, so one step of 0.05 is free.
   Robot robot("", "model( name \"box\" pose [0.49 0 0 0] size [0.4 0.4 1] )");
   ModelPosition& p = *robot.position;
   p.SetSpeed(0.5, 0, 0.05);
@@ -28,7 +28,7 @@ TEST(Stall, RefusesTheStepKeepsTheVelocityAndTriesAgain) {
 
   p.Stop();
   Step(*robot.world, 3);
-  EXPECT_TRUE(p.Stalled());  // nothing was tried, nothing was learnt
+  EXPECT_TRUE(p.Stalled());  // unchanged, because no move was tried
   p.SetSpeed(-0.5, 0, 0);
   Step(*robot.world);
   EXPECT_FALSE(p.Stalled());
@@ -37,7 +37,7 @@ TEST(Stall, RefusesTheStepKeepsTheVelocityAndTriesAgain) {
   EXPECT_TRUE(p.Stalled());
   Find(*robot.world, "box")->SetPose(Pose(10, 0, 0, 0));
   Step(*robot.world);
-  EXPECT_FALSE(p.Stalled());  // goes on by itself
+  EXPECT_FALSE(p.Stalled());  // the robot goes on without a new command
 }
 
 TEST(Stall, ABodyBelowTheGroundNeverMoves) {
@@ -105,7 +105,7 @@ TEST(Attached, ACarriedBodyStallsItsCarrierOnly) {
   ModelPosition* mast = FindRunning<ModelPosition>(*world, "ship.mast");
   ship->SetSpeed(0.5, 0, 0);
   Step(*world, 2);
-  EXPECT_TRUE(ship->Stalled());  // passes under the bridge but for the mast
+  EXPECT_TRUE(ship->Stalled());  // only the mast collides with the bridge
   EXPECT_FALSE(mast->Stalled());
   EXPECT_LT(ship->GetPose().x, 0.06);
   mast->SetPose(Pose(-0.5, 0, 0, 0));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The position model: commands, drives, bounds, odometry, motion, stalls. The figures are those of
-// Stage 4.3, except where a comment says that it is deliberately not followed.
+// The position model: commands, drives, bounds, odometry, motion and stalls. Figures are those of
+// Stage 4.3, except where a comment describes a deliberate difference.
 
 #include <algorithm>
 #include <cmath>
@@ -70,9 +70,9 @@ const DriveCase kDriveCases[] = {
 INSTANTIATE_TEST_SUITE_P(Figures, Drive, testing::ValuesIn(kDriveCases),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// Stage limits turns to the left by the velocity bounds only and goes 0.152133 in the first step.
-// Here both directions have the limit that Stage gives to the right, 1 rad/s; the rest is Stage's.
-// There the robot also believes to be at (0, 0) until its first update.
+// Stage limits left turns only by the velocity bounds and turns 0.152133 in the first step. Here
+// both directions have Stage's limit for right turns, 1 rad/s; the rest is as in Stage. In Stage
+// the estimate is also (0, 0) until the first update.
 TEST(GoTo, SteersWithTheEstimateOfTheUpdateBefore) {
   Robot robot("pose [0 100 0 0]");
   ExpectPose(robot.position->est_pose, 0, 100, 0, 0);
@@ -82,14 +82,14 @@ TEST(GoTo, SteersWithTheEstimateOfTheUpdateBefore) {
   double heading = 0.1 * course;
   ExpectPose(robot.position->GetPose(), 0, 100, 0, heading);  // off course by more than pi / 16
   Step(*robot.world);
-  heading += 0.1 * course;  // by the estimate of the first update, which has turned nothing yet
+  heading += 0.1 * course;  // by the estimate of the first update, before any turn
   ExpectPose(robot.position->GetPose(), 0, 100, 0, heading);
   Step(*robot.world);
   ExpectPose(robot.position->GetPose(), 0.04 * std::cos(heading), 100 + 0.04 * std::sin(heading), 0,
              heading + 0.1 * (course - 0.1 * course));
 }
 
-// Stage's estimates are a step ahead of these, and turn before they move: (0.054546, 0.007050,
+// Stage's estimates are a step ahead of these and turn before moving: (0.054546, 0.007050,
 // 0.128540) after the first step.
 TEST(Odometry, TheErrorsOfStageOnTheMotionThatWasMade) {
   Robot robot("pose [0 10 0 90] localization \"odom\" odom_error [0.1 0.2 0.3 90]");
@@ -194,7 +194,7 @@ TEST(Speed, ATurnOfMoreThanHalfARevolutionInAStep) {
   EXPECT_NEAR(robot.position->GetPose().a, 4 - 2 * M_PI, 1e-12);
 }
 
-/// World files with such bounds are refused; programs may set them.
+/// World files with swapped bounds are refused, but programs can set them.
 TEST(Bounds, LowerWinsBelowUpperWinsAboveWhereTheyAreSwapped) {
   Robot robot("");
   robot.position->velocity_bounds[0] = Bounds(0.5, -0.5);
@@ -249,8 +249,8 @@ TEST(Units, ScaleBoundsErrorsAndWheelbase) {
 
 // ---- acceleration -------------------------------------------------------------------------------
 
-// Stage takes the step of the world for dt, so that a model that is updated every other step gets
-// half the acceleration. Here it is the time since the last update.
+// Stage uses the world's step as dt, so a model that updates every other step gets half the
+// acceleration. Here dt is the time since the last update.
 TEST(Acceleration, CountsTheTimeSinceTheLastUpdate) {
   for (const int interval : {100, 200, 300}) {
     Robot robot("update_interval " + std::to_string(interval));
@@ -266,7 +266,7 @@ TEST(Acceleration, StartsFromTheVelocityThatIsSet) {
   robot.position->SetVelocity(Velocity(0.2, 0, 0.05, 0));
   Step(*robot.world, 2);
   EXPECT_NEAR(robot.position->GetVelocity().x, 0.3, 1e-12);
-  // Only so can a robot be made to rise.
+  // A robot can only rise in this way.
   EXPECT_NEAR(robot.position->GetPose().z, 0.01, 1e-12);
 }
 
@@ -309,12 +309,13 @@ TEST(GoTo, ArrivesWithEveryDriveThatCan) {
   }
 }
 
-// Stage takes the error in the world's frame for speeds in the robot's, and limits one sign only.
+// Stage uses the error in the world frame for speeds in the robot's frame, and limits only one
+// sign.
 TEST(GoTo, OmniGoesTheRightWayWhateverItsHeading) {
   for (int heading = -150; heading <= 180; heading += 30) {
     for (const double goal : {0.0, 1.1, 2.6, -2.0}) {
       Robot robot("pose [5 3 0 " + std::to_string(heading) + "] drive \"omni\"");
-      Step(*robot.world);  // so that it knows where it is
+      Step(*robot.world);  // updates the estimate
       const double start = robot.position->GetPose().a;
       robot.position->GoTo(5 + 0.3 * std::cos(goal), 3 + 0.3 * std::sin(goal), start);
       Step(*robot.world);
@@ -403,7 +404,7 @@ TEST(Velocities, EndWithTheLastSubscriber) {
   ExpectPose(robot.position->GetVelocity(), 0, 0, 0, 0);
   Step(*robot.world, 3);
   EXPECT_NEAR(robot.position->GetPose().x, 0.1, 1e-12);
-  robot.position->Subscribe();  // the goal is forgotten too
+  robot.position->Subscribe();  // the goal has been dropped, too
   Step(*robot.world, 3);
   EXPECT_NEAR(robot.position->GetPose().x, 0.1, 1e-12);
 }
@@ -416,8 +417,8 @@ TEST(Velocities, CallbacksTellOfThem) {
   robot.position->AddCallback(Model::CB_POSE, count, &poses);
   robot.position->SetSpeed(0.5, 0, 0);
   Step(*robot.world, 4);
-  EXPECT_EQ(velocities, 4);  // each update
-  EXPECT_EQ(poses, 0);       // driving is not SetPose
+  EXPECT_EQ(velocities, 4);  // one per update
+  EXPECT_EQ(poses, 0);       // driving does not call SetPose()
   robot.position->SetVelocity(Velocity());
   EXPECT_EQ(velocities, 5);
 }

@@ -8,13 +8,13 @@
 
 #include "support/model_testing.hh"
 
-/// What the tests of the position model share.
+/// Helpers for tests of the position model.
 namespace Stg {
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A world with one robot, "r", subscribed.
+/// A world with a subscribed robot "r".
 struct Robot {
   explicit Robot(const std::string& properties, const std::string& rest = "")
       : world(LoadText("position( name \"r\" " + properties + " )\n" + rest)),

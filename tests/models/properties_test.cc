@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Every property of the table is read: a world that has it loads without the warning "is never
-// read". A misspelt property in the same place does give that warning, so its absence means
-// something.
+// Every property of the table is read: a world with it loads without the warning "is never read". A
+// misspelt property in the same place causes that warning, which proves that the test is
+// meaningful.
 
 #include <set>
 
@@ -22,7 +22,7 @@ using properties::Property;
 using properties::TestName;
 using properties::WorldWith;
 
-/// Those that nobody reads, on purpose. A test makes sure that each still is reported.
+/// Properties that are deliberately not read. A test checks that each is reported.
 struct Unread {
   Property property;
   const char* reason;
@@ -41,7 +41,7 @@ bool IsReported(const std::string& errors, const std::string& name) {
   return errors.find("property \"" + name + "\" is never read") != std::string::npos;
 }
 
-/// Without it the world is not loaded: a population in a world without bodies needs an area.
+/// True if the world can't be loaded without the property.
 bool IsRequired(const Property& property) {
   const std::string name = std::string(property.entity) + "." + property.name;
   return name == "population.model" || name == "population.area" || name == "metric.kind" ||
@@ -55,7 +55,7 @@ TEST_P(Properties, IsRead) {
   const LoadOutcome outcome = TryToLoad(WorldWith(property, property.name));
   EXPECT_TRUE(outcome.loaded) << outcome.errors;
   EXPECT_EQ(outcome.errors.find("is never read"), std::string::npos) << outcome.errors;
-  // "odom" alone deserves a warning, and it's another one.
+  // Only "odom" causes a warning, which is a different one.
   EXPECT_EQ(outcome.errors.empty(), property.name != std::string("odom")) << outcome.errors;
 }
 
@@ -77,7 +77,7 @@ INSTANTIATE_TEST_SUITE_P(Window, Properties, testing::ValuesIn(kWindow), TestNam
 INSTANTIATE_TEST_SUITE_P(EveryModel, Properties, testing::ValuesIn(kEveryModel), TestName);
 INSTANTIATE_TEST_SUITE_P(Types, Properties, testing::ValuesIn(kTypes), TestName);
 
-/// A type's own way of loading must not leave out what all models have.
+/// Types that override loading must still read the properties of all models.
 TEST(PropertiesOfEveryModel, AreReadByEveryType) {
   InitLibrary();
   ASSERT_FALSE(Model::name_map.empty());
@@ -92,13 +92,13 @@ TEST(PropertiesOfEveryModel, AreReadByEveryType) {
   }
 }
 
-/// `point[3]` is one of many: `point[]`.
+/// Replaces an index: `point[3]` becomes `point[]`.
 std::string WithoutIndex(const std::string& name) {
   const size_t bracket = name.find('[');
   return bracket == std::string::npos ? name : name.substr(0, bracket) + "[]";
 }
 
-/// What the table leaves out, nobody asks for. (And docs/properties.md has what the table has.)
+/// No property is read that is not in the table. docs/properties.md has the same properties.
 TEST(PropertiesTable, HasAllThatReadersAskFor) {
   std::set<std::string> tabled, asked;
   const auto add = [&](const Property& property) {
@@ -124,7 +124,7 @@ TEST(PropertiesTable, HasAllThatReadersAskFor) {
   for (const std::string& name : tabled) EXPECT_EQ(asked.count(name), 1u) << name;
 }
 
-/// `ranger` and `lightindicator` have none of their own.
+/// The table has properties of all types except for `ranger` and `lightindicator`, which have none.
 TEST(PropertiesTable, KnowsEveryType) {
   InitLibrary();
   std::set<std::string> tabled = {"model", "ranger", "lightindicator"};

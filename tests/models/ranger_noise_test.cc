@@ -33,8 +33,8 @@ TEST(Noise, TheProportionalPartIsUniform) {
   EXPECT_GT(m.max, 1.099 * exact);
 }
 
-// A ray that meets a wall obliquely tells by its range where it went: at 60 degrees to the normal
-// of a wall that is 2 m away, the range is 2 / cos(60 degrees + error).
+// The heading errors of rays, computed from their ranges to an oblique wall: at 60 degrees to the
+// normal of a wall 2 m away, the range is 2 / cos(60 degrees + error).
 std::vector<double> HeadingErrors(unsigned samples) {
   Scene scene("sensor( pose [0 0 0 60] range [0 30] noise [0 0 57.29577951308232] fov 20 samples " +
                   std::to_string(samples) + " )",
@@ -68,7 +68,7 @@ TEST(Noise, TheAngularPartIsZeroForAFieldOfViewOfZero) {
   EXPECT_EQ(noisy.Ranges(), exact.Ranges());
 }
 
-// Stage clips nothing: there such readings are negative, and beyond the maximum.
+// Stage does not clip noisy readings, which may be negative or beyond the maximum.
 TEST(Noise, MakesNoReadingBelowTheMinimumOrAboveTheMaximum) {
   for (const char* range : {"[0 5]", "[0.3 2.6]", "[2.4 2.6]", "[2.5 100]"})
     for (const char* noise : {"[4 0 0]", "[0 5 0]", "[4 5 90]", "[0.0001 0 0]"}) {
@@ -107,7 +107,7 @@ TEST(Noise, WhatIsNoMagnitudeCountsAsZero) {
   EXPECT_EQ(scene.Ranges(), exact);
 }
 
-// Readings of two noisy sensors over some steps.
+// The readings of two noisy sensors over some steps.
 std::vector<double> NoisyReadings(int threads, uint64_t seed) {
   World::run_options.threads = threads;
   World::run_options.seed = seed;

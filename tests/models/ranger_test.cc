@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The ranger: what its sensors report, at which time, with what noise, and what they see.
+// The ranger: its readings, their times and noise, and the models that it sees.
 
 #include <algorithm>
 #include <cmath>
@@ -61,7 +61,8 @@ TEST(Ranger, NothingHitIsExactlyTheMaximumRange) {
   for (const double i : scene.sensor().intensities) EXPECT_EQ(i, 0);
 }
 
-// Intensities are only written where they change. Whoever may write them too sees the same.
+// Only changed intensities are written. The result must be correct even if a client has written
+// them.
 TEST(Ranger, IntensitiesAreThoseOfWhatIsHitNow) {
   const char* sensors = "sensor( range [0 9] samples 90 fov 360 ) sensor( samples 7 fov 200 )";
   std::string boxes;
@@ -113,8 +114,9 @@ TEST(Ranger, SeveralSensorsReportOnTheirOwn) {
 }
 
 TEST(Ranger, RaysStartAtTheSensorInTheBodysFrame) {
-  // Ranger at (0, 1), heading 90 degrees, body shifted by (0.2, 0) and turned by -90 degrees;
-  // sensor shifted by (0.1, 0.3), turned by 90: the ray leaves (0.1, 1.5) straight up in y.
+  // The ranger is at (0, 1) with heading 90 degrees, its body is moved by (0.2, 0) and turned by
+  // -90 degrees, the sensor is moved by (0.1, 0.3) and turned by 90: the ray starts at (0.1, 1.5)
+  // along +y.
   Scene scene("sensor( pose [0.1 0.3 0 90] )", "model( pose [0.1 3.5 0 0] size [0.2 1 1] )",
               "pose [0 1 0 90] origin [0.2 0 0 -90]");
   EXPECT_NEAR(scene.Ranges().at(0), 1.5, kCell);
@@ -193,8 +195,8 @@ TEST(Ranger, SeesTheWorldAsTheLastStepLeftIt) {
   EXPECT_NEAR(robot->GetPose().x, 4 - 20 * 0.08, 1e-9);
 }
 
-// Stage leaves the last but one image of a robot that stops in one of its two grids, and goes on
-// reading 3.58 3.62 3.58 3.62 ... for ever.
+// When a robot stops, Stage keeps its last but one image in one of two grids, so that readings
+// alternate endlessly: 3.58 3.62 3.58 3.62 ...
 TEST(Ranger, ARobotThatStoppedStandsStill) {
   Scene scene("sensor( range [0 9] )",
               "position( name \"r\" pose [4.0101 0 0 180] size [0.4 0.4 1] alwayson 1 )");
@@ -215,7 +217,7 @@ TEST(Visibility, IntensityIsTheRangerReturn) {
   for (const double value : {1.0, 0.7, 123.5, 0.0}) {
     Scene scene("sensor( )",
                 "model( pose [3 0 0 0] size [1 1 1] ranger_return " + std::to_string(value) + " )");
-    EXPECT_NEAR(scene.Ranges().at(0), 2.5, kCell) << value;  // 0 stops the ray too
+    EXPECT_NEAR(scene.Ranges().at(0), 2.5, kCell) << value;  // 0 also stops the ray
     EXPECT_EQ(scene.sensor().intensities[0], value);
   }
 }
@@ -330,7 +332,7 @@ TEST(Visibility, TheHeightOfTheRayDecidesEndsIncluded) {
 }
 
 TEST(Visibility, RaysLeaveAtHalfTheSensorsHeightOnTopOfTheParent) {
-  // Robot 0.2 high, ranger at z -0.1, default sensor: the ray is at 0.11.
+  // The robot is 0.2 high and the ranger is at z = -0.1, so the ray of a default sensor is at 0.11.
   for (const bool hit : {true, false}) {
     const auto world = LoadText(
         "position( size [0.4 0.4 0.2] ranger( name \"l\" pose [0 0 -0.1 0] alwayson 1 sensor( ) ) )"
@@ -343,8 +345,8 @@ TEST(Visibility, RaysLeaveAtHalfTheSensorsHeightOnTopOfTheParent) {
 }
 
 TEST(Visibility, HeightsFollowSensorOriginAndStacking) {
-  // 0.3 (robot) + 0.5 (shelf, pose) + 0.7 (shelf, size) + 0.05 (ranger) + 0.04 (its origin) + 0.1
-  // (sensor) + 0.03 (half its size) = 1.72.
+  // The height is 0.3 (robot) + 0.5 (pose of shelf) + 0.7 (size of shelf) + 0.05 (ranger) + 0.04
+  // (its origin) + 0.1 (sensor) + 0.03 (half its size) = 1.72.
   const std::string tower =
       "position( size [0.1 0.1 0.3] model( pose [0 0 0.5 0] size [0.1 0.1 0.7] ranger( name \"/l\""
       " pose [0 0 0.05 0] origin [0 0 0.04 0] alwayson 1 sensor( pose [0 0 0.1 0]"
@@ -502,7 +504,7 @@ TEST(EdgeCases, PosesThatAreNowhereSeeNothing) {
   }
 }
 
-// In Stage such a ray passes every test of height.
+// In Stage a ray at height NaN passes every test of heights.
 TEST(EdgeCases, ASensorAtNoHeightSeesNothing) {
   Scene scene("sensor( )");
   scene.sensor().pose.z = kNaN;

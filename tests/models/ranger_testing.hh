@@ -11,7 +11,7 @@
 
 #include "support/model_testing.hh"
 
-/// What the tests of rangers share.
+/// Helpers for tests of rangers.
 namespace Stg {
 
 using Sensor = ModelRanger::Sensor;
@@ -19,9 +19,9 @@ using Sensor = ModelRanger::Sensor;
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline const char kBoxAhead[] =
-    "model( name \"box\" pose [3 0 0 0] size [1 1 1] )\n";  // face at 2.5
+    "model( name \"box\" pose [3 0 0 0] size [1 1 1] )\n";  // its face is at x = 2.5
 
-/// A world with a ranger "l" at the origin, subscribed, and something for it to see.
+/// A world with a subscribed ranger "l" at the origin, and models for it to see.
 struct Scene {
   explicit Scene(const std::string& sensors, const std::string& rest = kBoxAhead,
                  const std::string& properties = "")

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Commands to robots without subscribers, which nobody obeys.
+// Commands to robots without subscribers have no effect and cause a warning.
 
 #include "support/model_testing.hh"
 
@@ -55,7 +55,7 @@ TEST(UnheardCommand, IsNoneWhereSomebodySubscribes) {
     Robot running("alwayson 1"), late;
     command(*running.position);
     EXPECT_EQ(running.Steps(2), "");
-    command(*late.position);  // as controllers do in their Init()
+    command(*late.position);  // before subscribing, as controllers do in Init()
     late.position->Subscribe();
     EXPECT_EQ(late.Steps(2), "");
   }
@@ -77,7 +77,7 @@ TEST(UnheardCommand, IsToldOfEachRobot) {
   EXPECT_NE(errors.find("warning: b: "), std::string::npos);
 }
 
-/// A robot that is deleted before the step is nobody's.
+/// There is no warning for a robot that is deleted before the step.
 TEST(UnheardCommand, IsForgottenWithTheRobot) {
   Robot robot;
   robot.position->SetSpeed(1, 0, 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The radio: whom it reaches, by each of its models of propagation.
+// The radio: its range with each propagation model.
 
 #include <cmath>
 
@@ -11,7 +11,7 @@
 namespace Stg {
 namespace {
 
-/// Radio "a" at the origin, subscribed, "b" at (distance, 0).
+/// A subscribed radio "a" at the origin, and a radio "b" at (distance, 0).
 struct Pair {
   explicit Pair(const std::string& properties, double distance = 10, const std::string& rest = "")
       : world(LoadText("wifi( name \"a\" " + properties + " )\nwifi( name \"b\" pose [" +
@@ -22,7 +22,7 @@ struct Pair {
     Step(*world, steps);
     return a->GetNeighbors();
   }
-  /// Of the power that is sent; NaN if there is no link.
+  /// The loss of transmitted power, dB; NaN if there is no link.
   double Loss() {
     const auto& neighbors = Neighbors();
     return neighbors.empty() ? NAN : a->power - neighbors[0].db;
@@ -199,7 +199,7 @@ TEST(Wifi, SenderPowerAndReceiverSensitivityDecide) {
   EXPECT_TRUE(pair.Neighbors().empty());
   pair.a->power = 1;
   EXPECT_EQ(pair.Neighbors().size(), 1u);
-  // The other way round it is the other's power.
+  // In the opposite direction, the power of the other radio counts.
   pair.b->Subscribe();
   pair.b->propagation = ModelWifi::PROPAGATION_FRIIS;
   pair.b->power = 100;
@@ -224,7 +224,7 @@ TEST(Wifi, NeighborsTellWhoTheyAre) {
   EXPECT_EQ(first.essid, "their very own network");
   EXPECT_EQ(first.freq, 868);
   EXPECT_EQ(a->GetNeighbors()[1].ip, "10.0.0.2");
-  // The list closes up and grows again.
+  // The list shrinks and grows again.
   delete world->GetChildren()[2];
   Step(*world);
   ASSERT_EQ(a->GetNeighbors().size(), 1u);
@@ -321,7 +321,7 @@ TEST(WifiWalls, HeightsCount) {
   EXPECT_NEAR(loss("0.1", "0.1"), 50, 1e-4);
   EXPECT_NEAR(loss("0.3", "0.3"), 0, 1e-4);
   EXPECT_NEAR(loss("0.2", "0.2"), 50, 1e-4);  // ends included, as with rangers
-  EXPECT_NEAR(loss("0", "0.4"), 25, 1e-4);    // rises above it on half the way
+  EXPECT_NEAR(loss("0", "0.4"), 25, 1e-4);    // half of the path is above the wall
   EXPECT_NEAR(loss("1", "0"), 0, 1e-4);
 }
 
@@ -352,7 +352,7 @@ double ShareInside(const std::string& body, const point3_t& from, const point3_t
 
 TEST(LineInBodies, Rectangles) {
   const std::string box = "model( pose [1 2 0 90] size [2 4 1] origin [0 1 0 0] )";
-  // It fills x from -2 to 2, y from 1 to 3.
+  // The box extends from -2 to 2 in x and from 1 to 3 in y.
   EXPECT_NEAR(ShareInside(box, point3_t(-4, 2, 0.5), point3_t(4, 2, 0.5)), 0.5, 1e-12);
   EXPECT_NEAR(ShareInside(box, point3_t(0, 2, 0.5), point3_t(8, 2, 0.5)), 0.25, 1e-12);
   EXPECT_NEAR(ShareInside(box, point3_t(-1, 1.5, 0.5), point3_t(1, 2.5, 0.5)), 1, 1e-12);
@@ -382,7 +382,7 @@ TEST(LineInBodies, ThroughCorners) {
 }
 
 TEST(LineInBodies, HollowShapes) {
-  // A U, open at the top: walls from x = -2 to -1 and from 1 to 2.
+  // The body is a U, open at the top, with walls from x = -2 to -1 and from 1 to 2.
   const std::string u =
       "model( size [4 3 1] block( points 8 point[0] [0 0] point[1] [4 0] point[2] [4 3]\n"
       "  point[3] [3 3] point[4] [3 1] point[5] [1 1] point[6] [1 3] point[7] [0 3] z [0 1] ) )";

@@ -41,7 +41,7 @@ __attribute__((noinline)) void* operator new(std::size_t size) {
   if (!memory) throw std::bad_alloc();
   return memory;
 }
-// Also replaced, because that of the sanitizers does not call the one above.
+// The nothrow version is replaced, too, because that of the sanitizers does not call the one above.
 __attribute__((noinline)) void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   return FallsToFail() ? nullptr : std::malloc(size > 0 ? size : 1);
 }

@@ -164,7 +164,7 @@ TEST(MovesTogether, InACrowd) {
   EXPECT_GT(StallsOf(crowd::ExpectSameHoweverItIsRun(Crowded("", 150, 0.1, 0.5))), 100);
 }
 
-/// So many robots that several threads also schedule the next updates, with one interval or two.
+/// With so many robots, several threads also schedule the next updates, with one interval or two.
 TEST(MovesTogether, ManyRobots) {
   for (const char* extras :
        {"", "position( alwayson 1 update_interval 200 pose [-9 -9 0 0] size [0.1 0.1 0.1] )\n"}) {
