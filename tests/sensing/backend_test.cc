@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The door of backends: one that walks on the host (backends/host.cc) changes nothing in any
-// world, and one that was built for something else is refused.
+// The backend interface: a backend that walks on the host (backends/host.cc) does not change
+// results, and an incompatible backend is refused.
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ bool IsOneLine(const std::string& text) {
   return !text.empty() && text.find('\n') == std::string::npos;
 }
 
-/// Expects that neither a prefilter nor a list comes of it, but a line with this in it.
+/// Expects that loading the backend returns nothing and gives a message that contains `reason`.
 void ExpectRefused(const std::string& backend, const std::string& reason) {
   std::string message;
   EXPECT_EQ(Stg::LoadPrefilter(PathOf(backend), "", &message), nullptr);
@@ -73,7 +73,7 @@ TEST(BackendTest, ListsHitsLikeTheHostsWalk) {
   }
 }
 
-/// Drives a world; `backend`: on the host's.
+/// Runs a world; `backend`: with the host's backend.
 random_world::Outcome Drive(const WorldText& text, bool backend) {
   random_world::Outcome outcome;
   Stg::World world;

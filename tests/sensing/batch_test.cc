@@ -17,7 +17,7 @@ namespace {
 
 using Cell = std::pair<int32_t, int32_t>;
 
-const int kMine = 0, kOther = 0;  // trees: only their addresses count
+const int kMine = 0, kOther = 0;  // trees, of which only the addresses are used
 
 grid::Body BodyOf(const void* tree) {
   grid::Body body;
@@ -31,7 +31,7 @@ bool Hides(const ray_mask_t& mask, Cell cell) {
   return mask.tiles[y * mask.width + x] >> ((cell.first & 7) | (cell.second & 7) << 3) & 1;
 }
 
-/// A batch with one fan that has the self-mask of the cells.
+/// A batch with one fan, whose self-mask covers the cells.
 struct WithSelfMask {
   RayBatch batch;
   DirectionTables tables;
@@ -113,7 +113,7 @@ TEST(Batch, KeepsSelfMasksApart) {
   batch.Add(Fan(), 3, mask);
   batch.Add(Fan(), 2, batch.MakeSelfMask(grid, {{&b}}, &kOther, false));
   batch.Add(Fan(), 2, SelfMask());
-  batch.Add(Fan(), 5, mask);  // two sensors of one body share it
+  batch.Add(Fan(), 5, mask);  // two sensors of one body share a mask
   batch.Close(tables);
   ASSERT_EQ(batch.fans().size(), 4u);
   const bool expected[4][2] = {{true, false}, {false, true}, {false, false}, {true, false}};
@@ -139,7 +139,7 @@ TEST(Batch, NumbersTheRays) {
   EXPECT_TRUE(batch.mask_words().empty());
 }
 
-// Fans are made once and put in again: nothing of a former batch may show.
+// Fans are made once and added repeatedly: no data of a former batch may remain.
 TEST(Batch, FansAreRightAfterManyClears) {
   test::RandomSource random(5);
   DirectionTables tables;
@@ -221,7 +221,7 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
   test::AddTurned(&batch, Fan(), own, SelfMask());
   test::AddTurned(&batch, Fan(), more, SelfMask());
   test::AddTurned(&batch, Fan(), none, SelfMask());
-  // Sensors that come later may make tables: the numbers are settled when the batch is closed.
+  // Later sensors may add tables, so indices are resolved when the batch is closed.
   fan.record.first_direction = tables.Find(2.0, 100);
   batch.Add(fan, 100, SelfMask());
   batch.Close(tables);
@@ -244,7 +244,7 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
   EXPECT_TRUE(batch.own_directions().empty());
 }
 
-// Of a sensor that sees nothing to look at in this step.
+// A sensor may have nothing to look at in a step.
 TEST(Directions, OfAFanWithoutRays) {
   RayBatch batch;
   const DirectionTables tables;

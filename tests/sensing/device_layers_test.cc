@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A device's copy of the layers, played by a vector: it equals the grid after every change, whether
-// all of it was sent or only what had changed.
+// A device's copy of the layers, simulated by a vector, equals the grid after every change, whether
+// everything was sent or only the changes.
 
 #include "sensing/device_layers.hh"
 

@@ -14,7 +14,7 @@ namespace {
 
 using test::RandomSource;
 
-char finders[100];  // only their addresses count
+char finders[100];  // only their addresses are used
 const Model* FinderOf(int i) { return reinterpret_cast<const Model*>(&finders[i]); }
 
 class Batch {
@@ -37,7 +37,7 @@ class Batch {
   RayBatch batch_;
 };
 
-/// Robots anywhere in the grid with some fans each.
+/// Adds robots at random places with some fans each.
 void Fill(RandomSource* random, Batch* batch) {
   batch->Clear();
   const int robots = random->Int(0, 60);
@@ -50,7 +50,7 @@ void Fill(RandomSource* random, Batch* batch) {
   }
 }
 
-/// How often each fan comes up in the runs.
+/// The number of occurrences of each fan in the intervals.
 std::vector<int> TimesOf(const std::vector<FanRun>& runs, size_t fans) {
   std::vector<int> times(fans, 0);
   for (const FanRun& run : runs) {
@@ -62,13 +62,13 @@ std::vector<int> TimesOf(const std::vector<FanRun>& runs, size_t fans) {
 
 TEST(FanOrder, EachFanComesUpOnce) {
   RandomSource random(1);
-  FanOrder order;  // of batches of very different sizes
+  FanOrder order;  // used for batches of very different sizes
   Batch batch;
   for (int round = 0; round < 300; round++) {
     Fill(&random, &batch);
     const RayBatch& closed = batch.Close();
     const size_t fans = closed.fans().size();
-    // Asked for again and again, as in steps in which little changes.
+    // Request the order repeatedly, as in steps with few changes.
     const int steps = random.OneIn(10) ? 120 : 2;
     for (int step = 0; step < steps; step++)
       ASSERT_EQ(TimesOf(order.Of(closed), fans), std::vector<int>(fans, 1));
@@ -91,7 +91,7 @@ TEST(FanOrder, RunsAreOfOneFinderAndNotTooLong) {
         rays += fans[i].record.samples;
       }
       EXPECT_TRUE(run.count == 1 || rays <= RayGroup::kMost) << rays;
-      // Nor too short.
+      // An interval must not be too short, either.
       const uint32_t next = run.first + run.count;
       if (next < fans.size() && fans[next].finder == fans[run.first].finder) {
         EXPECT_GT(rays + fans[next].record.samples, RayGroup::kMost);
@@ -104,7 +104,7 @@ TEST(FanOrder, RunsAreOfOneFinderAndNotTooLong) {
 
 TEST(FanOrder, NeighboursFollowOneAnother) {
   Batch batch;
-  // Two heaps, of which robots come in turn, on both sides of the origin.
+  // Robots alternate between two clusters on both sides of the origin.
   for (int i = 0; i < 40; i++) {
     const int32_t heap = i % 2 == 0 ? 5000 : -5000;
     batch.Add(i, heap + i, heap - i, 8);

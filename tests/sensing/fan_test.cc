@@ -86,7 +86,7 @@ TEST(DirectionTables, OneForEachKindOfSensor) {
     EXPECT_EQ(tables.all()[first + i].cosine, expected.cosine);
     EXPECT_EQ(tables.all()[first + i].sine, expected.sine);
   }
-  // The first sample looks right, the last one left.
+  // The first sample points to the right, the last one to the left.
   EXPECT_EQ(tables.all()[first].sine, -kOne);
   EXPECT_EQ(tables.all()[first + 179].sine, kOne);
   EXPECT_EQ(tables.all()[second + 90].sine, 0);
@@ -150,7 +150,7 @@ TEST(PlaceFan, TheCellIsTheFloor) {
     ASSERT_NEAR(FractionX(fan), (x * 50 - std::floor(x * 50)) * kQ16, 1.0001);
     ASSERT_NEAR(FractionY(fan), (y * 50 - std::floor(y * 50)) * kQ16, 1.0001);
   }
-  // Just left of a border: the fraction must not come out as a whole cell.
+  // The origin is just left of a border: the fraction must not be rounded to a whole cell.
   const Fan fan = Placed(Pose(-1e-18, -1e-300, 0, 0), 1);
   EXPECT_EQ(fan.record.x, -1);
   EXPECT_EQ(FractionX(fan), 65535);
@@ -212,7 +212,7 @@ TEST(PlaceFan, TinyRangesAreRays) {
   EXPECT_EQ(Placed(Pose(), 1e-300).record.cosine, 0);
 }
 
-// Sensors that keep changing leave tables behind.
+// Tables of sensors that keep changing must not accumulate.
 TEST(DirectionTables, OfSensorsThatKeepChangingAreForgotten) {
   DirectionTables tables;
   for (int step = 1; step < 150; step++) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The empty boxes around rays' starts, compared with the cells one by one. That rays which leave it
-// at once find the same as others is tested in wide_walk_test.cc.
+// The empty boxes around the starts of rays, compared with single cells. wide_walk_test.cc tests
+// that rays that skip such a box have the same hits.
 
 #include "sensing/free_box.hh"
 
@@ -44,7 +44,7 @@ class Starts {
   std::vector<FanPart> parts_;
 };
 
-/// Whether a ray would stop in the cell.
+/// True if a ray would stop in the cell.
 bool Stops(const Terrain& terrain, const ray_mask_t& mask, int64_t x, int64_t y) {
   if (!terrain.Has(x, y)) return false;
   const int64_t i = (x >> RAY_TILE_SHIFT) - mask.x, k = (y >> RAY_TILE_SHIFT) - mask.y;
@@ -70,7 +70,7 @@ CellBox Around(const CellBox& a, const CellBox& b) {
           std::max(a.max_y, b.max_y)};
 }
 
-/// The tiles beyond the side of the box that lies that way.
+/// The tiles beyond the box on the negative side (`back`) or the positive side.
 CellBox BeyondX(const CellBox& box, bool back) {
   return back ? CellBox{box.min_x - 8, box.min_y, box.min_x - 1, box.max_y}
               : CellBox{box.max_x + 1, box.min_y, box.max_x + 8, box.max_y};
@@ -80,13 +80,13 @@ CellBox BeyondY(const CellBox& box, bool back) {
               : CellBox{box.min_x, box.max_y + 1, box.max_x, box.max_y + 8};
 }
 
-/// What is looked at around a cell: its region and those beside it.
+/// The area that is examined around a cell: its region and the adjacent ones.
 CellBox Surroundings(const point_int_t& cell) {
   const int32_t x = (cell.x & ~63) - 64, y = (cell.y & ~63) - 64;
   return {x, y, x + 191, y + 191};
 }
 
-/// Boxes hold the starts, hold nothing else, and could not be larger. Returns how many there are.
+/// Checks that boxes contain the starts, are empty and are maximal. Returns their number.
 int Check(const Terrain& terrain, const ray_mask_t& mask, const std::vector<point_int_t>& starts) {
   const FreeBoxes boxes = Starts(starts).Find(terrain.View(Terrain::kOfGrid), mask);
   const CellBox first = TileOf(starts[0]), looked_at = Surroundings(starts[0]);
@@ -103,7 +103,7 @@ int Check(const Terrain& terrain, const ray_mask_t& mask, const std::vector<poin
       found++;
       EXPECT_TRUE(IsIn(wanted, box));
       EXPECT_FALSE(AnyIn(terrain, mask, box));
-      // It has grown that way only, and as far as it can.
+      // The box extends only in the directions of the rays, and as far as possible.
       EXPECT_EQ(back_x ? box.max_x : box.min_x, back_x ? wanted.max_x : wanted.min_x);
       EXPECT_EQ(back_y ? box.max_y : box.min_y, back_y ? wanted.max_y : wanted.min_y);
       for (const CellBox& beyond : {BeyondX(box, back_x), BeyondY(box, back_y)})
@@ -122,7 +122,7 @@ class FreeBoxAt : public ::testing::TestWithParam<Place> {
     return {terrain_.x() + random_.Int(-20, Terrain::kSide + 20),
             terrain_.y() + random_.Int(-20, Terrain::kSide + 20)};
   }
-  /// Looks around at many places.
+  /// Checks boxes at many places.
   void CheckMany() {
     int found = 0;
     for (int i = 0; i < 150; i++) {

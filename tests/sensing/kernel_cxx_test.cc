@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The kernels' own text compiled as C++, so that sanitizers can look at it. It has to find what the
-// host's walk finds, and both what a plain walk from cell to cell finds.
+// The source of the kernels is compiled as C++, so that sanitizers can check it. Its hits must
+// equal those of the host's walk and of a walk from cell to cell.
 
 #include <gtest/gtest.h>
 
@@ -33,8 +33,8 @@ struct int4 {
 thread_local std::size_t global_id = 0;
 std::size_t get_global_id(unsigned) { return global_id; }
 
-/// Stands for the kernels' floats. It is wrong by up to 3 when it is used, which must not matter;
-/// and it cannot be compared, so it does not compile where a float decides anything.
+/// Replaces float in the kernels. Its value has an error of up to 3, which must not matter. It
+/// cannot be compared, so that code in which a float decides anything does not compile.
 class Guess {
  public:
   Guess() = default;
@@ -61,9 +61,9 @@ class Guess {
 #define float Guess
 // NOLINTEND(bugprone-reserved-identifier,clang-diagnostic-keyword-macro)
 #include "kernels/ray_walk.h"
-// The order matters: each uses what is declared before.
+// The order matters: each file uses declarations of those before.
 #include "kernels/records.h"
-// After both.
+// Must follow both.
 #include "kernels/prefilter.cl"
 #undef float
 #undef long
@@ -82,12 +82,12 @@ constexpr std::size_t kWorkGroup = 64;
 
 template <typename Kernel>
 void Launch(std::size_t items, Kernel kernel) {
-  // Whole work-groups, as on a device: the last items have nothing to do.
+  // Run whole work-groups, as on a device; the last items have nothing to do.
   const std::size_t rounded = (items + kWorkGroup - 1) / kWorkGroup * kWorkGroup;
   for (opencl_c::global_id = 0; opencl_c::global_id < rounded; opencl_c::global_id++) kernel();
 }
 
-/// The words of HitLists.
+/// The words of HitLists, computed by the kernel.
 std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
   const sensing::RayBatch& batch = scene.batch();
   std::map<std::pair<uint32_t, uint32_t>, std::vector<sensing::FanRecord>> launches;
@@ -101,12 +101,12 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
     for (const sensing::Direction& d : *part) directions.push_back({d.cosine, d.sine});
   std::vector<uint32_t> hits(static_cast<std::size_t>(batch.ray_count()) * (1 + per_ray), 0);
 
-  // All groups in one launch, with one without fans between any two, and one more in front: a
-  // launch need not begin at the first.
+  // Put all groups into one launch, with empty groups between them and in front, because a launch
+  // need not begin at the first group.
   const std::size_t groups = 2 * launches.size() + 1;
   std::vector<opencl_c::ray_group_record_t> records(groups);
-  std::vector<opencl_c::ray_fan_record_t> fan_records(5);  // nor need fans
-  std::vector<uint64_t> words;                             // the bodies first
+  std::vector<opencl_c::ray_fan_record_t> fan_records(5);  // fans need not begin at 0, either
+  std::vector<uint64_t> words;                             // bodies come first
   for (uint32_t slot = 0; slot < 64 * scene.grid().region_count(); slot += 2)
     words.push_back(scene.grid().OnlyBody(slot) | uint64_t{scene.grid().OnlyBody(slot + 1)} << 32);
   const auto region_maps = static_cast<uint32_t>(words.size());
@@ -136,7 +136,7 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
     records[group + 1].samples = 1;
     group += 2;
   }
-  std::vector<uint64_t> masks(3);  // they need not begin there either
+  std::vector<uint64_t> masks(3);  // masks need not begin at 0, either
   masks.insert(masks.end(), batch.mask_words().begin(), batch.mask_words().end());
   const Stg::ray_grid_t view = scene.grid().View(Stg::internal::grid::kEverything);
   const opencl_c::int4 box{view.min_x, view.min_y, view.max_x, view.max_y};
@@ -190,7 +190,7 @@ TEST(KernelCxxTest, FindsWhatAPlainWalkFinds) {
 TEST(KernelCxxTest, UpdatesTheWordsThatItIsGiven) {
   std::vector<uint64_t> words(200, 7);
   const std::vector<uint64_t> values{~uint64_t{0}, 1, uint64_t{1} << 63};
-  std::vector<uint32_t> changes(6);  // the values, then their places
+  std::vector<uint32_t> changes(6);  // values, then their places
   std::memcpy(changes.data(), values.data(), 6 * sizeof(uint32_t));
   changes.insert(changes.end(), {199, 0, 66});
   Launch(values.size(), [&] {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Rays of the exact model in a tile: in lanes as one by one, bit by bit; and a ray that is said to
-// end in a tile comes to no other.
+// Exact rays in a tile: vectorized and scalar results are bit-equal, and a ray that is reported to
+// end in a tile does not reach another one.
 
 #include "sensing/outline_rays.hh"
 
@@ -30,7 +30,7 @@ using test::RandomSource;
 
 constexpr double kCellsPerMetre = 50;
 
-/// A fan, its rays, and a hit of each.
+/// A fan, its rays, and a hit of each ray.
 struct Rays {
   Fan fan;
   std::vector<Direction> directions;
@@ -53,7 +53,7 @@ struct Rays {
   }
 };
 
-/// A cell that the ray comes to, as ray_pack() has it.
+/// A random cell on the ray, packed by ray_pack().
 uint32_t RandomHit(RandomSource* random, const PlainRay& ray) {
   int64_t left = random->Int(0, 200);
   uint32_t hit = 0;
@@ -85,7 +85,7 @@ Rays RandomRays(RandomSource* random) {
   return rays;
 }
 
-/// Near the rays' ends, on the start, or on the rays themselves.
+/// A random corner near the ends of rays, at the start, or on a ray.
 point_t RandomCorner(RandomSource* random, const Rays& rays) {
   const Fan& fan = rays.fan;
   if (random->OneIn(20)) return {fan.x, fan.y};
@@ -124,7 +124,7 @@ SomeOutlines RandomOutlines(RandomSource* random, const Rays& rays) {
   return outlines;
 }
 
-/// Room for what rays meet.
+/// Arrays for the results.
 struct Met {
   explicit Met(size_t count) : ranges(count + 16, -7), which(count + 16, 77) {}
   std::vector<double> ranges;
@@ -163,7 +163,7 @@ TEST_P(OutlineRaysIn, LanesMeetWhatSingleRaysMeet) {
       behind += range == 0;
     }
   }
-  // Of each there is plenty, or nothing has been tested.
+  // Check that each case occurred often enough.
   EXPECT_GT(met, 10000u);
   EXPECT_GT(settled, 1000u);
   EXPECT_GT(behind, 1000u);
@@ -184,7 +184,7 @@ TEST(OutlineRays, MeetTheFirstOfThoseAtTheSamePlace) {
   }
 }
 
-/// The tiles that a ray comes to from its hit on, as far as this share of its leg.
+/// The tiles on a ray from its hit up to the fraction `share` of its leg.
 std::set<std::pair<int64_t, int64_t>> TilesFrom(const PlainRay& ray, uint32_t hit, double share) {
   const auto limit = [&](int64_t size) { return LimitOf(share, static_cast<int>(std::abs(size))); };
   const int64_t limit_x = limit(ray.dx), limit_y = limit(ray.dy);

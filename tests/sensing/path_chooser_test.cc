@@ -11,21 +11,20 @@
 namespace Stg::internal::sensing {
 namespace {
 
-/// Runs batches whose cost is known, and sums up what they took.
+/// Simulates batches with known costs and sums up their durations.
 class Machine {
  public:
-  /// Seconds for a batch of n rays: fixed + n * each.
+  /// The cost of a batch of n rays is fixed + n * each, seconds.
   struct Cost {
     double fixed, each;
     double Of(uint64_t rays) const { return fixed + each * static_cast<double>(rays); }
   };
 
-  /// `catching_up`: what the device takes for a batch if it did not have the one before, as a
-  /// multiple of its cost.
+  /// `catching_up`: factor of the device's cost for a batch if the host had the previous one.
   Machine(Cost device, Cost host, double catching_up = 1)
       : device_(device), host_(host), catching_up_(catching_up) {}
 
-  /// Some batches are interrupted and take up to 30 times as long.
+  /// Runs batches. The fraction `interrupted` of them takes up to 30 times as long.
   void Run(uint64_t batches, uint64_t rays, double interrupted = 0.03) {
     for (uint64_t i = 0; i < batches; i++) {
       const bool on_device = chooser_.UseDevice(rays);
@@ -39,7 +38,7 @@ class Machine {
       on_device_ += on_device;
     }
   }
-  /// How much longer all took than if every batch had been on the faster path.
+  /// The relative loss of time compared with using the faster path for every batch.
   double Loss() const { return taken_ / best_ - 1; }
   uint64_t on_device() const { return on_device_; }
   void Forget() { taken_ = best_ = 0, on_device_ = 0; }
@@ -69,7 +68,7 @@ TEST(PathChooser, LosesLittleAtAnyNumberOfRays) {
 
 TEST(PathChooser, LosesLittleNearTheBreakEven) {
   for (const double catching_up : {1.0, 1.5, 3.0}) {
-    for (uint64_t rays = 350; rays <= 450; rays += 5) {  // it is at 399
+    for (uint64_t rays = 350; rays <= 450; rays += 5) {  // break-even is at 399
       Machine machine(kGpu, kOneThread, catching_up);
       machine.Run(20000, rays);
       EXPECT_LT(machine.Loss(), 0.025) << rays << " rays, " << catching_up;
@@ -77,7 +76,7 @@ TEST(PathChooser, LosesLittleNearTheBreakEven) {
   }
 }
 
-/// As of sensors that are read at different intervals.
+/// Sensors with different intervals cause batches of different sizes.
 TEST(PathChooser, BatchesOfDifferentSizesEachGoTheirWay) {
   struct Sizes {
     uint64_t often, seldom;
@@ -134,12 +133,13 @@ TEST(PathChooser, NeverProbesIfItIsAlwaysTheDevice) {
   }
 }
 
-/// Batches of 1000 rays, of which each path takes its own time; on which path they went.
+/// Simulates batches of 1000 rays with a given duration on each path.
 class Paths {
  public:
   Paths(double device, double host) : device_(device), host_(host) {}
   void SetDevice(double seconds) { device_ = seconds; }
-  /// What the device takes for a batch if it did not have the one before, and for its first two.
+  /// Sets the device's duration for a batch if the host had the previous one, and for its first
+  /// two.
   void SetCatchingUp(double seconds) { catching_up_ = seconds; }
   bool Next() {
     const bool on_device = chooser_.UseDevice(1000);
@@ -152,14 +152,14 @@ class Paths {
     return on_device;
   }
   double taken() const { return taken_; }
-  /// Batches until there is a probe, if the host is the faster one.
+  /// The number of batches until the next probe, if the host is faster.
   int UntilProbe() {
     for (int i = 1; i < 100000; i++)
       if (Next()) return i;
     ADD_FAILURE() << "there is no probe";
     return 0;
   }
-  /// How many batches of a probe come now, of which one is past.
+  /// The number of batches of the current probe, including the one already made.
   int Probe() {
     int batches = 1;
     while (Next()) batches++;
@@ -203,7 +203,7 @@ TEST(PathChooser, CatchingUpCostsLittleInTheLongRun) {
 }
 
 TEST(PathChooser, ABadMomentAtTheBeginningIsLookedInto) {
-  Paths paths(5, 1.0);  // it is this bad at first only
+  Paths paths(5, 1.0);  // the device is so slow only at first
   for (int i = 0; i < 4; i++) paths.Next();
   paths.SetDevice(0.8);
   int on_device = 0;
@@ -211,7 +211,7 @@ TEST(PathChooser, ABadMomentAtTheBeginningIsLookedInto) {
   EXPECT_GE(on_device, 15);
 }
 
-/// The first batch of each of these probes is the one with which the device catches up.
+/// In the first batch of each probe, the device must catch up.
 TEST(PathChooser, AProbeThatIsClearTakesOneBatchMore) {
   Paths paths(2.0, 1.0);
   for (int i = 0; i < 50; i++) paths.Next();  // learns

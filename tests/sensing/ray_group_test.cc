@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Fans that are traced together against each ray on its own: the very bits of the same hits.
+// Fans that are traced together give bit-equal hits to rays that are traced alone.
 
 #include <gtest/gtest.h>
 
@@ -20,20 +20,20 @@ namespace {
 
 using test::RandomSource;
 
-/// Models that nobody looks into: only their addresses count.
+/// Stands for a model, of which only the address is used.
 struct Tag {
   int number;
 };
 Tag tags[64];
 Model* ModelOf(int i) { return reinterpret_cast<Model*>(&tags[i]); }
 
-/// Refuses the bodies whose bit is set, and the finder itself.
+/// A predicate that refuses models whose bit is set, and the finder itself.
 bool NotRefused(Model* candidate, const Model* finder, const void* arg) {
   const auto number = reinterpret_cast<const Tag*>(candidate) - tags;
   return candidate != finder && !(*static_cast<const uint64_t*>(arg) >> number & 1);
 }
 
-/// Walls along the axes, each of a model of its own; some of them for exact rays only.
+/// Walls along the axes, each of a separate model; some only for exact rays.
 class Scene {
  public:
   static constexpr int kReach = 150, kWalls = 60;
@@ -42,7 +42,7 @@ class Scene {
     for (int i = 0; i < kWalls; i++) AddWall(i, i % 3 == 0);
   }
 
-  /// Fans of the sensors of several robots, robot by robot. One metre is one cell.
+  /// Makes fans of the sensors of several robots, robot by robot. The resolution is one metre.
   void MakeBatch(int robots) {
     batch.Clear();
     for (int i = 0; i < robots; i++) {
@@ -67,7 +67,7 @@ class Scene {
   void AddWall(int number, bool exact) {
     int x = random_.Int(-kReach, kReach), y = random_.Int(-kReach, kReach);
     int length = random_.Int(1, 60);
-    // Many along a tile, so that robots have self-masks of the same size at different places.
+    // Many are aligned with a tile, so that self-masks have equal sizes at different places.
     if (random_.OneIn(2)) x &= ~7, y &= ~7, length = 8;
     const bool upwards = random_.OneIn(2);
     grid::Body body;
@@ -130,7 +130,7 @@ struct Outcome {
   TraceCounters counters;
 };
 
-/// Each ray on its own, without lists: by the walk of ray_walk.h.
+/// Traces each ray alone, without hit lists, by the walk of ray_walk.h.
 Outcome RayByRay(const Scene& scene) {
   const RayBatch& batch = scene.batch;
   Outcome outcome;
@@ -178,7 +178,7 @@ TEST(RayGroup, FansTogetherSeeWhatTheirRaysSee) {
         ASSERT_NO_FATAL_FAILURE(ExpectSame(found, expected)) << at_once << " fans at once";
         EXPECT_EQ(found.counters.resumed, 0u);
         for (const uint32_t per_ray : {1u, 2u}) {
-          // The bodies of all hits are known, of half of them, of none.
+          // Supply the bodies of all hits, of half of them, or of none.
           const std::vector<uint32_t> lists = test::ListHits(scene.grid, scene.batch, per_ray, [&] {
             return batch > 0 && (batch == 2 || random.OneIn(2));
           });
@@ -198,13 +198,13 @@ TEST(RayGroup, FansTogetherSeeWhatTheirRaysSee) {
       for (const RayHit& hit : expected.hits) hits += hit.model != nullptr;
     }
   }
-  // All kinds have come up.
+  // Check that all cases occurred.
   EXPECT_GT(std::min({exact, long_rays, none, many}), 50u);
   EXPECT_GT(hits, 5000u);
   EXPECT_GT(told, 5000u);
 }
 
-// How many rays have to go on behind their lists does not depend on what is traced together.
+// The number of rays that continue past their hit lists does not depend on grouping.
 TEST(RayGroup, CountsTheRaysThatGoOn) {
   RandomSource random(2);
   Scene scene(&random);

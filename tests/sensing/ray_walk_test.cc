@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The ray walk against a plain one: the same hits in the same order, whatever is skipped.
+// The ray walk, which skips empty space, gives the same hits in the same order as the reference
+// walk.
 
 #include "kernels/ray_walk.h"
 
@@ -77,7 +78,7 @@ std::string Text(const PlainRay& r) {
   return text;
 }
 
-/// All that is to be said about one ray. False if something is wrong.
+/// Checks one ray in all respects. Returns false if something is wrong.
 bool Check(const Terrain& terrain, const ray_grid_t& view, const ray_mask_t& mask,
            const PlainRay& r, RandomSource* random, size_t* hits = nullptr) {
   const Hits expected = ExpectedHits(terrain, mask, r);
@@ -86,7 +87,7 @@ bool Check(const Terrain& terrain, const ray_grid_t& view, const ray_mask_t& mas
   EXPECT_EQ(found, expected) << Text(r);
   if (found != expected) return false;
   if (expected.empty()) return true;
-  // From any hit, a fresh walk finds the rest.
+  // A walk that resumes at any hit finds the remaining ones.
   const size_t i = static_cast<size_t>(random->Next() % expected.size());
   ray_t resumed = Begin(view, r);
   const ray_uint packed = ray_pack(expected[i].first, expected[i].second);
@@ -136,7 +137,7 @@ TEST_P(RayWalkAt, SomeCells) {
 TEST_P(RayWalkAt, ManyCells) {
   Terrain terrain(GetParam().x, GetParam().y);
   RandomSource random(5);
-  terrain.AddDust(&random, Terrain::kSide * Terrain::kSide);  // about two of three
+  terrain.AddDust(&random, Terrain::kSide * Terrain::kSide);  // occupies about two thirds
   CheckMany(terrain, 6, 20000, 20);
 }
 
@@ -148,7 +149,7 @@ TEST_P(RayWalkAt, Frames) {
 }
 
 TEST(RayWalk, HitsInTheLastRowsOfTheBoxAreFound) {
-  // The start's column is the last occupied one: no border in x is worth crossing, yet the ray runs
+  // The start is in the last occupied column: no border in x needs to be crossed, but the ray runs
   // along occupied cells.
   Terrain terrain(0, 0);
   for (const int x : {0, 63})
@@ -187,7 +188,7 @@ TEST(RayWalk, ABorderReachedExactlyIsCrossed) {
   };
   EXPECT_EQ(hits({3, 5, 100, 9, (7 << 16) - 100, 0}), 1u);
   EXPECT_EQ(hits({3, 5, 100, 9, (7 << 16) - 101, 0}), 0u);
-  // Leftwards a border belongs to the cell on its right: at its end the ray is in the next cell.
+  // To the left, a border belongs to the cell on its right, so the ray ends in the next cell.
   EXPECT_EQ(hits({20, 5, 100, 9, -(9 << 16) - 100, 0}), 1u);
   EXPECT_EQ(hits({20, 5, 100, 9, -(9 << 16) - 99, 0}), 0u);
 }
@@ -218,7 +219,7 @@ TEST(RayWalk, AnEmptySelfMaskHidesNothing) {
   EXPECT_EQ(Remaining(view, {&all, 0, 0, 1, 1}, Begin(view, ray)).size(), 0u);
 }
 
-// Cells that a ray does not cross change nothing about it, though it is walked in other leaps.
+// Cells beside a ray do not change its hits, although they change what the walk skips.
 TEST(RayWalk, ClutterBesideTheRayChangesNothing) {
   RandomSource random(11);
   for (int round = 0; round < 300; round++) {

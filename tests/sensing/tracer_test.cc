@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Tracing against the plain walk, with and without the hit lists of a prefilter.
+// Tracing, with and without the hit lists of a prefilter, compared with the reference walk.
 
 #include "sensing/tracer.hh"
 
@@ -27,7 +27,7 @@ using test::PlainRay;
 using test::RandomSource;
 using Cell = std::pair<int64_t, int64_t>;
 
-/// Models that nobody looks into: only their addresses count.
+/// Stands for a model, of which only the address is used.
 struct Tag {
   int number;
 };
@@ -39,17 +39,17 @@ int NumberOf(const Model* model) {
 
 uint64_t BitsOf(double value) { return std::bit_cast<uint64_t>(value); }
 
-/// Refuses the bodies whose bit is set.
+/// A predicate that refuses models whose bit is set.
 bool NotRefused(Model* candidate, const Model*, const void* arg) {
   return !(*static_cast<const uint64_t*>(arg) >> NumberOf(candidate) & 1);
 }
 
 struct Scene {
   grid::Grid grid;
-  std::map<Cell, std::vector<int>> cells;  // the numbers of bodies, in order
+  std::map<Cell, std::vector<int>> cells;  // indices of bodies, in order
   std::vector<grid::BodyId> ids;
   uint64_t refused = 0;
-  uint64_t hidden = 0;  // from rangers, whose predicate refuses them: their layers may lack them
+  uint64_t hidden = 0;  // bodies that all rangers refuse, so layers for rangers may omit them
 
   int AddBody(double z_min, double z_max, bool visible = true) {
     grid::Body body;
@@ -69,14 +69,14 @@ struct Scene {
 
   Fan MakeFan(const Pose& origin, double range, bool z_test = true) const {
     Fan fan;
-    PlaceFan(&fan, origin, range, 1);  // one cell a metre
+    PlaceFan(&fan, origin, range, 1);  // the resolution is one metre
     fan.z_test = z_test;
     fan.predicate = NotRefused;
     fan.arg = &refused;
     return fan;
   }
 
-  /// By the rules, cell by cell.
+  /// The expected hit, by the rules, cell by cell.
   RayHit Expected(const Fan& fan, const Direction& d) const {
     if (fan.nothing) return {fan.range, nullptr};
     const FanRecord& r = fan.record;
@@ -105,7 +105,7 @@ struct Scene {
     return hit;
   }
 
-  /// The middle of the ray's way through a cell, as a share of its length.
+  /// The middle of the ray's path through a cell, as a fraction of its length.
   static double Middle(const PlainRay& ray, int64_t u, int64_t v) {
     long double in = 0, out = 1;
     const auto cut = [&](int64_t n, int64_t fraction, int64_t displacement) {
@@ -121,7 +121,7 @@ struct Scene {
   }
 };
 
-/// Bodies in crowded cells, some high, some low, some not for rangers.
+/// Adds bodies in crowded cells, with various heights, some invisible to rangers.
 void Fill(Scene* scene, RandomSource* random, int reach, int count) {
   for (int i = 0; i < 20; i++)
     scene->AddBody(random->Int(0, 1), random->Int(1, 3), !random->OneIn(5));
@@ -200,7 +200,7 @@ TEST(Tracer, TheRangeIsThatOfTheMiddleOfTheCell) {
   EXPECT_DOUBLE_EQ(TraceOne(scene, scene.MakeFan(Pose(0.5, 10.5, 0, 0), 20)).range, 10);
   EXPECT_DOUBLE_EQ(TraceOne(scene, scene.MakeFan(Pose(20.25, 10.5, 0, M_PI), 20)).range, 9.75);
   EXPECT_DOUBLE_EQ(TraceOne(scene, scene.MakeFan(Pose(10.5, 0, 0, M_PI / 2), 20)).range, 10.5);
-  // From within the cell: the middle of what is left of it. A ray that ends in it: the same.
+  // If the ray starts or ends inside of the cell, the range is the middle of the remaining path.
   EXPECT_DOUBLE_EQ(TraceOne(scene, scene.MakeFan(Pose(10.5, 10.5, 0, 0), 20)).range, 0.25);
   EXPECT_DOUBLE_EQ(TraceOne(scene, scene.MakeFan(Pose(0, 10.5, 0, 0), 10.5)).range, 10.25);
   EXPECT_DOUBLE_EQ(TraceOne(scene, scene.MakeFan(Pose(10.5, 10.5, 0, 0), 0.25)).range, 0.125);
@@ -236,7 +236,7 @@ std::vector<RayHit> TraceAll(const Scene& scene, const RayBatch& batch, const Hi
   return test::TraceBatch(scene.grid, batch, lists, 1, counters);
 }
 
-/// A batch of fans of every kind.
+/// Makes a batch of fans of all kinds.
 void MakeBatch(Scene* scene, RandomSource* random, DirectionTables* tables, RayBatch* batch) {
   for (int i = 0; i < 30; i++) {
     const double range = random->OneIn(8)   ? 1e5
@@ -265,7 +265,7 @@ TEST(TracerLists, GiveTheSameBitsAsTracingWithoutLists) {
     Scene scene;
     Fill(&scene, &random, 80, random.Int(5, 6000));
     scene.refused = random.Next() & random.Next() & 0xfffff;
-    if (random.OneIn(3)) scene.refused = 0xffffe;  // nearly all: long lists
+    if (random.OneIn(3)) scene.refused = 0xffffe;  // nearly all, which needs long lists
     scene.refused |= scene.hidden;
     DirectionTables tables;
     RayBatch batch;
@@ -283,7 +283,7 @@ TEST(TracerLists, GiveTheSameBitsAsTracingWithoutLists) {
         ASSERT_EQ(found[i].model, expected[i].model);
         ASSERT_EQ(BitsOf(found[i].range), BitsOf(expected[i].range));
       }
-      // Neither more nor fewer cells are looked at.
+      // The number of examined cells must be equal.
       EXPECT_EQ(counters.rays, plain.rays);
       EXPECT_EQ(counters.potential_hits, plain.potential_hits);
     }
@@ -323,18 +323,18 @@ TEST(TracerLists, ShortListsAreTrusted) {
   batch.Close(tables);
   const auto trace = [&](std::vector<uint32_t> list, TraceCounters* counters) {
     const auto per_ray = static_cast<uint32_t>(list.size());
-    list.insert(list.begin(), 0);  // no body is known
+    list.insert(list.begin(), 0);  // 0: the body is unknown
     return TraceAll(scene, batch, HitLists{list.data(), per_ray}, counters)[0].model;
   };
   TraceCounters counters;
-  // An end says that there is nothing more, and the host does not look.
+  // The end of a list means that there are no further hits, so the host examines nothing.
   EXPECT_EQ(trace({RAY_NO_HIT}, &counters), nullptr);
   EXPECT_EQ(counters.potential_hits, 0u);
   scene.refused = 1;
   EXPECT_EQ(trace({ray_pack(10, 0), RAY_NO_HIT, ray_pack(20, 0)}, &counters), nullptr);
   EXPECT_EQ(counters.potential_hits, 1u);
   EXPECT_EQ(counters.resumed, 0u);
-  // A full list goes on.
+  // After a full list, the host continues the walk.
   EXPECT_EQ(trace({ray_pack(10, 0)}, &counters), ModelOf(1));
   EXPECT_EQ(counters.resumed, 1u);
   scene.refused = 3;
@@ -392,7 +392,7 @@ TEST(TracerLegs, HitBeyondTheFirstLeg) {
     const double heading = random.OneIn(4) ? random.Int(-2, 2) * M_PI / 2 : random.Real(-4, 4);
     const double distance = random.Real(1, 120000);
     const double x = random.Real(-1e6, 1e6), y = random.Real(-1e6, 1e6);
-    // A cross, so that something of it lies in the ray's way.
+    // Draw a cross, so that the ray hits some part of it.
     const int32_t cx = static_cast<int32_t>(std::floor(x + distance * std::cos(heading)));
     const int32_t cy = static_cast<int32_t>(std::floor(y + distance * std::sin(heading)));
     for (int32_t j = -5; j <= 5; j++) scene.Draw(body, cx + j, cy), scene.Draw(body, cx, cy + j);
@@ -402,7 +402,7 @@ TEST(TracerLegs, HitBeyondTheFirstLeg) {
     ASSERT_NE(found.model, nullptr) << i;
     EXPECT_NEAR(found.range, distance, 9);
     ExpectSame(found, scene.Expected(fan, kAhead.direction), "a long ray");
-    // Infinite rays see it as well.
+    // Infinite rays hit it, too.
     const Fan endless = scene.MakeFan(Pose(x, y, 0, heading), 1.0 / 0.0);
     ASSERT_NE(TraceOne(scene, endless).model, nullptr);
     EXPECT_NEAR(TraceOne(scene, endless).range, distance, 9);
@@ -419,7 +419,7 @@ TEST(TracerLegs, AWallCannotSlipThroughASeam) {
     std::vector<grid::CellRef> drawn;
     for (int32_t y = -2; y <= 2; y++)
       for (const int32_t x : {at, -at - 1}) drawn.push_back(scene.Draw(body, x, y));
-    // From a cell's corner: the seam lies on a border.
+    // If the ray starts at a cell's corner, the seam of legs is on a border.
     for (const double start : {0.0, 0.5}) {
       const RayHit right = TraceOne(scene, scene.MakeFan(Pose(start, start, 0, 0), range));
       EXPECT_NEAR(right.range, at + 0.5 - start, 1e-9);
@@ -438,9 +438,9 @@ TEST(TracerLegs, EndlessRays) {
   const double endless = std::numeric_limits<double>::infinity();
   EXPECT_NEAR(TraceOne(scene, scene.MakeFan(Pose(0.5, 0.5, 0, 0), endless)).range, 9e8, 1);
   EXPECT_NEAR(TraceOne(scene, scene.MakeFan(Pose(-0.5, 0.5, 0, M_PI), endless)).range, 9e8, 1);
-  // From one end of the grid to the other.
+  // A ray crosses the grid from one end to the other.
   EXPECT_NEAR(TraceOne(scene, scene.MakeFan(Pose(1e9, 0.5, 0, M_PI), endless)).range, 1e8, 1);
-  // Nothing there: the range is the fan's own, and the search ends.
+  // Without obstacles, the result is the fan's range, and the search ends.
   for (const double heading : {1.0, M_PI / 2, 1e-9, -2.0, M_PI / 2 + 1e-9}) {
     const RayHit hit = TraceOne(scene, scene.MakeFan(Pose(0.5, 5.5, 0, heading), endless));
     EXPECT_EQ(hit.model, nullptr) << heading;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The recorded walk of a ray is the walk that sensing takes.
+// The recorded walk of a ray equals the walk of sensing.
 
 #include "sensing/walk_record.hh"
 
@@ -16,7 +16,7 @@ namespace {
 
 using Kind = WalkStep::Kind;
 
-/// Clusters of cells with much room between them, far apart.
+/// Adds clusters of cells that are far apart.
 void Fill(RandomStream* random, grid::Grid* grid) {
   const grid::BodyId body = grid->AddBody(grid::Body());
   for (int cluster = 0; cluster < 20; cluster++) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Rays side by side against rays one by one: the same hits, cells and middles, bit by bit. With the
-// vectors of this processor, if it has such, and with portable ones.
+// The vectorized walk and the scalar walk give bit-equal hits, cells and middles. It is tested with
+// this processor's vectors, if there are any, and with portable lanes.
 
 #include "sensing/wide_walk.hh"
 
@@ -36,13 +36,13 @@ using test::Terrain;
 
 // ---- groups of rays -----------------------------------------------------------------------------
 
-/// A group and all that it points to.
+/// A group of rays and the data that it points to.
 class Rays {
  public:
   explicit Rays(const ray_grid_t& view, const ray_mask_t& mask = kNoMask)
       : view_(view), mask_(mask) {}
 
-  /// A part of rays that all start where the first does: of just these displacements.
+  /// Adds a slice of rays with these displacements, all from the start of the first one.
   void Add(const std::vector<PlainRay>& rays) {
     FanRecord fan = StartOf(rays[0]);
     fan.cosine = 1 << 30;
@@ -51,7 +51,7 @@ class Rays {
       directions.push_back({static_cast<int32_t>(ray.dx), static_cast<int32_t>(ray.dy)});
     Add(fan, std::move(directions));
   }
-  /// A part of rays of the length of this one, over a field of view about it.
+  /// Adds a slice of rays with the length of `ahead`, over a field of view around it.
   void AddFan(const PlainRay& ahead, double fov, uint32_t count) {
     FanRecord fan = StartOf(ahead);
     fan.cosine = static_cast<int32_t>(ahead.dx);
@@ -63,7 +63,7 @@ class Rays {
   }
   uint32_t count() const { return count_; }
 
-  /// Valid until a part is added.
+  /// The group; valid until a slice is added.
   RayGroup Group() {
     parts_.clear();
     for (size_t i = 0; i < fans_.size(); i++)
@@ -72,7 +72,7 @@ class Rays {
                         nullptr});
     return {&view_, &mask_, parts_.data(), static_cast<uint32_t>(parts_.size()), count_, 0};
   }
-  /// The same as a device has walked it: words(ray) are those of a ray.
+  /// The group with hit lists as from a device; words(ray) returns the words of a ray.
   template <typename F>
   RayGroup Walked(uint32_t words_of_a_ray, F words) {
     RayGroup group = Group();
@@ -99,7 +99,7 @@ class Rays {
   void Add(const FanRecord& fan, std::vector<Direction> directions) {
     count_ += static_cast<uint32_t>(directions.size());
     fans_.push_back(fan);
-    directions.shrink_to_fit();  // so that sanitizers see who reads behind them
+    directions.shrink_to_fit();  // so that sanitizers detect reads past the end
     directions_.push_back(std::move(directions));
   }
 
@@ -112,14 +112,14 @@ class Rays {
   uint32_t count_ = 0;
 };
 
-/// The ways of a ray that begins with fx and fy: ends on borders or a hair beside them.
+/// Sets a displacement that ends exactly on borders of cells or 1/65536 cell beside them.
 void EndOnBorders(RandomSource* random, PlainRay* ray) {
   ray->dx = (random->Between(-60, 60) << 16) - ray->fx + random->Between(-1, 1);
   if (random->OneIn(2))
     ray->dy = (random->Between(-60, 60) << 16) - ray->fy + random->Between(-1, 1);
 }
 
-/// One part of up to `most` rays.
+/// Adds a random slice of up to `most` rays.
 void AddRandomPart(RandomSource* random, const Terrain& terrain, uint32_t most, Rays* rays) {
   const uint32_t limit = random->OneIn(3) ? most : std::min(most, 12u);
   const auto count = static_cast<uint32_t>(random->Int(1, static_cast<int>(limit)));
@@ -127,7 +127,7 @@ void AddRandomPart(RandomSource* random, const Terrain& terrain, uint32_t most, 
     return random->OneIn(20) ? test::LongRay(random, terrain) : test::RandomRay(random, terrain);
   };
   const PlainRay first = random_ray();
-  // Turned rays must not become longer than a leg.
+  // Rotated rays must not become longer than a leg.
   const double length = std::hypot(static_cast<double>(first.dx), static_cast<double>(first.dy));
   if (random->OneIn(3) && length <= static_cast<double>(kLongest)) {
     rays->AddFan(first, random->Pick<double>({0, 0.01, 1.5, M_PI, 6}), count);
@@ -171,7 +171,7 @@ void PrintTo(const Found& found, std::ostream* out) {
   *out << "hit " << found.hit << " bodies " << found.bodies << " range " << found.range;
 }
 
-/// Hits and bodies by ray_next(), ranges from FirstHits without lanes.
+/// The expected hits and bodies by ray_next(), and ranges by FirstHits without lanes.
 std::vector<Found> OneByOne(const grid::Grid& grid, const RayGroup& group) {
   const auto scalar = std::make_unique<FirstHits>(grid, WideWalk{});
   std::vector<double> ranges(group.count);
@@ -200,7 +200,7 @@ std::vector<Found> OneByOne(const grid::Grid& grid, const RayGroup& group) {
   return all;
 }
 
-/// As many ranges as there are rays; what stands behind them has to stay.
+/// Arrays for the results, with guard elements at the end that must not change.
 class Results {
  public:
   explicit Results(uint32_t count)
@@ -227,8 +227,8 @@ class Results {
   uint64_t ends_[WideHits::kEndWords];
 };
 
-/// Walks the group, looks at it as a device has walked it, which knows the bodies of all hits, of
-/// every third, or of none, and does it all once more: nothing may be left over.
+/// Checks the walk of the group, and hit lists of a device that supplies the bodies of all hits, of
+/// every third, or of none. Everything is done twice, because no state may be left over.
 void Check(const WideWalk& wide, const grid::Grid& grid, Rays* rays, size_t* hits = nullptr) {
   const std::vector<Found> expected = OneByOne(grid, rays->Group());
   if (hits)
@@ -239,7 +239,7 @@ void Check(const WideWalk& wide, const grid::Grid& grid, Rays* rays, size_t* hit
     wide.walk(group, grid.tables(), walked.Room());
     ASSERT_NO_FATAL_FAILURE(walked.Expect(expected)) << "walked";
     const auto is_known = [&](uint32_t ray) {
-      // Where a tile has several bodies, a device knows none; here it does, which is as good.
+      // A real device supplies no body if a tile has several; supplying it must not matter.
       return time % 3 == 0 || (time % 3 == 1 && ray % 3 == 0);
     };
     const RayGroup by_device = rays->Walked(2 + time / 3, [&](uint32_t ray) {
@@ -337,7 +337,7 @@ TEST_P(WideWalkOf, EveryNumberOfRaysInPartsOfEveryKind) {
   }
 }
 
-// A ray of a few cells beside rays of thousands: lanes come to rest at very different times.
+// Short rays beside rays of thousands of cells: lanes become inactive at very different times.
 TEST_P(WideWalkOf, SuperregionsOneAfterTheOther) {
   const WideWalk& wide = GetParam();
   RandomSource random(10);
@@ -368,7 +368,7 @@ TEST_P(WideWalkOf, SuperregionsOneAfterTheOther) {
   }
 }
 
-// The starts are in the last occupied rows: hardly a border is worth crossing.
+// Starts are in the last occupied rows, so hardly any border needs to be crossed.
 TEST_P(WideWalkOf, HitsInTheLastRowsOfTheBoxAreFound) {
   const WideWalk& wide = GetParam();
   Terrain terrain(0, 0);
@@ -411,7 +411,7 @@ TEST_P(WideWalkOf, TheMiddleOfTheWayThroughTheCell) {
   Terrain terrain(0, 0);
   terrain.Add(10, 5);
   Rays rays(terrain.View(Terrain::kOfGrid));
-  rays.Add({{10, 5, 0, 0, 0, 0}});                      // no way at all
+  rays.Add({{10, 5, 0, 0, 0, 0}});                      // no displacement
   rays.Add({{0, 5, 32768, 32768, 20 << 16, 0}});        // along an axis
   rays.Add({{10, 25, 32768, 32768, 0, -(40 << 16)}});   // along the other
   rays.Add({{8, 3, 32768, 32768, 4 << 16, 4 << 16}});   // through corners
@@ -459,7 +459,7 @@ TEST_P(WideWalkOf, SelfMasksThatHideAllOrNothing) {
   EXPECT_EQ(hits[2], hits[1]);
 }
 
-// FirstHits itself, with groups that are too small for lanes among them.
+// FirstHits with and without lanes, including groups that are too small for lanes.
 TEST_P(WideWalkOf, FirstHitsAreTheSame) {
   const WideWalk& wide = GetParam();
   Terrain terrain(-160, -160);
@@ -479,7 +479,7 @@ TEST_P(WideWalkOf, FirstHitsAreTheSame) {
     const std::vector<Found> expected = OneByOne(terrain.grid(), rays.Group());
     first_hits->Walk(rays.Group(), ranges.data());
     for (uint32_t i = 0; i < count; i++) ASSERT_EQ(get(i), expected[i]);
-    // Lists with room for two hits, of which only the first counts.
+    // Use lists with a capacity of two hits, of which only the first one counts.
     const RayGroup group = rays.Walked(3, [&](uint32_t ray) {
       const uint32_t body = ray % 2 == 0 ? expected[ray].bodies : 0;
       return std::vector<uint32_t>{body, expected[ray].hit, 0x12345678};

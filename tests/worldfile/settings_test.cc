@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Values from outside a world file, and populations.
+// Settings that override values of a world file, and populations.
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// World files from all kinds of editors and systems: marks, line ends, encodings, and files that
-// can't be included.
+// World files from various editors and systems: byte order marks, line ends, encodings, and files
+// that can't be included.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -114,7 +114,7 @@ TEST_F(WorldfileIncludes, ASavedFileKeepsItsMark) {
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), kMark + "model( mass 2 )");
 }
 
-// Each with the place of the include, at once, whatever it is.
+// Each kind of invalid file is reported immediately, with the place of the include.
 TEST_F(WorldfileIncludes, WhatCannotBeIncludedIsSaidWithItsPlace) {
   ASSERT_EQ(mkfifo((root_ / "fifo").c_str(), 0600), 0);
   std::filesystem::create_directory(root_ / "folder");

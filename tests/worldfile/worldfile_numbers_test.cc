@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How numbers may be written in world files, and that what is saved is read as the same number.
+// The notations of numbers in world files. A saved number is read as the same number.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -70,11 +70,11 @@ TEST(WorldfileNumbers, FractionsAreNoWholeNumbers) {
   EXPECT_EQ(wf.ReadInt(0, "a", 7), 0);
   EXPECT_EQ(wf.ReadInt(0, "b", 7), 2);
   EXPECT_EQ(wf.ReadInt(0, "c", 7), 2147483647);
-  EXPECT_EQ(wf.ReadInt(0, "d", 7), 0);  // as atoi reads it
+  EXPECT_EQ(wf.ReadInt(0, "d", 7), 0);  // as with atoi
   EXPECT_EQ(wf.warnings().size(), 4U);
 }
 
-// What begins like a number in another notation is refused, with a line that shows how to write it.
+// Numbers in other notations are refused with a message that shows the valid notation.
 TEST(WorldfileNumbers, OtherNotationsAreExplained) {
   for (const char* bad : {"1e+", "1e-", "2.5E-x", "1e3x", "1e3.5", "1e3e4", "1e3-2", "1e3+2",
                           "0x10", "0Xff", "-0x1p3"}) {
@@ -95,7 +95,7 @@ TEST(WorldfileNumbers, BeyondTheDoublesIsRefused) {
   EXPECT_THROW(wf.ReadInt(1, "n", 0), LoadError);
 }
 
-// As Stage has it: a word may stand right behind a number, even one that begins with e or x.
+// As in Stage, a word may follow a number without a blank, even if it begins with e or x.
 TEST(WorldfileNumbers, NamesRightBehindNumbers) {
   Worldfile wf;
   LoadText(wf, "mass 1energy 2e\"x\" f 0x 3 h 0xyz 4 i .e5 6");
@@ -104,7 +104,7 @@ TEST(WorldfileNumbers, NamesRightBehindNumbers) {
   EXPECT_EQ(wf.ReadString(0, "e", ""), "x");
   EXPECT_EQ(wf.ReadFloat(0, "x", 0), 3);
   EXPECT_EQ(wf.ReadFloat(0, "xyz", 0), 4);
-  EXPECT_EQ(wf.ReadFloat(0, "e5", 0), 6);  // a point alone is no number with an exponent
+  EXPECT_EQ(wf.ReadFloat(0, "e5", 0), 6);  // a single point can't have an exponent
 }
 
 TEST(WorldfileNumbers, TokensAreWhatTheLexerTakes) {
@@ -119,7 +119,7 @@ bool SameBits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
-/// A number that was written into a world file, saved as text, and read again.
+/// Writes a number into a world file, saves it as text, and reads it again.
 double SavedAndRead(double value) {
   const std::string text = FloatText(value);
   EXPECT_TRUE(IsNumberToken(text)) << text;
@@ -142,8 +142,8 @@ TEST(WorldfileNumbers, WrittenNumbersAreReadToTheSameBits) {
   }
 }
 
-// In metres and radians exactly, in other units within a rounding, and what stood in the file comes
-// back as it stood there.
+// Values in metres and radians are saved exactly, values in other units up to a rounding error, and
+// unchanged values as they were written in the file.
 TEST(WorldfileNumbers, UnitsAddAtMostARounding) {
   RandomStream random(8);
   for (const double unit : {1.0, 0.01, 0.001, M_PI / 180}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Saving world files, and the report of properties that nobody reads.
+// Saving world files, and the report of unused properties.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -74,8 +74,8 @@ TEST_F(SaveTest, ValuesGoIntoTheirPlaces) {
   EXPECT_EQ(wf_.ReadFloat(1, "f", 0), 0.25);
 }
 
-// A pose of a run needs all digits of its metres; headings are saved as the degrees that they were
-// set to, although the model has radians.
+// Positions are saved with all digits. Headings are saved as the degrees that were set, although
+// models store radians.
 TEST_F(SaveTest, NumbersHaveTheDigitsThatTheyNeed) {
   Load("m( pose [ 1.0 2.50 0 45.000 ] )\n");
   WritePose(1, 1, 2.5, 0, 45 * wf_.unit_angle);
@@ -108,7 +108,7 @@ TEST_F(SaveTest, NumberFormats) {
   wf_.WriteFloat(0, "e", 1e15);
   wf_.WriteTuple(0, "f", 0, 1, "s", "y");
   wf_.WriteString(0, "g", "word");
-  wf_.WriteTuple(0, "c", 2, 1, "f", 5.0);  // there is no such element
+  wf_.WriteTuple(0, "c", 2, 1, "f", 5.0);  // the tuple has no such element
   EXPECT_EQ(Saved(), "a 1e-09 b 0.0004 c [-1e-09 7] d 1 e 1e+15 f \"y\" g \"word\"");
   EXPECT_EQ(wf_.warnings().size(), 1U);
 }
@@ -182,7 +182,7 @@ TEST_F(SaveTest, ChildrenOfMacros) {
   Load(text);
   WritePose(2, 1, 0, 0, 0);
   WritePose(4, 0, 0, 0, 0);
-  EXPECT_EQ(Saved(), text);  // the two cannot share one text
+  EXPECT_EQ(Saved(), text);  // both entities share one text, so it can't be changed
   EXPECT_EQ(wf_.warnings().size(), 1U);
   WritePose(4, 1, 0, 0, 0);
   EXPECT_EQ(Saved(), "define r position( ranger( pose [1 0 0 0] ) )\nr()\nr()\n");
@@ -241,7 +241,7 @@ void LoadText(Worldfile& wf, const std::string& text) {
   wf.Load(in, "t.world");
 }
 
-/// Others may have been there first, in a folder that is everybody's.
+/// In a folder that everybody can write to, predictable names may already exist.
 TEST_F(SaveTest, NamesThatCanBeForetoldAreNotNeeded) {
   Load("speedup 1");
   Write("w.world." + std::to_string(getpid()) + ".tmp", "in the way");
@@ -258,7 +258,7 @@ TEST_F(SaveTest, APipeIsWrittenToNotReplaced) {
   if (stays) {
     reader.join();
   } else {
-    reader.detach();  // it waits for ever
+    reader.detach();  // it blocks forever
   }
   ASSERT_TRUE(stays);
   EXPECT_EQ(got, "speedup 1");

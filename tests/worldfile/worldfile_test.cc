@@ -202,7 +202,7 @@ TEST(WorldfileMacros, NamesAreLookedUpAtUse) {
   EXPECT_EQ(TreeOf("define d b( y() ) define y ranger() define b model( ) d()"),
             "model:0 ranger:1");
   EXPECT_EQ(TreeOf("d() define d model() d()"), "d:0 model:0");
-  // A name that means something else later, also deep inside a macro that was used before.
+  // A name may be redefined later, even if a macro that was already used refers to it.
   EXPECT_EQ(TreeOf("define r model( s() ) define q r() q() define s ranger() q()"),
             "model:0 s:1 model:0 ranger:3");
   EXPECT_EQ(TreeOf("define r model() r() define model position() r() model()"),
@@ -265,7 +265,8 @@ TEST(WorldfileLimits, BillionLaughs) {
   EXPECT_ERROR(text + "m39()", "t.world:41:1: ", "macro \"m39\"");
 }
 
-// A few entities may become many, not very many: each that is written in the file allows for more.
+// Macros may multiply entities only up to a limit, which grows with the entities written in the
+// file.
 TEST(WorldfileLimits, EntitiesThatMacrosMake) {
   std::string text = "define m0 model( )\n";
   for (int i = 1; i <= 14; ++i) {
@@ -333,7 +334,7 @@ TEST(WorldfileLimits, Macros) {
   EXPECT_ERROR(text + "define n model()", "t.world:10001:8: ", "more than 10000 macros");
 }
 
-// What is never read is looked for in every entity: that must not take the product of their
+// Unused properties are searched in every entity. The time must not grow with the product of their
 // numbers.
 TEST(WorldfileLimits, UnusedPropertiesOfManyEntities) {
   std::string macros = "define a model( ";
@@ -344,7 +345,7 @@ TEST(WorldfileLimits, UnusedPropertiesOfManyEntities) {
   LoadText(wf, macros + ")\n" + Repeated(20000, "b() a( p0 2 )\n"));
   const std::vector<UnusedProperty> unused = wf.Unused();
   ASSERT_EQ(unused.size(), 1000U);
-  EXPECT_EQ(unused[0].name, "p1");  // both instances have another p0 than a's
+  EXPECT_EQ(unused[0].name, "p1");  // both instances override p0 of a
   EXPECT_EQ(unused[0].line, 1);
 }
 
@@ -354,7 +355,7 @@ TEST(WorldfileSamples, StageRegressionFiles) {
   const char* shared = std::getenv("STAGE_SHARED_DIR");
   if (shared == nullptr) GTEST_SKIP() << "STAGE_SHARED_DIR is not set";
   const std::string folder = std::string(shared) + "/stage-worlds/tests/";
-  // True lines: Stage's own counts are one too high after a line end between a name and its '('.
+  // These are the correct lines. Stage counts a line end between a name and its '(' twice.
   const std::vector<std::pair<std::string, int>> files{
       {"include-02", 9}, {"syntax-01", 0},  {"syntax-02", 14}, {"syntax-03", 19}, {"syntax-04", 16},
       {"syntax-05", 16}, {"syntax-06", 12}, {"syntax-07", 9},  {"macro-01", 0},   {"macro-02", 0}};

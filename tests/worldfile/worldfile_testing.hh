@@ -10,7 +10,7 @@
 #include "geometry/load_error.hh"
 #include "worldfile/worldfile.hh"
 
-/// What the tests of the world file share.
+/// Helpers for tests of world files.
 namespace Stg {
 
 inline void LoadText(Worldfile& wf, const std::string& text) {
@@ -18,7 +18,7 @@ inline void LoadText(Worldfile& wf, const std::string& text) {
   wf.Load(in, "t.world");
 }
 
-// The error of loading a text, or "".
+// The error of loading a text; empty if it loads.
 inline std::string ErrorOf(const std::string& text) {
   Worldfile wf;
   try {

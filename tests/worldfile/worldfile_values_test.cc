@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What world files include, and how their values are read.
+// Includes of world files, and reading of values.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -21,7 +21,7 @@
 namespace Stg {
 namespace {
 
-// A folder of files that is removed again.
+// A temporary folder for files.
 class WorldFolder : public testing::Test {
  protected:
   void SetUp() override {
@@ -250,7 +250,7 @@ TEST(WorldfileValues, Floats) {
             "t.world:1:3: warning: property \"a\": found \"abc\", expected a number; read as 0");
 }
 
-/// As std::from_chars, which not every library has for doubles.
+/// Floats are read as by std::from_chars, which some standard libraries lack for doubles.
 TEST(WorldfileValues, WholeFloats) {
   const struct {
     const char* text;

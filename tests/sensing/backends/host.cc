@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A whole backend in one file: its device is this process, which walks ray by ray what a kernel
-// would. It reads the batch from the records that a device gets.
+// A complete backend in one file. Its device is this process, which walks rays one by one, as a
+// kernel would, and reads the batch from the records for devices.
 
 #include <cstdint>
 #include <memory>
@@ -24,7 +24,7 @@ class HostPrefilter final : public sensing::Prefilter {
   sensing::HitLists Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
                          const sensing::RayBatch& batch, threads::WorkerPool* workers) override {
     sorted_.Sort(batch, workers);
-    // There is no copy of the grid: of a layer's place only its number counts.
+    // There is no copy of the grid, so only the index of a layer's place is used.
     sorted_.PlanLaunches(std::vector{1.0}, 1, false, [](grid::LayerIndex layer) {
       return sensing::DeviceBatch::LayerPlace{0, layer, 0};
     });
@@ -102,7 +102,7 @@ class HostPrefilter final : public sensing::Prefilter {
 
 std::string List() { return "cpu: this process, with 1 to 9 hits a ray\n"; }
 
-/// `choice`: how many hits a ray; 2 if it is empty.
+/// `choice`: number of hits per ray; 2 if it is empty.
 std::unique_ptr<HostPrefilter> Make(const std::string& choice, std::string* message) {
   if (choice == "broken") throw sensing::PrefilterError("this device is broken");
   const char digit = choice.empty() ? '2' : choice[0];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A backend that was built with other headers or another compiler. Whoever calls it fails.
+// A backend that was built with other headers or another compiler. Calling it fails the test.
 
 #include <cstdlib>
 

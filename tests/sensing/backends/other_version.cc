@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A backend of some other version: behind its version there may be anything.
+// A backend of another version: anything may follow the version.
 
 #include <cstdint>
 
