@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// NaN and infinity thrown into every call of the interface that takes numbers, and into every
-// number that clients may write to: what is refused, what is taken for something else, and that the
-// world goes on. Holds rows of docs/extremes.md.
+// NaN and infinity in all numeric arguments of the interface and in all numbers that clients may
+// write: which are refused, which are replaced, and that the world goes on. It verifies rows of
+// docs/extremes.md.
 
 #include <functional>
 
@@ -12,7 +12,7 @@
 namespace Stg::extremes {
 namespace {
 
-/// A world with one of everything.
+/// A world with a model of each type.
 struct Things {
   Things()
       : world(
@@ -42,7 +42,7 @@ struct Things {
   Model* wall;
 };
 
-/// What of a model the state hash does not know.
+/// Data of a model that the state hash does not cover.
 std::vector<double> Remainder(const Model& model) {
   const Geom g = model.GetGeom();
   return {g.pose.x,
@@ -66,7 +66,7 @@ void PrintTo(const Call& call, std::ostream* out) { *out << call.name; }
 class Refused : public testing::TestWithParam<Call> {};
 class NotANumber : public testing::TestWithParam<Call> {};
 
-/// One line says so, and nothing has changed.
+/// Expects that the call prints one message and changes nothing.
 void ExpectRefusal(const Call& call, double value) {
   Things things;
   Step(*things.world, 2);
@@ -78,7 +78,7 @@ void ExpectRefusal(const Call& call, double value) {
   EXPECT_EQ(Remainder(*things.wall), wall);
   EXPECT_EQ(Remainder(*things.robot), robot);
 
-  // From then on all is as if nobody had called.
+  // Afterwards, the world evolves as without the call.
   Things untouched;
   Step(*untouched.world, 12);
   Step(*things.world, 10);
@@ -149,7 +149,7 @@ const Call kRefused[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Api, Refused, testing::ValuesIn(kRefused), NameOf);
 
-/// Infinity has a meaning there: see Infinity below.
+/// Calls that refuse NaN, but accept infinity: see the tests Infinity below.
 const Call kNotANumber[] = {
     {"SetSpeed", [](Things& t, double v) { t.robot->SetSpeed(v, 0, 0); }},
     {"SetSpeedOfAVelocity", [](Things& t, double v) { t.robot->SetSpeed(Velocity(0, 0, v, 0)); }},
@@ -205,7 +205,7 @@ TEST(Infinity, WithoutBoundsIsAStall) {
   expect_stall([&] { robot.SetSpeed(0, 0, -kInfinity); });
   robot.Stop();
   Step(*things.world);
-  things.world->sim_interval = 1000;  // between two updates, a velocity that was set stays
+  things.world->sim_interval = 1000;  // so that a velocity stays set between two updates
   expect_stall([&] { robot.SetVelocity(Velocity(0, kInfinity, 0, 0)); });
   things.world->sim_interval = 100000;
   robot.SetSpeed(0.5, 0, 0);
@@ -215,7 +215,7 @@ TEST(Infinity, WithoutBoundsIsAStall) {
 
 // ---- numbers that anybody can write to ----------------------------------------------------------
 
-/// Each is written to, the world goes on for some steps, and all that comes out are numbers.
+/// Public fields. After each is set to a value, the world runs for some steps with finite results.
 const Call kFields[] = {
     {"SensorX", [](Things& t, double v) { t.sensor().pose.x = v; }},
     {"SensorZ", [](Things& t, double v) { t.sensor().pose.z = v; }},
@@ -399,7 +399,7 @@ TEST(Pictures, OfCellsWithoutASizeStayEmpty) {
   for (const double v : {kNaN, kInfinity, -kInfinity, 0.0, 5e-324}) {
     uint8_t data[4] = {0, 0, 0, 0};
     t.wall->Rasterize(data, 2, 2, v, v);
-    const int expected = std::isinf(v) ? 1 : 0;  // an infinite cell holds everything
+    const int expected = std::isinf(v) ? 1 : 0;  // an infinite cell contains everything
     EXPECT_EQ(data[0], expected) << v;
     EXPECT_EQ(data[1] + data[2] + data[3], 0) << v;
   }
@@ -407,7 +407,7 @@ TEST(Pictures, OfCellsWithoutASizeStayEmpty) {
 
 // ---- far away -----------------------------------------------------------------------------------
 
-/// Sensors and targets that are so far out that neighbouring numbers are metres apart.
+/// Sensors and targets are so far away that adjacent doubles are metres apart.
 TEST(FarOut, SensorsGoOn) {
   for (const double far : {1e9, 1e15, 4e16, 1e17, 1e100, 1e300}) {
     Things t;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The ends of bodies: thinner than a cell, without area, crossing themselves, of ten thousand
-// points, without height. Each test holds a row of docs/extremes.md.
+// Extremes of bodies: thinner than a cell, without area, self-intersecting, with ten thousand
+// points, without height. Each test verifies a row of docs/extremes.md.
 
 #include <sys/resource.h>
 
@@ -17,7 +17,7 @@
 namespace Stg::extremes {
 namespace {
 
-/// A model "a" with one block of these corners; numbers are written so that they come back exactly.
+/// A model "a" with one block of these corners, which are written with all digits.
 std::string ModelOf(const std::vector<point_t>& corners, const std::string& size,
                     const std::string& z = "[0 1]") {
   std::ostringstream text;
@@ -29,8 +29,8 @@ std::string ModelOf(const std::vector<point_t>& corners, const std::string& size
   return text.str();
 }
 
-/// A robot of 0.2 m by 0.2 m that is driven at 0.5 m/s along x, from x on, until it stalls. Where
-/// its front is then; infinite if nothing stops it within 10 m.
+/// Drives a robot of 0.2 m by 0.2 m at 0.5 m/s along x until it stalls. Returns the x of its front;
+/// infinite if nothing stops it within 10 m.
 double StopOf(World* world, double x, double y) {
   auto* robot = dynamic_cast<ModelPosition*>(world->CreateModel(nullptr, "position"));
   robot->SetGeom(Geom(Pose(), Size(0.2, 0.2, 0.4)));
@@ -43,7 +43,7 @@ double StopOf(World* world, double x, double y) {
   return front;
 }
 
-/// A robot comes to a stop before x: by less than a step and some cells.
+/// Expects that a robot stops before x, by less than a step and some cells.
 void ExpectStop(World* world, double x, double y) {
   const double front = StopOf(world, x - 1.3, y);
   EXPECT_LE(front, x + kCell) << y;
@@ -77,7 +77,7 @@ TEST(Thin, NoRayAndNoRobotSlipsThroughATurnedWall) {
     AddBox(world.get(), Size(0, 4, 1), Pose(0.007, 0.003, 0, heading));
     const double cosine = std::cos(heading), sine = std::sin(heading);
     for (int i = 0; i < 400; i++) {
-      // From one side of the wall to the other, through a point of it.
+      // Look from one side of the wall to the other, through a point of it.
       const double where = random.Real(-1.9, 1.9), away = random.Real(0.2, 2);
       const double across = random.Real(-1.2, 1.2);
       const Pose from(0.007 - sine * where - away * std::cos(heading + across),
@@ -123,7 +123,7 @@ TEST(Flat, BlocksOfPointsOnALineLieInTheMiddle) {
       Find(*along_y, "a")->SetGeom(Geom(Pose(), Size(size, 2, 1)));
     }
   }
-  // Two such blocks have an extent, which is what counts.
+  // Two such blocks together have an extent, so they are stretched to the size.
   const auto both = LoadText(
       "model( name \"a\" size [2 1 1] block( points 2 point[0] [0 1] point[1] [3 1] z [0 1] )\n"
       "  block( points 2 point[0] [0 5] point[1] [3 5] z [0 1] ) )");
@@ -132,11 +132,11 @@ TEST(Flat, BlocksOfPointsOnALineLieInTheMiddle) {
 }
 
 TEST(Flat, BlocksOfEqualPointsAreACellOrNothing) {
-  // A polygon of three or more corners is at least a cell.
+  // A polygon of three or more corners occupies at least one cell.
   const auto world = LoadText(ModelOf({{1, 1}, {1, 1}, {1, 1}}, "[0.001 0.001 1]"));
   EXPECT_NEAR(Distance(world.get(), Pose(-1, 0.0, 0.5, 0)), 1, kStraightFace * kCell);
   ExpectStop(world.get(), 0, 0);
-  // Two equal ones are no polygon.
+  // Two equal corners are no polygon.
   const auto nothing = LoadText(ModelOf({{1, 1}, {1, 1}}, "[0.001 0.001 1]"));
   EXPECT_EQ(Distance(nothing.get(), Pose(-1, 0.0, 0.5, 0)), kInfinity);
   EXPECT_EQ(StopOf(nothing.get(), -1, 0), kInfinity);
@@ -157,7 +157,7 @@ TEST(Flat, NegativeSizesMirrorTheBody) {
   Model* model = AddBox(world.get(), Size(-1, -2, 1), Pose());
   EXPECT_NEAR(Distance(world.get(), Pose(-2, 0.9, 0, 0)), 1.5, kStraightFace * kCell);
   ExpectStop(world.get(), -0.5, 0.9);
-  // A negative height leaves none at which the body could be met.
+  // A body with a negative height exists at no height.
   model->SetGeom(Geom(Pose(), Size(1, 1, -1)));
   ModelRanger* ranger = AddRanger(world.get(), Pose(-2, 0, 0.5, 0), 8);
   Step(*world);
@@ -167,11 +167,11 @@ TEST(Flat, NegativeSizesMirrorTheBody) {
 // ---- many corners -------------------------------------------------------------------------------
 
 TEST(Crossing, OutlinesThatCrossThemselvesCountWhereTheyAre) {
-  // A bow tie: its waist is in the middle.
+  // The body is a bow tie with its waist at the center.
   const auto world = LoadText(ModelOf({{0, 0}, {2, 2}, {2, 0}, {0, 2}}, "[2 2 1]"));
   for (const double y : {-0.81, -0.33, 0.35, 0.77}) {
     EXPECT_NEAR(Distance(world.get(), Pose(-3, y, 0.5, 0)), 2, kStraightFace * kCell) << y;
-    // From between its wings the slopes are seen.
+    // From between its wings, the slopes are visible.
     EXPECT_NEAR(Distance(world.get(), Pose(0, y, 0.5, 0)), std::fabs(y), 2 * kCell) << y;
     EXPECT_NEAR(Distance(world.get(), Pose(0, y, 0.5, M_PI)), std::fabs(y), 2 * kCell) << y;
   }
@@ -197,7 +197,7 @@ bool IsReversed(std::vector<point_t> corners) {
   return corners.front().x == last.x && corners.front().y == last.y;
 }
 
-/// The corners, turned and stretched.
+/// Rotates and scales corners.
 std::vector<point_t> Turned(std::vector<point_t> corners, double angle, double scale) {
   for (point_t& p : corners)
     p = point_t(scale * (p.x * std::cos(angle) - p.y * std::sin(angle)),
@@ -205,7 +205,7 @@ std::vector<point_t> Turned(std::vector<point_t> corners, double angle, double s
   return corners;
 }
 
-/// A sum of angles that should be 0 is not, by rounding, for some headings.
+/// The orientation must be exact: a sum of angles that is 0 may be rounded to another value.
 TEST(Order, OfPointsTakesNoRounding) {
   const std::vector<point_t> left = {{0, 0}, {4, 1}, {5, 5}, {2, 2}, {1, 3}};
   const std::vector<point_t> right(left.rbegin(), left.rend());
@@ -264,7 +264,7 @@ TEST(Height, OfZeroIsMetAtThatHeightAlone) {
     EXPECT_NE(seen_at(0), nullptr) << z;
     EXPECT_EQ(seen_at(1e-9), nullptr) << z;
     EXPECT_EQ(seen_at(-1e-9), nullptr) << z;
-    ExpectStop(world.get(), -0.5, 0);  // heights that touch overlap
+    ExpectStop(world.get(), -0.5, 0);  // touching height ranges overlap
     Find(*world, "a")->SetPose(Pose(0, 0, 0.401, 0));
     EXPECT_EQ(StopOf(world.get(), -2, 0), kInfinity) << "it is above the robot now";
     Find(*world, "a")->SetPose(Pose(0, 0, 0.2, 0));
@@ -286,7 +286,7 @@ TEST(Height, OfZeroAboveTheFloorStaysWhereItIs) {
       EXPECT_EQ(seen_at(height - 1e-9), nullptr) << height;
       Find(*world, "a")->SetGeom(Geom(Pose(), Size(1, 1, size)));
     }
-    // It is met there: the robot is 0.4 m high.
+    // The robot is 0.4 m high, so it collides.
     Find(*world, "a")->SetPose(Pose(0, 0, 0.2 - height, 0));
     ExpectStop(world.get(), -0.5, 0);
   }
@@ -301,7 +301,7 @@ Size Island() { return Size(1e6, 1e6, 1); }  // 200 million cells
   limit.rlim_cur = limit.rlim_max = 2000000000;
   setrlimit(RLIMIT_AS, &limit);
   const std::unique_ptr<World> world = WorldOfCells(kCell);
-  world->SetRayModel(RayModel::kExact);  // bodies are drawn twice
+  world->SetRayModel(RayModel::kExact);  // bodies need cells and outlines
   AddRanger(world.get(), Pose(), 5);
   Step(*world);
   Model* model = world->CreateModel(nullptr, "model");
@@ -309,7 +309,7 @@ Size Island() { return Size(1e6, 1e6, 1); }  // 200 million cells
   std::_Exit(world->Update() ? 1 : 0);
 }
 
-/// In a process of its own with 2 GB of memory, which the island would take ten times.
+/// It runs in a separate process with 2 GB of memory; the island would need ten times as much.
 TEST(Large, BodiesThatNoMemoryHoldsAreRefused) {
   if (kSanitized) GTEST_SKIP() << "sanitizers need more memory than the limit allows";
   testing::FLAGS_gtest_death_test_style = "threadsafe";
@@ -346,7 +346,8 @@ TEST(Large, BodiesAreNotDrawnWithOneMessageForEachSize) {
               model->SetPose(Pose());
             }),
             0);
-  // Nothing meets it, where it is now or has been; its child and others are as they were.
+  // The refused body is neither at its old place nor at its new one; all other bodies are
+  // unchanged.
   EXPECT_NEAR(Distance(world.get(), Pose(-2, 0, 0.5, 0)), 6.5, kStraightFace * kCell);
   EXPECT_EQ(Distance(world.get(), Pose(-2, 0, 0.5, M_PI)), kInfinity);
   EXPECT_NEAR(Distance(world.get(), Pose(-2, 2, 0.5, 0)), 1.8, kStraightFace * kCell);
@@ -362,7 +363,7 @@ TEST(Large, BodiesCountTogether) {
   Model* other = AddBox(world.get(), Size(1, 1, 1), Pose(0, 3, 0, 0));
   grid::Grid& grid = world->engine().scene.grid;
   EXPECT_EQ(grid.drawn_cells(), 400);
-  // As if others had used up the room but for 100 cells: what is there may move on, but not grow.
+  // Pretend that only 100 cells are left: bodies may move, but not grow.
   const int64_t others = 2 * (16'000'000 + 3 * 1000) - 500;
   grid.PretendDrawn(others);
   EXPECT_EQ(ErrorsOf([&] { model->SetPose(Pose(1, 0, 0, 0)); }), "");
@@ -371,7 +372,7 @@ TEST(Large, BodiesCountTogether) {
   EXPECT_NE(ErrorsOf([&] { other->SetGeom(Geom(Pose(), Size(1.5, 1.5, 1))); }), "");
   EXPECT_EQ(grid.drawn_cells(), others + 300);
   EXPECT_EQ(Distance(world.get(), Pose(-2, 3, 0.5, 0)), kInfinity);
-  model->SetGeom(Geom(Pose(), Size(1, 1, 1)));  // gives way
+  model->SetGeom(Geom(Pose(), Size(1, 1, 1)));  // frees cells
   other->SetPose(Pose(0, 4, 0, 0));
   EXPECT_NEAR(Distance(world.get(), Pose(-2, 4, 0.5, 0)), 1.25, kStraightFace * kCell);
   EXPECT_EQ(grid.drawn_cells(), others + 500);

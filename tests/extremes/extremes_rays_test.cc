@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The ends of rays: ranges from 0 to infinity, headings beside multiples of 45 degrees and after
-// millions of turns, fans of all sizes. Each test holds a row of docs/extremes.md.
+// Extremes of rays: ranges from 0 to infinity, headings beside multiples of 45 degrees and after
+// millions of turns, fans of all sizes. Each test verifies a row of docs/extremes.md.
 
 #include "extremes_testing.hh"
 #include "geometry/trigonometry.hh"
@@ -18,8 +18,7 @@ const double kOtherRanges[] = {
 
 // ---- ranges -------------------------------------------------------------------------------------
 
-/// A ranger in the cell of the origin, 0.005 m from two of its borders, a post, and the ranger's
-/// reading.
+/// A ranger in the cell of the origin, 0.005 m from two borders, a post, and the ranger's reading.
 struct RangeScene {
   RangeScene(double range, double post_x) : world(WorldOfCells(kCell)) {
     if (std::isfinite(post_x))
@@ -37,7 +36,7 @@ struct RangeScene {
 TEST(Ranges, NothingInSightIsTheRangeItself) {
   for (const double range : kTinyRanges) EXPECT_EQ(RangeScene(range, kNaN).reading, range);
   for (const double range : kOtherRanges) EXPECT_EQ(RangeScene(range, kNaN).reading, range);
-  for (const double range : kTinyRanges) {  // in the next cell: out of reach
+  for (const double range : kTinyRanges) {  // a post in the next cell is out of range
     const RangeScene scene(range, 0.03);
     EXPECT_EQ(scene.reading, range);
     EXPECT_EQ(scene.intensity, 0);
@@ -46,7 +45,7 @@ TEST(Ranges, NothingInSightIsTheRangeItself) {
 }
 
 TEST(Ranges, WhatIsInSightIsHit) {
-  // In the ranger's own cell even the shortest ray meets it, and no reading exceeds the range.
+  // Even the shortest ray hits a post in the ranger's own cell, and no reading exceeds the range.
   for (const double range : kTinyRanges) {
     const RangeScene scene(range, 0.01);
     EXPECT_EQ(scene.intensity, 1) << range;
@@ -81,7 +80,7 @@ TEST(Ranges, NegativeAndNaNCastNoRay) {
   }
 }
 
-/// Walls that face the ray at a distance that is known, up to the whole width of the grid; rays
+/// Walls perpendicular to the ray at known distances, up to the whole width of the grid. Rays
 /// longer than 16384 cells are walked in several legs.
 TEST(Ranges, FarWallsAreWhereTheyAre) {
   Worst near_error, far_error;
@@ -102,7 +101,7 @@ TEST(Ranges, FarWallsAreWhereTheyAre) {
         EXPECT_LE(std::fabs(error), kTurnedFace + 2e-9 * cells)
             << cells << " " << heading << " " << range;
       }
-      // What is short of the wall by two cells and a little misses it.
+      // A ray that ends a little more than two cells before the wall misses it.
       const double shorter = length - 1 - (2 + 2e-9 * cells) * kCell;
       EXPECT_EQ(LookFrom(world.get(), from, shorter).mod, nullptr) << cells << " " << heading;
       EXPECT_EQ(LookFrom(world.get(), from, shorter).range, shorter);
@@ -113,7 +112,8 @@ TEST(Ranges, FarWallsAreWhereTheyAre) {
 
 // ---- headings -----------------------------------------------------------------------------------
 
-/// The reading, in cells, of a wall 5 m away that faces a ranger whose heading is near `facing`.
+/// The reading, in cells, of a wall 5 m away. It faces `facing`, near which the ranger's heading
+/// is.
 double ReadingOfFacing(double facing, double heading) {
   const std::unique_ptr<World> world = WorldOfCells(kCell);
   const double away = 5.5;
@@ -144,7 +144,7 @@ TEST(Headings, BesideMultiplesOf45Degrees) {
   EXPECT_LE(difference.value(), 1e-4);
 }
 
-/// 2 pi to more digits than a double has; what is left of an angle after whole turns.
+/// Reduces an angle modulo 2 pi, with more digits than a double has.
 long double LeftOf(long double angle) {
   return std::remainder(angle, 6.283185307179586476925286766559005768L);
 }
@@ -154,7 +154,7 @@ TEST(Headings, AfterMillionsOfTurns) {
   for (const double turns : {1e3, 1e6, -1e6, 1e9})
     for (double a = -3; a <= 3; a += 0.375) {
       const double wound = turns * 2 * M_PI + a;
-      // `wound` is rounded, so its heading isn't quite `a`. That of the number as it is counts.
+      // `wound` is rounded, so its heading differs slightly from `a`. The rounded value counts.
       const double meant = static_cast<double>(LeftOf(wound));
       error.Note(ReadingOfFacing(meant, wound) - 5 / kCell);
       const std::unique_ptr<World> world = WorldOfCells(kCell);
@@ -164,7 +164,7 @@ TEST(Headings, AfterMillionsOfTurns) {
     }
   heading_error.Record("radians_per_turn");
   error.Record("cells");
-  EXPECT_LE(heading_error.value(), 2.5e-16);  // 2 M_PI is that much less than a turn
+  EXPECT_LE(heading_error.value(), 2.5e-16);  // 2 M_PI is less than a turn by this amount
   EXPECT_LE(error.value(), kTurnedFace);
 }
 
@@ -182,14 +182,14 @@ TEST(Headings, OfARobotThatTurnsAMillionSteps) {
     const long double turned = static_cast<long double>(speed) * 0.1L * kSteps;
     const long double expected = LeftOf(LeftOf(turned) + static_cast<long double>(dtor(10)));
     const double error = static_cast<double>(LeftOf(robot->GetPose().a - expected));
-    // The estimate is that of before the last step's turn.
+    // The estimate is the one before the turn of the last step.
     const long double last = static_cast<long double>(speed) * 0.1L;
     const double believed = static_cast<double>(LeftOf(robot->est_pose.a - LeftOf(turned - last)));
     drift.Note(error);
     drift.Note(believed);
     EXPECT_LE(std::fabs(robot->GetPose().a), M_PI);
 
-    // And it still sees what is ahead of it.
+    // The robot still sees a box ahead of it.
     const double facing = robot->GetPose().a;
     AddBox(world.get(), Size(1, 3, 4),
            Pose(0.011 + 5.5 * std::cos(facing), 0.007 + 5.5 * std::sin(facing), 0, facing));
@@ -199,13 +199,13 @@ TEST(Headings, OfARobotThatTurnsAMillionSteps) {
     EXPECT_NEAR(eye->GetSensors()[0].ranges.at(0), 5, kTurnedFace * kCell);
   }
   drift.Record("radians");
-  // Rounding of speed times step, of the sum, and of two reductions by 2 M_PI.
+  // The limit covers rounding of speed times step, of the sum, and of two reductions by 2 M_PI.
   EXPECT_LE(drift.value(), 2.5e-15 * kSteps);
 }
 
 // ---- fans ---------------------------------------------------------------------------------------
 
-/// A ranger in the middle of a room of 10 m by 10 m.
+/// A ranger in the center of a room of 10 m by 10 m.
 struct Room {
   Room(double fov, unsigned samples) : world(WorldOfCells(kCell)) {
     AddBox(world.get(), Size(10, 10, 1), Pose());
@@ -222,7 +222,7 @@ struct Room {
   ModelRanger* ranger;
 };
 
-/// Bearings are the closed form's, readings those of the room's walls.
+/// Expects bearings as in the closed form, and readings of the room's walls.
 void ExpectFan(Room& room, double fov, Worst* error) {
   const ModelRanger::Sensor& s = room.sensor();
   const size_t n = s.sample_count;
@@ -261,8 +261,8 @@ TEST(Fans, OfAFullCircleBeginAndEndAtTheSameRay) {
 }
 
 TEST(Fans, OfMillionsOfDirectionsInTurn) {
-  // So many kinds of fans that the tables of directions are made anew, more than once. A second
-  // sensor and a blobfinder, which stay as they are, have to notice.
+  // There are so many kinds of fans that the direction tables are rebuilt several times. An
+  // unchanged second sensor and a blobfinder must use the new tables.
   Room room(1, 100000);
   ModelRanger::Sensor other = room.sensor();
   other.sample_count = 7;
@@ -289,7 +289,7 @@ TEST(Fans, OfMillionsOfDirectionsInTurn) {
 
 // ---- batches ------------------------------------------------------------------------------------
 
-/// A batch counts on where a device, which has 32 bits for the number of a ray, would begin anew.
+/// A batch counts rays beyond 32 bits, where the ray indices of a device would overflow.
 TEST(Batches, OfMoreThan32BitsOfRaysAreCounted) {
   sensing::RayBatch batch;
   batch.Add(sensing::Fan(), UINT32_MAX, sensing::SelfMask());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The ends of space: places far from the origin, beyond the last cell, cells of all sizes, rays
-// that start on borders. Each test holds a row of docs/extremes.md.
+// Extremes of space: places far from the origin and beyond the last cell, cells of all sizes, rays
+// that start on borders. Each test verifies a row of docs/extremes.md.
 
 #include <fstream>
 
@@ -11,12 +11,12 @@
 namespace Stg::extremes {
 namespace {
 
-constexpr double kSizes[] = {1e-5, 0.02, 1e3};  // of cells, metres
+constexpr double kSizes[] = {1e-5, 0.02, 1e3};  // sizes of cells, metres
 
 // ---- far from the origin ------------------------------------------------------------------------
 
-/// Readings, in cells, of a wall that is 400 cells ahead, at some headings and from places that are
-/// no round numbers of cells. All of it stands at (x, y), cells.
+/// Readings, in cells, of a wall 400 cells ahead, at several headings and from positions that are
+/// not whole cells. The scene is at (x, y), in cells.
 std::vector<double> ReadingsAt(double x, double y, double cell, Worst* error) {
   std::vector<double> readings;
   const std::unique_ptr<World> world = WorldOfCells(cell);
@@ -57,14 +57,14 @@ TEST(Far, RangersSeeAndRobotsStop) {
     AddBox(world.get(), Size(0.5, 2, 1), Pose(x + 2.25, x, 0, 0));
     ModelRanger* ranger = AddRanger(world.get(), Pose(x, x, 0.5, 0), 8);
     auto* robot = dynamic_cast<ModelPosition*>(world->CreateModel(nullptr, "position"));
-    robot->SetPose(Pose(x + 1, x + 1.5, 0, 0));  // passes beside the ray, runs into the wall
+    robot->SetPose(Pose(x + 1, x + 1.5, 0, 0));  // moves beside the ray against the wall
     robot->SetGeom(Geom(Pose(), Size(0.4, 1.4, 1)));
     robot->Subscribe();
     robot->SetSpeed(1, 0, 0);
     Step(*world, 20);
     EXPECT_NEAR(ranger->GetSensors()[0].ranges[0], 2, kStraightFace * kCell);
     EXPECT_TRUE(robot->Stalled());
-    // The face at 2.0, half a body before it, and at most one step of 0.1 to spare.
+    // The face is at 2.0; the robot stops half a body and at most one step of 0.1 before it.
     EXPECT_LE(robot->GetPose().x, x + 1.8 + 2 * kCell);
     EXPECT_GE(robot->GetPose().x, x + 1.7 - 2 * kCell);
   }
@@ -84,7 +84,7 @@ TEST(Beyond, BodiesAreNotDrawnAndComeBack) {
       EXPECT_EQ(LookFrom(world.get(), Pose(-2, 0, 0, 0), kInfinity).mod, nullptr) << far;
       EXPECT_EQ(LookFrom(world.get(), place, kInfinity).mod, nullptr) << far;
       EXPECT_EQ(LookFrom(world.get(), place, 7).range, 7) << far;
-      inner->SetPose(place);  // both are there: nobody meets anybody
+      inner->SetPose(place);  // both are there, and don't collide
       EXPECT_FALSE(body->HasCollision());
       inner->SetPose(Pose(0.3, 0, 0, 0));
       body->SetPose(Pose());
@@ -136,7 +136,7 @@ TEST(Beyond, PixelNumbersStopAtTheLastOne) {
 
 // ---- cells of all sizes -------------------------------------------------------------------------
 
-/// A scene that is made of cells of this size, metres: a fan of rays among boxes, in cells.
+/// Readings, in cells, of a fan among boxes, in a scene whose dimensions are multiples of the cell.
 std::vector<double> ReadingsInCells(double cell) {
   const std::unique_ptr<World> world = WorldOfCells(cell);
   const auto box = [&](double x, double y, double size, double heading) {
@@ -211,8 +211,8 @@ const Start kStarts[] = {
     {"a thousand million cells away", 2e7, 0.5},
 };
 
-/// The way to the box's outline along an axis: from outside or from inside; infinite if there is
-/// none.
+/// The distance to the box's outline along an axis, from outside or inside; infinite if the ray
+/// misses it.
 double WayToOutline(double along, double across, double sign) {
   if (across < 1 || across >= 2.02) return kInfinity;
   double way = kInfinity;
@@ -232,7 +232,7 @@ TEST(Starts, OnBordersSeeWhatOthersSee) {
                                           : WayToOutline(start.y, start.x, sign);
       const Pose from(start.x, start.y, 0, quarter * M_PI / 2);
       const RaytraceResult found = LookFrom(world.get(), from, kInfinity);
-      // On the outline's own cells the ray runs along them or is there already.
+      // In cells of the outline, the ray starts in an occupied cell or runs along such cells.
       const bool on_outline = LookFrom(world.get(), from, 1e-9).mod != nullptr;
       EXPECT_EQ(found.mod != nullptr, std::isfinite(way) || on_outline)
           << start.where << " " << quarter;
@@ -245,12 +245,13 @@ TEST(Starts, OnBordersSeeWhatOthersSee) {
   EXPECT_LE(error.value(), kStraightFace);
 }
 
-/// Rangers at all these places, around a box and in a frame, and robots that stand on borders.
+/// Writes a world with rangers at all these places, around a box and in a frame, and with robots on
+/// borders of cells.
 std::string WriteWorldOfStarts() {
   std::string path = testing::TempDir() + "stage-extremes-starts.world";
   std::ofstream out(path);
   out.precision(17);
-  // 327.68 m are 16384 cells, the longest leg of a ray.
+  // A range of 327.68 m is 16384 cells, the maximum leg of a ray.
   out << "define eye ranger( alwayson 1 sensor( range [0 40] fov 360 samples 33 )"
          " sensor( range [0 \"inf\"] fov 0 samples 2 )"
          " sensor( range [0 327.68] fov 360 samples 9 )"

@@ -12,24 +12,24 @@
 #include "support/device.hh"
 #include "support/model_testing.hh"
 
-/// What the tests of the extremes share. What they hold is promised in docs/extremes.md; figures
-/// there are those that the tests record ("--gtest_output=xml:FILE" writes them down).
+/// Helpers for tests of extremes. The tests verify docs/extremes.md, whose figures they record
+/// (--gtest_output=xml:FILE).
 namespace Stg::extremes {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// The cells that may be used are those within +-kLastCell.
+/// Coordinates of usable cells are within +-kLastCell.
 inline constexpr double kLastCell = (1 << 30) - 1;
 
-/// How far, in cells, a reading may be from the closed form, measured across the face that is hit.
-/// A face along an axis lies anywhere in its cells, and the middle of the way through such a cell
-/// is read. A turned face is a path of cells: its corners lie anywhere in theirs (0.71 of a cell),
-/// the path steps along the line (0.71), and the way through a cell may be at its far corner
-/// (0.71).
+/// Tolerances in cells of a reading with respect to the closed form, perpendicular to the face hit.
+/// An axis-aligned face may be anywhere in its cells, and the reading is the middle of the path
+/// through the cell. A rotated face is a path of cells: its corners may be anywhere in their cells
+/// (0.71 of a cell), the path deviates from the line (0.71), and the ray may pass the far corner of
+/// a cell (0.71).
 inline constexpr double kStraightFace = 1.01, kTurnedFace = 2.2;
 
-/// Cells that are so large, metres.
+/// An empty world with cells of this size in metres.
 inline std::unique_ptr<World> WorldOfCells(double metres) {
   InitLibrary();
   return std::make_unique<World>("extremes", 1.0 / metres);
@@ -48,7 +48,7 @@ inline RaytraceResult LookFrom(World* world, const Pose& from, double range) {
   return world->Raytrace(from, range, Anything, nullptr, nullptr, false);
 }
 
-/// A ranger with a single sensor of a single sample, subscribed.
+/// Adds a subscribed ranger with one sensor of one sample.
 inline ModelRanger* AddRanger(World* world, const Pose& pose, double range) {
   auto* ranger = dynamic_cast<ModelRanger*>(world->CreateModel(nullptr, "ranger"));
   ranger->SetPose(pose);
@@ -64,12 +64,12 @@ inline bool IsFinite(const Pose& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
 }
 
-/// The largest of what it is told.
+/// The maximum absolute error.
 class Worst {
  public:
   void Note(double error) { worst_ = std::max(worst_, std::fabs(error)); }
   double value() const { return worst_; }
-  /// For docs/extremes.md.
+  /// Records the value as a property of the test, for docs/extremes.md.
   void Record(const char* name) const {
     char text[32];
     std::snprintf(text, sizeof text, "%.3g", worst_);

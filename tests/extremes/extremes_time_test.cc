@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The ends of time, of speed and of energy: steps from a microsecond to an hour, clocks after 1e8
-// steps, ten million steps along a circle, speeds that pass a wall in one step, ten million
-// withdrawals. Each test holds a row of docs/extremes.md.
+// Extremes of time, speed and energy: steps from a microsecond to an hour, clocks after 1e8 steps,
+// ten million steps along a circle, speeds that pass a wall in one step, ten million withdrawals.
+// Each test verifies a row of docs/extremes.md.
 
 #include <complex>
 
@@ -29,7 +29,7 @@ ModelPosition* AddRobot(World* world, const Pose& pose, const Size& size) {
   return robot;
 }
 
-/// A world whose clock can be set: as if it had run for so long.
+/// A world whose clock can be set, as if it had run for a long time.
 class LateWorld : public World {
  public:
   void SetClock(usec_t time, uint64_t steps) {
@@ -68,7 +68,7 @@ TEST(Steps, FromAMicrosecondToAnHour) {
 }
 
 TEST(Steps, OfWholeMicrosecondsAreThose) {
-  // 1.001 * 1000 is less than 1001 for a computer.
+  // In floating point, 1.001 * 1000 is less than 1001.
   for (const int us : {1, 999, 1001, 1003, 1019, 2007, 4011, 8191, 16387, 32771, 99999}) {
     const std::string text = std::to_string(us / 1000) + "." + std::to_string(1000 + us % 1000);
     const auto world = LoadText("interval_sim " + text.substr(0, text.find('.') + 1) +
@@ -128,7 +128,7 @@ TEST(Clock, AfterAHundredMillionHours) {
   ASSERT_EQ(times.size(), 10u);  // every 100 ms
   for (size_t i = 0; i < times.size(); i++) EXPECT_EQ(times[i], begin + (i + 1) * 100000);
   EXPECT_EQ(rang, std::vector<usec_t>{begin + 3000});
-  EXPECT_NEAR(robot->GetVelocity().x, 0.5, 1e-12);  // the time between updates is exact
+  EXPECT_NEAR(robot->GetVelocity().x, 0.5, 1e-12);  // needs the exact time between updates
   world.SetQuitTime(begin + 1002000);
   StepMany(world, 2);
   EXPECT_TRUE(world.Update());
@@ -150,7 +150,7 @@ TEST(Speeds, FromTinyToHuge) {
 TEST(Speeds, BelowTheRoundingOfAPoseLeadNowhere) {
   const std::unique_ptr<World> world = EmptyWorld();
   ModelPosition* robot = AddRobot(world.get(), Pose(1e6, 0, 0, 0), Size(0.4, 0.4, 1));
-  robot->SetSpeed(1e-10, 0, 0);  // 1e-11 m a step; neighbours of 1e6 are 1e-10 apart
+  robot->SetSpeed(1e-10, 0, 0);  // 1e-11 m per step; doubles at 1e6 are 1e-10 apart
   StepMany(*world, 100);
   EXPECT_EQ(robot->GetPose().x, 1e6);
   robot->SetSpeed(1e-8, 0, 0);
@@ -176,8 +176,8 @@ TEST(Speeds, TooHugeForNumbersAreAStall) {
 
 // ---- walls in one step --------------------------------------------------------------------------
 
-/// Drives a robot of 0.4 m from `start` at 1 m/s, in steps of `step` metres, along `heading`,
-/// against a wall without thickness through the origin. True if the wall stops it.
+/// Drives a robot of 0.4 m from `start` along `heading`, in steps of `step` metres, against a wall
+/// without thickness at the origin. Returns true if the wall stops it.
 bool WallStops(double start, double step, double heading) {
   const std::unique_ptr<World> world = EmptyWorld();
   AddBox(world.get(), Size(0, 6, 1), Pose(0.011, 0, 0, 0));
@@ -198,8 +198,8 @@ TEST(Tunnelling, NoWallIsPassedInStepsShorterThanTheBody) {
 }
 
 TEST(Tunnelling, LongerStepsMayPassOne) {
-  // Only where a step ends is looked at, as in Stage: from -2 in steps of 1.3 the body is at -0.7
-  // and then at 0.6, clear of the wall both times. From -1.4 it ends on it.
+  // As in Stage, only the end of a step is tested. From -2, steps of 1.3 end at -0.7 and 0.6, both
+  // clear of the wall. From -1.4, a step ends at the wall.
   EXPECT_FALSE(WallStops(-2, 1.3, 0));
   EXPECT_TRUE(WallStops(-1.4, 1.3, 0));
 }
@@ -208,7 +208,7 @@ TEST(Tunnelling, LongerStepsMayPassOne) {
 
 using Complex = std::complex<long double>;
 
-/// The sum of z^k for k = 0 .. n - 1, z being exp(i angle).
+/// The sum of z^k for k = 0 .. n - 1, where z = exp(i angle).
 Complex SumOfPowers(long double angle, int n) {
   return std::polar(1.0L, angle * (n - 1) / 2) * (std::sin(angle * n / 2) / std::sin(angle / 2));
 }
@@ -222,7 +222,7 @@ TEST(Drift, OfTenMillionStepsAlongACircle) {
   robot->SetSpeed(speed, 0, turn);
   StepMany(*world, kManySteps);
 
-  // Each step moves along the old heading and then turns; the estimate is that of before the last
+  // Each step moves along the old heading and then turns; the estimate is the pose before the last
   // move.
   const long double angle = static_cast<long double>(turn) * 0.1L, step = speed * 0.1L;
   const Complex there = step * SumOfPowers(angle, kManySteps);
@@ -237,13 +237,13 @@ TEST(Drift, OfTenMillionStepsAlongACircle) {
   pose.Record("metres");
   odometry.Record("metres_of_odometry");
   heading.Record("radians");
-  // The headings' rounding turns the circle about its own centre; that of the sums is added to it.
+  // Rounding of headings rotates the circle about its center; rounding of the sums is added.
   const double radius = speed / turn;
   EXPECT_LE(heading.value(), 1.5e-15 * kManySteps);
   EXPECT_LE(pose.value(), radius * 4e-15 * kManySteps);
   EXPECT_LE(odometry.value(), radius * 4e-15 * kManySteps);
 
-  // 1 W for as many times 0.1 s.
+  // The consumption is 1 W for kManySteps times 0.1 s.
   const PowerPack& pack = *robot->FindPowerPack();
   const double drawn = 0.1 * kManySteps;
   energy.Note((1e8 - pack.GetStored()) / drawn - 1);
@@ -267,7 +267,8 @@ TEST(Energy, TenMillionWithdrawals) {
     e.pack.SetStored(stored);
     const double each = 0.013;
     for (int i = 0; i < kManySteps; i++) e.pack.Dissipate(each);
-    // Each withdrawal is rounded to the neighbours of what is left, half of 2.2e-16 of it at most.
+    // Each withdrawal is rounded with a relative error of at most half of 2.2e-16 of the remaining
+    // energy.
     const double most = kManySteps * stored * 1.2e-16;
     EXPECT_NEAR(e.pack.GetStored(), stored - each * kManySteps, most) << stored;
     EXPECT_NEAR(e.pack.GetDissipated(), each * kManySteps,
@@ -305,10 +306,10 @@ TEST(Energy, CapacitiesOfZeroInfinityAndBelow) {
   EXPECT_EQ(e.pack.GetStored(), 1e12);
   EXPECT_EQ(e.pack.RemainingCapacity(), kInfinity);
   EXPECT_EQ(e.pack.ProportionRemaining(), 0);
-  e.pack.Add(kInfinity);  // no end to it: nothing
+  e.pack.Add(kInfinity);  // an infinite amount is ignored
   EXPECT_EQ(e.pack.GetStored(), 1e12);
 
-  e.pack.SetCapacity(-1);  // makes an infinite supply
+  e.pack.SetCapacity(-1);  // -1 means an infinite supply
   EXPECT_EQ(e.pack.GetStored(), -1);
   e.pack.Dissipate(7);
   EXPECT_EQ(e.pack.GetStored(), -1);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// NaN, infinity and numbers beyond those that a double has, in every property of a world file that
-// is a number; and the largest and smallest numbers that it has. Holds rows of docs/extremes.md.
+// NaN, infinity, numbers out of the range of a double, and the largest and smallest doubles, in
+// every numeric property of a world file. It verifies rows of docs/extremes.md.
 
 #include <set>
 
@@ -15,7 +15,7 @@ namespace {
 using properties::ElementsOf;
 using properties::Property;
 
-/// Numbers in a world file that are no numbers for anybody, yet.
+/// Properties whose values look numeric but are not read as numbers.
 struct Exempt {
   const char *entity, *name, *reason;
 };
@@ -27,7 +27,7 @@ bool IsExempt(const Property& property) {
   for (const Exempt& exempt : kExempt)
     if (std::string(exempt.entity) == property.entity && std::string(exempt.name) == property.name)
       return true;
-  return std::string(property.entity) == "window";  // read where there is a window
+  return std::string(property.entity) == "window";  // only read by a window
 }
 
 bool IsNumeric(const Property& property) {
@@ -64,7 +64,7 @@ std::vector<Property> NumericProperties() {
   return numeric;
 }
 
-/// The one number that may be infinite.
+/// True for the maximum range of a sensor, the only number that may be infinite.
 bool MayBe(const Property& property, size_t index, const std::string& element) {
   return std::string(property.entity) == "sensor" && std::string(property.name) == "range" &&
          index == 1 && (element == "\"inf\"" || element == "\"infinity\"");
@@ -132,13 +132,13 @@ TEST(NotFinite, EnergyBeyondTheNumbersIsRefusedToo) {
 
 // ---- finite, but at the ends --------------------------------------------------------------------
 
-/// Somebody who looks at what the property made, with every kind of sensor.
+/// A robot with all types of sensors that observes the model with the property.
 const char kWitness[] =
     "position( alwayson 1 pose [3 0 0 170] size [0.4 0.4 0.5] ranger( sensor( range [0 \"inf\"]"
     " fov 360 samples 90 ) ) blobfinder() fiducial() camera() bumper( bcount 1 bpose[0] [0.3 0 0 0]"
     " blength 0.5 ) gripper() wifi( model \"raytrace\" power 100 ) )\n";
 
-/// Subscribes to everything and goes on for some steps.
+/// Subscribes to all models and makes some steps.
 void StepEverything(World* world) {
   for (Model* model : world->GetAllModels()) model->Subscribe();
   for (int i = 0; i < 12; i++) world->Update();
@@ -149,7 +149,7 @@ void StepEverything(World* world) {
 TEST(HugeAndTiny, AreRefusedOrHarmless) {
   size_t loaded = 0, refused = 0;
   for (const Property& property : NumericProperties()) {
-    if (std::string(property.name) == "threads") continue;  // it would start a thousand
+    if (std::string(property.name) == "threads") continue;  // it would start a thousand threads
     for (size_t i = 0; i < ElementsOf(property.value).size(); i++)
       for (const char* value : {"\"1e300\"", "\"-1e300\"", "\"1.7e308\"", "\"1e-300\"",
                                 "\"5e-324\"", "-0", "2147483647", "-2147483648", "99999999999"}) {

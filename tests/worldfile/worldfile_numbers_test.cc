@@ -95,7 +95,7 @@ TEST(WorldfileNumbers, BeyondTheDoublesIsRefused) {
   EXPECT_THROW(wf.ReadInt(1, "n", 0), LoadError);
 }
 
-// As in Stage, a word may follow a number without a blank, even if it begins with e or x.
+// A word may follow a number, as in Stage, without a blank, even if it begins with e or x.
 TEST(WorldfileNumbers, NamesRightBehindNumbers) {
   Worldfile wf;
   LoadText(wf, "mass 1energy 2e\"x\" f 0x 3 h 0xyz 4 i .e5 6");
