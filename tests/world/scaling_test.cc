@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // The work of loading, deleting and stepping is proportional to the number of models. Work is
-// counted here; benchmarks/scaling.cc measures time.
+// counted, because times depend on the machine.
 
 #include <set>
 
