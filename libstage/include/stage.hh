@@ -62,6 +62,7 @@
 #include "models/wifi.hh"
 #include "whatif/branches.hh"
 #include "whatif/consequence_engine.hh"
+#include "world/plugin_stamp.hh"
 #include "world/ray_caster.hh"
 #include "world/snapshot.hh"
 #include "world/statistics.hh"

@@ -51,11 +51,12 @@ void WorldEngine::LoadController(Model* model, const std::string& text) {
   std::string error;
   void* library = OpenPlugin(name, &error);
   void* init = library ? FindSymbol(library, "Init", &error) : nullptr;
+  const bool elsewhere = error.starts_with("there is no ");
   if (!init)
     throw LoadError("controller " + messages::Quoted(name) + " can't be " +
                         (library ? "used" : "loaded") + ": " +
                         messages::Shortened(error, messages::kLongestDetail) +
-                        (library ? "" : "; STAGEPATH names further folders to look in"),
+                        (elsewhere ? "; STAGEPATH names further folders to look in" : ""),
                     255);
   controller_arguments.push_back(std::make_unique<CtrlArgs>(text, World::ctrlargs));
   model->AddCallback(Model::CB_INIT, reinterpret_cast<model_callback_t>(init),

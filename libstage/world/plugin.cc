@@ -3,6 +3,7 @@
 #include "world/plugin.hh"
 
 #include <dlfcn.h>
+#include <link.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -61,17 +62,24 @@ void* Open(const std::string& file, std::string* error) {
 }
 
 /// Opens a plug-in file after checking it.
-void* OpenFile(const std::string& path, std::string* error) {
+void* OpenFile(const std::string& path, Stamp stamp, std::string* error) {
   *error = FaultOfPlugin(path, OwnLibrary().dli_fbase);
+  if (error->empty() && stamp == Stamp::kRequired) *error = FaultOfStamp(path);
   return error->empty() ? Open(path, error) : nullptr;
+}
+
+/// Returns the file of an open library.
+std::string PathOf(void* handle) {
+  const link_map* map = nullptr;
+  return dlinfo(handle, RTLD_DI_LINKMAP, &map) == 0 && map ? map->l_name : "";
 }
 
 }  // namespace
 
-void* OpenPlugin(const std::string& name, std::string* error) {
+void* OpenPlugin(const std::string& name, std::string* error, Stamp stamp) {
   const std::string file = WithSuffix(name);
   if (name.find('/') != std::string::npos) {
-    void* const handle = OpenFile(file, error);
+    void* const handle = OpenFile(file, stamp, error);
     // The caller's message names the file already.
     if (error->starts_with(file + ": ")) error->erase(0, file.size() + 2);
     return handle;
@@ -80,14 +88,17 @@ void* OpenPlugin(const std::string& name, std::string* error) {
   std::string tried;
   for (const std::string& folder : PluginFolders()) {
     const std::string path = folder + "/" + file;
-    if (access(path.c_str(), F_OK) == 0) return OpenFile(path, error);
+    if (access(path.c_str(), F_OK) == 0) return OpenFile(path, stamp, error);
     tried += (tried.empty() ? "" : ", ") + folder;
   }
   for (const std::string& folder : FoldersOf("LD_LIBRARY_PATH")) {
     const std::string path = folder + "/" + file;
-    if (access(path.c_str(), F_OK) == 0) return OpenFile(path, error);
+    if (access(path.c_str(), F_OK) == 0) return OpenFile(path, stamp, error);
   }
-  if (void* handle = Open(file, error)) return handle;  // LD_LIBRARY_PATH, system folders
+  if (void* handle = Open(file, error)) {  // in a folder of the system
+    *error = stamp == Stamp::kRequired ? FaultOfStamp(PathOf(handle)) : "";
+    return error->empty() ? handle : nullptr;
+  }
   *error = "there is no " + messages::Shortened(file, kFewBytes) + " in " + tried +
            " nor where the system looks";
   return nullptr;

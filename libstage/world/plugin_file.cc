@@ -10,7 +10,10 @@
 
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 #include <vector>
+
+#include "world/plugin_stamp.hh"
 
 namespace Stg {
 
@@ -53,15 +56,35 @@ bool IsForThisProcess(const ElfW(Ehdr) & header, const ElfW(Ehdr) & own) {
          header.e_ident[EI_DATA] == own.e_ident[EI_DATA] && header.e_machine == own.e_machine;
 }
 
+bool ReadSegments(const File& file, const ElfW(Ehdr) & header, std::vector<ElfW(Phdr)>* segments) {
+  if (header.e_phentsize != sizeof(ElfW(Phdr))) return false;
+  segments->resize(header.e_phnum);
+  return file.Read(segments->data(), segments->size() * sizeof(ElfW(Phdr)), header.e_phoff);
+}
+
 /// True if all segments that the loader reads lie within the file.
 bool IsWhole(const File& file, const ElfW(Ehdr) & header, uint64_t size) {
-  if (header.e_phentsize != sizeof(ElfW(Phdr))) return false;
-  std::vector<ElfW(Phdr)> segments(header.e_phnum);
-  const size_t bytes = segments.size() * sizeof(ElfW(Phdr));
-  if (!file.Read(segments.data(), bytes, header.e_phoff)) return false;
+  std::vector<ElfW(Phdr)> segments;
+  if (!ReadSegments(file, header, &segments)) return false;
   for (const ElfW(Phdr) & segment : segments)
     if (segment.p_offset > size || segment.p_filesz > size - segment.p_offset) return false;
   return true;
+}
+
+/// Appends the stamps among the ELF notes of a segment.
+void AppendStamps(std::string_view notes, std::vector<std::string>* stamps) {
+  const auto aligned = [](uint64_t size) { return (size + 3) / 4 * 4; };
+  ElfW(Nhdr) head;
+  while (notes.size() >= sizeof head) {
+    std::memcpy(&head, notes.data(), sizeof head);
+    const uint64_t stamp_at = sizeof head + aligned(head.n_namesz);
+    const uint64_t end = stamp_at + aligned(head.n_descsz);
+    if (head.n_namesz == 0 || end > notes.size()) return;  // padding, or not a note
+    const std::string_view stamp = notes.substr(static_cast<size_t>(stamp_at), head.n_descsz);
+    if (notes.substr(sizeof head, head.n_namesz) == std::string_view("Stage", 6))
+      stamps->emplace_back(stamp.substr(0, stamp.find('\0')));
+    notes.remove_prefix(static_cast<size_t>(end));
+  }
 }
 
 }  // namespace
@@ -80,6 +103,29 @@ std::string FaultOfPlugin(const std::string& path, const void* own_header) {
     return path + " is a shared library for other processors";
   if (!IsWhole(file, header, static_cast<uint64_t>(status.st_size)))
     return path + " has been cut short";
+  return "";
+}
+
+std::string FaultOfStamp(const std::string& path) {
+  constexpr size_t kLargest = 1 << 20;  // bytes of notes
+  const File file(path);
+  ElfW(Ehdr) header;
+  std::vector<ElfW(Phdr)> segments;
+  if (!file.is_open() || !file.Read(&header, sizeof header, 0) ||
+      !ReadSegments(file, header, &segments))
+    return "";
+  std::vector<std::string> stamps;
+  for (const ElfW(Phdr) & segment : segments) {
+    if (segment.p_type != PT_NOTE || segment.p_filesz > kLargest) continue;
+    std::string notes(segment.p_filesz, '\0');
+    if (file.Read(notes.data(), notes.size(), segment.p_offset)) AppendStamps(notes, &stamps);
+  }
+  constexpr char kAdvice[] = ", expected " STAGE_PLUGIN_STAMP "; build it anew";
+  if (stamps.empty())
+    return path + " was built for headers of an older version of Stage, without a stamp" + kAdvice;
+  for (const std::string& stamp : stamps)
+    if (stamp != STAGE_PLUGIN_STAMP)
+      return path + " was built for headers of another version of Stage: found " + stamp + kAdvice;
   return "";
 }
 

@@ -14,6 +14,10 @@ namespace Stg {
 /// is the ELF header of a loaded library, or null.
 std::string FaultOfPlugin(const std::string& path, const void* own_header);
 
+/// Returns why a plug-in does not fit the headers of this library, or "" if it does: it must carry
+/// STAGE_PLUGIN_STAMP and no other stamp. A file that cannot be read has no fault.
+std::string FaultOfStamp(const std::string& path);
+
 }  // namespace Stg
 
 #endif

@@ -44,7 +44,7 @@ std::string FaultOf(const Backend& backend) {
 /// Opens the backend of a plug-in. Returns null and the reason in *message on failure.
 const Backend* OpenBackend(const std::string& name, std::string* message) {
   std::string error;
-  void* const plugin = OpenPlugin(name, &error);
+  void* const plugin = OpenPlugin(name, &error, Stamp::kNone);
   const void* const symbol = plugin ? FindSymbol(plugin, "stage_backend", &error) : nullptr;
   if (plugin && !symbol)
     error += "; expected version " + std::to_string(sensing::kBackendVersion) + " of it";
