@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The commands of README and of all pages work, in the order in which they stand.
+"""The commands in README and on all pages work, in their order.
 
-Each `stage ...` is run in a folder that looks like the source tree, with the PATH that the page prescribes, without a
-window and for a moment only. `cmake --install` installs into that folder, Python imports the package, and a command of
-the tree (tools/..., build/release/...) has to be there. Not run are commands that install packages of the system or of
-PyPI (apt, pip, git), and those of ROS, whose tests are in tests/ros. tutorial_test.py and guides_test.py compile what
-their pages show, install_test.py does it for README. The full form runs all of README's own commands in a bare tree:
+Each `stage ...` runs in a folder that looks like the source tree, with the PATH that the page prescribes, without a
+window and only for a moment. `cmake --install` installs into that folder, Python imports the package, and commands of
+the tree (tools/..., build/release/...) must exist. Commands that install packages of the system or of PyPI (apt, pip,
+git) and those of ROS, which tests/ros tests, are not run. tutorial_test.py and guides_test.py compile the code of
+their pages, install_test.py that of README. The full form runs all of README's commands in a bare tree:
 tools/fresh bookworm python3 tests/docs/docs_commands_test.py --full after tools/setup --tools has brought Python."""
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ FULL = "--full" in sys.argv
 PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.stem != "tutorial"),
          ROOT / "examples/model/README.md"]
 EXPORT = "export PATH=$PWD/build/release/bin:$PATH"
-# Commands that wait for somebody, or need what is not in every build.
+# Commands that wait for a user, or need components that are not in every build.
 NOT_RUN = ("--live", "--foxglove", "--opencl", "report")
 PROGRAMS = r"stage|tools/\w+|build/release/\S+|export|cmake --install|build/venv/bin/python"
 LINE = re.compile(rf"^(?: {{4}}|\$ )?((?:[A-Z]+=\S+ )*(?:{PROGRAMS})(?: .*)?)$")
@@ -38,7 +38,7 @@ INLINE = re.compile(r"`((?:stage|tools/\w+|export|cmake --install) [^`]+)`")
 
 
 def commands_of(page: Path) -> list[str]:
-    """In their order; comments and what follows a semicolon are left out, and those with placeholders such as WORLD."""
+    """The commands in order, without comments, text after a semicolon, and commands with placeholders such as WORLD."""
     found = []
     for line in page.read_text(encoding="utf-8").splitlines():
         block = LINE.match(line)
@@ -49,7 +49,7 @@ def commands_of(page: Path) -> list[str]:
 
 
 def shortened(words: list[str]) -> list[str]:
-    """The same without a window, and for a second of simulated time at most."""
+    """The command without a window, and with at most a second of simulated time."""
     if FULL:
         return words
     if words[1] == "sweep":
@@ -66,7 +66,7 @@ def shortened(words: list[str]) -> list[str]:
 
 
 class Place:
-    """A folder that looks like the source tree; what commands write goes elsewhere than there."""
+    """A folder that looks like the source tree; commands write to another place."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -113,7 +113,7 @@ class DocsCommandsTest(unittest.TestCase):
             variables.append(words.pop(0))
         if words[0].startswith("tools/") or words[0].startswith("build/release/benchmarks/"):
             self.assertTrue((ROOT / words[0]).exists() or words[0].startswith("build/"), f"{page}: {text}")
-            trees = words[0] in ("tools/fresh", "tools/cross")  # they make trees of their own
+            trees = words[0] in ("tools/fresh", "tools/cross")  # these commands make their own trees
             if words[0] != "tools/populate" and (not FULL or page.parent != ROOT or trees):
                 return
         elif words[0] == "stage" and not any(re.search(r"\.(world|mcap)$|^out$", word) for word in words):
@@ -132,7 +132,7 @@ class DocsCommandsTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, f"{page}: {text}\n{shlex.join(words)}\n{done.stdout[-2000:]}")
 
     def test_budget_prints_what_the_page_shows(self) -> None:
-        """Its figures are an example's."""
+        """The output has the format of the page, whose figures are an example."""
         page = (ROOT / "docs" / "what-if.md").read_text(encoding="utf-8")
         shown = page.split("$ stage --budget-ms 50 worlds/corridor.world\n")[1].split("```")[0]
         done = subprocess.run([BINARY_DIR / "bin" / "stage", "--budget-ms", "50", "worlds/corridor.world"], cwd=ROOT,

@@ -1,8 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The documents are finished: no word that stands for a text to come, no empty section. Links within
-the sources lead somewhere, docs/README.md lists all pages, and the terms of the glossary are those of
-the sources."""
+"""The documents are complete: they have no placeholders, empty sections or broken links within the
+sources. docs/README.md lists all pages, and the terms of the glossary are used in the sources."""
 
 from __future__ import annotations
 
@@ -17,13 +16,13 @@ NOT_OURS = {"build", ".git", ".cache"}
 CODE = re.compile(r"`[^`]*`")
 UNFINISHED = re.compile(r"\b(TODO|FIXME|XXX+|TBD|T\.B\.D|lorem ipsum|fill in|placeholders?)\b",
                         re.IGNORECASE)
-# A word that a script or a person meant to replace: alone in its line, or in its cell of a table.
+# A placeholder in capitals that is alone in a line or in a cell of a table.
 LONE_WORD = re.compile(r"^\W*[A-Z][A-Z0-9]*([_ ][A-Z0-9]+)*\W*$")
 SHORT = 4  # letters: what is shorter may be a name, such as GPU
 
 
 def prose(text: str) -> list[str]:
-    """The lines; those of code are empty, and so is code within a line."""
+    """The lines with all code replaced by empty text."""
     lines, fenced = [], False
     for line in text.splitlines():
         if line.lstrip().startswith("```"):
@@ -34,7 +33,7 @@ def prose(text: str) -> list[str]:
 
 
 def level(line: str) -> int:
-    """Of a heading; 0 if it is none."""
+    """The level of a heading; 0: the line is no heading."""
     return len(line) - len(line.lstrip("#")) if re.match(r"#+ ", line) else 0
 
 
@@ -50,7 +49,7 @@ def words_to_replace(lines: list[str]) -> list[str]:
 
 
 def empty_sections(text: str, lines: list[str]) -> list[str]:
-    """A heading, and then nothing but the next one of its kind, or the end."""
+    """Headings without any text before the next heading of the same or a higher level."""
     written = text.splitlines()
     headings = [i for i, line in enumerate(lines) if level(line)]
     faults = []
@@ -62,7 +61,7 @@ def empty_sections(text: str, lines: list[str]) -> list[str]:
 
 
 def unfinished(text: str) -> list[str]:
-    """What is wrong with a document: "LINE: reason"."""
+    """The defects of a document as "LINE: reason"."""
     lines = prose(text)
     return words_to_replace(lines) + empty_sections(text, lines)
 
@@ -82,7 +81,7 @@ ELSEWHERE = re.compile(r"[a-z]+:", re.IGNORECASE)  # https: and the like
 
 
 def anchors(text: str) -> set[str]:
-    """Those that GitHub gives to the headings."""
+    """The anchors that GitHub gives to headings."""
     found: set[str] = set()
     outside = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
     for heading in re.findall(r"^#+ +(.*?) *$", outside, re.MULTILINE):
@@ -111,7 +110,7 @@ def broken_links(document: Path, text: str) -> list[str]:
 
 
 def listed_pages(index: str) -> list[str]:
-    """Pages of the same folder that are linked to, with some words on each."""
+    """The pages of the same folder that an index links to with a description."""
     return re.findall(r"^\d+\. \[[^\]]+\]\(([\w-]+\.md)\): \S+ .*\w", index, re.MULTILINE)
 
 
@@ -145,7 +144,7 @@ class LinksTest(unittest.TestCase):
 # ---- the glossary ----
 
 def plain(text: str) -> str:
-    """Without what tells HitList, hit_list and hit list apart."""
+    """Normalizes a term, so that HitList, hit_list and hit list are equal."""
     return re.sub(r"[\s_]+", "", text).lower()
 
 

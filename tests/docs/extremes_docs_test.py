@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""docs/extremes.md and the tests of the extremes name each other: no promise without a test."""
+"""docs/extremes.md cites exactly the tests of extremes, so that each promise has a test."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def tests_in_sources() -> set[str]:
 
 
 def tests_in_docs() -> set[str]:
-    """What stands in the last column of the tables, or elsewhere in the text."""
+    """The tests cited in the last column of the tables or elsewhere in the text."""
     names = set()
     for line in (ROOT / "docs" / "extremes.md").read_text().splitlines():
         place = line.rstrip("|").rsplit("|", 1)[-1] if line.startswith("|") else line

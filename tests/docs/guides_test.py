@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The guides to controllers and to model types do what they say: their files are written and their commands run, in a
-home folder of their own, with an installation of this build."""
+"""The files and commands of the guides to controllers and to model types work, in a separate home folder with an
+installation of this build."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class GuidesTest(unittest.TestCase):
         return self.home.run(command.replace("cmake --install build/release", f"cmake --install '{BINARY_DIR}'"))
 
     def test_controller_guide(self) -> None:
-        """All files and commands, in their order; the controller compiles without warnings and moves its robot."""
+        """All files and commands work in order; the controller compiles without warnings and moves its robot."""
         page = CONTROLLERS.read_text(encoding="utf-8")
         blocks = FENCED.findall(page)
         self.assertEqual([language for language, _ in blocks], ["cpp", "sh", "", "sh"])
@@ -52,7 +52,7 @@ class GuidesTest(unittest.TestCase):
         self.run_here("c++ -std=c++17 -Wall -Wextra -Werror -fsyntax-only $(pkg-config --cflags stage) follow_wall.cc")
 
     def test_model_type_guide(self) -> None:
-        """Outside of the tree, the plug-in is built by the page's CMakeLists.txt and found as the page says."""
+        """The page's CMakeLists.txt builds the plug-in outside of the tree, and it is found as documented."""
         page = MODELS.read_text(encoding="utf-8").split("## Compile it elsewhere\n")[1]
         lists = "".join(line[4:] + "\n" for line in page.split("\n## ")[0].splitlines() if line.startswith("    "))
         self.assertIn("project(sonar", lists)
@@ -63,7 +63,7 @@ class GuidesTest(unittest.TestCase):
         (folder / "CMakeLists.txt").write_text(lists, encoding="utf-8")
         self.run_here("cmake --install build/release --prefix ~/stage-5\ncd sonar\n"
                       "cmake -DCMAKE_PREFIX_PATH=~/stage-5 . && cmake --build .")
-        # The installation brings the plug-in of the example, which must not be taken for the one built here.
+        # Remove the installed plug-in of the example, which must not be mistaken for the one built here.
         for other in (self.home.folder / "stage-5").rglob("sonar_ring.so"):
             other.unlink()
         run = found[1].replace("stage ", "~/stage-5/bin/stage -g --duration 1 ")

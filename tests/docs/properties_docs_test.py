@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""docs/properties.md has every property there is, and each row names a test that uses it."""
+"""docs/properties.md documents every property, and each row names a test that uses it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def properties_in_table() -> list[tuple[str, str]]:
 
 
 def cells(line: str) -> list[str]:
-    """Those of a line of a table."""
+    """The cells of a line of a table."""
     return [cell.strip() for cell in line.strip().strip("|").split("|")]
 
 
@@ -72,18 +72,18 @@ def source_of(test: str) -> Path | None:
 
 
 def strings_of(text: str) -> str:
-    """The string literals of a source, one a line: properties are set in the text of worlds."""
+    """The string literals of a source, one per line; worlds in tests are string literals."""
     text = re.sub(r"^#include.*", "", text, flags=re.MULTILINE)
     raw = [match[1] for match in RAW_STRING.findall(text)]
-    # `\"` and `\n` are not to run into the words beside them.
+    # Replace escapes such as `\n` by blanks, so that they don't join adjacent words.
     plain = [re.sub(r"\\.", " ", match) for match in STRING.findall(RAW_STRING.sub("", text))]
     return "\n".join(raw + plain)
 
 
 @cache
 def texts_that_use(test: str) -> str:
-    """What a test hands to the reader of worlds: its strings, those of the files in tests/ that it
-    includes, and the world files that it names. Of properties_test the table is all there is."""
+    """The texts of worlds in a test: its strings, those of the files in tests/ that it includes, and the
+    world files that it names. For properties_test, only the table."""
     path = source_of(test)
     if path is None:
         return ""
@@ -103,7 +103,7 @@ def texts_that_use(test: str) -> str:
 
 
 def pattern_of(name: str) -> re.Pattern[str]:
-    """Finds a property as a word. Any index will do for one that has an index."""
+    """A pattern that finds a property as a word, with any index if it has one."""
     base, bracket, _ = name.partition("[")
     end = r"\[" if bracket else r"(?![\w\[])"
     return re.compile(r"(?<!\w)" + re.escape(base) + end)

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The commands at the top of docs/sweeps.md print what stands there. Of the 80 runs only those are done that the page
-shows something of; tests/sweep/test_docs.py runs the page's Python."""
+"""The commands at the top of docs/sweeps.md give the output on the page. Of the 80 runs, only those in that output
+are done; tests/sweep/test_docs.py runs the page's Python."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SHOWN_RUNS = ("0:1", "17:18")
 
 
 def shown() -> dict[str, str]:
-    """What the page says that each command prints."""
+    """The output of each command on the page."""
     text = "".join(re.findall(r"^```console\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL))
     return {command: output for command, output in re.findall(r"^\$ (.*)\n((?:[^$].*\n)*)", text, re.MULTILINE)}
 
@@ -54,7 +54,7 @@ class SweepsDocsTest(unittest.TestCase):
             self.assertRegex(outputs[sweep], rf"^{runs} of {runs} runs done in \d+ s\n$")
             record = self.run_command(folder, grep)
             self.assertEqual(re.sub(r"/\S*/worlds/", "/home/me/stage/worlds/", record), outputs[grep])
-            # The replay gives the state hash of the record.
+            # The replay command gives the state hash of the record.
             replay = shlex.split(re.findall(r'"replay":"(.*)"', record)[0])
             hashed = self.run_command(folder, shlex.join(replay)).split()[-1]
             self.assertIn(f'"state_hash":"{hashed}"', (folder / "out/runs/000/000017.json").read_text())

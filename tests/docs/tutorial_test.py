@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""docs/tutorial.md does what it says: its files are written and its commands run, in a home of their
-own, with an installation of this build; then it is looked at what came out.
+"""The files and commands of docs/tutorial.md work in a separate home folder with an installation of this
+build, and give the documented results.
 
 STAGE_NEW_PICTURES=1 writes the pictures anew: look at each before you commit it."""
 
@@ -31,8 +31,8 @@ LARGEST_PICTURE = 60_000  # bytes
 
 PICTURE = re.compile(r"!\[[^\]]+\]\(([^)]+)\)")
 
-# Beside the controller of the page: says where its robot is, and whether it stands in front of
-# something.
+# A second controller beside that of the page, which reports the robot's position and whether an
+# obstacle is in front of it.
 WITNESS = """
 #include <cstdio>
 #include <stage.hh>
@@ -49,7 +49,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
 
 
 def extremes(picture: Image.Image) -> tuple[Image.Image, Image.Image]:
-    """The least and the greatest channel of each pixel."""
+    """The min and the max channel of each pixel."""
     red, green, blue = picture.split()
     return (ImageChops.darker(ImageChops.darker(red, green), blue),
             ImageChops.lighter(ImageChops.lighter(red, green), blue))
@@ -71,7 +71,7 @@ TOLERANCE = 0.015
 
 
 def robots_in(picture: Path) -> Image.Image:
-    """White where a robot is: neither as grey as walls nor as pale as data."""
+    """A mask that is white at robots, which are neither as grey as walls nor as pale as data."""
     with Image.open(picture) as image:
         least, greatest = extremes(image.convert("RGB"))
     dark = least.point([255 if value < 140 else 0 for value in range(256)])
@@ -81,8 +81,8 @@ def robots_in(picture: Path) -> Image.Image:
 
 
 def robots_elsewhere(a: Path, b: Path) -> int:
-    """Pixels of robots in one of the pictures with none within two pixels in the other. A robot that
-    is missing makes about a hundred."""
+    """The number of robot pixels in one picture without a robot pixel within two pixels in the other. A
+    missing robot gives about a hundred."""
     first, second = robots_in(a), robots_in(b)
     if first.size != second.size:
         return first.width * first.height
@@ -95,7 +95,7 @@ def robots_elsewhere(a: Path, b: Path) -> int:
 FEW_PIXELS = 20
 
 def no_pictures(folder: Path) -> str:
-    """Why there can be none here; empty if there can."""
+    """The reason why no pictures can be made here; empty if they can."""
     if not (BINARY_DIR / "lib" / "libstagegui.so").exists():
         return "built without the window"
     world = folder / "nothing.world"
@@ -108,7 +108,7 @@ def no_pictures(folder: Path) -> str:
 
 
 class PageTest(unittest.TestCase):
-    """Of the text alone."""
+    """Tests of the page's text."""
 
     def test_blocks_are_told_apart(self) -> None:
         found = blocks_of("Save this as `a.world`:\n\n```\nx 1\n```\n\nRun:\n\n```sh\nls\n```\n")
@@ -153,7 +153,7 @@ class TutorialTest(unittest.TestCase):
         home.mkdir()
         cls.home = Home(home)
         cls.robots = home / "robots"
-        cls.outputs: dict[str, str] = {}  # by command
+        cls.outputs: dict[str, str] = {}  # outputs by command
         for block in blocks_of(PAGE.read_text(encoding="utf-8")):
             if block.file:
                 (cls.robots / block.file).write_text(block.text, encoding="utf-8")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""docs/what-if.md shows parts of examples/what_if/choose.cc as they are, and what that prints."""
+"""docs/what-if.md quotes parts of examples/what_if/choose.cc and its output correctly."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def walk() -> str:
-    """The part of the page that the program belongs to."""
+    """The section of the page about the program."""
     return PAGE.split("## Ten minutes")[1].split("\n## ")[0]
 
 

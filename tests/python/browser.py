@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Chromium without a window, for tests of pages: what of its DevTools protocol they need."""
+"""Headless Chromium for tests of pages, controlled by its DevTools protocol."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
 
 
 def find_browser() -> str | None:
-    """The program, if there is one."""
+    """The path of Chromium, or None."""
     return next((path for path in map(shutil.which, PROGRAMS) if path), None)
 
 
 class Browser:
-    """A page in a Chromium of its own. Raises AssertionError for errors of the page's scripts."""
+    """A page in a separate Chromium. Errors of the page's scripts raise AssertionError."""
 
     def __init__(self, width: int = 1200, height: int = 760, *, dark: bool = False) -> None:
         self._folder = tempfile.mkdtemp(prefix="stage_browser_")
@@ -73,7 +73,7 @@ class Browser:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """What the method of the protocol returns."""
+        """Calls a method of the protocol and returns its result."""
         number = next(self._numbers)
         self._socket.send(json.dumps({"id": number, "method": method, "params": parameters}))
         while True:
@@ -87,18 +87,18 @@ class Browser:
                 return message["result"]
 
     def open(self, url: str) -> None:
-        """Until it is loaded."""
+        """Opens a page and waits until it is loaded."""
         self.call("Page.navigate", url=url)
         self.wait(f"location.href === {json.dumps(url)} && document.readyState === 'complete'")
 
     def value(self, expression: str) -> Any:
-        """Of JavaScript, in the page."""
+        """Evaluates a JavaScript expression in the page."""
         result = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
         assert "exceptionDetails" not in result, result
         return result["result"].get("value")
 
     def wait(self, expression: str, seconds: float = PATIENCE) -> None:
-        """Until the expression is true."""
+        """Waits until the expression is true."""
         end = time.monotonic() + seconds
         while not self.value(expression):
             assert time.monotonic() < end, f"still not so: {expression}"
@@ -112,7 +112,7 @@ class Browser:
                           **(text if kind == "keyDown" else {}))
 
     def mouse(self, kind: str, x: float, y: float, modifiers: int = 0) -> None:
-        """`kind`: Pressed, Moved or Released."""
+        """Sends a mouse event; `kind` is Pressed, Moved or Released."""
         self.call("Input.dispatchMouseEvent", type=f"mouse{kind}", x=x, y=y, button="left",
                   buttons=int(kind != "Released"), clickCount=1, modifiers=modifiers)
 
@@ -124,7 +124,7 @@ class Browser:
         self.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=pixels)
 
     def screenshot(self, file: str | os.PathLike[str]) -> bytes:
-        """Of the page, a PNG file."""
+        """Writes a PNG file with a screenshot of the page."""
         data = base64.b64decode(self.call("Page.captureScreenshot")["data"])
         Path(file).write_bytes(data)
         return data

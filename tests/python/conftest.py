@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the tests of the Python package share.
+"""Fixtures for tests of the Python package.
 
-They test whatever `import stagesim` finds: the build tree (PYTHONPATH=build/release/python) or an
+The tests use the package that `import stagesim` finds: the build tree (PYTHONPATH=build/release/python) or an
 installed wheel.
 """
 
@@ -25,13 +25,13 @@ ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().paren
 
 @pytest.fixture(scope="session")
 def root() -> Path:
-    """The top of the source tree."""
+    """The root of the source tree."""
     return ROOT
 
 
 @pytest.fixture(scope="session")
 def plugin_of(root: Path) -> Callable[[str, Path], Path]:
-    """Compiles a plug-in, such as a controller, from its text into that file."""
+    """A function that compiles a plug-in, such as a controller, from source text into a file."""
     compiler = shutil.which("c++")
     if not compiler:
         pytest.skip("needs a C++ compiler")
@@ -49,7 +49,7 @@ def plugin_of(root: Path) -> Callable[[str, Path], Path]:
 
 @pytest.fixture(scope="session")
 def hashes(root: Path) -> dict[tuple[str, int], str]:
-    """The fixed state hashes, with seed 5: by world and simulated seconds."""
+    """The stored state hashes with seed 5, by world and simulated seconds."""
     lines = (root / "tests" / "data" / "state_hashes.txt").read_text().splitlines()
     rows = [line.split() for line in lines if not line.startswith("#")]
     return {(world, int(seconds)): digits for world, seconds, digits in rows}
@@ -69,13 +69,13 @@ bot( name "c" pose [0 -2 0 180] )
 
 @pytest.fixture
 def room() -> str:
-    """A world file: three robots without controllers, a wall in front of the first."""
+    """A world file with three robots without controllers, and a wall in front of the first one."""
     return ROOM
 
 
 @pytest.fixture
 def server(room: str) -> Iterator[Any]:
-    """That world, shown by stagesim.live, paused."""
+    """A paused server of stagesim.live with the world of `room`."""
     from stagesim import World
     from stagesim.live import Server
 

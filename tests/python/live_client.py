@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Somebody who looks at a world through stagesim.live, for tests."""
+"""A client of stagesim.live for tests."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Message = tuple[dict[str, Any], bytes]
 
 
 def do(server: Server, what: Callable[[Run], Any]) -> Any:
-    """What an order returns."""
+    """Executes an order and returns its result."""
     return server.run.order(what).result(PATIENCE)
 
 
 class Client:
-    """Has the last scene and frame."""
+    """A client that keeps the last scene and frame."""
 
     def __init__(self, server: Server, **options: Any) -> None:
         address = server.url.replace("http", "ws", 1)
@@ -46,7 +46,7 @@ class Client:
         self.socket.send(json.dumps({"do": what, **parts}))
 
     def next(self) -> str:
-        """Takes one message; returns its type."""
+        """Receives one message and returns its type."""
         message = self.socket.recv(timeout=PATIENCE)
         assert isinstance(message, bytes)
         header, words = unpacked(message)
@@ -61,7 +61,7 @@ class Client:
         return str(header["type"])
 
     def until(self, holds: Callable[[], Any], seconds: float = PATIENCE) -> None:
-        """Takes messages until that holds after a frame."""
+        """Receives messages until the condition holds after a frame."""
         end = time.monotonic() + seconds
         while True:
             if self.next() == "frame" and holds():
@@ -99,9 +99,9 @@ class Client:
         return found
 
     def thing(self, name: str) -> int:
-        """The number of the thing of that name."""
+        """The id of the thing with this name."""
         return int(next(thing["id"] for thing in self.scene["things"] if thing["name"] == name))
 
     def place(self, name: str) -> np.ndarray:
-        """Where it is."""
+        """The place of the thing with this name."""
         return self.places[[thing["name"] for thing in self.scene["things"]].index(name)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Arguments that are none are refused in the project's words: what was found, and what was expected."""
+"""Invalid arguments are refused with messages that say what was found and what was expected."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import pytest
 import stagesim as st
 from stagesim import env as stage_env
 
-#: Neither integers, nor cut to some.
+#: Values that are not integers and must not be truncated to integers.
 NO_INTEGERS = (1.0, 2.5, np.float64(3), np.float32(1.5), "a", None, True, [1], 1j)
 NO_NUMBERS = ("a", None, [1.0], 1j, {})
 
 
 def refused(call: Callable[[], Any], name: str) -> None:
-    """With a TypeError in one line."""
+    """Expects a TypeError with a message of one line."""
     with pytest.raises(TypeError) as raised:
         call()
     text = str(raised.value)
@@ -104,7 +104,7 @@ def test_texts_and_truths(room: str) -> None:
 
 
 def test_batches_take_steps_as_worlds_do() -> None:
-    """The first argument of step() is how many, that of reset() a seed; `ids` chooses worlds."""
+    """The first argument of step() is the number of steps, that of reset() the seeds; `ids` selects worlds."""
     batch, world = st.Batch("arena.world", n=8, seeds=[7] * 8, threads=1), st.World("arena.world", seed=7)
     for one in (batch, world):
         one.step(5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Batches: many worlds, each to the last bit as it is alone."""
+"""Batches: many worlds, each bit-equal to a single world."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import stagesim as st
 
 @pytest.mark.parametrize("file", st.shipped_worlds())
 def test_each_world_is_as_alone(file: str) -> None:
-    """Whatever the number of worlds and threads."""
+    """Results do not depend on the numbers of worlds and threads."""
     alone = []
     for seed in range(4):
         world = st.World(file, seed=seed)
@@ -101,7 +101,7 @@ def test_rollout_is_what_steps_are() -> None:
     record = batch.rollout(told, n=2, record=("pose", "ranges", "stalled", "time"))
     assert record["pose"].shape == (12, 4, 5, 3)
     assert record["ranges"].shape == (12, 4, 5, 32)
-    assert other.ranges.shape == (4, 5, 32)  # from now on rangers work here too
+    assert other.ranges.shape == (4, 5, 32)  # subscribes to the rangers of this batch, too
     for i, moment in enumerate(told):
         other.cmd[...] = moment
         other.step(n=2)
@@ -185,7 +185,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
 
 @pytest.fixture(scope="module")
 def thrower(tmp_path_factory: pytest.TempPathFactory, plugin_of: Callable[[str, Path], Path]) -> Path:
-    """A controller that throws in worlds with an odd seed, and ends the one with seed 4."""
+    """A controller that throws in worlds with an odd seed, and quits in the world with seed 4."""
     folder = tmp_path_factory.mktemp("thrower")
     plugin_of(THROWER, folder / "thrower.so")
     (folder / "thrower.world").write_text(f'position( ctrl "{folder}/thrower.so" )\n')
@@ -212,7 +212,7 @@ def test_failures(thrower: Path) -> None:
 
 
 def test_world_whose_controller_throws(thrower: Path) -> None:
-    """The world can go on."""
+    """After an exception of a controller, the world can go on."""
     world = st.World(thrower, seed=1)
     with pytest.raises(st.StageError, match="an odd seed"):
         world.step(20)
@@ -265,7 +265,7 @@ def test_arguments_are_checked() -> None:
 
 
 def test_worlds_of_one_that_has_left_its_floor(tmp_path: Path) -> None:
-    """A robot drives to where nothing has been when the world was loaded: each way to its states is the same."""
+    """A robot drives into a region that was empty at loading; all ways to reach a state are equivalent."""
     file = tmp_path / "leave.world"
     file.write_text("resolution 0.02\nposition( name \"r\" pose [19 1 0 0] size [.4 .4 .4] alwayson 1\n"
                     "  camera( alwayson 1 resolution [8 8] ) )\n")

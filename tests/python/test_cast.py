@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""World.cast(): rays from anywhere."""
+"""World.cast(): rays from arbitrary poses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import stagesim as st
 @pytest.mark.parametrize(("file", "index"), [("hospital.world", 0), ("cave.world", 1)])
 @pytest.mark.parametrize("ray_model", ["cell", "exact"])
 def test_rangers_read_the_same(file: str, index: int, ray_model: str) -> None:
-    """All rays that meet no robot, from where the robots were before their last move."""
+    """Compares rays that hit no robot, from the robots' poses before their last move."""
     world = st.World(file, seed=3, ray_model=ray_model)
     fleet = world.fleet()
     scan = fleet.ranger(index)
@@ -28,10 +28,10 @@ def test_rangers_read_the_same(file: str, index: int, ray_model: str) -> None:
     height = robot.size[2] + robot.children[index].z + 0.01
     cast = world.cast(before, scan.bearings[0], scan.ranges.max(), z=height)
     seen = scan.ranges
-    # To the last bit, unless the origin has been rounded otherwise.
+    # Results are bit-equal unless the origin was rounded differently.
     same = cast == seen if ahead == 0 else np.isclose(cast, seen, rtol=0, atol=1e-9)
     assert same.mean() > 0.9
-    # What differs is what robots stand before.
+    # Other rays differ because a robot is in front.
     assert (seen[~same] < cast[~same]).all()
     assert same.all(axis=1).sum() >= 10
 

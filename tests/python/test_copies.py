@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Worlds, batches and environments that are copied, in this process or into another one, go on as the original does."""
+"""Copies of worlds, batches and environments, in this process or another one, continue as the original does."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_batch(copied: Callable[[Any], Any]) -> None:
 
 
 def run(env: Any, actions: np.ndarray) -> list[Any]:
-    """What comes of the actions."""
+    """The results of the actions."""
     return [tuple(np.asarray(part).tolist() for part in env.step(action)[:4]) for action in actions]
 
 
@@ -103,7 +103,7 @@ ENVIRONMENTS = {
 @pytest.mark.parametrize("copied", COPIES)
 @pytest.mark.parametrize("kind", ENVIRONMENTS)
 def test_environment(copied: Callable[[Any], Any], kind: str) -> None:
-    """In the middle of an episode."""
+    """Environments can be copied in the middle of an episode."""
     original = ENVIRONMENTS[kind]()
     original.reset(seed=3)
     random = np.random.default_rng(1)
@@ -125,14 +125,14 @@ def test_parallel_environment(copied: Callable[[Any], Any]) -> None:
 
 
 def state_after(given: tuple[st.World, Any]) -> tuple[str, list[float]]:
-    """For a process of its own."""
+    """Called in a separate process: the state after some steps."""
     world, env = given
     world.step(5)
     return world.state_hash(), env.step(np.zeros(env.action_space.shape))[0].tolist()
 
 
 def test_processes() -> None:
-    """That begin with an empty memory."""
+    """Copies work in spawned processes, which start with empty memory."""
     world, env = st.World("cave.world", seed=2, controllers=False), ENVIRONMENTS["single"]()
     world.step(3)
     env.reset(seed=5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""docs/python.md does what it says, and docs/python_api.md is what the docstrings make."""
+"""The code of docs/python.md works, and docs/python_api.md is up to date with the docstrings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 
 
 def test_walk(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each block of Python, one after the other, prints what stands behind it."""
+    """Each block of Python, executed in order, prints the output that follows it."""
     page = root / "docs" / "python.md"
     if not page.exists():
         pytest.skip("there is no docs/python.md")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A program that ends while its threads still use worlds ends cleanly: with its own status, and without a word."""
+"""A program that exits while its threads use worlds exits cleanly: with its own status and without output."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import sys
 import pytest
 from patience import PATIENCE
 
-#: What goes on when the program ends: each is a program that has begun it when it has run.
+#: Activities during the exit: each is a program that has started its activity when it returns.
 BEGUN = {
     "world": "world = st.World('arena.world'); forever(lambda: world.step(100))",
     "world, one step a call": "world = st.World('arena.world'); forever(world.step)",
@@ -40,7 +40,7 @@ BEGUN = {
     "foxglove": "from stagesim.live import Server; "
                 "server = Server(st.World('arena.world'), speed=0, port=None, foxglove=0).start()",
 }
-#: How the program ends, with the status that it has then, and what it prints as its last line.
+#: Ways to exit: the code, the expected status, and the last line of output.
 ENDS = {"at its end": ("", 0, ""), "exit": ("sys.exit(3)", 3, ""),
         "exception": ("raise ValueError('mine')", 1, "ValueError: mine"),
         "interrupt": ("signal.raise_signal(signal.SIGINT)", -signal.SIGINT, "KeyboardInterrupt")}
@@ -83,7 +83,7 @@ def test_program_ends_with_its_own_status_and_no_word(begun: str, end: str) -> N
 
 
 def test_program_ends_although_a_controller_never_returns() -> None:
-    """It waits a while, and no longer."""
+    """The exit waits only for a limited time."""
     pytest.importorskip("websockets", reason="the package websockets is not installed: tools/setup --live")
     begun = ("from stagesim.live import Server; server = Server(st.World('arena.world'), "
              "control=lambda world: time.sleep(1000)).start()")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Environments: what the checkers of Gymnasium and PettingZoo say, seeds, and many worlds beside single ones."""
+"""Environments: the checkers of Gymnasium and PettingZoo, seeds, and many worlds compared with single ones."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TASKS = sorted(stage_env.TASKS)
 
 
 def assert_same(found: Any, expected: Any) -> None:
-    """To the last bit, types and all."""
+    """Expects bit-equal values of the same types."""
     assert type(found) is type(expected)
     if isinstance(found, dict):
         assert sorted(found) == sorted(expected)
@@ -69,7 +69,7 @@ def test_pettingzoo_api(name: str) -> None:
 
 @pytest.mark.parametrize("name", TASKS)
 def test_pettingzoo_seeds(name: str) -> None:
-    """That test makes one step: so all of an episode, too."""
+    """PettingZoo's own test makes only one step, so a whole episode is compared here."""
     parallel_seed_test(lambda: st.env.parallel_env(task=name))
     records = []
     for _ in range(2):
@@ -97,7 +97,7 @@ CASES: dict[str, Callable[[], tuple[str | None, Any]]] = {
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 @pytest.mark.parametrize("case", CASES)
 def test_vector_is_single_ones(case: str, mode: AutoresetMode) -> None:
-    """Step by step, to the last bit, against gymnasium's own."""
+    """Every step is bit-equal to Gymnasium's SyncVectorEnv."""
     n = 7
     world, task = CASES[case]()
     ours = stage_env.StageVectorEnv(n, world, task, threads=2, autoreset_mode=mode)
@@ -129,7 +129,7 @@ def test_vector_is_single_ones(case: str, mode: AutoresetMode) -> None:
 
 
 def test_number_of_worlds_and_threads_change_nothing() -> None:
-    """Also where NumPy works on several numbers at once."""
+    """Results must not depend on NumPy's vectorized loops."""
     many = stage_env.StageVectorEnv(33, task="Disperse", threads=3)
     few = stage_env.StageVectorEnv(4, task="Disperse", threads=1)
     assert_same(many.reset(seed=1)[0][:4].copy(), few.reset(seed=1)[0])
@@ -179,7 +179,7 @@ def test_make_vec_with_other_arguments() -> None:
 
 
 def episode(env: Any, **seed: int) -> tuple[Any, ...]:
-    """Its beginning, and what comes of the same actions each time."""
+    """The initial observation of an episode, and the results of fixed actions."""
     record = [env.reset(**seed)[0]]
     random = np.random.default_rng(9)
     for _ in range(12):
@@ -226,7 +226,7 @@ def test_seeds_of_a_vector() -> None:
 
 
 def test_worlds_have_seeds_of_their_own() -> None:
-    """Noise and controllers differ between episodes, too."""
+    """Noise and controllers also differ between episodes."""
     env = stage_env.StageVectorEnv(3, threads=1)
     env.reset(seed=1)
     seeds = env._episodes.batch.seeds  # noqa: SLF001
@@ -239,7 +239,7 @@ def test_worlds_have_seeds_of_their_own() -> None:
 
 @pytest.mark.parametrize("name", TASKS)
 def test_nothing_is_shared(name: str) -> None:
-    """Neither between calls nor with the worlds."""
+    """Returned arrays share no memory with other calls or with the worlds."""
     task = stage_env.TASKS[name](limit=3)
     single = stage_env.StageEnv(task=task)
     vector = stage_env.StageVectorEnv(2, task=task, threads=1, autoreset_mode="SameStep")
@@ -261,7 +261,7 @@ def test_nothing_is_shared(name: str) -> None:
 
 
 class Countdown(st.env.Task):
-    """Robot i comes to its end after i + 1 actions, with a reward of i + 1 each time."""
+    """A task that terminates robot i after i + 1 actions, with a reward of i + 1 per action."""
 
     limit = 4
     steps = 1
@@ -367,7 +367,7 @@ def test_actions_are_clipped_and_told() -> None:
 
 
 class Decimated(st.env.Scene):
-    """As if a controller had deleted the second robot."""
+    """A scene in which the second robot seems to be deleted."""
 
     @property
     def pose(self) -> Any:
@@ -378,7 +378,7 @@ class Decimated(st.env.Scene):
 
 @pytest.mark.parametrize("name", TASKS)
 def test_robots_that_are_deleted_come_to_their_end(name: str) -> None:
-    """What they observe is in the space then."""
+    """The observations of deleted robots are in the observation space."""
     env = st.env.parallel_env(None if name == "Measured" else "forage.world", name)
     env.reset(seed=2)
     env._episodes.scene.__class__ = Decimated  # noqa: SLF001
@@ -392,9 +392,9 @@ def test_robots_that_are_deleted_come_to_their_end(name: str) -> None:
 
 
 def test_worlds_that_quit_or_fail() -> None:
-    """A controller that wants to quit cuts the episode off; a world that has failed is an error, until reset."""
+    """A controller that quits truncates the episode; a failed world raises errors until reset()."""
     class Batch:
-        """In place of one whose worlds misbehave."""
+        """A stand-in for a batch whose worlds fail or quit."""
         class _core:  # noqa: N801
             @staticmethod
             def failures() -> dict[int, str]:
@@ -426,7 +426,7 @@ BEARINGS = np.radians(np.linspace(-174.375, 174.375, 32))
 
 
 def drive_to_goal(observations: Any) -> Any:
-    """For all robots: where it is free and not far from the goal's direction; back from what is too near."""
+    """A policy: drive in a free direction near that of the goal, and back away from near obstacles."""
     goal, ranges = observations[..., -36:-34], 4 * observations[..., -32:]
     around = np.stack([np.roll(ranges, shift, -1) for shift in range(-2, 3)])
     likes = np.cos(BEARINGS - np.arctan2(goal[..., 1:], goal[..., :1])) + 2 * np.minimum(around.min(0), 0.8)
@@ -437,7 +437,7 @@ def drive_to_goal(observations: Any) -> Any:
 
 
 def play(name: str, policy: Callable[[Any], Any]) -> tuple[float, dict[str, Any]]:
-    """Mean reward of ten episodes, and the infos of their ends."""
+    """The mean reward of ten episodes, and their final infos."""
     env = stage_env.StageVectorEnv(10, task=name, autoreset_mode="Disabled")
     observations, _ = env.reset(seed=50)
     total, over = np.zeros(10), np.zeros(10, bool)
@@ -455,7 +455,7 @@ def play(name: str, policy: Callable[[Any], Any]) -> tuple[float, dict[str, Any]
 
 
 def test_tasks_can_be_done() -> None:
-    """A simple policy does better than chance does, by far."""
+    """A simple policy is much better than random actions."""
     def chance(seen: Any) -> Any:
         return random.uniform(-1, 1, (*seen.shape[:2], 2))
 
@@ -572,7 +572,7 @@ def test_things_are_fetched_and_brought() -> None:
 
 
 def test_places(room: str) -> None:
-    """Where a way leads to: not behind walls, and not into hollow bodies."""
+    """Reachable places are neither behind walls nor inside of hollow bodies."""
     places = st.env.reachable_places(st.World("navigate.world"), [0, 0])
     assert places[0].tolist() == [0, 0]
     assert np.abs(places).max() <= 3.7

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The programs of examples/python do what they say."""
+"""The programs in examples/python work as documented."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NAMES = ("crowd", "evolution", "particle_filter", "training")
 
 
 def figures(root: Path, name: str, *arguments: str) -> dict[str, Any]:
-    """What its main() returns."""
+    """The result of the program's main()."""
     spec = importlib.util.spec_from_file_location(name, root / "examples" / "python" / f"{name}.py")
     assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)
@@ -37,17 +37,17 @@ def test_help(root: Path, name: str) -> None:
 
 
 def test_crowd(root: Path, tmp_path: Path) -> None:
-    """Most drive, few get stuck."""
+    """Most robots drive, few get stuck."""
     pytest.importorskip("PIL.Image")
     found = figures(root, "crowd", "--film", str(tmp_path / "crowd.gif"))
     assert found["robots"] == 100
-    assert found["metres"] > 3  # of 5 that are possible
+    assert found["metres"] > 3  # out of at most 5
     assert found["stalled"] < 0.05
     assert (tmp_path / "crowd.gif").read_bytes().startswith(b"GIF89a")
 
 
 def test_particle_filter(root: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The error falls."""
+    """The error decreases."""
     found = figures(root, "particle_filter")
     assert found["first"] > 1.5
     assert found["last"] < 0.3
@@ -55,7 +55,7 @@ def test_particle_filter(root: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_evolution(root: Path) -> None:
-    """Controllers get better, and whether threads or processes try them makes no difference."""
+    """Controllers improve, and threads and processes give the same results."""
     pytest.importorskip("cma")
     found = figures(root, "evolution", "--executor", "threads")
     assert found["tried"] == 64
@@ -67,7 +67,7 @@ def test_evolution(root: Path) -> None:
 
 
 def test_training(root: Path) -> None:
-    """The reward rises, to more than going straight gets."""
+    """The reward rises above that of driving straight ahead."""
     found = figures(root, "training")
     assert found["after"] > found["before"] + 2
     assert found["after"] > found["straight"] + 1

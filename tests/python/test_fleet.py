@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Fleets: live arrays of robots, and commands by NumPy."""
+"""Fleets: live arrays of robots, and commands as NumPy arrays."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import stagesim as st
 
 
 def test_program_of_the_walk() -> None:
-    """The one that the documentation begins with; and threads don't change it."""
+    """The first program of the documentation works and does not depend on threads."""
     found = set()
     for threads in (1, 2):
         w = st.World("hospital.world", seed=7, threads=threads)
@@ -49,7 +49,7 @@ def test_arrays_are_what_models_say() -> None:
 
 
 def test_reading_does_not_change_the_run() -> None:
-    """Controllers have subscribed to what the fleet reads."""
+    """Reading arrays of sensors that controllers subscribe to does not change the run."""
     world = st.World("cave.world", seed=5)
     fleet = world.fleet()
     for read in (fleet.pose, fleet.energy, fleet.ranger().ranges, fleet.ranger().bearings):
@@ -90,7 +90,7 @@ def test_ranger_views(room: str) -> None:
 
 
 def test_ring_of_sensors_is_one_ranger() -> None:
-    """Sixteen sonars: where each ray begins and points to is told in the robot's frame."""
+    """Sixteen sonars have origins and bearings in the robot's frame."""
     world = st.World.from_text("""
 include "sensors.inc"
 position( pose [1 1 0 90] size [0.4 0.4 0.2] sonar_ring( pose [0.1 0 0 180] ) )
@@ -121,7 +121,7 @@ def test_commands(room: str) -> None:
 
 
 def test_commands_beside_controllers() -> None:
-    """Rows of NaN leave a robot to its controller."""
+    """A robot with a row of NaN obeys its controller."""
     world = st.World("simple.world", seed=2)
     fleet = world.fleet()
     fleet.cmd[:] = np.nan
@@ -276,7 +276,7 @@ def test_views_when_the_world_is_gone(room: str) -> None:
 
 
 def test_views_outlive_the_names_of_their_world_and_fleet(room: str) -> None:
-    """A view alone goes on following the world."""
+    """A view alone keeps its world alive and up to date."""
     world = st.World.from_text(room)
     pose, cmd = world.fleet().pose, world.fleet().cmd
     gc.collect()
@@ -289,7 +289,7 @@ def test_views_outlive_the_names_of_their_world_and_fleet(room: str) -> None:
 
 
 def test_no_memory_is_lost() -> None:
-    """Views, fleets and worlds in a cycle are freed."""
+    """Reference cycles of views, fleets and worlds are freed."""
     import resource
 
     def use() -> None:

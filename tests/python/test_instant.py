@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Readings, estimates and true poses of one time belong to one instant: a mapper finds the walls."""
+"""Readings, estimates and true poses with the same time belong to one instant, so a mapper finds the walls."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 import stagesim as st
 
-# A square room, its walls' inner faces at x and y = +-5 m.
+# A square room, whose walls have inner faces at x, y = +-5 m.
 ROOM = """
 ray_model "exact"
 model( pose [0 5.5 0 0] size [12 1 10] )
@@ -31,7 +31,7 @@ position( name "r" size [0.4 0.4 0.4] pose [1 -2 0 30] localization "{localizati
 
 
 def placed(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """The poses `inner`, which are in the frames `outer`, in that of the world."""
+    """Transforms the poses `inner` from the frames `outer` to the world frame."""
     c, s = np.cos(outer[..., 2]), np.sin(outer[..., 2])
     x, y = inner[..., 0], inner[..., 1]
     return np.stack([outer[..., 0] + c * x - s * y, outer[..., 1] + s * x + c * y,
@@ -39,7 +39,7 @@ def placed(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
 
 
 def errors(poses: np.ndarray, scan: st.Ranger) -> np.ndarray:
-    """How far from the walls the end points are, seen from robots at these poses."""
+    """Distances of the scans' end points from the walls, for robots at these poses."""
     ends = scan.origins + scan.ranges[..., None] * np.stack([np.cos(scan.bearings), np.sin(scan.bearings)], -1)
     ends = placed(poses[..., None, :], np.concatenate([ends, np.zeros_like(ends[..., :1])], -1))
     return np.abs(np.abs(ends[..., :2]).max(-1) - 5)
@@ -50,7 +50,7 @@ def believed(fleet: st.Fleet | st.Batch, localization: str) -> np.ndarray:
 
 
 def told(what: str, found: list[np.ndarray]) -> float:
-    """The largest error; prints the table's row."""
+    """Prints a row of the table; returns the maximum error."""
     all_of = np.concatenate([each.ravel() for each in found]) * 1e3
     print(f"{what:60} {all_of.size:7} points, mm: median {np.median(all_of):8.3f}, "
           f"90 % {np.quantile(all_of, .9):8.3f}, max {all_of.max():8.3f}")
@@ -60,7 +60,7 @@ def told(what: str, found: list[np.ndarray]) -> float:
 @pytest.mark.parametrize("localization", ("gps", "odom"))
 @pytest.mark.parametrize("step", (5, 20, 100))
 def test_arrays_fit_together_after_every_step(step: int, localization: str) -> None:
-    """Robots and rangers with one interval: whenever the arrays are read."""
+    """With equal intervals of robots and rangers, arrays are consistent after every step."""
     with st.World.from_text(text_of(step, localization)) as world:
         fleet = world.fleet()
         scan = fleet.ranger()
@@ -164,4 +164,4 @@ def test_scans_that_the_page_shows_begin_where_they_were_taken() -> None:
         values = np.frombuffer(words, np.float32, 2 * count, 28)
         angles = a + values[count:]
         ends = np.array([x + values[:count] * np.cos(angles), y + values[:count] * np.sin(angles)])
-        assert np.abs(np.abs(ends).max(0) - 5).max() < 1e-4  # 32-bit floats
+        assert np.abs(np.abs(ends).max(0) - 5).max() < 1e-4  # rounding of 32-bit floats

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""stagesim.live: what a program that looks at a running world gets, and what its orders do."""
+"""stagesim.live: the data that clients get from a running world, and the effects of their orders."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def fleet_pose(server: Server) -> np.ndarray:
 
 @pytest.mark.parametrize("file", WORLDS)
 def test_every_shipped_world(file: str) -> None:
-    """Places are those of the fleet, and it is the run that there would be without anybody looking."""
+    """Places equal those of the fleet, and clients do not change the run."""
     other = st.World(file, seed=3)
     other.step(5)
     with Server(st.World(file, seed=3), paused=True) as server, Client(server) as client:
@@ -51,7 +51,7 @@ def test_every_shipped_world(file: str) -> None:
 def test_scans_are_the_readings(server: Server) -> None:
     with Client(server) as client:
         client.until(lambda: True)
-        assert client.scans == []  # nobody has asked the rangers for anything
+        assert client.scans == []  # the rangers have no subscribers
         for name in "ab":
             client.send("sense", thing=client.thing(name))
         client.send("step", count=3)
@@ -102,14 +102,14 @@ def test_scene_follows_what_is_made_and_deleted(server: Server) -> None:
         number, known = client.scene["scene"], len(client.shapes)
         do(server, lambda run: setattr(run.world.model("b"), "color", (0, 1, 0, 1)))
         client.until(lambda: client.scene["scene"] > number)
-        assert (client.scene["first"], len(client.scene["lengths"])) == (known, 1)  # only what is new
+        assert (client.scene["first"], len(client.scene["lengths"])) == (known, 1)  # only the new shapes
         do(server, lambda run: setattr(run.world.model("b"), "color", (1, 0, 0, 1)))
         client.until(lambda: client.scene["scene"] > number + 1)
         assert client.scene["lengths"] == []
 
 
 def test_shapes_without_end(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those that are not there any more are forgotten some time."""
+    """Shapes that no longer exist are dropped eventually."""
     monkeypatch.setattr(Shapes, "MOST", 10)
     with Client(server) as client:
         client.until(lambda: True)
@@ -145,10 +145,10 @@ def test_pause_step_and_go(server: Server) -> None:
 
 @pytest.mark.parametrize("speed", [0.5, 4.0])
 def test_pace(room: str, speed: float) -> None:
-    """Simulated time keeps to real time, times the speed."""
+    """Simulated time passes at real time multiplied by the speed."""
     with Server(st.World.from_text(room), speed=speed) as server:
         end = time.monotonic() + PATIENCE
-        while True:  # until the machine is not too busy for it
+        while True:  # repeats until the machine is not too busy
             first, began = do(server, lambda run: run.world.time), time.monotonic()
             time.sleep(1.5)
             passed = do(server, lambda run: run.world.time) - first
@@ -175,13 +175,13 @@ def test_drive_moves_the_right_robot_and_holds_for_a_while(server: Server) -> No
         client.send("pause", on=False)
 
         def has_driven() -> bool:
-            """The order is repeated as long as that takes."""
+            """Repeats the order until the robot has moved."""
             client.send("drive", thing=client.thing("b"), velocity=[0.5, 0, 0])
             return bool(client.place("b")[1] > 2.2)
 
         client.until(has_driven)
         deadline = time.monotonic() + PATIENCE
-        while do(server, lambda run: run.world.model("b").velocity) != (0, 0, 0):  # nobody repeats the order any more
+        while do(server, lambda run: run.world.model("b").velocity) != (0, 0, 0):  # waits until the order expires
             assert time.monotonic() < deadline
             time.sleep(0.02)
         first = fleet_pose(server)
@@ -250,7 +250,7 @@ def test_quit_time_pauses_once(room: str) -> None:
 # ---- a controller in Python ----
 
 def test_control(room: str) -> None:
-    """Called before each step, also of those that are asked for one by one; the page may override it."""
+    """control() is called before each step, including single steps; the page may override it."""
     world = st.World.from_text(room)
     fleet, times = world.fleet(), []
 
@@ -270,7 +270,7 @@ def test_control(room: str) -> None:
 
 
 def test_control_that_fails(room: str) -> None:
-    """The run pauses and says why; it can go on."""
+    """An exception of control() pauses the run with a reason; the run can go on."""
     calls = []
 
     def control(world: st.World) -> None:
@@ -307,7 +307,7 @@ def test_a_client_that_is_killed(server: Server) -> None:
 
 
 def test_a_client_that_does_not_read(room: str) -> None:
-    """Frames are left out for it; nobody waits."""
+    """A slow client misses frames, and the run does not wait for it."""
     with Server(st.World("cave.world"), speed=0) as server, Client(server) as other:
         with socket.create_connection(("127.0.0.1", urlsplit(server.url).port)) as lazy:
             lazy.sendall(b"GET /live HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
@@ -332,7 +332,7 @@ GARBAGE = ["", "{", "[]", "7", "null", "[" * 4000, '{"do": 3}', '{"do": "fly"}',
 
 
 def test_garbage_is_answered(server: Server) -> None:
-    """Each with one line, and nothing changes."""
+    """Each invalid order gets an error in one line and changes nothing."""
     with Client(server) as client:
         client.until(lambda: True)
         before = do(server, lambda run: run.world.state_hash())
@@ -366,7 +366,7 @@ def test_raw_bytes_harm_nobody(server: Server) -> None:
 
 
 def test_names_that_are_not_utf_8_are_made_printable(tmp_path: Path) -> None:
-    """They are allowed in world files, and in names of files; JSON and Foxglove know Unicode alone."""
+    """World files and file names may contain such names, but JSON and Foxglove only support Unicode."""
     import foxglove  # noqa: F401
 
     file = os.fsencode(tmp_path) + b"/w\xff.world"

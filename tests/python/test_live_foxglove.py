@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What a viewer gets from stagesim.live by Foxglove's protocol, and what its commands do.
+"""The data that a viewer gets by Foxglove's protocol, and the effects of its commands.
 
-The viewer is this test. Foxglove itself is not run.
+The test itself is the viewer; Foxglove is not run.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from websockets.sync.client import connect  # noqa: E402
 
 
 class Viewer:
-    """Speaks foxglove.sdk.v1."""
+    """A client of the protocol foxglove.sdk.v1."""
 
     def __init__(self, server: Server) -> None:
         self.socket = connect(server.foxglove_url, subprotocols=["foxglove.sdk.v1"],  # type: ignore[list-item]
@@ -38,8 +38,8 @@ class Viewer:
         self.channels: dict[str, dict[str, Any]] = {}
         self.topics: dict[int, str] = {}
         self.classes: dict[str, Any] = {}
-        self.heard: dict[str, dict[str, Any]] = {}  # JSON, by operation
-        self.last: dict[str, Any] = {}  # messages, by topic
+        self.heard: dict[str, dict[str, Any]] = {}  # JSON messages by operation
+        self.last: dict[str, Any] = {}  # the last message by topic
         self.time = -1.0
 
     def __enter__(self) -> Viewer:
@@ -60,7 +60,7 @@ class Viewer:
             self.heard[said["op"]] = said
             for channel in said.get("channels", []) if said["op"] == "advertise" else []:
                 self.channels[channel["topic"]] = channel
-        elif message[0] == 1:  # message data
+        elif message[0] == 1:  # opcode of message data
             number, _ = struct.unpack_from("<IQ", message, 1)
             topic = self.topics[number]
             self.last[topic] = self.decoded(topic, message[13:])
@@ -100,7 +100,7 @@ class Viewer:
         self.send(op="unadvertise", channelIds=[7])
 
     def call(self, name: str, request: str) -> str:
-        """The answer: of success, or of failure."""
+        """Calls a service; returns its response or its error."""
         service = next(s["id"] for s in self.heard["advertiseServices"]["services"] if s["name"] == name)
         for kind in ("serviceCallResponse", "serviceCallFailure"):
             self.heard.pop(kind, None)
@@ -134,7 +134,7 @@ def test_greeting(server: Server) -> None:
 
 
 def test_scene_and_transforms(server: Server) -> None:
-    """A viewer that comes while the run stands still sees everything, too."""
+    """A viewer that connects while the run is paused also gets everything."""
     with Viewer(server) as viewer:
         viewer.subscribe("/scene", "/tf", "/state")
         viewer.until(lambda: {"/scene", "/tf", "/state"} <= set(viewer.last))
@@ -156,7 +156,7 @@ def test_scene_tells_what_is_new(server: Server) -> None:
     with Viewer(server) as viewer:
         viewer.subscribe("/scene", "/tf")
         viewer.until(lambda: "/scene" in viewer.last and len(viewer.last["/scene"].entities) == 4)
-        assert [deletion.type for deletion in viewer.last["/scene"].deletions] == [1]  # all
+        assert [deletion.type for deletion in viewer.last["/scene"].deletions] == [1]  # deletes all
         do(server, lambda run: setattr(run.world.model("b"), "color", (0, 0, 1, 1)))
         viewer.until(lambda: len(viewer.last["/scene"].entities) == 1)
         entity = viewer.last["/scene"].entities[0]
@@ -227,12 +227,12 @@ def test_parameters(server: Server) -> None:
             viewer.heard.pop("status", None)
             viewer.send(op="setParameters", parameters=[{"name": name, "value": wrong}], id=f"wrong {number}")
             viewer.until(lambda: viewer.heard["parameterValues"].get("id") == f"wrong {number}"  # noqa: B023
-                         or "status" in viewer.heard)  # of what the server itself can't read
+                         or "status" in viewer.heard)  # status messages of the server about unreadable input
             assert do(server, lambda run: (run._speed, run._paused, run.world.seed)) == (3.5, False, 12), (name, wrong)
 
 
 def test_cmd_vel(server: Server) -> None:
-    """It drives the robot that it names, for a while."""
+    """A cmd_vel drives the named robot for a short time."""
     with Viewer(server) as viewer:
         viewer.subscribe("/state")
         do(server, lambda run: run.pause(False))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""stagesim.live: clients that send nonsense get one clean answer each,
-and those that send much don't stop the clock."""
+"""stagesim.live: each invalid request gets one clean answer, and clients that flood the server don't stop the
+clock."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def server(room: str) -> Iterator[Server]:
 # ---- requests ----
 
 def answer_to(server: Server, request: bytes) -> bytes:
-    """All that the server says until it closes the connection."""
+    """The server's whole response until it closes the connection."""
     with socket.create_connection(("127.0.0.1", urlsplit(server.url).port), timeout=PATIENCE) as connection:
         connection.sendall(request)
         answer = b""
@@ -81,7 +81,7 @@ NO_REQUESTS = {
 
 
 def requests() -> Iterator[tuple[bytes, int]]:
-    """Requests, and the status that each has to get: one part of each is unusual, or two."""
+    """Yields requests with one or two unusual parts, and the expected status of each."""
     for (target, good), (method, bad) in itertools.product(TARGETS.items(), METHODS.items()):
         refused = 414 if good == 414 else bad or good
         refused = 400 if target in (b"/\xc3\xa9", b"/\0", b"/a b") or bad == 400 and good != 414 else refused
@@ -125,12 +125,12 @@ def test_a_request_in_pieces_is_one(server: Server) -> None:
 
 # ---- orders ----
 
-#: A good value of each field that orders have.
+#: A valid value for each field of orders.
 GOOD = {"on": True, "factor": 2, "count": 1, "seed": None, "thing": 1, "pose": [0, 0, 0], "velocity": [0, 0, 0],
         "chosen": None, "scans": [], "all": True}
 ORDERS = {"pause": ["on"], "speed": ["factor"], "step": ["count"], "reset": ["seed"], "move": ["thing", "pose"],
           "drive": ["thing", "velocity"], "sense": ["thing"], "watch": ["chosen", "scans", "all"]}
-#: Texts of JSON that are no value of any of them, or of some alone.
+#: JSON values that are invalid for all fields or for most.
 VALUES = ["9" * 400, "-" + "9" * 400, "9" * 5000, "1e999", "-1e999", "NaN", "Infinity", "1e308", "1.5", "-1",
           "18446744073709551616",
           "4294967296", '"x"', '"' + "9" * 400 + '"', '"\\u0663"', '"\\ud800"', '""', "{}", '{"a": [1]}', "[]",
@@ -157,7 +157,7 @@ def orders() -> Iterator[str | bytes]:
 
 
 def may_be_carried_out(order: str | bytes) -> bool:
-    """Some of the values fit some of the fields."""
+    """True if the order may be valid, because some of the values are valid for some fields."""
     try:
         fields = json.loads(order)
     except (ValueError, RecursionError):
@@ -177,7 +177,7 @@ def may_be_carried_out(order: str | bytes) -> bool:
 
 
 def test_every_wrong_order_gets_one_line(server: Server) -> None:
-    """The connection stays, and the world is as it was."""
+    """The connection stays open, and the world is unchanged."""
     state = do(server, lambda run: run.world.state_hash())
     count = 0
     with Client(server) as client:
@@ -196,7 +196,7 @@ def test_every_wrong_order_gets_one_line(server: Server) -> None:
 
 
 def frame(first: int, length: int, payload: bytes, masked: bool = True) -> bytes:
-    """A frame of the WebSocket protocol, as somebody may write it who does not know it well."""
+    """Makes a possibly invalid frame of the WebSocket protocol."""
     if length < 126:
         head = struct.pack(">BB", first, (128 if masked else 0) | length)
     else:
@@ -226,7 +226,7 @@ def test_frames_against_the_protocol_end_their_connection_alone(server: Server, 
 # ---- the clock ----
 
 class Flood:
-    """Clients that send without end, each in a thread of its own."""
+    """Clients that send without pause, each in its own thread."""
 
     def __init__(self, server: Server, clients: int, send: Callable[[Client, int], None]) -> None:
         self._over = threading.Event()
@@ -268,7 +268,7 @@ class Flood:
 
 
 def often(period: float, what: str, **parts: Any) -> Callable[[Client, int], None]:
-    """An order so often."""
+    """Sends an order once per period."""
     def send(client: Client, number: int) -> None:
         client.send(what, **parts)
         time.sleep(period)
@@ -282,7 +282,7 @@ def both_speeds(client: Client, number: int) -> None:
 
 
 def pause_and_go(client: Client, number: int) -> None:
-    """On for a third of the time."""
+    """Pauses the world for a third of the time."""
     client.send("pause", on=number % 2 == 1)
     time.sleep((0.01, 0.02)[number % 2])
 
@@ -303,7 +303,7 @@ def nonsense(client: Client, number: int) -> None:
 @pytest.mark.parametrize("dt", [100, 20])
 def test_clients_that_flood_do_not_stop_the_clock(room: str, dt: int, clients: int, send: Callable[[Client, int], None],
                                                   share: float | None) -> None:
-    """At speed 1 as much time passes in the world as outside of it, but for what a busy machine takes."""
+    """At speed 1, simulated time keeps up with real time, apart from delays of a busy machine."""
     world = st.World.from_text(f"interval_sim {dt}\n" + room)
     with Server(world, speed=1.0) as server, Flood(server, clients, send) as flood:
         deadline = time.monotonic() + PATIENCE
@@ -334,7 +334,7 @@ def test_steps_that_are_asked_for_one_by_one_are_all_made(server: Server) -> Non
 
 
 def test_orders_that_nobody_could_ever_carry_out_are_refused(room: str) -> None:
-    """The queue of a run that is busy with a step does not grow without end."""
+    """The queue of orders is limited while the run is busy with a step."""
     from stagesim.live.show import MOST_ORDERS
 
     busy, over = threading.Event(), threading.Event()
@@ -353,7 +353,7 @@ def test_orders_that_nobody_could_ever_carry_out_are_refused(room: str) -> None:
 
 
 def test_pace_keeps_time_over_changes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever changes how often: as many steps are due as without, to one."""
+    """Frequent changes of speed and pause alter the number of due steps by at most one."""
     now = 100.0
     monkeypatch.setattr(time, "monotonic", lambda: now)
     pace, made = Pace(1.0, True, 0.25), 0
@@ -363,7 +363,7 @@ def test_pace_keeps_time_over_changes(monkeypatch: pytest.MonkeyPatch) -> None:
         for _ in range(pace.steps_due(0.1)):
             pace.made(0.1)
             made += 1
-    # Four of five milliseconds count, at 1.5 times real time.
+    # Four of five milliseconds count, at 1.5 times the real speed.
     assert made == pytest.approx(3 * 0.8 * 1.5 / 0.1, abs=1)
 
 
@@ -376,4 +376,4 @@ def test_pace_makes_up_for_a_short_delay_and_not_for_a_long_one(monkeypatch: pyt
     pace.made(0.4)
     assert pace.steps_due(0.1) == 0 and pace.wait(0.1) == pytest.approx(0.05)
     now = 60.0
-    assert pace.steps_due(0.1) == 6  # 0.25 s at that speed, and the step that is due
+    assert pace.steps_due(0.1) == 6  # the lag of 0.25 s at that speed, and one due step

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The page of stagesim.live in Chromium without a window.
+"""The page of stagesim.live in headless Chromium.
 
-Screenshots lie in the folder live_pages of the build tree (or of the folder for temporary files): to be looked at.
+Screenshots for inspection are in the folder live_pages of the build tree or of the folder for temporary files.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from stagesim.live import Server  # noqa: E402
 pytestmark = pytest.mark.skipif(find_browser() is None, reason="Chromium is not installed: tools/setup --browser")
 
 PICTURES = Path(os.environ.get("STAGE_BINARY_DIR") or tempfile.gettempdir()) / "live_pages"
-# A number of what is drawn.
+# A checksum of the drawn pixels.
 PIXELS = """(() => {
   const canvas = document.getElementById("view");
   const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
@@ -45,7 +45,7 @@ def text(name: str) -> str:
 
 
 def centre(browser: Browser, name: str) -> tuple[float, float]:
-    """Of a part of the page."""
+    """The center of an element of the page."""
     box = f"document.getElementById('{name}').getBoundingClientRect()"
     return (browser.value(f"{box}.left + {box}.width / 2"), browser.value(f"{box}.top + {box}.height / 2"))
 
@@ -56,7 +56,7 @@ def press(browser: Browser, name: str) -> None:
 
 @pytest.fixture
 def look() -> Iterator[Look]:
-    """Opens the page of a world."""
+    """A function that opens the page of a world."""
     PICTURES.mkdir(exist_ok=True)
     open_ones: list[tuple[Server, Browser]] = []
 
@@ -81,7 +81,7 @@ def places(server: Server) -> dict[str, tuple[float, float, float]]:
 
 
 def screen_of(browser: Browser, server: Server, name: str) -> tuple[float, float]:
-    """Pixels of a model, when everything is fitted: the page tells where what is."""
+    """The pixel of a model after fitting the view, by the view that the page exposes."""
     x, y, _ = places(server)[name]
     scale, left, top = (browser.value(f"Number(document.body.dataset.{part})") for part in ("scale", "left", "top"))
     return (x - left) * scale, (top - y) * scale
@@ -107,14 +107,14 @@ def test_moves_and_pauses(look: Look) -> None:
 
 
 def test_says_that_it_loads_until_there_are_data() -> None:
-    """A world whose first step takes long has no frame for a while; without a connection the page says so."""
+    """The page shows that it is loading while a long first step delays the first frame, and lost connections."""
     go_on = threading.Event()
 
     def control(world: st.World) -> None:
         go_on.wait()
 
     with Server(st.World("simple.world"), speed=0, control=control) as server, Browser() as browser:
-        do = server.run.order(lambda run: go_on.wait(PATIENCE))  # holds the run, so that it makes no frame
+        do = server.run.order(lambda run: go_on.wait(PATIENCE))  # blocks the run, so that it makes no frame
         browser.open(server.url)
         browser.wait("document.getElementById('light').classList.contains('on')")
         time.sleep(0.5)
@@ -174,7 +174,7 @@ def test_choose_drag_and_drive(look: Look, room: str) -> None:
 
 
 def test_what_can_be_chosen(look: Look) -> None:
-    """Robots, before what they stand on; of other things, their bodies alone; nothing that can't be moved."""
+    """A click selects robots before the things below them, and movable things only by their bodies."""
     server, browser = look(st.World.from_text("""
 model( name "ring" size [6 6 1] block( points 4 point[0] [0 0] point[1] [6 0] point[2] [6 6] point[3] [0 6] z [0 1] )
        block( points 4 point[0] [1 1] point[1] [5 1] point[2] [5 5] point[3] [1 5] z [0 1] ) )
@@ -211,12 +211,12 @@ def test_comes_back_after_the_server(look: Look, room: str) -> None:
     with Server(st.World("simple.world"), port=port):
         browser.wait(f"{text('world')} === 'simple.world' && {text('note')} === '2 robots'")
     browser.wait(f"{text('note')} === 'no connection'")
-    browser.errors.clear()  # of connections that were refused
+    browser.errors.clear()  # discards errors of refused connections
 
 
 @pytest.mark.parametrize("width", [390, 820])
 def test_small_screens(look: Look, width: int) -> None:
-    """Nothing sticks out."""
+    """The page fits small screens."""
     _, browser = look(st.World("simple.world"), paused=True, width=width)
     sizes = "[...document.querySelectorAll('.card, button')].map((part) => part.getBoundingClientRect())"
     assert browser.value(f"{sizes}.every((box) => box.left >= 0 && box.right <= innerWidth)")

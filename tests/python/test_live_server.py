@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""stagesim.live: who may come in, how it begins and ends, and the command lines."""
+"""stagesim.live: access control, start and stop, and the command lines."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def get(server: Server, path: str, **headers: str) -> http.client.HTTPResponse:
 
 
 def test_page(server: Server) -> None:
-    """All of it comes from here."""
+    """The page loads nothing from other servers."""
     answer = get(server, "/")
     text = answer.read().decode()
     assert answer.status == 200 and answer.getheader("Content-Type") == "text/html; charset=utf-8"
@@ -60,7 +60,7 @@ def test_nothing_else_is_served(server: Server, path: str) -> None:
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "localhost.evil.example", "", "[::1",
                                   "127.0.0.1.nip.io"])
 def test_foreign_names_are_refused(server: Server, host: str) -> None:
-    """Those are what DNS rebinding would bring."""
+    """Foreign host names, as with DNS rebinding, are refused."""
     assert get(server, "/", Host=host).status == 403
     assert get(server, "/live", Host=host).status == 403
 
@@ -83,7 +83,7 @@ def test_own_origin_is_not(server: Server) -> None:
 
 
 def test_others_need_the_token(room: str) -> None:
-    """Where other machines can come."""
+    """Clients need the token if other machines can reach the server."""
     with Server(st.World.from_text(room), host="0.0.0.0", paused=True) as server:  # noqa: S104
         assert f"//{socket.gethostname()}:" in server.url and "?token=" in server.url
         server.url = server.url.replace(f"//{socket.gethostname()}:", "//127.0.0.1:")
@@ -142,7 +142,7 @@ def test_orders_are_what_the_docstring_says() -> None:
 
 
 def test_page_of_the_documentation(root: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """docs/live.md does what it says, and names all options."""
+    """The commands of docs/live.md work, and it documents all options."""
     page = root / "docs" / "live.md"
     if not page.exists():
         pytest.skip("there is no docs/live.md")
@@ -171,7 +171,7 @@ def command(*words: str) -> subprocess.Popen[str]:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_command(number: int) -> None:
-    """One line with the address; a signal ends it at once."""
+    """The command prints one line with the address, and a signal ends it at once."""
     process = command("cave.world", "--port", "0", "--seed", "7")
     assert process.stdout is not None
     line = process.stdout.readline()
@@ -211,7 +211,7 @@ def stage(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_program(tmp_path: Path) -> None:
-    """`stage --live` is the module, with its options; what lies in the working folder is not imported."""
+    """`stage --live` runs the module with its options and imports nothing from the working folder."""
     (tmp_path / "stagesim.py").write_text("raise SystemExit('a file of the working folder was imported')")
     (tmp_path / "w.world").write_text('position( name "r" )')
     process = subprocess.Popen(
@@ -248,7 +248,7 @@ def test_program_that_fails(words: list[str], status: int, text: str, tmp_path: 
 
 
 def test_program_without_python(tmp_path: Path) -> None:
-    """One line says what is missing: the interpreter, or the package."""
+    """One line names the missing interpreter or package."""
     (tmp_path / "w.world").touch()
     done = stage("--live", str(tmp_path / "w.world"), STAGE_PYTHON="/nowhere/python3")
     assert (done.returncode, done.stderr.count("\n")) == (1, 1) and "'/nowhere/python3' (STAGE_PYTHON)" in done.stderr
@@ -258,6 +258,6 @@ def test_program_without_python(tmp_path: Path) -> None:
     done = subprocess.run([alone, "--live", str(tmp_path / "w.world")], capture_output=True, text=True, check=False,
                           env={"PATH": os.environ["PATH"], "LD_LIBRARY_PATH": libraries,
                                "STAGE_PYTHON": sys.executable, "PYTHONNOUSERSITE": "1"})
-    if done.returncode == 1:  # it is not installed for this interpreter
+    if done.returncode == 1:  # the package is not installed for this interpreter
         assert done.stderr.startswith("stage: can't load the Python package stagesim: ")
         assert done.stderr.count("\n") == 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Names in world files may be any bytes: what is not UTF-8 is kept as Python keeps names of files."""
+"""Names in world files may contain any bytes; those that are not UTF-8 are kept like in file names."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What is in the package, and what importing it takes."""
+"""The contents of the package, and the cost of importing it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FOLDER = Path(st.__file__).parent
 
 
 def python(code: str) -> str:
-    """What it prints."""
+    """The output of Python code in a new process."""
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
                           check=True).stdout
 
@@ -36,7 +36,7 @@ def test_sweeps_pull_in_what_they_need_when_they_need_it() -> None:
 
 
 def test_import_is_quick() -> None:
-    """What it takes beside NumPy, which takes some 0.1 s: processor time, the best of some."""
+    """The import is quick: minimum processor time of several runs, without NumPy, which takes some 0.1 s."""
     code = ("import time, numpy; start = time.process_time(); import stagesim;"
             "print(time.process_time() - start)")
     assert min(float(python(code)) for _ in range(5)) < 0.05
@@ -60,7 +60,7 @@ def test_library_and_program_are_the_package_s_own() -> None:
 
 
 def test_extras(root: Path) -> None:
-    """What `pip install "stagesim[...]"` knows."""
+    """The optional dependencies of `pip install "stagesim[...]"` are complete."""
     file = root / "python" / "pyproject.toml"
     if not file.exists():
         pytest.skip("there is no python/pyproject.toml")
@@ -70,7 +70,7 @@ def test_extras(root: Path) -> None:
 
 
 def test_docstrings() -> None:
-    """Everything that people use says what it is."""
+    """All public classes and functions have docstrings."""
     for name in st.__all__:
         thing = getattr(st, name)
         assert thing.__doc__, name

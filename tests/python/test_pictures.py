@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """World.render(), PNG files and films.
 
-Pictures are compared to the last bit with those of tests/python/pictures. When they are meant to look
-different, STAGE_NEW_PICTURES=1 writes them anew: look at each before you commit it.
+Pictures must be bit-equal to those in tests/python/pictures. After an intended change,
+STAGE_NEW_PICTURES=1 rewrites them: look at each before you commit it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import stagesim as st
 
 
 def decoded(data: bytes) -> np.ndarray:
-    """The pixels of a PNG file of the package, whose rows have no filter."""
+    """Decodes a PNG file of the package, whose rows have no filter."""
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     at, parts = 8, {}
     while at < len(data):
@@ -59,7 +59,7 @@ def test_golden(file: str, size: tuple[int, int], root: Path) -> None:
 
 
 def test_picture_of_the_page(root: Path) -> None:
-    """That of docs/python.md."""
+    """The picture in docs/python.md is up to date."""
     golden = root / "docs" / "pictures" / "python.png"
     if not golden.parent.exists():
         pytest.skip("there is no docs")
@@ -79,7 +79,7 @@ model( name "box" pose [-2 -1 0 0] size [1 1 1] color_rgba [0 1 0 1] )
 
 
 def test_places_and_scale() -> None:
-    """20 pixels a metre: where things are, and that y goes up."""
+    """At 20 pixels per metre, models are at the right pixels, and y points up."""
     world = st.World.from_text(ONE)
     pixels = world.render(160, 160, center=(0, 0), scale=20)
     blue, green = (pixels == (0, 0, 255)).all(axis=2), (pixels == (0, 255, 0)).all(axis=2)
@@ -87,10 +87,10 @@ def test_places_and_scale() -> None:
         rows, columns = np.nonzero(found)
         assert columns.min() + columns.max() == pytest.approx(2 * x, abs=2)
         assert rows.min() + rows.max() == pytest.approx(2 * y, abs=2)
-        # Without edges.
+        # The width is measured without edges.
         assert np.ptp(columns) + 1 == pytest.approx(width - 2, abs=1)
         assert np.ptp(rows) + 1 == pytest.approx(height - 2, abs=1)
-    # The nose, a pale triangle that points to the north.
+    # The nose is a pale triangle that points north.
     rows, columns = np.nonzero((pixels == (217, 217, 255)).all(axis=2))
     assert rows.min() == pytest.approx(51, abs=2) and rows.max() == pytest.approx(62, abs=1)
     assert np.mean(columns) == pytest.approx(119.5, abs=1)
@@ -99,11 +99,11 @@ def test_places_and_scale() -> None:
 
 @pytest.mark.parametrize(("robots", "width"), [(4, 5), (1001, 3)])
 def test_small_robots_are_dots(robots: int, width: int) -> None:
-    """So that they are seen from any distance, as in the window and on the page."""
+    """Dots make small robots visible at any scale, as in the window and on the page."""
     crowd = "".join(f"position( pose [{20 * i} 0 0 0] size [0.4 0.4 0.3] color_rgba [1 0 0 1] )\n"
                     for i in range(robots))
     pixels = st.World.from_text("resolution 0.1\n" + crowd).render(100, 50, center=(0, 0), scale=1)
-    # The robots at 0, 20 and 40 m are seen; there are 50 pixels to the right of the middle.
+    # The robots at 0, 20 and 40 m are visible; the view has 50 pixels to the right of the center.
     assert (pixels == (255, 0, 0)).all(axis=2).sum() == 3 * width * width
 
 
@@ -153,7 +153,7 @@ def test_scans(room: str) -> None:
     drawn = (world.render(120, 120) != bare).any(axis=2)
     assert 0.1 < drawn.mean() < 0.9
     assert np.isfinite(scan.ranges).all()
-    # Robots are not tinted.
+    # Scans do not tint robots.
     colour = tuple(int(c) for c in bare[tuple(np.argwhere((bare == (255, 0, 0)).all(axis=2))[0])])
     assert count(world.render(120, 120), colour) == count(bare, colour)
 
@@ -171,7 +171,7 @@ def test_stalled_robots_have_red_edges(room: str) -> None:
 
 
 def test_far_views_and_endless_rays() -> None:
-    """Nothing overflows: what is drawn there is drawn, or left out."""
+    """Extreme coordinates do not overflow: they are rasterized or omitted."""
     world = st.World.from_text("""resolution 0.02
 model( pose [3 0 0 0] size [0.1 8 1] )
 position( localization "gps" ranger( sensor( range [0 "inf"] fov 300 samples 9 ) ) )""")
@@ -236,7 +236,7 @@ def test_gif(tmp_path: Path) -> None:
         taken = [film.take() for _ in range(10) if world.step() or True]
         assert film.count == sum(taken) == 4
         expected = world.render(80, 60, center=(0, 0), scale=film._view["scale"])
-        world.model("r0").pose = (30, 0, 0)  # the view stays what it was
+        world.model("r0").pose = (30, 0, 0)  # the film keeps its view
         world.step(3)
         film.take()
     with pytest.raises(st.StageError, match="finished"):
@@ -249,7 +249,7 @@ def test_gif(tmp_path: Path) -> None:
         times.append(found.info["duration"])
     assert sum(times) == pytest.approx(5 * 300, abs=10)
     found.seek(3)
-    # A GIF has 256 colours.
+    # A GIF has only 256 colours.
     assert np.abs(np.asarray(found.convert("RGB")).astype(int) - expected).mean() < 3
 
 
@@ -316,7 +316,7 @@ def test_what_ffmpeg_complains_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_mp4(tmp_path: Path) -> None:
-    """With the true program, where there is one."""
+    """Makes a film with the real ffmpeg, if it is installed."""
     if not __import__("shutil").which("ffmpeg"):
         pytest.skip("there is no ffmpeg")
     world = st.World("arena.world")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Resets: as if the world had just been loaded with that seed, at the price of a restore."""
+"""A reset gives the state after loading with the seed, at the cost of a restore."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ model( name "box" pose [1 1 0 0] size [0.2 0.2 0.2] model( name "lid" size [0.1 
 
 
 def live_through(world: st.World) -> None:
-    """All that Python can do to a world."""
+    """Changes a world by all means of Python."""
     fleet = world.fleet()
     _ = fleet.ranger().ranges, fleet.stalled, fleet.energy
     fleet.cmd[:, 0], fleet.cmd[:, 2] = 0.4, 0.3
@@ -46,7 +46,7 @@ def live_through(world: st.World) -> None:
 
 @pytest.mark.parametrize("file", st.shipped_worlds())
 def test_reset_is_loading(file: str) -> None:
-    """For all shipped worlds, those with controllers and populations too."""
+    """A reset equals loading, for all shipped worlds, including those with controllers and populations."""
     for controllers in (True, False):
         world = st.World(file, seed=1, controllers=controllers)
         for seed in (2, 3, 3):
@@ -92,7 +92,7 @@ def test_batches() -> None:
 
 
 def seconds_of(call: Callable[[], object]) -> float:
-    """The least of many."""
+    """The minimum duration of many calls."""
     least = np.inf
     for _ in range(200):
         start = time.perf_counter()
@@ -103,7 +103,7 @@ def seconds_of(call: Callable[[], object]) -> float:
 
 @pytest.mark.parametrize("file", ["arena.world", "navigate.world", "disperse.world", "forage.world"])
 def test_a_reset_costs_a_restore(file: str) -> None:
-    """Loading takes some eight times as long."""
+    """A reset takes about as long as a restore; loading takes some eight times as long."""
     batch = st.Batch(file, n=1, threads=1)
     world = st.World(file)
     for one, restored in ((batch, batch.snapshot(0)), (world, world.snapshot())):
@@ -124,7 +124,7 @@ def test_controllers_left_out_are_told_once(caplog: pytest.LogCaptureFixture) ->
 
 
 def test_log_ends_with_a_reset(tmp_path: Path) -> None:
-    """As the world begins anew, also where it goes back in place."""
+    """A reset ends a log, even if the world is reset in place."""
     world = st.World.from_text(ODD)
     world.reset(2)
     log = world._core.record(str(tmp_path / "run.mcap"), None, [], "none")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Thousands of worlds in a process: none of them waits for another one."""
+"""Thousands of worlds in a process do not wait for each other."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ print(world / 100)
 
 @pytest.fixture(scope="module")
 def shim(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A library that counts how often mutexes are locked in the process that it is loaded into."""
+    """A preloaded library that counts the locks of mutexes in its process."""
     compiler = shutil.which("cc")
     if not compiler:
         pytest.skip("needs a C compiler")
@@ -69,13 +69,13 @@ def shim(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_steps_lock_nothing(shim: Path) -> None:
-    """Whatever all worlds of a process share would be a queue for the threads of a batch."""
+    """Steps take no lock, because a shared lock would serialize the threads of a batch."""
     preloaded = " ".join(filter(None, [str(shim), os.environ.get("LD_PRELOAD")]))
     run = subprocess.run([sys.executable, "-c", PROGRAM], env={**os.environ, "LD_PRELOAD": preloaded},
                          capture_output=True, text=True, check=True)
     of_batch, of_world = map(float, run.stdout.split())
     assert of_batch < 0.05, "locks for each step of a world in a batch"
-    assert of_world < 0.5, "locks for each step of a world"  # once for each call, the GIL
+    assert of_world < 0.5, "locks for each step of a world"  # the GIL, once per call
 
 
 ONE_ROBOT = """
@@ -97,5 +97,5 @@ def test_sixteen_thousand_worlds() -> None:
     batch.reset(range(5, n + 5))
     assert (pose[::2] == start[::2]).all()
     alone = st.World.from_text(ONE_ROBOT, seed=5)
-    assert np.isnan(alone.fleet().ranger().ranges).all()  # whoever reads them subscribes, as the batch does
+    assert np.isnan(alone.fleet().ranger().ranges).all()  # reading subscribes, as in the batch
     assert batch.state_hash(0) == alone.state_hash()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Cameras, estimated poses, and how sensors are mounted."""
+"""Cameras, estimated poses, and the mounting of sensors."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ def test_pictures() -> None:
     assert not camera.color.any() and np.isnan(camera.depth).all()
     world.step(2)
     a = camera.depth[0, :6]
-    # The wall is ahead, 2.95 m from the robot and 2.85 m from the camera, and as high as the middle row; the
-    # upper rows look over it, the lower ones at the floor in front of it.
+    # The wall is 2.95 m ahead of the robot and 2.85 m ahead of the camera, and reaches up to the middle row. The
+    # upper rows look over it, the lower rows at the floor in front of it.
     assert a[0] == pytest.approx(6) and a[2] == pytest.approx(2.85, abs=0.4) and (a[5] < 2).all()
     assert (camera.color[0, 2] == [255, 0, 0]).all() and (camera.color[0, 5] == [255, 255, 255]).all()
-    # What lies beyond a smaller picture, and robots without a camera.
+    # Pixels beyond a smaller image, and those of robots without a camera, are empty.
     assert np.isnan(camera.depth[0, 6:]).all() and np.isnan(camera.depth[1, :, 4:]).all()
     assert not np.isnan(camera.depth[1, :, :4]).any() and np.isnan(camera.depth[2]).all()
     assert not camera.color[0, 6:].any() and not camera.color[2].any()
@@ -75,7 +75,7 @@ def test_how_sensors_are_mounted() -> None:
     assert first.pose == pytest.approx((0.2, 0, 0.03, np.pi / 2))
     assert (first.min_range, first.range, first.samples, second.range, second.samples) == (0.1, 5, 5, 2, 1)
     assert first.fov == pytest.approx(np.pi / 2)
-    # Together they are where the rays of the fleet's arrays begin, wherever the robot is.
+    # The composed pose equals the origins in the fleet's arrays, for any pose of the robot.
     world.model("a").pose = (7, 5, 2)
     assert ranger.pose_in_tree == pytest.approx((0.1, 0, 0.2, np.pi / 2))
     assert world.fleet("a").ranger().origins[0, 0] == pytest.approx([0.1, 0.2])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Settings in place of what a world file says, and metrics: of worlds, batches and environments."""
+"""Settings that override a world file, and metrics, for worlds, batches and environments."""
 
 from __future__ import annotations
 

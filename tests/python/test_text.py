@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Names that are not UTF-8, which Python holds as lone surrogates, are printable wherever others read them."""
+"""Names that are not UTF-8, which Python holds as lone surrogates, are converted to printable text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stagesim.text import printable
 def test_printable_names_can_be_carried_by_everything(name: bytes, shown: str) -> None:
     text = printable(os.fsdecode(name))
     assert text == shown
-    text.encode()  # strictly
+    text.encode()  # strict: raises for surrogates
     assert json.loads(json.dumps(text)) == shown and unpacked(packed({"name": text}))[0] == {"name": shown}
     assert printable(text) == text
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Several threads of Python use the same worlds: each call works or raises StageError, and none crashes.
+"""Several Python threads use the same worlds: each call works or raises StageError, and none crashes.
 
-The tests walk over all public classes and their compiled parts. A function that is new, and takes arguments, needs an
+The tests call all functions of public classes and of their compiled parts. A new function with arguments needs an
 entry in ARGUMENTS; the tests say so.
 """
 
@@ -51,7 +51,7 @@ metric( kind "distance" )
 model( name "wall" size [0.1 4 1] pose [2 0 0 0] color "red" )
 """
 
-#: What functions are called with.
+#: Arguments of functions.
 ARGUMENTS: dict[str, Any] = {
     "World.step": (1,), "World.run": (0.1,), "World.cast": ([[0, 0, 0]], 0, 5), "World.set_metric": ("mine", 1.0),
     "World.model": ("r",), "World.restore": "snapshot", "World.render": (8, 8), "Batch.restore": "snapshot",
@@ -59,11 +59,11 @@ ARGUMENTS: dict[str, Any] = {
     "Batch.teleport": ([0, 0, 0],), "Batch.render": (0, 8, 8), "Fleet.teleport": ([0, 0, 0],), "Model.drive": (0.1,),
     "Model.go_to": (1, 1), "Model.add_sensor": (5, 1, 3),
 }
-#: These make worlds of their own from something else.
+#: Functions that make new worlds.
 MAKERS = {"World.from_text", "Batch.of"}
-#: These never change and look into no world.
+#: Properties that are constant and access no world.
 CONSTANT = {"Model.id", "_core.Crowd.size", "Batch.threads", "_core.Batch.crowd", "_core.Batch.threads"}
-#: Compiled parts, whose functions those of the public classes call.
+#: Compiled classes, whose functions the public classes call.
 COMPILED = (_core.Simulation, _core.Batch, _core.Crowd)
 OF_BATCH: tuple[type, ...] = (st.Batch, _core.Batch)
 OF_WORLD: tuple[type, ...] = (st.World, st.Model, st.Fleet, st.Ranger, st.Fiducials, st.Blobs, st.Camera,
@@ -73,7 +73,7 @@ SECONDS, ROUNDS = (20, 20) if SANITIZED else (2, 60)
 
 
 def members(cls: type) -> Iterator[tuple[str, Any]]:
-    """Public properties and functions, those of base classes too."""
+    """Yields public properties and functions, including those of base classes."""
     for name in dir(cls):
         if not name.startswith("_"):
             yield name, inspect.getattr_static(cls, name)
@@ -84,7 +84,7 @@ def is_property(member: Any) -> bool:
 
 
 def call_of(subject: Callable[[], Any], snapshot: st.Snapshot, cls: type, name: str, member: Any) -> Callable[[], Any]:
-    """Reads the property, or calls the function."""
+    """A function that reads the property or calls the function."""
     if is_property(member):
         return lambda: getattr(subject(), name)
     given = ARGUMENTS.get(f"{cls.__name__}.{name}", ())
@@ -94,21 +94,21 @@ def call_of(subject: Callable[[], Any], snapshot: st.Snapshot, cls: type, name: 
     try:
         inspect.signature(getattr(cls, name)).bind(None, *positional, **named)
     except ValueError:
-        pass  # it is compiled and tells no signature
+        pass  # compiled functions have no signature
     except TypeError:
         raise AssertionError(f"{cls.__name__}.{name} takes arguments: add some to ARGUMENTS") from None
     return lambda: getattr(subject(), name)(*positional, **named)
 
 
 def forgetful(made: Any) -> Any:
-    """Without the arrays and sensors that were asked for before."""
+    """Clears the cached arrays and sensors."""
     for kept in ("_views", "_sensors"):
         getattr(made, kept, {}).clear()
     return made
 
 
 class Subjects:
-    """A world, a batch, and what belongs to them."""
+    """A world, a batch, and their fleets, models and sensors."""
 
     def __init__(self, text: str) -> None:
         self.world = st.World.from_text(text)
@@ -125,7 +125,7 @@ class Subjects:
         }
 
     def calls(self, classes: tuple[type, ...]) -> dict[str, Callable[[], Any]]:
-        """All public functions and properties of these, by name; of compiled parts, the properties."""
+        """All public functions and properties by name; for compiled classes only the properties."""
         found: dict[str, Callable[[], Any]] = {}
         for cls in classes:
             of = self._of[cls]
@@ -153,7 +153,7 @@ def test_all_calls_are_refused_while_another_thread_steps(tmp_path: Path,
         thread = threading.Thread(target=step)
         thread.start()
         with open(tmp_path / "begun", "rb"):
-            pass  # now the thread is in the middle of the step
+            pass  # waits until the thread is in the middle of the step
         try:
             assert [name for name, call in calls.items() if name not in CONSTANT and not is_refused(call)] == []
         finally:
@@ -163,7 +163,7 @@ def test_all_calls_are_refused_while_another_thread_steps(tmp_path: Path,
 
 
 def is_refused(call: Callable[[], Any]) -> bool:
-    """As the world is in use."""
+    """True if the call is refused because the world is in use."""
     try:
         call()
     except st.StageError as error:
@@ -172,7 +172,7 @@ def is_refused(call: Callable[[], Any]) -> bool:
 
 
 def test_no_call_crashes_while_another_thread_resets() -> None:
-    """Each call works at times, and is refused at others."""
+    """Each call works sometimes and is refused at other times."""
     subjects = Subjects(ROBOT + 'body( name "r" ) body( name "s" pose [0 3 0 0] )')
     calls = {name: call for name, call in subjects.calls((*OF_WORLD, *OF_BATCH)).items()
              if name not in ("World.close", "Model.delete", "World.run")}
@@ -220,18 +220,18 @@ def test_no_call_crashes_while_another_thread_closes() -> None:
 
 
 def was_allowed(call: Callable[[], Any]) -> bool:
-    """Calls it. False if the world is in use by another thread, or gone."""
+    """Makes the call; returns False if the world is in use by another thread, or gone."""
     try:
         call()
     except st.StageError:
         return False
-    except TypeError as error:  # such as the sensors of a model that is no ranger
+    except TypeError as error:  # for example, `sensors` of a model that is not a ranger
         return "found a model of the type" in str(error)
     return True
 
 
 def closer(world: st.World) -> Callable[[], None]:
-    """Closes it as soon as nobody uses it."""
+    """A function that closes the world as soon as no thread uses it."""
     def close() -> None:
         for _ in range(1000):
             try:

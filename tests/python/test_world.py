@@ -23,7 +23,7 @@ def shipped() -> list[str]:
 
 
 def test_program_has_the_same_hashes(root: Path, hashes: dict[tuple[str, int], str]) -> None:
-    """Those of shipped worlds and of all stock controllers."""
+    """The program gives the stored hashes of shipped worlds and of all stock controllers."""
     for (file, seconds), digits in hashes.items():
         if seconds > 60:
             continue
@@ -232,7 +232,7 @@ def test_interrupt_leaves_the_world_intact() -> None:
 
 
 def test_interrupt_of_a_process(tmp_path: Path) -> None:
-    """As a terminal does it, with a script of somebody's."""
+    """Interrupts a script with SIGINT, as a terminal does."""
     script = tmp_path / "long.py"
     script.write_text("import stagesim as st, sys\n"
                       "w = st.World('hospital.world', threads=2)\n"
@@ -329,7 +329,7 @@ def test_models_that_a_snapshot_brings_back(room: str) -> None:
 
 
 def test_models_of_another_life_are_gone(room: str) -> None:
-    """A number that is given again is not taken for the model that had it before."""
+    """A handle of a model from before a reset does not refer to a new model with the same id."""
     world = st.World.from_text(room)
     made = world.create(name="first")
     world.reset()
@@ -340,7 +340,7 @@ def test_models_of_another_life_are_gone(room: str) -> None:
 
 
 def test_program() -> None:
-    """python -m stagesim is the program, and its hashes are the package's."""
+    """`python -m stagesim` runs the program, with the same hashes as the package."""
     command = [sys.executable, "-m", "stagesim"]
     version = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
     assert version.stdout == f"stage {st.__version__}\n"
@@ -352,7 +352,7 @@ def test_program() -> None:
 
 
 def test_fork_of_the_process() -> None:
-    """A child process goes on with the worlds that it got."""
+    """A forked child process can go on with the worlds of its parent."""
     world = st.World("hospital.world", seed=2, threads=2)
     world.step(3)
     child = os.fork()

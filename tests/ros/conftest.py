@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the tests of stagesim.ros share.
+"""Fixtures for tests of stagesim.ros.
 
-They are skipped where rclpy is not installed (tools/setup --ros). Everything stays on this machine, in a
-domain of its own.
+The tests are skipped if rclpy is not installed (tools/setup --ros). All traffic stays on this machine, in a
+separate domain.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def client(ros: None) -> Iterator[Client]:
 
 @pytest.fixture
 def start() -> Iterator[Callable[..., Process]]:
-    """Starts nodes, which are ended when the test is over."""
+    """A function that starts nodes, which are stopped at the end of the test."""
     started: list[Process] = []
 
     def begin(world: str, *options: str, **parameters: Any) -> Process:
@@ -68,7 +68,7 @@ def start() -> Iterator[Callable[..., Process]]:
 
 @pytest.fixture
 def two(tmp_path: Any) -> str:
-    """A world file: two robots without controllers, with batteries, and with errors in their odometry."""
+    """A world file with two robots without controllers, with batteries and with odometry errors."""
     file = tmp_path / "two.world"
     file.write_text(TWO)
     return str(file)
@@ -76,7 +76,7 @@ def two(tmp_path: Any) -> str:
 
 @pytest.fixture
 def one(tmp_path: Any) -> str:
-    """The same with one robot."""
+    """A world file with only one such robot."""
     file = tmp_path / "one.world"
     file.write_text(TWO.replace('bot( name "b" pose [0 2 0 90] )\n', ""))
     return str(file)

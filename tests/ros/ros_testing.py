@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Nodes in processes of their own, and a client that talks to them."""
+"""Nodes in separate processes, and a client for them."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
-#: As sensors' topics have it, but nothing is lost because a test is slow.
+#: The QoS of sensor topics, with a long queue so that slow tests lose no messages.
 SENSOR = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class Client:
-    """Another node, as a user's program has it."""
+    """A node like that of a user's program."""
 
     def __init__(self) -> None:
         self.node = Node("client")
@@ -37,19 +37,19 @@ class Client:
         self.node.destroy_node()
 
     def listen(self, kind: type, topic: str, qos: Any = 1000) -> list[Any]:
-        """The messages of a topic: a list that grows."""
+        """Subscribes to a topic; returns the growing list of its messages."""
         got: list[Any] = []
         self.node.create_subscription(kind, topic, got.append, qos)
         return got
 
     def talk(self, kind: type, topic: str) -> Any:
-        """A publisher that somebody listens to."""
+        """Makes a publisher and waits until it has a subscriber."""
         publisher = self.node.create_publisher(kind, topic, 10)
         self.until(lambda: publisher.get_subscription_count() > 0)
         return publisher
 
     def spin(self, seconds: float = 0.0) -> None:
-        """Takes what arrives within that time."""
+        """Handles messages for `seconds`."""
         end = time.monotonic() + seconds
         while True:
             self._executor.spin_once(timeout_sec=max(0.0, min(0.05, end - time.monotonic())))
@@ -57,14 +57,14 @@ class Client:
                 return
 
     def until(self, condition: Callable[[], Any], seconds: float = PATIENCE) -> None:
-        """Takes what arrives until something holds."""
+        """Handles messages until the condition holds."""
         end = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < end, "nothing happened in time"
             self._executor.spin_once(timeout_sec=0.02)
 
     def call(self, name: str, kind: Any = None, **request: Any) -> Any:
-        """The answer of a service; of a Trigger, which is what they are unless another kind is given."""
+        """Calls a service, a Trigger by default; returns its response."""
         kind = kind or Trigger
         client = self.node.create_client(kind, name)
         assert client.wait_for_service(PATIENCE), name
@@ -74,7 +74,7 @@ class Client:
         return future.result()
 
     def step(self, count: int = 1) -> tuple[float, str]:
-        """Lets the node make that many steps: its time, and the hash of its state."""
+        """Makes the node do `count` steps; returns its time and its state hash."""
         for _ in range(count):
             answer = self.call("/stage/step")
         assert answer.success, answer.message
@@ -93,7 +93,7 @@ class Client:
 
 
 class Process:
-    """A node in a process of its own. No browser is opened, unless the environment is changed."""
+    """A node in a separate process. It opens no browser unless the environment is changed."""
 
     def __init__(self, world: str, *options: str, environment: Mapping[str, str] | None = None,
                  **parameters: Any) -> None:
@@ -106,7 +106,7 @@ class Process:
 
     @cached_property
     def url(self) -> str:
-        """Of its page: it waits for the line that says it."""
+        """Waits for the line with the URL of the page, and returns the URL."""
         assert self.process.stderr is not None
         for line in self.process.stderr:
             found = re.search(r"the window is the page (http://127\.0\.0\.1:\d+/)\n", line)
@@ -115,18 +115,18 @@ class Process:
         raise AssertionError("there is no page")
 
     def end(self, sign: int = signal.SIGINT) -> tuple[int, str]:
-        """Its exit status, and what it has printed."""
+        """Ends the process with a signal; returns its exit status and its output."""
         if self.process.poll() is None:
             self.process.send_signal(sign)
         return self.wait()
 
     def wait(self) -> tuple[int, str]:
-        """The same when it has come to its end."""
+        """Waits for the end of the process; returns its exit status and its output."""
         out, err = self.process.communicate(timeout=PATIENCE)
         return self.process.returncode, out + err
 
     def statistics(self) -> dict[str, Any]:
-        """What --stats prints when it has come to its end."""
+        """Waits for the end of the process; returns the output of --stats."""
         status, text = self.wait()
         assert status == 0, text
         return json.loads(next(line for line in text.splitlines() if line.startswith("{")))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What robots and the world are told: commands, teleports, services, time."""
+"""Control of robots and of the world: commands, teleports, services, time."""
 
 from __future__ import annotations
 
@@ -72,13 +72,13 @@ def test_the_watchdog_stops_a_robot(start: Callable[..., Process], client: Clien
     client.spin(0.3)
     client.step(20)
     client.until(lambda: truth and truth[-1].header.stamp.sec == 2)
-    # It was told at 0, so it is stopped in the step that begins at 0.6 s.
+    # The command came at 0 s, so the watchdog stops the robot in the step that begins at 0.6 s.
     assert place_of(truth[-1])[0] == pytest.approx(0.6 * 0.2)
     talk.publish(command(0.2))
     client.spin(0.3)
     client.step(3)
     client.until(lambda: truth[-1].header.stamp.nanosec == 300_000_000)
-    assert place_of(truth[-1])[0] == pytest.approx(0.8 * 0.2)  # before the last step's move
+    assert place_of(truth[-1])[0] == pytest.approx(0.8 * 0.2)  # the pose before the move of the last step
 
 
 def test_own_controllers_drive_until_somebody_commands(start: Callable[..., Process],
@@ -129,13 +129,13 @@ def test_pause_step_and_speed(start: Callable[..., Process], client: Client, two
     client.set(steps=7)
     assert client.step()[0] == pytest.approx(before + 0.7)
     client.until(lambda: seconds(clock[-1]) == pytest.approx(before + 0.7))
-    client.set(speed=20)  # a whole number is as good
+    client.set(speed=20)  # an integer is accepted, too
     client.call("/stage/pause", SetBool, data=False)
-    for _ in range(100):  # until the machine is not too busy for it
+    for _ in range(100):  # repeats until the machine is not too busy
         begin, start_time = time.monotonic(), seconds(clock[-1])
         client.spin(2)
         speed = (seconds(clock[-1]) - start_time) / (time.monotonic() - begin)
-        assert speed < 22 * slowness()  # a machine that was held up catches up
+        assert speed < 22 * slowness()  # a delayed machine catches up
         if 8 < speed < 22:
             break
     else:
@@ -293,7 +293,7 @@ def test_keyboard(start: Callable[..., Process], client: Client, two: str) -> No
 
 
 def test_resets_do_not_leak(ros: None) -> None:
-    """Takes STAGE_ROS_RESETS resets, 1000 for the long form; prints what memory has become."""
+    """Makes STAGE_ROS_RESETS resets (1000 in the long form) and prints the memory in use."""
     resets = int(os.environ.get("STAGE_ROS_RESETS", "60"))
     with st.World("zoo.world") as world, node_here(world, always_on=True) as node:
         def some(count: int) -> None:
@@ -311,13 +311,13 @@ def test_resets_do_not_leak(ros: None) -> None:
 
 
 def memory() -> int:
-    """Bytes of this process that are in memory."""
+    """Resident memory of this process, bytes."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def test_pauses_and_commands_without_end_leave_the_clock_its_pace(start: Callable[..., Process], client: Client,
                                                                   two: str) -> None:
-    """At speed 1 as much time passes in the world as outside of it."""
+    """At speed 1, simulated time keeps up with real time."""
     start(two)
     clock = client.listen(Clock, "/clock")
     talk = client.talk(Twist, "/a/cmd_vel")

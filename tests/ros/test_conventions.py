@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What programs for ROS expect: reliability, REP 117, covariances, order of messages, /clock, frames of poses."""
+"""Conventions of ROS: reliability, REP 117, covariances, order of messages, /clock, frames of poses."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from std_srvs.srv import SetBool
 from stagesim.ros.covariance import EXACT, UNKNOWN, OdometryErrors
 
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-#: How programs subscribe: with a number alone, with a profile, and with that for sensors.
+#: Common QoS of subscribers: a queue length, a reliable profile, and the profile for sensor data.
 SUBSCRIBERS = {"default": 10, "reliable": RELIABLE, "sensor data": qos_profile_sensor_data}
 
 
@@ -58,7 +58,7 @@ position( name "r" size [0.2 0.2 0.2] eye()
 @pytest.mark.parametrize(("x", "reads"), ((2.05, 2.0), (9.0, np.inf), (0.85, -np.inf)))
 def test_ranges_by_rep_117(start: Callable[..., Process], client: Client, tmp_path: Path, ranges: str | None,
                            beams: str, x: float, reads: float) -> None:
-    """+Inf is no return, -Inf something that is too near; by parameter the maximum, and the distance."""
+    """By default, +Inf means no return and -Inf too near; with the parameter, the maximum and the distance."""
     file = tmp_path / "r.world"
     file.write_text(NEAR_AND_FAR.format(x=x, near=1.0, far=4.0))
     start(str(file), single_beams=beams, **({} if ranges is None else {"ranges": ranges}))
@@ -74,7 +74,7 @@ def test_ranges_by_rep_117(start: Callable[..., Process], client: Client, tmp_pa
     assert (scans[-1].range_min, scans[-1].range_max) == (1.0, 4.0)
     depth = np.frombuffer(depths[-1].data, np.float32).reshape(6, 8)
     if x > 4:
-        assert (depth[:3] == (4.0 if ranges == "stage" else np.inf)).all()  # below, it sees the floor
+        assert (depth[:3] == (4.0 if ranges == "stage" else np.inf)).all()  # lower rows see the floor
     else:
         assert depth[3, 4] == pytest.approx(x - 0.05, abs=0.1)
 
@@ -83,7 +83,7 @@ def test_ranges_by_rep_117(start: Callable[..., Process], client: Client, tmp_pa
 
 def test_covariances_are_known_or_said_to_be_unknown(start: Callable[..., Process], client: Client,
                                                      tmp_path: Path) -> None:
-    """None is all zero. With GPS the pose is exact; the odometry's errors grow with the way."""
+    """No covariance is all 0. With GPS the pose is exact; with odometry, errors grow with the path."""
     file = tmp_path / "two.world"
     file.write_text(TWO + 'bot( name "c" pose [0 -2 0 0] localization "gps" )\n')
     start(str(file), paused=True, base_watchdog_timeout=0)
@@ -108,7 +108,7 @@ def test_covariances_are_known_or_said_to_be_unknown(start: Callable[..., Proces
         share = world.model("a").odom_error[2]
     assert last[5, 5] == pytest.approx((share * 0.3 * 6)**2 + EXACT, rel=0.05) and share != 0
     before = np.array(odometry["a"][-1].pose.covariance)
-    # The state brings back the covariance that it had.
+    # Restoring a state restores its covariance.
     assert client.call("/stage/snapshot").success
     client.step()
     client.until(lambda: odometry["a"][-1].header.stamp.sec == 12)
@@ -120,7 +120,7 @@ def test_covariances_are_known_or_said_to_be_unknown(start: Callable[..., Proces
 
 @pytest.mark.parametrize("seed", range(4))
 def test_errors_of_estimates_are_what_the_covariance_says(seed: int) -> None:
-    """A path is integrated with errors and without: the difference is J e, to first order."""
+    """The difference between a path with and without odometry errors is J e, to first order."""
     random = np.random.default_rng(seed)
     shares = random.uniform(-0.002, 0.002, (20, 3))
     errors = OdometryErrors(shares)
@@ -137,7 +137,7 @@ def test_errors_of_estimates_are_what_the_covariance_says(seed: int) -> None:
     off = guess - true
     assert np.allclose(np.einsum("nij,nj->ni", errors.jacobian, shares), off, rtol=0.05, atol=1e-3)
     covariance = errors.pose().reshape(-1, 6, 6)
-    # Each share is one standard deviation of its own: three of them together are within the square root of 3.
+    # Each of three independent errors is one standard deviation, so their sum is within the square root of 3.
     sigma = np.sqrt(covariance[:, [0, 1, 5], [0, 1, 5]])
     assert (np.abs(off) <= np.sqrt(3) * sigma * 1.05 + 1e-3).all() and (sigma > 3e-5).all()
 
@@ -145,7 +145,7 @@ def test_errors_of_estimates_are_what_the_covariance_says(seed: int) -> None:
 # ---- order and time ----
 
 def test_time_comes_before_transforms_and_these_before_data(ros: None, one: str) -> None:
-    """In the order in which they are sent, in each step."""
+    """In each step, the time is sent before transforms, and these before data."""
     with st.World(one) as world, node_here(world, always_on=True) as node:
         sent: list[str] = []
 
@@ -174,7 +174,7 @@ def test_time_comes_before_transforms_and_these_before_data(ros: None, one: str)
 
 def test_transforms_of_a_stamp_are_there_when_its_scan_comes(start: Callable[..., Process], client: Client,
                                                              one: str) -> None:
-    """As a listener in another process sees it: a mapper looks up the transform of each scan's stamp."""
+    """A listener in another process, such as a mapper, finds the transform at the stamp of each scan."""
     tf = pytest.importorskip("tf2_msgs.msg", reason="tf2_msgs is not there; try tools/setup --ros").TFMessage
     events = pytest.importorskip("rclpy.experimental.events_executor", reason="it takes messages as they arrive")
     start(one)
@@ -206,13 +206,13 @@ def test_transforms_of_a_stamp_are_there_when_its_scan_comes(start: Callable[...
             there = {(kind, stamp) for kind, stamp in arrived[:at]}
             early += ("tf", stamp) in there
             late += ("tf", stamp) not in there
-    # Topics are no queue: a busy machine may deliver them in another order, now and then.
+    # The order of different topics is not guaranteed: a busy machine sometimes changes it.
     assert early > 20 and late <= 3, (early, late)
 
 
 @pytest.mark.parametrize("rate", (0, 5, 50))
 def test_clock_has_a_rate_of_its_own(start: Callable[..., Process], client: Client, one: str, rate: float) -> None:
-    """0: with each step, of which there are ten in a second. It never goes back, and keeps to real time."""
+    """/clock never goes back and keeps up with real time; rate 0: once per step, ten times per second."""
     start(one, clock_rate=rate)
     clock = client.listen(Clock, "/clock")
     client.until(lambda: len(clock) > 3)
@@ -265,7 +265,7 @@ def test_stall_tells_that_a_robot_is_blocked(start: Callable[..., Process], clie
     ("a/odom", (4.5, -0.5)), ("b/odom", (3.5, 2.5))])
 def test_teleport_obeys_the_frame(start: Callable[..., Process], client: Client, tmp_path: Path, frame: str,
                                   place: tuple[float, float]) -> None:
-    """Robots are at (3, 2) with heading 0 and (1, 1) with heading 90 degrees; their odometry begins there."""
+    """Robots and their odometry start at (3, 2) with heading 0 and at (1, 1) with heading 90 degrees."""
     file = tmp_path / "two.world"
     file.write_text("""
 define bot position( size [0.2 0.2 0.2] localization "odom" odom_error [0 0 0 0] )
@@ -276,7 +276,7 @@ bot( name "b" pose [1 1 0 90] )
     truth, odometry = (client.listen(Odometry, f"/a/{name}") for name in ("ground_truth", "odom"))
     talk = client.talk(PoseStamped, "/a/teleport")
     client.until(lambda: truth and odometry)
-    # The frame of the odometry lies where its numbers say.
+    # The origin of the odometry frame follows from estimate and true pose.
     message = PoseStamped()
     message.header.frame_id = frame
     message.pose.position.x, message.pose.position.y = 1.5, -2.5

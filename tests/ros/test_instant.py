@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Messages with one stamp belong to one instant: a mapper finds the walls."""
+"""Messages with the same stamp belong to one instant, so a mapper finds the walls."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ros_testing import SENSOR, Client, Process
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-# A square room, its walls' inner faces at x and y = +-5 m.
+# A square room, whose walls have inner faces at x, y = +-5 m.
 WORLD = """interval_sim {step}
 ray_model "exact"
 model( pose [0 5.5 0 0] size [12 1 10] )
@@ -33,7 +33,7 @@ def microseconds(stamp: Any) -> int:
 
 
 def plane(transform: Any) -> np.ndarray:
-    """x, y, heading."""
+    """Converts a transform to x, y and heading."""
     place = transform.translation if hasattr(transform, "translation") else transform.position
     turn = transform.rotation if hasattr(transform, "rotation") else transform.orientation
     return np.array([place.x, place.y, 2 * np.arctan2(turn.z, turn.w)])
@@ -46,7 +46,7 @@ def placed(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
 
 
 class Listener:
-    """What a node says, by stamps."""
+    """Collects a node's messages by stamp."""
 
     def __init__(self, client: Client) -> None:
         self.scans = client.listen(LaserScan, "/base_scan", SENSOR)
@@ -73,7 +73,7 @@ class Listener:
         return place
 
     def errors(self) -> np.ndarray:
-        """How far from the walls the scans' end points are."""
+        """Distances of the scans' end points from the walls."""
         robot, errors = self.moving("base_footprint"), []
         for scan in self.scans:
             x, y, a = placed(robot[microseconds(scan.header.stamp)], self.mount(scan.header.frame_id))
@@ -95,7 +95,7 @@ def test_a_mapper_finds_the_walls(start: Callable[..., Process], client: Client,
     twist.linear.x, twist.angular.z = 0.5, 1.2
     client.talk(Twist, "/cmd_vel").publish(twist)
     client.spin(0.3)
-    # Listening begins after 7 steps, which must not shift the phase of the scans.
+    # Subscribing after 7 steps must not shift the phase of the scans.
     client.set(steps=7)
     client.step()
     client.set(steps=2000 // step)
@@ -109,9 +109,9 @@ def test_a_mapper_finds_the_walls(start: Callable[..., Process], client: Client,
     errors = heard.errors() * 1e3
     print(f"node, {localization}, steps of {step} ms, updates {ranger} and {robot} ms: {errors.size} points, mm: "
           f"median {np.median(errors):.3f}, 90 % {np.quantile(errors, .9):.3f}, max {errors.max():.3f}")
-    assert errors.max() < 0.01  # ranges are 32-bit floats
+    assert errors.max() < 0.01  # rounding of 32-bit floats
 
-    # Updates are in the first step at or after each multiple of the interval.
+    # Updates happen in the first step at or after each multiple of the interval.
     stamps = [microseconds(scan.header.stamp) // 1000 for scan in heard.scans]
     first = stamps[0]
     expected = [-(-k * ranger // step) * step for k in range(1, 5000 // ranger)]
@@ -125,7 +125,7 @@ def test_a_mapper_finds_the_walls(start: Callable[..., Process], client: Client,
     for stamp, pose in truth.items():
         if stamp in believed:
             assert pose == pytest.approx(believed[stamp], abs=1e-9)
-    # The estimate is right, so nothing is left to localize.
+    # The estimate is exact, so the transform from map to odometry is the identity.
     origins = heard.moving("odom")
     assert origins
     for origin in origins.values():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Simulated time that waits for controllers: then runs with ROS repeat to the last bit."""
+"""Lock-step: simulated time waits for controllers, so that runs with ROS are reproducible."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ WORLD, ROBOTS, SECONDS = "arena.world", ("r0", "r1", "r2", "r3", "r4"), 10
 
 
 def speeds(ranges: Any) -> tuple[float, float]:
-    """A controller: ahead, or around where something is near."""
+    """A controller that drives ahead, or turns if an obstacle is near."""
     near = float(min(ranges))
     return (0.4, 0.2 * near) if near > 0.5 else (0.1, 0.9)
 
 
 def drive(client: Client, delay: Callable[[], float] = lambda: 0.0) -> None:
-    """Each robot answers each of its scans."""
+    """Answers each scan of each robot with a command."""
     for robot in ROBOTS:
         publisher = client.node.create_publisher(TwistStamped, f"/{robot}/cmd_vel", 10)
 
@@ -55,12 +55,12 @@ def test_runs_repeat_and_are_those_without_ros(start: Callable[..., Process], cl
 
 
 def without_ros() -> str:
-    """The same controller between the same steps, in one process. It begins after the first step."""
+    """Runs the same controller without ROS, from the first step on; returns the state hash."""
     with st.World(WORLD) as world:
         fleet = world.fleet()
         cmd, ranges = fleet.cmd, fleet.ranger().ranges
         cmd[:] = np.nan
-        for model in world.models:  # after the sensors: the order is part of the state
+        for model in world.models:  # subscribes after the sensors, because the order is part of the state
             if model.type == "position" and model.subscribers == 0:
                 model.subscribe()
         while world.time < SECONDS:
@@ -133,7 +133,7 @@ def test_answers_may_be_asked_for_more_seldom(start: Callable[..., Process], cli
     start(two, lockstep="me", lockstep_interval=0.25, speed=0)
     clock = client.listen(Clock, "/clock")
     done = client.talk(Header, "/stage/done")
-    for moment in (300, 500, 800):  # the first step after each quarter of a second
+    for moment in (300, 500, 800):  # the first step at or after each quarter of a second
         client.until(lambda: clock and clock[-1].clock.nanosec == moment * 1_000_000)
         client.spin(0.2)
         assert clock[-1].clock.nanosec == moment * 1_000_000

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The colcon package, without colcon, and what the documentation says."""
+"""The colcon package, tested without colcon, and the documentation."""
 
 from __future__ import annotations
 

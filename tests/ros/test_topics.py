@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What is published: names, frames, and that the numbers are the simulator's."""
+"""Topics: names, frames, and data, which equal those of the simulator."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def tree(model: st.Model) -> Iterator[st.Model]:
 
 
 def expected_topics(world: st.World, scheme: str) -> list[str]:
-    """As docs/ros.md has it, written down a second time."""
+    """The topics that docs/ros.md documents, computed independently of the node."""
     old = scheme == "stage_ros"
     robots = [model for model in world.models if model.type == "position" and model.parent is None]
     topics = []
@@ -68,7 +68,7 @@ def test_topics_and_frames_of_every_world(ros: None, world_file: str, scheme: st
         for robot in node.robots:
             for name in ("cmd_vel", "teleport"):
                 assert f"/{robot.prefix}/{name}".replace("//", "/") in listened
-        # Each frame of a sensor hangs on the body, by frames that are there.
+        # A chain of existing frames leads from each sensor to the body.
         for robot in node.robots:
             parents = {child: parent for parent, child, _ in robot.mounts}
             root = f"{robot.prefix}/base_footprint" if robot.prefix else "base_footprint"
@@ -81,7 +81,7 @@ def test_topics_and_frames_of_every_world(ros: None, world_file: str, scheme: st
 @pytest.fixture
 def zoo(start: Callable[..., Process], client: Client,
         request: pytest.FixtureRequest) -> tuple[Client, str]:
-    """A paused zoo whose sensors all work, one robot of each kind, and how it is named."""
+    """A paused node of zoo.world, in which all sensors work, and its naming scheme."""
     start("zoo.world", paused=True, always_on=True, naming=request.param)
     return client, request.param
 
@@ -116,7 +116,7 @@ def test_all_that_the_zoo_says_is_what_the_simulator_says(zoo: tuple[Client, str
 
 
 def attach_all(world: st.World) -> None:
-    """Asks for all that sensors measure, as always_on does."""
+    """Subscribes to all sensors in the order of always_on."""
     fleet = world.fleet()
     for ask in (fleet.ranger, fleet.camera, fleet.fiducials, fleet.blobs, fleet.bumper):
         for index in range(3):
@@ -132,13 +132,13 @@ def stamp_of(message: Any) -> float:
 
 
 def is_of(moment: float, messages: list[Any]) -> bool:
-    """Whether the last message is of that time, or carries no time."""
+    """True if the last message has that stamp, or no stamp."""
     return bool(messages) and (isinstance(messages[-1], (UInt8MultiArray, Bool)) or
                                stamp_of(messages[-1]) == pytest.approx(moment, abs=1e-9))
 
 
 def check(world: st.World, got: dict[str, list[Any]], scheme: str) -> None:
-    """The last message of each topic against the world."""
+    """Compares the last message of each topic with the world."""
     fleet = world.fleet()
     seen: Counter[str] = Counter()
     for topic, messages in got.items():
@@ -246,7 +246,7 @@ CHECKS = {
 
 
 def check_frames(world: st.World, moving: Any, fixed: Any, got: dict[str, list[Any]], scheme: str) -> None:
-    """From each sensor there is a chain to the odometry of its robot, and it leads where the sensor is."""
+    """Checks the chain of frames from each sensor to its robot's odometry, and the resulting pose."""
     links = {t.child_frame_id: t for message in (moving, fixed) for t in message.transforms}
     fleet = world.fleet()
     roots = set()
@@ -267,7 +267,7 @@ def check_frames(world: st.World, moving: Any, fixed: Any, got: dict[str, list[A
                 c, s = np.cos(a), np.sin(a)
                 assert np.allclose(place[:2, 3], [x + c * origin[0] - s * origin[1],
                                                   y + s * origin[0] + c * origin[1]])
-            if topic.endswith("image"):  # looks ahead, a little down
+            if topic.endswith("image"):  # the optical axis points ahead and slightly down
                 assert np.allclose(place[:3, 2], [np.cos(a) * np.cos(np.radians(5)),
                                                   np.sin(a) * np.cos(np.radians(5)), -np.sin(np.radians(5))])
     assert len(roots) == len(fleet)
@@ -299,7 +299,7 @@ def test_single_beams(start: Callable[..., Process], client: Client, one: str, s
     client.spin(0.3)
     assert bool(beam) == (single_beams != "none")
     if single_beams == "range":
-        # To the left there is nothing.
+        # There is no obstacle to the left.
         assert (beam[-1].range, beam[-1].max_range) == (np.inf, 4.0)
         assert beam[-1].field_of_view == pytest.approx(np.radians(15))
         assert beam[-1].header.frame_id == "base_scan_link_sensor_1"
@@ -322,7 +322,7 @@ def test_robots_of_the_same_name_are_told_apart(ros: None) -> None:
 
 def test_names_that_are_not_utf_8_become_names_of_ros(start: Callable[..., Process], client: Client,
                                                       tmp_path: Path) -> None:
-    """They are allowed in world files, and in names of files."""
+    """Names that are not UTF-8 are allowed in world files and as file names."""
     file = os.fsencode(tmp_path) + b"/w\xff.world"
     with open(file, "wb") as out:
         out.write(b'position( name "r\xff" ) position( name "\xff" pose [1 0 0 0] ) position( name "\x80" pose [2 0 0 0] )')
@@ -353,7 +353,7 @@ def test_frames_have_the_names_that_are_given(start: Callable[..., Process], cli
     assert truth[-1].header.frame_id == "m"
     links = {t.child_frame_id: t for message in (moving[-1], fixed[-1]) for t in message.transforms}
     assert {(t.header.frame_id, child) for child, t in links.items()} >= {("m", "o"), ("o", "f"), ("f", "b")}
-    # The map leads to where the robot truly is, although its odometry errs.
+    # The transforms from the map give the true pose, although the odometry has errors.
     place = matrix(links["o"].transform) @ matrix(links["f"].transform)
     true, guess = truth[-1].pose.pose.position, odometry[-1].pose.pose.position
     assert np.allclose(place[:2, 3], [true.x, true.y])
@@ -391,7 +391,7 @@ def stepped(world: st.World) -> str:
 
 def test_scans_come_when_the_sensor_has_measured(start: Callable[..., Process], client: Client,
                                                  tmp_path: Path) -> None:
-    """Steps of 20 ms, updates at each 100 ms, whenever somebody begins to listen."""
+    """With steps of 20 ms and updates every 100 ms, scans come with updates for any time of subscription."""
     file = tmp_path / "fine.world"
     file.write_text("interval_sim 20\n" + TWO)
     start(str(file), paused=True, base_watchdog_timeout=0.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The page as the node's window: what it shows, and that it and ROS do the same things to the same world."""
+"""The page as the node's window: its contents, and equal effects of the page's orders and of ROS."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ Meet = Callable[..., tuple[Process, Page, Client]]
 
 @pytest.fixture
 def meet(ros: None, start: Callable[..., Process]) -> Iterator[Meet]:
-    """Starts a node with a page; connects to the page and to ROS, until the test is over."""
+    """A function that starts a node with a page, and connects to the page and to ROS."""
     pages: list[Page] = []
     clients: list[Client] = []
 
     def begin(world: str, *options: str, **parameters: Any) -> tuple[Process, Page, Client]:
         process = start(world, *options, **parameters)
         pages.append(Page(process))  # type: ignore[arg-type]
-        clients.append(Client())  # after the node: the other way round it takes seconds until they know each other
+        clients.append(Client())  # after the node, because discovery takes seconds otherwise
         return process, pages[-1], clients[-1]
 
     yield begin
@@ -67,7 +67,7 @@ def test_it_shows_what_ros_is_told(meet: Meet, two: str) -> None:
         twist.linear.x, twist.angular.z = 0.3, turn
         client.talk(Twist, f"/{name}/cmd_vel").publish(twist)
     client.until(lambda: all(got and got[-1].twist.twist.linear.x for got in truth.values()))
-    page.until(lambda: page.place("a")[0] > 0)  # a frame may have been under way when it started
+    page.until(lambda: page.place("a")[0] > 0)  # an older frame may arrive first
     shown: dict[int, dict[str, Any]] = {}
     common: set[int] = set()
 
@@ -75,7 +75,7 @@ def test_it_shows_what_ros_is_told(meet: Meet, two: str) -> None:
         shown[round(page.frame["time"] * 1e6)] = {name: page.place(name).copy() for name in "ab"}
         client.spin()
         for name, got in truth.items():
-            # The page shows where a step has led to; messages are of the beginning of a step.
+            # The page shows the end of a step; messages belong to its beginning.
             told = {microseconds(message.header.stamp) - 100_000: place_of(message) for message in got}
             common.update(shown.keys() & told.keys())
             for moment in shown.keys() & told.keys():
@@ -113,7 +113,7 @@ def test_page_and_ros_see_each_others_pauses_and_speeds(meet: Meet, two: str) ->
     page.send("pause", on=False)
     page.until(lambda: page.frame["rate"] > 5 and page.frame["busy"] > 0)
     client.set(speed=float("inf"))
-    page.until(lambda: page.frame["speed"] == 0 and page.frame["rate"] > 30)  # JSON has no infinity
+    page.until(lambda: page.frame["speed"] == 0 and page.frame["rate"] > 30)  # 0 replaces infinity, which JSON lacks
     page.send("speed", factor=-1)
     assert "expected 0 or 0.001 to 1000000" in page.until_error()
 
@@ -125,7 +125,7 @@ def test_reset_by_the_page(meet: Meet) -> None:
     page.until(lambda: page.frame["steps"] > 5)
     for seed, number in (("9", 9), (None, 9), ("3", 3)):
         page.send("pause", on=True)
-        page.send("drive", thing=page.thing("r0"), velocity=[0.1, 0, 0])  # which ends with the reset
+        page.send("drive", thing=page.thing("r0"), velocity=[0.1, 0, 0])  # the reset ends this
         page.send("reset", seed=seed)
         page.until(lambda: page.frame["steps"] == 0 and page.frame["paused"])
         assert page.frame["seed"] == str(number)
@@ -146,7 +146,7 @@ def test_drag_and_drive(meet: Meet, two: str, tmp_path: Path) -> None:
     client.until(lambda: truth and odometry)
     page.until(lambda: True)
     page.send("move", thing=page.thing("b"), pose=[1.5, -2.5, 0.5])
-    client.until(lambda: place_of(truth[-1]) == pytest.approx([1.5, -2.5, 0.5]))  # in the pause
+    client.until(lambda: place_of(truth[-1]) == pytest.approx([1.5, -2.5, 0.5]))  # while paused
     client.step()
     client.until(lambda: place_of(odometry[-1]) == pytest.approx([1.5, -2.5, 0.5]))
 
@@ -158,19 +158,19 @@ def test_drag_and_drive(meet: Meet, two: str, tmp_path: Path) -> None:
     client.talk(Twist, "/b/cmd_vel").publish(twist)
     page.send("pause", on=False)
     speed(0.25)
-    page.send("drive", thing=page.thing("b"), velocity=[-0.5, 0, 0])  # goes before what ROS says
+    page.send("drive", thing=page.thing("b"), velocity=[-0.5, 0, 0])  # overrides commands of ROS
     speed(-0.5)
     page.send("drive", thing=page.thing("b"), velocity=[0, 0, 0])
     speed(0.25)
     page.send("drive", thing=page.thing("b"), velocity=[-0.5, 0, 0])
-    speed(-0.5)  # and then nobody repeats the order
+    speed(-0.5)  # the order of the page expires
     speed(0.25)
     message = PoseStamped()
     message.pose.position.y = 1.0
     client.call("/stage/pause", SetBool, data=True)
     page.until(lambda: page.frame["paused"])
     teleport = client.talk(PoseStamped, "/b/teleport")
-    client.spin(0.2)  # the pause has been shown, and now nothing else is new
+    client.spin(0.2)  # waits until the pause has been shown
     teleport.publish(message)
     page.until(lambda: (page.place("b") == np.array([0, 1, 0], np.float32)).all())
 
@@ -194,7 +194,7 @@ def test_lockstep_waits_while_the_page_answers(meet: Meet, two: str) -> None:
 
 
 def test_it_ends_politely_with_a_browser_connected(meet: Meet, tmp_path: Path) -> None:
-    """Where there is a display, the page is opened; here a script says what it was given."""
+    """With a display, the node opens the page; here a script replaces the browser and prints its arguments."""
     opened = tmp_path / "opened"
     browser = tmp_path / "browser"
     browser.write_text(f'#!/bin/sh\necho "$1" > {opened}\n')

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Nothing that a result depends on calls what differs from one processor or run to the next.
+"""Code that results depend on calls no function whose result depends on the processor or the run.
 
-Looked at are both the sources and the symbols that the libraries want from others, so that neither
-a macro nor a `using` can hide a call. Compilers that are told to calculate otherwise are refused.
+The test checks the sources and the undefined symbols of the libraries, so that neither a macro nor a
+`using` can hide a call. Compiler flags that change arithmetic are refused.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from pathlib import Path
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
 BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release")
 
-# What IEEE 754 does not make a C library round correctly. Trigonometry: geometry/trigonometry.hh.
+# Functions for which IEEE 754 does not require correct rounding. Trigonometry: geometry/trigonometry.hh.
 INEXACT = """
     acos acosh asin asinh atan atan2 atanh cbrt cos cosh erf erfc exp exp10 exp2 expm1 hypot lgamma
     lgamma_r log log10 log1p log2 pow sin sincos sinh tan tanh tgamma j0 j1 jn y0 y1 yn gamma scalb
     drem significand cospi sinpi tanpi acospi asinpi atanpi exp10m1 exp2m1 log10p1 log2p1 compoundn
     pown powr rootn rsqrt beta riemann_zeta legendre polar
 """.split()
-# Generators that the process, or the system, shares, and distributions that each standard library
-# has its own way of. Streams of random numbers: geometry/random.hh.
+# Random generators of the process or the system, and distributions, which differ between standard
+# libraries. Streams of random numbers: geometry/random.hh.
 SHARED_CHANCE = """
     rand srand random srandom initstate setstate drand48 erand48 lrand48 nrand48 mrand48 jrand48
     srand48 seed48 lcong48 rand_r random_r getrandom getentropy arc4random arc4random_uniform
 """.split()
-# What would change the whole process: clients have their own locale.
+# Functions that change the whole process; for example, clients have their own locale.
 PROCESS = ["setlocale"]
 STD_CHANCE = re.compile(r"\b(random_device|random_shuffle|\w+_distribution)\b")
-# OpenCL C: everything but additions, multiplications and the like may differ between devices.
+# OpenCL C functions whose results may differ between devices.
 OPENCL = re.compile(r"\b(native_\w+|half_(?!t\b)\w+|mad|fast_\w+|(?:float|double)\d*)\b")
 
-# Rooms that results depend on. Not libstage/gui: it draws what has been worked out. Nor
-# libstage/files: nobody is to foretell the names of its drafts.
+# Modules that results depend on. libstage/gui only draws results. libstage/files needs unpredictable
+# names of temporary files.
 FOLDERS = ["libstage", "libstage_cl", "kernels", "examples"]
 LEFT_OUT = ["libstage/gui", "libstage/files"]
 LEFT_OUT_SYMBOLS = {"libstage.so": {"getrandom"}}
-# Names of ours: members and functions that are called like those of the C library.
+# Own members and functions with the names of C library functions.
 OURS = {
     "log": re.compile(r"(?:\.|->)log\(\)|LogEntry>& log\("),
     "random": re.compile(r"(?:\.|->)random\(\)|RandomStream&? random\("),
@@ -60,7 +60,7 @@ def sources() -> list[Path]:
 
 
 def blank(match: re.Match[str]) -> str:
-    """Keeps the lines' numbers."""
+    """Replaces a match by its line ends, so that line numbers stay correct."""
     return "\n" * match.group().count("\n")
 
 
@@ -77,7 +77,7 @@ def calls_in(text: str, names: list[str]) -> list[str]:
 
 
 def wanted_symbols(library: Path) -> set[str]:
-    """Names, without versions, that the library expects others to have."""
+    """The undefined symbols of a library, without versions."""
     lines = subprocess.run(["nm", "-D", "--undefined-only", str(library)], text=True, check=True,
                            capture_output=True).stdout.splitlines()
     return {line.split()[-1].split("@")[0] for line in lines}
@@ -101,7 +101,7 @@ def compiler() -> str:
 
 
 def compile_errors(*flags: str) -> str:
-    """Of a source that includes what each of ours does."""
+    """The compiler's errors for a source with the header that all sources include."""
     source = '#include "geometry/geometry.hh"\n'
     command = [compiler(), "-std=c++20", "-I" + str(ROOT / "libstage/include"), f"-I{ROOT / 'libstage'}",
                "-fsyntax-only", *flags,
@@ -125,7 +125,7 @@ class ArithmeticTest(unittest.TestCase):
                 self.assertEqual(OPENCL.findall(COMMENT.sub(blank, path.read_text())), [])
 
     def test_sources_are_searched(self) -> None:
-        """The search finds what it is to find, and nothing else."""
+        """The search finds exactly the forbidden calls."""
         for call in ("x = std::hypot(a, b);", "using std::atan2;", "y = sinf(a);", "::pow (a, b)",
                      "[] { return random(); }", "return rand() % 3;", "auto f = std::exp;"):
             self.assertEqual(len(calls_in(call, INEXACT + SHARED_CHANCE)), 1, call)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What includes what: the rooms of the floor plan (CONTRIBUTING.md) use each other one way.
+"""Includes follow the dependencies between modules in CONTRIBUTING.md, which have one direction.
 
-Each arrow from room to room stands in one of the two tables below. A new one is added there, and
-seen by whoever reads the change; one that is no longer used has to go.
+Each dependency is in one of the two tables below. A new one must be added there, where reviewers see
+it, and an unused one must be removed.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
 
-# Room: the rooms whose headers it includes. "face" is stage.hh, with what lies
-# beside libstage's rooms.
+# For each module, the modules whose headers it includes. "face" is stage.hh and all that is beside
+# libstage's modules.
 ALLOWED = {
     "config": "",
     "messages": "",
@@ -43,7 +43,7 @@ ALLOWED = {
     "tools": "messages files threads geometry worldfile models world insight whatif recording face gui/offscreen gui/window",
 }
 
-# The arrows that point back: (room, header): who follows it, and why it is still there.
+# Dependencies in the wrong direction, (module, header): the including file, and the reason.
 BACK = {
     ("models", "world/world.hh"): (
         "actuator blinkenlight block blobfinder bumper camera energy_charts fiducial gripper "
@@ -56,21 +56,21 @@ BACK = {
 
 SUFFIXES = {".cc", ".hh", ".h", ".cl", ".in"}
 INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]', re.MULTILINE)
-# Headers that CMake makes.
+# Headers that CMake generates.
 MADE = {"stage_config.hh": "config/stage_config.hh", "kernels_embedded.hh": "libstage_cl/"}
 
 
 class Include(NamedTuple):
     source: str  # such as libstage/grid/grid.hh
-    header: str  # as it is written
-    target: str  # the file; empty: there is none
+    header: str  # as written in the source
+    target: str  # the included file; empty: not found
 
 
 def room_of(path: str) -> str:
     parts = path.split("/")
     if parts[0] != "libstage":
         return parts[0]
-    if parts[1] == "include":  # clients see it; it belongs to its room all the same
+    if parts[1] == "include":  # public headers belong to their module, too
         del parts[1]
     if parts[1] == "gui" and len(parts) > 3:
         return f"gui/{parts[2]}"
@@ -78,7 +78,7 @@ def room_of(path: str) -> str:
 
 
 def find(source: Path, header: str) -> str:
-    """The file of ours that the compiler takes; empty if there is none."""
+    """The file of the project that the compiler includes; empty if there is none."""
     if header in MADE:
         return MADE[header]
     folders = [source.parent, ROOT / "libstage/include", ROOT / "libstage", ROOT / "libstage/gui", ROOT, ROOT / "tools"]
@@ -108,7 +108,7 @@ def is_back(include: Include) -> bool:
 
 
 def faults(found: Iterable[Include]) -> list[str]:
-    """One line for each include that leads nowhere, or along no arrow."""
+    """One line for each include without a file or without an allowed dependency."""
     lines = []
     for include in found:
         start, end = room_of(include.source), room_of(include.target)
@@ -120,7 +120,7 @@ def faults(found: Iterable[Include]) -> list[str]:
 
 
 def cycle(allowed: dict[str, str]) -> list[str]:
-    """Rooms that use each other in a circle; empty if there are none."""
+    """A cycle of modules that depend on each other; empty: none."""
     left = {room: set(used.split()) for room, used in allowed.items()}
     while left:
         ends = {room for room, used in left.items() if not used & left.keys()}

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Each command that a test looks for is in a package that tools/setup installs, tests find no other commands, each
-module that scripts import comes with such a package, and no test gives up before a slow machine is done."""
+"""Commands that tests need are in packages that tools/setup installs, tests find no other commands, modules that
+scripts import are in such packages, and timeouts of tests are long enough for slow machines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT / "tests" / "support"))
 from installed_commands import TEST_GROUPS, allowed_commands, setup_table  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
-# Commands that tests name and that tools/setup installs on request or not at all, and why that hides nothing.
+# Commands in tests that tools/setup installs only on request or never, with the reason why that is harmless.
 OPTIONAL = {
     "chromium": "tools/setup --browser",
     "chromium-browser": "Ubuntu's name of chromium",
@@ -34,16 +34,16 @@ OPTIONAL = {
     "slurmd": "tools/setup --slurm",
 }
 
-# Modules that the system's Python has after tools/setup beside its standard library, and their packages.
+# Modules of the system's Python after tools/setup, besides the standard library, and their packages.
 MODULES = {"PIL": "python3-pil", "numpy": "python3-numpy", "matplotlib": "python3-matplotlib"}
 
 LIMIT = re.compile(r"(?:\btimeout=|\.result\(|monotonic\(\) \+ |seconds: float = |kTimeLimit = )([\d.]+)")
-# Waits that no test depends on.
+# Timeouts that tests don't depend on.
 SHORT_WAITS = ("close_timeout=", "base_watchdog_timeout=", "seconds: float = 0.0")
 
 
 def scripts(*folders: str) -> Iterator[tuple[str, ast.Module]]:
-    """Python files below the folders, by their names: those that end so, and those that begin so."""
+    """Yields Python files below the folders: those named *.py, and those with a Python shebang."""
     for folder in folders:
         for path in sorted((ROOT / folder).rglob("*")):
             if path.suffix not in ("", ".py") or not path.is_file() or "results" in path.parts:
@@ -61,7 +61,7 @@ def constants(node: ast.AST) -> Iterator[str]:
 
 
 def commands_of(tree: ast.Module) -> set[str]:
-    """Names that which() looks for, and first words of lists that run() or Popen() is called with."""
+    """The commands that which() looks for or that run() and Popen() start."""
     found: set[str] = set()
     for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call)):
         name = getattr(call.func, "attr", getattr(call.func, "id", ""))
@@ -76,7 +76,7 @@ def commands_of(tree: ast.Module) -> set[str]:
 
 
 def modules_of(tree: ast.Module) -> set[str]:
-    """Names of modules that are imported, but for those that a script can do without."""
+    """The modules that a script imports, except for optional ones."""
     optional = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Try) for part in ast.walk(node)}
     found: set[str] = set()
     for node in ast.walk(tree):
@@ -108,7 +108,7 @@ class CommandsTest(unittest.TestCase):
 
     @unittest.skipUnless("STAGE_BINARY_DIR" in os.environ, "not run by ctest")
     def test_nothing_else_is_found(self) -> None:
-        """The PATH is the folder of these commands alone, and up to date."""
+        """The PATH is only the folder of these commands, and it is up to date."""
         folder = Path(os.environ["STAGE_BINARY_DIR"]) / "tests" / "commands"
         self.assertEqual(os.environ["PATH"], str(folder))
         self.assertEqual({path.name for path in folder.iterdir()}, set(allowed_commands()),
@@ -117,7 +117,7 @@ class CommandsTest(unittest.TestCase):
 
 class ModulesTest(unittest.TestCase):
     def test_modules_are_installed_by_the_script(self) -> None:
-        """Those of scripts that the system's Python runs."""
+        """All modules of scripts that the system's Python runs are installed."""
         packages = {package for _, package, _ in setup_table()}
         self.assertLessEqual(set(MODULES.values()), packages)
         local = {path.stem for path in [*ROOT.glob("tests/*/*.py"), *ROOT.glob("tools/*.py")]}
@@ -131,7 +131,7 @@ class ModulesTest(unittest.TestCase):
 
 class LimitsTest(unittest.TestCase):
     def test_waiting_has_no_limit_that_a_slow_machine_meets(self) -> None:
-        """Limits are PATIENCE, or are multiplied with slowness()."""
+        """Timeouts are PATIENCE, or are multiplied by slowness()."""
         files = [*ROOT.glob("tests/**/*.py"), *ROOT.glob("tests/**/*.cc"), *ROOT.glob("tests/**/*.hh")]
         for path in files:
             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
@@ -142,7 +142,7 @@ class LimitsTest(unittest.TestCase):
                 self.assertGreaterEqual(float(found[1]), PATIENCE, f"{place}: {line.strip()}")
 
     def test_limits_of_ctest_are_longer(self) -> None:
-        """A test that waits in vain says so itself."""
+        """Timeouts of ctest are longer, so that a test reports its own timeout."""
         text = (ROOT / "tests" / "CMakeLists.txt").read_text(encoding="utf-8")
         limits = [int(limit) for limit in re.findall(r"time_limit (\d+)\)", text)]
         self.assertGreaterEqual(len(limits), 3)

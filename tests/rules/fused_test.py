@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""No code of Stage multiplies and adds in one instruction, which rounds once where others round twice.
+"""Stage's machine code has no fused multiply-add instructions, which round once instead of twice.
 
-Compilers make such fused instructions by themselves where the processor has them. cmake/forbid_fused.cmake
-forbids it; this test looks into the machine code: of all that has been built, and of the sources that turn
-things, compiled for newer processors than the build's.
+Compilers generate such instructions if the processor has them. cmake/forbid_fused.cmake forbids it. This test
+disassembles all that has been built, and also the sources with rotations, compiled for newer processors than
+that of the build.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "releas
 # fcmla, vfma.f64, vfnms.f32, bfmlalb, and vmla.f32, which fuses on some processors.
 FUSED = re.compile(r"v?fn?m(?:add|sub)\w*|v?fc?m(?:add|sub)c\w*|b?fml(?:a|s)\w*|v?fcmla\w*|fn?ml[as]\w*|fn?mad\w*|"
                    r"fn?msb\w*|vfn?m[as]\.f\w*|vn?ml[as]\.f\w*|vfmal\S*|vfmsl\S*")
-# Ways to build that have fused instructions at hand. Sources of the library, which take longer, are compiled in
-# the first and the last one.
+# Compiler options that enable fused instructions. Sources of the library, which take longer, are compiled with
+# the first and the last of them.
 X86 = ["-O2 -march=x86-64-v3", "-O3 -march=x86-64-v3", "-O3 -march=x86-64-v4", "-O2 -march=native",
        "-O3 -march=native"]
-# (On Arm, cmake/forbid_fused.cmake looks at the processor when a build is configured: the command of another
-# processor says nothing.)
+# On Arm, cmake/forbid_fused.cmake checks the processor at configuration, so the command of another processor
+# is not meaningful.
 ARM = ["-O2 -march=armv8-a", "-O3 -march=armv8-a"]
-# Rotations as the project has them; GCC 12.2 makes them into vfmaddsub in spite of -ffp-contract=off.
+# Rotations as in the project. GCC 12.2 compiles them to vfmaddsub in spite of -ffp-contract=off.
 ROTATIONS = """
 struct Body { double vx, vy, wx, wy; };
 void SinCos(double, double*, double*);
@@ -88,14 +88,14 @@ def fused_in(file: Path) -> list[str]:
 
 
 def built() -> list[Path]:
-    """All libraries and programs of the build that results may come from."""
+    """All libraries and programs of the build that results depend on."""
     found = [*BINARY_DIR.glob("lib/*.so"), *BINARY_DIR.glob("lib/stage-*/*.so"), *BINARY_DIR.glob("bin/*"),
              *BINARY_DIR.glob("python/stagesim/_core*.so")]
     return sorted({path.resolve() for path in found if path.is_file()})
 
 
 def commands() -> dict[str, list[str]]:
-    """How the build compiles each source of the libraries, by its path in the tree."""
+    """The compiler commands of the libraries' sources, by path in the tree."""
     entries = json.loads((BINARY_DIR / "compile_commands.json").read_text())
     return {str(Path(entry["file"]).relative_to(ROOT)): shlex.split(entry["command"]) for entry in entries
             if Path(entry["file"]).is_relative_to(ROOT / "libstage")}
@@ -108,7 +108,7 @@ def is_kept(option: str) -> bool:
 def compile_for(command: list[str], processor: str, source: str, target: Path) -> str:
     """Compiles as `command` does, for that processor as if CXXFLAGS said so. "", or why it can't be done."""
     level, march = processor.split()
-    # The compiler, behind ccache or the like, comes first; the march where CXXFLAGS stand.
+    # The compiler, possibly after ccache, comes first; -march goes to the place of CXXFLAGS.
     first = next(i for i, word in enumerate(command) if word.startswith("-"))
     words, skip = [*command[:first], march], False
     for i, word in enumerate(command[first:], first):
@@ -119,7 +119,7 @@ def compile_for(command: list[str], processor: str, source: str, target: Path) -
             skip = True
             continue
         words.append(word)
-    # An option of the build, so before those of a single source such as its own -O3.
+    # An option of the build precedes those of a single source, such as -O3.
     words.insert(first + 1, level)
     result = subprocess.run([*words, "-w", "-x", "c++", "-c", source, "-o", str(target)], text=True, check=False,
                             capture_output=True, cwd=BINARY_DIR)
@@ -152,7 +152,7 @@ class FusedTest(unittest.TestCase):
                 self.assertEqual(fused_in(path), [])
 
     def compare(self, sources: dict[str, list[str]], texts: dict[str, Path], builds: list[str]) -> None:
-        """Compiles the texts as those sources are, in these ways, and looks for fused instructions."""
+        """Compiles the texts with the commands of the sources and these options, and finds fused instructions."""
         with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             def look(case: tuple[str, str]) -> tuple[str, str, str | list[str]]:
                 name, processor = case
@@ -177,7 +177,7 @@ class FusedTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             source = Path(folder) / "rotations.cc"
             source.write_text(ROTATIONS)
-            # Each source may be compiled with options of its own.
+            # Each source may have its own compiler options.
             sources = {name: command for name, command in commands().items()
                        if name.endswith(("models/position.cc", "sensing/tracer.cc", "wide_walk_avx512.cc"))}
             self.assertGreater(len(sources), 1)
@@ -185,7 +185,7 @@ class FusedTest(unittest.TestCase):
 
     @unittest.skipUnless(platform.machine() in ("x86_64", "aarch64") and processors(), "needs instructions that fuse")
     def test_fused_instructions_are_found(self) -> None:
-        """What a compiler does that may fuse."""
+        """The test detects the fused instructions of an unrestricted compiler."""
         with tempfile.TemporaryDirectory() as folder:
             source, target = Path(folder) / "rotations.cc", Path(folder) / "rotations.o"
             source.write_text(ROTATIONS)

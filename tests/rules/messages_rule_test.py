@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""No message goes past libstage/messages: what prints in the library or in the program is listed here,
-with the reason."""
+"""Messages go through libstage/messages. All other places that print in the library or in the program are
+listed here with the reason."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ PRINTS = re.compile(
     r"(?<![\w.])(?:std::)?(?:v?f?printf|f?puts|f?putc|putchar|fwrite|perror|psignal|syslog)\s*\("
     r"|\bstd::c(?:out|err|log)\b|\bSTD(?:OUT|ERR)_FILENO\b|\bPRINT_(?:ERR|WARN|MSG|DEBUG)\d?\s*\(")
 
-# Places that print what clients call for by name, or options ask for, with names made printable; and the
-# little that cannot go through a log: how many in each file, and why.
+# Places that print by request of a client or an option, with printable names, and the few that cannot
+# use a log: their number in each file, and the reason.
 ALLOWED = {
     "libstage/geometry/color.cc": (1, "Print(), of numbers"),
     "libstage/geometry/geometry.cc": (5, "Print(), of numbers"),
@@ -44,7 +44,7 @@ ALLOWED = {
 
 
 def code_of(path: Path) -> str:
-    """The text of a source without its comments and strings."""
+    """The text of a source without comments and strings."""
     text = path.read_text()
     text = re.sub(r'"(?:\\.|[^"\\\n])*"', '""', text)
     text = re.sub(r"//[^\n]*", "", text)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the tests of stagesim.sweep share.
+"""Fixtures for tests of stagesim.sweep.
 
-Those that need an engine which is not installed are skipped, and then the whole run tells so in its last lines:
-ctest counts it as skipped, not as passed.
+Tests that need an engine which is not installed are skipped. The last lines of the output then say so, and ctest
+counts the whole run as skipped, not as passed.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ metric( name "goal" kind "time_to_goal" goal [2 2] radius 1 first 1 )
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Not if anything has failed: that counts for more."""
+    """Reports skipped tests to ctest unless a test has failed."""
     skipped = {str(report.longrepr[2]).replace("Skipped: ", "") for report in terminalreporter.stats.get("skipped", [])}
     if skipped and not terminalreporter.stats.get("failed") and not terminalreporter.stats.get("error"):
         for reason in sorted(skipped):
@@ -50,13 +50,13 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 
 @pytest.fixture
 def root() -> Path:
-    """The top of the source tree."""
+    """The root of the source tree."""
     return ROOT
 
 
 @pytest.fixture
 def world(tmp_path: Path) -> Path:
-    """A world file: robots that wander about in a square room, with three metrics."""
+    """A world file with robots that wander in a square room, and with three metrics."""
     file = tmp_path / "room.world"
     file.write_text(WORLD)
     return file
@@ -64,18 +64,18 @@ def world(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def experiment(world: Path) -> Experiment:
-    """Two by two sets of values, five runs each, of some 10 ms."""
+    """An experiment of 2 x 2 sets of values with five runs each, of some 10 ms."""
     return Experiment(world, {"bots": [2, 6], "world.resolution": [.02, .1]}, runs=5, seed=3)
 
 
 @pytest.fixture
 def slow(world: Path) -> Experiment:
-    """Thirty runs of some 100 ms, so that workers can be killed in the middle of one."""
+    """An experiment of thirty runs of some 100 ms, so that workers can be killed during a run."""
     return Experiment(world, {"bots": [8, 12]}, runs=15, seed=4, duration=40)
 
 
 @pytest.fixture
 def own_metrics(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The module own_metrics can be imported."""
+    """Makes the module own_metrics importable."""
     monkeypatch.syspath_prepend(str(HERE))
     sys.modules.pop("own_metrics", None)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Metrics that the tests measure with."""
+"""Metrics for tests."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import stagesim as st
 
 
 def spread(world: st.World) -> dict[str, Any]:
-    """At the end: how far apart robots are, and something that has no value."""
+    """A function: the spread of the robots at the end, and a metric without a value."""
     return {"spread": np.std(world.fleet().pose[:, :2]), "nothing": None, "not_finite": float("nan")}
 
 
 class Nearest:
-    """After each step: how near to the middle a robot was, and how many steps there were."""
+    """A class: the min distance of a robot to the center over all steps, and the number of steps."""
 
     def __init__(self, world: st.World) -> None:
         self.fleet = world.fleet()
@@ -33,7 +33,7 @@ class Nearest:
 
 
 def fails_with_six(world: st.World) -> dict[str, Any]:
-    """Throws, dies by a signal, or gives no number, with six robots."""
+    """Raises, dies by a signal or returns no number, if there are six robots."""
     if len(world.fleet()) == 6 and "SIX_ARE_FINE" not in os.environ:
         if world.seed % 3 == 0:
             os.abort()
@@ -44,7 +44,7 @@ def fails_with_six(world: st.World) -> dict[str, Any]:
 
 
 def fails_once(world: st.World) -> dict[str, Any]:
-    """Throws in one run of the sweep in test_report.py: only one has such a seed."""
+    """Raises in only one run of the sweep in test_report.py, by its seed."""
     if world.seed % 12 == 6:
         raise RuntimeError("found that seed")
     return {}

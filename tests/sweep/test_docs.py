@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""docs/sweeps.md does what it says."""
+"""The code of docs/sweeps.md works."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 
 
 def test_walk(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each block of Python, one after the other, prints what stands behind it."""
+    """Each block of Python, executed in order, prints the output that follows it."""
     for package in ("pyarrow", "h5py"):
         pytest.importorskip(package, reason=f"skipped: {package} is not installed; try tools/setup --sweep")
     for file in (root / "examples" / "sweeps").glob("*.*"):

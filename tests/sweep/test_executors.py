@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Sweeps by the workers of executors: the same files, whichever it is and whoever is killed meanwhile."""
+"""Sweeps on executors give the same files with each executor, even if workers are killed."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from test_run import merged
 
 @pytest.fixture
 def example(root: Path) -> Path:
-    """A program that does a sweep by an engine."""
+    """A program that does a sweep on an engine."""
     return root / "examples" / "sweeps" / "sweep.py"
 
 
-#: 6 sets of 5 runs, each of some 50 ms.
+#: 6 sets of 5 runs of some 50 ms each.
 SIZE = ["--runs", "5", "--duration", "60"]
 
 
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """What that program's sweep comes to when nobody is killed."""
+    """The result of that program's sweep without killed workers."""
     out = tmp_path_factory.mktemp("expected") / "out"
     file = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).parents[2]) / "examples/sweeps/sweep.py"
     subprocess.run([sys.executable, str(file), str(out), *SIZE], check=True, stdout=subprocess.DEVNULL)
@@ -41,7 +41,7 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def wait_for_runs(out: Path, least: int) -> None:
-    """Until so many are finished, but not all."""
+    """Waits until at least `least` runs, but not all, are finished."""
     end = time.monotonic() + PATIENCE
     while len(plan.finished(out)) < least:
         assert time.monotonic() < end, "no runs are done"
@@ -49,7 +49,7 @@ def wait_for_runs(out: Path, least: int) -> None:
 
 
 def killed_later(pid: int, out: Path, least: int) -> threading.Thread:
-    """A process, when so many runs are finished."""
+    """Starts a thread that kills a process when at least `least` runs are finished."""
     def wait_and_kill() -> None:
         wait_for_runs(out, least)
         os.kill(pid, signal.SIGKILL)
@@ -64,7 +64,7 @@ def test_processes_and_threads(slow: Experiment, tmp_path: Path) -> None:
     with ProcessPoolExecutor(2) as pool:
         results = run(slow, pool, out=tmp_path / "pool", jobs=2, progress=lambda *how_far: told.append(how_far))
     assert merged(results) == alone
-    assert told[0] == (0, 30) and told[-1] == (30, 30) and len(told) == 9  # quarters of two shares
+    assert told[0] == (0, 30) and told[-1] == (30, 30) and len(told) == 9  # tasks have a quarter of the runs per worker
     with ThreadPoolExecutor(2) as pool:
         assert merged(run(slow, pool, out=tmp_path / "threads", jobs=2, chunk=4)) == alone
 
@@ -80,13 +80,13 @@ def test_a_broken_pool_is_made_anew(slow: Experiment, tmp_path: Path) -> None:
         return pool
 
     results = run(slow, make, out=out, jobs=2, chunk=3)
-    assert len(pools) in (2, 3)  # three if the first one's runs were not ended yet when the second began
+    assert len(pools) in (2, 3)  # three if runs of the first pool were still ending when the second one began
     assert merged(results) == merged(run(slow, out=tmp_path / "alone", jobs=2))
     assert not runs_of(out), "a worker that was killed has left runs behind that go on"
 
 
 def runs_of(out: Path) -> list[str]:
-    """Processes that work on that sweep."""
+    """The processes that work on the sweep."""
     listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True).stdout
     return [line for line in listed.splitlines() if "sweep" in line and line.rstrip().endswith(str(out))]
 
@@ -103,7 +103,7 @@ def test_a_broken_pool_of_the_caller_s_is_told(slow: Experiment, tmp_path: Path)
 
 
 class Idle:
-    """An executor whose workers do nothing, or die of their task."""
+    """An executor whose workers do nothing or die."""
 
     def __init__(self, dies: bool) -> None:
         self.dies, self.most, self.pending, self.submitted = dies, 0, 0, 0
@@ -149,7 +149,7 @@ def test_metrics_in_python(experiment: Experiment, tmp_path: Path, own_metrics: 
 
 @pytest.fixture
 def started() -> Iterator[list[subprocess.Popen[str]]]:
-    """Processes that are ended at the end."""
+    """A list of processes that are ended after the test."""
     processes: list[subprocess.Popen[str]] = []
     yield processes
     for process in processes:
@@ -160,7 +160,7 @@ def started() -> Iterator[list[subprocess.Popen[str]]]:
 
 def test_dask_with_a_worker_killed(example: Path, tmp_path: Path, expected: bytes,
                                    started: list[subprocess.Popen[str]]) -> None:
-    """In mid-run; the cluster starts another one, and nobody notices."""
+    """If a worker is killed during a run, the cluster starts another one and the sweep is complete."""
     pytest.importorskip("distributed", reason="skipped: Dask is not installed; try tools/setup --sweep")
     out = tmp_path / "out"
     sweep = subprocess.Popen([sys.executable, str(example), str(out), "--by", "dask", *SIZE], text=True,
@@ -179,7 +179,7 @@ def test_dask_with_a_worker_killed(example: Path, tmp_path: Path, expected: byte
 
 def test_mpi_killed_and_resumed(example: Path, tmp_path: Path, expected: bytes,
                                 started: list[subprocess.Popen[str]]) -> None:
-    """One of its processes is killed in mid-run, which ends all of them."""
+    """Killing one process during a run ends all of them; the sweep can be resumed."""
     pytest.importorskip("mpi4py", reason="skipped: mpi4py is not installed; try tools/setup --sweep")
     mpiexec = Path(sys.executable).with_name("mpiexec")
     if not mpiexec.exists():

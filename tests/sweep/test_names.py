@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Sweeps of worlds whose names are not UTF-8: what is in the plan comes through all of it as the same bytes."""
+"""Sweeps of worlds with names that are not UTF-8 keep all bytes of the names."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import pytest
 from stagesim.sweep import Experiment, Plan, program, run
 from test_worker import WORKER, records, stage
 
-LATIN = os.fsdecode(b"Stra\xdfe")  #: as Python holds such a name
+LATIN = os.fsdecode(b"Stra\xdfe")  #: such a name as a Python string
 
 
 @pytest.fixture
 def odd(tmp_path: Path) -> Path:
-    """A world file with that name, with a robot and a metric of that name."""
+    """A world file with that name, which contains a robot and a metric with that name."""
     (tmp_path / LATIN).mkdir()
     file = tmp_path / LATIN / f"{LATIN}.world"
     name = os.fsencode(LATIN)
@@ -26,12 +26,12 @@ def odd(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def swept(odd: Path) -> Experiment:
-    """Two values, two runs each."""
+    """An experiment of two values with two runs each."""
     return Experiment(odd, {f"{LATIN}.mass": [1, 2]}, runs=2, options={"args": LATIN})
 
 
 def test_names_come_through(swept: Experiment, tmp_path: Path) -> None:
-    """By the program's workers, by those in Python, and back out of the records of both."""
+    """Records of the program's workers and of Python workers have the same names."""
     words = swept.arguments()
     for out, worker in ((tmp_path / "program", []), (tmp_path / "python", ["--worker", WORKER])):
         done = stage("sweep", *words, *worker, "-o", out)
@@ -53,7 +53,7 @@ def test_replay_commands_work(swept: Experiment, tmp_path: Path) -> None:
 
 
 def test_tables_have_the_names(swept: Experiment, tmp_path: Path) -> None:
-    """CSV and arrays the names themselves; Parquet and HDF5, which are UTF-8, what people read."""
+    """CSV files and arrays keep the bytes; Parquet and HDF5, which need UTF-8, have printable names."""
     results = run(swept, out=tmp_path / LATIN / "out", jobs=1)
     table = results.table()
     assert table[f"{LATIN}.mass"].tolist() == [1, 1, 2, 2] and LATIN in table
@@ -69,7 +69,7 @@ def test_tables_have_the_names(swept: Experiment, tmp_path: Path) -> None:
 
 
 def test_values_of_texts(odd: Path, tmp_path: Path) -> None:
-    """As an axis of texts, in every kind of table and in the report."""
+    """Such names work as values of an axis, in every kind of table and in the report."""
     results = run(Experiment(odd, {f"{LATIN}.say": [LATIN, "plain"]}, runs=2), out=tmp_path / "out", jobs=1)
     assert results.table()[f"{LATIN}.say"].tolist() == [LATIN, LATIN, "plain", "plain"]
     for ending, package in ((".parquet", "pyarrow"), (".h5", "h5py")):
@@ -81,7 +81,7 @@ def test_values_of_texts(odd: Path, tmp_path: Path) -> None:
 
 
 def test_failures_are_told(odd: Path, tmp_path: Path) -> None:
-    """A reply of a worker in Python that names the file."""
+    """An error of a Python worker names the file."""
     odd.write_bytes(odd.read_bytes() + b"nonsense(\n")
     done = subprocess.run([program._paths.PROGRAM, "sweep", odd, "--worker", WORKER, "-o", tmp_path / "out"],
                           capture_output=True, check=False, env=program.environment([]))

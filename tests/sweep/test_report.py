@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Reports: what they find in made-up runs, and the page of a real sweep."""
+"""Reports: comparisons of artificial runs, and the page of a real sweep."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stagesim.sweep.table import Column
 
 
 def made_up(common_seeds: bool, effect: float, runs: int = 20) -> Study:
-    """A sweep of 3 x 2 sets: `m` grows by `effect` for each value of a, b does nothing; seeds do a lot."""
+    """An artificial sweep of 3 x 2 sets: `m` grows by `effect` per value of a, b has no effect, seeds have much."""
     plan = Plan("", (Axis("a", ("1", "2", "10")), Axis("b", ("x", "y"))), 0, runs, 1, common_seeds, None, {},
                 6 * runs, "")
     random = np.random.default_rng(3)
@@ -40,7 +40,7 @@ def made_up(common_seeds: bool, effect: float, runs: int = 20) -> Study:
 
 
 def sure(study: Study) -> set[tuple[str, str, int, int]]:
-    """The comparisons that count as significant."""
+    """The significant comparisons."""
     return {(one.metric.name, one.axis.name, one.first, one.second)
             for one in study.comparisons() if one.probability < 0.05}
 
@@ -60,7 +60,7 @@ def test_pairs_find_what_seeds_hide() -> None:
 
 
 def test_metrics_of_a_study() -> None:
-    """One that lacks values also has the share that has some; one that never changes is told apart."""
+    """A metric with missing values also gets the share of runs with a value; constant metrics are separate."""
     study = made_up(False, 1.0)
     assert [metric.name for metric in study.metrics] == ["m", "sometimes_share", "sometimes"]
     assert study.same == {"same": 7.0}
@@ -86,7 +86,7 @@ def test_units(world: Path) -> None:
 
 
 def test_page(experiment: Experiment, tmp_path: Path, own_metrics: None) -> None:
-    """It needs no other file, has all pictures, and names what has failed."""
+    """The page is self-contained, has all pictures and lists the failed runs."""
     pytest.importorskip("matplotlib", reason="skipped: matplotlib is not installed; try tools/setup --sweep")
     results = run(replace(experiment, set={"bots": [2, 6], "world.resolution": [.02, .05, .1]}, runs=2,
                           metrics="own_metrics:fails_once", options={"tries": 1}), out=tmp_path / "out", jobs=2)
@@ -151,7 +151,7 @@ def test_program_makes_the_same_page(experiment: Experiment, tmp_path: Path) -> 
 @pytest.mark.parametrize("options, there", [({"log": True}, True), ({}, False),
                                             ({"log": True, "no-controllers": True}, False)])
 def test_places_of_robots(experiment: Experiment, tmp_path: Path, options: dict[str, bool], there: bool) -> None:
-    """From logs, where there are any, and something has moved in them."""
+    """There is a picture of places if there are logs in which something has moved."""
     pytest.importorskip("matplotlib", reason="skipped: matplotlib is not installed; try tools/setup --sweep")
     results = run(replace(experiment, set={}, runs=2, options=options), out=tmp_path / "out", jobs=2)
     page = results.report()

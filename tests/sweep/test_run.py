@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""stagesim.sweep.run() by processes of this machine, its results, and the files that they are merged into."""
+"""stagesim.sweep.run() with processes on this machine, its results, and the merged files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stagesim.sweep import Experiment, Results, SweepError, run
 
 
 def merged(results: Results) -> bytes:
-    """All of it as CSV."""
+    """All runs as CSV."""
     file = results.folder / "all.csv"
     results.merge(file)
     return file.read_bytes()
@@ -54,7 +54,7 @@ def test_a_second_call_goes_on(experiment: Experiment, tmp_path: Path) -> None:
     before = merged(first)
     kept, gone = first.folder / "runs/000/000003.json", first.folder / "runs/000/000004.json"
     stamp = kept.stat().st_mtime_ns
-    gone.write_bytes(b"")  # as on a full disk
+    gone.write_bytes(b"")  # an empty record, as a full disk leaves it
     assert Results(first.folder).missing == [4]
     with pytest.raises(SweepError, match="1 of 20 runs are"):
         first.merge(tmp_path / "all.parquet")
@@ -154,7 +154,7 @@ def test_merged_files_are_alike_whatever_the_order(experiment: Experiment, tmp_p
 
 
 def read_back(file: Path) -> dict[str, list[Any]]:
-    """Columns of a merged file: numbers where they can be, and None."""
+    """Reads the columns of a merged file, as numbers if possible; None: no value."""
     columns: dict[str, list[Any]]
     if file.suffix == ".parquet":
         import pyarrow.parquet as parquet
@@ -194,7 +194,7 @@ def test_merge_refuses_other_endings(experiment: Experiment, tmp_path: Path) -> 
 
 
 def test_table_as_data_frame(experiment: Experiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """pandas may be a stand-in here: it gets the columns."""
+    """table(pandas=True) passes the columns to pandas, which may be replaced by a stand-in."""
     results = run(experiment, out=tmp_path / "out", jobs=2)
     stand_in = ModuleType("pandas")
     stand_in.DataFrame = dict  # type: ignore[attr-defined]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The script for Slurm, by what Slurm puts into the environment; test_slurm_cluster.py has Slurm itself."""
+"""The script for Slurm, with Slurm's environment variables; test_slurm_cluster.py uses Slurm itself."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from test_run import merged
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_tasks_of_an_array(root: Path, experiment: Experiment, tmp_path: Path, first: int) -> None:
-    """One after the other; each does its part."""
+    """The tasks of a job array, run in sequence, each do their part."""
     out, done = tmp_path / "out", []
     program.make_plan(experiment, out)
     for task in range(first, first + 3):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The script for Slurm, by Slurm: a cluster of this machine alone, which the test starts and ends.
+"""The script for Slurm on a cluster of this machine, which the test starts and stops.
 
-It needs Debian's slurm-wlm and root. Nothing of an installed Slurm is used but its programs.
+It needs Debian's slurm-wlm and root. Only the programs of an installed Slurm are used.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def free_ports(count: int) -> list[int]:
 
 @pytest.fixture
 def cluster(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Of one node with two processors."""
+    """A Slurm cluster of one node with two processors."""
     if os.geteuid() != 0 or not all(map(shutil.which, ("slurmctld", "slurmd", "sbatch"))):
         pytest.skip("skipped: Slurm is not installed, or this is not root; try tools/setup --slurm")
     folder = tmp_path / "slurm"
@@ -87,7 +87,7 @@ def wait_for(condition: object, complaint: str) -> None:
 
 
 def said(*words: str) -> str:
-    """What a program prints."""
+    """Runs a program and returns its output."""
     return subprocess.run(words, capture_output=True, text=True, check=False).stdout.strip()
 
 

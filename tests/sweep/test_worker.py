@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Runs by Python workers: the same as by the program's, and metrics of one's own."""
+"""Python workers: records equal those of the program, and own metrics."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ WORKER = shlex.join([sys.executable, "-m", "stagesim.sweep.worker"])
 
 
 def stage(*words: object) -> subprocess.CompletedProcess[str]:
-    """The program, with a Python that finds this package."""
+    """Runs the program with a Python that finds this package."""
     return subprocess.run([program._paths.PROGRAM, *map(str, words)], capture_output=True, text=True, check=False,
                           env=program.environment([]))
 
 
 def records(folder: Path) -> list[dict[str, Any]]:
-    """Of all runs, but for what differs from time to time."""
+    """The records of all runs without data that are not reproducible."""
     found = [json.loads(file.read_text()) for file in sorted((folder / "runs").glob("*/*.json"))]
     for record in found:
         record.pop("timing", None)
@@ -37,7 +37,7 @@ def records(folder: Path) -> list[dict[str, Any]]:
     {"args": "it's \"one\"", "log": True, "log-every": 1, "log-models": "bot1"},
     {"args": "\udcff", "log": True, "log-compression": "none", "log-ranges": "stage"}])
 def test_records_are_those_of_the_program_s_worker(world: Path, tmp_path: Path, options: dict[str, Any]) -> None:
-    """Also seeds, replay commands, logs."""
+    """Records equal those of the program, including seeds, replay commands and logs."""
     words = Experiment(world, {"bots": [2, 3], "world.resolution": [.02, .1], "bot.color": ["red", "it's blue"]},
                        runs=2, seed=2**63, options=options).arguments()
     by_program, by_python = tmp_path / "program", tmp_path / "python"
@@ -92,7 +92,7 @@ def test_metrics_that_fail(experiment: Experiment, tmp_path: Path, own_metrics: 
 
 def test_resumed_by_hand(experiment: Experiment, tmp_path: Path, own_metrics: None,
                          monkeypatch: pytest.MonkeyPatch) -> None:
-    """The plan knows which worker measures; without its module there is an error, and no run has failed."""
+    """The plan stores the worker. Without the module of its metrics, resuming is an error and fails no run."""
     own, out = replace(experiment, metrics="own_metrics:spread"), tmp_path / "out"
     whole = run(own, out=tmp_path / "whole", jobs=2)
     program.make_plan(own, out)
