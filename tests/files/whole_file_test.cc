@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Files that are written whole or not at all.
+// Files that are written completely or not at all.
 
 #include "files/whole_file.hh"
 
@@ -111,7 +111,7 @@ TEST_F(WholeFileTest, MakesOnlyWhatIsNotThere) {
   EXPECT_EQ(Count(), 2u);
 }
 
-/// Each name is made once, whoever is first.
+/// Several threads create files of the same names; each file is created exactly once.
 TEST_F(WholeFileTest, ManyMayMakeFilesAtOnce) {
   constexpr int kThreads = 4, kFiles = 200;
   std::atomic<int> made{0};
@@ -155,7 +155,7 @@ TEST_F(WholeFileTest, SaysWhatIsWrong) {
 
 TEST_F(WholeFileTest, APipeIsWrittenTo) {
   ASSERT_EQ(mkfifo(Path("pipe").c_str(), 0600), 0);
-  EXPECT_EQ(TryReplaceFile(Path("pipe"), BeginsWithOurs), 0);  // doesn't wait for a reader
+  EXPECT_EQ(TryReplaceFile(Path("pipe"), BeginsWithOurs), 0);  // does not wait for a reader
   std::string got;
   std::thread reader([&] { got = Read("pipe"); });
   EXPECT_EQ(ReplaceFile(Path("pipe"), "text", BeginsWithOurs), 0);

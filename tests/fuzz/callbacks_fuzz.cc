@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// libFuzzer entry point: the bytes say what callbacks do, of every type, to a small world of all
-// types of models: whatever that is, nothing breaks, and with one thread and each ray on its own
-// the same happens as with two threads and batches.
+// libFuzzer entry point: the bytes encode the actions of callbacks of every type in a small world
+// with all types of models. Nothing may break, and one thread with separate rays must give the same
+// results as two threads with ray batches.
 //
-// Bytes: two of which bits say what types of callbacks do something; the number of steps; then, for
-// each callback in its turn, an action and what it needs.
+// Bytes: two with a bit for each type of callback that is active; the number of steps; then, for
+// each callback in order of the calls, an action and its arguments.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -42,7 +42,7 @@ constexpr const char* kTypes[] = {"model",    "position", "ranger",       "gripp
                                   "actuator", "wifi",     "blinkenlight", "lightindicator"};
 constexpr size_t kMostModels = 60;
 
-/// What happens in one run.
+/// One run, with the record of what happened.
 class Run {
  public:
   Run(const uint8_t* data, size_t size) : data_(data), size_(size) {}
@@ -72,7 +72,7 @@ class Run {
     static_cast<ModelPosition*>(model)->SetTurnSpeed(model->GetPose().x);
     return 0;
   }
-  /// A callback of every type, from the beginning.
+  /// Adds a callback of every type.
   static void Attach(Model* model) {
     for (int type = 0; type < Model::__CB_TYPE_COUNT; type++) AttachOne(model, type);
     if (now_ && (now_->active_types_ >> Model::CB_UPDATE & 1) == 0 &&
@@ -94,11 +94,11 @@ class Run {
   }
 
   unsigned Next() { return at_ < size_ ? data_[at_++] : 0; }
-  /// -2 to 2 metres or so.
+  /// A length from -2 to 2 metres.
   double Length() { return (static_cast<int>(Next()) - 128) / 64.0; }
   void Note(double value) { trace_(value); }
 
-  /// What a callback throws comes out of it.
+  /// Steps the world; Update() passes on exceptions of callbacks.
   void Step() {
     try {
       world_->Update();
@@ -115,7 +115,7 @@ class Run {
     if (active_types_ >> kWorldCallback & 1) world_->AddUpdateCallback(OnStep, nullptr);
   }
 
-  /// All but the ground, parents before their children.
+  /// All models except the ground, parents before children.
   std::vector<Model*> Models() {
     std::vector<Model*> all;
     const auto add = [&](const auto& self, const Ancestor& above) -> void {
@@ -152,7 +152,7 @@ class Run {
     if (!world_ || at_ >= size_) return 0;
     Note(static_cast<double>(type));
     const unsigned action = Next();
-    const int result = action >= 128;  // not to be called any more
+    const int result = action >= 128;  // 1: remove the callback
     if (type == Model::CB_INIT && action == 77) throw 42;
     if (action % 64 < 12)
       ChangeWorld(action % 64);
@@ -304,7 +304,7 @@ class Run {
 
 Run* Run::now_ = nullptr;
 
-/// Models get their callbacks when they are made: so some are called while the world is loaded.
+/// Adds callbacks to models on creation, so that some are called while the world is loaded.
 void WrapCreators() {
   static std::map<std::string, creator_t>& plain = *new std::map<std::string, creator_t>;
   if (!plain.empty()) return;

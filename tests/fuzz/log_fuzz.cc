@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// libFuzzer entry point: any bytes are a log that can be replayed, or are refused.
+// libFuzzer entry point: any bytes are either replayed as a log or rejected.
 //
-// Bytes: if the first is even, the rest is a file. Otherwise the rest are the records of a chunk of
-// a file that has a world in it, whose checksum is right.
+// Bytes: if the first is even, the rest is a file. Otherwise the rest are the records of a chunk
+// with a correct checksum, in a file that contains a world.
 #include <unistd.h>
 
 #include <cstddef>
@@ -36,9 +36,9 @@ std::string TemporaryFile() {
   return name;
 }
 
-/// The records as they would be in a log.
+/// Writes a log that contains the records.
 void WriteAround(std::string_view records, const std::string& file) {
-  unlink(file.c_str());  // it may hold something else
+  unlink(file.c_str());  // may be another file from before
   recording::McapWriter log(file, recording::Compression::kNone, "ros2", "");
   log.AddMetadata("stage", {{"world", "w"}});
   log.AddAttachment("w", "", kWorld);
@@ -46,7 +46,7 @@ void WriteAround(std::string_view records, const std::string& file) {
   const uint16_t poses = log.AddChannel(scan, "/stage/poses", "cdr", {});
   log.AddChannel(scan, "/base_scan0", "cdr", {});
   log.AddChannel(scan, "/base_scan1", "cdr", {});
-  // A first message of no models, and what follows as messages of 64 bytes in turn.
+  // A first message without models, then the rest as messages of 64 bytes.
   constexpr size_t kEmpty = 4 + 8 + 8 + 6 * 4, kPart = 64;
   uint8_t* empty = log.AddMessage(poses, 0, kEmpty);
   for (size_t i = 0; i < kEmpty; i++) empty[i] = i == 1 || i == 12;

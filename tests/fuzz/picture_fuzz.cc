@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// libFuzzer entry point: any bytes are a picture with outlines, or a LoadError.
+// libFuzzer entry point: any bytes either give a picture with outlines or throw LoadError.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Runs a fuzzer's entry point on files: what fuzzing found stays tested without libFuzzer.
+// Runs a fuzzer's entry point on files, so that earlier findings are tested without libFuzzer.
 //   NAME_replay FOLDER...
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
     for (const auto& entry : std::filesystem::directory_iterator(argv[i])) {
       std::ifstream in(entry.path(), std::ios::binary);
       const std::string bytes(std::istreambuf_iterator<char>(in), {});
-      std::fprintf(stderr, "%s\n", entry.path().c_str());  // the last one if it crashes
+      std::fprintf(stderr, "%s\n", entry.path().c_str());  // the last line names a crash's file
       LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
       ++count;
     }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// libFuzzer entry point: whatever a snapshot file says, a world takes it as a state or stays as it
-// is; a state that it took can be saved and read back; and afterwards it can go back to where it
-// was.
+// libFuzzer entry point: a world either restores a snapshot file or rejects it and is unchanged. A
+// restored state can be saved and read again, and the earlier state can be restored afterwards.
 //
-// Bytes: if the first is even, the rest is a file, whose checksum is put right. Otherwise each five
-// that follow change a good file: the place (three bytes), how (cut off there, insert, or write),
-// and a byte.
+// Bytes: if the first is even, the rest is a file, whose checksum is corrected. Otherwise each five
+// bytes change a valid file: position (three bytes), operation (cut off, insert or write), and a
+// byte.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -78,7 +77,7 @@ std::string Changed(std::string file, const std::uint8_t* data, std::size_t size
   return file;
 }
 
-/// False if a size that no memory would hold was in the way: fine, as long as it is said so.
+/// Returns false if the step failed because a size exceeds the memory, which is allowed.
 bool Step(World* world) {
   try {
     world->Update();
@@ -88,7 +87,7 @@ bool Step(World* world) {
   }
 }
 
-/// Ends the program unless the world's state, saved and restored, is the same.
+/// Aborts unless the world's state is the same after saving and restoring.
 void CheckReadsBack(World* world) {
   Snapshot saved, read, again;
   if (!world->Take(&saved)) std::abort();

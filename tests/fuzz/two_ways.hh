@@ -7,11 +7,11 @@
 
 #include "stage.hh"
 
-/// What fuzzers run is run in two ways, which have to come out the same.
+/// Fuzzers run each world in two ways, which must give the same results.
 namespace two_ways {
 
-/// Of worlds that are made from now on: one thread and each ray on its own, or two threads, batches
-/// and everything shared that can be.
+/// Sets how later worlds run: with `plain` one thread and separate rays, otherwise two threads, ray
+/// batches and as much sharing as possible.
 inline void Choose(bool plain) {
   static const bool ready = [] {
     Stg::Init(nullptr, nullptr);
@@ -24,7 +24,7 @@ inline void Choose(bool plain) {
   options.share_from = plain ? 16 : 2;
 }
 
-/// Ends the program if a condition does not hold.
+/// Prints `what` and aborts if `holds` is false.
 inline void Check(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "found otherwise: %s\n", what);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// libFuzzer entry point: any bytes are a world, or not, and a world steps; with one thread and each
-// ray on its own it becomes the same as with two threads and batches.
+// libFuzzer entry point: any bytes either fail to load or give a world that steps. One thread with
+// separate rays must give the same results as two threads with ray batches.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kSteps = 12;
 
-/// How much there is in a world file; beyond these limits it takes too long to be of use here.
+/// Size of a world file's content. Files beyond these limits take too long to fuzz.
 class Extent {
  public:
   /// Throws LoadError.
@@ -57,7 +57,7 @@ class Extent {
   double cells_ = 0, reach_ = 0, rays_ = 0, pixels_ = 0, points_ = 0;
 };
 
-/// Names files, which would be read or run, or is large.
+/// True if the text names files, which would be read or run, or is too large.
 bool IsOutOfBounds(const std::string& text) {
   for (const char* word : {"ctrl", "include", "bitmap", "threads"})
     if (text.find(word) != std::string::npos) return true;
@@ -67,7 +67,7 @@ bool IsOutOfBounds(const std::string& text) {
     file.Load(in);
     return !Extent(&file).IsSmall();
   } catch (const Stg::LoadError&) {
-    return false;  // a mistake, which loading the world has to find as well
+    return false;  // an error that loading the world must find too
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// libFuzzer entry point: any bytes must load as a world file or throw LoadError.
+// libFuzzer entry point: any bytes must either load as a world file or throw LoadError.
 //   clang++ -fsanitize=fuzzer,address,undefined ... tests/fuzz/worldfile_fuzz.cc libstage/...
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     world.Unused();
   } catch (const Stg::LoadError&) {
-    // A mistake in the input, told as it should be.
+    // An error in the input, correctly reported.
   }
   return 0;
 }

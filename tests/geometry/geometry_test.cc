@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Angles, poses, and the sine and cosine that are the same everywhere.
+// Angles, poses, and sine and cosine with the same results on all machines.
 
 #include "geometry/geometry.hh"
 
@@ -92,7 +92,7 @@ TEST(SinCos, IsSymmetric) {
     ASSERT_EQ(there.cosine, back.cosine) << angle;
     ASSERT_EQ(there.sine, -back.sine) << angle;
   }
-  // The quadrant's own border, from both sides.
+  // The borders of quadrants, from both sides.
   for (const double angle : {M_PI / 4, 3 * M_PI / 4, 5 * M_PI / 4, 1001 * M_PI / 4}) {
     EXPECT_EQ(SinCos(angle).cosine, SinCos(-angle).cosine);
     EXPECT_EQ(SinCos(angle).sine, -SinCos(-angle).sine);
@@ -117,7 +117,7 @@ TEST(SinCos, NoAngle) {
   }
 }
 
-// Bits, not values: these are the same on every processor and with every compiler.
+// The bits of the results are the same on every processor and with every compiler.
 TEST(SinCos, SameBitsEverywhere) {
   uint64_t hash = 0xcbf29ce484222325u;
   RandomSource random(4);
@@ -166,7 +166,7 @@ TEST(Normalize, AroundWholeAndHalfTurns) {
         down = std::nextafter(down, -kInfinity);
       }
     }
-  // One turn too far is one subtraction.
+  // Less than one turn out of range: the result of a single subtraction.
   EXPECT_EQ(normalize(4.0), 4.0 - 2 * M_PI);
   EXPECT_EQ(normalize(-4.0), -4.0 + 2 * M_PI);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The same map in all formats that pictures may have: tests/data/maps, made by Pillow.
+// The same map in all supported picture formats: tests/data/maps, written by Pillow.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -29,7 +29,7 @@ Bitmap LoadBytes(const std::string& bytes) {
   return LoadFromMemory(bytes.data(), bytes.size(), "test");
 }
 
-/// A row of text for each row of pixels.
+/// One row of text for each row of pixels.
 std::vector<std::string> Drawing(const Bitmap& bitmap) {
   std::vector<std::string> rows;
   for (int y = 0; y < bitmap.height(); ++y) {
@@ -59,7 +59,7 @@ TEST_P(Formats, GiveTheBitmapThatThePgmGives) {
   EXPECT_EQ(Drawing(LoadBytes(BytesOf(GetParam()))), wanted);
 }
 
-/// A file may lack the bytes that follow the pixels.
+/// Truncated files are rejected, unless only bytes after the pixels are missing.
 TEST_P(Formats, RefuseFilesThatAreCutShort) {
   const std::string bytes = BytesOf(GetParam());
   const auto whole = Drawing(LoadBytes(bytes));
@@ -81,7 +81,7 @@ TEST_P(Formats, SurviveAnyByteThatIsWrong) {
     for (const int change : {1, 0x80, 0xff}) {
       std::string wrong = bytes;
       wrong[at] = static_cast<char>(wrong[at] ^ change);
-      ErrorOf(wrong);  // or none; the sanitizers look on
+      ErrorOf(wrong);  // may be valid; must not trip sanitizers
     }
   }
 }
@@ -116,7 +116,7 @@ unsigned RedMask(const BmpKind& kind) {
   return kind.depth == 16 ? 0x7c00 : 0xff0000;
 }
 
-/// A picture of 11 x 3 pixels, those with x + y divisible by 3 dark.
+/// A BMP file of 11 x 3 pixels; those with x + y divisible by 3 are dark.
 std::string MakeBmp(const BmpKind& kind) {
   constexpr unsigned kWidth = 11, kHeight = 3;
   std::string head, rows;
@@ -134,7 +134,7 @@ std::string MakeBmp(const BmpKind& kind) {
       Append(&head, kind.red_mask, 4), Append(&head, 0, 4), Append(&head, 0, 4);
     while (head.size() < kind.header) head += '\0';
   }
-  // Index 0 is dark, the last one is light.
+  // All indices are dark except the last.
   const unsigned light = (1U << std::min(kind.depth, 8U)) - 1;
   for (unsigned i = 0; kind.depth <= 8 && i <= light; ++i) {
     const bool is_dark = i != light;

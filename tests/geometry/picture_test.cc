@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Picture files into rasters.
+// Reading picture files into rasters.
 #include "geometry/picture.hh"
 
 #include <gtest/gtest.h>
@@ -104,7 +104,7 @@ Bitmap LoadBytes(const std::string& bytes, std::uint8_t threshold = 127) {
 
 using Samples = std::vector<std::uint8_t>;
 
-// The samples behind what is solid: as many as there are thresholds below which a pixel is free.
+// Each pixel's sample, as the number of thresholds at which the pixel is free.
 template <typename LoadAt>
 Samples SamplesOf(const LoadAt& load) {
   Samples samples;
@@ -127,7 +127,7 @@ Samples SamplesOfFile(const std::string& path) {
   return SamplesOf([&path](std::uint8_t threshold) { return Load(path, threshold); });
 }
 
-// What the error says, "" if there is none.
+// Message of the LoadError that `action` throws; empty if none.
 std::string ErrorOf(const std::function<void()>& action) {
   try {
     action();
@@ -155,7 +155,7 @@ struct DepthCase {
 
 class PngKinds : public testing::TestWithParam<std::tuple<DepthCase, bool>> {};
 
-// Each kind at several sizes: those below 8 pixels leave passes of an interlaced picture empty.
+// Each kind in several sizes. Below 8 pixels, some passes of interlaced pictures are empty.
 TEST_P(PngKinds, FirstSampleOfEachPixel) {
   const auto [depth_case, interlaced] = GetParam();
   const auto [colour_type, depth] = depth_case;
@@ -361,7 +361,7 @@ TEST_F(PictureFiles, Load) {
   const SampleOf sample_of = [](int x, int y, int) { return unsigned(10 * x + y); };
   EXPECT_EQ(SamplesOfFile(Write("a.png", MakePng({3, 2}, sample_of))),
             (Samples{0, 10, 20, 1, 11, 21}));
-  // The content says what it is, not the name.
+  // The format is recognized by content, not by name.
   EXPECT_EQ(SamplesOfFile(Write("b.png", "P5 1 1 255 x")), (Samples{'x'}));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The streams of random numbers: each world and model has its own, which no other changes.
+// Streams of random numbers: each world and model has its own, independent of all others.
 
 #include "geometry/random.hh"
 
@@ -18,7 +18,7 @@ namespace {
 
 uint64_t First(Model* model) { return RandomStream(model->random()).Next(); }
 
-/// A world's models in a robot of that name, with the first number of each.
+/// Loads a world and returns the first random number of each model.
 std::vector<uint64_t> FirstNumbers(const std::string& text, uint64_t seed = 1) {
   World::run_options.seed = seed;
   const auto world = LoadText(text);
@@ -107,7 +107,7 @@ TEST(ModelRandomTest, ReloadedWorldsBeginAnew) {
 
 // ---- noise
 
-// Robots that are copied with their names used to have the same errors.
+// Robots copied with their names used to have identical noise.
 TEST(NoiseTest, RangersOfOneNameDiffer) {
   const std::string robot =
       "] ranger( pose [0 0 -0.5 0] alwayson 1 sensor( range [0 8] samples 1 noise [0.1 0 0] ) ) "
@@ -129,7 +129,7 @@ TEST(NoiseTest, RangersOfOneNameDiffer) {
 
 // ---- functions that are handed no stream
 
-/// Poses that a callback has drawn.
+/// Random poses drawn in a callback.
 struct Draws {
   std::vector<Pose> poses;
   static int Draw(Model*, void* user) {

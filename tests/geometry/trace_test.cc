@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Bitmaps into polygons.
+// Tracing bitmaps into polygons.
 #include "geometry/trace.hh"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ using Stg::picture::LoadFromMemory;
 using Stg::picture::Trace;
 using Polygons = std::vector<std::vector<point_t>>;
 
-// A bitmap out of rows in which # is solid.
+// Makes a bitmap from rows in which # is solid.
 Bitmap Drawing(const std::vector<std::string>& rows) {
   Bitmap bitmap(rows.empty() ? 0 : int(rows[0].size()), int(rows.size()));
   for (std::size_t y = 0; y < rows.size(); ++y) {
@@ -80,7 +80,7 @@ TEST(Outlines, PixelsTouchingAtACorner) {
             (Polygons{{{0, 0}, {1, 0}, {1, -1}, {0, -1}}, {{1, -1}, {2, -1}, {2, -2}, {1, -2}}}));
 }
 
-// The other diagonal is one outline: the way on to the smaller corner leads into the other pixel.
+// Pixels on the other diagonal give one outline: its path to the smaller corner enters the other.
 TEST(Outlines, PixelsTouchingAtTheOtherCorner) {
   EXPECT_EQ(Trace(Drawing({".#", "#."})),
             (Polygons{{{0, -1}, {1, -1}, {1, 0}, {2, 0}, {2, -1}, {1, -1}, {1, -2}, {0, -2}}}));
@@ -109,7 +109,7 @@ TEST(Outlines, SpeckleIsRefused) {
   }
 }
 
-// Pixels that touch at corners: two outlines turn at each.
+// Pixels that touch at corners: each corner belongs to two outlines.
 TEST(Outlines, CheckerboardsAreCountedTwice) {
   Bitmap board(600, 600);
   for (std::size_t i = 0; i < 360000; ++i) {
@@ -118,7 +118,7 @@ TEST(Outlines, CheckerboardsAreCountedTwice) {
   EXPECT_THROW(Trace(board), Stg::LoadError);
 }
 
-// Outlines pass whole words of pixels, and end where pictures do.
+// Outlines skip whole words of pixels, and stop at the picture's edge.
 TEST(Outlines, RectanglesAtTheEndsOfWords) {
   for (const std::size_t width : {63U, 64U, 65U, 127U, 128U, 129U}) {
     Bitmap full(int(width), 3);
@@ -129,7 +129,7 @@ TEST(Outlines, RectanglesAtTheEndsOfWords) {
   }
 }
 
-// The definition of the outlines, word for word and slow: a sorted set of directed unit edges.
+// Slow reference implementation of the definition: a sorted set of directed unit edges.
 Polygons SlowTrace(const Bitmap& bitmap) {
   using Corner = std::pair<int, int>;
   std::set<std::pair<Corner, Corner>> edges;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The trigonometry that is the same everywhere, against the C library's.
+// Compares Stage's trigonometry, which is the same on all machines, with the C library's.
 
 #include "geometry/trigonometry.hh"
 

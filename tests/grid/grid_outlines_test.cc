@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The exact drawing of the grid against a map from tiles to what is drawn in them.
+// Compares the grid's exact drawing with a map from tiles to their content.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ namespace {
 using test::RandomSource;
 using Tile = std::pair<int32_t, int32_t>;
 
-/// Bodies need a model that is not null, and exact ones a corner; nobody looks at them.
+/// Bodies need a model pointer that is not null, exact ones a corner; neither is dereferenced.
 Body MakeBody(RandomSource* random, bool exact) {
   static int somewhere;
   static const point_t corner;
@@ -33,7 +33,7 @@ Body MakeBody(RandomSource* random, bool exact) {
   return body;
 }
 
-/// A grid with bodies of both drawings, and what is drawn of each.
+/// A grid with bodies of both kinds of drawing, and the cells drawn for each.
 class Checked {
  public:
   explicit Checked(RandomSource* random) : random_(*random) {}
@@ -42,7 +42,7 @@ class Checked {
   Grid& grid() { return grid_; }
   void Use(Grid grid) { grid_.Become(grid); }
 
-  /// Somewhere else, nearby, or nowhere.
+  /// Redraws a random body far away, nearby, or nowhere.
   void RedrawOne() {
     auto [id, drawn] = Pick();
     std::vector<TilePart> parts;
@@ -102,7 +102,7 @@ class Checked {
     return grid_.FindTileSlot({.x = tile.first, .y = tile.second});
   }
 
-  /// It shows the cells of the bodies that say that they are in it, and no others.
+  /// The layer must show exactly the cells of the bodies that belong to it.
   void VerifyLayer(LayerIndex layer) const {
     std::map<uint32_t, uint64_t> expected;
     for (const auto& [id, drawn] : drawn_)
@@ -130,7 +130,7 @@ TEST(GridOutlines, RandomChangesKeepListsAndLayersRight) {
       if (step == 300) checked.grid().RangerLayer(3, true, false);
       if (step == 400) checked.grid().EverythingLayer(true);
       if (step == 500) checked.grid().RangerLayer(0, false, true);
-      if (step % 400 == 399) {  // a copy goes on
+      if (step % 400 == 399) {  // continue with a copy
         Grid shared(checked.grid());
         shared.MakeShareable();
         checked.Use(shared);

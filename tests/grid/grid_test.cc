@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The grid against a map from cells to lists.
+// Compares the grid with a map from cells to lists.
 
 #include "grid/grid.hh"
 
@@ -27,7 +27,7 @@ using test::EraseCell;
 using test::RandomSource;
 using Cell = std::pair<int32_t, int32_t>;
 
-/// Bodies need a model that is not null; nobody looks at it.
+/// Bodies need a model pointer that is not null; it is never dereferenced.
 Model* SomeModel() {
   static int somewhere;
   return reinterpret_cast<Model*>(&somewhere);
@@ -42,7 +42,7 @@ Body MakeBody(double z_min, double z_max, bool visible = true) {
   return body;
 }
 
-/// What a layer should show of a body.
+/// Which bodies a layer should show.
 struct LayerRule {
   enum Kind { kAll, kAnyHeight, kHeight } kind;
   double z;
@@ -53,7 +53,7 @@ struct LayerRule {
   }
 };
 
-/// A grid and what should be in it.
+/// A grid and its expected content.
 class Checked {
  public:
   struct Entry {
@@ -70,7 +70,7 @@ class Checked {
   void ExpectLayer(LayerIndex i, LayerRule rule) { layers_[i] = rule; }
 
   void AddBody(const Body& body) { bodies_.push_back(grid_.AddBody(body)); }
-  /// Unless the body would be in the list twice with others between.
+  /// Does nothing if the body would be in the list twice with others between.
   void Insert(Cell cell, BodyId body) {
     const std::vector<BodyId>& list = lists_[cell];
     if (!list.empty() && list.back() != body && std::count(list.begin(), list.end(), body) > 0)
@@ -88,7 +88,7 @@ class Checked {
     entries_[entry] = entries_.back();
     entries_.pop_back();
   }
-  /// From where it was drawn last to the cells of `to`.
+  /// Erases the body where it was drawn last and draws it in the cells of `to`.
   void Redraw(BodyId body, const std::set<Cell>& to) {
     Drawn& drawn = drawn_[body];
     std::vector<TilePart> parts;
@@ -103,7 +103,7 @@ class Checked {
     for (const Cell& cell : to) lists_[cell].push_back(body);
     drawn = {to, parts};
   }
-  /// Cells that bodies were redrawn in, each time counted.
+  /// Number of cells that bodies were redrawn in, one for each body and cell.
   int64_t CountRedrawn() const {
     size_t cells = 0;
     for (const auto& [body, drawn] : drawn_) cells += drawn.cells.size();
@@ -155,7 +155,7 @@ class Checked {
     }
   }
 
-  /// Exactly the regions in which there is something.
+  /// The maps must contain exactly the regions that are not empty.
   void VerifyRegionMaps(const std::set<Cell>& regions) {
     const ray_grid_t view = grid_.View(kEverything);
     size_t bits = 0;
@@ -168,7 +168,7 @@ class Checked {
     }
   }
 
-  /// Exactly the right bits, and tile maps that fit them.
+  /// The layer must have exactly the expected bits, and tile maps that agree with them.
   void VerifyLayer(LayerIndex index, const LayerRule& rule) {
     const Occupancy& layer = grid_.occupancy(index);
     size_t bits = 0, expected_bits = 0;
@@ -202,7 +202,7 @@ class Checked {
   std::map<LayerIndex, LayerRule> layers_;
 };
 
-/// Crowded, spread, negative, and very far away cells.
+/// Returns a cell: in a crowded area, spread out, at negative coordinates, or very far away.
 Cell RandomCell(RandomSource* random) {
   const auto coordinate = [&](int spread) {
     return static_cast<int32_t>(random->Between(-spread, spread));
@@ -258,7 +258,7 @@ TEST(Grid, RandomChangesKeepListsAndLayersRight) {
   }
 }
 
-/// Some of the cells of a rectangle: most of its border and some in it.
+/// Cells of a rectangle: most of its border and some of its inside.
 std::set<Cell> RandomOutline(RandomSource* random, Cell at) {
   std::set<Cell> cells;
   const int32_t width = random->Int(1, 30), height = random->Int(1, 30);
@@ -271,7 +271,7 @@ std::set<Cell> RandomOutline(RandomSource* random, Cell at) {
   return cells;
 }
 
-// Bodies that move on by little, jump, vanish and come back, alone and in a crowd.
+// Bodies move a little, jump, vanish and come back, alone and in a crowd.
 TEST(Grid, RedrawnBodiesAreTheLastInTheirLists) {
   for (uint64_t seed = 1; seed <= 4; seed++) {
     RandomSource random(seed);
@@ -345,7 +345,7 @@ TEST(Grid, ManySuperregionsFarApart) {
   ASSERT_NO_FATAL_FAILURE(checked.Verify());
   const Grid& grid = checked.grid();
   EXPECT_GE(grid.statistics().superregions, 690u);
-  // Room enough that the walk's search of the directory is short, and ends.
+  // The directory must be at most half full, so that searches in it are short and end.
   EXPECT_GE(grid.directory().size(), 2 * grid.statistics().superregions);
   EXPECT_TRUE(std::has_single_bit(grid.directory().size()));
   for (int i = 0; i < 100000; i++) {
@@ -402,7 +402,7 @@ TEST(GridMemory, AWandererLeavesNothingBehind) {
   EXPECT_LE(end.superregions, 300u);
   EXPECT_LE(end.bytes, early);
   EXPECT_LE(end.bytes, size_t{4} << 20);
-  // What is dropped no longer widens the box that rays are cut to.
+  // Dropped regions no longer widen the box that rays are clipped to.
   EXPECT_GT(grid.occupied().min_x, 10000000);
 }
 
@@ -423,7 +423,7 @@ TEST(GridMemory, ACrowdInOneCellTakesNoMoreThanItsList) {
   const BodyId body = grid.AddBody(MakeBody(0, 1));
   std::vector<CellRef> cells;
   for (int i = 0; i < 1000; i++) cells.push_back(DrawCell(&grid, 1, 1, body));
-  size_t bytes = 0;  // with what was in use once and is kept
+  size_t bytes = 0;  // including memory that is kept for reuse
   for (int round = 0; round < 10; round++) {
     if (round == 1) bytes = grid.statistics().bytes;
     for (const CellRef cell : cells) EraseCell(&grid, cell, body);
@@ -433,7 +433,7 @@ TEST(GridMemory, ACrowdInOneCellTakesNoMoreThanItsList) {
   EXPECT_EQ(grid.statistics().bytes, bytes);
 }
 
-/// Lists of a tile's cells are there as long as it has two bodies.
+/// A tile has lists for its cells only while it has two bodies.
 TEST(GridMemory, TilesOfOneBodyNeedNoLists) {
   Grid grid;
   const BodyId wall = grid.AddBody(MakeBody(0, 1)), robot = grid.AddBody(MakeBody(0, 1));
@@ -452,12 +452,12 @@ TEST(GridMemory, TilesOfOneBodyNeedNoLists) {
     EXPECT_EQ(test::BodiesAt(grid, x, 0), std::vector<BodyId>{wall});
     EXPECT_TRUE(test::BodiesAt(grid, x, 5).empty());
   }
-  // The same lists serve wherever it goes: it leaves none behind.
+  // Lists are reused as the robot moves; none stay behind.
   for (int32_t x = 0; x < 64; x++) EraseCell(&grid, DrawCell(&grid, x, 5, robot), robot);
   EXPECT_LE(bytes(), shared + 64);
 }
 
-// Bodies leave in the order in which they came, in the opposite one, and in any.
+// Bodies are erased in the order of drawing, in reverse order and in random order.
 TEST(GridMemory, ListsStayInOrder) {
   for (int way = 0; way < 3; way++) {
     Grid grid;

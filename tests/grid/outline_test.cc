@@ -47,7 +47,7 @@ TEST(Edge, IsAConnectedPathCloseToTheLine) {
       Cells cells = EdgeCells(from, to);
       ASSERT_EQ(cells.size(), static_cast<size_t>(std::abs(dx) + std::abs(dy)));
       ASSERT_EQ(cells.front(), from);
-      cells.push_back(to);  // where the path would go on
+      cells.push_back(to);  // the cell after the path's end
       for (size_t i = 1; i < cells.size(); i++) {
         const int x = cells[i].x - from.x, y = cells[i].y - from.y;
         ASSERT_EQ(std::abs(cells[i].x - cells[i - 1].x) + std::abs(cells[i].y - cells[i - 1].y), 1);

@@ -43,7 +43,7 @@ TEST(Pool, WhatIsReservedAndNotTakenDoesNotCount) {
   EXPECT_EQ(pool.bytes(), before);
 }
 
-/// Threads that take, give back and take again, after different numbers of free things.
+/// Threads take, give back and take again, starting with different numbers of free items.
 TEST(Pool, ThreadsHaveNoNumberInCommon) {
   constexpr size_t kThreads = 4, kEach = 1000;
   for (const uint32_t free : {0u, 1u, 63u, 64u, 65u, 500u, 10000u}) {
@@ -77,7 +77,7 @@ TEST(Pool, ThreadsHaveNoNumberInCommon) {
         EXPECT_EQ(pool[number], t);
         EXPECT_TRUE(in_use.insert(number).second) << free;
       }
-    // What nobody has is free, and there is nothing else.
+    // The numbers not taken are exactly the free ones.
     const uint32_t largest = *in_use.rbegin();
     while (in_use.size() <= largest) ASSERT_TRUE(in_use.insert(pool.Take()).second) << free;
     EXPECT_EQ(*in_use.begin(), 0u);

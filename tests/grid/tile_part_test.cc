@@ -49,7 +49,7 @@ TEST(Parts, OfRandomCells) {
     std::map<std::pair<int, int>, uint64_t> expected;  // by y, x
     std::vector<TilePart> parts = {
         {.x = 5, .y = 5, .slot = 7, .cells = 1},
-        {.x = 5, .y = 5, .slot = 8, .cells = 2}};  // of others: they stay
+        {.x = 5, .y = 5, .slot = 8, .cells = 2}};  // of other bodies; must stay
     PartsMaker maker(&parts);
     const int count = random.Int(0, 200);
     for (int i = 0; i < count; i++) {

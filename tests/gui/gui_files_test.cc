@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Loading, saving, quitting, dialogs: the window and its files.
+// Files in the window: loading, saving, quitting, dialogs.
 
 #include <FL/Fl.H>
 
@@ -70,7 +70,7 @@ class FilesTest : public WindowTest {
     fs::current_path(old_folder_);
     fs::remove_all(folder_);
   }
-  /// Presses keys later, when a question is on the screen and waits for an answer.
+  /// Presses keys after a delay, when a dialog is open.
   void TypeLater(double seconds, std::vector<std::string> keys) {
     later_ = std::move(keys);
     Fl::add_timeout(
@@ -118,7 +118,7 @@ TEST_F(FilesTest, SavesOnlyWhatIsInTheFile) {
   OpenFile("w.world");
   Type("d");
   Type("l");
-  Type("g");  // not in the file
+  Type("g");  // not saved to the file
   Type("Right");
   world_->GetModel("r0")->SetPose(Pose(2, 1, 0, 0));
   Type("s", {"Control_L"});
@@ -152,7 +152,7 @@ TEST_F(FilesTest, LoadsAnotherWorld) {
   EXPECT_EQ(parts().view.flat.scale(), 15);
   EXPECT_TRUE(parts().selection.empty());
   TypeLater(0.5, {"Return"});
-  parts().Load("absent.world");  // an alert
+  parts().Load("absent.world");  // shows an alert
   EXPECT_FALSE(parts().loaded);
   Run(0.3);
 }
@@ -192,7 +192,7 @@ TEST_F(FilesTest, QuittingLeavesTheWorldFileAsItIs) {
   world_->GetModel("r0")->SetPose(Pose(2, 1, 0, 0));
   TypeLater(0.8, {"Return"});
   for (const double seconds : {2.5, 3.5, 4.5}) Fl::add_timeout(seconds, TypeEscape);
-  Type("q", {"Control_L"});  // any other question than the one is answered by Esc
+  Type("q", {"Control_L"});  // Esc answers any unexpected dialog
   Fl::remove_timeout(TypeEscape);
   EXPECT_TRUE(world_->TestQuit());
   EXPECT_EQ(ReadFile("w.world"), kWorld);
@@ -211,7 +211,7 @@ TEST_F(FilesTest, SavingBeforeQuittingSuggestsAnotherName) {
 TEST_F(FilesTest, SaveAsAsksBeforeItReplaces) {
   OpenFile("w.world");
   world_->GetModel("r0")->SetPose(Pose(2, 1, 0, 0));
-  TypeLater(0.8, {"Return"});  // the name that is suggested: its own
+  TypeLater(0.8, {"Return"});  // accepts the suggested name, the world's own
   Fl::add_timeout(1.6, [](void*) { TheHand().Type("Escape"); });
   Type("s", {"Control_L", "Shift_L"});
   EXPECT_EQ(ReadFile("w.world"), kWorld);
@@ -229,7 +229,7 @@ TEST_F(FilesTest, RunEndsWhenTheWindowIsClosed) {
   world_->CancelQuitAll();
 }
 
-/// A controller that runs FLTK's loop within a step, in which the window is closed.
+/// A controller that runs FLTK's loop within a step; the window is closed in it.
 int CloseWithinAStep(Stg::World* world, void* closed) {
   auto* window = static_cast<Stg::WorldGui*>(world);
   if (*static_cast<bool*>(closed)) return 0;
@@ -272,8 +272,8 @@ TEST_F(FilesTest, WritesScreenshots) {
   parts().view.options.Set(Show::kScreenshots, true);
   world_->Start();
   Run(1);
-  EXPECT_FALSE(fs::exists("stage-000030.png"));  // 25 in a second
-  // On a busy machine, with sanitizers, there are fewer.
+  EXPECT_FALSE(fs::exists("stage-000030.png"));  // at most 25 per second
+  // There are fewer on a busy machine or with sanitizers.
   EXPECT_TRUE(RunUntil([] { return fs::exists("stage-000005.png"); }));
   parts().view.options.Set(Show::kScreenshots, false);
   for (const auto& entry : fs::directory_iterator("."))
@@ -291,7 +291,7 @@ TEST_F(FilesTest, WritesScreenshots) {
 }
 
 TEST_F(FilesTest, ScreenshotsReplaceNothing) {
-  // As a recording may have left them; numbers go on over the whole process.
+  // Files as from an earlier recording. Numbers continue throughout the process.
   std::vector<std::string> names;
   for (int i = 0; i < 60; i++) {
     char name[32];
@@ -316,14 +316,14 @@ TEST_F(FilesTest, ScreenshotsThatFailAreNoDisaster) {
   fs::remove_all(folder_);
   fs::create_directories(folder_);
   fs::current_path(folder_);
-  fs::remove_all(folder_);  // a current directory that can't be written
+  fs::remove_all(folder_);  // so that the current directory can't be written
   parts().view.options.Set(Show::kScreenshots, true);
   world_->Redraw();
   Settle();
   EXPECT_FALSE(parts().view.options[Show::kScreenshots]);
 }
 
-/// Of the About window: robot, wall, what the scan sees, and what lies behind the wall.
+/// Checks the About window's logo: robot, wall, the area seen by the scan and that behind the wall.
 void ExpectLogo() {
   Fl_Window* about = Fl::first_window();
   while (about && std::string(about->label() ? about->label() : "") != "About Stage")
@@ -336,12 +336,12 @@ void ExpectLogo() {
   EXPECT_EQ(at(78, 48), 0x5a5a60u);
   EXPECT_EQ(at(60, 48), 0xcdd4f8u);
   EXPECT_NE(at(96, 48), 0xcdd4f8u);
-  int dark = 0, at_the_edge = 0;  // the name
+  int dark = 0, at_the_edge = 0;  // pixels of the name
   for (int y = 20; y < 62; y++)
     for (int x = 112; x < 264; x += 2)
       (x < 116 || x > 260 ? at_the_edge : dark) += at(x, y) == 0x282830u;
   EXPECT_GT(dark, 100);
-  EXPECT_EQ(at_the_edge, 0);  // all of it
+  EXPECT_EQ(at_the_edge, 0);  // not cut off
 }
 
 TEST_F(FilesTest, HelpAndAbout) {

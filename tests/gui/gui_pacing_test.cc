@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// When steps and pictures are due: on an imagined clock, and in FLTK's event loop.
+// Timing of steps and pictures, with a simulated clock and in FLTK's event loop.
 
 #include <FL/Enumerations.H>
 #include <FL/Fl.H>
@@ -25,7 +25,7 @@ TEST(StepPacer, CatchesUpWithLateSteps) {
   EXPECT_DOUBLE_EQ(period, 0.05);
   pacer.Restart(10, period);
   EXPECT_NEAR(pacer.UntilNext(10, period), 0.05, 1e-12);
-  // A step that took 0.12 s: two more are due at once, then it waits again.
+  // After a step of 0.12 s, two more are due at once, then the pacer waits again.
   double now = 10.05;
   pacer.Stepped(now += 0.12, period);
   EXPECT_LT(pacer.UntilNext(now, period), 0);
@@ -52,12 +52,12 @@ TEST(StepPacer, FastMeansAtOnce) {
   EXPECT_TRUE(pacer.IsLate(5, 0));
 }
 
-/// Steps without end beside pictures of 0.3 s: these get an eighth of the time.
+/// With steps all the time and pictures of 0.3 s, drawing gets an eighth of the time.
 TEST(FrameBudget, DrawingHasAnEighthOfTheTime) {
   FrameBudget budget;
   double now = 0, drawing = 0;
   while (now < 1000) {
-    now = std::max(now + 0.001, budget.Next(0.04, true));  // steps go on meanwhile
+    now = std::max(now + 0.001, budget.Next(0.04, true));  // steps continue meanwhile
     budget.Drawn(now, now + 0.3);
     now += 0.3;
     drawing += 0.3;
@@ -78,7 +78,7 @@ TEST(FrameBudget, QuickPicturesComeAtTheInterval) {
 
 void Spend(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
-/// Its steps take some time and do nothing.
+/// A world whose steps only take time.
 class IdleWorld : public World {
  public:
   bool Update() override {
@@ -92,7 +92,7 @@ class IdleWorld : public World {
 class Canvas : public Fl_Widget {
  public:
   Canvas() : Fl_Widget(0, 0, 100, 100) {}
-  /// A picture of 20 ms.
+  /// Spends 20 ms, like drawing a picture.
   double Paint(Runner* runner) {
     const double start = Now();
     Spend(0.02);
@@ -105,7 +105,7 @@ class Canvas : public Fl_Widget {
   void draw() override {}
 };
 
-/// A window that is uncovered gets a picture out of turn. That makes no second series of them.
+/// An uncovered window is drawn out of turn, which must not start a second series of pictures.
 TEST(Runner, PicturesOutOfTurnAreNotAddedToTheOthers) {
   IdleWorld world;
   Canvas canvas;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The `stage` program with its window, and on displays that have none to give.
+// The `stage` program with its window, and on displays that can't open one.
 
 #include "gui/gui_testing.hh"
 #include "support/cli_testing.hh"
@@ -14,7 +14,7 @@ namespace {
 class ProgramTest : public CliTest {
  protected:
   static Environment OnDisplay() { return {{"DISPLAY", std::getenv("DISPLAY")}}; }
-  /// The window of that title, as soon as it is there; 0: it doesn't come.
+  /// Waits for a window with that title; 0: it does not appear in time.
   static unsigned long WaitForWindow(const std::string& title) {
     const double end = cli_testing::Now() + patience::kPatience;
     while (cli_testing::Now() < end) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Replays in the window: it steps, pauses, goes back and on.
+// Replays in the window: stepping, pausing, seeking back and forth.
 
 #include <filesystem>
 #include <fstream>
@@ -63,7 +63,7 @@ class ReplayTest : public WindowTest {
     while (world.SimTimeNow() < kLength) world.Update();
     recorder.Finish();
   }
-  /// Where the robot has to be now: its speed is 0.1 m/s.
+  /// Expects the robot where 0.1 m/s takes it by now.
   void ExpectItsPlace() {
     const double seconds = static_cast<double>(world_->SimTimeNow()) / kSecond;
     EXPECT_NEAR(world_->GetModel("r")->GetPose().x, 0.1 * seconds, 0.02);
@@ -98,7 +98,7 @@ TEST_F(ReplayTest, StepsPausesAndGoesBackAndOn) {
 TEST_F(ReplayTest, ShowsTheLogsName) {
   EXPECT_STREQ(world_->label(), "test: replay of run.mcap");
   EXPECT_EQ(canvas().h(),
-            300 - view::ViewState::kMenuHeight);  // the time line has a row of its own
+            300 - view::ViewState::kMenuHeight);  // the timeline has a separate row
 }
 
 TEST_F(ReplayTest, TheTimeLineGoesToAnyTime) {

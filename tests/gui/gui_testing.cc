@@ -16,7 +16,7 @@ namespace gui_testing {
 
 namespace {
 
-constexpr int kSkipped = 77;  // ctest knows it
+constexpr int kSkipped = 77;  // exit status that ctest reports as skipped
 
 std::unique_ptr<XServer> server;
 std::unique_ptr<Hand> hand;
@@ -67,9 +67,9 @@ bool WindowTest::RunUntil(const std::function<bool()>& condition) {
 }
 
 void WindowTest::Settle() {
-  XSync(fl_display, False);  // all events that the server has for us are here now
+  XSync(fl_display, False);  // fetches all pending events from the server
   while (XPending(fl_display)) Fl::wait(0);
-  Run(0.03);  // a picture may wait for its time
+  Run(0.03);  // a redraw may be scheduled for later
   RunUntil([this] { return !world_ || !canvas().shown() || !canvas().damage(); });
 }
 

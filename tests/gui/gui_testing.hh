@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What tests of the window share: a display that all tests of a program use, and a window on it
-// that is operated by mouse and keys.
+// Shared by tests of the window: a display for all tests of a program, and a window on it operated
+// by mouse and keyboard.
 
 #ifndef STAGE_TESTS_GUI_GUI_TESTING_HH
 #define STAGE_TESTS_GUI_GUI_TESTING_HH
@@ -22,11 +22,11 @@ namespace gui_testing {
 using Stg::internal::window::Now;
 using Stg::internal::window::Parts;
 
-/// The hand on the display of these tests.
+/// Input to the display of these tests.
 Hand& TheHand();
-/// X's number of a window.
+/// X window id.
 unsigned long WindowId(Fl_Window* window);
-/// The colour of a pixel of a window on the screen, as 0xrrggbb.
+/// Colour of a window's pixel on the screen, 0xrrggbb.
 unsigned PixelOf(Fl_Window* window, int x, int y);
 
 /// A world in a window. Its step is 0.1 s unless the text says otherwise.
@@ -34,23 +34,23 @@ class WindowTest : public testing::Test {
  protected:
   void TearDown() override;
 
-  /// Loads a world from a text, at real time but paused.
+  /// Loads a world from a text, with real-time speed, paused.
   void Open(const std::string& text);
-  /// Loads a world file, and pauses it.
+  /// Loads a world file and pauses it.
   void OpenFile(const std::string& file);
-  /// Runs the event loop for so many seconds.
+  /// Runs the event loop for `seconds`.
   void Run(double seconds);
-  /// Runs the event loop until the condition holds; false if it doesn't within 10 seconds.
+  /// Runs the event loop until the condition holds; false after 10 seconds without it.
   bool RunUntil(const std::function<bool()>& condition);
-  /// The events that were sent so far have been dealt with, and the window is drawn.
+  /// Waits until all events sent so far are handled and the window is drawn.
   void Settle();
 
   void Type(const std::string& key, const std::vector<std::string>& held = {});
-  /// Pixels of the canvas.
+  /// The following take canvas pixels.
   void MoveTo(double x, double y);
   void Click(double x, double y, int button = 1);
   void DragBy(double x, double y, int dx, int dy, int button = 1);
-  /// Where on the canvas a point of the world is.
+  /// Canvas pixel of a pose in the world.
   Stg::point_t PlaceOf(const Stg::Pose& pose);
 
   Parts& parts() { return world_->parts(); }

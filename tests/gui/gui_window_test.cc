@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The window, operated by mouse and keys.
+// Operating the window with mouse and keyboard.
 
 #include <cmath>
 
@@ -14,9 +14,9 @@ using Stg::view::Show;
 
 namespace {
 
-constexpr double kScale = 37;  // pixels a metre
+constexpr double kScale = 37;  // pixels per metre
 
-/// A hall with a robot that stands still, and a wall that can't be moved.
+/// A hall with a robot that stands still and a wall that can't be dragged.
 const std::string kHall = R"(
   window ( size [635 666] scale 37 center [0 0] )
   model ( name "wall" pose [0 3 0 0] size [6 0.2 1] gui_move 0 )
@@ -109,7 +109,7 @@ TEST_F(ToolbarTest, BeginsAnew) {
   EXPECT_TRUE(RunUntil([&] { return world_->UpdateCount() > 4; }));
 }
 
-/// Beginning anew is beginning anew: a run is then what it was.
+/// After a reset, the run is the same as before.
 TEST_F(ToolbarTest, ARunThatBeginsAnewIsTheSame) {
   Open(kHall +
        "position ( name \"r2\" pose [-1 1 0 0] alwayson 1 ranger ( alwayson 1 "
@@ -136,8 +136,8 @@ TEST_F(ToolbarTest, ShowsTheSpeed) {
   EXPECT_EQ(shown(), SpeedText(1.2));
   Type("braceright");
   EXPECT_EQ(shown(), "max");
-  // The first of the list: a tenth.
-  Fl::add_timeout(0.8, [](void*) { TheHand().Type("Down"); });  // the list waits for an answer
+  // The first entry of the list: a speed of 0.1.
+  Fl::add_timeout(0.8, [](void*) { TheHand().Type("Down"); });  // while the list is open
   Fl::add_timeout(1.2, [](void*) { TheHand().Type("Return"); });
   Press(parts().toolbar.speed());
   EXPECT_EQ(world_->speedup, 0.1);
@@ -149,7 +149,7 @@ TEST_F(ToolbarTest, KeysWorkOnTheButtonsAndAfterAClick) {
   const auto& toolbar = parts().toolbar;
   Press(toolbar.step());
   parts().view.flat.setPitch(30);
-  Type("space");  // looks from above, as on the canvas, and does not press the button once more
+  Type("space");  // the view from above, as on the canvas; must not press the button
   EXPECT_EQ(world_->UpdateCount(), 1u);
   EXPECT_TRUE(world_->IsTopView());
   for (int i = 0; i < 8 && Fl::focus() != &toolbar.step(); i++) Type("Tab");
@@ -208,7 +208,7 @@ TEST_F(WindowTest, RunsAsFastAsPossible) {
   Run(0.5);
   EXPECT_GT(world_->UpdateCount(), steps + 500);
   Type("p");
-  Type("bracketleft");  // does not go on
+  Type("bracketleft");  // must not resume
   const uint64_t paused = world_->UpdateCount();
   Run(0.2);
   EXPECT_EQ(world_->UpdateCount(), paused);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Each world that comes with Stage, in a window: opened, stepped, dragged in, looked at, saved,
-// loaded again, closed. What is seen is compared with pictures/*.png, reduced pictures of what was
-// seen, and found right, when they were made (by this test, with STAGE_UPDATE_PICTURES set).
+// Each world that comes with Stage in a window: open, step, drag a robot, change the view, save,
+// load again, close. Screenshots are compared with pictures/*.png, reduced screenshots that were
+// checked by eye when made (by this test with STAGE_UPDATE_PICTURES set).
 
 #include <cmath>
 #include <cstdlib>
@@ -21,8 +21,8 @@ using Stg::view::Show;
 
 namespace {
 
-constexpr unsigned kFactor = 4;      // of reduction
-constexpr double kTolerance = 0.02;  // of the pixels
+constexpr unsigned kFactor = 4;      // factor of reduction
+constexpr double kTolerance = 0.02;  // fraction of the pixels
 
 struct Case {
   const char* world;
@@ -31,7 +31,7 @@ struct Case {
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.world; }
 
-/// In a folder of its own, with a copy of the worlds.
+/// Runs in a temporary folder with a copy of the worlds.
 class PictureTest : public WindowTest {
  protected:
   void SetUp() override {
@@ -48,7 +48,7 @@ class PictureTest : public WindowTest {
     fs::remove_all(folder_);
   }
 
-  /// What the window shows now, by its own screenshot.
+  /// Takes a screenshot with the window's own command.
   Picture Look() {
     for (const auto& entry : fs::directory_iterator("."))
       if (entry.path().extension() == ".png") fs::remove(entry.path());
@@ -61,7 +61,7 @@ class PictureTest : public WindowTest {
       if (entry.path().extension() == ".png") return ReadPicture(entry.path());
     return Picture();
   }
-  /// Compares what is seen with the committed picture.
+  /// Compares a screenshot with the committed picture.
   void ExpectToSee(const std::string& name) {
     const Picture full = Look();
     ASSERT_EQ(full.width, static_cast<unsigned>(canvas().w()));
@@ -75,7 +75,7 @@ class PictureTest : public WindowTest {
     WritePicture(found, full);
     ADD_FAILURE() << name << ": " << difference * 100 << " % of the pixels differ; see " << found;
   }
-  /// No other that can be dragged is near.
+  /// True if no other movable model is near.
   bool IsAlone(const Model* robot, const Stg::point_t& place) {
     for (const Model* model : world_->World::GetChildren()) {
       if (model == robot || !model->IsMovable()) continue;
@@ -84,7 +84,7 @@ class PictureTest : public WindowTest {
     }
     return true;
   }
-  /// A robot that is alone where it is to be seen, if there is any.
+  /// A robot that is visible in the window and alone; null: none.
   Model* RobotInView() {
     for (Model* model : world_->World::GetChildren()) {
       if (!model->IsMovable() || model->GetModelType() != "position") continue;
@@ -139,7 +139,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, WorldsTest,
                          testing::Values(Case{"simple", 40}, Case{"zoo", 40}, Case{"foraging", 100},
                                          Case{"cave", 20}, Case{"hospital", 2}));
 
-/// Threads work on each step while the window draws between steps.
+/// Several threads compute each step; the window draws between steps.
 TEST_F(PictureTest, ThreadsOfTheSimulationBesideTheWindow) {
   std::ifstream cave("worlds/cave.world");
   std::ofstream("worlds/threads.world") << cave.rdbuf() << "\nthreads 4\nspeedup -1\n";

@@ -10,7 +10,7 @@
 namespace gui_testing {
 
 namespace {
-constexpr int kClearly = 40;  // of 255, in any colour
+constexpr int kClearly = 40;  // of 255, in any channel
 }
 
 Picture ReadPicture(const std::string& file) {

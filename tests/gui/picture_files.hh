@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Pictures, and whether they show the same. Fonts and the edges of lines differ from one machine to
-// another, so that only reduced pictures are compared, with a tolerance.
+// Comparison of pictures. Fonts and the edges of lines differ between machines, so reduced pictures
+// are compared, with a tolerance.
 
 #ifndef STAGE_TESTS_GUI_PICTURE_FILES_HH
 #define STAGE_TESTS_GUI_PICTURE_FILES_HH
@@ -14,17 +14,17 @@ namespace gui_testing {
 
 struct Picture {
   unsigned width = 0, height = 0;
-  std::vector<uint8_t> rgb;  ///< rows from the top
+  std::vector<uint8_t> rgb;  ///< rows from top to bottom, 3 bytes per pixel
 };
 
-/// Empty if there is no such picture.
+/// Reads a PNG file; empty if it can't be read.
 Picture ReadPicture(const std::string& file);
 bool WritePicture(const std::string& file, const Picture& picture);
 
-/// Averages of squares of so many pixels.
+/// Averages of squares of `factor` x `factor` pixels.
 Picture Reduced(const Picture& picture, unsigned factor);
 
-/// The share of pixels that differ clearly, 0..1; 1 if the sizes do.
+/// Fraction of pixels that differ clearly, 0..1; 1 if the sizes differ.
 double Difference(const Picture& a, const Picture& b);
 
 }  // namespace gui_testing

@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kStartMilliseconds = static_cast<int>(1000 * patience::kPatience);
 
-/// The number that the server writes once it listens; empty if it doesn't.
+/// Display number that the server writes when it is ready; empty if it fails.
 std::string ReadNumber(int pipe_end) {
   std::string text;
   for (;;) {
@@ -40,7 +40,7 @@ std::string ReadNumber(int pipe_end) {
 
 Display* Of(void* display) { return static_cast<Display*>(display); }
 
-/// A shifted key needs Shift held: says whether the key is one.
+/// True if the symbol is typed with Shift held.
 bool NeedsShift(Display* display, KeySym symbol, KeyCode code) {
   return XkbKeycodeToKeysym(display, code, 0, 0) != symbol;
 }
@@ -79,7 +79,7 @@ XServer::~XServer() {
     if (waitpid(pid_, nullptr, WNOHANG) != 0) return;
     poll(nullptr, 0, 50);
   }
-  kill(pid_, SIGKILL);  // it would hold up the tests for ever
+  kill(pid_, SIGKILL);  // a server that hangs would block the tests
   waitpid(pid_, nullptr, 0);
 }
 
@@ -154,7 +154,7 @@ void Hand::Resize(unsigned long window, unsigned width, unsigned height) {
 
 namespace {
 
-/// Calls f(window, title) for each top-level window that is to be seen.
+/// Calls f(window, title) for each visible top-level window.
 template <typename Function>
 void ForEachWindow(Display* display, Function f) {
   Window root, parent, *children = nullptr;

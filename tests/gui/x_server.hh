@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A virtual X display, and a hand that moves its mouse and presses its keys, for tests of the
-// window. Events go the whole way through the X server, as those of a user do.
+// A virtual X display, and mouse and keyboard input for tests of the window. Events pass through
+// the X server like a user's.
 
 #ifndef STAGE_TESTS_GUI_X_SERVER_HH
 #define STAGE_TESTS_GUI_X_SERVER_HH
@@ -13,7 +13,7 @@
 
 namespace gui_testing {
 
-/// Starts Xvfb, if there is one, and ends it.
+/// Starts Xvfb if it is installed; ends it on destruction.
 class XServer {
  public:
   explicit XServer(const std::vector<std::string>& options = {});
@@ -21,7 +21,7 @@ class XServer {
   XServer(const XServer&) = delete;
   XServer& operator=(const XServer&) = delete;
 
-  /// ":1"; empty: no server could be started.
+  /// Display name such as ":1"; empty: no server could be started.
   const std::string& name() const { return name_; }
 
  private:
@@ -29,7 +29,7 @@ class XServer {
   std::string name_;
 };
 
-/// A connection of its own to a display, with the XTest extension.
+/// Sends input through a connection of its own to a display, by the XTest extension.
 class Hand {
  public:
   explicit Hand(const std::string& display);
@@ -38,7 +38,7 @@ class Hand {
   Hand& operator=(const Hand&) = delete;
 
   bool works() const { return display_ != nullptr; }
-  /// Pixels of the screen.
+  /// Moves the mouse; screen pixels.
   void MoveTo(int x, int y);
   void Press(int button);
   void Release(int button);
@@ -48,16 +48,16 @@ class Hand {
   }
   void HoldKey(const char* key);
   void ReleaseKey(const char* key);
-  /// A key by its X name ("p", "period", "bracketright"), after all of the `held` ones.
+  /// Presses a key by its X name ("p", "period", "bracketright") while the `held` keys are down.
   void Type(const std::string& key, const std::vector<std::string>& held = {});
-  /// Gives the keyboard to a window.
+  /// Sets the keyboard focus.
   void Focus(unsigned long window);
-  /// What a window manager does when the close box is clicked.
+  /// Asks the window to close, like a window manager whose close box is clicked.
   void Close(unsigned long window);
   void Resize(unsigned long window, unsigned width, unsigned height);
-  /// The top-level windows that are to be seen, by title.
+  /// Titles of the visible top-level windows.
   std::vector<std::string> Titles();
-  /// The window of that title; 0: none.
+  /// Window with that title; 0: none.
   unsigned long Find(const std::string& title);
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// World::Summary() and World::MeasureStepCosts(): what they say of small worlds whose figures are
-// known by hand, and that measuring leaves no trace.
+// World::Summary() and World::MeasureStepCosts() of small worlds with figures computed by hand.
+// Measuring must leave the state unchanged.
 
 #include <algorithm>
 #include <cstdlib>
@@ -11,8 +11,8 @@
 namespace Stg {
 namespace {
 
-/// A driven robot with a subscribed ranger and one that nobody wants; something of each kind that
-/// rangers do not see; a robot that nobody drives.
+/// A driven robot with a subscribed ranger and one without subscribers; a model of each kind that
+/// rangers do not see; a robot without subscribers.
 constexpr char kScene[] = R"(
 resolution 0.1
 interval_sim 100
@@ -67,7 +67,7 @@ TEST(Summary, Models) {
 TEST(Summary, Sensors) {
   const SceneSummary s = LoadText(kScene)->Summary();
   ASSERT_EQ(s.sensors.size(), 3u);
-  const SensorKind& eye = s.sensors[0];  // subscribed ones first, by rays
+  const SensorKind& eye = s.sensors[0];  // sorted: subscribed ones first, then by rays
   EXPECT_EQ(eye.type, "ranger");
   EXPECT_TRUE(eye.subscribed);
   EXPECT_EQ(eye.models, 1u);
@@ -85,7 +85,7 @@ TEST(Summary, Sensors) {
   EXPECT_EQ(spare->models, 1u);
   EXPECT_EQ(spare->example, "robot.spare");
   EXPECT_EQ(spare->rays, 8u);
-  EXPECT_DOUBLE_EQ(spare->updates_per_step, 0.4);  // each 250 ms, in the long run
+  EXPECT_DOUBLE_EQ(spare->updates_per_step, 0.4);  // every 250 ms on average
 }
 
 TEST(Summary, SubscribingMovesASensorToTheOthers) {
@@ -104,7 +104,7 @@ TEST(Summary, LikeSensorsAreOneKind) {
     text += "ranger( alwayson 1 sensor( samples " + std::string(i < 3 ? "7" : "9") + " ) )\n";
   const SceneSummary s = LoadText(text)->Summary();
   ASSERT_EQ(s.sensors.size(), 2u);
-  EXPECT_EQ(s.sensors[0].models, 3u);  // 21 rays, the others 18
+  EXPECT_EQ(s.sensors[0].models, 3u);  // 21 rays; the others have 18
   EXPECT_EQ(s.sensors[1].models, 2u);
 }
 
@@ -114,7 +114,7 @@ TEST(Summary, BodiesThatNoRangerSees) {
   EXPECT_EQ(s.blocks, 6u);
   EXPECT_EQ(s.corners, 24u);
   EXPECT_EQ(s.hidden_blocks, 1u);      // the ghost
-  EXPECT_EQ(s.overlooked_blocks, 2u);  // the mat, and the camera a metre up
+  EXPECT_EQ(s.overlooked_blocks, 2u);  // the mat, and the camera at a height of 1 m
   EXPECT_EQ(s.unseen_bodies, 3u);
   EXPECT_EQ(s.unseen_examples, (std::vector<std::string>{"ghost", "mat", "lens"}));
   EXPECT_EQ(s.looking_everywhere, 1u);
@@ -167,7 +167,7 @@ TEST(Summary, TheLayersAreThoseThatAStepMakes) {
   const SceneSummary after = world->Summary();
   EXPECT_EQ(after.layers, before.layers);
   EXPECT_EQ(after.memory.layers, 0u);
-  // Lists of what changed count as well, but not in the grid's own statistics.
+  // Change lists count too, but are not in the grid's own statistics.
   EXPECT_NEAR(static_cast<double>(after.memory.grid - before.memory.grid),
               static_cast<double>(before.memory.layers),
               0.05 * static_cast<double>(before.memory.layers));
@@ -300,8 +300,7 @@ TEST(StepCosts, NothingIsLeftBehind) {
   EXPECT_EQ(after.tiles, before.tiles);
 }
 
-/// The state hash after `steps` steps, twice. With `measure` the world is measured before each
-/// time.
+/// The state hash after two runs of `steps` steps. With `measure` costs are measured before each.
 uint64_t HashAfter(const std::string& file, bool measure, int steps) {
   const auto world = EmptyWorld();
   testing::internal::CaptureStdout();
@@ -335,7 +334,7 @@ TEST(StepCosts, NoiseIsTheSameAfterwards) {
   EXPECT_EQ(hash(true), hash(false));
 }
 
-/// Intervals of those who subscribe before, and of the one that does so after.
+/// Arguments: update intervals (ms) of two models subscribed before and of one subscribed after.
 void ExpectUpdatesInTime(int first, int second, int late) {
   const auto interval = [](int ms) { return "update_interval " + std::to_string(ms); };
   const auto world =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A watched ray: its record tells how the very reading came about, and watching changes nothing.
+// The record of a watched ray explains the actual reading; watching does not change the run.
 
 #include "insight/ray_watch.hh"
 
@@ -43,14 +43,14 @@ size_t CountAnswers(const RayRecord& record, Answer answer) {
   return count;
 }
 
-/// What a record says has to fit together.
+/// Checks that a record is consistent.
 void ExpectConsistent(const RayExplanation& ray, const std::string& where) {
   const RayRecord& record = ray.record;
   const size_t accepted = CountAnswers(record, Answer::kAccepted);
   EXPECT_EQ(accepted > 0, !ray.hit.empty()) << where;
   if (!record.fan.exact) {
     EXPECT_LE(accepted, 1u) << where;
-    if (accepted == 1) {  // it is the last that was asked, and the range goes to that cell
+    if (accepted == 1) {  // the last body tested; the range ends at that cell
       EXPECT_EQ(record.potential_hits.back().questions.back().answer, Answer::kAccepted) << where;
       EXPECT_EQ(record.potential_hits.back().middle, record.hit.range) << where;
     }
@@ -79,7 +79,7 @@ RunOptions OptionsOf(const Way& way) {
 }
 
 struct Ray {
-  const ModelRanger* ranger = nullptr;  // null: none
+  const ModelRanger* ranger = nullptr;  // null: no ray
   uint32_t sensor = 0, sample = 0;
 };
 
@@ -105,7 +105,7 @@ void ExpectReading(const World& world, const Ray& ray, const RayExplanation& exp
   EXPECT_EQ(explained.record.hit.range, read.ranges[ray.sample]) << where;
 }
 
-/// Steps on, each time with another ray watched. Returns how many were seen.
+/// Runs `steps` steps, watching another random ray in each. Returns the number of rays recorded.
 int WatchRandomRays(World* world, uint64_t seed, int steps) {
   test::RandomSource random(seed);
   int seen = 0;
@@ -144,7 +144,7 @@ TEST(RayWatch, TellsHowTheReadingCameAboutInEachWorld) {
   EXPECT_GT(seen, 10 * kSteps);
 }
 
-/// A wall behind what rangers look through, behind what is too low.
+/// From near to far: a model that is too low, one that rangers look through, a wall.
 constexpr char kWall[] = R"(
   resolution 0.02
   interval_sim 100

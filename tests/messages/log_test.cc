@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Names in messages, and where messages go.
+// Escaping of names in messages, and log sinks.
 
 #include <gtest/gtest.h>
 
@@ -46,14 +46,14 @@ TEST(Printable, WhatTerminalsObeyIsSpelledOut) {
       {"\xe2\x80\xae"
        "dcba",
        "\\xe2\\x80\\xae"
-       "dcba"},                             // from right to left
-      {"\xe2\x80\xa8", "\\xe2\\x80\\xa8"},  // a line's end
+       "dcba"},                             // right-to-left override
+      {"\xe2\x80\xa8", "\\xe2\\x80\\xa8"},  // line separator
       {"M\xfchle", "M\\xfchle"},            // ISO 8859
       {"\xc0\x9b", "\\xc0\\x9b"},           // overlong
       {"\xe0\x82\x9b", "\\xe0\\x82\\x9b"},
       {"\xed\xa0\x80", "\\xed\\xa0\\x80"},           // a surrogate
       {"\xf4\x90\x80\x80", "\\xf4\\x90\\x80\\x80"},  // beyond Unicode
-      {"a\xe2\x82", "a\\xe2\\x82"}};                 // cut short
+      {"a\xe2\x82", "a\\xe2\\x82"}};                 // truncated
   for (const auto& [text, shown] : kCases) {
     EXPECT_EQ(Printable(text), shown);
     EXPECT_EQ(Printable(shown), shown);
@@ -139,7 +139,7 @@ TEST_F(Sink, MayReportItself) {
 
 // ---- calls with odd names -----------------------------------------------------------------------
 
-/// Models with such names, and all that is said about them by what clients call wrongly.
+/// Creates models with the name and makes invalid calls, each of which logs a message with it.
 void CallWrongly(World* world, const std::string& name) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   auto* robot = dynamic_cast<ModelPosition*>(world->CreateModel(nullptr, "position"));

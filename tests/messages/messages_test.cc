@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Messages about odd world files, file names and options: whatever is in these, what the program
-// prints is safe for a terminal, and short enough to be read.
+// Messages about unusual world files, file names and options: for any content, the output is safe
+// for a terminal and short enough to read.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using namespace cli_testing;
 using odd_names::kEvil;
 using odd_names::WhyUnfit;
 
-/// Every place of a world file that takes a text: @ stands for it.
+/// Every place of a world file that takes a string; @ is replaced by the string.
 const char* const kTexts[] = {
     "name \"@\"",
     "unit_length \"@\"",
@@ -76,7 +76,7 @@ const char* const kTexts[] = {
     "define @ model( )",
 };
 
-/// Places that take a word: long ones only.
+/// Places that take a word, tested with long words only.
 const char* const kWords[] = {
     "@( )",
     "model( @( ) )",
@@ -103,12 +103,12 @@ class Messages : public CliTest {
     Write("empty.inc", "");
   }
 
-  /// Runs a world, and looks at what is printed.
+  /// Runs a world and checks the output.
   void Check(const std::string& world, const Strings& arguments) {
     SCOPED_TRACE(world.substr(0, 100) + testing::PrintToString(arguments).substr(0, 300));
     const Result r = Stage(arguments);
     EXPECT_TRUE(r.status < 128 || r.status == 255) << r.status << r.err;
-    // The folders that are named come on top of the 300.
+    // Folder names in the message may add to the limit of 300.
     const char* const build = std::getenv("STAGE_BINARY_DIR");
     const std::size_t longest =
         300 + directory_.string().size() + std::string(build ? build : "").size();
@@ -151,7 +151,7 @@ TEST_F(Messages, OfLongWords) {
   EXPECT_GT(said_, 40);
 }
 
-// A name that is long, yet not too long for a model.
+// The longest names that are valid for models.
 TEST_F(Messages, OfModelsWithTheLongestNames) {
   CheckAll({std::begin(kTexts), std::end(kTexts)}, std::string(990, 'x'));
 }

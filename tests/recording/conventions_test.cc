@@ -21,10 +21,10 @@ using recording::RangeConvention;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-constexpr double kTurn = 20 * M_PI / 180;  // a second
+constexpr double kTurn = 20 * M_PI / 180;  // rad/s
 
 /// A robot whose laser sees a wall at 2 m, nothing beyond, and a post that is nearer than its
-/// minimum. Its rays go to the left, ahead and to the right.
+/// minimum range. Its rays point left, ahead and right.
 const char kRoom[] = R"(
 ray_model "exact"
 define bot position( size [0.2 0.2 0.2] alwayson 1 localization "odom" odom_error [0.02 0.03 0 2]
@@ -49,7 +49,7 @@ std::vector<std::vector<float>> RangesOf(const McapReader& log) {
   return scans;
 }
 
-/// The pose's and the speed's of each message on a topic.
+/// Covariances of pose and velocity of each message on a topic.
 std::vector<std::pair<OdometryCovariance::Matrix, OdometryCovariance::Matrix>> CovariancesOf(
     const McapReader& log, const std::string& topic) {
   std::vector<std::pair<OdometryCovariance::Matrix, OdometryCovariance::Matrix>> found;
@@ -104,7 +104,7 @@ TEST_F(ConventionsTest, Ranges_AreThoseOfStageIfThatIsAskedFor) {
   EXPECT_NEAR(scans[0][2], 0.5, 0.1);
 }
 
-/// Older logs have ranges as Stage has them.
+/// Older logs contain ranges in Stage's own convention.
 TEST_F(ConventionsTest, Replay_ShowsTheMaximumAndTheMinimumForInfiniteRanges) {
   for (const RangeConvention ranges : {RangeConvention::kRep117, RangeConvention::kStage}) {
     ModelRanger::Sensor sensor;
@@ -150,7 +150,7 @@ TEST_F(ConventionsTest, Covariances_GrowWithTheWayAndAreNeverZero) {
   EXPECT_NEAR(std::sqrt(last[35]), share * turned, 0.1 * share * turned);
 }
 
-/// Driving straight on, an error of the speed shifts the robot ahead, one of the turn does nothing.
+/// Driving straight ahead, a speed error shifts the robot ahead; a turn error has no effect.
 TEST(OdometryCovarianceTest, StraightOn_TheErrorLiesAhead) {
   OdometryCovariance covariance;
   for (int i = 0; i <= 10; i++) covariance.Move(Pose(0, 0.5 * i, 0, M_PI / 2));
@@ -160,8 +160,7 @@ TEST(OdometryCovarianceTest, StraightOn_TheErrorLiesAhead) {
   EXPECT_NEAR(matrix[35], 0, 1e-8);
 }
 
-/// A turn by a quarter and a way of 3 m: an error of the heading of 0.1 rad shifts the end by 0.3
-/// m.
+/// After a quarter turn and 3 m, a heading error of 0.1 rad shifts the end by 0.3 m.
 TEST(OdometryCovarianceTest, AfterATurn_TheErrorOfTheHeadingTurnsTheWay) {
   OdometryCovariance covariance;
   covariance.Move(Pose(0, 0, 0, 0));

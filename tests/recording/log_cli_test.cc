@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// --log and replay on the command line: what they do, and mistakes in one line.
+// --log and replay on the command line: effects, and error messages of one line.
 
 #include <gtest/gtest.h>
 

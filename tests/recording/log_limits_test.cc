@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Small files that claim, or unpack to, very much: reading them takes little memory and time. Long
-// logs stay readable, and take no more memory than short ones.
+// Small files that claim large sizes, or unpack to them, are read with little memory and time. Long
+// logs are readable and need no more memory than short ones.
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -26,14 +26,14 @@ using recording::Compression;
 using recording::McapWriter;
 using recording::Op;
 
-constexpr size_t kSmall = 240'000;      // bytes of a file
-constexpr double kMostMegabytes = 300;  // that reading it may take; it was 2000 once
+constexpr size_t kSmall = 240'000;      // bytes, size of a file
+constexpr double kMostMegabytes = 300;  // limit for reading it; used to be 2000
 constexpr double kMostSeconds = 30;
 
 const char kWorld[] =
     "resolution 0.05\nposition( name \"r\" ranger( sensor( range [0 3] samples 3 ) ) )\n";
 
-/// Peak memory in megabytes and seconds of a process that calls f().
+/// Peak memory (megabytes) and time (seconds) of a process that calls f().
 template <typename F>
 std::pair<double, double> CostOf(F f) {
   const auto start = std::chrono::steady_clock::now();
@@ -50,7 +50,7 @@ std::pair<double, double> CostOf(F f) {
           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
 }
 
-/// Replays all of it, whatever comes.
+/// Replays the whole log, ignoring errors.
 void Show(const std::string& file) {
   try {
     recording::Replay replay(file);
@@ -68,11 +68,11 @@ void Show(const std::string& file) {
   }
 }
 
-/// Messages that a log could have.
+/// Messages for the test log.
 struct Bomb {
   std::string name;
   size_t message;  // bytes of each message
-  bool poses;      // well-formed poses, of as many models as fit
+  bool poses;      // well-formed poses of as many models as fit
 };
 
 class LogLimitsTest : public LogTest {
@@ -87,7 +87,7 @@ class LogLimitsTest : public LogTest {
     log->AddMetadata("stage", {{"world", "w"}});
     log->AddAttachment("w", "", kWorld);
   }
-  /// Three hundred megabytes of messages, most of which pack very well.
+  /// Writes 300 megabytes of messages, most of which compress very well.
   void WriteBomb(const Bomb& bomb, Compression compression) const {
     std::filesystem::remove(Path("bomb.mcap"));
     const Buffer poses = PosesOf(bomb.poses ? bomb.message / 40 : 2);
@@ -246,7 +246,7 @@ TEST_F(LogLimitsTest, OpeningALongLogUnpacksNothing) {
     log.Finish();
   };
   write("long.mcap", 150);
-  // A chunk in its middle is damaged: nobody who does not read it notices.
+  // Damage to a chunk in the middle goes unnoticed unless that chunk is read.
   const McapReader whole(Path("long.mcap"));
   EXPECT_EQ(whole.chunks().size(), 150u);
   std::string bytes = BytesOf(Path("long.mcap"));

@@ -21,7 +21,7 @@ ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().paren
 BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release")
 STAGE = BINARY_DIR / "bin" / "stage"
 VERSION = f"python{sys.version_info.major}.{sys.version_info.minor}"
-# Behind the system's own: what is needed, and no other NumPy.
+# Last in the search path, so that the system's NumPy is used.
 sys.path.append(str(ROOT / "build" / "venv" / "lib" / VERSION / "site-packages"))
 
 try:

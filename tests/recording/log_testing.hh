@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Logs of worlds, in a folder that is deleted at the end, and what is in them.
+// Writes logs of worlds into a temporary folder and reads their messages.
 
 #ifndef STAGE_TESTS_RECORDING_LOG_TESTING_HH
 #define STAGE_TESTS_RECORDING_LOG_TESTING_HH
@@ -29,7 +29,7 @@ using namespace Stg;
 using recording::CdrReader;
 using recording::McapReader;
 
-/// A stamp, a frame and the numbers that follow.
+/// Message header: stamp and frame; numbers follow it.
 struct Header {
   explicit Header(CdrReader* from) {
     seconds = from->Get<int32_t>();
@@ -47,7 +47,7 @@ struct ReadMessage {
   uint64_t time;
 };
 
-/// All messages of a log, in their order.
+/// All messages of a log, in file order.
 inline std::vector<ReadMessage> MessagesOf(const McapReader& log) {
   std::vector<ReadMessage> messages;
   recording::Buffer records;
@@ -85,7 +85,7 @@ class LogTest : public testing::Test {
   }
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
 
-  /// Steps the world so often; calls `look` at the start and after each step.
+  /// Runs `steps` steps; calls `look` at the start and after each step.
   static void Run(
       World* world, int steps, const std::function<void()>& look = [] {}) {
     look();
@@ -94,7 +94,7 @@ class LogTest : public testing::Test {
       look();
     }
   }
-  /// Logs so many steps of a world into the file.
+  /// Logs `steps` steps of a world into `file`.
   void Log(
       World* world, int steps, const std::string& file, recording::LogOptions options = {},
       const std::function<void()>& look = [] {}) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// In a log, too, all of one stamp belongs to one instant: a mapper that reads it finds the walls.
+// Messages with one stamp in a log belong to one instant: a mapper reading the log finds the walls.
 
 #include <cmath>
 #include <map>
@@ -19,7 +19,7 @@ namespace log_testing {
 
 namespace {
 
-struct Pose3 {  // of the plane: x, y and heading
+struct Pose3 {  // x, y (metres) and heading (radians)
   double x = 0, y = 0, a = 0;
   Pose3 operator*(const Pose3& inner) const {
     return {x + inner.x * std::cos(a) - inner.y * std::sin(a),
@@ -40,10 +40,10 @@ struct Scan {
   std::vector<double> ranges;
 };
 
-/// The messages of a log, by the stamps in their headers.
+/// A log's messages by the stamp in their headers.
 struct Contents {
   using Key = std::pair<std::string, uint64_t>;
-  std::map<Key, std::pair<std::string, Pose3>> transforms;  // by child frame: parent and place
+  std::map<Key, std::pair<std::string, Pose3>> transforms;  // by child frame: parent and pose
   std::map<std::string, std::pair<std::string, Pose3>> fixed;
   std::map<Key, Pose3> odometry;
   std::vector<Scan> scans;
@@ -82,7 +82,7 @@ struct Contents {
       scans.push_back(scan);
     }
   }
-  /// Where a frame is in the map at that very time.
+  /// Pose of a frame in the map at exactly that time.
   Pose3 InMap(std::string frame, uint64_t time) const {
     Pose3 place;
     while (frame != "map") {
@@ -102,7 +102,7 @@ struct Contents {
 
 class MapperOfALog : public LogTest {
  protected:
-  /// The end points of all scans, through the transforms of their stamps.
+  /// Maps the end points of all scans, using the transforms with the same stamp.
   Mapper MapOf(const std::string& world_text, int steps, const recording::LogOptions& options) {
     World world(OptionsOf(1));
     std::istringstream text(world_text);
@@ -125,7 +125,7 @@ class MapperOfALog : public LogTest {
     }
     return mapper;
   }
-  /// Without errors of the odometry, the truth is what the transforms say.
+  /// Without odometry errors, the ground truth equals the transforms.
   static void ExpectTruthFits(const Contents& contents) {
     for (const auto& [key, truth] : contents.odometry) {
       if (!key.first.ends_with("ground_truth")) continue;
@@ -186,7 +186,7 @@ TEST_F(MapperOfALog, FindsThemWithASensorThatAnActuatorTurns) {
   EXPECT_LT(mapper.Quantile(1), 1e-5);
 }
 
-// A robot that nobody has subscribed to stands still, but may be carried away.
+// A robot without subscribers stands still, but could be moved.
 TEST_F(MapperOfALog, FindsThemWithARobotThatNobodyRuns) {
   for (const char* localization : {"gps", "odom"}) {
     const std::string robot =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Logs say what the world has said, and change nothing in it.
+// Logs contain the world's data; logging does not change the run.
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ std::vector<T> Elements(std::string_view bytes) {
   return elements;
 }
 
-/// Readings as REP 117 has them.
+/// Readings in the convention of REP 117.
 Floats LoggedRanges(const ModelRanger::Sensor& sensor) {
   Floats floats;
   for (const double range : sensor.ranges)
@@ -36,7 +36,7 @@ Floats LoggedRanges(const ModelRanger::Sensor& sensor) {
   return floats;
 }
 
-/// What a world says after each step, by topic.
+/// Collects a world's data after each step, by topic.
 class Witness {
  public:
   explicit Witness(World* world) : world_(*world) {}
@@ -57,7 +57,7 @@ class Witness {
   using Key = std::pair<std::string, uint64_t>;
   std::map<Key, Pose> estimates;
   std::map<Key, Floats> ranges;
-  std::set<std::string> seen;  // topics that ever had readings
+  std::set<std::string> seen;  // topics that had readings at any time
 
  private:
   World& world_;
@@ -95,7 +95,7 @@ void ExpectOdometry(const ReadMessage& message, const Witness& witness) {
   EXPECT_NEAR(std::remainder(2 * std::atan2(place[5], place[6]) - expected.a, 2 * M_PI), 0, 1e-12);
 }
 
-/// Each child's parent, of all transforms.
+/// Adds the parent frame of each child frame of the message.
 void NoteFrames(const ReadMessage& message, std::map<std::string, std::string>* parents) {
   CdrReader from(message.data);
   const auto count = from.Get<uint32_t>();

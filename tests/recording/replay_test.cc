@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Replays show what was, from logs that are cut off too; damaged ones are refused in one line.
+// Replays show the recorded run, also from logs that are cut off; damaged logs are rejected with a
+// message of one line.
 
 #include "recording/replay.hh"
 
@@ -19,7 +20,7 @@ namespace {
 
 constexpr int kSteps = kSanitized ? 10 : 40;
 
-/// The time; and pose and readings of each model.
+/// The time, and each model's pose and readings by id.
 struct Shown {
   usec_t time;
   std::map<uint32_t, std::string> models;
@@ -33,7 +34,7 @@ Shown SceneOf(World* world) {
     line << model->Token() << ' ' << std::hexfloat << pose.x << ' ' << pose.y << ' ' << pose.a;
     if (auto* ranger = dynamic_cast<ModelRanger*>(model))
       for (const ModelRanger::Sensor& sensor : ranger->GetSensors()) {
-        for (const double range : sensor.ranges)  // a controller's noise may lead out of the bounds
+        for (const double range : sensor.ranges)  // a controller's noise may exceed the bounds
           line << ' ' << static_cast<float>(std::clamp(range, sensor.range.min, sensor.range.max));
         line << " of " << sensor.bearings.size();
       }
@@ -42,7 +43,7 @@ Shown SceneOf(World* world) {
   return scene;
 }
 
-/// As the world was; but for the models that controllers have made.
+/// Expects the replay to show `was`, except for models created by controllers.
 void ExpectShown(World* replay, const Shown& was) {
   const Shown now = SceneOf(replay);
   EXPECT_EQ(now.time, was.time);
@@ -59,7 +60,7 @@ class ReplayTest : public LogTest {
     EXPECT_TRUE(world->Load(files.world_file()));
     return world;
   }
-  /// The error of opening the file, or of reading its chunks; empty if it can be replayed.
+  /// Error of opening the log or reading its chunks; empty if it can be replayed.
   std::string ProblemOf(const std::string& bytes) const {
     WriteBytes(Path("damaged.mcap"), bytes);
     try {
@@ -73,7 +74,7 @@ class ReplayTest : public LogTest {
       return error.what();
     }
   }
-  /// A log of several chunks.
+  /// Returns the bytes of a log of several chunks.
   std::string LargeLog() {
     const std::unique_ptr<World> world = LoadFile(SourceFile("worlds/cave.world"), 1);
     Log(world.get(), 10, "large.mcap");
@@ -148,7 +149,7 @@ TEST_F(ReplayTest, OfADamagedLogIsRefused) {
     const size_t most = i % 2 == 0 ? bytes.size() / 100 : bytes.size();
     for (int k = 0; k < 3; k++)
       bytes[static_cast<size_t>(random.Next() % most)] = static_cast<char>(random.Next() % 256);
-    ProblemOf(bytes);  // whatever it says: no crash
+    ProblemOf(bytes);  // may fail, must not crash
   }
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Preloaded in front of tests with sanitizers. Graphics drivers keep memory that only their own
-// variables point to. When a driver is unloaded before the leak check at the end, that looks like a
-// leak of nobody's: the library that could be excused by its name is gone. So all libraries stay.
+// Preloaded into tests with sanitizers; keeps all libraries loaded. Graphics drivers keep memory
+// that only their own variables point to. If a driver is unloaded before the leak check at exit,
+// that memory counts as a leak, and suppressions by library name no longer match.
 
 extern "C" int dlclose(void*);
 extern "C" int dlclose(void*) { return 0; }

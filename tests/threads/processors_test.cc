@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder in place of /sys/fs/cgroup.
+/// A temporary folder that replaces /sys/fs/cgroup.
 class Groups : public testing::Test {
  protected:
   void SetUp() override {
@@ -53,7 +53,7 @@ TEST_F(Groups, WithoutLimitsGrantEverything) {
 TEST_F(Groups, OfVersionTwoCountAllTheWayUp) {
   Write("a/b/cpu.max", "800000 100000");
   EXPECT_EQ(Granted("0::/a/b\n"), 8u);
-  Write("a/cpu.max", "250000 100000");  // two and a half: the half would stop all of them
+  Write("a/cpu.max", "250000 100000");  // 2.5: a third thread would stall all
   EXPECT_EQ(Granted("0::/a/b\n"), 2u);
   EXPECT_EQ(Granted("0::/a/b/c/d\n"), 2u) << "groups that are not there have no limit";
   Write("cpu.max", "10000 100000");

@@ -19,7 +19,7 @@
 namespace Stg::threads {
 namespace {
 
-/// Runs a job that counts how often each index comes up.
+/// Runs a job and checks that it gets each index exactly once.
 void ExpectOnceEach(WorkerPool* pool, size_t count, size_t grain) {
   std::vector<std::atomic<int>> times(count);
   std::atomic<bool> good{true};
@@ -50,14 +50,14 @@ TEST(WorkerPool, TheCallerMayDoSomethingElseFirst) {
     const auto first = [&] {
       EXPECT_EQ(std::this_thread::get_id(), caller);
       calls++;
-      // The others don't wait for it: they do the whole job.
+      // The other threads don't wait for it; they do the whole job.
       while (done < 100) std::this_thread::yield();
     };
     const auto job = [&](size_t begin, size_t end, unsigned) { done += end - begin; };
     pool.RunBeside(first, 100, 1, job);
     EXPECT_EQ(done, 100u);
     EXPECT_EQ(calls, threads > 1 ? 1 : 0);
-    pool.RunBeside(first, 5, 10, job);  // too small a job for others
+    pool.RunBeside(first, 5, 10, job);  // too small to be shared
     EXPECT_EQ(calls, threads > 1 ? 1 : 0);
   }
 }
@@ -79,7 +79,7 @@ TEST(WorkerPool, NoWakeUpIsMissed) {
 TEST(WorkerPool, HoldsProcessorsOrNot) {
   for (const unsigned threads : {1u, 2u, 8u}) {
     WorkerPool pool(threads);
-    for (int i = 0; i < 200; i++) {  // while threads wait, awake or asleep
+    for (int i = 0; i < 200; i++) {  // while threads spin or sleep
       pool.HoldProcessors(i % 3 == 0);
       ASSERT_NO_FATAL_FAILURE(ExpectOnceEach(&pool, 100, 1));
       if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
@@ -89,7 +89,7 @@ TEST(WorkerPool, HoldsProcessorsOrNot) {
 
 TEST(WorkerPool, AllIsDoneWhenRunReturns) {
   WorkerPool pool(4);
-  std::vector<int> data(5000, 0);  // not atomic: Run() has to order it
+  std::vector<int> data(5000, 0);  // not atomic: Run() must synchronize
   for (int round = 1; round <= 200; round++) {
     pool.Run(data.size(), 16, [&](size_t begin, size_t end, unsigned) {
       for (size_t i = begin; i < end; i++) data[i]++;
@@ -100,7 +100,7 @@ TEST(WorkerPool, AllIsDoneWhenRunReturns) {
 
 TEST(WorkerPool, ThreadsOfTheirOwnNumber) {
   WorkerPool pool(4);
-  // Each thread writes to its own counter, as the tracing does.
+  // Each thread writes to its own counter, as ray tracing does.
   std::vector<uint64_t> counters(pool.threads(), 0);
   for (int i = 0; i < 500; i++)
     pool.Run(64, 1,
@@ -140,7 +140,7 @@ TEST(FindFirst, IsThatOfASearchInTurn) {
   for (unsigned threads = 1; threads <= 8; threads++) {
     WorkerPool pool(threads);
     for (int round = 0; round < 150; round++) {
-      // Some are looked at by the caller alone, others are many more than a grain for each thread.
+      // Small counts are searched by the caller alone; large ones give each thread many grains.
       const auto count = static_cast<size_t>(random.Pick<int>(
           {0, 1, 2, 63, 64, 65, 999, 1000, 1001, random.Int(1000, 3000), random.Int(0, 20000)}));
       const auto rarity = uint64_t{1} << random.Int(0, 16);
@@ -172,26 +172,26 @@ TEST(FindFirst, LooksAtAllBeforeTheFirstAndAtNoneTwice) {
 
 // ---- shares -------------------------------------------------------------------------------------
 
-// The share of a thread that is held up is done by the others.
+// The other threads take over the share of a thread that is delayed.
 TEST(WorkerPool, ThreadsHelpOneAnother) {
   WorkerPool pool(3);
   std::atomic<int> done{0};
   pool.Run(300, 1, [&](size_t begin, size_t end, unsigned) {
-    // The first of all waits for the rest of its own share too.
+    // The first call waits for the rest of its thread's share too.
     while (begin == 0 && done < 299) std::this_thread::yield();
     done += static_cast<int>(end - begin);
   });
   EXPECT_EQ(done, 300);
 }
 
-// More threads than cores go to sleep at once; with pauses between jobs, all others do too.
+// With more threads than cores, they sleep at once; with pauses between jobs they always sleep.
 TEST(WorkerPool, SleepersAreWoken) {
   const unsigned cores = std::max(std::thread::hardware_concurrency(), 1u);
   for (const unsigned threads : {2u, cores, cores + 1, 2 * cores + 3}) {
     WorkerPool pool(threads);
     for (int round = 0; round < 20; round++) {
       std::this_thread::sleep_for(std::chrono::milliseconds(round % 3));
-      // Nobody gets on before all are here: so each of them has to be woken.
+      // All threads wait until each of them has arrived, so each has to be woken.
       std::atomic<unsigned> here{0};
       pool.Run(pool.threads(), 1, [&](size_t begin, size_t end, unsigned) {
         here += static_cast<unsigned>(end - begin);
@@ -204,8 +204,8 @@ TEST(WorkerPool, SleepersAreWoken) {
 
 // ---- exceptions ---------------------------------------------------------------------------------
 
-// Of all that throw, the first in the order of the job counts, whatever it throws and whoever did
-// it; all that comes before it is done; and the threads are there for the next job.
+// If several indices throw, Run() throws the exception of the lowest, whatever its type and thread.
+// All lower indices are done, and the threads can run the next job.
 TEST(WorkerPool, ThrowsTheFirstException) {
   test::RandomSource random(1);
   for (const unsigned threads : {1u, 2u, 4u, 9u}) {
@@ -243,7 +243,7 @@ TEST(WorkerPool, WaitsForTheOthersIfTheCallerThrows) {
   }
 }
 
-// With so little memory left that not all of the threads' stacks fit in.
+// The memory limit leaves no room for some of the threads' stacks.
 TEST(WorkerPool, GoesOnWithTheThreadsThatThereAre) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";

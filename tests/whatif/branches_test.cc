@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What becomes of a branch is what would become of its world: whatever the number of branches and
-// threads, and whatever other branches do.
+// A branch develops as its world would, independently of the number of branches and threads and of
+// what other branches do.
 
 #include "whatif/branches.hh"
 
@@ -65,7 +65,7 @@ ModelPosition* FirstRobot(World* world) {
   return nullptr;
 }
 
-/// Drives the first robot in a way of the branch's own, and scores where it gets.
+/// Drives the first robot differently in each branch, and scores the place it reaches.
 class Drive : public Scenario {
  public:
   void BeforeStep(World& world, uint32_t branch) override {
@@ -79,7 +79,7 @@ class Drive : public Scenario {
   }
 };
 
-/// As Branches should do it, one at a time, in a fresh world.
+/// Expected result of one branch, computed separately in a new world.
 struct Expected {
   uint64_t hash = 0, steps = 0;
   double score = 0;
@@ -137,7 +137,7 @@ TEST_F(BranchesTest, AreWhatTheirWorldsWouldBeAlone) {
   }
 }
 
-/// Whatever it does: creates and deletes models, moves them from one to another, throws.
+/// Creates and deletes models, moves them between parents, throws.
 class Wild : public Scenario {
  public:
   void BeforeStep(World& world, uint32_t branch) override {
@@ -150,7 +150,7 @@ class Wild : public Scenario {
 
 constexpr uint32_t kWild = kSanitized ? 12 : 64;
 
-/// What becomes of all of them.
+/// Runs kWild branches and returns their state hashes.
 std::vector<uint64_t> HashesOfWild(const World& world, const BranchOptions& options) {
   Snapshot now;
   EXPECT_TRUE(world.Take(&now));
@@ -168,7 +168,7 @@ std::vector<uint64_t> HashesOfWild(const World& world, const BranchOptions& opti
     EXPECT_EQ(branches[i].error, i % 5 == 4 ? "too wild" : "") << i;
     uint64_t hash = 0;
     branches.Visit(i, [&](World& branch) {
-      branch.Update();  // then lean ones have readings too
+      branch.Update();  // lean branches have readings only after a step
       hash = branch.StateHash();
     });
     hashes.push_back(hash);
@@ -214,7 +214,7 @@ TEST_F(BranchesTest, CarryCommandsAndSayWhatBecameOfThem) {
   branches.Give(0, Command(20, robot, Command::kStop));
   branches.Give(0, Command(0, robot, Command::kSetSpeed, 2));
   branches.Give(1, Command(0, robot, Command::kSetSpeed, 0.2));
-  branches.Give(1, Command(0, 4000, Command::kSetSpeed, 0.2));  // there is no such model
+  branches.Give(1, Command(0, 4000, Command::kSetSpeed, 0.2));  // no such model
   branches.Step(40);
   ASSERT_EQ(branches[0].sightings.size(), 40u);
   EXPECT_EQ(branches[0].commands.front().step, 0u);
@@ -363,14 +363,14 @@ TEST_F(BranchesTest, AHundredThousandForksTakeNoMoreMemoryThanAFew) {
   }
   EXPECT_GT(start, 0);
   EXPECT_EQ(branches[3].steps, 2u);
-  if (!kSanitized) {  // sanitizers hold on to what was freed
+  if (!kSanitized) {  // sanitizers keep freed memory
     EXPECT_LT(ResidentMemory() - start, 1 << 20);
   }
 }
 
 // ---- between steps ------------------------------------------------------------------------------
 
-/// Takes a snapshot of each step from within it.
+/// Takes a snapshot during each step.
 struct Photographer {
   std::vector<uint64_t> hashes;
   static int Ask(Model* model, void* arg) {

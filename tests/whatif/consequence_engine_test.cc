@@ -18,7 +18,7 @@
 namespace Stg {
 namespace {
 
-/// A robot before a wall with a gap on the left; it wants to get far.
+/// A robot in front of a wall with a gap on the left; the goal is to get far east.
 const char kWall[] =
     "resolution 0.05\n"
     "position( name \"r\" alwayson 1 size [0.4 0.4 0.4] localization \"gps\"\n"
@@ -53,7 +53,7 @@ class Engine : public testing::Test {
   Question question_;
 };
 
-/// How far east it gets, at most 0.1 m a step. A collision costs 10 m and is the end.
+/// Scores the distance east, at most 0.1 m per step. A collision costs 10 m and ends the run.
 class Eastward : public Judge {
  public:
   bool Score(World& world, size_t, double* score) override {
@@ -103,7 +103,7 @@ TEST_F(Engine, ChoosesTheBestConsequence) {
   EXPECT_EQ(world_->StateHash(), before);
 }
 
-/// With any number of threads.
+/// Decisions without a clock are the same with any number of threads.
 TEST_F(Engine, IsReplayedWithoutAClock) {
   ConsequenceEngine::Options options;
   options.samples = 3;
@@ -189,7 +189,7 @@ TEST_F(Engine, GoesOnAsNowWhereNothingIsKnown) {
   EXPECT_TRUE(decision.outcomes.empty());
 }
 
-/// With the world's own random numbers, what comes is foreseen to the bit.
+/// With the world's own random numbers, the prediction is bit-identical to the later run.
 TEST_F(Engine, ForeseesItsOwnWorld) {
   ConsequenceEngine::Options options;
   options.watched = {world_->GetModel("r")->GetId()};
