@@ -55,7 +55,8 @@ def test_messages(file: Path) -> None:
     file.write_bytes(WORLD + b"\nnonsense_%s( )" % LATIN)
     with pytest.raises(st.WorldError) as raised:
         st.World(file)
-    assert raised.value.line is not None
+    assert raised.value.line == WORLD.count(b"\n") + 2
+    assert "Stra\\xdfe.world:6:" in str(raised.value) and "found byte 0xdf" in str(raised.value)
     with pytest.raises(st.GoneError):
         st.World.from_text("").model(NAME)
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import stagesim as st
+from stagesim import _core
 
 ODD = """
 resolution 0.02
@@ -51,8 +52,9 @@ def test_reset_is_loading(file: str) -> None:
         world = st.World(file, seed=1, controllers=controllers)
         for seed in (2, 3, 3):
             world.step(6)
-            world.reset(seed)
             fresh = st.World(file, seed=seed, controllers=controllers)
+            assert world.state_hash() != fresh.state_hash()
+            world.reset(seed)
             assert world.state_hash() == fresh.state_hash()
             for one in (world, fresh):
                 one.step(4)
@@ -63,10 +65,14 @@ def test_reset_forgets_everything() -> None:
     world = st.World.from_text(ODD, seed=1)
     for seed in (5, 6, 7, 2**64 - 1):
         live_through(world)
-        world.reset(seed)
         fresh = st.World.from_text(ODD, seed=seed)
-        assert world.metrics == fresh.metrics
-        assert [model.name for model in world.models] == [model.name for model in fresh.models]
+        assert world.metrics["distance"] > 0 and "mine" in world.metrics
+        names = [model.name for model in fresh.models]
+        assert [model.name for model in world.models] != names
+        assert world.state_hash() != fresh.state_hash()
+        world.reset(seed)
+        assert world.metrics == fresh.metrics and "mine" not in world.metrics
+        assert [model.name for model in world.models] == names
         assert (world.seed, world.time, world.steps) == (seed, 0, 0)
         for one in (world, fresh):
             _ = one.fleet().ranger().ranges
@@ -83,6 +89,7 @@ def test_batches() -> None:
         batch.step(5)
         batch.reset(seeds)
         batch.step(5)
+        assert len(set(batch.state_hashes())) == len(set(seeds)), "the seed decides about noise"
         for i, seed in enumerate(seeds):
             world = st.World.from_text(ODD, seed=seed)
             fleet = world.fleet()
@@ -119,17 +126,29 @@ def test_controllers_left_out_are_told_once(caplog: pytest.LogCaptureFixture) ->
         batch.reset(seeds=range(7, 12))
         batch.reset()
         st.Batch.of(batch.fork(0), 2)
-    assert [record.message for record in caplog.records if "left out" in record.message] != []
     assert len([record for record in caplog.records if "left out" in record.message]) == 1
 
 
-def test_log_ends_with_a_reset(tmp_path: Path) -> None:
-    """A reset ends a log, even if the world is reset in place."""
+def log_of_a_run(file: Path, reset: bool, steps: int) -> bytes:
+    """Logs three steps of driving robots, then a reset or none, then `steps` steps more."""
     world = st.World.from_text(ODD)
     world.reset(2)
-    log = world._core.record(str(tmp_path / "run.mcap"), None, [], "none")
+    log = world._core.record(str(file), None, [], "none")
+    cmd = world.fleet().cmd
+    cmd[:, 0] = 0.4
     world.step(3)
-    world.reset(3)
-    world.step(3)
+    if reset:
+        world.reset(3)
+    cmd[:, 0] = 0.4
+    world.step(steps)
     log.finish()
-    assert (tmp_path / "run.mcap").stat().st_size > 0
+    assert len(_core.places_in_log(str(file))) > 0
+    return file.read_bytes()
+
+
+def test_log_ends_with_a_reset(tmp_path: Path) -> None:
+    """A reset ends a log, even if the world is reset in place: the log has only the steps before."""
+    until_then = log_of_a_run(tmp_path / "a.mcap", False, 0)
+    assert log_of_a_run(tmp_path / "b.mcap", False, 3) != until_then
+    assert log_of_a_run(tmp_path / "c.mcap", True, 0) == until_then
+    assert log_of_a_run(tmp_path / "d.mcap", True, 3) == until_then

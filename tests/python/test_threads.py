@@ -176,18 +176,23 @@ def test_no_call_crashes_while_another_thread_resets() -> None:
     subjects = Subjects(ROBOT + 'body( name "r" ) body( name "s" pose [0 3 0 0] )')
     calls = {name: call for name, call in subjects.calls((*OF_WORLD, *OF_BATCH)).items()
              if name not in ("World.close", "Model.delete", "World.run")}
+    world, batch = subjects.world, subjects.batch
+    changes = (world.reset, world.step, lambda: world.restore(subjects.snapshot), batch.reset, batch.step,
+               lambda: batch.restore(subjects.snapshot), lambda: batch.reset(seeds=[7, 8, 9]))
+    made = [0] * len(changes)  # how often each was allowed
+    wrong: list[Exception] = []  # what ended the thread
     over = threading.Event()
 
     def disturb() -> None:
-        world, batch = subjects.world, subjects.batch
-        changes = (world.reset, world.step, lambda: world.restore(subjects.snapshot), batch.reset, batch.step,
-                   lambda: batch.restore(subjects.snapshot), lambda: batch.reset(seeds=[7, 8, 9]))
-        while not over.is_set():
-            for change in changes:
+        while not over.is_set() and not wrong:
+            for i, change in enumerate(changes):
                 try:
                     change()
+                    made[i] += 1
                 except st.StageError:
                     pass
+                except Exception as error:
+                    wrong.append(error)
             time.sleep(0)
 
     thread = threading.Thread(target=disturb)
@@ -195,28 +200,42 @@ def test_no_call_crashes_while_another_thread_resets() -> None:
     try:
         worked: set[str] = set()
         end, latest = time.monotonic() + SECONDS, time.monotonic() + PATIENCE
-        while time.monotonic() < (end if len(worked) == len(calls) else latest):
+        while time.monotonic() < (end if len(worked) == len(calls) and min(made) > 0 else latest) and not wrong:
             for name, call in calls.items():
                 if was_allowed(call):
                     worked.add(name)
     finally:
         over.set()
         thread.join()
+    assert wrong == []
+    assert min(made) > 0, made
     assert set(calls) - worked == set()
 
 
 def test_no_call_crashes_while_another_thread_closes() -> None:
-    for _ in range(ROUNDS):
+    """In each round it closes later, so that it does so at all calls. Rounds are added until it was in the middle."""
+    taken, amid = 0.0, 0  # seconds that all calls take; rounds in which only some calls worked
+    done, latest = 0, time.monotonic() + PATIENCE
+    while done < ROUNDS or (amid < ROUNDS // 10 and time.monotonic() < latest):
         subjects = Subjects(ROBOT + 'body( name "r" )')
-        calls = subjects.calls(OF_WORLD)
-        thread = threading.Thread(target=closer(subjects.world))
-        thread.start()
-        for call in calls.values():
-            was_allowed(call)
+        calls = {name: call for name, call in subjects.calls(OF_WORLD).items()
+                 if name not in ("World.close", "Model.delete", "World.run", *CONSTANT)}
+        thread = threading.Thread(target=closer(subjects.world, taken * (done % ROUNDS) / ROUNDS))
+        began = time.monotonic()
+        if done > 0:
+            thread.start()
+        worked = [was_allowed(call) for call in calls.values()]
+        if done == 0:
+            taken = time.monotonic() - began
+            assert all(worked)
+            thread.start()
         thread.join()
+        amid += any(worked) and not worked[-1]
+        done += 1
         subjects.world.close()
         with pytest.raises(st.GoneError):
             subjects.world.step()
+    assert amid >= ROUNDS // 10
 
 
 def was_allowed(call: Callable[[], Any]) -> bool:
@@ -230,9 +249,10 @@ def was_allowed(call: Callable[[], Any]) -> bool:
     return True
 
 
-def closer(world: st.World) -> Callable[[], None]:
-    """A function that closes the world as soon as no thread uses it."""
+def closer(world: st.World, delay: float) -> Callable[[], None]:
+    """A function that waits `delay` seconds and closes the world as soon as no thread uses it."""
     def close() -> None:
+        time.sleep(delay)
         for _ in range(1000):
             try:
                 return world.close()
