@@ -90,7 +90,8 @@ class World::Gauge {
     engine_.scheduler.Swap(scheduler_);
     statistics_.device = Statistics().device;  // the device may have failed
     engine_.tracer.SetStatistics(statistics_);
-    engine_.fiducials.Forget(nullptr);  // models may be moved before the next step
+    engine_.fiducials.Forget(nullptr);  // finders have their former sightings again
+    engine_.fiducials.SetFrozen(false);
   }
 
   StepCosts Measure(double seconds) {
@@ -220,7 +221,8 @@ class World::Gauge {
 
   /// Updates the models and traces their rays, as in a step, but calls no callbacks.
   Pass Run(const std::vector<Model*>& sample) {
-    engine_.fiducials.Forget(nullptr);
+    const ModelType* const type = FindModelType(*sample[0]);
+    engine_.fiducials.SetFrozen(type && type->updates != ModelType::kAlone);
     Pass pass;
     const double start = WallClock();
     for (Model* model : sample) model->Update();

@@ -92,7 +92,7 @@ ModelFiducial::Fiducial* ModelFiducial::GetFiducials(unsigned int* count) {
 void ModelFiducial::Update() {
   if (subs == 0) return;
   Host& host = world->host();
-  host.fiducials.Refresh(host.models, world->GetUpdateCount());
+  host.fiducials.Refresh(host.models);
   GatherAlone();
   Model::Update();
 }

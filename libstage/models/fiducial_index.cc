@@ -30,22 +30,31 @@ bool FiducialIndex::Place::operator<(const Place& o) const {
   return target < o.target;
 }
 
-void FiducialIndex::Refresh(const std::vector<Model*>& models, uint64_t step) {
+void FiducialIndex::Refresh(const std::vector<Model*>& models) {
   sightings_known_ = false;  // finders may now find and keep new targets
-  if (known_ && step_ == step) return;
-  known_ = false;  // in case memory is exhausted
-  targets_.clear();
-  places_.clear();
+  if (frozen_ && is_current_) return;
+  found_.clear();
   for (Model* model : models) {
     if (model->vis.fiducial_return == 0) continue;
     const Pose pose = model->GetGlobalPose();
-    if (!std::isfinite(pose.x) || !std::isfinite(pose.y)) continue;
-    places_.push_back({StripOf(pose.x), pose.y, static_cast<uint32_t>(targets_.size())});
-    targets_.push_back({model, pose});
+    if (std::isfinite(pose.x) && std::isfinite(pose.y)) found_.push_back({model, pose});
   }
+  const auto same_place = [](const Target& a, const Target& b) {
+    return a.pose.x == b.pose.x && a.pose.y == b.pose.y;
+  };
+  if (places_.size() != found_.size() || !std::ranges::equal(found_, targets_, same_place))
+    SortPlaces();
+  targets_.swap(found_);
+  is_current_ = true;
+}
+
+/// Sorts the places of the targets in `found_`.
+void FiducialIndex::SortPlaces() {
+  places_.clear();
+  places_.reserve(found_.size());  // throws here or not at all: never are there too few places
+  for (uint32_t i = 0; i < found_.size(); i++)
+    places_.push_back({StripOf(found_[i].pose.x), found_[i].pose.y, i});
   std::sort(places_.begin(), places_.end());
-  known_ = true;
-  step_ = step;
 }
 
 const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reach) const {
@@ -80,7 +89,7 @@ void FiducialIndex::RemoveFinder(ModelFiducial* finder) {
 }
 
 void FiducialIndex::Forget(const Model* model) {
-  known_ = false;
+  is_current_ = false;
   if (model)
     ForgetSightings(model);
   else
@@ -128,7 +137,7 @@ bool FiducialIndex::CollectSightings() {
 }
 
 void FiducialIndex::Clear() {
-  known_ = false;
+  is_current_ = false;
   targets_.clear();
   places_.clear();
   finders_.clear();

@@ -23,9 +23,15 @@ class FiducialIndex {
     Pose pose;  ///< global
   };
 
-  /// Collects all models with a fiducial_return, once per step. Call it before finders look for
-  /// targets. `models` are all models in the order of creation.
-  void Refresh(const std::vector<Model*>& models, uint64_t step);
+  /// Reads the poses of all models that have a fiducial_return. Call it before finders look for
+  /// targets. `models` is the list of all models of the world, in the order of creation. While the
+  /// index is frozen, only the first call reads them.
+  void Refresh(const std::vector<Model*>& models);
+  /// Freeze the index only while no code runs that may move models or change their visibility.
+  void SetFrozen(bool frozen) {
+    frozen_ = frozen;
+    is_current_ = false;
+  }
 
   /// Returns the targets whose x and y lie within +-reach of the point, in the order of creation.
   /// Valid until this thread's next call. The cost depends on the number of nearby targets, not of
@@ -57,12 +63,14 @@ class FiducialIndex {
   };
   void ForgetSightings(const Model* target);
   bool CollectSightings();
+  void SortPlaces();
 
   std::vector<Target> targets_;          // in the order of creation
-  std::vector<Place> places_;            // sorted
+  std::vector<Target> found_;            // scratch memory of Refresh()
+  std::vector<Place> places_;            // one for each target; sorted
   std::vector<ModelFiducial*> finders_;  // in the order of creation
-  uint64_t step_ = 0;
-  bool known_ = false;
+  bool frozen_ = false;
+  bool is_current_ = false;  // Refresh() has read the models since SetFrozen() and Forget()
   // Superset of the targets that finders point to, sorted by target.
   std::vector<Sighting> sightings_;
   bool sightings_known_ = false;

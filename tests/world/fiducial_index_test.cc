@@ -32,7 +32,7 @@ TEST(FiducialIndex, FindsWhatASearchThroughAllFinds) {
     models.push_back(model);
   }
   FiducialIndex index;
-  index.Refresh(models, 1);
+  index.Refresh(models);
   for (int i = 0; i < 2000; i++) {
     const Pose own = models[static_cast<size_t>(random.Int(0, 499))]->GetPose();
     const double x = random.OneIn(2) ? own.x : random.Real(-20, 20);
@@ -53,25 +53,50 @@ TEST(FiducialIndex, FindsWhatASearchThroughAllFinds) {
   EXPECT_TRUE(index.Near(0, 0, kNaN).empty());
 }
 
-TEST(FiducialIndex, IsMadeOnceAStep) {
+TEST(FiducialIndex, IsReadAtEachRefreshUnlessItIsFrozen) {
   const auto world = EmptyWorld();
   Model* model = new Model(world.get());
   model->SetFiducialReturn(1);
   const std::vector<Model*> models = {model};
   FiducialIndex index;
   EXPECT_TRUE(index.Near(0, 0, 1).empty());
-  index.Refresh(models, 0);
+  index.Refresh(models);
   EXPECT_EQ(index.Near(0, 0, 1).size(), 1u);
   model->SetPose(Pose(5, 0, 0, 0));
-  index.Refresh(models, 0);
   EXPECT_EQ(index.Near(0, 0, 1).size(), 1u);
-  index.Refresh(models, 1);
+  index.Refresh(models);
   EXPECT_TRUE(index.Near(0, 0, 1).empty());
   EXPECT_EQ(index.Near(5, 0, 1).size(), 1u);
+
+  index.SetFrozen(true);
+  model->SetPose(Pose(8, 0, 0, 0));
+  index.Refresh(models);  // the first one reads all models
+  EXPECT_EQ(index.Near(8, 0, 1).size(), 1u);
+  model->SetPose(Pose(5, 0, 0, 0));
+  index.Refresh(models);
+  EXPECT_EQ(index.Near(8, 0, 1).size(), 1u);
   index.Forget(nullptr);  // a deletion rebuilds the index
+  index.Refresh(models);
+  EXPECT_EQ(index.Near(5, 0, 1).size(), 1u);
   model->SetFiducialReturn(0);
-  index.Refresh(models, 1);
+  index.Refresh(models);
+  EXPECT_EQ(index.Near(5, 0, 1).size(), 1u);
+  index.SetFrozen(false);
+  index.Refresh(models);
   EXPECT_TRUE(index.Near(5, 0, 1).empty());
+}
+
+/// Targets that only turn are not sorted again, but their poses are the present ones.
+TEST(FiducialIndex, HasThePresentHeadings) {
+  const auto world = EmptyWorld();
+  Model* model = new Model(world.get());
+  model->SetFiducialReturn(1);
+  FiducialIndex index;
+  for (const double heading : {0.0, 1.0, -2.0}) {
+    model->SetPose(Pose(1, 2, 0, heading));
+    index.Refresh({model});
+    EXPECT_EQ(index.target(index.Near(1, 2, 0)[0]).pose.a, heading);
+  }
 }
 
 }  // namespace

@@ -17,7 +17,24 @@
 namespace Stg {
 
 namespace {
+
 constexpr size_t kGrain = 32;
+
+/// Freezes or unfreezes the index of fiducials, and does the opposite at its end.
+class FiducialsFrozen {
+ public:
+  FiducialsFrozen(FiducialIndex* index, bool frozen) : index_(index), frozen_(frozen) {
+    index_->SetFrozen(frozen_);
+  }
+  ~FiducialsFrozen() { index_->SetFrozen(!frozen_); }
+  FiducialsFrozen(const FiducialsFrozen&) = delete;
+  FiducialsFrozen& operator=(const FiducialsFrozen&) = delete;
+
+ private:
+  FiducialIndex* const index_;
+  const bool frozen_;
+};
+
 }  // namespace
 
 void GatherPhase::Run(World* world, WorldEngine* engine) {
@@ -30,6 +47,8 @@ void GatherPhase::Run(World* world, WorldEngine* engine) {
   engine->sharing.Choose(engine->threads(), models);
   const bool batch = world->options().batch;
   const bool shares = batch && engine->sharing.shares();
+  // Updates of built-in types move nothing; see RunEvent() for the rest.
+  const FiducialsFrozen frozen(&engine->fiducials, true);
   // By index: an update may delete models, which clears their events, or the whole world, which
   // empties the list.
   for (size_t i = 0; i < due.size();) {
@@ -60,6 +79,9 @@ void GatherPhase::NoteSensed(WorldEngine* engine, bool shares) const {
 
 void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
   const Scheduler::Event event = engine->due[index];
+  // Callbacks, and updates of classes derived by clients, may move and change any model.
+  std::optional<FiducialsFrozen> unfrozen;
+  if (!MayShare(event)) unfrozen.emplace(&engine->fiducials, false);
   if (event.callback) {
     engine->due[index] = Scheduler::Event();    // called once, even if it throws
     engine->TraceBatch();                       // it may read what others sensed
@@ -194,7 +216,7 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
 /// Does the preparations that must not run in parallel.
 void GatherPhase::FinishGettingReady(unsigned wants, World* world) {
   WorldEngine& engine = world->engine();
-  if (wants & kTargets) engine.fiducials.Refresh(engine.models, world->GetUpdateCount());
+  if (wants & kTargets) engine.fiducials.Refresh(engine.models);
   if ((wants & Model::kExactRays) && world->IsExact(RayModel::kDefault))
     engine.scene.grid.EverythingLayer(true);
   if (!(wants & Model::kPartsThatLack)) return;
