@@ -15,8 +15,8 @@
 #include <string_view>
 
 #include "recording/mcap_writer.hh"
-#include "recording/replay.hh"
 #include "stage.hh"
+#include "support/replay_whole.hh"
 
 namespace {
 
@@ -59,22 +59,6 @@ void WriteAround(std::string_view records, const std::string& file) {
   log.Finish();
 }
 
-void Show(const std::string& file) {
-  recording::Replay replay(file);
-  RunOptions options;
-  options.listed = false;
-  options.controllers = false;
-  World world(options);
-  {
-    const recording::UnpackedFiles files(replay.files());
-    if (!world.Load(files.world_file())) return;
-  }
-  replay.Attach(&world);
-  for (int i = 0; i < 5; i++) world.Update();
-  replay.GoTo(replay.end());
-  replay.GoTo(0);
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -86,7 +70,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   else
     WriteAround(rest, file);
   try {
-    Show(file);
+    test::ReplayWhole(file);
   } catch (const std::runtime_error&) {
   }
   return 0;

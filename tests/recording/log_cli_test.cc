@@ -93,6 +93,25 @@ TEST_F(LogCli, AReplayEndsWithItsLog) {
   EXPECT_EQ(Stats("s.json")["simulated_seconds"], 1);
 }
 
+/// The world of a log is loaded like any other: with the library initialized, and without a line
+/// for each model.
+TEST_F(LogCli, AReplayOfManyRobotsWarnsOfLeftOutControllersAlone) {
+  ASSERT_EQ(
+      Stage({"-g", "--duration", "1", "--log", "cave.mcap", SourceFile("worlds/cave.world")}).err,
+      "");
+  for (const Strings& arguments :
+       std::vector<Strings>{{"-g"},
+                            {"--screenshot", "cave.png", "--size", "64x48"},
+                            {"--record", "frames", "--size", "64x48"}}) {
+    Strings all = {"replay", "cave.mcap"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const Result result = Stage(all);
+    if (Contains(result.err, "no pictures")) GTEST_SKIP() << result.err;
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.err, "stage: warning: controllers left out, as asked for: 100\n");
+  }
+}
+
 TEST_F(LogCli, ABadLogIsRefusedInOneLine) {
   std::string log = Record();
   ExpectFails({"replay", "none.mcap"}, "none.mcap: No such file");

@@ -12,9 +12,9 @@
 
 #include "recording/log_testing.hh"
 #include "recording/mcap_writer.hh"
-#include "recording/replay.hh"
 #include "recording/ros_messages.hh"
 #include "support/patience.hh"
+#include "support/replay_whole.hh"
 #include "support/sanitized.hh"
 
 namespace log_testing {
@@ -51,19 +51,9 @@ std::pair<double, double> CostOf(F f) {
 }
 
 /// Replays the whole log, ignoring errors.
-void Show(const std::string& file) {
+void ReplayOrRefuse(const std::string& file) {
   try {
-    recording::Replay replay(file);
-    RunOptions options;
-    options.listed = false;
-    options.controllers = false;
-    World world(options);
-    const recording::UnpackedFiles files(replay.files());
-    if (!world.Load(files.world_file())) return;
-    replay.Attach(&world);
-    for (int i = 0; i < 3; i++) world.Update();
-    replay.GoTo(replay.end());
-    replay.GoTo(0);
+    test::ReplayWhole(file);
   } catch (const std::runtime_error&) {
   }
 }
@@ -106,7 +96,7 @@ class LogLimitsTest : public LogTest {
     log.Finish();
   }
   void ExpectCheap(const std::string& file) const {
-    const auto [megabytes, seconds] = CostOf([&] { Show(file); });
+    const auto [megabytes, seconds] = CostOf([&] { ReplayOrRefuse(file); });
     std::printf("%8.1f kB: %6.1f MB, %5.2f s\n",
                 static_cast<double>(std::filesystem::file_size(file)) / 1e3, megabytes, seconds);
     if (kSanitized) return;

@@ -75,6 +75,7 @@ inline void WriteBytes(const std::string& file, const std::string& bytes) {
 class LogTest : public testing::Test {
  protected:
   void SetUp() override {
+    if (!InitDone()) Init(nullptr, nullptr);
     std::string name = (std::filesystem::temp_directory_path() / "stage-log-XXXXXX").string();
     ASSERT_NE(mkdtemp(name.data()), nullptr);
     folder_ = name;
