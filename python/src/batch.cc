@@ -169,6 +169,19 @@ bool Batch::StepWorld(size_t index, uint64_t steps) {
   return true;
 }
 
+/// Makes steps like StepWorld(), and then fills in the arrays, even if a step throws.
+bool Batch::StepAndGather(size_t index, uint64_t steps) {
+  bool going = false;
+  try {
+    going = StepWorld(index, steps);
+  } catch (...) {
+    crowd_->Gather(*this, index);
+    throw;
+  }
+  crowd_->Gather(*this, index);
+  return going;
+}
+
 /// All worlds are in lock-step at the end of a round, where Ctrl-C is handled. A round takes about
 /// 50 ms, which a user does not notice. Shorter rounds would be slower, because each world starts a
 /// round with cold caches.
@@ -204,15 +217,12 @@ void Batch::NoteStepSeconds(double seconds, uint64_t steps) {
 void Batch::Step(const Indices& which, uint64_t steps) {
   const Use use(this);
   const GilRelease no_gil;
-  InRounds(which, steps, 1, [&](size_t index, uint64_t, uint64_t now) {
-    const bool going = StepWorld(index, now);
-    crowd_->Gather(*this, index);
-    return going;
-  });
+  InRounds(which, steps, 1,
+           [&](size_t index, uint64_t, uint64_t now) { return StepAndGather(index, now); });
 }
 
 void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
-                    const std::vector<Record>& records) {
+                    const std::vector<Record>& records, bool* recorded) {
   const Use use(this);
   const GilRelease no_gil;
   InRounds(All(), moments, steps, [&](size_t index, uint64_t first, uint64_t now) {
@@ -220,11 +230,12 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
     bool going = true;
     for (uint64_t moment = first; moment < first + now; moment++) {
       if (commands) crowd_->SetCommands(index, commands + (moment * size() + index) * row);
-      going = StepWorld(index, steps);
-      crowd_->Gather(*this, index);
+      going = StepAndGather(index, steps);
+      if (!failures_[index].empty()) return false;
       for (const Record& record : records)
         std::memcpy(record.to + (moment * size() + index) * record.bytes_per_world,
                     record.live + index * record.bytes_per_world, record.bytes_per_world);
+      recorded[moment * size() + index] = true;
     }
     return going;
   });

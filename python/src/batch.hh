@@ -49,8 +49,10 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   };
   /// For each of `moments` moments: applies that moment's commands, makes `steps` steps, and copies
   /// the live arrays. `commands`: [moment][world][robot][3], or null to keep the current ones.
+  /// `recorded`: [moment][world], all false; set to true where a world's arrays were copied. It
+  /// stays false from the moment on at which a world fails.
   void Rollout(const double* commands, size_t moments, uint64_t steps,
-               const std::vector<Record>& records);
+               const std::vector<Record>& records, bool* recorded);
   /// Resets these worlds, each with its own seed; seeds.size() == which.size().
   void Reset(const Indices& which, const std::vector<uint64_t>& seeds);
   void Restore(const Indices& which, const Snapshot& from);
@@ -90,6 +92,7 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void BeginAgain(size_t index);
   void FindBeginning(const Indices& which);
   bool StepWorld(size_t index, uint64_t steps);
+  bool StepAndGather(size_t index, uint64_t steps);
   void Fail(size_t index, const std::string& why);
   /// Calls f(index, thread) for these worlds on all threads; an exception fails its world.
   template <typename F>

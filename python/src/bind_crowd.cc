@@ -31,6 +31,7 @@ using Poses = nb::ndarray<const double, nb::shape<-1, -1, 3>, nb::c_contig, nb::
 using Mask = nb::ndarray<const bool, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
 using Commands = nb::ndarray<const double, nb::shape<-1, -1, -1, 3>, nb::c_contig, nb::device::cpu>;
 using Live = nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu>;
+using Recorded = nb::ndarray<bool, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
 using Written = nb::ndarray<nb::c_contig, nb::device::cpu>;
 
 std::shared_ptr<Batch> Make(Simulation& prototype, const std::vector<uint64_t>& seeds,
@@ -55,7 +56,8 @@ std::shared_ptr<Batch> MakeAnother(Batch& batch, const std::vector<uint64_t>& se
 
 /// Only the sizes of the arrays are checked here; the Python caller guarantees their shapes.
 void Rollout(Batch& batch, size_t moments, uint64_t steps, const std::optional<Commands>& commands,
-             const std::vector<Live>& live, const std::vector<Written>& to) {
+             const std::vector<Live>& live, const std::vector<Written>& to,
+             const Recorded& recorded) {
   std::vector<Batch::Record> records;
   for (size_t i = 0; i < live.size(); i++) {
     if (to[i].nbytes() != moments * live[i].nbytes())
@@ -65,7 +67,11 @@ void Rollout(Batch& batch, size_t moments, uint64_t steps, const std::optional<C
   }
   if (commands && commands->size() != moments * batch.size() * batch.crowd()->size() * 3)
     throw nb::value_error("found another number of commands than there are robots");
-  Logged([&] { batch.Rollout(commands ? commands->data() : nullptr, moments, steps, records); });
+  if (recorded.shape(0) != moments || recorded.shape(1) != batch.size())
+    throw nb::value_error("found another number of flags than there are moments and worlds");
+  Logged([&] {
+    batch.Rollout(commands ? commands->data() : nullptr, moments, steps, records, recorded.data());
+  });
 }
 
 void Teleport(Batch& batch, const Poses& poses, const Mask& which) {
@@ -121,10 +127,10 @@ void BindBatch(nb::module_& module) {
           },
           nb::arg("which"), nb::arg("steps"))
       .def("rollout", &Rollout, nb::arg("moments"), nb::arg("steps"), nb::arg("commands").none(),
-           nb::arg("live"), nb::arg("to"),
+           nb::arg("live"), nb::arg("to"), nb::arg("recorded"),
            nb::sig("def rollout(self, moments: int, steps: int, commands: object, "
                    "live: collections.abc.Sequence[object], "
-                   "to: collections.abc.Sequence[object]) -> None"))
+                   "to: collections.abc.Sequence[object], recorded: object) -> None"))
       .def(
           "reset",
           [](Batch& b, const Numbers& which, const std::vector<uint64_t>& seeds) {

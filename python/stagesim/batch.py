@@ -188,8 +188,10 @@ class Batch(Crowd):
                 "time", "ended"; "ranges" and "intensities" of ranger 0.
 
         Returns:
-            For each name an array of shape (moments, *shape of the live array), recorded after each moment.
-            Rows of worlds that fail or end keep their last values.
+            For each name an array of shape (moments, *shape of the live array), recorded after each moment, and
+            "failed", a mask of shape (moments, n). It is True from the moment on at which a world has failed;
+            there, floats are NaN and truth values False, and `Batch.failed` says why. Rows of worlds that
+            have ended keep their last values.
         """
         given = None
         if commands is not None:
@@ -201,9 +203,14 @@ class Batch(Crowd):
         moments = _checks.integer(moments, "moments", 0)
         n = _checks.integer(n, "the number of steps", 1)
         live = [self._recorded(name) for name in record]
-        made = [np.zeros((moments, *view.shape), view.dtype) for view in live]
-        self._core.rollout(moments, n, given, live, made)
-        return dict(zip(record, made))
+        made: list[npt.NDArray[Any]] = [np.empty((moments, *view.shape), view.dtype) for view in live]
+        recorded = np.zeros((moments, self.n), bool)
+        self._core.rollout(moments, n, given, live, made, recorded)
+        failed = ~recorded
+        if failed.any():
+            for array in made:
+                array[failed] = np.nan if array.dtype.kind == "f" else 0
+        return {**dict(zip(record, made)), "failed": failed}
 
     def _recorded(self, name: str) -> npt.NDArray[Any]:
         if name in ("pose", "velocity", "sensed_pose", "estimate", "stalled", "energy", "time", "ended"):

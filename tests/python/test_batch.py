@@ -113,7 +113,8 @@ def test_rollout_is_what_steps_are() -> None:
     same_for_all = batch.rollout(np.array([0.1, 0, 0]), moments=3)
     assert same_for_all["pose"].shape == (3, 4, 5, 3)
     assert (batch.cmd == [0.1, 0, 0]).all()
-    assert batch.rollout(moments=2, record=())  == {}
+    assert (record["failed"] == np.zeros((12, 4), bool)).all()
+    assert list(batch.rollout(moments=2, record=())) == ["failed"]
     for wrong in ({}, {"moments": -1}, {"moments": 1, "n": 0}, {"moments": 1, "record": ("poses",)}):
         with pytest.raises(ValueError, match="found"):
             batch.rollout(**wrong)  # type: ignore[arg-type]
@@ -202,6 +203,7 @@ def test_failures(thrower: Path) -> None:
     record = batch.rollout(moments=3, record=("time",))["time"]
     assert record[:, 0].tolist() == pytest.approx([2.1, 2.2, 2.3])
     assert record[:, 4].tolist() == pytest.approx([0.8, 0.8, 0.8])
+    assert batch.time[[1, 3]].tolist() == pytest.approx([0.5, 0.5])
     batch.reset([6, 8], ids=[1, 4])
     assert [text is None for text in batch.failed] == [True, True, True, False, True]
     batch.step(n=3)
@@ -209,6 +211,52 @@ def test_failures(thrower: Path) -> None:
     batch.restore(batch.snapshot(0), [3])
     assert batch.failed == [None] * 5
     assert not batch.ended.any()
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_rollout_marks_worlds_that_fail(thrower: Path, n: int, threads: int) -> None:
+    """From the moment on at which a world fails, its floats are NaN, its truth values False, and "failed" is True."""
+    names = ("pose", "velocity", "sensed_pose", "estimate", "energy", "time", "stalled", "ended")
+    batch = st.Batch(thrower, n=5, threads=threads)
+    expected = np.zeros((40, 5), bool)
+    expected[4 // n:, [1, 3]] = True  # they fail in their fifth step
+    for moments in (range(0, 20), range(20, 40)):
+        record = batch.rollout(moments=20, n=n, record=names)
+        assert set(record) == {*names, "failed"}
+        failed = expected[moments]
+        assert (record["failed"] == failed).all()
+        for name in names:
+            rows = record[name][failed]
+            assert (np.isnan(rows) if rows.dtype.kind == "f" else ~rows).all(), name
+            if name != "energy":  # the robots have no power pack
+                assert not np.isnan(record[name][~failed].astype(float)).any(), name
+        times = np.minimum((np.array(moments) + 1) * n * 0.1, np.inf)
+        assert record["time"][:, 0] == pytest.approx(times)
+        assert record["time"][:, 4] == pytest.approx(np.minimum(times, 0.8))  # it has ended, not failed
+    assert batch.time[[1, 3]].tolist() == pytest.approx([0.5, 0.5])
+    assert [text is None for text in batch.failed] == [True, False, True, False, True]
+    batch.reset()
+    assert not batch.rollout(moments=1)["failed"].any()
+
+
+def test_rollout_goes_on_without_worlds_that_controllers_delete(tmp_path: Path,
+                                                                plugin_of: Callable[[str, Path], Path]) -> None:
+    deletes = THROWER.replace('throw std::runtime_error("an odd seed")', "delete model->GetWorld()")
+    deletes = deletes.replace("delete model->GetWorld();", "{ delete model->GetWorld(); return 0; }")
+    plugin_of(deletes, tmp_path / "deleter.so")
+    (tmp_path / "deleter.world").write_text(f'position( ctrl "{tmp_path}/deleter.so" )\n')
+    for _ in range(3):
+        batch = st.Batch(tmp_path / "deleter.world", n=3, threads=2)
+        batch.rollout(moments=1)  # the next one goes through several moments at once
+        record = batch.rollout(moments=20, record=("pose", "time"))
+        assert (record["failed"] == np.outer(np.arange(20) >= 3, [0, 1, 0])).all()
+        assert (np.isnan(record["time"]) == record["failed"]).all()
+        assert (np.isnan(record["pose"]).all((2, 3)) == record["failed"]).all()
+        assert batch.failed == [None, "a controller has deleted the world", None]
+        batch.reset()
+        assert batch.failed == [None] * 3
+        assert not batch.rollout(moments=2)["failed"].any()
 
 
 def test_world_whose_controller_throws(thrower: Path) -> None:
