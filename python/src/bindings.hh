@@ -7,6 +7,8 @@
 
 #include <nanobind/nanobind.h>
 
+#include "integers.hh"
+
 namespace Stg::python {
 
 class ModelHandle;

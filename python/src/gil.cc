@@ -8,6 +8,7 @@
 #include <chrono>
 #include <thread>
 
+#include "integers.hh"
 #include "threads/wall_clock.hh"
 
 namespace Stg::python {

@@ -10,6 +10,7 @@
 #include <string>
 #include <type_traits>
 
+#include "integers.hh"
 #include "text.hh"
 
 namespace Stg::python {

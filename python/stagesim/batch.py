@@ -162,7 +162,7 @@ class Batch(Crowd):
         if seeds is None:
             had = self.seeds
             new = [had[i] for i in chosen.tolist()]
-        elif not isinstance(seeds, Iterable) or np.ndim(seeds) == 0:  # type: ignore[arg-type]
+        elif not isinstance(seeds, Iterable) or (isinstance(seeds, np.ndarray) and seeds.ndim == 0):
             new = [_checks.seed(seeds)] * len(chosen)
         elif isinstance(seeds, np.ndarray) and seeds.dtype == bool:
             raise TypeError("found truth values as seeds, expected whole numbers; ids= chooses worlds")

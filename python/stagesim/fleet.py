@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any, Callable, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from . import _checks
+
 if TYPE_CHECKING:
     from . import _core
     from .world import World
 
+MOST = 2**31 - 1  #: sensors of a robot, and things that a sensor reports
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int32]
 Bools = npt.NDArray[np.bool_]
@@ -311,14 +314,14 @@ class Crowd(_Views):
         Raises:
             GoneError: no robot has such a bumper.
         """
-        return self._view(f"bumper {index}", lambda: self._crowd.bumper(index))
+        number = _checks.integer(index, "index", 0, MOST)
+        return self._view(f"bumper {number}", lambda: self._crowd.bumper(number))
 
     def _sensor(self, kind: str, index: int, most: int, make: Callable[[], Sensor]) -> Sensor:
-        if index < 0 or most < 0:
-            raise ValueError(f"found {kind} number {index}, at most {most} of them; expected 0 or more")
-        known: Sensor | None = self._sensors.get((kind, index, most))
+        key = kind, _checks.integer(index, "index", 0, MOST), _checks.integer(most, "most", 0, MOST)
+        known: Sensor | None = self._sensors.get(key)
         if known is None:
-            known = self._sensors[kind, index, most] = make()
+            known = self._sensors[key] = make()
         return known
 
 

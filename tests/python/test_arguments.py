@@ -35,10 +35,9 @@ def test_integers(room: str, value: Any) -> None:
     refused(lambda: batch.rollout(moments=2, n=value), "steps")
     refused(lambda: st.Batch("arena.world", n=value), "worlds")
     refused(lambda: st.Batch("arena.world", 1, seeds=[value]), "seed")
-    if value is not True:
-        refused(lambda: setattr(world.model("a"), "fiducial_return", value), "fiducial_return")
-        refused(lambda: setattr(world.model("a"), "fiducial_key", value), "fiducial_key")
-        refused(lambda: world.create("ranger").add_sensor(5, 1, value), "samples")
+    refused(lambda: setattr(world.model("a"), "fiducial_return", value), "fiducial_return")
+    refused(lambda: setattr(world.model("a"), "fiducial_key", value), "fiducial_key")
+    refused(lambda: world.create("ranger").add_sensor(5, 1, value), "samples")
     if value is not None:
         refused(lambda: st.World.from_text(room, seed=value), "seed")
         refused(lambda: st.World.from_text(room, threads=value), "threads")
@@ -64,12 +63,13 @@ def test_numbers(room: str, value: Any) -> None:
     robot, ranger = world.model("a"), world.create("ranger")
     for name in ("z", "mass", "ranger_return"):
         refused(lambda: setattr(robot, name, value), name)
-    for calls in ((robot.drive, 3), (robot.go_to, 3), (lambda *given: ranger.add_sensor(*given[:2], 3), 2)):
-        call, count = calls
-        for place in range(count):
-            given = [0.1] * count
+    for call, names in ((robot.drive, "x y a"), (robot.go_to, "x y a"),
+                        (lambda *given: ranger.add_sensor(*given, 3), "range fov")):
+        for place, name in enumerate(names.split()):
+            given = [0.1] * len(names.split())
+            call(*given)
             given[place] = value
-            refused(lambda: call(*given), "x" if place == 0 and call != calls[0] else "")
+            refused(lambda: call(*given), f" as {name}, expected a number")
 
 
 @pytest.mark.parametrize("value", [(1, 2), (1, 2, 3, 4, 5), (1, 2, "a"), 1, None, "abc", ()])

@@ -85,7 +85,7 @@ def test_ranger_views(room: str) -> None:
     assert fleet.ranger(0) is scan
     with pytest.raises(st.GoneError, match="ranger number 1"):
         fleet.ranger(1)
-    with pytest.raises(ValueError, match="number -1"):
+    with pytest.raises(ValueError, match="found -1 as index"):
         fleet.ranger(-1)
 
 

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Integers between Python and C++, in place of nanobind's own conversion.
+//
+// An argument that is an integer in C++ takes what has __index__(), such as NumPy's integers, but
+// no bool: True in the place of a number is mostly an argument in a wrong place. Floats are
+// refused, too, even whole ones.
+
+#ifndef STAGE_PYTHON_INTEGERS_HH
+#define STAGE_PYTHON_INTEGERS_HH
+
+#include <nanobind/nanobind.h>
+
+#include <limits>
+#include <type_traits>
+
+namespace nanobind::detail {
+
+/// True for Python's bool and NumPy's. NumPy's is found by its name, which is "bool_" before
+/// version 2: NumPy need not be loaded.
+inline bool is_bool(handle value) noexcept {
+  if (PyLong_Check(value.ptr())) return PyBool_Check(value.ptr());
+  const object name = steal(PyObject_GetAttrString(value.type().ptr(), "__name__"));
+  if (!name.is_valid()) {
+    PyErr_Clear();
+    return false;
+  }
+  return PyUnicode_Check(name.ptr()) &&
+         (PyUnicode_CompareWithASCIIString(name.ptr(), "bool") == 0 ||
+          PyUnicode_CompareWithASCIIString(name.ptr(), "bool_") == 0);
+}
+
+template <typename T>
+struct integer_caster {
+  NB_TYPE_CASTER(T, const_name("int"))
+
+  bool from_python(handle source, uint32_t, cleanup_list*) noexcept {
+    if (!PyIndex_Check(source.ptr()) || is_bool(source)) return false;
+    const object number = steal(PyNumber_Index(source.ptr()));
+    if (number.is_valid() && Read(number)) return true;
+    PyErr_Clear();
+    return false;
+  }
+
+  static handle from_cpp(T number, rv_policy, cleanup_list*) noexcept {
+    if constexpr (std::is_signed_v<T>)
+      return PyLong_FromLongLong(number);
+    else
+      return PyLong_FromUnsignedLongLong(number);
+  }
+
+ private:
+  /// False, perhaps with a Python error, if the number is out of range.
+  bool Read(handle number) noexcept {
+    using Limits = std::numeric_limits<T>;
+    if constexpr (std::is_signed_v<T>) {
+      const long long read = PyLong_AsLongLong(number.ptr());
+      value = static_cast<T>(read);
+      return !(read == -1 && PyErr_Occurred()) && read >= Limits::min() && read <= Limits::max();
+    } else {
+      const unsigned long long read = PyLong_AsUnsignedLongLong(number.ptr());
+      value = static_cast<T>(read);
+      return !(read == ~0ull && PyErr_Occurred()) && read <= Limits::max();
+    }
+  }
+};
+
+template <>
+struct type_caster<int> : integer_caster<int> {};
+template <>
+struct type_caster<unsigned> : integer_caster<unsigned> {};
+template <>
+struct type_caster<long> : integer_caster<long> {};
+template <>
+struct type_caster<unsigned long> : integer_caster<unsigned long> {};
+template <>
+struct type_caster<long long> : integer_caster<long long> {};
+template <>
+struct type_caster<unsigned long long> : integer_caster<unsigned long long> {};
+
+}  // namespace nanobind::detail
+
+#endif

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Integer arguments and properties take no bool, no float, and nothing that would be cut to an integer.
+
+The lists of arguments come from the signatures of the functions: one that is new needs an entry in CALLS.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterator
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+import stagesim as st
+from stagesim import _core
+
+NO_INTEGERS = (True, False, np.True_, 1.0, np.float32(1), np.float64(1), Decimal(1), Fraction(1), "1", b"1", 1j, [1],
+               np.array([1]))
+LARGE = 2**64
+
+
+class Subjects:
+    """A world and a batch whose robots have all sensors."""
+
+    def __init__(self) -> None:
+        self.world = st.World.from_text("""
+            define body position( ranger( sensor( samples 2 ) ) fiducial() blobfinder() bumper( bcount 1 )
+              camera( resolution [4 4] ) )
+            body() body( pose [3 0 0 0] )""")
+        self.batch = st.Batch.of(self.world, 2, threads=1)
+        self.core = self.world._core
+        self.model = self.world.models[0]
+        self.ids = [self.model.id]
+        self.pixels = np.zeros((4, 4, 3), np.uint8)
+        self.which = np.array([0], np.uint32)
+        self.recorded = np.zeros((1, 2), bool)
+
+
+def crowd_calls(subjects: Subjects, crowd: Any, prefix: str) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
+    return {f"{prefix}.ranger": (crowd.ranger, {"index": 0, "what": "ranges"}),
+            f"{prefix}.fiducials": (crowd.fiducials, {"index": 0, "most": 2, "what": "id"}),
+            f"{prefix}.blobs": (crowd.blobs, {"index": 0, "most": 2, "what": "range"}),
+            f"{prefix}.bumper": (crowd.bumper, {"index": 0}),
+            f"{prefix}.camera": (crowd.camera, {"index": 0, "what": "depth"})}
+
+
+def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
+    """Each compiled function with arguments that it takes."""
+    batch, core, model = s.batch._core, s.core, s.model
+    add_sensor = s.world.create("ranger").add_sensor
+    return {
+        **crowd_calls(s, s.world.fleet()._crowd, "Crowd"),
+        "mix_seeds": (_core.mix_seeds, {"seed": 1, "part": 2}),
+        "Model.fiducial_return": (lambda arg: setattr(model, "fiducial_return", arg), {"arg": 1}),
+        "Model.fiducial_key": (lambda arg: setattr(model, "fiducial_key", arg), {"arg": 1}),
+        "Model.add_sensor": (add_sensor, {"range": 5, "fov": 1, "samples": 3}),
+        "Batch.__init__": (_core.Batch, {"prototype": core, "seeds": [1], "threads": 1, "robots": s.ids}),
+        "Batch.set_failures": (batch.set_failures, {"failures": {1: "why"}}),
+        "Batch.another": (batch.another, {"seeds": [1]}),
+        "Batch.render": (batch.render, {"index": 0, "x": 0, "y": 0, "scale": 1, "data": True, "to": s.pixels}),
+        "Batch.fit": (batch.fit, {"index": 0, "width": 4, "height": 4}),
+        "Batch.step": (batch.step, {"which": s.which, "steps": 1}),
+        "Batch.rollout": (batch.rollout, {"moments": 1, "steps": 1, "commands": None, "live": [], "to": [],
+                                          "recorded": s.recorded}),
+        "Batch.reset": (batch.reset, {"which": s.which, "seeds": [1]}),
+        "Batch.take": (batch.take, {"index": 0}),
+        "Batch.fork": (batch.fork, {"index": 0}),
+        "Simulation.__init__": (_core.Simulation, {"seed": 1, "threads": 1, "opencl": False, "opencl_always": False,
+                                                   "device": "", "ray_model": "", "controllers": True,
+                                                   "settings": []}),
+        "Simulation.step": (core.step, {"steps": 1}),
+        "Simulation.reset": (core.reset, {"seed": 1}),
+        "Simulation.fit": (core.fit, {"width": 4, "height": 4}),
+        "Simulation.find_id": (core.find_id, {"id": 1}),
+        "Simulation.scans": (core.scans, {"ids": s.which, "most": 4}),
+        "Simulation.crowd": (core.crowd, {"ids": s.ids}),
+    }
+
+
+def public_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
+    """Each function of World, Batch and Fleet with arguments that it takes."""
+    sensors: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {}
+    for name, crowd in (("Fleet", s.world.fleet()), ("Batch", s.batch)):
+        for kind, (call, given) in crowd_calls(s, crowd, name).items():
+            sensors[kind] = call, {key: value for key, value in given.items() if key != "what"}
+    return {
+        **sensors,
+        "World.__init__": (st.World, {"file": "arena.world", "seed": 1, "threads": 1}),
+        "World.from_text": (st.World.from_text, {"text": "", "seed": 1, "threads": 1}),
+        "World.step": (s.world.step, {"n": 1}),
+        "World.reset": (s.world.reset, {"seed": 1}),
+        "World.render": (s.world.render, {"width": 4, "height": 4}),
+        "Batch.__init__": (st.Batch, {"file": "arena.world", "n": 1, "seeds": [1], "threads": 1}),
+        "Batch.of": (st.Batch.of, {"world": s.world, "n": 1, "seeds": [1], "threads": 1}),
+        "Batch.step": (s.batch.step, {"n": 1}),
+        "Batch.reset": (s.batch.reset, {"seeds": [1, 2]}),
+        "Batch.rollout": (s.batch.rollout, {"moments": 1, "n": 1}),
+        "Batch.snapshot": (s.batch.snapshot, {"index": 0}),
+        "Batch.fork": (s.batch.fork, {"index": 0}),
+        "Batch.state_hash": (s.batch.state_hash, {"index": 0}),
+        "Batch.render": (s.batch.render, {"index": 0, "width": 4, "height": 4}),
+    }
+
+
+CALLS = {"compiled": compiled_calls, "public": public_calls}
+
+
+def parts_of(signature: str) -> Iterator[tuple[str, str]]:
+    """Names and types of the arguments in "def f(a: int, b: dict[int, str] = 1) -> int"."""
+    depth, part, parts = 0, "", []
+    for letter in signature[signature.index("(") + 1:]:
+        depth += (letter in "[(") - (letter in ")]")
+        if depth < 0 or (letter == "," and depth == 0):
+            parts.append(part)
+            part = ""
+        else:
+            part += letter
+        if depth < 0:
+            break
+    for text in parts:
+        name, colon, kind = text.partition(":")
+        if colon:
+            yield name.strip(), kind.partition("=")[0].strip()
+
+
+def compiled_integers() -> set[tuple[str, str]]:
+    """Function and argument, of all compiled functions and setters."""
+    found = set()
+    classes = [cls for cls in vars(_core).values() if isinstance(cls, type)]
+    for owner in (_core, *classes):
+        for name, member in vars(owner).items():
+            if name == "__new__":  # __init__() has the same arguments
+                continue
+            function = member.fset if isinstance(member, property) else member
+            for signature in getattr(function, "__nb_signature__", None) or ():
+                for argument, kind in parts_of(signature[0]):
+                    if re.search(r"\bint\b", kind):
+                        found.add((name if owner is _core else f"{owner.__name__}.{name}", argument))
+    return found
+
+
+def public_integers() -> set[tuple[str, str]]:
+    """Function and argument, of all public functions of these classes."""
+    return {(f"{cls.__name__}.{name}", argument.name)
+            for cls in (st.World, st.Batch, st.Fleet)
+            for name, function in inspect.getmembers(cls, callable)
+            if (not name.startswith("_") or name == "__init__") and (cls, name) != (st.Fleet, "__init__")
+            for argument in inspect.signature(function).parameters.values()
+            if re.search(r"\bint\b", str(argument.annotation))}
+
+
+INTEGERS = sorted([("compiled", *found) for found in compiled_integers()]
+                  + [("public", *found) for found in public_integers()])
+
+
+def wrong_values(right: Any) -> list[Any]:
+    """The value with each wrong one in the place of its integer."""
+    if isinstance(right, dict):
+        return [{value: "why"} for value in NO_INTEGERS if not isinstance(value, (list, np.ndarray))]
+    if isinstance(right, list):
+        return [[value, *right[1:]] for value in NO_INTEGERS]
+    return list(NO_INTEGERS)
+
+
+def test_lists_are_whole() -> None:
+    """Fails if the signatures are read wrongly: these are some of each kind."""
+    some = {("compiled", "Model.fiducial_key", "arg"), ("compiled", "Batch.__init__", "seeds"),
+            ("compiled", "Batch.set_failures", "failures"), ("compiled", "mix_seeds", "part"),
+            ("public", "World.__init__", "threads"), ("public", "Batch.rollout", "moments"),
+            ("public", "Fleet.blobs", "most")}
+    assert some <= set(INTEGERS)
+    for kind, calls in CALLS.items():
+        known = {function for of, function, _ in INTEGERS if of == kind}
+        assert set(calls(Subjects())) == known, f"add or remove calls of {kind} functions"
+
+
+@pytest.mark.parametrize("kind, function, argument", INTEGERS)
+def test_no_bool_and_no_float(kind: str, function: str, argument: str) -> None:
+    subjects = Subjects()  # kept, as a crowd does not hold its world
+    call, given = CALLS[kind](subjects)[function]
+    call(**given)
+    right = given[argument]
+    accepted = []
+    for value in wrong_values(right):
+        try:
+            call(**{**given, argument: value})
+        except TypeError:
+            continue
+        accepted.append(value)
+    assert accepted == []
+
+
+@pytest.mark.parametrize("kind, function, argument", INTEGERS)
+def test_integers_of_numpy_and_of_too_many_bits(kind: str, function: str, argument: str) -> None:
+    subjects = Subjects()  # kept, as a crowd does not hold its world
+    call, given = CALLS[kind](subjects)[function]
+    right = given[argument]
+    of_numpy = {np.int64(1): "why"} if isinstance(right, dict) else (
+        [np.int64(value) for value in right] if isinstance(right, list) else np.int64(right))
+    call(**{**given, argument: of_numpy})
+    for value in (LARGE, -LARGE):
+        too_large = {value: "why"} if isinstance(right, dict) else (
+            [value, *right[1:]] if isinstance(right, list) else value)
+        with pytest.raises((TypeError, ValueError, OverflowError, IndexError)):
+            call(**{**given, argument: too_large})
