@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Controllers that are not what they should be, and what they do in Init().
+// Invalid controllers, and actions of controllers in Init().
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -30,7 +30,7 @@ class ControllerCalls : public cli_testing::CliTest {
   static LoadOutcome LoadWith(const std::string& argument) {
     return TryToLoad(WorldWith(Unruly() + " " + argument));
   }
-  /// Loads a world with that file as controller; expects one line that says why it can't.
+  /// Loads a world with that file as controller; expects failure with an error line that has `why`.
   void ExpectBad(const std::string& file, const std::string& why) {
     const LoadOutcome outcome = TryToLoad(WorldWith(file));
     EXPECT_FALSE(outcome.loaded) << file;
@@ -40,7 +40,7 @@ class ControllerCalls : public cli_testing::CliTest {
     EXPECT_NE(outcome.errors.find("t.world:2:25: controller "), std::string::npos)
         << outcome.errors;
   }
-  /// Writes the first `size` bytes of a good controller to a file of that name.
+  /// Writes the first `size` bytes of a valid controller to a file with that name.
   std::string CopyOf(const std::string& name, uintmax_t size, std::string* bytes = nullptr) {
     std::string all = cli_testing::ReadFile(Unruly());
     if (bytes) *bytes = all;
@@ -72,7 +72,7 @@ TEST_F(ControllerCalls, WhatInitThrowsWhenAProgramCallsIt) {
   m->LoadControllerModule((Unruly() + " throw_number").c_str());
   EXPECT_NE(ErrorsOf([&] { m->InitControllers(); }).find("has thrown the number 42"),
             std::string::npos);
-  // It is as it was, and can be removed.
+  // The world is unchanged and can be used and deleted.
   EXPECT_NE(ErrorsOf([&] { m->InitControllers(); }), "");
   Step(*world);
 }
@@ -172,7 +172,7 @@ TEST_F(ControllerCalls, AFileThatWasCutShortIsRefusedWhereverItEnds) {
   for (uintmax_t share = 1; share < 8; share++) {
     const std::string name = "cut" + std::to_string(share) + ".so";
     const LoadOutcome outcome = TryToLoad(WorldWith(CopyOf(name, bytes.size() * share / 8)));
-    // What lies behind the segments, such as names for debuggers, the loader needs not have.
+    // The loader does not need data after the segments, such as debug symbols.
     if (outcome.loaded) continue;
     EXPECT_NE(outcome.errors.find("has been cut short"), std::string::npos) << outcome.errors;
   }

@@ -69,7 +69,7 @@ std::string RingText(int count) {
   return text + " )";
 }
 
-/// 16 robots side by side in a corner of the box.
+/// World text of 16 robots close together in a corner of the box.
 std::string Crowd(const std::string& sensors) {
   std::string text = kBox;
   for (int i = 0; i < 16; i++) {
@@ -125,11 +125,11 @@ TEST_F(ControllerRun, DisperseSpreadsACrowdAndRests) {
       world_.Update();
       for (const auto* robot : robots) stalls += robot->Stalled();
     }
-    EXPECT_GT(LeastDistance(robots), 0.9) << sensors;  // from 0.6
+    EXPECT_GT(LeastDistance(robots), 0.9) << sensors;  // 0.6 at the start
     EXPECT_LT(stalls, 20) << sensors;                  // of 19200
     double speed = 0;
     for (const auto* robot : robots) speed += std::fabs(robot->GetVelocity().x);
-    // Beams between which others come and go give no rest.
+    // With sonars, robots keep moving, as others enter and leave the gaps between beams.
     EXPECT_LT(speed / 16, sensors == kLaser ? 0.01 : 0.15) << sensors;
     world_.UnLoad();
   }
@@ -146,7 +146,7 @@ double MeanDistanceToTheNearest(const std::vector<Stg::ModelPosition*>& robots) 
   return sum / static_cast<double>(robots.size());
 }
 
-// Walls used to press a crowd together in the middle: it ended at 0.7 of the distance.
+// Walls used to press a crowd together in the middle, to 0.7 of the distance.
 TEST_F(ControllerRun, DisperseLeavesACrowdThatIsSpread) {
   std::string text = kBox;
   for (int i = 0; i < 16; i++) {
@@ -166,7 +166,7 @@ TEST_F(ControllerRun, DisperseLeavesACrowdThatIsSpread) {
 TEST_F(ControllerRun, DisperseFillsThePlaceFromACorner) {
   Load(Crowd(kLaser));
   RunUntil(180);
-  // Spread evenly, each of the 16 has 2.4 m to itself.
+  // Spread evenly, the 16 robots are 2.4 m apart.
   EXPECT_GT(MeanDistanceToTheNearest(RobotsOf(world_)), 0.8 * 2.4);
 }
 
@@ -193,7 +193,7 @@ TEST_F(ControllerRun, DisperseDoesNotDependOnThreads) {
 
 using ControllerRefusals = ControllerRun;
 
-/// The world is not loaded, and the process lives on.
+/// Expects that loading fails with the message and does not end the process.
 void ExpectRefusal(const std::string& text, const char* message) {
   Stg::World world;
   const Stg::LoadOutcome outcome = Stg::TryToLoad(&world, text);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The stock controllers: their decisions on their own, and whole runs.
+// The decisions of the stock controllers, separately and in whole runs.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -102,7 +102,7 @@ TEST(WanderTest, CruisesWhereTheWayIsFree) {
 }
 
 TEST(WanderTest, OnlyTheMiddleThirdIsAhead) {
-  // Of nine samples, a third is three: 4 and 5 lie strictly between 3 and 6.
+  // With nine samples, the middle third is strictly between 3 and 6: samples 4 and 5.
   for (size_t i = 0; i < 9; i++) {
     ObstacleState state;
     EXPECT_EQ(Avoid(NineWith(i, 0.99), &state)->avoiding, i == 4 || i == 5) << i;
@@ -121,7 +121,7 @@ TEST(WanderTest, StopsForWhatIsVeryNearAnywhere) {
 }
 
 TEST(WanderTest, TurnsToTheFreerSide) {
-  // The middle sample counts as right.
+  // The middle sample is part of the right half.
   for (size_t i = 0; i < 9; i++) {
     ObstacleState state;
     EXPECT_EQ(Avoid(NineWith(i, 0.2), &state)->turn, i > 4 ? -0.5 : 0.5) << i;
@@ -152,7 +152,7 @@ TEST(WanderTest, KeepsTheSideUntilTheTurnIsOver) {
 
 // ---- expand
 
-/// A ring of single rays, evenly spread, the first ahead.
+/// A ring of single rays, evenly spaced, starting straight ahead.
 ctrl::Sensors Ring(const std::vector<double>& readings) {
   ctrl::Sensors sensors(readings.size());
   for (size_t i = 0; i < readings.size(); i++) {
@@ -200,7 +200,7 @@ TEST(ExpandTest, ASensorWithoutDataReadsNothing) {
 
 constexpr double kRadius = 0.25;
 
-/// The bearings of a laser, in radians; `fov` in degrees.
+/// Bearings of a laser's rays, radians; `fov` in degrees.
 std::vector<double> Bearings(double fov, size_t count) {
   std::vector<double> bearings(count, 0.0);
   for (size_t i = 0; count > 1 && i < count; i++)
@@ -215,7 +215,7 @@ Surroundings Look(const RayTable& table, const std::vector<double>& ranges, doub
   return seen;
 }
 
-/// What a laser reads in free space but for what is nearer between two bearings (degrees).
+/// An obstacle in front of a laser: range (metres) between two bearings (degrees).
 struct Obstacle {
   double from, to, range;
 };
@@ -309,7 +309,7 @@ TEST(DisperseTest, WhatIsBeyondTheHorizonIsNothing) {
   EXPECT_EQ(DriveWith(350, 350, {148, 152, 5.1}).forward, 0);
 }
 
-/// What a laser that looks all round reads between parallel walls on the left and the right.
+/// Ranges of a laser of 360 degrees between parallel walls on the left and right.
 std::vector<double> BetweenWalls(double left, double right) {
   std::vector<double> ranges;
   for (const double bearing : Bearings(360, 720)) {
@@ -319,13 +319,13 @@ std::vector<double> BetweenWalls(double left, double right) {
   return ranges;
 }
 
-// Another robot counts as much as a wall half as far away, however few rays meet it: with the same
-// distance between robots as from a wall to its mirror image they are evenly spread.
+// A robot counts as much as a wall at half the distance, however few rays hit it. Then robots are
+// evenly spread: each is as far from the next robot as from its own mirror image behind a wall.
 TEST(DisperseTest, AWallIsAMirror) {
   const RayTable table(0, Bearings(360, 720));
   const auto goal_with_robot = [&](double wall, double robot) {
     std::vector<double> ranges = BetweenWalls(wall, 100);
-    ranges[180] = robot;  // at -90 degrees, as good as exactly
+    ranges[180] = robot;  // almost exactly at -90 degrees
     return FindGoal(Look(table, ranges), kRadius, 5.0);
   };
   EXPECT_LT(goal_with_robot(1.5, 3.0).imbalance, 0.01);
@@ -336,7 +336,7 @@ TEST(DisperseTest, AWallIsAMirror) {
 }
 
 TEST(DisperseTest, ABlindAreaCountsAsAverage) {
-  // A laser that looks ahead, at a wall: the rest is likely to be more open.
+  // The laser sees only a wall ahead; directions outside its view are assumed to be more open.
   const std::vector<double> bearings = Bearings(180, 180);
   std::vector<double> ranges;
   for (const double bearing : bearings)
@@ -347,7 +347,7 @@ TEST(DisperseTest, ABlindAreaCountsAsAverage) {
 }
 
 TEST(DisperseTest, TheMountingAngleTurnsAll) {
-  // A laser that looks back sees something in its middle: that is behind the robot.
+  // The laser points back, so an obstacle in the middle of its view is behind the robot.
   const Drive drive = DriveWith(180, 181, {-5, 5, 1}, M_PI);
   EXPECT_GT(drive.forward, 0.1);
   EXPECT_NEAR(drive.turn, 0, 0.3);

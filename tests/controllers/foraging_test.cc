@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// How the foraging controllers find their way, without a world.
+// Navigation of the foraging controllers, without a world.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ TEST(FasrTablesTest, HeadingsAreByErrandThenRowThenColumn) {
 
 // ---- fasr2's planner
 
-/// A map of 32 m by 32 m, a wall of cells at x = 16 from row 0 to `top`.
+/// A map of 32 m x 32 m with a wall of cells at x = 16 from row 0 to `top`.
 ctrl::PathPlanner Walled(int top) {
   std::vector<uint8_t> occupied(32 * 32, 0);
   for (size_t row = 0; row <= static_cast<size_t>(top); row++) occupied[row * 32 + 16] = 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Threads that each have worlds of their own, at the same time.
+// Several threads with separate worlds at the same time.
 
 #include <functional>
 #include <thread>
@@ -46,7 +46,7 @@ TEST(LoadingThreads, LoadWorldsWithControllersAtOnce) {
   for (const uint64_t hash : hashes) EXPECT_EQ(hash, hashes[0]);
 }
 
-// In a process of its own, which has called nothing of the library.
+// Runs in a new process that has not used the library before.
 TEST(LoadingThreadsDeathTest, MakeTheFirstWorldsAtOnce) {
   testing::GTEST_FLAG(death_test_style) = "threadsafe";
   const auto run = [] {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The stock controllers that controllers_test.cc leaves: foraging, flocking, zones, demonstrations.
+// The stock controllers not in controllers_test.cc: foraging, flocking, zones, demonstrations.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -31,7 +31,7 @@ class StockRun : public testing::Test {
     while (world_->SimTimeNow() < end) ASSERT_FALSE(world_->Update());
   }
 
-  /// Runs until something is so, or for that many seconds; true if it came to be so.
+  /// Runs until the condition holds, at most `seconds`; true if it holds at the end.
   template <class Condition>
   bool RunUntil(double seconds, Condition condition) {
     const usec_t end = world_->SimTimeNow() + static_cast<usec_t>(std::llround(seconds * 1e6));
@@ -50,7 +50,7 @@ class StockRun : public testing::Test {
   std::unique_ptr<World> world_;
 };
 
-/// A square room about the origin, its inner side in metres.
+/// A square room around the origin; `side`: inner side, metres.
 std::string Room(double side) {
   std::ostringstream text;
   const double middle = side / 2 + 0.1;
@@ -77,7 +77,7 @@ std::string Forager(const std::string& pose, const std::string& more) {
          " fiducial( range_max 8 range_max_id 5 fov 180 ) )\n";
 }
 
-/// A flat zone that nobody runs into or sees.
+/// A flat zone, no obstacle and invisible to rangers.
 std::string Zone(const std::string& name, const std::string& pose, const std::string& more) {
   return "model( name \"" + name + "\" size [3 3 0.01] pose [" + pose +
          " 0 0] obstacle_return 0 ranger_return -1 " + more + " )\n";
@@ -146,7 +146,7 @@ TEST_F(StockRun, FasrRechargesWhenItIsHungry) {
   })) << Robot().PoseString();
 }
 
-/// A cave with a wall in the middle that is open in the north.
+/// A cave with a wall in the middle that has an opening in the north.
 std::string Fasr2World(const std::string& robots) {
   return "model( name \"cave\" size [20 20 1]\n"
          " block( points 4 point[0] [-10 -10] point[1] [10 -10] point[2] [10 -9.8] point[3] [-10 "
@@ -240,7 +240,7 @@ TEST_F(StockRun, AFlockerAloneStaysClearOfWalls) {
 
 // ---- demonstrations
 
-/// The lines of a load that goes well.
+/// Log lines of a successful load.
 std::string ToldWhileLoading(const std::string& text) {
   std::string told;
   SetLogSink([&](LogLevel, const std::string& line) { told += line + "\n"; });
@@ -249,7 +249,7 @@ std::string ToldWhileLoading(const std::string& text) {
   return told;
 }
 
-/// The search for the laser prints nothing, whichever ranger is the laser.
+/// Finding the laser prints nothing, whichever ranger it is.
 TEST_F(StockRun, LookingForTheLaserIsSilent) {
   for (const char* controller : {"wander", "wander_accel"})
     for (const char* number : {"0", "1", "7", "15"}) {
@@ -344,7 +344,7 @@ TEST_F(StockRun, WanderAccelSpeedsUpWithinItsBounds) {
 
 using StockControllersRefusals = StockRun;
 
-/// The world is not loaded, and the process lives on.
+/// Expects that loading fails with the message and does not end the process.
 void ExpectRefusal(const std::string& text, const char* message) {
   World world;
   const LoadOutcome outcome = TryToLoad(&world, text);
@@ -379,7 +379,7 @@ TEST_F(StockControllersRefusals, TheyGiveUpWithAMessage) {
 
 struct Outcome {
   int status;
-  std::string output;  ///< with what went to standard error
+  std::string output;  ///< standard output and error
 };
 
 class StestTest : public testing::Test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How what devices have sensed is put into a picture: on which layer, where, in what colour.
+// Drawing of sensor data: layer, place and colour.
 
 #include <gtest/gtest.h>
 
@@ -59,10 +59,10 @@ TEST_F(DataTest, WifiRangesLieLightlyOnTheFloor) {
   }
   EXPECT_NEAR(farthest, 3, 1e-6);
   EXPECT_GT(CountColor(frame.floor.lines, {0x2e, 0x8b, 0x57, 255}), 70u);
-  EXPECT_TRUE(frame.data.triangles.empty());  // nothing above what is on the floor
+  EXPECT_TRUE(frame.data.triangles.empty());  // nothing above the floor layer
 }
 
-/// Open, the level falls to range_db at 5 m; a wall is between 2 m and 3 m ahead.
+/// Without walls, the level falls to range_db at 5 m. A wall is between 2 m and 3 m ahead.
 TEST_F(DataTest, WallsShortenTheRangeOfAWifiThatKnowsThem) {
   const Frame& frame = Look(
       "model ( size [0.2 0.2 0.2] wifi ( model \"raytrace\" power 0 range_db -60.7524 freq 2450"
@@ -86,7 +86,7 @@ TEST_F(DataTest, FiducialsAreMarkedAboveTheirBodies) {
       "model ( pose [2 0 0 0] size [0.5 0.5 0.5] fiducial_return 17 )");
   EXPECT_EQ(CountColor(frame.over.thick_lines, {255, 0, 255, 255}), 8u);
   EXPECT_TRUE(HasLabel(frame.over, "17"));
-  EXPECT_FALSE(frame.data.thick_lines.empty());  // the dashed line to it
+  EXPECT_FALSE(frame.data.thick_lines.empty());  // the dashed line to the fiducial
 }
 
 TEST_F(DataTest, BumpersShowWhetherTheyAreHit) {
@@ -102,7 +102,7 @@ TEST_F(DataTest, BumpersShowWhetherTheyAreHit) {
   for (const Vertex& v : frame.over.thick_lines) EXPECT_NEAR(double{v.x}, 0.3, 1e-6);
 }
 
-/// The origin of a device moves its body and what it senses, so the picture of it too.
+/// A device's origin shifts its body, its sensing, and so also its drawing.
 TEST_F(DataTest, BumpersAreWhereTheySense) {
   const Frame& frame = Look(
       "position ( pose [1 2 0 90] bumper ( pose [0 0 -0.2 0] origin [0.1 0.2 0 0] noblocks 1"
@@ -151,7 +151,7 @@ TEST_F(DataTest, RaysOfTheClickedRobotBeginWhereTheyAreCast) {
   EXPECT_NEAR(highest, wall, 0.05);
 }
 
-/// As for the readings.
+/// With a negative maximum, readings are 0 and are drawn with length 0.
 TEST_F(DataTest, NegativeRangesCountAsNothing) {
   for (const Show show : {Show::kRangerFov, Show::kRays}) view_.options.Set(show, true);
   world_ = LoadText(kShiftedEye);
@@ -179,10 +179,10 @@ TEST_F(DataTest, TransducersAreNumbered) {
   EXPECT_TRUE(HasLabel(frame.over, "0"));
   EXPECT_TRUE(HasLabel(frame.over, "1"));
   EXPECT_EQ(frame.over.points.size(), 2u);
-  EXPECT_EQ(CountColor(frame.over.triangles, {0, 255, 0, 255}), 6u);  // can be seen well
+  EXPECT_EQ(CountColor(frame.over.triangles, {0, 255, 0, 255}), 6u);  // large enough to be seen
 }
 
-/// Of a row of numbers towards the horizon those are left out that would cover others.
+/// In a row of numbers towards the horizon, those that would cover others are omitted.
 TEST_F(DataTest, AxisNumbersDoNotCoverEachOther) {
   Font font;
   std::string error;
@@ -192,7 +192,7 @@ TEST_F(DataTest, AxisNumbersDoNotCoverEachOther) {
   ScreenWriter all(&font), spaced(&font);
   all.AddLabels(frame.floor, *frame.projection);
   spaced.AddAxisNumbers(frame.floor, *frame.projection);
-  constexpr size_t kTimes = 9;  // with the rim, each number is written so often
+  constexpr size_t kTimes = 9;  // copies of each number, including its rim
   EXPECT_LT(spaced.vertices().size(), kTimes * all.vertices().size());
   EXPECT_GT(spaced.vertices().size(), kTimes * all.vertices().size() / 4);
 
@@ -203,10 +203,10 @@ TEST_F(DataTest, AxisNumbersDoNotCoverEachOther) {
   all.AddLabels(scene_.frame().floor, *scene_.frame().projection);
   spaced.AddAxisNumbers(scene_.frame().floor, *scene_.frame().projection);
   EXPECT_FALSE(all.vertices().empty());
-  EXPECT_EQ(spaced.vertices().size(), kTimes * all.vertices().size());  // there is room from above
+  EXPECT_EQ(spaced.vertices().size(), kTimes * all.vertices().size());  // from above, all fit
 }
 
-/// Labels of what is in view are in view.
+/// Labels of visible models are inside the view.
 TEST_F(DataTest, LabelsDoNotStickOut) {
   Font font;
   std::string error;
@@ -230,7 +230,7 @@ TEST_F(DataTest, LabelsDoNotStickOut) {
   }
 }
 
-/// Values that jump up and down are one line, a pixel wide everywhere.
+/// Values that jump up and down give one line, one pixel wide everywhere.
 TEST_F(DataTest, ChartsAreLinesOfEvenWidth) {
   Font none;
   ScreenWriter writer(&none);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What is copied from a world to be drawn.
+// Copying a world into a scene for drawing.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 #include "models/block.hh"
 #include "support/model_testing.hh"
 
-// Counts what is allocated.
+// Counts allocations.
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 
 namespace {
@@ -35,7 +35,7 @@ namespace {
 
 using view::Show;
 
-constexpr int kWidth = 400, kHeight = 300;  // at 15 pixels a metre: 26.7 x 20 m
+constexpr int kWidth = 400, kHeight = 300;  // at 15 pixels per metre: 26.7 x 20 m
 
 struct Onlooker {
   view::ViewState view;
@@ -179,7 +179,7 @@ TEST(ShapeTest, BlocksOfDifferentHeightsAreEachFilled) {
   EXPECT_NEAR(AreaOfTops(*onlooker.Look(*world).bodies[0].shape), 16 + 4, 1e-5);
 }
 
-/// The frame of a picture: an outline in an outline.
+/// A model like a picture frame: an outline inside another.
 TEST(ShapeTest, HolesAreNotFilled) {
   const auto world = LoadText(
       "model ( size [4 4 1]"
@@ -190,7 +190,7 @@ TEST(ShapeTest, HolesAreNotFilled) {
   EXPECT_NEAR(AreaOfTops(shape), 12, 1e-5);
   EXPECT_NEAR(shape.top, 1, 1e-6);
   EXPECT_NEAR(shape.radius, std::sqrt(4 + 4 + 1), 1e-6);
-  EXPECT_EQ(shape.edges.size(), 2u * (8 + 8));  // tops, and uprights at right angles
+  EXPECT_EQ(shape.edges.size(), 2u * (8 + 8));  // edges of tops, and vertical ones
 }
 
 // ---- data ---------------------------------------------------------------------------------------
@@ -216,7 +216,7 @@ TEST(SceneTest, FansAreOfSubscribedRangersInView) {
   const ModelRanger::Sensor& sensor = eye->GetSensors()[0];
   ASSERT_LT(sensor.ranges[3], 5);  // the other robot
   ASSERT_EQ(frame.tips.size(), frame.fans[0].tips);
-  ASSERT_GE(frame.tips.size(), 7u);  // none of them is next to a line between others
+  ASSERT_GE(frame.tips.size(), 7u);  // none lies on a line between others, so none is omitted
   for (size_t i = 0; i < 7; i++) {
     EXPECT_NEAR(frame.tips[i].x, sensor.ranges[i] * std::cos(sensor.bearings[i]), 1e-5);
     EXPECT_NEAR(frame.tips[i].y, sensor.ranges[i] * std::sin(sensor.bearings[i]), 1e-5);
@@ -322,7 +322,7 @@ TEST(SceneTest, SpeechFlagsAndStallIcons) {
   EXPECT_EQ(frame.over.TextOf(frame.over.labels[0]), "hello");
   EXPECT_EQ(frame.over.labels[0].kind, LabelKind::kBubble);
   ASSERT_EQ(frame.solid.lines.size(), 2u * 2 * 12);
-  EXPECT_EQ(frame.solid.lines.front().color, (Rgba{255, 0, 0, 255}));  // the first is the lowest
+  EXPECT_EQ(frame.solid.lines.front().color, (Rgba{255, 0, 0, 255}));  // the lowest flag
   EXPECT_FLOAT_EQ(frame.solid.lines.front().z, 1.0f);
   EXPECT_EQ(frame.solid.lines.back().color, (Rgba{0, 0, 255, 255}));
   ASSERT_EQ(frame.stalled.size(), 1u);
@@ -365,7 +365,7 @@ TEST(SceneTest, AxisNumbersFollowTheScale) {
     for (const Label& label : frame.floor.labels) texts.emplace_back(frame.floor.TextOf(label));
     return texts;
   };
-  const std::vector<std::string> at_15 = numbers();  // every 5 m: 2 m are only 30 pixels
+  const std::vector<std::string> at_15 = numbers();  // every 5 m, as 2 m are only 30 pixels
   EXPECT_NE(std::find(at_15.begin(), at_15.end(), "-5"), at_15.end());
   EXPECT_EQ(std::find(at_15.begin(), at_15.end(), "4"), at_15.end());
   onlooker.view.flat.setScale(60);
@@ -421,7 +421,7 @@ TEST(FiguresTest, ToldAtOnceAndForEachPeriod) {
     figures.Update(*world, 100.0 + i * 0.05);
   }
   EXPECT_NEAR(figures.frames_per_second(), 20, 0.01);
-  EXPECT_NEAR(figures.speed(), 2.0, 0.01);  // a second in half a second
+  EXPECT_NEAR(figures.speed(), 2.0, 0.01);  // one simulated second in half a second
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Outlines of what rays have reached: few points, and nothing that could be seen is missing.
+// Outlines of the area reached by rays: few points, without visible loss of detail.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace Stg::draw {
 namespace {
 
-constexpr double kEver = 100;  // m: beyond all ranges here
+constexpr double kEver = 100;  // metres, larger than all ranges here
 
 std::vector<double> Bearings(size_t count, double fov) {
   std::vector<double> bearings;
@@ -26,7 +26,7 @@ std::vector<double> Bearings(size_t count, double fov) {
 
 std::vector<Tip> Outline(const std::vector<double>& ranges, double fov, double tolerance,
                          double longest = kEver) {
-  std::vector<Tip> tips = {{7, 7}};  // of another sensor
+  std::vector<Tip> tips = {{7, 7}};  // belongs to another sensor
   const Directions directions = DirectionsOf(Bearings(ranges.size(), fov));
   const size_t count = AppendOutline(ranges, directions, static_cast<float>(longest),
                                      static_cast<float>(tolerance), &tips);
@@ -43,8 +43,8 @@ double DistanceTo(const Tip& a, const Tip& b, const Tip& point) {
   return std::hypot(px - share * x, py - share * y);
 }
 
-/// Whether the outline is of the points, from the first to the last, and passes all of them, in
-/// their order, by no more than the tolerance.
+/// True if the outline consists of ray end points, from the first to the last, and passes all of
+/// them in order, within the tolerance.
 bool StandsFor(const std::vector<Tip>& outline, const std::vector<double>& ranges, double fov,
                double tolerance) {
   const Directions directions = DirectionsOf(Bearings(ranges.size(), fov));
@@ -72,7 +72,7 @@ TEST(FanOutline, AWallIsALine) {
 }
 
 TEST(FanOutline, WhatSticksOutStays) {
-  // One ray passes through a narrow door: along a line there and back.
+  // One ray passes through a narrow door, so the outline goes along a line and back.
   std::vector<double> ranges(5, 2.0);
   ranges[2] = 6;
   const std::vector<Tip> outline = Outline(ranges, 1e-6, 0.01);

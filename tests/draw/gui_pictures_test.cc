@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // `stage --screenshot` and `--record`: pictures of the worlds that come with Stage, compared with
-// those in tests/data/pictures. Fonts and drivers differ from machine to machine, so what is
-// compared are means over squares of pixels. STAGE_NEW_PICTURES=1 writes the files anew: look at
-// each before you commit it.
+// those in tests/data/pictures. As fonts and drivers differ between machines, means of squares of
+// pixels are compared. STAGE_NEW_PICTURES=1 rewrites the files; check each before committing it.
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -37,7 +36,7 @@ const char* Environment(const char* name) {
 }
 std::string Source() { return Environment("STAGE_SOURCE_DIR"); }
 
-/// Why this machine can make no pictures; empty if it can.
+/// Reason why this machine can't make pictures; empty if it can.
 std::string NoPictures() {
   std::string error;
   return Context::Make(16, 16, &error) ? "" : error;
@@ -48,7 +47,7 @@ struct Outcome {
   std::string errors;
 };
 
-/// Runs the program in a folder; `prefix`: what stands before it, such as variables.
+/// Runs the program in a folder; `prefix`: shell words before it, such as variables.
 Outcome Stage(const fs::path& folder, const std::string& arguments,
               const std::string& prefix = "") {
   const fs::path errors = folder / "errors.txt";
@@ -77,7 +76,7 @@ Image Read(const fs::path& file) {
   return image;
 }
 
-/// The share of squares of 5 x 5 pixels whose mean colours differ by more than a tenth.
+/// Fraction of squares of 5 x 5 pixels whose mean colours differ by more than a tenth.
 double Difference(const Image& a, const Image& b) {
   if (a.width != b.width || a.height != b.height) return 1;
   constexpr int kSide = 5;
@@ -111,7 +110,7 @@ class PicturesTest : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  /// A world file in the folder, which includes the shipped one and changes what is shown.
+  /// Quoted path of a shipped world file.
   std::string World(const std::string& name) { return "'" + Source() + "/worlds/" + name + "'"; }
   void WriteWorld(const std::string& text) { std::ofstream(folder_ / "t.world") << text; }
 
@@ -210,7 +209,7 @@ TEST_F(PicturesTest, AFilmHasAFrameForEachStep) {
   int frames = 0;
   for (const auto& entry : fs::directory_iterator(folder_ / "film"))
     frames += entry.path().extension() == ".png";
-  EXPECT_EQ(frames, 11);  // before the first step, and after each
+  EXPECT_EQ(frames, 11);  // one before the first step and one after each
   EXPECT_TRUE(fs::exists(folder_ / "film/stage-000010.png"));
 }
 
@@ -225,7 +224,7 @@ TEST_F(PicturesTest, AFilmHas25FramesASecondAtMost) {
 
 // ---- videos -------------------------------------------------------------------------------------
 
-/// A stand-in for ffmpeg on the PATH of what it runs: a shell script in a folder of its own.
+/// Replaces ffmpeg by a shell script in a folder at the start of PATH.
 class VideoTest : public PicturesTest {
  protected:
   void SetUp() override {
@@ -255,7 +254,7 @@ TEST_F(VideoTest, FramesGoThroughFfmpeg) {
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_EQ(Files(), std::vector<std::string>{"a film.mp4"});
   EXPECT_EQ(fs::file_size(folder_ / "a film.mp4"),
-            21u * 31 * 20 * 4);  // before the first step, too
+            21u * 31 * 20 * 4);  // 21 pictures, one before the first step
   std::ifstream in(folder_ / "arguments");
   const std::string arguments(std::istreambuf_iterator<char>(in), {});
   EXPECT_NE(arguments.find("-s 31x20 -r 20 "), std::string::npos) << arguments;
@@ -293,8 +292,8 @@ TEST_F(VideoTest, NothingIsReplaced) {
   EXPECT_NE(nowhere.errors.find("no/a.mp4 can't be written: No such file"), std::string::npos);
 }
 
-/// Ctrl-C leaves a film up to that moment. The stand-in interrupts the program, its parent, as soon
-/// as it has the first bytes of a picture.
+/// After Ctrl-C the film contains the run so far. The script interrupts the program, its parent, as
+/// soon as it has received the first bytes of a picture.
 TEST_F(VideoTest, AnInterruptedRunHasAFilm) {
   WriteFfmpeg(
       "for last; do :; done; f=\"${last#file:}\"; head -c 9 > \"$f\"; kill -INT $PPID; cat >> "
@@ -305,8 +304,8 @@ TEST_F(VideoTest, AnInterruptedRunHasAFilm) {
   EXPECT_EQ(Files(), std::vector<std::string>{"a.mp4"});
 }
 
-/// The file that grows has a name from the first frame on: what ends the program while the world is
-/// loaded leaves nothing. The controller kills it in Init(), where nothing can be caught.
+/// The output file is created with the first frame, so a program that ends while the world is
+/// loaded leaves none. The controller kills it in Init(), where nothing can be caught.
 TEST_F(VideoTest, ARunThatEndsWhileItLoadsLeavesNoFile) {
   WriteFfmpeg("for last; do :; done; cat > \"${last#file:}\"\n");
   WriteWorld("interval_sim 50 model ( ctrl \"" + std::string(Environment("STAGE_BINARY_DIR")) +
@@ -318,7 +317,7 @@ TEST_F(VideoTest, ARunThatEndsWhileItLoadsLeavesNoFile) {
   EXPECT_TRUE(Files().empty());
 }
 
-/// With the true program, where there is one.
+/// Runs with the real ffmpeg where it is installed.
 TEST_F(VideoTest, TheTrueProgramMakesAVideo) {
   if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
   const Outcome outcome = Record("--record a.mp4 --duration 1");
@@ -326,7 +325,7 @@ TEST_F(VideoTest, TheTrueProgramMakesAVideo) {
   const std::string command = "cd '" + folder_.string() +
                               "' && ffmpeg -loglevel error -i a.mp4 -f rawvideo -pix_fmt rgb24 raw";
   ASSERT_EQ(std::system(command.c_str()), 0);
-  EXPECT_EQ(fs::file_size(folder_ / "raw"), 21u * 32 * 20 * 3);  // of even sides
+  EXPECT_EQ(fs::file_size(folder_ / "raw"), 21u * 32 * 20 * 3);  // sides rounded up to even numbers
 }
 
 // ---- what can't be done -------------------------------------------------------------------------
@@ -366,7 +365,7 @@ TEST_F(PicturesTest, ARunThatEndsTooSoonIsAFailure) {
                 "a.png was not made: the run ended after 0.5 s");
 }
 
-/// Files that may not grow stand for a disk that is full: writing begins, and fails.
+/// A limit on file sizes simulates a full disk: writing starts, then fails.
 TEST_F(PicturesTest, NothingIsLeftOfAPictureThatCannotBeWritten) {
   Image image{100, 100, std::vector<uint8_t>(40000)};
   uint32_t noise = 1;

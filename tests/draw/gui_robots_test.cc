@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How robots are marked in pictures: noses, dots for those that are small, and axis numbers that
-// lie over walls but not over robots.
+// Marks of robots in pictures: noses, dots for small robots, and axis numbers drawn over walls but
+// not over robots.
 
 #include <gtest/gtest.h>
 
@@ -123,7 +123,7 @@ TEST(RobotsTest, BecomeDotsWhenTheyAreSmall) {
       "  model ( size [0.1 0.1 0.1] ) model ( pose [0 2 0 0] size [20 20 1] ) )"
       "model ( pose [5 0 0 0] size [0.4 0.4 0.2] )");
   Onlooker onlooker;
-  onlooker.view.flat.setScale(10);  // 5.7 pixels across
+  onlooker.view.flat.setScale(10);  // robots of 5.7 pixels
   EXPECT_TRUE(onlooker.Look(*world).dots.empty());
   EXPECT_EQ(Robots(onlooker.scene.frame()), 3u);
   EXPECT_TRUE(Noses(onlooker.scene.frame()).empty());  // too small for one
@@ -132,7 +132,7 @@ TEST(RobotsTest, BecomeDotsWhenTheyAreSmall) {
   ASSERT_EQ(far.dots.size(), 1u);
   EXPECT_EQ(far.dots[0].color, (Rgba{0, 0, 255, 255}));
   EXPECT_EQ(far.dot_width, 5);
-  EXPECT_EQ(Robots(far), 1u);  // the large thing that it carries
+  EXPECT_EQ(Robots(far), 1u);  // the large model that a robot carries
   EXPECT_EQ(onlooker.scene.bodies_in_view(), 4u);
 }
 
@@ -187,7 +187,7 @@ class RobotPicturesTest : public testing::Test {
   offscreen::Image image_;
 };
 
-/// Robots of 0.4 pixels: as bodies they would leave no trace, and take more of the card's time.
+/// Robots of 0.4 pixels. Drawn as bodies they would be invisible and cost more GPU time.
 TEST_F(RobotPicturesTest, CrowdsAreSeenFromFarAndCostLessThanFromNear) {
   const auto world = LoadText(Crowd(33));
   view_.flat.setScale(0.9);
@@ -201,8 +201,8 @@ TEST_F(RobotPicturesTest, TheNoseIsAtTheFront) {
   view_.flat.setScale(20);
   view_.options.Set(Show::kGrid, false);
   const offscreen::Image& image = Draw(*world);
-  EXPECT_GT(PixelAt(image, 150, 150 - 35)[0], 150);  // pale, ahead
-  EXPECT_LT(PixelAt(image, 150, 150 + 35)[0], 50);   // the body, behind
+  EXPECT_GT(PixelAt(image, 150, 150 - 35)[0], 150);  // bright: nose, ahead
+  EXPECT_LT(PixelAt(image, 150, 150 + 35)[0], 50);   // dark: body, behind
 }
 
 TEST_F(RobotPicturesTest, AxisNumbersLieOverWallsAndUnderRobots) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How a world is looked at: the table of options, the window section, cameras and pixels.
+// Views of a world: the table of options, the window section, cameras and projection to pixels.
 
 #include <gtest/gtest.h>
 
@@ -186,7 +186,7 @@ TEST(ProjectionTest, ThePerspectiveCameraSeesWhatIsAhead) {
   EXPECT_TRUE(p.Sees(0, 10, 1, 0.1));
   EXPECT_FALSE(p.Sees(0, -10, 1, 0.1));
   EXPECT_FALSE(p.Sees(0, 50, 1, 0.1));  // beyond the far plane
-  // 70 degrees from bottom to top.
+  // The vertical field of view is 70 degrees.
   EXPECT_NEAR(p.ToPixels({0, 10, 1 + 10 * std::tan(dtor(35))})->y, 100, 1e-6);
   EXPECT_GT(p.ToPixels({1, 10, 1})->x, 100);  // +x is to the right
 }

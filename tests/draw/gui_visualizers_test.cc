@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Clients' visualizers draw as OpenGL 1 does, in their model's frame.
+// Clients' visualizers draw with OpenGL 1 in their model's frame.
 
 #include <GL/gl.h>
 #include <gtest/gtest.h>
@@ -18,9 +18,9 @@ namespace Stg {
 
 namespace {
 
-constexpr int kSide = 200;  // pixels; 10 pixels a metre
+constexpr int kSide = 200;  // pixels; 10 pixels per metre
 
-/// Keeps visualizers, as windows do.
+/// Keeps visualizers, like a world with a window.
 class DrawnWorld : public World {
  public:
   bool IsGUI() const override { return true; }
@@ -37,10 +37,10 @@ class Square : public Visualizer {
   void Visualize(Model* model, Camera* camera) override {
     seen_model = model;
     seen_scale = dynamic_cast<OrthoCamera*>(camera) ? 1 : 0;
-    glDisable(GL_DEPTH_TEST);  // is put right by the renderer
+    glDisable(GL_DEPTH_TEST);  // the renderer must restore this
     glColor3f(1, 0, 1);
     Gl::draw_centered_rect(2, 0, 1, 1);
-    glTranslatef(100, 100, 0);  // and this
+    glTranslatef(100, 100, 0);  // and this too
     if (say) Gl::draw_string(-100, -98, 0, "WWWW");
     if (!paragraph.empty())
       Gl::draw_string_multiline(-108, -108, 8, 8, paragraph.c_str(), alignment);
@@ -78,7 +78,7 @@ class VisualizersTest : public testing::Test {
     renderer_.Draw(scene_, draw::Hud());
     context_->Read(&image_);
   }
-  /// Metres to the colour there.
+  /// True if the picture is magenta at a point, metres.
   bool IsMagenta(double x, double y) const {
     const auto column = static_cast<size_t>(kSide / 2.0 + 10 * x);
     const auto row = static_cast<size_t>(kSide / 2.0 - 10 * y);
@@ -86,8 +86,8 @@ class VisualizersTest : public testing::Test {
     return p[0] > 250 && p[1] < 5 && p[2] > 250;
   }
 
-  /// Where a paragraph's letters are: pixels that differ from a picture without. First and last
-  /// column and row, these from the bottom; an empty place if nothing differs.
+  /// Extent of a paragraph's letters: first and last column and row (from the bottom) of the pixels
+  /// that differ from a picture without text; empty if none differ.
   struct Place {
     int left = kSide, right = -1, bottom = kSide, top = -1;
     bool empty() const { return right < left; }
@@ -154,7 +154,7 @@ TEST_F(VisualizersTest, TextsAreInThePicture) {
   EXPECT_EQ(image_.pixels, before);
 }
 
-/// b stands at (-3, -4) and looks along x: the box is 8 m, or 80 pixels, left and below of it.
+/// b stands at (3, 4); the box of 8 m (80 pixels) lies to the left of and below it.
 TEST_F(VisualizersTest, ParagraphsAreAlignedInTheirBox) {
   constexpr unsigned kTop = 1, kBottom = 2, kLeft = 4, kRight = 8;  // of FLTK
   Find<>(*world_, "a")->RemoveVisualizer(&square_);

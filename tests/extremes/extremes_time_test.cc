@@ -198,8 +198,8 @@ TEST(Tunnelling, NoWallIsPassedInStepsShorterThanTheBody) {
 }
 
 TEST(Tunnelling, LongerStepsMayPassOne) {
-  // As in Stage, only the end of a step is tested. From -2, steps of 1.3 end at -0.7 and 0.6, both
-  // clear of the wall. From -1.4, a step ends at the wall.
+  // Only the end position of a step is tested for collisions. From -2, steps of 1.3 end at -0.7 and
+  // 0.6, both clear of the wall. From -1.4, a step ends at the wall.
   EXPECT_FALSE(WallStops(-2, 1.3, 0));
   EXPECT_TRUE(WallStops(-1.4, 1.3, 0));
 }

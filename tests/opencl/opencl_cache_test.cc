@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// PoCL's cache folder: one that can't be written, one that holds nonsense, and one that another
-// user may have made. And options that crash PoCL's compiler.
+// PoCL's cache folder: not writable, with damaged files, or possibly created by another user. Also
+// options that crash PoCL's compiler.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -40,7 +40,7 @@ class CacheTest : public CliTest {
     return Stage({"-g", "w.world", "--state-hash", "--opencl-always", "--opencl=auto"},
                  environment);
   }
-  /// One warning, in one line, with these words; and the same results as without OpenCL.
+  /// Expects one warning of one line with these words, and the results of a run without OpenCL.
   void ExpectGoesOn(const Environment& environment, const Strings& words) const {
     const Result r = OnPocl(environment);
     EXPECT_EQ(r.status, 0) << r.err;
@@ -74,7 +74,7 @@ TEST_F(CacheTest, ThatIsDamaged) {
     damaged++;
   }
   EXPECT_GT(damaged, 2);
-  const Result r = OnPocl(environment);  // whatever PoCL makes of it
+  const Result r = OnPocl(environment);  // PoCL may or may not use them
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_EQ(HashOf(r), plain_);
   if (!r.err.empty()) {
@@ -100,7 +100,7 @@ Environment Homeless(const fs::path& temporary, const std::string& session) {
           {"XDG_RUNTIME_DIR", session}};
 }
 
-/// What is in a folder.
+/// Names of the files in a folder.
 Strings NamesIn(const fs::path& folder) {
   Strings names;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
@@ -123,7 +123,7 @@ TEST_F(CacheTest, WithoutAHomeIsThatOfTheSession) {
   EXPECT_TRUE(NamesIn(Path("tmp")).empty());
 }
 
-/// How many files there are in PoCL's default folder, which all users share.
+/// Number of files in PoCL's default folder, which is shared by all users.
 ptrdiff_t FilesOfAnybody() {
   std::error_code missing;
   const fs::recursive_directory_iterator all("/tmp/pocl", missing);
@@ -146,7 +146,7 @@ TEST_F(CacheTest, IsNotTakenFromOthers) {
   fs::create_directories(Path("tmp"));
   fs::create_directories(Path("session/stage-pocl"));
   chmod(Path("session").c_str(), 0700);
-  chmod(Path("session/stage-pocl").c_str(), 0777);  // anybody may have put something there
+  chmod(Path("session/stage-pocl").c_str(), 0777);  // others could have written to it
   EXPECT_EQ(HashOf(OnPocl(Homeless(Path("tmp"), Path("session")))), plain_);
   EXPECT_TRUE(NamesIn(Path("session/stage-pocl")).empty());
   chmod(Path("session").c_str(), 0777);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A driver that goes wrong in any of the calls that are made of it, in the child process that tries
-// first and in the program itself: it fails, aborts, crashes or hangs. The run either goes on with
-// the same results, or it ends at once, with one line that names the call and the way out.
+// A driver that fails, aborts, crashes or hangs in any of its calls, in the child process that
+// tries it first or in the program itself. The run either continues with the same results, or ends
+// at once with one line that names the call and a workaround.
 
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ class CallsTest : public CliTest {
     return at == std::string::npos ? "" : out.substr(at, 27);
   }
 
-  /// A run with a driver like this, in a folder of its own.
+  /// Starts a run with a faulty driver in a separate folder.
   std::unique_ptr<Process> Start(const std::string& name, Environment environment) const {
     fs::create_directories(Path(name));
     environment.emplace_back("LD_PRELOAD", shim_);
@@ -60,7 +60,7 @@ class CallsTest : public CliTest {
         environment);
   }
 
-  /// How often each process makes each call if nothing is wrong.
+  /// Number of calls by process and name, without faults.
   std::map<std::string, std::map<std::string, int>> CountCalls() const {
     const Result result = Start("recorded", {{"STAGE_FAULT_LOG", Path("log")}})->Finish();
     EXPECT_EQ(HashOf(result.out), plain_) << result.err;
@@ -70,7 +70,7 @@ class CallsTest : public CliTest {
     for (std::string process, call; log >> process >> call;) counts[process][call]++;
     return counts;
   }
-  /// The first call of each name in both processes, and one in the middle of the run.
+  /// Faults in the first call of each name in both processes, and in one in the middle of the run.
   std::vector<Fault> AllFaults(const std::string& kind) const {
     std::vector<Fault> faults;
     for (const auto& [process, calls] : CountCalls())
@@ -111,7 +111,7 @@ class CallsTest : public CliTest {
       EXPECT_TRUE(Contains(result.err, "without --opencl")) << result.err;
       EXPECT_TRUE(Contains(result.err, "OpenCL driver")) << result.err;
     }
-    if (fault.kind == "error") return;  // the answers to some calls are not needed
+    if (fault.kind == "error") return;  // some calls' results are optional
     EXPECT_EQ(CountOf(result.err, fault.call), 1u) << result.err;
   }
   static int StatusOf(const std::string& kind) {
@@ -143,7 +143,7 @@ TEST_F(CallsTest, ThatCrashInAThreadOfTheDriver) {
   ExpectAllEndWell({{"clFinish", 1, "thread", "child"}, {"clFinish", 5, "thread", "parent"}}, "60");
 }
 
-// The answer of a child that has died is remembered, the process itself does not try again.
+// The result of a child process that died is remembered; the program does not try again.
 TEST_F(CallsTest, AreTriedOnceForSeveralWorlds) {
   fs::create_directories(Path("both"));
   const Environment environment = {{"LD_PRELOAD", shim_}, {"STAGE_FAULT_LOG", Path("log")}};
@@ -152,12 +152,12 @@ TEST_F(CallsTest, AreTriedOnceForSeveralWorlds) {
   EXPECT_EQ(Process(Path("both"), arguments, environment).Finish().status, 0);
   EXPECT_EQ(CountOf(ReadFile(Path("log")), "child clBuildProgram"), 1u);
   EXPECT_EQ(CountOf(ReadFile(Path("log")), "parent clBuildProgram"), 2u);
-  EXPECT_EQ(CountOf(ReadFile(Path("log")), "parent clGetDeviceIDs"), 2u);  // how many, which
+  EXPECT_EQ(CountOf(ReadFile(Path("log")), "parent clGetDeviceIDs"), 2u);  // number, then ids
 }
 
 // ---- what the plug-in calls ---------------------------------------------------------------------
 
-/// All that matches the first group.
+/// All matches of the expression's first group.
 std::set<std::string> AllMatches(const std::string& text, const std::string& expression) {
   const std::regex pattern(expression);
   std::set<std::string> found;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// OpenCL that is missing, broken, or lost on the way: a run that asked for the best device goes on
-// without one, with one warning and the same result; a run that asked for a certain one says why
-// it can't be had. Nothing that a driver does may crash the program.
+// OpenCL that is missing, broken, or fails during the run. A run with the best device continues
+// without it, with one warning and the same result; a run with a specific device fails with the
+// reason. No behaviour of a driver may crash the program.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -53,17 +53,17 @@ class FaultsTest : public CliTest {
   Result WithDevice(const std::string& option, const Environment& environment) const {
     return Stage({"-g", "w.world", "--state-hash", "--opencl-always", option}, environment);
   }
-  /// One warning on standard error, and the run goes on as without OpenCL.
+  /// Expects one warning on standard error, and the result of a run without OpenCL.
   void ExpectGoesOn(const Environment& environment, const std::string& reason) const {
     const Result r = WithDevice("--opencl", environment);
     EXPECT_EQ(r.status, 0) << r.err;
     EXPECT_EQ(HashOf(r), plain_);
-    EXPECT_EQ(CountOf(r.err, "stage: "), 1u) << r.err;  // drivers may add lines of their own
+    EXPECT_EQ(CountOf(r.err, "stage: "), 1u) << r.err;  // drivers may print other lines
     EXPECT_EQ(CountOf(r.err, "stage: warning: "), 1u) << r.err;
     EXPECT_TRUE(Contains(r.err, "without OpenCL")) << r.err;
     EXPECT_TRUE(Contains(r.err, reason)) << r.err;
   }
-  /// A clear message and no run.
+  /// Expects an error message with the reason, and no run.
   void ExpectFails(const std::string& option, const Environment& environment,
                    const std::string& reason) const {
     const Result r = WithDevice(option, environment);
@@ -74,13 +74,13 @@ class FaultsTest : public CliTest {
     EXPECT_EQ(CountOf(r.err, "stage: "), 1u) << r.err;
   }
 
-  /// A folder of drivers with one that names this library.
+  /// Environment with a driver folder whose only driver is this library.
   Environment Driver(const std::string& library) const {
     Write("vendors/broken.icd", library + "\n");
     return {{"OCL_ICD_VENDORS", Path("vendors").string() + "/"},
             {"OPENCL_VENDOR_PATH", Path("vendors")}};
   }
-  /// Compiles a library from C. False where there is no compiler.
+  /// Compiles a C library. Returns false if there is no compiler.
   bool Compile(const std::string& name, const std::string& text) const {
     Write(name + ".c", text);
     const std::string base = Path(name).string();
@@ -202,7 +202,7 @@ TEST_F(FaultsTest, WrongEnvironment) {
 }
 
 TEST_F(FaultsTest, NothingIsWrong) {
-  // What the other tests expect is not there when all is well.
+  // Without faults, the warnings that other tests expect must not appear.
   if (!DeviceFound()) GTEST_SKIP() << "no OpenCL device";
   const Result r = WithDevice("--opencl", {});
   EXPECT_EQ(HashOf(r), plain_);
@@ -212,7 +212,7 @@ TEST_F(FaultsTest, NothingIsWrong) {
 
 // ---- the plug-in --------------------------------------------------------------------------------
 
-/// The program with its library and other plug-ins, elsewhere and without this one.
+/// A copy of the program, its library and other plug-ins, without the OpenCL plug-in.
 class MissingPluginTest : public FaultsTest {
  protected:
   void SetUp() override {
@@ -253,12 +253,12 @@ TEST_F(MissingPluginTest, OrBrokenOne) {
 
 // ---- a device that is lost ----------------------------------------------------------------------
 
-/// Finds what a device would find, for some steps; of fans that don't fit it, nonsense.
+/// Returns a device's hits for some steps, then fails. Fans that don't fit it get wrong hits.
 class FailingPrefilter : public Stg::internal::sensing::Prefilter {
  public:
   explicit FailingPrefilter(int steps, int times_ahead = 1000)
       : steps_left_(steps), ahead_left_(times_ahead) {}
-  /// A device that is the host's processor. `least`: becomes how few rays it was to walk.
+  /// Acts as a device that is the host's processor. `least`: lowered to the fewest rays per walk.
   FailingPrefilter(int steps, uint64_t* least) : FailingPrefilter(steps) { least_ = least; }
 
   Stg::internal::sensing::HitLists Walk(Stg::internal::grid::Grid& grid,
@@ -277,7 +277,7 @@ class FailingPrefilter : public Stg::internal::sensing::Prefilter {
     if (least_) *least_ = std::min(*least_, rays);
     return {lists_.data(), 1};
   }
-  /// From now on lists come fan by fan; after so many of them nothing comes any more.
+  /// From now on, lists come fan by fan, and the device fails after `fans` of them.
   FailingPrefilter& LoseAfterFans(int fans) {
     fans_left_ = fans;
     return *this;
@@ -309,7 +309,7 @@ struct Ended {
   std::string device, warnings;
 };
 
-/// Ten steps with a prefilter, or without one.
+/// Runs ten steps with a prefilter (null: without).
 Ended TenSteps(const std::string& file,
                std::unique_ptr<Stg::internal::sensing::Prefilter> prefilter, unsigned threads = 1,
                bool always = true) {
@@ -350,7 +350,7 @@ TEST_F(FaultsTest, DeviceLostOnTheWay) {
   EXPECT_EQ(kept.device, "fake device");
 }
 
-// The driver's threads stay behind: the child must not wait for them.
+// The driver's threads do not exist in the child, which must not wait for them.
 TEST_F(FaultsTest, ForkedProcessGoesOnWithoutDevice) {
   if (!DeviceFound()) GTEST_SKIP() << "no OpenCL device";
   const uint64_t hash = TenSteps(Path("w.world"), nullptr).hash;
@@ -391,11 +391,11 @@ void FaultsTest::ForEachCrowd(F f) {
   }
 }
 
-// Where the choice is free, the host walks a part of a batch to see what that takes; in a small
-// crowd, or with many threads, a whole batch.
+// If host and device are both allowed, the host walks a part of a batch to measure its time; in a
+// small crowd, or with many threads, a whole batch.
 TEST_F(FaultsTest, LooksAtTheHostChangeNothing) {
   ForEachCrowd([](int robots, unsigned threads, const std::string& file, uint64_t hash) {
-    for (const int steps : {2, 3, 4, 1000}) {  // lost before, in and after the look
+    for (const int steps : {2, 3, 4, 1000}) {  // fails before, during and after the measurement
       const Ended with = TenSteps(file, std::make_unique<FailingPrefilter>(steps), threads, false);
       EXPECT_EQ(with.hash, hash) << robots << " robots, " << threads << " threads";
       EXPECT_GE(with.device_steps, static_cast<uint64_t>(std::min(steps, 3)));
@@ -407,7 +407,7 @@ TEST_F(FaultsTest, LooksAtTheHostChangeNothing) {
   });
 }
 
-// A device that is the host's own processor walks a part of a batch instead.
+// If the device is the host's processor, the device walks a part of a batch instead.
 TEST_F(FaultsTest, LooksAtTheDeviceChangeNothing) {
   ForEachCrowd([](int robots, unsigned threads, const std::string& file, uint64_t hash) {
     for (const int steps : {0, 2, 1000}) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Where host and device share memory nothing is copied but what the host writes, and nobody touches
-// a range that is not mapped: a library between the program and the driver watches over that
-// (shim/mapping_opencl.cc). And devices that lack something, or need not have it.
+// If host and device share memory, only data that the host writes is copied, and ranges are used
+// only while mapped; a library between program and driver checks this (shim/mapping_opencl.cc).
+// Also: devices without some features.
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ class MemoryTest : public CliTest {
     return at == std::string::npos ? "" : result.out.substr(at, 27);
   }
 
-  /// A run in a folder of this name, which gets its statistics and its log.
+  /// Starts a run in a new folder, which receives its statistics and log.
   std::unique_ptr<Process> Start(const std::string& name, Strings arguments,
                                  Environment environment) const {
     fs::create_directories(Path(name));
@@ -99,7 +99,7 @@ TEST_F(ShippedWorldsTest, AreTheSameInEitherMemory) {
 
 // ---- what is copied -----------------------------------------------------------------------------
 
-/// Of a run: what it says itself, and what the library in between has seen.
+/// Bytes of a run: by its own statistics, and as seen by the shim.
 struct Traffic {
   uint64_t sent, fetched, copied, mapped, seen_mapped, seen_transferred;
 
@@ -133,7 +133,7 @@ class TrafficTest : public MemoryTest {
     return {stats["bytes_sent"],   stats["bytes_fetched"], stats["bytes_copied"],
             stats["bytes_mapped"], seen["mapped"],         seen["transferred"]};
   }
-  /// Of nine seconds in the midst of a run.
+  /// Traffic of nine seconds within a run, without its start.
   Traffic TrafficOf(const std::string& memory) const {
     return TrafficOf(memory, "10") - TrafficOf(memory, "1");
   }
@@ -178,7 +178,8 @@ class MistakeTest : public TrafficTest {
   }
 };
 
-// In the midst of the run, in calls that follow each other: a step maps one after the other.
+// Faults in consecutive calls in the middle of the run, so that all mapped ranges of a step are
+// covered.
 TEST_F(MistakeTest, TouchingWhatIsNotMapped) {
   for (const char* number : {"40", "41", "42"}) ExpectCrash(std::string("early:") + number);
   ExpectCrash("unseen:40");

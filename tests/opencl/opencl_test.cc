@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The OpenCL prefilter by itself: its hit lists against those of the host's walk, entry by entry,
-// while the grid changes under it; the choice of a device; what the kernels may not contain. Where
-// there is no device these tests skip themselves.
+// The OpenCL prefilter separately: its hit lists compared with those of the host's walk, entry by
+// entry, while the grid changes; the choice of a device; forbidden words in the kernels. Tests that
+// need a device are skipped without one.
 
 #include <dlfcn.h>
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ using ray_scene::RayScene;
 using Stg::LoadPrefilter;
 using PrefilterPointer = std::unique_ptr<Stg::internal::sensing::Prefilter>;
 
-/// A prefilter with lists of this length.
+/// Makes a prefilter with hit lists of `per_ray` entries.
 PrefilterPointer MakePrefilter(uint32_t per_ray) {
   std::string message;
   setenv("STAGE_CL_HITS", std::to_string(per_ray).c_str(), 1);
@@ -73,7 +73,7 @@ class HitLists : public testing::TestWithParam<uint32_t> {
   }
 
   PrefilterPointer prefilter_;
-  Stg::threads::WorkerPool workers_{GetParam()};  // one to four threads
+  Stg::threads::WorkerPool workers_{GetParam()};  // 1 to 4 threads
 };
 
 TEST_P(HitLists, StayRightWhileTheGridChanges) {
@@ -83,7 +83,7 @@ TEST_P(HitLists, StayRightWhileTheGridChanges) {
   for (int round = 0; round < 150 && !HasFailure(); round++) {
     SCOPED_TRACE(round);
     hits += Compare(&scene);
-    // Now and then the grid changes while the host traces alone.
+    // In some rounds the grid changes several times, as if the host had traced alone.
     const int changes = round % 5 == 4 ? 3 : round % 7 == 6 ? 0 : 1;
     for (int i = 0; i < changes; i++) scene.Change();
     scene.MakeBatch();
@@ -92,7 +92,7 @@ TEST_P(HitLists, StayRightWhileTheGridChanges) {
 }
 
 TEST_P(HitLists, AreRightInOtherGrids) {
-  // One prefilter for each grid, as in a program with several worlds.
+  // A separate prefilter for each grid, as in a program with several worlds.
   for (uint64_t seed = 100; seed < 108 && !HasFailure(); seed++) {
     SCOPED_TRACE(seed);
     prefilter_ = MakePrefilter(GetParam());
@@ -122,14 +122,14 @@ TEST(PrefilterTest, CountsWhatItDoes) {
   EXPECT_GT(first.compile_seconds, 0);
   EXPECT_GT(first.walk_seconds, 0);
   EXPECT_EQ(first.bytes_fetched, uint64_t{scene.batch().ray_count()} * 3 * sizeof(uint32_t));
-  // The grid did not change: only the batch is sent again.
+  // The grid is unchanged, so only the batch is sent again.
   prefilter->Walk(scene.grid(), scene.tables(), scene.batch(), &workers);
   const uint64_t again = prefilter->statistics().bytes_sent - first.bytes_sent;
   EXPECT_LT(again * 10, first.bytes_sent);
   EXPECT_EQ(scene.grid().occupancy(0).changed().Count(), 0u);
 }
 
-// A device with memory of its own hands the lists of a large batch over in parts.
+// A device with separate memory returns the lists of a large batch in parts.
 TEST(PrefilterTest, LargeBatchesComeInParts) {
   if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
   using Stg::internal::sensing::Fan;
@@ -175,7 +175,7 @@ TEST(PrefilterTest, LargeBatchesComeInParts) {
 
 // ---- the choice of a device ---------------------------------------------------------------------
 
-/// "kind name (platform)" as DeviceName() gives it.
+/// The parts of "kind name (platform)", the result of DeviceName().
 struct DeviceNames {
   std::string kind, name, platform;
 };
@@ -205,13 +205,13 @@ class DeviceChoice : public testing::Test {
     names_ = Split(best_);
   }
 
-  /// The device that a choice leads to.
+  /// Name of the device selected by `choice`.
   static std::string Chosen(const std::string& choice) {
     std::string message;
     const PrefilterPointer prefilter = LoadPrefilter(Stg::kOpenClPlugin, choice, &message);
     return prefilter ? prefilter->DeviceName() : "none";
   }
-  /// A message that names the choice and lists the devices.
+  /// Expects failure with a message that names the choice and lists the devices.
   static void ExpectRefused(const std::string& choice) {
     std::string message;
     EXPECT_EQ(LoadPrefilter(Stg::kOpenClPlugin, choice, &message), nullptr) << choice;
@@ -267,14 +267,14 @@ TEST_F(DeviceChoice, List) {
   for (std::string line; std::getline(lines, line);) EXPECT_TRUE(form.Matches(line)) << line;
 }
 
-/// Page faults of child processes that have ended: none without a child.
+/// Page faults of ended child processes; grows if a child process was used.
 long FaultsOfChildren() {
   rusage usage{};
   getrusage(RUSAGE_CHILDREN, &usage);
   return usage.ru_minflt + usage.ru_majflt;
 }
 
-// Drivers are asked in a child process first: once is enough.
+// Drivers are tried in a child process first, but only once per process.
 TEST_F(DeviceChoice, DriversAreAskedOnce) {
   const std::string list = Stg::ListDevices(Stg::kOpenClPlugin);
   const long faults = FaultsOfChildren();
@@ -320,8 +320,8 @@ TEST(KernelText, IsPlainAndPortable) {
     const std::string text = WithoutComments(SourceFile(name));
     ASSERT_GT(text.size(), 500u) << name << " can't be read";
     const std::set<std::string> words = WordsOf(text);
-    // Local memory and barriers bring nothing and break some drivers; doubles and more recent
-    // built-in functions are not everywhere; fast mathematics differs from device to device.
+    // Local memory and barriers give no speed and break some drivers; doubles and newer
+    // built-in functions are not always supported; fast math differs between devices.
     for (const std::string word :
          {"barrier", "__local", "local", "double", "half", "popcount", "ctz", "clz", "fma", "mad",
           "sqrt", "native_divide", "native_recip", "half_divide", "printf", "atomic_add"})
@@ -335,7 +335,7 @@ TEST(KernelText, IsPlainAndPortable) {
 
 #ifdef STAGE_TEST_HAS_OPENCL_HEADER
 
-/// The OpenCL library, found at run time: the tests are not linked to it.
+/// The OpenCL library, loaded at run time; the tests are not linked to it.
 class OpenClLibrary {
  public:
   OpenClLibrary() : handle_(dlopen("libOpenCL.so.1", RTLD_NOW)) {}
@@ -352,7 +352,7 @@ class OpenClLibrary {
 #define STAGE_FIND(library, function) (library).Find<decltype(function)>(#function)
 
 TEST(KernelFacts, LeaveRoomForLargeWorkGroups) {
-  // The plug-in asks in a child process first whether the drivers can be trusted.
+  // The plug-in first tries the drivers in a child process.
   if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
   const OpenClLibrary library;
   if (!library) GTEST_SKIP() << "there is no libOpenCL.so.1";

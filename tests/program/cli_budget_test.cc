@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// --budget-ms: how many scenarios fit.
+// --budget-ms: number of scenarios that fit into the time.
 
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ TEST_F(CliBudget, ATimeThatIsTooShortIsSaidSo) {
 }
 
 TEST_F(CliBudget, KeepsItsTimeAndShowsWhatItDoes) {
-  // A step of this world takes some milliseconds, so none of the scenarios fits.
+  // A step of this world takes several milliseconds, so no scenario fits.
   Write("slow.world",
         "define robot position( size [0.3 0.3 0.3] alwayson 1\n"
         "  ranger( alwayson 1 sensor( range [0 8] samples 720 fov 360 ) ) )\n"
@@ -60,7 +60,7 @@ TEST_F(CliBudget, KeepsItsTimeAndShowsWhatItDoes) {
   EXPECT_EQ(slow.status, 0) << slow.err;
   EXPECT_TRUE(Contains(slow.out, "not one scenario\n")) << slow.out;
   EXPECT_TRUE(Contains(slow.err, "measuring what a scenario takes\n")) << slow.err;
-  // Without a limit, looking for all that fit into two seconds takes minutes.
+  // Without a limit, finding the number that fits into two seconds would take minutes.
   const Result long_budget = Stage(
       {"--budget-ms", "2000", "--budget-horizon", "0.1", "--threads", "1", "--progress", simple_});
   EXPECT_EQ(long_budget.status, 0) << long_budget.err;

@@ -90,7 +90,7 @@ TEST_F(ExplainRay, SaysWhenThereIsNoReadingYet) {
   EXPECT_TRUE(Contains(idle.err, "nobody subscribes to it")) << idle.err;
 }
 
-/// The page about it shows what the program says.
+/// The examples in docs/rays.md equal the program's output.
 TEST_F(ExplainRay, DocumentsShowWhatItSays) {
   const fs::path root = std::getenv("STAGE_SOURCE_DIR");
   const std::string page = ReadFile(root / "docs/rays.md");

@@ -21,7 +21,7 @@ namespace {
 using namespace cli_testing;
 using Json = nlohmann::json;
 
-// GCC's names for it, and Clang's.
+// Defined by GCC and Clang, respectively.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kSanitized = true;
 #elif defined(__has_feature)
@@ -47,7 +47,7 @@ class CliExplainTest : public CliTest {
   }
 };
 
-/// Long lines go on in the next one, behind blanks.
+/// Joins long lines that continue, indented, in the next line.
 std::string Unwrapped(const std::string& text) {
   return std::regex_replace(text, std::regex("\n {14,}"), " ");
 }
@@ -74,7 +74,7 @@ TEST_F(CliExplainTest, AsJson) {
   WriteScene("w.world", "quit_time 3");
   const Result r = Stage({"--explain=json", "w.world"});
   EXPECT_EQ(r.status, 0) << r.err;
-  const Json json = Json::parse(r.out);  // all of it
+  const Json json = Json::parse(r.out);  // the whole output
   EXPECT_EQ(json["worldfile"], "w.world");
   EXPECT_EQ(json["models"], 6);
   EXPECT_EQ(json["robots"], 1);
@@ -173,7 +173,7 @@ TEST_F(CliExplainTest, KnowsTheMemoryOfARun) {
   const Json explained = Json::parse(Stage({"--explain=json", "w.world"}).out);
   Stage({"-g", "w.world", "--stats", "run.json"});
   const double estimate = explained["peak_memory_mb"], run = Stats("run.json")["peak_memory_mb"];
-  EXPECT_GT(estimate, 24);  // 24 bytes for each of a million readings, for a start
+  EXPECT_GT(estimate, 24);  // at least 24 bytes for each of a million readings
   EXPECT_NEAR(estimate / run, 1, 0.25) << estimate << " " << run;
 }
 

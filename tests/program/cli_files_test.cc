@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Runs the real `stage` program: what it writes, where, and what it leaves alone; what it says when
-// output is lost.
+// Runs the real `stage` program: files that it writes or must not touch, and errors when output
+// can't be written.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -22,14 +22,14 @@ using namespace cli_testing;
 
 class CliFilesTest : public CliTest {
  protected:
-  /// Nothing but these is there, and what `stage` printed.
+  /// Expects no files in the folder except these and the captured output.
   void ExpectOnly(const std::set<std::string>& names) const {
     for (const fs::directory_entry& entry : fs::directory_iterator(directory_)) {
       const std::string name = entry.path().filename();
       EXPECT_TRUE(names.contains(name) || name == "out" || name == "err") << name;
     }
   }
-  /// A run in a shell, for what only that can do to files.
+  /// Runs the program in a shell, with commands before it and redirections after it.
   Result Shell(const std::string& before, const std::string& arguments,
                const std::string& after) const {
     const std::string program = BinaryFile("bin/stage");
@@ -139,7 +139,7 @@ TEST_F(CliFilesTest, AFilmReplacesNoPicture) {
 
 // ---- how it is written --------------------------------------------------------------------------
 
-/// Names that can be foretold invite others to put links there, where a folder is everybody's.
+/// In shared folders, others may create links with names that can be predicted.
 TEST_F(CliFilesTest, NoLinkIsWrittenThrough) {
   Write("my.world", kWorld);
   Write("precious", "precious");
@@ -164,7 +164,7 @@ TEST_F(CliFilesTest, ModesStay) {
   fs::permissions(Path("s.json"), fs::perms(0606));
   ExpectStatus(0, {"-g", "my.world", "--stats", "s.json"});
   EXPECT_EQ(fs::status(Path("s.json")).permissions(), fs::perms(0606));
-  if (geteuid() == 0) return;  // root may write anything
+  if (geteuid() == 0) return;  // root may write to any file
   fs::permissions(Path("s.json"), fs::perms(0444));
   ExpectRefused({"-g", "my.world", "--stats", "s.json"}, "Permission denied");
 }
@@ -202,7 +202,7 @@ TEST_F(CliFilesTest, LostErrorOutputDoesNotChangeTheStatus) {
   EXPECT_TRUE(Contains(ReadFile(Path("text")), "What is modelled"));
 }
 
-/// Files that may not grow stand for a disk that becomes full in the middle of the run.
+/// A limit on file sizes simulates a disk that becomes full during the run.
 TEST_F(CliFilesTest, OutputLostOnTheWayIsAFailureButKeepsStatistics) {
   Write("my.world", "quit_time 30 show_clock 1 show_clock_interval 1\nmodel( )\n");
   const Result r = Shell("ulimit -f 4; trap '' XFSZ; exec", "-g my.world --stats s.json", ">log");
@@ -212,7 +212,7 @@ TEST_F(CliFilesTest, OutputLostOnTheWayIsAFailureButKeepsStatistics) {
   EXPECT_EQ(Stats("s.json")["steps"], 300);
 }
 
-/// The next file to be opened must not become standard output.
+/// A file opened later must not become standard output.
 TEST_F(CliFilesTest, ClosedStandardFiles) {
   Write("my.world", kWorld);
   const Result r = Shell("", "-g my.world --state-hash --stats s.json", ">&-");
@@ -259,11 +259,11 @@ TEST_F(CliFilesTest, TheDurationHoldsHoweverOftenAWorldIsLoaded) {
   EXPECT_EQ(Clocks(r.out).size(), 17u);
   const Strings until_a_load = {"-gc", "--duration", "1", "-a", "w.world", "w.world"};
   EXPECT_EQ(Clocks(Stage(until_a_load).out).size(), 10u);
-  // What was loaded before is gone then, but not the duration.
+  // A failed load removes the world before it, but the duration remains.
   ExpectStatus(0, {"-g", "--duration", "1", "-a", "missing.world", "w.world"});
 }
 
-/// "[Loading w.world]" is a line that is still growing when the first warning comes.
+/// The line "[Loading w.world]" is not complete yet when the first warning is printed.
 TEST_F(CliFilesTest, TheFirstWarningStandsOnALineOfItsOwn) {
   for (const char* mistake : {"quit_tme 3", "model( size [1 1 0] )", "model( color \"bleu\" )"}) {
     Write("w.world", std::string("quit_time 0.1\n") + mistake + "\n");
@@ -273,7 +273,7 @@ TEST_F(CliFilesTest, TheFirstWarningStandsOnALineOfItsOwn) {
   }
 }
 
-/// A stream is how programs ask for a world without models; a file is likely the wrong one.
+/// An empty file is likely a mistake; programs load empty worlds from streams, without a warning.
 TEST_F(CliFilesTest, AnEmptyFileIsMentioned) {
   for (const char* content : {"", "\n\n", "# a comment\n"}) {
     Write("w.world", content);
@@ -289,7 +289,7 @@ TEST_F(CliFilesTest, AnEmptyFileIsMentioned) {
                        "found definitions alone, expected sections that use them"));
 }
 
-/// The doubts of the load are there for whoever asks what the world is.
+/// --explain prints doubtful properties found on loading.
 TEST_F(CliFilesTest, ExplainTellsWhatMayBeAMistake) {
   Write("w.world",
         "define r position( size [0.4 0.4 0.3] ranger( alwayson 1 sensor( ) ) )\n"

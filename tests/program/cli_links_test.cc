@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Outputs of the program whose name is a symbolic link: no file is made where a link points, and
-// none that is not the program's own is written to.
+// Output files whose name is a symbolic link: no file is created at a link's target, and only the
+// program's own files are written to.
 
 #include <gtest/gtest.h>
 
@@ -116,7 +116,7 @@ TEST_F(CliLinksTest, TablesOfSweepsAreNotMadeWhereALinkPoints) {
   EXPECT_FALSE(fs::exists(Path("target")));
 }
 
-/// Nor do sweeps write through links in their folder, which may be everybody's.
+/// Sweeps do not write through links in their folder, which may be shared.
 TEST_F(CliLinksTest, SweepsWriteThroughNoLinkInTheirFolder) {
   ASSERT_EQ(Stage({"sweep", "w.world", "--runs", "0:3", "--log", "--plan-only", "-o", "sw"}).status,
             0);

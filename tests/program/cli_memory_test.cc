@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The program with little memory: it runs, or it says in one line that there is too little.
+// The program with little memory either runs or reports the lack of memory in one line.
 
 #include <sys/resource.h>
 
@@ -48,7 +48,7 @@ TEST_F(MemoryTest, ThreadsEndInOneLineToo) {
     const Result r =
         StageWith(megabytes, {"-g", "--threads", "4", "--duration", "0.3", "crowd.world"});
     SCOPED_TRACE(std::to_string(megabytes) + " MB: " + r.err);
-    // The C library ends a program whose thread can't keep thread_local data; nobody can catch it.
+    // glibc aborts if it can't allocate thread_local data; this can't be caught.
     if (r.err.find("Fatal glibc error: failed to register TLS destructor") != std::string::npos)
       continue;
     ASSERT_TRUE(r.status == 0 || r.status == 1) << r.status;

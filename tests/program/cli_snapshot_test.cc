@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// --save-snapshot and --from-snapshot: a run that was interrupted ends like one that was not.
+// --save-snapshot and --from-snapshot: an interrupted run ends like an uninterrupted one.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ class CliSnapshot : public CliTest {
  protected:
   std::string File(const std::string& name) { return Path(name).string(); }
 
-  /// The line of --state-hash.
+  /// Output of --state-hash.
   std::string HashOf(Strings arguments) {
     arguments.insert(arguments.end(), {"-g", "--state-hash"});
     const Result result = Stage(arguments);

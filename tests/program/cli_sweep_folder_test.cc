@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The folder of a sweep: where one may be made, and what becomes of plans and records that are
-// damaged or belong elsewhere.
+// The folder of a sweep: where it may be created, and plans and records that are damaged or belong
+// to another sweep.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -26,7 +26,7 @@ class SweepFolderTest : public CliTest {
   Result SweepTo(const std::string& folder, const Environment& environment = {}) const {
     return Stage({"sweep", "w/w.world", "--runs", "0:2", "-o", folder}, environment);
   }
-  /// Refused in one line that has this part; all files stay.
+  /// Expects an error line that contains `part`, and unchanged files.
   void ExpectNoPlace(const std::string& folder, const std::string& part,
                      const Environment& environment = {}) const {
     const Strings before = Files();
@@ -36,7 +36,7 @@ class SweepFolderTest : public CliTest {
     EXPECT_EQ(CountOf(r.err, "\n"), 1u) << r.err;
     EXPECT_EQ(Files(), before) << folder;
   }
-  /// All files of the test, but for what the program has printed.
+  /// All files of the test except the program's captured output.
   Strings Files() const {
     Strings files;
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(directory_))

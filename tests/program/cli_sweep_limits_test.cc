@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// stage sweep with controllers that make trouble: whatever they do, and whenever, the sweep ends in
-// time, says what was wrong, obeys Ctrl-C, and leaves no process behind.
+// stage sweep with harmful controllers: whatever they do and when, the sweep ends in time, reports
+// the failure, stops on Ctrl-C, and leaves no process behind.
 
 #include <gtest/gtest.h>
 
@@ -21,8 +21,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// A deed of the controller, and the sweep's words for it: in the record of a run, and as its error
-/// where it happens in the first look. "done": the run is done.
+/// An action of the controller and the sweep's message about it: in the record of a run, and as the
+/// sweep's error if it happens during the first check. "done": the run succeeds.
 struct Deed {
   const char *name, *at_a_step, *while_loading;
 };
@@ -55,13 +55,13 @@ const std::vector<Deed> kDeeds = {
     {"sleep", kTooLong, kTooLong},
 };
 
-/// These need a limit of memory, which sanitizers break by themselves.
+/// These need a memory limit, which sanitizers exceed by themselves.
 const std::vector<Deed> kHungryDeeds = {
     {"eat_memory", kTooLarge, kTooLarge},
     {"child_eats_memory", kTooLarge, kTooLarge},
 };
 
-/// When a deed is done.
+/// Time of the controller's action.
 enum class Phase { kFirstLook, kLoadOfARun, kStep };
 constexpr Phase kPhases[] = {Phase::kFirstLook, Phase::kLoadOfARun, Phase::kStep};
 const char* NameOf(Phase phase) {
@@ -70,7 +70,7 @@ const char* NameOf(Phase phase) {
 
 class SweepLimitsTest : public CliTest {
  protected:
-  /// A sweep of two runs in a folder of its own.
+  /// A sweep of two runs in a separate folder.
   struct Case {
     Deed deed;
     Phase phase;
@@ -84,7 +84,7 @@ class SweepLimitsTest : public CliTest {
     CliTest::SetUp();
   }
 
-  /// Makes the world and, for what happens in a run, the plan.
+  /// Writes the world and, for actions in a run, the plan.
   Case Prepare(const Deed& deed, Phase phase) const {
     Case made{deed, phase, Path(std::string(deed.name) + NameOf(phase)), nullptr};
     const std::string controller = std::string(std::getenv("STAGE_BINARY_DIR")) +
@@ -109,7 +109,7 @@ class SweepLimitsTest : public CliTest {
     one->process = std::make_unique<Process>(one->folder, words, Environment{{"STAGE_NASTY", "1"}});
   }
 
-  /// Numbers and names of processes that work in that folder. Zombies work nowhere.
+  /// Ids and names of processes whose working directory is that folder; zombies have none.
   static Strings ProcessesIn(const fs::path& folder) {
     Strings found;
     std::error_code ignored;
@@ -144,7 +144,7 @@ class SweepLimitsTest : public CliTest {
     EXPECT_TRUE(Contains(record["reason"], expected)) << record["reason"];
   }
 
-  /// All deeds in all phases, some at the same time.
+  /// Runs all actions in all phases, several at the same time.
   void ForEachCase(const std::vector<Deed>& deeds, const Strings& limits,
                    const std::function<void(Case*)>& look) const {
     constexpr size_t kAtOnce = 7;
@@ -164,7 +164,7 @@ class SweepLimitsTest : public CliTest {
 };
 
 TEST_F(SweepLimitsTest, EverySweepEndsInTimeAndSaysWhatWasWrong) {
-  // Some seconds for two runs, or three tries of each.
+  // Allows some seconds for two runs with up to three attempts each.
   const double slowness = patience::Slowness(), longest = 40 * slowness;
   ForEachCase(kDeeds, {"--limit-seconds", std::to_string(slowness)}, [longest](Case* one) {
     const Result result = one->process->Finish(longest);
@@ -184,7 +184,7 @@ TEST_F(SweepLimitsTest, MemoryOfControllersAndTheirChildrenIsLimited) {
 
 TEST_F(SweepLimitsTest, CtrlCEndsEverySweepAtOnce) {
   ForEachCase(kDeeds, {}, [](Case* one) {
-    for (int i = 0; i < 250; i++) Nap();  // until the deed is done
+    for (int i = 0; i < 250; i++) Nap();  // until the action happens
     const double sent = Now();
     one->process->Send(SIGINT);
     const Result result = one->process->Finish();
@@ -194,7 +194,7 @@ TEST_F(SweepLimitsTest, CtrlCEndsEverySweepAtOnce) {
   });
 }
 
-/// Somebody else kills a worker, such as the system when it runs out of memory.
+/// Workers may be killed from outside, for instance by the system when it runs out of memory.
 TEST_F(SweepLimitsTest, AWorkerThatIsKilledInTheFirstLookIsReplaced) {
   Write("worker.sh",
         "#!/bin/sh\n[ -e tried ] || { touch tried; kill -9 $$; }\n"

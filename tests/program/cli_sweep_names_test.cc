@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Sweeps of worlds whose names are not UTF-8: the names come through the plan, the records, the
-// replay commands and the table as the bytes that they are.
+// Sweeps of worlds whose names are not UTF-8: plan, records, replay commands and table preserve the
+// names' bytes.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 namespace cli_testing {
 namespace {
 
-/// Each name with its bytes as JSON has them.
+/// A name and its escaped form in JSON.
 struct Name {
   std::string bytes, escaped;
 };
@@ -24,19 +24,19 @@ const std::vector<Name> kNames = {
      "e",
      R"(stra\udcdfe)"},
     {"\xff\xfe", R"(\udcff\udcfe)"},
-    {"\xc3(", R"(\udcc3()"},                                      // a sequence that is cut off
-    {"\xc0\xaf", R"(\udcc0\udcaf)"},                              // an overlong one
+    {"\xc3(", R"(\udcc3()"},                                      // a truncated sequence
+    {"\xc0\xaf", R"(\udcc0\udcaf)"},                              // an overlong sequence
     {"\xed\xa0\x80", R"(\udced\udca0\udc80)"},                    // a surrogate
     {"\xf4\x90\x80\x80", R"(\udcf4\udc90\udc80\udc80)"},          // beyond Unicode
-    {"gr\xc3\xbc\xc3\x9f \xff", R"(gr\u00fc\u00df \udcff)"},      // with UTF-8 beside it
-    {"\xf0\x9f\xa4\x96", R"(\ud83e\udd16)"},                      // UTF-8 alone
-    {"\xf4\x8f\xbf\xbf", R"(\udcf4\udc8f\udcbf\udcbf)"},          // what stands for bytes inside
+    {"gr\xc3\xbc\xc3\x9f \xff", R"(gr\u00fc\u00df \udcff)"},      // mixed with UTF-8
+    {"\xf0\x9f\xa4\x96", R"(\ud83e\udd16)"},                      // only UTF-8
+    {"\xf4\x8f\xbf\xbf", R"(\udcf4\udc8f\udcbf\udcbf)"},          // code points of such bytes
     {"\\udcff \\\\udbff\\udfff", R"(\\udcff \\\\udbff\\udfff)"},  // looks like an escape
 };
 
 class SweepNamesTest : public CliTest {
  protected:
-  /// Runs a command as it stands, by a shell, with the program of the test.
+  /// Runs a command unchanged in a shell, with the tested program; returns the state hash.
   std::string StateHash(const std::string& replay) const {
     const std::string program = Program().substr(0, Program().rfind('/'));
     Write("replay.sh", "PATH='" + program + "':/usr/bin:/bin\n" + replay + "\n");
@@ -46,7 +46,7 @@ class SweepNamesTest : public CliTest {
     const size_t at = out.find(before);
     return at == std::string::npos ? out : out.substr(at + before.size(), 16);
   }
-  /// The value of a member of a record, as JSON has it between its quotes.
+  /// A string member of a record as written in JSON between the quotes.
   static std::string TextOf(const std::string& record, const std::string& name) {
     const std::string before = "\"" + name + "\":\"";
     const size_t begin = record.find(before) + before.size();
@@ -65,7 +65,7 @@ TEST_F(SweepNamesTest, NamesOfModelsAndFilesComeThrough) {
   for (const Name& name : kNames) {
     SCOPED_TRACE(name.escaped);
     fs::remove_all(Path("sw"));
-    // A world file ends a text at a quote, and has no backslash in it.
+    // Strings in world files end at a quote and can't contain backslashes.
     const std::string& model = name.bytes;
     if (Contains(model, "\\")) continue;
     const std::string world = model + "/" + model + ".world";
@@ -81,7 +81,7 @@ TEST_F(SweepNamesTest, NamesOfModelsAndFilesComeThrough) {
     EXPECT_TRUE(Contains(record, "{\"" + name.escaped + ".mass\":\"2\"}")) << record;
     EXPECT_TRUE(Contains(record, "\"metrics\":{\"" + name.escaped + "\":")) << record;
     EXPECT_TRUE(fs::exists(Path("sw/runs/000/000001.mcap")));
-    // UTF-8 is written as escapes too; a reader of JSON knows those.
+    // UTF-8 is escaped too, in standard JSON form.
     std::string replay = TextOf(record, "replay");
     EXPECT_TRUE(Contains(replay, name.escaped + ".mass=2")) << replay;
     EXPECT_EQ(StateHash(Replaced(replay, name.escaped, name.bytes)), TextOf(record, "state_hash"));
@@ -106,7 +106,7 @@ TEST_F(SweepNamesTest, AnyBytesComeThroughAsArguments) {
     const std::string record = ReadFile(Path("sw/runs/000/000000.json"));
     EXPECT_TRUE(Contains(dry.out, Replaced(TextOf(record, "replay"), name.escaped, name.bytes)))
         << dry.out << record;
-    // Failed runs print the command out of the record.
+    // The status of failed runs prints the record's command.
     Write("sw/runs/000/000000.json",
           Replaced(record, "\"status\":\"done\"", "\"status\":\"failed\",\"lines\":[]"));
     const Result status = Stage({"sweep", "--status", "sw"});
@@ -115,7 +115,7 @@ TEST_F(SweepNamesTest, AnyBytesComeThroughAsArguments) {
   }
 }
 
-/// Python writes a byte as the escape \udcNN, which is no UTF-8 to other programs.
+/// Python escapes such bytes as \udcNN, which other programs reject as UTF-8.
 TEST_F(SweepNamesTest, ARecordWithAnotherByteIsRefused) {
   WriteWorld("w.world", "quit_time 0.3\nposition( name \"a\xff\" )");
   ASSERT_EQ(Stage({"sweep", "w.world", "--set", "a\xff.mass=1", "-o", "sw"}).status, 0);
@@ -126,7 +126,7 @@ TEST_F(SweepNamesTest, ARecordWithAnotherByteIsRefused) {
   EXPECT_EQ(CountOf(merged.err, "\n"), 1u) << merged.err;
   EXPECT_TRUE(Contains(merged.err, "found the set {\"a\\udcfe.mass\":\"1\"} where the plan has"))
       << merged.err;
-  Write(file, Replaced(record, "\\udcff", "\xff"));  // as a text editor would have it
+  Write(file, Replaced(record, "\\udcff", "\xff"));  // as a text editor would write it
   ExpectStatus(0, {"merge", "sw", "-o", "all.csv"});
 }
 

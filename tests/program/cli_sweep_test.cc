@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// stage sweep and stage merge: what they run, what survives kills, what is refused.
+// stage sweep and stage merge: runs, resumption after kills, rejected arguments.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// The words of a line that a shell would take apart.
+/// Splits a command line into words like a shell.
 Strings WordsOf(const std::string& line) {
   Strings words(1);
   bool quoted = false;
@@ -62,7 +62,7 @@ class SweepTest : public CliTest {
     arguments.insert(arguments.begin(), "sweep");
     return Stage(arguments);
   }
-  /// The state hash that the record's command gives.
+  /// Runs the record's replay command and returns its state hash.
   std::string Replay(const Json& record) const {
     Strings words = WordsOf(record["replay"]);
     words.erase(words.begin());
@@ -97,7 +97,7 @@ TEST_F(SweepTest, RunsAllCombinations) {
   EXPECT_EQ(CountOf(table, "\n"), 13u);
 }
 
-/// Of one sweep, whatever it is done with.
+/// The table does not depend on the number of jobs, shards or threads, or on OpenCL.
 TEST_F(SweepTest, GivesTheSameTable) {
   const Strings sweep = {"w.world", "--set", "robots=1,3", "--runs", "0:4", "-o"};
   const auto with = [&](const std::string& folder, const Strings& more) {
@@ -126,7 +126,7 @@ TEST_F(SweepTest, GivesTheSameTable) {
   EXPECT_EQ(Merged("f"), table) << "devices change nothing";
 }
 
-/// Machines that share no folder.
+/// Parts from machines that do not share a folder.
 TEST_F(SweepTest, PartsInSeveralFoldersAreMerged) {
   const auto sweep = [&](const std::string& folder, const Strings& more) {
     Strings words = {"w.world", "--set", "robots=1,3", "--runs", "0:4", "-o", folder};
@@ -148,7 +148,7 @@ TEST_F(SweepTest, PartsInSeveralFoldersAreMerged) {
             "index,run,seed,status,state_hash,steps,simulated_seconds,rays\n");
 }
 
-/// One record for each run, or an error: never a thousand failures for a command that is not there.
+/// A worker command that can't work is an error of the sweep, not a failure of each run.
 TEST_F(SweepTest, AWorkerThatIsNoneIsAnError) {
   const auto fails = [&](const Strings& words, const std::string& part) {
     const Result r = Sweep(words);
@@ -156,7 +156,7 @@ TEST_F(SweepTest, AWorkerThatIsNoneIsAnError) {
     EXPECT_TRUE(Contains(r.err, part)) << r.err;
     EXPECT_EQ(CountOf(r.err, "\n"), 1u) << r.err;
   };
-  // Some are gone before they get their first order, some behind it.
+  // Some end before they receive their first order, some after it.
   for (int i = 0; i < 10; i++) {
     fails({"w.world", "--worker", "no-such-program", "-o", "x"}, "no-such-program");
     fails({"w.world", "--worker", "false", "-o", "x"}, "exit status 1");
@@ -193,7 +193,7 @@ TEST_F(SweepTest, SeedsDependOnTheValuesAlone) {
   EXPECT_NE(Record("c", 0)["seed"], Record("c", 1)["seed"]);
 }
 
-/// A controller that crashes, prints, waits or ends, as its argument says.
+/// The controller's argument makes it crash, print, wait or end.
 TEST_F(SweepTest, FailedRunsAreNamed) {
   if (Stg::test::IsEmulated()) GTEST_SKIP() << "the emulator's own words are a crashed run's last";
   Write("f.world", "quit_time 0.2\nposition( name \"a\" )\n");
@@ -223,7 +223,7 @@ TEST_F(SweepTest, FailedRunsAreNamed) {
   EXPECT_EQ(Record("sw", 1)["attempts"], 1);
 }
 
-/// Killed again and again, it loses at most what was being run, and ends as if it never had been.
+/// Each kill loses at most the runs in progress; the final result is as without kills.
 TEST_F(SweepTest, SurvivesKills) {
   const std::string counts = std::string(std::getenv("STAGE_BINARY_DIR")) +
                              "/tests/plugins/counts.so " + Path("starts").string();
@@ -252,7 +252,7 @@ TEST_F(SweepTest, SurvivesKills) {
   EXPECT_GT(kills, 2u);
   EXPECT_EQ(Stage(words).status, 0);
   EXPECT_EQ(Merged("killed"), Merged("whole"));
-  // Each beginning may also have loaded a world for each value, to check it.
+  // Each start may also have loaded a world for each value, to check it.
   EXPECT_LE(fs::file_size(Path("starts")), 600 + 2 * kills + 3 * (kills + 1));
 }
 
@@ -332,7 +332,7 @@ TEST_F(SweepTest, LogsLieBesideTheRecords) {
               "MCAP");
 }
 
-/// A run's log is what its replay command gives with the same options, each of which changes it.
+/// A run's log equals that of its replay command with the same options, each of which changes it.
 TEST_F(SweepTest, AllOptionsOfLogsReachTheRuns) {
   const std::vector<Strings> options = {{},
                                         {"--log-every", "0.5"},
@@ -361,8 +361,7 @@ TEST_F(SweepTest, AllOptionsOfLogsReachTheRuns) {
   EXPECT_EQ(logs.size(), options.size());
 }
 
-/// In one worker, runs come after others in which a robot has left the floor that the file's models
-/// lie on.
+/// A worker runs these after runs in which a robot left the floor of the file's models.
 TEST_F(SweepTest, RunsInWhichARobotLeavesTheFloorCanBeReplayed) {
   Write("leave.world",
         "resolution 0.02\nquit_time 5\n"
@@ -374,7 +373,7 @@ TEST_F(SweepTest, RunsInWhichARobotLeavesTheFloorCanBeReplayed) {
     EXPECT_EQ(Replay(Record("sw", i)), Record("sw", i)["state_hash"].get<std::string>()) << i;
 }
 
-/// In one worker, in their order, and each alone: every shipped world with its own controllers.
+/// Every shipped world with its controllers, run in order in one worker and each separately.
 TEST_F(SweepTest, RunsOfShippedWorldsCanBeReplayed) {
   for (const std::string& file : ShippedWorlds()) {
     SCOPED_TRACE(file);

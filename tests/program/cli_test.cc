@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Runs the real `stage` program: its options, what it prints, how it ends.
+// Runs the real `stage` program: options, output and exit status.
 
 #include <gtest/gtest.h>
 
@@ -274,7 +274,7 @@ TEST_F(CliTest, Statistics) {
   EXPECT_NEAR(s["rays_per_second"], s["rays"].get<double>() / wall, 1e-6 / wall);
   for (const char* name : {"load_seconds", "potential_hits_per_ray", "peak_memory_mb"})
     EXPECT_GT(s[name], 0) << name;
-  EXPECT_EQ(s["resumed_rays"], 0);  // only rays from a device are
+  EXPECT_EQ(s["resumed_rays"], 0);  // only with a device
   for (const char* phase : {"gather", "prefilter", "trace", "move", "callbacks"})
     EXPECT_GE(s["phases_ms_per_step"][phase], 0) << phase;
   EXPECT_GE(s["machine"]["cores"], 1);
@@ -295,7 +295,7 @@ TEST_F(CliTest, StatisticsOfSeveralWorlds) {
 
 TEST_F(CliTest, StatisticsOnStandardOutput) {
   WriteWorld("w.world", "quit_time 1");
-  // All of it is JSON, whatever else is asked for, and whatever controllers print.
+  // Standard output is pure JSON with any other options and any output of controllers.
   for (const Strings& more :
        {Strings{}, Strings{"-c"}, Strings{"--state-hash"}, Strings{"--progress"},
         Strings{"-c", "--state-hash", "--progress"}, Strings{"--opencl"}})
@@ -340,7 +340,7 @@ TEST_F(CliTest, StatisticsFileIsReplacedAsAWhole) {
 }
 
 TEST_F(CliTest, UnwritableStatisticsAreFoundBeforeTheRun) {
-  WriteWorld("w.world", "");  // would run for ever
+  WriteWorld("w.world", "");  // would run without end
   ExpectRefused({"-g", "w.world", "--stats", "nowhere/s.json"}, "'nowhere/s.json'");
   ExpectRefused({"-g", "w.world", "--stats", "."}, "'.'");
   ExpectRefused({"-g", "w.world", "--stats", "w.world/s.json"}, "'w.world/s.json'");
@@ -352,7 +352,7 @@ TEST_F(CliTest, SpeedupSetsThePace) {
   WriteWorld("w.world", "quit_time 1 speedup 2");
   ASSERT_EQ(Stage({"-g", "w.world", "--stats=s.json"}).status, 0);
   const double wall = Stats("s.json")["wall_seconds"];
-  EXPECT_LT(wall, 0.3 * patience::Slowness());  // waiting is no work
+  EXPECT_LT(wall, 0.3 * patience::Slowness());  // waiting does not count
   const Result paced = Stage({"-g", "w.world"});
   EXPECT_GT(paced.seconds, 0.49);
   EXPECT_LT(paced.seconds, 5 * patience::Slowness());
@@ -389,7 +389,7 @@ TEST_F(CliTest, SignalsEndTheRunInOrder) {
 }
 
 TEST_F(CliTest, SignalsCutWaitingShort) {
-  WriteWorld("w.world", "speedup 0.000001");  // a step a day
+  WriteWorld("w.world", "speedup 0.000001");  // more than a day per step
   for (int i = 0; i < 5; i++) {
     Process process(directory_, {"-g", "--progress", "w.world"}, {});
     ASSERT_TRUE(process.WaitForError("[Loading w.world]\n"));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A controller that counts how often it was started: each time the file that its argument names
-// grows by a byte, whoever else writes there. Of tests and benchmarks.
+// A controller for tests and benchmarks that counts its starts: each start appends a byte to the
+// file named by its argument, safely with concurrent writers.
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A controller that loads another world after half a second, as learning in episodes does: the file
-// that
-// --args names.
+// A controller that loads another world after half a second, like learning in episodes: the file
+// named by --args.
 
 #include <string>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A controller that ends its process, or never ends, as its first argument says. Of tests.
+// A controller for tests that ends its process or hangs, depending on its first argument.
 
 #include <unistd.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A controller that leaves a trace: code of a world file has run.
+// A controller that leaves a mark, to show that code named by a world file has run.
 
 #include <fstream>
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A controller of tests that makes trouble for whoever runs its process. Its arguments: a deed, and
-// when it is done, "load" or "step". It is done only if the environment variable STAGE_NASTY is
-// set.
+// A controller for tests that disturbs the program that runs its process. Arguments: an action, and
+// its time, "load" or "step". Does nothing unless the environment variable STAGE_NASTY is set.
 
 #include <unistd.h>
 
@@ -26,7 +25,7 @@ void CloseFiles(int first, int last = 1023) {
   for (;;) sleep(1);
 }
 
-/// Starts a process that keeps all files open.
+/// Starts a child process that keeps all files open.
 void StartChild() {
   if (fork() == 0) SleepForEver();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A controller that does in Init() what its first argument says. Of tests.
+// A controller for tests whose first argument selects an action in Init().
 #include <sstream>
 #include <stdexcept>
 #include <string>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// To be preloaded into the program: OpenCL whose devices say of themselves what the environment
-// does, if it has
+// Library to preload into the program: OpenCL whose devices report these properties, where set in
+// the environment:
 //
-//   STAGE_DEVICE_PROFILE, STAGE_DEVICE_EXTENSIONS   texts
+//   STAGE_DEVICE_PROFILE, STAGE_DEVICE_EXTENSIONS   strings
 //   STAGE_DEVICE_COMPILER, STAGE_DEVICE_ALIGNMENT   numbers: 0 or 1; bits
 
 #include <cstdlib>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// To be preloaded into the program: OpenCL with a fault. Passes on all calls that the plug-in
-// makes, but one, of which the environment tells:
+// Library to preload into the program: OpenCL with a fault. Passes on all calls of the plug-in
+// except one, selected by the environment:
 //
 //   STAGE_FAULT       CALL:NUMBER:FAULT:PROCESS, such as clFinish:3:hang:parent: the third call of
 //                     clFinish in that process (child: one that was forked) goes wrong
@@ -35,7 +35,7 @@ void Log(const char* call) {
   close(file);
 }
 
-/// The fault of the call, the `number`-th of its name; empty if nothing is wrong with it.
+/// Fault of the `number`-th call with that name; empty: no fault.
 std::string FaultOf(const char* call, int number) {
   const char* const wanted = std::getenv("STAGE_FAULT");
   if (!wanted) return "";
@@ -52,7 +52,7 @@ void* CrashHere(void*) {
   return nullptr;
 }
 
-/// What doesn't return, or only after a while.
+/// Faults that do not return; does nothing for others.
 void Suffer(const std::string& fault) {
   if (fault == "abort") abort();
   if (fault == "exit") exit(1);
@@ -92,8 +92,7 @@ struct Faulty<Result(Arguments...)> {
 
 }  // namespace
 
-// The loader asks the second function what the first one is, so that its arguments need not be
-// written out here.
+// The second function's type gives the first one's arguments, which are not repeated here.
 #define FAULTY(name)                                                                \
   namespace {                                                                       \
   template <typename>                                                               \

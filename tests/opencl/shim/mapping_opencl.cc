@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// To be preloaded into the program: OpenCL whose mapped ranges are as strict as the standard
-// allows. What it maps is memory of its own, elsewhere each time and with other contents before it
-// is written; it can be touched only while it is mapped, not behind its end, and not written if it
-// is mapped for reading. Whoever does it crashes. What else is wrong fails, with a line in a log:
+// Library to preload into the program: OpenCL whose mapped ranges are as strict as the standard
+// allows. Each map returns new memory at another address, with arbitrary contents unless mapped for
+// reading. Accesses before the map, after the unmap or beyond the end, and writes to a range mapped
+// for reading crash the program. Other errors make the call fail and are logged:
 //
-//   STAGE_MAPPING_LOG     a file; gets "wrong: TEXT", and when the first process ends, "mapped N"
-//   and
-//                         "transferred N", both in bytes
-//   STAGE_MAPPING_FAULT   FAULT:NUMBER, to see that it would be caught: the NUMBER-th map (early,
-//                         again) or unmap (kept, twice), or all waits from that one on (unseen), of
-//                         the first process go wrong as if the caller were at fault
+//   STAGE_MAPPING_LOG     a file; gets "wrong: TEXT", and when the first process ends "mapped N"
+//                         and "transferred N", both in bytes
+//   STAGE_MAPPING_FAULT   FAULT:NUMBER, to test the checks: in the first process, the NUMBER-th map
+//                         (early, again) or unmap (kept, twice), or all waits from that one on
+//                         (unseen), behave as if the caller had made an error
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -32,15 +31,15 @@
 
 namespace {
 
-constexpr std::size_t kLine = 64;  // of caches: ranges are whole ones
+constexpr std::size_t kLine = 64;  // cache line, bytes; ranges consist of whole lines
 
 struct Range {
   std::size_t offset, bytes;
   cl_map_flags flags;
-  void* real;          // where the driver has mapped it
-  char* pages;         // what the caller gets lies at the end of these,
-  std::size_t length;  // with one behind them that nobody may touch
-  cl_event event;      // that it waits for; null: it need not
+  void* real;          // the driver's mapping
+  char* pages;         // the caller's range ends at the end of these,
+  std::size_t length;  // followed by a protected page
+  cl_event event;      // completion of the map; null: blocking map
   char* data() const { return pages + (length - bytes); }
   int rights() const { return flags & CL_MAP_WRITE ? PROT_READ | PROT_WRITE : PROT_READ; }
 };
@@ -48,19 +47,19 @@ struct Range {
 struct Buffer {
   std::size_t size = 0;
   cl_mem_flags flags = 0;
-  std::vector<Range> ranges{};  // that are mapped
+  std::vector<Range> ranges{};  // currently mapped
 };
 
 struct State {
   std::mutex mutex;
   std::map<cl_mem, Buffer> buffers;
   std::map<std::pair<cl_kernel, cl_uint>, cl_mem> arguments;
-  std::deque<Range> old;  // kept for a while, for those who still touch them
+  std::deque<Range> old;  // kept for a while to catch late accesses
   uint64_t mapped = 0, transferred = 0;
   std::map<std::string, int> calls;
 };
 
-// Never deleted: drivers are called until the very end of the process.
+// Never deleted, as drivers are called until the process ends.
 State& The() {
   static State* const state = new State;
   return *state;
@@ -83,13 +82,13 @@ __attribute__((destructor)) void LogSums() {
   Log("transferred " + std::to_string(The().transferred));
 }
 
-/// Whether the condition holds; if not, with a line in the log.
+/// Returns the condition; logs an error if it is false.
 bool Expect(bool condition, const std::string& otherwise) {
   if (!condition) Log("wrong: " + otherwise);
   return condition;
 }
 
-/// Is it the turn of this fault, at this call of such a kind?
+/// Returns true if the requested fault is due at this call.
 bool FaultAt(const std::string& fault, bool from_then_on = false) {
   const char* const wanted = std::getenv("STAGE_MAPPING_FAULT");
   if (!wanted || getpid() != g_first_process) return false;
@@ -122,7 +121,7 @@ Range MakeRange(std::size_t offset, std::size_t bytes, cl_map_flags flags, void*
   return range;
 }
 
-/// The driver gets what the caller wrote, and nobody touches the range any more.
+/// Copies the caller's data to the driver's mapping and protects the range.
 void Close(const Range& range) {
   constexpr std::size_t kKept = 256;
   Protect(range, PROT_READ | PROT_WRITE);
@@ -136,7 +135,7 @@ void Close(const Range& range) {
   old.pop_front();
 }
 
-/// Opens ranges that have been waited for: all, or those of these events.
+/// Makes ranges accessible after a wait: all, or those of `events`.
 void Open(const std::vector<cl_event>* events) {
   for (auto& [memory, buffer] : The().buffers)
     for (Range& range : buffer.ranges) {
@@ -176,7 +175,7 @@ STAGE_SHIM_CALL cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, st
   Expect(size % kLine == 0, "a buffer with a part of a cache line");
   Expect((flags & (CL_MEM_USE_HOST_PTR | CL_MEM_COPY_HOST_PTR)) == 0, "a buffer that is copied");
   const cl_mem memory = REAL(clCreateBuffer)(context, flags, size, host, error);
-  Buffer& buffer = The().buffers[memory];  // of an earlier one at that address
+  Buffer& buffer = The().buffers[memory];  // may be left from a deleted buffer at that address
   Expect(buffer.ranges.empty(), "a buffer that was deleted while it was mapped");
   buffer = {size, flags};
   return memory;

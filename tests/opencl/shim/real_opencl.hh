@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The OpenCL library behind those that tests preload.
+// The real OpenCL library, called by the libraries that tests preload.
 
 #ifndef STAGE_TESTS_OPENCL_SHIM_REAL_OPENCL_HH
 #define STAGE_TESTS_OPENCL_SHIM_REAL_OPENCL_HH
@@ -13,7 +13,7 @@
 #define CL_USE_DEPRECATED_OPENCL_1_1_APIS
 #include <CL/cl.h>
 
-/// A function of it.
+/// Returns a function of the library.
 template <typename Function>
 Function* Real(const char* name) {
   static void* const library = dlopen("libOpenCL.so.1", RTLD_NOW);

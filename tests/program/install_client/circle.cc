@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A controller made outside the tree: drives in a circle.
+// A controller built outside the source tree: drives in a circle.
 
 #include <stage.hh>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A program made outside the tree: runs a world of two robots, one with a controller of Stage's and
-// one with its neighbour circle.cc. Prints the version, the distance that each robot is from where
-// it began, and the shared libraries in use.
+// A program built outside the source tree. Runs a world of two robots, one with a controller of
+// Stage and one with circle.cc. Prints the version, each robot's distance from its start, and the
+// shared libraries in use.
 
 #include <fstream>
 #include <set>

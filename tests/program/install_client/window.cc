@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A client with a window, as programs for Stage 4.3 are written: a node that subclasses WorldGui,
-// runs FLTK's loop itself, and draws on a model.
+// A client with a window, written like programs for Stage 4.3. Subclasses WorldGui, runs FLTK's
+// loop itself, and draws on a model.
 
 #include <cstdio>
 #include <cstring>
@@ -10,7 +10,7 @@
 
 using namespace Stg;
 
-// Names of the client's own, which are also those of rooms of the library.
+// Names in the client that are also namespaces or folders of the library; must not collide.
 static int draw = 0, view = 0, window = 0, offscreen = 0;
 
 class Node : public WorldGui {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Does with Stage what nodes for ROS do, with all of the interface that they use: finds the robots
-// by callbacks, subscribes to what they sense, reads it in each step, drives, and puts robots back.
+// Uses Stage like nodes for ROS, with the whole interface that they use. Finds robots by callbacks,
+// subscribes to their sensors, reads them in each step, drives, and resets positions.
 // `node WORLD` runs without a window; `node WORLD --window` in one, if it is compiled for that.
 // Prints what ros_client_test.py looks for. In C++11.
 
@@ -29,7 +29,7 @@ struct Node {
   int updates;
   double last_time;  // seconds
   bool went_back;
-  size_t samples;  // of the last step
+  size_t samples;  // in the last step
   double nearest;  // metres
   unsigned pixels_seen;
 
@@ -43,7 +43,7 @@ struct Node {
         pixels_seen(0) {}
 };
 
-/// The robot that a model stands on.
+/// The robot that carries a model.
 Robot* RobotOf(Node* node, Stg::Model* model) {
   while (model->Parent()) model = model->Parent();
   for (size_t i = 0; i < node->robots.size(); i++)
@@ -128,7 +128,7 @@ void Tell(const Node& node) {
   std::printf("camera %s\n", node.pixels_seen > 0 ? "sees" : "sees nothing");
 }
 
-/// As a service that resets positions does.
+/// Resets positions, like a ROS service for it.
 void PutBack(Node* node) {
   for (size_t i = 0; i < node->robots.size(); i++) {
     node->robots[i].position->SetPose(node->robots[i].begin);
