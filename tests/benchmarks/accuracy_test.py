@@ -78,7 +78,7 @@ class AnalysisTest(unittest.TestCase):
         empty = {**row, "errors": "0", "p95": "0", "max": "0"}
         merged = analysis.merge_bins([*rows, empty])
         self.assertEqual(merged["readings"], 8)
-        self.assertEqual(merged["p95"], 3)  # what has no errors says nothing of them
+        self.assertEqual(merged["p95"], 3)  # rows without errors do not count
         self.assertEqual(merged["max"], 8)
 
     def test_order_of_bins(self) -> None:
@@ -100,21 +100,21 @@ class AnalysisTest(unittest.TestCase):
         self.assertTrue(math.isnan(inference.t_test([1])))
 
     def test_holms_correction(self) -> None:
-        # 4, 3, 2 and 1 times the sorted ones, never falling.
+        # The sorted values times 4, 3, 2 and 1, made non-decreasing.
         corrected = inference.holm([0.01, 0.04, 0.03, 0.005])
         for found, expected in zip(corrected, (0.03, 0.06, 0.06, 0.02)):
             self.assertAlmostEqual(found, expected)
 
     def test_scores_seed_by_seed(self) -> None:
         finest = {1: 10.0, 2: 20.0, 3: 30.0}
-        same = {1: 10.1, 2: 19.9, 3: 30.0, 4: 99.0}  # seed 4 has nothing to be compared with
+        same = {1: 10.1, 2: 19.9, 3: 30.0, 4: 99.0}  # seed 4 has no counterpart
         worse = {1: 5.0, 2: 15.1, 3: 24.9}
         first, second = analysis.score_rows(finest, [("same", same, 0.0), ("worse", worse, 0.5)])
         self.assertAlmostEqual(first.difference, 0)
         self.assertFalse(first.distinguishable)
         self.assertAlmostEqual(second.difference, -5)
         self.assertAlmostEqual(second.spread, 10)
-        self.assertTrue(second.distinguishable)  # though it is far less than the spread
+        self.assertTrue(second.distinguishable)  # although far smaller than the spread
 
     def test_recommendation(self) -> None:
         limits = [Limit("p95", 0.05, "")]
@@ -152,7 +152,7 @@ class TableTest(unittest.TestCase):
             table.add([{"job": 1, "value": "a"}, {"job": 1, "value": "b"}])
             table.close()
             whole = path.read_text()
-            for torn in ("2,c,0\n", "2,c", "2,c,0\n2,"):  # not its last row, and a torn line
+            for torn in ("2,c,0\n", "2,c", "2,c,0\n2,"):  # the last row is missing or incomplete
                 path.write_text(whole + torn)
                 again = Table(path, ["job", "value"])
                 self.assertTrue(again.has({"job": 1}))
@@ -263,16 +263,16 @@ def room_truth(x: float, y: float, heading: float) -> float:
 @unittest.skipUnless(RAY_TRUTH.exists(), NOT_BUILT)
 class RayTruthTest(unittest.TestCase):
     def test_truth_in_a_square_room(self) -> None:
-        for degrees in (33, 0, 45, -90.5):  # along the axes and the diagonals, too
+        for degrees in (33, 0, 45, -90.5):  # includes axes and diagonals
             found = Comparison(room(degrees=degrees), "--still")
             self.assertEqual(len(found.rows), 721)
             for row in found.rows:
-                # The walls' thickness and places are not whole binary numbers.
+                # The walls' thickness and positions are not exact in binary.
                 heading = float(row["heading"]) + float(row["bearing"])
                 expected = room_truth(0.3, -0.7, heading)
                 self.assertLess(abs(float(row["truth"]) - expected), 1e-12, row)
             errors = [abs(r - t) for r, t in zip(found.column("reading"), found.column("truth"))]
-            self.assertLess(sorted(errors)[360], 0.03)  # half of them within a cell's diagonal
+            self.assertLess(sorted(errors)[360], 0.03)  # the median is within a cell's diagonal
             self.assertEqual(found.bin("all", "all")["errors"], 721)
             self.assertEqual(found.bin("all", "all")["missed"], 0)
             self.assertAlmostEqual(found.bin("all", "all")["p50"], sorted(errors)[360], places=6)
@@ -283,16 +283,16 @@ class RayTruthTest(unittest.TestCase):
         self.assertLess(10 * fine.bin("all", "all")["p50"], coarse.bin("all", "all")["p50"])
 
     def test_rotated_robot_with_offset_body(self) -> None:
-        # A square of 1 m whose middle is 0.5 m ahead of the robot's pose, turned by 45 degrees: the
-        # sensor at the origin looks at its corner.
+        # A square of 1 m with its centre 0.5 m ahead of the robot's pose, turned by 45 degrees, so
+        # that the sensor at the origin looks at its corner.
         others = ('position( name "rob" pose [1 0 0 45] origin [0.5 0 0 0] size [1 1 1] '
                   "ranger_return 0.5 )")
         found = Comparison(room(x=0, y=0, degrees=0, others=others), "--still")
         middle = 1 + 0.5 * math.sqrt(0.5), 0.5 * math.sqrt(0.5)
         ahead = found.rows[360]
         self.assertEqual(float(ahead["bearing"]), 0)
-        # y = 0 crosses the square's edge that leaves its nearest corner, (middle x - 0.707, 0.354),
-        # downwards to (middle x, -0.354), at 45 degrees.
+        # y = 0 crosses the edge from the square's nearest corner, (middle x - 0.707, 0.354), to
+        # (middle x, -0.354), at 45 degrees.
         expected = middle[0] - math.sqrt(0.5) + middle[1]
         self.assertAlmostEqual(float(ahead["truth"]), expected, places=12)
         self.assertEqual((ahead["truth_model"], ahead["truth_is_robot"]), ("rob", "1"))
@@ -300,7 +300,7 @@ class RayTruthTest(unittest.TestCase):
         self.assertAlmostEqual(float(ahead["incidence_deg"]), 45, places=5)
         self.assertGreater(found.bin("object", "robot")["readings"], 50)
         self.assertGreater(found.bin("object", "wall")["readings"], 500)
-        # The nearest point of all is the corner on the left.
+        # The nearest point is the left corner.
         corner = middle[0] - math.sqrt(0.5), middle[1]
         self.assertAlmostEqual(float(ahead["clearance"]), math.hypot(*corner), places=8)
 
@@ -310,8 +310,8 @@ class RayTruthTest(unittest.TestCase):
                   'model( pose [1 0 0 0] size [0.2 0.2 1] ranger_return -1 )')
         found = Comparison(room(x=0, y=0, degrees=0, others=others), "--still")
         self.assertAlmostEqual(float(found.rows[360]["truth"]), 2, places=12)
-        self.assertLess(found.bin("all", "all")["max"], 0.5)  # the simulator says so, too
-        # A body whose top is just at the height of the rays does.
+        self.assertLess(found.bin("all", "all")["max"], 0.5)  # as in the simulator
+        # A body whose top is exactly at the height of the rays is hit.
         top = Comparison(room(x=0, y=0, degrees=0, others="model( pose [1 0 0 0] "
                               "size [0.2 0.2 0.11] )"), "--still")
         self.assertAlmostEqual(float(top.rows[360]["truth"]), 0.9, places=12)
@@ -324,7 +324,7 @@ class RayTruthTest(unittest.TestCase):
         self.assertEqual([row["verdict"] for row in found.rows], ["nothing"] * 4)
 
     def test_false_hit_beside_a_corner(self) -> None:
-        # The ray runs along y = 0.01 below a box that begins at y = 0.03, in the same row of cells.
+        # The ray along y = 0.01 passes a box that begins at y = 0.03, in the same row of cells.
         text = ('resolution 0.05 model( name "box" pose [2 0.53 0 0] size [1 1 1] ) '
                 'ranger( alwayson 1 pose [0 0.01 0.1 0] sensor( range [0 5] samples 1 ) )')
         found = Comparison(text, "--still")
@@ -345,7 +345,7 @@ class RayTruthTest(unittest.TestCase):
         self.assertAlmostEqual(float(row["truth"]), 4, places=12)
 
     def test_missed_hits_and_noise(self) -> None:
-        # The controller multiplies the readings of walls just within reach by about one.
+        # The controller multiplies readings of walls just within range by about one.
         text = room(x=0, y=0, most="2.02", more="").replace("alwayson 1",
                                                            'alwayson 1 ctrl "lasernoise"')
         found = Comparison(text, "--still")
@@ -354,14 +354,14 @@ class RayTruthTest(unittest.TestCase):
         self.assertEqual(missed, beyond)
         self.assertGreater(len(missed), 5)
         self.assertEqual(found.bin("all", "all")["missed"], len(missed))
-        # Noise of the sensor's own makes the truth meaningless.
+        # With the sensor's own noise, comparing with the truth is meaningless.
         noisy = run_world(room(more="noise [0 0.1 0]"), status=1)
         self.assertIn("721 readings have noise and were left out", noisy.stderr)
         self.assertIn("no reading was compared", noisy.stderr)
 
     def test_between_the_beams(self) -> None:
-        # Two beams, 45 degrees to either side, and a wall at distance 2: they read 2 sqrt(2), and
-        # in the middle, where the truth is 2, one would think so, too.
+        # Two beams, 45 degrees to either side, and a wall at distance 2: both read 2 sqrt(2), so the
+        # interpolated range in the middle is 2 sqrt(2) instead of 2.
         text = ('resolution 0.001 model( pose [2.5 0 0 0] size [1 8 1] ) '
                 'ranger( alwayson 1 pose [0 0 0.1 0] sensor( range [0 5] samples 2 fov 90 ) )')
         found = Comparison(text, "--still", "--between", 3)
@@ -428,7 +428,7 @@ def run_world(text: str, status: int) -> "subprocess.CompletedProcess[str]":
         return run(RAY_TRUTH, "--still", "--quiet", world.name, status=status)
 
 
-# ---- pose_log, and all together -----------------------------------------------------------------
+# ---- pose_log, and the whole analysis -----------------------------------------------------------
 
 @unittest.skipUnless(POSE_LOG.exists(), NOT_BUILT)
 @unittest.skipIf(MISSING, MISSING)
@@ -447,13 +447,13 @@ class PoseLogTest(unittest.TestCase):
                               0.7)
             self.assertEqual([float(row["time"]) for row in rows], [0, 1, 2, 3, 4])
             for row in rows:
-                # Straight on for each step, then a turn.
+                # Each step moves straight ahead, then turns.
                 dt, steps = step / 1000, round(float(row["time"]) * 1000 / step)
                 x = sum(0.5 * dt * math.cos(0.7 * dt * k) for k in range(steps))
                 y = sum(0.5 * dt * math.sin(0.7 * dt * k) for k in range(steps))
                 self.assertLess(math.hypot(float(row["x"]) - x, float(row["y"]) - y), 1e-12)
         true_x, true_y = analysis.arc(0.5, 0.7, 4)
-        self.assertLess(math.hypot(x - true_x, y - true_y), 0.5 * 0.5)  # of the longest step
+        self.assertLess(math.hypot(x - true_x, y - true_y), 0.5 * 0.5)  # half of the longest step
         self.assertEqual(analysis.arc(0.5, 0, 4), (2, 0))
 
     def test_nudge(self) -> None:

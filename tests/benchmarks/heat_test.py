@@ -84,7 +84,7 @@ class HeatTest(MeterTestCase):
             with self.subTest(why=why):
                 found = self.run_of(10, (4, event), (6, undo))
                 self.assertEqual(found["throttled"], why)
-                # What the flags remember of it says nothing of the next run.
+                # Flags that record earlier events do not affect the next run.
                 self.assertEqual(self.run_of(10)["throttled"], "")
 
     def test_flags_that_fell_between_two_looks_are_remembered(self) -> None:
@@ -140,7 +140,7 @@ class HeatTest(MeterTestCase):
                 self.assertEqual(Begun(self.root).attempts(job.key), attempt)
                 with mock.patch.object(Begun, "end"), self.assertRaises(SystemExit):
                     measurer().do(job, None)
-        for job in (first, second):  # neither makes the other one be forgotten
+        for job in (first, second):  # neither may hide the other
             self.assertRegex(measurer().do(job, None).error, "begun 3 times and never ended")
         self.assertEqual(Begun(self.root).attempts(first.key), MOST_ATTEMPTS)
         (self.root / "begun.json").write_text("\0\0", encoding="utf-8")

@@ -28,7 +28,7 @@ class ContrastTest(unittest.TestCase):
             found = contrast([self.random.normal(0, 1, 8)], [self.random.normal(0, 3, 12)])
             alarms += found.probability < 0.05
             covered += found.low <= 0 <= found.high
-        self.assertLess(alarms, 20)  # 10 are expected, 20 come once in a thousand times
+        self.assertLess(alarms, 20)  # 10 expected; 20 or more with a probability of about 0.001
         self.assertEqual(covered, 200 - alarms)
 
     def test_interval_has_the_truth_and_not_much_else(self) -> None:

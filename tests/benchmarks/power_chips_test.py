@@ -29,7 +29,7 @@ class HwmonTest(MeterTestCase):
         self.clock.world = lambda now: self.write(
             "sys/class/hwmon/hwmon0/power1_input", round((now - 1000) * 2e6))
         reading = self.measure("hwmon:ina219", 10)
-        self.assertAlmostEqual(reading.joules, 100, places=3)  # half of 20 W, 10 s
+        self.assertAlmostEqual(reading.joules, 100, places=3)  # half of 20 W for 10 s
         self.assertEqual((reading.method, reading.scope), ("sampled", "rail"))
         self.assertEqual(reading.samples, 102)
         self.assertTrue(folder.exists())
@@ -218,7 +218,7 @@ class PowerSupplyTest(MeterTestCase):
         self.assertAlmostEqual(reading.joules, 800)
         self.assertEqual((reading.scope, reading.meter), ("system", "power_supply"))
         (folder / "power_now").unlink()
-        self.supply("BAT0", current_now=-500_000, voltage_now=12_000_000)  # negative: flows out
+        self.supply("BAT0", current_now=-500_000, voltage_now=12_000_000)  # negative: discharging
         self.assertAlmostEqual(self.measure("power_supply:BAT0").joules, 600)
 
     def test_several_are_added_and_each_is_a_rail(self) -> None:
@@ -331,7 +331,7 @@ class NvmlTest(MeterTestCase):
             self.clock.advance(1)
             reading = meter.stop()
             self.assertEqual(reading.method, method)
-            # The counter gains 50 J with each reading.
+            # The counter increases by 50 J with each reading.
             self.assertAlmostEqual(reading.joules, 100 if method == "counter" else 71.5)
 
 

@@ -52,7 +52,7 @@ class LogTest(MeterTestCase):
 
         def area(t: float) -> float:
             return mean * t - swing / omega * math.cos(omega * t)
-        # Trapezoids are off by no more than h² / 12 times the greatest curvature times the length.
+        # The trapezoidal rule's error is at most h² / 12 times the largest curvature times the length.
         for begin, end in ((3.0, 23.0), (3.00417, 22.99981), (5.0021, 5.0043), (5.001, 5.017)):
             most = 0.01**2 / 12 * swing * omega**2 * (end - begin + 0.02) + 1e-7
             joules, samples = Log(path).integrate(begin, end)
@@ -79,7 +79,7 @@ class LogTest(MeterTestCase):
         rows = "10.5,5,2\n11,5,2\n11.5,5,2\n"
         self.assert_refused(rows, "1: the log begins 0.500 s after the run", 10, 11)
         self.assert_refused(rows, "3: the log ends 0.500 s before the run", 10.5, 12)
-        # A line without its end may be half of one: "2" of "25".
+        # A line without a newline may be incomplete: "2" of "25".
         self.assert_refused(rows + "12,5,2", "3: the log ends 0.500 s", 10.5, 12)
         path = self.log("time,volts,amps\n")
         with self.assertRaisesRegex(MeterError, f"^{path}: found no line"):
@@ -88,7 +88,7 @@ class LogTest(MeterTestCase):
     def test_gaps(self) -> None:
         rows = "1,5,2\n10,5,2\n11,5,2\n12.1,5,2\n20,5,2\n"
         self.assert_refused(rows, "4: found a gap of 1.100 s, expected at most 1 s")
-        self.assertAlmostEqual(Log(self.log(rows)).integrate(10, 11)[0], 10)  # none inside
+        self.assertAlmostEqual(Log(self.log(rows)).integrate(10, 11)[0], 10)  # no sample inside
 
     def test_values_that_are_none(self) -> None:
         for bad in ("nan,2", "5,nan", "inf,2", "5,-", "5,"):
@@ -98,7 +98,7 @@ class LogTest(MeterTestCase):
         self.assert_refused("10,5,2\nnan,5,2\n12,5,2\n", "2: found 'nan', expected a time")
         self.assert_refused("10,5,2\n11,5\n12,5,2\n", "2: found 2 columns, expected time, volts")
         self.assert_refused("0;1,5;2\n10,5;5;2\n", "2: found '10,5', expected a time")
-        # Outside the interval nobody minds.
+        # Invalid values outside the interval do not matter.
         rows = "8,nan,2\n9,5,-\n10,5,2\n11,5,2\n12,5,2\n13,-,2\n"
         self.assertAlmostEqual(Log(self.log(rows)).integrate(10, 12)[0], 20)
 
@@ -248,7 +248,7 @@ class ProgramTest(MeterTestCase):
 
     def test_list_of_something(self) -> None:
         self.chip(0, "power_meter", power1_average=61_300_000,
-                  power1_average_interval=60_000)  # so that a busy machine may let us wait
+                  power1_average_interval=60_000)  # long enough for a busy machine
         path = self.zone("0", "package-0")
         path.unlink()
         path.mkdir()

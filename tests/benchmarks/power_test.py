@@ -15,7 +15,7 @@ from power_testing import FalseClock, FalseNvml, MeterTestCase
 from meters import MeterError, list_meters, open_meter
 from meters.clock import Clock, Repeater
 
-PACKAGE_RANGE = 262143.32885  # joules, of a real processor
+PACKAGE_RANGE = 262143.32885  # joules; counter range of a real processor
 
 
 class RaplTest(MeterTestCase):
@@ -42,7 +42,7 @@ class RaplTest(MeterTestCase):
         self.assertAlmostEqual(reading.watts, 40, places=3)
         self.assertEqual((reading.scope, reading.meter, reading.method, reading.notes),
                          ("package", "rapl", "counter", []))
-        self.assertEqual(reading.samples, 12)  # one a second, and both ends
+        self.assertEqual(reading.samples, 12)  # one per second, and both ends
 
     def test_one_wrap(self) -> None:
         reading = self.run_package(watts=100, seconds=60, start=PACKAGE_RANGE - 3000)
@@ -169,7 +169,7 @@ class RaplTest(MeterTestCase):
         path = self.zone("0", "package-0")
         self.assertEqual(list_meters(self.root, clock=self.clock)[0].state, "usable")
         path.unlink()
-        path.mkdir()  # cannot be read, by root neither
+        path.mkdir()  # can't be read, even by root
         state = list_meters(self.root, clock=self.clock)[0].state
         self.assertEqual(state, f"{path} can't be read: Is a directory")
         with self.assertRaisesRegex(MeterError, "^meter 'rapl': .*energy_uj can't be read"):
@@ -244,7 +244,7 @@ class RunTest(MeterTestCase):
             self.clock.advance(1.2)
             reading = meter.stop()
         self.assertAlmostEqual(reading.joules, 20)
-        self.assertAlmostEqual(reading.seconds, 1.9)  # from middle to middle of the reads
+        self.assertAlmostEqual(reading.seconds, 1.9)  # from the middle of the first read to that of the last
         self.assertIn("reading the source took 0.60 s", reading.notes[-1])
         self.assertTrue(path.exists())
 
@@ -268,14 +268,14 @@ class ThreadTest(MeterTestCase):
         super().tearDown()
 
     def test_sampling_of_power(self) -> None:
-        # Slow averages, so that a busy machine may let us wait.
+        # Slow averages, so that a busy machine does not matter.
         self.chip(0, "ina219", power1_average=2_500_000, power1_average_interval=60_000)
         meter = open_meter("hwmon", self.root)
         with meter.measuring() as measurement:
             self.assertEqual(threading.active_count(), self.threads + 1)
             Clock().sleep(0.15)
         reading = measurement.reading
-        self.assertGreaterEqual(reading.samples, 3)  # both ends and one at 0.1 s
+        self.assertGreaterEqual(reading.samples, 3)  # both ends, and one at 0.1 s
         self.assertGreaterEqual(reading.seconds, 0.15)
         self.assertAlmostEqual(reading.joules, 2.5 * reading.seconds)
 
@@ -302,7 +302,7 @@ class ThreadTest(MeterTestCase):
                   mock.patch.object(Clock, "repeat", quick)):
                 with meter.measuring() as measurement:
                     if hangs_at == 1:
-                        go_on.set()  # too late: the run has begun
+                        go_on.set()  # too late, as the run has begun
                         Clock().sleep(0.02)
                 self.assert_no_figure(measurement.reading, "rapl was not read within")
                 go_on.set()

@@ -15,7 +15,7 @@ sys.path.insert(0, str(ROOT / "benchmarks"))
 from meters.clock import Clock
 from meters.nvml import NvmlError
 
-EPOCH = 1_760_000_000.0  # of the false clock's beginning
+EPOCH = 1_760_000_000.0  # start of the fake clock, seconds
 
 
 class FalseRepeater:
@@ -74,7 +74,7 @@ class FalseClock(Clock):
         end = self.now + seconds
         while self.running:
             first = min(self.running, key=lambda repeater: repeater.due)
-            if first.due > end + 1e-9:  # ten times 0.1 is not 1
+            if first.due > end + 1e-9:  # the sum of ten times 0.1 is not exactly 1
                 break
             self.now = max(self.now, first.due)
             self.show()

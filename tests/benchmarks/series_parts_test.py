@@ -56,7 +56,7 @@ class BreakEvenTest(unittest.TestCase):
         self.assertAlmostEqual(found.rays, 20_000, delta=1)
 
     def test_interval_contains_the_truth(self) -> None:
-        # 95 % is promised; of 120 series that would be 114. A bad interval fails this by far.
+        # 95 % of 120 series are 114. A wrong interval fails this by far.
         for repeats in (3, 5):
             hits = 0
             for seed in range(120):
@@ -154,7 +154,7 @@ class AnalysisTest(unittest.TestCase):
         self.assertAlmostEqual(phases["other"], 10.0 - 6.0)
 
     def test_break_even_of_a_series(self) -> None:
-        # host1: 1 ms for each 200 rays; the device: 40 ms and a hundredth of that.
+        # host1: 1 ms per 200 rays. Device: 40 ms plus a hundredth of that.
         records = [made_up(population=n, backend=label, repeat=repeat,
                            wall_seconds=100 * (0.001 * n if label == "host1" else
                                                0.04 * (n / 40) ** 0.01))
@@ -172,7 +172,7 @@ class AnalysisTest(unittest.TestCase):
         self.assertEqual(found.fastest, {10: "cl:gpu", 100: "cl:gpu", 1000: "cl:gpu"})
         for population, ratio in ((10, 1.0), (100, 0.9), (1000, 1.0)):
             near = found.points[population]
-            for value in (near.ratio, near.low, near.high):  # repeats don't scatter
+            for value in (near.ratio, near.low, near.high):  # repeats are equal
                 self.assertAlmostEqual(value, ratio)
         self.assertAlmostEqual(found.mean.ratio, 0.9 ** (1 / 3))
 

@@ -61,7 +61,7 @@ class SeriesTest(unittest.TestCase):
         self.folder = Path(folder.name)
         self.results = self.folder / "results"
         self.stage = self.folder / "stage"
-        # The interpreter of the tests has what they need, wherever it is.
+        # Use the interpreter of the tests, which has the required modules.
         self.stage.write_text(FAKE_STAGE.replace("/usr/bin/python3", sys.executable),
                               encoding="utf-8")
         self.stage.chmod(0o755)
@@ -70,7 +70,7 @@ class SeriesTest(unittest.TestCase):
                                                    "STAGE_COMMIT": "abc"})
         environment.start()
         self.addCleanup(environment.stop)
-        # The same few worlds for all tests: writing them takes longer than these runs.
+        # All tests share a few worlds, as writing them takes longer than the runs.
         worlds = mock.patch("benchkit.series.campaign.Worlds", lambda _, seed: Worlds(self.worlds, seed))
         worlds.start()
         self.addCleanup(worlds.stop)
@@ -87,7 +87,7 @@ class SeriesTest(unittest.TestCase):
     def calls(self) -> list[str]:
         return self.log.read_text(encoding="utf-8").splitlines() if self.log.exists() else []
 
-    # What it does.
+    # ---- normal runs
 
     def test_does_all_runs_once(self) -> None:
         status, out, _ = self.series()
@@ -127,7 +127,7 @@ class SeriesTest(unittest.TestCase):
         self.series("--repeats", 3)
         self.assertNotIn("Only ", report.read_text(encoding="utf-8"))
 
-    # Resuming.
+    # ---- resuming
 
     def test_goes_on_after_a_cut(self) -> None:
         self.series()
@@ -143,7 +143,7 @@ class SeriesTest(unittest.TestCase):
                 self.assertEqual(len(self.calls()), 12 - max(1, kept))
                 again = read_records(self.raw)[0]
                 self.assertEqual(len(again), 11)
-                # The same runs in the same order as if nothing had happened.
+                # Same runs and order as without interruption.
                 self.assertEqual([(r.world, r.population, r.backend, r.repeat) for r in again],
                                  [(r.world, r.population, r.backend, r.repeat) for r in
                                   self.records_of(whole)])
@@ -182,14 +182,14 @@ class SeriesTest(unittest.TestCase):
         zone.write_text("43000\n", encoding="utf-8")
         with mock.patch.dict(os.environ, {"FAKE_INTERRUPT": "6"}):
             self.assertEqual(self.series("--board", "--root", self.folder)[0], 130)
-        self.raw.write_bytes(self.raw.read_bytes() + b"abc,def")  # as a power cut leaves it
+        self.raw.write_bytes(self.raw.read_bytes() + b"abc,def")  # as after a power failure
         self.assertEqual(self.series("--board", "--root", self.folder)[0], 0)
         records = read_records(self.raw)[0]
         self.assertEqual((len(records), {r.celsius_most for r in records}), (11, {43.0}))
         self.assertIn("## Heat and clock", (self.results / "report.md").read_text(encoding="utf-8"))
         self.assert_refused("its runs were made with --board; give another folder")
 
-    # Refusing.
+    # ---- rejected arguments
 
     def assert_refused(self, message: str, *words: object) -> None:
         before = self.raw.read_bytes() if self.raw.exists() else None
@@ -249,7 +249,7 @@ class SeriesTest(unittest.TestCase):
             self.assertEqual(energy.try_meter(energy.open_energy_meter("auto")).meter, "none")
             self.assert_refused("energy meters cannot be loaded", "--meter", "rapl")
 
-    # Failing.
+    # ---- failures
 
     def test_different_hashes_are_a_failure(self) -> None:
         with mock.patch.dict(os.environ, {"FAKE_HASH": "bad"}):
@@ -268,7 +268,7 @@ class SeriesTest(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn("the device is on fire", err)
         self.assertIn("cl:gpu failed 3 times in a row; it is left out", err)
-        # Three tries with the device, the rest on the host: nothing is tried twice.
+        # Three attempts with the device, the rest on the host; no run is repeated.
         self.assertEqual(len(self.calls()), 3 + 5)
         self.assertIn("**Run failed**", (self.results / "report.md").read_text(encoding="utf-8"))
         self.assertEqual(self.series()[0], 0)
@@ -322,7 +322,7 @@ class ReportTest(unittest.TestCase):
             self.assertEqual(line.split(" | ")[4], cell)
 
     def test_scope_stands_beside_every_energy(self) -> None:
-        # Titles of tables and heads of columns; a ratio has no unit, hence no scope.
+        # Titles of tables and column headings. Ratios have no unit, so no scope.
         units = re.findall(r"J / robot s[^:|]*(?:: \w+)?", self.text)
         self.assertEqual(len(units), 3)
         for unit in units:
@@ -352,7 +352,7 @@ class ReportTest(unittest.TestCase):
             with self.subTest(name=name), Image.open(self.folder / name) as image:
                 self.assertEqual(image.width, 800)
                 pixels = np.asarray(image.convert("RGB")).reshape(-1, 3)
-                # Bright colours are data; black is frames and texts.
+                # Bright colours are data; black is used for frames and text.
                 vivid = (pixels.max(axis=1).astype(int) - pixels.min(axis=1)) > 60
                 self.assertGreater(vivid.sum(), 500)
                 self.assertGreater((pixels < 60).all(axis=1).sum(), 500)

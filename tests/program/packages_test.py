@@ -56,7 +56,7 @@ class PackagesTest(unittest.TestCase):
     def test_lintian_finds_no_errors(self) -> None:
         said = run("lintian", "--allow-root", *self.packages.values(), check=False).stdout
         self.assertEqual([line for line in said.splitlines() if line.startswith("E:")], [])
-        self.assertIn("W: ", said)  # so it has looked
+        self.assertIn("W: ", said)  # so the check has run
 
     def test_readme_installs_what_runs(self) -> None:
         """The program, its library, the window and OpenCL, and not the headers."""

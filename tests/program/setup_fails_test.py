@@ -24,7 +24,7 @@ ROOT = Path(os.environ.get("STAGE_SOURCE_DIR", Path(__file__).resolve().parents[
 COMMANDS = (["tools/run", "worlds/w.world"], ["tools/run", "worlds/w.world", "--opencl"], ["tools/test"],
             ["tools/test", "--preset", "debug"])
 NOBODY = 65534
-# The kernel checks nothing for root: then somebody else has to try.
+# Root bypasses permissions, so run as another user then.
 AS_NOBODY = [] if os.geteuid() else ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"]
 
 
@@ -179,7 +179,7 @@ class SetupFailsTest(unittest.TestCase):
                     done = tree.run(*words)
                     lines = done.stderr.splitlines()
                     self.assertNotEqual(done.returncode, 0)
-                    if os.geteuid() == 0:  # others are told before they are asked for a password
+                    if os.geteuid() == 0:  # other users get the message before the password prompt
                         self.assertEqual(len(lines), 1, lines)
                     self.assertIn(f"no package server can be reached ({reason}", lines[-1])
                     self.assertIn("connect to the network and try again, or as root: apt-get install some-compiler",

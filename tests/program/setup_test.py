@@ -12,7 +12,7 @@ from pathlib import Path
 
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR", Path(__file__).resolve().parents[2]))
 
-# Nothing is there, and apt has lists; $UNKNOWN are the packages that are not in them.
+# Nothing is installed, and apt has package lists; packages in $UNKNOWN are missing from them.
 SCRIPT = r"""
 source "$1/tools/setup"
 root=$FOLDER venv=$FOLDER/build/venv
@@ -76,7 +76,7 @@ class Setup(unittest.TestCase):
         self.assertRegex(lines[-1], r"^tools/setup: installed in \d+ s$")
         for package in installed(done):
             self.assertEqual(sum(package in line.split() for line in lines), 1, package)
-        self.assertNotIn("INSTALLED", done.stdout)  # that is apt's
+        self.assertNotIn("INSTALLED", done.stdout)  # output of apt
 
     def test_the_optional_is_left_out_and_the_rest_is_installed(self):
         done = setup("--tests", unknown="oclgrind")
@@ -155,7 +155,7 @@ class Fresh(unittest.TestCase):
     def test_mistakes_are_one_line(self):
         for arguments in ([], ["--tree"], ["--no-such"], ["../etc"], ["nosuchsuite"]):
             done = self.fresh(*arguments)
-            self.assertIn(done.returncode, (1, 2), arguments)  # 1: no root, no debootstrap
+            self.assertIn(done.returncode, (1, 2), arguments)  # 1: not root or no debootstrap
             self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
             self.assertEqual(done.stdout, "")
             self.assertFalse((ROOT / "build/fresh/nosuchsuite").exists())
