@@ -38,7 +38,7 @@ class CliSnapshot : public CliTest {
 };
 
 TEST_F(CliSnapshot, EveryShippedWorldGoesOnFromAFile) {
-  const std::string until = kSanitized ? "1" : "6", then = kSanitized ? "0.5" : "3";
+  const std::string until = kSanitized ? "1" : "3", then = kSanitized ? "0.5" : "1.5";
   for (const std::string& world : ShippedWorlds()) {
     const std::string file = File("s.snapshot");
     const std::string whole = HashOf({"--seed", "7", "--duration", until, world});

@@ -108,7 +108,7 @@ class BranchesTest : public testing::Test {
 };
 
 TEST_F(BranchesTest, AreWhatTheirWorldsWouldBeAlone) {
-  constexpr uint32_t kCount = kSanitized ? 6 : 24;
+  constexpr uint32_t kCount = kSanitized ? 6 : 12;
   constexpr int kSteps = 20;
   for (const std::string& file : ShippedWorlds()) {
     SCOPED_TRACE(file);

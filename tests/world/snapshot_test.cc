@@ -31,7 +31,7 @@
 namespace Stg {
 namespace {
 
-constexpr int kSteps = kSanitized ? 10 : 60, kFewSteps = kSanitized ? 5 : 20;
+constexpr int kSteps = kSanitized ? 10 : 30, kFewSteps = kSanitized ? 5 : 10;
 
 uint64_t HashAfter(World* world, int steps) {
   for (int i = 0; i < steps; i++) world->Update();
@@ -202,7 +202,7 @@ void GoAstrayAndBack(uint64_t seed, Snapshot::Keep keep) {
 }
 
 TEST_F(SnapshotTest, WhateverWasDoneSinceIsUndone) {
-  constexpr int kWorlds = kSanitized ? 10 : 100;
+  constexpr int kWorlds = kSanitized ? 10 : 60;
   for (uint64_t seed = 0; seed < kWorlds && !HasFatalFailure(); seed++)
     for (const Snapshot::Keep keep : {Snapshot::kFull, Snapshot::kLean}) {
       SCOPED_TRACE(seed);

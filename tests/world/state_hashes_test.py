@@ -88,7 +88,8 @@ class StateHashesTest(unittest.TestCase):
 
     @unittest.skipUnless(platform.machine() == "x86_64", "needs an x86-64 processor")
     def test_processor_without_fused_multiply_add(self) -> None:
-        self.compare(["--threads", "1"], OLD_PROCESSOR)
+        """Other functions of the C library, if anything called them, would differ within a minute."""
+        self.compare(["--threads", "1"], OLD_PROCESSOR, longest=60)
 
     def test_ray_by_ray(self) -> None:
         """Without batches no rays go side by side in the lanes of vectors."""
