@@ -197,6 +197,13 @@ void ModelRanger::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
   exchange.Expect(sensors_.size(), "the number of a ranger's sensors");
   for (Sensor& sensor : sensors_) exchange(sensor);
+  // The pose has no influence on the future. It is kept and left out together with the readings.
+  if (!exchange.hashing() && !exchange.leaves_readings_out()) exchange(scan_pose_, has_scan_pose_);
+}
+
+void ModelRanger::SetScanPose(const Pose& global) {
+  scan_pose_ = global;
+  has_scan_pose_ = true;
 }
 
 void ModelRanger::Reseed(uint64_t seed) {
@@ -212,6 +219,7 @@ void ModelRanger::DropReadings() {
     sensor.intensities.clear();
     if (sensor.table_fov_ != sensor.fov) sensor.bearings.clear();
   }
+  has_scan_pose_ = false;
 }
 
 void ModelRanger::Startup() {
@@ -230,7 +238,7 @@ void ModelRanger::Update() {
 }
 
 void ModelRanger::Gather(sensing::FanList* fans) {
-  const Pose frame = SensorFrame(GetGlobalPose());
+  const Pose frame = SensorFrame(scan_pose_);
   const SineCosine turn = SinCos(frame.a);
   static thread_local std::vector<double> bearings;  // static to reuse its memory
   for (uint32_t i = 0; i < sensors_.size(); i++) {
@@ -306,7 +314,9 @@ bool ModelRanger::HasAngleNoise() const {
                      [](const Sensor& sensor) { return sensor.HasAngleNoise(); });
 }
 
+/// The first part of each update: notes the pose, which Gather() and FillRoom() use afterwards.
 sensing::BatchShare ModelRanger::MeasureRoom(sensing::FanList* fans, SelfMasksToMake* masks) {
+  SetScanPose(GetGlobalPose());
   if (HasAngleNoise()) return Model::MeasureRoom(fans, masks);
   sensing::BatchShare share;
   for (const Sensor& sensor : sensors_) {
@@ -322,7 +332,7 @@ bool ModelRanger::FillRoom(sensing::BatchShare room, const sensing::FanList& fan
                            size_t count) {
   if (count > 0) return Model::FillRoom(room, fans, first_fan, count);
   bool layers_found = true;
-  const Pose frame = SensorFrame(GetGlobalPose());
+  const Pose frame = SensorFrame(scan_pose_);
   const SineCosine turn = SinCos(frame.a);
   for (uint32_t i = 0; i < sensors_.size(); i++) {
     const Sensor& sensor = sensors_[i];

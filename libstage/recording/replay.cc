@@ -135,6 +135,7 @@ void Replay::GoTo(usec_t time) {
   at_ = 0;
   ClearScans();
   poses_.clear();
+  has_poses_ = false;
   ShowUntil(time);
   world_->NeedRedraw();
   world_->Redraw();
@@ -170,17 +171,41 @@ void Replay::ReadOn(usec_t time) {
     if (op == Op::kMessage) {
       const Message message = MessageOf(record);
       if (Microseconds(message.time) > time) return;
-      if (message.channel == poses_channel_) GetModelPoses(message.data, &poses_);
+      if (message.channel == poses_channel_) TakePoses(message.data);
       const auto target = targets_.find(message.channel);
-      if (target != targets_.end()) {
-        ModelRanger::Sensor& sensor =
-            target->second.ranger->GetSensorsMutable()[target->second.sensor];
-        GetScan(message.data, &sensor.ranges, &sensor.intensities);
-        if (sensor.bearings.size() != sensor.ranges.size()) SetBearings(&sensor);
-      }
+      if (target != targets_.end()) TakeScan(message.data, target->second);
     }
     at_ += kRecordHead + record.size();
   }
+}
+
+void Replay::TakePoses(std::string_view message) {
+  const auto note = [this] {
+    before_.clear();
+    for (const std::vector<ModelPose>* poses : {&poses_, &first_poses_})
+      for (const ModelPose& pose : *poses) before_.try_emplace(pose.model, pose.pose);
+  };
+  if (has_poses_) note();
+  GetModelPoses(message, &poses_);
+  if (!has_poses_) note();  // the moment before is not known
+  has_poses_ = true;
+}
+
+void Replay::TakeScan(std::string_view message, const Target& target) {
+  ModelRanger::Sensor& sensor = target.ranger->GetSensorsMutable()[target.sensor];
+  GetScan(message, &sensor.ranges, &sensor.intensities);
+  if (sensor.bearings.size() != sensor.ranges.size()) SetBearings(&sensor);
+  Pose place = PoseBefore(*target.ranger);
+  place.z = target.ranger->GetGlobalPose().z;
+  target.ranger->SetScanPose(place);
+}
+
+/// Global pose in the plane at the logged moment before the newest one. A step senses first, then
+/// moves: the scans of a step belong to the poses that were logged at the end of the step before.
+Pose Replay::PoseBefore(const Model& model) const {
+  const auto known = before_.find(model.GetId());
+  const Pose local = known == before_.end() ? model.GetPose() : known->second;
+  return model.Parent() ? PoseBefore(*model.Parent()) + local : local;
 }
 
 void Replay::ShowPoses() {

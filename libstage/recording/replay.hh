@@ -9,6 +9,8 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "recording/mcap_reader.hh"
@@ -17,8 +19,9 @@
 #include "world/world_handle.hh"
 
 namespace Stg {
+class Model;
 class World;
-}
+}  // namespace Stg
 
 namespace Stg::recording {
 
@@ -59,6 +62,9 @@ class Replay {
   void ReadOn(usec_t time);
   void ShowPoses();
   void Place(const ModelPose& pose);
+  void TakePoses(std::string_view message);
+  void TakeScan(std::string_view message, const Target& target);
+  Pose PoseBefore(const Model& model) const;
   void ClearScans();
 
   const std::string name_;
@@ -69,7 +75,9 @@ class Replay {
   usec_t start_ = 0, end_ = 0;
   int poses_channel_ = -1;
   std::vector<ModelPose> first_poses_, poses_;
-  std::map<uint16_t, Target> targets_;  // scans by channel
+  bool has_poses_ = false;                     // poses_ has been read
+  std::unordered_map<uint32_t, Pose> before_;  // local poses at the moment before poses_
+  std::map<uint16_t, Target> targets_;         // scans by channel
   World* world_ = nullptr;
   WorldHandle handle_;  // of world_
   uint64_t life_ = 0;

@@ -62,12 +62,12 @@ View ViewOf(Model& model) {
 }
 
 /// Pose in the frame of the root, composed of local poses: moving the root changes no bit of it.
-Place PoseInTree(const Model& model) {
+/// `local` and `global` choose between present and sensed poses.
+Place PoseInTree(const Model& model, Pose (Model::*local)() const, Pose (Model::*global)() const) {
   Pose pose;
-  for (const Model* m = &model; m->Parent(); m = m->Parent()) pose = m->GetPose() + pose;
   const Model* root = &model;
-  while (root->Parent()) root = root->Parent();
-  pose.z = model.GetGlobalPose().z - root->GetGlobalPose().z;
+  for (; root->Parent(); root = root->Parent()) pose = (root->*local)() + pose;
+  pose.z = (model.*global)().z - (root->*global)().z;
   return PlaceOf(pose);
 }
 
@@ -108,9 +108,16 @@ void BindSensors(nb::module_& module, nb::class_<ModelHandle>& model) {
       .def_prop_ro("last_update",
                    Getter([](Model& m) { return static_cast<double>(m.GetLastUpdate()) / 1e6; }),
                    "Seconds: the time of the step in which it updated last. 0: it has not updated.")
-      .def_prop_ro("pose_in_tree", Getter([](Model& m) { return PoseInTree(m); }),
+      .def_prop_ro("pose_in_tree", Getter([](Model& m) {
+                     return PoseInTree(m, &Model::GetPose, &Model::GetGlobalPose);
+                   }),
                    "x, y, z (metres) and heading (radians) in the frame of the model that its tree "
                    "of models stands on the ground with, such as the robot that carries it.")
+      .def_prop_ro("sensed_pose_in_tree", Getter([](Model& m) {
+                     return PoseInTree(m, &Model::GetSensedLocalPose, &Model::GetSensedPose);
+                   }),
+                   "Where it was in that frame when its tree sensed last: see sensed_pose. It "
+                   "differs from pose_in_tree while an actuator below it moves.")
       .def_prop_ro("sensors", Getter([](Model& m) { return SensorsOf(m); }),
                    "Of a ranger: its sensors, in the order of the file. TypeError if it is none.")
       .def_prop_ro("lines",

@@ -179,7 +179,7 @@ class Drawing {
   }
 
   void DrawScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor) {
-    const Pose base = ranger.SensorFrame(ranger.GetGlobalPose());
+    const Pose base = ranger.SensorFrame(ranger.GetScanPose());
     const Pose origin = ModelRanger::OriginOf(sensor, base, SinCos(base.a));
     // Clamp infinite ranges to a length that still ends outside of the picture.
     const double longest = 2 * (view_.width + view_.height) / view_.scale +

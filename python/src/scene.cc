@@ -145,25 +145,47 @@ uint64_t KeyOf(const Model& model) {
   return key;
 }
 
+/// The time at which the world stood as the ranger sensed it: the beginning of the step in which it
+/// updated last.
+usec_t TimeOfScan(const ModelRanger& ranger) {
+  const usec_t step = ranger.GetWorld()->sim_interval, end = ranger.GetLastUpdate();
+  return end > step ? end - step : 0;
+}
+
+/// Global pose of the thing when the ranger on it sensed; NaN if a model of the thing's tree has
+/// updated since, as a tree keeps its newest such pose alone.
+Pose PlaceAtScan(const Model& thing, const ModelRanger& ranger) {
+  const auto* const robot = dynamic_cast<const ModelPosition*>(&thing);
+  if (!robot || !robot->HasSubscribers()) return thing.GetGlobalPose();
+  if (robot->GetSensedTime() == ranger.GetLastUpdate()) return robot->GetSensedPose();
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  return Pose(kNone, kNone, kNone, kNone);
+}
+
 /// Returns false if the scan has more than `*room` samples.
-bool AddScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor, uint32_t thing,
+bool AddScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor, const Model& thing,
              size_t* room, Words* words) {
   const size_t count = sensor.ranges.size();
   if (count == 0 || sensor.bearings.size() != count) return true;
   if (count > *room) return false;
   *room -= count;
-  const Pose frame = ranger.SensorFrame(ranger.GetSensedPose());
+  const Pose frame = ranger.SensorFrame(ranger.GetScanPose());
   const Pose origin = ModelRanger::OriginOf(sensor, frame, SinCos(frame.a));
-  words->Add(thing);
+  const Pose place = PlaceAtScan(thing, ranger);
+  const usec_t time = TimeOfScan(ranger);
+  words->Add(thing.GetId());
   words->Add(static_cast<uint32_t>(count));
-  for (const double part : {origin.x, origin.y, origin.a, sensor.fov, sensor.Reach()})
+  words->Add(static_cast<uint32_t>(time));
+  words->Add(static_cast<uint32_t>(time >> 32));
+  for (const double part :
+       {place.x, place.y, place.a, origin.x, origin.y, origin.a, sensor.fov, sensor.Reach()})
     words->Add(part);
   for (const double range : sensor.ranges) words->Add(range);
   for (const double bearing : sensor.bearings) words->Add(bearing);
   return true;
 }
 
-bool AddScans(const Model& model, uint32_t thing, size_t* room, Words* words) {
+bool AddScans(const Model& model, const Model& thing, size_t* room, Words* words) {
   if (const auto* const ranger = dynamic_cast<const ModelRanger*>(&model))
     for (const ModelRanger::Sensor& sensor : ranger->GetSensors())
       if (!AddScan(*ranger, sensor, thing, room, words)) return false;
@@ -209,7 +231,7 @@ std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t most
   Words words;
   for (size_t i = 0; i < count; i++)
     if (const Model* const model = world.FindModel(ids[i]))
-      if (!AddScans(*model, ids[i], &most, &words)) break;
+      if (!AddScans(*model, *model, &most, &words)) break;
   return std::move(words.bytes());
 }
 

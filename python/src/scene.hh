@@ -44,10 +44,12 @@ uint64_t SceneKey(World& world);
 /// stalled. A deleted model gets NaN and false.
 void PlacesOf(World& world, const uint32_t* ids, size_t count, float* places, bool* stalled);
 
-/// The readings of all ranger sensors on these things that have measured anything, as 32-bit words.
-/// For each sensor: the id of its thing; the number of samples; then floats: x, y and heading of
-/// its origin in the world frame, field of view, maximum range, all ranges, all bearings. Stops
-/// before the sensor that would raise the total number of samples above `most`.
+/// The readings of the rangers on things: words of 32 bits for each sensor that has measured
+/// anything. The id of its thing; the number of samples; the simulated time of the instant at which
+/// it sensed, in microseconds (two words, the low one first). Then floats, in metres and radians:
+/// x, y and heading of the thing at that instant (NaN if nobody has noted them), the same of the
+/// sensor's origin, field of view and maximum range; the range of each sample; the bearing of each
+/// sample. Poses are global. Stops before a sensor that would raise the samples above `most`.
 std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t most);
 
 }  // namespace Stg::python

@@ -10,6 +10,7 @@
 #include "gui/draw/painter.hh"
 #include "gui/draw/scene.hh"
 #include "gui/draw/screen_writer.hh"
+#include "support/mapper.hh"
 #include "support/model_testing.hh"
 
 namespace Stg::draw {
@@ -127,6 +128,66 @@ TEST_F(DataTest, FansBeginWhereTheirRaysDo) {
   EXPECT_NEAR(double{fan.y}, origin.y, 1e-6);
   EXPECT_NEAR(double{fan.z}, origin.z + eye->GetSensors()[0].size.z / 2, 1e-6);
   EXPECT_NEAR(normalize(double{fan.a} - origin.a), 0, 1e-6);
+}
+
+/// A step senses first, then moves. Pictures of readings begin where the rays did, or they would be
+/// turned against the walls.
+TEST_F(DataTest, ScansLieOnTheWallsWhileTheRobotTurns) {
+  struct Case {
+    int step, ranger_interval, robot_interval;
+  };
+  view_.options.Set(Show::kRangerStrikes, true);
+  for (const Case& c : {Case{100, 100, 100}, {20, 100, 100}, {20, 250, 40}, {100, 250, 100}}) {
+    world_ = LoadText("interval_sim " + std::to_string(c.step) + "\n" +
+                      Room("position( name \"r\" pose [1 -2 0 30] update_interval " +
+                           std::to_string(c.robot_interval) +
+                           " ranger( pose [0.05 0.02 0 5] alwayson 1 update_interval " +
+                           std::to_string(c.ranger_interval) +
+                           " sensor( pose [0.05 0 0 10] range [0 20] fov 350 samples 36 ) ) )"));
+    auto* const robot = FindRunning<ModelPosition>(*world_, "r");
+    robot->SetSpeed(0.5, 0, 1.2);
+    Mapper strikes, areas;
+    for (int time = 0; time < 2000; time += c.step) {
+      Step(*world_);
+      scene_.Update(*world_, view_, kWidth, kHeight);
+      for (const Vertex& v : scene_.frame().data.points)
+        strikes.Add(Pose(double{v.x}, double{v.y}, 0, 0), 0, 0);
+      for (const FanGroup& group : scene_.frame().fans)
+        for (const FanInstance& fan : group.fans)
+          for (size_t i = 0; i < group.tips; i++) {
+            const Tip& tip = scene_.frame().tips[fan.first + i];
+            areas.Add(Pose(double{fan.x}, double{fan.y}, 0, double{fan.a}),
+                      std::atan2(double{tip.y}, double{tip.x}),
+                      std::hypot(double{tip.x}, double{tip.y}));
+          }
+    }
+    const std::string what = "steps of " + std::to_string(c.step) + " ms, updates " +
+                             std::to_string(c.ranger_interval) + " and " +
+                             std::to_string(c.robot_interval) + " ms";
+    strikes.Print("strikes, " + what);
+    areas.Print("areas, " + what);
+    EXPECT_GT(strikes.points(), 500u) << what;
+    EXPECT_GT(areas.points(), 250u) << what;
+    EXPECT_LT(strikes.Quantile(1), 0.005) << what;
+    EXPECT_LT(areas.Quantile(1), 0.005) << what;
+  }
+}
+
+TEST_F(DataTest, FiducialsAreMarkedOnTheirTargetsWhileTheFinderTurns) {
+  world_ = LoadText(
+      "position ( name \"r\" size [0.3 0.3 0.3] fiducial ( alwayson 1 fov 360 ) )"
+      "model ( pose [2 0 0 0] size [0.5 0.5 0.5] fiducial_return 17 )");
+  FindRunning<ModelPosition>(*world_, "r")->SetSpeed(0, 0, 1.2);
+  for (int i = 0; i < 20; i++) {
+    Step(*world_);
+    scene_.Update(*world_, view_, kWidth, kHeight);
+    const std::vector<Vertex>& lines = scene_.frame().over.thick_lines;
+    ASSERT_FALSE(lines.empty());
+    for (const Vertex& v : lines) {
+      EXPECT_NEAR(std::fabs(double{v.x} - 2), 0.25, 1e-5);
+      EXPECT_NEAR(std::fabs(double{v.y}), 0.25, 1e-5);
+    }
+  }
 }
 
 TEST_F(DataTest, RaysOfTheClickedRobotBeginWhereTheyAreCast) {

@@ -91,11 +91,12 @@ class Client:
         at, found = 12 * count + 4 * -(-count // 32), []
         while at < len(self.words):
             thing, samples = np.frombuffer(self.words, "<u4", 2, at)
-            pose = np.frombuffer(self.words, "<f4", 5, at + 8)
-            ranges, bearings = np.frombuffer(self.words, "<f4", 2 * samples, at + 28).reshape(2, -1)
-            found.append({"thing": int(thing), "pose": pose[:3], "fov": pose[3], "reach": pose[4],
-                          "ranges": ranges, "bearings": bearings})
-            at += 28 + 8 * int(samples)
+            time = np.frombuffer(self.words[at + 8:at + 16], "<u8")[0] / 1e6
+            place, pose, view = np.split(np.frombuffer(self.words, "<f4", 8, at + 16), (3, 6))
+            ranges, bearings = np.frombuffer(self.words, "<f4", 2 * samples, at + 48).reshape(2, -1)
+            found.append({"thing": int(thing), "time": time, "place": place, "pose": pose, "fov": view[0],
+                          "reach": view[1], "ranges": ranges, "bearings": bearings})
+            at += 48 + 8 * int(samples)
         return found
 
     def thing(self, name: str) -> int:

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import itertools
-import struct
 
 import numpy as np
 import pytest
 
 import stagesim as st
+from stagesim.live.scene import unpacked_scans
 
 # A square room, whose walls have inner faces at x, y = +-5 m.
 ROOM = """
@@ -153,15 +153,47 @@ def test_a_restored_world_tells_of_the_same_instant() -> None:
             assert (one == other).all()
 
 
-def test_scans_that_the_page_shows_begin_where_they_were_taken() -> None:
-    with st.World.from_text(text_of(100, "gps")) as world:
+def distances(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Of points from the walls, metres."""
+    return np.abs(np.maximum(np.abs(x), np.abs(y)) - 5)
+
+
+@pytest.mark.parametrize(("step", "ranger", "robot"), ((100, 100, 100), (20, 100, 100), (20, 250, 40), (100, 250, 100),
+                                                       (5, 30, 100)))
+def test_scans_that_viewers_get_lie_on_the_walls(step: int, ranger: int, robot: int) -> None:
+    """After every step, whatever the intervals: the words for the page, and what Foxglove is sent."""
+    with st.World.from_text(text_of(step, "gps", ranger, robot)) as world:
+        fleet = world.fleet()
+        scan = fleet.ranger()
+        fleet.cmd[:] = [0.5, 0, 1.2]
+        poses = {0: fleet.pose[0].copy()}  # by the end of each step, nanoseconds
+        found = []
+        for _ in range(2000 // step):
+            world.step()
+            poses[round(world.time * 1e9)] = fleet.pose[0].copy()
+            for seen in unpacked_scans(world._core.scans(np.array(fleet.ids, np.uint32), 1000)):
+                angles = seen.origin[2] + np.array(seen.bearings)
+                found.append(distances(seen.origin[0] + seen.ranges * np.cos(angles),
+                                       seen.origin[1] + seen.ranges * np.sin(angles)))
+                assert seen.time == round((scan.time[0] - world.dt) * 1e9)
+                if np.isfinite(seen.place[0]):
+                    assert seen.place == pytest.approx(poses[seen.time], abs=1e-6)
+        assert len(found) >= 2000 // step - max(1, ranger // step)
+        assert told(f"viewers, steps of {step} ms, updates {ranger} and {robot} ms", found) < 1e-4  # 32-bit floats
+
+
+def test_scans_in_a_picture_lie_on_the_walls() -> None:
+    """Along the wall at x = 5 m, the area that was seen ends within a pixel of 5 mm."""
+    text = text_of(100, "gps").replace("samples 36", "samples 3600")
+    with st.World.from_text(text) as world:
         fleet = world.fleet()
         fleet.ranger()
-        fleet.cmd[:] = [0.5, 0, 1.2]
-        world.step(13)
-        words = world._core.scans(np.array(fleet.ids, np.uint32), 1000)
-        _, count, x, y, a, _, _ = struct.unpack_from("<II5f", words)
-        values = np.frombuffer(words, np.float32, 2 * count, 28)
-        angles = a + values[count:]
-        ends = np.array([x + values[:count] * np.cos(angles), y + values[:count] * np.sin(angles)])
-        assert np.abs(np.abs(ends).max(0) - 5).max() < 1e-4  # rounding of 32-bit floats
+        fleet.cmd[:] = [0, 0, 1.2]
+        for _ in range(10):
+            world.step()
+            pictures = [world.render(400, 400, center=(5, -1), scale=200, data=data)[..., :3].astype(int)
+                        for data in (True, False)]
+            seen = (pictures[0] != pictures[1]).any(-1)
+            assert seen.any(1).all()
+            ends = np.where(seen.any(1), 400 - np.argmax(seen[:, ::-1], 1), 200)
+            assert np.abs(ends - 200).max() <= 1

@@ -177,13 +177,51 @@ def test_scans_are_the_readings(server: Server) -> None:
         do(server, lambda run: (run.world.fleet().ranger(0).ranges, run.make_steps(2)))
         viewer.subscribe("/a/scan", "/b/scan")
         do(server, lambda run: run.make_steps(1))
-        viewer.until(lambda: all(topic in viewer.last and viewer.last[topic].timestamp.nanos == 300_000_000
+        viewer.until(lambda: all(topic in viewer.last and viewer.last[topic].timestamp.nanos == 200_000_000
                                  for topic in ("/a/scan", "/b/scan")))
         ranges = do(server, lambda run: run.world.fleet().ranger(0).ranges.copy())
         for row, name in enumerate("ab"):
             scan = viewer.last[f"/{name}/scan"]
             assert (np.array(scan.ranges, np.float32) == ranges[row].astype(np.float32)).all()
             assert (scan.start_angle, scan.end_angle) == pytest.approx((-math.pi / 4, math.pi / 4))
+
+
+def test_scans_and_transforms_of_one_stamp_are_of_one_instant() -> None:
+    """While a robot turns: scans lie on the walls, and the transform of their stamp is where the robot sensed."""
+    text = """ray_model "exact"
+model( pose [0 5.5 0 0] size [12 1 10] ) model( pose [0 -5.5 0 0] size [12 1 10] )
+model( pose [5.5 0 0 0] size [1 12 10] ) model( pose [-5.5 0 0 0] size [1 12 10] )
+position( name "r" localization "gps" ranger( sensor( range [0 20] fov 350 samples 36 ) ) )"""
+
+    def plane(place: Any, turn: Any) -> tuple[float, float, float]:
+        return place.x, place.y, 2 * math.atan2(turn.z, turn.w)
+
+    with Server(st.World.from_text(text), port=None, foxglove=0, paused=True) as made, Viewer(made) as viewer:
+        viewer.subscribe("/tf")
+
+        def begin(run: Any) -> Any:
+            fleet = run.world.fleet()
+            fleet.cmd[:] = [0.5, 0, 1.2]
+            return fleet, fleet.ranger(0).ranges
+
+        fleet, _ = do(made, begin)
+        do(made, lambda run: run.make_steps(1))
+        viewer.subscribe("/r/scan")
+        for step in range(2, 12):
+            before = tuple(do(made, lambda run: fleet.pose[0].copy()))
+            do(made, lambda run: run.make_steps(1))
+            stamp = (step - 1) * 100_000_000
+            viewer.until(lambda: "/r/scan" in viewer.last
+                         and viewer.last["/r/scan"].timestamp.ToNanoseconds() == stamp)
+            scan, transforms = viewer.last["/r/scan"], viewer.last["/tf"].transforms
+            x, y, a = plane(scan.pose.position, scan.pose.orientation)
+            angles = a + np.linspace(scan.start_angle, scan.end_angle, len(scan.ranges))
+            ends = np.array([x + scan.ranges * np.cos(angles), y + scan.ranges * np.sin(angles)])
+            assert np.abs(np.abs(ends).max(0) - 5).max() < 1e-4  # 32-bit floats
+            (then,) = (t for t in transforms if t.child_frame_id == "r" and t.timestamp.ToNanoseconds() == stamp)
+            assert plane(then.translation, then.rotation) == pytest.approx(before, abs=1e-6)
+            (now,) = (t for t in transforms if t.child_frame_id == "r" and t.timestamp.ToNanoseconds() > stamp)
+            assert plane(now.translation, now.rotation) != pytest.approx(before, abs=0.03)
 
 
 def test_services(server: Server) -> None:

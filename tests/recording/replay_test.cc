@@ -9,6 +9,7 @@
 
 #include "recording/log_testing.hh"
 #include "recording/mcap_writer.hh"
+#include "support/mapper.hh"
 #include "support/random_source.hh"
 #include "support/sanitized.hh"
 #include "support/shipped_worlds.hh"
@@ -104,6 +105,42 @@ TEST_F(ReplayTest, ShowsEveryShippedWorldAsItWasAndGoesBack) {
     }
     world->Update();
     ExpectShown(world.get(), scenes[1]);
+  }
+}
+
+/// A replay shows a scan from the pose before the moves of its step, like the run itself.
+TEST_F(ReplayTest, ShowsScansOnTheWallsWhileTheRobotTurns) {
+  for (const int step : {20, 100}) {
+    World original(OptionsOf(1));
+    std::istringstream text(
+        "interval_sim " + std::to_string(step) + "\n" +
+        Room("position( name \"r\" pose [1 -2 0 30] alwayson 1 ranger( name \"l\" pose [0.05 0.02 "
+             "0 5]"
+             " alwayson 1 sensor( pose [0.05 0 0 10] range [0 20] fov 350 samples 36 ) ) )"));
+    ASSERT_TRUE(original.Load(text));
+    dynamic_cast<ModelPosition&>(*original.GetModel("r")).SetSpeed(0.5, 0, 1.2);
+    Log(&original, kSteps, "run.mcap");
+
+    recording::Replay replay(Path("run.mcap"));
+    const std::unique_ptr<World> world = LoadFrom(replay);
+    replay.Attach(world.get());
+    const auto& ranger = dynamic_cast<ModelRanger&>(*world->GetModel("r.l"));
+    Mapper shown;
+    const auto look = [&] {
+      const Pose frame = ranger.SensorFrame(ranger.GetScanPose());
+      const ModelRanger::Sensor& sensor = ranger.GetSensors()[0];
+      for (size_t i = 0; i < sensor.ranges.size(); i++)
+        shown.Add(ModelRanger::OriginOf(sensor, frame, SinCos(frame.a)), sensor.bearings[i],
+                  sensor.ranges[i]);
+    };
+    Run(world.get(), kSteps, look);
+    for (const int i : {kSteps / 2, kSteps, 1}) {
+      replay.GoTo(world->sim_interval * static_cast<usec_t>(i));
+      look();
+    }
+    shown.Print("replay, steps of " + std::to_string(step) + " ms");
+    EXPECT_GT(shown.points(), 100u);
+    EXPECT_LT(shown.Quantile(1), 1e-4);  // ranges are 32-bit floats
   }
 }
 

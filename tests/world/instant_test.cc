@@ -22,7 +22,7 @@ constexpr double kClose = 1e-9;  // metres; the estimate of another step is off 
 struct Controller {
   ModelPosition* robot;
   ModelRanger* ranger;
-  Mapper believed, true_places;
+  Mapper believed, true_places, scan_places;
 
   static int OnUpdate(Model* mod, void* self) {
     static_cast<Controller*>(self)->Take(mod->GetWorld()->SimTimeNow());
@@ -36,7 +36,11 @@ struct Controller {
     Map(robot->GetSensedPose(), &true_places);
   }
   void Map(const Pose& place, Mapper* map) const {
-    const Pose frame = ranger->SensorFrame(place + ranger->GetSensedLocalPose());
+    MapFrom(ranger->SensorFrame(place + ranger->GetSensedLocalPose()), map);
+  }
+  /// Takes the readings as pictures show them, at any time.
+  void Look() { MapFrom(ranger->SensorFrame(ranger->GetScanPose()), &scan_places); }
+  void MapFrom(const Pose& frame, Mapper* map) const {
     for (const ModelRanger::Sensor& sensor : ranger->GetSensors())
       for (size_t i = 0; i < sensor.ranges.size(); i++)
         map->Add(ModelRanger::OriginOf(sensor, frame, SinCos(frame.a)), sensor.bearings[i],
@@ -74,12 +78,15 @@ TEST(OneInstant, AMapperInACallbackSeesWallsWhereTheyAre) {
   for (const Case& c : Cases()) {
     const auto world = LoadText(TextOf(c));
     Controller controller{
-        FindRunning<ModelPosition>(*world, "r"), Find<ModelRanger>(*world, "r.l"), {}, {}};
+        FindRunning<ModelPosition>(*world, "r"), Find<ModelRanger>(*world, "r.l"), {}, {}, {}};
     controller.ranger->AddCallback(Model::CB_UPDATE, Controller::OnUpdate, &controller);
     controller.robot->SetSpeed(0.5, 0, 1.2);
     Step(*world, c.late);
     controller.ranger->Subscribe();
-    Step(*world, (kSanitized ? 2000 : 12000) / c.step);
+    for (int i = 0; i < (kSanitized ? 2000 : 12000) / c.step; i++) {
+      Step(*world);
+      controller.Look();
+    }
 
     std::string what = std::string(c.localization) + ", steps of " + std::to_string(c.step) +
                        " ms, updates " + std::to_string(c.ranger_interval) + " and " +
@@ -88,6 +95,7 @@ TEST(OneInstant, AMapperInACallbackSeesWallsWhereTheyAre) {
     EXPECT_GT(controller.believed.points(), 200u) << what;
     EXPECT_LT(controller.believed.Quantile(1), kClose) << what;
     EXPECT_LT(controller.true_places.Quantile(1), kClose) << what;
+    EXPECT_LT(controller.scan_places.Quantile(1), kClose) << what;
   }
 }
 
@@ -97,7 +105,7 @@ TEST(OneInstant, HoldsForARobotThatAControllerMovesByHand) {
       Room("position( name \"r\" alwayson 1 ranger( name \"l\" alwayson 1 sensor( range [0 20]"
            " fov 350 samples 36 ) ) )"));
   Controller controller{
-      FindRunning<ModelPosition>(*world, "r"), FindRunning<ModelRanger>(*world, "r.l"), {}, {}};
+      FindRunning<ModelPosition>(*world, "r"), FindRunning<ModelRanger>(*world, "r.l"), {}, {}, {}};
   controller.ranger->AddCallback(Model::CB_UPDATE, Controller::OnUpdate, &controller);
   const auto jump = [](Model* mod, void*) {
     const double turn = static_cast<double>(mod->GetWorld()->GetUpdateCount());
@@ -152,6 +160,10 @@ std::vector<double> AllOf(World& world) {
   std::vector<double> all;
   for (const Model* model : world.engine().models) {
     const Pose sensed = model->GetSensedPose();
+    if (const auto* ranger = dynamic_cast<const ModelRanger*>(model)) {
+      const Pose scan = ranger->GetScanPose();
+      all.insert(all.end(), {scan.x, scan.y, scan.z, scan.a});
+    }
     all.insert(all.end(), {sensed.x, sensed.y, sensed.z, sensed.a,
                            static_cast<double>(model->GetLastUpdate())});
     if (const auto* robot = dynamic_cast<const ModelPosition*>(model)) {

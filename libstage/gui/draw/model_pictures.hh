@@ -25,9 +25,12 @@ struct Layers {
   Painting *floor, *data, *over;
 };
 
-/// Draws the ranger sensor of that index, except the area that its rays have swept.
-void DrawSensor(const ModelRanger::Sensor& sensor, size_t index, const Pose& place,
-                const view::ViewOptions& options, const Layers& layers);
+/// Draws what a sensor has measured, apart from the area that several rays have swept. `place`:
+/// where its rays began.
+void DrawSensor(const ModelRanger::Sensor& sensor, const Pose& place,
+                const view::ViewOptions& options, Painting* painting);
+/// Draws the sensors of a ranger, with their numbers. `global`: its present pose.
+void DrawTransducers(const ModelRanger& ranger, const Pose& global, Painting* over);
 
 // ---- everything else (model_pictures.cc) ----
 

@@ -398,16 +398,15 @@ void Scene::AddChart(StripPlotVis& plot) {
 
 void Scene::AddFans(const Job& job, const Item& item) {
   const auto& ranger = static_cast<const ModelRanger&>(*item.model);
-  const Pose frame = ranger.SensorFrame(Pose(item.x, item.y, item.z, item.a));
+  const Pose frame = ranger.SensorFrame(ranger.GetScanPose());
   const SineCosine turn = SinCos(frame.a);
-  size_t index = 0;
+  if (job.view.options[Show::kRangerTransducers])
+    DrawTransducers(ranger, Pose(item.x, item.y, item.z, item.a), &frame_.over);
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
-    const size_t number = index++;
     const Pose place = ModelRanger::OriginOf(sensor, frame, turn);
     const double reach = Finite(sensor.Reach());
     if (!frame_.projection->Sees(place.x, place.y, place.z, reach)) continue;
-    DrawSensor(sensor, number, place, job.view.options,
-               {&frame_.floor, &frame_.data, &frame_.over});
+    DrawSensor(sensor, place, job.view.options, &frame_.data);
     const size_t count = sensor.ranges.size();
     if (job.view.options[Show::kRangerArea] && count >= 2 && sensor.bearings.size() == count)
       AddFan(sensor, place, reach);

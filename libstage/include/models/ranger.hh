@@ -96,6 +96,12 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   internal::sensing::Fan FanOf(uint32_t sensor, const Pose& frame, const SineCosine& turn) const;
   /// Frame of the sensors' poses while the ranger is at `global`.
   Pose SensorFrame(const Pose& global) const { return global + geom.pose; }
+  /// Global pose of the ranger when it took its newest readings; without readings the present one.
+  /// A step senses before it moves: pictures of scans use this pose, so that scans lie on what they
+  /// have hit while the robot moves and turns.
+  Pose GetScanPose() const { return has_scan_pose_ ? scan_pose_ : GetGlobalPose(); }
+  /// Sets that pose. For code that writes readings by itself, such as a replay of a log.
+  void SetScanPose(const Pose& global);
   /// Start of a sensor's rays. `turn` is the cosine and sine of the frame's heading.
   static Pose OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn);
   void LoadSensor(Worldfile* wf, int entity);
@@ -125,6 +131,8 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   std::vector<Sensor> sensors_;
+  Pose scan_pose_;  // see GetScanPose()
+  bool has_scan_pose_ = false;
 };
 
 }  // namespace Stg

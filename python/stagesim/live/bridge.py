@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import logging
 import math
-import struct
 import threading
 import time
 from collections.abc import Callable
@@ -23,7 +22,7 @@ from foxglove.websocket import (
 
 from ..errors import StageError
 from .fields import flag, found, integer, number, seed
-from .scene import Frame, Scene, State, Wish
+from .scene import Frame, Scan, Scene, State, Wish, unpacked_scans
 from .show import Show
 from .solids import entity_of
 
@@ -100,10 +99,11 @@ class Bridge:
             self._shown = {}
         if self._shown_scene is not frame.scene or not self._shown:
             self._show_scene(frame.scene, now)
+        scans = {thing: unpacked_scans(words) for thing, words in frame.scans.items()}
         if "/tf" in self._listener.topics:
-            self._transforms.log(_transforms(frame, now), log_time=now)
-        for thing, words in frame.scans.items():
-            self._show_scans(frame, thing, words, now)
+            self._transforms.log(_transforms(frame, now, scans), log_time=now)
+        for thing, of_thing in scans.items():
+            self._show_scans(frame, thing, of_thing, now)
         self._tell(frame, now)
 
     def _show_scene(self, scene: Scene, now: int) -> None:
@@ -122,14 +122,14 @@ class Bridge:
         self._shown, self._shown_scene = looks, scene
         self._scene.log(SceneUpdate(deletions=deletions, entities=entities), log_time=now)
 
-    def _show_scans(self, frame: Frame, thing: int, words: bytes, now: int) -> None:
+    def _show_scans(self, frame: Frame, thing: int, scans: list[Scan], now: int) -> None:
         name = frame.scene.names[frame.scene.index[thing]]
-        for number, scan in enumerate(_scans(words, now)):
+        for number, scan in enumerate(scans):
             channel = self._scans.get((thing, number))
             if channel is None:
                 topic = f"/{name}/scan" + (f"_{number}" if number else "")
                 channel = self._scans[thing, number] = LaserScanChannel(topic, context=self._context)
-            channel.log(scan, log_time=now)
+            channel.log(_message_of(scan), log_time=now)
 
     def _tell(self, frame: Frame, now: int) -> None:
         state = {**vars(frame.state), "seed": str(frame.state.seed), "r_acc": frame.r_acc}
@@ -296,22 +296,27 @@ def _turn(angle: float) -> Quaternion:
     return Quaternion(x=0, y=0, z=math.sin(angle / 2), w=math.cos(angle / 2))
 
 
-def _transforms(frame: Frame, now: int) -> FrameTransforms:
-    stamp = _stamp(now)
+def _transform(name: str, pose: tuple[float, float, float], z: float, stamp: int) -> FrameTransform:
+    x, y, a = pose
+    return FrameTransform(timestamp=_stamp(stamp), parent_frame_id=WORLD, child_frame_id=name,
+                          translation=Vector3(x=x, y=y, z=z), rotation=_turn(a))
+
+
+def _transforms(frame: Frame, now: int, scans: dict[int, list[Scan]]) -> FrameTransforms:
+    """Where things are now, and where those with scans were at the stamps of their scans."""
+    things, names, index = frame.scene.things, frame.scene.names, frame.scene.index
+    sensed = {(thing, scan.time): scan.place for thing, of_thing in scans.items() for scan in of_thing
+              if math.isfinite(scan.place[0])}
     return FrameTransforms(transforms=[
-        FrameTransform(timestamp=stamp, parent_frame_id=WORLD, child_frame_id=name,
-                       translation=Vector3(x=x, y=y, z=thing.ground), rotation=_turn(a))
-        for thing, name, (x, y, a) in zip(frame.scene.things, frame.scene.names, frame.places.tolist()) if x == x])
+        *(_transform(names[index[thing]], place, things[index[thing]].ground, stamp)
+          for (thing, stamp), place in sensed.items()),
+        *(_transform(name, place, thing.ground, now)
+          for thing, name, place in zip(things, names, frame.places.tolist()) if math.isfinite(place[0]))])
 
 
-def _scans(words: bytes, now: int) -> list[LaserScan]:
-    """The scans of a thing's sensors, unpacked from `words` (see scene.hh); poses are in the world frame."""
-    scans, at, stamp = [], 0, _stamp(now)
-    while at < len(words):
-        _, count, x, y, a, _, _ = struct.unpack_from("<II5f", words, at)
-        values = struct.unpack_from(f"<{2 * count}f", words, at + 28)
-        at += 28 + 8 * count
-        scans.append(LaserScan(
-            timestamp=stamp, frame_id=WORLD, start_angle=values[count], end_angle=values[-1],
-            pose=Pose(position=Vector3(x=x, y=y, z=0), orientation=_turn(a)), ranges=list(values[:count])))
-    return scans
+def _message_of(scan: Scan) -> LaserScan:
+    """The scan in the frame of the world, with the time at which it was sensed."""
+    x, y, a = scan.origin
+    return LaserScan(
+        timestamp=_stamp(scan.time), frame_id=WORLD, start_angle=scan.bearings[0], end_angle=scan.bearings[-1],
+        pose=Pose(position=Vector3(x=x, y=y, z=0), orientation=_turn(a)), ranges=list(scan.ranges))

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -64,6 +65,32 @@ class Scene:
         self.shape_count = len(self.shapes.table)
         self.index = {thing.id: at for at, thing in enumerate(self.things)}
         self.robot_ids = [thing.id for thing in self.things if thing.robot]
+
+
+@dataclass(frozen=True)
+class Scan:
+    """The readings of one sensor, and the instant that they belong to.
+
+    A step of the world senses first, then moves. A scan belongs to the beginning of its step, so that its end
+    points lie on what the rays have hit although the thing has moved since.
+    """
+
+    time: int  #: simulated, nanoseconds: when the step began that took it
+    place: tuple[float, float, float]  #: global x, y and heading of the thing then; NaN: not known
+    origin: tuple[float, float, float]  #: the same of the sensor
+    ranges: tuple[float, ...]  #: metres
+    bearings: tuple[float, ...]  #: radians, relative to the sensor
+
+
+def unpacked_scans(words: bytes) -> list[Scan]:
+    """The scans of a thing, from the words that scene.hh describes."""
+    scans, at, head = [], 0, struct.Struct("<IIQ8f")
+    while at < len(words):
+        _, count, time, *numbers = head.unpack_from(words, at)
+        values = struct.unpack_from(f"<{2 * count}f", words, at + head.size)
+        at += head.size + 8 * count
+        scans.append(Scan(time * 1000, tuple(numbers[:3]), tuple(numbers[3:6]), values[:count], values[count:]))
+    return scans
 
 
 @dataclass(frozen=True)

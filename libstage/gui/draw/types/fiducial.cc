@@ -24,13 +24,15 @@ void DrawFiducials(ModelFiducial& finder, const Pose& global, const view::ViewOp
                           finder.fov < 2 * M_PI);
   }
   if (!options[Show::kFiducials]) return;
+  // Ranges and bearings are relative to the pose before the step's moves.
+  const Pose sensed = finder.GetSensedPose();
   for (const ModelFiducial::Fiducial& found : finder.GetFiducials()) {
     const point3_t there(found.range * std::cos(found.bearing),
                          found.range * std::sin(found.bearing), 0);
-    painter.SetFrame(global);
+    painter.SetFrame(sensed);
     painter.SetColor({255, 0, 255, Rgba::Part(0.5)});
     painter.DashedLine({0, 0, 0}, there, 0.1);
-    const Pose target = global + Pose(there.x, there.y, 0, found.geom.a);
+    const Pose target = sensed + Pose(there.x, there.y, 0, found.geom.a);
     marks.SetFrame(target);  // at the finder's height, and so inside the target's body
     marks.SetColor({255, 0, 255, 255});
     marks.RectangleOutline(Half(found.geom.x), Half(found.geom.y), 0, true);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/trigonometry.hh"
 #include "gui/draw/model_pictures.hh"
 #include "gui/draw/type_picture.hh"
 
@@ -34,12 +35,20 @@ void DrawTransducer(const ModelRanger::Sensor& sensor, size_t index, const Pose&
 
 }  // namespace
 
-void DrawSensor(const ModelRanger::Sensor& sensor, size_t index, const Pose& place,
-                const view::ViewOptions& options, const Layers& layers) {
+void DrawTransducers(const ModelRanger& ranger, const Pose& global, Painting* over) {
+  const Pose frame = ranger.SensorFrame(global);
+  const SineCosine turn = SinCos(frame.a);
+  size_t index = 0;
+  for (const ModelRanger::Sensor& sensor : ranger.GetSensors())
+    DrawTransducer(sensor, index++, ModelRanger::OriginOf(sensor, frame, turn), over);
+}
+
+void DrawSensor(const ModelRanger::Sensor& sensor, const Pose& place,
+                const view::ViewOptions& options, Painting* painting) {
   const size_t count = sensor.ranges.size();
   const bool single = sensor.sample_count == 1;
   const double reach = Finite(sensor.Reach());
-  Painter painter(layers.data);
+  Painter painter(painting);
   painter.SetFrame(place);
   const Rgba color = ToRgba(sensor.color);
   if (options[Show::kRangerArea] && count == 1) {
@@ -62,7 +71,6 @@ void DrawSensor(const ModelRanger::Sensor& sensor, size_t index, const Pose& pla
     else
       painter.SectorOutline(reach, -sensor.fov / 2, sensor.fov, 0);
   }
-  if (options[Show::kRangerTransducers]) DrawTransducer(sensor, index, place, layers.over);
 }
 
 }  // namespace Stg::draw

@@ -69,6 +69,7 @@ function frameOf(header, words) {
   const scans = [];
   while (!words.isOver) {
     const scan = { thing: words.integer(), count: words.integer() };
+    words.take(5); // when it was sensed, and where the thing was then
     for (const part of ["x", "y", "a", "fov", "reach"]) scan[part] = words.float();
     scan.ranges = words.take(scan.count);
     scan.bearings = words.take(scan.count);
