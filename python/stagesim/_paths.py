@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
@@ -29,3 +30,12 @@ def resolve(file: str | os.PathLike[str]) -> str:
         if os.path.exists(shipped):
             return shipped
     return path
+
+
+def advice(path: str) -> str:
+    """What to append to the message about a world file that does not exist; empty if no name is like it."""
+    if os.path.exists(path):
+        return ""
+    stems = [name.removesuffix(".world") for name in shipped_worlds()]
+    similar = difflib.get_close_matches(os.path.splitext(os.path.basename(path))[0], stems, 1, 0.75)
+    return f'; did you mean "{similar[0]}.world", which comes with Stage?' if similar else ""

@@ -37,6 +37,10 @@ class WorldError(StageError):
             error.file, error.message = name, str(error)[len(name) + 2:]
         return error
 
+    def _with(self, advice: str) -> WorldError:
+        """The same with some advice at its end."""
+        return WorldError(f"{self}{advice}") if advice else self
+
 
 class GoneError(StageError, LookupError):
     """A model or a world does not exist, or no longer exists."""

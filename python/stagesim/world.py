@@ -122,6 +122,8 @@ class World:
             else:
                 self._core.load_text(recipe.text, recipe.path)
         except WorldError as error:
+            if recipe.text is None and "did you mean" not in str(error):
+                error = error._with(_paths.advice(recipe.path))
             raise error._about(recipe.path, recipe.path if recipe.text is None else "<text>") from None
 
     @staticmethod

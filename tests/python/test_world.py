@@ -364,3 +364,31 @@ def test_fork_of_the_process() -> None:
             os._exit(2)
     assert os.waitpid(child, 0)[1] == 0
     world.step(5)
+
+
+@pytest.mark.parametrize(("name", "meant"), [("arena", "arena"), ("arean.world", "arena"), ("cave", "cave"),
+                                             ("nowhere/simple.world", "simple"), ("nothing_like_it", None)])
+def test_names_that_are_nearly_those_of_shipped_worlds_get_a_hint(name: str, meant: str | None) -> None:
+    for make in (st.World, lambda file: st.Batch(file, n=1)):
+        with pytest.raises(st.WorldError) as caught:
+            make(name)
+        assert str(caught.value).startswith(f"{name}: unable to open world file: ")
+        hint = f'; did you mean "{meant}.world", which comes with Stage?'
+        assert str(caught.value).endswith(hint) if meant else "did you mean" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", st.shipped_worlds())
+def test_shipped_worlds_load_without_a_warning(name: str, caplog: pytest.LogCaptureFixture,
+                                               capfd: pytest.CaptureFixture[str]) -> None:
+    with caplog.at_level(logging.WARNING), st.World(name):
+        pass
+    assert not caplog.records and "warning" not in capfd.readouterr().err
+
+
+def test_robots_of_the_arena_see_each_other() -> None:
+    with st.World("arena.world") as world:
+        fleet = world.fleet()
+        ranges = fleet.ranger().ranges
+        fleet.teleport([(0, 0, 0), (1, 0, 0)], [0, 1])
+        world.step(2)
+        assert ranges[0].min() == pytest.approx(0.85, abs=0.03)
