@@ -8,8 +8,6 @@ installed wheel.
 from __future__ import annotations
 
 import os
-import shutil
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -18,7 +16,9 @@ from typing import Any
 import pytest
 import stagesim as st
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))  # patience
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))  # patience, plugin
+
+from plugin import compile_plugin  # noqa: E402
 
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
 
@@ -31,20 +31,8 @@ def root() -> Path:
 
 @pytest.fixture(scope="session")
 def plugin_of(root: Path) -> Callable[[str, Path], Path]:
-    """A function that compiles a plug-in, such as a controller, from source text into a file."""
-    compiler = shutil.which("c++")
-    if not compiler:
-        pytest.skip("needs a C++ compiler")
-
-    def compiled(text: str, file: Path) -> Path:
-        source = file.with_suffix(".cc")
-        source.write_text(text)
-        library = Path(st.__file__).parent / "lib" / f"libstage.so.{st.__version__}"
-        subprocess.run([str(compiler), "-std=c++17", "-shared", "-fPIC", f"-I{root}/libstage/include",
-                        f"-I{root}/libstage", f"-I{root}", "-o", str(file), str(source), str(library)], check=True)
-        return file
-
-    return compiled
+    """Compiles a plug-in, such as a controller, from its text into that file."""
+    return lambda text, file: compile_plugin(text, file, root)
 
 
 @pytest.fixture(scope="session")

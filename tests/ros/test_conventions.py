@@ -164,7 +164,7 @@ def test_time_comes_before_transforms_and_these_before_data(ros: None, one: str)
         node._time_feed._publisher = Noting("clock")
         if node._tf is None:
             pytest.skip("tf2_msgs is not there; try tools/setup --ros")
-        node._tf = Noting("tf")
+        node._tf.publisher = Noting("tf")
         for _ in range(3):
             node._last_look = 0.0
             sent.clear()

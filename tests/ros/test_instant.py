@@ -3,18 +3,23 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import Any, Callable
 
 import numpy as np
 import pytest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from plugin import compile_plugin
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_testing import SENSOR, Client, Process
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-# A square room, whose walls have inner faces at x, y = +-5 m.
+ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
+
+# A square room, its walls' inner faces at x and y = +-5 m.
 WORLD = """interval_sim {step}
 ray_model "exact"
 model( pose [0 5.5 0 0] size [12 1 10] )
@@ -64,19 +69,25 @@ class Listener:
                     found[microseconds(transform.header.stamp)] = plane(transform.transform)
         return found
 
-    def mount(self, frame: str) -> np.ndarray:
-        links = {t.child_frame_id: t for message in self.fixed for t in message.transforms}
+    def place(self, frame: str, stamp: int) -> np.ndarray:
+        """The pose of a frame at that time, in that of the odometry: through static links and moving ones."""
+        fixed = {t.child_frame_id: t for message in self.fixed for t in message.transforms}
+        moving = {t.child_frame_id: t for message in self.tf for t in message.transforms
+                  if microseconds(t.header.stamp) == stamp}
         place = np.zeros(3)
-        while frame != "base_footprint":
-            place = placed(plane(links[frame].transform), place)
-            frame = links[frame].header.frame_id
+        while frame != "odom":
+            assert frame in fixed or frame in moving, (frame, stamp)
+            assert not (frame in fixed and frame in moving)
+            link = fixed.get(frame) or moving[frame]
+            place = placed(plane(link.transform), place)
+            frame = link.header.frame_id
         return place
 
     def errors(self) -> np.ndarray:
-        """Distances of the scans' end points from the walls."""
-        robot, errors = self.moving("base_footprint"), []
+        """How far from the walls the scans' end points are."""
+        errors = []
         for scan in self.scans:
-            x, y, a = placed(robot[microseconds(scan.header.stamp)], self.mount(scan.header.frame_id))
+            x, y, a = self.place(scan.header.frame_id, microseconds(scan.header.stamp))
             angles = a + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
             ends = np.array([x + scan.ranges * np.cos(angles), y + scan.ranges * np.sin(angles)])
             errors.append(np.abs(np.abs(ends).max(0) - 5))
@@ -148,3 +159,51 @@ def test_the_twist_of_a_blocked_robot_is_zero(start: Callable[..., Process], cli
     for got in (heard.truth, heard.odom):
         assert got[-1].twist.twist.linear.x == 0
         assert got[-1].pose.pose == got[-3].pose.pose
+
+
+TURNS = """
+#include "stage.hh"
+extern "C" int Init(Stg::Model* mod, Stg::CtrlArgs*) {
+  mod->Subscribe();
+  if (auto* joint = dynamic_cast<Stg::ModelActuator*>(mod)) joint->SetSpeed(1.5);
+  if (auto* robot = dynamic_cast<Stg::ModelPosition*>(mod)) robot->SetSpeed(0.1, 0, -1);
+  return 0;
+}
+"""
+#: What carries the ranger on the robot: it is put into its section.
+CARRIERS = {
+    "rotational actuator":
+        'actuator( type "rotational" max_speed 2 min_position -1000 max_position 1000 ctrl "{}" ',
+    "linear actuator":
+        'actuator( type "linear" axis [0.6 0.8 0] max_speed 2 min_position -10 max_position 10 ctrl "{}" ',
+    "actuator with a model on it":
+        'actuator( pose [0.1 0 0 20] type "rotational" max_speed 2 min_position -1000 max_position 1000 ctrl "{}" '
+        'model( pose [0.2 0.1 0 30] ',
+    "robot": 'position( name "n" size [0.2 0.2 0.2] pose [0.1 0.05 0 40] ctrl "{}" ',
+}
+
+
+@pytest.mark.parametrize("step", (20, 100))
+@pytest.mark.parametrize("carrier", CARRIERS)
+def test_frames_of_sensors_move_with_what_carries_them(start: Callable[..., Process], client: Client,
+                                                              tmp_path: Path, carrier: str, step: int) -> None:
+    compile_plugin(TURNS, tmp_path / "turns.so", ROOT)
+    inner = CARRIERS[carrier].format(tmp_path / "turns.so")
+    text = WORLD.format(step=step, ranger=100, robot=100, localization="odom").replace("  ranger(", f"  {inner}ranger(")
+    file = tmp_path / "room.world"
+    file.write_text(text + ")" * inner.count("( "))
+    start(str(file), paused=True, steps=2000 // step, base_watchdog_timeout=0.0)
+    heard = Listener(client)
+    twist = Twist()
+    twist.linear.x, twist.angular.z = 0.2, 1.2
+    client.talk(Twist, "/cmd_vel").publish(twist)
+    client.until(lambda: heard.fixed and client.node.count_publishers("/base_scan"))
+    client.spin(0.5)
+    client.step()
+    client.until(lambda: len(heard.scans) >= 15)
+    client.spin(0.3)
+    errors = heard.errors() * 1e3
+    print(f"{carrier}, steps of {step} ms: {errors.size} points, mm: max {errors.max():.3f}")
+    assert errors.max() < 0.01  # ranges are 32-bit floats
+    mounts = list(heard.moving("base_scan_link").values())
+    assert len(mounts) >= 15 and np.ptp(mounts, 0).max() > 0.5

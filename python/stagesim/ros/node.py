@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Mapping
 
 import numpy as np
 import rclpy
-from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, TwistStamped
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Header
 from std_srvs.srv import Empty, SetBool, Trigger
 
@@ -31,15 +31,11 @@ from .executor import Executor
 from .feeds import Bodies, Feed
 from .lockstep import Lockstep, split
 from .frames import Frames
-from .messages import Array, Transforms, heading_of, planar, stamp_of, stamps_of
+from .messages import Array, heading_of
 from .names import SCHEMES, joined
 from .parameters import declare
 from .robots import Look, make_robots
-
-try:
-    from tf2_msgs.msg import TFMessage
-except ModuleNotFoundError:  # PyPI's wheels lack it, see make_tf2_msgs.py
-    TFMessage = None
+from .transforms import transform_feed
 
 MOST_STEPS = 1_000_000  #: max steps that a client may ask for
 
@@ -124,7 +120,6 @@ class StageNode(Node):
                     self._value("base_footprint_frame_id"), self._value("map_frame_id"),
                     self._value("single_beams"), self._value("ranges") == "rep117")
         self.robots = make_robots(world, self._fleet, self._bodies, look)
-        self._look = look
         self._names = [robot.prefix or printable(robot.model.name) for robot in self.robots]
         self._feeds = [feed for robot in self.robots for feed in robot.feeds]
         self._frames = Frames(look, [robot.prefix for robot in self.robots], self._fleet)
@@ -133,7 +128,8 @@ class StageNode(Node):
         self._last_look = 0.0
         self._pace = Pace(self.speed, not self.paused, MOST_DELAY)
         self._make_publishers()
-        self._make_frames()
+        self._tf = None if not self._value("publish_tf") else transform_feed(
+            self, look, self.robots, self._bodies, self._frames, self._value("publish_map_tf"))
         self._make_commands()
         self._make_services()
         self._set_lockstep()
@@ -159,53 +155,6 @@ class StageNode(Node):
             feed.publisher = self.create_publisher(feed.message, feed.topic, sensor if feed.sensor else 10)
         self._time_feed = ClockFeed(self, self._value("clock_rate"))
 
-    def _make_frames(self) -> None:
-        self._tf: Any = None
-        self._tf_active = False
-        if not self._value("publish_tf"):
-            return
-        if TFMessage is None:
-            self.get_logger().warning("no /tf: there is no Python module tf2_msgs; docs/ros.md says how to "
-                                      "make it (python -m stagesim.ros.make_tf2_msgs)")
-            return
-        make = (TFMessage, TransformStamped)
-        look = self._look
-        self._tf = self.create_publisher(TFMessage, "/tf", 100)
-        self._transforms: dict[bytes, Transforms] = {}  # cache, see _transforms_of()
-        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        static = self.create_publisher(TFMessage, "/tf_static", kept)
-        mounts = [mount for robot in self.robots for mount in robot.mounts]
-        poses = np.array([pose for _, _, pose in mounts])
-        static.publish(Transforms(make, [mount[:2] for mount in mounts]).bytes(stamp_of(0), poses))
-
-    def _transforms_of(self, which: Array) -> Transforms:
-        """The message with the transforms of the selected robots. Messages are cached by the selection."""
-        key = which.tobytes()
-        if key not in self._transforms:
-            if len(self._transforms) > 64:
-                self._transforms.clear()
-            look = self._look
-            robots = [robot for robot, wanted in zip(self.robots, which) if wanted]
-            frames = [(joined(robot.prefix, look.odom), joined(robot.prefix, look.footprint))
-                      for robot in robots]
-            if self._value("publish_map_tf"):
-                frames += [(look.map, joined(robot.prefix, look.odom)) for robot in robots]
-            self._transforms[key] = Transforms((TFMessage, TransformStamped), frames)
-        return self._transforms[key]
-
-    def _send_transforms(self, now: int, everything: bool) -> None:
-        """Publishes the transforms of all robots (`everything`), or of those that sensed at time `now`."""
-        times = self._bodies.times()
-        which = np.full(len(times), True) if everything else times == now
-        if not which.any():
-            return
-        stamps, poses = stamps_of(times[which]), self._bodies.estimate()[which]
-        if self._value("publish_map_tf"):
-            # The transform from map to odometry corrects the estimate to the true pose.
-            stamps = np.concatenate([stamps, stamps])
-            poses = np.concatenate([poses, planar(self._frames.origins())[which]])
-        self._tf.publish(self._transforms_of(which).bytes(stamps, poses))
-
     @property
     def now(self) -> int:
         """Simulated time, microseconds."""
@@ -230,8 +179,8 @@ class StageNode(Node):
         """Publishes the time, then transforms, then data, so that a stamp's time and frames precede its data."""
         now, step = self.now, self._step_time
         self._time_feed.tell(now, always=self.paused or self._lockstep.is_used)
-        if self._tf_active:
-            self._send_transforms(now, everything)
+        if self._tf is not None and self._tf.active:
+            self._tf.send(now, everything)
         for feed in feeds:
             feed.send(now, step)
 
@@ -243,13 +192,13 @@ class StageNode(Node):
             self._time_feed.tell(self.now + int(self._pace.passed(self.world.dt) * 1e6))
         return self._time_feed.wait()
 
-
     def _look_for_listeners(self) -> list[Feed]:
         """Checks for subscribers once per LISTENERS_PERIOD; returns the feeds that have got their first one."""
         if time.monotonic() - self._last_look < LISTENERS_PERIOD:
             return []
         self._last_look = time.monotonic()
-        self._tf_active = self._tf is not None and self._tf.get_subscription_count() > 0
+        if self._tf is not None:
+            self._tf.look_for_listeners()
         found = []
         for feed in self._feeds:
             listened = feed.publisher.get_subscription_count() > 0

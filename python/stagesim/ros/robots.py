@@ -38,6 +38,34 @@ class Look:
     by_rep117: bool = True
 
 
+Place = tuple[float, float, float, float]  #: x, y, z (metres) and heading (radians)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A sensor's frame that moves on its robot, as an actuator or another robot carries the sensor.
+
+    Attributes:
+        parent, child: names of frames.
+        robot, sensor: models; the sensor stands on the robot, with others between them.
+        inner: the pose of the frame on the sensor.
+        pan, tilt: how it is turned there, radians; positive tilts look down.
+    """
+
+    parent: str
+    child: str
+    robot: Model
+    sensor: Model
+    inner: Place
+    pan: float
+    tilt: float
+
+    def pose(self) -> np.ndarray:
+        """Position and quaternion in the parent frame at the instant of the newest readings: shape (7,)."""
+        place = relative(self.sensor.sensed_pose_in_tree, self.robot.sensed_pose_in_tree)
+        return spatial(composed(place, self.inner), self.pan, self.tilt)
+
+
 @dataclass
 class Robot:
     """A robot in ROS.
@@ -47,12 +75,14 @@ class Robot:
         prefix: prefix of its topics and frames; may be empty.
         feeds: its topics.
         mounts: its static frames: parent, child, and position and quaternion, shape (7,).
+        joints: its frames of sensors that move on it.
     """
 
     model: Model
     prefix: str
     feeds: list[Feed] = field(default_factory=list)
     mounts: list[tuple[str, str, np.ndarray]] = field(default_factory=list)
+    joints: list[Joint] = field(default_factory=list)
 
 
 def make_robots(world: World, fleet: Fleet, bodies: Bodies, look: Look) -> list[Robot]:
@@ -117,17 +147,25 @@ class _Maker:
         feed.model = model
         self.robot.feeds.append(feed)
 
-    def _mount(self, frame: str, pose: tuple[float, float, float, float], pan: float = 0.0,
-               tilt: float = 0.0, parent: str | None = None) -> str:
-        """Adds a static frame at a pose (x, y, z, heading); angles in radians. Returns its name."""
-        x, y, z, heading = pose
-        half, down = (heading + pan) / 2, tilt / 2
-        turn = (-np.sin(half) * np.sin(down), np.cos(half) * np.sin(down),
-                np.sin(half) * np.cos(down), np.cos(half) * np.cos(down))
-        name = self._frame(frame)
-        self.robot.mounts.append((parent or self._frame(self._look.base), name,
-                                  np.array([x, y, z, *turn])))
+    def _mount(self, frame: str, sensor: Model, inner: Place = (0.0, 0.0, 0.0, 0.0), pan: float = 0.0,
+               tilt: float = 0.0) -> str:
+        """A frame at the pose `inner` on a sensor of the robot; returns its name."""
+        base, name, robot = self._frame(self._look.base), self._frame(frame), self.robot.model
+        if self._is_moved(sensor):
+            self.robot.joints.append(Joint(base, name, robot, sensor, inner, pan, tilt))
+        else:
+            place = composed(relative(sensor.pose_in_tree, robot.pose_in_tree), inner)
+            self.robot.mounts.append((base, name, spatial(place, pan, tilt)))
         return name
+
+    def _is_moved(self, sensor: Model) -> bool:
+        """Whether something between the sensor and its robot moves by itself."""
+        carrier = sensor.parent
+        while carrier is not None and carrier.id != self.robot.model.id:
+            if carrier.type in ("actuator", "position"):
+                return True
+            carrier = carrier.parent
+        return False
 
     # ---- feeds ----
 
@@ -145,13 +183,12 @@ class _Maker:
         look, row, fleet = self._look, self._number, self._fleet
         topic = numbered(look.scheme, "base_scan", index, count)
         frame = numbered(look.scheme, look.scheme.scan_frame, index, count)
-        place = model.pose_in_tree
         first = 0
         for i, sensor in enumerate(model.sensors):
             single = sensor.samples == 1
             if not (single and look.single_beams == "none"):
                 make = RangeFeed if single and look.single_beams == "range" else ScanFeed
-                mount = self._mount(part_of(frame, i), composed(place, sensor.pose))
+                mount = self._mount(part_of(frame, i), model, sensor.pose)
                 self._feed(make(
                     self._topic(part_of(topic, i)), self._interval(model),
                     lambda: (fleet.ranger(index).ranges[row], fleet.ranger(index).intensities[row]),
@@ -160,8 +197,8 @@ class _Maker:
 
     def _add_camera(self, model: Model, index: int, count: int) -> None:
         scheme, row, fleet, view = self._look.scheme, self._number, self._fleet, model.view
-        frame = self._mount(numbered(scheme, scheme.camera_frame, index, count), model.pose_in_tree,
-                            view.pan, view.tilt)
+        frame = self._mount(numbered(scheme, scheme.camera_frame, index, count), model, pan=view.pan,
+                            tilt=view.tilt)
         # Optical frames have z forwards, x to the right and y down (REP 103).
         eye = f"{frame}_optical"
         self.robot.mounts.append((frame, eye, np.array([0, 0, 0, -0.5, 0.5, -0.5, 0.5])))
@@ -178,13 +215,13 @@ class _Maker:
 
     def _add_fiducials(self, model: Model, index: int, count: int) -> None:
         name = numbered(self._look.scheme, "fiducials", index, count)
-        frame = self._mount(f"{name}_link", model.pose_in_tree)
+        frame = self._mount(f"{name}_link", model)
         self._feed(FiducialsFeed(self._topic(name), self._interval(model), self._number,
                                  lambda: self._fleet.fiducials(index, MOST_SIGHTS), frame), model)
 
     def _add_blobs(self, model: Model, index: int, count: int) -> None:
         name = numbered(self._look.scheme, "blobs", index, count)
-        frame = self._mount(f"{name}_link", model.pose_in_tree)
+        frame = self._mount(f"{name}_link", model)
         self._feed(BlobsFeed(self._topic(name), self._interval(model), self._number,
                              lambda: self._fleet.blobs(index, MOST_SIGHTS), frame, model.view), model)
 
@@ -197,9 +234,23 @@ class _Maker:
         self._feed(BumperFeed(self._topic(name), self._interval(model), source, model.lines), model)
 
 
-def composed(place: tuple[float, float, float, float],
-             inner: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+def composed(place: Place, inner: Place) -> Place:
     """Transforms the pose `inner` from the frame `place` to the parent frame of `place`."""
     x, y, z, a = place
     c, s = float(np.cos(a)), float(np.sin(a))
     return (x + inner[0] * c - inner[1] * s, y + inner[0] * s + inner[1] * c, z + inner[2], a + inner[3])
+
+
+def relative(pose: Place, frame: Place) -> Place:
+    """A pose in the frame of another one; both are in the same frame."""
+    x, y = pose[0] - frame[0], pose[1] - frame[1]
+    c, s = float(np.cos(frame[3])), float(np.sin(frame[3]))
+    return (c * x + s * y, c * y - s * x, pose[2] - frame[2], pose[3] - frame[3])
+
+
+def spatial(pose: Place, pan: float = 0.0, tilt: float = 0.0) -> np.ndarray:
+    """Position and quaternion (x, y, z, w) of a pose that is turned by `pan`, then tilted down: shape (7,)."""
+    x, y, z, heading = pose
+    half, down = (heading + pan) / 2, tilt / 2
+    return np.array([x, y, z, -np.sin(half) * np.sin(down), np.cos(half) * np.sin(down),
+                     np.sin(half) * np.cos(down), np.cos(half) * np.cos(down)])

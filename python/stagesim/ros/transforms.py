@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""/tf and /tf_static: from the odometry of each robot to its body, and from there to its sensors."""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+import numpy as np
+from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from .feeds import Bodies
+from .frames import Frames
+from .messages import Array, Transforms, planar, stamp_of, stamps_of
+from .names import joined
+from .robots import Look, Robot
+
+try:
+    from tf2_msgs.msg import TFMessage
+except ModuleNotFoundError:  # not among PyPI's wheels
+    TFMessage = None
+
+#: Messages that are kept, each for other robots.
+_MOST_MESSAGES = 64
+
+
+def transform_feed(node: Node, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames,
+                   with_map: bool) -> TransformFeed | None:
+    """The feed, or None after a warning if there is no module tf2_msgs."""
+    if TFMessage is not None:
+        return TransformFeed(node, look, robots, bodies, frames, with_map)
+    node.get_logger().warning("no /tf: there is no Python module tf2_msgs; docs/ros.md says how to "
+                              "make it (python -m stagesim.ros.make_tf2_msgs)")
+    return None
+
+
+class TransformFeed:
+    """Publishes the frames of all robots.
+
+    Frames that do not move on their robot are published once, on /tf_static. The others have the stamps of the
+    robot's odometry and the poses of that instant: the robot's body, and sensors that stand on an actuator.
+
+    Args:
+        node: the node that publishes.
+        look: the names of frames.
+        robots: all robots of the world.
+        bodies: their poses.
+        frames: the origins of their odometry.
+        with_map: also publish the transforms from the map to the odometry, for which each robot is where it
+            truly is.
+
+    Attributes:
+        publisher: that of /tf.
+        active: somebody listens to /tf.
+    """
+
+    def __init__(self, node: Node, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames,
+                 with_map: bool) -> None:
+        self.publisher = node.create_publisher(TFMessage, "/tf", 100)
+        self.active = False
+        self._look, self._robots, self._bodies, self._frames, self._with_map = look, robots, bodies, frames, with_map
+        self._messages: dict[bytes, Transforms] = {}  # by the robots that are in them
+        self._joints = [(i, joint) for i, robot in enumerate(robots) for joint in robot.joints]
+        self._joint_owners = np.array([i for i, _ in self._joints], np.intp)
+        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._static = node.create_publisher(TFMessage, "/tf_static", kept)
+        mounts = [mount for robot in robots for mount in robot.mounts]
+        message = Transforms((TFMessage, TransformStamped), [mount[:2] for mount in mounts])
+        self._static.publish(message.bytes(stamp_of(0), np.array([pose for _, _, pose in mounts])))
+
+    def look_for_listeners(self) -> None:
+        """Updates `active`."""
+        self.active = self.publisher.get_subscription_count() > 0
+
+    def send(self, now: int, everything: bool) -> None:
+        """Publishes the frames of the robots of which something was sensed at that time (microseconds), or of all."""
+        times = self._bodies.times()
+        which = np.full(len(times), True) if everything else times == now
+        if not which.any():
+            return
+        owners = [np.flatnonzero(which)]
+        poses = [self._bodies.estimate()[which]]
+        if self._with_map:
+            owners.append(owners[0])
+            poses.append(planar(self._frames.origins())[which])
+        if self._joints:
+            owners.append(self._joint_owners[which[self._joint_owners]])
+            poses.append(np.reshape([joint.pose() for i, joint in self._joints if which[i]], (-1, 7)))
+        self.publisher.publish(self._message(which).bytes(
+            stamps_of(times[np.concatenate(owners)]), np.concatenate(poses)))
+
+    def _message(self, which: Array) -> Transforms:
+        """The message of the robots with True; most of the time those are all that move."""
+        key = which.tobytes()
+        if key not in self._messages:
+            if len(self._messages) > _MOST_MESSAGES:
+                self._messages.clear()
+            look = self._look
+            robots = [robot for robot, wanted in zip(self._robots, which) if wanted]
+            names = [(joined(robot.prefix, look.odom), joined(robot.prefix, look.footprint)) for robot in robots]
+            if self._with_map:
+                names += [(look.map, joined(robot.prefix, look.odom)) for robot in robots]
+            names += [(joint.parent, joint.child) for robot in robots for joint in robot.joints]
+            self._messages[key] = Transforms((TFMessage, TransformStamped), names)
+        return self._messages[key]
