@@ -31,7 +31,7 @@ def root() -> Path:
 
 @pytest.fixture(scope="session")
 def plugin_of(root: Path) -> Callable[[str, Path], Path]:
-    """Compiles a plug-in, such as a controller, from its text into that file."""
+    """A function that compiles a plug-in, such as a controller, from source text into a file."""
     return lambda text, file: compile_plugin(text, file, root)
 
 

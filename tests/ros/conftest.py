@@ -2,13 +2,11 @@
 """Fixtures for tests of stagesim.ros.
 
 The tests are skipped if rclpy is not installed (tools/setup --ros). All traffic stays on this machine, in a
-separate domain.
+separate domain: see domains.py.
 """
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
 from pathlib import Path
 from typing import Any, Callable, Iterator
@@ -16,8 +14,6 @@ from typing import Any, Callable, Iterator
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))  # patience
-os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)
 
 try:
     import rclpy
@@ -25,6 +21,7 @@ except ModuleNotFoundError:
     rclpy = None
     collect_ignore_glob = ["test_*.py"]
 else:
+    from domains import take_domain
     from ros_testing import TWO, Client, Process
 
 
@@ -38,8 +35,15 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         session.exitstatus = 0
 
 
+@pytest.fixture(scope="session", autouse=True)
+def domain() -> Iterator[None]:
+    """A domain that other runs of tests don't use, from the first test to the last."""
+    with take_domain():
+        yield
+
+
 @pytest.fixture(scope="session")
-def ros() -> Iterator[None]:
+def ros(domain: None) -> Iterator[None]:
     rclpy.init()
     yield
     rclpy.try_shutdown()
@@ -63,7 +67,9 @@ def start() -> Iterator[Callable[..., Process]]:
 
     yield begin
     for process in started:
-        process.end(signal.SIGKILL)
+        process.ask_to_end()
+    for process in started:
+        process.make_end()
 
 
 @pytest.fixture

@@ -9,10 +9,11 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from contextlib import contextmanager
 from functools import cached_property
-from typing import Any, Callable, Iterator, Mapping
+from typing import IO, Any, Callable, Iterator, Mapping
 
 import rclpy
 from patience import PATIENCE
@@ -31,6 +32,7 @@ class Client:
         self.node = Node("client")
         self._executor = rclpy.executors.SingleThreadedExecutor()
         self._executor.add_node(self.node)
+        self._services: dict[str, Any] = {}  # clients of services, by names
 
     def close(self) -> None:
         self._executor.shutdown()
@@ -66,11 +68,14 @@ class Client:
     def call(self, name: str, kind: Any = None, **request: Any) -> Any:
         """Calls a service, a Trigger by default; returns its response."""
         kind = kind or Trigger
-        client = self.node.create_client(kind, name)
-        assert client.wait_for_service(PATIENCE), name
-        future = client.call_async(kind.Request(**request))
+        if name not in self._services:
+            self._services[name] = self.node.create_client(kind, name)
+            assert self._services[name].wait_for_service(PATIENCE), name
+            # The node drops the response to a client that it has not discovered yet.
+            self.spin(0.3)
+        assert self._services[name].wait_for_service(PATIENCE), name
+        future = self._services[name].call_async(kind.Request(**request))
         self.until(future.done)
-        self.node.destroy_client(client)
         return future.result()
 
     def step(self, count: int = 1) -> tuple[float, str]:
@@ -93,7 +98,10 @@ class Client:
 
 
 class Process:
-    """A node in a separate process. It opens no browser unless the environment is changed."""
+    """A node in a separate process. It opens no browser unless the environment is changed.
+
+    Its output goes to files: a full pipe that nobody reads would block the node.
+    """
 
     def __init__(self, world: str, *options: str, environment: Mapping[str, str] | None = None,
                  **parameters: Any) -> None:
@@ -101,29 +109,56 @@ class Process:
         for name, value in parameters.items():
             text = str(value).lower() if isinstance(value, bool) else value
             command += ["-p", f"{name}:={text}"]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={
+        self._out, self._err = tempfile.TemporaryFile(), tempfile.TemporaryFile()
+        self.process = subprocess.Popen(command, stdout=self._out, stderr=self._err, env={
             **os.environ, "DISPLAY": "", "WAYLAND_DISPLAY": "", **(environment or {})})
 
     @cached_property
     def url(self) -> str:
         """Waits for the line with the URL of the page, and returns the URL."""
-        assert self.process.stderr is not None
-        for line in self.process.stderr:
-            found = re.search(r"the window is the page (http://127\.0\.0\.1:\d+/)\n", line)
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            has_ended = self.process.poll() is not None
+            found = re.search(r"the window is the page (http://127\.0\.0\.1:\d+/)\n", self._text(self._err))
             if found:
                 return found[1]
+            assert not has_ended, self._text(self._err)
+            time.sleep(0.02)
         raise AssertionError("there is no page")
 
     def end(self, sign: int = signal.SIGINT) -> tuple[int, str]:
         """Ends the process with a signal; returns its exit status and its output."""
-        if self.process.poll() is None:
-            self.process.send_signal(sign)
+        self.ask_to_end(sign)
         return self.wait()
 
     def wait(self) -> tuple[int, str]:
         """Waits for the end of the process; returns its exit status and its output."""
-        out, err = self.process.communicate(timeout=PATIENCE)
-        return self.process.returncode, out + err
+        status = self.process.wait(PATIENCE)
+        return status, self._text(self._out) + self._text(self._err)
+
+    def ask_to_end(self, sign: int = signal.SIGINT) -> None:
+        """Sends a signal if the process still runs."""
+        if self.process.poll() is None:
+            self.process.send_signal(sign)
+
+    def make_end(self) -> None:
+        """Waits for the end of the process; kills it after 20 s.
+
+        A node that shuts down tells the others. A killed one counts as alive for 20 s, in which clients
+        would send it what is meant for the node of the next test.
+        """
+        try:
+            self.process.wait(20)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait(PATIENCE)
+        self._out.close()
+        self._err.close()
+
+    @staticmethod
+    def _text(file: IO[bytes]) -> str:
+        size = os.fstat(file.fileno()).st_size
+        return os.pread(file.fileno(), size, 0).decode(errors="replace")
 
     def statistics(self) -> dict[str, Any]:
         """Waits for the end of the process; returns the output of --stats."""

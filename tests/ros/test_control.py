@@ -17,7 +17,7 @@ import pytest
 import stagesim as st
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
-from patience import slowness
+from patience import PATIENCE, slowness
 from ros_testing import SENSOR, Client, Process, node_here
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
@@ -288,7 +288,7 @@ def test_keyboard(start: Callable[..., Process], client: Client, two: str) -> No
         os.write(terminal, key.encode())
         client.until(lambda: (truth[-1].twist.twist.linear.x, truth[-1].twist.twist.angular.z) == speeds)
     os.write(terminal, b"q")
-    assert process.wait(10) == 0
+    assert process.wait(PATIENCE) == 0
     os.close(terminal), os.close(inner)
 
 

@@ -19,7 +19,7 @@ from tf2_msgs.msg import TFMessage
 
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
 
-# A square room, its walls' inner faces at x and y = +-5 m.
+# A square room, whose walls have inner faces at x, y = +-5 m.
 WORLD = """interval_sim {step}
 ray_model "exact"
 model( pose [0 5.5 0 0] size [12 1 10] )
@@ -84,7 +84,7 @@ class Listener:
         return place
 
     def errors(self) -> np.ndarray:
-        """How far from the walls the scans' end points are."""
+        """Distances of the scans' end points from the walls."""
         errors = []
         for scan in self.scans:
             x, y, a = self.place(scan.header.frame_id, microseconds(scan.header.stamp))

@@ -41,7 +41,7 @@ def drive(client: Client, delay: Callable[[], float] = lambda: 0.0) -> None:
 def run(start: Callable[..., Process], client: Client, **parameters: Any) -> dict[str, Any]:
     process = start(WORLD, "--duration", str(SECONDS), "--stats", stamped_cmd_vel=True, lockstep="all",
                     **parameters)
-    client.until(lambda: process.process.poll() is not None, 60)
+    client.until(lambda: process.process.poll() is not None)
     return process.statistics()
 
 

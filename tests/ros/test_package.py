@@ -13,6 +13,7 @@ from typing import Any
 from unittest import mock
 
 import pytest
+from patience import PATIENCE
 from stagesim.ros.names import SCHEMES
 from stagesim.ros.parameters import PARAMETERS
 
@@ -24,7 +25,7 @@ def run(*arguments: str, path: str = "") -> subprocess.CompletedProcess[str]:
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join([str(PACKAGE), path]))
     code = "import sys, stage_ros2; sys.argv[0] = 'stage_ros2'; stage_ros2.main()"
     return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True,
-                          check=False, env=environment)
+                          check=False, env=environment, timeout=PATIENCE)
 
 
 def test_its_executable_is_the_node() -> None:

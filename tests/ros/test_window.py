@@ -20,7 +20,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "python"))
 from geometry_msgs.msg import PoseStamped, Twist  # noqa: E402
 from live_client import Client as Page  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
-from patience import slowness  # noqa: E402
+from patience import PATIENCE, slowness  # noqa: E402
 from rcl_interfaces.srv import GetParameters  # noqa: E402
 from ros_testing import Client, Process  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
@@ -226,7 +226,7 @@ def test_errors_in_one_line_and_nothing_imported_without_need() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         done = subprocess.run([sys.executable, "-c", CODE.replace("PORT", port)], capture_output=True, text=True,
-                              check=False)
+                              check=False, timeout=PATIENCE)
     imported, missing, refused = done.stdout.splitlines()
     assert imported == "[]"
     assert missing.startswith("stagesim.ros: there is no package 'websockets")
