@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
@@ -36,6 +35,8 @@ def advice(path: str) -> str:
     """What to append to the message about a world file that does not exist; empty if no name is like it."""
     if os.path.exists(path):
         return ""
+    import difflib  # rarely needed
+
     stems = [name.removesuffix(".world") for name in shipped_worlds()]
     similar = difflib.get_close_matches(os.path.splitext(os.path.basename(path))[0], stems, 1, 0.75)
     return f'; did you mean "{similar[0]}.world", which comes with Stage?' if similar else ""
