@@ -133,7 +133,7 @@ def log_of_a_run(file: Path, reset: bool, steps: int) -> bytes:
     """Logs three steps of driving robots, then a reset or none, then `steps` steps more."""
     world = st.World.from_text(ODD)
     world.reset(2)
-    log = world._core.record(str(file), None, [], "none")
+    log = world._core.record(str(file), None, [], "none", "rep117")
     cmd = world.fleet().cmd
     cmd[:, 0] = 0.4
     world.step(3)
