@@ -40,7 +40,7 @@ class Tree:
                 link = self.commands / path.name
                 if path.name not in without:
                     link.unlink(missing_ok=True)
-                    link.symlink_to(path)
+                    link.symlink_to(path.resolve())  # others may not look into the folder of a link
         (self.root / "tools").mkdir(parents=True)
         for name in ("run", "test", "setup", "common.sh", "debian_tree.sh"):
             shutil.copy2(ROOT / "tools" / name, self.root / "tools" / name)

@@ -134,7 +134,11 @@ class Process:
     def wait(self) -> tuple[int, str]:
         """Waits for the end of the process; returns its exit status and its output."""
         status = self.process.wait(PATIENCE)
-        return status, self._text(self._out) + self._text(self._err)
+        return status, self.output()
+
+    def output(self) -> str:
+        """Returns what the process has printed so far."""
+        return self._text(self._out) + self._text(self._err)
 
     def ask_to_end(self, sign: int = signal.SIGINT) -> None:
         """Sends a signal if the process still runs."""

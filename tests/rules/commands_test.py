@@ -28,6 +28,7 @@ OPTIONAL = {
     "clang-16": "another name of clang",
     "clang-19": "another name of clang",
     "ffmpeg": "tools/setup --film",
+    "file": "tools/setup --packages",
     "lintian": "tools/setup --packages",
     "sbatch": "tools/setup --slurm",
     "slurmctld": "tools/setup --slurm",
