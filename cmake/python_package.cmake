@@ -31,8 +31,12 @@ if(STAGE_SANITIZE)
   if(STAGE_SANITIZE MATCHES "thread")
     set(runtime libtsan.so)
   endif()
-  execute_process(
-    COMMAND "${CMAKE_CXX_COMPILER}" -print-file-name=${runtime}
-    OUTPUT_VARIABLE STAGE_PYTHON_SANITIZER
-    OUTPUT_STRIP_TRAILING_WHITESPACE)
+  # The sanitizer looks up functions of the C++ library, such as those that throw, when it is loaded.
+  foreach(library IN ITEMS ${runtime} libstdc++.so.6)
+    execute_process(
+      COMMAND "${CMAKE_CXX_COMPILER}" -print-file-name=${library}
+      OUTPUT_VARIABLE path
+      OUTPUT_STRIP_TRAILING_WHITESPACE)
+    string(JOIN ":" STAGE_PYTHON_SANITIZER ${STAGE_PYTHON_SANITIZER} "${path}")
+  endforeach()
 endif()
