@@ -28,26 +28,27 @@ void (*deed)(Model*) = nullptr;
 class Unruly : public Model {
  public:
   Unruly(World* world_, Model* parent_, const std::string& type_) : Model(world_, parent_, type_) {
-    DoAt(Place::kConstructor);
+    DoAt(Place::kConstructor, this);
   }
   void Load() override {
     Model::Load();
-    DoAt(Place::kLoad);
+    DoAt(Place::kLoad, this);
   }
   void Startup() override {
     Model::Startup();
-    DoAt(Place::kStartup);
+    DoAt(Place::kStartup, this);
   }
   void Update() override {
     GetWorld()->host().sensed.push_back(this);
     Model::Update();
-    DoAt(Place::kUpdate);
+    DoAt(Place::kUpdate, this);
   }
-  void Sensed() override { DoAt(Place::kSensed); }
+  void Sensed() override { DoAt(Place::kSensed, this); }
 
  private:
-  void DoAt(Place here) {
-    if (here == place) deed(this);  // may delete this model
+  /// Static, because the model may have been deleted before. The deed may delete it, too.
+  static void DoAt(Place here, Unruly* model) {
+    if (here == place) deed(model);
   }
 };
 
