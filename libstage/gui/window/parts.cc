@@ -26,7 +26,9 @@ Parts::Parts(WorldGui& owner)
                         owner.h() - view::ViewState::kMenuHeight)),
       runner(owner, *canvas),
       pointer(*this),
-      filter(*this) {}
+      filter(*this) {
+  toolbar.Refresh();  // shows the state of the runner, which is made after it
+}
 
 // ---- view ---------------------------------------------------------------------------------------
 

@@ -59,7 +59,6 @@ Toolbar::Toolbar(Parts& parts, Fl_Widget* menu_bar, int width, int height) : par
   auto* rest = new Fl_Box(x_, 0, std::max(1, width - x_), height);
   row->resizable(rest);
   row->end();
-  Refresh();
 }
 
 Fl_Button* Toolbar::AddButton(const char* symbol, const char* tooltip,
