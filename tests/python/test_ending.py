@@ -104,6 +104,6 @@ def test_child_of_a_fork_does_not_wait_for_threads_that_it_has_not() -> None:
              "import atexit; atexit._run_exitfuncs() if child == 0 else os.waitpid(child, 0)\n"
              "assert time.monotonic() - began < 8\n"
              "os._exit(0) if child == 0 else None")
-    done = subprocess.run([sys.executable, "-c", PROGRAM.format(begun=begun, end="")], capture_output=True, text=True,
-                          check=False, timeout=PATIENCE)
+    command = [sys.executable, "-W", "ignore:This process:DeprecationWarning", "-c", PROGRAM.format(begun=begun, end="")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
