@@ -30,6 +30,7 @@ OPTIONAL = {
     "ffmpeg": "tools/setup --film",
     "file": "tools/setup --packages",
     "lintian": "tools/setup --packages",
+    "oclgrind": "Debian 13 has no such package",
     "sbatch": "tools/setup --slurm",
     "slurmctld": "tools/setup --slurm",
     "slurmd": "tools/setup --slurm",
